@@ -1,0 +1,1 @@
+//! IQ demodulation, mechanical impedance and plate identification.

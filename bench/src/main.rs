@@ -1,0 +1,2 @@
+//! `friction-bench`: the composition root.
+fn main() {}

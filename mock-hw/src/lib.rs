@@ -1,0 +1,1 @@
+//! Simulated apparatus behind the real hardware interfaces.

@@ -1,0 +1,1 @@
+//! Participant protocols: files, session state machine, crop and selection, verdicts.

@@ -1,0 +1,1 @@
+//! Drive signal of the plate and the sound card's two directions.

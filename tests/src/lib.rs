@@ -1,0 +1,1 @@
+//! Whole-bench tests: scenarios, faults, screens, architecture.

@@ -1,1 +1,29 @@
 //! Operator dashboard and participant screen.
+//!
+//! The screen is a pure function of [`State`], which is the fold of one serialisable stream of [`Event`]s; its only
+//! effects are [`Action`]s. Threads, terminals and clocks live in [`shell`] and [`display`] alone.
+//!
+//! Values are SI with the unit in the name, amplitudes are peak values, impedances follow exp(+iωt);
+//! µm, mm and N·s/m appear on the screen only.
+
+mod action;
+pub mod display;
+pub mod event;
+mod key;
+mod panels;
+pub mod participant;
+mod screen;
+pub mod shell;
+mod state;
+mod theme;
+mod words;
+
+pub use action::Action;
+pub use display::ParticipantDisplay;
+pub use event::Event;
+pub use key::{Reaction, key};
+pub use participant::{Instruction, ParticipantView};
+pub use screen::view;
+pub use shell::{ShellError, install_panic_hook, restore, run_operator};
+pub use state::{HISTORY_S, LogLine, Page, STALE_AFTER_S, State, TrialLine, Ui, Window};
+pub use theme::Theme;

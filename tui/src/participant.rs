@@ -1,0 +1,290 @@
+//! The participant's screen: large, plain, and silent about the force while the finger moves.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::{Constraint, Flex, Layout, Rect};
+use ratatui::text::{Line, Text};
+use ratatui::widgets::Widget;
+use serde::{Deserialize, Serialize};
+
+use crate::theme::Theme;
+use crate::words::wrap;
+
+/// What the participant is to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Instruction {
+    /// Nothing yet.
+    Wait,
+    /// Take the finger off the plate.
+    LiftFinger,
+    /// Put the finger on the start mark.
+    PlaceFinger,
+    /// The countdown runs.
+    GetReady,
+    /// Follow the slider.
+    FollowSlider,
+    /// See the mean force of the exploration.
+    Feedback,
+    /// Have a break.
+    Rest,
+    /// The operator has paused.
+    Paused,
+    /// It is over.
+    Finished,
+}
+
+impl Instruction {
+    /// The words on the screen.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Wait => "Please wait",
+            Self::LiftFinger => "Lift your finger off the plate",
+            Self::PlaceFinger => "Place your finger on the start mark",
+            Self::GetReady => "Get ready",
+            Self::FollowSlider => "Follow the slider",
+            Self::Feedback => "Your mean force",
+            Self::Rest => "Take a break",
+            Self::Paused => "Paused. Please lift your finger",
+            Self::Finished => "Finished. Thank you!",
+        }
+    }
+}
+
+/// All that the participant sees.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParticipantView {
+    /// What to do.
+    pub instruction: Instruction,
+    /// The slider along the plate; `None` hides it.
+    pub slider_m: Option<f64>,
+    /// Length of the plate.
+    pub plate_m: f64,
+    /// Where the exploration starts.
+    pub start_m: f64,
+    /// Where it ends; below `start_m` when it goes from right to left.
+    pub end_m: f64,
+    /// Seconds to the start.
+    pub countdown: Option<u32>,
+    /// Mean normal force of the last exploration; shown only under [`Instruction::Feedback`].
+    pub mean_force_n: Option<f64>,
+    /// The force asked for, from and to.
+    pub force_band_n: Option<(f64, f64)>,
+    /// Number of the trial, from 1; 0 hides the progress.
+    pub trial: u32,
+    /// How many trials there are.
+    pub trials: u32,
+    /// What is left of the break.
+    pub rest_s: Option<f64>,
+}
+
+/// Draws the participant's screen.
+pub fn view(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
+    if area.is_empty() {
+        return;
+    }
+    let [progress, middle, track] = Layout::vertical([
+        Constraint::Length(1),
+        Constraint::Min(1),
+        Constraint::Length(TRACK_ROWS.min(area.height.saturating_sub(2))),
+    ])
+    .areas(area);
+    // With a row or two the instruction matters most.
+    let [progress, middle] = if area.height < 3 {
+        [Rect::ZERO, area]
+    } else {
+        [progress, middle]
+    };
+    if shown.trial > 0 {
+        Line::styled(
+            format!("trial {} of {}", shown.trial, shown.trials),
+            theme.faint(),
+        )
+        .centered()
+        .render(progress, buf);
+    }
+    instruction(shown, theme, middle, buf);
+    slider(shown, theme, track, buf);
+}
+
+fn instruction(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
+    let words = wrap(shown.instruction.words(), area.width);
+    let words_rows = u16::try_from(words.len()).unwrap_or(u16::MAX);
+    let words: Vec<Line> = words.into_iter().map(Line::from).collect();
+    let below = match shown.instruction {
+        Instruction::Feedback => 4,
+        Instruction::GetReady | Instruction::Rest if seconds(shown).is_some() => {
+            if area.height >= words_rows.saturating_add(1 + DIGIT_ROWS) {
+                DIGIT_ROWS
+            } else {
+                1
+            }
+        }
+        _ => 0,
+    };
+    let below = below.min(area.height.saturating_sub(words_rows));
+    let gap = u16::from(below > 0 && area.height > words_rows + below);
+    let [top, _, bottom] = Layout::vertical([
+        Constraint::Length(words_rows),
+        Constraint::Length(gap),
+        Constraint::Length(below),
+    ])
+    .flex(Flex::Center)
+    .areas(area);
+    Text::from(words)
+        .style(theme.strong())
+        .centered()
+        .render(top, buf);
+    match shown.instruction {
+        Instruction::Feedback => feedback(shown, theme, bottom, buf),
+        Instruction::GetReady | Instruction::Rest => {
+            if let Some(seconds) = seconds(shown) {
+                number(seconds, theme, bottom, buf);
+            }
+        }
+        _ => {}
+    }
+}
+
+fn seconds(shown: &ParticipantView) -> Option<u32> {
+    match shown.instruction {
+        Instruction::GetReady => shown.countdown,
+        // Saturating by the language: a break is not longer than u32 seconds.
+        Instruction::Rest => shown
+            .rest_s
+            .filter(|s| s.is_finite())
+            .map(|s| s.max(0.0).ceil() as u32),
+        _ => None,
+    }
+}
+
+const TRACK_ROWS: u16 = 5;
+const DIGIT_ROWS: u16 = 5;
+const DIGIT_COLUMNS: u16 = 8;
+
+/// Three by five cells a digit, drawn two columns wide: nearly square on most terminals.
+const DIGITS: [[&str; 5]; 10] = [
+    ["###", "# #", "# #", "# #", "###"],
+    ["  #", "  #", "  #", "  #", "  #"],
+    ["###", "  #", "###", "#  ", "###"],
+    ["###", "  #", "###", "  #", "###"],
+    ["# #", "# #", "###", "  #", "  #"],
+    ["###", "#  ", "###", "  #", "###"],
+    ["###", "#  ", "###", "# #", "###"],
+    ["###", "  #", "  #", "  #", "  #"],
+    ["###", "# #", "###", "# #", "###"],
+    ["###", "# #", "###", "  #", "###"],
+];
+
+fn number(seconds: u32, theme: Theme, area: Rect, buf: &mut Buffer) {
+    let digits = seconds.to_string();
+    let columns = DIGIT_COLUMNS.saturating_mul(u16::try_from(digits.len()).unwrap_or(u16::MAX));
+    if area.height < DIGIT_ROWS || area.width < columns {
+        Line::styled(digits, theme.strong())
+            .centered()
+            .render(area, buf);
+        return;
+    }
+    let left = area.x + (area.width - columns) / 2 + 1;
+    for (place, digit) in (0u16..).zip(digits.bytes()) {
+        let glyph = DIGITS[usize::from(digit - b'0')];
+        for (row, cells) in (0u16..).zip(glyph) {
+            for (column, _) in (0u16..)
+                .zip(cells.bytes())
+                .filter(|(_, cell)| *cell == b'#')
+            {
+                let x = left + place * DIGIT_COLUMNS + column * 2;
+                buf.set_string(x, area.y + row, "██", theme.strong());
+            }
+        }
+    }
+}
+
+fn feedback(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
+    let Some(mean_n) = shown.mean_force_n.filter(|n| n.is_finite()) else {
+        Line::styled("not measured", theme.faint())
+            .centered()
+            .render(area, buf);
+        return;
+    };
+    let band_n = shown
+        .force_band_n
+        .filter(|(min, max)| min.is_finite() && max > min && *max > 0.0);
+    let (word, style) = match band_n {
+        Some((min_n, _)) if mean_n < min_n => ("too light", theme.warning()),
+        Some((_, max_n)) if mean_n > max_n => ("too hard", theme.warning()),
+        Some(_) => ("just right", theme.good()),
+        None => ("", theme.strong()),
+    };
+    Line::styled(
+        format!("{mean_n:.2} N  {word}").trim_end().to_owned(),
+        style,
+    )
+    .centered()
+    .render(area, buf);
+    let Some((min_n, max_n)) = band_n else { return };
+    let columns = area.width.saturating_sub(4).min(60);
+    if area.height < 4 || columns < 20 {
+        return;
+    }
+    let left = area.x + (area.width - columns) / 2;
+    // The band's middle lies in the bar's middle, so that too light and too hard look alike.
+    let at = |n: f64| left + column(n / (min_n + max_n), columns);
+    buf.set_string(at(mean_n), area.y + 1, "▼", theme.strong());
+    for x in left..left + columns {
+        let inside = (at(min_n)..=at(max_n)).contains(&x);
+        let (symbol, style) = if inside {
+            ("█", theme.good())
+        } else {
+            ("░", theme.faint())
+        };
+        buf.set_string(x, area.y + 2, symbol, style);
+    }
+    let (low, high) = (format!("{min_n:.1}"), format!("{max_n:.1} N"));
+    buf.set_string(at(min_n).saturating_sub(1), area.y + 3, low, theme.faint());
+    buf.set_string(at(max_n).saturating_sub(1), area.y + 3, high, theme.faint());
+}
+
+fn slider(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
+    let moves = matches!(
+        shown.instruction,
+        Instruction::PlaceFinger | Instruction::GetReady | Instruction::FollowSlider
+    );
+    let plate_m = shown.plate_m;
+    if !moves || area.height < 3 || area.width < 20 || !(plate_m.is_finite() && plate_m > 0.0) {
+        return;
+    }
+    let left = area.x + 2;
+    let columns = area.width - 4;
+    let at = |m: f64| left + column(m / plate_m, columns);
+    let plate = area.y + area.height - 3;
+    for x in left..left + columns {
+        buf.set_string(x, plate, "━", theme.faint());
+    }
+    for (mark_m, word) in [(shown.start_m, "start"), (shown.end_m, "end")] {
+        let x = at(mark_m);
+        buf.set_string(x, plate, "┻", theme.strong());
+        let word_columns = u16::try_from(word.len()).unwrap_or(0);
+        let word_x = x
+            .saturating_sub(word_columns / 2)
+            .min(area.right().saturating_sub(word_columns))
+            .max(area.x);
+        buf.set_string(word_x, plate + 1, word, theme.faint());
+    }
+    if let Some(slider_m) = shown.slider_m.filter(|m| m.is_finite()) {
+        let x = at(slider_m)
+            .saturating_sub(1)
+            .clamp(area.x, area.right() - 3);
+        for y in area.y..plate {
+            buf.set_string(x, y, "███", theme.first_curve());
+        }
+    }
+}
+
+/// The column of a fraction of a bar, kept within it.
+fn column(fraction: f64, columns: u16) -> u16 {
+    let last = columns.saturating_sub(1);
+    (fraction * f64::from(last))
+        .round()
+        .clamp(0.0, f64::from(last)) as u16
+}

@@ -1,0 +1,190 @@
+//! The operator's terminal: set up, drawn to at most 30 times a second, read for keys, and put back as it was.
+
+use std::io;
+use std::sync::mpsc::{Receiver, Sender, TryRecvError};
+use std::time::{Duration, Instant};
+
+use ratatui::backend::{Backend, CrosstermBackend};
+use ratatui::crossterm::{self, cursor, event as input, execute, terminal};
+use ratatui::{Frame, Terminal};
+
+use crate::action::Action;
+use crate::event::Event;
+use crate::key::key;
+use crate::screen::view;
+use crate::state::State;
+use crate::theme::Theme;
+
+const FRAME: Duration = Duration::from_millis(33);
+
+/// Why the operator's screen could not go on.
+#[derive(Debug, thiserror::Error)]
+pub enum ShellError {
+    /// Standard input or output is not a terminal.
+    #[error("no terminal for the dashboard ({0}); run in a terminal, or with --headless")]
+    NoTerminal(#[source] io::Error),
+    /// The terminal failed while it was used, for example because its window was closed.
+    #[error("the terminal failed while {doing}: {source}")]
+    Terminal {
+        /// What was being done.
+        doing: &'static str,
+        /// The system's reason.
+        #[source]
+        source: io::Error,
+    },
+}
+
+fn failed(doing: &'static str) -> impl FnOnce(io::Error) -> ShellError {
+    move |source| ShellError::Terminal { doing, source }
+}
+
+/// Shows the dashboard on this process's terminal and returns when [`Event::Close`] comes or all senders of events
+/// are gone. Blocks the calling thread; nobody who drives the plate should wait for it.
+///
+/// `events` should be bounded (`sync_channel` and `try_send`), so that a terminal that stands still costs no memory.
+/// `NO_COLOR` is respected. The terminal is put back on return, on error and when this thread panics; see
+/// [`install_panic_hook`] for panics elsewhere and [`restore`] for signals.
+///
+/// # Errors
+/// [`ShellError::NoTerminal`] when there is none, [`ShellError::Terminal`] when it fails later. The caller should
+/// take the latter as the operator's absence and stop in good order.
+pub fn run_operator(events: &Receiver<Event>, actions: &Sender<Action>) -> Result<(), ShellError> {
+    let theme = Theme::from_no_color(std::env::var_os("NO_COLOR").as_deref());
+    let _screen = OperatorScreen::enter()?;
+    let mut terminal =
+        Terminal::new(CrosstermBackend::new(io::stdout())).map_err(failed("reading its size"))?;
+    terminal.clear().map_err(failed("clearing it"))?;
+    operate(
+        &mut terminal,
+        &mut TerminalKeys,
+        State::new(theme),
+        events,
+        actions,
+    )
+    .map(drop)
+}
+
+/// Puts the operator's terminal back as it was. Does no harm when called twice, from any thread, or when the
+/// dashboard was never shown; errors are ignored because there is nobody left to tell.
+pub fn restore() {
+    if !SHOWN.swap(false, std::sync::atomic::Ordering::SeqCst) {
+        return;
+    }
+    let _ = terminal::disable_raw_mode();
+    let _ = execute!(io::stdout(), terminal::LeaveAlternateScreen, cursor::Show);
+}
+
+/// On a panic in any thread: first `make_safe`, then [`restore`], then the hook installed before, which prints the
+/// message where it can be read.
+///
+/// Call it once, early. `make_safe` comes first because writing to a terminal can block.
+pub fn install_panic_hook(make_safe: impl Fn() + Send + Sync + 'static) {
+    let before = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |info| {
+        make_safe();
+        restore();
+        before(info);
+    }));
+}
+
+static SHOWN: std::sync::atomic::AtomicBool = std::sync::atomic::AtomicBool::new(false);
+
+struct OperatorScreen;
+
+impl OperatorScreen {
+    fn enter() -> Result<Self, ShellError> {
+        use std::io::IsTerminal;
+        if !io::stdin().is_terminal() || !io::stdout().is_terminal() {
+            return Err(ShellError::NoTerminal(io::Error::from(
+                io::ErrorKind::NotFound,
+            )));
+        }
+        terminal::enable_raw_mode().map_err(ShellError::NoTerminal)?;
+        SHOWN.store(true, std::sync::atomic::Ordering::SeqCst);
+        let screen = Self;
+        execute!(io::stdout(), terminal::EnterAlternateScreen, cursor::Hide)
+            .map_err(failed("setting it up"))?;
+        Ok(screen)
+    }
+}
+
+impl Drop for OperatorScreen {
+    fn drop(&mut self) {
+        restore();
+    }
+}
+
+/// Where keys come from.
+trait Keys {
+    /// Waits for a key until `timeout`; `Ok(None)` when none came, or when something else did.
+    fn next(&mut self, timeout: Duration) -> io::Result<Option<input::KeyEvent>>;
+}
+
+struct TerminalKeys;
+
+impl Keys for TerminalKeys {
+    fn next(&mut self, timeout: Duration) -> io::Result<Option<input::KeyEvent>> {
+        if !input::poll(timeout)? {
+            return Ok(None);
+        }
+        Ok(match input::read()? {
+            crossterm::event::Event::Key(key) => Some(key),
+            // A resize is picked up by the next draw.
+            _ => None,
+        })
+    }
+}
+
+fn operate<B: Backend>(
+    terminal: &mut Terminal<B>,
+    keys: &mut impl Keys,
+    mut state: State,
+    events: &Receiver<Event>,
+    actions: &Sender<Action>,
+) -> Result<State, ShellError>
+where
+    io::Error: From<B::Error>,
+{
+    let began = Instant::now();
+    let mut bench_gone = false;
+    loop {
+        let frame_began = Instant::now();
+        state.apply(&Event::Tick {
+            now_s: began.elapsed().as_secs_f64(),
+        });
+        // Bounded: a sender that is faster than this loop must not keep it from drawing.
+        while frame_began.elapsed() < FRAME {
+            match events.try_recv() {
+                Ok(event) => state.apply(&event),
+                Err(TryRecvError::Empty) => break,
+                Err(TryRecvError::Disconnected) => {
+                    bench_gone = true;
+                    break;
+                }
+            }
+        }
+        if state.closed || bench_gone {
+            return Ok(state);
+        }
+        terminal
+            .draw(|frame: &mut Frame| view(&state, frame))
+            .map_err(|error| failed("drawing")(error.into()))?;
+        // Keys are served as they come, drawing waits for its turn.
+        loop {
+            let left = FRAME.saturating_sub(frame_began.elapsed());
+            let pressed = keys.next(left).map_err(failed("reading keys"))?;
+            if let Some(pressed) = pressed {
+                let reaction = key(&state, pressed);
+                state.ui = reaction.ui;
+                if let Some(action) = reaction.action
+                    && actions.send(action).is_err()
+                {
+                    return Ok(state);
+                }
+            }
+            if left.is_zero() {
+                break;
+            }
+        }
+    }
+}

@@ -1,0 +1,30 @@
+//! Fitting words into columns.
+
+/// Breaks `text` at spaces into lines of at most `columns` characters; a longer word is left whole, to be cut by
+/// the area that it is drawn into.
+pub(crate) fn wrap(text: &str, columns: u16) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= columns.into() => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::wrap;
+
+    #[test]
+    fn breaks_at_spaces_only() {
+        assert_eq!(wrap("place your finger", 11), ["place your", "finger"]);
+        assert_eq!(wrap("place your finger", 3), ["place", "your", "finger"]);
+        assert_eq!(wrap("exact fit", 9), ["exact fit"]);
+        assert!(wrap("", 5).is_empty());
+    }
+}

@@ -1,1 +1,3 @@
 //! Library of the test bench controller.
+
+pub mod recording;

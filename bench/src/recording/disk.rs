@@ -1,0 +1,214 @@
+//! Files that are only called saved when they are: no hidden buffer, no swallowed error.
+
+use std::ffi::OsString;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+/// Bytes gathered before the operating system is asked to write them.
+const BATCH_BYTES: usize = 1 << 18;
+
+/// A file operation that failed.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot {action} {}: {}", path.display(), cause(source))]
+pub struct DiskError {
+    /// What was attempted, such as `write`.
+    pub action: &'static str,
+    /// The file or folder.
+    pub path: PathBuf,
+    /// The operating system's reason.
+    pub source: io::Error,
+}
+
+fn cause(error: &io::Error) -> String {
+    let remedy = match error.kind() {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            "the disk is full; make room on it or choose another study folder"
+        }
+        io::ErrorKind::FileTooLarge => "a limit on file sizes is in force (see `ulimit -f`)",
+        io::ErrorKind::ReadOnlyFilesystem => {
+            "the file system is read-only; choose another study folder"
+        }
+        io::ErrorKind::PermissionDenied => "permission is missing; choose another study folder",
+        io::ErrorKind::NotFound => "it is not there, or its folder is gone",
+        _ => return error.to_string(),
+    };
+    format!("{remedy} ({error})")
+}
+
+/// Names the action and the path of a failed operation.
+pub(crate) trait OnPath<T> {
+    fn on(self, action: &'static str, path: &Path) -> Result<T, DiskError>;
+}
+
+impl<T> OnPath<T> for io::Result<T> {
+    fn on(self, action: &'static str, path: &Path) -> Result<T, DiskError> {
+        self.map_err(|source| DiskError {
+            action,
+            path: path.to_owned(),
+            source,
+        })
+    }
+}
+
+/// What the content of a file consists of, so that it can be cut where nothing is torn.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Records {
+    /// Records of so many bytes.
+    Bytes(usize),
+    /// Lines.
+    Lines,
+}
+
+impl Records {
+    /// Length of the whole records at the start of `bytes`, which starts with one.
+    fn whole(self, bytes: &[u8]) -> usize {
+        match self {
+            Self::Bytes(size) => bytes.len() / size * size,
+            Self::Lines => bytes
+                .iter()
+                .rposition(|b| *b == b'\n')
+                .map_or(0, |at| at + 1),
+        }
+    }
+}
+
+/// A new file that grows at its end by whole records.
+#[derive(Debug)]
+pub(crate) struct AppendFile {
+    path: PathBuf,
+    file: File,
+    records: Records,
+    /// Whole records not yet handed to the operating system.
+    pending: Vec<u8>,
+    /// Length of the head and the whole records in the file.
+    whole: u64,
+}
+
+impl AppendFile {
+    /// Creates the file with `head` at its start; one that exists is an error.
+    pub fn create(path: PathBuf, head: &[u8], records: Records) -> Result<Self, DiskError> {
+        let mut file = OpenOptions::new()
+            .write(true)
+            .create_new(true)
+            .open(&path)
+            .on("create", &path)?;
+        file.write_all(head).on("write", &path)?;
+        Ok(Self {
+            path,
+            file,
+            records,
+            pending: Vec::with_capacity(BATCH_BYTES + BATCH_BYTES / 4),
+            whole: head.len() as u64,
+        })
+    }
+
+    /// Appends whole records through `write`.
+    pub fn append(&mut self, write: impl FnOnce(&mut Vec<u8>)) -> Result<(), DiskError> {
+        write(&mut self.pending);
+        if self.pending.len() >= BATCH_BYTES {
+            self.write_pending()?;
+        }
+        Ok(())
+    }
+
+    /// Hands all to the operating system. After an error the file must be salvaged before it is written again.
+    fn write_pending(&mut self) -> Result<(), DiskError> {
+        let mut done = 0;
+        let result = loop {
+            if done == self.pending.len() {
+                break Ok(());
+            }
+            match self.file.write(&self.pending[done..]) {
+                Ok(0) => break Err(io::ErrorKind::WriteZero.into()),
+                Ok(bytes) => done += bytes,
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) => break Err(error),
+            }
+        };
+        self.whole += self.records.whole(&self.pending[..done]) as u64;
+        self.pending.clear();
+        result.on("write", &self.path)
+    }
+
+    /// Bytes appended, on disk or not.
+    pub fn bytes(&self) -> u64 {
+        self.whole + self.pending.len() as u64
+    }
+
+    /// Writes what is pending, then overwrites the head.
+    pub fn set_head(&mut self, head: &[u8]) -> Result<(), DiskError> {
+        self.write_pending()?;
+        self.overwrite_head(head)
+    }
+
+    fn overwrite_head(&mut self, head: &[u8]) -> Result<(), DiskError> {
+        self.file
+            .seek(SeekFrom::Start(0))
+            .and_then(|_| self.file.write_all(head))
+            .and_then(|()| self.file.seek(SeekFrom::Start(self.whole)))
+            .map(drop)
+            .on("write", &self.path)
+    }
+
+    /// Returns once all that was appended is on the disk under its name.
+    pub fn sync(&mut self) -> Result<(), DiskError> {
+        self.write_pending()?;
+        self.file.sync_data().on("sync", &self.path)?;
+        // An unlinked file syncs without complaint.
+        fs::metadata(&self.path).map(drop).on("find", &self.path)
+    }
+
+    /// After a failed write: cuts the file to whole records and, given their bytes with the head's, renews the head.
+    /// Returns the bytes kept.
+    pub fn salvage(&mut self, head: impl FnOnce(u64) -> Vec<u8>) -> Result<u64, DiskError> {
+        self.pending.clear();
+        self.file.set_len(self.whole).on("cut", &self.path)?;
+        self.overwrite_head(&head(self.whole))?;
+        self.sync()?;
+        Ok(self.whole)
+    }
+}
+
+/// Replaces the file at `path` by `contents`; at every moment either the old or the new content is there whole.
+pub(crate) fn replace_file(path: &Path, contents: &[u8]) -> Result<(), DiskError> {
+    let mut name = path.file_name().map_or_else(OsString::new, OsString::from);
+    name.push(".tmp");
+    let temporary = path.with_file_name(name);
+    let written = write_new_file(&temporary, contents)
+        .and_then(|()| fs::rename(&temporary, path).on("replace", path));
+    if written.is_err() {
+        // The old file is still whole; what is left of the new one must not stop the next attempt.
+        let _ = fs::remove_file(&temporary);
+    }
+    written?;
+    path.parent().map_or(Ok(()), sync_folder)
+}
+
+/// Writes a new file and returns once it is on the disk; one that exists is an error.
+pub(crate) fn create_file(path: &Path, contents: &[u8]) -> Result<(), DiskError> {
+    write_new_file(path, contents)?;
+    path.parent().map_or(Ok(()), sync_folder)
+}
+
+fn write_new_file(path: &Path, contents: &[u8]) -> Result<(), DiskError> {
+    let mut file = OpenOptions::new()
+        .write(true)
+        .create_new(true)
+        .open(path)
+        .on("create", path)?;
+    file.write_all(contents).on("write", path)?;
+    file.sync_all().on("sync", path)
+}
+
+/// Makes the names in a folder durable.
+pub(crate) fn sync_folder(path: &Path) -> Result<(), DiskError> {
+    let path = if path.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        path
+    };
+    File::open(path)
+        .and_then(|folder| folder.sync_all())
+        .on("sync", path)
+}

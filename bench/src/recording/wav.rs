@@ -1,0 +1,414 @@
+//! RIFF/WAVE, the little of it that recordings need, and robust against headers of killed writers and truncated files.
+//!
+//! `hound` writes and reads WAV too, but its `Drop` discards write errors and it refuses files whose sizes do not agree;
+//! the tests use it as an independent reader and writer.
+
+use std::io::{self, Read, Seek, SeekFrom};
+
+/// Bytes before the first sample in files written here.
+pub const HEADER_BYTES: u64 = 58;
+
+/// Bytes of one sample in files written here.
+pub const SAMPLE_BYTES: u64 = 4;
+
+/// Largest number of sample bytes that a file written here can declare: the RIFF size is 32 bits and excludes 8 bytes.
+pub const MAX_DATA_BYTES: u64 = u32::MAX as u64 - (HEADER_BYTES - 8);
+
+const TAG_PCM: u16 = 1;
+const TAG_FLOAT: u16 = 3;
+const TAG_EXTENSIBLE: u16 = 0xFFFE;
+
+/// Sample rate and channel count of an audio stream.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AudioFormat {
+    /// Sample rate, Hz.
+    pub sample_rate_hz: u32,
+    /// Interleaved channels.
+    pub channels: u16,
+}
+
+impl AudioFormat {
+    /// Bytes of one frame of 32-bit samples.
+    #[must_use]
+    pub fn frame_bytes(self) -> u64 {
+        u64::from(self.channels) * SAMPLE_BYTES
+    }
+
+    /// Most frames that fit into one file.
+    #[must_use]
+    pub fn max_frames(self) -> u64 {
+        MAX_DATA_BYTES / self.frame_bytes().max(1)
+    }
+}
+
+/// The header of a 32-bit float file with `frames` frames: `RIFF`, `fmt ` (18 bytes), `fact`, `data`.
+///
+/// `frames` must not exceed [`AudioFormat::max_frames`]; larger counts are declared as that.
+#[must_use]
+pub fn header(format: AudioFormat, frames: u64) -> [u8; HEADER_BYTES as usize] {
+    let frames = frames.min(format.max_frames());
+    let data_bytes = (frames * format.frame_bytes()) as u32;
+    let frame_bytes = format.frame_bytes();
+    let mut out = [0; HEADER_BYTES as usize];
+    let mut at = 0;
+    let mut put = |bytes: &[u8]| {
+        out[at..at + bytes.len()].copy_from_slice(bytes);
+        at += bytes.len();
+    };
+    put(b"RIFF");
+    put(&(data_bytes + (HEADER_BYTES as u32 - 8)).to_le_bytes());
+    put(b"WAVEfmt ");
+    put(&18u32.to_le_bytes());
+    put(&TAG_FLOAT.to_le_bytes());
+    put(&format.channels.to_le_bytes());
+    put(&format.sample_rate_hz.to_le_bytes());
+    put(&((u64::from(format.sample_rate_hz) * frame_bytes) as u32).to_le_bytes());
+    put(&(frame_bytes as u16).to_le_bytes());
+    put(&32u16.to_le_bytes());
+    put(&0u16.to_le_bytes());
+    put(b"fact");
+    put(&4u32.to_le_bytes());
+    put(&(frames as u32).to_le_bytes());
+    put(b"data");
+    put(&data_bytes.to_le_bytes());
+    out
+}
+
+/// Why a WAV file cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum WavError {
+    /// The operating system refused.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// Too short for a header, or not RIFF/WAVE.
+    #[error("not a WAV file: it starts with {found:?} instead of \"RIFF\" … \"WAVE\"")]
+    NotWav {
+        /// The first bytes.
+        found: String,
+    },
+    /// A 64-bit or big-endian relative of WAV.
+    #[error("{kind} files are not supported; save it as plain RIFF/WAVE (under 4 GiB)")]
+    Relative {
+        /// `RF64`, `BW64` or `RIFX`.
+        kind: String,
+    },
+    /// A chunk that must be there is not.
+    #[error("no `{chunk}` chunk before the end of the file")]
+    NoChunk {
+        /// `fmt ` or `data`.
+        chunk: &'static str,
+    },
+    /// The `fmt ` chunk is too short.
+    #[error("the `fmt ` chunk has {bytes} bytes, needed are {needed}")]
+    ShortFormat {
+        /// Bytes that it has.
+        bytes: u32,
+        /// Bytes that its format tag needs.
+        needed: u32,
+    },
+    /// Neither 16, 24 or 32-bit integer nor 32-bit float.
+    #[error(
+        "sample format {bits} bits with tag {tag:#06x} is not supported; supported are 16, 24 and 32-bit integer and 32-bit float"
+    )]
+    SampleFormat {
+        /// Format tag, of the sub-format if extensible.
+        tag: u16,
+        /// Bits per sample.
+        bits: u16,
+    },
+    /// A header field that cannot be.
+    #[error("the header's {field} is {value}, which cannot be")]
+    Field {
+        /// Name of the field.
+        field: &'static str,
+        /// Its value.
+        value: u64,
+    },
+}
+
+/// What is wrong with a WAV file that can be read nevertheless.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum WavWarning {
+    /// The file ends before the header says.
+    #[error(
+        "the header declares {declared_bytes} bytes of samples, the file has {present_bytes}: truncated"
+    )]
+    Truncated {
+        /// Bytes by the header.
+        declared_bytes: u64,
+        /// Bytes in the file.
+        present_bytes: u64,
+    },
+    /// The file goes on after the header says it ends: its writer was killed before it updated the header.
+    #[error(
+        "the header declares {declared_bytes} bytes of samples, the file has {present_bytes}: its writer was killed; all of them are read"
+    )]
+    StaleHeader {
+        /// Bytes by the header.
+        declared_bytes: u64,
+        /// Bytes in the file.
+        present_bytes: u64,
+    },
+    /// The last frame is incomplete.
+    #[error("the last {bytes} bytes are no whole frame and are left out")]
+    PartialFrame {
+        /// Bytes left out.
+        bytes: u64,
+    },
+    /// No samples.
+    #[error("no samples")]
+    Empty,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Encoding {
+    I16,
+    I24,
+    I32,
+    F32,
+}
+
+impl Encoding {
+    fn bytes(self) -> u64 {
+        match self {
+            Self::I16 => 2,
+            Self::I24 => 3,
+            Self::I32 | Self::F32 => 4,
+        }
+    }
+
+    /// Full scale of the integers becomes ±1.
+    fn decode(self, bytes: &[u8], out: &mut Vec<f32>) {
+        match self {
+            Self::I16 => out.extend(
+                bytes
+                    .as_chunks()
+                    .0
+                    .iter()
+                    .map(|b| f32::from(i16::from_le_bytes(*b)) / 32_768.0),
+            ),
+            Self::I24 => {
+                out.extend(
+                    bytes.as_chunks().0.iter().map(|&[a, b, c]| {
+                        (i32::from_le_bytes([0, a, b, c]) >> 8) as f32 / 8_388_608.0
+                    }),
+                )
+            }
+            Self::I32 => out.extend(
+                bytes
+                    .as_chunks()
+                    .0
+                    .iter()
+                    .map(|b| i32::from_le_bytes(*b) as f32 / 2_147_483_648.0),
+            ),
+            Self::F32 => out.extend(bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b))),
+        }
+    }
+}
+
+/// Reads the samples of a WAV file in blocks.
+#[derive(Debug)]
+pub struct WavReader<R> {
+    source: R,
+    format: AudioFormat,
+    encoding: Encoding,
+    frames: u64,
+    frames_left: u64,
+    bytes: Vec<u8>,
+}
+
+impl<R: Read + Seek> WavReader<R> {
+    /// Reads the header and finds the samples, by the file's true length where the header disagrees.
+    ///
+    /// # Errors
+    /// [`WavError`] names what is wrong; no content makes this panic.
+    pub fn new(mut source: R) -> Result<(Self, Vec<WavWarning>), WavError> {
+        let file_bytes = source.seek(SeekFrom::End(0))?;
+        source.seek(SeekFrom::Start(0))?;
+        let riff_end = read_riff(&mut source, file_bytes)?;
+        let mut format = None;
+        let mut at = 12;
+        let (data_start, declared_bytes) = loop {
+            if at + 8 > file_bytes {
+                let chunk = if format.is_none() { "fmt " } else { "data" };
+                return Err(WavError::NoChunk { chunk });
+            }
+            source.seek(SeekFrom::Start(at))?;
+            let id: [u8; 4] = read_array(&mut source)?;
+            let size = u32::from_le_bytes(read_array(&mut source)?);
+            at += 8;
+            match &id {
+                b"fmt " => format = Some(read_format(&mut source, size, file_bytes - at)?),
+                b"data" => break (at, u64::from(size)),
+                _ => {}
+            }
+            at += u64::from(size) + u64::from(size % 2);
+        };
+        let (format, encoding) = format.ok_or(WavError::NoChunk { chunk: "fmt " })?;
+
+        let mut warnings = Vec::new();
+        let present_bytes = file_bytes - data_start;
+        let data_end = data_start + declared_bytes;
+        // Bytes after the data belong to it only if the RIFF size leaves them out too: otherwise they are other chunks.
+        let padded_end = data_end + declared_bytes % 2;
+        let goes_on = file_bytes > padded_end
+            && if declared_bytes == 0 {
+                file_bytes != riff_end
+            } else {
+                file_bytes > riff_end && padded_end >= riff_end
+            };
+        let data_bytes = if declared_bytes > present_bytes {
+            warnings.push(WavWarning::Truncated {
+                declared_bytes,
+                present_bytes,
+            });
+            present_bytes
+        } else if goes_on {
+            warnings.push(WavWarning::StaleHeader {
+                declared_bytes,
+                present_bytes,
+            });
+            present_bytes
+        } else {
+            declared_bytes
+        };
+        let frame_bytes = u64::from(format.channels) * encoding.bytes();
+        let frames = data_bytes / frame_bytes;
+        if data_bytes % frame_bytes != 0 {
+            warnings.push(WavWarning::PartialFrame {
+                bytes: data_bytes % frame_bytes,
+            });
+        }
+        if frames == 0 {
+            warnings.push(WavWarning::Empty);
+        }
+        source.seek(SeekFrom::Start(data_start))?;
+        let reader = Self {
+            source,
+            format,
+            encoding,
+            frames,
+            frames_left: frames,
+            bytes: Vec::new(),
+        };
+        Ok((reader, warnings))
+    }
+
+    /// Sample rate and channels.
+    #[must_use]
+    pub fn format(&self) -> AudioFormat {
+        self.format
+    }
+
+    /// Frames in the file.
+    #[must_use]
+    pub fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// Replaces `block` by the next frames, interleaved, at most `max_frames` of them; returns their number, 0 at the end.
+    ///
+    /// # Errors
+    /// The operating system's; the file having become shorter is one of them.
+    pub fn read_block(&mut self, max_frames: usize, block: &mut Vec<f32>) -> io::Result<usize> {
+        block.clear();
+        let frames = self
+            .frames_left
+            .min(u64::try_from(max_frames).unwrap_or(u64::MAX));
+        let samples = frames * u64::from(self.format.channels);
+        self.bytes
+            .resize((samples * self.encoding.bytes()) as usize, 0);
+        self.source.read_exact(&mut self.bytes)?;
+        self.encoding.decode(&self.bytes, block);
+        self.frames_left -= frames;
+        Ok(frames as usize)
+    }
+}
+
+/// Reads the 12 bytes of the RIFF header; returns where the RIFF chunk ends by its own account, no pad byte counted.
+fn read_riff<R: Read>(source: &mut R, file_bytes: u64) -> Result<u64, WavError> {
+    let mut start = Vec::new();
+    source.take(12).read_to_end(&mut start)?;
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    match start.first_chunk::<4>() {
+        Some(kind @ (b"RF64" | b"BW64" | b"RIFX")) => {
+            return Err(WavError::Relative { kind: text(kind) });
+        }
+        Some(b"RIFF") if file_bytes >= 12 && start[8..] == *b"WAVE" => {}
+        _ => {
+            return Err(WavError::NotWav {
+                found: text(&start),
+            });
+        }
+    }
+    let size = u32::from_le_bytes([start[4], start[5], start[6], start[7]]);
+    Ok(8 + u64::from(size))
+}
+
+fn read_format<R: Read>(
+    source: &mut R,
+    size: u32,
+    bytes_left: u64,
+) -> Result<(AudioFormat, Encoding), WavError> {
+    let short = |needed| WavError::ShortFormat {
+        bytes: size.min(u32::try_from(bytes_left).unwrap_or(u32::MAX)),
+        needed,
+    };
+    let usable = bytes_left.min(u64::from(size));
+    if usable < 16 {
+        return Err(short(16));
+    }
+    let mut tag = u16::from_le_bytes(read_array(source)?);
+    let channels = u16::from_le_bytes(read_array(source)?);
+    let sample_rate_hz = u32::from_le_bytes(read_array(source)?);
+    let _byte_rate: [u8; 4] = read_array(source)?;
+    let frame_bytes = u16::from_le_bytes(read_array(source)?);
+    let bits = u16::from_le_bytes(read_array(source)?);
+    if tag == TAG_EXTENSIBLE {
+        if usable < 40 {
+            return Err(short(40));
+        }
+        let _size_valid_bits_and_mask: [u8; 8] = read_array(source)?;
+        tag = u16::from_le_bytes(read_array(source)?);
+    }
+    let encoding = match (tag, bits) {
+        (TAG_PCM, 16) => Encoding::I16,
+        (TAG_PCM, 24) => Encoding::I24,
+        (TAG_PCM, 32) => Encoding::I32,
+        (TAG_FLOAT, 32) => Encoding::F32,
+        _ => return Err(WavError::SampleFormat { tag, bits }),
+    };
+    if channels == 0 {
+        return Err(WavError::Field {
+            field: "number of channels",
+            value: 0,
+        });
+    }
+    if sample_rate_hz == 0 {
+        return Err(WavError::Field {
+            field: "sample rate",
+            value: 0,
+        });
+    }
+    if u64::from(frame_bytes) != u64::from(channels) * encoding.bytes() {
+        return Err(WavError::Field {
+            field: "bytes per frame",
+            value: u64::from(frame_bytes),
+        });
+    }
+    Ok((
+        AudioFormat {
+            sample_rate_hz,
+            channels,
+        },
+        encoding,
+    ))
+}
+
+fn read_array<const N: usize, R: Read>(source: &mut R) -> io::Result<[u8; N]> {
+    let mut bytes = [0; N];
+    source.read_exact(&mut bytes)?;
+    Ok(bytes)
+}

@@ -1,0 +1,136 @@
+//! The drive's state, published by the output callback for any thread to read.
+
+use std::sync::{
+    Arc,
+    atomic::{AtomicU32, AtomicU64, Ordering, fence},
+};
+
+use crate::{
+    generator::{DrivePhase, DriveState, StepState},
+    limiter::TripCause,
+};
+
+/// A sequence lock over atomics: the writer never waits, a reader that meets a write tries again.
+#[derive(Debug, Default)]
+struct Slot {
+    /// Odd while a write is under way.
+    sequence: AtomicU64,
+    frames: AtomicU64,
+    phase: AtomicU32,
+    envelope_v: AtomicU64,
+    carrier_hz: AtomicU64,
+    /// Index of the step plus one; 0 for none.
+    step: AtomicU32,
+    step_first_frame: AtomicU64,
+    programs: AtomicU32,
+    refused: AtomicU32,
+}
+
+/// The writing side; one only.
+#[derive(Debug)]
+pub(crate) struct Publisher(Arc<Slot>);
+
+/// The reading side.
+#[derive(Clone, Debug)]
+pub(crate) struct Published(Arc<Slot>);
+
+pub(crate) fn channel() -> (Publisher, Published) {
+    let slot = Arc::new(Slot::default());
+    (Publisher(Arc::clone(&slot)), Published(slot))
+}
+
+impl Publisher {
+    /// Takes `&mut self`, for two writers at once would tear the state.
+    pub(crate) fn publish(&mut self, state: &DriveState) {
+        let slot = &*self.0;
+        let sequence = slot.sequence.load(Ordering::Relaxed);
+        slot.sequence
+            .store(sequence.wrapping_add(1), Ordering::Relaxed);
+        fence(Ordering::Release);
+        slot.frames.store(state.frames, Ordering::Relaxed);
+        slot.phase
+            .store(encode_phase(state.phase), Ordering::Relaxed);
+        slot.envelope_v
+            .store(state.envelope_v.to_bits(), Ordering::Relaxed);
+        slot.carrier_hz
+            .store(state.carrier_hz.to_bits(), Ordering::Relaxed);
+        let (step, first_frame) = match state.step {
+            Some(step) => (u32::from(step.index) + 1, step.first_frame),
+            None => (0, 0),
+        };
+        slot.step.store(step, Ordering::Relaxed);
+        slot.step_first_frame.store(first_frame, Ordering::Relaxed);
+        slot.programs.store(state.programs, Ordering::Relaxed);
+        slot.refused.store(state.refused, Ordering::Relaxed);
+        slot.sequence
+            .store(sequence.wrapping_add(2), Ordering::Release);
+    }
+}
+
+impl Published {
+    /// The last state published, whole; waits out a write under way.
+    pub(crate) fn read(&self) -> DriveState {
+        loop {
+            if let Some(state) = self.try_read() {
+                return state;
+            }
+            std::hint::spin_loop();
+        }
+    }
+
+    /// The last state published, or `None` if a write is under way: for callbacks, which must not
+    /// wait.
+    pub(crate) fn try_read(&self) -> Option<DriveState> {
+        let slot = &*self.0;
+        let before = slot.sequence.load(Ordering::Acquire);
+        if !before.is_multiple_of(2) {
+            return None;
+        }
+        let step = slot.step.load(Ordering::Relaxed);
+        let first_frame = slot.step_first_frame.load(Ordering::Relaxed);
+        let state = DriveState {
+            frames: slot.frames.load(Ordering::Relaxed),
+            phase: decode_phase(slot.phase.load(Ordering::Relaxed)),
+            envelope_v: f64::from_bits(slot.envelope_v.load(Ordering::Relaxed)),
+            carrier_hz: f64::from_bits(slot.carrier_hz.load(Ordering::Relaxed)),
+            step: step
+                .checked_sub(1)
+                .and_then(|index| u16::try_from(index).ok())
+                .map(|index| StepState { index, first_frame }),
+            programs: slot.programs.load(Ordering::Relaxed),
+            refused: slot.refused.load(Ordering::Relaxed),
+        };
+        fence(Ordering::Acquire);
+        (slot.sequence.load(Ordering::Relaxed) == before).then_some(state)
+    }
+}
+
+const PHASES: [DrivePhase; 9] = [
+    DrivePhase::Silent,
+    DrivePhase::RampingIn,
+    DrivePhase::Steady,
+    DrivePhase::RampingOut,
+    DrivePhase::EmergencyRamp,
+    DrivePhase::EmergencyStopped,
+    DrivePhase::Tripped(TripCause::NotFinite),
+    DrivePhase::Tripped(TripCause::OverRange),
+    DrivePhase::Tripped(TripCause::ForeignProgram),
+];
+
+fn encode_phase(phase: DrivePhase) -> u32 {
+    match phase {
+        DrivePhase::Silent => 0,
+        DrivePhase::RampingIn => 1,
+        DrivePhase::Steady => 2,
+        DrivePhase::RampingOut => 3,
+        DrivePhase::EmergencyRamp => 4,
+        DrivePhase::EmergencyStopped => 5,
+        DrivePhase::Tripped(TripCause::NotFinite) => 6,
+        DrivePhase::Tripped(TripCause::OverRange) => 7,
+        DrivePhase::Tripped(TripCause::ForeignProgram) => 8,
+    }
+}
+
+fn decode_phase(code: u32) -> DrivePhase {
+    PHASES[code as usize % PHASES.len()]
+}

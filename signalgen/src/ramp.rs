@@ -1,0 +1,60 @@
+//! Raised-cosine ramps, so that the drive never steps.
+
+use std::f64::consts::FRAC_PI_2;
+
+use crate::phase::SineTable;
+
+const HALF_TURN: u64 = 1 << 63;
+
+/// A weight that rises from 0 to 1 over a number of frames as (1 − cos πk/N)/2.
+///
+/// It changes by at most π/(2N) from one frame to the next; see [`Ramp::steepest_per_frame`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ramp {
+    elapsed: u32,
+    frames: u32,
+    turns_per_frame: u64,
+}
+
+impl Ramp {
+    /// A ramp at its beginning; at least one frame long.
+    #[must_use]
+    pub fn new(frames: u32) -> Self {
+        let frames = frames.max(1);
+        Self {
+            elapsed: 0,
+            frames,
+            turns_per_frame: HALF_TURN / u64::from(frames),
+        }
+    }
+
+    /// The weight at this frame; exactly 1 once the ramp is over.
+    #[inline]
+    #[must_use]
+    pub fn weight(&self, table: &SineTable) -> f64 {
+        if self.is_over() {
+            1.0
+        } else {
+            0.5 - 0.5 * table.cos(u64::from(self.elapsed) * self.turns_per_frame)
+        }
+    }
+
+    /// Goes on by one frame.
+    #[inline]
+    pub fn advance(&mut self) {
+        self.elapsed = (self.elapsed + 1).min(self.frames);
+    }
+
+    /// Whether the weight has reached 1.
+    #[inline]
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        self.elapsed == self.frames
+    }
+
+    /// Upper bound of the weight's change from one frame to the next.
+    #[must_use]
+    pub fn steepest_per_frame(frames: u32) -> f64 {
+        FRAC_PI_2 / f64::from(frames.max(1))
+    }
+}

@@ -1,0 +1,204 @@
+//! Frequency over time: sweeps and stepped tones, phase-continuous throughout.
+
+use thiserror::Error;
+
+/// How the frequency of a sweep goes from one end to the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SweepLaw {
+    /// Equal hertz per second.
+    Linear,
+    /// Equal octaves per second.
+    Logarithmic,
+}
+
+/// Most tones that a program holds: they travel to the audio callback by value, for a list on the
+/// heap would be freed there.
+pub const MAX_TONES: usize = 128;
+
+/// A list with no tones or too many.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("{count} tones: a stepped program holds 1 to {MAX_TONES}")]
+pub struct ToneCountError {
+    /// Tones in the list.
+    pub count: usize,
+}
+
+/// Frequencies of a stepped-tone program, 1 to [`MAX_TONES`] of them.
+#[derive(Clone, Copy, PartialEq)]
+pub struct ToneList {
+    frequencies_hz: [f64; MAX_TONES],
+    count: usize,
+}
+
+impl ToneList {
+    /// The tones in the order in which they sound.
+    ///
+    /// # Errors
+    /// If there are none, or more than [`MAX_TONES`].
+    pub fn new(frequencies_hz: &[f64]) -> Result<Self, ToneCountError> {
+        let count = frequencies_hz.len();
+        let mut held = [0.0; MAX_TONES];
+        match held.get_mut(..count) {
+            Some(used) if count > 0 => used.copy_from_slice(frequencies_hz),
+            _ => return Err(ToneCountError { count }),
+        }
+        Ok(Self {
+            frequencies_hz: held,
+            count,
+        })
+    }
+
+    /// The frequencies, Hz.
+    #[must_use]
+    pub fn as_slice(&self) -> &[f64] {
+        &self.frequencies_hz[..self.count]
+    }
+
+    /// The first tone, Hz.
+    #[must_use]
+    pub fn first_hz(&self) -> f64 {
+        self.frequencies_hz[0]
+    }
+
+    fn last_hz(&self) -> f64 {
+        self.frequencies_hz[self.count - 1]
+    }
+}
+
+impl std::fmt::Debug for ToneList {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_list().entries(self.as_slice()).finish()
+    }
+}
+
+/// What the carrier does in the next frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Motion {
+    /// Stays at its frequency.
+    Hold,
+    /// Changes to a frequency and stays there.
+    Jump(f64),
+    /// Passes through a frame whose mean frequency this is.
+    Glide(f64),
+    /// Has come to the end of the program, at this frequency.
+    Over(f64),
+}
+
+/// The running frequency plan of a program at full amplitude, advanced frame by frame.
+#[derive(Clone, Copy, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a boxed tone list would be freed in the audio callback"
+)]
+pub(crate) enum Timeline {
+    /// One frequency for as long as the program lasts.
+    Constant,
+    /// See [`Glide`].
+    Sweep(Glide),
+    /// See [`Steps`].
+    Steps(Steps),
+}
+
+impl Timeline {
+    pub(crate) fn advance(&mut self) -> Motion {
+        match self {
+            Self::Constant => Motion::Hold,
+            Self::Sweep(glide) => glide.advance(),
+            Self::Steps(steps) => steps.advance(),
+        }
+    }
+
+    pub(crate) fn step_index(&self) -> Option<u16> {
+        match self {
+            Self::Steps(steps) => steps.sounding,
+            Self::Constant | Self::Sweep(_) => None,
+        }
+    }
+}
+
+/// A sweep: frame `n` of `frames` begins at the law's frequency at time n/rate.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Glide {
+    from_hz: f64,
+    to_hz: f64,
+    law: SweepLaw,
+    frames: u64,
+    elapsed: u64,
+}
+
+impl Glide {
+    pub(crate) fn new(from_hz: f64, to_hz: f64, law: SweepLaw, frames: u64) -> Self {
+        Self {
+            from_hz,
+            to_hz,
+            law,
+            frames: frames.max(1),
+            elapsed: 0,
+        }
+    }
+
+    /// The frequency's mean over the coming frame, so that the phase follows the law's integral
+    /// and not a staircase.
+    fn advance(&mut self) -> Motion {
+        if self.elapsed == self.frames {
+            return Motion::Over(self.to_hz);
+        }
+        let frames = self.frames as f64;
+        let n = self.elapsed as f64;
+        self.elapsed += 1;
+        let mean_hz = match self.law {
+            SweepLaw::Linear => self.from_hz + (self.to_hz - self.from_hz) * ((n + 0.5) / frames),
+            SweepLaw::Logarithmic => {
+                let log_per_frame = (self.to_hz / self.from_hz).ln() / frames;
+                let mean_over_first = if log_per_frame == 0.0 {
+                    1.0
+                } else {
+                    log_per_frame.exp_m1() / log_per_frame
+                };
+                self.from_hz * (log_per_frame * n).exp() * mean_over_first
+            }
+        };
+        Motion::Glide(mean_hz)
+    }
+}
+
+/// Tones one after the other, each for `dwell_frames`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Steps {
+    tones: ToneList,
+    dwell_frames: u64,
+    left_frames: u64,
+    sounding: Option<u16>,
+    next: usize,
+}
+
+impl Steps {
+    pub(crate) fn new(tones: ToneList, dwell_frames: u64) -> Self {
+        Self {
+            tones,
+            dwell_frames: dwell_frames.max(1),
+            left_frames: 0,
+            sounding: None,
+            next: 0,
+        }
+    }
+
+    fn advance(&mut self) -> Motion {
+        if self.left_frames > 0 {
+            self.left_frames -= 1;
+            return Motion::Hold;
+        }
+        match self.tones.as_slice().get(self.next) {
+            Some(&frequency_hz) => {
+                self.sounding = u16::try_from(self.next).ok();
+                self.next += 1;
+                self.left_frames = self.dwell_frames - 1;
+                Motion::Jump(frequency_hz)
+            }
+            None => {
+                self.sounding = None;
+                Motion::Over(self.tones.last_hz())
+            }
+        }
+    }
+}

@@ -1,1 +1,19 @@
-//! IQ demodulation, mechanical impedance and plate identification.
+//! From sampled voltages to the plate's mechanical impedance: IQ demodulation, Z_m, smoothing, clock alignment.
+//!
+//! Conventions, for the whole crate: exp(+iωt), peak amplitudes, SI units named in identifiers.
+//! No input or output, no threads.
+
+mod demodulator;
+mod filter;
+mod flaws;
+mod kernel;
+mod mask;
+mod noise;
+mod phase;
+mod window;
+mod zm;
+
+pub use demodulator::{Demodulator, DemodulatorError, Envelope, Frame, Input};
+pub use filter::{Filter, FilterError, OUTPUT_RATE_HZ, Settings};
+pub use mask::Mask;
+pub use zm::{Channels, ConstantError, NULL_SIGMAS, PlateConstants, Zm, ZmFrame};

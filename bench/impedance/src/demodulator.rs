@@ -1,0 +1,381 @@
+//! Streaming IQ demodulation of several channels by one filter.
+
+use crate::filter::Filter;
+use crate::flaws::Flaws;
+use crate::kernel;
+use crate::mask::Mask;
+use crate::noise::NoiseFloor;
+use num_complex::Complex64;
+
+/// Samples are taken in chunks of this many, so that memory does not grow with the caller's blocks.
+const CHUNK: usize = 4096;
+
+/// One channel of the interleaved stream.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Input {
+    /// Its place in the interleaved frame.
+    pub channel: usize,
+    /// |sample| from which on the converter is taken to clip, in sample units (full scale of a sound card is 1).
+    pub clip_level: f32,
+}
+
+/// A channel's complex envelope X̃ at one instant: x(t) = Re[X̃ exp(+iωt)], peak amplitude, phase referred to sample 0
+/// of the stream. NaN where `mask` tells of lost samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Envelope {
+    /// X̃ in sample units.
+    pub value: Complex64,
+    /// dX̃/dt in sample units per second.
+    pub slope_per_s: Complex64,
+    /// d²X̃/dt² in sample units per second squared.
+    pub curvature_per_s2: Complex64,
+    /// Standard deviation of each quadrature of `value` from noise, in sample units, estimated 4 and 6 kHz (at 2 kHz
+    /// output) to either side of the carrier over the last half second: the median of the four averages, so that one foreign
+    /// tone does not pass for noise. Infinite before anything could be observed.
+    pub noise: f64,
+    /// Samples at or above the clip level within the filter's window.
+    pub clipped: u32,
+    /// [`Mask::LOST_SAMPLES`] and [`Mask::CLIPPED`] as they apply to this channel.
+    pub mask: Mask,
+}
+
+/// The envelopes of `N` channels at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame<const N: usize> {
+    /// The sample of the stream at the window's centre: the instant that the envelopes belong to.
+    pub sample: u64,
+    /// The same in seconds.
+    pub time_s: f64,
+    /// In the order of the inputs.
+    pub envelopes: [Envelope; N],
+}
+
+impl<const N: usize> Frame<N> {
+    /// The reasons of all channels.
+    #[must_use]
+    pub fn mask(&self) -> Mask {
+        self.envelopes
+            .iter()
+            .fold(Mask::CLEAR, |mask, e| mask | e.mask)
+    }
+}
+
+impl Frame<2> {
+    /// The drive voltage's envelope, of [`Demodulator::drive_and_pickup`].
+    #[must_use]
+    pub fn drive(&self) -> &Envelope {
+        &self.envelopes[0]
+    }
+
+    /// The pickup's envelope, of [`Demodulator::drive_and_pickup`].
+    #[must_use]
+    pub fn pickup(&self) -> &Envelope {
+        &self.envelopes[1]
+    }
+}
+
+/// A stream that cannot be demodulated as asked.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum DemodulatorError {
+    /// An input names a channel that the stream does not have.
+    #[error("channel {channel} does not exist: the stream has {stream_channels}")]
+    NoSuchChannel {
+        /// The channel asked for, from 0.
+        channel: usize,
+        /// Channels in the stream.
+        stream_channels: usize,
+    },
+    /// The clip level is not positive.
+    #[error("clip level {clip_level} of channel {channel} is not above 0")]
+    ClipLevel {
+        /// The channel.
+        channel: usize,
+        /// The level asked for.
+        clip_level: f32,
+    },
+    /// A block ends in the middle of a frame.
+    #[error(
+        "a block of {samples} samples is not a whole number of frames of {stream_channels} channels"
+    )]
+    TornBlock {
+        /// Samples in the block.
+        samples: usize,
+        /// Channels in the stream.
+        stream_channels: usize,
+    },
+}
+
+/// Demodulates `N` channels of an interleaved stream, block by block, into frames at the output rate.
+///
+/// A frame is emitted for each multiple of the hop whose whole window lies in the stream. The result does not depend on how
+/// the stream is cut into blocks. A NaN or infinite sample invalidates the frames whose window touches it, and no other.
+#[derive(Clone, Debug)]
+pub struct Demodulator<const N: usize> {
+    filter: Filter,
+    stream_channels: usize,
+    inputs: [Input; N],
+    channels: [Channel; N],
+    /// Samples taken so far.
+    taken: u64,
+    /// First-stage outputs computed so far; output j is centred on sample j·decimation.
+    mixed: u64,
+    /// The next frame, in hops.
+    next_frame: u64,
+}
+
+#[derive(Clone, Debug)]
+struct Channel {
+    /// Samples not yet used up by the first stage; lost ones are zero here and known to `flaws`.
+    samples: Vec<f64>,
+    /// First-stage outputs, turned to phase 0 of the stream, not yet used up by the second.
+    re: Vec<f64>,
+    im: Vec<f64>,
+    flaws: Flaws,
+    noise: NoiseFloor,
+}
+
+impl Demodulator<2> {
+    /// For the drive voltage and the pickup, in this order whatever their channels.
+    ///
+    /// # Errors
+    /// As [`Demodulator::new`].
+    pub fn drive_and_pickup(
+        filter: Filter,
+        stream_channels: usize,
+        drive: Input,
+        pickup: Input,
+    ) -> Result<Self, DemodulatorError> {
+        Self::new(filter, stream_channels, [drive, pickup])
+    }
+}
+
+impl<const N: usize> Demodulator<N> {
+    /// `inputs` of a stream of `stream_channels` interleaved channels.
+    ///
+    /// # Errors
+    /// When an input's channel does not exist or its clip level is not positive.
+    pub fn new(
+        filter: Filter,
+        stream_channels: usize,
+        inputs: [Input; N],
+    ) -> Result<Self, DemodulatorError> {
+        for Input {
+            channel,
+            clip_level,
+        } in inputs
+        {
+            if channel >= stream_channels {
+                return Err(DemodulatorError::NoSuchChannel {
+                    channel,
+                    stream_channels,
+                });
+            }
+            if clip_level.is_nan() || clip_level <= 0.0 {
+                return Err(DemodulatorError::ClipLevel {
+                    channel,
+                    clip_level,
+                });
+            }
+        }
+        let channel = Channel {
+            // Silence before the stream lets the first stage start at sample 0; no frame's window reaches into it.
+            samples: vec![0.0; filter.first.half],
+            re: vec![],
+            im: vec![],
+            flaws: Flaws::default(),
+            noise: NoiseFloor::new(&filter),
+        };
+        Ok(Self {
+            stream_channels,
+            inputs,
+            channels: std::array::from_fn(|_| channel.clone()),
+            taken: 0,
+            mixed: 0,
+            next_frame: filter.half_support().div_ceil(filter.hop()),
+            filter,
+        })
+    }
+
+    /// The filter that all channels pass.
+    #[must_use]
+    pub fn filter(&self) -> &Filter {
+        &self.filter
+    }
+
+    /// Samples per channel taken so far: the next block's first sample index.
+    #[must_use]
+    pub fn samples_taken(&self) -> u64 {
+        self.taken
+    }
+
+    /// Takes a block of any length and emits the frames that it completes, in order.
+    ///
+    /// # Errors
+    /// When the block does not hold whole frames; nothing is taken then.
+    pub fn push(
+        &mut self,
+        interleaved: &[f32],
+        mut emit: impl FnMut(&Frame<N>),
+    ) -> Result<(), DemodulatorError> {
+        if !interleaved.len().is_multiple_of(self.stream_channels) {
+            return Err(DemodulatorError::TornBlock {
+                samples: interleaved.len(),
+                stream_channels: self.stream_channels,
+            });
+        }
+        for chunk in interleaved.chunks(CHUNK * self.stream_channels) {
+            for (channel, input) in self.channels.iter_mut().zip(self.inputs) {
+                channel.take(chunk, self.stream_channels, input, self.taken);
+            }
+            self.taken += (chunk.len() / self.stream_channels) as u64;
+            self.mix();
+            self.emit_frames(&mut emit);
+        }
+        Ok(())
+    }
+
+    /// Runs the first stage as far as the samples reach.
+    fn mix(&mut self) {
+        let first = &self.filter.first;
+        let per_hop = self.filter.second.decimation as u64;
+        let available = self.channels.first().map_or(0, |c| c.samples.len());
+        let length = first.re.len();
+        if available < length {
+            return;
+        }
+        let outputs = (available - length) / first.decimation + 1;
+        for channel in &mut self.channels {
+            let start = channel.re.len();
+            channel.re.resize(start + outputs, 0.0);
+            channel.im.resize(start + outputs, 0.0);
+            let (re, im) = (&mut channel.re[start..], &mut channel.im[start..]);
+            kernel::mix_and_decimate(
+                &channel.samples,
+                first.decimation,
+                &first.re,
+                &first.im,
+                re,
+                im,
+            );
+            channel.samples.drain(..outputs * first.decimation);
+        }
+
+        let hop = self.filter.hop();
+        let mut j = 0;
+        while j < outputs {
+            let index = self.mixed + j as u64;
+            let turned = self.filter.phase.at(index / per_hop * hop).conj();
+            let within = (index % per_hop) as usize;
+            let run = (outputs - j).min(per_hop as usize - within);
+            for (i, fine) in first.rotation[within..within + run].iter().enumerate() {
+                let turn = turned * fine;
+                for channel in &mut self.channels {
+                    let at = channel.re.len() - outputs + j + i;
+                    let (re, im) = (channel.re[at], channel.im[at]);
+                    channel.re[at] = re * turn.re - im * turn.im;
+                    channel.im[at] = re * turn.im + im * turn.re;
+                }
+            }
+            j += run;
+        }
+        self.mixed += outputs as u64;
+    }
+
+    /// Runs the second stage as far as the first one's outputs reach.
+    fn emit_frames(&mut self, emit: &mut impl FnMut(&Frame<N>)) {
+        let second = &self.filter.second;
+        let (half, decimation) = (second.half as u64, second.decimation as u64);
+        while self.next_frame * decimation + half < self.mixed {
+            let sample = self.next_frame * self.filter.hop();
+            let held = self.channels.first().map_or(0, |c| c.re.len()) as u64;
+            let start = (self.next_frame * decimation - half - (self.mixed - held)) as usize;
+            let window = start..start + 2 * second.half + 1;
+            let envelopes = self
+                .channels
+                .each_mut()
+                .map(|channel| channel.envelope(&self.filter, sample, window.clone()));
+            emit(&Frame {
+                sample,
+                time_s: sample as f64 / f64::from(self.filter.settings().sample_rate_hz),
+                envelopes,
+            });
+            self.next_frame += 1;
+        }
+        let first_needed = self.next_frame * decimation - half;
+        for channel in &mut self.channels {
+            let oldest = self.mixed - channel.re.len() as u64;
+            let spent = first_needed
+                .saturating_sub(oldest)
+                .min(channel.re.len() as u64) as usize;
+            channel.re.drain(..spent);
+            channel.im.drain(..spent);
+            channel.flaws.forget_before(
+                (first_needed * self.filter.first.decimation as u64)
+                    .saturating_sub(self.filter.first.half as u64),
+            );
+        }
+    }
+}
+
+impl Channel {
+    /// Deinterleaves, notes lost and clipped samples.
+    fn take(&mut self, chunk: &[f32], stride: usize, input: Input, at: u64) {
+        let start = self.samples.len();
+        let column = chunk.iter().skip(input.channel).step_by(stride);
+        self.samples.extend(column.map(|&x| f64::from(x)));
+        let level = f64::from(input.clip_level);
+        let taken = &mut self.samples[start..];
+        // A NaN fails every comparison.
+        let sound = taken
+            .iter()
+            .fold(true, |sound, x| sound & (x.abs() < level));
+        if sound {
+            return;
+        }
+        for (sample, x) in (at..).zip(taken) {
+            if !x.is_finite() {
+                self.flaws.note_lost(sample);
+                *x = 0.0;
+            } else if x.abs() >= level {
+                self.flaws.note_clipped(sample);
+            }
+        }
+    }
+
+    fn envelope(
+        &mut self,
+        filter: &Filter,
+        sample: u64,
+        window: std::ops::Range<usize>,
+    ) -> Envelope {
+        let touched = sample - filter.half_support()..sample + filter.half_support() + 1;
+        let lost = self.flaws.lost_within(&touched);
+        let clipped = self.flaws.clipped_within(&touched);
+        let mut mask = Mask::CLEAR;
+        if lost {
+            mask |= Mask::LOST_SAMPLES;
+        }
+        if clipped > 0 {
+            mask |= Mask::CLIPPED;
+        }
+        let (re, im) = (&self.re[window.clone()], &self.im[window]);
+        if mask.is_clear() {
+            self.noise.observe(filter, re, im);
+        }
+        let [value, slope_per_s, curvature_per_s2] = if lost {
+            [Complex64::new(f64::NAN, f64::NAN); 3]
+        } else {
+            let taps = filter.second.taps.each_ref().map(Vec::as_slice);
+            let (re, im) = (kernel::three_dots(re, taps), kernel::three_dots(im, taps));
+            std::array::from_fn(|i| Complex64::new(re[i], im[i]))
+        };
+        Envelope {
+            value,
+            slope_per_s,
+            curvature_per_s2,
+            noise: self.noise.quadrature_std(),
+            clipped,
+            mask,
+        }
+    }
+}

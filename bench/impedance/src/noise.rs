@@ -1,0 +1,66 @@
+//! How noisy a channel is around the carrier.
+
+use crate::filter::{Filter, PROBES};
+use num_complex::Complex64;
+
+/// One look at the noise per this many frames: as long as the filter, so that looks are nearly independent.
+const FRAMES_PER_LOOK: u64 = 10;
+const AVERAGING_S: f64 = 0.5;
+
+/// Running estimate of the noise on an envelope, from narrow bands beside the carrier where no envelope reaches.
+#[derive(Clone, Debug)]
+pub(crate) struct NoiseFloor {
+    /// Average power in each probe, in terms of the variance of an envelope's quadrature.
+    variance: [f64; PROBES],
+    looks: u64,
+    /// Looks that the average reaches back.
+    memory: f64,
+    frames: u64,
+    quadrature_std: f64,
+}
+
+impl NoiseFloor {
+    pub(crate) fn new(filter: &Filter) -> Self {
+        let looks_per_s = f64::from(filter.settings().output_rate_hz) / FRAMES_PER_LOOK as f64;
+        Self {
+            variance: [0.0; PROBES],
+            looks: 0,
+            memory: AVERAGING_S * looks_per_s,
+            frames: 0,
+            quadrature_std: f64::INFINITY,
+        }
+    }
+
+    /// Sees the window of a sound frame.
+    pub(crate) fn observe(&mut self, filter: &Filter, re: &[f64], im: &[f64]) {
+        self.frames += 1;
+        if self.frames % FRAMES_PER_LOOK != 1 {
+            return;
+        }
+        self.looks += 1;
+        // A plain mean until the memory is full, then an exponential one.
+        let weight = 1.0 / (self.looks as f64).min(self.memory);
+        let second = &filter.second;
+        for ((variance, probe), gain) in self
+            .variance
+            .iter_mut()
+            .zip(&second.probes)
+            .zip(second.probe_gain)
+        {
+            let seen: Complex64 = probe
+                .iter()
+                .zip(re.iter().zip(im))
+                .map(|(g, (&re, &im))| g * Complex64::new(re, im))
+                .sum();
+            *variance += weight * (gain * seen.norm_sqr() - *variance);
+        }
+        let mut sorted = self.variance;
+        sorted.sort_by(f64::total_cmp);
+        self.quadrature_std = ((sorted[PROBES / 2 - 1] + sorted[PROBES / 2]) / 2.0).sqrt();
+    }
+
+    /// Standard deviation of one quadrature of the envelope; infinite before the first look.
+    pub(crate) fn quadrature_std(&self) -> f64 {
+        self.quadrature_std
+    }
+}

@@ -1,0 +1,214 @@
+//! The observed mechanical impedance Z_m, plain and corrected for envelope dynamics.
+
+use crate::demodulator::Frame;
+use crate::filter::Filter;
+use crate::mask::Mask;
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// Amplitudes under this many standard deviations of their noise are masked (an assumption of this project).
+pub const NULL_SIGMAS: f64 = 10.0;
+
+const I: Complex64 = Complex64::I;
+
+/// What is known of the plate and its actuators.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlateConstants {
+    /// Resonance f₀ of the mode that is driven.
+    pub resonance_hz: f64,
+    /// Modal mass m_p.
+    pub modal_mass_kg: f64,
+    /// Force factor γ of the actuators: f_a = γ·U_a.
+    pub force_factor_n_per_v: f64,
+}
+
+impl PlateConstants {
+    /// Modal stiffness k_p = (2π f₀)² m_p; derived, never typed in.
+    #[must_use]
+    pub fn stiffness_n_per_m(&self) -> f64 {
+        (TAU * self.resonance_hz).powi(2) * self.modal_mass_kg
+    }
+}
+
+/// How sample values become volts and metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Channels {
+    /// Actuator volts per sample value.
+    pub drive_volts_per_unit: f64,
+    /// Plate displacement per sample value at the carrier.
+    pub pickup_metres_per_unit: f64,
+    /// x̃ = metres_per_unit · sample · exp(+i·phase), with exp(+iωt) throughout.
+    pub pickup_phase_rad: f64,
+}
+
+/// A constant that makes no sense.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("{name} is {value}, but must be {required}")]
+pub struct ConstantError {
+    /// The constant's name.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// What it must be.
+    pub required: &'static str,
+}
+
+/// Turns frames of drive and pickup into impedances.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Zm {
+    omega: f64,
+    mass_kg: f64,
+    stiffness_n_per_m: f64,
+    /// Actuator force per unit of the drive channel.
+    newtons_per_unit: f64,
+    volts_per_unit: f64,
+    /// Displacement per unit of the pickup channel, with its phase.
+    metres_per_unit: Complex64,
+    derivative_noise_per_s: f64,
+}
+
+/// The impedance at one instant. All envelopes are peak values in exp(+iωt); whatever cannot be known is NaN, and `mask` says why.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ZmFrame {
+    /// The sample of the stream that this belongs to.
+    pub sample: u64,
+    /// The same in seconds.
+    pub time_s: f64,
+    /// Why the impedances are NaN; clear where they are not.
+    pub mask: Mask,
+    /// Actuator voltage Ũ.
+    pub drive_v: Complex64,
+    /// Plate displacement x̃.
+    pub displacement_m: Complex64,
+    /// |x̃|.
+    pub amplitude_m: f64,
+    /// d|x̃|/dt.
+    pub amplitude_rate_m_per_s: f64,
+    /// Standard deviation of `amplitude_m` from noise.
+    pub amplitude_std_m: f64,
+    /// γŨ/(iωx̃), as published (Huloux 2021, Eq. 20).
+    pub plain_n_s_per_m: Complex64,
+    /// Standard deviation of each part of `plain_n_s_per_m` from noise.
+    pub plain_std_n_s_per_m: f64,
+    /// Z_m freed of the plate's response to a changing envelope.
+    pub corrected_n_s_per_m: Complex64,
+    /// Standard deviation of each part of `corrected_n_s_per_m` from noise.
+    pub corrected_std_n_s_per_m: f64,
+}
+
+impl Zm {
+    /// For frames that `filter` made.
+    ///
+    /// # Errors
+    /// When a constant is not positive, or the phase not finite.
+    pub fn new(
+        plate: PlateConstants,
+        channels: Channels,
+        filter: &Filter,
+    ) -> Result<Self, ConstantError> {
+        for (name, value) in [
+            ("plate.resonance_hz", plate.resonance_hz),
+            ("plate.modal_mass_kg", plate.modal_mass_kg),
+            ("plate.force_factor_n_per_v", plate.force_factor_n_per_v),
+            (
+                "channels.pickup.metres_per_unit",
+                channels.pickup_metres_per_unit,
+            ),
+            (
+                "channels.drive.volts_per_unit",
+                channels.drive_volts_per_unit,
+            ),
+        ] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(ConstantError {
+                    name,
+                    value,
+                    required: "positive and finite",
+                });
+            }
+        }
+        if !channels.pickup_phase_rad.is_finite() {
+            return Err(ConstantError {
+                name: "channels.pickup.phase_rad",
+                value: channels.pickup_phase_rad,
+                required: "finite",
+            });
+        }
+        Ok(Self {
+            omega: TAU * filter.settings().carrier_hz,
+            mass_kg: plate.modal_mass_kg,
+            stiffness_n_per_m: plate.stiffness_n_per_m(),
+            newtons_per_unit: plate.force_factor_n_per_v * channels.drive_volts_per_unit,
+            volts_per_unit: channels.drive_volts_per_unit,
+            metres_per_unit: Complex64::from_polar(
+                channels.pickup_metres_per_unit,
+                channels.pickup_phase_rad,
+            ),
+            derivative_noise_per_s: filter.derivative_noise_per_s(),
+        })
+    }
+
+    /// The impedance of one frame.
+    #[must_use]
+    pub fn read(&self, frame: &Frame<2>) -> ZmFrame {
+        let (drive, pickup) = (frame.drive(), frame.pickup());
+        let Self {
+            omega,
+            mass_kg,
+            stiffness_n_per_m,
+            ..
+        } = *self;
+        let force = drive.value * self.newtons_per_unit;
+        let [x, dx, ddx] = [pickup.value, pickup.slope_per_s, pickup.curvature_per_s2]
+            .map(|e| e * self.metres_per_unit);
+        let amplitude_m = x.norm();
+        let amplitude_std_m = pickup.noise * self.metres_per_unit.norm();
+
+        let mut mask = frame.mask();
+        // Neither NaN nor an infinite deviation passes this comparison; nor does 0 > 0.
+        if !mask.contains(Mask::LOST_SAMPLES) && !(amplitude_m > NULL_SIGMAS * amplitude_std_m) {
+            mask |= Mask::ENVELOPE_NULL;
+        }
+        let mut out = ZmFrame {
+            sample: frame.sample,
+            time_s: frame.time_s,
+            mask,
+            drive_v: drive.value * self.volts_per_unit,
+            displacement_m: x,
+            amplitude_m,
+            amplitude_rate_m_per_s: if amplitude_m > 0.0 {
+                (x.conj() * dx).re / amplitude_m
+            } else {
+                f64::NAN
+            },
+            amplitude_std_m,
+            plain_n_s_per_m: Complex64::new(f64::NAN, f64::NAN),
+            plain_std_n_s_per_m: f64::NAN,
+            corrected_n_s_per_m: Complex64::new(f64::NAN, f64::NAN),
+            corrected_std_n_s_per_m: f64::NAN,
+        };
+        if !mask.is_clear() {
+            return out;
+        }
+
+        let force_std = drive.noise * self.newtons_per_unit;
+        let quasi_static = I * omega * x;
+        let plain = force / quasi_static;
+        out.plain_n_s_per_m = plain;
+        out.plain_std_n_s_per_m =
+            force_std.hypot(plain.norm() * omega * amplitude_std_m) / quasi_static.norm();
+
+        let velocity = quasi_static + dx;
+        let acceleration = I * omega * dx + ddx;
+        let corrected =
+            (force - mass_kg * acceleration - I * (stiffness_n_per_m / omega) * dx) / velocity;
+        let slope_weight = (corrected + I * (omega * mass_kg + stiffness_n_per_m / omega)).norm();
+        let slope_std = amplitude_std_m * self.derivative_noise_per_s;
+        out.corrected_n_s_per_m = corrected;
+        out.corrected_std_n_s_per_m = force_std
+            .hypot(corrected.norm() * omega * amplitude_std_m)
+            .hypot(slope_weight * slope_std)
+            / velocity.norm();
+        out
+    }
+}

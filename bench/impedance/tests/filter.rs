@@ -1,0 +1,102 @@
+//! The measured properties that the docs of `Filter` quote.
+
+use impedance::{Filter, FilterError, OUTPUT_RATE_HZ, Settings};
+
+fn filter(sample_rate_hz: u32) -> Filter {
+    Filter::new(Settings {
+        sample_rate_hz,
+        carrier_hz: sample_rate_hz as f64 * 0.3,
+        output_rate_hz: OUTPUT_RATE_HZ,
+    })
+    .unwrap()
+}
+
+fn decibels(gain: f64) -> f64 {
+    20.0 * gain.abs().log10()
+}
+
+#[test]
+fn passband_is_flat_and_the_rest_rejected() {
+    for rate in [96_000, 100_000, 192_000, 50_000, 194_000] {
+        let filter = filter(rate);
+        for (offset_hz, limit) in [(0.0, 1e-14), (6.0, 1e-7), (100.0, 1e-5), (300.0, 5e-5)] {
+            let error = filter.response(offset_hz) - 1.0;
+            assert!(
+                error.abs() < limit,
+                "{rate} Hz: {error:e} at {offset_hz} Hz"
+            );
+        }
+        assert!((filter.response(1000.0) - 0.5).abs() < 0.01);
+        let mut worst = (0.0, 0.0);
+        let mut offset_hz = filter.stopband_hz();
+        while offset_hz <= f64::from(rate) / 2.0 {
+            let gain = filter.response(offset_hz).abs();
+            if gain > worst.1 {
+                worst = (offset_hz, gain);
+            }
+            offset_hz += 3.7;
+        }
+        println!(
+            "{rate} Hz: worst {:.1} dB at {:.0} Hz; delay {:.3} ms",
+            decibels(worst.1),
+            worst.0,
+            1e3 * filter.group_delay_s()
+        );
+        assert!(
+            decibels(worst.1) < -105.0,
+            "{rate} Hz: {:.1} dB at {} Hz",
+            decibels(worst.1),
+            worst.0
+        );
+    }
+}
+
+#[test]
+fn rates_without_a_whole_ratio_and_carriers_without_room_are_named() {
+    let settings = Settings {
+        sample_rate_hz: 44_100,
+        carrier_hz: 10_000.0,
+        output_rate_hz: 2000,
+    };
+    let error = Filter::new(settings).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "sample rate 44100 Hz is not an integer multiple of the output rate 2000 Hz"
+    );
+    let settings = Settings {
+        sample_rate_hz: 48_000,
+        carrier_hz: 35_000.0,
+        output_rate_hz: 2000,
+    };
+    assert!(matches!(
+        Filter::new(settings),
+        Err(FilterError::CarrierOutOfBand { .. })
+    ));
+    let settings = Settings {
+        sample_rate_hz: 96_000,
+        carrier_hz: f64::NAN,
+        output_rate_hz: 2000,
+    };
+    assert!(matches!(
+        Filter::new(settings),
+        Err(FilterError::CarrierOutOfBand { .. })
+    ));
+    let settings = Settings {
+        sample_rate_hz: 8_000,
+        carrier_hz: 3000.0,
+        output_rate_hz: 2000,
+    };
+    assert!(matches!(
+        Filter::new(settings),
+        Err(FilterError::TooFewSamplesPerFrame { .. })
+    ));
+    let settings = Settings {
+        sample_rate_hz: 8_000,
+        carrier_hz: 3000.0,
+        output_rate_hz: 0,
+    };
+    assert!(matches!(
+        Filter::new(settings),
+        Err(FilterError::RatioNotInteger { .. })
+    ));
+}

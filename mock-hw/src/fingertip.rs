@@ -1,0 +1,118 @@
+//! The skin of one person: drawn from the published population or pinned by the scenario.
+
+use rand::Rng;
+use rand_distr::{Distribution, StandardNormal};
+use serde::Serialize;
+
+use crate::scenario::{ParticipantScenario, Population};
+use crate::seed;
+
+/// Skin properties at the start of a session.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Fingertip {
+    /// Asperity scale σ_t, m.
+    pub sigma_t_m: f64,
+    /// Tissue impedance Z_t at the plate's resonance, real and imaginary part, N·s/m.
+    pub z_t_n_s_per_m: [f64; 2],
+    /// Friction coefficient without vibration.
+    pub mu0: f64,
+}
+
+impl Fingertip {
+    /// The fingertip of `seed`: pinned values as pinned, the others drawn.
+    ///
+    /// σ_t and Z_t are normal, cut to what is physical; μ0 has the published Spearman correlation with Im Z_t
+    /// through a Gaussian copula, whose Pearson correlation is 2 sin(π ρ_S/6).
+    #[must_use]
+    pub fn draw(participant: &ParticipantScenario, seed: u64) -> Self {
+        let mut rng = seed::stream(seed, seed::Stream::Fingertip);
+        let Population {
+            sigma_t_m,
+            re_z_t_n_s_per_m,
+            im_z_t_n_s_per_m,
+            mu0,
+            spearman_mu0_im_z_t,
+        } = &participant.population;
+        let sigma = drawn(&mut rng, *sigma_t_m, 0.4e-6, f64::MAX).0;
+        let re = drawn(&mut rng, *re_z_t_n_s_per_m, 0.05, f64::MAX).0;
+        let (im, im_score) = drawn(&mut rng, *im_z_t_n_s_per_m, 0.5, f64::MAX);
+        let pearson = 2.0 * (std::f64::consts::PI * spearman_mu0_im_z_t / 6.0).sin();
+        let own: f64 = StandardNormal.sample(&mut rng);
+        let score = pearson * im_score + (1.0 - pearson * pearson).max(0.0).sqrt() * own;
+        Self {
+            sigma_t_m: participant.sigma_t_m.unwrap_or(sigma),
+            z_t_n_s_per_m: participant.z_t_n_s_per_m.unwrap_or([re, im]),
+            mu0: participant
+                .mu0
+                .unwrap_or((mu0[0] + mu0[1] * score).clamp(0.2, 1.8)),
+        }
+    }
+}
+
+/// A normal value within limits, by rejection, and its standard score.
+fn drawn(rng: &mut impl Rng, [mean, sd]: [f64; 2], low: f64, high: f64) -> (f64, f64) {
+    loop {
+        let score: f64 = StandardNormal.sample(rng);
+        let value = mean + sd * score;
+        if (low..=high).contains(&value) {
+            return (value, score);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ranks(values: &[f64]) -> Vec<f64> {
+        let mut order: Vec<usize> = (0..values.len()).collect();
+        order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
+        let mut out = vec![0.0; values.len()];
+        for (rank, &i) in order.iter().enumerate() {
+            out[i] = rank as f64;
+        }
+        out
+    }
+
+    fn correlation(a: &[f64], b: &[f64]) -> f64 {
+        let n = a.len() as f64;
+        let (ma, mb) = (a.iter().sum::<f64>() / n, b.iter().sum::<f64>() / n);
+        let cov: f64 = a.iter().zip(b).map(|(x, y)| (x - ma) * (y - mb)).sum();
+        let va: f64 = a.iter().map(|x| (x - ma).powi(2)).sum();
+        let vb: f64 = b.iter().map(|y| (y - mb).powi(2)).sum();
+        cov / (va * vb).sqrt()
+    }
+
+    #[test]
+    fn the_population_has_the_published_moments_and_correlation() {
+        let people: Vec<Fingertip> = (0..4000)
+            .map(|seed| Fingertip::draw(&ParticipantScenario::default(), seed))
+            .collect();
+        let mean = |f: fn(&Fingertip) -> f64| people.iter().map(f).sum::<f64>() / 4000.0;
+        assert!((mean(|p| p.sigma_t_m) - 1.7e-6).abs() < 0.03e-6);
+        assert!((mean(|p| p.z_t_n_s_per_m[1]) - 3.16).abs() < 0.05);
+        // truncation at 0.05 N·s/m lifts the mean of 0.47 ± 0.28 to 0.51
+        assert!((mean(|p| p.z_t_n_s_per_m[0]) - 0.51).abs() < 0.02);
+        assert!(
+            people
+                .iter()
+                .all(|p| p.z_t_n_s_per_m[0] >= 0.05 && p.sigma_t_m > 0.0)
+        );
+        let im: Vec<f64> = people.iter().map(|p| p.z_t_n_s_per_m[1]).collect();
+        let mu0: Vec<f64> = people.iter().map(|p| p.mu0).collect();
+        let spearman = correlation(&ranks(&im), &ranks(&mu0));
+        assert!((spearman + 0.58).abs() < 0.04, "{spearman}");
+    }
+
+    #[test]
+    fn pinned_values_hold_and_leave_the_others_as_they_were() {
+        let free = Fingertip::draw(&ParticipantScenario::default(), 3);
+        let pinned = ParticipantScenario {
+            z_t_n_s_per_m: Some([0.5, 3.0]),
+            ..ParticipantScenario::default()
+        };
+        let held = Fingertip::draw(&pinned, 3);
+        assert_eq!(held.z_t_n_s_per_m, [0.5, 3.0]);
+        assert_eq!((held.sigma_t_m, held.mu0), (free.sigma_t_m, free.mu0));
+    }
+}

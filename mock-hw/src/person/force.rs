@@ -1,0 +1,90 @@
+//! Normal force: what the person aims at, misjudges, learns, and cannot hold still.
+
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::hand::Tremor;
+use crate::scenario::Behaviour;
+
+const TREMOR_HZ: f64 = 10.0;
+/// The finger lands and lifts with this time constant, s.
+const LANDING_S: f64 = 0.06;
+/// Less than this share of the aim and the finger is in the air.
+const LIFTED: f64 = 0.01;
+/// A touching person presses at least this share of the aim.
+const LEAST_SHARE: f64 = 0.1;
+
+/// The pressing finger.
+#[derive(Debug, Clone)]
+pub(crate) struct Press {
+    aim_n: f64,
+    /// Force exerted per force meant, less one.
+    misjudgement: f64,
+    learning: f64,
+    wander_n: f64,
+    wander_rms_n: f64,
+    wander_time_s: f64,
+    tremor: Tremor,
+    down: bool,
+    /// 0 in the air, 1 fully on the plate.
+    landed: f64,
+}
+
+impl Press {
+    pub fn new(behaviour: &Behaviour, misjudgement_score: f64) -> Self {
+        Self {
+            aim_n: behaviour.force_aim_n,
+            misjudgement: (behaviour.force_misjudgement * misjudgement_score).max(-0.6),
+            learning: behaviour.force_learning,
+            wander_n: 0.0,
+            wander_rms_n: behaviour.force_drift_n,
+            wander_time_s: behaviour.force_drift_time_s,
+            tremor: Tremor::new(TREMOR_HZ, behaviour.tremor_n),
+            down: false,
+            landed: 0.0,
+        }
+    }
+
+    pub fn aim_at(&mut self, aim_n: f64) {
+        self.aim_n = aim_n;
+    }
+
+    /// Corrects part of the error that the shown mean force reveals.
+    pub fn learn(&mut self, mean_n: f64) {
+        if mean_n > 0.0 {
+            self.misjudgement -= self.learning * (mean_n / self.aim_n - 1.0);
+            self.misjudgement = self.misjudgement.max(-0.6);
+        }
+    }
+
+    pub fn press(&mut self) {
+        self.down = true;
+    }
+
+    pub fn lift(&mut self) {
+        self.down = false;
+    }
+
+    pub fn is_touching(&self) -> bool {
+        self.landed > LIFTED
+    }
+
+    pub fn advance(&mut self, h_s: f64, rng: &mut ChaCha8Rng) {
+        let kept = (-h_s / self.wander_time_s).exp();
+        let white: f64 = StandardNormal.sample(rng);
+        self.wander_n =
+            kept * self.wander_n + self.wander_rms_n * (1.0 - kept * kept).sqrt() * white;
+        self.tremor.advance(h_s, rng);
+        let goal = if self.down { 1.0 } else { 0.0 };
+        self.landed += (goal - self.landed) * (1.0 - (-h_s / LANDING_S).exp());
+    }
+
+    /// Force on the plate, N; 0 in the air.
+    pub fn force_n(&self) -> f64 {
+        if !self.is_touching() {
+            return 0.0;
+        }
+        let steady_n = self.aim_n * (1.0 + self.misjudgement) + self.wander_n + self.tremor.value();
+        self.landed * steady_n.max(LEAST_SHARE * self.aim_n)
+    }
+}

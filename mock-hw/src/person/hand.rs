@@ -1,0 +1,137 @@
+//! Motion of the finger along the plate.
+
+use std::f64::consts::TAU;
+
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::gaze::Pursued;
+use crate::scenario::Behaviour;
+
+/// Reaching through the air, and creeping to the mark while touching, m/s.
+const REACH_M_PER_S: f64 = 0.25;
+const CREEP_M_PER_S: f64 = 0.02;
+/// Within this distance the mark is reached, m.
+const ON_MARK_M: f64 = 1e-3;
+const REACH_TIME_S: f64 = 0.1;
+/// Correlation time of fluctuating speed error, s.
+const WANDER_TIME_S: f64 = 0.3;
+const TREMOR_HZ: f64 = 9.5;
+const TREMOR_COHERENCE_S: f64 = 0.3;
+
+/// A hand that follows, reaches and rests, with speed error and tremor.
+#[derive(Debug, Clone)]
+pub(crate) struct Hand {
+    position_m: f64,
+    velocity: f64,
+    speed_bias: f64,
+    wander: f64,
+    wander_rms: f64,
+    tracking_rad_per_s: f64,
+    tremor: Tremor,
+    /// Error that the hand makes in space by moving at a biased speed, which the eye lets pass.
+    drifted_m: f64,
+}
+
+impl Hand {
+    pub fn new(behaviour: &Behaviour, position_m: f64, speed_score: f64) -> Self {
+        Self {
+            position_m,
+            velocity: 0.0,
+            speed_bias: behaviour.speed_error * speed_score,
+            wander: 0.0,
+            wander_rms: behaviour.speed_wander,
+            tracking_rad_per_s: TAU * behaviour.tracking_hz,
+            tremor: Tremor::new(TREMOR_HZ, behaviour.tremor_m),
+            drifted_m: 0.0,
+        }
+    }
+
+    /// Position, m, and velocity, m/s, tremor included.
+    pub fn motion(&self) -> (f64, f64) {
+        (
+            self.position_m + self.tremor.value(),
+            self.velocity + self.tremor.rate(),
+        )
+    }
+
+    /// Stays where it is.
+    pub fn rest(&mut self, h_s: f64, rng: &mut ChaCha8Rng) {
+        self.drifted_m = 0.0;
+        self.velocity *= (-h_s / REACH_TIME_S).exp();
+        self.position_m += self.velocity * h_s;
+        self.tremor.advance(h_s, rng);
+    }
+
+    /// Goes to a mark; says whether it is there.
+    pub fn reach(&mut self, mark_m: f64, touching: bool, h_s: f64, rng: &mut ChaCha8Rng) -> bool {
+        self.drifted_m = 0.0;
+        let fastest = if touching {
+            CREEP_M_PER_S
+        } else {
+            REACH_M_PER_S
+        };
+        let wanted = ((mark_m - self.position_m) / REACH_TIME_S).clamp(-fastest, fastest);
+        self.velocity += (wanted - self.velocity) * (1.0 - (-4.0 * h_s / REACH_TIME_S).exp());
+        self.position_m += self.velocity * h_s;
+        self.tremor.advance(h_s, rng);
+        (mark_m - self.position_m).abs() < ON_MARK_M
+    }
+
+    /// Follows what is pursued as a critically damped second-order loop.
+    pub fn pursue(&mut self, pursued: Pursued, h_s: f64, rng: &mut ChaCha8Rng) {
+        let Some((target_m, target_velocity)) = pursued else {
+            self.rest(h_s, rng);
+            return;
+        };
+        let white: f64 = StandardNormal.sample(rng);
+        let kept = (-h_s / WANDER_TIME_S).exp();
+        self.wander = kept * self.wander + self.wander_rms * (1.0 - kept * kept).sqrt() * white;
+        let error = self.speed_bias + self.wander;
+        self.drifted_m += error * target_velocity * h_s;
+        let w = self.tracking_rad_per_s;
+        let acceleration = w * w * (target_m + self.drifted_m - self.position_m)
+            + 2.0 * w * (target_velocity * (1.0 + error) - self.velocity);
+        self.velocity += acceleration * h_s;
+        self.position_m += self.velocity * h_s;
+        self.tremor.advance(h_s, rng);
+    }
+}
+
+/// Narrow-band oscillation: a rotating phasor that forgets its phase.
+#[derive(Debug, Clone)]
+pub(crate) struct Tremor {
+    omega: f64,
+    rms: f64,
+    phasor: [f64; 2],
+}
+
+impl Tremor {
+    pub fn new(frequency_hz: f64, rms: f64) -> Self {
+        Self {
+            omega: TAU * frequency_hz,
+            rms,
+            phasor: [0.0; 2],
+        }
+    }
+
+    pub fn advance(&mut self, h_s: f64, rng: &mut ChaCha8Rng) {
+        let kept = (-h_s / TREMOR_COHERENCE_S).exp();
+        let kick = self.rms * (1.0 - kept * kept).sqrt();
+        let (sin, cos) = (self.omega * h_s).sin_cos();
+        let [a, b] = self.phasor;
+        let white: [f64; 2] = [(); 2].map(|()| StandardNormal.sample(rng));
+        self.phasor = [
+            kept * (cos * a - sin * b) + kick * white[0],
+            kept * (sin * a + cos * b) + kick * white[1],
+        ];
+    }
+
+    pub fn value(&self) -> f64 {
+        self.phasor[0]
+    }
+
+    pub fn rate(&self) -> f64 {
+        -self.omega * self.phasor[1]
+    }
+}

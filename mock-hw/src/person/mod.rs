@@ -1,0 +1,217 @@
+//! The virtual participant: sees and hears what a participant would, moves one finger and presses a button.
+
+mod force;
+mod gaze;
+mod hand;
+mod percept;
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use force::Press;
+use gaze::Gaze;
+use hand::Hand;
+pub use percept::{Act, Cue, FingerState, Instruction, Percept};
+
+use crate::scenario::{Behaviour, ParticipantScenario};
+use crate::seed;
+
+/// Motion and force are integrated in steps no longer than this, s.
+const LONGEST_STEP_S: f64 = 1e-3;
+/// Where the idle hand hovers before it has seen a start mark, m.
+const IDLE_POSITION_M: f64 = 0.0;
+/// From touching the mark to pressing the button, s.
+const SETTLE_S: f64 = 0.5;
+const BUTTON_HOLD_S: f64 = 0.15;
+/// When nothing happens the button is pressed again after this long, s.
+const IMPATIENCE_S: f64 = 2.0;
+
+/// One simulated participant.
+#[derive(Debug, Clone)]
+pub struct Person {
+    behaviour: Behaviour,
+    rng: ChaCha8Rng,
+    gaze: Gaze,
+    hand: Hand,
+    press: Press,
+    /// The instruction being acted on.
+    doing: Instruction,
+    /// What has been seen but not reacted to yet, and when the reaction comes.
+    noticed: Option<(Instruction, f64)>,
+    doing_since_s: f64,
+    settled_since_s: Option<f64>,
+    button_until_s: f64,
+    lift_at_s: Option<f64>,
+    learnt_from_feedback: bool,
+}
+
+impl Person {
+    /// The person of `seed`.
+    #[must_use]
+    pub fn draw(participant: &ParticipantScenario, seed: u64) -> Self {
+        let behaviour = participant.behaviour.clone();
+        let mut rng = seed::stream(seed, seed::Stream::Person);
+        let mut score = || -> f64 { StandardNormal.sample(&mut rng) };
+        let press = Press::new(&behaviour, score());
+        let hand = Hand::new(&behaviour, IDLE_POSITION_M, score());
+        Self {
+            behaviour,
+            rng,
+            gaze: Gaze::default(),
+            hand,
+            press,
+            doing: Instruction::Wait,
+            noticed: None,
+            doing_since_s: 0.0,
+            settled_since_s: None,
+            button_until_s: f64::NEG_INFINITY,
+            lift_at_s: None,
+            learnt_from_feedback: false,
+        }
+    }
+
+    /// What the person does until `t_s + dt_s`, having seen `percept` at `t_s`.
+    pub fn step(&mut self, t_s: f64, dt_s: f64, percept: &Percept) -> Act {
+        self.gaze.see(t_s, percept.slider_m);
+        self.notice(t_s, percept);
+        let steps = (dt_s / LONGEST_STEP_S).ceil().max(1.0);
+        let h_s = dt_s / steps;
+        for i in 0..steps as usize {
+            self.advance(t_s + i as f64 * h_s, h_s);
+        }
+        self.act(t_s + dt_s)
+    }
+
+    fn notice(&mut self, t_s: f64, percept: &Percept) {
+        // the end cue is quicker than reading the screen
+        let seen = match percept.cue {
+            Some(Cue::End) if percept.instruction == Instruction::FollowSlider => {
+                Instruction::LiftFinger
+            }
+            _ => percept.instruction,
+        };
+        if let Some((low, high)) = percept.force_band_n {
+            self.press.aim_at(0.5 * (low + high));
+        }
+        if let (Instruction::Feedback, Some(mean_n)) = (seen, percept.mean_force_n)
+            && !self.learnt_from_feedback
+        {
+            self.press.learn(mean_n);
+            self.learnt_from_feedback = true;
+        }
+        let latest = self
+            .noticed
+            .map_or(self.doing, |(instruction, _)| instruction);
+        if seen == latest {
+            return;
+        }
+        if seen == Instruction::FollowSlider {
+            self.learnt_from_feedback = false;
+        }
+        let at_s = t_s + self.reaction_s(seen);
+        self.noticed = Some((seen, at_s));
+    }
+
+    fn reaction_s(&mut self, to: Instruction) -> f64 {
+        let white: f64 = StandardNormal.sample(&mut self.rng);
+        let usual = self.behaviour.reaction_s * (0.2 * white).exp();
+        let late = to == Instruction::FollowSlider
+            && self.rng.random::<f64>() < self.behaviour.late_start_probability;
+        usual
+            + if late {
+                self.behaviour.late_start_s
+            } else {
+                0.0
+            }
+    }
+
+    fn begin(&mut self, instruction: Instruction, t_s: f64) {
+        self.doing = instruction;
+        self.doing_since_s = t_s;
+        self.settled_since_s = None;
+        self.lift_at_s = None;
+        if instruction == Instruction::FollowSlider {
+            let chance: f64 = self.rng.random();
+            let share: f64 = self.rng.random();
+            if chance < self.behaviour.lift_off_probability {
+                self.lift_at_s = Some(t_s + 0.4 + share);
+            }
+        }
+    }
+
+    fn advance(&mut self, t_s: f64, h_s: f64) {
+        if let Some((instruction, at_s)) = self.noticed
+            && t_s >= at_s
+        {
+            self.noticed = None;
+            self.begin(instruction, t_s);
+        }
+        match self.doing {
+            Instruction::Wait
+            | Instruction::LiftFinger
+            | Instruction::Feedback
+            | Instruction::Rest
+            | Instruction::Paused
+            | Instruction::Finished => {
+                self.press.lift();
+                self.hand.rest(h_s, &mut self.rng);
+            }
+            Instruction::PlaceFinger => self.place(t_s, h_s),
+            Instruction::GetReady => {
+                self.press.press();
+                self.hand.rest(h_s, &mut self.rng);
+            }
+            Instruction::FollowSlider => {
+                let lifted = self
+                    .lift_at_s
+                    .is_some_and(|at_s| (at_s..at_s + self.behaviour.lift_off_s).contains(&t_s));
+                if lifted {
+                    self.press.lift();
+                } else {
+                    self.press.press();
+                }
+                let pursued = self.gaze.pursued(t_s, self.behaviour.reaction_s);
+                self.hand.pursue(pursued, h_s, &mut self.rng);
+            }
+        }
+        self.press.advance(h_s, &mut self.rng);
+    }
+
+    /// Goes to the mark with the finger up, lands, settles, presses the button.
+    fn place(&mut self, t_s: f64, h_s: f64) {
+        let Some(mark_m) = self.gaze.latest() else {
+            self.hand.rest(h_s, &mut self.rng);
+            return;
+        };
+        let arrived = self
+            .hand
+            .reach(mark_m, self.press.is_touching(), h_s, &mut self.rng);
+        if !arrived {
+            if !self.press.is_touching() {
+                self.press.lift();
+            }
+            return;
+        }
+        self.press.press();
+        let since_s = *self.settled_since_s.get_or_insert(t_s);
+        if t_s - since_s >= SETTLE_S {
+            self.button_until_s = t_s + BUTTON_HOLD_S;
+            self.settled_since_s = Some(t_s + IMPATIENCE_S - SETTLE_S);
+        }
+    }
+
+    fn act(&self, t_s: f64) -> Act {
+        let normal_n = self.press.force_n();
+        let (position_m, velocity_m_per_s) = self.hand.motion();
+        Act {
+            finger: FingerState {
+                position_m,
+                velocity_m_per_s,
+                normal_n,
+                touching: normal_n > 0.0,
+            },
+            button_pressed: t_s < self.button_until_s,
+        }
+    }
+}

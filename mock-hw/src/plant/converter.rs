@@ -1,0 +1,161 @@
+//! The sound card's inputs: skew, crosstalk, noise, clipping, quantisation.
+
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use crate::scenario::Converter as ConverterScenario;
+use crate::seed;
+
+/// Where within the sample interval a channel is read, and how many whole samples later it is handed out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Tap {
+    /// 0 to 1.
+    pub moment: f64,
+    pub samples: usize,
+}
+
+/// Inputs come this many samples after the interval that makes them, so that channels may lead as well as lag.
+pub(crate) const LATENCY: usize = 8;
+const DEPTH: usize = 32;
+
+impl Tap {
+    /// `offset_samples` > 0 reads later in time; |offset| < [`LATENCY`].
+    pub fn new(offset_samples: f64) -> Self {
+        let total = offset_samples - LATENCY as f64;
+        Self {
+            moment: total - total.floor(),
+            samples: (-total.floor()) as usize,
+        }
+    }
+}
+
+/// One channel's delay by whole samples.
+#[derive(Debug, Clone)]
+pub(crate) struct Delay {
+    ring: [f64; DEPTH],
+    at: usize,
+    samples: usize,
+}
+
+impl Delay {
+    pub fn new(tap: Tap) -> Self {
+        Self {
+            ring: [0.0; DEPTH],
+            at: 0,
+            samples: tap.samples,
+        }
+    }
+
+    #[inline]
+    pub fn push(&mut self, value: f64) -> f64 {
+        self.ring[self.at] = value;
+        let out = self.ring[(self.at + DEPTH - self.samples) % DEPTH];
+        self.at = (self.at + 1) % DEPTH;
+        out
+    }
+}
+
+/// Ideal channel values in, sample values out.
+#[derive(Debug, Clone)]
+pub(crate) struct Converter {
+    crosstalk: f64,
+    offset: f64,
+    noise: f64,
+    clip: f64,
+    step: f64,
+    rng: ChaCha8Rng,
+}
+
+impl Converter {
+    pub fn new(scenario: &ConverterScenario, rate_hz: f64, seed: u64) -> Self {
+        Self {
+            crosstalk: scenario.crosstalk,
+            offset: scenario.offset_units,
+            noise: scenario.noise_units_per_sqrt_hz * (0.5 * rate_hz).sqrt(),
+            clip: scenario.clip_units,
+            step: 2.0 / f64::from(scenario.bits).exp2(),
+            rng: seed::stream(seed, seed::Stream::ConverterNoise),
+        }
+    }
+
+    /// Converts one frame; channels beyond `ideal` are quiet.
+    #[inline]
+    pub fn frame(&mut self, ideal: &[f64], out: &mut [f32]) {
+        // adding and subtracting 1.5·2⁵² rounds to nearest even
+        const ROUND: f64 = 6_755_399_441_055_744.0;
+        let aggressor = ideal[0];
+        for (channel, sample) in out.iter_mut().enumerate() {
+            let mut value = ideal.get(channel).copied().unwrap_or(0.0) + self.offset;
+            if channel > 0 {
+                value += self.crosstalk * aggressor;
+            }
+            if self.noise > 0.0 {
+                let white: f64 = StandardNormal.sample(&mut self.rng);
+                value += self.noise * white;
+            }
+            let counts = (value / self.step + ROUND) - ROUND;
+            *sample = (counts * self.step).clamp(-self.clip, self.clip) as f32;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tap_reads_earlier_or_later() {
+        assert_eq!(
+            Tap::new(0.0),
+            Tap {
+                moment: 0.0,
+                samples: LATENCY
+            }
+        );
+        assert_eq!(
+            Tap::new(0.25),
+            Tap {
+                moment: 0.25,
+                samples: LATENCY
+            }
+        );
+        assert_eq!(
+            Tap::new(-0.25),
+            Tap {
+                moment: 0.75,
+                samples: LATENCY + 1
+            }
+        );
+    }
+
+    #[test]
+    fn quantises_to_its_bits_and_clips() {
+        let scenario = ConverterScenario {
+            bits: 8,
+            clip_units: 0.9,
+            noise_units_per_sqrt_hz: 0.0,
+            crosstalk: 0.5,
+            ..ConverterScenario::default()
+        };
+        let mut converter = Converter::new(&scenario, 192e3, 1);
+        let mut out = [0.0; 4];
+        converter.frame(&[0.1, 2.0], &mut out);
+        assert_eq!(out, [13.0 / 128.0, 0.9, 6.0 / 128.0, 6.0 / 128.0]);
+    }
+
+    #[test]
+    fn noise_has_its_density() {
+        let scenario = ConverterScenario {
+            noise_units_per_sqrt_hz: 1e-5,
+            ..ConverterScenario::default()
+        };
+        let mut converter = Converter::new(&scenario, 200e3, 1);
+        let (mut out, mut sum) = ([0.0f32; 1], 0.0);
+        for _ in 0..20_000 {
+            converter.frame(&[0.0], &mut out);
+            sum += f64::from(out[0]).powi(2);
+        }
+        let density = (sum / 20_000.0 / 100e3).sqrt();
+        assert!((density / 1e-5 - 1.0).abs() < 0.02, "{density}");
+    }
+}

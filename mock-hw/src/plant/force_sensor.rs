@@ -1,0 +1,201 @@
+//! The two-axis force sensor: a resonant mount sampled by a clock of its own.
+
+use nalgebra::{Matrix2, Matrix4, Vector2};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use crate::scenario::ForceSensor as ForceScenario;
+use crate::seed;
+
+/// One sample as it leaves the sensor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ForceSample {
+    /// When it was taken, in seconds of true time; input frame 0 is time 0.
+    pub time_s: f64,
+    /// The same moment on the device's clock, s since the device started with the simulation.
+    pub device_time_s: f64,
+    /// Normal force as read, N, positive when the finger presses.
+    pub normal_n: f64,
+    /// Lateral force as read, N, positive towards increasing position.
+    pub lateral_n: f64,
+    /// The normal axis is at the end of its range.
+    pub normal_saturated: bool,
+    /// The lateral axis is at the end of its range.
+    pub lateral_saturated: bool,
+}
+
+/// Forces of finger on plate at one moment: normal, lateral, N.
+pub(crate) type Forces = [f64; 2];
+
+#[derive(Debug, Clone)]
+pub(crate) struct ForceSensor {
+    scenario: ForceScenario,
+    mount: Mount,
+    axes: [Vector2<f64>; 2],
+    previous: Option<(f64, Forces)>,
+    previous_input: Forces,
+    taken: u64,
+    start_s: f64,
+    rng: ChaCha8Rng,
+}
+
+impl ForceSensor {
+    pub fn new(scenario: &ForceScenario, start_s: f64, seed: u64) -> Self {
+        Self {
+            scenario: scenario.clone(),
+            mount: Mount::new(scenario),
+            axes: [Vector2::zeros(); 2],
+            previous: None,
+            previous_input: [0.0; 2],
+            taken: 0,
+            start_s,
+            rng: seed::stream(seed, seed::Stream::ForceNoise),
+        }
+    }
+
+    /// Takes all samples up to `time_s`, when `forces` act; forces run straight between calls.
+    pub fn advance(&mut self, time_s: f64, forces: Forces, out: &mut Vec<ForceSample>) {
+        let (from_s, from) = self.previous.unwrap_or((time_s, forces));
+        loop {
+            let device_time_s = self.taken as f64 / self.scenario.rate_hz;
+            let at_s = self.start_s + device_time_s / (1.0 + self.scenario.clock_ppm * 1e-6);
+            if at_s > time_s {
+                break;
+            }
+            let share = if time_s > from_s {
+                (at_s - from_s) / (time_s - from_s)
+            } else {
+                1.0
+            };
+            let input = [0, 1].map(|axis| from[axis] + share * (forces[axis] - from[axis]));
+            for axis in 0..2 {
+                self.axes[axis] =
+                    self.mount
+                        .step(&self.axes[axis], self.previous_input[axis], input[axis]);
+            }
+            self.previous_input = input;
+            self.taken += 1;
+            let sample = self.read(at_s, device_time_s);
+            out.push(sample);
+        }
+        self.previous = Some((time_s, forces));
+    }
+
+    fn read(&mut self, time_s: f64, device_time_s: f64) -> ForceSample {
+        let s = &self.scenario;
+        let [normal, lateral] = [self.axes[0].x, self.axes[1].x];
+        let noise: [f64; 2] = [(); 2].map(|()| StandardNormal.sample(&mut self.rng));
+        let normal_read =
+            normal + s.lateral_to_normal * lateral + s.normal_offset_n + s.noise_n * noise[0];
+        let lateral_read =
+            lateral + s.normal_to_lateral * normal + s.lateral_offset_n + s.noise_n * noise[1];
+        ForceSample {
+            time_s,
+            device_time_s,
+            normal_n: normal_read.clamp(-s.range_n, s.range_n),
+            lateral_n: lateral_read.clamp(-s.range_n, s.range_n),
+            normal_saturated: normal_read.abs() >= s.range_n,
+            lateral_saturated: lateral_read.abs() >= s.range_n,
+        }
+    }
+}
+
+/// Second-order mount, exact for an input that runs straight between samples.
+#[derive(Debug, Clone)]
+struct Mount {
+    state: Matrix2<f64>,
+    from: Vector2<f64>,
+    to: Vector2<f64>,
+}
+
+impl Mount {
+    fn new(scenario: &ForceScenario) -> Self {
+        // time in units of the sampling interval; states: reading, its rate, input, input's rate
+        let omega = std::f64::consts::TAU * scenario.resonance_hz / scenario.rate_hz;
+        let damping = 2.0 * scenario.damping_ratio * omega;
+        #[rustfmt::skip]
+        let a = Matrix4::new(
+            0.0, 1.0, 0.0, 0.0,
+            -omega * omega, -damping, omega * omega, 0.0,
+            0.0, 0.0, 0.0, 1.0,
+            0.0, 0.0, 0.0, 0.0,
+        );
+        let e = a.exp();
+        let held = Vector2::new(e[(0, 2)], e[(1, 2)]);
+        let ramp = Vector2::new(e[(0, 3)], e[(1, 3)]);
+        Self {
+            state: e.fixed_view::<2, 2>(0, 0).into_owned(),
+            from: held - ramp,
+            to: ramp,
+        }
+    }
+
+    fn step(&self, state: &Vector2<f64>, from: f64, to: f64) -> Vector2<f64> {
+        self.state * state + self.from * from + self.to * to
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+
+    use super::*;
+
+    fn quiet() -> ForceScenario {
+        ForceScenario {
+            noise_n: 0.0,
+            clock_ppm: 100.0,
+            ..ForceScenario::default()
+        }
+    }
+
+    #[test]
+    fn samples_follow_the_device_clock() {
+        let mut sensor = ForceSensor::new(&quiet(), 0.0, 1);
+        let mut out = Vec::new();
+        for i in 0..=100 {
+            sensor.advance(f64::from(i) * 0.01, [0.65, 0.3], &mut out);
+        }
+        // 10 kHz · (1 + 100 ppm) over 1 s, both ends included
+        assert_eq!(out.len(), 10_002);
+        assert_relative_eq!(out[10_000].device_time_s, 1.0, max_relative = 1e-12);
+        assert_relative_eq!(out[10_000].time_s, 1.0 / 1.0001, max_relative = 1e-12);
+        assert_relative_eq!(out[10_000].normal_n, 0.65, max_relative = 1e-9);
+        assert_relative_eq!(out[10_000].lateral_n, 0.3, max_relative = 1e-9);
+    }
+
+    #[test]
+    fn a_sine_is_read_with_the_mounts_gain_and_phase() {
+        let mut sensor = ForceSensor::new(&quiet(), 0.0, 1);
+        let mut out = Vec::new();
+        let omega = std::f64::consts::TAU * 200.0;
+        for i in 0..8000 {
+            let t = f64::from(i) * 2.5e-5;
+            sensor.advance(t, [(omega * t).sin(), 0.0], &mut out);
+        }
+        let r: f64 = 200.0 / 3000.0;
+        let (re, im) = (1.0 - r * r, 2.0 * 0.4 * r);
+        let (gain, phase) = (1.0 / re.hypot(im), -im.atan2(re));
+        for s in &out[500..] {
+            let expected = gain * (omega * s.time_s + phase).sin();
+            assert!(
+                (s.normal_n - expected).abs() < 2e-3,
+                "{} {expected}",
+                s.normal_n
+            );
+        }
+    }
+
+    #[test]
+    fn saturation_is_flagged_per_axis() {
+        let mut sensor = ForceSensor::new(&quiet(), 0.0, 1);
+        let mut out = Vec::new();
+        sensor.advance(0.0, [12.0, 1.0], &mut out);
+        sensor.advance(0.1, [12.0, 1.0], &mut out);
+        let last = out[out.len() - 1];
+        assert_eq!(
+            (last.normal_n, last.normal_saturated, last.lateral_saturated),
+            (10.0, true, false)
+        );
+    }
+}

@@ -1,0 +1,350 @@
+//! The physics of the bench in the time domain: plate, fingertip, film, force sensor, converters.
+//!
+//! Time: input frame `n` shows the plate at true time `n / (rate·(1 + clock_ppm))`. Generator samples reach the
+//! actuators [`Plant::loop_latency_frames`] later, as through a real converter's filters.
+
+mod converter;
+mod film;
+mod force_sensor;
+mod mechanics;
+mod moisture;
+mod reconstruction;
+
+use converter::{Converter, Delay, LATENCY, Tap};
+use film::Film;
+pub use force_sensor::ForceSample;
+use force_sensor::ForceSensor;
+use mechanics::{Contact, Modes, Propagator, State, Tissue};
+use moisture::Moisture;
+use reconstruction::{History, Polynomial, Reconstruction, evaluate};
+
+use crate::fingertip::Fingertip;
+use crate::person::FingerState;
+use crate::scenario::Scenario;
+use crate::truth::{TruthConstants, TruthSample};
+
+/// Film, friction and forces are brought up to date this often, s.
+const SLOW_STEP_S: f64 = 1e-4;
+/// Each of the two first-order averages over the squared surface motion, s.
+const MEAN_SQUARE_S: f64 = 1e-4;
+/// The amplifier's output stage opens and closes this fast, s.
+const GATE_S: f64 = 50e-6;
+/// Below this force the finger counts as off the plate, N.
+const LEAST_CONTACT_N: f64 = 1e-3;
+/// Static stiffness of the tissues, N/m: makes 0.01 N·s/m at the carrier, but holds the skin in place.
+const TISSUE_STIFFNESS_N_PER_M: f64 = 2e3;
+const TRUTH_STEP_S: f64 = 1e-3;
+
+/// The simulated apparatus but for its interfaces.
+#[derive(Debug, Clone)]
+pub struct Plant {
+    scenario: Scenario,
+    fingertip: Fingertip,
+    interval_s: f64,
+    omega_rad_per_s: f64,
+
+    history: History,
+    amplified: Reconstruction,
+    line_weights: Vec<f64>,
+    gate: f64,
+    gate_rate: f64,
+    readback_moment: f64,
+    delays: [Delay; 3],
+    converter: Converter,
+
+    propagator: Propagator,
+    state: State,
+    mean_square: [f64; 2],
+    mean_square_rate: f64,
+
+    moisture: Moisture,
+    finger: FingerState,
+    contact: Option<FilmContact>,
+    bristle_m: f64,
+    force_sensor: ForceSensor,
+
+    frame: u64,
+    frames_per_slow_step: u32,
+    until_slow_step: u32,
+    forces: Vec<ForceSample>,
+    truth: Vec<TruthSample>,
+    next_truth_s: f64,
+}
+
+/// Film state while the finger touches.
+#[derive(Debug, Clone, Copy)]
+struct FilmContact {
+    gap_m: f64,
+    target_m: f64,
+}
+
+impl Plant {
+    /// The apparatus of `scenario` as `seed` realises it, at `rate_hz` audio frames per second by its own clock.
+    #[must_use]
+    pub fn new(scenario: &Scenario, seed: u64, rate_hz: f64) -> Self {
+        Self::with_slow_step(scenario, seed, rate_hz, SLOW_STEP_S)
+    }
+
+    fn with_slow_step(scenario: &Scenario, seed: u64, rate_hz: f64, slow_step_s: f64) -> Self {
+        let scenario = scenario.realised(seed);
+        let interval_s = 1.0 / (rate_hz * (1.0 + scenario.converter.clock_ppm * 1e-6));
+        let omega_rad_per_s = scenario.plate.omega_rad_per_s();
+        let amplified =
+            Reconstruction::dac_and_amplifier(scenario.amplifier.bandwidth_hz, 1.0 / interval_s);
+        let pickup_delay = scenario.pickup.phase_rad / omega_rad_per_s / interval_s;
+        let skew = |channel| scenario.converter.skew(channel);
+        let taps = [
+            Tap::new(skew(0)),
+            Tap::new(skew(1) - pickup_delay),
+            Tap::new(skew(2)),
+        ];
+        let mut line_weights = Reconstruction::dac().taps_at(taps[2].moment);
+        line_weights.resize(amplified.taps(), 0.0);
+        let frames_per_slow_step = (slow_step_s / interval_s).round().max(1.0) as u32;
+        let mut propagator =
+            Propagator::new(Modes::new(&scenario.plate), interval_s, taps[1].moment);
+        let fingertip = Fingertip::draw(&scenario.participant, seed);
+        propagator.set(
+            Contact::default(),
+            tissue(fingertip.z_t_n_s_per_m, omega_rad_per_s),
+        );
+        Self {
+            history: History::new(amplified.taps()),
+            amplified,
+            line_weights,
+            gate: 0.0,
+            gate_rate: 1.0 - (-interval_s / GATE_S).exp(),
+            readback_moment: taps[0].moment,
+            delays: taps.map(Delay::new),
+            converter: Converter::new(&scenario.converter, rate_hz, seed),
+            propagator,
+            state: State::default(),
+            mean_square: [0.0; 2],
+            mean_square_rate: 1.0 - (-interval_s / MEAN_SQUARE_S).exp(),
+            moisture: Moisture::new(&scenario.participant.moisture, seed),
+            finger: FingerState::default(),
+            contact: None,
+            bristle_m: 0.0,
+            force_sensor: ForceSensor::new(&scenario.force_sensor, 0.0, seed),
+            frame: 0,
+            frames_per_slow_step,
+            until_slow_step: 0,
+            forces: Vec::with_capacity(1024),
+            truth: Vec::with_capacity(1024),
+            next_truth_s: 0.0,
+            interval_s,
+            omega_rad_per_s,
+            fingertip,
+            scenario,
+        }
+    }
+
+    /// Number of input channels.
+    #[must_use]
+    pub fn channels(&self) -> usize {
+        self.scenario.converter.channels
+    }
+
+    /// Frames from a generator sample to the same sample on the line loop (channel 2).
+    #[must_use]
+    pub fn loop_latency_frames() -> usize {
+        Reconstruction::DAC_LATENCY + LATENCY
+    }
+
+    /// One period: generator samples in, interleaved inputs out, of any length from one frame.
+    ///
+    /// `finger` is where the finger is at the end of the period; it moves there evenly from where it was.
+    ///
+    /// # Panics
+    /// When `inputs` is not `drive.len() · channels()` long.
+    pub fn step(
+        &mut self,
+        drive: &[f32],
+        amplifier_on: bool,
+        finger: &FingerState,
+        inputs: &mut [f32],
+    ) {
+        let channels = self.channels();
+        assert_eq!(
+            inputs.len(),
+            drive.len() * channels,
+            "one input frame for each drive sample"
+        );
+        self.forces.clear();
+        self.truth.clear();
+        let from = self.finger;
+        let amplifier = if amplifier_on { 1.0 } else { 0.0 };
+        for (i, (&sample, frame)) in drive
+            .iter()
+            .zip(inputs.chunks_exact_mut(channels))
+            .enumerate()
+        {
+            if self.until_slow_step == 0 {
+                self.finger = between(&from, finger, (i + 1) as f64 / drive.len() as f64);
+                self.slow_step();
+                self.until_slow_step = self.frames_per_slow_step;
+            }
+            self.until_slow_step -= 1;
+            self.frame += 1;
+            let ideal = self.fast_step(f64::from(sample), amplifier);
+            self.converter.frame(&ideal, frame);
+        }
+        self.finger = *finger;
+    }
+
+    /// Samples that the force sensor took during the last [`Self::step`].
+    #[must_use]
+    pub fn forces(&self) -> &[ForceSample] {
+        &self.forces
+    }
+
+    /// The truth during the last [`Self::step`], once a millisecond.
+    #[must_use]
+    pub fn truth(&self) -> &[TruthSample] {
+        &self.truth
+    }
+
+    /// What does not change in a run.
+    #[must_use]
+    pub fn constants(&self) -> TruthConstants {
+        let z_p = Modes::new(&self.scenario.plate).unloaded_impedance(self.omega_rad_per_s);
+        TruthConstants {
+            frames_per_s: 1.0 / self.interval_s,
+            z_p_n_s_per_m: [z_p.re, z_p.im],
+            fingertip: self.fingertip,
+            scenario: self.scenario.clone(),
+        }
+    }
+
+    /// Time of the input frame that the current interval ends up in, s.
+    fn time_s(&self) -> f64 {
+        (self.frame as f64 - LATENCY as f64) * self.interval_s
+    }
+
+    #[inline]
+    fn fast_step(&mut self, sample: f64, amplifier: f64) -> [f64; 3] {
+        self.history.push(sample);
+        self.gate += (amplifier - self.gate) * self.gate_rate;
+        if (amplifier - self.gate).abs() < 1e-9 {
+            self.gate = amplifier;
+        }
+        let (mut readback, mut pickup, mut line) = (0.0, 0.0, 0.0);
+        let driven = !self.history.is_silent();
+        if driven {
+            line = dot(&self.line_weights, self.history.newest_first());
+        }
+        if driven && self.gate > 0.0 || !self.state.is_zero() {
+            let mut voltage: Polynomial = self.amplified.interval(self.history.newest_first());
+            let gain = self.gate * self.scenario.amplifier.volts_per_unit;
+            voltage.iter_mut().for_each(|c| *c *= gain);
+            readback = evaluate(&voltage, self.readback_moment)
+                / self.scenario.converter.readback_volts_per_unit;
+            pickup = self.propagator.step(&mut self.state, &voltage)
+                / self.scenario.pickup.metres_per_unit;
+        }
+        let surface = self.state.scaled_surface(self.propagator.contact_ratio());
+        let [first, second] = &mut self.mean_square;
+        *first += (surface * surface - *first) * self.mean_square_rate;
+        *second += (*first - *second) * self.mean_square_rate;
+        let [a, b, c] = &mut self.delays;
+        [a.push(readback), b.push(pickup), c.push(line)]
+    }
+
+    /// Brings film, friction and forces to the present moment.
+    fn slow_step(&mut self) {
+        let dt_s = f64::from(self.frames_per_slow_step) * self.interval_s;
+        self.state.flush();
+        if self.mean_square[1] < 1e-40 {
+            self.mean_square = [0.0; 2];
+        }
+        let skin = self.moisture.advance(dt_s, &self.fingertip);
+        let film = Film::new(&self.scenario.film, skin.sigma_t_m);
+        let normal_n = self.finger.normal_n;
+        let amplitude2 = 2.0 * self.mean_square[1] / self.omega_rad_per_s.powi(2);
+        let tissue = tissue(skin.z_t_n_s_per_m, self.omega_rad_per_s);
+
+        let mut now = TruthSample {
+            frame: self.frame.saturating_sub(LATENCY as u64),
+            sigma_t_m: skin.sigma_t_m,
+            z_t_n_s_per_m: skin.z_t_n_s_per_m,
+            mu0: skin.mu0,
+            gap_m: f64::NAN,
+            k_c_n_per_m: 0.0,
+            mu: f64::NAN,
+            normal_n: 0.0,
+            lateral_n: 0.0,
+            position_m: self.finger.position_m,
+            velocity_m_per_s: self.finger.velocity_m_per_s,
+            amplitude_m: amplitude2.sqrt(),
+        };
+        if self.finger.touching && normal_n > LEAST_CONTACT_N {
+            let guess_m = self.contact.map_or(0.0, |c| c.target_m);
+            let target_m = film.equilibrium(normal_n, amplitude2, guess_m);
+            let gap_m = self.contact.map_or(target_m, |c| {
+                let middle = 0.5 * (c.target_m + target_m);
+                middle + (c.gap_m - middle) * (-dt_s / film.lag(c.gap_m)).exp()
+            });
+            self.contact = Some(FilmContact { gap_m, target_m });
+
+            // the stiffness that holds until the next slow step is that of its middle
+            let ahead_m = target_m + (gap_m - target_m) * (-0.5 * dt_s / film.lag(gap_m)).exp();
+            let k_c = film.stiffness(ahead_m, amplitude2);
+            let contact = Contact {
+                stiffness_n_per_m: k_c,
+                damping_n_s_per_m: film.loss_factor() * k_c / self.omega_rad_per_s,
+            };
+            self.propagator.set(contact, tissue);
+
+            now.gap_m = gap_m;
+            now.k_c_n_per_m = film.stiffness(gap_m, amplitude2);
+            now.mu = skin.mu0 * film.relative_friction(gap_m, normal_n);
+            now.normal_n = normal_n;
+            now.lateral_n = now.mu * normal_n * self.slide(dt_s);
+        } else {
+            if self.contact.take().is_some() {
+                self.propagator.set(Contact::default(), tissue);
+            }
+            self.bristle_m = 0.0;
+        }
+        let time_s = self.time_s();
+        self.force_sensor
+            .advance(time_s, [now.normal_n, now.lateral_n], &mut self.forces);
+        if time_s >= self.next_truth_s {
+            self.next_truth_s += TRUTH_STEP_S;
+            self.truth.push(now);
+        }
+    }
+
+    /// Share of full friction, −1 to 1, after Dahl: it builds up over the presliding distance.
+    fn slide(&mut self, dt_s: f64) -> f64 {
+        let reach = self.scenario.film.presliding_m;
+        let travel = self.finger.velocity_m_per_s * dt_s;
+        let full = reach * travel.signum();
+        self.bristle_m = full + (self.bristle_m - full) * (-travel.abs() / reach).exp();
+        self.bristle_m / reach
+    }
+}
+
+fn tissue(z_t_n_s_per_m: [f64; 2], omega: f64) -> Tissue {
+    let [damping_n_s_per_m, im] = z_t_n_s_per_m;
+    Tissue {
+        mass_kg: (im + TISSUE_STIFFNESS_N_PER_M / omega) / omega,
+        stiffness_n_per_m: TISSUE_STIFFNESS_N_PER_M,
+        damping_n_s_per_m,
+    }
+}
+
+fn between(from: &FingerState, to: &FingerState, share: f64) -> FingerState {
+    let mix = |a: f64, b: f64| a + share * (b - a);
+    FingerState {
+        position_m: mix(from.position_m, to.position_m),
+        velocity_m_per_s: mix(from.velocity_m_per_s, to.velocity_m_per_s),
+        normal_n: mix(from.normal_n, to.normal_n),
+        touching: from.touching || to.touching,
+    }
+}
+
+#[inline]
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}

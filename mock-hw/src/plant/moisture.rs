@@ -1,0 +1,45 @@
+//! Slow change of the skin: moisture drifts about its mean.
+
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use crate::fingertip::Fingertip;
+use crate::scenario::Moisture as MoistureScenario;
+use crate::seed;
+
+/// Z_t and σ_t change by these shares of the relative change of μ0: wet skin rubs more and is softer.
+const TISSUE_SHARE: f64 = -0.7;
+const ROUGHNESS_SHARE: f64 = -0.3;
+
+/// An Ornstein–Uhlenbeck process that starts at its mean.
+#[derive(Debug, Clone)]
+pub(crate) struct Moisture {
+    relative_sd: f64,
+    time_s: f64,
+    value: f64,
+    rng: ChaCha8Rng,
+}
+
+impl Moisture {
+    pub fn new(scenario: &MoistureScenario, seed: u64) -> Self {
+        Self {
+            relative_sd: scenario.relative_sd,
+            time_s: scenario.time_s,
+            value: 0.0,
+            rng: seed::stream(seed, seed::Stream::Moisture),
+        }
+    }
+
+    /// The skin of `fingertip` as it is `dt_s` later.
+    pub fn advance(&mut self, dt_s: f64, fingertip: &Fingertip) -> Fingertip {
+        let kept = (-dt_s / self.time_s).exp();
+        let white: f64 = StandardNormal.sample(&mut self.rng);
+        self.value = kept * self.value + self.relative_sd * (1.0 - kept * kept).sqrt() * white;
+        let tissue = 1.0 + TISSUE_SHARE * self.value;
+        Fingertip {
+            sigma_t_m: fingertip.sigma_t_m * (1.0 + ROUGHNESS_SHARE * self.value),
+            z_t_n_s_per_m: fingertip.z_t_n_s_per_m.map(|z| z * tissue),
+            mu0: fingertip.mu0 * (1.0 + self.value),
+        }
+    }
+}

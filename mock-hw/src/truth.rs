@@ -1,0 +1,110 @@
+//! What really happened in a run: written beside it for tests, never read by the bench.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use serde::Serialize;
+
+use crate::fingertip::Fingertip;
+use crate::scenario::Scenario;
+
+/// What does not change in a run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TruthConstants {
+    /// Audio frames per second of true time.
+    pub frames_per_s: f64,
+    /// What an ideal instrument reads as γU/ṽ at the pickup, no finger, at the plate's resonance: real and imaginary part.
+    pub z_p_n_s_per_m: [f64; 2],
+    /// The skin at the start; the series follow its drift.
+    pub fingertip: Fingertip,
+    /// The scenario with its constants as realised by the seed.
+    pub scenario: Scenario,
+}
+
+/// The truth at one moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TruthSample {
+    /// Input frame at that moment.
+    pub frame: u64,
+    /// Asperity scale σ_t, m.
+    pub sigma_t_m: f64,
+    /// Tissue impedance at the plate's resonance, real and imaginary part, N·s/m.
+    pub z_t_n_s_per_m: [f64; 2],
+    /// Friction coefficient without vibration.
+    pub mu0: f64,
+    /// Mean gap, m; NaN when the finger is off the plate.
+    pub gap_m: f64,
+    /// Contact stiffness k_c, N/m; 0 when the finger is off the plate.
+    pub k_c_n_per_m: f64,
+    /// Friction coefficient of full sliding; NaN when the finger is off the plate.
+    pub mu: f64,
+    /// Normal force, N.
+    pub normal_n: f64,
+    /// Lateral force, N, positive towards increasing position.
+    pub lateral_n: f64,
+    /// Finger along the plate, m.
+    pub position_m: f64,
+    /// Finger along the plate, m/s.
+    pub velocity_m_per_s: f64,
+    /// Peak amplitude of the plate under the finger, averaged over some carrier periods, m.
+    pub amplitude_m: f64,
+}
+
+/// Writes `truth.json` (constants) and `truth.csv` (series) into a folder.
+#[derive(Debug)]
+pub struct TruthWriter {
+    series: BufWriter<File>,
+}
+
+impl TruthWriter {
+    /// Starts both files in `folder`, which must exist and must not hold them yet.
+    ///
+    /// # Errors
+    /// When a file exists or cannot be written.
+    pub fn create(folder: &Path, constants: &TruthConstants) -> io::Result<Self> {
+        let mut json = File::create_new(folder.join("truth.json"))?;
+        serde_json::to_writer_pretty(&mut json, constants)?;
+        json.write_all(b"\n")?;
+        let mut series = BufWriter::new(File::create_new(folder.join("truth.csv"))?);
+        writeln!(
+            series,
+            "frame,sigma_t_m,re_z_t_n_s_per_m,im_z_t_n_s_per_m,mu0,gap_m,k_c_n_per_m,mu,normal_n,lateral_n,position_m,velocity_m_per_s,amplitude_m"
+        )?;
+        Ok(Self { series })
+    }
+
+    /// Appends samples.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn record(&mut self, samples: &[TruthSample]) -> io::Result<()> {
+        for s in samples {
+            let [re, im] = s.z_t_n_s_per_m;
+            writeln!(
+                self.series,
+                "{},{:e},{re},{im},{},{:e},{:e},{},{},{},{},{},{:e}",
+                s.frame,
+                s.sigma_t_m,
+                s.mu0,
+                s.gap_m,
+                s.k_c_n_per_m,
+                s.mu,
+                s.normal_n,
+                s.lateral_n,
+                s.position_m,
+                s.velocity_m_per_s,
+                s.amplitude_m
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Writes what is still buffered.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn finish(mut self) -> io::Result<()> {
+        self.series.flush()
+    }
+}

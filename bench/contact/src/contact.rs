@@ -1,0 +1,381 @@
+use num_complex::Complex64;
+
+use crate::assumed::AssumedConstants;
+use crate::error::{ModelError, not_negative, positive, same_length};
+use crate::root::increasing_root;
+
+/// Just above (1 − 1/e)^(−1/2): a film that leaves the asperities 1/e or less needs a gap no larger than this times √load.
+const LIFTED: f64 = 1.257_767;
+
+/// A contact with known σ_t: the slow model of Huloux 2021, Eqs. 13–19.
+///
+/// Gaps are ⟨x_t⟩ in m, amplitudes the plate's peak displacement |x̃_p| in m, normal forces ⟨f_c⟩ in N.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Contact {
+    assumed: AssumedConstants,
+    sigma_t_m: f64,
+    /// p_c S/σ_t, N/m.
+    asperity_n_per_m: f64,
+    /// (5/4) p0 S, N.
+    squeeze_n: f64,
+}
+
+/// The gap that [`Contact::gap_from_balance_stiffness`] found, and how far it can be trusted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InvertedGap {
+    /// ⟨x_t⟩, m.
+    pub gap_m: f64,
+    /// Where on the stiffness curve it lies.
+    pub branch: StiffnessBranch,
+}
+
+/// Eq. 18 with the force balance put in falls monotonically in the gap wherever x > 2 σ_t. Only a finger pressed so hard that
+/// x_t⁰ < 2 σ_t knows anything else: there the stiffness first rises from ⟨f_c⟩/σ_t to a maximum at some x < 2 σ_t, then falls.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum StiffnessBranch {
+    /// The only gap with this stiffness.
+    Unique,
+    /// Two gaps have this stiffness; the larger, on the falling branch, is reported.
+    Ambiguous {
+        /// The other one, m, between x_t⁰ and the maximum.
+        smaller_gap_m: f64,
+    },
+    /// Stiffer than the model allows at this normal force: the gap of the greatest stiffness is reported, which is x_t⁰ unless
+    /// x_t⁰ < 2 σ_t. Noise near rest does this.
+    AboveMaximum,
+}
+
+/// What [`Contact::gaps_from_balance_stiffness`] met on its way.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct InversionCounts {
+    /// Samples with [`StiffnessBranch::Ambiguous`].
+    pub ambiguous: usize,
+    /// Samples with [`StiffnessBranch::AboveMaximum`].
+    pub above_maximum: usize,
+    /// Samples without a gap (stiffness not positive or not finite): NaN.
+    pub without_gap: usize,
+}
+
+impl Contact {
+    /// # Errors
+    /// If σ_t or an assumed constant is out of its physical range.
+    pub fn new(assumed: &AssumedConstants, sigma_t_m: f64) -> Result<Self, ModelError> {
+        assumed.validated()?;
+        positive("sigma_t", "m", sigma_t_m)?;
+        Ok(Self {
+            assumed: *assumed,
+            sigma_t_m,
+            asperity_n_per_m: assumed.asperity_scale_n_per_m(),
+            squeeze_n: assumed.squeeze_scale_n(),
+        })
+    }
+
+    /// σ_t, m.
+    pub fn sigma_t_m(&self) -> f64 {
+        self.sigma_t_m
+    }
+
+    /// What it was built with.
+    pub fn assumed(&self) -> &AssumedConstants {
+        &self.assumed
+    }
+
+    /// p_c S in N: the force that the asperities would carry at zero gap (Huloux 2021, Eq. 15).
+    pub fn asperity_limit_n(&self) -> f64 {
+        self.asperity_n_per_m * self.sigma_t_m
+    }
+
+    /// f_r = p_c S exp(−x/σ_t) (Huloux 2021, Eq. 15).
+    pub fn asperity_force_n(&self, gap_m: f64) -> f64 {
+        self.asperity_limit_n() * (-gap_m / self.sigma_t_m).exp()
+    }
+
+    /// f_s = (5/4) p0 S |x̃_p|²/x² (Huloux 2021, Eq. 14).
+    pub fn squeeze_force_n(&self, gap_m: f64, amplitude_m: f64) -> f64 {
+        self.squeeze_n * (amplitude_m / gap_m).powi(2)
+    }
+
+    /// x_t⁰ = σ_t ln(p_c S/⟨f_c⟩) (Huloux 2021, Eq. 16).
+    ///
+    /// # Errors
+    /// If the force is not positive, or so great that the asperity law would need a gap at or below zero.
+    pub fn rest_gap_m(&self, normal_n: f64) -> Result<f64, ModelError> {
+        positive("normal force", "N", normal_n)?;
+        let limit_n = self.asperity_limit_n();
+        let rest_gap_m = self.sigma_t_m * (limit_n / normal_n).ln();
+        if rest_gap_m > 0.0 {
+            Ok(rest_gap_m)
+        } else {
+            Err(ModelError::RestGapNotPositive {
+                normal_n,
+                limit_n,
+                rest_gap_m,
+            })
+        }
+    }
+
+    /// k_c⁰ = ⟨f_c⟩/σ_t.
+    pub fn rest_stiffness_n_per_m(&self, normal_n: f64) -> f64 {
+        normal_n / self.sigma_t_m
+    }
+
+    /// **The gap equation** (Huloux 2021, Eq. 17): the x ≥ x_t⁰ with
+    /// ⟨f_c⟩ \[1 − exp((x_t⁰ − x)/σ_t)\] = (5/4) p0 S |x̃_p|²/x².
+    ///
+    /// One root for every x_t⁰ > 0, found to 1e-12 relative (`tests/golden.rs`, against scipy's `brentq`).
+    ///
+    /// # Errors
+    /// As [`rest_gap_m`](Self::rest_gap_m), or if the amplitude is negative or not finite.
+    pub fn equilibrium_gap_m(&self, amplitude_m: f64, normal_n: f64) -> Result<f64, ModelError> {
+        self.equilibrium_gap_from(amplitude_m, normal_n, 0.0)
+    }
+
+    /// [`equilibrium_gap_m`](Self::equilibrium_gap_m) for each sample of a record, each started from the one before.
+    ///
+    /// # Errors
+    /// The first sample's that has no gap, with its index; `gap_m` is then filled up to it.
+    pub fn equilibrium_gaps_m(
+        &self,
+        amplitude_m: &[f64],
+        normal_n: &[f64],
+        gap_m: &mut [f64],
+    ) -> Result<(), ModelError> {
+        same_length("normal_n", normal_n.len(), amplitude_m.len())?;
+        same_length("gap_m", gap_m.len(), amplitude_m.len())?;
+        let mut start_m = 0.0;
+        for (index, ((gap, &a), &n)) in gap_m.iter_mut().zip(amplitude_m).zip(normal_n).enumerate()
+        {
+            start_m = self.equilibrium_gap_from(a, n, start_m).map_err(|source| {
+                ModelError::AtSample {
+                    index,
+                    source: Box::new(source),
+                }
+            })?;
+            *gap = start_m;
+        }
+        Ok(())
+    }
+
+    fn equilibrium_gap_from(
+        &self,
+        amplitude_m: f64,
+        normal_n: f64,
+        start_m: f64,
+    ) -> Result<f64, ModelError> {
+        not_negative("amplitude", "m", amplitude_m)?;
+        let rest = self.rest_gap_m(normal_n)? / self.sigma_t_m;
+        // In units of σ_t: (1 − e^(rest − u)) u² = load.
+        let load = self.squeeze_n / normal_n * (amplitude_m / self.sigma_t_m).powi(2);
+        let free = load.sqrt();
+        let lo = rest.max(free);
+        // One σ_t above rest the asperities have lost 1 − 1/e of the force.
+        let hi = (rest + 1.0).max(free * LIFTED);
+        let u = increasing_root(lo, hi, start_m / self.sigma_t_m, |u| {
+            let lifted = -(rest - u).exp_m1();
+            (
+                lifted * u * u - load,
+                u * (2.0 * lifted + (1.0 - lifted) * u),
+            )
+        });
+        Ok(u * self.sigma_t_m)
+    }
+
+    /// ∂x/∂σ_t of [`equilibrium_gap_m`](Self::equilibrium_gap_m) at its solution `gap_m`, dimensionless.
+    pub(crate) fn equilibrium_gap_slope(&self, gap_m: f64, normal_n: f64) -> f64 {
+        let u = gap_m / self.sigma_t_m;
+        let carried = self.asperity_force_n(gap_m) / normal_n;
+        carried * (1.0 + u) * u / (carried * u + 2.0 * (1.0 - carried))
+    }
+
+    /// k_c = p_c S e^(−x/σ_t)/σ_t + 2 · (5/4) p0 S |x̃_p|²/x³ (Huloux 2021, Eqs. 14, 15, 18), whether or not the forces balance.
+    pub fn stiffness_n_per_m(&self, gap_m: f64, amplitude_m: f64) -> f64 {
+        self.asperity_n_per_m * (-gap_m / self.sigma_t_m).exp()
+            + 2.0 * self.squeeze_force_n(gap_m, amplitude_m) / gap_m
+    }
+
+    /// ∂k_c/∂x of [`stiffness_n_per_m`](Self::stiffness_n_per_m), N/m², negative at every gap.
+    pub(crate) fn stiffness_slope_n_per_m2(&self, gap_m: f64, amplitude_m: f64) -> f64 {
+        let asperity = self.asperity_n_per_m * (-gap_m / self.sigma_t_m).exp();
+        -asperity / self.sigma_t_m - 6.0 * self.squeeze_force_n(gap_m, amplitude_m) / gap_m.powi(2)
+    }
+
+    /// k_c = f_r/σ_t + 2 f_s/x with f_s = ⟨f_c⟩ − f_r: Eq. 18 in force balance, which needs no amplitude.
+    pub fn balance_stiffness_n_per_m(&self, gap_m: f64, normal_n: f64) -> f64 {
+        let asperity_n = self.asperity_force_n(gap_m);
+        asperity_n / self.sigma_t_m + 2.0 * (normal_n - asperity_n) / gap_m
+    }
+
+    /// ∂k_c/∂x of [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m), N/m².
+    pub(crate) fn balance_stiffness_slope_n_per_m2(&self, gap_m: f64, normal_n: f64) -> f64 {
+        let asperity_n = self.asperity_force_n(gap_m);
+        asperity_n / self.sigma_t_m * (2.0 / gap_m - 1.0 / self.sigma_t_m)
+            - 2.0 * (normal_n - asperity_n) / gap_m.powi(2)
+    }
+
+    /// ∂k_c/∂ln σ_t of [`stiffness_n_per_m`](Self::stiffness_n_per_m) at constant gap and amplitude, N/m.
+    pub(crate) fn stiffness_by_ln_sigma_n_per_m(&self, gap_m: f64) -> f64 {
+        let u = gap_m / self.sigma_t_m;
+        self.asperity_n_per_m * (-u).exp() * u
+    }
+
+    /// ∂k_c/∂ln σ_t of [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m) at constant gap and normal force, N/m.
+    pub(crate) fn balance_stiffness_by_ln_sigma_n_per_m(&self, gap_m: f64) -> f64 {
+        let u = gap_m / self.sigma_t_m;
+        self.asperity_n_per_m * (-u).exp() * (u - 2.0 * (1.0 + u) / u)
+    }
+
+    /// The gap whose [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m) is `k_c_n_per_m`: the published way from measured
+    /// stiffness to gap, which assumes a steady state.
+    ///
+    /// # Errors
+    /// As [`rest_gap_m`](Self::rest_gap_m), or if the stiffness is not positive.
+    pub fn gap_from_balance_stiffness(
+        &self,
+        k_c_n_per_m: f64,
+        normal_n: f64,
+    ) -> Result<InvertedGap, ModelError> {
+        let rest = self.rest_gap_m(normal_n)? / self.sigma_t_m;
+        let relative = k_c_n_per_m * self.sigma_t_m / normal_n;
+        if !(relative.is_finite() && relative > 0.0) {
+            return Err(ModelError::NoGapForStiffness {
+                k_c_n_per_m,
+                limit_n_per_m: self.rest_stiffness_n_per_m(normal_n),
+            });
+        }
+        let excess = |u: f64| {
+            let lifted = -(rest - u).exp_m1();
+            let carried = 1.0 - lifted;
+            (
+                carried + 2.0 * lifted / u - relative,
+                carried * (2.0 / u - 1.0) - 2.0 * lifted / (u * u),
+            )
+        };
+        let falling = |u: f64| {
+            let (value, slope) = excess(u);
+            (-value, -slope)
+        };
+        let peak = stiffest_gap(rest);
+        let found = |u: f64, branch| {
+            Ok(InvertedGap {
+                gap_m: u * self.sigma_t_m,
+                branch,
+            })
+        };
+        if excess(peak).0 <= 0.0 {
+            // A round trip through the greatest stiffness itself is not "above" it.
+            let branch = if excess(peak).0 >= -4.0 * f64::EPSILON {
+                StiffnessBranch::Unique
+            } else {
+                StiffnessBranch::AboveMaximum
+            };
+            return found(peak, branch);
+        }
+        // Each of the two terms is below half the target beyond its own bound.
+        let hi = (4.0 / relative).max(rest - (0.5 * relative).ln()).max(peak);
+        let u = increasing_root(peak, hi, (2.0 / relative).max(rest), falling);
+        if relative > 1.0 {
+            let smaller = increasing_root(rest, peak, rest, excess);
+            return found(
+                u,
+                StiffnessBranch::Ambiguous {
+                    smaller_gap_m: smaller * self.sigma_t_m,
+                },
+            );
+        }
+        found(u, StiffnessBranch::Unique)
+    }
+
+    /// [`gap_from_balance_stiffness`](Self::gap_from_balance_stiffness) for each sample of a record at one normal force;
+    /// a sample without a gap becomes NaN and is counted.
+    ///
+    /// # Errors
+    /// If the normal force has no gap at rest, or the slices differ in length.
+    pub fn gaps_from_balance_stiffness(
+        &self,
+        k_c_n_per_m: &[f64],
+        normal_n: f64,
+        gap_m: &mut [f64],
+    ) -> Result<InversionCounts, ModelError> {
+        same_length("gap_m", gap_m.len(), k_c_n_per_m.len())?;
+        self.rest_gap_m(normal_n)?;
+        let mut counts = InversionCounts::default();
+        for (gap, &k_c) in gap_m.iter_mut().zip(k_c_n_per_m) {
+            *gap = match self.gap_from_balance_stiffness(k_c, normal_n) {
+                Ok(inverted) => {
+                    match inverted.branch {
+                        StiffnessBranch::Unique => {}
+                        StiffnessBranch::Ambiguous { .. } => counts.ambiguous += 1,
+                        StiffnessBranch::AboveMaximum => counts.above_maximum += 1,
+                    }
+                    inverted.gap_m
+                }
+                Err(_) => {
+                    counts.without_gap += 1;
+                    f64::NAN
+                }
+            };
+        }
+        Ok(counts)
+    }
+
+    /// The gap whose [`stiffness_n_per_m`](Self::stiffness_n_per_m) at this amplitude is `k_c_n_per_m`: no normal force and no steady state
+    /// needed, and one gap for every stiffness.
+    ///
+    /// # Errors
+    /// If the amplitude is negative, the stiffness not positive, or, at zero amplitude, the stiffness not below p_c S/σ_t.
+    pub fn gap_from_stiffness_m(
+        &self,
+        k_c_n_per_m: f64,
+        amplitude_m: f64,
+    ) -> Result<f64, ModelError> {
+        not_negative("amplitude", "m", amplitude_m)?;
+        let squeeze = 2.0 * self.squeeze_n * amplitude_m.powi(2) / self.sigma_t_m.powi(3);
+        let possible = k_c_n_per_m.is_finite()
+            && k_c_n_per_m > 0.0
+            && (squeeze > 0.0 || k_c_n_per_m < self.asperity_n_per_m);
+        if !possible {
+            return Err(ModelError::NoGapForStiffness {
+                k_c_n_per_m,
+                limit_n_per_m: self.asperity_n_per_m,
+            });
+        }
+        // Either term alone gives a lower bound, each at half the target an upper one.
+        let alone = |target: f64| {
+            (self.asperity_n_per_m / target)
+                .ln()
+                .max((squeeze / target).cbrt())
+        };
+        let (lo, hi) = (alone(k_c_n_per_m), alone(0.5 * k_c_n_per_m));
+        let u = increasing_root(lo, hi, lo, |u| {
+            let asperity = self.asperity_n_per_m * (-u).exp();
+            let film = squeeze / (u * u * u);
+            (k_c_n_per_m - asperity - film, asperity + 3.0 * film / u)
+        });
+        Ok(u * self.sigma_t_m)
+    }
+
+    /// μ/μ0 = exp((x_t⁰ − x)/σ_t), the share of the normal force that asperities carry (Huloux 2021, Eq. 19).
+    pub fn friction_ratio(&self, gap_m: f64, normal_n: f64) -> f64 {
+        self.asperity_force_n(gap_m) / normal_n
+    }
+
+    /// Z_c = k_c/(iω) + b_c with b_c = η k_c/ω, in N·s/m at the angular frequency `carrier_rad_per_s`.
+    pub fn impedance_n_s_per_m(&self, k_c_n_per_m: f64, carrier_rad_per_s: f64) -> Complex64 {
+        crate::harmonic::contact_impedance(k_c_n_per_m, self.assumed.loss_factor, carrier_rad_per_s)
+    }
+}
+
+/// The gap of greatest stiffness in force balance, both in σ_t: rest itself, or short of 2 when rest is.
+fn stiffest_gap(rest: f64) -> f64 {
+    if rest >= 2.0 {
+        return rest;
+    }
+    // −dk/du · u², increasing: 2 (1 − e) + e u (u − 2).
+    increasing_root(rest, 2.0, 0.5 * (rest + 2.0), |u| {
+        let carried = (rest - u).exp();
+        (
+            2.0 * (1.0 - carried) + carried * u * (u - 2.0),
+            carried * (4.0 * u - u * u),
+        )
+    })
+}

@@ -1,0 +1,111 @@
+use thiserror::Error;
+
+/// An input for which the contact model has no answer, and the assumption that failed.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ModelError {
+    /// A parameter or a sample lies outside what it can physically be.
+    #[error("{name} = {value} {unit}: must be {limit}")]
+    OutOfRange {
+        /// The quantity.
+        name: &'static str,
+        /// Its value, in `unit`.
+        value: f64,
+        /// SI unit of `value`.
+        unit: &'static str,
+        /// What would be accepted.
+        limit: &'static str,
+    },
+    /// x_t⁰ ≤ 0: the exponential asperity law (Huloux 2021, Eq. 15) carries at most p_c S, and the finger presses harder.
+    #[error(
+        "normal force {normal_n} N is not below p_c S = {limit_n} N, the most that the asperities carry \
+         (Huloux 2021, Eq. 15): the gap at rest would be {rest_gap_m} m; sigma_t, q0, E or S is too small"
+    )]
+    RestGapNotPositive {
+        /// Normal force, N.
+        normal_n: f64,
+        /// p_c S, N.
+        limit_n: f64,
+        /// σ_t ln(p_c S/⟨f_c⟩), m.
+        rest_gap_m: f64,
+    },
+    /// No positive gap has this stiffness: the measured k_c is not positive, or exceeds the asperities' p_c S/σ_t.
+    #[error(
+        "contact stiffness {k_c_n_per_m} N/m is not between 0 and {limit_n_per_m} N/m, the stiffest that the contact model can be: \
+         the plate or tissue impedance behind it is wrong, or noise exceeds the contact's share of Z_m"
+    )]
+    NoGapForStiffness {
+        /// The stiffness asked for, N/m.
+        k_c_n_per_m: f64,
+        /// The stiffest contact that the model knows, N/m.
+        limit_n_per_m: f64,
+    },
+    /// Slices that describe the same samples differ in length.
+    #[error("{name} has {got} samples, expected {expected}")]
+    LengthMismatch {
+        /// The slice.
+        name: &'static str,
+        /// Its length.
+        got: usize,
+        /// The length of the others.
+        expected: usize,
+    },
+    /// An error of one sample of a record.
+    #[error("sample {index}: {source}")]
+    AtSample {
+        /// Index into the record.
+        index: usize,
+        /// What is wrong there.
+        source: Box<ModelError>,
+    },
+}
+
+pub(crate) fn positive(
+    name: &'static str,
+    unit: &'static str,
+    value: f64,
+) -> Result<f64, ModelError> {
+    if value.is_finite() && value > 0.0 {
+        Ok(value)
+    } else {
+        Err(ModelError::OutOfRange {
+            name,
+            value,
+            unit,
+            limit: "finite and above 0",
+        })
+    }
+}
+
+pub(crate) fn not_negative(
+    name: &'static str,
+    unit: &'static str,
+    value: f64,
+) -> Result<f64, ModelError> {
+    if value.is_finite() && value >= 0.0 {
+        Ok(value)
+    } else {
+        Err(ModelError::OutOfRange {
+            name,
+            value,
+            unit,
+            limit: "finite and not below 0",
+        })
+    }
+}
+
+pub(crate) fn same_length(
+    name: &'static str,
+    got: usize,
+    expected: usize,
+) -> Result<(), ModelError> {
+    if got == expected {
+        Ok(())
+    } else {
+        Err(ModelError::LengthMismatch {
+            name,
+            got,
+            expected,
+        })
+    }
+}

@@ -1,0 +1,422 @@
+//! σ_t, Re Z_t, Im Z_t and τ jointly (SCIENCE.md section 9).
+//!
+//! The impedance is the envelope-corrected one. The gap follows its equilibrium (Eq. 17 with the momentary amplitude and normal force) as a
+//! first-order lag, τ dx/dt = x_eq − x, from 20 ms before the instance; k_c is Eq. 18 with the lagged gap and the momentary amplitude,
+//! so that the forces on the skin need not balance. Σ|Z_m,model − Z_m|² over the instance, complex, is minimised over all four. μ0 is the measured friction
+//! divided by the modelled ratio (19), in least squares over the instance. Then k_c(t) by (12) from the measured impedance, the gap
+//! from k_c and amplitude, μ by (19) with the momentary normal force.
+
+use num_complex::Complex64;
+
+use super::estimate::{Fitted, Stiffness, agreement};
+use super::lag::Lag;
+use super::least_squares::{ImpedanceModel, Minimum, best_start, minimise};
+use super::series::mean;
+use super::{
+    Agreement, EstimatedSeries, FitConditions, FitError, IDENTIFIABLE_RELATIVE_STD, InstanceSeries,
+    Parameter, Samples, Sensitivities, Verdict,
+};
+use crate::contact::Contact;
+use crate::harmonic::observed;
+
+/// How the joint fit is set up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// How long before the instance the gap is integrated, s. Default 20 ms, some ten τ.
+    pub lead_in_s: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { lead_in_s: 0.02 }
+    }
+}
+
+/// What the joint fit makes of an instance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DynamicFit {
+    /// Whether the parameters mean anything.
+    pub verdict: Verdict,
+    /// σ_t, m.
+    pub sigma_t_m: f64,
+    /// Standard error of `sigma_t_m`; infinite if not identifiable.
+    pub sigma_t_std_m: f64,
+    /// Z_t, N·s/m.
+    pub z_t_n_s_per_m: Complex64,
+    /// Standard errors of its real and imaginary part.
+    pub z_t_std_n_s_per_m: Complex64,
+    /// τ, s.
+    pub tau_s: f64,
+    /// Standard error of `tau_s`; 0 at the bound.
+    pub tau_std_s: f64,
+    /// μ0.
+    pub mu0: f64,
+    /// Standard error of `mu0`.
+    pub mu0_std: f64,
+    /// ⟨f_c⟩, mean over the instance, N.
+    pub normal_n: f64,
+    /// Fitted against measured.
+    pub agreement: Agreement,
+    /// Stiffness, gap and friction in time.
+    pub series: EstimatedSeries,
+}
+
+const N: usize = 4;
+const MS: f64 = 1e-3;
+/// τ that starts are tried with, ms.
+const TAU_STARTS_MS: [f64; 2] = [0.5, 2.0];
+/// A standard error of τ beyond this is no identification, s: twice the lag that the bench is to resolve.
+const IDENTIFIABLE_TAU_STD_S: f64 = 2e-3;
+
+/// Fits σ_t, Z_t and τ to one instance.
+///
+/// # Errors
+/// If the lead-in is too short, or no σ_t between 0.2 and 20 µm gives a contact that the model allows.
+pub fn fit(
+    instance: &InstanceSeries<'_>,
+    conditions: &FitConditions,
+    options: &Options,
+) -> Result<DynamicFit, FitError> {
+    let mut model = Model::new(instance, conditions, options)?;
+    let solution = model.solve()?;
+    model.report(&instance.instance(), solution)
+}
+
+/// How σ_t, Z_t and τ hang on the assumed constants.
+///
+/// # Errors
+/// As [`fit`].
+pub fn sensitivities(
+    instance: &InstanceSeries<'_>,
+    conditions: &FitConditions,
+    options: &Options,
+) -> Result<Sensitivities, FitError> {
+    super::estimate::sensitivities(conditions, |conditions| {
+        let solution = Model::new(instance, conditions, options)?.solve()?;
+        let [ln_sigma_t, re, im, tau_ms] = solution.minimum.parameters;
+        Ok((ln_sigma_t, Complex64::new(re, im), tau_ms * MS))
+    })
+}
+
+struct Solution {
+    minimum: Minimum<N>,
+    /// Where τ would go, if the bound holds it.
+    unbounded_tau_s: Option<f64>,
+}
+
+struct Model<'a> {
+    conditions: &'a FitConditions,
+    carrier_rad_per_s: f64,
+    interval_s: f64,
+    /// With `lead` samples before the instance.
+    amplitude_m: &'a [f64],
+    normal_n: &'a [f64],
+    lead: usize,
+    /// Of the instance alone.
+    z_m: &'a [Complex64],
+    equilibrium: Vec<f64>,
+    equilibrium_slope: Vec<f64>,
+    gap: Vec<f64>,
+    gap_by_sigma: Vec<f64>,
+    gap_by_tau: Vec<f64>,
+}
+
+impl<'a> Model<'a> {
+    fn new(
+        instance: &InstanceSeries<'a>,
+        conditions: &'a FitConditions,
+        options: &Options,
+    ) -> Result<Self, FitError> {
+        conditions.assumed.validated()?;
+        let (samples, lead) = instance.with_lead_in(options.lead_in_s)?;
+        let n = samples.time_s.len();
+        Ok(Self {
+            conditions,
+            carrier_rad_per_s: conditions.carrier_rad_per_s()?,
+            interval_s: instance.interval_s(),
+            amplitude_m: samples.amplitude_m,
+            normal_n: samples.normal_n,
+            lead,
+            z_m: &samples.z_m_corrected_n_s_per_m[lead..],
+            equilibrium: vec![0.0; n],
+            equilibrium_slope: vec![0.0; n],
+            gap: vec![0.0; n],
+            gap_by_sigma: vec![0.0; n],
+            gap_by_tau: vec![0.0; n],
+        })
+    }
+
+    /// Gap and its slopes at ln σ_t and τ, with the contact.
+    fn follow(&mut self, ln_sigma_t: f64, tau_ms: f64) -> Option<Contact> {
+        let contact = Contact::new(&self.conditions.assumed, ln_sigma_t.exp()).ok()?;
+        contact
+            .equilibrium_gaps_m(self.amplitude_m, self.normal_n, &mut self.equilibrium)
+            .ok()?;
+        for ((slope, &gap), &normal_n) in self
+            .equilibrium_slope
+            .iter_mut()
+            .zip(&self.equilibrium)
+            .zip(self.normal_n)
+        {
+            *slope = contact.equilibrium_gap_slope(gap, normal_n);
+        }
+        let lag = Lag::new(tau_ms * MS, self.interval_s);
+        lag.apply(&self.equilibrium, &mut self.gap);
+        lag.apply(&self.equilibrium_slope, &mut self.gap_by_sigma);
+        lag.slope(&self.equilibrium, &self.gap, &mut self.gap_by_tau);
+        self.gap.iter().all(|gap| *gap > 0.0).then_some(contact)
+    }
+
+    /// Given σ_t and τ, 1/(Z_m − Z_p) = 1/Z_t + 1/Z_c is linear in 1/Z_t: its mean, weighted as the impedance residual weighs it.
+    fn tissue_given_gap(&self, contact: &Contact) -> Complex64 {
+        let (mut sum, mut weights) = (Complex64::ZERO, 0.0);
+        for (&z_m, (&gap, &amplitude)) in self.z_m.iter().zip(
+            self.gap[self.lead..]
+                .iter()
+                .zip(&self.amplitude_m[self.lead..]),
+        ) {
+            let finger = z_m - self.conditions.z_p_corrected_n_s_per_m;
+            let z_c = contact.impedance_n_s_per_m(
+                contact.stiffness_n_per_m(gap, amplitude),
+                self.carrier_rad_per_s,
+            );
+            let weight = finger.norm_sqr().powi(2);
+            if weight > 0.0 {
+                sum += weight * (finger.inv() - z_c.inv());
+                weights += weight;
+            }
+        }
+        weights / sum
+    }
+
+    fn start(&mut self, tau_ms: f64) -> Option<[f64; N]> {
+        let candidates: Vec<[f64; N]> = super::sigma_starts()
+            .filter_map(|sigma| {
+                let contact = self.follow(sigma.ln(), tau_ms)?;
+                let z_t = self.tissue_given_gap(&contact);
+                Some([sigma.ln(), z_t.re, z_t.im, tau_ms])
+            })
+            .collect();
+        best_start(self, candidates)
+    }
+
+    fn solve(&mut self) -> Result<Solution, FitError> {
+        let starts: Vec<[f64; N]> = TAU_STARTS_MS
+            .iter()
+            .filter_map(|&tau_ms| self.start(tau_ms))
+            .collect();
+        let minima = starts.into_iter().map(|start| minimise(self, start));
+        let free = minima
+            .min_by(|a, b| {
+                a.failure
+                    .is_some()
+                    .cmp(&b.failure.is_some())
+                    .then(a.squares.total_cmp(&b.squares))
+            })
+            .ok_or(FitError::NoStart)?;
+        let [ln_sigma_t, re, im, tau_ms] = free.parameters;
+        if tau_ms >= 0.0 || free.failure.is_some() {
+            return Ok(Solution {
+                minimum: free,
+                unbounded_tau_s: None,
+            });
+        }
+        let bound = minimise(&mut WithoutLag(self), [ln_sigma_t, re, im]);
+        Ok(Solution {
+            minimum: bound.extended(0.0),
+            unbounded_tau_s: Some(tau_ms * MS),
+        })
+    }
+
+    fn report(
+        &mut self,
+        samples: &Samples<'_>,
+        solution: Solution,
+    ) -> Result<DynamicFit, FitError> {
+        let Solution {
+            minimum,
+            unbounded_tau_s,
+        } = solution;
+        let [ln_sigma_t, re, im, tau_ms] = minimum.parameters;
+        let z_t = Complex64::new(re, im);
+        let std = |i: usize| {
+            minimum
+                .covariance
+                .map_or(f64::INFINITY, |c| c[(i, i)].sqrt())
+        };
+        let verdict = self.verdict(&minimum, unbounded_tau_s);
+        let contact = self.follow(ln_sigma_t, tau_ms).ok_or(FitError::NoStart)?;
+        let friction = self.friction_at_rest(&contact, samples.mu);
+        let fitted = Fitted {
+            contact,
+            carrier_rad_per_s: self.carrier_rad_per_s,
+            z_p: self.conditions.z_p_corrected_n_s_per_m,
+            z_t,
+            z_t_slopes: [
+                Complex64::ZERO,
+                Complex64::ONE,
+                Complex64::I,
+                Complex64::ZERO,
+            ],
+            covariance: minimum.covariance,
+            z_m_std: minimum.residual_std,
+            mu0: friction.mu0,
+            mu0_slopes: friction.slopes,
+            mu0_std: friction.std,
+            stiffness: Stiffness::Amplitude(samples.amplitude_m, samples.normal_n),
+        };
+        let mu0_std = fitted.std_of(&friction.slopes.into(), friction.std);
+        let (sigma_t_std_m, z_t_std, tau_std_s) = (
+            contact.sigma_t_m() * std(0),
+            Complex64::new(std(1), std(2)),
+            std(3) * MS,
+        );
+        let series = fitted.estimate(samples.time_s, self.z_m, minimum.z_m);
+        Ok(DynamicFit {
+            verdict,
+            sigma_t_m: contact.sigma_t_m(),
+            sigma_t_std_m,
+            z_t_n_s_per_m: z_t,
+            z_t_std_n_s_per_m: z_t_std,
+            tau_s: tau_ms * MS,
+            tau_std_s,
+            mu0: friction.mu0,
+            mu0_std,
+            normal_n: mean(samples.normal_n),
+            agreement: agreement(self.z_m, samples.mu, &series),
+            series,
+        })
+    }
+
+    fn verdict(&self, minimum: &Minimum<N>, unbounded_tau_s: Option<f64>) -> Verdict {
+        if let Some(reason) = &minimum.failure {
+            return Verdict::NotConverged {
+                reason: reason.clone(),
+            };
+        }
+        let std = |i: usize| {
+            minimum
+                .covariance
+                .map_or(f64::INFINITY, |c| c[(i, i)].sqrt())
+        };
+        let [_, re, im, _] = minimum.parameters;
+        let weak = [
+            (Parameter::SigmaT, std(0), IDENTIFIABLE_RELATIVE_STD),
+            (
+                Parameter::ZT,
+                std(1).hypot(std(2)) / re.hypot(im),
+                IDENTIFIABLE_RELATIVE_STD,
+            ),
+            (Parameter::Tau, std(3) * MS, IDENTIFIABLE_TAU_STD_S),
+        ];
+        let worst = weak
+            .into_iter()
+            .max_by(|a, b| (a.1 / a.2).total_cmp(&(b.1 / b.2)));
+        match (worst, unbounded_tau_s) {
+            (Some((parameter, std, limit)), _) if std > limit || std.is_nan() => {
+                Verdict::NotIdentifiable { parameter, std }
+            }
+            (_, Some(unbounded_tau_s)) => Verdict::LagAtBound { unbounded_tau_s },
+            _ => Verdict::Converged,
+        }
+    }
+
+    /// μ0 = Σ m μ/Σ m² with m the modelled μ/μ0, after [`follow`](Self::follow).
+    fn friction_at_rest(&self, contact: &Contact, mu: &[f64]) -> FrictionAtRest {
+        let sigma = contact.sigma_t_m();
+        let ratios: Vec<f64> = self
+            .gap
+            .iter()
+            .zip(self.normal_n)
+            .map(|(&x, &n)| contact.friction_ratio(x, n))
+            .skip(self.lead)
+            .collect();
+        let power: f64 = ratios.iter().map(|m| m * m).sum();
+        let mu0 = ratios.iter().zip(mu).map(|(m, mu)| m * mu).sum::<f64>() / power;
+        let mut slopes = [0.0; N];
+        let mut squares = 0.0;
+        for (i, (&ratio, &mu)) in ratios.iter().zip(mu).enumerate() {
+            let gap = self.gap[self.lead + i];
+            let by_ln_sigma = ratio * (1.0 + gap / sigma - self.gap_by_sigma[self.lead + i]);
+            let by_tau_ms = -ratio / sigma * self.gap_by_tau[self.lead + i] * MS / self.interval_s;
+            let weight = (mu - 2.0 * mu0 * ratio) / power;
+            slopes[0] += weight * by_ln_sigma;
+            slopes[3] += weight * by_tau_ms;
+            squares += (mu - mu0 * ratio).powi(2);
+        }
+        let freedom = (ratios.len() - 1) as f64;
+        FrictionAtRest {
+            mu0,
+            slopes,
+            std: (squares / freedom / power).sqrt(),
+        }
+    }
+}
+
+struct FrictionAtRest {
+    mu0: f64,
+    slopes: [f64; N],
+    std: f64,
+}
+
+impl ImpedanceModel<N> for Model<'_> {
+    fn measured(&self) -> &[Complex64] {
+        self.z_m
+    }
+
+    fn evaluate(
+        &mut self,
+        parameters: &[f64; N],
+        z_m: &mut [Complex64],
+        slopes: &mut [[Complex64; N]],
+    ) -> Option<()> {
+        let [ln_sigma_t, re, im, tau_ms] = *parameters;
+        let contact = self.follow(ln_sigma_t, tau_ms)?;
+        let sigma = contact.sigma_t_m();
+        let z_t = Complex64::new(re, im);
+        let z_c_per_stiffness = contact.impedance_n_s_per_m(1.0, self.carrier_rad_per_s);
+        for index in 0..z_m.len() {
+            let at = self.lead + index;
+            let (gap, amplitude) = (self.gap[at], self.amplitude_m[at]);
+            let by_gap = contact.stiffness_slope_n_per_m2(gap, amplitude);
+            let by_ln_sigma =
+                contact.stiffness_by_ln_sigma_n_per_m(gap) + by_gap * self.gap_by_sigma[at] * sigma;
+            let by_tau_ms = by_gap * self.gap_by_tau[at] * MS / self.interval_s;
+            let z_c = z_c_per_stiffness * contact.stiffness_n_per_m(gap, amplitude);
+            let both = z_t + z_c;
+            let by_stiffness = (z_t / both).powi(2) * z_c_per_stiffness;
+            let by_z_t = (z_c / both).powi(2);
+            z_m[index] = observed(self.conditions.z_p_corrected_n_s_per_m, z_t, z_c);
+            slopes[index] = [
+                by_stiffness * by_ln_sigma,
+                by_z_t,
+                by_z_t * Complex64::I,
+                by_stiffness * by_tau_ms,
+            ];
+        }
+        Some(())
+    }
+}
+
+/// The model with τ at its bound, 0.
+struct WithoutLag<'m, 'a>(&'m mut Model<'a>);
+
+impl ImpedanceModel<3> for WithoutLag<'_, '_> {
+    fn measured(&self) -> &[Complex64] {
+        self.0.z_m
+    }
+
+    fn evaluate(
+        &mut self,
+        &[ln_sigma_t, re, im]: &[f64; 3],
+        z_m: &mut [Complex64],
+        slopes: &mut [[Complex64; 3]],
+    ) -> Option<()> {
+        let mut all = vec![[Complex64::ZERO; N]; slopes.len()];
+        self.0.evaluate(&[ln_sigma_t, re, im, 0.0], z_m, &mut all)?;
+        for (slope, [sigma, by_re, by_im, _]) in slopes.iter_mut().zip(all) {
+            *slope = [sigma, by_re, by_im];
+        }
+        Some(())
+    }
+}

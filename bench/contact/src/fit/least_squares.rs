@@ -1,0 +1,245 @@
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationReason};
+use nalgebra::storage::Owned;
+use nalgebra::{DMatrix, DVector, Dyn, SMatrix, SVector};
+use num_complex::Complex64;
+
+/// A model of the complex impedance of every sample of an instance, with N real parameters.
+pub(crate) trait ImpedanceModel<const N: usize> {
+    fn measured(&self) -> &[Complex64];
+    /// Impedances and their derivatives; `None` outside the model's domain.
+    fn evaluate(
+        &mut self,
+        parameters: &[f64; N],
+        z_m: &mut [Complex64],
+        slopes: &mut [[Complex64; N]],
+    ) -> Option<()>;
+}
+
+/// What a trial step out of the model's domain costs per sample, N·s/m: far above any impedance, so that it is refused.
+const OUT_OF_DOMAIN: f64 = 1e6;
+const TOLERANCE: f64 = 1e-12;
+const PATIENCE: usize = 60;
+/// A pivot of the scaled normal matrix below this is rounding, not information.
+const SINGULAR: f64 = 1e-12;
+
+pub(crate) struct Minimum<const N: usize> {
+    pub(crate) parameters: [f64; N],
+    pub(crate) z_m: Vec<Complex64>,
+    /// Σ|Ẑ_m − Z_m|².
+    pub(crate) squares: f64,
+    /// Why it is not a minimum, if it is not.
+    pub(crate) failure: Option<String>,
+    /// Parameter covariance; `None` if the data do not depend on some combination of the parameters.
+    pub(crate) covariance: Option<SMatrix<f64, N, N>>,
+    /// Standard deviation of one component of the impedance residual.
+    pub(crate) residual_std: f64,
+}
+
+impl Minimum<3> {
+    /// With a fourth parameter that was held.
+    pub(crate) fn extended(self, held: f64) -> Minimum<4> {
+        let [a, b, c] = self.parameters;
+        Minimum {
+            parameters: [a, b, c, held],
+            z_m: self.z_m,
+            squares: self.squares,
+            failure: self.failure,
+            covariance: self
+                .covariance
+                .map(|covariance| covariance.fixed_resize::<4, 4>(0.0)),
+            residual_std: self.residual_std,
+        }
+    }
+}
+
+struct Problem<'a, M, const N: usize> {
+    model: &'a mut M,
+    parameters: [f64; N],
+    z_m: Vec<Complex64>,
+    slopes: Vec<[Complex64; N]>,
+    in_domain: bool,
+}
+
+impl<M: ImpedanceModel<N>, const N: usize> Problem<'_, M, N> {
+    fn evaluate(&mut self) {
+        self.in_domain = self
+            .model
+            .evaluate(&self.parameters, &mut self.z_m, &mut self.slopes)
+            .is_some()
+            && self.z_m.iter().all(|z| z.is_finite());
+    }
+}
+
+impl<M: ImpedanceModel<N>, const N: usize> LeastSquaresProblem<f64, Dyn, Dyn>
+    for Problem<'_, M, N>
+{
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+    type ParameterStorage = Owned<f64, Dyn>;
+
+    fn set_params(&mut self, x: &DVector<f64>) {
+        self.parameters.copy_from_slice(x.as_slice());
+        self.evaluate();
+    }
+
+    fn params(&self) -> DVector<f64> {
+        DVector::from_column_slice(&self.parameters)
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        let n = self.z_m.len();
+        if !self.in_domain {
+            return Some(DVector::from_element(2 * n, OUT_OF_DOMAIN));
+        }
+        let residual = |row: usize| self.z_m[row % n] - self.model.measured()[row % n];
+        Some(DVector::from_fn(2 * n, |row, _| {
+            if row < n {
+                residual(row).re
+            } else {
+                residual(row).im
+            }
+        }))
+    }
+
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        let n = self.z_m.len();
+        Some(DMatrix::from_fn(2 * n, N, |row, column| {
+            let slope = self.slopes[row % n][column];
+            if row < n { slope.re } else { slope.im }
+        }))
+    }
+}
+
+/// The start with the least squares; `None` if the model holds at none.
+pub(crate) fn best_start<M: ImpedanceModel<N>, const N: usize>(
+    model: &mut M,
+    starts: impl IntoIterator<Item = [f64; N]>,
+) -> Option<[f64; N]> {
+    let n = model.measured().len();
+    let mut z_m = vec![Complex64::ZERO; n];
+    let mut slopes = vec![[Complex64::ZERO; N]; n];
+    let mut best = None;
+    let mut least = f64::INFINITY;
+    for start in starts {
+        if model.evaluate(&start, &mut z_m, &mut slopes).is_none() {
+            continue;
+        }
+        let squares: f64 = z_m
+            .iter()
+            .zip(model.measured())
+            .map(|(a, b)| (a - b).norm_sqr())
+            .sum();
+        if squares < least {
+            (best, least) = (Some(start), squares);
+        }
+    }
+    best
+}
+
+/// Levenberg–Marquardt from one start.
+pub(crate) fn minimise<M: ImpedanceModel<N>, const N: usize>(
+    model: &mut M,
+    start: [f64; N],
+) -> Minimum<N> {
+    let n = model.measured().len();
+    let zero = Complex64::ZERO;
+    let mut problem = Problem {
+        model,
+        parameters: start,
+        z_m: vec![zero; n],
+        slopes: vec![[zero; N]; n],
+        in_domain: false,
+    };
+    problem.evaluate();
+    let (mut problem, report) = LevenbergMarquardt::new()
+        .with_ftol(TOLERANCE)
+        .with_xtol(TOLERANCE)
+        .with_gtol(TOLERANCE)
+        .with_patience(PATIENCE)
+        .minimize(problem);
+    // The last trial step need not be the accepted one.
+    problem.evaluate();
+    let failure = match report.termination {
+        _ if !problem.in_domain => Some("left the range in which the model holds".to_owned()),
+        TerminationReason::NoImprovementPossible(_) => None,
+        reason if reason.was_successful() => None,
+        reason => Some(format!("{reason:?}")),
+    };
+    summarise(problem, failure)
+}
+
+fn summarise<M: ImpedanceModel<N>, const N: usize>(
+    problem: Problem<'_, M, N>,
+    failure: Option<String>,
+) -> Minimum<N> {
+    let residuals: Vec<Complex64> = problem
+        .z_m
+        .iter()
+        .zip(problem.model.measured())
+        .map(|(a, b)| a - b)
+        .collect();
+    let squares = residuals.iter().map(Complex64::norm_sqr).sum::<f64>();
+    let freedom = (2 * residuals.len()).saturating_sub(N).max(1) as f64;
+    let variance = squares / freedom;
+    let mut normal = SMatrix::<f64, N, N>::zeros();
+    for slope in &problem.slopes {
+        for row in 0..N {
+            for column in 0..N {
+                normal[(row, column)] += (slope[row].conj() * slope[column]).re;
+            }
+        }
+    }
+    let covariance =
+        invert_scaled(&normal).map(|inverse| inverse * (variance * correlation(&residuals)));
+    Minimum {
+        parameters: problem.parameters,
+        z_m: problem.z_m,
+        squares,
+        failure,
+        covariance,
+        residual_std: variance.sqrt(),
+    }
+}
+
+/// Inverse of a normal matrix, scaled to unit diagonal first so that units do not decide what counts as singular.
+fn invert_scaled<const N: usize>(normal: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
+    let scale = SVector::<f64, N>::from_fn(|i, _| normal[(i, i)].sqrt().recip());
+    if !scale.iter().all(|s| s.is_finite()) {
+        return None;
+    }
+    let scaled = SMatrix::<f64, N, N>::from_fn(|i, j| normal[(i, j)] * scale[i] * scale[j]);
+    let factor = scaled.cholesky()?;
+    if factor
+        .l_dirty()
+        .diagonal()
+        .iter()
+        .any(|pivot| pivot.powi(2) < SINGULAR)
+    {
+        return None;
+    }
+    let inverse = factor.inverse();
+    Some(SMatrix::from_fn(|i, j| {
+        inverse[(i, j)] * scale[i] * scale[j]
+    }))
+}
+
+/// Neighbouring residuals share the demodulator's window and the model's error, so that n samples carry less than n values:
+/// 1 + 2 Σ ρ_k over the lags before the autocorrelation first vanishes.
+fn correlation(residuals: &[Complex64]) -> f64 {
+    let at = |lag: usize| {
+        residuals
+            .iter()
+            .zip(&residuals[lag..])
+            .map(|(a, b)| (a.conj() * b).re)
+            .sum::<f64>()
+    };
+    let power = at(0);
+    if power <= 0.0 {
+        return 1.0;
+    }
+    let sum: f64 = (1..residuals.len())
+        .map(|lag| at(lag) / power)
+        .take_while(|rho| *rho > 0.0)
+        .sum();
+    1.0 + 2.0 * sum
+}

@@ -1,0 +1,304 @@
+//! σ_t alone, as published (Huloux 2021, section "Estimation"; SCIENCE.md section 7).
+//!
+//! Per instance: Z_m⁰ and μ0 are the mean measured impedance and friction where the amplitude is below 0.2 µm; for any σ_t the
+//! stiffness at rest is k_c⁰ = ⟨f_c⟩/σ_t with ⟨f_c⟩ the mean normal force, Z_t follows by Eq. 21, the gap at each instant by the
+//! gap equation (17), k_c by (18) and Z_m by (9). σ_t minimises Σ|Z_m,model − Z_m|² over the instance, complex. Then k_c(t) by (12), gap by (18),
+//! μ by (19). Every instant counts as a steady state, and the amplitude where Z_t is read as rest: that biases σ_t upwards and
+//! Z_t downwards, and the bias is part of the method.
+
+use num_complex::Complex64;
+
+use super::estimate::{Fitted, Stiffness, agreement};
+use super::least_squares::{ImpedanceModel, Minimum, minimise};
+use super::series::mean;
+use super::{
+    Agreement, EstimatedSeries, FitConditions, FitError, IDENTIFIABLE_RELATIVE_STD, InstanceSeries,
+    Parameter, Samples, Sensitivities, Verdict,
+};
+use crate::contact::Contact;
+use crate::harmonic::{contact_impedance, observed, tissue_from_observed};
+
+/// Where the tissue impedance and μ0 are read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// Amplitudes below this count as rest, m. Default 0.2 µm (Huloux 2021; elsewhere it says 2 µm).
+    pub rest_amplitude_m: f64,
+    /// How much of an instance that never goes below is used instead, its lowest amplitudes, s. Default 5 ms.
+    pub lowest_s: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            rest_amplitude_m: 0.2e-6,
+            lowest_s: 5e-3,
+        }
+    }
+}
+
+/// Where Z_m⁰ and μ0 were read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum RestReading {
+    /// Below [`Options::rest_amplitude_m`].
+    BelowThreshold {
+        /// Samples there.
+        samples: usize,
+    },
+    /// The instance never went below: its lowest amplitudes instead.
+    Lowest {
+        /// Samples used.
+        samples: usize,
+        /// The greatest amplitude among them, m.
+        up_to_amplitude_m: f64,
+    },
+}
+
+/// What the published method makes of an instance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PaperFit {
+    /// Whether the parameters mean anything.
+    pub verdict: Verdict,
+    /// σ_t, m.
+    pub sigma_t_m: f64,
+    /// Standard error of `sigma_t_m`; infinite if not identifiable.
+    pub sigma_t_std_m: f64,
+    /// Z_t by Eq. 21, N·s/m.
+    pub z_t_n_s_per_m: Complex64,
+    /// Standard errors of its real and imaginary part.
+    pub z_t_std_n_s_per_m: Complex64,
+    /// μ0.
+    pub mu0: f64,
+    /// Standard error of `mu0`.
+    pub mu0_std: f64,
+    /// ⟨f_c⟩, mean over the instance, N.
+    pub normal_n: f64,
+    /// Where Z_m⁰ and μ0 were read.
+    pub rest: RestReading,
+    /// Fitted against measured.
+    pub agreement: Agreement,
+    /// Stiffness, gap and friction in time.
+    pub series: EstimatedSeries,
+}
+
+/// Fits σ_t to one instance.
+///
+/// # Errors
+/// If no σ_t between 0.2 and 20 µm gives a contact that the model allows.
+pub fn fit(
+    instance: &InstanceSeries<'_>,
+    conditions: &FitConditions,
+    options: &Options,
+) -> Result<PaperFit, FitError> {
+    let samples = instance.instance();
+    let at_rest = AtRest::read(&samples, instance.interval_s(), options);
+    let mut model = Model::new(&samples, conditions, at_rest.z_m)?;
+    let minimum = model.fitted()?;
+    model.report(&samples, minimum, &at_rest)
+}
+
+/// How σ_t and Z_t hang on the assumed constants.
+///
+/// # Errors
+/// As [`fit`].
+pub fn sensitivities(
+    instance: &InstanceSeries<'_>,
+    conditions: &FitConditions,
+    options: &Options,
+) -> Result<Sensitivities, FitError> {
+    super::estimate::sensitivities(conditions, |conditions| {
+        let samples = instance.instance();
+        let at_rest = AtRest::read(&samples, instance.interval_s(), options);
+        let mut model = Model::new(&samples, conditions, at_rest.z_m)?;
+        let minimum = model.fitted()?;
+        Ok((
+            minimum.parameters[0],
+            model.tissue(minimum.parameters[0]).0,
+            0.0,
+        ))
+    })
+}
+
+struct AtRest {
+    z_m: Complex64,
+    mu0: f64,
+    mu0_std: f64,
+    reading: RestReading,
+}
+
+impl AtRest {
+    fn read(samples: &Samples<'_>, interval_s: f64, options: &Options) -> Self {
+        let amplitude = samples.amplitude_m;
+        let mut at: Vec<usize> = (0..amplitude.len())
+            .filter(|&i| amplitude[i] < options.rest_amplitude_m)
+            .collect();
+        let below = !at.is_empty();
+        if !below {
+            at = (0..amplitude.len()).collect();
+            at.sort_by(|&a, &b| amplitude[a].total_cmp(&amplitude[b]));
+            at.truncate(((options.lowest_s / interval_s).round() as usize).max(1));
+        }
+        let n = at.len() as f64;
+        let mu: Vec<f64> = at.iter().map(|&i| samples.mu[i]).collect();
+        let mu0 = mean(&mu);
+        let scatter = mu.iter().map(|m| (m - mu0).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+        Self {
+            z_m: at
+                .iter()
+                .map(|&i| samples.z_m_plain_n_s_per_m[i])
+                .sum::<Complex64>()
+                / n,
+            mu0,
+            mu0_std: (scatter / n).sqrt(),
+            reading: if below {
+                RestReading::BelowThreshold { samples: at.len() }
+            } else {
+                RestReading::Lowest {
+                    samples: at.len(),
+                    up_to_amplitude_m: at.iter().map(|&i| amplitude[i]).fold(0.0, f64::max),
+                }
+            },
+        }
+    }
+}
+
+struct Model<'a> {
+    conditions: &'a FitConditions,
+    carrier_rad_per_s: f64,
+    z_m: &'a [Complex64],
+    amplitude_m: &'a [f64],
+    normal_n: Vec<f64>,
+    /// Z_m⁰ − Z_p.
+    finger_at_rest: Complex64,
+    gap_m: Vec<f64>,
+}
+
+impl<'a> Model<'a> {
+    fn new(
+        samples: &Samples<'a>,
+        conditions: &'a FitConditions,
+        z_m_at_rest: Complex64,
+    ) -> Result<Self, FitError> {
+        conditions.assumed.validated()?;
+        let n = samples.time_s.len();
+        Ok(Self {
+            conditions,
+            carrier_rad_per_s: conditions.carrier_rad_per_s()?,
+            z_m: samples.z_m_plain_n_s_per_m,
+            amplitude_m: samples.amplitude_m,
+            normal_n: vec![mean(samples.normal_n); n],
+            finger_at_rest: z_m_at_rest - conditions.z_p_plain_n_s_per_m,
+            gap_m: vec![0.0; n],
+        })
+    }
+
+    /// Z_t by Eq. 21 and its derivative with respect to ln σ_t.
+    fn tissue(&self, ln_sigma_t: f64) -> (Complex64, Complex64) {
+        let k_c0 = self.normal_n[0] / ln_sigma_t.exp();
+        let z_c0 = contact_impedance(
+            k_c0,
+            self.conditions.assumed.loss_factor,
+            self.carrier_rad_per_s,
+        );
+        let finger = self.finger_at_rest;
+        let by_z_c0 = -(finger / (z_c0 - finger)).powi(2);
+        (
+            tissue_from_observed(finger, Complex64::ZERO, z_c0),
+            by_z_c0 * -z_c0,
+        )
+    }
+
+    fn fitted(&mut self) -> Result<Minimum<1>, FitError> {
+        let start =
+            super::least_squares::best_start(self, super::sigma_starts().map(|sigma| [sigma.ln()]))
+                .ok_or(FitError::NoStart)?;
+        Ok(minimise(self, start))
+    }
+
+    fn report(
+        &self,
+        samples: &Samples<'_>,
+        minimum: Minimum<1>,
+        at_rest: &AtRest,
+    ) -> Result<PaperFit, FitError> {
+        let sigma_t_m = minimum.parameters[0].exp();
+        let (z_t, z_t_slope) = self.tissue(minimum.parameters[0]);
+        let ln_std = minimum
+            .covariance
+            .map_or(f64::INFINITY, |c| c[(0, 0)].sqrt());
+        let verdict = if let Some(reason) = minimum.failure {
+            Verdict::NotConverged { reason }
+        } else if ln_std > IDENTIFIABLE_RELATIVE_STD {
+            Verdict::NotIdentifiable {
+                parameter: Parameter::SigmaT,
+                std: ln_std,
+            }
+        } else {
+            Verdict::Converged
+        };
+        let fitted = Fitted {
+            contact: Contact::new(&self.conditions.assumed, sigma_t_m)?,
+            carrier_rad_per_s: self.carrier_rad_per_s,
+            z_p: self.conditions.z_p_plain_n_s_per_m,
+            z_t,
+            z_t_slopes: [z_t_slope],
+            covariance: minimum.covariance,
+            z_m_std: minimum.residual_std,
+            mu0: at_rest.mu0,
+            mu0_slopes: [0.0],
+            mu0_std: at_rest.mu0_std,
+            stiffness: Stiffness::Balance(self.normal_n[0]),
+        };
+        let series = fitted.estimate(samples.time_s, self.z_m, minimum.z_m);
+        Ok(PaperFit {
+            verdict,
+            sigma_t_m,
+            sigma_t_std_m: sigma_t_m * ln_std,
+            z_t_n_s_per_m: z_t,
+            z_t_std_n_s_per_m: Complex64::new(
+                z_t_slope.re.abs() * ln_std,
+                z_t_slope.im.abs() * ln_std,
+            ),
+            mu0: at_rest.mu0,
+            mu0_std: at_rest.mu0_std,
+            normal_n: self.normal_n[0],
+            rest: at_rest.reading,
+            agreement: agreement(self.z_m, samples.mu, &series),
+            series,
+        })
+    }
+}
+
+impl ImpedanceModel<1> for Model<'_> {
+    fn measured(&self) -> &[Complex64] {
+        self.z_m
+    }
+
+    fn evaluate(
+        &mut self,
+        &[ln_sigma_t]: &[f64; 1],
+        z_m: &mut [Complex64],
+        slopes: &mut [[Complex64; 1]],
+    ) -> Option<()> {
+        let sigma = ln_sigma_t.exp();
+        let contact = Contact::new(&self.conditions.assumed, sigma).ok()?;
+        contact
+            .equilibrium_gaps_m(self.amplitude_m, &self.normal_n, &mut self.gap_m)
+            .ok()?;
+        let (z_t, z_t_slope) = self.tissue(ln_sigma_t);
+        let z_c_per_stiffness = contact.impedance_n_s_per_m(1.0, self.carrier_rad_per_s);
+        let normal_n = self.normal_n[0];
+        for (index, &gap) in self.gap_m.iter().enumerate() {
+            let k_c = contact.balance_stiffness_n_per_m(gap, normal_n);
+            let by_ln_sigma = contact.balance_stiffness_by_ln_sigma_n_per_m(gap)
+                + contact.balance_stiffness_slope_n_per_m2(gap, normal_n)
+                    * contact.equilibrium_gap_slope(gap, normal_n)
+                    * sigma;
+            let z_c = z_c_per_stiffness * k_c;
+            let both = z_t + z_c;
+            z_m[index] = observed(self.conditions.z_p_plain_n_s_per_m, z_t, z_c);
+            slopes[index] = [(z_t / both).powi(2) * z_c_per_stiffness * by_ln_sigma
+                + (z_c / both).powi(2) * z_t_slope];
+        }
+        Some(())
+    }
+}

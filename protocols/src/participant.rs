@@ -1,0 +1,125 @@
+//! Participant identifiers, which become folder names.
+
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::str::FromStr;
+
+/// A participant's identifier in the BIDS form `sub-<label>`, the label 1 to 32 ASCII letters or digits.
+///
+/// It can be used as a folder name: no separator, dot or space passes.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct ParticipantId(String);
+
+/// Longest label after `sub-`.
+const MAX_LABEL: usize = 32;
+const PREFIX: &str = "sub-";
+
+/// Why a text is not a participant's identifier.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "participant `{}` is not allowed: {fault}; the form is `sub-` and 1 to {MAX_LABEL} of A-Z, a-z, 0-9, for example `sub-01`",
+    .given.chars().take(40).collect::<String>().escape_debug()
+)]
+pub struct ParticipantIdError {
+    /// The text as given.
+    pub given: String,
+    /// What is wrong with it.
+    pub fault: &'static str,
+}
+
+impl ParticipantId {
+    /// The identifier with its prefix, `sub-01`.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+
+    /// The number that ends the label (`sub-01` and `sub-P01` give 1), which places the participant in a
+    /// counterbalanced design. `None` if the label does not end in a digit or the number exceeds `u32`.
+    pub fn number(&self) -> Option<u32> {
+        let digits_from = self
+            .0
+            .rfind(|c: char| !c.is_ascii_digit())
+            .map_or(0, |i| i + 1);
+        self.0[digits_from..].parse().ok()
+    }
+}
+
+impl FromStr for ParticipantId {
+    type Err = ParticipantIdError;
+
+    fn from_str(given: &str) -> Result<Self, Self::Err> {
+        let fault = match given.strip_prefix(PREFIX) {
+            None => "it does not begin with `sub-`",
+            Some("") => "nothing follows `sub-`",
+            Some(label) if !label.bytes().all(|b| b.is_ascii_alphanumeric()) => {
+                "the label has other characters than letters and digits"
+            }
+            Some(label) if label.len() > MAX_LABEL => "the label is too long",
+            Some(_) => return Ok(Self(given.to_owned())),
+        };
+        Err(ParticipantIdError {
+            given: given.to_owned(),
+            fault,
+        })
+    }
+}
+
+impl TryFrom<String> for ParticipantId {
+    type Error = ParticipantIdError;
+
+    fn try_from(given: String) -> Result<Self, Self::Error> {
+        given.parse()
+    }
+}
+
+impl From<ParticipantId> for String {
+    fn from(id: ParticipantId) -> Self {
+        id.0
+    }
+}
+
+impl fmt::Display for ParticipantId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn accepts_the_allowed_form() {
+        for ok in [
+            "sub-01",
+            "sub-A",
+            "sub-P07b",
+            &format!("sub-{}", "x".repeat(32)),
+        ] {
+            assert_eq!(ok.parse::<ParticipantId>().unwrap().as_str(), ok);
+        }
+    }
+
+    #[test]
+    fn rejects_everything_else_and_names_the_form() {
+        let long = format!("sub-{}", "x".repeat(300));
+        for bad in [
+            "", "../x", "sub-", "sub-../x", "sub-é1", "sub-01/", "sub-0 1", "sub-01\n", "SUB-01",
+            "01", "sub-01.", "sub-\0", &long,
+        ] {
+            let message = bad.parse::<ParticipantId>().unwrap_err().to_string();
+            assert!(message.contains("`sub-` and 1 to 32"), "{message}");
+            assert!(message.len() < 250, "{message}");
+        }
+    }
+
+    #[test]
+    fn the_number_is_the_trailing_digits() {
+        let number = |s: &str| s.parse::<ParticipantId>().unwrap().number();
+        assert_eq!(number("sub-01"), Some(1));
+        assert_eq!(number("sub-2P014"), Some(14));
+        assert_eq!(number("sub-anna"), None);
+        assert_eq!(number("sub-99999999999"), None);
+    }
+}

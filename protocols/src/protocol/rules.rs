@@ -1,0 +1,280 @@
+//! What a protocol's values may be: one rule, one function, one message.
+//!
+//! Ranges are this project's, wide enough for any study of friction modulation and narrow enough to catch a wrong
+//! unit (50 for 50 mm/s, 35 for 35 kHz) or a slipped decimal point.
+
+use super::raw::{RawCondition, RawProtocol};
+use super::{Carrier, Condition, Drive, Order, Protocol};
+use std::collections::BTreeSet;
+
+/// A broken rule.
+#[derive(Debug)]
+pub(super) struct Broken {
+    pub key: String,
+    pub value: String,
+    pub allowed: String,
+}
+
+type Checked = Result<(), Broken>;
+
+pub(super) fn validate(raw: RawProtocol) -> Result<Protocol, Broken> {
+    short_name("name", &raw.name)?;
+    drive("drive", &raw.drive)?;
+    let conditions = conditions(&raw.drive, raw.conditions)?;
+    practice(raw.trials.practice)?;
+    per_condition(raw.trials.per_condition)?;
+    williams_size(raw.trials.order, conditions.len())?;
+    directions(raw.exploration.directions.len())?;
+    slider_end("exploration.from_m", raw.exploration.from_m)?;
+    slider_end("exploration.to_m", raw.exploration.to_m)?;
+    travel(raw.exploration.from_m, raw.exploration.to_m)?;
+    speed(raw.exploration.speed_m_per_s)?;
+    settle(raw.timing.settle_s)?;
+    baseline(raw.timing.baseline_s)?;
+    pause_length("timing.countdown_s", raw.timing.countdown_s)?;
+    pause_length("timing.feedback_s", raw.timing.feedback_s)?;
+    pause_length("timing.verdict_s", raw.timing.verdict_s)?;
+    contact(raw.force.contact_n, raw.force.min_n)?;
+    least_force(raw.force.min_n)?;
+    greatest_force(raw.force.min_n, raw.force.max_n)?;
+    rest_length(raw.rest.min_s)?;
+    redo("redo.max_per_trial", raw.redo.max_per_trial)?;
+    redo("redo.max_total", raw.redo.max_total)?;
+    central(
+        raw.selection.central_m,
+        raw.exploration.to_m - raw.exploration.from_m,
+    )?;
+    speed_tolerance(raw.selection.speed_tolerance)?;
+    instance(raw.selection.instance_s)?;
+    min_instances(raw.selection.min_instances)?;
+    timeout("timeouts.lift_finger_s", raw.timeouts.lift_finger_s)?;
+    timeout("timeouts.place_finger_s", raw.timeouts.place_finger_s)?;
+    timeout("timeouts.analysis_s", raw.timeouts.analysis_s)?;
+    Ok(Protocol {
+        name: raw.name,
+        description: raw.description,
+        citation: raw.citation,
+        conditions,
+        trials: raw.trials,
+        exploration: raw.exploration,
+        timing: raw.timing,
+        force: raw.force,
+        rest: raw.rest,
+        redo: raw.redo,
+        selection: raw.selection,
+        quality: raw.quality,
+        timeouts: raw.timeouts,
+    })
+}
+
+fn within(key: &str, value: f64, min: f64, max: f64, unit: &str) -> Checked {
+    // NaN is in no range.
+    if (min..=max).contains(&value) {
+        return Ok(());
+    }
+    let unit = if unit.is_empty() {
+        String::new()
+    } else {
+        format!(" {unit}")
+    };
+    Err(Broken {
+        key: key.to_owned(),
+        value: format!("{value}{unit}"),
+        allowed: format!("{min} to {max}{unit}"),
+    })
+}
+
+fn count_within(key: &str, value: usize, min: usize, max: usize) -> Checked {
+    within(key, value as f64, min as f64, max as f64, "")
+}
+
+fn short_name(key: &str, name: &str) -> Checked {
+    let allowed = |b: u8| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'-' || b == b'_';
+    if (1..=64).contains(&name.len()) && name.bytes().all(allowed) {
+        return Ok(());
+    }
+    Err(Broken {
+        key: key.to_owned(),
+        value: format!("{name:?}"),
+        allowed: "1 to 64 of a-z, 0-9, `-`, `_`".to_owned(),
+    })
+}
+
+fn drive(table: &str, drive: &Drive) -> Checked {
+    carrier(&format!("{table}.carrier"), drive.carrier)?;
+    mean_amplitude(&format!("{table}.mean_amplitude_v"), drive.mean_amplitude_v)?;
+    modulation(&format!("{table}.modulation_hz"), drive.modulation_hz)?;
+    index(&format!("{table}.modulation_index"), drive.modulation_index)
+}
+
+fn carrier(key: &str, carrier: Carrier) -> Checked {
+    match carrier {
+        Carrier::PlateResonance => Ok(()),
+        Carrier::Hz(hz) => within(key, hz, 1e3, 200e3, "Hz"),
+    }
+}
+
+/// The bench's own limits, compiled in and configured, are tighter and checked when it is armed.
+fn mean_amplitude(key: &str, volts: f64) -> Checked {
+    within(key, volts, 0.0, 100.0, "V")
+}
+
+fn modulation(key: &str, hz: f64) -> Checked {
+    within(key, hz, 0.1, 50.0, "Hz")
+}
+
+fn index(key: &str, index: f64) -> Checked {
+    within(key, index, 0.0, 1.0, "")
+}
+
+fn conditions(base: &Drive, raw: Vec<RawCondition>) -> Result<Vec<Condition>, Broken> {
+    count_within("conditions", raw.len(), 1, 64)?;
+    let mut names = BTreeSet::new();
+    raw.into_iter()
+        .enumerate()
+        .map(|(i, raw)| {
+            let table = format!("conditions.{i}");
+            short_name(&format!("{table}.name"), &raw.name)?;
+            unique(&format!("{table}.name"), &raw.name, &mut names)?;
+            let merged = Drive {
+                carrier: raw.carrier.unwrap_or(base.carrier),
+                mean_amplitude_v: raw.mean_amplitude_v.unwrap_or(base.mean_amplitude_v),
+                modulation_hz: raw.modulation_hz.unwrap_or(base.modulation_hz),
+                modulation_index: raw.modulation_index.unwrap_or(base.modulation_index),
+            };
+            drive(&table, &merged)?;
+            Ok(Condition {
+                name: raw.name,
+                drive: merged,
+            })
+        })
+        .collect()
+}
+
+fn unique(key: &str, name: &str, names: &mut BTreeSet<String>) -> Checked {
+    if names.insert(name.to_owned()) {
+        return Ok(());
+    }
+    Err(Broken {
+        key: key.to_owned(),
+        value: format!("{name:?}"),
+        allowed: "a name that no other condition has".to_owned(),
+    })
+}
+
+fn practice(trials: u32) -> Checked {
+    count_within("trials.practice", trials as usize, 0, 100)
+}
+
+fn per_condition(trials: u32) -> Checked {
+    count_within("trials.per_condition", trials as usize, 1, 1000)
+}
+
+fn williams_size(order: Order, conditions: usize) -> Checked {
+    if order != Order::Counterbalanced || conditions >= 2 {
+        return Ok(());
+    }
+    Err(Broken {
+        key: "trials.order".to_owned(),
+        value: "\"counterbalanced\"".to_owned(),
+        allowed: "`fixed` or `randomised` with a single condition".to_owned(),
+    })
+}
+
+fn directions(explorations: usize) -> Checked {
+    count_within("exploration.directions", explorations, 1, 20)
+}
+
+fn slider_end(key: &str, position_m: f64) -> Checked {
+    within(key, position_m, -1.0, 1.0, "m")
+}
+
+fn travel(from_m: f64, to_m: f64) -> Checked {
+    if to_m - from_m >= 0.010 {
+        return Ok(());
+    }
+    Err(Broken {
+        key: "exploration.to_m".to_owned(),
+        value: format!("{to_m} m"),
+        allowed: format!(
+            "at least 0.01 m beyond `from_m` = {from_m} m; `directions` says which way the slider goes"
+        ),
+    })
+}
+
+fn speed(m_per_s: f64) -> Checked {
+    within("exploration.speed_m_per_s", m_per_s, 0.001, 1.0, "m/s")
+}
+
+fn settle(s: f64) -> Checked {
+    within("timing.settle_s", s, 0.1, 60.0, "s")
+}
+
+fn baseline(s: f64) -> Checked {
+    within("timing.baseline_s", s, 0.2, 60.0, "s")
+}
+
+fn pause_length(key: &str, s: f64) -> Checked {
+    within(key, s, 0.0, 60.0, "s")
+}
+
+fn least_force(n: f64) -> Checked {
+    within("force.min_n", n, 0.02, 20.0, "N")
+}
+
+fn greatest_force(min_n: f64, max_n: f64) -> Checked {
+    if max_n > min_n {
+        return within("force.max_n", max_n, 0.02, 20.0, "N");
+    }
+    Err(Broken {
+        key: "force.max_n".to_owned(),
+        value: format!("{max_n} N"),
+        allowed: format!("more than `min_n` = {min_n} N"),
+    })
+}
+
+fn contact(contact_n: f64, min_n: f64) -> Checked {
+    if contact_n < min_n {
+        return within("force.contact_n", contact_n, 0.01, 5.0, "N");
+    }
+    Err(Broken {
+        key: "force.contact_n".to_owned(),
+        value: format!("{contact_n} N"),
+        allowed: format!("less than `min_n` = {min_n} N"),
+    })
+}
+
+fn rest_length(s: f64) -> Checked {
+    within("rest.min_s", s, 0.0, 3600.0, "s")
+}
+
+fn redo(key: &str, times: u32) -> Checked {
+    count_within(key, times as usize, 0, 1000)
+}
+
+fn central(central_m: f64, travel_m: f64) -> Checked {
+    if central_m <= travel_m {
+        return within("selection.central_m", central_m, 0.005, 2.0, "m");
+    }
+    Err(Broken {
+        key: "selection.central_m".to_owned(),
+        value: format!("{central_m} m"),
+        allowed: format!("at most the slider's travel of {travel_m:.4} m"),
+    })
+}
+
+fn speed_tolerance(part: f64) -> Checked {
+    within("selection.speed_tolerance", part, 0.01, 0.9, "")
+}
+
+fn instance(s: f64) -> Checked {
+    within("selection.instance_s", s, 0.005, 1.0, "s")
+}
+
+fn min_instances(n: u32) -> Checked {
+    count_within("selection.min_instances", n as usize, 1, 1000)
+}
+
+fn timeout(key: &str, s: f64) -> Checked {
+    within(key, s, 1.0, 3600.0, "s")
+}

@@ -7,7 +7,8 @@ use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
-use super::strict_toml::{self, StrictTomlError};
+pub use protocols::Direction;
+use protocols::strict_toml::{self, TomlError};
 
 /// The version of `recording.toml` that this crate writes and reads.
 pub const FORMAT: u32 = 1;
@@ -97,16 +98,6 @@ pub struct Plate {
     pub centre_m: f64,
 }
 
-/// Direction of an exploration along the plate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Direction {
-    /// Increasing position.
-    LeftToRight,
-    /// Decreasing position.
-    RightToLeft,
-}
-
 /// What a stretch of a recording is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum IntervalKind {
@@ -169,6 +160,23 @@ impl TryFrom<RawInterval> for Interval {
     }
 }
 
+impl Interval {
+    /// An interval of the audio clock in the time of a recording whose sample 0 is at `recording_start_s` of that clock.
+    #[must_use]
+    pub fn relative_to(interval: protocols::Interval, recording_start_s: f64) -> Self {
+        Self {
+            kind: match interval.kind {
+                protocols::IntervalKind::Unloaded => IntervalKind::Unloaded,
+                protocols::IntervalKind::Exploration { direction } => {
+                    IntervalKind::Exploration(direction)
+                }
+            },
+            start_s: interval.start_s - recording_start_s,
+            end_s: interval.end_s - recording_start_s,
+        }
+    }
+}
+
 impl From<Interval> for RawInterval {
     fn from(interval: Interval) -> Self {
         let (kind, direction) = match interval.kind {
@@ -210,24 +218,23 @@ pub struct Trial {
     pub protocol: String,
     /// Seed of the protocol's randomisation, at most [`MAX_SEED`].
     pub seed: u64,
-    /// How the trial ended; absent while it is recorded, and for ever if the bench was killed.
+    /// How the recording ended; absent while it goes on, and for ever if the bench was killed. Whether the trial was
+    /// accepted stands in the session's log.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub outcome: Option<Outcome>,
-    /// Why it ended so, when it was not accepted.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub reasons: Vec<String>,
+    pub end: Option<End>,
+    /// Why it was interrupted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interruption: Option<String>,
 }
 
-/// How a trial ended.
+/// How a recording ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Outcome {
-    /// Recorded and judged good.
-    Accepted,
-    /// Recorded and judged bad: to be done again.
-    Redo,
+pub enum End {
+    /// All of the trial is in it.
+    Completed,
     /// Broken off by the operator or by a fault.
-    Aborted,
+    Interrupted,
 }
 
 /// What a recording was made with.
@@ -335,13 +342,39 @@ pub enum EventKind {
     Note,
 }
 
-/// Why a manifest was refused.
+/// Why a `recording.toml` cannot be read.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ManifestReadError {
+    /// Not TOML, or an unknown or missing key.
+    #[error(transparent)]
+    Toml(#[from] TomlError),
+    /// A value against a rule.
+    #[error("{file}{}: {rule}", line.map(|line| format!(", line {line}")).unwrap_or_default())]
+    Rule {
+        /// The file, as the caller named it.
+        file: String,
+        /// Line of the key, from 1.
+        line: Option<usize>,
+        /// The rule.
+        rule: ManifestError,
+    },
+}
+
+impl ManifestReadError {
+    /// Finds the line of a rule's key in the text.
+    pub(super) fn at(rule: ManifestError, text: &str, file: &str) -> Self {
+        Self::Rule {
+            file: file.to_owned(),
+            line: rule.key().and_then(|key| strict_toml::line_of(text, &key)),
+            rule,
+        }
+    }
+}
+
+/// A rule of the manifest that is broken.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ManifestError {
-    /// Not TOML, or an unknown or missing key.
-    #[error(transparent)]
-    Toml(#[from] StrictTomlError),
     /// A value that TOML cannot hold, such as an integer over 2⁶³ − 1.
     #[error("recording.toml cannot be written: {reason}")]
     NotToml {
@@ -365,7 +398,7 @@ pub enum ManifestError {
         allowed: String,
     },
     /// An interval that ends before it starts.
-    #[error("`intervals[{index}]` ends at {end_s} s, not after its start at {start_s} s")]
+    #[error("`intervals.{index}` ends at {end_s} s, not after its start at {start_s} s")]
     IntervalOrder {
         /// Position in the list, from 0.
         index: usize,
@@ -429,15 +462,35 @@ pub enum ManifestError {
     },
 }
 
+impl ManifestError {
+    /// The key that the rule is about, dotted.
+    fn key(&self) -> Option<String> {
+        Some(match self {
+            Self::NotToml { .. } => return None,
+            Self::Format { .. } => "format".to_owned(),
+            Self::Value { key, .. } => key.clone(),
+            Self::IntervalOrder { index, .. } => format!("intervals.{index}.end_s"),
+            Self::SameChannel { .. } => "channels.pickup.index".to_owned(),
+            Self::Calibration { .. } => "hardware.uncalibrated".to_owned(),
+            Self::NoSuchChannel { key, .. } => (*key).to_owned(),
+            Self::ChannelNames { .. } => "hardware.channel_names".to_owned(),
+            Self::SampleRate { .. } => "hardware.sample_rate_hz".to_owned(),
+            Self::Undersampled { .. } => "carrier_hz".to_owned(),
+        })
+    }
+}
+
 impl Manifest {
-    /// Reads and checks a `recording.toml`.
+    /// Reads and checks a `recording.toml`; `file` names it in errors.
     ///
     /// # Errors
-    /// [`ManifestError`] names the key, its value and what is allowed; for unknown keys the line and the nearest known key.
-    pub fn parse(text: &str) -> Result<Self, ManifestError> {
-        let manifest: Self = strict_toml::parse(text)?;
-        manifest.validate()?;
-        Ok(manifest)
+    /// [`ManifestReadError`] names the key, its line, its value and what is allowed; for unknown keys the nearest known key.
+    pub fn parse(text: &str, file: &str) -> Result<Self, ManifestReadError> {
+        let manifest: Self = strict_toml::parse(text, file)?;
+        match manifest.validate() {
+            Ok(()) => Ok(manifest),
+            Err(rule) => Err(ManifestReadError::at(rule, text, file)),
+        }
     }
 
     /// The text of `recording.toml`; the same manifest always gives the same bytes.
@@ -546,8 +599,8 @@ impl Manifest {
 
 impl Interval {
     pub(super) fn validate(&self, index: usize) -> Result<(), ManifestError> {
-        not_negative(&format!("intervals[{index}].start_s"), self.start_s)?;
-        finite(&format!("intervals[{index}].end_s"), self.end_s)?;
+        not_negative(&format!("intervals.{index}.start_s"), self.start_s)?;
+        finite(&format!("intervals.{index}.end_s"), self.end_s)?;
         if self.end_s <= self.start_s {
             return Err(ManifestError::IntervalOrder {
                 index,

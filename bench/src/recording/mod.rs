@@ -3,12 +3,11 @@
 //! A folder holds [`MANIFEST_FILE`], [`SIGNALS_FILE`], [`FORCE_FILE`] and [`POSITION_FILE`]. Sample 0 of the audio is time 0;
 //! lost samples are NaN, never dropped.
 
-mod disk;
+pub(crate) mod disk;
 pub mod manifest;
 pub mod reader;
 pub mod recorder;
 mod rows;
-pub mod strict_toml;
 pub mod wav;
 pub mod writer;
 

@@ -5,7 +5,7 @@ use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 
-use super::manifest::{Manifest, ManifestError};
+use super::manifest::{Manifest, ManifestReadError};
 use super::rows::{ForceRow, PositionRow, Row};
 use super::wav::{AudioFormat, WavError, WavReader, WavWarning};
 use super::{FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE};
@@ -25,14 +25,9 @@ pub enum ReadError {
         /// The reason.
         source: io::Error,
     },
-    /// `recording.toml` breaks a rule.
-    #[error("{}: {source}", path.display())]
-    Manifest {
-        /// The file.
-        path: PathBuf,
-        /// The rule.
-        source: ManifestError,
-    },
+    /// `recording.toml` is not one, or does not fit the audio.
+    #[error(transparent)]
+    Manifest(#[from] ManifestReadError),
     /// `signals.wav` cannot be read.
     #[error("{}: {source}", path.display())]
     Wav {
@@ -62,7 +57,7 @@ pub enum Warning {
     Signals(#[from] WavWarning),
     /// An interval that ends after the last sample.
     #[error(
-        "{MANIFEST_FILE}: `intervals[{index}]` ends at {end_s} s, but the recording ends at {duration_s} s"
+        "{MANIFEST_FILE}: `intervals.{index}` ends at {end_s} s, but the recording ends at {duration_s} s"
     )]
     IntervalBeyondEnd {
         /// Position in the list, from 0.
@@ -72,8 +67,8 @@ pub enum Warning {
         /// Length of the audio, s.
         duration_s: f64,
     },
-    /// A trial without outcome.
-    #[error("{MANIFEST_FILE}: the trial has no `outcome`: its recording was cut off")]
+    /// A trial that did not end.
+    #[error("{MANIFEST_FILE}: the trial has no `end`: its recording was cut off")]
     CutOff,
     /// Rows left out because a field is missing or no number, or because the last line has no end and may be torn.
     #[error("{file}: {rows} rows cannot be read and are left out, the first in line {first_line}")]
@@ -132,7 +127,7 @@ impl RecordingReader {
     /// # Errors
     /// [`ReadError`] names the file and what is wrong with it; no content makes this panic.
     pub fn open(folder: &Path) -> Result<Self, ReadError> {
-        let manifest = read_manifest(folder)?;
+        let (manifest, manifest_text, manifest_file) = parse_manifest(folder)?;
         let path = folder.join(SIGNALS_FILE);
         let file = File::open(&path).map_err(|source| ReadError::Io {
             path: path.clone(),
@@ -152,12 +147,9 @@ impl RecordingReader {
         let format = wav.format();
         manifest
             .validate_audio(format.sample_rate_hz, format.channels)
-            .map_err(|source| ReadError::Manifest {
-                path: folder.join(MANIFEST_FILE),
-                source,
-            })?;
+            .map_err(|rule| ManifestReadError::at(rule, &manifest_text, &manifest_file))?;
         let mut warnings: Vec<Warning> = wav_warnings.into_iter().map(Warning::from).collect();
-        if manifest.trial.as_ref().is_some_and(|t| t.outcome.is_none()) {
+        if manifest.trial.as_ref().is_some_and(|t| t.end.is_none()) {
             warnings.push(Warning::CutOff);
         }
         let duration_s = wav.frames() as f64 / f64::from(format.sample_rate_hz);
@@ -248,12 +240,16 @@ impl RecordingReader {
 /// # Errors
 /// The file is missing or breaks a rule.
 pub fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
+    parse_manifest(folder).map(|(manifest, _, _)| manifest)
+}
+
+/// The manifest with its text and the name of its file for errors.
+fn parse_manifest(folder: &Path) -> Result<(Manifest, String, String), ReadError> {
     let path = folder.join(MANIFEST_FILE);
-    let text = match fs::read_to_string(&path) {
-        Ok(text) => text,
-        Err(source) => return Err(ReadError::Io { path, source }),
-    };
-    Manifest::parse(&text).map_err(|source| ReadError::Manifest { path, source })
+    let file = path.display().to_string();
+    let text = fs::read_to_string(&path).map_err(|source| ReadError::Io { path, source })?;
+    let manifest = Manifest::parse(&text, &file)?;
+    Ok((manifest, text, file))
 }
 
 /// Rows of a CSV file, in file order, with rising times.

@@ -13,10 +13,10 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TryRecvError, TrySendError};
 
-use super::manifest::{Event, EventKind, Interval, Manifest, Outcome};
+use super::manifest::{Event, EventKind, Interval, Manifest};
 use super::rows::{ForceRow, PositionRow};
 use super::wav::AudioFormat;
-use super::writer::{OnDisk, RecordingWriter, WriteError};
+use super::writer::{Ending, OnDisk, RecordingWriter, WriteError};
 
 /// Real time between syncs; with the sync itself well under the 1 s after which everything is on disk.
 pub const SYNC_INTERVAL: Duration = Duration::from_millis(400);
@@ -42,7 +42,7 @@ pub enum RecorderMessage {
     /// A stretch got its meaning.
     Interval(Interval),
     /// Ends the recording.
-    End(End),
+    End(Ending),
 }
 
 /// A recording to begin.
@@ -54,15 +54,6 @@ pub struct Begin {
     pub manifest: Manifest,
     /// Its audio.
     pub format: AudioFormat,
-}
-
-/// How a recording ends.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct End {
-    /// How the trial went.
-    pub outcome: Outcome,
-    /// Why, when it was not accepted.
-    pub reasons: Vec<String>,
 }
 
 /// What the recorder answers, in order.
@@ -174,7 +165,7 @@ impl RecorderCore {
                 Ok(())
             }),
             RecorderMessage::Interval(interval) => self.write(|w| w.add_interval(interval)),
-            RecorderMessage::End(end) => self.end(end),
+            RecorderMessage::End(ending) => self.end(ending),
         }
     }
 
@@ -234,12 +225,12 @@ impl RecorderCore {
         }
     }
 
-    fn end(&mut self, end: End) {
+    fn end(&mut self, ending: Ending) {
         let Some(writer) = self.writer.take() else {
             return;
         };
         let folder = writer.folder().to_owned();
-        match writer.finish(end.outcome, end.reasons) {
+        match writer.finish(ending) {
             Ok(on_disk) => {
                 self.status.state = RecorderState::Idle;
                 self.status.on_disk = on_disk;

@@ -4,7 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::disk::{self, AppendFile, DiskError, Records};
-use super::manifest::{Event, EventKind, Interval, Manifest, ManifestError, Outcome};
+use super::manifest::End;
+use super::manifest::{Event, EventKind, Interval, Manifest, ManifestError};
 use super::rows::{ForceRow, PositionRow, Row};
 use super::wav::{self, AudioFormat};
 use super::{FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE};
@@ -84,10 +85,33 @@ pub struct Unfinished {
     pub kept: OnDisk,
 }
 
+/// How a recording is to end.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Ending {
+    /// All of the trial is in it.
+    Completed,
+    /// It was broken off.
+    Interrupted {
+        /// Why.
+        reason: String,
+    },
+}
+
+impl From<&protocols::TrialEnd> for Ending {
+    fn from(end: &protocols::TrialEnd) -> Self {
+        match end {
+            protocols::TrialEnd::Completed => Self::Completed,
+            protocols::TrialEnd::Interrupted { interruption } => Self::Interrupted {
+                reason: interruption.to_string(),
+            },
+        }
+    }
+}
+
 /// Writes one recording.
 ///
 /// Nothing is saved before [`sync`](Self::sync) or [`finish`](Self::finish) says so. A writer dropped without `finish` leaves
-/// a recording without outcome, as a killed process does.
+/// a recording without `end`, as a killed process does.
 #[derive(Debug)]
 pub struct RecordingWriter {
     folder: PathBuf,
@@ -318,16 +342,12 @@ impl RecordingWriter {
         self.signals.bytes() + self.force.file.bytes() + self.position.file.bytes()
     }
 
-    /// Ends the recording with how it went; it is saved if and only if this returns `Ok`.
+    /// Ends the recording; it is saved if and only if this returns `Ok`.
     ///
     /// # Errors
     /// [`Unfinished`] says what went wrong and how much is kept.
-    pub fn finish(
-        mut self,
-        outcome: Outcome,
-        reasons: Vec<String>,
-    ) -> Result<OnDisk, Box<Unfinished>> {
-        self.set_outcome(outcome, reasons);
+    pub fn finish(mut self, ending: Ending) -> Result<OnDisk, Box<Unfinished>> {
+        self.set_end(ending);
         self.sync().map_err(|error| {
             Box::new(Unfinished {
                 error,
@@ -336,18 +356,20 @@ impl RecordingWriter {
         })
     }
 
-    /// After an error: cuts the files to whole frames and rows, brings the WAV header up to date, marks the trial aborted for
+    /// After an error: cuts the files to whole frames and rows, brings the WAV header up to date, marks the trial interrupted for
     /// `reason`, each as far as the disk still allows. Returns what is readable.
     #[must_use]
     pub fn abandon(mut self, reason: String) -> OnDisk {
-        self.set_outcome(Outcome::Aborted, vec![reason]);
+        self.set_end(Ending::Interrupted { reason });
         self.salvage()
     }
 
-    fn set_outcome(&mut self, outcome: Outcome, reasons: Vec<String>) {
+    fn set_end(&mut self, ending: Ending) {
         if let Some(trial) = &mut self.manifest.trial {
-            trial.outcome = Some(outcome);
-            trial.reasons = reasons;
+            (trial.end, trial.interruption) = match ending {
+                Ending::Completed => (Some(End::Completed), None),
+                Ending::Interrupted { reason } => (Some(End::Interrupted), Some(reason)),
+            };
             self.manifest_changed = true;
         }
     }

@@ -1,0 +1,137 @@
+//! Names of recording folders within a session.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// Whether a trial counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Block {
+    /// To get used to the task; not analysed.
+    Practice,
+    /// Of the experiment.
+    Main,
+}
+
+/// One attempt at one trial; ordered as recorded: practice first, then by number and attempt.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct TrialLabel {
+    /// Whether it counts.
+    pub block: Block,
+    /// Place in the session's order, from 1.
+    pub number: u32,
+    /// Attempt, from 1.
+    pub attempt: u32,
+}
+
+impl From<&protocols::TrialKey> for TrialLabel {
+    fn from(key: &protocols::TrialKey) -> Self {
+        Self {
+            block: if key.practice {
+                Block::Practice
+            } else {
+                Block::Main
+            },
+            number: key.number,
+            attempt: key.attempt,
+        }
+    }
+}
+
+impl fmt::Display for TrialLabel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            block,
+            number,
+            attempt,
+        } = self;
+        match block {
+            Block::Practice => write!(f, "practice-{number:02}_attempt-{attempt}"),
+            Block::Main => write!(f, "trial-{number:03}_attempt-{attempt}"),
+        }
+    }
+}
+
+/// A name that no trial has.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{name:?} names no trial; such names are `trial-003_attempt-1` and `practice-01_attempt-1`"
+)]
+pub struct NoTrialLabel {
+    /// The name.
+    pub name: String,
+}
+
+impl FromStr for TrialLabel {
+    type Err = NoTrialLabel;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        let parse = || {
+            let (block, rest) = if let Some(rest) = name.strip_prefix("practice-") {
+                (Block::Practice, rest)
+            } else {
+                (Block::Main, name.strip_prefix("trial-")?)
+            };
+            let (number, attempt) = rest.split_once("_attempt-")?;
+            let label = Self {
+                block,
+                number: number.parse().ok()?,
+                attempt: attempt.parse().ok()?,
+            };
+            // Only the one spelling that is written: no `+1`, no other padding.
+            (label.number >= 1 && label.attempt >= 1 && label.to_string() == name).then_some(label)
+        };
+        parse().ok_or_else(|| NoTrialLabel {
+            name: name.to_owned(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn names_are_those_of_the_study_folder() {
+        let label = |block, number, attempt| TrialLabel {
+            block,
+            number,
+            attempt,
+        };
+        assert_eq!(label(Block::Main, 3, 1).to_string(), "trial-003_attempt-1");
+        assert_eq!(
+            label(Block::Practice, 1, 2).to_string(),
+            "practice-01_attempt-2"
+        );
+    }
+
+    #[test]
+    fn other_names_are_refused() {
+        for name in [
+            "",
+            "trial-003",
+            "trial-3_attempt-1",
+            "trial-003_attempt-01",
+            "trial-000_attempt-1",
+            "trial-003_attempt-+1",
+            "trial-003_attempt-1 ",
+            "practice-99999999999_attempt-1",
+        ] {
+            assert!(name.parse::<TrialLabel>().is_err(), "{name}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_label_reads_back(practice: bool, number in 1u32.., attempt in 1u32..) {
+            let block = if practice { Block::Practice } else { Block::Main };
+            let label = TrialLabel { block, number, attempt };
+            prop_assert_eq!(label.to_string().parse(), Ok(label));
+        }
+
+        #[test]
+        fn no_text_panics(name in "\\PC*") {
+            let _ = name.parse::<TrialLabel>();
+        }
+    }
+}

@@ -12,6 +12,7 @@ pub mod event;
 mod key;
 mod panels;
 pub mod participant;
+mod plot;
 mod screen;
 pub mod shell;
 mod state;

@@ -1,0 +1,58 @@
+//! Plays a made-up session to the operator's dashboard, at its own pace, to look at.
+//!
+//! `cargo run -p tui --example dashboard [PARTICIPANT_TERMINAL]`; `tty` in that terminal tells its path.
+
+use std::sync::mpsc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use tui::{Action, Event, ParticipantDisplay, Theme};
+
+mod synthetic;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    tui::install_panic_hook(|| {});
+    let (to_screen, events) = mpsc::sync_channel(1024);
+    let (from_operator, actions) = mpsc::channel();
+    let display = match std::env::args_os().nth(1) {
+        Some(path) => Some(ParticipantDisplay::open(path.as_ref(), Theme::Colour)?),
+        None => None,
+    };
+    let player = thread::spawn(move || play(&to_screen, &actions, display.as_ref()));
+    tui::run_operator(&events, &from_operator)?;
+    drop((events, from_operator));
+    player.join().map_err(|_| "the player panicked")?;
+    Ok(())
+}
+
+fn play(
+    screen: &mpsc::SyncSender<Event>,
+    actions: &mpsc::Receiver<Action>,
+    display: Option<&ParticipantDisplay>,
+) {
+    let began = Instant::now();
+    let end = synthetic::finish().into_iter().map(|event| (60.0, event));
+    for (at_s, event) in synthetic::session().into_iter().chain(end) {
+        if let (Event::Participant(view), Some(display)) = (&event, display) {
+            display.show(view.clone());
+        }
+        let left = Duration::from_secs_f64(at_s).saturating_sub(began.elapsed());
+        if wants_to_leave(actions.recv_timeout(left)) || screen.send(event).is_err() {
+            let _ = screen.send(Event::Close);
+            return;
+        }
+    }
+    while !wants_to_leave(
+        actions
+            .recv()
+            .map_err(|_| mpsc::RecvTimeoutError::Disconnected),
+    ) {}
+    let _ = screen.send(Event::Close);
+}
+
+fn wants_to_leave(asked: Result<Action, mpsc::RecvTimeoutError>) -> bool {
+    match asked {
+        Ok(action) => matches!(action, Action::Quit | Action::Abort | Action::Interrupt),
+        Err(error) => error == mpsc::RecvTimeoutError::Disconnected,
+    }
+}

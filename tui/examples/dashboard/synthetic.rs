@@ -1,0 +1,325 @@
+//! A made-up session as a stream of events: the same every time, for looking at the screen and for its tests.
+
+use std::f64::consts::TAU;
+
+use tui::event::{
+    Crop, Estimate, Event, Health, Impedance, Level, Live, Phase, PhaseKind, SafetyState, Session,
+    Stretch, Verdict,
+};
+use tui::{Instruction, ParticipantView};
+
+const PLATE_M: f64 = 0.105;
+const SPEED_M_PER_S: f64 = 0.05;
+const TRIALS: u32 = 4;
+const LIVE_HZ: f64 = 100.0;
+
+/// Events with the time at which each happens, in order.
+pub fn session() -> Vec<(f64, Event)> {
+    let mut script = Script {
+        now_s: 0.0,
+        events: Vec::new(),
+    };
+    script.say(Event::Session(Session {
+        participant: Some("sub-01".to_owned()),
+        protocol: Some("huloux2021".to_owned()),
+        study: Some("studies/pilot".to_owned()),
+        calibration_label: Some("calibrated 2026-03-02".to_owned()),
+        uncalibrated: false,
+        simulated: true,
+        plate_length_m: PLATE_M,
+        kept_m: Some((0.0225, 0.0825)),
+    }));
+    script.say(Event::ForceBand {
+        min_n: 0.5,
+        max_n: 0.8,
+    });
+    script.health(0);
+    script.safety(SafetyState::Armed, None);
+    script.log(Level::Info, "carrier 35.000 kHz, Q 251");
+    script.baseline();
+    script.trial(1, 1, true, 0.66);
+    script.trial(1, 1, false, 0.64);
+    script.trial(2, 1, false, 0.93);
+    script.trial(2, 2, false, 0.71);
+    script.say(Event::Phase(Phase {
+        countdown: Some(30),
+        ..phase(PhaseKind::Rest, 2, 2, false)
+    }));
+    script.run(2.0, Finger::Away, 0.0);
+    script.events
+}
+
+/// What follows when the force gets too high.
+#[allow(dead_code, reason = "the tests use it, the example does not")]
+pub fn trip() -> Vec<Event> {
+    vec![
+        Event::Safety {
+            state: SafetyState::Tripped,
+            reason: Some("normal force 5.3 N over the limit of 5.0 N".to_owned()),
+        },
+        Event::Phase(phase(PhaseKind::Paused, 3, 1, false)),
+        Event::Log {
+            level: Level::Error,
+            text: "drive stopped: normal force 5.3 N over the limit of 5.0 N".to_owned(),
+        },
+    ]
+}
+
+/// The end of the session.
+pub fn finish() -> Vec<Event> {
+    vec![
+        Event::Safety {
+            state: SafetyState::Disarmed,
+            reason: None,
+        },
+        Event::Phase(Phase::new(PhaseKind::Finished)),
+        Event::Finished {
+            summary: vec![
+                "4 of 4 trials accepted, 1 done again".to_owned(),
+                "mean normal force 0.68 N, 31 instances".to_owned(),
+                "no samples lost".to_owned(),
+                "recorded in studies/pilot/sub-01".to_owned(),
+            ],
+        },
+    ]
+}
+
+#[derive(Clone, Copy)]
+enum Finger {
+    Away,
+    Still,
+    Moving,
+}
+
+struct Script {
+    now_s: f64,
+    events: Vec<(f64, Event)>,
+}
+
+fn phase(kind: PhaseKind, trial: u32, attempt: u32, practice: bool) -> Phase {
+    Phase {
+        trial,
+        trials: if practice { 1 } else { TRIALS },
+        attempt,
+        practice,
+        explorations: 2,
+        ..Phase::new(kind)
+    }
+}
+
+impl Script {
+    fn say(&mut self, event: Event) {
+        self.events.push((self.now_s, event));
+    }
+
+    fn log(&mut self, level: Level, text: &str) {
+        self.say(Event::Log {
+            level,
+            text: text.to_owned(),
+        });
+    }
+
+    fn safety(&mut self, state: SafetyState, reason: Option<&str>) {
+        self.say(Event::Safety {
+            state,
+            reason: reason.map(str::to_owned),
+        });
+    }
+
+    fn health(&mut self, lost_frames: u64) {
+        self.say(Event::Health(Health {
+            xruns_in: u64::from(lost_frames > 0),
+            xruns_out: 0,
+            ring_fill: 0.04,
+            clock_drift_ppm: Some(12.3),
+            recorder_lag_s: 0.21,
+            frames: (self.now_s * 192_000.0) as u64,
+            lost_frames,
+            force_rate_hz: Some(9_998.0),
+            speed: 1.0,
+            disk_free_bytes: Some(412_000_000_000),
+        }));
+    }
+
+    fn baseline(&mut self) {
+        self.safety(SafetyState::Driving, None);
+        self.say(Event::Phase(Phase::new(PhaseKind::Baseline)));
+        self.tell(Instruction::LiftFinger, (0, 0), None, None);
+        self.run(2.0, Finger::Away, 0.0);
+        self.log(Level::Info, "unloaded plate 7.02 − 0.03i N·s/m");
+    }
+
+    fn trial(&mut self, trial: u32, attempt: u32, practice: bool, force_n: f64) {
+        let at = |kind, exploration, countdown| {
+            Event::Phase(Phase {
+                exploration,
+                countdown,
+                ..phase(kind, trial, attempt, practice)
+            })
+        };
+        let place = (trial, if practice { 1 } else { TRIALS });
+        self.say(at(PhaseKind::Ready, 0, None));
+        self.tell(Instruction::PlaceFinger, place, None, None);
+        self.run(1.5, Finger::Away, 0.0);
+        for exploration in 1..=2 {
+            for left in (1..=3).rev() {
+                self.say(at(PhaseKind::Countdown, exploration, Some(left)));
+                self.tell(Instruction::GetReady, place, Some(left), None);
+                self.run(0.7, Finger::Still, force_n);
+            }
+            self.say(at(PhaseKind::Exploration, exploration, None));
+            self.tell(Instruction::FollowSlider, place, None, None);
+            self.run(PLATE_M / SPEED_M_PER_S, Finger::Moving, force_n);
+            self.say(at(PhaseKind::Feedback, exploration, None));
+            self.tell(Instruction::Feedback, place, None, Some(force_n));
+            self.run(1.5, Finger::Away, 0.0);
+        }
+        let accepted = force_n <= 0.8;
+        self.say(Event::Crop(crop(trial, attempt, practice, force_n)));
+        self.say(Event::Verdict(Verdict {
+            trial,
+            practice,
+            attempt,
+            accepted,
+            reasons: if accepted {
+                Vec::new()
+            } else {
+                vec![format!("normal force {force_n:.2} N, above 0.8 N")]
+            },
+            instances: if accepted { 7 } else { 3 },
+            mean_normal_n: Some(force_n),
+        }));
+        if !accepted {
+            self.log(Level::Warning, "1 input xrun, 1 024 frames lost");
+            self.health(1024);
+        }
+    }
+
+    fn tell(
+        &mut self,
+        instruction: Instruction,
+        (trial, trials): (u32, u32),
+        countdown: Option<u32>,
+        mean_force_n: Option<f64>,
+    ) {
+        self.say(Event::Participant(ParticipantView {
+            instruction,
+            slider_m: Some(0.0),
+            plate_m: PLATE_M,
+            start_m: 0.005,
+            end_m: 0.1,
+            countdown,
+            mean_force_n,
+            force_band_n: Some((0.5, 0.8)),
+            trial,
+            trials,
+            rest_s: None,
+        }));
+    }
+
+    fn run(&mut self, duration_s: f64, finger: Finger, force_n: f64) {
+        let steps = (duration_s * LIVE_HZ).round() as u32;
+        let from_s = self.now_s;
+        for step in 0..steps {
+            let since_s = f64::from(step) / LIVE_HZ;
+            self.now_s = from_s + since_s;
+            let slider_m = match finger {
+                Finger::Moving => since_s * SPEED_M_PER_S,
+                _ => 0.0,
+            };
+            if matches!(finger, Finger::Moving) && step % 4 == 0 {
+                self.slide(slider_m);
+            }
+            self.say(Event::Live(live(self.now_s, slider_m, finger, force_n)));
+        }
+        self.now_s = from_s + duration_s;
+        self.health(0);
+    }
+
+    fn slide(&mut self, slider_m: f64) {
+        let last = self.events.iter().rev().find_map(|(_, event)| match event {
+            Event::Participant(view) => Some(view.clone()),
+            _ => None,
+        });
+        if let Some(view) = last {
+            self.say(Event::Participant(ParticipantView {
+                slider_m: Some(slider_m),
+                ..view
+            }));
+        }
+    }
+}
+
+fn amplitude_m(t_s: f64) -> f64 {
+    1.6e-6 * (1.0 + 0.95 * (TAU * 6.0 * t_s).sin())
+}
+
+fn live(t_s: f64, slider_m: f64, finger: Finger, force_n: f64) -> Live {
+    let amplitude_m = amplitude_m(t_s);
+    let loaded = if force_n > 0.0 { 1.0 } else { 0.0 };
+    let press = force_n * (1.0 + 0.06 * (TAU * 0.7 * t_s).sin()) * loaded;
+    let re = 7.0 + loaded * (1.2 + 3.4 * (-amplitude_m / 1.2e-6).exp());
+    let im = loaded * (-0.8 - 1.9 * (-amplitude_m / 1.2e-6).exp());
+    let bias = 1.1 * (TAU * 6.0 * t_s).cos() * 0.5e-6 / (amplitude_m + 0.2e-6);
+    let seen = amplitude_m > 0.15e-6;
+    let impedance = |re, im| {
+        seen.then_some(Impedance {
+            re_n_s_per_m: re,
+            im_n_s_per_m: im,
+        })
+    };
+    let mu = 0.25 + 0.6 * (-amplitude_m / 1.0e-6).exp();
+    let moving = matches!(finger, Finger::Moving);
+    let estimate = |value, std| (force_n > 0.0 && seen).then_some(Estimate { value, std });
+    Live {
+        t_s,
+        z_m_n_s_per_m: impedance(re, im),
+        z_plain_n_s_per_m: impedance(re + bias, im + 0.2 * bias),
+        amplitude_m: Some(amplitude_m),
+        normal_n: Some(press),
+        lateral_n: Some(if moving { press * mu } else { 0.0 }),
+        position_m: Some(if moving {
+            (slider_m - 0.004).max(0.0)
+        } else {
+            0.0
+        }),
+        velocity_m_per_s: Some(if moving { SPEED_M_PER_S } else { 0.0 }),
+        slider_m: Some(slider_m),
+        gap_m: estimate(8e-6 + 2.0 * amplitude_m, 6e-8),
+        mu: estimate(mu, 0.02),
+        drive_v: Some(amplitude_m * 1.2e7),
+    }
+}
+
+fn crop(trial: u32, attempt: u32, practice: bool, force_n: f64) -> Crop {
+    let duration_s = PLATE_M / SPEED_M_PER_S;
+    let at = |i: u32| f64::from(i) * duration_s / 399.0;
+    let stretches = (0..12u32).map(|i| {
+        let start_s = f64::from(i + 1) / 6.0 - 0.03;
+        let end_s = start_s + 0.06;
+        let reason = match i {
+            0..=1 | 10..=11 => Some("outside the central 60 mm"),
+            6 if force_n > 0.8 => Some("lost samples"),
+            _ if force_n > 0.8 => Some("normal force out of band"),
+            4 => Some("speed not constant"),
+            _ => None,
+        };
+        Stretch {
+            start_s,
+            end_s,
+            accepted: reason.is_none(),
+            reason: reason.map(str::to_owned),
+        }
+    });
+    Crop {
+        trial,
+        practice,
+        attempt,
+        duration_s,
+        amplitude_m: (0..400).map(|i| Some(amplitude_m(at(i)))).collect(),
+        normal_n: (0..400)
+            .map(|i| Some(force_n * (1.0 + 0.06 * (TAU * 0.7 * at(i)).sin())))
+            .collect(),
+        stretches: stretches.collect(),
+    }
+}

@@ -1,0 +1,40 @@
+//! The plate's vibration amplitude.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::text::{Line, Span};
+
+use super::{Series, TO_MICRO, live_style, number, stale, strip, titled};
+use crate::state::State;
+
+pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
+    let theme = state.ui.theme;
+    let live = state.live();
+    let amplitude = number(live.and_then(|l| l.amplitude_m), TO_MICRO, 2);
+    let drive = number(live.and_then(|l| l.drive_v), 1.0, 1);
+    let title = Line::from(vec![
+        Span::styled("amplitude", theme.strong()),
+        Span::styled(
+            format!(" {amplitude:>5} µm"),
+            live_style(state, theme.first_curve()),
+        ),
+        Span::styled(format!("  drive {drive:>5} V"), theme.faint()),
+    ]);
+    let right = match live.and_then(|l| l.gap_m) {
+        _ if state.live_stale_s().is_some() => [stale(state), Line::default()],
+        Some(gap) => {
+            let value = gap.value * TO_MICRO;
+            [
+                Line::raw(format!("gap {value:.2} ± {:.2} µm", gap.std * TO_MICRO)),
+                Line::raw(format!("gap {value:.2} µm")),
+            ]
+        }
+        None => [Line::default(), Line::default()],
+    };
+    let body = titled(state, title, &right, area, buf);
+    let series = [Series {
+        value: |l| l.amplitude_m,
+        style: theme.first_curve(),
+    }];
+    strip(state, &series, TO_MICRO, &[0.0], None, body, buf);
+}

@@ -1,0 +1,162 @@
+//! The last trial, cropped: its amplitude, the stretches kept and rejected, and why.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+
+use super::{TO_MICRO, note, rows, titled};
+use crate::event::Crop;
+use crate::plot::{Axis, Curve, Plot};
+use crate::state::State;
+use crate::words::wrap;
+
+pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
+    let theme = state.ui.theme;
+    let title = Line::styled("last trial", theme.strong());
+    let Some(crop) = &state.crop else {
+        let body = titled(state, title, &[], area, buf);
+        note("none yet", theme.faint(), body, buf);
+        return;
+    };
+    let judged: &[Line] = &match &state.verdict {
+        Some(verdict) if verdict.accepted => [Line::styled("✓ accepted", theme.good())],
+        Some(_) => [Line::styled("✗ to be done again", theme.bad())],
+        None => [Line::default()],
+    };
+    let sort = if crop.practice { "practice" } else { "trial" };
+    let title = Line::from(vec![
+        Span::styled(format!("{sort} {}", crop.trial), theme.strong()),
+        Span::styled(format!("  {:.1} s", crop.duration_s), theme.faint()),
+    ]);
+    let body = titled(state, title, judged, area, buf);
+    let mut reasons = reasons(state, crop, body.width);
+    // Reasons get up to half of the panel, the picture the rest.
+    let most = usize::from(body.height / 2);
+    if reasons.len() > most && most > 0 {
+        let more = reasons.len() - (most - 1);
+        reasons.truncate(most - 1);
+        reasons.push(Line::styled(format!("and {more} more"), theme.faint()));
+    }
+    let told = u16::try_from(reasons.len()).unwrap_or(u16::MAX);
+    let [picture, marks, text] = Layout::vertical([
+        Constraint::Min(1),
+        Constraint::Length(1),
+        Constraint::Length(told),
+    ])
+    .areas(body);
+    let with_force = picture.height >= 8;
+    let [amplitude, force] = Layout::vertical([
+        Constraint::Fill(1),
+        Constraint::Length(if with_force { picture.height / 2 } else { 0 }),
+    ])
+    .areas(picture);
+    vibration(state, crop, amplitude, buf);
+    normal_force(state, crop, force, buf);
+    mark(state, crop, marks, buf);
+    rows(reasons, text, buf);
+}
+
+fn vibration(state: &State, crop: &Crop, area: Rect, buf: &mut Buffer) {
+    let micrometres = crop.amplitude_m.iter().map(|a| a.map(|a| a * TO_MICRO));
+    let style = state.ui.theme.first_curve();
+    series(state, micrometres.collect(), None, style, area, buf);
+}
+
+fn normal_force(state: &State, crop: &Crop, area: Rect, buf: &mut Buffer) {
+    let style = state.ui.theme.second_curve();
+    let band = state.force_band_n;
+    series(state, crop.normal_n.clone(), band, style, area, buf);
+}
+
+fn series(
+    state: &State,
+    values: Vec<Option<f64>>,
+    band: Option<(f64, f64)>,
+    style: Style,
+    area: Rect,
+    buf: &mut Buffer,
+) {
+    let Some(axis) = Axis::around(values.iter().flatten().copied().chain([0.0])) else {
+        return;
+    };
+    let last = values.len().saturating_sub(1).max(1) as f64;
+    let points = values
+        .into_iter()
+        .enumerate()
+        .map(|(i, value)| (i as f64 / last, value))
+        .collect();
+    Plot {
+        x: (0.0, 1.0),
+        axis,
+        band,
+        curves: vec![Curve { points, style }],
+    }
+    .render(state.ui.theme, area, buf);
+}
+
+fn mark(state: &State, crop: &Crop, area: Rect, buf: &mut Buffer) {
+    let theme = state.ui.theme;
+    let body = Plot::body(area);
+    if body.is_empty() || crop.duration_s.is_nan() || crop.duration_s <= 0.0 {
+        return;
+    }
+    let columns = f64::from(body.width);
+    let column = |t_s: f64| ((t_s / crop.duration_s) * columns).clamp(0.0, columns) as u16;
+    let kept_last = [false, true];
+    for accepted in kept_last {
+        let (symbol, style) = if accepted {
+            ("█", theme.good())
+        } else {
+            ("×", theme.bad())
+        };
+        for stretch in crop.stretches.iter().filter(|s| s.accepted == accepted) {
+            let from = column(stretch.start_s).min(body.width - 1);
+            let to = column(stretch.end_s).clamp(from + 1, body.width);
+            for x in from..to {
+                buf.set_string(body.x + x, body.y, symbol, style);
+            }
+        }
+    }
+}
+
+/// First why the trial is to be done again, then why stretches were rejected, the most frequent first.
+fn reasons<'a>(state: &State, crop: &Crop, columns: u16) -> Vec<Line<'a>> {
+    let theme = state.ui.theme;
+    let mut lines = Vec::new();
+    if let Some(verdict) = state.verdict.as_ref().filter(|v| !v.accepted) {
+        for reason in &verdict.reasons {
+            for (i, text) in wrap(reason, columns.saturating_sub(2))
+                .into_iter()
+                .enumerate()
+            {
+                let symbol = if i == 0 { "✗ " } else { "  " };
+                lines.push(Line::from(vec![
+                    Span::styled(symbol, theme.bad()),
+                    Span::raw(text),
+                ]));
+            }
+        }
+    }
+    let kept = crop.stretches.iter().filter(|s| s.accepted).count();
+    lines.push(Line::from(vec![
+        Span::styled("█", theme.good()),
+        Span::raw(format!(" {kept} kept")),
+    ]));
+    let mut counts: Vec<(&str, usize)> = Vec::new();
+    for stretch in crop.stretches.iter().filter(|s| !s.accepted) {
+        let reason = stretch.reason.as_deref().unwrap_or("no reason given");
+        match counts.iter_mut().find(|(known, _)| *known == reason) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((reason, 1)),
+        }
+    }
+    counts.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    for (reason, count) in counts {
+        lines.push(Line::from(vec![
+            Span::styled("×", theme.bad()),
+            Span::raw(format!(" {count} {reason}")),
+        ]));
+    }
+    lines
+}

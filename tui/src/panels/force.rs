@@ -1,0 +1,48 @@
+//! Normal force with the band asked for, and lateral force.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::text::{Line, Span};
+
+use super::{Series, live_style, number, stale, strip, titled};
+use crate::state::State;
+
+pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
+    let theme = state.ui.theme;
+    let live = state.live();
+    let normal = number(live.and_then(|l| l.normal_n), 1.0, 2);
+    let lateral = number(live.and_then(|l| l.lateral_n), 1.0, 2);
+    let title = Line::from(vec![
+        Span::styled("force", theme.strong()),
+        Span::styled(
+            format!(" normal {normal:>5} N"),
+            live_style(state, theme.first_curve()),
+        ),
+        Span::styled(
+            format!("  lateral {lateral:>5} N"),
+            live_style(state, theme.second_curve()),
+        ),
+    ]);
+    let right = match live.and_then(|l| l.mu) {
+        _ if state.live_stale_s().is_some() => [stale(state), Line::default()],
+        Some(mu) => [
+            Line::raw(format!("µ {:.2} ± {:.2}", mu.value, mu.std)),
+            Line::raw(format!("µ {:.2}", mu.value)),
+        ],
+        None => [Line::default(), Line::default()],
+    };
+    let body = titled(state, title, &right, area, buf);
+    let series = [
+        Series {
+            value: |l| l.lateral_n,
+            style: theme.second_curve(),
+        },
+        Series {
+            value: |l| l.normal_n,
+            style: theme.first_curve(),
+        },
+    ];
+    let band = state.force_band_n;
+    let always = [0.0, band.map_or(0.0, |(_, max_n)| max_n)];
+    strip(state, &series, 1.0, &always, band, body, buf);
+}

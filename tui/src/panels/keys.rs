@@ -1,0 +1,73 @@
+//! The last row: the question that waits, the answer to the last key, or the keys that do something now.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Widget;
+
+use crate::action::Action;
+use crate::event::PhaseKind;
+use crate::key::{Wish, wish};
+use crate::state::State;
+
+pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
+    let theme = state.ui.theme;
+    if let Some(asked) = state.ui.confirm {
+        let question = format!(" {}  y yes · n no ", question(asked));
+        Line::styled(question, theme.alarm()).render(area, buf);
+        return;
+    }
+    if let Some(note) = &state.ui.note {
+        Line::styled(note.as_str(), theme.warning()).render(area, buf);
+        return;
+    }
+    let mut spans = vec![
+        Span::styled("e", theme.bad()),
+        Span::styled(" STOP", theme.bad()),
+    ];
+    let mut hint = |name: &'static str, does: &'static str| {
+        spans.push(Span::raw("   "));
+        spans.push(Span::styled(name, theme.strong()));
+        spans.push(Span::styled(format!(" {does}"), theme.faint()));
+    };
+    hint("?", "help");
+    let start = match state.phase.kind {
+        PhaseKind::Idle => "start",
+        _ => "ready",
+    };
+    let pause = match state.phase.kind {
+        PhaseKind::Paused => "resume",
+        _ => "pause",
+    };
+    for (letter, name, does) in [
+        (' ', "space", start),
+        ('c', "c", "consent"),
+        ('x', "x", "re-arm"),
+        ('p', "p", pause),
+        ('r', "r", "redo"),
+        ('a', "a", "abort"),
+        ('q', "q", "quit"),
+    ] {
+        if matches!(wish(state, letter), Wish::Do(_) | Wish::Ask(_)) {
+            hint(name, does);
+        }
+    }
+    hint("tab", "participant");
+    Line::from(spans).render(area, buf);
+}
+
+fn question(asked: Action) -> &'static str {
+    match asked {
+        Action::Consent => "Has the participant given consent?",
+        Action::Redo => "Do this trial again?",
+        Action::Abort => "Abort the session?",
+        Action::Rearm => "Cause removed, finger off the plate? Re-arm?",
+        Action::Quit => "A session runs. Quit?",
+        Action::Start
+        | Action::Ready
+        | Action::Pause
+        | Action::Resume
+        | Action::EmergencyStop
+        | Action::Interrupt => "Sure?",
+    }
+}

@@ -1,0 +1,35 @@
+//! The last lines for the operator.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+
+use super::{rows, titled};
+use crate::event::Level;
+use crate::state::{LogLine, State};
+
+pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
+    let title = Line::styled("log", state.ui.theme.strong());
+    let body = titled(state, title, &[], area, buf);
+    let first = state.log.len().saturating_sub(body.height.into());
+    let lines = state.log.iter().skip(first).map(|line| entry(state, line));
+    rows(lines.collect(), body, buf);
+}
+
+pub(crate) fn entry<'a>(state: &State, line: &'a LogLine) -> Line<'a> {
+    let theme = state.ui.theme;
+    let (symbol, style) = match line.level {
+        Level::Info => ("  ", Style::new()),
+        Level::Warning => ("! ", theme.warning()),
+        Level::Error => ("✗ ", theme.bad()),
+    };
+    let mut spans = vec![
+        Span::styled(symbol, style),
+        Span::styled(line.text.as_str(), style),
+    ];
+    if line.count > 1 {
+        spans.push(Span::styled(format!("  ×{}", line.count), theme.faint()));
+    }
+    Line::from(spans)
+}

@@ -17,6 +17,7 @@ use crate::{
     drive::{self, DriveHandle, OutputCallback},
     generator::Generator,
     health::{Direction, Health, StreamFault},
+    quiet,
     sample::{ConverterSample, SampleFormat},
 };
 
@@ -155,10 +156,12 @@ pub struct Duplex {
 /// # Errors
 /// If the host is not there: no ALSA configuration, no JACK server.
 pub fn open_host(choice: HostChoice) -> Result<Host, AudioError> {
+    quiet::silence_alsa();
     match choice {
         HostChoice::Supplied(host) => Ok(host),
         HostChoice::Alsa => host_named("alsa"),
         HostChoice::Jack => {
+            quiet::silence_jack();
             let host = host_named("jack")?;
             let has_devices = host
                 .devices()
@@ -218,6 +221,8 @@ pub fn list_devices(host: &Host) -> Result<Vec<DeviceInfo>, AudioError> {
 }
 
 fn enumerate(host: &Host) -> Result<Vec<(DeviceInfo, Device)>, AudioError> {
+    // Again here, for the handler is the thread's.
+    quiet::silence_alsa();
     let devices = host
         .devices()
         .map_err(|error| AudioError::HostUnavailable {

@@ -45,8 +45,7 @@ pub struct BlockHeader {
 }
 
 /// The body of the input callback.
-#[derive(Debug)]
-pub struct InputCallback {
+pub(crate) struct InputCallback {
     samples: Producer<f32>,
     headers: Producer<BlockHeader>,
     health: Health,
@@ -96,8 +95,8 @@ pub(crate) fn connect(
 impl InputCallback {
     /// Passes one block of interleaved samples to the reader, or drops and counts it whole if the
     /// ring has no room for it. Neither allocates, locks, logs nor panics; asserted by
-    /// `tests/callbacks.rs`.
-    pub fn take<T: ConverterSample>(&mut self, block: &[T], time: BlockTime) {
+    /// `tests/duplex.rs`.
+    pub(crate) fn take<T: ConverterSample>(&mut self, block: &[T], time: BlockTime) {
         let arrived_ns = self.health.beat(Direction::Input);
         let frames = block.len() / self.channels;
         let first_frame = self.frames;

@@ -166,3 +166,89 @@ fn same(a: &DeviceInfo, b: &DeviceInfo) -> bool {
         && device_number(a).is_some()
         && device_number(a) == device_number(b)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn device(id: &str, name: &str) -> DeviceInfo {
+        let capability = Capability {
+            channels: 2,
+            min_rate_hz: 44_100,
+            max_rate_hz: 192_000,
+            format: "i32".to_owned(),
+        };
+        DeviceInfo {
+            id: id.to_owned(),
+            name: name.to_owned(),
+            is_raw: id.starts_with("alsa:hw:"),
+            output: vec![capability.clone()],
+            input: vec![capability],
+        }
+    }
+
+    /// What ALSA shows for one interface and the machine's own sound.
+    fn alsa() -> Vec<DeviceInfo> {
+        vec![
+            device("alsa:default", "Default Audio Device"),
+            device("alsa:sysdefault:CARD=USB", "Fireface, USB Audio"),
+            device("alsa:plughw:CARD=USB,DEV=0", "Fireface, USB Audio"),
+            device("alsa:hw:CARD=USB,DEV=0", "Fireface, USB Audio"),
+            device("alsa:hw:CARD=1,DEV=0", "Fireface, USB Audio"),
+            device("alsa:hw:CARD=PCH,DEV=0", "HDA Intel, ALC1220"),
+            device("alsa:hw:CARD=PCH,DEV=1", "HDA Intel, ALC1220"),
+        ]
+    }
+
+    fn chosen(wanted: &str) -> Result<String, ChoiceError> {
+        let devices = alsa();
+        choose(&devices, wanted, Direction::Output).map(|index| devices[index].id.clone())
+    }
+
+    #[test]
+    fn exact_ids_win_whatever_else_matches() {
+        for wanted in ["alsa:plughw:CARD=USB,DEV=0", "plughw:CARD=USB,DEV=0"] {
+            assert_eq!(chosen(wanted).unwrap(), "alsa:plughw:CARD=USB,DEV=0");
+        }
+        assert_eq!(chosen("default").unwrap(), "alsa:default");
+    }
+
+    #[test]
+    fn names_and_parts_of_them_mean_the_raw_device() {
+        for wanted in ["Fireface, USB Audio", "fireface", "FIREFACE", "card=usb"] {
+            assert_eq!(
+                chosen(wanted).unwrap(),
+                "alsa:hw:CARD=USB,DEV=0",
+                "{wanted}"
+            );
+        }
+    }
+
+    #[test]
+    fn two_devices_of_one_card_are_ambiguous() {
+        let error = chosen("intel").unwrap_err();
+        let message = error.to_string();
+        assert!(matches!(error, ChoiceError::Ambiguous { .. }));
+        assert!(message.contains("hw:CARD=PCH,DEV=0"), "{message}");
+        assert!(message.contains("hw:CARD=PCH,DEV=1"), "{message}");
+    }
+
+    #[test]
+    fn an_unknown_name_is_answered_with_what_there_is() {
+        let message = chosen("Babyface").unwrap_err().to_string();
+        for device in alsa() {
+            assert!(message.contains(&device.id), "{message}");
+        }
+        let none = choose(&[], "Babyface", Direction::Input).unwrap_err();
+        assert!(none.to_string().ends_with("there are: none"), "{none}");
+    }
+
+    #[test]
+    fn devices_of_the_other_direction_do_not_count() {
+        let mut devices = alsa();
+        devices[3].input.clear();
+        devices[4].input.clear();
+        let index = choose(&devices, "hw:CARD=USB,DEV=0", Direction::Input).unwrap();
+        assert_eq!(devices[index].id, "alsa:plughw:CARD=USB,DEV=0");
+    }
+}

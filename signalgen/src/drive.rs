@@ -133,7 +133,7 @@ impl KillSwitch {
 
 /// The body of the output callback.
 #[derive(Debug)]
-pub struct OutputCallback {
+pub(crate) struct OutputCallback {
     generator: Generator,
     orders: Consumer<Order>,
     kill_switch: KillSwitch,
@@ -175,8 +175,8 @@ pub(crate) fn connect(
 impl OutputCallback {
     /// Obeys the waiting commands, renders `out` (interleaved; every channel but the drive's is
     /// silent), publishes the state. Neither allocates, locks, logs nor panics; asserted by
-    /// `tests/callbacks.rs`.
-    pub fn render<T: ConverterSample>(&mut self, out: &mut [T]) {
+    /// `tests/duplex.rs`.
+    pub(crate) fn render<T: ConverterSample>(&mut self, out: &mut [T]) {
         self.health.beat(Direction::Output);
         self.obey();
         let mut drive = [0.0_f32; CHUNK_FRAMES];

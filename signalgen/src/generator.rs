@@ -12,10 +12,6 @@ use crate::{
 
 /// What a generator can be told.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "a boxed program would be freed in the audio callback"
-)]
 pub enum Command {
     /// Ramps from whatever sounds to this program, from the program's beginning.
     Start(Program),

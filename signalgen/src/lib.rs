@@ -18,14 +18,15 @@ mod limiter;
 mod phase;
 mod program;
 mod published;
+mod quiet;
 mod ramp;
 mod sample;
 mod sweep;
 
-pub use capture::{BlockHeader, BlockTime, InputCallback, InputReader};
+pub use capture::{BlockHeader, BlockTime, InputReader};
 pub use carrier::Carrier;
 pub use device::{Capability, ChoiceError, DeviceInfo};
-pub use drive::{DriveHandle, DriveMonitor, KillSwitch, OutputCallback, SendError};
+pub use drive::{DriveHandle, DriveMonitor, KillSwitch, SendError};
 pub use envelope::Envelope;
 pub use generator::{Command, DrivePhase, DriveState, Generator, StepState};
 pub use health::{Direction, DirectionHealth, Health, StreamFault};

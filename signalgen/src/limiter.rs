@@ -87,3 +87,50 @@ impl Limiter {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_up_to_the_hard_limit_are_accepted() {
+        for limit_v in [1e-3, 80.0, HARD_LIMIT_V] {
+            assert_eq!(Limiter::new(limit_v).map(|l| l.limit_v()), Ok(limit_v));
+        }
+    }
+
+    #[test]
+    fn limits_above_the_hard_limit_are_rejected_with_both_values() {
+        for limit_v in [150.000_001, 800.0, f64::INFINITY] {
+            let error = Limiter::new(limit_v).unwrap_err();
+            assert_eq!(error, LimitError::AboveHardLimit { limit_v });
+            let message = error.to_string();
+            assert!(message.contains(&limit_v.to_string()), "{message}");
+            assert!(message.contains("150 V"), "{message}");
+        }
+    }
+
+    #[test]
+    fn limits_that_are_no_limits_are_rejected() {
+        for limit_v in [0.0, -1.0, f64::NAN, f64::NEG_INFINITY] {
+            assert!(matches!(
+                Limiter::new(limit_v),
+                Err(LimitError::NotPositive { .. })
+            ));
+        }
+    }
+
+    #[test]
+    fn only_voltages_within_the_limit_pass() {
+        let limiter = Limiter::new(80.0).unwrap();
+        for volts in [0.0, -80.0, 80.0, 80.0 * (1.0 + 1e-15)] {
+            assert_eq!(limiter.check(volts), Ok(volts));
+        }
+        for volts in [80.001, -80.001, f64::MAX] {
+            assert_eq!(limiter.check(volts), Err(TripCause::OverRange));
+        }
+        for volts in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert_eq!(limiter.check(volts), Err(TripCause::NotFinite));
+        }
+    }
+}

@@ -134,3 +134,57 @@ fn encode_phase(phase: DrivePhase) -> u32 {
 fn decode_phase(code: u32) -> DrivePhase {
     PHASES[code as usize % PHASES.len()]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every field a function of one number, so that a torn read shows.
+    fn state(n: u64) -> DriveState {
+        DriveState {
+            frames: n,
+            phase: PHASES[n as usize % PHASES.len()],
+            envelope_v: n as f64 * 0.5,
+            carrier_hz: n as f64 * 3.0,
+            step: (!n.is_multiple_of(3)).then_some(StepState {
+                index: n as u16,
+                first_frame: n + 1,
+            }),
+            programs: n as u32,
+            refused: !(n as u32),
+        }
+    }
+
+    #[test]
+    fn every_phase_survives() {
+        let (mut publisher, published) = channel();
+        for n in 0..100 {
+            publisher.publish(&state(n));
+            assert_eq!(published.read(), state(n));
+        }
+    }
+
+    #[test]
+    fn readers_never_see_half_a_state() {
+        let (mut publisher, published) = channel();
+        publisher.publish(&state(0));
+        std::thread::scope(|scope| {
+            let last = 200_000;
+            for _ in 0..2 {
+                let published = published.clone();
+                scope.spawn(move || {
+                    let mut newest = 0;
+                    while newest < last {
+                        let seen = published.read();
+                        assert_eq!(seen, state(seen.frames));
+                        assert!(seen.frames >= newest);
+                        newest = seen.frames;
+                    }
+                });
+            }
+            for n in 1..=last {
+                publisher.publish(&state(n));
+            }
+        });
+    }
+}

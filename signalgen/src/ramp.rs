@@ -58,3 +58,29 @@ impl Ramp {
         FRAC_PI_2 / f64::from(frames.max(1))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weight_is_the_raised_cosine_and_keeps_its_bound() {
+        let table = SineTable::new();
+        for frames in [1_u32, 2, 3, 384, 9_600, 1_920_000] {
+            let mut ramp = Ramp::new(frames);
+            let mut last = 0.0;
+            let bound = Ramp::steepest_per_frame(frames) + 1e-11;
+            for k in 0..=frames {
+                let weight = ramp.weight(&table);
+                let expected =
+                    0.5 - 0.5 * (std::f64::consts::PI * f64::from(k) / f64::from(frames)).cos();
+                assert!((weight - expected).abs() < 1e-11, "{k} of {frames}");
+                assert!((weight - last).abs() <= bound, "{k} of {frames}");
+                last = weight;
+                ramp.advance();
+            }
+            assert!(ramp.is_over());
+            assert_eq!(ramp.weight(&table), 1.0);
+        }
+    }
+}

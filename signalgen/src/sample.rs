@@ -96,3 +96,38 @@ impl ConverterSample for i16 {
         f32::from(self) / 32_768.0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_go_in_and_out() {
+        for format in [SampleFormat::F32, SampleFormat::I32, SampleFormat::I16] {
+            assert_eq!(format.to_string().parse(), Ok(format));
+        }
+        let error = "i24".parse::<SampleFormat>().unwrap_err();
+        assert!(error.to_string().contains("\"i24\""), "{error}");
+    }
+
+    #[test]
+    fn integers_survive_the_way_through_full_scale() {
+        for raw in i16::MIN..=i16::MAX {
+            assert_eq!(i16::from_unit(raw.to_unit()), raw);
+        }
+        // f32 holds 24 bits, which is what the best converters have.
+        for raw in (i32::MIN..=i32::MAX - 255).step_by(256 * 4_099) {
+            assert_eq!(i32::from_unit(raw.to_unit()), raw);
+        }
+    }
+
+    #[test]
+    fn beyond_full_scale_saturates_and_nan_is_silence() {
+        assert_eq!(i16::from_unit(1.5), i16::MAX);
+        assert_eq!(i16::from_unit(-1.5), i16::MIN);
+        assert_eq!(i32::from_unit(1.0), i32::MAX);
+        assert_eq!(i32::from_unit(-1.5), i32::MIN);
+        assert_eq!(i16::from_unit(f32::NAN), 0);
+        assert_eq!(i32::from_unit(f32::NAN), 0);
+    }
+}

@@ -56,6 +56,16 @@ pub struct InversionCounts {
     pub without_gap: usize,
 }
 
+impl InversionCounts {
+    pub(crate) fn count(&mut self, branch: StiffnessBranch) {
+        match branch {
+            StiffnessBranch::Unique => {}
+            StiffnessBranch::Ambiguous { .. } => self.ambiguous += 1,
+            StiffnessBranch::AboveMaximum => self.above_maximum += 1,
+        }
+    }
+}
+
 impl Contact {
     /// # Errors
     /// If σ_t or an assumed constant is out of its physical range.
@@ -302,11 +312,7 @@ impl Contact {
         for (gap, &k_c) in gap_m.iter_mut().zip(k_c_n_per_m) {
             *gap = match self.gap_from_balance_stiffness(k_c, normal_n) {
                 Ok(inverted) => {
-                    match inverted.branch {
-                        StiffnessBranch::Unique => {}
-                        StiffnessBranch::Ambiguous { .. } => counts.ambiguous += 1,
-                        StiffnessBranch::AboveMaximum => counts.above_maximum += 1,
-                    }
+                    counts.count(inverted.branch);
                     inverted.gap_m
                 }
                 Err(_) => {

@@ -1,10 +1,42 @@
-//! Contact and levitation model of a fingertip on an ultrasonic plate, its inversion and its fits.
+//! Contact and levitation of a fingertip on an ultrasonic plate: the model, its inversion, and the fits that turn measured
+//! mechanical impedance into contact stiffness, levitation gap and friction.
+//!
+//! N. Huloux, C. Bernard, M. Wiertlewski, "Estimating Friction Modulation From the Ultrasonic Mechanical Impedance",
+//! IEEE Trans. Haptics 14(2), 2021, doi 10.1109/TOH.2020.3038937; cited as `Huloux 2021, Eq. n`.
+//!
+//! # The gap equation
+//! ```text
+//!  ⟨f_c⟩ [1 − exp((x_t⁰ − x)/σ_t)] = (5/4) p0 S |x̃_p|² / x²        Huloux 2021, Eq. 17
+//! ```
+//! What the asperities no longer carry, the squeeze film does. It is solved by [`Contact::equilibrium_gap_m`].
+//!
+//! | what | equation | where |
+//! | --- | --- | --- |
+//! | plate, contact, tissue at the carrier; Z_m ↔ Z_c; Z_t at rest | 4–12, 21 | [`harmonic`] |
+//! | film and asperity force, gap at rest, equilibrium gap | 13–17 | [`Contact`] |
+//! | stiffness k_c and the gap from it | 18 | [`Contact::stiffness_n_per_m`], [`Contact::gap_from_balance_stiffness`], [`Contact::gap_from_stiffness_m`] |
+//! | friction μ/μ0 | 19 | [`Contact::friction_ratio`] |
+//! | σ_t as published | | [`fit::paper`] |
+//! | σ_t, Z_t and τ jointly, with the levitation lag | | [`fit::dynamic`] |
+//! | normal force without a sensor | | [`self_sensed`] |
+//! | frame by frame | | [`live`] |
+//!
+//! # Conventions
+//! SI units, named in identifiers. Envelopes are peak values with exp(+iωt); impedance is force over velocity, N·s/m. A gap is ⟨x_t⟩,
+//! averaged over a carrier period, m. No I/O, no threads; nothing is random.
+
 mod assumed;
 mod contact;
 mod error;
+mod finger;
 pub mod fit;
 pub mod harmonic;
+mod inversion;
+pub mod live;
 mod root;
+pub mod self_sensed;
+
 pub use assumed::AssumedConstants;
-pub use contact::*;
+pub use contact::{Contact, InversionCounts, InvertedGap, StiffnessBranch};
 pub use error::ModelError;
+pub use finger::FittedFinger;

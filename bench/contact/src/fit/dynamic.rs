@@ -8,7 +8,7 @@
 
 use num_complex::Complex64;
 
-use super::estimate::{Fitted, Stiffness, agreement};
+use super::estimate::{FrictionAtRest, GapLaw, Measured, agreement, estimate};
 use super::lag::Lag;
 use super::least_squares::{ImpedanceModel, Minimum, best_start, minimise};
 use super::series::mean;
@@ -17,7 +17,10 @@ use super::{
     Parameter, Samples, Sensitivities, Verdict,
 };
 use crate::contact::Contact;
+use crate::error::positive;
+use crate::finger::{FittedFinger, MS, Z_T_SLOPES};
 use crate::harmonic::observed;
+use crate::inversion::{Dependent, Inversion};
 
 /// How the joint fit is set up.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,10 +62,11 @@ pub struct DynamicFit {
     pub agreement: Agreement,
     /// Stiffness, gap and friction in time.
     pub series: EstimatedSeries,
+    /// The fitted parameters with their covariance, for samples beyond this instance: [`crate::self_sensed`], [`crate::live`].
+    pub finger: FittedFinger,
 }
 
 const N: usize = 4;
-const MS: f64 = 1e-3;
 /// τ that starts are tried with, ms.
 const TAU_STARTS_MS: [f64; 2] = [0.5, 2.0];
 /// A standard error of τ beyond this is no identification, s: twice the lag that the bench is to resolve.
@@ -114,6 +118,9 @@ struct Model<'a> {
     lead: usize,
     /// Of the instance alone.
     z_m: &'a [Complex64],
+    /// Amplitude over its RMS: white noise on force and velocity is noise on their ratio that grows as 1/|ṽ_p|.
+    weights: Vec<f64>,
+    rms_amplitude_m: f64,
     equilibrium: Vec<f64>,
     equilibrium_slope: Vec<f64>,
     gap: Vec<f64>,
@@ -130,6 +137,9 @@ impl<'a> Model<'a> {
         conditions.assumed.validated()?;
         let (samples, lead) = instance.with_lead_in(options.lead_in_s)?;
         let n = samples.time_s.len();
+        let amplitude_m = &samples.amplitude_m[lead..];
+        let rms_m = mean(&amplitude_m.iter().map(|a| a * a).collect::<Vec<_>>()).sqrt();
+        positive("RMS amplitude", "m", rms_m)?;
         Ok(Self {
             conditions,
             carrier_rad_per_s: conditions.carrier_rad_per_s()?,
@@ -138,6 +148,8 @@ impl<'a> Model<'a> {
             normal_n: samples.normal_n,
             lead,
             z_m: &samples.z_m_corrected_n_s_per_m[lead..],
+            weights: amplitude_m.iter().map(|a| a / rms_m).collect(),
+            rms_amplitude_m: rms_m,
             equilibrium: vec![0.0; n],
             equilibrium_slope: vec![0.0; n],
             gap: vec![0.0; n],
@@ -170,17 +182,16 @@ impl<'a> Model<'a> {
     /// Given σ_t and τ, 1/(Z_m − Z_p) = 1/Z_t + 1/Z_c is linear in 1/Z_t: its mean, weighted as the impedance residual weighs it.
     fn tissue_given_gap(&self, contact: &Contact) -> Complex64 {
         let (mut sum, mut weights) = (Complex64::ZERO, 0.0);
-        for (&z_m, (&gap, &amplitude)) in self.z_m.iter().zip(
-            self.gap[self.lead..]
-                .iter()
-                .zip(&self.amplitude_m[self.lead..]),
-        ) {
+        let film = self.gap[self.lead..]
+            .iter()
+            .zip(&self.amplitude_m[self.lead..]);
+        for ((&z_m, &weight), (&gap, &amplitude)) in self.z_m.iter().zip(&self.weights).zip(film) {
             let finger = z_m - self.conditions.z_p_corrected_n_s_per_m;
             let z_c = contact.impedance_n_s_per_m(
                 contact.stiffness_n_per_m(gap, amplitude),
                 self.carrier_rad_per_s,
             );
-            let weight = finger.norm_sqr().powi(2);
+            let weight = (weight * finger.norm_sqr()).powi(2);
             if weight > 0.0 {
                 sum += weight * (finger.inv() - z_c.inv());
                 weights += weight;
@@ -247,31 +258,47 @@ impl<'a> Model<'a> {
         let verdict = self.verdict(&minimum, unbounded_tau_s);
         let contact = self.follow(ln_sigma_t, tau_ms).ok_or(FitError::NoStart)?;
         let friction = self.friction_at_rest(&contact, samples.mu);
-        let fitted = Fitted {
-            contact,
-            carrier_rad_per_s: self.carrier_rad_per_s,
-            z_p: self.conditions.z_p_corrected_n_s_per_m,
-            z_t,
-            z_t_slopes: [
-                Complex64::ZERO,
-                Complex64::ONE,
-                Complex64::I,
-                Complex64::ZERO,
-            ],
-            covariance: minimum.covariance,
-            z_m_std: minimum.residual_std,
-            mu0: friction.mu0,
-            mu0_slopes: friction.slopes,
-            mu0_std: friction.std,
-            stiffness: Stiffness::Amplitude(samples.amplitude_m, samples.normal_n),
+        let z_m_std: Vec<f64> = self
+            .weights
+            .iter()
+            .map(|weight| minimum.residual_std / weight)
+            .collect();
+        let finger = FittedFinger {
+            inversion: Inversion {
+                contact,
+                carrier_rad_per_s: self.carrier_rad_per_s,
+                z_p: self.conditions.z_p_corrected_n_s_per_m,
+                z_t,
+                z_t_slopes: Z_T_SLOPES,
+                covariance: minimum.covariance,
+            },
+            tau_s: tau_ms * MS,
+            z_m_noise: minimum.residual_std * self.rms_amplitude_m,
         };
-        let mu0_std = fitted.std_of(&friction.slopes.into(), friction.std);
+        let mu0_std = finger.inversion.std(&Dependent {
+            value: friction.mu0,
+            slopes: friction.slopes.into(),
+            noise: friction.std,
+        });
+        let measured = Measured {
+            time_s: samples.time_s,
+            z_m: self.z_m,
+            z_m_std: &z_m_std,
+            amplitude_m: samples.amplitude_m,
+            normal_n: samples.normal_n,
+        };
         let (sigma_t_std_m, z_t_std, tau_std_s) = (
             contact.sigma_t_m() * std(0),
             Complex64::new(std(1), std(2)),
             std(3) * MS,
         );
-        let series = fitted.estimate(samples.time_s, self.z_m, minimum.z_m);
+        let series = estimate(
+            &finger.inversion,
+            GapLaw::Amplitude,
+            &friction,
+            &measured,
+            minimum.z_m,
+        );
         Ok(DynamicFit {
             verdict,
             sigma_t_m: contact.sigma_t_m(),
@@ -285,6 +312,7 @@ impl<'a> Model<'a> {
             normal_n: mean(samples.normal_n),
             agreement: agreement(self.z_m, samples.mu, &series),
             series,
+            finger,
         })
     }
 
@@ -322,7 +350,7 @@ impl<'a> Model<'a> {
     }
 
     /// μ0 = Σ m μ/Σ m² with m the modelled μ/μ0, after [`follow`](Self::follow).
-    fn friction_at_rest(&self, contact: &Contact, mu: &[f64]) -> FrictionAtRest {
+    fn friction_at_rest(&self, contact: &Contact, mu: &[f64]) -> FrictionAtRest<N> {
         let sigma = contact.sigma_t_m();
         let ratios: Vec<f64> = self
             .gap
@@ -353,15 +381,13 @@ impl<'a> Model<'a> {
     }
 }
 
-struct FrictionAtRest {
-    mu0: f64,
-    slopes: [f64; N],
-    std: f64,
-}
-
 impl ImpedanceModel<N> for Model<'_> {
     fn measured(&self) -> &[Complex64] {
         self.z_m
+    }
+
+    fn weights(&self) -> &[f64] {
+        &self.weights
     }
 
     fn evaluate(
@@ -404,6 +430,10 @@ struct WithoutLag<'m, 'a>(&'m mut Model<'a>);
 impl ImpedanceModel<3> for WithoutLag<'_, '_> {
     fn measured(&self) -> &[Complex64] {
         self.0.z_m
+    }
+
+    fn weights(&self) -> &[f64] {
+        &self.0.weights
     }
 
     fn evaluate(

@@ -6,6 +6,8 @@ use num_complex::Complex64;
 /// A model of the complex impedance of every sample of an instance, with N real parameters.
 pub(crate) trait ImpedanceModel<const N: usize> {
     fn measured(&self) -> &[Complex64];
+    /// What each sample's residual is multiplied by: the inverse of its noise, in any unit.
+    fn weights(&self) -> &[f64];
     /// Impedances and their derivatives; `None` outside the model's domain.
     fn evaluate(
         &mut self,
@@ -25,13 +27,13 @@ const SINGULAR: f64 = 1e-12;
 pub(crate) struct Minimum<const N: usize> {
     pub(crate) parameters: [f64; N],
     pub(crate) z_m: Vec<Complex64>,
-    /// Σ|Ẑ_m − Z_m|².
+    /// Σ|Ẑ_m − Z_m|², weighted.
     pub(crate) squares: f64,
     /// Why it is not a minimum, if it is not.
     pub(crate) failure: Option<String>,
     /// Parameter covariance; `None` if the data do not depend on some combination of the parameters.
     pub(crate) covariance: Option<SMatrix<f64, N, N>>,
-    /// Standard deviation of one component of the impedance residual.
+    /// Standard deviation of one component of the weighted residual.
     pub(crate) residual_std: f64,
 }
 
@@ -67,6 +69,15 @@ impl<M: ImpedanceModel<N>, const N: usize> Problem<'_, M, N> {
             .evaluate(&self.parameters, &mut self.z_m, &mut self.slopes)
             .is_some()
             && self.z_m.iter().all(|z| z.is_finite());
+        for (slope, &weight) in self.slopes.iter_mut().zip(self.model.weights()) {
+            *slope = slope.map(|s| s * weight);
+        }
+    }
+}
+
+impl<M: ImpedanceModel<N>, const N: usize> Problem<'_, M, N> {
+    fn residual(&self, index: usize) -> Complex64 {
+        (self.z_m[index] - self.model.measured()[index]) * self.model.weights()[index]
     }
 }
 
@@ -91,12 +102,11 @@ impl<M: ImpedanceModel<N>, const N: usize> LeastSquaresProblem<f64, Dyn, Dyn>
         if !self.in_domain {
             return Some(DVector::from_element(2 * n, OUT_OF_DOMAIN));
         }
-        let residual = |row: usize| self.z_m[row % n] - self.model.measured()[row % n];
         Some(DVector::from_fn(2 * n, |row, _| {
             if row < n {
-                residual(row).re
+                self.residual(row).re
             } else {
-                residual(row).im
+                self.residual(row - n).im
             }
         }))
     }
@@ -124,10 +134,9 @@ pub(crate) fn best_start<M: ImpedanceModel<N>, const N: usize>(
         if model.evaluate(&start, &mut z_m, &mut slopes).is_none() {
             continue;
         }
-        let squares: f64 = z_m
-            .iter()
-            .zip(model.measured())
-            .map(|(a, b)| (a - b).norm_sqr())
+        let apart = z_m.iter().zip(model.measured()).zip(model.weights());
+        let squares: f64 = apart
+            .map(|((a, b), weight)| (a - b).norm_sqr() * weight.powi(2))
             .sum();
         if squares < least {
             (best, least) = (Some(start), squares);
@@ -172,11 +181,8 @@ fn summarise<M: ImpedanceModel<N>, const N: usize>(
     problem: Problem<'_, M, N>,
     failure: Option<String>,
 ) -> Minimum<N> {
-    let residuals: Vec<Complex64> = problem
-        .z_m
-        .iter()
-        .zip(problem.model.measured())
-        .map(|(a, b)| a - b)
+    let residuals: Vec<Complex64> = (0..problem.z_m.len())
+        .map(|index| problem.residual(index))
         .collect();
     let squares = residuals.iter().map(Complex64::norm_sqr).sum::<f64>();
     let freedom = (2 * residuals.len()).saturating_sub(N).max(1) as f64;

@@ -8,7 +8,7 @@
 
 use num_complex::Complex64;
 
-use super::estimate::{Fitted, Stiffness, agreement};
+use super::estimate::{FrictionAtRest, GapLaw, Measured, agreement, estimate};
 use super::least_squares::{ImpedanceModel, Minimum, minimise};
 use super::series::mean;
 use super::{
@@ -17,6 +17,7 @@ use super::{
 };
 use crate::contact::Contact;
 use crate::harmonic::{contact_impedance, observed, tissue_from_observed};
+use crate::inversion::Inversion;
 
 /// Where the tissue impedance and μ0 are read.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -120,8 +121,7 @@ pub fn sensitivities(
 
 struct AtRest {
     z_m: Complex64,
-    mu0: f64,
-    mu0_std: f64,
+    friction: FrictionAtRest<1>,
     reading: RestReading,
 }
 
@@ -147,8 +147,11 @@ impl AtRest {
                 .map(|&i| samples.z_m_plain_n_s_per_m[i])
                 .sum::<Complex64>()
                 / n,
-            mu0,
-            mu0_std: (scatter / n).sqrt(),
+            friction: FrictionAtRest {
+                mu0,
+                slopes: [0.0],
+                std: (scatter / n).sqrt(),
+            },
             reading: if below {
                 RestReading::BelowThreshold { samples: at.len() }
             } else {
@@ -169,6 +172,8 @@ struct Model<'a> {
     normal_n: Vec<f64>,
     /// Z_m⁰ − Z_p.
     finger_at_rest: Complex64,
+    /// As published, every sample counts alike.
+    weights: Vec<f64>,
     gap_m: Vec<f64>,
 }
 
@@ -187,6 +192,7 @@ impl<'a> Model<'a> {
             amplitude_m: samples.amplitude_m,
             normal_n: vec![mean(samples.normal_n); n],
             finger_at_rest: z_m_at_rest - conditions.z_p_plain_n_s_per_m,
+            weights: vec![1.0; n],
             gap_m: vec![0.0; n],
         })
     }
@@ -235,20 +241,28 @@ impl<'a> Model<'a> {
         } else {
             Verdict::Converged
         };
-        let fitted = Fitted {
+        let inversion = Inversion {
             contact: Contact::new(&self.conditions.assumed, sigma_t_m)?,
             carrier_rad_per_s: self.carrier_rad_per_s,
             z_p: self.conditions.z_p_plain_n_s_per_m,
             z_t,
             z_t_slopes: [z_t_slope],
             covariance: minimum.covariance,
-            z_m_std: minimum.residual_std,
-            mu0: at_rest.mu0,
-            mu0_slopes: [0.0],
-            mu0_std: at_rest.mu0_std,
-            stiffness: Stiffness::Balance(self.normal_n[0]),
         };
-        let series = fitted.estimate(samples.time_s, self.z_m, minimum.z_m);
+        let measured = Measured {
+            time_s: samples.time_s,
+            z_m: self.z_m,
+            z_m_std: &vec![minimum.residual_std; self.z_m.len()],
+            amplitude_m: self.amplitude_m,
+            normal_n: &self.normal_n,
+        };
+        let series = estimate(
+            &inversion,
+            GapLaw::Balance,
+            &at_rest.friction,
+            &measured,
+            minimum.z_m,
+        );
         Ok(PaperFit {
             verdict,
             sigma_t_m,
@@ -258,8 +272,8 @@ impl<'a> Model<'a> {
                 z_t_slope.re.abs() * ln_std,
                 z_t_slope.im.abs() * ln_std,
             ),
-            mu0: at_rest.mu0,
-            mu0_std: at_rest.mu0_std,
+            mu0: at_rest.friction.mu0,
+            mu0_std: at_rest.friction.std,
             normal_n: self.normal_n[0],
             rest: at_rest.reading,
             agreement: agreement(self.z_m, samples.mu, &series),
@@ -271,6 +285,10 @@ impl<'a> Model<'a> {
 impl ImpedanceModel<1> for Model<'_> {
     fn measured(&self) -> &[Complex64] {
         self.z_m
+    }
+
+    fn weights(&self) -> &[f64] {
+        &self.weights
     }
 
     fn evaluate(

@@ -1,0 +1,131 @@
+use nalgebra::SVector;
+use num_complex::Complex64;
+
+use crate::contact::Contact;
+use crate::error::{ModelError, not_negative, positive};
+use crate::inversion::{Dependent, Inversion};
+
+/// Parameters in the order ln σ_t, Re Z_t, Im Z_t, τ in ms.
+pub(crate) const PARAMETERS: usize = 4;
+/// The fits' unit of τ, s.
+pub(crate) const MS: f64 = 1e-3;
+pub(crate) const Z_T_SLOPES: [Complex64; PARAMETERS] = [
+    Complex64::ZERO,
+    Complex64::ONE,
+    Complex64::I,
+    Complex64::ZERO,
+];
+
+/// A finger whose σ_t, Z_t and τ are known: all that samples beyond the fitted instance need.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FittedFinger {
+    pub(crate) inversion: Inversion<PARAMETERS>,
+    pub(crate) tau_s: f64,
+    /// Standard deviation of one component of Z_m times the amplitude at which it was read, N·s.
+    pub(crate) z_m_noise: f64,
+}
+
+/// Gap and what follows from it at one sample, with everything they depend on.
+#[derive(Clone, Copy)]
+pub(crate) struct Reading {
+    pub(crate) k_c: Dependent<PARAMETERS>,
+    pub(crate) gap: Dependent<PARAMETERS>,
+}
+
+impl FittedFinger {
+    /// From known parameters instead of a fit: standard errors are then unknown and read infinite.
+    ///
+    /// # Errors
+    /// If τ is negative or the carrier frequency not positive.
+    pub fn with_parameters(
+        contact: Contact,
+        z_t_n_s_per_m: Complex64,
+        tau_s: f64,
+        z_p_n_s_per_m: Complex64,
+        carrier_hz: f64,
+    ) -> Result<Self, ModelError> {
+        Ok(Self {
+            inversion: Inversion {
+                contact,
+                carrier_rad_per_s: std::f64::consts::TAU
+                    * positive("carrier frequency", "Hz", carrier_hz)?,
+                z_p: z_p_n_s_per_m,
+                z_t: z_t_n_s_per_m,
+                z_t_slopes: Z_T_SLOPES,
+                covariance: None,
+            },
+            tau_s: not_negative("tau", "s", tau_s)?,
+            z_m_noise: 0.0,
+        })
+    }
+
+    /// The contact with the fitted σ_t.
+    pub fn contact(&self) -> &Contact {
+        &self.inversion.contact
+    }
+
+    /// Z_t, N·s/m.
+    pub fn z_t_n_s_per_m(&self) -> Complex64 {
+        self.inversion.z_t
+    }
+
+    /// Z_p of the unloaded plate, envelope-corrected, N·s/m.
+    pub fn z_p_n_s_per_m(&self) -> Complex64 {
+        self.inversion.z_p
+    }
+
+    /// τ, s.
+    pub fn tau_s(&self) -> f64 {
+        self.tau_s
+    }
+
+    /// Covariance of (σ_t in m, Re Z_t, Im Z_t in N·s/m, τ in s); `None` if a combination of them is not identified.
+    pub fn covariance(&self) -> Option<[[f64; 4]; 4]> {
+        let units = [self.contact().sigma_t_m(), 1.0, 1.0, MS];
+        self.inversion.covariance.map(|c| {
+            std::array::from_fn(|i| std::array::from_fn(|j| c[(i, j)] * units[i] * units[j]))
+        })
+    }
+
+    pub(crate) fn read(&self, z_m: Complex64, amplitude_m: f64) -> Result<Reading, ModelError> {
+        let k_c = self.inversion.stiffness(z_m, self.z_m_noise / amplitude_m);
+        let gap = self.inversion.gap(&k_c, amplitude_m)?;
+        Ok(Reading { k_c, gap })
+    }
+
+    /// f_c = p_c S e^(−x_eq/σ_t) + (5/4) p0 S |x̃_p|²/x_eq² with x_eq = x + τ dx/dt, the slope being Σ weight · gap/interval over the
+    /// samples of `history`. The last argument says which of them is now.
+    pub(crate) fn normal_force(
+        &self,
+        history: &[Dependent<PARAMETERS>],
+        slope_weights: &[f64],
+        interval_s: f64,
+        now: usize,
+        amplitude_m: f64,
+    ) -> Dependent<PARAMETERS> {
+        let lag = self.tau_s / interval_s;
+        let (mut gap_m, mut slopes, mut variance, mut steps_m) = (0.0, SVector::zeros(), 0.0, 0.0);
+        for (index, (gap, weight)) in history.iter().zip(slope_weights).enumerate() {
+            let share = lag * weight + if index == now { 1.0 } else { 0.0 };
+            gap_m += share * gap.value;
+            slopes += gap.slopes * share;
+            variance += (share * gap.noise).powi(2);
+            steps_m += weight * gap.value;
+        }
+        slopes[3] += steps_m / interval_s * MS;
+        let contact = self.contact();
+        let sigma = contact.sigma_t_m();
+        let (asperity_n, squeeze_n) = (
+            contact.asperity_force_n(gap_m),
+            contact.squeeze_force_n(gap_m, amplitude_m),
+        );
+        let by_gap = -asperity_n / sigma - 2.0 * squeeze_n / gap_m;
+        slopes *= by_gap;
+        slopes[0] += asperity_n * (1.0 + gap_m / sigma);
+        Dependent {
+            value: asperity_n + squeeze_n,
+            slopes,
+            noise: by_gap.abs() * variance.sqrt(),
+        }
+    }
+}

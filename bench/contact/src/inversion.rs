@@ -1,0 +1,130 @@
+use nalgebra::{SMatrix, SVector};
+use num_complex::Complex64;
+
+use crate::contact::{Contact, StiffnessBranch};
+use crate::error::ModelError;
+use crate::harmonic::{contact_from_observed, stiffness_n_per_m};
+
+/// A quantity of one sample with what it depends on: the fitted parameters, the first of them ln σ_t, and the noise of that
+/// sample's impedance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Dependent<const N: usize> {
+    pub(crate) value: f64,
+    pub(crate) slopes: SVector<f64, N>,
+    pub(crate) noise: f64,
+}
+
+impl<const N: usize> Dependent<N> {
+    pub(crate) fn unknown() -> Self {
+        Self {
+            value: f64::NAN,
+            slopes: SVector::repeat(f64::NAN),
+            noise: f64::NAN,
+        }
+    }
+}
+
+/// From the measured impedance to stiffness, gap and friction with fitted parameters and their covariance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Inversion<const N: usize> {
+    pub(crate) contact: Contact,
+    pub(crate) carrier_rad_per_s: f64,
+    pub(crate) z_p: Complex64,
+    pub(crate) z_t: Complex64,
+    /// ∂Z_t/∂parameter.
+    pub(crate) z_t_slopes: [Complex64; N],
+    /// `None` if unknown or infinite.
+    pub(crate) covariance: Option<SMatrix<f64, N, N>>,
+}
+
+impl<const N: usize> Inversion<N> {
+    pub(crate) fn std(&self, quantity: &Dependent<N>) -> f64 {
+        self.covariance.map_or(f64::INFINITY, |c| {
+            (quantity.slopes.dot(&(c * quantity.slopes)) + quantity.noise.powi(2)).sqrt()
+        })
+    }
+
+    /// k_c by Eq. 12; `z_m_std` is the standard deviation of one component of Z_m.
+    pub(crate) fn stiffness(&self, z_m: Complex64, z_m_std: f64) -> Dependent<N> {
+        let finger = z_m - self.z_p;
+        let rest = self.z_t - finger;
+        let by_z_t = -(finger / rest).powi(2);
+        let by_z_m = (self.z_t / rest).powi(2);
+        Dependent {
+            value: stiffness_n_per_m(
+                contact_from_observed(z_m, self.z_p, self.z_t),
+                self.carrier_rad_per_s,
+            ),
+            slopes: SVector::from_fn(|i, _| {
+                -self.carrier_rad_per_s * (by_z_t * self.z_t_slopes[i]).im
+            }),
+            noise: self.carrier_rad_per_s * by_z_m.norm() * z_m_std,
+        }
+    }
+
+    /// The gap from stiffness and amplitude.
+    pub(crate) fn gap(
+        &self,
+        k_c: &Dependent<N>,
+        amplitude_m: f64,
+    ) -> Result<Dependent<N>, ModelError> {
+        let gap_m = self.contact.gap_from_stiffness_m(k_c.value, amplitude_m)?;
+        let by_gap = self.contact.stiffness_slope_n_per_m2(gap_m, amplitude_m);
+        Ok(implicit(
+            gap_m,
+            k_c,
+            by_gap,
+            self.contact.stiffness_by_ln_sigma_n_per_m(gap_m),
+        ))
+    }
+
+    /// The gap from stiffness in force balance.
+    pub(crate) fn balance_gap(
+        &self,
+        k_c: &Dependent<N>,
+        normal_n: f64,
+    ) -> Result<(Dependent<N>, StiffnessBranch), ModelError> {
+        let inverted = self
+            .contact
+            .gap_from_balance_stiffness(k_c.value, normal_n)?;
+        let by_gap = self
+            .contact
+            .balance_stiffness_slope_n_per_m2(inverted.gap_m, normal_n);
+        let by_ln_sigma = self
+            .contact
+            .balance_stiffness_by_ln_sigma_n_per_m(inverted.gap_m);
+        Ok((
+            implicit(inverted.gap_m, k_c, by_gap, by_ln_sigma),
+            inverted.branch,
+        ))
+    }
+
+    /// μ/μ0.
+    pub(crate) fn friction_ratio(&self, gap: &Dependent<N>, normal_n: f64) -> Dependent<N> {
+        let sigma = self.contact.sigma_t_m();
+        let value = self.contact.friction_ratio(gap.value, normal_n);
+        let mut slopes = gap.slopes * (-value / sigma);
+        slopes[0] += value * (1.0 + gap.value / sigma);
+        Dependent {
+            value,
+            slopes,
+            noise: value / sigma * gap.noise,
+        }
+    }
+}
+
+/// The gap that a stiffness implies, where the stiffness also depends on ln σ_t.
+fn implicit<const N: usize>(
+    gap_m: f64,
+    k_c: &Dependent<N>,
+    by_gap: f64,
+    by_ln_sigma: f64,
+) -> Dependent<N> {
+    let mut slopes = k_c.slopes;
+    slopes[0] -= by_ln_sigma;
+    Dependent {
+        value: gap_m,
+        slopes: slopes / by_gap,
+        noise: k_c.noise / by_gap.abs(),
+    }
+}

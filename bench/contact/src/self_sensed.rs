@@ -1,0 +1,70 @@
+//! Normal force without a force sensor (SCIENCE.md section 9.3).
+//!
+//! From Z_m alone follows k_c (Eq. 12), from k_c and amplitude the gap x (Eqs. 14, 15, 18), and from x the force that its equilibrium
+//! x_eq = x + τ dx/dt would balance. Beside the measured force this tests the model on every recording.
+
+use num_complex::Complex64;
+
+use crate::error::{ModelError, positive, same_length};
+use crate::finger::FittedFinger;
+use crate::inversion::Dependent;
+
+/// Slope at the middle of five samples, least squares of a parabola, per interval.
+const CENTRAL_SLOPE: [f64; 5] = [-0.2, -0.1, 0.0, 0.1, 0.2];
+const MIDDLE: usize = 2;
+
+/// The self-sensed record; NaN where a sample or one of its two neighbours on either side has no gap.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SelfSensed {
+    /// ⟨x_t⟩, m.
+    pub gap_m: Vec<f64>,
+    /// ⟨f_c⟩, N.
+    pub normal_n: Vec<f64>,
+    /// Standard error of `normal_n`.
+    pub normal_std_n: Vec<f64>,
+    /// μ/μ0 from the self-sensed force.
+    pub mu_ratio: Vec<f64>,
+}
+
+/// Senses the normal force over an evenly sampled record with the parameters of one fitted instance.
+///
+/// # Errors
+/// If the slices differ in length or the interval is not positive. A sample without a gap is NaN, not an error.
+pub fn normal_force(
+    finger: &FittedFinger,
+    interval_s: f64,
+    z_m_corrected_n_s_per_m: &[Complex64],
+    amplitude_m: &[f64],
+) -> Result<SelfSensed, ModelError> {
+    positive("sampling interval", "s", interval_s)?;
+    same_length(
+        "amplitude_m",
+        amplitude_m.len(),
+        z_m_corrected_n_s_per_m.len(),
+    )?;
+    let gaps: Vec<Dependent<4>> = z_m_corrected_n_s_per_m
+        .iter()
+        .zip(amplitude_m)
+        .map(|(&z_m, &amplitude)| {
+            finger
+                .read(z_m, amplitude)
+                .map_or_else(|_| Dependent::unknown(), |reading| reading.gap)
+        })
+        .collect();
+    let n = gaps.len();
+    let mut sensed = SelfSensed {
+        gap_m: gaps.iter().map(|gap| gap.value).collect(),
+        normal_n: vec![f64::NAN; n],
+        normal_std_n: vec![f64::NAN; n],
+        mu_ratio: vec![f64::NAN; n],
+    };
+    for (start, window) in gaps.windows(CENTRAL_SLOPE.len()).enumerate() {
+        let at = start + MIDDLE;
+        let force =
+            finger.normal_force(window, &CENTRAL_SLOPE, interval_s, MIDDLE, amplitude_m[at]);
+        sensed.normal_n[at] = force.value;
+        sensed.normal_std_n[at] = finger.inversion.std(&force);
+        sensed.mu_ratio[at] = finger.contact().friction_ratio(gaps[at].value, force.value);
+    }
+    Ok(sensed)
+}

@@ -55,11 +55,6 @@ impl CarrierPhase {
             }
         }
     }
-
-    /// The phase angle gained in `samples`, in −π..π.
-    pub(crate) fn advance_rad(&self, samples: u64) -> f64 {
-        self.at(samples).arg()
-    }
 }
 
 /// exp(2πi·numerator/denominator).

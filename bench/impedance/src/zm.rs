@@ -165,8 +165,9 @@ impl Zm {
         let amplitude_std_m = pickup.noise * self.metres_per_unit.norm();
 
         let mut mask = frame.mask();
-        // Neither NaN nor an infinite deviation passes this comparison; nor does 0 > 0.
-        if !mask.contains(Mask::LOST_SAMPLES) && !(amplitude_m > NULL_SIGMAS * amplitude_std_m) {
+        // Before the noise has been seen its deviation is infinite, and no amplitude stands out; nor does 0 from 0.
+        let stands_out = amplitude_m > NULL_SIGMAS * amplitude_std_m;
+        if !mask.contains(Mask::LOST_SAMPLES) && !stands_out {
             mask |= Mask::ENVELOPE_NULL;
         }
         let mut out = ZmFrame {

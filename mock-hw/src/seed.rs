@@ -12,6 +12,7 @@ pub(crate) enum Stream {
     ConverterNoise,
     ForceNoise,
     Person,
+    ForceCounters,
 }
 
 pub(crate) fn stream(seed: u64, stream: Stream) -> ChaCha8Rng {

@@ -1,0 +1,52 @@
+//! What the participant sees and hears, handed from the bench's screen to the person.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::person::Percept;
+
+/// The participant's eyes and ears; any thread may hold a clone.
+#[derive(Debug, Clone, Default)]
+pub struct Senses(Arc<Mutex<Percept>>);
+
+impl Senses {
+    /// Shows a percept; the person acts on it in the next period and until another is shown.
+    ///
+    /// A cue sounds once, and is heard even if the next percept comes within the same period.
+    pub fn show(&self, percept: Percept) {
+        let mut shown = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let unheard = shown.cue;
+        *shown = percept;
+        shown.cue = percept.cue.or(unheard);
+    }
+
+    /// What is perceived in the period that begins.
+    pub(super) fn perceive(&self) -> Percept {
+        let mut shown = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let percept = *shown;
+        shown.cue = None;
+        percept
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::person::Cue;
+
+    #[test]
+    fn a_cue_is_heard_once_and_never_overwritten_by_silence() {
+        let senses = Senses::default();
+        senses.show(Percept {
+            cue: Some(Cue::Start),
+            ..Percept::default()
+        });
+        senses.show(Percept {
+            countdown: Some(2),
+            ..Percept::default()
+        });
+        let heard = senses.perceive();
+        assert_eq!((heard.cue, heard.countdown), (Some(Cue::Start), Some(2)));
+        let after = senses.perceive();
+        assert_eq!((after.cue, after.countdown), (None, Some(2)));
+    }
+}

@@ -1,0 +1,207 @@
+//! One period of the simulated world, from percept to pins.
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use super::{ApparatusConfig, ApparatusError, Senses};
+use crate::clock::{BASE_RATE_HZ, Pace, WorldClock};
+use crate::fingertip::Fingertip;
+use crate::host::Audio;
+use crate::person::Person;
+use crate::pins::PinBoard;
+use crate::plant::{ForceSample, Plant};
+use crate::scenario::Scenario;
+use crate::seed;
+use crate::serial::{DeviceStart, ForceDevice, ForceFault, SerialLine};
+use crate::truth::TruthWriter;
+
+pub(super) struct World {
+    scenario: Scenario,
+    seed: u64,
+    clock: Arc<WorldClock>,
+    audio: Arc<Audio>,
+    board: Arc<PinBoard>,
+    force: ForceSide,
+    senses: Senses,
+    person: Person,
+    plant: Plant,
+    rate_hz: u32,
+    /// World time at which the plant began to count, s.
+    plant_start_s: f64,
+    step: u64,
+    truth_path: Option<PathBuf>,
+    truth: Option<TruthWriter>,
+    drive: Vec<f32>,
+    inputs: Vec<f32>,
+}
+
+impl World {
+    pub(super) fn new(
+        config: &ApparatusConfig,
+        clock: &Arc<WorldClock>,
+        audio: &Arc<Audio>,
+        board: &Arc<PinBoard>,
+        force: &ForceSide,
+        senses: &Senses,
+    ) -> Self {
+        let participant_seed = config.participant_seed.unwrap_or(config.seed);
+        let mut scenario = config.scenario.clone();
+        // The same person's skin on any bench: the plant draws what is not pinned by its own seed.
+        let skin = Fingertip::draw(&scenario.participant, participant_seed);
+        scenario.participant.sigma_t_m = Some(skin.sigma_t_m);
+        scenario.participant.z_t_n_s_per_m = Some(skin.z_t_n_s_per_m);
+        scenario.participant.mu0 = Some(skin.mu0);
+        let most_frames = clock.period_frames_at(BASE_RATE_HZ);
+        Self {
+            seed: config.seed,
+            clock: Arc::clone(clock),
+            audio: Arc::clone(audio),
+            board: Arc::clone(board),
+            force: force.clone(),
+            senses: senses.clone(),
+            person: Person::draw(&scenario.participant, participant_seed),
+            plant: Plant::new(&scenario, config.seed, f64::from(BASE_RATE_HZ)),
+            rate_hz: BASE_RATE_HZ,
+            plant_start_s: 0.0,
+            step: 0,
+            truth_path: config.truth_path.clone(),
+            truth: None,
+            drive: vec![0.0; most_frames],
+            inputs: vec![0.0; most_frames * scenario.converter.channels],
+            scenario,
+        }
+    }
+
+    pub(super) fn step(&mut self) -> Result<(), ApparatusError> {
+        let start_ns = self.clock.ns_of(self.step);
+        self.follow_rate(start_ns)?;
+        self.begin_truth()?;
+        let frames = self.clock.period_frames_at(self.rate_hz);
+        let drive = &mut self.drive[..frames];
+        let inputs = &mut self.inputs[..frames * self.scenario.converter.channels];
+
+        let act = self.person.step(
+            1e-9 * start_ns as f64,
+            self.clock.period_s(),
+            &self.senses.perceive(),
+        );
+        self.audio.play(start_ns, self.rate_hz, drive);
+        let gate = self.board.amplifier_on(start_ns);
+        self.plant.step(drive, gate, &act.finger, inputs);
+        self.audio.record(start_ns, self.rate_hz, inputs);
+        self.audio.play_speakers(start_ns);
+        self.step += 1;
+        self.force.send(
+            self.plant.forces(),
+            self.plant_start_s,
+            1e-9 * self.clock.ns_of(self.step) as f64,
+        )?;
+        if let Some(truth) = &mut self.truth {
+            truth
+                .record(self.plant.truth())
+                .map_err(ApparatusError::Truth)?;
+        }
+        self.board.update(act.finger.position_m, act.button_pressed);
+        self.clock.advance();
+        Ok(())
+    }
+
+    /// Ends the truth files; harmless when repeated.
+    pub(super) fn finish(&mut self) -> Result<(), ApparatusError> {
+        match self.truth.take() {
+            Some(truth) => truth.finish().map_err(ApparatusError::Truth),
+            None => Ok(()),
+        }
+    }
+
+    /// A stream was opened at another rate: the plant begins anew, at rest, on that sample clock.
+    fn follow_rate(&mut self, now_ns: u64) -> Result<(), ApparatusError> {
+        let rate_hz = self.audio.rate_hz();
+        if rate_hz == self.rate_hz {
+            return Ok(());
+        }
+        if self.truth.is_some() {
+            return Err(ApparatusError::TruthRate {
+                from_hz: self.rate_hz,
+                to_hz: rate_hz,
+            });
+        }
+        self.rate_hz = rate_hz;
+        self.plant = Plant::new(&self.scenario, self.seed, f64::from(rate_hz));
+        self.plant_start_s = 1e-9 * now_ns as f64;
+        Ok(())
+    }
+
+    fn begin_truth(&mut self) -> Result<(), ApparatusError> {
+        if let Some(folder) = self.truth_path.take_if(|_| self.audio.is_open()) {
+            let truth = TruthWriter::create(&folder, &self.plant.constants())
+                .map_err(ApparatusError::Truth)?;
+            self.truth = Some(truth);
+        }
+        Ok(())
+    }
+}
+
+/// The force sensor's device and its serial line.
+#[derive(Clone)]
+pub(super) struct ForceSide {
+    /// Device seconds in a true second.
+    clock_rate: f64,
+    ends: Arc<Mutex<(ForceDevice, SerialLine)>>,
+}
+
+impl ForceSide {
+    pub(super) fn open(config: &ApparatusConfig) -> Result<Self, ApparatusError> {
+        let sensor = &config.scenario.force_sensor;
+        let start = config.force_start.unwrap_or_else(|| {
+            DeviceStart::draw(&mut seed::stream(config.seed, seed::Stream::ForceCounters))
+        });
+        let device = ForceDevice::new(sensor, start);
+        let line =
+            SerialLine::open(config.pace == Pace::Stepped).map_err(ApparatusError::Serial)?;
+        Ok(Self {
+            clock_rate: 1.0 + 1e-6 * sensor.clock_ppm,
+            ends: Arc::new(Mutex::new((device, line))),
+        })
+    }
+
+    fn send(
+        &self,
+        readings: &[ForceSample],
+        plant_start_s: f64,
+        now_s: f64,
+    ) -> Result<(), ApparatusError> {
+        let (device, line) = &mut *self.lock();
+        for reading in readings {
+            device.sample(
+                reading,
+                self.clock_rate * plant_start_s + reading.device_time_s,
+            );
+        }
+        if let Some(burst) = device.burst(now_s) {
+            line.send(burst, now_s).map_err(ApparatusError::Serial)?;
+            device.sent();
+        }
+        Ok(())
+    }
+
+    pub(super) fn path(&self) -> PathBuf {
+        self.lock().1.path().to_owned()
+    }
+
+    pub(super) fn dropped_bytes(&self) -> u64 {
+        self.lock().1.dropped_bytes()
+    }
+
+    pub(super) fn lay(&self, fault: ForceFault) {
+        self.lock().0.lay(fault);
+    }
+
+    pub(super) fn unplug(&self) {
+        self.lock().1.unplug();
+    }
+
+    fn lock(&self) -> MutexGuard<'_, (ForceDevice, SerialLine)> {
+        self.ends.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

@@ -1,0 +1,146 @@
+//! The simulated sound cards, as a cpal host.
+//!
+//! Two devices: `sim`, the bench's converter with both directions on one sample clock, and
+//! `sim-speakers`, an ordinary output for cue sounds that discards what it plays. The world takes
+//! from the output stream, lets the plant answer and gives to the input stream; callbacks run
+//! on whichever thread advances the world, as a real backend's do.
+
+mod device;
+mod stream;
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use cpal::ErrorKind;
+
+use crate::clock::{BASE_RATE_HZ, WorldClock};
+pub use device::{Device, Host, Stream};
+use stream::{InputStream, OutputStream, Track};
+
+/// Id of the bench's converter.
+pub const BENCH_ID: &str = "sim";
+/// Id of the output for cue sounds.
+pub const SPEAKERS_ID: &str = "sim-speakers";
+/// Sample rates of the bench's converter, Hz.
+pub const BENCH_RATES_HZ: [u32; 2] = [96_000, 192_000];
+/// Output channels of the bench's converter; the first drives the plate.
+pub const BENCH_OUTPUTS: u16 = 2;
+/// Sample rate of the speakers, Hz.
+pub const SPEAKERS_RATE_HZ: u32 = 48_000;
+
+/// One direction of the bench's converter, for fault injection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Direction {
+    /// From the bench to the plate.
+    Output,
+    /// From the sensors to the bench.
+    Input,
+}
+
+/// What the devices share with the world that plays and feeds them.
+pub(crate) struct Audio {
+    clock: Arc<WorldClock>,
+    inputs: u16,
+    bench: Mutex<Bench>,
+    speakers: Mutex<Track<OutputStream>>,
+    speaker_frames: AtomicU64,
+}
+
+struct Bench {
+    /// That of the stream opened last.
+    rate_hz: u32,
+    output: Track<OutputStream>,
+    input: Track<InputStream>,
+}
+
+impl Audio {
+    pub(crate) fn new(clock: Arc<WorldClock>, inputs: u16) -> Arc<Self> {
+        Arc::new(Self {
+            clock,
+            inputs,
+            bench: Mutex::new(Bench {
+                rate_hz: BASE_RATE_HZ,
+                output: Track::default(),
+                input: Track::default(),
+            }),
+            speakers: Mutex::default(),
+            speaker_frames: AtomicU64::new(0),
+        })
+    }
+
+    pub(crate) fn host(self: &Arc<Self>) -> cpal::Host {
+        let host = Host::new(Arc::clone(self));
+        cpal::Host::from(cpal::platform::CustomHost::from_host(host))
+    }
+
+    /// Rate at which the bench's converter runs now, Hz.
+    pub(crate) fn rate_hz(&self) -> u32 {
+        lock(&self.bench).rate_hz
+    }
+
+    /// Whether a stream of the bench's converter is open.
+    pub(crate) fn is_open(&self) -> bool {
+        let bench = lock(&self.bench);
+        bench.output.is_open() || bench.input.is_open()
+    }
+
+    /// Frames that the speakers have played.
+    pub(crate) fn speaker_frames(&self) -> u64 {
+        self.speaker_frames.load(Ordering::Relaxed)
+    }
+
+    /// Fills `drive` with the first output channel from world time `start_ns` on.
+    pub(crate) fn play(&self, start_ns: u64, rate_hz: u32, drive: &mut [f32]) {
+        drive.fill(0.0);
+        lock(&self.bench)
+            .output
+            .play(start_ns, rate_hz, drive.len(), |frame, sample| {
+                drive[frame] = sample;
+            });
+    }
+
+    /// Gives the input stream what its converter sampled from `start_ns` on: interleaved, all
+    /// channels of the device.
+    pub(crate) fn record(&self, start_ns: u64, rate_hz: u32, inputs: &[f32]) {
+        lock(&self.bench)
+            .input
+            .record(start_ns, rate_hz, inputs, usize::from(self.inputs));
+    }
+
+    /// Plays one world period on the speakers.
+    pub(crate) fn play_speakers(&self, start_ns: u64) {
+        let frames = self.clock.period_frames_at(SPEAKERS_RATE_HZ);
+        let played = lock(&self.speakers).play(start_ns, SPEAKERS_RATE_HZ, frames, |_, _| {});
+        self.speaker_frames.fetch_add(played, Ordering::Relaxed);
+    }
+
+    /// The next period reports `kind` to the stream of that direction.
+    pub(crate) fn inject(&self, direction: Direction, kind: ErrorKind) {
+        match direction {
+            Direction::Output => lock(&self.bench).output.inject(kind),
+            Direction::Input => lock(&self.bench).input.inject(kind),
+        }
+    }
+
+    /// From the next buffer on, `frames` frames are lost: silence is played without asking for
+    /// it, or samples never arrive.
+    pub(crate) fn skip_frames(&self, direction: Direction, frames: u64) {
+        match direction {
+            Direction::Output => lock(&self.bench).output.skip(frames),
+            Direction::Input => lock(&self.bench).input.skip(frames),
+        }
+    }
+
+    /// Callbacks of that direction stop coming, or come again.
+    pub(crate) fn halt(&self, direction: Direction, halted: bool) {
+        match direction {
+            Direction::Output => lock(&self.bench).output.halt(halted),
+            Direction::Input => lock(&self.bench).input.halt(halted),
+        }
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    // A callback that panicked has spoilt its own stream, not the world.
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,183 @@
+//! The force sensor's firmware: stamps, counts, encodes and sends in bursts
+//! (`docs/force-protocol.md`).
+
+use std::io::Write;
+
+use crc::{CRC_16_IBM_3740, Crc};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use crate::plant::ForceSample;
+use crate::scenario::{ForceProtocol, ForceSensor};
+
+const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
+const VERSION: u8 = 1;
+const NORMAL_SATURATED: u8 = 1;
+const LATERAL_SATURATED: u8 = 2;
+/// Payload of a binary frame, CRC included.
+const FRAME_BYTES: usize = 18;
+
+/// What the device's counters show when the world begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DeviceStart {
+    /// Device time, µs; wraps at 2³².
+    pub clock_us: u32,
+    /// Number of the first frame.
+    pub sequence: u16,
+}
+
+impl DeviceStart {
+    pub(crate) fn draw(rng: &mut ChaCha8Rng) -> Self {
+        Self {
+            clock_us: rng.random(),
+            sequence: rng.random(),
+        }
+    }
+}
+
+/// What can go wrong between the sensor and the wire.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ForceFault {
+    /// The next so many frames are never sent.
+    Drop(u32),
+    /// The next so many frames are sent with a wrong bit.
+    Corrupt(u32),
+    /// The next so many frames are sent twice.
+    Repeat(u32),
+    /// Nothing is sent while this holds; the device goes on counting.
+    Silent(bool),
+}
+
+#[derive(Debug, Default)]
+struct Faults {
+    drop: u32,
+    corrupt: u32,
+    repeat: u32,
+    silent: bool,
+}
+
+#[derive(Debug)]
+pub(crate) struct ForceDevice {
+    protocol: ForceProtocol,
+    start_us: u32,
+    sequence: u16,
+    burst_period_s: f64,
+    next_burst_s: f64,
+    faults: Faults,
+    frame: Vec<u8>,
+    outbox: Vec<u8>,
+}
+
+impl ForceDevice {
+    pub(crate) fn new(sensor: &ForceSensor, start: DeviceStart) -> Self {
+        let longest = match sensor.protocol {
+            ForceProtocol::Frames => FRAME_BYTES + 2,
+            ForceProtocol::Lines => 48,
+        };
+        let per_burst = (sensor.rate_hz * sensor.burst_period_s).ceil() as usize + 2;
+        Self {
+            protocol: sensor.protocol,
+            start_us: start.clock_us,
+            sequence: start.sequence,
+            burst_period_s: sensor.burst_period_s,
+            next_burst_s: sensor.burst_period_s,
+            faults: Faults::default(),
+            frame: Vec::with_capacity(longest),
+            // Every frame of a burst may be a repeated one.
+            outbox: Vec::with_capacity(2 * per_burst * longest),
+        }
+    }
+
+    pub(crate) fn lay(&mut self, fault: ForceFault) {
+        match fault {
+            ForceFault::Drop(frames) => self.faults.drop += frames,
+            ForceFault::Corrupt(frames) => self.faults.corrupt += frames,
+            ForceFault::Repeat(frames) => self.faults.repeat += frames,
+            ForceFault::Silent(silent) => self.faults.silent = silent,
+        }
+    }
+
+    /// Encodes one reading for the next burst; `elapsed_s` is how long the device has been on, by
+    /// its own clock.
+    pub(crate) fn sample(&mut self, reading: &ForceSample, elapsed_s: f64) {
+        let elapsed_us = (1e6 * elapsed_s).round() as u64;
+        let device_us = self.start_us.wrapping_add(elapsed_us as u32);
+        let sequence = self.sequence;
+        self.sequence = self.sequence.wrapping_add(1);
+        if self.faults.silent || take_one(&mut self.faults.drop) {
+            return;
+        }
+        self.encode(device_us, sequence, reading);
+        if take_one(&mut self.faults.corrupt) {
+            let middle = self.frame.len() / 2;
+            self.frame[middle] ^= 0x40;
+        }
+        self.outbox.extend_from_slice(&self.frame);
+        if take_one(&mut self.faults.repeat) {
+            self.outbox.extend_from_slice(&self.frame);
+        }
+    }
+
+    /// What leaves the device by true time `now_s`: a whole burst or nothing.
+    pub(crate) fn burst(&mut self, now_s: f64) -> Option<&[u8]> {
+        if now_s < self.next_burst_s {
+            return None;
+        }
+        while self.next_burst_s <= now_s {
+            self.next_burst_s += self.burst_period_s;
+        }
+        (!self.outbox.is_empty()).then_some(self.outbox.as_slice())
+    }
+
+    /// Empties the outbox after its bytes went out or were lost.
+    pub(crate) fn sent(&mut self) {
+        self.outbox.clear();
+    }
+
+    fn encode(&mut self, device_us: u32, sequence: u16, reading: &ForceSample) {
+        self.frame.clear();
+        match self.protocol {
+            ForceProtocol::Frames => {
+                let mut raw = [0; FRAME_BYTES];
+                raw[0] = VERSION;
+                raw[1..3].copy_from_slice(&sequence.to_le_bytes());
+                raw[3..7].copy_from_slice(&device_us.to_le_bytes());
+                raw[7..11].copy_from_slice(&micronewtons(reading.normal_n).to_le_bytes());
+                raw[11..15].copy_from_slice(&micronewtons(reading.lateral_n).to_le_bytes());
+                raw[15] = status(reading);
+                let crc = CRC.checksum(&raw[..16]);
+                raw[16..].copy_from_slice(&crc.to_le_bytes());
+                let mut stuffed = [0; FRAME_BYTES + 1];
+                let length = cobs::encode(&raw, &mut stuffed);
+                self.frame.extend_from_slice(&stuffed[..length]);
+                self.frame.push(0);
+            }
+            ForceProtocol::Lines => {
+                // Writing to a vector cannot fail.
+                let _ = writeln!(
+                    self.frame,
+                    "{device_us},{:.3},{:.3}",
+                    1e3 * reading.normal_n,
+                    1e3 * reading.lateral_n
+                );
+            }
+        }
+    }
+}
+
+fn status(reading: &ForceSample) -> u8 {
+    let normal = u8::from(reading.normal_saturated) * NORMAL_SATURATED;
+    let lateral = u8::from(reading.lateral_saturated) * LATERAL_SATURATED;
+    normal | lateral
+}
+
+fn micronewtons(force_n: f64) -> i32 {
+    (1e6 * force_n).round() as i32
+}
+
+/// Whether there was one left to take.
+fn take_one(count: &mut u32) -> bool {
+    let left = *count > 0;
+    *count = count.saturating_sub(1);
+    left
+}

@@ -194,7 +194,7 @@ impl Slider {
     /// Where it is `elapsed_s` after it started, m; it rests at its ends before and after.
     pub fn position_m(&self, elapsed_s: f64) -> f64 {
         let part = (elapsed_s / self.duration_s()).clamp(0.0, 1.0);
-        self.from_m + part * (self.to_m - self.from_m)
+        (1.0 - part) * self.from_m + part * self.to_m
     }
 }
 

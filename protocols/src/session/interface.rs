@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 pub struct Observation {
     /// Time on the audio clock, s. A time before an earlier one counts as that earlier one.
     pub t_s: f64,
-    /// Normal force, N.
+    /// Latest normal force, N; `None` (or NaN) when there is no recent one: then the finger counts as neither on
+    /// nor off the plate, and no baseline passes.
     pub normal_n: Option<f64>,
     /// The participant's button went down since the last observation.
     pub button_pressed: bool,

@@ -54,6 +54,7 @@ pub struct Session {
     /// Index in `plan` of the trial that is next or runs.
     cursor: usize,
     now_s: f64,
+    /// Whether the finger is on the plate; `None` when the force is not known.
     finger: Option<bool>,
     awaited: Option<TrialKey>,
     analysis: Option<TrialAnalysis>,
@@ -299,14 +300,13 @@ impl Session {
         if observation.t_s > self.now_s {
             self.now_s = observation.t_s;
         }
-        if let Some(normal_n) = observation.normal_n {
-            let contact_n = self.protocol.force.contact_n;
-            if normal_n >= contact_n {
-                self.finger = Some(true);
-            } else if normal_n < 0.5 * contact_n {
-                self.finger = Some(false);
-            }
-        }
+        let contact_n = self.protocol.force.contact_n;
+        self.finger = match observation.normal_n {
+            Some(normal_n) if normal_n >= contact_n => Some(true),
+            Some(normal_n) if normal_n < 0.5 * contact_n => Some(false),
+            Some(normal_n) if normal_n.is_finite() => self.finger,
+            _ => None,
+        };
         if let Some(analysis) = &observation.analysis
             && self.awaited.as_ref() == Some(&analysis.key)
         {

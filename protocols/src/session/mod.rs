@@ -3,6 +3,8 @@
 mod event;
 mod interface;
 mod machine;
+#[cfg(test)]
+mod tests;
 
 pub use event::{SessionEvent, SessionEventKind, records_from_events};
 pub use interface::{

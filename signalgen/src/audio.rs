@@ -211,8 +211,7 @@ fn host_by_id(id: HostId) -> Result<Host, AudioError> {
     })
 }
 
-/// Every device of the host with what it can do. Devices that another program holds may show no
-/// capability.
+/// Every device of the host with what it can do.
 ///
 /// # Errors
 /// If the host is no longer there.
@@ -238,16 +237,12 @@ fn enumerate(host: &Host) -> Result<Vec<(DeviceInfo, Device)>, AudioError> {
                 id: id.to_string(),
                 name,
                 is_raw: !is_alsa || id.id().starts_with("hw:"),
-                output: if device.supports_output() {
-                    capabilities(device.supported_output_configs())
-                } else {
-                    Vec::new()
-                },
-                input: if device.supports_input() {
-                    capabilities(device.supported_input_configs())
-                } else {
-                    Vec::new()
-                },
+                output: device
+                    .supports_output()
+                    .then(|| capabilities(device.supported_output_configs())),
+                input: device
+                    .supports_input()
+                    .then(|| capabilities(device.supported_input_configs())),
             };
             Some((info, device))
         })
@@ -267,6 +262,16 @@ fn capabilities(
             format: range.sample_format().to_string(),
         })
         .collect()
+}
+
+/// The output device that `wanted` means, for sound that is not the drive's.
+///
+/// # Errors
+/// If there is no such device or `wanted` means several; the error lists what exists.
+pub fn output_device(host: &Host, wanted: &str) -> Result<Device, AudioError> {
+    let (infos, mut devices): (Vec<_>, Vec<_>) = enumerate(host)?.into_iter().unzip();
+    let index = device::choose(&infos, wanted, Direction::Output)?;
+    Ok(devices.swap_remove(index))
 }
 
 /// Opens both directions, paused, on the devices that the configuration means.
@@ -441,12 +446,14 @@ fn find<'a>(
     let choice = stream_choice(config, direction);
     let index = device::choose(&infos, &choice.device, direction)?;
     let (info, device) = &devices[index];
-    let offers = info.capabilities(direction).iter().any(|capability| {
+    let offered = info.capabilities(direction).unwrap_or_default();
+    let offers = offered.iter().any(|capability| {
         capability.channels == choice.channels
             && capability.format == choice.format.to_string()
             && (capability.min_rate_hz..=capability.max_rate_hz).contains(&config.sample_rate_hz)
     });
-    if offers {
+    // A device that does not say what it offers is asked by opening it.
+    if offers || offered.is_empty() {
         Ok((device, info))
     } else {
         Err(unsupported(direction, info, config))
@@ -466,7 +473,7 @@ fn unsupported(direction: Direction, device: &DeviceInfo, config: &DuplexConfig)
             "{} channels of {} at {} Hz{buffer}",
             choice.channels, choice.format, config.sample_rate_hz
         ),
-        offered: device.capabilities(direction).to_vec(),
+        offered: device.capabilities(direction).unwrap_or_default().to_vec(),
     }
 }
 

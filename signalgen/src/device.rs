@@ -41,19 +41,19 @@ pub struct DeviceInfo {
     /// Whether no software of the host stands between this device and the converter: an ALSA `hw:`
     /// device, or any device of a host without such layers. Other ALSA devices may resample.
     pub is_raw: bool,
-    /// What it can put out.
-    pub output: Vec<Capability>,
-    /// What it can take in.
-    pub input: Vec<Capability>,
+    /// What it can put out; `None` if nothing, empty if it does not say (another program holds it).
+    pub output: Option<Vec<Capability>>,
+    /// What it can take in; `None` and empty as for the output.
+    pub input: Option<Vec<Capability>>,
 }
 
 impl DeviceInfo {
-    /// What it can do in one direction.
+    /// What it can do in one direction; `None` if it has not that direction.
     #[must_use]
-    pub fn capabilities(&self, direction: Direction) -> &[Capability] {
+    pub fn capabilities(&self, direction: Direction) -> Option<&[Capability]> {
         match direction {
-            Direction::Output => &self.output,
-            Direction::Input => &self.input,
+            Direction::Output => self.output.as_deref(),
+            Direction::Input => self.input.as_deref(),
         }
     }
 
@@ -112,9 +112,10 @@ fn list(devices: &[String]) -> String {
 
 /// The device that `wanted` means for `direction`, as an index into `devices`.
 ///
-/// An exact id (with or without its host) or name goes before part of one, in any case; among
-/// several matches raw devices go before others, and of the same raw device under several ids (ALSA
-/// names a card by name and by number) the first.
+/// An exact id (with or without its host) or name goes before part of one, in any case. Among
+/// several matches raw devices go before others, even when they are held by another program: a
+/// layer that resamples is never taken in their stead. Of one raw device under several ids (ALSA
+/// names a card by name and by number) the first is taken.
 ///
 /// # Errors
 /// If nothing matches, or several different devices do.
@@ -123,24 +124,28 @@ pub(crate) fn choose(
     wanted: &str,
     direction: Direction,
 ) -> Result<usize, ChoiceError> {
-    let candidates: Vec<usize> = (0..devices.len())
-        .filter(|&index| !devices[index].capabilities(direction).is_empty())
-        .collect();
+    let everything: Vec<usize> = (0..devices.len()).collect();
     let lower_case = wanted.to_lowercase();
-    let exact = narrow(&candidates, |index| devices[index].is_called(wanted));
-    let matches = if exact.is_empty() {
-        narrow(&candidates, |index| devices[index].contains(&lower_case))
+    let exact = narrow(&everything, |index| devices[index].is_called(wanted));
+    let called = if exact.is_empty() {
+        narrow(&everything, |index| devices[index].contains(&lower_case))
     } else {
         exact
     };
-    let raw = narrow(&matches, |index| devices[index].is_raw);
-    let preferred = if raw.is_empty() { matches } else { raw };
+    let has_direction = |index: usize| devices[index].capabilities(direction).is_some();
+    let matches = narrow(&called, has_direction);
+    let raw = prefer(matches, |index| devices[index].is_raw);
+    let preferred = prefer(raw, |index| {
+        devices[index]
+            .capabilities(direction)
+            .is_some_and(|capabilities| !capabilities.is_empty())
+    });
     let names = |indices: &[usize]| indices.iter().map(|&i| devices[i].to_string()).collect();
     match preferred.as_slice() {
         [] => Err(ChoiceError::NoMatch {
             wanted: wanted.to_owned(),
             direction,
-            available: names(&candidates),
+            available: names(&narrow(&everything, has_direction)),
         }),
         [first, others @ ..] if others.iter().all(|&o| same(&devices[*first], &devices[o])) => {
             Ok(*first)
@@ -155,6 +160,16 @@ pub(crate) fn choose(
 
 fn narrow(indices: &[usize], keep: impl Fn(usize) -> bool) -> Vec<usize> {
     indices.iter().copied().filter(|&i| keep(i)).collect()
+}
+
+/// Those that have a quality, or all if none has.
+fn prefer(indices: Vec<usize>, has_quality: impl Fn(usize) -> bool) -> Vec<usize> {
+    let preferred = narrow(&indices, has_quality);
+    if preferred.is_empty() {
+        indices
+    } else {
+        preferred
+    }
 }
 
 /// Whether two raw devices are one: the same name and the same device number on the card.
@@ -182,8 +197,8 @@ mod tests {
             id: id.to_owned(),
             name: name.to_owned(),
             is_raw: id.starts_with("alsa:hw:"),
-            output: vec![capability.clone()],
-            input: vec![capability],
+            output: Some(vec![capability.clone()]),
+            input: Some(vec![capability]),
         }
     }
 
@@ -244,11 +259,24 @@ mod tests {
     }
 
     #[test]
-    fn devices_of_the_other_direction_do_not_count() {
+    fn devices_without_the_direction_do_not_count() {
         let mut devices = alsa();
-        devices[3].input.clear();
-        devices[4].input.clear();
-        let index = choose(&devices, "hw:CARD=USB,DEV=0", Direction::Input).unwrap();
-        assert_eq!(devices[index].id, "alsa:plughw:CARD=USB,DEV=0");
+        devices[5].input = None;
+        let index = choose(&devices, "intel", Direction::Input).unwrap();
+        assert_eq!(devices[index].id, "alsa:hw:CARD=PCH,DEV=1");
+    }
+
+    #[test]
+    fn a_raw_device_is_never_replaced_by_a_layer_that_resamples() {
+        // Held by another program, it does not say what it can do.
+        let mut devices = alsa();
+        devices[3].input = Some(Vec::new());
+        devices[4].input = Some(Vec::new());
+        for wanted in ["fireface", "hw:CARD=USB,DEV=0"] {
+            let index = choose(&devices, wanted, Direction::Input).unwrap();
+            assert_eq!(devices[index].id, "alsa:hw:CARD=USB,DEV=0");
+        }
+        devices[3].input = None;
+        choose(&devices, "hw:CARD=USB,DEV=0", Direction::Input).unwrap_err();
     }
 }

@@ -81,7 +81,7 @@ pub struct StepState {
 pub struct DriveState {
     /// Frames rendered since the generator was made; the index of the next frame.
     pub frames: u64,
-    /// Phase of the drive.
+    /// Phase of the drive from the next frame on.
     pub phase: DrivePhase,
     /// Commanded amplitude at the last rendered frame, V peak across the actuators, ramps included.
     pub envelope_v: f64,
@@ -362,6 +362,68 @@ impl Generator {
                 DrivePhase::EmergencyRamp => DrivePhase::EmergencyStopped,
                 settled => settled,
             };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::program::DriveConfig;
+
+    /// A generator at 60 V of a limit of 80 V.
+    fn steady() -> Generator {
+        let settings = DriveSettings::new(DriveConfig {
+            sample_rate_hz: 192_000,
+            volts_per_unit: 100.0,
+            limit_v: 80.0,
+            ramp_s: 0.05,
+        })
+        .unwrap();
+        let tone = Waveform::Tone {
+            carrier_hz: 35_000.0,
+            amplitude_v: 60.0,
+        };
+        let mut generator = Generator::new(settings);
+        generator.apply(Command::Start(settings.admit(tone).unwrap()));
+        generator.fill(&mut [0.0; 10_000]);
+        assert_eq!(generator.state().phase, DrivePhase::Steady);
+        generator
+    }
+
+    /// FAULTS 8, past every check: the amplitude itself goes bad under way.
+    #[test]
+    fn bad_amplitudes_reach_zero_and_latch() {
+        for (amplitude_v, cause) in [
+            (f64::NAN, TripCause::NotFinite),
+            (f64::INFINITY, TripCause::NotFinite),
+            (f64::NEG_INFINITY, TripCause::NotFinite),
+            (1e6, TripCause::OverRange),
+        ] {
+            let mut generator = steady();
+            let envelope = Envelope::constant(amplitude_v, 192_000);
+            generator.ramp_to(envelope, 1, DrivePhase::RampingIn);
+            let mut out = [1.0_f32; 1_000];
+            generator.fill(&mut out);
+            assert!(out.iter().all(|s| s.abs() <= 0.8), "{amplitude_v}");
+            assert_eq!(generator.state().phase, DrivePhase::Tripped(cause));
+            assert_eq!(generator.state().envelope_v, 0.0);
+
+            let tone = Waveform::Tone {
+                carrier_hz: 35_000.0,
+                amplitude_v: 60.0,
+            };
+            let program = generator.settings().admit(tone).unwrap();
+            generator.apply(Command::Start(program));
+            generator.fill(&mut out);
+            assert_eq!(out, [0.0; 1_000]);
+            assert_eq!(generator.state().refused, 1);
+
+            generator.apply(Command::Rearm);
+            generator.apply(Command::Start(program));
+            generator.fill(&mut [0.0; 10_000]);
+            assert_eq!(generator.state().phase, DrivePhase::Steady);
+            assert!((generator.state().envelope_v - 60.0).abs() < 1e-9);
         }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! | line | direction, seen from the bench | meaning |
 //! | --- | --- | --- |
-//! | encoder A, B | in | quadrature of the finger's carriage, 25 µm a count by default; A leads B towards increasing position |
+//! | encoder A, B | in | quadrature of the finger's carriage, 25 µm a count by default; B leads A towards increasing position |
 //! | e-stop loop | in | normally closed: high is healthy, low is pressed or a cut wire |
 //! | button | in | high while the participant presses it |
 //! | amplifier enable | out | high asks for power |
@@ -10,9 +10,13 @@
 //!
 //! The amplifier passes the drive only while enable is high, the one-shot runs and the e-stop loop
 //! is healthy: a bench that hangs with its lines driven loses the drive all the same.
+//!
+//! The encoder shows its states one at a time: the next comes when both lines have been read. A
+//! poller that the operating system, or the world's period, holds up sees late counts, never wrong
+//! ones, as behind a hardware counter.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use embedded_hal::digital::{Error, ErrorKind, ErrorType, InputPin, OutputPin};
 
@@ -24,7 +28,10 @@ use crate::scenario::Scenario;
 pub const ENCODER_LATENCY_NS: u64 = 10_000_000;
 
 /// Positions kept for readers: a third of a second at the default period.
-const HISTORY: usize = 1024;
+const HISTORY: u64 = 1024;
+
+/// Levels of A and B in four successive states towards increasing position.
+const QUADRATURE: [[bool; 2]; 4] = [[false, false], [false, true], [true, true], [true, false]];
 
 /// Why a simulated pin could not be read or driven.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -106,6 +113,15 @@ pub(crate) struct PinBoard {
     positions_m: Box<[AtomicU64]>,
     /// Number of positions written.
     written: AtomicU64,
+    shown: Mutex<Option<Shown>>,
+}
+
+/// The encoder state on the lines.
+#[derive(Debug, Clone, Copy)]
+struct Shown {
+    count: i64,
+    /// Whether A and B have been read in this state.
+    read: [bool; 2],
 }
 
 impl PinBoard {
@@ -124,6 +140,7 @@ impl PinBoard {
             beat_ns: AtomicU64::new(0),
             positions_m: (0..HISTORY).map(|_| AtomicU64::new(0)).collect(),
             written: AtomicU64::new(0),
+            shown: Mutex::new(None),
         })
     }
 
@@ -185,8 +202,8 @@ impl PinBoard {
         f64::from_bits(self.positions_m[slot(index)].load(Ordering::Relaxed))
     }
 
-    /// Carriage position as the encoder shows it now, m.
-    fn encoder_m(&self) -> f64 {
+    /// Carriage position at the encoder when the world's clock shows `now_ns`, m.
+    fn carriage_m(&self, now_ns: u64) -> f64 {
         loop {
             let written = self.written.load(Ordering::Acquire);
             let Some(newest) = written.checked_sub(1) else {
@@ -196,35 +213,39 @@ impl PinBoard {
                 return self.stored_m(newest);
             }
             // Slot k holds the end of step k, which is the start of step k + 1.
-            let shown_ns = self.clock.now_ns().saturating_sub(ENCODER_LATENCY_NS);
+            let shown_ns = now_ns.saturating_sub(ENCODER_LATENCY_NS);
             let Some(before) = self.clock.step_at(shown_ns).checked_sub(1) else {
                 return self.stored_m(0);
             };
             if before >= newest {
                 return self.stored_m(newest);
             }
-            let oldest = written.saturating_sub(HISTORY as u64 / 2);
-            let before = before.max(oldest);
+            let before = before.max(written.saturating_sub(HISTORY / 2));
             let (from, to) = (self.stored_m(before), self.stored_m(before + 1));
             let start_ns = self.clock.ns_of(before + 1);
             let length_ns = self.clock.ns_of(before + 2) - start_ns;
             let part = shown_ns.saturating_sub(start_ns) as f64 / length_ns as f64;
             // Half the history is the writer's margin: only a reader that slept through it retries.
-            if self.written.load(Ordering::Acquire) - written < HISTORY as u64 / 2 {
+            if self.written.load(Ordering::Acquire) - written < HISTORY / 2 {
                 return from + (to - from) * part.min(1.0);
             }
         }
     }
 
-    /// Levels of A and B: 00, 10, 11, 01 towards increasing position.
-    fn quadrature(&self) -> (bool, bool) {
-        let count = (self.encoder_m() * self.counts_per_m).floor() as i64;
-        match count.rem_euclid(4) {
-            0 => (false, false),
-            1 => (true, false),
-            2 => (true, true),
-            _ => (false, true),
+    /// Level of line A (0) or B (1).
+    fn encoder(&self, line: usize, now_ns: u64) -> bool {
+        let carriage = (self.carriage_m(now_ns) * self.counts_per_m).floor() as i64;
+        let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
+        let state = shown.get_or_insert(Shown {
+            count: carriage,
+            read: [false; 2],
+        });
+        if state.read == [true; 2] && state.count != carriage {
+            state.count += (carriage - state.count).signum();
+            state.read = [false; 2];
         }
+        state.read[line] = true;
+        QUADRATURE[state.count.rem_euclid(4) as usize][line]
     }
 
     fn read(&self, line: InputLine) -> Result<bool, PinError> {
@@ -232,8 +253,8 @@ impl PinBoard {
             return Err(PinError::Gone);
         }
         Ok(match line {
-            InputLine::EncoderA => self.quadrature().0,
-            InputLine::EncoderB => self.quadrature().1,
+            InputLine::EncoderA => self.encoder(0, self.clock.now_ns()),
+            InputLine::EncoderB => self.encoder(1, self.clock.now_ns()),
             InputLine::EStopLoop => self.estop_healthy(),
             InputLine::Button => {
                 self.person_button.load(Ordering::Acquire)
@@ -260,7 +281,7 @@ impl PinBoard {
 }
 
 fn slot(index: u64) -> usize {
-    (index % HISTORY as u64) as usize
+    (index % HISTORY) as usize
 }
 
 impl ErrorType for SimInput {
@@ -351,22 +372,84 @@ mod tests {
         }
     }
 
+    /// Follows the lines as a counter does; `None` when both change at once.
+    fn follow(states: impl IntoIterator<Item = [bool; 2]>) -> Option<i64> {
+        let place = |state| QUADRATURE.iter().position(|s| *s == state);
+        let mut count = 0;
+        let mut last = None;
+        for state in states {
+            let place = place(state)? as i64;
+            let moved = last.map_or(0, |last: i64| (place - last).rem_euclid(4));
+            count += [0, 1, i64::MAX, -1][moved as usize];
+            if moved == 2 {
+                return None;
+            }
+            last = Some(place);
+        }
+        Some(count)
+    }
+
     #[test]
     fn the_encoder_counts_both_ways_through_zero() {
         let (_, board) = board();
         let mut pins = board.pins();
-        let mut levels = |position_m| {
-            board.update(position_m, false);
-            (
-                pins.encoder_a.is_high().unwrap(),
-                pins.encoder_b.is_high().unwrap(),
-            )
+        let there = (-40..40).map(|n| (f64::from(n) + 0.5) * 25e-6);
+        let mut states = |positions: Vec<f64>| -> Vec<[bool; 2]> {
+            let read = |position_m| {
+                board.update(position_m, false);
+                let a = pins.encoder_a.is_high().unwrap();
+                [a, pins.encoder_b.is_high().unwrap()]
+            };
+            positions.into_iter().map(read).collect()
         };
-        let up: Vec<_> = (-4..4)
-            .map(|n| levels((f64::from(n) + 0.5) * 25e-6))
-            .collect();
-        let cycle = [(false, false), (true, false), (true, true), (false, true)];
-        assert_eq!(up, [cycle, cycle].concat());
+        assert_eq!(follow(states(there.clone().collect())), Some(79));
+        assert_eq!(follow(states(there.rev().collect())), Some(-79));
+    }
+
+    #[test]
+    fn a_fast_hand_is_counted_late_but_rightly_in_either_order_of_reading() {
+        for order in [[0, 1], [1, 0]] {
+            let (_, board) = board();
+            board.update(0.0, false);
+            let mut state = [false; 2];
+            let mut states = Vec::new();
+            for step in 0..400 {
+                // 0.25 m/s for 60 steps of 1/3 ms, then still.
+                board.update(0.25 / 3e3 * f64::from(step.min(60)) + 1e-6, false);
+                for line in order {
+                    state[line] = board.encoder(line, 0);
+                }
+                states.push(state);
+            }
+            assert_eq!(follow(states), Some(200));
+        }
+    }
+
+    #[test]
+    fn a_poller_at_5_khz_sees_each_state_of_a_world_that_comes_in_bursts() {
+        let clock = Arc::new(WorldClock::new(Pace::RealTime, 64, 0.0));
+        let board = PinBoard::new(&Scenario::default(), Arc::clone(&clock));
+        let speed_m_per_s = 0.06;
+        let (mut simulated, mut previous_m) = (0, 0.0);
+        for poll in 0..5_000u64 {
+            let now_ns = 200_000 * poll;
+            // The world wakes every 8 ms and makes up for all that is due.
+            while clock.ns_of(simulated + 1) <= now_ns / 8_000_000 * 8_000_000 {
+                simulated += 1;
+                let end_s = 1e-9 * clock.ns_of(simulated) as f64;
+                board.update(speed_m_per_s * end_s, false);
+            }
+            let carriage_m = board.carriage_m(now_ns);
+            assert!(
+                (0.0..25e-6).contains(&(carriage_m - previous_m)),
+                "poll {poll}"
+            );
+            if poll > 100 {
+                let true_m = speed_m_per_s * 1e-9 * (now_ns - ENCODER_LATENCY_NS) as f64;
+                assert!((carriage_m - true_m).abs() < 1e-9, "poll {poll}");
+            }
+            previous_m = carriage_m;
+        }
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! The simulated apparatus seen from outside: through cpal, a serial port and embedded-hal pins.
 #![expect(clippy::unwrap_used, reason = "a failing test should panic")]
 
-
 #[path = "interfaces/audio.rs"]
 mod audio;
 #[path = "interfaces/bench.rs"]

@@ -157,15 +157,8 @@ impl Slot {
 fn draw_until_closed(device: File, slot: &Slot, theme: Theme) -> io::Result<()> {
     let mut farewell = Farewell(device.try_clone()?);
     execute!(farewell.0, terminal::EnterAlternateScreen, cursor::Hide)?;
-    // Fixed, because a full-screen viewport would ask for the size of the operator's terminal.
     let mut area = size(&device)?;
-    let mut terminal = Terminal::with_options(
-        CrosstermBackend::new(device.try_clone()?),
-        TerminalOptions {
-            viewport: Viewport::Fixed(area),
-        },
-    )?;
-    terminal.clear()?;
+    let mut terminal = blank(&device, area)?;
     let mut shown: Option<ParticipantView> = None;
     loop {
         let (news, closed) = slot.take(LOOK_AGAIN);
@@ -176,7 +169,7 @@ fn draw_until_closed(device: File, slot: &Slot, theme: Theme) -> io::Result<()> 
         let resized = now != area;
         if resized {
             area = now;
-            terminal.resize(area)?;
+            terminal = blank(&device, area)?;
         }
         let fresh = news.is_some();
         shown = news.or(shown);
@@ -187,6 +180,15 @@ fn draw_until_closed(device: File, slot: &Slot, theme: Theme) -> io::Result<()> 
         }
         thread::sleep(FRAME);
     }
+}
+
+/// Clears the screen for a fresh start. A fixed viewport, and a new one for each size, because ratatui would ask for
+/// the size and the cursor of the operator's terminal instead.
+fn blank(device: &File, area: Rect) -> io::Result<Terminal<CrosstermBackend<File>>> {
+    let mut device = device.try_clone()?;
+    execute!(device, terminal::Clear(terminal::ClearType::All))?;
+    let viewport = Viewport::Fixed(area);
+    Terminal::with_options(CrosstermBackend::new(device), TerminalOptions { viewport })
 }
 
 fn size(device: &File) -> io::Result<Rect> {

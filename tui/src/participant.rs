@@ -6,6 +6,7 @@ use ratatui::text::{Line, Text};
 use ratatui::widgets::Widget;
 use serde::{Deserialize, Serialize};
 
+use crate::plot::put;
 use crate::theme::Theme;
 use crate::words::wrap;
 
@@ -15,6 +16,8 @@ use crate::words::wrap;
 pub enum Instruction {
     /// Nothing yet.
     Wait,
+    /// Press the button to begin.
+    Welcome,
     /// Take the finger off the plate.
     LiftFinger,
     /// Put the finger on the start mark.
@@ -39,6 +42,7 @@ impl Instruction {
     pub fn words(self) -> &'static str {
         match self {
             Self::Wait => "Please wait",
+            Self::Welcome => "Press the button to begin",
             Self::LiftFinger => "Lift your finger off the plate",
             Self::PlaceFinger => "Place your finger on the start mark",
             Self::GetReady => "Get ready",
@@ -263,7 +267,7 @@ fn slider(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
     }
     for (mark_m, word) in [(shown.start_m, "start"), (shown.end_m, "end")] {
         let x = at(mark_m);
-        buf.set_string(x, plate, "┻", theme.strong());
+        put(buf, (x, plate), "┻", theme.strong());
         let word_columns = u16::try_from(word.len()).unwrap_or(0);
         let word_x = x
             .saturating_sub(word_columns / 2)

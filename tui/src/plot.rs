@@ -173,8 +173,9 @@ impl Plot {
     }
 }
 
-fn put(buf: &mut Buffer, position: Position, symbol: &str, style: Style) {
-    // Whatever was drawn there before leaves no colour or modifier behind.
+/// Replaces a cell: whatever was drawn there before leaves no colour or modifier behind.
+pub(crate) fn put(buf: &mut Buffer, position: impl Into<Position>, symbol: &str, style: Style) {
+    let position = position.into();
     buf[position].reset();
     buf[position].set_symbol(symbol).set_style(style);
 }

@@ -133,7 +133,7 @@ fn list(state: &State, body: Rect, buf: &mut Buffer) {
         Constraint::Length(1),
         Constraint::Max(readings::ROWS),
         Constraint::Length(strip_rows),
-        Constraint::Max(1),
+        Constraint::Length(u16::from(body.height > 1 + readings::ROWS)),
     ])
     .areas(body);
     phase::render(state, stand, buf);

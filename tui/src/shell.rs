@@ -53,7 +53,6 @@ pub fn run_operator(events: &Receiver<Event>, actions: &Sender<Action>) -> Resul
     let _screen = OperatorScreen::enter()?;
     let mut terminal =
         Terminal::new(CrosstermBackend::new(io::stdout())).map_err(failed("reading its size"))?;
-    terminal.clear().map_err(failed("clearing it"))?;
     operate(
         &mut terminal,
         &mut TerminalKeys,
@@ -102,8 +101,13 @@ impl OperatorScreen {
         terminal::enable_raw_mode().map_err(ShellError::NoTerminal)?;
         SHOWN.store(true, std::sync::atomic::Ordering::SeqCst);
         let screen = Self;
-        execute!(io::stdout(), terminal::EnterAlternateScreen, cursor::Hide)
-            .map_err(failed("setting it up"))?;
+        execute!(
+            io::stdout(),
+            terminal::EnterAlternateScreen,
+            terminal::Clear(terminal::ClearType::All),
+            cursor::Hide
+        )
+        .map_err(failed("setting it up"))?;
         Ok(screen)
     }
 }
@@ -135,16 +139,13 @@ impl Keys for TerminalKeys {
     }
 }
 
-fn operate<B: Backend>(
+fn operate<B: Backend<Error = io::Error>>(
     terminal: &mut Terminal<B>,
     keys: &mut impl Keys,
     mut state: State,
     events: &Receiver<Event>,
     actions: &Sender<Action>,
-) -> Result<State, ShellError>
-where
-    io::Error: From<B::Error>,
-{
+) -> Result<State, ShellError> {
     let began = Instant::now();
     let mut bench_gone = false;
     loop {
@@ -168,7 +169,7 @@ where
         }
         terminal
             .draw(|frame: &mut Frame| view(&state, frame))
-            .map_err(|error| failed("drawing")(error.into()))?;
+            .map_err(failed("drawing"))?;
         // Keys are served as they come, drawing waits for its turn.
         loop {
             let left = FRAME.saturating_sub(frame_began.elapsed());
@@ -186,5 +187,119 @@ where
                 break;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc;
+
+    use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+
+    use super::*;
+    use crate::event::{Phase, PhaseKind, SafetyState};
+
+    /// Types one key a frame, then waits for ever.
+    struct Typed(std::vec::IntoIter<char>);
+
+    impl Keys for Typed {
+        fn next(&mut self, _: Duration) -> io::Result<Option<KeyEvent>> {
+            std::thread::sleep(Duration::from_millis(1));
+            let code = self.0.next();
+            Ok(code.map(|c| KeyEvent::new(KeyCode::Char(c), KeyModifiers::NONE)))
+        }
+    }
+
+    struct Gone;
+
+    impl Keys for Gone {
+        fn next(&mut self, _: Duration) -> io::Result<Option<KeyEvent>> {
+            Err(io::Error::from(io::ErrorKind::BrokenPipe))
+        }
+    }
+
+    fn typed(keys: &str) -> Typed {
+        Typed(keys.chars().collect::<Vec<_>>().into_iter())
+    }
+
+    fn screen() -> Terminal<CrosstermBackend<Vec<u8>>> {
+        Terminal::with_options(
+            CrosstermBackend::new(Vec::new()),
+            ratatui::TerminalOptions {
+                viewport: ratatui::Viewport::Fixed(ratatui::layout::Rect::new(0, 0, 80, 24)),
+            },
+        )
+        .unwrap()
+    }
+
+    #[test]
+    fn keys_become_actions_and_close_ends_it() {
+        let (bench, events) = mpsc::channel();
+        let (operator, actions) = mpsc::channel();
+        bench
+            .send(Event::Phase(Phase {
+                trial: 1,
+                ..Phase::new(PhaseKind::Exploration)
+            }))
+            .unwrap();
+        let answering = std::thread::spawn(move || {
+            let asked: Vec<Action> = actions.iter().take(3).collect();
+            bench.send(Event::Close).unwrap();
+            asked
+        });
+        let state = State::new(Theme::Colour);
+        let end = operate(
+            &mut screen(),
+            &mut typed("pryze"),
+            state,
+            &events,
+            &operator,
+        )
+        .unwrap();
+        assert!(end.closed);
+        let asked = answering.join().unwrap();
+        assert_eq!(asked, [Action::Pause, Action::Redo, Action::EmergencyStop]);
+    }
+
+    #[test]
+    fn it_ends_when_the_bench_is_gone_having_taken_in_its_last_words() {
+        let (bench, events) = mpsc::channel();
+        let (operator, _actions) = mpsc::channel();
+        bench
+            .send(Event::Safety {
+                state: SafetyState::Disarmed,
+                reason: None,
+            })
+            .unwrap();
+        drop(bench);
+        let state = State::new(Theme::Colour);
+        let end = operate(&mut screen(), &mut typed(""), state, &events, &operator).unwrap();
+        assert_eq!(end.safety, Some(SafetyState::Disarmed));
+    }
+
+    #[test]
+    fn it_ends_when_nobody_listens_to_actions() {
+        let (_bench, events) = mpsc::channel();
+        let (operator, actions) = mpsc::channel();
+        drop(actions);
+        let state = State::new(Theme::Colour);
+        let end = operate(&mut screen(), &mut typed("q"), state, &events, &operator);
+        assert!(end.is_ok());
+    }
+
+    #[test]
+    fn a_terminal_that_goes_away_is_an_error() {
+        let (_bench, events) = mpsc::channel();
+        let (operator, _actions) = mpsc::channel();
+        let state = State::new(Theme::Colour);
+        let end = operate(&mut screen(), &mut Gone, state, &events, &operator);
+        let told = end.unwrap_err().to_string();
+        assert!(told.contains("reading keys"), "{told}");
+    }
+
+    #[test]
+    fn restoring_what_was_never_shown_does_nothing() {
+        restore();
+        restore();
     }
 }

@@ -1,5 +1,19 @@
 //! Fitting words into columns.
 
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::text::Line;
+use ratatui::widgets::Widget;
+
+/// Draws `line` into the first row of `area`; an ellipsis tells that it was cut.
+pub(crate) fn render_line(line: Line, area: Rect, buf: &mut Buffer) {
+    let cut = line.width() > area.width.into();
+    line.render(area, buf);
+    if cut && !area.is_empty() {
+        buf[(area.right() - 1, area.y)].set_symbol("…");
+    }
+}
+
 /// Breaks `text` at spaces into lines of at most `columns` characters; a longer word is left whole, to be cut by
 /// the area that it is drawn into.
 pub(crate) fn wrap(text: &str, columns: u16) -> Vec<String> {

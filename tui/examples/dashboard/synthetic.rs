@@ -57,7 +57,7 @@ pub fn trip() -> Vec<Event> {
             state: SafetyState::Tripped,
             reason: Some("normal force 5.3 N over the limit of 5.0 N".to_owned()),
         },
-        Event::Phase(phase(PhaseKind::Paused, 3, 1, false)),
+        Event::Phase(phase(PhaseKind::Paused, 2, 1, false)),
         Event::Log {
             level: Level::Error,
             text: "drive stopped: normal force 5.3 N over the limit of 5.0 N".to_owned(),

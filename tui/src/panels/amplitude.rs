@@ -4,7 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
-use super::{Series, TO_MICRO, live_style, number, stale, strip, titled};
+use super::{Series, TO_MICRO, aside, live_style, number, stale, strip, titled};
 use crate::state::State;
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
@@ -18,7 +18,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
             format!(" {amplitude:>5} µm"),
             live_style(state, theme.first_curve()),
         ),
-        Span::styled(format!("  drive {drive:>5} V"), theme.faint()),
+        aside(state, format!("  drive {drive:>5} V"), theme.faint()),
     ]);
     let right = match live.and_then(|l| l.gap_m) {
         _ if state.live_stale_s().is_some() => [stale(state), Line::default()],

@@ -6,7 +6,7 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
 use super::{TO_MICRO, note, rows, titled};
-use crate::event::Crop;
+use crate::event::{Crop, Verdict};
 use crate::plot::{Axis, Curve, Plot};
 use crate::state::State;
 use crate::words::wrap;
@@ -19,17 +19,25 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         note("none yet", theme.faint(), body, buf);
         return;
     };
-    let judged: &[Line] = &match &state.verdict {
-        Some(verdict) if verdict.accepted => [Line::styled("✓ accepted", theme.good())],
-        Some(_) => [Line::styled("✗ to be done again", theme.bad())],
-        None => [Line::default()],
+    let judged = match verdict(state, crop) {
+        Some(verdict) if verdict.accepted => [
+            Line::styled("✓ accepted", theme.good()),
+            Line::styled("✓", theme.good()),
+        ],
+        Some(_) => [
+            Line::styled("✗ to be done again", theme.bad()),
+            Line::styled("✗ again", theme.bad()),
+        ],
+        None => [Line::default(), Line::default()],
     };
     let sort = if crop.practice { "practice" } else { "trial" };
+    let kept = crop.stretches.iter().filter(|s| s.accepted).count();
     let title = Line::from(vec![
         Span::styled(format!("{sort} {}", crop.trial), theme.strong()),
-        Span::styled(format!("  {:.1} s", crop.duration_s), theme.faint()),
+        Span::styled("  █", theme.good()),
+        Span::raw(format!(" {kept} kept")),
     ]);
-    let body = titled(state, title, judged, area, buf);
+    let body = titled(state, title, &judged, area, buf);
     let mut reasons = reasons(state, crop, body.width);
     // Reasons get up to half of the panel, the picture the rest.
     let most = usize::from(body.height / 2);
@@ -55,6 +63,14 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     normal_force(state, crop, force, buf);
     mark(state, crop, marks, buf);
     rows(reasons, text, buf);
+}
+
+/// The last verdict, if it is on this crop.
+fn verdict<'a>(state: &'a State, crop: &Crop) -> Option<&'a Verdict> {
+    state
+        .verdict
+        .as_ref()
+        .filter(|v| (v.trial, v.practice, v.attempt) == (crop.trial, crop.practice, crop.attempt))
 }
 
 fn vibration(state: &State, crop: &Crop, area: Rect, buf: &mut Buffer) {
@@ -124,7 +140,7 @@ fn mark(state: &State, crop: &Crop, area: Rect, buf: &mut Buffer) {
 fn reasons<'a>(state: &State, crop: &Crop, columns: u16) -> Vec<Line<'a>> {
     let theme = state.ui.theme;
     let mut lines = Vec::new();
-    if let Some(verdict) = state.verdict.as_ref().filter(|v| !v.accepted) {
+    if let Some(verdict) = verdict(state, crop).filter(|v| !v.accepted) {
         for reason in &verdict.reasons {
             for (i, text) in wrap(reason, columns.saturating_sub(2))
                 .into_iter()
@@ -138,11 +154,6 @@ fn reasons<'a>(state: &State, crop: &Crop, columns: u16) -> Vec<Line<'a>> {
             }
         }
     }
-    let kept = crop.stretches.iter().filter(|s| s.accepted).count();
-    lines.push(Line::from(vec![
-        Span::styled("█", theme.good()),
-        Span::raw(format!(" {kept} kept")),
-    ]));
     let mut counts: Vec<(&str, usize)> = Vec::new();
     for stretch in crop.stretches.iter().filter(|s| !s.accepted) {
         let reason = stretch.reason.as_deref().unwrap_or("no reason given");

@@ -4,7 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
-use super::{Series, live_style, number, stale, strip, titled};
+use super::{Series, aside, live_style, number, stale, strip, titled};
 use crate::state::State;
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
@@ -18,9 +18,10 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
             format!(" normal {normal:>5} N"),
             live_style(state, theme.first_curve()),
         ),
-        Span::styled(
+        aside(
+            state,
             format!("  lateral {lateral:>5} N"),
-            live_style(state, theme.second_curve()),
+            theme.second_curve(),
         ),
     ]);
     let right = match live.and_then(|l| l.mu) {

@@ -3,9 +3,9 @@
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
-use ratatui::widgets::Widget;
 
 use crate::state::State;
+use crate::words::render_line;
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
@@ -27,5 +27,5 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         spans.push(Span::styled(" · ", theme.faint()));
         spans.push(Span::raw(words.to_owned()));
     }
-    Line::from(spans).render(area, buf);
+    render_line(Line::from(spans), area, buf);
 }

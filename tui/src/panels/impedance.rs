@@ -4,7 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
-use super::{Series, live_style, number, stale, strip, titled};
+use super::{Series, aside, live_style, number, stale, strip, titled};
 use crate::event::Live;
 use crate::state::State;
 
@@ -47,7 +47,7 @@ pub(crate) fn render(state: &State, part: Part, area: Rect, buf: &mut Buffer) {
             format!(" {:>6} N·s/m", value(corrected)),
             live_style(state, theme.first_curve()),
         ),
-        Span::styled(format!("  plain {:>6}", value(plain)), theme.faint()),
+        aside(state, format!("  plain {:>6}", value(plain)), theme.faint()),
     ]);
     let span_s = state.ui.window.seconds();
     let right = match part {

@@ -8,7 +8,7 @@ use ratatui::widgets::Widget;
 use crate::action::Action;
 use crate::event::PhaseKind;
 use crate::key::{Wish, wish};
-use crate::state::State;
+use crate::state::{Page, State};
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
@@ -21,16 +21,23 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         Line::styled(note.as_str(), theme.warning()).render(area, buf);
         return;
     }
-    let mut spans = vec![
-        Span::styled("e", theme.bad()),
-        Span::styled(" STOP", theme.bad()),
-    ];
-    let mut hint = |name: &'static str, does: &'static str| {
+    let mut spans = vec![Span::styled("e STOP", theme.bad())];
+    let mut columns = 6;
+    for (key, does) in hints(state) {
+        // A hint that does not fit whole is left out.
+        columns += 3 + key.len() + 1 + does.len();
+        if columns > area.width.into() {
+            break;
+        }
         spans.push(Span::raw("   "));
-        spans.push(Span::styled(name, theme.strong()));
+        spans.push(Span::styled(key, theme.strong()));
         spans.push(Span::styled(format!(" {does}"), theme.faint()));
-    };
-    hint("?", "help");
+    }
+    Line::from(spans).render(area, buf);
+}
+
+/// The keys that do something now, and what.
+fn hints(state: &State) -> Vec<(&'static str, &'static str)> {
     let start = match state.phase.kind {
         PhaseKind::Idle => "start",
         _ => "ready",
@@ -39,7 +46,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         PhaseKind::Paused => "resume",
         _ => "pause",
     };
-    for (letter, name, does) in [
+    let wishes = [
         (' ', "space", start),
         ('c', "c", "consent"),
         ('x', "x", "re-arm"),
@@ -47,13 +54,20 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         ('r', "r", "redo"),
         ('a', "a", "abort"),
         ('q', "q", "quit"),
-    ] {
-        if matches!(wish(state, letter), Wish::Do(_) | Wish::Ask(_)) {
-            hint(name, does);
-        }
-    }
-    hint("tab", "participant");
-    Line::from(spans).render(area, buf);
+    ];
+    let live = wishes
+        .into_iter()
+        .filter(|(letter, ..)| matches!(wish(state, *letter), Wish::Do(_) | Wish::Ask(_)))
+        .map(|(_, key, does)| (key, does));
+    let page = match state.ui.page {
+        Page::Dashboard => "participant",
+        Page::Participant => "dashboard",
+    };
+    [("?", "help")]
+        .into_iter()
+        .chain(live)
+        .chain([("tab", page)])
+        .collect()
 }
 
 fn question(asked: Action) -> &'static str {

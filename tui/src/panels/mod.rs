@@ -25,6 +25,7 @@ use ratatui::widgets::Widget;
 use crate::event::Live;
 use crate::plot::{Axis, Curve, Plot};
 use crate::state::State;
+use crate::words::render_line;
 
 /// Draws a panel's title on a thin rule and returns what is left for its content. Of `right` the first that fits
 /// is drawn.
@@ -40,7 +41,12 @@ fn titled(state: &State, left: Line, right: &[Line], area: Rect, buf: &mut Buffe
     left.push_span(Span::raw(" "));
     let left_columns = left.width();
     blank(row, 0, left_columns, buf);
-    left.render(row, buf);
+    // A line's style fills the area it is given: each gets no more than its own columns.
+    let start = Rect {
+        width: u16::try_from(left_columns).map_or(row.width, |w| w.min(row.width)),
+        ..row
+    };
+    left.render(start, buf);
     let fitting = right
         .iter()
         .filter(|line| line.width() > 0)
@@ -49,7 +55,12 @@ fn titled(state: &State, left: Line, right: &[Line], area: Rect, buf: &mut Buffe
         let columns = u16::try_from(line.width() + 1).unwrap_or(row.width);
         let start = row.width - columns;
         blank(row, start, columns.into(), buf);
-        line.clone().right_aligned().render(row, buf);
+        let end = Rect {
+            x: row.x + start + 1,
+            width: columns - 1,
+            ..row
+        };
+        line.render(end, buf);
     }
     Rect {
         y: area.y + 1,
@@ -155,6 +166,14 @@ fn live_style(state: &State, style: Style) -> Style {
     }
 }
 
+/// What a title tells beside its value: left out once that is stale, to leave room for its age.
+fn aside(state: &State, words: String, style: Style) -> Span<'static> {
+    match state.live_stale_s() {
+        Some(_) => Span::default(),
+        None => Span::styled(words, style),
+    }
+}
+
 /// Tells how old stale values are, when they are.
 fn stale(state: &State) -> Line<'static> {
     match state.live_stale_s() {
@@ -165,7 +184,7 @@ fn stale(state: &State) -> Line<'static> {
 
 fn rows(lines: Vec<Line>, area: Rect, buf: &mut Buffer) {
     for (row, line) in area.rows().zip(lines) {
-        line.render(row, buf);
+        render_line(line, row, buf);
     }
 }
 

@@ -3,10 +3,10 @@
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
-use ratatui::widgets::Widget;
 
 use crate::event::PhaseKind;
 use crate::state::State;
+use crate::words::render_line;
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
@@ -39,7 +39,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         spans.push(Span::styled(" · ", theme.faint()));
         spans.push(Span::raw(detail));
     }
-    Line::from(spans).render(area, buf);
+    render_line(Line::from(spans), area, buf);
 }
 
 fn words(kind: PhaseKind) -> &'static str {

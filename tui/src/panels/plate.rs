@@ -4,7 +4,8 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
-use super::{TO_MILLI, live_style, note, number, stale, titled};
+use super::{TO_MILLI, aside, live_style, note, number, stale, titled};
+use crate::plot::put;
 use crate::state::State;
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
@@ -24,9 +25,10 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
             format!(" ● {finger_name}{finger:>5} mm {speed:>4} mm/s"),
             live_style(state, theme.first_curve()),
         ),
-        Span::styled(
+        aside(
+            state,
             format!("  ▼ {slider_name}{slider:>5} mm"),
-            live_style(state, theme.second_curve()),
+            theme.second_curve(),
         ),
     ]);
     let body = titled(state, title, &[stale(state)], area, buf);
@@ -69,11 +71,11 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     }
     if let Some(slider_m) = live.and_then(|l| l.slider_m) {
         let style = live_style(state, theme.second_curve());
-        buf.set_string(at(slider_m), above, "▼", style);
+        put(buf, (at(slider_m), above), "▼", style);
     }
     if let Some(finger_m) = live.and_then(|l| l.position_m) {
         let style = live_style(state, theme.first_curve());
-        buf.set_string(at(finger_m), plate, "●", style);
+        put(buf, (at(finger_m), plate), "●", style);
     }
 }
 

@@ -7,6 +7,7 @@ use ratatui::widgets::Widget;
 
 use crate::event::SafetyState;
 use crate::state::State;
+use crate::words::render_line;
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let row = Rect {
@@ -45,11 +46,16 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     }
     let line = Line::from(spans);
     let told = u16::try_from(line.width()).unwrap_or(u16::MAX);
-    line.render(row, buf);
+    render_line(line, row, buf);
     let flags = flags(state);
     let flags_columns = u16::try_from(flags.width()).unwrap_or(u16::MAX);
     if told.saturating_add(2).saturating_add(flags_columns) <= row.width {
-        flags.right_aligned().render(row, buf);
+        let end = Rect {
+            x: row.right() - flags_columns,
+            width: flags_columns,
+            ..row
+        };
+        flags.render(end, buf);
     }
 }
 

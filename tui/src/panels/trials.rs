@@ -37,6 +37,11 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     rows(lines.collect(), body, buf);
 }
 
+fn runs(state: &State, line: &TrialLine) -> bool {
+    let phase = &state.phase;
+    (line.trial, line.practice, line.attempt) == (phase.trial, phase.practice, phase.attempt)
+}
+
 fn entry<'a>(state: &State, line: &'a TrialLine) -> Line<'a> {
     let theme = state.ui.theme;
     let name = if line.practice {
@@ -61,7 +66,8 @@ fn entry<'a>(state: &State, line: &'a TrialLine) -> Line<'a> {
             let why = verdict.reasons.first().map_or("", String::as_str);
             spans.push(Span::raw(format!("  {why}")));
         }
-        None => spans.push(Span::styled("▸ running", theme.strong())),
+        None if runs(state, line) => spans.push(Span::styled("▸ running", theme.strong())),
+        None => spans.push(Span::styled("– not finished", theme.faint())),
     }
     if line.attempt > 1 {
         spans.push(Span::styled(

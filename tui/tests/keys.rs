@@ -1,0 +1,177 @@
+//! What each key does where the session stands.
+
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use tui::event::{Event, Phase, PhaseKind, SafetyState};
+use tui::{Action, Page, State, Theme, Window, key};
+
+const PHASES: [PhaseKind; 11] = [
+    PhaseKind::Idle,
+    PhaseKind::Consent,
+    PhaseKind::Baseline,
+    PhaseKind::Ready,
+    PhaseKind::Countdown,
+    PhaseKind::Exploration,
+    PhaseKind::Feedback,
+    PhaseKind::Rest,
+    PhaseKind::Paused,
+    PhaseKind::Monitoring,
+    PhaseKind::Finished,
+];
+
+fn state(kind: PhaseKind, safety: SafetyState, trial: u32) -> State {
+    let mut state = State::new(Theme::Colour);
+    state.apply(&Event::Phase(Phase {
+        trial,
+        ..Phase::new(kind)
+    }));
+    state.apply(&Event::Safety {
+        state: safety,
+        reason: None,
+    });
+    state
+}
+
+fn plain(code: KeyCode) -> KeyEvent {
+    KeyEvent::new(code, KeyModifiers::NONE)
+}
+
+/// Presses the keys one after the other; the actions asked for.
+fn press(state: &mut State, keys: &str) -> Vec<Action> {
+    let mut actions = Vec::new();
+    for code in keys.chars() {
+        let reaction = key(state, plain(KeyCode::Char(code)));
+        state.ui = reaction.ui;
+        actions.extend(reaction.action);
+    }
+    actions
+}
+
+#[test]
+fn keys_by_phase() {
+    use Action::{Abort, Consent, Pause, Quit, Ready, Redo, Resume, Start};
+    use PhaseKind as P;
+    let table: &[(P, &str, &[Action])] = &[
+        (P::Idle, " ", &[Start]),
+        (P::Idle, "s", &[Start]),
+        (P::Idle, "S", &[Start]),
+        (P::Idle, "p", &[]),
+        (P::Idle, "ry", &[]),
+        (P::Idle, "ay", &[]),
+        (P::Idle, "q", &[Quit]),
+        (P::Consent, " ", &[]),
+        (P::Consent, "c", &[]),
+        (P::Consent, "cy", &[Consent]),
+        (P::Consent, "cn", &[]),
+        (P::Consent, "cny", &[]),
+        (P::Ready, " ", &[Ready]),
+        (P::Ready, "cy", &[]),
+        (P::Rest, "s", &[Ready]),
+        (P::Exploration, " ", &[]),
+        (P::Exploration, "p", &[Pause]),
+        (P::Exploration, "r", &[]),
+        (P::Exploration, "ry", &[Redo]),
+        (P::Exploration, "r ", &[]),
+        (P::Exploration, "ay", &[Abort]),
+        (P::Exploration, "q", &[]),
+        (P::Exploration, "qy", &[Quit]),
+        (P::Paused, "p", &[Resume]),
+        (P::Paused, " ", &[]),
+        (P::Paused, "ry", &[Redo]),
+        (P::Monitoring, "p", &[Pause]),
+        (P::Finished, " ", &[]),
+        (P::Finished, "ry", &[]),
+        (P::Finished, "q", &[Quit]),
+    ];
+    for (kind, keys, wanted) in table {
+        let mut state = state(*kind, SafetyState::Armed, 2);
+        assert_eq!(press(&mut state, keys), *wanted, "{kind:?} {keys:?}");
+    }
+}
+
+#[test]
+fn redo_needs_a_trial() {
+    let mut state = state(PhaseKind::Baseline, SafetyState::Driving, 0);
+    assert_eq!(press(&mut state, "ry"), []);
+    assert_eq!(state.ui.confirm, None);
+}
+
+#[test]
+fn nothing_starts_while_tripped_and_only_then_is_there_something_to_rearm() {
+    for kind in PHASES {
+        let mut tripped = state(kind, SafetyState::Tripped, 2);
+        let asked = press(&mut tripped, " s");
+        assert_eq!(asked, [], "{kind:?}");
+        assert_eq!(press(&mut tripped, "xy"), [Action::Rearm], "{kind:?}");
+        let resumed = press(&mut state(PhaseKind::Paused, SafetyState::Tripped, 2), "p");
+        assert_eq!(resumed, []);
+        assert_eq!(press(&mut state(kind, SafetyState::Armed, 2), "xy"), []);
+    }
+}
+
+#[test]
+fn the_emergency_stop_works_everywhere_at_once() {
+    for kind in PHASES {
+        for before in ["", "?", "a", "x", "c", "q"] {
+            for stop in ["e", "E"] {
+                let mut state = state(kind, SafetyState::Driving, 2);
+                press(&mut state, before);
+                let asked = press(&mut state, stop);
+                assert_eq!(asked, [Action::EmergencyStop], "{kind:?} {before:?}");
+                assert_eq!(state.ui.confirm, None, "a stop answers no question");
+            }
+        }
+    }
+}
+
+#[test]
+fn control_c_interrupts_and_other_chords_do_nothing() {
+    for kind in PHASES {
+        let mut state = state(kind, SafetyState::Driving, 2);
+        press(&mut state, "a");
+        let chord = |code| {
+            key(
+                &state,
+                KeyEvent::new(KeyCode::Char(code), KeyModifiers::CONTROL),
+            )
+            .action
+        };
+        assert_eq!(chord('c'), Some(Action::Interrupt), "{kind:?}");
+        assert_eq!(chord('s'), None);
+        assert_eq!(chord('y'), None);
+    }
+}
+
+#[test]
+fn escape_closes_what_lies_on_top_and_does_nothing_else() {
+    let mut state = state(PhaseKind::Exploration, SafetyState::Driving, 2);
+    for before in ["", "?", "a"] {
+        press(&mut state, before);
+        let reaction = key(&state, plain(KeyCode::Esc));
+        assert_eq!(reaction.action, None);
+        assert!(!reaction.ui.help);
+        assert_eq!(reaction.ui.confirm, None);
+        state.ui = reaction.ui;
+    }
+}
+
+#[test]
+fn a_key_without_effect_says_why_until_the_next_one() {
+    let mut state = state(PhaseKind::Idle, SafetyState::Armed, 0);
+    press(&mut state, "p");
+    assert!(state.ui.note.is_some());
+    press(&mut state, "+");
+    assert_eq!(state.ui.note, None);
+}
+
+#[test]
+fn the_view_is_the_operators() {
+    let mut state = state(PhaseKind::Exploration, SafetyState::Driving, 2);
+    state.ui = key(&state, plain(KeyCode::Tab)).ui;
+    assert_eq!(state.ui.page, Page::Participant);
+    state.ui = key(&state, plain(KeyCode::Tab)).ui;
+    assert_eq!(state.ui.page, Page::Dashboard);
+    press(&mut state, "----");
+    assert_eq!(state.ui.window, Window::Ten);
+    press(&mut state, "++++");
+    assert_eq!(state.ui.window, Window::One);
+}

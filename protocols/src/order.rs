@@ -59,7 +59,7 @@ fn williams(n: usize) -> Vec<Vec<usize>> {
         })
         .collect();
     let rows = (0..n).map(|shift| first.iter().map(|c| (c + shift) % n).collect::<Vec<_>>());
-    if n % 2 == 0 {
+    if n.is_multiple_of(2) {
         return rows.collect();
     }
     rows.flat_map(|row| {

@@ -11,6 +11,8 @@
 //!   velocity.
 
 mod rising;
+#[cfg(test)]
+mod tests;
 
 use crate::trial::Direction;
 use crate::verdict::ExplorationAnalysis;
@@ -95,8 +97,8 @@ pub enum SelectionError {
         /// Length of `time_s`.
         expected: usize,
     },
-    /// A time does not come after the one before it, or is not finite.
-    #[error("`time_s` does not increase at frame {frame}")]
+    /// A time does not come one frame after the one before it (lost samples are frames too), or is not finite.
+    #[error("`time_s` is not evenly spaced at frame {frame}")]
     Time {
         /// Index of the later frame.
         frame: usize,
@@ -319,8 +321,14 @@ fn check(series: &ExplorationSeries<'_>) -> Result<(), SelectionError> {
             });
         }
     }
-    let increases = |pair: &[f64]| pair[1] - pair[0] > 0.0 && pair[1].is_finite();
-    match series.time_s.windows(2).position(|pair| !increases(pair)) {
+    let time_s = series.time_s;
+    let spacing_s = match time_s {
+        [first, .., last] => (last - first) / (expected - 1) as f64,
+        _ => return Ok(()),
+    };
+    // Half a frame leaves room for times written with few digits. NaN is within nothing.
+    let even = |pair: &[f64]| (pair[1] - pair[0] - spacing_s).abs() < 0.5 * spacing_s;
+    match time_s.windows(2).position(|pair| !even(pair)) {
         Some(i) => Err(SelectionError::Time { frame: i + 1 }),
         None => Ok(()),
     }
@@ -415,7 +423,7 @@ fn measured(series: &ExplorationSeries<'_>, frames: &Range<usize>) -> Result<(),
                 && series.normal_n[i].is_finite())
         })
         .count();
-    if missing > 0 {
+    if missing > 0 || frames.is_empty() {
         return Err(Rejection::NotMeasured { frames: missing });
     }
     Ok(())

@@ -1,5 +1,8 @@
 //! Judging a trial: accepted, or to be repeated and why.
 
+#[cfg(test)]
+mod tests;
+
 use crate::protocol::{ForceBand, Quality};
 use crate::selection::Stretch;
 use crate::trial::{Direction, TrialKey, TrialOutcome, TrialRecord};
@@ -135,7 +138,7 @@ pub enum RedoReason {
         limit: u64,
     },
     /// Too little to estimate from.
-    #[error("{found} instances, {needed} needed{}", .mostly.as_ref().map(|m| format!("; most stretches: {m}")).unwrap_or_default())]
+    #[error("{found} instances, {needed} needed{}", .mostly.as_ref().map(|m| format!("; most other stretches: {m}")).unwrap_or_default())]
     TooFewInstances {
         /// Accepted stretches.
         found: usize,
@@ -146,7 +149,7 @@ pub enum RedoReason {
     },
     /// A finger lay on the plate while its own impedance was read.
     #[error(
-        "finger on the plate during the baseline: mean normal force {mean_n:.2} N, below {limit_n:.2} N needed"
+        "finger on the plate during the baseline: mean normal force {mean_n:.2} N, less than {limit_n:.2} N needed"
     )]
     FingerOnPlate {
         /// Mean normal force of the baseline, N.

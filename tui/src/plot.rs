@@ -113,10 +113,11 @@ impl Plot {
 
     fn row(&self, value: f64, rows: u16) -> Option<u16> {
         let fraction = (self.axis.high - value) / (self.axis.high - self.axis.low);
-        (0.0..=1.0).contains(&fraction).then(|| {
-            let row = (fraction * f64::from(rows)).floor() as u16;
-            row.min(rows - 1)
-        })
+        // As the canvas rounds: to one of the four dots of a row.
+        let last_dot = f64::from(rows) * 4.0 - 1.0;
+        (0.0..=1.0)
+            .contains(&fraction)
+            .then(|| ((fraction * last_dot).round() / 4.0) as u16)
     }
 
     fn axis(&self, theme: Theme, area: Rect, buf: &mut Buffer) {

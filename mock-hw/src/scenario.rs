@@ -360,7 +360,7 @@ impl Default for Amplifier {
 impl Default for Pickup {
     fn default() -> Self {
         Self {
-            metres_per_unit: 4.0e-6,
+            metres_per_unit: 5.0e-6,
             phase_rad: 0.2,
         }
     }
@@ -899,7 +899,7 @@ mod tests {
             let q = r.plate.omega_rad_per_s() * r.plate.modal_mass_kg / r.plate.damping_n_s_per_m;
             assert!((150.0..=350.0).contains(&q));
             assert!((r.plate.resonance_hz - 35e3).abs() <= 300.0);
-            assert!((r.pickup.metres_per_unit / 4.0e-6 - 1.0).abs() <= 0.2);
+            assert!((r.pickup.metres_per_unit / 5.0e-6 - 1.0).abs() <= 0.2);
             assert!((r.pickup.phase_rad - 0.2).abs() <= 0.5);
             assert!((r.plate.force_factor_n_per_v / 0.13 - 1.0).abs() <= 0.2);
             assert!(

@@ -25,7 +25,9 @@ pub struct TruthConstants {
 /// The truth at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TruthSample {
-    /// Input frame at that moment.
+    /// True time since the simulation began, s.
+    pub time_s: f64,
+    /// Input frame at that moment, counted since the audio rate was last set.
     pub frame: u64,
     /// Asperity scale σ_t, m.
     pub sigma_t_m: f64,
@@ -69,7 +71,7 @@ impl TruthWriter {
         let mut series = BufWriter::new(File::create_new(folder.join("truth.csv"))?);
         writeln!(
             series,
-            "frame,sigma_t_m,re_z_t_n_s_per_m,im_z_t_n_s_per_m,mu0,gap_m,k_c_n_per_m,mu,normal_n,lateral_n,position_m,velocity_m_per_s,amplitude_m"
+            "time_s,frame,sigma_t_m,re_z_t_n_s_per_m,im_z_t_n_s_per_m,mu0,gap_m,k_c_n_per_m,mu,normal_n,lateral_n,position_m,velocity_m_per_s,amplitude_m"
         )?;
         Ok(Self { series })
     }
@@ -83,7 +85,8 @@ impl TruthWriter {
             let [re, im] = s.z_t_n_s_per_m;
             writeln!(
                 self.series,
-                "{},{:e},{re},{im},{},{:e},{:e},{},{},{},{},{},{:e}",
+                "{:.6},{},{:e},{re},{im},{},{:e},{:e},{},{},{},{},{},{:e}",
+                s.time_s,
                 s.frame,
                 s.sigma_t_m,
                 s.mu0,

@@ -6,11 +6,14 @@ use std::collections::VecDeque;
 const SPEED_WINDOW_S: f64 = 0.1;
 /// How far back anything is remembered, s.
 const MEMORY_S: f64 = 1.0;
+/// The eyes are sampled no oftener than this, s.
+const GLANCE_S: f64 = 5e-3;
+const GLANCES: usize = 256;
 /// Share of the visual delay that prediction makes up for.
 const PREDICTION: f64 = 0.8;
 
 /// The seen past of the slider.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(crate) struct Gaze {
     seen: VecDeque<(f64, f64)>,
 }
@@ -19,11 +22,24 @@ pub(crate) struct Gaze {
 pub(crate) type Pursued = Option<(f64, f64)>;
 
 impl Gaze {
+    pub fn new() -> Self {
+        Self {
+            seen: VecDeque::with_capacity(GLANCES),
+        }
+    }
+
     pub fn see(&mut self, t_s: f64, slider_m: Option<f64>) {
         let Some(position_m) = slider_m else {
             self.seen.clear();
             return;
         };
+        if self
+            .seen
+            .back()
+            .is_some_and(|(then_s, _)| t_s < then_s + GLANCE_S)
+        {
+            return;
+        }
         while self
             .seen
             .front()

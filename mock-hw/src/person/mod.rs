@@ -58,7 +58,7 @@ impl Person {
         Self {
             behaviour,
             rng,
-            gaze: Gaze::default(),
+            gaze: Gaze::new(),
             hand,
             press,
             doing: Instruction::Wait,
@@ -157,6 +157,11 @@ impl Person {
                 self.press.lift();
                 self.hand.rest(h_s, &mut self.rng);
             }
+            Instruction::PressButton => {
+                self.press.lift();
+                self.hand.rest(h_s, &mut self.rng);
+                self.push_button(t_s, self.doing_since_s);
+            }
             Instruction::PlaceFinger => self.place(t_s, h_s),
             Instruction::GetReady => {
                 self.press.press();
@@ -194,7 +199,12 @@ impl Person {
             return;
         }
         self.press.press();
-        let since_s = *self.settled_since_s.get_or_insert(t_s);
+        self.push_button(t_s, t_s);
+    }
+
+    /// Presses once settled since `ready_s` at the latest, and again when nothing happens.
+    fn push_button(&mut self, t_s: f64, ready_s: f64) {
+        let since_s = *self.settled_since_s.get_or_insert(ready_s);
         if t_s - since_s >= SETTLE_S {
             self.button_until_s = t_s + BUTTON_HOLD_S;
             self.settled_since_s = Some(t_s + IMPATIENCE_S - SETTLE_S);

@@ -35,6 +35,8 @@ impl Default for Percept {
 pub enum Instruction {
     /// Nothing yet.
     Wait,
+    /// Press the button to go on, finger off the plate.
+    PressButton,
     /// Take the finger off the plate.
     LiftFinger,
     /// Touch the plate at the start mark and press the button when ready.

@@ -68,10 +68,9 @@ impl ForceSensor {
                 1.0
             };
             let input = [0, 1].map(|axis| from[axis] + share * (forces[axis] - from[axis]));
-            for axis in 0..2 {
-                self.axes[axis] =
-                    self.mount
-                        .step(&self.axes[axis], self.previous_input[axis], input[axis]);
+            let inputs = self.previous_input.iter().zip(&input);
+            for (axis, (&before, &after)) in self.axes.iter_mut().zip(inputs) {
+                *axis = self.mount.step(axis, before, after);
             }
             self.previous_input = input;
             self.taken += 1;

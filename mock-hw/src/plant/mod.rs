@@ -1,6 +1,6 @@
 //! The physics of the bench in the time domain: plate, fingertip, film, force sensor, converters.
 //!
-//! Time: input frame `n` shows the plate at true time `n / (rate·(1 + clock_ppm))`. Generator samples reach the
+//! Time: input frame `n` shows the plate at true time `n / (rate·(1 + clock_ppm))` since the rate was set. Generator samples reach the
 //! actuators [`Plant::loop_latency_frames`] later, as through a real converter's filters.
 
 mod converter;
@@ -9,6 +9,8 @@ mod force_sensor;
 mod mechanics;
 mod moisture;
 mod reconstruction;
+#[cfg(test)]
+mod tests;
 
 use converter::{Converter, Delay, LATENCY, Tap};
 use film::Film;
@@ -33,6 +35,8 @@ const GATE_S: f64 = 50e-6;
 const LEAST_CONTACT_N: f64 = 1e-3;
 /// Static stiffness of the tissues, N/m: makes 0.01 N·s/m at the carrier, but holds the skin in place.
 const TISSUE_STIFFNESS_N_PER_M: f64 = 2e3;
+/// Mean square motion too small to matter, set to zero before it decays into denormal numbers, m².
+const INVISIBLE_M2: f64 = 1e-50;
 const TRUTH_STEP_S: f64 = 1e-3;
 
 /// The simulated apparatus but for its interfaces.
@@ -63,10 +67,15 @@ pub struct Plant {
     bristle_m: f64,
     force_sensor: ForceSensor,
 
+    seed: u64,
+    /// True time of frame 0 at the present rate.
+    epoch_s: f64,
     frame: u64,
     frames_per_slow_step: u32,
     until_slow_step: u32,
     forces: Vec<ForceSample>,
+    /// How many of them have been taken by the end of the last step.
+    forces_due: usize,
     truth: Vec<TruthSample>,
     next_truth_s: f64,
 }
@@ -79,14 +88,59 @@ struct FilmContact {
 }
 
 impl Plant {
-    /// The apparatus of `scenario` as `seed` realises it, at `rate_hz` audio frames per second by its own clock.
+    /// The apparatus of `scenario` as `seed` realises it, at `rate_hz` audio frames per second by its own clock,
+    /// explored by the fingertip of the same seed.
     #[must_use]
     pub fn new(scenario: &Scenario, seed: u64, rate_hz: f64) -> Self {
-        Self::with_slow_step(scenario, seed, rate_hz, SLOW_STEP_S)
+        let fingertip = Fingertip::draw(&scenario.participant, seed);
+        Self::with_fingertip(scenario, fingertip, seed, rate_hz)
     }
 
-    fn with_slow_step(scenario: &Scenario, seed: u64, rate_hz: f64, slow_step_s: f64) -> Self {
-        let scenario = scenario.realised(seed);
+    /// The apparatus of `seed`, explored by anyone's fingertip.
+    #[must_use]
+    pub fn with_fingertip(
+        scenario: &Scenario,
+        fingertip: Fingertip,
+        seed: u64,
+        rate_hz: f64,
+    ) -> Self {
+        Self::build(
+            scenario.realised(seed),
+            fingertip,
+            seed,
+            rate_hz,
+            SLOW_STEP_S,
+        )
+    }
+
+    /// Changes the audio frame rate, as a card reopened: skin, finger, sensor and time go on, the plate comes to rest.
+    pub fn set_rate(&mut self, rate_hz: f64) {
+        let fresh = Self::build(
+            self.scenario.clone(),
+            self.fingertip,
+            self.seed,
+            rate_hz,
+            SLOW_STEP_S,
+        );
+        let before = std::mem::replace(self, fresh);
+        self.epoch_s = before.end_s();
+        self.forces = before.forces;
+        self.forces_due = before.forces_due;
+        self.moisture = before.moisture;
+        self.finger = before.finger;
+        self.contact = before.contact;
+        self.bristle_m = before.bristle_m;
+        self.force_sensor = before.force_sensor;
+        self.next_truth_s = before.next_truth_s;
+    }
+
+    fn build(
+        scenario: Scenario,
+        fingertip: Fingertip,
+        seed: u64,
+        rate_hz: f64,
+        slow_step_s: f64,
+    ) -> Self {
         let interval_s = 1.0 / (rate_hz * (1.0 + scenario.converter.clock_ppm * 1e-6));
         let omega_rad_per_s = scenario.plate.omega_rad_per_s();
         let amplified =
@@ -103,7 +157,6 @@ impl Plant {
         let frames_per_slow_step = (slow_step_s / interval_s).round().max(1.0) as u32;
         let mut propagator =
             Propagator::new(Modes::new(&scenario.plate), interval_s, taps[1].moment);
-        let fingertip = Fingertip::draw(&scenario.participant, seed);
         propagator.set(
             Contact::default(),
             tissue(fingertip.z_t_n_s_per_m, omega_rad_per_s),
@@ -126,10 +179,13 @@ impl Plant {
             contact: None,
             bristle_m: 0.0,
             force_sensor: ForceSensor::new(&scenario.force_sensor, 0.0, seed),
+            seed,
+            epoch_s: 0.0,
             frame: 0,
             frames_per_slow_step,
             until_slow_step: 0,
             forces: Vec::with_capacity(1024),
+            forces_due: 0,
             truth: Vec::with_capacity(1024),
             next_truth_s: 0.0,
             interval_s,
@@ -170,7 +226,7 @@ impl Plant {
             drive.len() * channels,
             "one input frame for each drive sample"
         );
-        self.forces.clear();
+        self.forces.drain(..self.forces_due);
         self.truth.clear();
         let from = self.finger;
         let amplifier = if amplifier_on { 1.0 } else { 0.0 };
@@ -190,12 +246,14 @@ impl Plant {
             self.converter.frame(&ideal, frame);
         }
         self.finger = *finger;
+        let end_s = self.end_s();
+        self.forces_due = self.forces.partition_point(|s| s.time_s <= end_s);
     }
 
     /// Samples that the force sensor took during the last [`Self::step`].
     #[must_use]
     pub fn forces(&self) -> &[ForceSample] {
-        &self.forces
+        &self.forces[..self.forces_due]
     }
 
     /// The truth during the last [`Self::step`], once a millisecond.
@@ -216,9 +274,9 @@ impl Plant {
         }
     }
 
-    /// Time of the input frame that the current interval ends up in, s.
-    fn time_s(&self) -> f64 {
-        (self.frame as f64 - LATENCY as f64) * self.interval_s
+    /// True time at the end of the last step, s.
+    fn end_s(&self) -> f64 {
+        self.epoch_s + self.frame as f64 * self.interval_s
     }
 
     #[inline]
@@ -228,7 +286,7 @@ impl Plant {
         if (amplifier - self.gate).abs() < 1e-9 {
             self.gate = amplifier;
         }
-        let (mut readback, mut pickup, mut line) = (0.0, 0.0, 0.0);
+        let (mut readback, mut pickup, mut line, mut middle_m) = (0.0, 0.0, 0.0, 0.0);
         let driven = !self.history.is_silent();
         if driven {
             line = dot(&self.line_weights, self.history.newest_first());
@@ -239,12 +297,15 @@ impl Plant {
             voltage.iter_mut().for_each(|c| *c *= gain);
             readback = evaluate(&voltage, self.readback_moment)
                 / self.scenario.converter.readback_volts_per_unit;
-            pickup = self.propagator.step(&mut self.state, &voltage)
-                / self.scenario.pickup.metres_per_unit;
+            let passed = self.propagator.step(&mut self.state, &voltage);
+            pickup = passed.pickup_m / self.scenario.pickup.metres_per_unit;
+            middle_m = passed.surface_m;
         }
-        let surface = self.state.scaled_surface(self.propagator.contact_ratio());
+        // twice an interval, so that the square of a 35 kHz motion does not alias at 96 kHz
+        let end_m = self.state.surface(self.propagator.modes());
+        let square = 0.5 * (middle_m * middle_m + end_m * end_m);
         let [first, second] = &mut self.mean_square;
-        *first += (surface * surface - *first) * self.mean_square_rate;
+        *first += (square - *first) * self.mean_square_rate;
         *second += (*first - *second) * self.mean_square_rate;
         let [a, b, c] = &mut self.delays;
         [a.push(readback), b.push(pickup), c.push(line)]
@@ -254,17 +315,21 @@ impl Plant {
     fn slow_step(&mut self) {
         let dt_s = f64::from(self.frames_per_slow_step) * self.interval_s;
         self.state.flush();
-        if self.mean_square[1] < 1e-40 {
+        if self.mean_square[1] < INVISIBLE_M2 {
             self.mean_square = [0.0; 2];
         }
         let skin = self.moisture.advance(dt_s, &self.fingertip);
         let film = Film::new(&self.scenario.film, skin.sigma_t_m);
         let normal_n = self.finger.normal_n;
-        let amplitude2 = 2.0 * self.mean_square[1] / self.omega_rad_per_s.powi(2);
+        let amplitude2 = 2.0 * self.mean_square[1];
         let tissue = tissue(skin.z_t_n_s_per_m, self.omega_rad_per_s);
 
+        // the converter shows this moment in a later frame, and frames are what time is counted by
+        let shown_frame = self.frame + LATENCY as u64;
+        let time_s = self.epoch_s + shown_frame as f64 * self.interval_s;
         let mut now = TruthSample {
-            frame: self.frame.saturating_sub(LATENCY as u64),
+            time_s,
+            frame: shown_frame,
             sigma_t_m: skin.sigma_t_m,
             z_t_n_s_per_m: skin.z_t_n_s_per_m,
             mu0: skin.mu0,
@@ -306,7 +371,6 @@ impl Plant {
             }
             self.bristle_m = 0.0;
         }
-        let time_s = self.time_s();
         self.force_sensor
             .advance(time_s, [now.normal_n, now.lateral_n], &mut self.forces);
         if time_s >= self.next_truth_s {

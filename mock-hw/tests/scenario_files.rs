@@ -1,0 +1,91 @@
+//! Every scenario that is shipped reads, says what it is for, and makes the bench it promises.
+#![expect(clippy::unwrap_used, reason = "a failing test should panic")]
+
+use std::path::Path;
+
+use mock_hw::fingertip::Fingertip;
+use mock_hw::person::FingerState;
+use mock_hw::plant::Plant;
+use mock_hw::scenario::Scenario;
+use mock_hw::truth::TruthWriter;
+
+fn shipped(name: &str) -> Scenario {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("scenarios")
+        .join(name);
+    Scenario::parse(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+#[test]
+fn every_scenario_reads_and_says_what_it_is_for() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
+    let mut read = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let name = entry.unwrap().file_name();
+        assert!(
+            !shipped(name.to_str().unwrap()).purpose.is_empty(),
+            "{name:?}"
+        );
+        read += 1;
+    }
+    assert!(read >= 5);
+}
+
+#[test]
+fn nominal_is_the_published_bench_and_person_for_any_seed() {
+    let nominal = shipped("nominal.toml");
+    assert_eq!(nominal.plate, Scenario::default().plate);
+    for seed in 0..5 {
+        let skin = Fingertip::draw(&nominal.participant, seed);
+        assert_eq!(
+            (skin.sigma_t_m, skin.z_t_n_s_per_m, skin.mu0),
+            (1.7e-6, [0.47, 3.16], 0.8)
+        );
+    }
+    assert_eq!(nominal.realised(3), nominal);
+    let unknown = shipped("bench-unknown.toml");
+    assert_ne!(unknown.realised(3).plate, unknown.realised(4).plate);
+}
+
+#[test]
+fn the_truth_of_a_run_is_written_once_and_reads_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut plant = Plant::new(&shipped("nominal.toml"), 1, 192e3);
+    let mut truth = TruthWriter::create(folder.path(), &plant.constants()).unwrap();
+    let pressing = FingerState {
+        normal_n: 0.65,
+        touching: true,
+        ..FingerState::default()
+    };
+    for _ in 0..20 {
+        plant.step(&[0.0; 1920], true, &pressing, &mut [0.0; 1920 * 4]);
+        truth.record(plant.truth()).unwrap();
+    }
+    truth.finish().unwrap();
+
+    let constants: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(folder.path().join("truth.json")).unwrap()).unwrap();
+    assert_eq!(constants["fingertip"]["sigma_t_m"], 1.7e-6);
+    assert_eq!(constants["scenario"]["plate"]["resonance_hz"], 35e3);
+    // the second mode changes the nominal 7.01 N·s/m by little
+    let re = constants["z_p_n_s_per_m"][0].as_f64().unwrap();
+    assert!((re / 7.01 - 1.0).abs() < 5e-3, "{re}");
+
+    let series = std::fs::read_to_string(folder.path().join("truth.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = series.lines().map(|l| l.split(',').collect()).collect();
+    assert!(
+        (198..=201).contains(&rows.len()),
+        "{} rows in 0.2 s",
+        rows.len()
+    );
+    assert!(rows.iter().all(|r| r.len() == rows[0].len()));
+    let column = rows[0]
+        .iter()
+        .position(|name| *name == "k_c_n_per_m")
+        .unwrap();
+    let k_c: f64 = rows[rows.len() - 1][column].parse().unwrap();
+    assert!((k_c / (0.65 / 1.7e-6) - 1.0).abs() < 0.1, "{k_c}");
+
+    let again = TruthWriter::create(folder.path(), &plant.constants());
+    assert_eq!(again.unwrap_err().kind(), std::io::ErrorKind::AlreadyExists);
+}

@@ -3,13 +3,13 @@
 use std::time::Duration;
 
 use cpal::{
-    BufferSize, Device, ErrorKind, HostId, InputCallbackInfo, OutputCallbackInfo, SizedSample,
-    Stream, StreamConfig, StreamInstant, SupportedStreamConfigRange,
+    BufferSize, DeviceDirection, ErrorKind, HostId, InputCallbackInfo, OutputCallbackInfo,
+    SizedSample, Stream, StreamConfig, StreamInstant, SupportedStreamConfigRange,
     traits::{DeviceTrait, HostTrait, StreamTrait},
 };
 use thiserror::Error;
 
-pub use cpal::Host;
+pub use cpal::{Device, Host};
 
 use crate::{
     capture::{self, BlockTime, InputCallback, InputReader},
@@ -25,8 +25,10 @@ use crate::{
 pub const DEFAULT_RING_S: f64 = 10.0;
 /// Longest input ring, s.
 const LONGEST_RING_S: f64 = 120.0;
-/// How long a backend may take to open a stream.
-const OPEN_TIMEOUT: Duration = Duration::from_secs(5);
+/// As small as the buffers of a backend left to itself are.
+const SMALL_BUFFER_FRAMES: u32 = 64;
+/// How long JACK may take to open a stream, and how often ALSA looks whether a silent one is lost.
+const BACKEND_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Which host to open.
 pub enum HostChoice {
@@ -57,7 +59,7 @@ pub enum AudioError {
     /// The device does not offer the rate, format and channels asked for.
     #[error(
         "{direction} device {device} does not offer {wanted}; it offers: {}",
-        .offered.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
+        device::summarise(.offered)
     )]
     Unsupported {
         /// Direction of the stream.
@@ -231,18 +233,18 @@ fn enumerate(host: &Host) -> Result<Vec<(DeviceInfo, Device)>, AudioError> {
     Ok(devices
         .filter_map(|device| {
             let id = device.id().ok()?;
-            let name = device.description().ok()?.name().to_owned();
+            let description = device.description().ok()?;
+            // A JACK device lists the configurations of both directions, whichever is its own.
+            let unknown = description.direction() == DeviceDirection::Unknown;
+            let has_output = description.supports_output() || (unknown && device.supports_output());
+            let has_input = description.supports_input() || (unknown && device.supports_input());
             let is_alsa = id.host().to_string() == "alsa";
             let info = DeviceInfo {
                 id: id.to_string(),
-                name,
+                name: description.name().to_owned(),
                 is_raw: !is_alsa || id.id().starts_with("hw:"),
-                output: device
-                    .supports_output()
-                    .then(|| capabilities(device.supported_output_configs())),
-                input: device
-                    .supports_input()
-                    .then(|| capabilities(device.supported_input_configs())),
+                output: has_output.then(|| capabilities(device.supported_output_configs())),
+                input: has_input.then(|| capabilities(device.supported_input_configs())),
             };
             Some((info, device))
         })
@@ -296,10 +298,15 @@ pub fn open_duplex(
         usize::from(config.drive_channel),
         health.clone(),
     );
+    // A backend may halve the buffer that it is asked for, hardly do more.
+    let fewest_frames = config
+        .buffer_frames
+        .map_or(SMALL_BUFFER_FRAMES, |frames| (frames / 2).max(1));
     let ring_frames = (config.ring_s * f64::from(config.sample_rate_hz)).ceil() as usize;
     let (input_callback, input) = capture::connect(
         usize::from(config.input.channels),
         ring_frames,
+        fewest_frames as usize,
         health.clone(),
         drive.monitor(),
     );
@@ -519,7 +526,7 @@ fn build_output<T: ConverterSample + SizedSample>(
         stream_config(config, Direction::Output),
         move |out: &mut [T], _: &OutputCallbackInfo| callback.render(out),
         move |error: cpal::Error| health.report(Direction::Output, fault(error.kind())),
-        Some(OPEN_TIMEOUT),
+        Some(BACKEND_TIMEOUT),
     )
 }
 
@@ -541,7 +548,7 @@ fn build_input<T: ConverterSample + SizedSample>(
             callback.take(block, time);
         },
         move |error: cpal::Error| health.report(Direction::Input, fault(error.kind())),
-        Some(OPEN_TIMEOUT),
+        Some(BACKEND_TIMEOUT),
     )
 }
 

@@ -9,9 +9,6 @@ use crate::{
     sample::ConverterSample,
 };
 
-/// Fewest frames per callback for which the header ring is as long as the sample ring.
-const FEWEST_FRAMES_PER_BLOCK: usize = 32;
-
 /// When a block was taken, on the stream's clock, ns. Its origin is not that of another stream's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BlockTime {
@@ -64,16 +61,18 @@ pub struct InputReader {
     channels: usize,
 }
 
-/// The two ends of the input direction, with room for `ring_frames` frames.
+/// The two ends of the input direction, with room for `ring_frames` frames in blocks of no fewer
+/// than `fewest_frames`; smaller ones fill the ring sooner.
 pub(crate) fn connect(
     channels: usize,
     ring_frames: usize,
+    fewest_frames: usize,
     health: Health,
     drive: DriveMonitor,
 ) -> (InputCallback, InputReader) {
     let (sample_producer, sample_consumer) = RingBuffer::new(ring_frames * channels);
     let (header_producer, header_consumer) =
-        RingBuffer::new(ring_frames.div_ceil(FEWEST_FRAMES_PER_BLOCK).max(2));
+        RingBuffer::new(ring_frames.div_ceil(fewest_frames).max(2));
     let callback = InputCallback {
         samples: sample_producer,
         headers: header_producer,

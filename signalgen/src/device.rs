@@ -1,6 +1,9 @@
 //! Sound devices: what they can do, and which one a name means.
 
-use std::fmt;
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fmt,
+};
 
 use thiserror::Error;
 
@@ -20,15 +23,49 @@ pub struct Capability {
     pub format: String,
 }
 
-impl fmt::Display for Capability {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} ch {} ", self.channels, self.format)?;
-        if self.min_rate_hz == self.max_rate_hz {
-            write!(f, "{} Hz", self.min_rate_hz)
-        } else {
-            write!(f, "{}–{} Hz", self.min_rate_hz, self.max_rate_hz)
+/// Capabilities in one line, those that differ in channels alone together: `1–4, 8 ch f32 192000 Hz`.
+#[must_use]
+pub fn summarise(capabilities: &[Capability]) -> String {
+    let mut kinds: BTreeMap<(&str, u32, u32), BTreeSet<u16>> = BTreeMap::new();
+    for c in capabilities {
+        kinds
+            .entry((&c.format, c.min_rate_hz, c.max_rate_hz))
+            .or_default()
+            .insert(c.channels);
+    }
+    if kinds.is_empty() {
+        return "nothing that it tells".to_owned();
+    }
+    let lines = kinds
+        .into_iter()
+        .map(|((format, min_rate_hz, max_rate_hz), channels)| {
+            let rate = if min_rate_hz == max_rate_hz {
+                min_rate_hz.to_string()
+            } else {
+                format!("{min_rate_hz}–{max_rate_hz}")
+            };
+            format!("{} ch {format} {rate} Hz", runs(&channels))
+        });
+    lines.collect::<Vec<_>>().join("; ")
+}
+
+/// Numbers with their unbroken runs shortened.
+fn runs(numbers: &BTreeSet<u16>) -> String {
+    let mut runs: Vec<(u16, u16)> = Vec::new();
+    for &number in numbers {
+        match runs.last_mut() {
+            Some((_, last)) if number - *last == 1 => *last = number,
+            _ => runs.push((number, number)),
         }
     }
+    let shown = runs.into_iter().map(|(first, last)| {
+        if first == last {
+            first.to_string()
+        } else {
+            format!("{first}–{last}")
+        }
+    });
+    shown.collect::<Vec<_>>().join(", ")
 }
 
 /// A sound device.
@@ -218,6 +255,23 @@ mod tests {
     fn chosen(wanted: &str) -> Result<String, ChoiceError> {
         let devices = alsa();
         choose(&devices, wanted, Direction::Output).map(|index| devices[index].id.clone())
+    }
+
+    #[test]
+    fn capabilities_that_differ_in_channels_are_told_together() {
+        let capability = |channels, max_rate_hz, format: &str| Capability {
+            channels,
+            min_rate_hz: 44_100,
+            max_rate_hz,
+            format: format.to_owned(),
+        };
+        let told = summarise(&[
+            capability(1, 192_000, "i32"),
+            capability(2, 192_000, "i32"),
+            capability(8, 192_000, "i32"),
+            capability(2, 44_100, "f32"),
+        ]);
+        assert_eq!(told, "2 ch f32 44100 Hz; 1–2, 8 ch i32 44100–192000 Hz");
     }
 
     #[test]

@@ -25,7 +25,7 @@ mod sweep;
 
 pub use capture::{BlockHeader, BlockTime, InputReader};
 pub use carrier::Carrier;
-pub use device::{Capability, ChoiceError, DeviceInfo};
+pub use device::{Capability, ChoiceError, DeviceInfo, summarise};
 pub use drive::{DriveHandle, DriveMonitor, KillSwitch, SendError};
 pub use envelope::Envelope;
 pub use generator::{Command, DrivePhase, DriveState, Generator, StepState};

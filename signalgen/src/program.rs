@@ -7,10 +7,11 @@ use crate::{
     sweep::{SweepLaw, ToneList},
 };
 
-/// Default length of a ramp, s: three carrier-envelope time constants of the plate
-/// (2Q/ω ≈ 2.3 ms) are over long before, and it is still short beside a trial.
+/// Default length of a ramp, s: an assumption, some twenty time constants of the plate
+/// (2Q/ω ≈ 2.3 ms), so that the plate follows it without ringing.
 pub const DEFAULT_RAMP_S: f64 = 0.050;
-/// Length of the ramp of an emergency stop, s: about the plate's own decay time, 2Q/ω ≈ 2.3 ms.
+/// Length of the ramp of an emergency stop, s: an assumption, about the plate's time constant, below
+/// which a faster stop would gain nothing.
 pub const EMERGENCY_RAMP_S: f64 = 0.002;
 /// Longest ramp that can be configured, s.
 pub const LONGEST_RAMP_S: f64 = 10.0;

@@ -116,49 +116,79 @@ impl Timeline {
     }
 }
 
-/// A sweep: frame `n` of `frames` begins at the law's frequency at time n/rate.
+/// A sweep: frame `n` begins at the law's frequency at time n/rate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Glide {
-    from_hz: f64,
+    course: Course,
     to_hz: f64,
-    law: SweepLaw,
     frames: u64,
     elapsed: u64,
 }
 
+/// The law of a sweep as mean frequency over frame `n`, so that the phase follows the law's integral
+/// and not a staircase.
+#[derive(Clone, Copy, Debug)]
+enum Course {
+    /// `first_mean_hz + n · hz_per_frame`.
+    Linear {
+        first_mean_hz: f64,
+        hz_per_frame: f64,
+    },
+    /// `first_mean_hz · exp(n · log_per_frame)`.
+    Logarithmic {
+        first_mean_hz: f64,
+        log_per_frame: f64,
+    },
+}
+
 impl Glide {
     pub(crate) fn new(from_hz: f64, to_hz: f64, law: SweepLaw, frames: u64) -> Self {
-        Self {
-            from_hz,
-            to_hz,
-            law,
-            frames: frames.max(1),
-            elapsed: 0,
-        }
-    }
-
-    /// The frequency's mean over the coming frame, so that the phase follows the law's integral
-    /// and not a staircase.
-    fn advance(&mut self) -> Motion {
-        if self.elapsed == self.frames {
-            return Motion::Over(self.to_hz);
-        }
-        let frames = self.frames as f64;
-        let n = self.elapsed as f64;
-        self.elapsed += 1;
-        let mean_hz = match self.law {
-            SweepLaw::Linear => self.from_hz + (self.to_hz - self.from_hz) * ((n + 0.5) / frames),
+        let frames = frames.max(1);
+        let course = match law {
+            SweepLaw::Linear => {
+                let hz_per_frame = (to_hz - from_hz) / frames as f64;
+                Course::Linear {
+                    first_mean_hz: from_hz + 0.5 * hz_per_frame,
+                    hz_per_frame,
+                }
+            }
             SweepLaw::Logarithmic => {
-                let log_per_frame = (self.to_hz / self.from_hz).ln() / frames;
-                let mean_over_first = if log_per_frame == 0.0 {
+                let log_per_frame = (to_hz / from_hz).ln() / frames as f64;
+                let mean_of_first = if log_per_frame == 0.0 {
                     1.0
                 } else {
                     log_per_frame.exp_m1() / log_per_frame
                 };
-                self.from_hz * (log_per_frame * n).exp() * mean_over_first
+                Course::Logarithmic {
+                    first_mean_hz: from_hz * mean_of_first,
+                    log_per_frame,
+                }
             }
         };
-        Motion::Glide(mean_hz)
+        Self {
+            course,
+            to_hz,
+            frames,
+            elapsed: 0,
+        }
+    }
+
+    fn advance(&mut self) -> Motion {
+        if self.elapsed == self.frames {
+            return Motion::Over(self.to_hz);
+        }
+        let n = self.elapsed as f64;
+        self.elapsed += 1;
+        Motion::Glide(match self.course {
+            Course::Linear {
+                first_mean_hz,
+                hz_per_frame,
+            } => first_mean_hz + n * hz_per_frame,
+            Course::Logarithmic {
+                first_mean_hz,
+                log_per_frame,
+            } => first_mean_hz * (n * log_per_frame).exp(),
+        })
     }
 }
 

@@ -27,7 +27,7 @@ use signalgen::{
     Generator, Program, SampleFormat, SendError, StreamFault, SweepLaw, ToneList, Waveform,
     audio::{
         AudioError, Duplex, DuplexConfig, Host, HostChoice, StreamChoice, list_devices,
-        open_duplex, open_host,
+        open_duplex, open_host, output_device,
     },
 };
 
@@ -640,6 +640,17 @@ fn commands_to_a_stream_that_does_not_run_are_refused() {
     assert!(bench.card().output.is_none() && bench.card().input.is_none());
 }
 
+/// Each end goes to a thread of its own; the safety thread shares the switches.
+#[test]
+fn ends_can_live_on_threads_of_their_own() {
+    fn is_send<T: Send>() {}
+    fn is_shared<T: Clone + Send + Sync>() {}
+    is_send::<Duplex>();
+    is_shared::<signalgen::KillSwitch>();
+    is_shared::<signalgen::DriveMonitor>();
+    is_shared::<signalgen::Health>();
+}
+
 fn refused(bench: &Bench, config: &DuplexConfig) -> AudioError {
     open_duplex(&bench.host(), config, Generator::new(settings())).unwrap_err()
 }
@@ -653,8 +664,7 @@ fn what_the_device_lacks_is_answered_with_what_it_has() {
     for part in [
         "input device custom:stepped (stepped card)",
         "4 channels of i32 at 192000 Hz",
-        "2 ch f32 192000 Hz",
-        "2 ch i16 192000 Hz",
+        "2 ch f32 192000 Hz; 2 ch i16 192000 Hz; 2 ch i32 192000 Hz",
     ] {
         assert!(message.contains(part), "{message}");
     }
@@ -695,6 +705,32 @@ fn a_device_in_use_is_busy() {
     let _held = bench.open(&config(SampleFormat::F32));
     let error = refused(&bench, &config(SampleFormat::F32));
     assert!(matches!(error, AudioError::Busy { .. }), "{error}");
+}
+
+#[test]
+fn an_output_for_other_sound_is_chosen_as_the_drives_is() {
+    let host = Bench::default().host();
+    let device = output_device(&host, "STEPPED").unwrap();
+    assert_eq!(device.id().unwrap().to_string(), "custom:stepped");
+    let error = output_device(&host, "headphones").err().unwrap();
+    assert!(error.to_string().contains("custom:stepped"), "{error}");
+}
+
+/// A buffer so small that the headers run out before the samples do.
+#[test]
+fn tiny_blocks_are_accounted_for_too() {
+    let bench = Bench::default();
+    let mut duplex = bench.open(&config(SampleFormat::F32));
+    let blocks = 4_000;
+    for _ in 0..blocks {
+        bench.card().period(1);
+    }
+    let kept = drain(&mut duplex);
+    bench.card().period(1);
+    let after = drain(&mut duplex)[0];
+    assert!(kept.len() < blocks);
+    assert_eq!(after.first_frame, blocks as u64);
+    assert_eq!(after.dropped_frames as usize, blocks - kept.len());
 }
 
 #[test]

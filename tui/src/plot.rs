@@ -56,7 +56,9 @@ impl Axis {
     /// Both ends and the steps between them.
     fn ticks(self) -> impl Iterator<Item = f64> {
         let steps = ((self.high - self.low) / self.step).round() as u32;
-        (0..=steps).map(move |k| self.low + f64::from(k) * self.step)
+        // Multiples of the step, so that zero is exactly zero.
+        let first = (self.low / self.step).round();
+        (0..=steps).map(move |k| (first + f64::from(k)) * self.step)
     }
 
     fn label(self, value: f64) -> String {

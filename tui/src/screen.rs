@@ -6,8 +6,8 @@ use ratatui::layout::{Constraint, Layout, Rect, Spacing};
 
 use crate::panels::impedance::Part;
 use crate::panels::{
-    amplitude, crop, force, header, health, help, impedance, keys, log, phase, plate, readings,
-    safety, summary, trials,
+    amplitude, crop, force, header, health, help, impedance, keys, log, note, phase, plate,
+    readings, safety, summary, trials,
 };
 use crate::participant;
 use crate::state::{Page, State};
@@ -48,8 +48,12 @@ fn draw(state: &State, area: Rect, buf: &mut Buffer) {
 }
 
 fn preview(state: &State, body: Rect, buf: &mut Buffer) {
-    if let Some(shown) = &state.participant {
-        participant::view(shown, state.ui.theme, body, buf);
+    match &state.participant {
+        Some(shown) => participant::view(shown, state.ui.theme, body, buf),
+        None => {
+            let style = state.ui.theme.faint();
+            note("the participant sees nothing yet", style, body, buf);
+        }
     }
 }
 
@@ -83,21 +87,17 @@ fn two_columns(state: &State, area: Rect, body: Rect, buf: &mut Buffer) {
     } else {
         curves(state, wide, left, buf);
     }
-    let [list, last, machinery, lines] = if wide {
-        Layout::vertical([
-            Constraint::Fill(3),
-            Constraint::Fill(6),
-            Constraint::Length(6),
-            Constraint::Fill(2),
-        ])
+    let (air, log_rows) = if wide {
+        (1, Constraint::Fill(2))
     } else {
-        Layout::vertical([
-            Constraint::Fill(2),
-            Constraint::Fill(4),
-            Constraint::Length(6),
-            Constraint::Length(3),
-        ])
-    }
+        (0, Constraint::Length(3))
+    };
+    let [list, last, machinery, lines] = Layout::vertical([
+        Constraint::Fill(3),
+        Constraint::Fill(6),
+        Constraint::Length(health::height(right.width) + air),
+        log_rows,
+    ])
     .areas(right);
     trials::render(state, list, buf);
     crop::render(state, last, buf);

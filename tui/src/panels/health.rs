@@ -18,6 +18,17 @@ const RECORDER_LAG_S: f64 = 1.0;
 /// About ten minutes of four channels of 32-bit samples at 192 kHz.
 const DISK_LOW_BYTES: u64 = 2_000_000_000;
 
+const FIGURES: u16 = 9;
+
+/// How many rows the panel needs at that width.
+pub(crate) fn height(width: u16) -> u16 {
+    1 + FIGURES.div_ceil(columns(width))
+}
+
+fn columns(width: u16) -> u16 {
+    (width / 17).clamp(1, 3)
+}
+
 /// One figure; `bad` is told by a symbol as well as by colour.
 struct Figure {
     name: &'static str,
@@ -39,7 +50,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     );
     let body = titled(state, title, &[frames], area, buf);
     let figures = figures(health);
-    let columns = (body.width / 17).clamp(1, 3);
+    let columns = columns(body.width);
     let cell = body.width / columns;
     for (i, figure) in (0u16..).zip(figures) {
         let (row, column) = (i / columns, i % columns);
@@ -68,9 +79,9 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     }
 }
 
-fn figures(health: &Health) -> Vec<Figure> {
+fn figures(health: &Health) -> [Figure; FIGURES as usize] {
     let figure = |name, value, bad| Figure { name, value, bad };
-    vec![
+    [
         figure("xrun in", health.xruns_in.to_string(), health.xruns_in > 0),
         figure(
             "xrun out",

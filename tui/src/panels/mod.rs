@@ -128,7 +128,7 @@ fn strip(
 }
 
 /// A few words in the middle of an area with nothing to show.
-fn note(words: &str, style: Style, area: Rect, buf: &mut Buffer) {
+pub(crate) fn note(words: &str, style: Style, area: Rect, buf: &mut Buffer) {
     if area.is_empty() {
         return;
     }

@@ -182,9 +182,9 @@ fn unknown(message: &str, prefix: &str) -> Option<(String, Vec<String>)> {
     Some((word.to_owned(), known))
 }
 
-/// The known word most like `word`. Below a similarity of 0.6 a suggestion would mislead.
+/// The known word most like `word`. Below a similarity of 0.7 a suggestion would mislead.
 fn nearest(word: &str, known: &[String]) -> Option<String> {
-    const LIKE_ENOUGH: f64 = 0.6;
+    const LIKE_ENOUGH: f64 = 0.7;
     known
         .iter()
         .map(|k| (strsim::jaro_winkler(word, k), k))

@@ -6,6 +6,8 @@
 //!
 //! - A *rising stretch* runs from a local minimum of the vibration amplitude to the next local maximum, both found in
 //!   the amplitude itself, whatever the modulation's phase.
+//!   Under noise of 1 % of the mean amplitude, for modulations of 1 to 50 Hz and any phase, its ends lie within 3 % of
+//!   the modulation's period and 0.5 ms of the true ones (test `the_rises_found_are_those_of_the_modulation`).
 //! - The *instance* is the middle 60 ms of a rising stretch, so every condition is asked of those 60 ms alone.
 //! - Speed is judged on its running mean over 20 ms: one encoder step, differentiated, is no change of the finger's
 //!   velocity.

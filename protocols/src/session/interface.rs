@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// What the bench knows at one moment; what it does not know is `None`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Observation {
-    /// Time on the audio clock, s. A time before an earlier one counts as that earlier one.
+    /// Time on the audio clock, s. A time before an earlier one, or not finite, counts as that earlier one.
     pub t_s: f64,
     /// Latest normal force, N; `None` (or NaN) when there is no recent one: then the finger counts as neither on
     /// nor off the plate, and no baseline passes.

@@ -297,7 +297,7 @@ impl Session {
     }
 
     fn observe(&mut self, observation: &Observation) -> f64 {
-        if observation.t_s > self.now_s {
+        if observation.t_s.is_finite() && observation.t_s > self.now_s {
             self.now_s = observation.t_s;
         }
         let contact_n = self.protocol.force.contact_n;

@@ -971,7 +971,7 @@ fn a_clock_that_stands_or_goes_back_does_no_harm() {
     rig.until(Phase::Exploration);
     let before = rig.t_s;
     let slider = rig.view.as_ref().unwrap().slider_m;
-    for t_s in [before - 5.0, f64::NAN, f64::NEG_INFINITY] {
+    for t_s in [before - 5.0, f64::NAN, f64::NEG_INFINITY, f64::INFINITY] {
         rig.step(|o| o.t_s = t_s);
         assert_eq!(rig.view.as_ref().unwrap().slider_m, slider);
     }
@@ -999,9 +999,10 @@ fn every_action_survives_json() {
 /// One step of a participant, operator and bench who do anything.
 #[derive(Clone, Debug)]
 enum Move {
-    /// Do as the screen says, for a while.
+    /// Do as the screen says, for a while, under an operator who ends a pause or does not.
     Follow {
         steps: u8,
+        resume: bool,
     },
     Anything {
         dt_s: f64,
@@ -1025,11 +1026,11 @@ fn a_move() -> impl Strategy<Value = Move> {
         Just(OperatorCommand::AcceptAnyway),
     ];
     // Rare, or few sessions would get far.
-    let command = prop_oneof![20 => command, 1 => Just(OperatorCommand::Abort)];
+    let command = prop_oneof![100 => command, 1 => Just(OperatorCommand::Abort)];
     let dt_s = prop_oneof![Just(0.0), -1.0..3.0, Just(40.0), Just(f64::NAN)];
     let normal_n = prop::option::of(prop_oneof![Just(0.0), -0.1..1.5, Just(f64::NAN)]);
     prop_oneof![
-        6 => (1u8..200).prop_map(|steps| Move::Follow { steps }),
+        12 => (1u8..200, any::<bool>()).prop_map(|(steps, resume)| Move::Follow { steps, resume }),
         4 => (dt_s, normal_n, any::<bool>(), prop::option::of(command))
             .prop_map(|(dt_s, normal_n, button, command)| Move::Anything { dt_s, normal_n, button, command }),
         1 => Just(Move::Trip),
@@ -1048,9 +1049,14 @@ proptest! {
         }
         for a_move in moves {
             match a_move {
-                Move::Follow { steps } => for _ in 0..steps {
-                    rig.step(|_| {});
-                },
+                Move::Follow { steps, resume } => {
+                    if resume {
+                        rig.tell(OperatorCommand::Resume);
+                    }
+                    for _ in 0..steps {
+                        rig.step(|_| {});
+                    }
+                }
                 Move::Anything { dt_s, normal_n, button, command } => {
                     rig.step(|o| {
                         o.t_s += dt_s;
@@ -1069,6 +1075,11 @@ proptest! {
             }
         }
         rig.check();
+        let records = records_from_events(&rig.events());
+        let known = rig.session.records();
+        prop_assert_eq!(&records[..known.len()], known);
+        let resumed = Session::resume(demo(), sub("sub-01"), 7, &records);
+        prop_assert!(resumed.is_ok(), "{:?}", resumed);
     }
 }
 

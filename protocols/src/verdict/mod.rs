@@ -195,9 +195,14 @@ pub fn judge(analysis: &TrialAnalysis, rules: &VerdictRules) -> Verdict {
     }
 }
 
+/// NaN is no measurement, and JSON, which the event log is, cannot hold it.
+fn finite(measured: Option<f64>) -> Option<f64> {
+    measured.filter(|x| x.is_finite())
+}
+
 fn baseline(analysis: &TrialAnalysis, rules: &VerdictRules) -> Option<RedoReason> {
     let limit_n = rules.force.contact_n;
-    match analysis.unloaded_mean_normal_n {
+    match finite(analysis.unloaded_mean_normal_n) {
         None => Some(RedoReason::BaselineNotMeasured),
         Some(mean_n) if mean_n >= limit_n => Some(RedoReason::FingerOnPlate { mean_n, limit_n }),
         Some(_) => None,
@@ -206,7 +211,7 @@ fn baseline(analysis: &TrialAnalysis, rules: &VerdictRules) -> Option<RedoReason
 
 fn force(exploration: usize, of: &ExplorationAnalysis, rules: &VerdictRules) -> Option<RedoReason> {
     let ForceBand { min_n, max_n, .. } = rules.force;
-    let Some(mean_n) = of.mean_normal_n else {
+    let Some(mean_n) = finite(of.mean_normal_n) else {
         return Some(RedoReason::NotMeasured { exploration });
     };
     (!(min_n..=max_n).contains(&mean_n)).then_some(RedoReason::ForceOutOfBand {
@@ -220,8 +225,10 @@ fn force(exploration: usize, of: &ExplorationAnalysis, rules: &VerdictRules) -> 
 fn speed(exploration: usize, of: &ExplorationAnalysis, rules: &VerdictRules) -> Option<RedoReason> {
     let min_m_per_s = rules.speed_m_per_s * (1.0 - rules.speed_tolerance);
     let max_m_per_s = rules.speed_m_per_s * (1.0 + rules.speed_tolerance);
-    // A missing speed comes with a missing force, which `force` reports.
-    let speed_m_per_s = of.mean_speed_m_per_s?;
+    let Some(speed_m_per_s) = finite(of.mean_speed_m_per_s) else {
+        // A missing speed mostly comes with a missing force, which `force` reports.
+        return finite(of.mean_normal_n).map(|_| RedoReason::NotMeasured { exploration });
+    };
     (!(min_m_per_s..=max_m_per_s).contains(&speed_m_per_s)).then_some(RedoReason::SpeedOutOfBand {
         exploration,
         speed_m_per_s,

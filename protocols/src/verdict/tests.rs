@@ -80,10 +80,6 @@ fn the_force_band_includes_its_ends() {
         messages(|a| a.explorations[1].mean_normal_n = Some(0.81)),
         ["exploration 2: mean normal force 0.81 N, outside 0.50 to 0.80 N"]
     );
-    assert_eq!(
-        messages(|a| a.explorations[0].mean_normal_n = Some(f64::NAN)).len(),
-        1
-    );
 }
 
 #[test]
@@ -103,6 +99,18 @@ fn an_exploration_that_was_not_measured_is_named_once() {
         }),
         ["exploration 1: no valid force or position on the plate's central part"]
     );
+}
+
+#[test]
+fn a_mean_that_is_no_number_was_not_measured() {
+    let said = "exploration 1: no valid force or position on the plate's central part";
+    let nan = Some(f64::NAN);
+    assert_eq!(messages(|a| a.explorations[0].mean_normal_n = nan), [said]);
+    assert_eq!(
+        messages(|a| a.explorations[0].mean_speed_m_per_s = nan),
+        [said]
+    );
+    assert_eq!(messages(|a| a.unloaded_mean_normal_n = nan).len(), 1);
 }
 
 #[test]

@@ -240,7 +240,9 @@ impl Session {
             out.log(self.start_event());
             out.log(SessionEventKind::Phase { phase });
         }
-        if !self.safety(observation, &mut out) && !self.command(observation, &mut out) {
+        let tripped = self.safety(observation, &mut out);
+        let obeyed = self.command(observation, &mut out);
+        if !tripped && !obeyed {
             self.advance(observation, &mut out);
         }
         if self.phase() != phase {
@@ -367,6 +369,7 @@ impl Session {
         match command {
             OperatorCommand::ConsentGiven { by } => self.consent(by, out),
             OperatorCommand::Continue => match self.phase() {
+                Phase::Ready if self.finger != Some(true) => Err("the finger is not on the plate"),
                 Phase::Welcome | Phase::Ready | Phase::Rest => Ok(()),
                 _ => Err("nothing waits for it"),
             },

@@ -463,8 +463,13 @@ fn the_button_counts_only_with_the_finger_on_the_plate() {
     rig.step(|o| {
         o.normal_n = Some(0.0);
         o.button_pressed = true;
+        o.command = Some(OperatorCommand::Continue);
     });
     assert_eq!(rig.session.phase(), Phase::Ready);
+    let refused = rig.events().iter().any(
+        |e| matches!(e, SessionEventKind::CommandRefused { because, .. } if because.contains("finger")),
+    );
+    assert!(refused);
 }
 
 #[test]
@@ -760,6 +765,11 @@ fn a_trip_before_the_consent_leads_back_to_the_consent() {
     rig.safety = Safety::Tripped("e-stop".to_owned());
     rig.tell(consent());
     assert_eq!(rig.session.phase(), Phase::Fault);
+    assert!(
+        rig.events()
+            .iter()
+            .any(|e| matches!(e, SessionEventKind::CommandRefused { .. }))
+    );
     rig.safety = Safety::Ok;
     rig.tell(OperatorCommand::Resume);
     assert_eq!(rig.session.phase(), Phase::Consent);

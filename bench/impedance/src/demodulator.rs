@@ -179,7 +179,7 @@ impl<const N: usize> Demodulator<N> {
         }
         let channel = Channel {
             // Silence before the stream lets the first stage start at sample 0; no frame's window reaches into it.
-            samples: vec![0.0; filter.first.half],
+            samples: vec![0.0; filter.first.lead],
             re: vec![],
             im: vec![],
             flaws: Flaws::default(),
@@ -321,18 +321,12 @@ impl Channel {
     /// Deinterleaves, notes lost and clipped samples.
     fn take(&mut self, chunk: &[f32], stride: usize, input: Input, at: u64) {
         let start = self.samples.len();
-        let column = chunk.iter().skip(input.channel).step_by(stride);
-        self.samples.extend(column.map(|&x| f64::from(x)));
-        let level = f64::from(input.clip_level);
-        let taken = &mut self.samples[start..];
-        // A NaN fails every comparison.
-        let sound = taken
-            .iter()
-            .fold(true, |sound, x| sound & (x.abs() < level));
-        if sound {
+        let level = input.clip_level;
+        if kernel::deinterleave(chunk, stride, input.channel, level, &mut self.samples) {
             return;
         }
-        for (sample, x) in (at..).zip(taken) {
+        let level = f64::from(level);
+        for (sample, x) in (at..).zip(&mut self.samples[start..]) {
             if !x.is_finite() {
                 self.flaws.note_lost(sample);
                 *x = 0.0;
@@ -366,7 +360,10 @@ impl Channel {
             [Complex64::new(f64::NAN, f64::NAN); 3]
         } else {
             let taps = filter.second.taps.each_ref().map(Vec::as_slice);
-            let (re, im) = (kernel::three_dots(re, taps), kernel::three_dots(im, taps));
+            let (re, im) = (
+                kernel::inner_products(re, taps),
+                kernel::inner_products(im, taps),
+            );
             std::array::from_fn(|i| Complex64::new(re[i], im[i]))
         };
         Envelope {

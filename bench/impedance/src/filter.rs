@@ -1,5 +1,6 @@
 //! The one filter that every channel passes.
 
+use crate::kernel::LANES;
 use crate::phase::CarrierPhase;
 use crate::window::Kaiser;
 use num_complex::Complex64;
@@ -102,24 +103,26 @@ pub struct Filter {
     impulse: Impulse,
 }
 
-/// Carrier and window in one complex FIR; `taps` index −half..=half.
+/// Carrier and window in one complex FIR from −`lead` to `half` around its centre, zero before −`half`.
 #[derive(Clone, Debug)]
 pub(crate) struct FirstStage {
     pub(crate) decimation: usize,
     pub(crate) half: usize,
+    pub(crate) lead: usize,
     pub(crate) re: Vec<f64>,
     pub(crate) im: Vec<f64>,
     /// exp(−iω·j·decimation / rate) for j within a hop.
     pub(crate) rotation: Vec<Complex64>,
 }
 
-/// Real FIR for the value and its first and second time derivative, and complex ones that observe the noise.
+/// Real FIR for the value and its first and second time derivative, and complex ones (real and imaginary parts) that
+/// observe the noise, all from −`half` to `half` and zero from there to the end.
 #[derive(Clone, Debug)]
 pub(crate) struct SecondStage {
     pub(crate) decimation: usize,
     pub(crate) half: usize,
     pub(crate) taps: [Vec<f64>; 3],
-    pub(crate) probes: [Vec<Complex64>; PROBES],
+    pub(crate) probes: [[Vec<f64>; 2]; PROBES],
     /// Variance of an envelope's quadrature over the power in each probe, for white noise.
     pub(crate) probe_gain: [f64; PROBES],
 }
@@ -173,23 +176,15 @@ impl Filter {
             .unwrap_or(1);
         let phase = CarrierPhase::new(carrier_hz, sample_rate_hz);
         let window = first_window(first_decimation);
-        let second = SecondStage::design(&window, first_decimation, hop, settings);
-        let impulse = Impulse {
-            taps: second
-                .taps
-                .each_ref()
-                .map(|taps| compose(taps, &window, first_decimation as usize)),
-        };
+        let (second, impulse) = SecondStage::design(&window, first_decimation, hop, settings);
         let first = FirstStage::design(&window, first_decimation, hop, &phase);
-        let mut filter = Self {
+        Ok(Self {
             settings,
             phase,
             first,
             second,
             impulse,
-        };
-        filter.second.probe_gain = filter.probe_gain(&window);
-        Ok(filter)
+        })
     }
 
     /// What it was designed for.
@@ -242,17 +237,6 @@ impl Filter {
     pub fn derivative_noise_per_s(&self) -> f64 {
         (energy(&self.impulse.taps[1]) / energy(&self.impulse.taps[0])).sqrt()
     }
-
-    fn probe_gain(&self, window: &[f64]) -> [f64; PROBES] {
-        let quadrature = energy(&self.impulse.taps[0]) / 2.0;
-        self.second.probes.each_ref().map(|probe| {
-            let part = |f: fn(&Complex64) -> f64| {
-                let taps: Vec<f64> = probe.iter().map(f).collect();
-                energy(&compose(&taps, window, self.first.decimation))
-            };
-            quadrature / (part(|g| g.re) + part(|g| g.im))
-        })
-    }
 }
 
 impl FirstStage {
@@ -264,11 +248,19 @@ impl FirstStage {
                 2.0 * h * if n < 0.0 { turned } else { turned.conj() }
             })
             .collect();
+        let half = window.len() / 2;
+        let zeros = taps.len().next_multiple_of(LANES) - taps.len();
+        let filled = |part: fn(&Complex64) -> f64| {
+            std::iter::repeat_n(0.0, zeros)
+                .chain(taps.iter().map(part))
+                .collect()
+        };
         Self {
             decimation: decimation as usize,
-            half: window.len() / 2,
-            re: taps.iter().map(|c| c.re).collect(),
-            im: taps.iter().map(|c| c.im).collect(),
+            half,
+            lead: half + zeros,
+            re: filled(|c| c.re),
+            im: filled(|c| c.im),
             rotation: (0..u64::from(hop / decimation))
                 .map(|j| phase.at(j * u64::from(decimation)).conj())
                 .collect(),
@@ -277,7 +269,12 @@ impl FirstStage {
 }
 
 impl SecondStage {
-    fn design(first: &[f64], first_decimation: u32, hop: u32, settings: Settings) -> Self {
+    fn design(
+        first: &[f64],
+        first_decimation: u32,
+        hop: u32,
+        settings: Settings,
+    ) -> (Self, Impulse) {
         let decimation = hop / first_decimation;
         let rate = f64::from(settings.sample_rate_hz);
         let step_s = f64::from(first_decimation) / rate;
@@ -301,19 +298,35 @@ impl SecondStage {
         }
         normalise(&mut taps, step_s);
 
-        let probes = PROBE_OFFSETS.map(|offset| {
+        let at_sample_rate = |taps: &[f64]| compose(taps, first, first_decimation as usize);
+        let impulse = Impulse {
+            taps: taps.each_ref().map(|taps| at_sample_rate(taps)),
+        };
+
+        let mut probes = PROBE_OFFSETS.map(|offset| {
             let turn = TAU * offset * f64::from(settings.output_rate_hz) * step_s;
-            centred(&taps[0])
-                .map(|(m, h)| h * Complex64::cis(-turn * m))
-                .collect()
+            let part = |f: fn(f64) -> f64| -> Vec<f64> {
+                centred(&taps[0]).map(|(m, h)| h * f(-turn * m)).collect()
+            };
+            [part(f64::cos), part(f64::sin)]
         });
-        Self {
+        let quadrature = energy(&impulse.taps[0]) / 2.0;
+        let probe_gain = probes.each_ref().map(|[re, im]| {
+            quadrature / (energy(&at_sample_rate(re)) + energy(&at_sample_rate(im)))
+        });
+
+        let filled = (2 * half + 1).next_multiple_of(LANES);
+        for taps in taps.iter_mut().chain(probes.as_flattened_mut()) {
+            taps.resize(filled, 0.0);
+        }
+        let second = Self {
             decimation: decimation as usize,
             half,
             taps,
             probes,
-            probe_gain: [0.0; PROBES],
-        }
+            probe_gain,
+        };
+        (second, impulse)
     }
 }
 

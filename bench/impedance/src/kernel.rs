@@ -6,11 +6,16 @@
 use multiversion::multiversion;
 use multiversion::target::target_cfg_f;
 
-/// Sums kept apart so that the additions do not wait for one another.
-const LANES: usize = 8;
+/// Sums kept apart so that the additions do not wait for one another. Taps come in multiples of this.
+pub(crate) const LANES: usize = 8;
+type Lanes = [f64; LANES];
+
+/// Outputs whose sums are finished together: done one by one, the compiler vectorises the short final addition instead of
+/// the long sum.
+const BATCH: usize = 16;
 
 /// Decimating FIR with complex taps over real samples: output j is Σ taps[n]·samples[j·step + n].
-/// The number of outputs is the length of `re` and `im`.
+/// The number of outputs is the length of `re` and `im`; the taps' length is a multiple of [`LANES`].
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2+fma"))]
 pub(crate) fn mix_and_decimate(
     samples: &[f64],
@@ -20,70 +25,175 @@ pub(crate) fn mix_and_decimate(
     re: &mut [f64],
     im: &mut [f64],
 ) {
+    let fused = target_cfg_f!(any(target_feature = "fma", target_feature = "avx512f"));
+    let taps = [taps_re, taps_im];
+    let mut batch = [[[0.0; LANES]; 2]; BATCH];
+    let outputs = re.chunks_mut(BATCH).zip(im.chunks_mut(BATCH));
+    for (first, (re, im)) in (0..).step_by(BATCH).zip(outputs) {
+        for (j, sums) in (first..).zip(&mut batch[..re.len()]) {
+            let window = &samples[j * step..][..taps_re.len()];
+            *sums = if fused {
+                partial_sums::<true, 2>(window, taps)
+            } else {
+                partial_sums::<false, 2>(window, taps)
+            };
+        }
+        for ((re, im), sums) in re.iter_mut().zip(im).zip(&batch) {
+            [*re, *im] = sums.map(total);
+        }
+    }
+}
+
+/// The inner products of one window with several sets of taps, which are filled up with zeros to a multiple of [`LANES`].
+pub(crate) fn inner_products<const N: usize>(window: &[f64], taps: [&[f64]; N]) -> [f64; N] {
+    lanewise_products(window, taps).map(total)
+}
+
+#[multiversion(
+    targets("x86_64+avx512f+avx512vl", "x86_64+avx2+fma"),
+    dispatcher = "direct"
+)]
+fn lanewise_products<const N: usize>(window: &[f64], taps: [&[f64]; N]) -> [Lanes; N] {
     if target_cfg_f!(any(target_feature = "fma", target_feature = "avx512f")) {
-        mix_and_decimate_as::<true>(samples, step, taps_re, taps_im, re, im);
+        partial_sums::<true, N>(window, taps)
     } else {
-        mix_and_decimate_as::<false>(samples, step, taps_re, taps_im, re, im);
+        partial_sums::<false, N>(window, taps)
     }
 }
 
-#[inline(always)]
-fn mix_and_decimate_as<const FUSED: bool>(
-    samples: &[f64],
-    step: usize,
-    taps_re: &[f64],
-    taps_im: &[f64],
-    re: &mut [f64],
-    im: &mut [f64],
-) {
-    for (j, (re, im)) in re.iter_mut().zip(im.iter_mut()).enumerate() {
-        let window = &samples[j * step..][..taps_re.len()];
-        [*re, *im] = dot::<FUSED, 2>(window, [taps_re, taps_im]);
-    }
-}
-
-/// The inner products of one window with the value, slope and curvature taps.
+/// Appends one channel of interleaved samples. False when any of them is NaN or reaches `level` in magnitude.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2+fma"))]
-pub(crate) fn three_dots(window: &[f64], taps: [&[f64]; 3]) -> [f64; 3] {
-    if target_cfg_f!(any(target_feature = "fma", target_feature = "avx512f")) {
-        dot::<true, 3>(window, taps)
-    } else {
-        dot::<false, 3>(window, taps)
+pub(crate) fn deinterleave(
+    interleaved: &[f32],
+    stride: usize,
+    channel: usize,
+    level: f32,
+    out: &mut Vec<f64>,
+) -> bool {
+    match stride {
+        // The common layouts, for which the compiler shuffles instead of gathering.
+        1 => take_column(
+            interleaved.as_chunks::<1>().0.iter().map(|f| f[0]),
+            level,
+            out,
+        ),
+        2 if channel == 0 => take_column(
+            interleaved.as_chunks::<2>().0.iter().map(|f| f[0]),
+            level,
+            out,
+        ),
+        2 => take_column(
+            interleaved.as_chunks::<2>().0.iter().map(|f| f[1]),
+            level,
+            out,
+        ),
+        _ => take_column(
+            interleaved.chunks_exact(stride).map(|f| f[channel]),
+            level,
+            out,
+        ),
     }
 }
 
 #[inline(always)]
-fn dot<const FUSED: bool, const N: usize>(window: &[f64], taps: [&[f64]; N]) -> [f64; N] {
+fn take_column(column: impl ExactSizeIterator<Item = f32>, level: f32, out: &mut Vec<f64>) -> bool {
+    let start = out.len();
+    out.resize(start + column.len(), 0.0);
+    let mut flaws = 0u64;
+    for (out, x) in out[start..].iter_mut().zip(column) {
+        // A NaN fails every comparison.
+        let sound = x.abs() < level;
+        flaws += u64::from(!sound);
+        *out = f64::from(x);
+    }
+    flaws == 0
+}
+
+#[inline(always)]
+fn partial_sums<const FUSED: bool, const N: usize>(
+    window: &[f64],
+    taps: [&[f64]; N],
+) -> [Lanes; N] {
+    let (chunks, rest) = window.as_chunks::<LANES>();
+    let taps = taps.map(|taps| taps.as_chunks::<LANES>().0);
     let mut sums = [[0.0; LANES]; N];
-    let whole = window.len() / LANES * LANES;
-    let mut at = 0;
-    while at < whole {
-        let x: &[f64] = &window[at..at + LANES];
-        for (sum, taps) in sums.iter_mut().zip(taps) {
-            let h = &taps[at..at + LANES];
-            for lane in 0..LANES {
-                sum[lane] = multiply_add::<FUSED>(x[lane], h[lane], sum[lane]);
+    for (i, x) in chunks.iter().enumerate() {
+        for n in 0..N {
+            sums[n] = multiply_add::<FUSED>(x, &taps[n][i], &sums[n]);
+        }
+    }
+    if !rest.is_empty() {
+        let mut x = [0.0; LANES];
+        x[..rest.len()].copy_from_slice(rest);
+        for n in 0..N {
+            sums[n] = multiply_add::<FUSED>(&x, &taps[n][chunks.len()], &sums[n]);
+        }
+    }
+    sums
+}
+
+fn total(sums: Lanes) -> f64 {
+    let quarters: [f64; 4] = std::array::from_fn(|i| sums[i] + sums[i + 4]);
+    (quarters[0] + quarters[2]) + (quarters[1] + quarters[3])
+}
+
+#[inline(always)]
+fn multiply_add<const FUSED: bool>(a: &Lanes, b: &Lanes, c: &Lanes) -> Lanes {
+    std::array::from_fn(|i| {
+        if FUSED {
+            a[i].mul_add(b[i], c[i])
+        } else {
+            a[i] * b[i] + c[i]
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    fn wave(n: usize, step: f64) -> Vec<f64> {
+        (0..n).map(|i| (i as f64 * step).sin()).collect()
+    }
+
+    #[test]
+    fn inner_products_agree_with_plain_sums_at_any_length() {
+        for length in [1, 7, 8, 9, 79, 99] {
+            let window = wave(length, 0.3);
+            let mut taps = [wave(length, 0.7), wave(length, 1.1)];
+            let plain = taps
+                .each_ref()
+                .map(|t| t.iter().zip(&window).map(|(t, x)| t * x).sum::<f64>());
+            taps.iter_mut()
+                .for_each(|t| t.resize(length.next_multiple_of(LANES), 0.0));
+            let ours = inner_products(&window, taps.each_ref().map(Vec::as_slice));
+            for (ours, plain) in ours.into_iter().zip(plain) {
+                assert_relative_eq!(ours, plain, epsilon = 1e-13);
             }
         }
-        at += LANES;
     }
-    let mut out = [0.0; N];
-    for ((out, sum), taps) in out.iter_mut().zip(sums).zip(taps) {
-        let pairs = [
-            sum[0] + sum[4],
-            sum[1] + sum[5],
-            sum[2] + sum[6],
-            sum[3] + sum[7],
-        ];
-        *out = (pairs[0] + pairs[2]) + (pairs[1] + pairs[3]);
-        for (x, h) in window[whole..].iter().zip(&taps[whole..]) {
-            *out = multiply_add::<FUSED>(*x, *h, *out);
+
+    #[test]
+    fn columns_are_taken_and_flaws_seen_in_every_layout() {
+        for stride in 1..=5 {
+            let interleaved: Vec<f32> = (0..stride * 33).map(|i| i as f32 / 1000.0).collect();
+            for channel in 0..stride {
+                let mut out = vec![];
+                assert!(deinterleave(&interleaved, stride, channel, 0.5, &mut out));
+                let expected: Vec<f64> = (0..33)
+                    .map(|k| f64::from(((k * stride + channel) as f32) / 1000.0))
+                    .collect();
+                assert_eq!(out, expected);
+                for flaw in [f32::NAN, f32::NEG_INFINITY, 0.5, -0.5] {
+                    let mut flawed = interleaved.clone();
+                    flawed[20 * stride + channel] = flaw;
+                    assert!(!deinterleave(&flawed, stride, channel, 0.5, &mut vec![]));
+                    for other in (0..stride).filter(|&other| other != channel) {
+                        assert!(deinterleave(&flawed, stride, other, 0.5, &mut vec![]));
+                    }
+                }
+            }
         }
     }
-    out
-}
-
-#[inline(always)]
-fn multiply_add<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
-    if FUSED { a.mul_add(b, c) } else { a * b + c }
 }

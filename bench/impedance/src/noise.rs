@@ -1,7 +1,7 @@
 //! How noisy a channel is around the carrier.
 
 use crate::filter::{Filter, PROBES};
-use num_complex::Complex64;
+use crate::kernel;
 
 /// One look at the noise per this many frames: as long as the filter, so that looks are nearly independent.
 const FRAMES_PER_LOOK: u64 = 10;
@@ -47,12 +47,11 @@ impl NoiseFloor {
             .zip(&second.probes)
             .zip(second.probe_gain)
         {
-            let seen: Complex64 = probe
-                .iter()
-                .zip(re.iter().zip(im))
-                .map(|(g, (&re, &im))| g * Complex64::new(re, im))
-                .sum();
-            *variance += weight * (gain * seen.norm_sqr() - *variance);
+            let taps = probe.each_ref().map(Vec::as_slice);
+            let [rr, ri] = kernel::inner_products(re, taps);
+            let [ir, ii] = kernel::inner_products(im, taps);
+            let power = (rr - ii).powi(2) + (ri + ir).powi(2);
+            *variance += weight * (gain * power - *variance);
         }
         let mut sorted = self.variance;
         sorted.sort_by(f64::total_cmp);

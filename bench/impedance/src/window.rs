@@ -52,17 +52,17 @@ mod tests {
         // Abramowitz & Stegun 1964, tables 9.8 and 9.11: I₀(1), I₁(1), I₂(1), I₀(10).
         assert_relative_eq!(
             bessel_over_power(0, 1.0),
-            1.266_065_877_752_008_4,
+            1.266_065_877_752_008,
             max_relative = 1e-15
         );
         assert_relative_eq!(
             bessel_over_power(1, 1.0),
-            0.565_159_103_992_485_0,
+            0.565_159_103_992_485,
             max_relative = 1e-15
         );
         assert_relative_eq!(
             bessel_over_power(2, 1.0),
-            0.135_747_669_767_038_3,
+            0.135_747_669_767_038,
             max_relative = 1e-14
         );
         assert_relative_eq!(

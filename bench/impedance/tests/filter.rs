@@ -1,5 +1,10 @@
 //! The measured properties that the docs of `Filter` quote.
 
+#![expect(
+    clippy::unwrap_used,
+    reason = "a test that cannot go on should stop with the error"
+)]
+
 use impedance::{Filter, FilterError, OUTPUT_RATE_HZ, Settings};
 
 fn filter(sample_rate_hz: u32) -> Filter {

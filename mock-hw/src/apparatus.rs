@@ -8,6 +8,7 @@
 //! give the same bits. In [`Pace::RealTime`] a thread does the same, level with the machine's clock.
 
 mod faults;
+mod outboard;
 mod senses;
 mod world;
 
@@ -24,6 +25,7 @@ use crate::pins::{PinBoard, Pins};
 use crate::scenario::Scenario;
 use crate::serial::DeviceStart;
 pub use faults::FaultPanel;
+pub use outboard::{Outboard, Visit};
 pub use senses::Senses;
 use world::{ForceSide, World};
 
@@ -85,14 +87,6 @@ pub enum ApparatusError {
     /// The truth could not be written.
     #[error("truth of the run: {0}")]
     Truth(#[source] io::Error),
-    /// The truth counts frames, and they have changed their length.
-    #[error("the converter went from {from_hz} Hz to {to_hz} Hz within one truth file")]
-    TruthRate {
-        /// Rate at which the truth began, Hz.
-        from_hz: u32,
-        /// Rate of the stream opened now, Hz.
-        to_hz: u32,
-    },
     /// The real-time thread could not be started.
     #[error("the apparatus' thread: {0}")]
     Thread(#[source] io::Error),
@@ -142,7 +136,13 @@ impl Apparatus {
         let audio = Audio::new(Arc::clone(&clock), scenario.converter.channels as u16);
         let board = PinBoard::new(scenario, Arc::clone(&clock));
         let senses = Senses::default();
-        let force = ForceSide::open(&config)?;
+        let force = ForceSide::open(
+            &scenario.force_sensor,
+            config
+                .force_start
+                .unwrap_or_else(|| DeviceStart::draw(config.seed)),
+            config.pace == Pace::Stepped,
+        )?;
         let force_port = force.path();
         let world = Box::new(World::new(&config, &clock, &audio, &board, &force, &senses));
         let stop = Arc::new(AtomicBool::new(false));

@@ -4,20 +4,17 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::{ApparatusConfig, ApparatusError, Senses};
-use crate::clock::{BASE_RATE_HZ, Pace, WorldClock};
+use crate::clock::{BASE_RATE_HZ, WorldClock};
 use crate::fingertip::Fingertip;
 use crate::host::Audio;
 use crate::person::Person;
 use crate::pins::PinBoard;
 use crate::plant::{ForceSample, Plant};
-use crate::scenario::Scenario;
-use crate::seed;
+use crate::scenario::ForceSensor;
 use crate::serial::{DeviceStart, ForceDevice, ForceFault, SerialLine};
 use crate::truth::TruthWriter;
 
 pub(super) struct World {
-    scenario: Scenario,
-    seed: u64,
     clock: Arc<WorldClock>,
     audio: Arc<Audio>,
     board: Arc<PinBoard>,
@@ -26,8 +23,6 @@ pub(super) struct World {
     person: Person,
     plant: Plant,
     rate_hz: u32,
-    /// World time at which the plant began to count, s.
-    plant_start_s: f64,
     step: u64,
     truth_path: Option<PathBuf>,
     truth: Option<TruthWriter>,
@@ -45,40 +40,34 @@ impl World {
         senses: &Senses,
     ) -> Self {
         let participant_seed = config.participant_seed.unwrap_or(config.seed);
-        let mut scenario = config.scenario.clone();
-        // The same person's skin on any bench: the plant draws what is not pinned by its own seed.
+        let scenario = &config.scenario;
         let skin = Fingertip::draw(&scenario.participant, participant_seed);
-        scenario.participant.sigma_t_m = Some(skin.sigma_t_m);
-        scenario.participant.z_t_n_s_per_m = Some(skin.z_t_n_s_per_m);
-        scenario.participant.mu0 = Some(skin.mu0);
+        let rate_hz = f64::from(BASE_RATE_HZ);
         let most_frames = clock.period_frames_at(BASE_RATE_HZ);
         Self {
-            seed: config.seed,
             clock: Arc::clone(clock),
             audio: Arc::clone(audio),
             board: Arc::clone(board),
             force: force.clone(),
             senses: senses.clone(),
             person: Person::draw(&scenario.participant, participant_seed),
-            plant: Plant::new(&scenario, config.seed, f64::from(BASE_RATE_HZ)),
+            plant: Plant::with_fingertip(scenario, skin, config.seed, rate_hz),
             rate_hz: BASE_RATE_HZ,
-            plant_start_s: 0.0,
             step: 0,
             truth_path: config.truth_path.clone(),
             truth: None,
             drive: vec![0.0; most_frames],
             inputs: vec![0.0; most_frames * scenario.converter.channels],
-            scenario,
         }
     }
 
     pub(super) fn step(&mut self) -> Result<(), ApparatusError> {
         let start_ns = self.clock.ns_of(self.step);
-        self.follow_rate(start_ns)?;
+        self.follow_rate();
         self.begin_truth()?;
         let frames = self.clock.period_frames_at(self.rate_hz);
         let drive = &mut self.drive[..frames];
-        let inputs = &mut self.inputs[..frames * self.scenario.converter.channels];
+        let inputs = &mut self.inputs[..frames * self.plant.channels()];
 
         let act = self.person.step(
             1e-9 * start_ns as f64,
@@ -93,7 +82,6 @@ impl World {
         self.step += 1;
         self.force.send(
             self.plant.forces(),
-            self.plant_start_s,
             1e-9 * self.clock.ns_of(self.step) as f64,
         )?;
         if let Some(truth) = &mut self.truth {
@@ -114,22 +102,13 @@ impl World {
         }
     }
 
-    /// A stream was opened at another rate: the plant begins anew, at rest, on that sample clock.
-    fn follow_rate(&mut self, now_ns: u64) -> Result<(), ApparatusError> {
+    /// A stream was opened at another rate than the last one.
+    fn follow_rate(&mut self) {
         let rate_hz = self.audio.rate_hz();
-        if rate_hz == self.rate_hz {
-            return Ok(());
+        if rate_hz != self.rate_hz {
+            self.rate_hz = rate_hz;
+            self.plant.set_rate(f64::from(rate_hz));
         }
-        if self.truth.is_some() {
-            return Err(ApparatusError::TruthRate {
-                from_hz: self.rate_hz,
-                to_hz: rate_hz,
-            });
-        }
-        self.rate_hz = rate_hz;
-        self.plant = Plant::new(&self.scenario, self.seed, f64::from(rate_hz));
-        self.plant_start_s = 1e-9 * now_ns as f64;
-        Ok(())
     }
 
     fn begin_truth(&mut self) -> Result<(), ApparatusError> {
@@ -144,39 +123,24 @@ impl World {
 
 /// The force sensor's device and its serial line.
 #[derive(Clone)]
-pub(super) struct ForceSide {
-    /// Device seconds in a true second.
-    clock_rate: f64,
-    ends: Arc<Mutex<(ForceDevice, SerialLine)>>,
-}
+pub(super) struct ForceSide(Arc<Mutex<(ForceDevice, SerialLine)>>);
 
 impl ForceSide {
-    pub(super) fn open(config: &ApparatusConfig) -> Result<Self, ApparatusError> {
-        let sensor = &config.scenario.force_sensor;
-        let start = config.force_start.unwrap_or_else(|| {
-            DeviceStart::draw(&mut seed::stream(config.seed, seed::Stream::ForceCounters))
-        });
+    /// A `synchronous` line has every byte readable when it was sent.
+    pub(super) fn open(
+        sensor: &ForceSensor,
+        start: DeviceStart,
+        synchronous: bool,
+    ) -> Result<Self, ApparatusError> {
         let device = ForceDevice::new(sensor, start);
-        let line =
-            SerialLine::open(config.pace == Pace::Stepped).map_err(ApparatusError::Serial)?;
-        Ok(Self {
-            clock_rate: 1.0 + 1e-6 * sensor.clock_ppm,
-            ends: Arc::new(Mutex::new((device, line))),
-        })
+        let line = SerialLine::open(synchronous).map_err(ApparatusError::Serial)?;
+        Ok(Self(Arc::new(Mutex::new((device, line)))))
     }
 
-    fn send(
-        &self,
-        readings: &[ForceSample],
-        plant_start_s: f64,
-        now_s: f64,
-    ) -> Result<(), ApparatusError> {
+    pub(super) fn send(&self, readings: &[ForceSample], now_s: f64) -> Result<(), ApparatusError> {
         let (device, line) = &mut *self.lock();
         for reading in readings {
-            device.sample(
-                reading,
-                self.clock_rate * plant_start_s + reading.device_time_s,
-            );
+            device.sample(reading);
         }
         if let Some(burst) = device.burst(now_s) {
             line.send(burst, now_s).map_err(ApparatusError::Serial)?;
@@ -202,6 +166,6 @@ impl ForceSide {
     }
 
     fn lock(&self) -> MutexGuard<'_, (ForceDevice, SerialLine)> {
-        self.ends.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -5,10 +5,10 @@ use std::io::Write;
 
 use crc::{CRC_16_IBM_3740, Crc};
 use rand::RngExt;
-use rand_chacha::ChaCha8Rng;
 
 use crate::plant::ForceSample;
 use crate::scenario::{ForceProtocol, ForceSensor};
+use crate::seed;
 
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 const VERSION: u8 = 1;
@@ -27,7 +27,8 @@ pub struct DeviceStart {
 }
 
 impl DeviceStart {
-    pub(crate) fn draw(rng: &mut ChaCha8Rng) -> Self {
+    pub(crate) fn draw(seed: u64) -> Self {
+        let mut rng = seed::stream(seed, seed::Stream::ForceCounters);
         Self {
             clock_us: rng.random(),
             sequence: rng.random(),
@@ -97,10 +98,9 @@ impl ForceDevice {
         }
     }
 
-    /// Encodes one reading for the next burst; `elapsed_s` is how long the device has been on, by
-    /// its own clock.
-    pub(crate) fn sample(&mut self, reading: &ForceSample, elapsed_s: f64) {
-        let elapsed_us = (1e6 * elapsed_s).round() as u64;
+    /// Encodes one reading for the next burst.
+    pub(crate) fn sample(&mut self, reading: &ForceSample) {
+        let elapsed_us = (1e6 * reading.device_time_s).round() as u64;
         let device_us = self.start_us.wrapping_add(elapsed_us as u32);
         let sequence = self.sequence;
         self.sequence = self.sequence.wrapping_add(1);

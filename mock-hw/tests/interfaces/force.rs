@@ -10,9 +10,9 @@ use mock_hw::serial::{DeviceStart, ForceFault};
 use crate::bench::{open_force_port, pass, read_available, stepped};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Frame {
-    sequence: u16,
-    device_us: u32,
+pub struct Frame {
+    pub sequence: u16,
+    pub device_us: u32,
     normal_un: i32,
     lateral_un: i32,
     status: u8,
@@ -66,7 +66,7 @@ fn decode(block: &[u8]) -> Option<Frame> {
 }
 
 /// Whole frames of a stream: what decodes, and how many do not.
-fn frames(bytes: &[u8]) -> (Vec<Frame>, usize) {
+pub fn frames(bytes: &[u8]) -> (Vec<Frame>, usize) {
     let blocks: Vec<_> = bytes.split_inclusive(|b| *b == 0).collect();
     let decoded: Vec<_> = blocks
         .iter()

@@ -1,0 +1,208 @@
+//! The apparatus as outboard equipment: somebody else's audio server paces it, nobody shows its
+//! person anything, and there is no GPIO. The amplifier is always on; the finger keeps a timetable
+//! that begins whenever the drive comes on.
+
+use std::path::PathBuf;
+
+use super::ApparatusError;
+use super::world::ForceSide;
+use crate::person::FingerState;
+use crate::plant::Plant;
+use crate::scenario::Scenario;
+use crate::serial::DeviceStart;
+
+/// Generator output above this counts as drive, full scale 1.
+const DRIVEN: f32 = 1e-3;
+/// The drive is off when it was silent for this long, s.
+const SILENCE_S: f64 = 0.5;
+/// How fast the finger lands and lifts, s.
+const LANDING_S: f64 = 0.1;
+
+/// What the finger does each time the drive comes on, until it goes off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Visit {
+    /// It lands this long after the drive came on, s.
+    pub touch_after_s: f64,
+    /// And slides off this long after landing, s.
+    pub slide_after_s: f64,
+    /// Where it lands, m along the plate.
+    pub from_m: f64,
+    /// Where it turns round, m along the plate.
+    pub to_m: f64,
+    /// How fast it slides, back and forth, m/s.
+    pub speed_m_per_s: f64,
+    /// How hard it presses, N.
+    pub normal_n: f64,
+}
+
+impl Default for Visit {
+    /// The published exploration, after a second without the finger.
+    fn default() -> Self {
+        Self {
+            touch_after_s: 1.5,
+            slide_after_s: 0.5,
+            from_m: 0.010,
+            to_m: 0.095,
+            speed_m_per_s: 0.050,
+            normal_n: 0.65,
+        }
+    }
+}
+
+impl Visit {
+    /// The finger `driven_s` after the drive came on.
+    fn finger(&self, driven_s: f64) -> FingerState {
+        let on_plate_s = driven_s - self.touch_after_s;
+        if on_plate_s <= 0.0 {
+            return FingerState {
+                position_m: self.from_m,
+                ..FingerState::default()
+            };
+        }
+        let length_m = self.to_m - self.from_m;
+        let travelled_m = self.speed_m_per_s * (on_plate_s - self.slide_after_s).max(0.0);
+        let lap_m = travelled_m % (2.0 * length_m.abs());
+        let (distance_m, way) = if lap_m <= length_m.abs() {
+            (lap_m, 1.0)
+        } else {
+            (2.0 * length_m.abs() - lap_m, -1.0)
+        };
+        let sliding = on_plate_s > self.slide_after_s;
+        FingerState {
+            position_m: self.from_m + distance_m * length_m.signum(),
+            velocity_m_per_s: if sliding {
+                way * self.speed_m_per_s * length_m.signum()
+            } else {
+                0.0
+            },
+            normal_n: self.normal_n * (on_plate_s / LANDING_S).min(1.0),
+            touching: true,
+        }
+    }
+}
+
+/// An apparatus between the two directions of an audio server.
+pub struct Outboard {
+    plant: Plant,
+    force: ForceSide,
+    visit: Visit,
+    interval_s: f64,
+    frame: u64,
+    /// First and last frame of the drive's present stretch.
+    driven: Option<(u64, u64)>,
+}
+
+impl Outboard {
+    /// An apparatus at the audio server's rate, with its force sensor's serial line.
+    ///
+    /// # Errors
+    /// [`ApparatusError::Serial`] when the system gives no pseudo-terminal.
+    pub fn new(
+        scenario: &Scenario,
+        seed: u64,
+        rate_hz: u32,
+        visit: Visit,
+    ) -> Result<Self, ApparatusError> {
+        let start = DeviceStart::draw(seed);
+        let clock_rate = 1.0 + 1e-6 * scenario.converter.clock_ppm;
+        Ok(Self {
+            plant: Plant::new(scenario, seed, f64::from(rate_hz)),
+            force: ForceSide::open(&scenario.force_sensor, start, false)?,
+            visit,
+            interval_s: 1.0 / (f64::from(rate_hz) * clock_rate),
+            frame: 0,
+            driven: None,
+        })
+    }
+
+    /// Number of input channels.
+    #[must_use]
+    pub fn channels(&self) -> usize {
+        self.plant.channels()
+    }
+
+    /// The force sensor's serial port.
+    #[must_use]
+    pub fn force_port(&self) -> PathBuf {
+        self.force.path()
+    }
+
+    /// Whether the finger is on the plate.
+    #[must_use]
+    pub fn is_touched(&self) -> bool {
+        self.finger().touching
+    }
+
+    /// One period: generator samples in, interleaved inputs out. Allocates nothing and never
+    /// waits.
+    ///
+    /// # Errors
+    /// [`ApparatusError::Serial`] when the serial line has failed.
+    ///
+    /// # Panics
+    /// When `inputs` is not `drive.len() · channels()` long.
+    pub fn process(&mut self, drive: &[f32], inputs: &mut [f32]) -> Result<(), ApparatusError> {
+        self.listen(drive);
+        self.frame += drive.len() as u64;
+        let finger = self.finger();
+        self.plant.step(drive, true, &finger, inputs);
+        self.force
+            .send(self.plant.forces(), self.frame as f64 * self.interval_s)
+    }
+
+    fn listen(&mut self, drive: &[f32]) {
+        if drive.iter().any(|sample| sample.abs() > DRIVEN) {
+            let since = self.driven.map_or(self.frame, |(since, _)| since);
+            self.driven = Some((since, self.frame));
+        } else if self
+            .driven
+            .is_some_and(|(_, last)| (self.frame - last) as f64 * self.interval_s > SILENCE_S)
+        {
+            self.driven = None;
+        }
+    }
+
+    fn finger(&self) -> FingerState {
+        let driven_s = self.driven.map_or(0.0, |(since, _)| {
+            (self.frame - since) as f64 * self.interval_s
+        });
+        self.visit.finger(driven_s)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_finger_lands_slides_and_turns_round() {
+        let visit = Visit::default();
+        let at = |driven_s| visit.finger(driven_s);
+        assert!(!at(1.4).touching);
+        assert!((at(1.55).normal_n - 0.325).abs() < 1e-9, "landing");
+        assert_eq!((at(1.9).velocity_m_per_s, at(1.9).position_m), (0.0, 0.010));
+        let there = at(2.0 + 1.0);
+        assert!((there.position_m - 0.060).abs() < 1e-9 && there.velocity_m_per_s > 0.0);
+        let back = at(2.0 + 1.7 + 1.0);
+        assert!((back.position_m - 0.045).abs() < 1e-9 && back.velocity_m_per_s < 0.0);
+    }
+
+    #[test]
+    fn the_timetable_begins_with_the_drive_and_ends_with_it() {
+        let mut outboard =
+            Outboard::new(&Scenario::default(), 1, 192_000, Visit::default()).unwrap();
+        let mut inputs = vec![0.0; 1_920 * outboard.channels()];
+        let mut pass = |level: f32, seconds: f64| {
+            for _ in 0..(100.0 * seconds) as usize {
+                outboard.process(&[level; 1_920], &mut inputs).unwrap();
+            }
+            outboard.is_touched()
+        };
+        assert!(!pass(0.0, 2.0), "no drive, no finger");
+        assert!(!pass(0.1, 1.4));
+        assert!(pass(0.1, 0.2));
+        assert!(pass(0.0, 0.4), "a pause of the modulation");
+        assert!(!pass(0.0, 0.2), "off");
+        assert!(!pass(0.1, 1.0), "and from the beginning");
+    }
+}

@@ -8,6 +8,8 @@ use ratatui::backend::{Backend, CrosstermBackend};
 use ratatui::crossterm::{self, cursor, event as input, execute, terminal};
 use ratatui::{Frame, Terminal};
 
+use rustix::event::{PollFd, PollFlags, Timespec};
+
 use crate::action::Action;
 use crate::event::Event;
 use crate::key::key;
@@ -128,7 +130,9 @@ struct TerminalKeys;
 
 impl Keys for TerminalKeys {
     fn next(&mut self, timeout: Duration) -> io::Result<Option<input::KeyEvent>> {
-        if !input::poll(timeout)? {
+        wait_for_input(timeout)?;
+        // Asked even when nothing came: earlier input may hold several keys.
+        if !input::poll(Duration::ZERO)? {
             return Ok(None);
         }
         Ok(match input::read()? {
@@ -137,6 +141,22 @@ impl Keys for TerminalKeys {
             _ => None,
         })
     }
+}
+
+/// Waits for input, or for the terminal to go away: crossterm's own waiting would then never return.
+fn wait_for_input(timeout: Duration) -> io::Result<()> {
+    let stdin = io::stdin();
+    let mut polled = [PollFd::new(&stdin, PollFlags::IN)];
+    let timeout = Timespec::try_from(timeout).map_err(io::Error::other)?;
+    match rustix::event::poll(&mut polled, Some(&timeout)) {
+        Ok(_) | Err(rustix::io::Errno::INTR) => {}
+        Err(error) => return Err(error.into()),
+    }
+    let gone = PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL;
+    if polled[0].revents().intersects(gone) {
+        return Err(io::Error::from(io::ErrorKind::BrokenPipe));
+    }
+    Ok(())
 }
 
 fn operate<B: Backend<Error = io::Error>>(

@@ -117,6 +117,18 @@ fn a_panic_elsewhere_makes_safe_then_puts_back_then_speaks() {
 }
 
 #[test]
+fn it_ends_when_its_terminal_is_closed() {
+    if std::env::var_os(PART).is_some() {
+        dashboard();
+        return;
+    }
+    let (mut screen, mut part) = on_a_terminal("it_ends_when_its_terminal_is_closed");
+    screen.wait_for("UNKNOWN");
+    drop(screen);
+    part.wait_for_end();
+}
+
+#[test]
 fn without_a_terminal_it_says_what_to_do() {
     if std::env::var_os(PART).is_some() {
         let (_bench, events) = mpsc::channel();

@@ -2,7 +2,7 @@ use num_complex::Complex64;
 
 use crate::assumed::AssumedConstants;
 use crate::error::{ModelError, not_negative, positive, same_length};
-use crate::root::increasing_root;
+use crate::root::{Jet, increasing_root};
 
 /// Just above (1 − 1/e)^(−1/2): a film that leaves the asperities 1/e or less needs a gap no larger than this times √load.
 const LIFTED: f64 = 1.257_767;
@@ -137,10 +137,10 @@ impl Contact {
     /// # Errors
     /// As [`rest_gap_m`](Self::rest_gap_m), or if the amplitude is negative or not finite.
     pub fn equilibrium_gap_m(&self, amplitude_m: f64, normal_n: f64) -> Result<f64, ModelError> {
-        self.equilibrium_gap_from(amplitude_m, normal_n, 0.0)
+        self.equilibrium_gap_from(amplitude_m, normal_n, f64::NAN)
     }
 
-    /// [`equilibrium_gap_m`](Self::equilibrium_gap_m) for each sample of a record, each started from the one before.
+    /// [`equilibrium_gap_m`](Self::equilibrium_gap_m) for each sample of a record, each started from the two before.
     ///
     /// # Errors
     /// The first sample's that has no gap, with its index; `gap_m` is then filled up to it.
@@ -152,20 +152,22 @@ impl Contact {
     ) -> Result<(), ModelError> {
         same_length("normal_n", normal_n.len(), amplitude_m.len())?;
         same_length("gap_m", gap_m.len(), amplitude_m.len())?;
-        let mut start_m = 0.0;
+        // Extrapolated from the two samples before; the first has only what the solver starts from by itself.
+        let (mut last_m, mut before_m) = (f64::NAN, f64::NAN);
         for (index, ((gap, &a), &n)) in gap_m.iter_mut().zip(amplitude_m).zip(normal_n).enumerate()
         {
-            start_m = self.equilibrium_gap_from(a, n, start_m).map_err(|source| {
-                ModelError::AtSample {
-                    index,
-                    source: Box::new(source),
-                }
+            let solved = self.equilibrium_gap_from(a, n, 2.0 * last_m - before_m);
+            *gap = solved.map_err(|source| ModelError::AtSample {
+                index,
+                source: Box::new(source),
             })?;
-            *gap = start_m;
+            (last_m, before_m) = (*gap, last_m);
         }
         Ok(())
     }
 
+    /// NaN is no start.
+    #[inline]
     fn equilibrium_gap_from(
         &self,
         amplitude_m: f64,
@@ -180,11 +182,20 @@ impl Contact {
         let lo = rest.max(free);
         // One σ_t above rest the asperities have lost 1 − 1/e of the force.
         let hi = (rest + 1.0).max(free * LIFTED);
-        let u = increasing_root(lo, hi, start_m / self.sigma_t_m, |u| {
-            let lifted = -(rest - u).exp_m1();
+        let extrapolated = start_m / self.sigma_t_m;
+        let start = if extrapolated.is_nan() {
+            (rest.powi(4) + load * load).sqrt().sqrt()
+        } else {
+            extrapolated
+        };
+        let u = increasing_root(lo, hi, start, |u| {
+            let carried = (rest - u).exp();
+            let lifted = 1.0 - carried;
+            let slope = u * (2.0 * lifted + carried * u);
             (
                 lifted * u * u - load,
-                u * (2.0 * lifted + (1.0 - lifted) * u),
+                slope,
+                2.0 * lifted + carried * u * (4.0 - u),
             )
         });
         Ok(u * self.sigma_t_m)
@@ -252,18 +263,19 @@ impl Contact {
                 limit_n_per_m: self.rest_stiffness_n_per_m(normal_n),
             });
         }
-        let excess = |u: f64| {
-            let lifted = -(rest - u).exp_m1();
-            let carried = 1.0 - lifted;
-            (
-                carried + 2.0 * lifted / u - relative,
-                carried * (2.0 / u - 1.0) - 2.0 * lifted / (u * u),
-            )
+        let excess = |u: f64| -> Jet {
+            let carried = (rest - u).exp();
+            let lifted = 1.0 - carried;
+            let slope = carried * (2.0 / u - 1.0) - 2.0 * lifted / (u * u);
+            let curvature = carried * (1.0 - 2.0 / u - 4.0 / (u * u)) + 4.0 * lifted / (u * u * u);
+            (carried + 2.0 * lifted / u - relative, slope, curvature)
         };
         let falling = |u: f64| {
-            let (value, slope) = excess(u);
-            (-value, -slope)
+            let (value, slope, curvature) = excess(u);
+            (-value, -slope, -curvature)
         };
+        // What rounding can do to a stiffness that is that of rest, or the greatest: f_s is a difference there.
+        let rounding = 4.0 * f64::EPSILON * (1.0 + 2.0 / rest);
         let peak = stiffest_gap(rest);
         let found = |u: f64, branch| {
             Ok(InvertedGap {
@@ -272,8 +284,7 @@ impl Contact {
             })
         };
         if excess(peak).0 <= 0.0 {
-            // A round trip through the greatest stiffness itself is not "above" it.
-            let branch = if excess(peak).0 >= -4.0 * f64::EPSILON {
+            let branch = if excess(peak).0 >= -rounding {
                 StiffnessBranch::Unique
             } else {
                 StiffnessBranch::AboveMaximum
@@ -283,7 +294,7 @@ impl Contact {
         // Each of the two terms is below half the target beyond its own bound.
         let hi = (4.0 / relative).max(rest - (0.5 * relative).ln()).max(peak);
         let u = increasing_root(peak, hi, (2.0 / relative).max(rest), falling);
-        if relative > 1.0 {
+        if relative > 1.0 - rounding {
             let smaller = increasing_root(rest, peak, rest, excess);
             return found(
                 u,
@@ -355,7 +366,11 @@ impl Contact {
         let u = increasing_root(lo, hi, lo, |u| {
             let asperity = self.asperity_n_per_m * (-u).exp();
             let film = squeeze / (u * u * u);
-            (k_c_n_per_m - asperity - film, asperity + 3.0 * film / u)
+            (
+                k_c_n_per_m - asperity - film,
+                asperity + 3.0 * film / u,
+                -asperity - 12.0 * film / (u * u),
+            )
         });
         Ok(u * self.sigma_t_m)
     }
@@ -381,7 +396,8 @@ fn stiffest_gap(rest: f64) -> f64 {
         let carried = (rest - u).exp();
         (
             2.0 * (1.0 - carried) + carried * u * (u - 2.0),
-            carried * (4.0 * u - u * u),
+            carried * u * (4.0 - u),
+            carried * (4.0 + u * (u - 6.0)),
         )
     })
 }

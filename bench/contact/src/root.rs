@@ -1,29 +1,29 @@
-/// Quadratic convergence: a Newton step this small, relative to the root, leaves an error at rounding level.
-const LAST_STEP: f64 = 1e-8;
+/// Halley's iteration converges cubically: after a step this small, relative to the root, the error is at rounding level.
+const LAST_STEP: f64 = 1e-6;
 
-/// The root of an increasing function on a bracket, by Newton's method that bisects where a step would leave the bracket.
-/// `f` gives value and derivative; `f(lo) ≤ 0 ≤ f(hi)`, `lo > 0`.
+/// Value, slope and curvature at a point.
+pub(crate) type Jet = (f64, f64, f64);
+
+/// The root of an increasing function on a bracket, by Halley's method (Newton's with the curvature) that bisects where a step
+/// would leave the bracket. `f(lo) ≤ 0 ≤ f(hi)`, `0 < lo ≤ hi`.
 #[inline]
-pub(crate) fn increasing_root(
-    mut lo: f64,
-    mut hi: f64,
-    start: f64,
-    f: impl Fn(f64) -> (f64, f64),
-) -> f64 {
+pub(crate) fn increasing_root(mut lo: f64, mut hi: f64, start: f64, f: impl Fn(f64) -> Jet) -> f64 {
     let mut u = start.clamp(lo, hi);
     loop {
-        let (value, slope) = f(u);
+        let (value, slope, curvature) = f(u);
         if value < 0.0 {
             lo = u;
         } else {
             hi = u;
         }
-        let newton = u - value / slope;
-        if (newton - u).abs() <= LAST_STEP * u {
-            return newton.clamp(lo, hi);
+        let newton = value / slope;
+        let step = newton / (1.0 - 0.5 * newton * curvature / slope).max(0.5);
+        if step.abs() <= LAST_STEP * u {
+            return (u - step).clamp(lo, hi);
         }
-        u = if newton > lo && newton < hi {
-            newton
+        let next = u - step;
+        u = if next > lo && next < hi {
+            next
         } else {
             0.5 * (lo + hi)
         };

@@ -1,0 +1,572 @@
+//! The fits on synthetic instances whose gap this file integrates by itself.
+#![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
+
+use std::f64::consts::TAU;
+
+use approx::assert_relative_eq;
+use contact::fit::paper::RestReading;
+use contact::fit::{
+    FitConditions, FitError, InstanceSeries, Parameter, Samples, Verdict, dynamic, paper,
+};
+use contact::live::{Frame, LiveEstimator};
+use contact::{AssumedConstants, ModelError, self_sensed};
+use num_complex::Complex64;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+const CARRIER_HZ: f64 = 35_000.0;
+const OMEGA: f64 = TAU * CARRIER_HZ;
+const MODAL_MASS_KG: f64 = 0.008;
+const Z_P: Complex64 = Complex64::new(7.01, 0.0);
+const RATE_HZ: f64 = 2000.0;
+/// Lead-in samples.
+const LEAD: usize = 40;
+
+/// What a record is made from. The equations are written out here once more, on purpose.
+#[derive(Clone, Copy)]
+struct Truth {
+    sigma_t_m: f64,
+    z_t: Complex64,
+    tau_s: f64,
+    mu0: f64,
+    mean_amplitude_m: f64,
+    modulation_index: f64,
+    normal_n: f64,
+}
+
+const TRUTH: Truth = Truth {
+    sigma_t_m: 1.7e-6,
+    z_t: Complex64::new(0.47, 3.16),
+    tau_s: 1.2e-3,
+    mu0: 0.8,
+    mean_amplitude_m: 1.95e-6,
+    modulation_index: 0.95,
+    normal_n: 0.65,
+};
+
+impl Truth {
+    /// Time 0 is the steepest point of a rising stretch.
+    fn amplitude_m(&self, t: f64) -> f64 {
+        self.mean_amplitude_m * (1.0 + self.modulation_index * (TAU * 6.0 * t).sin())
+    }
+
+    fn normal_n(&self, t: f64) -> f64 {
+        self.normal_n * (1.0 + 0.05 * (TAU * 3.0 * t).cos())
+    }
+
+    fn asperity_n(&self, x: f64) -> f64 {
+        0.375 * 1.4e4 * self.sigma_t_m * 20e6 / 0.75 * 300e-6 * (-x / self.sigma_t_m).exp()
+    }
+
+    fn squeeze_n(&self, x: f64, a: f64) -> f64 {
+        1.25 * 101_325.0 * 300e-6 * a * a / (x * x)
+    }
+
+    fn equilibrium_m(&self, t: f64) -> f64 {
+        let (a, n) = (self.amplitude_m(t), self.normal_n(t));
+        let (mut lo, mut hi) = (1e-9_f64, 1e-3);
+        for _ in 0..60 {
+            let middle = 0.5 * (lo + hi);
+            if self.asperity_n(middle) + self.squeeze_n(middle, a) > n {
+                lo = middle
+            } else {
+                hi = middle
+            }
+        }
+        0.5 * (lo + hi)
+    }
+
+    /// Runge–Kutta over the lead-in and 60 ms around time 0, from 100 ms earlier.
+    fn record(&self) -> Record {
+        let substeps = 20;
+        let h = 1.0 / RATE_HZ / f64::from(substeps);
+        let before = 200;
+        let total = LEAD + 120;
+        let start_s = -0.03 - (LEAD + before) as f64 / RATE_HZ;
+        let mut x = self.equilibrium_m(start_s);
+        let mut record = Record::default();
+        for i in 0..before + total {
+            let t = start_s + i as f64 / RATE_HZ;
+            if i >= before {
+                self.push(
+                    &mut record,
+                    t,
+                    if self.tau_s > 0.0 {
+                        x
+                    } else {
+                        self.equilibrium_m(t)
+                    },
+                );
+            }
+            for j in (0..substeps).filter(|_| self.tau_s > 0.0) {
+                let t = t + f64::from(j) * h;
+                let (e0, e1, e2) = (
+                    self.equilibrium_m(t),
+                    self.equilibrium_m(t + 0.5 * h),
+                    self.equilibrium_m(t + h),
+                );
+                let k1 = (e0 - x) / self.tau_s;
+                let k2 = (e1 - x - 0.5 * h * k1) / self.tau_s;
+                let k3 = (e1 - x - 0.5 * h * k2) / self.tau_s;
+                let k4 = (e2 - x - h * k3) / self.tau_s;
+                x += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+            }
+        }
+        record
+    }
+
+    fn push(&self, record: &mut Record, t: f64, x: f64) {
+        let (a, n) = (self.amplitude_m(t), self.normal_n(t));
+        let k_c = self.asperity_n(x) / self.sigma_t_m + 2.0 * self.squeeze_n(x, a) / x;
+        let z_c = Complex64::new(0.3 * k_c / OMEGA, -k_c / OMEGA);
+        let z_m = Z_P + self.z_t * z_c / (self.z_t + z_c);
+        let growth =
+            self.mean_amplitude_m * self.modulation_index * TAU * 6.0 * (TAU * 6.0 * t).cos() / a;
+        record.time_s.push(t);
+        record.corrected.push(z_m);
+        record.plain.push(z_m + 2.0 * MODAL_MASS_KG * growth);
+        record.amplitude_m.push(a);
+        record.normal_n.push(n);
+        record.mu.push(self.mu0 * self.asperity_n(x) / n);
+        record.gap_m.push(x);
+        record.k_c.push(k_c);
+    }
+}
+
+#[derive(Clone, Default)]
+struct Record {
+    time_s: Vec<f64>,
+    plain: Vec<Complex64>,
+    corrected: Vec<Complex64>,
+    amplitude_m: Vec<f64>,
+    normal_n: Vec<f64>,
+    mu: Vec<f64>,
+    gap_m: Vec<f64>,
+    k_c: Vec<f64>,
+}
+
+impl Record {
+    fn samples(&self) -> Samples<'_> {
+        Samples {
+            time_s: &self.time_s,
+            z_m_plain_n_s_per_m: &self.plain,
+            z_m_corrected_n_s_per_m: &self.corrected,
+            amplitude_m: &self.amplitude_m,
+            normal_n: &self.normal_n,
+            mu: &self.mu,
+        }
+    }
+
+    fn series(&self) -> InstanceSeries<'_> {
+        InstanceSeries::new(self.samples(), LEAD).unwrap()
+    }
+
+    /// White noise on force and velocity, as a sound card adds it: noise on Z_m that grows as 1/amplitude.
+    fn with_noise(&self, seed: u64, relative: f64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let mut noisy = self.clone();
+        for (z, a) in noisy.corrected.iter_mut().zip(&self.amplitude_m) {
+            *z += Complex64::new(normal(), normal()) * (relative * 10.0 * 2e-6 / a);
+        }
+        noisy
+    }
+}
+
+fn conditions() -> FitConditions {
+    FitConditions {
+        assumed: AssumedConstants::default(),
+        carrier_hz: CARRIER_HZ,
+        z_p_plain_n_s_per_m: Z_P,
+        z_p_corrected_n_s_per_m: Z_P,
+    }
+}
+
+fn fit_dynamic(record: &Record) -> dynamic::DynamicFit {
+    dynamic::fit(
+        &record.series(),
+        &conditions(),
+        &dynamic::Options::default(),
+    )
+    .unwrap()
+}
+
+fn fit_paper(record: &Record) -> paper::PaperFit {
+    paper::fit(&record.series(), &conditions(), &paper::Options::default()).unwrap()
+}
+
+/// To 2e-6: the fit interpolates the equilibrium gap by cubics between samples 0.5 ms apart.
+#[test]
+fn dynamic_recovers_what_made_the_record() {
+    let others = [
+        TRUTH,
+        Truth {
+            sigma_t_m: 1.3e-6,
+            z_t: Complex64::new(0.3, 2.6),
+            tau_s: 0.7e-3,
+            mu0: 0.6,
+            ..TRUTH
+        },
+        Truth {
+            sigma_t_m: 2.6e-6,
+            z_t: Complex64::new(0.9, 4.2),
+            tau_s: 1.6e-3,
+            normal_n: 0.5,
+            ..TRUTH
+        },
+        Truth {
+            sigma_t_m: 0.9e-6,
+            z_t: Complex64::new(0.2, 2.2),
+            tau_s: 0.4e-3,
+            normal_n: 0.8,
+            ..TRUTH
+        },
+    ];
+    for truth in others {
+        let record = truth.record();
+        let fit = fit_dynamic(&record);
+        assert_eq!(fit.verdict, Verdict::Converged);
+        assert_relative_eq!(fit.sigma_t_m, truth.sigma_t_m, max_relative = 2e-6);
+        assert_relative_eq!(
+            (fit.z_t_n_s_per_m - truth.z_t).norm(),
+            0.0,
+            epsilon = 2e-6 * truth.z_t.norm()
+        );
+        assert_relative_eq!(fit.tau_s, truth.tau_s, epsilon = 1e-8);
+        assert_relative_eq!(fit.mu0, truth.mu0, max_relative = 2e-6);
+        assert!(
+            fit.agreement.rms_mu < 2e-6 && fit.agreement.r2_impedance > 1.0 - 1e-9,
+            "{:?}",
+            fit.agreement
+        );
+        for (i, (gap, k_c)) in record.gap_m.iter().zip(&record.k_c).skip(LEAD).enumerate() {
+            assert_relative_eq!(fit.series.gap_m[i], *gap, max_relative = 1e-5);
+            assert_relative_eq!(fit.series.k_c_n_per_m[i], *k_c, max_relative = 1e-5);
+        }
+    }
+}
+
+/// Standard errors are what the scatter of repeated measurements is.
+#[test]
+fn standard_errors_are_the_scatter() {
+    let record = TRUTH.record();
+    let runs = 60;
+    let mut scores = [0.0; 5];
+    for seed in 0..runs {
+        let fit = fit_dynamic(&record.with_noise(seed, 1e-4));
+        let wrong = fit.z_t_n_s_per_m - TRUTH.z_t;
+        let gap_error = fit.series.gap_m[10] - record.gap_m[LEAD + 10];
+        for (score, (error, std)) in scores.iter_mut().zip([
+            (fit.sigma_t_m - TRUTH.sigma_t_m, fit.sigma_t_std_m),
+            (wrong.re, fit.z_t_std_n_s_per_m.re),
+            (wrong.im, fit.z_t_std_n_s_per_m.im),
+            (fit.tau_s - TRUTH.tau_s, fit.tau_std_s),
+            (gap_error, fit.series.gap_std_m[10]),
+        ]) {
+            *score += (error / std).powi(2) / runs as f64;
+        }
+    }
+    // χ² of 60 runs, and a margin for the estimated autocorrelation.
+    for score in scores {
+        assert!((0.5..1.7).contains(&score), "{scores:?}");
+    }
+}
+
+/// In a steady world that rests at low amplitude, the published method is right.
+#[test]
+fn paper_is_right_without_lag_without_envelope_bias_and_with_a_true_rest() {
+    let truth = Truth {
+        tau_s: 0.0,
+        modulation_index: 0.9999,
+        normal_n: 0.65,
+        ..TRUTH
+    };
+    let mut record = truth.record();
+    record.plain.clone_from(&record.corrected);
+    let options = paper::Options {
+        rest_amplitude_m: 2e-8,
+        lowest_s: 5e-4,
+    };
+    // Steadiness of the force as well: the method takes its mean.
+    let lowest = record
+        .time_s
+        .iter()
+        .position(|&t| t >= -1.0 / 24.0)
+        .unwrap();
+    for i in 0..record.time_s.len() {
+        let t = record.time_s[i];
+        let (a, n) = (truth.amplitude_m(t), truth.normal_n);
+        let assumed = contact::Contact::new(&AssumedConstants::default(), truth.sigma_t_m).unwrap();
+        let gap = assumed.equilibrium_gap_m(a, n).unwrap();
+        let z_c = assumed.impedance_n_s_per_m(assumed.stiffness_n_per_m(gap, a), OMEGA);
+        record.plain[i] = Z_P + truth.z_t * z_c / (truth.z_t + z_c);
+        record.normal_n[i] = n;
+        record.mu[i] = truth.mu0 * assumed.friction_ratio(gap, n);
+    }
+    let series = InstanceSeries::new(record.samples(), lowest).unwrap();
+    let fit = paper::fit(&series, &conditions(), &options).unwrap();
+    assert_eq!(fit.verdict, Verdict::Converged);
+    assert!(
+        matches!(fit.rest, RestReading::BelowThreshold { .. }),
+        "{:?}",
+        fit.rest
+    );
+    assert_relative_eq!(fit.sigma_t_m, truth.sigma_t_m, max_relative = 2e-3);
+    assert_relative_eq!((fit.z_t_n_s_per_m - truth.z_t).norm(), 0.0, epsilon = 1e-2);
+    assert!(fit.agreement.rms_mu < 1e-3, "{:?}", fit.agreement);
+}
+
+/// Lag and envelope push the published fit the way SCIENCE.md section 9 found: σ_t up, |Z_t| down, Re Z_t below zero.
+#[test]
+fn paper_is_biased_by_envelope_and_lag() {
+    let record = TRUTH.record();
+    let fit = fit_paper(&record);
+    assert!(
+        matches!(fit.rest, RestReading::Lowest { samples: 10, up_to_amplitude_m } if up_to_amplitude_m > 2e-7)
+    );
+    assert!(
+        (2.6e-6..3.2e-6).contains(&fit.sigma_t_m),
+        "{}",
+        fit.sigma_t_m
+    );
+    assert!(
+        fit.z_t_n_s_per_m.re < 0.0 && (1.0..1.6).contains(&fit.z_t_n_s_per_m.im),
+        "{}",
+        fit.z_t_n_s_per_m
+    );
+    assert!(
+        (0.1..0.2).contains(&fit.agreement.rms_mu),
+        "{:?}",
+        fit.agreement
+    );
+
+    let mut corrected = record.clone();
+    corrected.plain.clone_from(&record.corrected);
+    let better = fit_paper(&corrected);
+    assert!(
+        (1.9e-6..2.3e-6).contains(&better.sigma_t_m),
+        "{}",
+        better.sigma_t_m
+    );
+    assert!(better.agreement.rms_mu < 0.08, "{:?}", better.agreement);
+}
+
+#[test]
+fn a_lag_at_its_bound_says_so() {
+    // An impedance that leads its amplitude by a sample.
+    let steady = Truth {
+        tau_s: 0.0,
+        ..TRUTH
+    };
+    let mut record = steady.record();
+    let ahead = steady.record();
+    record.corrected.rotate_left(1);
+    let last = record.corrected.len() - 1;
+    record.corrected[last] = ahead.corrected[last];
+    let fit = fit_dynamic(&record);
+    let Verdict::LagAtBound { unbounded_tau_s } = fit.verdict else {
+        panic!("{:?}", fit.verdict)
+    };
+    assert!(
+        (-1e-3..-5e-5).contains(&unbounded_tau_s),
+        "{unbounded_tau_s}"
+    );
+    assert_eq!((fit.tau_s, fit.tau_std_s), (0.0, 0.0));
+    assert!(fit.verdict.is_usable() && fit.sigma_t_std_m.is_finite());
+}
+
+#[test]
+fn no_lag_is_found_where_there_is_none() {
+    let fit = fit_dynamic(
+        &Truth {
+            tau_s: 0.0,
+            ..TRUTH
+        }
+        .record(),
+    );
+    assert!(
+        fit.tau_s < 1e-8 && fit.verdict.is_usable(),
+        "{} {:?}",
+        fit.tau_s,
+        fit.verdict
+    );
+    assert_relative_eq!(fit.sigma_t_m, TRUTH.sigma_t_m, max_relative = 1e-6);
+}
+
+/// Without modulation there is nothing to tell σ_t from Z_t, and no motion to show a lag.
+#[test]
+fn constant_amplitude_identifies_nothing() {
+    let mut record = Truth {
+        modulation_index: 0.0,
+        ..TRUTH
+    }
+    .record();
+    record.normal_n.fill(0.65);
+    let mid = record.corrected[100];
+    record.corrected.fill(mid);
+    record.plain.fill(mid);
+    let fit = fit_dynamic(&record.with_noise(1, 1e-4));
+    assert!(
+        matches!(
+            fit.verdict,
+            Verdict::NotIdentifiable { .. } | Verdict::NotConverged { .. }
+        ),
+        "{:?}",
+        fit.verdict
+    );
+    assert!(!fit.verdict.is_usable());
+}
+
+/// At a hundredth of the amplitude the finger hardly lifts, and noise drowns what it does.
+#[test]
+fn a_finger_that_hardly_lifts_is_not_identified() {
+    let record = Truth {
+        mean_amplitude_m: 2e-8,
+        ..TRUTH
+    }
+    .record()
+    .with_noise(2, 1e-4);
+    let fit = fit_dynamic(&record);
+    let Verdict::NotIdentifiable { parameter, std } = fit.verdict else {
+        panic!("{:?}", fit.verdict)
+    };
+    assert!(
+        std > 0.5 || parameter == Parameter::Tau && std > 2e-3,
+        "{parameter:?} {std}"
+    );
+}
+
+/// SCIENCE.md section 9.4: σ_t hangs on q0 and S, friction hardly does. Compared with what refits at ±20 % give.
+#[test]
+fn sensitivities_are_those_of_wider_refits() {
+    let record = TRUTH.record();
+    let options = dynamic::Options::default();
+    let found = dynamic::sensitivities(&record.series(), &conditions(), &options).unwrap();
+    let refit = |factor: f64| {
+        let mut conditions = conditions();
+        conditions.assumed.q0_rad_per_m *= factor;
+        dynamic::fit(&record.series(), &conditions, &options).unwrap()
+    };
+    let (above, below) = (refit(1.2), refit(1.0 / 1.2));
+    let wide = (above.sigma_t_m / below.sigma_t_m).ln() / (2.0 * 1.2f64.ln());
+    assert_relative_eq!(found.q0.ln_sigma_t, wide, max_relative = 0.05);
+    assert!((-0.25..-0.1).contains(&found.q0.ln_sigma_t), "{found:?}");
+    assert!(
+        found.q0.ln_abs_z_t > 0.0 && found.contact_area.tau_s > 0.0,
+        "{found:?}"
+    );
+    assert_eq!(found.q0, found.young_modulus);
+    assert_relative_eq!(
+        found.poisson_ratio.ln_sigma_t,
+        found.q0.ln_sigma_t * 2.0 / 3.0,
+        max_relative = 1e-12
+    );
+    assert!(above.agreement.rms_mu < 0.005 && below.agreement.rms_mu < 0.005);
+
+    let paper =
+        paper::sensitivities(&record.series(), &conditions(), &paper::Options::default()).unwrap();
+    assert!(
+        paper.q0.ln_sigma_t < 0.0 && paper.q0.tau_s == 0.0,
+        "{paper:?}"
+    );
+}
+
+#[test]
+fn the_normal_force_is_sensed_and_friction_is_live() {
+    let record = TRUTH.record();
+    let finger = fit_dynamic(&record).finger;
+    assert_relative_eq!(
+        finger.covariance().unwrap()[0][0].sqrt(),
+        fit_dynamic(&record).sigma_t_std_m,
+        max_relative = 1e-9
+    );
+    let interval_s = 1.0 / RATE_HZ;
+    let sensed =
+        self_sensed::normal_force(&finger, interval_s, &record.corrected, &record.amplitude_m)
+            .unwrap();
+    let n = record.normal_n.len();
+    assert!(sensed.normal_n[1].is_nan() && sensed.normal_n[n - 2].is_nan());
+    let mut live = LiveEstimator::new(finger, interval_s).unwrap();
+    for i in 0..n {
+        let frame = Frame {
+            z_m_corrected_n_s_per_m: record.corrected[i],
+            amplitude_m: record.amplitude_m[i],
+            normal_n: Some(record.normal_n[i]),
+        };
+        let estimate = live.update(&frame).unwrap();
+        let ratio = estimate.mu_ratio.unwrap();
+        assert_relative_eq!(ratio.value, record.mu[i] / TRUTH.mu0, epsilon = 1e-5);
+        assert!(ratio.std.is_finite());
+        assert_relative_eq!(estimate.gap_m.value, record.gap_m[i], max_relative = 1e-5);
+        assert_eq!(estimate.self_sensed_normal_n.is_some(), i >= 4);
+        // The two slopes over five frames are exact for parabolas.
+        if let Some(force) = estimate.self_sensed_normal_n {
+            assert_relative_eq!(force.value, record.normal_n[i], max_relative = 5e-3);
+        }
+        if (2..n - 2).contains(&i) {
+            assert_relative_eq!(sensed.normal_n[i], record.normal_n[i], max_relative = 3e-3);
+            assert_relative_eq!(sensed.mu_ratio[i], record.mu[i] / TRUTH.mu0, epsilon = 2e-3);
+        }
+    }
+    let without_gap = Frame {
+        z_m_corrected_n_s_per_m: Z_P,
+        amplitude_m: 1e-6,
+        normal_n: None,
+    };
+    assert!(matches!(
+        live.update(&without_gap),
+        Err(ModelError::NoGapForStiffness { .. })
+    ));
+    let frame = Frame {
+        z_m_corrected_n_s_per_m: record.corrected[0],
+        amplitude_m: record.amplitude_m[0],
+        normal_n: None,
+    };
+    assert_eq!(live.update(&frame).unwrap().mu_ratio, None);
+}
+
+#[test]
+fn records_that_cannot_be_fitted_are_refused_by_name() {
+    let record = TRUTH.record();
+    let refused = |change: fn(&mut Record)| {
+        let mut record = record.clone();
+        change(&mut record);
+        InstanceSeries::new(record.samples(), LEAD).unwrap_err()
+    };
+    let at = |index: usize| move |error: FitError| matches!(error, FitError::Model(ModelError::AtSample { index: i, .. }) if i == index);
+    assert!(at(7)(refused(|r| r.corrected[7].im = f64::NAN)));
+    assert!(at(8)(refused(|r| r.normal_n[8] = 0.0)));
+    assert!(at(9)(refused(|r| r.amplitude_m[9] = -1e-6)));
+    assert!(at(9)(refused(|r| r.mu[9] = f64::NAN)));
+    assert!(matches!(
+        refused(|r| r.time_s[50] += 1e-4),
+        FitError::UnevenTime { index: 50, .. }
+    ));
+    assert!(matches!(
+        refused(|r| r.time_s.reverse()),
+        FitError::Model(ModelError::OutOfRange { .. })
+    ));
+    assert!(matches!(
+        refused(|r| r.mu.truncate(3)),
+        FitError::Model(ModelError::LengthMismatch { name: "mu", .. })
+    ));
+    let short = InstanceSeries::new(record.samples(), record.time_s.len() - 3).unwrap_err();
+    assert!(
+        matches!(short, FitError::TooFewSamples { got: 3, .. }),
+        "{short}"
+    );
+    let no_lead = InstanceSeries::new(record.samples(), 39).unwrap();
+    let error = dynamic::fit(&no_lead, &conditions(), &dynamic::Options::default()).unwrap_err();
+    assert!(matches!(error, FitError::LeadInTooShort { .. }), "{error}");
+
+    let mut heavy = record.clone();
+    heavy.normal_n.fill(5000.0);
+    let error =
+        dynamic::fit(&heavy.series(), &conditions(), &dynamic::Options::default()).unwrap_err();
+    assert_eq!(error, FitError::NoStart);
+    assert_eq!(
+        paper::fit(&heavy.series(), &conditions(), &paper::Options::default()).unwrap_err(),
+        FitError::NoStart
+    );
+}

@@ -83,6 +83,16 @@ pub(crate) struct AppendFile {
     pending: Vec<u8>,
     /// Length of the head and the whole records in the file.
     whole: u64,
+    failed: Option<Failed>,
+}
+
+/// After a failure nothing is written until the file is salvaged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Failed {
+    /// `whole` still tells what the file holds.
+    Write,
+    /// The system may have dropped what it could not write, and would not say so a second time.
+    Sync,
 }
 
 impl AppendFile {
@@ -100,6 +110,7 @@ impl AppendFile {
             records,
             pending: Vec::with_capacity(BATCH_BYTES + BATCH_BYTES / 4),
             whole: head.len() as u64,
+            failed: None,
         })
     }
 
@@ -112,8 +123,11 @@ impl AppendFile {
         Ok(())
     }
 
-    /// Hands all to the operating system. After an error the file must be salvaged before it is written again.
+    /// Hands all to the operating system.
     fn write_pending(&mut self) -> Result<(), DiskError> {
+        if self.failed.is_some() {
+            return Err(io::Error::other("an earlier write failed")).on("write", &self.path);
+        }
         let mut done = 0;
         let result = loop {
             if done == self.pending.len() {
@@ -128,6 +142,9 @@ impl AppendFile {
         };
         self.whole += self.records.whole(&self.pending[..done]) as u64;
         self.pending.clear();
+        if result.is_err() {
+            self.failed = Some(Failed::Write);
+        }
         result.on("write", &self.path)
     }
 
@@ -154,17 +171,26 @@ impl AppendFile {
     /// Returns once all that was appended is on the disk under its name.
     pub fn sync(&mut self) -> Result<(), DiskError> {
         self.write_pending()?;
-        self.file.sync_data().on("sync", &self.path)?;
+        let synced = self.file.sync_data();
+        if synced.is_err() {
+            self.failed = Some(Failed::Sync);
+        }
+        synced.on("sync", &self.path)?;
         // An unlinked file syncs without complaint.
         fs::metadata(&self.path).map(drop).on("find", &self.path)
     }
 
-    /// After a failed write: cuts the file to whole records and, given their bytes with the head's, renews the head.
-    /// Returns the bytes kept.
+    /// After a failure, here or in another file of the recording: writes what can be, cuts the file to whole records and, given
+    /// their bytes with the head's, renews the head. Returns the bytes kept.
     pub fn salvage(&mut self, head: impl FnOnce(u64) -> Vec<u8>) -> Result<u64, DiskError> {
-        self.pending.clear();
+        // What it achieves is in `whole`.
+        let _ = self.write_pending();
+        if self.failed == Some(Failed::Sync) {
+            return Err(io::Error::other("an earlier sync failed")).on("sync", &self.path);
+        }
         self.file.set_len(self.whole).on("cut", &self.path)?;
         self.overwrite_head(&head(self.whole))?;
+        self.failed = None;
         self.sync()?;
         Ok(self.whole)
     }
@@ -175,7 +201,10 @@ pub(crate) fn replace_file(path: &Path, contents: &[u8]) -> Result<(), DiskError
     let mut name = path.file_name().map_or_else(OsString::new, OsString::from);
     name.push(".tmp");
     let temporary = path.with_file_name(name);
-    let written = write_new_file(&temporary, contents)
+    // A killed process may have left one.
+    let written = File::create(&temporary)
+        .on("create", &temporary)
+        .and_then(|file| write_all(file, &temporary, contents))
         .and_then(|()| fs::rename(&temporary, path).on("replace", path));
     if written.is_err() {
         // The old file is still whole; what is left of the new one must not stop the next attempt.
@@ -187,16 +216,16 @@ pub(crate) fn replace_file(path: &Path, contents: &[u8]) -> Result<(), DiskError
 
 /// Writes a new file and returns once it is on the disk; one that exists is an error.
 pub(crate) fn create_file(path: &Path, contents: &[u8]) -> Result<(), DiskError> {
-    write_new_file(path, contents)?;
-    path.parent().map_or(Ok(()), sync_folder)
-}
-
-fn write_new_file(path: &Path, contents: &[u8]) -> Result<(), DiskError> {
-    let mut file = OpenOptions::new()
+    let file = OpenOptions::new()
         .write(true)
         .create_new(true)
         .open(path)
         .on("create", path)?;
+    write_all(file, path, contents)?;
+    path.parent().map_or(Ok(()), sync_folder)
+}
+
+fn write_all(mut file: File, path: &Path, contents: &[u8]) -> Result<(), DiskError> {
     file.write_all(contents).on("write", path)?;
     file.sync_all().on("sync", path)
 }
@@ -211,4 +240,74 @@ pub(crate) fn sync_folder(path: &Path) -> Result<(), DiskError> {
     File::open(path)
         .and_then(|folder| folder.sync_all())
         .on("sync", path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn a_full_disk_is_said_to_be_full() {
+        let path = PathBuf::from("/dev/full");
+        let file = OpenOptions::new().write(true).open(&path).unwrap();
+        let mut full = AppendFile {
+            path,
+            file,
+            records: Records::Lines,
+            pending: Vec::new(),
+            whole: 0,
+            failed: None,
+        };
+        full.append(|bytes| bytes.extend(b"1,2\n")).unwrap();
+        let error = full.sync().unwrap_err();
+        assert!(error.to_string().contains("the disk is full"), "{error}");
+        assert_eq!(error.action, "write");
+        // Nothing is pending any more, yet this must not pass for saved.
+        assert!(full.sync().is_err());
+    }
+
+    #[test]
+    fn a_removed_file_is_not_saved() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rows");
+        let mut file = AppendFile::create(path.clone(), b"", Records::Lines).unwrap();
+        file.append(|bytes| bytes.extend(b"1\n")).unwrap();
+        file.sync().unwrap();
+        fs::remove_file(&path).unwrap();
+        file.append(|bytes| bytes.extend(b"2\n")).unwrap();
+        assert_eq!(file.sync().unwrap_err().action, "find");
+    }
+
+    #[test]
+    fn replacing_leaves_one_whole_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.toml");
+        for text in ["first", "second"] {
+            replace_file(&path, text.as_bytes()).unwrap();
+            assert_eq!(fs::read_to_string(&path).unwrap(), text);
+        }
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_replacement_that_fails_leaves_the_old_file_and_can_be_tried_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.toml");
+        replace_file(&path, b"old").unwrap();
+        // Something is in the way of the temporary file.
+        fs::create_dir(folder.path().join("a.toml.tmp")).unwrap();
+        assert!(replace_file(&path, b"new").is_err());
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        fs::remove_dir(folder.path().join("a.toml.tmp")).unwrap();
+        replace_file(&path, b"new").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+    }
+
+    #[test]
+    fn records_are_cut_where_nothing_is_torn() {
+        assert_eq!(Records::Bytes(8).whole(&[0; 23]), 16);
+        assert_eq!(Records::Lines.whole(b"1,2\n3,"), 4);
+        assert_eq!(Records::Lines.whole(b"1,2"), 0);
+    }
 }

@@ -300,6 +300,8 @@ impl<R: Row> RowReader<R> {
         let mut records = csv::ReaderBuilder::new()
             .flexible(true)
             .quoting(false)
+            // With the default, lines are counted one short after CR LF; trimming takes the CR away.
+            .terminator(csv::Terminator::Any(b'\n'))
             .trim(csv::Trim::All)
             .from_reader(source);
         let header = records

@@ -24,7 +24,7 @@ pub struct PositionRow {
 
 /// A row of a CSV file with a fixed header, time first.
 ///
-/// Times are written to 1 ns and values as the shortest decimal of the nearest `f32` (relative error under 6e-8).
+/// Times are written to 1 ns and values as the shortest decimal of the nearest `f32` (relative error under 1.2e-7).
 pub trait Row: Sized + Copy {
     /// The columns; the first is the time.
     const COLUMNS: &'static [&'static str];
@@ -92,4 +92,56 @@ fn write_line(line: &mut Vec<u8>, time_s: f64, values: &[f64]) {
         let _ = write!(line, ",{}", *value as f32);
     }
     line.push(b'\n');
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn line(row: &impl Row) -> String {
+        let mut line = Vec::new();
+        row.write_line(&mut line);
+        String::from_utf8(line).unwrap()
+    }
+
+    #[test]
+    fn times_have_nanoseconds_and_values_the_digits_they_need() {
+        let row = ForceRow {
+            time_s: 12.3456789012,
+            normal_n: 0.65,
+            lateral_n: -0.001_186_95,
+        };
+        assert_eq!(line(&row), "12.345678901,0.65,-0.00118695\n");
+        let row = PositionRow {
+            time_s: -0.000_000_25,
+            position_m: 0.0525,
+        };
+        assert_eq!(line(&row), "-0.000000250,0.0525\n");
+    }
+
+    #[test]
+    fn lost_values_are_nan() {
+        let row = PositionRow {
+            time_s: 1.0,
+            position_m: f64::NAN,
+        };
+        assert_eq!(line(&row), "1.000000000,NaN\n");
+    }
+
+    proptest! {
+        #[test]
+        fn a_row_reads_back_to_a_nanosecond_and_single_precision(
+            time_s in -10.0..10_000.0,
+            normal_n in -100.0..100.0,
+            lateral_n in -1e-6..1e-6,
+        ) {
+            let text = line(&ForceRow { time_s, normal_n, lateral_n });
+            let fields: Vec<f64> = text.trim().split(',').map(|f| f.parse().unwrap()).collect();
+            let row = ForceRow::from_fields(&fields).unwrap();
+            prop_assert!((row.time_s - time_s).abs() <= 0.6e-9);
+            prop_assert!((row.normal_n - normal_n).abs() <= 1.2e-7 * normal_n.abs());
+            prop_assert!((row.lateral_n - lateral_n).abs() <= 1.2e-7 * lateral_n.abs());
+        }
+    }
 }

@@ -34,6 +34,14 @@ impl AudioFormat {
         u64::from(self.channels) * SAMPLE_BYTES
     }
 
+    /// Whether the 16 bits for a frame's bytes and the 32 bits for a second's bytes hold it.
+    pub(super) fn fits_a_header(self) -> bool {
+        let bytes_per_second = u64::from(self.sample_rate_hz) * self.frame_bytes();
+        bytes_per_second > 0
+            && self.frame_bytes() <= u64::from(u16::MAX)
+            && bytes_per_second <= u64::from(u32::MAX)
+    }
+
     /// Most frames that fit into one file.
     #[must_use]
     pub fn max_frames(self) -> u64 {

@@ -29,7 +29,7 @@ pub enum WriteError {
     /// The manifest breaks a rule.
     #[error("the recording's description is refused: {0}")]
     Manifest(#[from] ManifestError),
-    /// No channel or no sample rate.
+    /// No channel, no sample rate, or more than a WAV header can hold.
     #[error("{channels} channels at {sample_rate_hz} Hz cannot be recorded")]
     Format {
         /// Channels.
@@ -135,7 +135,7 @@ impl RecordingWriter {
         manifest: Manifest,
         format: AudioFormat,
     ) -> Result<Self, WriteError> {
-        if format.channels == 0 || format.sample_rate_hz == 0 {
+        if !format.fits_a_header() {
             return Err(WriteError::Format {
                 channels: format.channels,
                 sample_rate_hz: format.sample_rate_hz,
@@ -391,7 +391,8 @@ impl RecordingWriter {
                 frames: frames(bytes),
                 bytes: bytes + force.unwrap_or(0) + position.unwrap_or(0),
             },
-            Err(_) => self.on_disk,
+            Err(_) if self.folder.join(SIGNALS_FILE).exists() => self.on_disk,
+            Err(_) => OnDisk::default(),
         }
     }
 }

@@ -1,0 +1,104 @@
+//! What the recording tests share.
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
+use std::path::Path;
+
+use friction_bench::recording::manifest::{
+    Channels, DriveChannel, FORMAT, Manifest, Participant, PickupChannel, Plate, Software, Trial,
+};
+use friction_bench::recording::{
+    AudioFormat, ForceRow, PositionRow, RecordingReader, RecordingWriter,
+};
+
+pub const FORMAT_2: AudioFormat = AudioFormat {
+    sample_rate_hz: 192_000,
+    channels: 2,
+};
+
+pub fn manifest() -> Manifest {
+    Manifest {
+        format: FORMAT,
+        carrier_hz: 35_000.0,
+        modulation_hz: 6.0,
+        modulation_index: 0.95,
+        channels: Channels {
+            drive: DriveChannel {
+                index: 0,
+                volts_per_unit: 100.0,
+            },
+            pickup: PickupChannel {
+                index: 1,
+                metres_per_unit: 2e-6,
+                phase_rad: 0.1,
+            },
+        },
+        plate: Plate {
+            resonance_hz: 35_000.0,
+            modal_mass_kg: 0.008,
+            force_factor_n_per_v: 0.13,
+            centre_m: 0.0525,
+        },
+        intervals: Vec::new(),
+        participant: Some(Participant {
+            id: "sub-01".to_owned(),
+            session: 1,
+        }),
+        trial: Some(Trial {
+            number: 3,
+            attempt: 1,
+            practice: false,
+            condition: "6 Hz".to_owned(),
+            protocol: "huloux2021".to_owned(),
+            seed: 42,
+            end: None,
+            interruption: None,
+        }),
+        hardware: None,
+        software: Some(Software {
+            name: "friction-bench".to_owned(),
+            version: "0.1.0".to_owned(),
+        }),
+        events: Vec::new(),
+    }
+}
+
+/// Frame `n` holds `n` on the drive and `-n` on the pickup.
+pub fn ramp(from: usize, frames: usize) -> Vec<f32> {
+    (from..from + frames)
+        .flat_map(|n| [n as f32, -(n as f32)])
+        .collect()
+}
+
+pub fn force_rows(from: u32, rows: u32) -> Vec<ForceRow> {
+    (from..from + rows)
+        .map(|n| ForceRow {
+            time_s: f64::from(n) * 1e-4,
+            normal_n: 0.65,
+            lateral_n: -0.5,
+        })
+        .collect()
+}
+
+pub fn position_rows(from: u32, rows: u32) -> Vec<PositionRow> {
+    (from..from + rows)
+        .map(|n| PositionRow {
+            time_s: f64::from(n) * 1e-3,
+            position_m: 0.01 + f64::from(n) * 5e-5,
+        })
+        .collect()
+}
+
+pub fn write_data(writer: &mut RecordingWriter) {
+    writer.write_audio(&ramp(0, 1000)).unwrap();
+    writer.write_force(&force_rows(0, 50)).unwrap();
+    writer.write_position(&position_rows(0, 5)).unwrap();
+}
+
+pub fn read_all(folder: &Path) -> (RecordingReader, Vec<f32>) {
+    let mut reader = RecordingReader::open(folder).unwrap();
+    let (mut all, mut block) = (Vec::new(), Vec::new());
+    while reader.read_block(333, &mut block).unwrap() > 0 {
+        all.extend_from_slice(&block);
+    }
+    (reader, all)
+}

@@ -15,7 +15,8 @@ const CHUNK: usize = 4096;
 pub struct Input {
     /// Its place in the interleaved frame.
     pub channel: usize,
-    /// |sample| from which on the converter is taken to clip, in sample units (full scale of a sound card is 1).
+    /// |sample| from which on the converter is taken to clip, in sample units: just under 1 for a sound card, infinite
+    /// for a recording in volts whose range is unknown.
     pub clip_level: f32,
 }
 
@@ -109,6 +110,9 @@ pub enum DemodulatorError {
 ///
 /// A frame is emitted for each multiple of the hop whose whole window lies in the stream. The result does not depend on how
 /// the stream is cut into blocks. A NaN or infinite sample invalidates the frames whose window touches it, and no other.
+///
+/// Measured (`tests/demodulation.rs`): envelopes to 1e-6 of full scale from f32 samples, slopes to 2e-5, curvatures to 3e-4 of a
+/// 90 Hz sideband's. `benches/demodulate.rs` times it beside a plain lock-in.
 #[derive(Clone, Debug)]
 pub struct Demodulator<const N: usize> {
     filter: Filter,

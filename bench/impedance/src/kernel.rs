@@ -10,9 +10,8 @@ use multiversion::target::target_cfg_f;
 pub(crate) const LANES: usize = 8;
 type Lanes = [f64; LANES];
 
-/// Outputs whose sums are finished together: done one by one, the compiler vectorises the short final addition instead of
-/// the long sum.
-const BATCH: usize = 16;
+/// Outputs that are summed side by side, so that each load of the taps serves them all.
+const ABREAST: usize = 4;
 
 /// Decimating FIR with complex taps over real samples: output j is Σ taps[n]·samples[j·step + n].
 /// The number of outputs is the length of `re` and `im`; the taps' length is a multiple of [`LANES`].
@@ -27,20 +26,26 @@ pub(crate) fn mix_and_decimate(
 ) {
     let fused = target_cfg_f!(any(target_feature = "fma", target_feature = "avx512f"));
     let taps = [taps_re, taps_im];
-    let mut batch = [[[0.0; LANES]; 2]; BATCH];
-    let outputs = re.chunks_mut(BATCH).zip(im.chunks_mut(BATCH));
-    for (first, (re, im)) in (0..).step_by(BATCH).zip(outputs) {
-        for (j, sums) in (first..).zip(&mut batch[..re.len()]) {
-            let window = &samples[j * step..][..taps_re.len()];
-            *sums = if fused {
-                partial_sums::<true, 2>(window, taps)
-            } else {
-                partial_sums::<false, 2>(window, taps)
-            };
+    let window = |j: usize| &samples[j * step..][..taps_re.len()];
+    let whole = re.len() / ABREAST * ABREAST;
+    for first in (0..whole).step_by(ABREAST) {
+        let windows: [&[f64]; ABREAST] = std::array::from_fn(|i| window(first + i));
+        let sums = if fused {
+            partial_sums::<true, ABREAST, 2>(windows, taps)
+        } else {
+            partial_sums::<false, ABREAST, 2>(windows, taps)
+        };
+        for (i, sums) in sums.into_iter().enumerate() {
+            [re[first + i], im[first + i]] = sums.map(total);
         }
-        for ((re, im), sums) in re.iter_mut().zip(im).zip(&batch) {
-            [*re, *im] = sums.map(total);
-        }
+    }
+    for j in whole..re.len() {
+        let [sums] = if fused {
+            partial_sums::<true, 1, 2>([window(j)], taps)
+        } else {
+            partial_sums::<false, 1, 2>([window(j)], taps)
+        };
+        [re[j], im[j]] = sums.map(total);
     }
 }
 
@@ -55,9 +60,9 @@ pub(crate) fn inner_products<const N: usize>(window: &[f64], taps: [&[f64]; N]) 
 )]
 fn lanewise_products<const N: usize>(window: &[f64], taps: [&[f64]; N]) -> [Lanes; N] {
     if target_cfg_f!(any(target_feature = "fma", target_feature = "avx512f")) {
-        partial_sums::<true, N>(window, taps)
+        partial_sums::<true, 1, N>([window], taps)[0]
     } else {
-        partial_sums::<false, N>(window, taps)
+        partial_sums::<false, 1, N>([window], taps)[0]
     }
 }
 
@@ -96,37 +101,41 @@ pub(crate) fn deinterleave(
 }
 
 #[inline(always)]
-fn take_column(column: impl ExactSizeIterator<Item = f32>, level: f32, out: &mut Vec<f64>) -> bool {
-    let start = out.len();
-    out.resize(start + column.len(), 0.0);
-    let mut flaws = 0u64;
-    for (out, x) in out[start..].iter_mut().zip(column) {
-        // A NaN fails every comparison.
-        let sound = x.abs() < level;
-        flaws += u64::from(!sound);
-        *out = f64::from(x);
-    }
-    flaws == 0
+fn take_column(
+    column: impl ExactSizeIterator<Item = f32> + Clone,
+    level: f32,
+    out: &mut Vec<f64>,
+) -> bool {
+    out.extend(column.clone().map(f64::from));
+    // Magnitudes order as their bits do, with infinity and NaN at the top.
+    column.fold(0, |most, x| x.abs().to_bits().max(most)) < level.to_bits()
 }
 
 #[inline(always)]
-fn partial_sums<const FUSED: bool, const N: usize>(
-    window: &[f64],
+fn partial_sums<const FUSED: bool, const W: usize, const N: usize>(
+    windows: [&[f64]; W],
     taps: [&[f64]; N],
-) -> [Lanes; N] {
-    let (chunks, rest) = window.as_chunks::<LANES>();
+) -> [[Lanes; N]; W] {
     let taps = taps.map(|taps| taps.as_chunks::<LANES>().0);
-    let mut sums = [[0.0; LANES]; N];
-    for (i, x) in chunks.iter().enumerate() {
-        for n in 0..N {
-            sums[n] = multiply_add::<FUSED>(x, &taps[n][i], &sums[n]);
+    let windows = windows.map(|window| window.as_chunks::<LANES>());
+    let chunks = windows.map(|(chunks, _)| chunks);
+    let whole = chunks.map(<[Lanes]>::len).into_iter().min().unwrap_or(0);
+    let mut sums = [[[0.0; LANES]; N]; W];
+    for i in 0..whole {
+        for w in 0..W {
+            for n in 0..N {
+                sums[w][n] = multiply_add::<FUSED>(&chunks[w][i], &taps[n][i], &sums[w][n]);
+            }
         }
     }
-    if !rest.is_empty() {
-        let mut x = [0.0; LANES];
-        x[..rest.len()].copy_from_slice(rest);
-        for n in 0..N {
-            sums[n] = multiply_add::<FUSED>(&x, &taps[n][chunks.len()], &sums[n]);
+    for w in 0..W {
+        let rest = windows[w].1;
+        if !rest.is_empty() {
+            let mut x = [0.0; LANES];
+            x[..rest.len()].copy_from_slice(rest);
+            for n in 0..N {
+                sums[w][n] = multiply_add::<FUSED>(&x, &taps[n][whole], &sums[w][n]);
+            }
         }
     }
     sums

@@ -15,8 +15,9 @@
 //! poller that the operating system, or the world's period, holds up sees late counts, never wrong
 //! ones, as behind a hardware counter.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use embedded_hal::digital::{Error, ErrorKind, ErrorType, InputPin, OutputPin};
 
@@ -99,7 +100,6 @@ pub struct Pins {
 pub(crate) struct PinBoard {
     clock: Arc<WorldClock>,
     counts_per_m: f64,
-    one_shot_ns: u64,
     gone: AtomicBool,
     estop_pressed: AtomicBool,
     estop_cut: AtomicBool,
@@ -107,8 +107,7 @@ pub(crate) struct PinBoard {
     held_button: AtomicBool,
     enable: AtomicBool,
     heartbeat: AtomicBool,
-    /// World time of the last heartbeat edge plus one, ns; 0 before the first.
-    beat_ns: AtomicU64,
+    one_shot: Mutex<OneShot>,
     /// Carriage position at the end of step k in slot k mod [`HISTORY`], as bits.
     positions_m: Box<[AtomicU64]>,
     /// Number of positions written.
@@ -129,7 +128,6 @@ impl PinBoard {
         Arc::new(Self {
             clock,
             counts_per_m: scenario.encoder.counts_per_m,
-            one_shot_ns: (1e9 * scenario.amplifier.one_shot_s) as u64,
             gone: AtomicBool::new(false),
             estop_pressed: AtomicBool::new(false),
             estop_cut: AtomicBool::new(false),
@@ -137,7 +135,7 @@ impl PinBoard {
             held_button: AtomicBool::new(false),
             enable: AtomicBool::new(false),
             heartbeat: AtomicBool::new(false),
-            beat_ns: AtomicU64::new(0),
+            one_shot: Mutex::new(OneShot::new(scenario.amplifier.one_shot_s)),
             positions_m: (0..HISTORY).map(|_| AtomicU64::new(0)).collect(),
             written: AtomicU64::new(0),
             shown: Mutex::new(None),
@@ -165,9 +163,9 @@ impl PinBoard {
 
     /// Whether the amplifier passes the drive at world time `ns`.
     pub(crate) fn amplifier_on(&self, ns: u64) -> bool {
-        let beat = self.beat_ns.load(Ordering::Acquire);
-        let running = beat > 0 && ns.saturating_sub(beat - 1) < self.one_shot_ns;
-        running && self.enable.load(Ordering::Acquire) && self.estop_healthy()
+        lock(&self.one_shot).runs_at(ns)
+            && self.enable.load(Ordering::Acquire)
+            && self.estop_healthy()
     }
 
     /// Takes in the person's button and the carriage position at the end of a step.
@@ -235,7 +233,7 @@ impl PinBoard {
     /// Level of line A (0) or B (1).
     fn encoder(&self, line: usize, now_ns: u64) -> bool {
         let carriage = (self.carriage_m(now_ns) * self.counts_per_m).floor() as i64;
-        let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut shown = lock(&self.shown);
         let state = shown.get_or_insert(Shown {
             count: carriage,
             read: [false; 2],
@@ -271,13 +269,46 @@ impl PinBoard {
             OutputLine::AmplifierEnable => self.enable.store(high, Ordering::Release),
             OutputLine::Heartbeat => {
                 if self.heartbeat.swap(high, Ordering::AcqRel) != high {
-                    self.beat_ns
-                        .store(self.clock.now_ns() + 1, Ordering::Release);
+                    lock(&self.one_shot).trigger(self.clock.now_ns());
                 }
             }
         }
         Ok(())
     }
+}
+
+/// Retriggerable: it runs for a fixed time after the last edge.
+///
+/// It remembers when its run began, because a real-time world that was frozen makes up for time in
+/// which no edge came, and an edge of today must not keep the amplifier on yesterday.
+#[derive(Debug)]
+struct OneShot {
+    length_ns: u64,
+    run_ns: Range<u64>,
+}
+
+impl OneShot {
+    fn new(length_s: f64) -> Self {
+        Self {
+            length_ns: (1e9 * length_s) as u64,
+            run_ns: 0..0,
+        }
+    }
+
+    fn trigger(&mut self, now_ns: u64) {
+        if !self.runs_at(now_ns) {
+            self.run_ns.start = now_ns;
+        }
+        self.run_ns.end = now_ns + self.length_ns;
+    }
+
+    fn runs_at(&self, ns: u64) -> bool {
+        self.run_ns.contains(&ns)
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn slot(index: u64) -> usize {
@@ -354,6 +385,17 @@ mod tests {
         assert!(!board.amplifier_on(clock.now_ns()), "a level is no beat");
         pins.heartbeat.set_low().unwrap();
         assert!(board.amplifier_on(clock.now_ns()), "a falling edge is one");
+    }
+
+    #[test]
+    fn an_edge_after_a_freeze_does_not_bridge_it() {
+        let mut one_shot = OneShot::new(0.1);
+        one_shot.trigger(1_000_000_000);
+        one_shot.trigger(1_080_000_000);
+        assert!(one_shot.runs_at(1_179_999_999) && !one_shot.runs_at(1_180_000_000));
+        one_shot.trigger(3_000_000_000);
+        assert!(!one_shot.runs_at(1_500_000_000), "frozen then");
+        assert!(one_shot.runs_at(3_050_000_000));
     }
 
     #[test]

@@ -296,3 +296,28 @@ impl Track<InputStream> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_format_keeps_a_sample_to_its_resolution_and_clips_at_full_scale() {
+        for (format, resolution) in [
+            (SampleFormat::F32, 0.0),
+            (SampleFormat::I32, 2f32.powi(-24)),
+            (SampleFormat::I16, 2f32.powi(-15)),
+        ] {
+            let mut samples = Samples::new(format, 1).unwrap();
+            for value in [-1.0, -0.3, 0.0, 1e-3, 0.7] {
+                samples.set(0, value);
+                let error = (samples.get(0) - value).abs();
+                assert!(error <= resolution, "{format}: {value} is off by {error}");
+            }
+            samples.set(0, 1.5);
+            let clipped = samples.get(0);
+            assert_eq!(clipped > 1.0, format == SampleFormat::F32, "{format}");
+        }
+        assert!(Samples::new(SampleFormat::F64, 1).is_none());
+    }
+}

@@ -7,7 +7,7 @@ use super::disk::{self, AppendFile, DiskError, Records};
 use super::manifest::End;
 use super::manifest::{Event, EventKind, Interval, Manifest, ManifestError};
 use super::rows::{ForceRow, PositionRow, Row};
-use super::wav::{self, AudioFormat};
+use super::wav::{self, AudioFormat, SAMPLE_BYTES};
 use super::{FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE};
 
 /// Frames of NaN written at a time.
@@ -221,7 +221,12 @@ impl RecordingWriter {
         let frames = (interleaved.len() / channels) as u64;
         self.require_room(frames)?;
         self.signals.append(|bytes| {
-            bytes.extend(interleaved.iter().flat_map(|sample| sample.to_le_bytes()));
+            let start = bytes.len();
+            bytes.resize(start + interleaved.len() * SAMPLE_BYTES as usize, 0);
+            let (places, _) = bytes[start..].as_chunks_mut();
+            for (place, sample) in places.iter_mut().zip(interleaved) {
+                *place = sample.to_le_bytes();
+            }
         })?;
         self.frames += frames;
         Ok(())

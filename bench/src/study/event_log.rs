@@ -1,6 +1,6 @@
 //! The log of a session: start, descriptors, events and stop in the manner of bluesky, one JSON object per line.
 //!
-//! Every document is on disk when [`EventLog::append`] returns. A log that does not end in a stop is of a session that was
+//! Every document is on disk when the call of [`EventLog`] that appends it returns. A log that does not end in a stop is of a session that was
 //! killed; a resumed session appends another start.
 
 use std::collections::BTreeMap;

@@ -1,4 +1,5 @@
 //! Recordings and studies on a real file system.
+#![expect(clippy::unwrap_used, reason = "helpers of tests may fail a test")]
 
 mod damage;
 mod files;

@@ -1,5 +1,4 @@
 //! What the recording tests share.
-#![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
 use std::path::Path;
 

@@ -43,7 +43,7 @@ pub struct ApparatusConfig {
     pub scenario: Scenario,
     /// Seed of everything random about the bench, its noise included.
     pub seed: u64,
-    /// Seed of the person; `seed` when absent.
+    /// Seed of the person, skin and habits; `seed` when absent.
     pub participant_seed: Option<u64>,
     /// Who advances the world.
     pub pace: Pace,
@@ -169,7 +169,10 @@ impl Apparatus {
         self.audio.host()
     }
 
-    /// The force sensor's serial port.
+    /// The force sensor's serial port, to be opened by path.
+    ///
+    /// In a stepped world only the thread that steps may read it: a step waits until its burst is
+    /// readable, and fails after a second when somebody has taken it meanwhile.
     #[must_use]
     pub fn force_port(&self) -> &Path {
         &self.force_port

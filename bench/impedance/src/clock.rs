@@ -98,7 +98,8 @@ impl LowerEnvelope {
     /// One call a burst, with its newest sample, is enough; more do no harm.
     ///
     /// # Errors
-    /// When the source's time does not advance or a time is not finite; nothing is noted then.
+    /// When the source's time does not advance or a time is not finite; nothing is noted then. A source that has been
+    /// reset needs a new map.
     pub fn observe(&mut self, source_s: f64, arrival_s: f64) -> Result<(), ClockError> {
         for (name, value) in [("source_s", source_s), ("arrival_s", arrival_s)] {
             if !value.is_finite() {
@@ -139,10 +140,12 @@ impl LowerEnvelope {
             }
             Some(open) => {
                 self.closed.push_back(open);
-                while self
-                    .closed
-                    .front()
-                    .is_some_and(|p| p.source_s < source - HORIZON_S)
+                // The newest stays however long the silence after it: with the drift known so far it still tells the offset.
+                while self.closed.len() > 1
+                    && self
+                        .closed
+                        .front()
+                        .is_some_and(|p| p.source_s < source - HORIZON_S)
                 {
                     self.closed.pop_front();
                 }
@@ -356,6 +359,22 @@ mod tests {
             clock.observe(source_s, source_s + delay).unwrap();
         }
         assert_abs_diff_eq!(clock.to_host_s(199.0).unwrap(), 199.004, epsilon = 1e-6);
+    }
+
+    #[test]
+    fn a_long_silence_keeps_offset_and_drift() {
+        let mut clock = LowerEnvelope::new();
+        let host_s = |source_s: f64| 7.0 + source_s * (1.0 + 50e-6);
+        for k in (0..3000u32).chain(30_000..30_500) {
+            let source_s = f64::from(k) * 0.01;
+            clock.observe(source_s, host_s(source_s)).unwrap();
+            assert_abs_diff_eq!(
+                clock.to_host_s(source_s).unwrap(),
+                host_s(source_s),
+                epsilon = 3e-5
+            );
+        }
+        assert_abs_diff_eq!(clock.drift_ppm(), 50.0, epsilon = 0.1);
     }
 
     #[test]

@@ -163,6 +163,7 @@ impl<const N: usize> Demodulator<N> {
         stream_channels: usize,
         inputs: [Input; N],
     ) -> Result<Self, DemodulatorError> {
+        const { assert!(N > 0, "a demodulator needs an input") };
         for Input {
             channel,
             clip_level,

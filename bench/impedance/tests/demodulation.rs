@@ -361,6 +361,22 @@ fn predicted_deviations_match_the_scatter() {
 }
 
 #[test]
+fn a_foreign_tone_does_not_pass_for_noise() {
+    let (rate, noise) = (192_000, 1e-3);
+    let filter = filter(rate, 35_000.0);
+    let mut recording = plate_recording(35_000.0, rate, 2.0, 0.9, noise, 5);
+    for (n, x) in (0..).zip(recording.iter_mut().step_by(2)) {
+        *x += (0.1 * turn(39_000.0, rate, n).re) as f32;
+    }
+    let frames = demodulate(&filter, &recording);
+    let last = frames[frames.len() - 1];
+    for envelope in last.envelopes {
+        let ratio = envelope.noise / (noise * filter.noise_gain());
+        assert!((ratio - 1.0).abs() < 0.15, "{ratio}");
+    }
+}
+
+#[test]
 fn envelope_nulls_are_masked_and_nothing_explodes() {
     let filter = filter(192_000, 35_000.0);
     let frames = impedances(

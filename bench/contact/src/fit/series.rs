@@ -1,3 +1,4 @@
+use nalgebra::{Matrix4, Vector4};
 use num_complex::Complex64;
 
 use super::FitError;
@@ -131,6 +132,32 @@ impl<'a> InstanceSeries<'a> {
             mu: &s.mu[first..],
         }
     }
+}
+
+/// The cubic through evenly spaced values, least squares.
+pub(crate) fn cubic_through(values: &[f64]) -> Vec<f64> {
+    let middle = 0.5 * (values.len() - 1) as f64;
+    let legendre = |index: usize| {
+        let x = (index as f64 - middle) / middle;
+        Vector4::new(
+            1.0,
+            x,
+            0.5 * (3.0 * x * x - 1.0),
+            0.5 * x * (5.0 * x * x - 3.0),
+        )
+    };
+    let (mut normal, mut right) = (Matrix4::zeros(), Vector4::zeros());
+    for (index, value) in values.iter().enumerate() {
+        let basis = legendre(index);
+        normal += basis * basis.transpose();
+        right += basis * *value;
+    }
+    let coefficients = normal
+        .cholesky()
+        .map_or_else(Vector4::zeros, |factor| factor.solve(&right));
+    (0..values.len())
+        .map(|index| legendre(index).dot(&coefficients))
+        .collect()
 }
 
 pub(crate) fn mean(values: &[f64]) -> f64 {

@@ -8,7 +8,7 @@ use crate::scenario::Behaviour;
 
 const TREMOR_HZ: f64 = 10.0;
 /// The finger lands and lifts with this time constant, s.
-const LANDING_S: f64 = 0.06;
+const LANDING_S: f64 = 0.03;
 /// Less than this share of the aim and the finger is in the air.
 const LIFTED: f64 = 0.01;
 /// A touching person presses at least this share of the aim.

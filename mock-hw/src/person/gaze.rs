@@ -2,6 +2,8 @@
 
 use std::collections::VecDeque;
 
+/// From the eye to the hand in smooth pursuit, s.
+const VISUAL_DELAY_S: f64 = 0.1;
 /// The eyes judge speed over this long, s.
 const SPEED_WINDOW_S: f64 = 0.1;
 /// How far back anything is remembered, s.
@@ -55,9 +57,9 @@ impl Gaze {
         self.seen.back().map(|(_, position_m)| *position_m)
     }
 
-    /// The slider as it is pursued at `t_s` with the visual delay `delay_s`.
-    pub fn pursued(&self, t_s: f64, delay_s: f64) -> Pursued {
-        let now_s = t_s - delay_s;
+    /// The slider as it is pursued at `t_s`.
+    pub fn pursued(&self, t_s: f64) -> Pursued {
+        let now_s = t_s - VISUAL_DELAY_S;
         let position_m = self.at(now_s)?;
         let before_s = (now_s - SPEED_WINDOW_S).max(self.seen.front()?.0);
         let span_s = now_s - before_s;
@@ -66,7 +68,10 @@ impl Gaze {
         } else {
             0.0
         };
-        Some((position_m + PREDICTION * delay_s * velocity, velocity))
+        Some((
+            position_m + PREDICTION * VISUAL_DELAY_S * velocity,
+            velocity,
+        ))
     }
 
     fn at(&self, t_s: f64) -> Option<f64> {

@@ -14,6 +14,10 @@ const CREEP_M_PER_S: f64 = 0.02;
 /// Within this distance the mark is reached, m.
 const ON_MARK_M: f64 = 1e-3;
 const REACH_TIME_S: f64 = 0.1;
+/// A lag behind the slider is made up for at this rate, 1/s, but by no more than this share of its speed.
+const CATCH_UP_PER_S: f64 = 1.0;
+const CATCH_UP_SHARE: f64 = 0.05;
+const LEAST_CATCH_UP_M_PER_S: f64 = 2e-3;
 /// Correlation time of fluctuating speed error, s.
 const WANDER_TIME_S: f64 = 0.3;
 const TREMOR_HZ: f64 = 9.5;
@@ -29,8 +33,6 @@ pub(crate) struct Hand {
     wander_rms: f64,
     tracking_rad_per_s: f64,
     tremor: Tremor,
-    /// Error that the hand makes in space by moving at a biased speed, which the eye lets pass.
-    drifted_m: f64,
 }
 
 impl Hand {
@@ -43,7 +45,6 @@ impl Hand {
             wander_rms: behaviour.speed_wander,
             tracking_rad_per_s: TAU * behaviour.tracking_hz,
             tremor: Tremor::new(TREMOR_HZ, behaviour.tremor_m),
-            drifted_m: 0.0,
         }
     }
 
@@ -57,7 +58,6 @@ impl Hand {
 
     /// Stays where it is.
     pub fn rest(&mut self, h_s: f64, rng: &mut ChaCha8Rng) {
-        self.drifted_m = 0.0;
         self.velocity *= (-h_s / REACH_TIME_S).exp();
         self.position_m += self.velocity * h_s;
         self.tremor.advance(h_s, rng);
@@ -65,7 +65,6 @@ impl Hand {
 
     /// Goes to a mark; says whether it is there.
     pub fn reach(&mut self, mark_m: f64, touching: bool, h_s: f64, rng: &mut ChaCha8Rng) -> bool {
-        self.drifted_m = 0.0;
         let fastest = if touching {
             CREEP_M_PER_S
         } else {
@@ -78,7 +77,7 @@ impl Hand {
         (mark_m - self.position_m).abs() < ON_MARK_M
     }
 
-    /// Follows what is pursued as a critically damped second-order loop.
+    /// Follows what is pursued: its speed promptly, its position at leisure.
     pub fn pursue(&mut self, pursued: Pursued, h_s: f64, rng: &mut ChaCha8Rng) {
         let Some((target_m, target_velocity)) = pursued else {
             self.rest(h_s, rng);
@@ -87,12 +86,11 @@ impl Hand {
         let white: f64 = StandardNormal.sample(rng);
         let kept = (-h_s / WANDER_TIME_S).exp();
         self.wander = kept * self.wander + self.wander_rms * (1.0 - kept * kept).sqrt() * white;
-        let error = self.speed_bias + self.wander;
-        self.drifted_m += error * target_velocity * h_s;
-        let w = self.tracking_rad_per_s;
-        let acceleration = w * w * (target_m + self.drifted_m - self.position_m)
-            + 2.0 * w * (target_velocity * (1.0 + error) - self.velocity);
-        self.velocity += acceleration * h_s;
+        let hurry = (CATCH_UP_SHARE * target_velocity.abs()).max(LEAST_CATCH_UP_M_PER_S);
+        let catch_up = CATCH_UP_PER_S * (target_m - self.position_m);
+        let wanted =
+            target_velocity * (1.0 + self.speed_bias + self.wander) + catch_up.clamp(-hurry, hurry);
+        self.velocity += (wanted - self.velocity) * (1.0 - (-self.tracking_rad_per_s * h_s).exp());
         self.position_m += self.velocity * h_s;
         self.tremor.advance(h_s, rng);
     }

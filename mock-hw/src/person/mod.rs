@@ -21,8 +21,11 @@ use crate::seed;
 const LONGEST_STEP_S: f64 = 1e-3;
 /// Where the idle hand hovers before it has seen a start mark, m.
 const IDLE_POSITION_M: f64 = 0.0;
-/// From touching the mark to pressing the button, s.
+/// From being ready to pressing the button, s.
 const SETTLE_S: f64 = 0.5;
+/// A lapse lifts the finger at a random moment of this span after the exploration began, s.
+const LIFT_FROM_S: f64 = 0.4;
+const LIFT_WITHIN_S: f64 = 0.8;
 const BUTTON_HOLD_S: f64 = 0.15;
 /// When nothing happens the button is pressed again after this long, s.
 const IMPATIENCE_S: f64 = 2.0;
@@ -39,11 +42,12 @@ pub struct Person {
     doing: Instruction,
     /// What has been seen but not reacted to yet, and when the reaction comes.
     noticed: Option<(Instruction, f64)>,
-    doing_since_s: f64,
     settled_since_s: Option<f64>,
     button_until_s: f64,
     lift_at_s: Option<f64>,
     learnt_from_feedback: bool,
+    /// The end was heard; the slider that may still be shown is over.
+    heard_end: bool,
 }
 
 impl Person {
@@ -63,11 +67,11 @@ impl Person {
             press,
             doing: Instruction::Wait,
             noticed: None,
-            doing_since_s: 0.0,
             settled_since_s: None,
             button_until_s: f64::NEG_INFINITY,
             lift_at_s: None,
             learnt_from_feedback: false,
+            heard_end: false,
         }
     }
 
@@ -85,11 +89,12 @@ impl Person {
 
     fn notice(&mut self, t_s: f64, percept: &Percept) {
         // the end cue is quicker than reading the screen
-        let seen = match percept.cue {
-            Some(Cue::End) if percept.instruction == Instruction::FollowSlider => {
-                Instruction::LiftFinger
-            }
-            _ => percept.instruction,
+        let following = percept.instruction == Instruction::FollowSlider;
+        self.heard_end = following && (self.heard_end || percept.cue == Some(Cue::End));
+        let seen = if self.heard_end {
+            Instruction::LiftFinger
+        } else {
+            percept.instruction
         };
         if let Some((low, high)) = percept.force_band_n {
             self.press.aim_at(0.5 * (low + high));
@@ -128,14 +133,13 @@ impl Person {
 
     fn begin(&mut self, instruction: Instruction, t_s: f64) {
         self.doing = instruction;
-        self.doing_since_s = t_s;
         self.settled_since_s = None;
         self.lift_at_s = None;
         if instruction == Instruction::FollowSlider {
             let chance: f64 = self.rng.random();
             let share: f64 = self.rng.random();
             if chance < self.behaviour.lift_off_probability {
-                self.lift_at_s = Some(t_s + 0.4 + share);
+                self.lift_at_s = Some(t_s + LIFT_FROM_S + LIFT_WITHIN_S * share);
             }
         }
     }
@@ -160,7 +164,7 @@ impl Person {
             Instruction::PressButton => {
                 self.press.lift();
                 self.hand.rest(h_s, &mut self.rng);
-                self.push_button(t_s, self.doing_since_s);
+                self.press_button_once_settled(t_s);
             }
             Instruction::PlaceFinger => self.place(t_s, h_s),
             Instruction::GetReady => {
@@ -176,7 +180,7 @@ impl Person {
                 } else {
                     self.press.press();
                 }
-                let pursued = self.gaze.pursued(t_s, self.behaviour.reaction_s);
+                let pursued = self.gaze.pursued(t_s);
                 self.hand.pursue(pursued, h_s, &mut self.rng);
             }
         }
@@ -199,12 +203,12 @@ impl Person {
             return;
         }
         self.press.press();
-        self.push_button(t_s, t_s);
+        self.press_button_once_settled(t_s);
     }
 
-    /// Presses once settled since `ready_s` at the latest, and again when nothing happens.
-    fn push_button(&mut self, t_s: f64, ready_s: f64) {
-        let since_s = *self.settled_since_s.get_or_insert(ready_s);
+    /// Presses the button after a moment, and again when nothing comes of it.
+    fn press_button_once_settled(&mut self, t_s: f64) {
+        let since_s = *self.settled_since_s.get_or_insert(t_s);
         if t_s - since_s >= SETTLE_S {
             self.button_until_s = t_s + BUTTON_HOLD_S;
             self.settled_since_s = Some(t_s + IMPATIENCE_S - SETTLE_S);

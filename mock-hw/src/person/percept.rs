@@ -35,10 +35,10 @@ impl Default for Percept {
 pub enum Instruction {
     /// Nothing yet.
     Wait,
-    /// Press the button to go on, finger off the plate.
-    PressButton,
     /// Take the finger off the plate.
     LiftFinger,
+    /// Press the button to go on, finger off the plate.
+    PressButton,
     /// Touch the plate at the start mark and press the button when ready.
     PlaceFinger,
     /// Keep still: the countdown runs.

@@ -242,7 +242,7 @@ impl Plant {
             }
             self.until_slow_step -= 1;
             self.frame += 1;
-            let ideal = self.fast_step(f64::from(sample), amplifier);
+            let ideal = self.fast_step(dac(sample), amplifier);
             self.converter.frame(&ideal, frame);
         }
         self.finger = *finger;
@@ -315,7 +315,7 @@ impl Plant {
     fn slow_step(&mut self) {
         let dt_s = f64::from(self.frames_per_slow_step) * self.interval_s;
         self.state.flush();
-        if self.mean_square[1] < INVISIBLE_M2 {
+        if self.mean_square.iter().all(|m| *m < INVISIBLE_M2) {
             self.mean_square = [0.0; 2];
         }
         let skin = self.moisture.advance(dt_s, &self.fingertip);
@@ -386,6 +386,16 @@ impl Plant {
         let full = reach * travel.signum();
         self.bristle_m = full + (self.bristle_m - full) * (-travel.abs() / reach).exp();
         self.bristle_m / reach
+    }
+}
+
+/// What a DAC makes of a sample: full scale is ±1, and there is no NaN volt.
+#[inline]
+fn dac(sample: f32) -> f64 {
+    if sample.is_nan() {
+        0.0
+    } else {
+        f64::from(sample.clamp(-1.0, 1.0))
     }
 }
 

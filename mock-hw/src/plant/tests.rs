@@ -1,5 +1,4 @@
 //! The plant against closed forms, against itself at finer steps, and against conservation of energy.
-#![allow(clippy::unwrap_used, reason = "a failing test should panic")]
 
 use std::f64::consts::TAU;
 
@@ -13,6 +12,8 @@ type C = Complex<f64>;
 /// A bench without noise, with a pinned finger that does not change.
 fn ideal() -> Scenario {
     let mut s = Scenario::default();
+    s.amplifier.volts_per_unit = 40.0;
+    s.converter.readback_volts_per_unit = 50.0;
     s.converter.noise_units_per_sqrt_hz = 0.0;
     s.converter.crosstalk = 0.0;
     s.converter.bits = 32;
@@ -464,4 +465,20 @@ fn time_goes_on_when_the_rate_changes_and_samples_come_when_they_are_due() {
     }
     assert!(end_s - times[times.len() - 1] < 3e-4);
     assert!(times.windows(2).all(|w| (w[1] - w[0] - 1e-4).abs() < 1e-7));
+}
+
+#[test]
+fn the_dac_clips_and_makes_nothing_of_nan() {
+    let line = |bad: f32| {
+        let mut plant = Plant::new(&ideal(), 1, 192e3);
+        let mut drive = [0.0f32; 64];
+        drive[5] = bad;
+        let mut inputs = [0.0f32; 64 * 4];
+        plant.step(&drive, true, &FingerState::default(), &mut inputs);
+        assert!(inputs.iter().all(|v| v.is_finite()));
+        inputs[4 * (5 + Plant::loop_latency_frames()) + 2]
+    };
+    for (bad, expected) in [(f32::NAN, 0.0), (f32::INFINITY, 1.0), (-3.0, -1.0)] {
+        assert!((line(bad) - expected).abs() < 1e-6);
+    }
 }

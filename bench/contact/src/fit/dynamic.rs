@@ -452,3 +452,22 @@ impl ImpedanceModel<3> for WithoutLag<'_, '_> {
         Some(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::least_squares::tests::assert_slopes_are_derivatives;
+    use crate::fit::series::tests::with_instance;
+
+    #[test]
+    fn slopes_are_derivatives() {
+        with_instance(|instance| {
+            let conditions = FitConditions::with_plate(Complex64::new(7.01, 0.1));
+            let mut model = Model::new(instance, &conditions, &Options::default()).unwrap();
+            for tau_ms in [-0.2, 0.05, 1.2] {
+                assert_slopes_are_derivatives(&mut model, [1.7e-6_f64.ln(), 0.47, 3.16, tau_ms]);
+            }
+            assert_slopes_are_derivatives(&mut WithoutLag(&mut model), [2.5e-6_f64.ln(), 0.2, 2.0]);
+        });
+    }
+}

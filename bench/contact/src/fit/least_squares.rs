@@ -249,3 +249,37 @@ fn correlation(residuals: &[Complex64]) -> f64 {
         .sum();
     1.0 + 2.0 * sum
 }
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// Every slope against central differences of the impedance.
+    pub(crate) fn assert_slopes_are_derivatives<const N: usize>(
+        model: &mut impl ImpedanceModel<N>,
+        at: [f64; N],
+    ) {
+        let n = model.measured().len();
+        let mut evaluate = |parameters: &[f64; N]| {
+            let (mut z_m, mut slopes) = (vec![Complex64::ZERO; n], vec![[Complex64::ZERO; N]; n]);
+            assert!(model.evaluate(parameters, &mut z_m, &mut slopes).is_some());
+            (z_m, slopes)
+        };
+        let (_, slopes) = evaluate(&at);
+        for parameter in 0..N {
+            let h = 1e-5;
+            let (mut above, mut below) = (at, at);
+            above[parameter] += h;
+            below[parameter] -= h;
+            let (above, below) = (evaluate(&above).0, evaluate(&below).0);
+            for i in 0..n {
+                let difference = (above[i] - below[i]) / (2.0 * h);
+                let apart = (difference - slopes[i][parameter]).norm();
+                assert!(
+                    apart < 1e-7 * (1.0 + difference.norm()),
+                    "parameter {parameter}, sample {i}: {apart}"
+                );
+            }
+        }
+    }
+}

@@ -46,6 +46,16 @@ pub struct FitConditions {
 }
 
 impl FitConditions {
+    #[cfg(test)]
+    fn with_plate(z_p: Complex64) -> Self {
+        Self {
+            assumed: AssumedConstants::default(),
+            carrier_hz: 35_000.0,
+            z_p_plain_n_s_per_m: z_p,
+            z_p_corrected_n_s_per_m: z_p,
+        }
+    }
+
     /// ω, rad/s.
     ///
     /// # Errors

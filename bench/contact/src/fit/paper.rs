@@ -320,3 +320,22 @@ impl ImpedanceModel<1> for Model<'_> {
         Some(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::least_squares::tests::assert_slopes_are_derivatives;
+    use crate::fit::series::tests::with_instance;
+
+    #[test]
+    fn slopes_are_derivatives() {
+        with_instance(|instance| {
+            let conditions = FitConditions::with_plate(Complex64::new(7.01, 0.1));
+            let mut model =
+                Model::new(&instance.instance(), &conditions, Complex64::new(9.5, -2.0)).unwrap();
+            for sigma_t_m in [0.8e-6_f64, 1.7e-6, 5e-6] {
+                assert_slopes_are_derivatives(&mut model, [sigma_t_m.ln()]);
+            }
+        });
+    }
+}

@@ -163,3 +163,41 @@ pub(crate) fn cubic_through(values: &[f64]) -> Vec<f64> {
 pub(crate) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    /// An arbitrary, physical record: 20 ms of lead-in and 60 ms at 2 kHz.
+    pub(crate) fn with_instance(test: impl FnOnce(&InstanceSeries<'_>)) {
+        let time_s: Vec<f64> = (0..160).map(|i| f64::from(i) * 5e-4 - 0.05).collect();
+        let amplitude_m: Vec<f64> = time_s
+            .iter()
+            .map(|t| 2e-6 * (1.0 + 0.9 * (TAU * 6.0 * t).sin()))
+            .collect();
+        let normal_n: Vec<f64> = time_s.iter().map(|t| 0.65 + 0.3 * t).collect();
+        let z_m = vec![Complex64::new(9.3, -2.4); time_s.len()];
+        let samples = Samples {
+            time_s: &time_s,
+            z_m_plain_n_s_per_m: &z_m,
+            z_m_corrected_n_s_per_m: &z_m,
+            amplitude_m: &amplitude_m,
+            normal_n: &normal_n,
+            mu: &vec![0.5; time_s.len()],
+        };
+        test(&InstanceSeries::new(samples, 40).unwrap());
+    }
+
+    #[test]
+    fn a_cubic_goes_through_itself() {
+        let values: Vec<f64> = (0..100)
+            .map(|i| f64::from(i) / 50.0)
+            .map(|t| 0.6 + 0.1 * t - 0.2 * t.powi(2) + 0.05 * t.powi(3))
+            .collect();
+        for (smooth, value) in cubic_through(&values).iter().zip(&values) {
+            assert!((smooth - value).abs() < 1e-13);
+        }
+    }
+}

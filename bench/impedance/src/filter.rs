@@ -88,7 +88,9 @@ pub enum FilterError {
 /// | --- | --- |
 /// | gain error at 6 / 100 / 300 Hz from the carrier | < 1e-7 / < 1e-5 / < 5e-5 |
 /// | −6 dB | 1 kHz from the carrier |
-/// | rejection from 1.72 kHz from the carrier on, hence of DC and mains hum | ≥ 105 dB |
+/// | rejection from 1.72 kHz from the carrier on | ≥ 105 dB |
+/// | the same of DC and mains hum under a carrier of 35 kHz | ≥ 160 dB |
+/// | slope that a tone in the stopband leaks (`dc_hum_and_foreign_tones_are_rejected`) | < 0.03/s of its amplitude |
 /// | aliases into ±280 Hz | ≥ 100 dB down |
 /// | support | ±2.6 ms |
 ///

@@ -216,6 +216,11 @@ fn dc_hum_and_foreign_tones_are_rejected() {
                 let leak = (noisy.value - quiet.value).norm();
                 // The f32 sum rounds at 3e-8.
                 assert!(leak < 1e-5 * amplitude + 1e-7, "{hz} Hz: {leak}");
+                let slope_leak = (noisy.slope_per_s - quiet.slope_per_s).norm();
+                assert!(
+                    slope_leak < 0.03 * amplitude + 3e-4,
+                    "{hz} Hz: {slope_leak} per s"
+                );
             }
         }
     }

@@ -57,6 +57,26 @@ fn passband_is_flat_and_the_rest_rejected() {
 }
 
 #[test]
+fn dc_and_hum_vanish_under_the_carrier() {
+    for sample_rate_hz in [96_000, 100_000, 192_000] {
+        let settings = Settings {
+            sample_rate_hz,
+            carrier_hz: 35_000.0,
+            output_rate_hz: OUTPUT_RATE_HZ,
+        };
+        let filter = Filter::new(settings).unwrap();
+        for hum_hz in (0..=20).flat_map(|k| [50.0 * f64::from(k), 60.0 * f64::from(k)]) {
+            let gain = filter.response(35_000.0 - hum_hz);
+            assert!(
+                decibels(gain) < -160.0,
+                "{sample_rate_hz} Hz: {:.1} dB at {hum_hz} Hz",
+                decibels(gain)
+            );
+        }
+    }
+}
+
+#[test]
 fn rates_without_a_whole_ratio_and_carriers_without_room_are_named() {
     let settings = Settings {
         sample_rate_hz: 44_100,

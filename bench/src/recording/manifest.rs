@@ -206,7 +206,7 @@ pub struct Participant {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Trial {
-    /// Number in the protocol's order, from 1.
+    /// Number among the practice trials or among the others, from 1.
     pub number: u32,
     /// Attempt at this trial, from 1; more after a redo.
     pub attempt: u32,

@@ -17,21 +17,24 @@ pub enum Block {
 pub struct TrialLabel {
     /// Whether it counts.
     pub block: Block,
-    /// Place in the session's order, from 1.
+    /// Number among its sort, from 1.
     pub number: u32,
     /// Attempt, from 1.
     pub attempt: u32,
 }
 
-impl From<&protocols::TrialKey> for TrialLabel {
-    fn from(key: &protocols::TrialKey) -> Self {
+impl TrialLabel {
+    /// An attempt of a session that begins with `practice_trials` practice trials; each sort is counted from 1.
+    #[must_use]
+    pub fn new(key: &protocols::TrialKey, practice_trials: u32) -> Self {
+        let (block, number) = if key.practice {
+            (Block::Practice, key.number)
+        } else {
+            (Block::Main, key.number.saturating_sub(practice_trials))
+        };
         Self {
-            block: if key.practice {
-                Block::Practice
-            } else {
-                Block::Main
-            },
-            number: key.number,
+            block,
+            number,
             attempt: key.attempt,
         }
     }

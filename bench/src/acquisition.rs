@@ -1,0 +1,362 @@
+//! From the sound card's ring to impedance frames, with force and position placed on the audio clock; everything goes to the
+//! recorder untouched, and to the session as it is understood.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use crossbeam_channel::{Receiver, Sender};
+use impedance::clock::LowerEnvelope;
+use impedance::{Demodulator, Mask, Zm, ZmFrame};
+use signalgen::{BlockHeader, InputReader};
+
+use crate::field::Reading;
+use crate::recording::manifest::{Event, EventKind, Interval};
+use crate::recording::recorder::{Begin, RecorderMessage, RecorderSender};
+use crate::recording::writer::Ending;
+use crate::recording::{ForceRow, PositionRow};
+use crate::schedule::Task;
+use crate::shared::{Latest, Shared};
+
+/// What the session asks of the recording.
+#[derive(Debug)]
+pub enum RecordingCommand {
+    /// Starts one at the next sample.
+    Begin(Box<Begin>),
+    /// Marks an interval; times on the audio clock.
+    Interval(protocols::Interval),
+    /// Keeps an event at the present sample.
+    Event(EventKind, Option<String>),
+    /// Ends it.
+    End(Ending),
+}
+
+/// What was acquired since the last batch, on the audio clock: seconds of frames read since the streams were opened.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Batch {
+    /// End of what was acquired, s.
+    pub audio_s: f64,
+    /// Impedance, 2 kHz; lags `audio_s` by the demodulator's delay.
+    pub frames: Vec<ZmFrame>,
+    /// Force.
+    pub force: Vec<ForceRow>,
+    /// Position.
+    pub position: Vec<PositionRow>,
+    /// Totals since the start.
+    pub account: Account,
+}
+
+/// Account of the frames since the streams were opened.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Account {
+    /// Frames on the audio clock, the lost ones included.
+    pub frames: u64,
+    /// Frames lost, written as NaN.
+    pub lost_frames: u64,
+    /// Envelope frames touched by clipping.
+    pub clipped_frames: u64,
+    /// Overruns of the input.
+    pub input_xruns: u64,
+    /// Underruns of the output.
+    pub output_xruns: u64,
+}
+
+/// The acquisition task.
+pub struct Acquisition {
+    input: InputReader,
+    demodulator: Demodulator<2>,
+    zm: Zm,
+    rate_hz: f64,
+    clock: LowerEnvelope,
+    readings: Receiver<Reading>,
+    commands: Receiver<RecordingCommand>,
+    recorder: RecorderSender,
+    batches: Sender<Batch>,
+    shared: Arc<Shared>,
+    block: Vec<f32>,
+    waiting: Vec<Reading>,
+    account: Account,
+    /// Next block's first frame as the card counts, without the frames that an xrun swallowed.
+    card_frames: u64,
+    recording: Option<Recording>,
+    last_force_s: f64,
+    last_position_s: f64,
+}
+
+/// Where the open recording began, on the audio clock.
+struct Recording {
+    first_frame: u64,
+}
+
+/// The streams that the acquisition stands between.
+pub struct Wiring {
+    /// Readings of the slow inputs.
+    pub readings: Receiver<Reading>,
+    /// Commands of the session.
+    pub commands: Receiver<RecordingCommand>,
+    /// The recorder.
+    pub recorder: RecorderSender,
+    /// To the session.
+    pub batches: Sender<Batch>,
+}
+
+impl Acquisition {
+    /// Reads `input` at `rate_hz`.
+    pub fn new(
+        input: InputReader,
+        demodulator: Demodulator<2>,
+        zm: Zm,
+        rate_hz: u32,
+        wiring: Wiring,
+        shared: Arc<Shared>,
+    ) -> Self {
+        Self {
+            input,
+            demodulator,
+            zm,
+            rate_hz: f64::from(rate_hz),
+            clock: LowerEnvelope::default(),
+            readings: wiring.readings,
+            commands: wiring.commands,
+            recorder: wiring.recorder,
+            batches: wiring.batches,
+            shared,
+            block: Vec::new(),
+            waiting: Vec::new(),
+            account: Account::default(),
+            card_frames: 0,
+            recording: None,
+            last_force_s: f64::NEG_INFINITY,
+            last_position_s: f64::NEG_INFINITY,
+        }
+    }
+
+    fn audio_s(&self) -> f64 {
+        self.account.frames as f64 / self.rate_hz
+    }
+
+    fn obey(&mut self, command: RecordingCommand) {
+        let message = match command {
+            RecordingCommand::Begin(begin) => {
+                self.recording = Some(Recording {
+                    first_frame: self.account.frames,
+                });
+                RecorderMessage::Begin(begin)
+            }
+            RecordingCommand::Interval(interval) => {
+                let Some(offset_s) = self.offset_s() else {
+                    return;
+                };
+                RecorderMessage::Interval(Interval::relative_to(interval, offset_s))
+            }
+            RecordingCommand::Event(kind, text) => return self.event(kind, None, text),
+            RecordingCommand::End(end) => {
+                self.recording = None;
+                RecorderMessage::End(end)
+            }
+        };
+        self.record(message);
+    }
+
+    fn offset_s(&self) -> Option<f64> {
+        self.recording
+            .as_ref()
+            .map(|recording| recording.first_frame as f64 / self.rate_hz)
+    }
+
+    /// A refused message has been counted by the queue and fails the recording there; control messages have reserved room.
+    fn record(&mut self, message: RecorderMessage) {
+        let _counted = self.recorder.send(message);
+    }
+
+    fn event(&mut self, kind: EventKind, frames: Option<u64>, text: Option<String>) {
+        if let Some(recording) = &self.recording {
+            let sample = self.account.frames - recording.first_frame;
+            self.record(RecorderMessage::Event(Event {
+                kind,
+                sample,
+                frames,
+                text,
+            }));
+        }
+    }
+
+    fn take_block(
+        &mut self,
+        header: BlockHeader,
+        now_s: f64,
+        batch: &mut Batch,
+    ) -> anyhow::Result<()> {
+        let dropped = header.first_frame.saturating_sub(self.card_frames);
+        self.card_frames = header.first_frame + u64::from(header.frames);
+        if header.input_xruns > self.account.input_xruns {
+            self.account.input_xruns = header.input_xruns;
+            self.event(EventKind::InputXrun, None, None);
+        }
+        if header.output_xruns > self.account.output_xruns {
+            self.account.output_xruns = header.output_xruns;
+            self.event(EventKind::OutputXrun, None, None);
+        }
+        if dropped > 0 {
+            self.lose(dropped, batch)?;
+        }
+        let block = std::mem::take(&mut self.block);
+        self.demodulate(&block, batch)?;
+        self.account.frames += u64::from(header.frames);
+        if self.recording.is_some() {
+            self.record(RecorderMessage::Audio(block));
+        } else {
+            self.block = block;
+        }
+        self.clock.observe(self.audio_s(), now_s)?;
+        Ok(())
+    }
+
+    fn lose(&mut self, frames: u64, batch: &mut Batch) -> anyhow::Result<()> {
+        self.event(EventKind::Gap, Some(frames), None);
+        let channels = self.input.channels();
+        // In pieces: a gap may be longer than memory should follow.
+        let lost = vec![f32::NAN; 1024 * channels];
+        let mut left = frames;
+        while left > 0 {
+            let piece = left.min(1024);
+            self.demodulate(&lost[..piece as usize * channels], batch)?;
+            left -= piece;
+        }
+        self.account.frames += frames;
+        self.account.lost_frames += frames;
+        if self.recording.is_some() {
+            self.record(RecorderMessage::Gap(frames));
+        }
+        Ok(())
+    }
+
+    fn demodulate(&mut self, samples: &[f32], batch: &mut Batch) -> anyhow::Result<()> {
+        let (zm, account) = (&self.zm, &mut self.account);
+        self.demodulator.push(samples, |frame| {
+            let frame = zm.read(frame);
+            account.clipped_frames += u64::from(frame.mask.contains(Mask::CLIPPED));
+            batch.frames.push(frame);
+        })?;
+        Ok(())
+    }
+
+    /// Places readings on the audio clock, each stream in order.
+    fn take_readings(&mut self, batch: &mut Batch) {
+        self.waiting.extend(self.readings.try_iter());
+        for reading in std::mem::take(&mut self.waiting) {
+            let host_s = match reading {
+                Reading::Force(force) => force.host_s,
+                Reading::Position { host_s, .. } => host_s,
+            };
+            let Some(time_s) = self.clock.to_source_s(host_s) else {
+                continue;
+            };
+            match reading {
+                Reading::Force(force) => {
+                    // The estimate of the clocks may still move by more than a sample's distance.
+                    let time_s = time_s.max(self.last_force_s + LEAST_STEP_S);
+                    self.last_force_s = time_s;
+                    if force.sample.saturated {
+                        self.event(EventKind::ForceOverRange, None, None);
+                    }
+                    batch.force.push(ForceRow {
+                        time_s,
+                        normal_n: force.sample.normal_n,
+                        lateral_n: force.sample.lateral_n,
+                    });
+                }
+                Reading::Position { position_m, .. } => {
+                    let time_s = time_s.max(self.last_position_s + LEAST_STEP_S);
+                    self.last_position_s = time_s;
+                    batch.position.push(PositionRow { time_s, position_m });
+                }
+            }
+        }
+    }
+
+    fn record_rows(&mut self, batch: &Batch) {
+        let Some(offset_s) = self.offset_s() else {
+            return;
+        };
+        let force: Vec<_> = batch
+            .force
+            .iter()
+            .map(|row| ForceRow {
+                time_s: row.time_s - offset_s,
+                ..*row
+            })
+            .filter(|row| row.time_s >= 0.0)
+            .collect();
+        if !force.is_empty() {
+            self.record(RecorderMessage::Force(force));
+        }
+        let position: Vec<_> = batch
+            .position
+            .iter()
+            .map(|row| PositionRow {
+                time_s: row.time_s - offset_s,
+                ..*row
+            })
+            .filter(|row| row.time_s >= 0.0)
+            .collect();
+        if !position.is_empty() {
+            self.record(RecorderMessage::Position(position));
+        }
+    }
+
+    fn publish(&mut self, mut batch: Batch, now_ns: u64) {
+        if let Some(frame) = batch
+            .frames
+            .iter()
+            .rev()
+            .find(|frame| frame.drive_v.re.is_finite())
+        {
+            self.shared.readback_v.set(Latest {
+                value: frame.drive_v.norm(),
+                at_ns: now_ns,
+            });
+        }
+        self.shared.ring_fill.set(self.input.ring_fill());
+        batch.audio_s = self.audio_s();
+        batch.account = self.account;
+        // The session is gone only when the bench stops.
+        let _ = self.batches.send(batch);
+    }
+}
+
+/// Rows of a file keep at least this distance, s: their times are written to the nanosecond.
+const LEAST_STEP_S: f64 = 1e-6;
+
+impl Task for Acquisition {
+    fn name(&self) -> &'static str {
+        "acquisition"
+    }
+
+    fn period(&self) -> Duration {
+        Duration::from_millis(1)
+    }
+
+    fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        while let Ok(command) = self.commands.try_recv() {
+            self.obey(command);
+        }
+        let now_s = now_ns as f64 * 1e-9;
+        let mut batch = Batch::default();
+        while let Some(header) = self.input.pop_block(&mut self.block) {
+            self.take_block(header, now_s, &mut batch)?;
+        }
+        self.take_readings(&mut batch);
+        self.record_rows(&batch);
+        if self.account.frames > 0 {
+            self.publish(batch, now_ns);
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self) -> anyhow::Result<()> {
+        while let Ok(command) = self.commands.try_recv() {
+            self.obey(command);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,5 @@
+//! From recordings to impedance, gap and friction.
+
+pub mod record;
+pub mod statistics;
+pub mod trial;

@@ -1,0 +1,194 @@
+//! A stretch of acquired data, live or read from a recording: impedance frames, force and position on one clock, and the
+//! evenly sampled series that selection and estimation work on.
+
+use impedance::smoothing::LowPass;
+use impedance::{Mask, ZmFrame};
+use protocols::{Direction, ExplorationSeries, Validity};
+
+use crate::recording::{ForceRow, PositionRow};
+
+/// Cut-off of the second-order Butterworth filter on forces and position, Hz (Huloux 2021, section IV).
+pub const SMOOTHING_HZ: f64 = 100.0;
+
+/// Acquired data; times in seconds of one clock, each list in order.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Record {
+    /// Impedance frames, evenly spaced.
+    pub frames: Vec<ZmFrame>,
+    /// Force readings.
+    pub force: Vec<ForceRow>,
+    /// Position readings.
+    pub position: Vec<PositionRow>,
+}
+
+/// What accompanies the impedance at each frame of an interval. NaN where it was not measured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// Times of the frames, s.
+    pub time_s: Vec<f64>,
+    /// The frames themselves.
+    pub frames: Vec<ZmFrame>,
+    /// Peak vibration amplitude, m.
+    pub amplitude_m: Vec<f64>,
+    /// Normal force, 100 Hz, zero phase, N.
+    pub normal_n: Vec<f64>,
+    /// Lateral force, 100 Hz, zero phase, N.
+    pub lateral_n: Vec<f64>,
+    /// Finger position, 100 Hz, zero phase, m.
+    pub position_m: Vec<f64>,
+    /// Finger velocity, m/s.
+    pub velocity_m_per_s: Vec<f64>,
+    /// Whether amplitude and impedance can be used.
+    pub validity: Vec<Validity>,
+}
+
+impl Series {
+    /// As the selection takes it.
+    pub fn exploration(&self, direction: Direction) -> ExplorationSeries<'_> {
+        ExplorationSeries {
+            direction,
+            time_s: &self.time_s,
+            amplitude_m: &self.amplitude_m,
+            position_m: &self.position_m,
+            velocity_m_per_s: &self.velocity_m_per_s,
+            normal_n: &self.normal_n,
+            validity: &self.validity,
+        }
+    }
+}
+
+impl Record {
+    /// From the first to the last frame, s; empty without frames.
+    pub fn span_s(&self) -> (f64, f64) {
+        let ends = self.frames.first().zip(self.frames.last());
+        ends.map_or((0.0, 0.0), |(first, last)| (first.time_s, last.time_s))
+    }
+
+    /// Amplitude of the frame nearest to `time_s`; `None` where samples were lost.
+    pub fn amplitude_m(&self, time_s: f64) -> Option<f64> {
+        let at = self.frames.partition_point(|frame| frame.time_s < time_s);
+        let frame = self.frames.get(at.min(self.frames.len().checked_sub(1)?))?;
+        (!frame.mask.contains(Mask::LOST_SAMPLES)).then_some(frame.amplitude_m)
+    }
+
+    /// Normal force at `time_s`.
+    pub fn normal_n(&self, time_s: f64) -> Option<f64> {
+        let value = interpolate(&self.force, |row| row.time_s, |row| row.normal_n, time_s);
+        value.is_finite().then_some(value)
+    }
+
+    /// Mean normal force from `start_s` to `end_s`; `None` without a reading there.
+    pub fn mean_normal_n(&self, start_s: f64, end_s: f64) -> Option<f64> {
+        let readings: Vec<f64> = self
+            .force
+            .iter()
+            .filter(|row| (start_s..=end_s).contains(&row.time_s) && row.normal_n.is_finite())
+            .map(|row| row.normal_n)
+            .collect();
+        (!readings.is_empty()).then(|| readings.iter().sum::<f64>() / readings.len() as f64)
+    }
+
+    /// Everything at the frames from `start_s` to `end_s`.
+    pub fn series(&self, start_s: f64, end_s: f64) -> Series {
+        let inside = |frame: &&ZmFrame| (start_s..=end_s).contains(&frame.time_s);
+        let frames: Vec<ZmFrame> = self.frames.iter().filter(inside).copied().collect();
+        let time_s: Vec<f64> = frames.iter().map(|frame| frame.time_s).collect();
+        let normal_n = smoothed(&self.force, |row| row.time_s, |row| row.normal_n, &time_s);
+        let lateral_n = smoothed(&self.force, |row| row.time_s, |row| row.lateral_n, &time_s);
+        let position_m = smoothed(
+            &self.position,
+            |row| row.time_s,
+            |row| row.position_m,
+            &time_s,
+        );
+        Series {
+            amplitude_m: frames.iter().map(|frame| frame.amplitude_m).collect(),
+            velocity_m_per_s: derivative(&time_s, &position_m),
+            validity: frames.iter().map(|frame| validity(frame.mask)).collect(),
+            time_s,
+            frames,
+            normal_n,
+            lateral_n,
+            position_m,
+        }
+    }
+}
+
+fn validity(mask: Mask) -> Validity {
+    if mask.contains(Mask::LOST_SAMPLES) {
+        Validity::LostSamples
+    } else if mask.contains(Mask::CLIPPED) {
+        Validity::Clipped
+    } else if mask.contains(Mask::ENVELOPE_NULL) {
+        Validity::BelowNoise
+    } else {
+        Validity::Valid
+    }
+}
+
+/// Linear interpolation; NaN beyond the readings' ends.
+fn interpolate<R>(
+    rows: &[R],
+    time: impl Fn(&R) -> f64,
+    value: impl Fn(&R) -> f64,
+    at_s: f64,
+) -> f64 {
+    let after = rows.partition_point(|row| time(row) < at_s);
+    match (
+        after.checked_sub(1).map(|before| &rows[before]),
+        rows.get(after),
+    ) {
+        (Some(before), Some(after)) => {
+            let part = (at_s - time(before)) / (time(after) - time(before));
+            value(before) + part * (value(after) - value(before))
+        }
+        (None, Some(first)) if time(first) <= at_s => value(first),
+        _ => f64::NAN,
+    }
+}
+
+/// Readings filtered at their own mean rate over the span of `time_s` and a margin, then taken at `time_s`.
+fn smoothed<R>(
+    rows: &[R],
+    time: impl Fn(&R) -> f64,
+    value: impl Fn(&R) -> f64,
+    time_s: &[f64],
+) -> Vec<f64> {
+    let missing = || vec![f64::NAN; time_s.len()];
+    let (Some(first_s), Some(last_s)) = (time_s.first(), time_s.last()) else {
+        return missing();
+    };
+    let from = rows.partition_point(|row| time(row) < first_s - MARGIN_S);
+    let to = rows.partition_point(|row| time(row) <= last_s + MARGIN_S);
+    let rows = &rows[from..to];
+    let (Some(start), Some(end)) = (rows.first(), rows.last()) else {
+        return missing();
+    };
+    let rate_hz = (rows.len() - 1) as f64 / (time(end) - time(start));
+    let times: Vec<f64> = rows.iter().map(&time).collect();
+    let values: Vec<f64> = rows.iter().map(&value).collect();
+    let Ok(filtered) =
+        LowPass::new(SMOOTHING_HZ, rate_hz).and_then(|filter| filter.zero_phase(&values))
+    else {
+        return missing();
+    };
+    let filtered: Vec<(f64, f64)> = times.into_iter().zip(filtered).collect();
+    time_s
+        .iter()
+        .map(|&at_s| interpolate(&filtered, |row| row.0, |row| row.1, at_s))
+        .collect()
+}
+
+/// Readings this far beyond the wanted span let the filter settle, s.
+const MARGIN_S: f64 = 0.1;
+
+/// Central differences, one-sided at the ends.
+fn derivative(time_s: &[f64], values: &[f64]) -> Vec<f64> {
+    let last = time_s.len().saturating_sub(1);
+    (0..time_s.len())
+        .map(|i| {
+            let (before, after) = (i.saturating_sub(1), (i + 1).min(last));
+            (values[after] - values[before]) / (time_s[after] - time_s[before])
+        })
+        .collect()
+}

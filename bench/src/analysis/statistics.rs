@@ -1,0 +1,136 @@
+//! Correlations and goodness of fit, as the published figures use them.
+
+use serde::Serialize;
+use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::statistics::{Data, OrderStatistics, RankTieBreaker, Statistics};
+
+/// A correlation coefficient with its two-sided p-value under the null hypothesis of no correlation.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Correlation {
+    /// Coefficient, −1 to 1.
+    pub rho: f64,
+    /// Two-sided p-value from Student's t with n − 2 degrees of freedom (for Spearman an approximation, as scipy's).
+    pub p: f64,
+    /// Pairs.
+    pub n: usize,
+}
+
+/// Mean and sample standard deviation.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Spread {
+    /// Mean.
+    pub mean: f64,
+    /// Sample standard deviation (n − 1); absent for a single value.
+    pub std: Option<f64>,
+    /// Values.
+    pub n: usize,
+}
+
+/// Pearson's correlation of the pairs in which both values are finite. `None` with fewer than three of them, or when
+/// either side does not vary.
+pub fn pearson(x: &[f64], y: &[f64]) -> Option<Correlation> {
+    let (x, y): (Vec<f64>, Vec<f64>) = finite_pairs(x, y);
+    correlate(&x, &y)
+}
+
+/// Spearman's rank correlation, ties at their mean rank; otherwise as [`pearson`].
+pub fn spearman(x: &[f64], y: &[f64]) -> Option<Correlation> {
+    let (x, y) = finite_pairs(x, y);
+    correlate(&ranks(x), &ranks(y))
+}
+
+/// 1 − Σ(y − ŷ)²/Σ(y − ȳ)² over the pairs in which both are finite; `None` when y does not vary.
+pub fn r_squared(y: &[f64], modelled: &[f64]) -> Option<f64> {
+    let (y, modelled) = finite_pairs(y, modelled);
+    let mean = y.iter().mean();
+    let total: f64 = y.iter().map(|value| (value - mean).powi(2)).sum();
+    let left: f64 = y
+        .iter()
+        .zip(&modelled)
+        .map(|(value, model)| (value - model).powi(2))
+        .sum();
+    (total > 0.0).then(|| 1.0 - left / total)
+}
+
+/// Mean and spread of the finite values; `None` when there are none.
+pub fn spread(values: impl IntoIterator<Item = f64>) -> Option<Spread> {
+    let values: Vec<f64> = values
+        .into_iter()
+        .filter(|value| value.is_finite())
+        .collect();
+    let n = values.len();
+    (n > 0).then(|| Spread {
+        mean: values.iter().mean(),
+        std: (n > 1).then(|| values.iter().std_dev()),
+        n,
+    })
+}
+
+fn finite_pairs(x: &[f64], y: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    x.iter()
+        .zip(y)
+        .filter(|(x, y)| x.is_finite() && y.is_finite())
+        .unzip()
+}
+
+fn ranks(values: Vec<f64>) -> Vec<f64> {
+    Data::new(values).ranks(RankTieBreaker::Average)
+}
+
+fn correlate(x: &[f64], y: &[f64]) -> Option<Correlation> {
+    let n = x.len();
+    if n < 3 {
+        return None;
+    }
+    let rho = x.iter().covariance(y.iter()) / (x.iter().std_dev() * y.iter().std_dev());
+    if !rho.is_finite() {
+        return None;
+    }
+    let rho = rho.clamp(-1.0, 1.0);
+    let freedom = (n - 2) as f64;
+    let t = rho.abs() * (freedom / (1.0 - rho * rho)).sqrt();
+    let p = if t.is_finite() {
+        2.0 * StudentsT::new(0.0, 1.0, freedom).ok()?.sf(t)
+    } else {
+        0.0
+    };
+    Some(Correlation { rho, p, n })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    const X: [f64; 8] = [0.1, 0.9, 2.2, 2.9, 4.4, 4.6, 6.3, 7.1];
+    const Y: [f64; 8] = [1.0, 0.4, 2.0, 2.0, 1.7, 3.9, 3.1, 5.2];
+
+    // (statistic, pvalue) of scipy 1.17.1's pearsonr and spearmanr.
+    const PEARSON: (f64, f64) = (0.868_818_716_575_736_4, 0.005_102_909_763_564_278);
+    const SPEARMAN: (f64, f64) = (0.874_267_171_196_679_1, 0.004_512_385_603_651_025);
+
+    #[test]
+    fn coefficients_and_p_values_are_scipys() {
+        let pearson = pearson(&X, &Y).unwrap();
+        assert_relative_eq!(pearson.rho, PEARSON.0, max_relative = 1e-12);
+        assert_relative_eq!(pearson.p, PEARSON.1, max_relative = 1e-9);
+        let spearman = spearman(&X, &Y).unwrap();
+        assert_relative_eq!(spearman.rho, SPEARMAN.0, max_relative = 1e-12);
+        assert_relative_eq!(spearman.p, SPEARMAN.1, max_relative = 1e-9);
+    }
+
+    #[test]
+    fn nothing_is_claimed_of_what_does_not_vary_or_is_missing() {
+        assert_eq!(pearson(&[1.0, 1.0, 1.0], &[1.0, 2.0, 3.0]), None);
+        assert_eq!(spearman(&[1.0, f64::NAN, 3.0], &[1.0, 2.0, 3.0]), None);
+        assert_eq!(spread([f64::NAN]), None);
+        assert_eq!(spread([2.0]).unwrap().std, None);
+    }
+
+    #[test]
+    fn r_squared_is_one_for_a_perfect_model_and_zero_for_the_mean() {
+        assert_relative_eq!(r_squared(&X, &X).unwrap(), 1.0);
+        let mean = X.iter().mean();
+        assert_relative_eq!(r_squared(&X, &[mean; 8]).unwrap(), 0.0);
+    }
+}

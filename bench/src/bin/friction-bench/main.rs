@@ -1,0 +1,207 @@
+//! `friction-bench`: the composition root. Here, and nowhere else, it is decided which hardware there is.
+
+mod real_gpio;
+mod simulated;
+
+use std::io::{IsTerminal, Write};
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use anyhow::Context;
+use clap::{CommandFactory, Parser};
+use friction_bench::assembly::Hardware;
+use friction_bench::cli::{Check, Cli, Command, Devices, Monitor, Run, Speed};
+use friction_bench::clock::SystemClock;
+use friction_bench::config::{AudioHost, Config};
+use friction_bench::run::{self, Plan};
+use friction_bench::schedule::Schedule;
+use friction_bench::{check, devices, monitor};
+use signalgen::audio::{HostChoice, open_host};
+
+fn main() -> ExitCode {
+    match dispatch(Cli::parse()) {
+        Ok(code) => code,
+        Err(error) => {
+            tui::restore();
+            complain(&error);
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// The error and its causes, a line each; never a backtrace.
+fn complain(error: &anyhow::Error) {
+    let mut stderr = std::io::stderr().lock();
+    let _ = writeln!(stderr, "friction-bench: {error}");
+    for cause in error.chain().skip(1) {
+        let _ = writeln!(stderr, "  because: {cause}");
+    }
+}
+
+fn dispatch(cli: Cli) -> anyhow::Result<ExitCode> {
+    match cli.command {
+        Command::Run(options) => run(&options),
+        Command::Monitor(options) => watch(&options),
+        Command::Check(options) => preflight(&options),
+        Command::Devices(options) => list(&options),
+        Command::Completions { shell } => {
+            clap_complete::generate(
+                shell,
+                &mut Cli::command(),
+                "friction-bench",
+                &mut std::io::stdout(),
+            );
+            Ok(ExitCode::SUCCESS)
+        }
+        Command::Manual => {
+            clap_mangen::Man::new(Cli::command()).render(&mut std::io::stdout())?;
+            Ok(ExitCode::SUCCESS)
+        }
+    }
+}
+
+/// The configuration that holds, and whether it was only asked for.
+fn configuration(options: &friction_bench::cli::Hardware) -> anyhow::Result<Option<Config>> {
+    let config = match (&options.config, &options.mock) {
+        (Some(path), _) => Config::read(path)?,
+        (None, Some(_)) => Config::parse(simulated::CONFIG, "the simulated bench's configuration")?,
+        (None, None) => Config::read(Path::new("bench.toml"))?,
+    };
+    if options.print_config {
+        let text = if options.config.is_none() && options.mock.is_some() {
+            simulated::CONFIG.to_owned()
+        } else {
+            config.to_toml()?
+        };
+        write!(std::io::stdout(), "{text}")?;
+        return Ok(None);
+    }
+    Ok(Some(config))
+}
+
+fn hardware(
+    config: &Config,
+    options: &friction_bench::cli::Hardware,
+    speed: Speed,
+    truth: Option<&Path>,
+) -> anyhow::Result<Hardware> {
+    if let Some(scenario) = &options.mock {
+        return simulated::hardware(scenario, options.seed.unwrap_or(1), speed, truth);
+    }
+    let choice = match config.audio.host {
+        AudioHost::Native => HostChoice::Default,
+        AudioHost::Jack => HostChoice::Jack,
+    };
+    Ok(Hardware {
+        host: open_host(choice)?,
+        lines: real_gpio::open(&config.gpio)?,
+        force_port: None,
+        clock: Arc::new(SystemClock::start()),
+        schedule: Schedule::Threads,
+        watchers: Vec::new(),
+        simulated: false,
+    })
+}
+
+fn run(options: &Run) -> anyhow::Result<ExitCode> {
+    let Some(config) = configuration(&options.hardware)? else {
+        return Ok(ExitCode::SUCCESS);
+    };
+    let plan = Plan::new(config, options)?;
+    if !options.headless && !std::io::stdout().is_terminal() {
+        anyhow::bail!("the dashboard needs a terminal; without one add --headless");
+    }
+    let mut hardware = hardware(
+        &plan.config,
+        &options.hardware,
+        options.speed,
+        options.mock_truth.as_deref(),
+    )?;
+    if let Some(terminal) = &options.participant_display {
+        hardware.watchers.push(run::participant_display(terminal)?);
+    }
+    let (study, participant) = (plan.study.clone(), plan.participant.clone());
+    let report = run::run(plan, hardware, std::io::stdout())?;
+    let mut stdout = std::io::stdout();
+    for line in run::report_lines(&report, &study, &participant) {
+        writeln!(stdout, "{line}")?;
+    }
+    Ok(if report.completed {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(1)
+    })
+}
+
+fn watch(options: &Monitor) -> anyhow::Result<ExitCode> {
+    let Some(config) = configuration(&options.hardware)? else {
+        return Ok(ExitCode::SUCCESS);
+    };
+    let plan = monitor::Plan::new(config, options)?;
+    if !options.headless && !std::io::stdout().is_terminal() {
+        anyhow::bail!("the dashboard needs a terminal; without one add --headless");
+    }
+    let hardware = hardware(&plan.config, &options.hardware, options.speed, None)?;
+    let completed = monitor::run(plan, hardware, std::io::stdout())?;
+    Ok(if completed {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(1)
+    })
+}
+
+fn preflight(options: &Check) -> anyhow::Result<ExitCode> {
+    let Some(config) = configuration(&options.hardware)? else {
+        return Ok(ExitCode::SUCCESS);
+    };
+    let speed = if options.hardware.mock.is_some() {
+        Speed::Max
+    } else {
+        Speed::Real
+    };
+    let table = check::run(&config, || {
+        hardware(&config, &options.hardware, speed, None)
+    });
+    let text = if options.json {
+        table.to_json()?
+    } else {
+        table.to_text()
+    };
+    write!(std::io::stdout(), "{text}")?;
+    Ok(if table.passed() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(1)
+    })
+}
+
+fn list(options: &Devices) -> anyhow::Result<ExitCode> {
+    let mut stdout = std::io::stdout();
+    let listing = if options.mock {
+        let simulated = simulated::hardware("nominal", 1, Speed::Max, None)?;
+        let ports = simulated.force_port.iter().cloned().collect();
+        devices::Listing {
+            hosts: vec![devices::audio("simulated", Ok(&simulated.host))],
+            serial_ports: ports,
+            gpio_chips: Vec::new(),
+        }
+    } else {
+        devices::Listing {
+            hosts: [("native", HostChoice::Default), ("jack", HostChoice::Jack)]
+                .map(|(name, choice)| devices::audio(name, open_host(choice).as_ref()))
+                .into(),
+            serial_ports: devices::serial_ports()?,
+            gpio_chips: gpiocdev::chip::chips()
+                .map_err(anyhow::Error::from)
+                .unwrap_or_default(),
+        }
+    };
+    let text = if options.json {
+        listing.to_json()?
+    } else {
+        listing.to_text()
+    };
+    write!(stdout, "{text}").context("cannot print the list")?;
+    Ok(ExitCode::SUCCESS)
+}

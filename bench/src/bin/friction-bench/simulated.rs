@@ -1,0 +1,192 @@
+//! The simulated apparatus in the place of hardware.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::Context;
+use friction_bench::assembly::Hardware;
+use friction_bench::cli::Speed;
+use friction_bench::clock::{Clock, SystemClock, later};
+use friction_bench::gpio::{Lines, input, output};
+use friction_bench::schedule::{Pacer, Schedule};
+use friction_bench::session::Watcher;
+use friction_bench::sound::Tone;
+use jiff::Timestamp;
+use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig, Senses};
+use mock_hw::clock::Pace;
+use mock_hw::person::{Cue, Instruction, Percept};
+use mock_hw::scenario::Scenario;
+
+/// What a bench on simulated hardware assumes of it; the scenario's truth differs where real hardware would.
+pub const CONFIG: &str = include_str!("../../../mock-bench.toml");
+
+/// Scenarios by name.
+const BUILT_IN: [(&str, &str); 7] = [
+    (
+        "nominal",
+        include_str!("../../../../mock-hw/scenarios/nominal.toml"),
+    ),
+    (
+        "steady",
+        include_str!("../../../../mock-hw/scenarios/steady.toml"),
+    ),
+    (
+        "noisy",
+        include_str!("../../../../mock-hw/scenarios/noisy.toml"),
+    ),
+    (
+        "population",
+        include_str!("../../../../mock-hw/scenarios/population.toml"),
+    ),
+    (
+        "participant-late",
+        include_str!("../../../../mock-hw/scenarios/participant-late.toml"),
+    ),
+    (
+        "bench-unknown",
+        include_str!("../../../../mock-hw/scenarios/bench-unknown.toml"),
+    ),
+    (
+        "arduino",
+        include_str!("../../../../mock-hw/scenarios/arduino.toml"),
+    ),
+];
+
+/// A free-running apparatus lives on this date, so that the same seed gives the same files.
+const FREE_RUNNING_DATE: &str = "2026-01-01T09:00:00Z";
+
+/// Builds an apparatus and gives it the place of the hardware.
+///
+/// # Errors
+/// When the scenario cannot be read or the apparatus not be built.
+pub fn hardware(
+    scenario: &str,
+    seed: u64,
+    speed: Speed,
+    truth: Option<&Path>,
+) -> anyhow::Result<Hardware> {
+    let scenario = read(scenario)?.realised(seed);
+    let pace = match speed {
+        Speed::Real => Pace::RealTime,
+        Speed::Max => Pace::Stepped,
+    };
+    let mut config = ApparatusConfig::new(scenario, seed, pace);
+    config.truth_path = truth.map(Path::to_owned);
+    let mut apparatus = Apparatus::new(config).context("the simulated apparatus")?;
+    let pins = apparatus
+        .pins()
+        .context("the simulated apparatus has no pins")?;
+    let lines = Lines {
+        encoder: Some([
+            input("encoder A", pins.encoder_a),
+            input("encoder B", pins.encoder_b),
+        ]),
+        estop: Some(input("e-stop", pins.estop)),
+        button: Some(input("button", pins.button)),
+        enable: Some(output("amplifier enable", pins.amplifier_enable)),
+        heartbeat: Some(output("heartbeat", pins.heartbeat)),
+    };
+    let (host, force_port, clock) = (
+        apparatus.host(),
+        apparatus.force_port().to_owned(),
+        apparatus.clock(),
+    );
+    let mut watchers = vec![participant(apparatus.senses())];
+    let (clock, schedule): (Arc<dyn Clock>, _) = match speed {
+        Speed::Max => {
+            let date = FREE_RUNNING_DATE
+                .parse()
+                .context("the date of free-running apparatus")?;
+            (
+                Arc::new(FreeClock { clock, date }),
+                Schedule::Lockstep(Box::new(Stepper(apparatus))),
+            )
+        }
+        Speed::Real => {
+            // It advances by itself and lives as long as its watcher.
+            watchers.push(Box::new(move |_, _, _| {
+                let _alive = &apparatus;
+            }));
+            (Arc::new(SystemClock::start()), Schedule::Threads)
+        }
+    };
+    Ok(Hardware {
+        host,
+        lines,
+        force_port: Some(force_port),
+        clock,
+        schedule,
+        watchers,
+        simulated: true,
+    })
+}
+
+fn read(name: &str) -> anyhow::Result<Scenario> {
+    let text = match BUILT_IN.iter().find(|(known, _)| *known == name) {
+        Some((_, text)) => (*text).to_owned(),
+        None => {
+            let names: Vec<_> = BUILT_IN.iter().map(|(name, _)| *name).collect();
+            std::fs::read_to_string(name).with_context(|| {
+                format!(
+                    "cannot read the scenario {name}; built-in scenarios are {}",
+                    names.join(", ")
+                )
+            })?
+        }
+    };
+    Scenario::parse(&text).with_context(|| format!("scenario {name}"))
+}
+
+/// Lets the simulated person see and hear what the participant does.
+fn participant(senses: Senses) -> Watcher {
+    Box::new(move |view, button, tone| {
+        let instruction = match view.instruction {
+            tui::Instruction::Welcome | tui::Instruction::Rest if button => {
+                Instruction::PressButton
+            }
+            tui::Instruction::Wait | tui::Instruction::Welcome => Instruction::Wait,
+            tui::Instruction::LiftFinger => Instruction::LiftFinger,
+            tui::Instruction::PlaceFinger => Instruction::PlaceFinger,
+            tui::Instruction::GetReady => Instruction::GetReady,
+            tui::Instruction::FollowSlider => Instruction::FollowSlider,
+            tui::Instruction::Feedback => Instruction::Feedback,
+            tui::Instruction::Rest => Instruction::Rest,
+            tui::Instruction::Paused => Instruction::Paused,
+            tui::Instruction::Finished => Instruction::Finished,
+        };
+        senses.show(Percept {
+            instruction,
+            slider_m: view.slider_m,
+            countdown: view.countdown,
+            mean_force_n: view.mean_force_n,
+            force_band_n: view.force_band_n,
+            cue: tone.map(|tone| match tone {
+                Tone::Start => Cue::Start,
+                Tone::End => Cue::End,
+            }),
+        });
+    })
+}
+
+struct Stepper(Apparatus);
+
+impl Pacer for Stepper {
+    fn tick(&mut self) -> anyhow::Result<()> {
+        Ok(self.0.step()?)
+    }
+}
+
+struct FreeClock {
+    clock: ApparatusClock,
+    date: Timestamp,
+}
+
+impl Clock for FreeClock {
+    fn now_ns(&self) -> u64 {
+        self.clock.now_ns()
+    }
+
+    fn utc(&self) -> Timestamp {
+        later(self.date, self.clock.now_ns())
+    }
+}

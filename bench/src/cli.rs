@@ -1,0 +1,140 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// Test bench controller for ultrasonic friction modulation.
+#[derive(Debug, Parser)]
+#[command(version, about, arg_required_else_help = true, max_term_width = 100)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The subcommands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Run a participant's session by a protocol file.
+    Run(Run),
+    /// Watch the bench without a protocol.
+    Monitor(Monitor),
+    /// Preflight: is everything there and alive?
+    Check(Check),
+    /// List audio devices with their rates, serial ports and GPIO chips.
+    Devices(Devices),
+    /// Print shell completions.
+    Completions {
+        /// Which shell.
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page.
+    Manual,
+}
+
+/// Which bench: shared by every command that touches hardware.
+#[derive(Debug, Clone, Args)]
+pub struct Hardware {
+    /// Description of the hardware.
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+    /// Use simulated hardware; optionally a scenario file.
+    #[arg(long, value_name = "SCENARIO", num_args = 0..=1, default_missing_value = "nominal")]
+    pub mock: Option<String>,
+    /// Seed of the simulated hardware and of every random choice; the protocol's own when absent.
+    #[arg(long, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
+    pub seed: Option<u64>,
+    /// Print the configuration that holds, and stop.
+    #[arg(long)]
+    pub print_config: bool,
+}
+
+/// How fast simulated time passes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Speed {
+    /// As on real hardware.
+    Real,
+    /// As fast as it computes; the same seed gives the same files.
+    Max,
+}
+
+/// `run`
+#[derive(Debug, Args)]
+pub struct Run {
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub hardware: Hardware,
+    /// Study folder; made if it is not there.
+    #[arg(long, value_name = "DIR", default_value = "study")]
+    pub study: PathBuf,
+    /// Participant, such as sub-01.
+    #[arg(long, value_name = "ID")]
+    pub participant: Option<String>,
+    /// Protocol file, or the name of a built-in one: huloux2021, demo.
+    #[arg(long, value_name = "FILE", default_value = "huloux2021")]
+    pub protocol: String,
+    /// The operator who holds the participant's signed consent; without it nothing is driven.
+    #[arg(long, value_name = "OPERATOR")]
+    pub consent_by: Option<String>,
+    /// Go on with the participant's interrupted session.
+    #[arg(long, conflicts_with = "new_session")]
+    pub resume: bool,
+    /// Begin another session of a participant who has one.
+    #[arg(long)]
+    pub new_session: bool,
+    /// No dashboard: print progress, decide by the protocol's rules.
+    #[arg(long)]
+    pub headless: bool,
+    /// Pace of simulated hardware.
+    #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock")]
+    pub speed: Speed,
+    /// Existing folder for the simulated truth, for tests; the bench never reads it.
+    #[arg(long, value_name = "DIR", requires = "mock", hide = true)]
+    pub mock_truth: Option<PathBuf>,
+    /// Terminal that shows the participant's screen, such as /dev/tty2.
+    #[arg(long, value_name = "TTY")]
+    pub participant_display: Option<PathBuf>,
+}
+
+/// `monitor`
+#[derive(Debug, Args)]
+pub struct Monitor {
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub hardware: Hardware,
+    /// Drive the plate at this mean voltage with the published modulation; without it the plate stays silent.
+    #[arg(long, value_name = "VOLTS")]
+    pub drive_v: Option<f64>,
+    /// No dashboard: print one line a second.
+    #[arg(long)]
+    pub headless: bool,
+    /// Pace of simulated hardware.
+    #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock")]
+    pub speed: Speed,
+    /// Stop after this many seconds of audio.
+    #[arg(long, value_name = "SECONDS")]
+    pub duration_s: Option<f64>,
+}
+
+/// `check`
+#[derive(Debug, Args)]
+pub struct Check {
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub hardware: Hardware,
+    /// Print the table as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `devices`
+#[derive(Debug, Args)]
+pub struct Devices {
+    /// List the simulated hardware instead.
+    #[arg(long)]
+    pub mock: bool,
+    /// Print as JSON.
+    #[arg(long)]
+    pub json: bool,
+}

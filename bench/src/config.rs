@@ -1,0 +1,490 @@
+//! `bench.toml`: the hardware of one bench. Read strictly, checked once, then never changed.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use serde::{Deserialize, Serialize};
+
+use crate::force::ForceProtocol;
+
+/// The bench as its file describes it. Every number is SI, peak for peak.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Config {
+    /// Version of this file's layout; 1.
+    pub format: u32,
+    /// The sound card.
+    pub audio: Audio,
+    /// The driven output.
+    pub output: Output,
+    /// What is wired to the inputs.
+    pub channels: Channels,
+    /// The plate.
+    pub plate: Plate,
+    /// Limits of the drive.
+    pub limits: Limits,
+    /// Limits of the safety watch.
+    #[serde(default)]
+    pub safety: Safety,
+    /// The force sensor; without it there is no participant protocol.
+    pub force: Option<Force>,
+    /// The position encoder; without it there is no participant protocol.
+    pub encoder: Option<Encoder>,
+    /// Digital lines.
+    #[serde(default)]
+    pub gpio: Gpio,
+    /// Cues and masking noise for the participant.
+    #[serde(default)]
+    pub sound: Sound,
+}
+
+/// Which cpal host.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum AudioHost {
+    /// The platform's own: ALSA, CoreAudio, WASAPI.
+    Native,
+    /// A JACK server.
+    Jack,
+}
+
+/// Sample format on the wire.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[expect(missing_docs, reason = "the names say it")]
+pub enum SampleFormat {
+    F32,
+    I32,
+    I16,
+}
+
+/// `[audio]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Audio {
+    /// Which sound layer.
+    pub host: AudioHost,
+    /// Output device, by id or name.
+    pub output_device: String,
+    /// Input device, by id or name; the same card as the output, for both must share one sample clock.
+    pub input_device: String,
+    /// Sample rate, Hz.
+    pub rate_hz: u32,
+    /// Sample format.
+    pub sample_format: SampleFormat,
+    /// Channels of the output stream.
+    pub output_channels: u16,
+    /// Channels of the input stream; all of them are recorded.
+    pub input_channels: u16,
+    /// Frames a callback; the device's own choice when absent.
+    pub buffer_frames: Option<u32>,
+    /// Audio kept for a disk that stalls, s.
+    #[serde(default = "Audio::default_ring_s")]
+    pub ring_s: f64,
+}
+
+impl Audio {
+    fn default_ring_s() -> f64 {
+        10.0
+    }
+}
+
+/// `[output]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Output {
+    /// Output channel that feeds the amplifier.
+    pub channel: u16,
+    /// Actuator volts per full scale of the output, amplifier included.
+    pub volts_per_unit: f64,
+}
+
+/// `[channels]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Channels {
+    /// Read-back of the voltage across the actuators.
+    pub drive: DriveChannel,
+    /// The piezo pickup.
+    pub pickup: PickupChannel,
+}
+
+/// `[channels.drive]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DriveChannel {
+    /// Input channel.
+    pub index: u16,
+    /// Actuator volts per sample value.
+    pub volts_per_unit: f64,
+}
+
+/// `[channels.pickup]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PickupChannel {
+    /// Input channel.
+    pub index: u16,
+    /// Plate displacement per sample value at the carrier, m.
+    pub metres_per_unit: f64,
+    /// Phase to add to the pickup's samples, rad.
+    pub phase_rad: f64,
+}
+
+/// `[plate]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plate {
+    /// Name of this very plate.
+    pub id: String,
+    /// Resonance of the driven mode, Hz; the carrier of protocols that ask for it.
+    pub resonance_hz: f64,
+    /// Modal mass, kg.
+    pub modal_mass_kg: f64,
+    /// Force factor γ: f_a = γ U_a, N/V.
+    pub force_factor_n_per_v: f64,
+    /// Length along which the finger slides, m.
+    pub length_m: f64,
+    /// Position of the plate's centre, m.
+    pub centre_m: f64,
+}
+
+/// `[limits]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Limits {
+    /// Largest peak voltage that this bench may ask for, V; at most the generator's compiled-in limit.
+    pub drive_v: f64,
+    /// Raised-cosine ramp of every start and stop, s.
+    #[serde(default = "Limits::default_ramp_s")]
+    pub ramp_s: f64,
+}
+
+impl Limits {
+    fn default_ramp_s() -> f64 {
+        0.05
+    }
+}
+
+/// `[safety]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Safety {
+    /// Normal force that stops the drive, N.
+    pub max_normal_n: f64,
+    /// Allowed relative difference of the read-back from the command.
+    pub readback_tolerance: f64,
+    /// Read-back below this is silence, V.
+    pub readback_floor_v: f64,
+    /// Longest time from a command to its read-back, s.
+    pub loop_latency_s: f64,
+    /// Silence of the card or of the force sensor that stops the drive, s.
+    pub silence_s: f64,
+}
+
+impl Default for Safety {
+    fn default() -> Self {
+        Self {
+            max_normal_n: 3.0,
+            readback_tolerance: 0.25,
+            readback_floor_v: 1.0,
+            loop_latency_s: 0.1,
+            silence_s: 0.05,
+        }
+    }
+}
+
+/// `[force]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Force {
+    /// Serial port.
+    pub port: PathBuf,
+    /// Format on the line, see `docs/force-protocol.md`.
+    pub protocol: ForceProtocol,
+    /// Baud rate; ignored by USB ports.
+    #[serde(default = "Force::default_baud")]
+    pub baud: u32,
+    /// Time from sampling to the first byte at the computer at its quickest, s.
+    #[serde(default)]
+    pub latency_s: f64,
+}
+
+impl Force {
+    fn default_baud() -> u32 {
+        2_000_000
+    }
+}
+
+/// `[encoder]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Encoder {
+    /// Movement per quadrature count, m; negative when the encoder counts the other way.
+    pub metres_per_count: f64,
+    /// Position along the plate where the bench starts counting, m.
+    pub origin_m: f64,
+}
+
+/// Which GPIO library drives the lines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum GpioBackend {
+    /// Raspberry Pi.
+    Rppal,
+    /// Any Linux board with a GPIO character device.
+    Gpiocdev,
+    /// No lines.
+    #[default]
+    None,
+}
+
+/// `[gpio]`
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Gpio {
+    /// Library.
+    pub backend: GpioBackend,
+    /// Character device, for `gpiocdev`.
+    pub chip: Option<PathBuf>,
+    /// Encoder A, line number.
+    pub encoder_a: Option<u8>,
+    /// Encoder B, line number.
+    pub encoder_b: Option<u8>,
+    /// E-stop loop, line number.
+    pub estop: Option<u8>,
+    /// Participant's button, line number.
+    pub button: Option<u8>,
+    /// Amplifier enable, line number.
+    pub enable: Option<u8>,
+    /// Amplifier heartbeat, line number.
+    pub heartbeat: Option<u8>,
+}
+
+/// `[sound]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Sound {
+    /// Output device of cues and noise, by id or name: not the card that drives the plate. Empty: none.
+    pub device: String,
+    /// Start and end tones.
+    pub cues: bool,
+    /// White noise against the plate's audible squeal.
+    pub masking_noise: bool,
+    /// Level of both, of full scale.
+    pub level: f64,
+}
+
+impl Default for Sound {
+    fn default() -> Self {
+        Self {
+            device: String::new(),
+            cues: true,
+            masking_noise: false,
+            level: 0.2,
+        }
+    }
+}
+
+fn within(key: &str, value: f64, low: f64, high: f64, unit: &str) -> anyhow::Result<()> {
+    if !(low..=high).contains(&value) {
+        bail!("{key} = {value} {unit} is outside the allowed range of {low} to {high} {unit}");
+    }
+    Ok(())
+}
+
+impl Config {
+    /// Reads and checks a configuration.
+    ///
+    /// # Errors
+    /// Names the key, its line, the value and what is allowed.
+    pub fn parse(text: &str, file: &str) -> anyhow::Result<Self> {
+        let config: Self = protocols::strict_toml::parse(text, file)?;
+        config
+            .check()
+            .with_context(|| format!("{file} cannot be used"))?;
+        Ok(config)
+    }
+
+    /// Reads and checks the file at `path`.
+    ///
+    /// # Errors
+    /// As [`Config::parse`]; a missing file names the command that writes one.
+    pub fn read(path: &Path) -> anyhow::Result<Self> {
+        let text = std::fs::read_to_string(path).with_context(|| {
+            format!(
+                "cannot read {}: describe your hardware in it; `friction-bench run --mock --print-config > bench.toml` writes one to start from",
+                path.display()
+            )
+        })?;
+        Self::parse(&text, &path.display().to_string())
+    }
+
+    /// The file's text.
+    ///
+    /// # Errors
+    /// Never for a configuration that was parsed.
+    pub fn to_toml(&self) -> anyhow::Result<String> {
+        toml::to_string(self).context("the configuration cannot be written as TOML")
+    }
+
+    fn check(&self) -> anyhow::Result<()> {
+        if self.format != 1 {
+            bail!(
+                "format = {} is not known; this version reads format 1",
+                self.format
+            );
+        }
+        let audio = &self.audio;
+        within(
+            "audio.rate_hz",
+            f64::from(audio.rate_hz),
+            44_100.0,
+            768_000.0,
+            "Hz",
+        )?;
+        within("audio.ring_s", audio.ring_s, 1.0, 60.0, "s")?;
+        let channel = |key: &str, index: u16, count: u16| {
+            anyhow::ensure!(
+                index < count,
+                "{key} = {index} but the stream has {count} channels, numbered from 0"
+            );
+            Ok(())
+        };
+        channel("output.channel", self.output.channel, audio.output_channels)?;
+        channel(
+            "channels.drive.index",
+            self.channels.drive.index,
+            audio.input_channels,
+        )?;
+        channel(
+            "channels.pickup.index",
+            self.channels.pickup.index,
+            audio.input_channels,
+        )?;
+        anyhow::ensure!(
+            self.channels.drive.index != self.channels.pickup.index,
+            "channels.drive.index and channels.pickup.index are both {}",
+            self.channels.drive.index
+        );
+        within(
+            "output.volts_per_unit",
+            self.output.volts_per_unit,
+            1e-3,
+            1e4,
+            "V",
+        )?;
+        within(
+            "channels.drive.volts_per_unit",
+            self.channels.drive.volts_per_unit,
+            1e-3,
+            1e4,
+            "V",
+        )?;
+        within(
+            "channels.pickup.metres_per_unit",
+            self.channels.pickup.metres_per_unit,
+            1e-9,
+            1e-3,
+            "m",
+        )?;
+        within(
+            "channels.pickup.phase_rad",
+            self.channels.pickup.phase_rad,
+            -7.0,
+            7.0,
+            "rad",
+        )?;
+        within(
+            "plate.resonance_hz",
+            self.plate.resonance_hz,
+            1e3,
+            2e5,
+            "Hz",
+        )?;
+        within(
+            "plate.modal_mass_kg",
+            self.plate.modal_mass_kg,
+            1e-5,
+            1.0,
+            "kg",
+        )?;
+        within(
+            "plate.force_factor_n_per_v",
+            self.plate.force_factor_n_per_v,
+            1e-4,
+            1e2,
+            "N/V",
+        )?;
+        within("plate.length_m", self.plate.length_m, 0.01, 1.0, "m")?;
+        within(
+            "plate.centre_m",
+            self.plate.centre_m,
+            0.0,
+            self.plate.length_m,
+            "m",
+        )?;
+        within(
+            "limits.drive_v",
+            self.limits.drive_v,
+            0.0,
+            signalgen::HARD_LIMIT_V,
+            "V",
+        )?;
+        within("limits.ramp_s", self.limits.ramp_s, 0.005, 1.0, "s")?;
+        within(
+            "safety.max_normal_n",
+            self.safety.max_normal_n,
+            0.1,
+            20.0,
+            "N",
+        )?;
+        within(
+            "safety.readback_tolerance",
+            self.safety.readback_tolerance,
+            0.01,
+            1.0,
+            "",
+        )?;
+        within(
+            "safety.loop_latency_s",
+            self.safety.loop_latency_s,
+            0.005,
+            1.0,
+            "s",
+        )?;
+        within("safety.silence_s", self.safety.silence_s, 0.02, 1.0, "s")?;
+        within("sound.level", self.sound.level, 0.0, 1.0, "")?;
+        if let Some(encoder) = &self.encoder {
+            within(
+                "encoder.metres_per_count",
+                encoder.metres_per_count.abs(),
+                1e-7,
+                1e-3,
+                "m",
+            )?;
+        }
+        self.check_gpio()
+    }
+
+    fn check_gpio(&self) -> anyhow::Result<()> {
+        let gpio = &self.gpio;
+        let lines = [
+            gpio.encoder_a,
+            gpio.encoder_b,
+            gpio.estop,
+            gpio.button,
+            gpio.enable,
+            gpio.heartbeat,
+        ];
+        let mut used: Vec<u8> = lines.into_iter().flatten().collect();
+        used.sort_unstable();
+        if let Some(twice) = used.windows(2).find(|pair| pair[0] == pair[1]) {
+            bail!("GPIO line {} is used twice in [gpio]", twice[0]);
+        }
+        if gpio.backend == GpioBackend::Gpiocdev && gpio.chip.is_none() {
+            bail!("gpio.backend = \"gpiocdev\" needs gpio.chip, such as \"/dev/gpiochip0\"");
+        }
+        Ok(())
+    }
+}

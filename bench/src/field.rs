@@ -1,0 +1,196 @@
+//! Slow inputs beside the audio: force, position, the participant's button. Readings leave on the host's clock; the
+//! acquisition places them on the audio clock.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use crossbeam_channel::Sender;
+
+use crate::encoder::Quadrature;
+use crate::force::{ForceLink, LineFaults, TimedForce};
+use crate::gpio::Input;
+use crate::safety::{SafetyCommand, Trip};
+use crate::schedule::Task;
+use crate::shared::{Latest, Shared};
+
+/// One reading, on the host's clock.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Reading {
+    /// Of the force sensor.
+    Force(TimedForce),
+    /// Of the encoder.
+    Position {
+        /// Host time, s.
+        host_s: f64,
+        /// Along the plate, m.
+        position_m: f64,
+    },
+}
+
+/// The encoder as a source of positions.
+pub struct Encoder {
+    lines: [Box<dyn Input>; 2],
+    quadrature: Quadrature,
+    metres_per_count: f64,
+    origin_m: f64,
+}
+
+impl Encoder {
+    /// Counts from `origin_m`, where the carriage must stand now.
+    pub fn new(lines: [Box<dyn Input>; 2], metres_per_count: f64, origin_m: f64) -> Self {
+        Self {
+            lines,
+            quadrature: Quadrature::default(),
+            metres_per_count,
+            origin_m,
+        }
+    }
+
+    fn position_m(&mut self) -> anyhow::Result<f64> {
+        let [a, b] = &mut self.lines;
+        let count = self.quadrature.read(a.is_high()?, b.is_high()?);
+        Ok(self.origin_m + self.metres_per_count * count as f64)
+    }
+}
+
+/// Positions are passed on at most this often, ns.
+const POSITION_PERIOD_NS: u64 = 1_000_000;
+/// Contacts bounce for less than this, ns.
+const BOUNCE_NS: u64 = 30_000_000;
+
+/// The task that reads all of them.
+pub struct Field {
+    force: Option<ForceLink>,
+    encoder: Option<Encoder>,
+    button: Option<Box<dyn Input>>,
+    readings: Sender<Reading>,
+    pressed: Arc<AtomicBool>,
+    shared: Arc<Shared>,
+    safety: Sender<SafetyCommand>,
+    position_due_ns: u64,
+    button_high: bool,
+    button_changed_ns: u64,
+}
+
+/// What the field's sources have suffered, for the screen.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct FieldHealth {
+    /// Of the force sensor's line.
+    pub force: LineFaults,
+    /// Force samples so far.
+    pub force_samples: u64,
+    /// Drift of the host's clock against the sensor's, ppm.
+    pub drift_ppm: Option<f64>,
+    /// Encoder readings that had missed a state.
+    pub encoder_skipped: u64,
+}
+
+impl Field {
+    /// Reads whichever of the sources are there. `pressed` is raised at each press of the button; its reader lowers it.
+    pub fn new(
+        force: Option<ForceLink>,
+        encoder: Option<Encoder>,
+        button: Option<Box<dyn Input>>,
+        readings: Sender<Reading>,
+        pressed: Arc<AtomicBool>,
+        shared: Arc<Shared>,
+        safety: Sender<SafetyCommand>,
+    ) -> Self {
+        Self {
+            force,
+            encoder,
+            button,
+            readings,
+            pressed,
+            shared,
+            safety,
+            position_due_ns: 0,
+            button_high: false,
+            button_changed_ns: 0,
+        }
+    }
+
+    fn read_force(&mut self, now_ns: u64) {
+        let Some(link) = &mut self.force else { return };
+        let mut last_n = None;
+        let mut arrived = 0;
+        let polled = link.poll(seconds(now_ns), |force| {
+            last_n = Some(force.sample.normal_n);
+            arrived += 1;
+            // The acquisition is gone only when the bench stops.
+            let _ = self.readings.send(Reading::Force(force));
+        });
+        if let Some(value) = last_n {
+            self.shared.normal_n.set(Latest {
+                value,
+                at_ns: now_ns,
+            });
+        }
+        let mut health = self.shared.field.get().unwrap_or_default();
+        health.force = link.faults();
+        health.drift_ppm = link.drift_ppm();
+        health.force_samples += arrived;
+        self.shared.field.set(health);
+        if let Err(error) = polled {
+            let message = format!("the force sensor's port is gone: {error}");
+            let _ = self
+                .safety
+                .send(SafetyCommand::Trip(Trip::Fault { message }));
+            self.force = None;
+        }
+    }
+
+    fn read_encoder(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        let Some(encoder) = &mut self.encoder else {
+            return Ok(());
+        };
+        let position_m = encoder.position_m()?;
+        if now_ns >= self.position_due_ns {
+            self.position_due_ns = now_ns + POSITION_PERIOD_NS;
+            let _ = self.readings.send(Reading::Position {
+                host_s: seconds(now_ns),
+                position_m,
+            });
+            let mut health = self.shared.field.get().unwrap_or_default();
+            health.encoder_skipped = encoder.quadrature.skipped();
+            self.shared.field.set(health);
+        }
+        Ok(())
+    }
+
+    fn read_button(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        let Some(button) = &mut self.button else {
+            return Ok(());
+        };
+        let high = button.is_high()?;
+        if high != self.button_high && now_ns.saturating_sub(self.button_changed_ns) >= BOUNCE_NS {
+            self.button_high = high;
+            self.button_changed_ns = now_ns;
+            if high {
+                self.pressed.store(true, Ordering::Release);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn seconds(ns: u64) -> f64 {
+    ns as f64 * 1e-9
+}
+
+impl Task for Field {
+    fn name(&self) -> &'static str {
+        "field"
+    }
+
+    fn period(&self) -> Duration {
+        Duration::from_micros(100)
+    }
+
+    fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        self.read_force(now_ns);
+        self.read_encoder(now_ns)?;
+        self.read_button(now_ns)
+    }
+}

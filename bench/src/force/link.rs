@@ -1,0 +1,135 @@
+//! The serial line itself: bytes in, samples placed on the host's clock out.
+
+use std::io::{ErrorKind, Read};
+use std::path::Path;
+use std::time::Duration;
+
+use anyhow::Context;
+use impedance::clock::LowerEnvelope;
+
+use super::{Decoder, ForceProtocol, ForceSample, LineFaults};
+
+/// A force sample on the host's clock.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimedForce {
+    /// What the sensor said.
+    pub sample: ForceSample,
+    /// When it was sampled, host time, s.
+    pub host_s: f64,
+}
+
+/// Where bytes come from without waiting.
+pub trait ForcePort: Send {
+    /// Appends what has arrived.
+    ///
+    /// # Errors
+    /// When the port is gone.
+    fn read_waiting(&mut self, bytes: &mut Vec<u8>) -> std::io::Result<()>;
+}
+
+struct SerialPort {
+    port: serialport::TTYPort,
+    buffer: Box<[u8]>,
+}
+
+impl ForcePort for SerialPort {
+    fn read_waiting(&mut self, bytes: &mut Vec<u8>) -> std::io::Result<()> {
+        use serialport::SerialPort as _;
+        while self.port.bytes_to_read()? > 0 {
+            match self.port.read(&mut self.buffer) {
+                Ok(0) => return Err(ErrorKind::BrokenPipe.into()),
+                Ok(read) => bytes.extend_from_slice(&self.buffer[..read]),
+                Err(error)
+                    if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) =>
+                {
+                    return Ok(());
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Opens a serial port for listening.
+///
+/// # Errors
+/// When the port is missing, busy or forbidden.
+pub fn open_port(path: &Path, baud: u32) -> anyhow::Result<Box<dyn ForcePort>> {
+    let port = serialport::new(path.to_string_lossy(), baud)
+        .timeout(Duration::from_millis(1))
+        .open_native()
+        .with_context(|| {
+            format!(
+                "cannot open the force sensor's port {}: is it plugged in, free, and may you use it? `friction-bench devices` lists the ports",
+                path.display()
+            )
+        })?;
+    Ok(Box::new(SerialPort {
+        port,
+        buffer: vec![0; 4096].into(),
+    }))
+}
+
+/// The force sensor as a source of samples on the host's clock.
+pub struct ForceLink {
+    port: Box<dyn ForcePort>,
+    decoder: Box<dyn Decoder>,
+    clock: LowerEnvelope,
+    latency_s: f64,
+    bytes: Vec<u8>,
+    samples: Vec<ForceSample>,
+}
+
+impl ForceLink {
+    /// Listens on `port`; `latency_s` is the shortest time from sampling to arrival.
+    pub fn new(port: Box<dyn ForcePort>, protocol: ForceProtocol, latency_s: f64) -> Self {
+        Self {
+            port,
+            decoder: protocol.decoder(),
+            clock: LowerEnvelope::default(),
+            latency_s,
+            bytes: Vec::new(),
+            samples: Vec::new(),
+        }
+    }
+
+    /// Takes what has arrived at `now_s` on the host's clock.
+    ///
+    /// # Errors
+    /// When the port is gone.
+    pub fn poll(&mut self, now_s: f64, mut take: impl FnMut(TimedForce)) -> std::io::Result<()> {
+        self.bytes.clear();
+        self.port.read_waiting(&mut self.bytes)?;
+        self.samples.clear();
+        self.decoder.decode(&self.bytes, &mut self.samples);
+        // The last sample of a burst has waited least: it alone tells of the delay.
+        if let Some(last) = self.samples.last() {
+            // The decoder lets only advancing times pass.
+            let _ = self.clock.observe(seconds(last.device_us), now_s);
+        }
+        for &sample in &self.samples {
+            if let Some(host_s) = self.clock.to_host_s(seconds(sample.device_us)) {
+                take(TimedForce {
+                    sample,
+                    host_s: host_s - self.latency_s,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Faults of the line so far.
+    pub fn faults(&self) -> LineFaults {
+        self.decoder.faults()
+    }
+
+    /// Drift of the host's clock against the sensor's, ppm, once it is known.
+    pub fn drift_ppm(&self) -> Option<f64> {
+        self.clock.settled().then(|| self.clock.drift_ppm())
+    }
+}
+
+fn seconds(device_us: u64) -> f64 {
+    device_us as f64 * 1e-6
+}

@@ -1,0 +1,96 @@
+//! What the live panels show: the newest values, and how the machinery does.
+
+use impedance::ZmFrame;
+use tui::event::{Health, Live};
+
+use crate::acquisition::{Account, Batch};
+use crate::recording::recorder::RecorderGauge;
+use crate::screen;
+use crate::shared::Shared;
+
+/// Health is reported this often, ns.
+const PERIOD_NS: u64 = 500_000_000;
+
+/// Collects what a session or a monitor shows.
+#[derive(Debug, Default)]
+pub struct LiveMeter {
+    frame: Option<ZmFrame>,
+    normal_n: Option<f64>,
+    lateral_n: Option<f64>,
+    position_m: Option<f64>,
+    velocity_m_per_s: Option<f64>,
+    before: Option<(f64, f64)>,
+    due_ns: u64,
+    last: Option<(u64, u64, u64)>,
+}
+
+/// A velocity is taken over at least this long, s.
+const VELOCITY_SPAN_S: f64 = 0.02;
+
+impl LiveMeter {
+    /// Takes what was acquired.
+    pub fn take(&mut self, batch: &Batch) {
+        self.frame = batch.frames.last().copied().or(self.frame);
+        if let Some(row) = batch.force.last() {
+            self.normal_n = Some(row.normal_n);
+            self.lateral_n = Some(row.lateral_n);
+        }
+        if let Some(row) = batch.position.last() {
+            self.position_m = Some(row.position_m);
+            let (from_s, from_m) = *self.before.get_or_insert((row.time_s, row.position_m));
+            if row.time_s - from_s >= VELOCITY_SPAN_S {
+                self.velocity_m_per_s = Some((row.position_m - from_m) / (row.time_s - from_s));
+                self.before = Some((row.time_s, row.position_m));
+            }
+        }
+    }
+
+    /// The newest values; `None` before the first frame.
+    pub fn live(&self, slider_m: Option<f64>) -> Option<Live> {
+        Some(Live {
+            normal_n: self.normal_n,
+            lateral_n: self.lateral_n,
+            position_m: self.position_m,
+            velocity_m_per_s: self.velocity_m_per_s,
+            slider_m,
+            ..screen::live(self.frame.as_ref()?)
+        })
+    }
+
+    /// How the machinery does, twice a second.
+    pub fn health(
+        &mut self,
+        now_ns: u64,
+        account: &Account,
+        shared: &Shared,
+        recorder: Option<&RecorderGauge>,
+        rate_hz: u32,
+        disk_free_bytes: impl FnOnce() -> Option<u64>,
+    ) -> Option<Health> {
+        if now_ns < self.due_ns {
+            return None;
+        }
+        self.due_ns = now_ns + PERIOD_NS;
+        let field = shared.field.get().unwrap_or_default();
+        let now = (now_ns, account.frames, field.force_samples);
+        let since = self.last.replace(now);
+        let per_second = |count: u64, since_ns: u64| {
+            count as f64 / (now_ns.saturating_sub(since_ns).max(1) as f64 * 1e-9)
+        };
+        Some(Health {
+            xruns_in: account.input_xruns,
+            xruns_out: account.output_xruns,
+            ring_fill: shared.ring_fill.get().unwrap_or_default(),
+            clock_drift_ppm: field.drift_ppm,
+            recorder_lag_s: recorder.map_or(0.0, RecorderGauge::lag_s),
+            frames: account.frames,
+            lost_frames: account.lost_frames,
+            force_rate_hz: since
+                .map(|(at_ns, _, samples)| per_second(field.force_samples - samples, at_ns)),
+            speed: since.map_or(1.0, |(at_ns, frames, _)| {
+                per_second(account.frames - frames, at_ns) / f64::from(rate_hz)
+            }),
+            disk_free_bytes: disk_free_bytes(),
+        })
+    }
+}

@@ -1,0 +1,157 @@
+//! The session's log as a task: the session never waits for the disk.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use anyhow::Context;
+use crossbeam_channel::Receiver;
+use protocols::SessionEvent;
+use serde_json::{Map, Value};
+
+use crate::clock::Clock;
+use crate::schedule::Task;
+use crate::study::Session;
+use crate::study::event_log::ExitStatus;
+
+/// What the session leaves in its log.
+#[derive(Debug)]
+pub enum Entry {
+    /// Something happened in the protocol.
+    Event(SessionEvent),
+    /// A recording is complete and on disk.
+    Saved {
+        /// Audio clock, s.
+        t_s: f64,
+        /// Its folder.
+        folder: PathBuf,
+    },
+    /// The session ended.
+    Stop {
+        /// How.
+        status: ExitStatus,
+        /// Why, unless it succeeded.
+        reason: Option<String>,
+    },
+}
+
+/// Streams of the log.
+const SESSION_STREAM: &str = "session";
+const RECORDING_STREAM: &str = "recording";
+
+/// The task.
+pub struct Journal {
+    session: Session,
+    entries: Receiver<Entry>,
+    clock: Arc<dyn Clock>,
+    stopped: bool,
+}
+
+impl Journal {
+    /// Writes what comes through `entries`; the start document has been written.
+    ///
+    /// # Errors
+    /// When the descriptors cannot be written.
+    pub fn new(
+        mut session: Session,
+        entries: Receiver<Entry>,
+        clock: Arc<dyn Clock>,
+    ) -> anyhow::Result<Self> {
+        for descriptor in descriptors() {
+            session.log().descriptor(descriptor)?;
+        }
+        Ok(Self {
+            session,
+            entries,
+            clock,
+            stopped: false,
+        })
+    }
+
+    fn write(&mut self, entry: Entry) -> anyhow::Result<()> {
+        let time = self.clock.utc().to_string();
+        let log = self.session.log();
+        match entry {
+            Entry::Event(event) => {
+                let data = match serde_json::to_value(&event.kind)? {
+                    Value::Object(data) => data,
+                    other => Map::from_iter([("event".to_owned(), other)]),
+                };
+                log.event(SESSION_STREAM, time, event.t_s, data)?;
+            }
+            Entry::Saved { t_s, folder } => {
+                let name = folder
+                    .file_name()
+                    .unwrap_or_default()
+                    .to_string_lossy()
+                    .into_owned();
+                let data = Map::from_iter([("saved".to_owned(), Value::String(name))]);
+                log.event(RECORDING_STREAM, time, t_s, data)?;
+            }
+            Entry::Stop { status, reason } => {
+                self.stopped = true;
+                log.stop(time, status, reason)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn write_waiting(&mut self) -> anyhow::Result<()> {
+        while let Ok(entry) = self.entries.try_recv() {
+            self.write(entry).context(
+                "cannot write the session's log: the drive was stopped, what is on disk is kept",
+            )?;
+        }
+        Ok(())
+    }
+}
+
+fn descriptors() -> [crate::study::event_log::Descriptor; 2] {
+    use crate::study::event_log::{DataKey, Descriptor};
+    let key = |name: &str, source: &str| {
+        (
+            name.to_owned(),
+            DataKey {
+                dtype: "string".to_owned(),
+                unit: None,
+                source: source.to_owned(),
+            },
+        )
+    };
+    [
+        Descriptor {
+            stream: SESSION_STREAM.to_owned(),
+            data_keys: [key("event", "the protocol's state machine; further keys depend on the event, docs/session-log.md")].into(),
+        },
+        Descriptor {
+            stream: RECORDING_STREAM.to_owned(),
+            data_keys: [key("saved", "folder of a recording that is complete and synced")].into(),
+        },
+    ]
+}
+
+impl Task for Journal {
+    fn name(&self) -> &'static str {
+        "journal"
+    }
+
+    fn period(&self) -> Duration {
+        Duration::from_millis(20)
+    }
+
+    fn poll(&mut self, _now_ns: u64) -> anyhow::Result<()> {
+        self.write_waiting()
+    }
+
+    fn finish(&mut self) -> anyhow::Result<()> {
+        self.write_waiting()?;
+        if !self.stopped {
+            let reason = Some("the session task failed".to_owned());
+            self.write(Entry::Stop {
+                status: ExitStatus::Fail,
+                reason,
+            })?;
+        }
+        Ok(())
+    }
+}

@@ -1,2 +1,0 @@
-//! `friction-bench`: the composition root.
-fn main() {}

@@ -1,0 +1,277 @@
+//! `monitor`: the dashboard without a protocol.
+
+use std::io::Write;
+use std::sync::Arc;
+use std::time::Duration;
+
+use anyhow::Context;
+use crossbeam_channel::{Receiver, Sender};
+use signalgen::{Program, Waveform};
+use tui::event::{Level, Phase, PhaseKind};
+
+use crate::acquisition::{Account, Batch};
+use crate::assembly::{Bench, Hardware};
+use crate::config::Config;
+use crate::drive::{Drive, settings};
+use crate::front::{Dashboard, DashboardThread, Front, Headless};
+use crate::health::LiveMeter;
+use crate::safety::{SafetyState, Trip};
+use crate::schedule::{StopFlag, Task};
+use crate::screen;
+use crate::shared::Shared;
+
+/// The published modulation (Huloux 2021, section IV).
+const MODULATION_HZ: f64 = 6.0;
+const MODULATION_INDEX: f64 = 0.95;
+/// The screen is fed this often, ns.
+const SCREEN_PERIOD_NS: u64 = 16_000_000;
+
+/// What to watch.
+pub struct Plan {
+    /// Hardware.
+    pub config: Config,
+    program: Option<Program>,
+    duration_s: Option<f64>,
+    headless: bool,
+}
+
+impl Plan {
+    /// Checks what is asked for.
+    ///
+    /// # Errors
+    /// When the drive asked for is not admitted.
+    pub fn new(config: Config, options: &crate::cli::Monitor) -> anyhow::Result<Self> {
+        let settings = settings(&config)?;
+        let program = options
+            .drive_v
+            .map(|mean_amplitude_v| {
+                settings.admit(Waveform::Modulated {
+                    carrier_hz: config.plate.resonance_hz,
+                    mean_amplitude_v,
+                    modulation_hz: MODULATION_HZ,
+                    modulation_index: MODULATION_INDEX,
+                    start_phase_rad: 0.0,
+                })
+            })
+            .transpose()
+            .context("--drive-v")?;
+        Ok(Self {
+            config,
+            program,
+            duration_s: options.duration_s,
+            headless: options.headless,
+        })
+    }
+}
+
+/// Watches until the operator or the duration ends it; false when the safety watch did.
+///
+/// # Errors
+/// When a part of the bench is missing or fails.
+pub fn run(
+    plan: Plan,
+    hardware: Hardware,
+    out: impl Write + Send + 'static,
+) -> anyhow::Result<bool> {
+    let Plan {
+        config,
+        program,
+        duration_s,
+        headless,
+    } = plan;
+    let Hardware {
+        host,
+        lines,
+        force_port,
+        clock,
+        schedule,
+        watchers,
+        simulated,
+    } = hardware;
+    let bench = Bench::open(&config, config.plate.resonance_hz, &host, lines, force_port)?;
+    let (mut front, dashboard): (Box<dyn Front>, Option<DashboardThread>) = if headless {
+        (Box::new(Headless::new(out)), None)
+    } else {
+        let (dashboard, thread) = Dashboard::open(bench.stop.clone())?;
+        (Box::new(dashboard), Some(thread))
+    };
+    front.show(tui::Event::Session(tui::event::Session {
+        uncalibrated: true,
+        simulated,
+        plate_length_m: config.plate.length_m,
+        ..tui::event::Session::default()
+    }));
+    front.show(tui::Event::Phase(Phase::new(PhaseKind::Monitoring)));
+    crate::run::make_safe_on_panic_and_signal(&bench)?;
+    let (ended, outcome) = crossbeam_channel::bounded(1);
+    let stop = bench.stop.clone();
+    let task = MonitorTask {
+        batches: bench.batches,
+        drive: bench.drive,
+        front,
+        shared: bench.shared,
+        stop: stop.clone(),
+        program,
+        duration_s,
+        headless,
+        rate_hz: config.audio.rate_hz,
+        meter: LiveMeter::default(),
+        account: Account::default(),
+        audio_s: 0.0,
+        line_due_s: 1.0,
+        screen_due_ns: 0,
+        safety: SafetyState::default(),
+        driven: false,
+        ended,
+    };
+    let mut tasks = bench.before;
+    tasks.push(Box::new(task));
+    tasks.extend(bench.after);
+    bench.streams.play()?;
+    let ran = schedule.run(tasks, &clock, &stop);
+    bench.kill.kill();
+    drop((bench.streams, watchers));
+    let closed = dashboard.map_or(Ok(()), DashboardThread::join);
+    ran?;
+    closed?;
+    Ok(outcome.try_recv().unwrap_or(false))
+}
+
+struct MonitorTask {
+    batches: Receiver<Batch>,
+    drive: Drive,
+    front: Box<dyn Front>,
+    shared: Arc<Shared>,
+    stop: StopFlag,
+    program: Option<Program>,
+    duration_s: Option<f64>,
+    headless: bool,
+    rate_hz: u32,
+    meter: LiveMeter,
+    account: Account,
+    audio_s: f64,
+    line_due_s: f64,
+    screen_due_ns: u64,
+    safety: SafetyState,
+    driven: bool,
+    ended: Sender<bool>,
+}
+
+impl MonitorTask {
+    fn drive_on(&mut self) {
+        if let Some(program) = self.program {
+            self.drive.start(program);
+        }
+    }
+
+    fn take_wishes(&mut self) {
+        while let Some(action) = self.front.action() {
+            match action {
+                tui::Action::Start | tui::Action::Ready | tui::Action::Resume => self.drive_on(),
+                tui::Action::Pause | tui::Action::Abort => self.drive.disarm(),
+                tui::Action::EmergencyStop => self.drive.trip(Trip::Operator),
+                tui::Action::Rearm => self.drive.rearm(),
+                tui::Action::Quit | tui::Action::Interrupt => self.stop.raise(),
+                tui::Action::Redo | tui::Action::Consent => {}
+            }
+        }
+    }
+
+    /// One line a second for those without a dashboard.
+    fn line(&mut self) {
+        if !self.headless || self.audio_s < self.line_due_s {
+            return;
+        }
+        self.line_due_s += 1.0;
+        let Some(live) = self.meter.live(None) else {
+            return;
+        };
+        let impedance = |z: Option<tui::event::Impedance>| {
+            z.map_or_else(
+                || "masked".to_owned(),
+                |z| format!("{:.3} {:+.3}i", z.re_n_s_per_m, z.im_n_s_per_m),
+            )
+        };
+        let number = |value: Option<f64>, scale: f64| value.map_or(f64::NAN, |value| value * scale);
+        let text = format!(
+            "{:8.3} s  Z_m {} N·s/m (plain {})  amplitude {:.3} µm  drive {:.1} V  normal {:.3} N  lost {}",
+            live.t_s,
+            impedance(live.z_m_n_s_per_m),
+            impedance(live.z_plain_n_s_per_m),
+            number(live.amplitude_m, 1e6),
+            number(live.drive_v, 1.0),
+            number(live.normal_n, 1.0),
+            self.account.lost_frames,
+        );
+        self.front.show(tui::Event::Log {
+            level: Level::Info,
+            text,
+        });
+    }
+}
+
+impl Task for MonitorTask {
+    fn name(&self) -> &'static str {
+        "monitor"
+    }
+
+    fn period(&self) -> Duration {
+        Duration::from_millis(2)
+    }
+
+    fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        let safety = self.shared.safety.get().unwrap_or_default();
+        if safety != self.safety {
+            self.safety = safety;
+            self.front
+                .show(screen::safety(&self.safety, self.drive.sounds()));
+        }
+        self.drive.poll(&self.safety);
+        for batch in self.batches.try_iter() {
+            self.audio_s = batch.audio_s;
+            self.account = batch.account;
+            self.meter.take(&batch);
+        }
+        if !self.driven && self.audio_s > 0.0 {
+            self.driven = true;
+            self.drive_on();
+        }
+        self.take_wishes();
+        self.line();
+        if now_ns >= self.screen_due_ns {
+            self.screen_due_ns = now_ns + SCREEN_PERIOD_NS;
+            if let Some(live) = self.meter.live(None) {
+                self.front.show(tui::Event::Live(live));
+            }
+        }
+        if let Some(health) = self.meter.health(
+            now_ns,
+            &self.account,
+            &self.shared,
+            None,
+            self.rate_hz,
+            || None,
+        ) {
+            self.front.show(tui::Event::Health(health));
+            self.front
+                .show(screen::safety(&self.safety, self.drive.sounds()));
+        }
+        let over = self
+            .duration_s
+            .is_some_and(|duration_s| self.audio_s >= duration_s);
+        let tripped = self.headless && matches!(self.safety, SafetyState::Tripped { .. });
+        if over || tripped {
+            self.stop.raise();
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self) -> anyhow::Result<()> {
+        self.drive.stop();
+        self.front.show(tui::Event::Close);
+        let _ = self
+            .ended
+            .send(!matches!(self.safety, SafetyState::Tripped { .. }));
+        Ok(())
+    }
+}

@@ -1,0 +1,669 @@
+//! Safety is nobody's passenger: this task watches the apparatus from its own thread and needs neither the screen nor the
+//! disk nor the protocol. Whatever it finds wrong ends the same way: the drive ramps to zero, the amplifier's heartbeat
+//! stops, and the state latches until the operator re-arms.
+
+use std::collections::VecDeque;
+use std::fmt;
+use std::sync::Arc;
+use std::time::Duration;
+
+use crossbeam_channel::Receiver;
+use serde::Serialize;
+
+use crate::gpio::{GpioError, Input, Output};
+use crate::schedule::Task;
+use crate::shared::{Latest, Shared};
+
+/// Limits that the watch enforces; from `[safety]` in `bench.toml`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SafetyLimits {
+    /// Largest normal force a finger may be met with, N.
+    pub max_normal_n: f64,
+    /// Relative difference of the read-back from the commanded envelope.
+    pub readback_tolerance: f64,
+    /// Read-back below this is silence, V.
+    pub readback_floor_v: f64,
+    /// How long the read-back may differ before the bench stops, ns.
+    pub readback_patience_ns: u64,
+    /// Longest time from a command to its read-back, ns.
+    pub loop_latency_ns: u64,
+    /// Longest silence of the sound card or of the force sensor, ns.
+    pub silence_ns: u64,
+}
+
+/// Why the bench stopped.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case", tag = "reason")]
+pub enum Trip {
+    /// The operator's key, or a program that asked for it.
+    Operator,
+    /// The e-stop loop is open: pressed, or its wire cut.
+    EmergencyStop,
+    /// A GPIO line failed.
+    Gpio {
+        /// What the backend said.
+        message: String,
+    },
+    /// The sound card stopped calling.
+    AudioSilent,
+    /// The sound card is gone.
+    AudioLost,
+    /// The force sensor stopped sending.
+    ForceSilent,
+    /// Too much normal force.
+    ForceLimit {
+        /// Measured, N.
+        normal_n: f64,
+        /// Allowed, N.
+        limit_n: f64,
+    },
+    /// The read-back is not what was commanded: amplifier off, cable out, gain changed.
+    Readback {
+        /// Measured peak, V.
+        measured_v: f64,
+        /// Least and greatest command within the loop's latency, V.
+        commanded_v: (f64, f64),
+    },
+    /// The drive is alive although the bench is disarmed: a welded relay, another generator.
+    AliveWhileDisarmed {
+        /// Measured peak, V.
+        measured_v: f64,
+    },
+    /// The generator refused its own output.
+    Generator,
+    /// A part of the bench failed.
+    Fault {
+        /// What it said.
+        message: String,
+    },
+}
+
+impl fmt::Display for Trip {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Operator => f.write_str("stopped by the operator"),
+            Self::EmergencyStop => f.write_str("e-stop pressed or its wire cut"),
+            Self::Gpio { message } => f.write_str(message),
+            Self::AudioSilent => f.write_str("the sound card stopped calling"),
+            Self::AudioLost => f.write_str("the sound card is gone"),
+            Self::ForceSilent => f.write_str("the force sensor is silent"),
+            Self::ForceLimit { normal_n, limit_n } => {
+                write!(
+                    f,
+                    "normal force {normal_n:.2} N over the limit of {limit_n:.2} N"
+                )
+            }
+            Self::Readback {
+                measured_v,
+                commanded_v: (low_v, high_v),
+            } => {
+                write!(
+                    f,
+                    "drive reads back {measured_v:.1} V, commanded {low_v:.1} to {high_v:.1} V"
+                )
+            }
+            Self::AliveWhileDisarmed { measured_v } => {
+                write!(
+                    f,
+                    "drive reads back {measured_v:.1} V although disarmed: switch the amplifier off at the mains"
+                )
+            }
+            Self::Generator => f.write_str("the generator refused an impossible output"),
+            Self::Fault { message } => f.write_str(message),
+        }
+    }
+}
+
+/// State of the watch, for every screen and file.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[serde(rename_all = "snake_case", tag = "state")]
+pub enum SafetyState {
+    /// Amplifier off.
+    #[default]
+    Disarmed,
+    /// Amplifier enabled, heartbeat running.
+    Armed,
+    /// Stopped and latched.
+    Tripped {
+        /// Why.
+        trip: Trip,
+    },
+}
+
+/// What the rest of the bench may ask of the watch.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SafetyCommand {
+    /// Enable the amplifier; refused while tripped.
+    Arm,
+    /// Disable the amplifier in an orderly way.
+    Disarm,
+    /// Stop at once.
+    Trip(Trip),
+    /// The operator has looked: back to disarmed.
+    Rearm,
+}
+
+/// The drive, as far as safety is concerned.
+pub trait DriveGuard: Send {
+    /// Ramps the drive to zero at once and latches it, until its owner releases it after a new arming.
+    fn kill(&self);
+    /// Commanded envelope at the latest rendered frame, V peak; `None` once the generator refused its own output.
+    fn commanded_v(&self) -> Option<f64>;
+    /// Callbacks of the card so far, (output, input).
+    fn callbacks(&self) -> (u64, u64);
+    /// The card was lost.
+    fn lost(&self) -> bool;
+}
+
+/// Lines that belong to the watch alone.
+#[derive(Default)]
+pub struct SafetyLines {
+    /// See [`crate::gpio::Lines`].
+    pub estop: Option<Box<dyn Input>>,
+    /// See [`crate::gpio::Lines`].
+    pub enable: Option<Box<dyn Output>>,
+    /// See [`crate::gpio::Lines`].
+    pub heartbeat: Option<Box<dyn Output>>,
+}
+
+/// The watch.
+pub struct Safety {
+    limits: SafetyLimits,
+    lines: SafetyLines,
+    drive: Box<dyn DriveGuard>,
+    expects_force: bool,
+    shared: Arc<Shared>,
+    commands: Receiver<SafetyCommand>,
+    state: SafetyState,
+    beat: bool,
+    progress: Progress,
+    envelope: VecDeque<(u64, f64)>,
+    readback_bad_since_ns: Option<u64>,
+    tripped_at_ns: u64,
+}
+
+/// When each direction of the card last moved.
+#[derive(Default)]
+struct Progress {
+    frames: (u64, u64),
+    moved_ns: (u64, u64),
+    begun: bool,
+}
+
+/// The amplifier is disabled this long after a trip: the emergency ramp is over by then.
+const DISABLE_AFTER_NS: u64 = 20_000_000;
+
+impl Safety {
+    /// A disarmed watch.
+    pub fn new(
+        limits: SafetyLimits,
+        lines: SafetyLines,
+        drive: Box<dyn DriveGuard>,
+        expects_force: bool,
+        shared: Arc<Shared>,
+        commands: Receiver<SafetyCommand>,
+    ) -> Self {
+        Self {
+            limits,
+            lines,
+            drive,
+            expects_force,
+            shared,
+            commands,
+            state: SafetyState::Disarmed,
+            beat: false,
+            progress: Progress::default(),
+            envelope: VecDeque::new(),
+            readback_bad_since_ns: None,
+            tripped_at_ns: 0,
+        }
+    }
+
+    fn set_state(&mut self, state: SafetyState) {
+        self.state = state.clone();
+        self.shared.safety.set(state);
+    }
+
+    fn trip(&mut self, trip: Trip, now_ns: u64) {
+        self.drive.kill();
+        self.tripped_at_ns = now_ns;
+        // The first reason is the one to tell: what follows is its consequence.
+        if !matches!(self.state, SafetyState::Tripped { .. }) {
+            self.set_state(SafetyState::Tripped { trip });
+        }
+    }
+
+    fn obey(&mut self, command: SafetyCommand, now_ns: u64) -> Result<(), GpioError> {
+        match (command, &self.state) {
+            (SafetyCommand::Trip(trip), _) => self.trip(trip, now_ns),
+            (SafetyCommand::Arm, SafetyState::Disarmed) => {
+                set(&mut self.lines.enable, true)?;
+                self.readback_bad_since_ns = None;
+                self.set_state(SafetyState::Armed);
+            }
+            (SafetyCommand::Disarm, SafetyState::Armed) => {
+                set(&mut self.lines.enable, false)?;
+                self.set_state(SafetyState::Disarmed);
+            }
+            (SafetyCommand::Rearm, SafetyState::Tripped { .. }) => {
+                self.readback_bad_since_ns = None;
+                self.set_state(SafetyState::Disarmed);
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// The first thing that is wrong now.
+    fn wrong(&mut self, now_ns: u64) -> Result<Option<Trip>, GpioError> {
+        if let Some(estop) = &mut self.lines.estop
+            && !estop.is_high()?
+        {
+            return Ok(Some(Trip::EmergencyStop));
+        }
+        if self.drive.lost() {
+            return Ok(Some(Trip::AudioLost));
+        }
+        let commanded_v = self.drive.commanded_v();
+        let Some(commanded_v) = commanded_v else {
+            return Ok(Some(Trip::Generator));
+        };
+        if let Some(trip) = self.audio_silent(now_ns) {
+            return Ok(Some(trip));
+        }
+        if let Some(trip) = self.readback_wrong(commanded_v, now_ns) {
+            return Ok(Some(trip));
+        }
+        Ok(self.force_wrong(now_ns))
+    }
+
+    fn audio_silent(&mut self, now_ns: u64) -> Option<Trip> {
+        let frames = self.drive.callbacks();
+        let progress = &mut self.progress;
+        if !progress.begun {
+            *progress = Progress {
+                frames,
+                moved_ns: (now_ns, now_ns),
+                begun: frames.0 > 0 && frames.1 > 0,
+            };
+            return None;
+        }
+        if frames.0 != progress.frames.0 {
+            progress.moved_ns.0 = now_ns;
+        }
+        if frames.1 != progress.frames.1 {
+            progress.moved_ns.1 = now_ns;
+        }
+        progress.frames = frames;
+        let oldest_ns = progress.moved_ns.0.min(progress.moved_ns.1);
+        (now_ns.saturating_sub(oldest_ns) > self.limits.silence_ns).then_some(Trip::AudioSilent)
+    }
+
+    /// Compares the read-back with all that was commanded within the loop's latency, which is not known exactly.
+    fn readback_wrong(&mut self, commanded_v: f64, now_ns: u64) -> Option<Trip> {
+        self.envelope.push_back((now_ns, commanded_v));
+        let horizon_ns = now_ns.saturating_sub(self.limits.loop_latency_ns);
+        while self.envelope.len() > 1 && self.envelope[1].0 <= horizon_ns {
+            self.envelope.pop_front();
+        }
+        let Latest {
+            value: measured_v,
+            at_ns,
+        } = self.shared.readback_v.get()?;
+        if now_ns.saturating_sub(at_ns) > self.limits.loop_latency_ns {
+            return None;
+        }
+        let low_v = self
+            .envelope
+            .iter()
+            .map(|&(_, v)| v)
+            .fold(f64::INFINITY, f64::min);
+        let high_v = self.envelope.iter().map(|&(_, v)| v).fold(0.0, f64::max);
+        let (tolerance, floor_v) = (self.limits.readback_tolerance, self.limits.readback_floor_v);
+        let fits = measured_v >= low_v * (1.0 - tolerance) - floor_v
+            && measured_v <= high_v * (1.0 + tolerance) + floor_v;
+        if fits {
+            self.readback_bad_since_ns = None;
+            return None;
+        }
+        let since_ns = *self.readback_bad_since_ns.get_or_insert(now_ns);
+        if now_ns.saturating_sub(since_ns) < self.limits.readback_patience_ns {
+            return None;
+        }
+        Some(match self.state {
+            SafetyState::Armed => Trip::Readback {
+                measured_v,
+                commanded_v: (low_v, high_v),
+            },
+            _ => Trip::AliveWhileDisarmed { measured_v },
+        })
+    }
+
+    fn force_wrong(&self, now_ns: u64) -> Option<Trip> {
+        if !self.expects_force {
+            return None;
+        }
+        // Before the sensor's first word the preflight decides, not the watch.
+        let Latest {
+            value: normal_n,
+            at_ns,
+        } = self.shared.normal_n.get()?;
+        let limit_n = self.limits.max_normal_n;
+        if normal_n > limit_n {
+            return Some(Trip::ForceLimit { normal_n, limit_n });
+        }
+        (now_ns.saturating_sub(at_ns) > self.limits.silence_ns).then_some(Trip::ForceSilent)
+    }
+
+    fn watch(&mut self, now_ns: u64) -> Result<(), GpioError> {
+        while let Ok(command) = self.commands.try_recv() {
+            self.obey(command, now_ns)?;
+        }
+        let wrong = self.wrong(now_ns)?;
+        match (&self.state, wrong) {
+            (SafetyState::Armed, None) => {
+                self.beat = !self.beat;
+                set(&mut self.lines.heartbeat, self.beat)?;
+            }
+            (SafetyState::Armed, Some(trip)) => self.trip(trip, now_ns),
+            // Nothing drives a disarmed plate, so only a drive that is alive all the same matters.
+            (SafetyState::Disarmed, Some(trip @ Trip::AliveWhileDisarmed { .. })) => {
+                self.trip(trip, now_ns)
+            }
+            (SafetyState::Tripped { .. }, _)
+                if now_ns.saturating_sub(self.tripped_at_ns) >= DISABLE_AFTER_NS =>
+            {
+                set(&mut self.lines.enable, false)?;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+fn set(line: &mut Option<Box<dyn Output>>, high: bool) -> Result<(), GpioError> {
+    line.as_mut().map_or(Ok(()), |line| line.set(high))
+}
+
+impl Task for Safety {
+    fn name(&self) -> &'static str {
+        "safety"
+    }
+
+    fn period(&self) -> Duration {
+        Duration::from_millis(2)
+    }
+
+    fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        if let Err(error) = self.watch(now_ns) {
+            self.trip(
+                Trip::Gpio {
+                    message: error.to_string(),
+                },
+                now_ns,
+            );
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self) -> anyhow::Result<()> {
+        self.drive.kill();
+        set(&mut self.lines.enable, false)?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+    use embedded_hal_mock::eh1::digital::{Mock, State, Transaction};
+
+    #[derive(Clone)]
+    struct Card {
+        killed: Arc<AtomicBool>,
+        frames: Arc<AtomicU64>,
+        commanded_v: Arc<crate::shared::Slot<f64>>,
+    }
+
+    impl DriveGuard for Card {
+        fn kill(&self) {
+            self.killed.store(true, Ordering::Relaxed);
+        }
+        fn commanded_v(&self) -> Option<f64> {
+            self.commanded_v.get()
+        }
+        fn callbacks(&self) -> (u64, u64) {
+            let frames = self.frames.load(Ordering::Relaxed);
+            (frames, frames)
+        }
+        fn lost(&self) -> bool {
+            false
+        }
+    }
+
+    struct Rig {
+        safety: Safety,
+        card: Card,
+        shared: Arc<Shared>,
+        ask: crossbeam_channel::Sender<SafetyCommand>,
+        now_ms: u64,
+    }
+
+    impl Rig {
+        fn new(lines: SafetyLines) -> Self {
+            let limits = SafetyLimits {
+                max_normal_n: 3.0,
+                readback_tolerance: 0.2,
+                readback_floor_v: 0.5,
+                readback_patience_ns: 30_000_000,
+                loop_latency_ns: 50_000_000,
+                silence_ns: 50_000_000,
+            };
+            let card = Card {
+                killed: Arc::default(),
+                frames: Arc::default(),
+                commanded_v: Arc::default(),
+            };
+            card.commanded_v.set(0.0);
+            let shared = Arc::new(Shared::default());
+            let (ask, commands) = crossbeam_channel::unbounded();
+            let safety = Safety::new(
+                limits,
+                lines,
+                Box::new(card.clone()),
+                true,
+                shared.clone(),
+                commands,
+            );
+            let mut rig = Self {
+                safety,
+                card,
+                shared,
+                ask,
+                now_ms: 0,
+            };
+            rig.pass(10, |_| ());
+            rig
+        }
+
+        /// Lets time pass with everything alive but for what `change` does each millisecond.
+        fn pass(&mut self, ms: u64, change: impl Fn(&Self)) {
+            for _ in 0..ms {
+                self.now_ms += 1;
+                let now_ns = self.now_ms * 1_000_000;
+                self.card.frames.fetch_add(192, Ordering::Relaxed);
+                self.shared.normal_n.set(Latest {
+                    value: 0.65,
+                    at_ns: now_ns,
+                });
+                let commanded_v = self.card.commanded_v.get().unwrap_or(0.0);
+                self.shared.readback_v.set(Latest {
+                    value: commanded_v,
+                    at_ns: now_ns,
+                });
+                change(self);
+                self.safety.poll(now_ns).unwrap();
+            }
+        }
+
+        fn armed(lines: SafetyLines) -> Self {
+            let mut rig = Self::new(lines);
+            rig.ask.send(SafetyCommand::Arm).unwrap();
+            rig.card.commanded_v.set(20.0);
+            rig.pass(100, |_| ());
+            assert_eq!(rig.safety.state, SafetyState::Armed);
+            rig
+        }
+
+        fn trip(&self) -> Option<Trip> {
+            match &self.safety.state {
+                SafetyState::Tripped { trip } => Some(trip.clone()),
+                _ => None,
+            }
+        }
+    }
+
+    #[test]
+    fn a_wrong_readback_stops_the_drive_within_50_ms() {
+        let mut rig = Rig::armed(SafetyLines::default());
+        let dead = |rig: &Rig| {
+            rig.shared.readback_v.set(Latest {
+                value: 0.0,
+                at_ns: rig.now_ms * 1_000_000,
+            })
+        };
+        rig.pass(29, dead);
+        assert_eq!(rig.trip(), None);
+        rig.pass(20, dead);
+        assert!(matches!(rig.trip(), Some(Trip::Readback { .. })));
+        assert!(rig.card.killed.load(Ordering::Relaxed));
+    }
+
+    #[test]
+    fn modulation_within_the_loops_latency_is_not_a_wrong_readback() {
+        let mut rig = Rig::armed(SafetyLines::default());
+        for ms in 0..400u64 {
+            let volts = |ms: u64| {
+                20.0 * (1.0 + 0.95 * (std::f64::consts::TAU * 6.0 * ms as f64 * 1e-3).sin())
+            };
+            rig.card.commanded_v.set(volts(ms + 40));
+            rig.pass(1, |rig| {
+                rig.shared.readback_v.set(Latest {
+                    value: volts(ms),
+                    at_ns: rig.now_ms * 1_000_000,
+                })
+            });
+        }
+        assert_eq!(rig.trip(), None);
+    }
+
+    #[test]
+    fn a_drive_that_is_alive_while_disarmed_is_an_alarm() {
+        let mut rig = Rig::new(SafetyLines::default());
+        rig.pass(60, |rig| {
+            rig.shared.readback_v.set(Latest {
+                value: 12.0,
+                at_ns: rig.now_ms * 1_000_000,
+            })
+        });
+        assert!(matches!(rig.trip(), Some(Trip::AliveWhileDisarmed { .. })));
+    }
+
+    #[test]
+    fn silence_of_the_force_sensor_or_of_the_card_stops_the_drive() {
+        let mut rig = Rig::armed(SafetyLines::default());
+        rig.pass(60, |rig| {
+            rig.shared.normal_n.set(Latest {
+                value: 0.6,
+                at_ns: 100_000_000,
+            })
+        });
+        assert_eq!(rig.trip(), Some(Trip::ForceSilent));
+
+        let mut rig = Rig::armed(SafetyLines::default());
+        rig.pass(60, |rig| rig.card.frames.store(7, Ordering::Relaxed));
+        assert_eq!(rig.trip(), Some(Trip::AudioSilent));
+    }
+
+    #[test]
+    fn too_much_force_stops_the_drive_and_only_the_operator_releases_it() {
+        let mut rig = Rig::armed(SafetyLines::default());
+        rig.pass(1, |rig| {
+            rig.shared.normal_n.set(Latest {
+                value: 3.5,
+                at_ns: rig.now_ms * 1_000_000,
+            })
+        });
+        assert_eq!(
+            rig.trip(),
+            Some(Trip::ForceLimit {
+                normal_n: 3.5,
+                limit_n: 3.0
+            })
+        );
+        rig.card.commanded_v.set(0.0);
+        rig.ask.send(SafetyCommand::Arm).unwrap();
+        rig.pass(100, |_| ());
+        assert!(rig.trip().is_some(), "arming must not release a trip");
+        rig.ask.send(SafetyCommand::Rearm).unwrap();
+        rig.pass(1, |_| ());
+        assert_eq!(rig.safety.state, SafetyState::Disarmed);
+    }
+
+    #[test]
+    fn a_cut_e_stop_wire_stops_heartbeat_and_enable() {
+        let estop =
+            Mock::new(&[State::High, State::High, State::Low, State::Low].map(Transaction::get));
+        let enable = Mock::new(&[State::High, State::Low].map(Transaction::set));
+        // One beat, then none.
+        let heartbeat = Mock::new(&[Transaction::set(State::High)]);
+        let pins = (estop.clone(), enable.clone(), heartbeat.clone());
+        let lines = SafetyLines {
+            estop: Some(crate::gpio::input("e-stop", estop)),
+            enable: Some(crate::gpio::output("enable", enable)),
+            heartbeat: Some(crate::gpio::output("heartbeat", heartbeat)),
+        };
+        let shared = Arc::new(Shared::default());
+        let (ask, commands) = crossbeam_channel::unbounded();
+        let card = Card {
+            killed: Arc::default(),
+            frames: Arc::default(),
+            commanded_v: Arc::default(),
+        };
+        card.commanded_v.set(0.0);
+        let limits = SafetyLimits {
+            max_normal_n: 3.0,
+            readback_tolerance: 0.2,
+            readback_floor_v: 0.5,
+            readback_patience_ns: 30_000_000,
+            loop_latency_ns: 50_000_000,
+            silence_ns: 50_000_000,
+        };
+        let mut safety = Safety::new(
+            limits,
+            lines,
+            Box::new(card.clone()),
+            false,
+            shared,
+            commands,
+        );
+        safety.poll(0).unwrap();
+        ask.send(SafetyCommand::Arm).unwrap();
+        safety.poll(1_000_000).unwrap();
+        safety.poll(2_000_000).unwrap();
+        assert_eq!(
+            safety.state,
+            SafetyState::Tripped {
+                trip: Trip::EmergencyStop
+            }
+        );
+        assert!(card.killed.load(Ordering::Relaxed));
+        safety.poll(30_000_000).unwrap();
+        let (mut estop, mut enable, mut heartbeat) = pins;
+        estop.done();
+        enable.done();
+        heartbeat.done();
+    }
+}

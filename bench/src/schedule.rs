@@ -1,0 +1,255 @@
+//! Who runs when. The bench is a handful of tasks that share nothing but queues and snapshots; a schedule either gives
+//! each its own thread, or takes them in turn on one thread, in step with an apparatus that advances its own clock.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use anyhow::Context;
+
+use crate::clock::Clock;
+
+/// One independent activity of the bench.
+pub trait Task: Send {
+    /// Name of its thread and of its errors.
+    fn name(&self) -> &'static str;
+    /// How long it may sleep between polls when it has a thread of its own.
+    fn period(&self) -> Duration;
+    /// Does what is due at `now_ns` and returns; never waits for another task.
+    fn poll(&mut self, now_ns: u64) -> anyhow::Result<()>;
+    /// Last poll before the program ends, after all tasks have been told to stop.
+    fn finish(&mut self) -> anyhow::Result<()> {
+        Ok(())
+    }
+}
+
+/// An apparatus whose time passes only when it is told to.
+pub trait Pacer: Send {
+    /// Lets one tick of the apparatus pass: afterwards all that happened in it can be read.
+    fn tick(&mut self) -> anyhow::Result<()>;
+}
+
+/// How the tasks are run.
+pub enum Schedule {
+    /// A thread for each, on the computer's clock.
+    Threads,
+    /// All on the calling thread, in the order given, one round per tick: deterministic.
+    Lockstep(Box<dyn Pacer>),
+}
+
+/// A flag that any thread may raise and every task's runner looks at.
+#[derive(Clone, Default)]
+pub struct StopFlag(Arc<AtomicBool>);
+
+impl StopFlag {
+    /// Asks the schedule to end.
+    pub fn raise(&self) {
+        self.0.store(true, Ordering::Release);
+    }
+
+    /// True once anybody asked.
+    pub fn is_raised(&self) -> bool {
+        self.0.load(Ordering::Acquire)
+    }
+
+    /// The flag itself, for signal handlers.
+    pub fn shared(&self) -> Arc<AtomicBool> {
+        self.0.clone()
+    }
+}
+
+impl Schedule {
+    /// Runs `tasks` until `stop` is raised or one of them fails; then lets each finish, in order.
+    ///
+    /// # Errors
+    /// The first error of any task, named by its task; a panic in a task counts as one.
+    pub fn run(
+        self,
+        tasks: Vec<Box<dyn Task>>,
+        clock: &Arc<dyn Clock>,
+        stop: &StopFlag,
+    ) -> anyhow::Result<()> {
+        match self {
+            Self::Threads => run_threads(tasks, clock, stop),
+            Self::Lockstep(mut pacer) => run_lockstep(tasks, pacer.as_mut(), clock.as_ref(), stop),
+        }
+    }
+}
+
+fn run_lockstep(
+    mut tasks: Vec<Box<dyn Task>>,
+    pacer: &mut dyn Pacer,
+    clock: &dyn Clock,
+    stop: &StopFlag,
+) -> anyhow::Result<()> {
+    let mut result = Ok(());
+    'run: while !stop.is_raised() {
+        if let Err(error) = pacer.tick() {
+            result = Err(error.context("the apparatus"));
+            break;
+        }
+        let now_ns = clock.now_ns();
+        for task in &mut tasks {
+            if let Err(error) = task.poll(now_ns) {
+                result = Err(error.context(task.name()));
+                break 'run;
+            }
+        }
+    }
+    stop.raise();
+    for task in &mut tasks {
+        let finished = task.finish().context(task.name());
+        result = result.and(finished);
+    }
+    result
+}
+
+fn run_threads(
+    tasks: Vec<Box<dyn Task>>,
+    clock: &Arc<dyn Clock>,
+    stop: &StopFlag,
+) -> anyhow::Result<()> {
+    let mut threads = Vec::new();
+    for task in tasks {
+        threads.push(spawn(task, clock.clone(), stop.clone())?);
+    }
+    // Every task first stops polling, then each finishes in the order given: producers before the recorder.
+    let mut result = Ok(());
+    let mut returned = Vec::new();
+    for (name, thread) in threads {
+        match thread.join() {
+            Ok((task, outcome)) => {
+                result = result.and(outcome);
+                returned.push(task);
+            }
+            Err(_) => result = result.and(Err(anyhow::anyhow!("{name} panicked"))),
+        }
+    }
+    for mut task in returned {
+        let finished = task.finish().context(task.name());
+        result = result.and(finished);
+    }
+    result
+}
+
+type Ended = (Box<dyn Task>, anyhow::Result<()>);
+
+fn spawn(
+    mut task: Box<dyn Task>,
+    clock: Arc<dyn Clock>,
+    stop: StopFlag,
+) -> anyhow::Result<(&'static str, JoinHandle<Ended>)> {
+    let name = task.name();
+    let thread = std::thread::Builder::new()
+        .name(name.to_owned())
+        .spawn(move || {
+            let _raise_on_unwind = RaiseOnDrop(stop.clone());
+            let mut outcome = Ok(());
+            while !stop.is_raised() {
+                if let Err(error) = task.poll(clock.now_ns()) {
+                    outcome = Err(error.context(name));
+                    break;
+                }
+                std::thread::sleep(task.period());
+            }
+            (task, outcome)
+        })
+        .with_context(|| format!("cannot start the thread {name}"))?;
+    Ok((name, thread))
+}
+
+/// A task that ends, however it ends, ends the others.
+struct RaiseOnDrop(StopFlag);
+
+impl Drop for RaiseOnDrop {
+    fn drop(&mut self) {
+        self.0.raise();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::clock::SystemClock;
+
+    struct Counter {
+        polls: u32,
+        stop_at: u32,
+        stop: StopFlag,
+        log: Arc<std::sync::Mutex<Vec<&'static str>>>,
+        name: &'static str,
+    }
+
+    impl Task for Counter {
+        fn name(&self) -> &'static str {
+            self.name
+        }
+        fn period(&self) -> Duration {
+            Duration::from_micros(100)
+        }
+        fn poll(&mut self, _now_ns: u64) -> anyhow::Result<()> {
+            self.polls += 1;
+            if self.polls == self.stop_at {
+                self.stop.raise();
+            }
+            anyhow::ensure!(self.polls < 1000, "never stopped");
+            Ok(())
+        }
+        fn finish(&mut self) -> anyhow::Result<()> {
+            self.log.lock().unwrap().push(self.name);
+            Ok(())
+        }
+    }
+
+    struct Nothing;
+    impl Pacer for Nothing {
+        fn tick(&mut self) -> anyhow::Result<()> {
+            Ok(())
+        }
+    }
+
+    fn schedules() -> [Schedule; 2] {
+        [Schedule::Threads, Schedule::Lockstep(Box::new(Nothing))]
+    }
+
+    #[test]
+    fn every_task_finishes_in_order_under_both_schedules() {
+        for schedule in schedules() {
+            let (stop, log) = (StopFlag::default(), Arc::default());
+            let task = |name, stop_at| -> Box<dyn Task> {
+                Box::new(Counter {
+                    polls: 0,
+                    stop_at,
+                    stop: stop.clone(),
+                    log: Arc::clone(&log),
+                    name,
+                })
+            };
+            let clock: Arc<dyn Clock> = Arc::new(SystemClock::start());
+            schedule
+                .run(vec![task("first", 10), task("second", 2000)], &clock, &stop)
+                .unwrap();
+            assert_eq!(*log.lock().unwrap(), ["first", "second"]);
+        }
+    }
+
+    #[test]
+    fn the_error_of_a_task_ends_the_others_and_carries_its_name() {
+        for schedule in schedules() {
+            let (stop, log) = (StopFlag::default(), Arc::default());
+            let task = |name| -> Box<dyn Task> {
+                Box::new(Counter {
+                    polls: 0,
+                    stop_at: 0,
+                    stop: stop.clone(),
+                    log: Arc::clone(&log),
+                    name,
+                })
+            };
+            let clock: Arc<dyn Clock> = Arc::new(SystemClock::start());
+            let error = schedule.run(vec![task("only")], &clock, &stop).unwrap_err();
+            assert_eq!(format!("{error:#}"), "only: never stopped");
+        }
+    }
+}

@@ -1,0 +1,555 @@
+//! The session task: what was acquired goes to the protocol's state machine, what it asks for goes to the devices.
+
+use std::collections::VecDeque;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use crossbeam_channel::{Receiver, Sender};
+use protocols::{
+    Action, DriveRequest, Interval, Observation, OperatorCommand, ParticipantView, Phase, Safety,
+    SessionEvent, SessionEventKind, SessionOutcome, SessionSummary, TrialAnalysis, TrialEnd,
+    TrialKey, Verdict,
+};
+use signalgen::Program;
+use tui::event::Level;
+
+use crate::acquisition::{Account, Batch, RecordingCommand};
+use crate::analysis::record::Record;
+use crate::analysis::trial;
+use crate::config::Config;
+use crate::drive::Drive;
+use crate::front::Front;
+use crate::health::LiveMeter;
+use crate::journal::Entry;
+use crate::recording::manifest::EventKind;
+use crate::recording::recorder::{Begin, RecorderGauge, RecorderNotice};
+use crate::recording::writer::Ending;
+use crate::safety::{SafetyState, Trip};
+use crate::schedule::{StopFlag, Task};
+use crate::screen;
+use crate::shared::Shared;
+use crate::sound::{Sound, Tone};
+
+/// Who wants to know what the participant sees and hears: a display, a simulated person.
+pub type Watcher = Box<dyn FnMut(&tui::ParticipantView, bool, Option<Tone>) + Send>;
+
+/// Makes the manifest and the folder of an attempt's recording.
+pub type BeginRecording =
+    Box<dyn FnMut(&TrialKey, &protocols::Drive) -> anyhow::Result<Begin> + Send>;
+
+/// Makes a program of a protocol's drive.
+pub type Admit = Box<dyn Fn(&protocols::Drive) -> anyhow::Result<Program> + Send>;
+
+/// What a session is wired to.
+pub struct Wiring {
+    /// From the acquisition.
+    pub batches: Receiver<Batch>,
+    /// To the acquisition.
+    pub recording: Sender<RecordingCommand>,
+    /// From the recorder.
+    pub notices: Receiver<RecorderNotice>,
+    /// The recorder's gauge.
+    pub gauge: RecorderGauge,
+    /// Where the study is, whose disk fills.
+    pub study_folder: PathBuf,
+    /// The drive.
+    pub drive: Drive,
+    /// The participant's button, raised at a press.
+    pub button: Arc<AtomicBool>,
+    /// The operator.
+    pub front: Box<dyn Front>,
+    /// The participant's eyes and ears.
+    pub watchers: Vec<Watcher>,
+    /// The participant's loudspeaker.
+    pub sound: Option<Sound>,
+    /// The session's log.
+    pub journal: Sender<Entry>,
+    /// Latest values of all tasks.
+    pub shared: Arc<Shared>,
+    /// Ends the bench.
+    pub stop: StopFlag,
+}
+
+/// How a session ended.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// The session in numbers.
+    pub summary: SessionSummary,
+    /// Account of the audio frames.
+    pub account: Account,
+    /// Nobody is left to go on: every trial is settled.
+    pub completed: bool,
+    /// What ended it early.
+    pub reason: Option<String>,
+}
+
+/// A completed trial whose last data are still on their way.
+struct Due {
+    key: TrialKey,
+    intervals: Vec<Interval>,
+    at_s: f64,
+}
+
+/// The task.
+pub struct SessionTask {
+    machine: protocols::Session,
+    config: Arc<Config>,
+    admit: Admit,
+    begin: BeginRecording,
+    wiring: Wiring,
+    /// One operator for the whole session, with nobody to ask.
+    unattended: bool,
+    commands: VecDeque<OperatorCommand>,
+    record: Record,
+    collecting: bool,
+    account: Account,
+    account_at_begin: Account,
+    due: Option<Due>,
+    analysed: Option<TrialAnalysis>,
+    audio_s: f64,
+    normal_n: Option<f64>,
+    view: Option<ParticipantView>,
+    phase: Option<tui::event::Phase>,
+    safety: SafetyState,
+    screen_due_ns: u64,
+    meter: LiveMeter,
+    open: bool,
+    ended: Option<SessionOutcome>,
+    report: Sender<Report>,
+}
+
+/// Data of the last exploration arrive within this time after its end: a force sensor's burst, the demodulator's delay, s.
+const DATA_DELAY_S: f64 = 0.06;
+/// The screen is fed this often, ns.
+const SCREEN_PERIOD_NS: u64 = 16_000_000;
+
+impl SessionTask {
+    /// A session about to take its first step. `consent_by` is the operator who holds the signed consent, if anybody does yet.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the composition root names each once"
+    )]
+    pub fn new(
+        machine: protocols::Session,
+        config: Arc<Config>,
+        admit: Admit,
+        begin: BeginRecording,
+        wiring: Wiring,
+        consent_by: Option<String>,
+        unattended: bool,
+        report: Sender<Report>,
+    ) -> Self {
+        Self {
+            machine,
+            config,
+            admit,
+            begin,
+            wiring,
+            unattended,
+            commands: consent_by
+                .map(|by| OperatorCommand::ConsentGiven { by })
+                .into_iter()
+                .collect(),
+            record: Record::default(),
+            collecting: false,
+            account: Account::default(),
+            account_at_begin: Account::default(),
+            due: None,
+            analysed: None,
+            audio_s: 0.0,
+            normal_n: None,
+            view: None,
+            phase: None,
+            safety: SafetyState::Disarmed,
+            screen_due_ns: 0,
+            meter: LiveMeter::default(),
+            open: false,
+            ended: None,
+            report,
+        }
+    }
+
+    fn log(&mut self, level: Level, text: impl Into<String>) {
+        self.wiring.front.show(tui::Event::Log {
+            level,
+            text: text.into(),
+        });
+    }
+
+    fn journal(&self, event: SessionEvent) {
+        // The journal's end is seen by its own task.
+        let _ = self.wiring.journal.send(Entry::Event(event));
+    }
+
+    fn take_batches(&mut self) {
+        for batch in self.wiring.batches.try_iter() {
+            self.audio_s = batch.audio_s;
+            self.account = batch.account;
+            self.normal_n = batch.force.last().map(|row| row.normal_n).or(self.normal_n);
+            self.meter.take(&batch);
+            if self.collecting {
+                self.record.frames.extend(batch.frames);
+                self.record.force.extend(batch.force);
+                self.record.position.extend(batch.position);
+            }
+        }
+    }
+
+    fn take_notices(&mut self) {
+        while let Ok(notice) = self.wiring.notices.try_recv() {
+            match notice {
+                RecorderNotice::Began { .. } => {}
+                RecorderNotice::Saved { folder, .. } => {
+                    self.open = false;
+                    let _ = self.wiring.journal.send(Entry::Saved {
+                        t_s: self.audio_s,
+                        folder,
+                    });
+                }
+                RecorderNotice::Failed {
+                    folder,
+                    error,
+                    kept,
+                } => {
+                    self.open = false;
+                    let message = format!(
+                        "the recording {} failed: {error}; {:.1} s of it are readable",
+                        folder.display(),
+                        kept.frames as f64 / f64::from(self.config.audio.rate_hz)
+                    );
+                    self.log(Level::Error, &message);
+                    self.wiring.drive.trip(Trip::Fault { message });
+                }
+            }
+        }
+    }
+
+    fn take_wishes(&mut self) {
+        while let Some(action) = self.wiring.front.action() {
+            let command = match action {
+                tui::Action::Start | tui::Action::Ready => OperatorCommand::Continue,
+                tui::Action::Consent => OperatorCommand::ConsentGiven {
+                    by: "operator at the dashboard".to_owned(),
+                },
+                tui::Action::Pause => OperatorCommand::Pause,
+                tui::Action::Resume => OperatorCommand::Resume,
+                tui::Action::Redo => OperatorCommand::Redo,
+                tui::Action::Abort => OperatorCommand::Abort,
+                tui::Action::EmergencyStop => {
+                    self.wiring.drive.trip(Trip::Operator);
+                    continue;
+                }
+                tui::Action::Rearm => {
+                    self.wiring.drive.rearm();
+                    continue;
+                }
+                tui::Action::Quit | tui::Action::Interrupt => {
+                    self.wiring.stop.raise();
+                    continue;
+                }
+            };
+            self.commands.push_back(command);
+        }
+    }
+
+    /// Analyses a completed trial as soon as all of its data are here.
+    fn analyse(&mut self) {
+        let Some(due) = self
+            .due
+            .take_if(|due| self.audio_s >= due.at_s + DATA_DELAY_S)
+        else {
+            return;
+        };
+        self.collecting = false;
+        self.send(RecordingCommand::End(Ending::Completed));
+        let rules = self
+            .machine
+            .protocol()
+            .selection_rules(self.config.plate.centre_m);
+        let mut analysis = trial::analyse(&due.key, &due.intervals, &self.record, &rules);
+        let before = self.account_at_begin;
+        analysis.clipped_frames = self.account.clipped_frames - before.clipped_frames;
+        analysis.lost_frames = self.account.lost_frames - before.lost_frames;
+        analysis.input_xruns = self.account.input_xruns - before.input_xruns;
+        analysis.output_xruns = self.account.output_xruns - before.output_xruns;
+        let crop = screen::crop(&due.key, self.machine.protocol(), &analysis, &self.record);
+        self.wiring.front.show(tui::Event::Crop(crop));
+        self.analysed = Some(analysis);
+    }
+
+    fn step(&mut self) -> anyhow::Result<()> {
+        let observation = Observation {
+            t_s: self.audio_s,
+            normal_n: self.normal_n,
+            button_pressed: self.wiring.button.swap(false, Ordering::AcqRel),
+            command: self.commands.pop_front(),
+            safety: match &self.safety {
+                SafetyState::Tripped { trip } => Safety::Tripped(trip.to_string()),
+                SafetyState::Armed | SafetyState::Disarmed => Safety::Ok,
+            },
+            analysis: self.analysed.clone(),
+        };
+        let mut tone = None;
+        for action in self.machine.step(&observation) {
+            match action {
+                Action::BeginTrial { key, drive, .. } => self.begin_trial(&key, &drive)?,
+                Action::Drive(DriveRequest::On(drive)) => {
+                    let program = (self.admit)(&drive)?;
+                    self.wiring.drive.start(program);
+                    self.mask(true);
+                }
+                Action::Drive(DriveRequest::Off) => {
+                    self.wiring.drive.stop();
+                    self.mask(false);
+                }
+                Action::Mark(interval) => self.send(RecordingCommand::Interval(interval)),
+                Action::EndTrial { end, .. } => self.end_trial(&end),
+                Action::AnalyseTrial { key, intervals } => {
+                    self.due = Some(Due {
+                        key,
+                        intervals,
+                        at_s: self.audio_s,
+                    });
+                }
+                Action::Verdict { key, verdict } => self.judged(&key, &verdict),
+                Action::Cue(cue) => {
+                    let cue = match cue {
+                        protocols::Cue::Start => Tone::Start,
+                        protocols::Cue::End => Tone::End,
+                    };
+                    if let Some(sound) = &self.wiring.sound {
+                        sound.play(cue);
+                    }
+                    tone = Some(cue);
+                }
+                Action::Log(event) => self.tell(event),
+                Action::Show(view) => self.show(view, tone.take()),
+                Action::Finished(outcome) => {
+                    self.wiring.drive.disarm();
+                    self.wiring.front.show(tui::Event::Finished {
+                        summary: summary_lines(&self.machine.summary(), &self.account),
+                    });
+                    self.ended = Some(outcome);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn send(&self, command: RecordingCommand) {
+        // The acquisition ends before the session only when it failed, and that stops the bench.
+        let _ = self.wiring.recording.send(command);
+    }
+
+    fn mask(&self, on: bool) {
+        if let Some(sound) = &self.wiring.sound {
+            sound.mask(on);
+        }
+    }
+
+    fn begin_trial(&mut self, key: &TrialKey, drive: &protocols::Drive) -> anyhow::Result<()> {
+        let begin = (self.begin)(key, drive)?;
+        self.send(RecordingCommand::Begin(Box::new(begin)));
+        self.open = true;
+        self.record = Record::default();
+        self.collecting = true;
+        self.account_at_begin = self.account;
+        self.analysed = None;
+        Ok(())
+    }
+
+    fn end_trial(&mut self, end: &TrialEnd) {
+        // A completed trial's recording goes on until its last data are in.
+        if let TrialEnd::Interrupted { interruption } = end {
+            self.collecting = false;
+            self.due = None;
+            self.send(RecordingCommand::Event(
+                EventKind::Abort,
+                Some(interruption.to_string()),
+            ));
+            self.send(RecordingCommand::End(end.into()));
+        }
+    }
+
+    fn judged(&mut self, key: &TrialKey, verdict: &Verdict) {
+        let analysis = self.analysed.take();
+        let shown = screen::verdict(key, self.machine.protocol(), verdict, analysis.as_ref());
+        self.wiring.front.show(tui::Event::Verdict(shown));
+    }
+
+    fn tell(&mut self, event: SessionEvent) {
+        match &event.kind {
+            SessionEventKind::CommandRefused { because, .. } => {
+                self.log(Level::Warning, format!("not now: {because}"))
+            }
+            SessionEventKind::FingerLiftedEarly => {
+                self.log(Level::Info, "finger lifted during the countdown")
+            }
+            SessionEventKind::FingerNotLifted => {
+                self.log(Level::Warning, "the finger stayed on the plate")
+            }
+            SessionEventKind::SafetyTripped { reason } => {
+                let text = format!("drive stopped: {reason}");
+                self.send(RecordingCommand::Event(
+                    EventKind::Safe,
+                    Some(reason.clone()),
+                ));
+                self.log(Level::Error, text);
+            }
+            _ => {}
+        }
+        self.journal(event);
+    }
+
+    fn show(&mut self, view: ParticipantView, tone: Option<Tone>) {
+        let phase = screen::phase(&self.machine, &view);
+        if self.phase.as_ref() != Some(&phase) {
+            self.wiring.front.show(tui::Event::Phase(phase.clone()));
+            self.phase = Some(phase);
+        }
+        if tone.is_some() || self.view.as_ref() != Some(&view) {
+            let shown = screen::participant(&view, self.machine.protocol(), &self.config);
+            for watcher in &mut self.wiring.watchers {
+                watcher(&shown, view.button, tone);
+            }
+            self.wiring.front.show(tui::Event::Participant(shown));
+            self.view = Some(view);
+        }
+    }
+
+    fn feed_screen(&mut self, now_ns: u64) {
+        if now_ns >= self.screen_due_ns {
+            self.screen_due_ns = now_ns + SCREEN_PERIOD_NS;
+            let slider_m = self.view.as_ref().and_then(|view| view.slider_m);
+            if let Some(live) = self.meter.live(slider_m) {
+                self.wiring.front.show(tui::Event::Live(live));
+            }
+        }
+        let Wiring {
+            shared,
+            gauge,
+            study_folder,
+            ..
+        } = &self.wiring;
+        let free = || crate::study::free_bytes(study_folder).ok();
+        let rate_hz = self.config.audio.rate_hz;
+        if let Some(health) =
+            self.meter
+                .health(now_ns, &self.account, shared, Some(gauge), rate_hz, free)
+        {
+            self.wiring.front.show(tui::Event::Health(health));
+            let shown = screen::safety(&self.safety, self.wiring.drive.sounds());
+            self.wiring.front.show(shown);
+        }
+    }
+
+    /// A session without an operator ends where one would be needed.
+    fn nobody_to_ask(&mut self) {
+        if !self.unattended || self.ended.is_some() {
+            return;
+        }
+        match self.machine.phase() {
+            Phase::Fault | Phase::Paused => self.wiring.stop.raise(),
+            Phase::Consent if self.commands.is_empty() => self.wiring.stop.raise(),
+            _ => {}
+        }
+    }
+
+    fn reason(&self) -> Option<String> {
+        match (&self.safety, &self.ended) {
+            (_, Some(SessionOutcome::Completed { .. })) => None,
+            (SafetyState::Tripped { trip }, _) => Some(trip.to_string()),
+            (_, Some(SessionOutcome::Aborted { .. })) => Some("aborted by the operator".to_owned()),
+            (_, None) => Some(match self.machine.phase() {
+                Phase::Paused => {
+                    "the participant did not do as told in time, and nobody was there to go on"
+                        .to_owned()
+                }
+                _ => "stopped before its end".to_owned(),
+            }),
+        }
+    }
+}
+
+/// The session in a few lines.
+pub fn summary_lines(summary: &SessionSummary, account: &Account) -> Vec<String> {
+    let force = summary
+        .mean_normal_n
+        .map_or_else(|| "not measured".to_owned(), |n| format!("{n:.3} N"));
+    vec![
+        format!(
+            "trials accepted   {} of {}",
+            summary.accepted, summary.planned
+        ),
+        format!("trials repeated   {}", summary.redone),
+        format!("mean normal force {force}"),
+        format!("instances         {}", summary.instances),
+        format!(
+            "drop-outs         {} frames lost, {} input and {} output xruns",
+            account.lost_frames, account.input_xruns, account.output_xruns
+        ),
+    ]
+}
+
+impl Task for SessionTask {
+    fn name(&self) -> &'static str {
+        "session"
+    }
+
+    fn period(&self) -> Duration {
+        Duration::from_millis(2)
+    }
+
+    fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        let safety = self.wiring.shared.safety.get().unwrap_or_default();
+        if safety != self.safety {
+            self.safety = safety;
+            let shown = screen::safety(&self.safety, self.wiring.drive.sounds());
+            self.wiring.front.show(shown);
+        }
+        self.wiring.drive.poll(&self.safety);
+        self.take_batches();
+        self.take_notices();
+        self.take_wishes();
+        self.analyse();
+        self.step()?;
+        self.feed_screen(now_ns);
+        self.nobody_to_ask();
+        if self.ended.is_some() && self.unattended && !self.open {
+            self.wiring.stop.raise();
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self) -> anyhow::Result<()> {
+        self.wiring.drive.stop();
+        if self.open {
+            let reason = self.reason().unwrap_or_default();
+            self.send(RecordingCommand::End(Ending::Interrupted { reason }));
+        }
+        let reason = self.reason();
+        let completed = matches!(self.ended, Some(SessionOutcome::Completed { .. }));
+        let status = match (&self.ended, &self.safety) {
+            (Some(SessionOutcome::Completed { .. }), _) => {
+                crate::study::event_log::ExitStatus::Success
+            }
+            (_, SafetyState::Tripped { .. }) => crate::study::event_log::ExitStatus::Fail,
+            _ => crate::study::event_log::ExitStatus::Abort,
+        };
+        let _ = self.wiring.journal.send(Entry::Stop {
+            status,
+            reason: reason.clone(),
+        });
+        self.wiring.front.show(tui::Event::Close);
+        let summary = self.machine.summary();
+        let _ = self.report.send(Report {
+            summary,
+            account: self.account,
+            completed,
+            reason,
+        });
+        Ok(())
+    }
+}

@@ -1,0 +1,55 @@
+//! Latest values that one task publishes and others read. Nothing here waits for long: a slot holds one small value.
+
+use std::sync::{Mutex, PoisonError};
+
+use crate::field::FieldHealth;
+use crate::safety::SafetyState;
+
+/// A value that is replaced, never queued.
+#[derive(Debug)]
+pub struct Slot<T>(Mutex<Option<T>>);
+
+impl<T> Default for Slot<T> {
+    fn default() -> Self {
+        Self(Mutex::new(None))
+    }
+}
+
+impl<T: Clone> Slot<T> {
+    /// Publishes `value`.
+    pub fn set(&self, value: T) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(value);
+    }
+
+    /// The latest value; `None` before the first.
+    pub fn get(&self) -> Option<T> {
+        self.0
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .clone()
+    }
+}
+
+/// A reading and when it was taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Latest {
+    /// The reading, in the unit of its slot.
+    pub value: f64,
+    /// Host time, ns.
+    pub at_ns: u64,
+}
+
+/// What the tasks of one bench tell each other.
+#[derive(Debug, Default)]
+pub struct Shared {
+    /// Drive voltage read back, peak, V: written by the acquisition.
+    pub readback_v: Slot<Latest>,
+    /// Normal force, N: written by the force link.
+    pub normal_n: Slot<Latest>,
+    /// State of the safety watch.
+    pub safety: Slot<SafetyState>,
+    /// Fill of the audio ring, 0 to 1.
+    pub ring_fill: Slot<f64>,
+    /// What the slow inputs have suffered.
+    pub field: Slot<FieldHealth>,
+}

@@ -2,6 +2,9 @@
 //!
 //! Time: input frame `n` shows the plate at true time `n / (rate·(1 + clock_ppm))` since the rate was set. Generator samples reach the
 //! actuators [`Plant::loop_latency_frames`] later, as through a real converter's filters.
+//!
+//! Accuracy (tests of this module): Z_m from samples within 2e-5 of the harmonic solution without a finger and 5e-4 with
+//! one, at 96 and 192 kHz; friction under 6 Hz modulation within 4e-4 of a run with four times finer slow steps.
 
 mod converter;
 mod film;

@@ -17,7 +17,6 @@ use super::{
     Parameter, Samples, Sensitivities, Verdict,
 };
 use crate::contact::Contact;
-use crate::error::positive;
 use crate::finger::{FittedFinger, MS, Z_T_SLOPES};
 use crate::harmonic::observed;
 use crate::inversion::{Dependent, Inversion};
@@ -120,9 +119,6 @@ struct Model<'a> {
     lead: usize,
     /// Of the instance alone.
     z_m: &'a [Complex64],
-    /// Amplitude over its RMS: white noise on force and velocity is noise on their ratio that grows as 1/|ṽ_p|.
-    weights: Vec<f64>,
-    rms_amplitude_m: f64,
     equilibrium: Vec<f64>,
     equilibrium_slope: Vec<f64>,
     gap: Vec<f64>,
@@ -139,9 +135,6 @@ impl<'a> Model<'a> {
         conditions.assumed.validated()?;
         let (samples, lead) = instance.with_lead_in(options.lead_in_s)?;
         let n = samples.time_s.len();
-        let amplitude_m = &samples.amplitude_m[lead..];
-        let rms_m = mean(&amplitude_m.iter().map(|a| a * a).collect::<Vec<_>>()).sqrt();
-        positive("RMS amplitude", "m", rms_m)?;
         Ok(Self {
             conditions,
             carrier_rad_per_s: conditions.carrier_rad_per_s()?,
@@ -150,8 +143,6 @@ impl<'a> Model<'a> {
             normal_n: cubic_through(samples.normal_n),
             lead,
             z_m: &samples.z_m_corrected_n_s_per_m[lead..],
-            weights: amplitude_m.iter().map(|a| a / rms_m).collect(),
-            rms_amplitude_m: rms_m,
             equilibrium: vec![0.0; n],
             equilibrium_slope: vec![0.0; n],
             gap: vec![0.0; n],
@@ -187,13 +178,13 @@ impl<'a> Model<'a> {
         let film = self.gap[self.lead..]
             .iter()
             .zip(&self.amplitude_m[self.lead..]);
-        for ((&z_m, &weight), (&gap, &amplitude)) in self.z_m.iter().zip(&self.weights).zip(film) {
+        for (&z_m, (&gap, &amplitude)) in self.z_m.iter().zip(film) {
             let finger = z_m - self.conditions.z_p_corrected_n_s_per_m;
             let z_c = contact.impedance_n_s_per_m(
                 contact.stiffness_n_per_m(gap, amplitude),
                 self.carrier_rad_per_s,
             );
-            let weight = (weight * finger.norm_sqr()).powi(2);
+            let weight = finger.norm_sqr().powi(2);
             if weight > 0.0 {
                 sum += weight * (finger.inv() - z_c.inv());
                 weights += weight;
@@ -218,27 +209,33 @@ impl<'a> Model<'a> {
             .iter()
             .filter_map(|&tau_ms| self.start(tau_ms))
             .collect();
-        let minima = starts.into_iter().map(|start| minimise(self, start));
-        let free = minima
+        let mut solutions: Vec<Solution> = Vec::with_capacity(starts.len());
+        for start in starts {
+            let free = minimise(self, start);
+            let [ln_sigma_t, re, im, tau_ms] = free.parameters;
+            solutions.push(if tau_ms >= 0.0 {
+                Solution {
+                    minimum: free,
+                    unbounded_tau_s: None,
+                }
+            } else {
+                let bound = minimise(&mut WithoutLag(self), [ln_sigma_t, re, im]);
+                Solution {
+                    minimum: bound.extended(0.0),
+                    unbounded_tau_s: Some(tau_ms * MS),
+                }
+            });
+        }
+        solutions
+            .into_iter()
             .min_by(|a, b| {
+                let (a, b) = (&a.minimum, &b.minimum);
                 a.failure
                     .is_some()
                     .cmp(&b.failure.is_some())
                     .then(a.squares.total_cmp(&b.squares))
             })
-            .ok_or(FitError::NoStart)?;
-        let [ln_sigma_t, re, im, tau_ms] = free.parameters;
-        if tau_ms >= 0.0 || free.failure.is_some() {
-            return Ok(Solution {
-                minimum: free,
-                unbounded_tau_s: None,
-            });
-        }
-        let bound = minimise(&mut WithoutLag(self), [ln_sigma_t, re, im]);
-        Ok(Solution {
-            minimum: bound.extended(0.0),
-            unbounded_tau_s: Some(tau_ms * MS),
-        })
+            .ok_or(FitError::NoStart)
     }
 
     fn report(
@@ -260,10 +257,10 @@ impl<'a> Model<'a> {
         let verdict = self.verdict(&minimum, unbounded_tau_s);
         let contact = self.follow(ln_sigma_t, tau_ms).ok_or(FitError::NoStart)?;
         let friction = self.friction_at_rest(&contact, samples.mu);
-        let z_m_std: Vec<f64> = self
-            .weights
+        let z_m_std: Vec<f64> = samples
+            .amplitude_m
             .iter()
-            .map(|weight| minimum.residual_std / weight)
+            .map(|a| minimum.noise / a)
             .collect();
         let finger = FittedFinger {
             inversion: Inversion {
@@ -275,7 +272,7 @@ impl<'a> Model<'a> {
                 covariance: minimum.covariance,
             },
             tau_s: tau_ms * MS,
-            z_m_noise: minimum.residual_std * self.rms_amplitude_m,
+            z_m_noise: minimum.noise,
         };
         let mu0_std = finger.inversion.std(&Dependent {
             value: friction.mu0,
@@ -388,8 +385,9 @@ impl ImpedanceModel<N> for Model<'_> {
         self.z_m
     }
 
-    fn weights(&self) -> &[f64] {
-        &self.weights
+    /// White noise on force and velocity is noise on their ratio that grows as 1/|ṽ_p|.
+    fn noise_shape(&self, index: usize) -> f64 {
+        self.amplitude_m[self.lead + index].recip()
     }
 
     fn evaluate(
@@ -434,8 +432,8 @@ impl ImpedanceModel<3> for WithoutLag<'_, '_> {
         self.0.z_m
     }
 
-    fn weights(&self) -> &[f64] {
-        &self.0.weights
+    fn noise_shape(&self, index: usize) -> f64 {
+        self.0.noise_shape(index)
     }
 
     fn evaluate(

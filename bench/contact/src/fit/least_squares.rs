@@ -6,8 +6,8 @@ use num_complex::Complex64;
 /// A model of the complex impedance of every sample of an instance, with N real parameters.
 pub(crate) trait ImpedanceModel<const N: usize> {
     fn measured(&self) -> &[Complex64];
-    /// What each sample's residual is multiplied by: the inverse of its noise, in any unit.
-    fn weights(&self) -> &[f64];
+    /// How the noise of a sample goes with its index, in any unit. The fit counts all samples alike; its standard errors do not.
+    fn noise_shape(&self, index: usize) -> f64;
     /// Impedances and their derivatives; `None` outside the model's domain.
     fn evaluate(
         &mut self,
@@ -27,14 +27,14 @@ const SINGULAR: f64 = 1e-12;
 pub(crate) struct Minimum<const N: usize> {
     pub(crate) parameters: [f64; N],
     pub(crate) z_m: Vec<Complex64>,
-    /// Σ|Ẑ_m − Z_m|², weighted.
+    /// Σ|Ẑ_m − Z_m|².
     pub(crate) squares: f64,
     /// Why it is not a minimum, if it is not.
     pub(crate) failure: Option<String>,
     /// Parameter covariance; `None` if the data do not depend on some combination of the parameters.
     pub(crate) covariance: Option<SMatrix<f64, N, N>>,
-    /// Standard deviation of one component of the weighted residual.
-    pub(crate) residual_std: f64,
+    /// Standard deviation of one component of the residual, in units of the model's noise shape.
+    pub(crate) noise: f64,
 }
 
 impl Minimum<3> {
@@ -49,7 +49,7 @@ impl Minimum<3> {
             covariance: self
                 .covariance
                 .map(|covariance| covariance.fixed_resize::<4, 4>(0.0)),
-            residual_std: self.residual_std,
+            noise: self.noise,
         }
     }
 }
@@ -69,15 +69,12 @@ impl<M: ImpedanceModel<N>, const N: usize> Problem<'_, M, N> {
             .evaluate(&self.parameters, &mut self.z_m, &mut self.slopes)
             .is_some()
             && self.z_m.iter().all(|z| z.is_finite());
-        for (slope, &weight) in self.slopes.iter_mut().zip(self.model.weights()) {
-            *slope = slope.map(|s| s * weight);
-        }
     }
 }
 
 impl<M: ImpedanceModel<N>, const N: usize> Problem<'_, M, N> {
     fn residual(&self, index: usize) -> Complex64 {
-        (self.z_m[index] - self.model.measured()[index]) * self.model.weights()[index]
+        self.z_m[index] - self.model.measured()[index]
     }
 }
 
@@ -134,9 +131,10 @@ pub(crate) fn best_start<M: ImpedanceModel<N>, const N: usize>(
         if model.evaluate(&start, &mut z_m, &mut slopes).is_none() {
             continue;
         }
-        let apart = z_m.iter().zip(model.measured()).zip(model.weights());
-        let squares: f64 = apart
-            .map(|((a, b), weight)| (a - b).norm_sqr() * weight.powi(2))
+        let squares: f64 = z_m
+            .iter()
+            .zip(model.measured())
+            .map(|(a, b)| (a - b).norm_sqr())
             .sum();
         if squares < least {
             (best, least) = (Some(start), squares);
@@ -185,25 +183,28 @@ fn summarise<M: ImpedanceModel<N>, const N: usize>(
         .map(|index| problem.residual(index))
         .collect();
     let squares = residuals.iter().map(Complex64::norm_sqr).sum::<f64>();
+    let white: Vec<Complex64> = residuals
+        .iter()
+        .enumerate()
+        .map(|(i, r)| r / problem.model.noise_shape(i))
+        .collect();
     let freedom = (2 * residuals.len()).saturating_sub(N).max(1) as f64;
-    let variance = squares / freedom;
-    let mut normal = SMatrix::<f64, N, N>::zeros();
-    for slope in &problem.slopes {
-        for row in 0..N {
-            for column in 0..N {
-                normal[(row, column)] += (slope[row].conj() * slope[column]).re;
-            }
-        }
+    let noise = (white.iter().map(Complex64::norm_sqr).sum::<f64>() / freedom).sqrt();
+    let (mut normal, mut scatter) = (SMatrix::<f64, N, N>::zeros(), SMatrix::<f64, N, N>::zeros());
+    for (i, slope) in problem.slopes.iter().enumerate() {
+        let product = SMatrix::from_fn(|row, column| (slope[row].conj() * slope[column]).re);
+        normal += product;
+        scatter += product * (noise * problem.model.noise_shape(i)).powi(2);
     }
     let covariance =
-        invert_scaled(&normal).map(|inverse| inverse * (variance * correlation(&residuals)));
+        invert_scaled(&normal).map(|inverse| inverse * scatter * inverse * correlation(&white));
     Minimum {
         parameters: problem.parameters,
         z_m: problem.z_m,
         squares,
         failure,
         covariance,
-        residual_std: variance.sqrt(),
+        noise,
     }
 }
 

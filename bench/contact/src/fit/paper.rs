@@ -172,8 +172,6 @@ struct Model<'a> {
     normal_n: Vec<f64>,
     /// Z_m⁰ − Z_p.
     finger_at_rest: Complex64,
-    /// As published, every sample counts alike.
-    weights: Vec<f64>,
     gap_m: Vec<f64>,
 }
 
@@ -192,7 +190,6 @@ impl<'a> Model<'a> {
             amplitude_m: samples.amplitude_m,
             normal_n: vec![mean(samples.normal_n); n],
             finger_at_rest: z_m_at_rest - conditions.z_p_plain_n_s_per_m,
-            weights: vec![1.0; n],
             gap_m: vec![0.0; n],
         })
     }
@@ -252,7 +249,7 @@ impl<'a> Model<'a> {
         let measured = Measured {
             time_s: samples.time_s,
             z_m: self.z_m,
-            z_m_std: &vec![minimum.residual_std; self.z_m.len()],
+            z_m_std: &vec![minimum.noise; self.z_m.len()],
             amplitude_m: self.amplitude_m,
             normal_n: &self.normal_n,
         };
@@ -287,8 +284,8 @@ impl ImpedanceModel<1> for Model<'_> {
         self.z_m
     }
 
-    fn weights(&self) -> &[f64] {
-        &self.weights
+    fn noise_shape(&self, _index: usize) -> f64 {
+        1.0
     }
 
     fn evaluate(

@@ -71,7 +71,7 @@ impl<'a> InstanceSeries<'a> {
                 index,
                 source: Box::new(source),
             };
-            not_negative("amplitude", "m", samples.amplitude_m[index]).map_err(at)?;
+            positive("amplitude", "m", samples.amplitude_m[index]).map_err(at)?;
             positive("normal force", "N", samples.normal_n[index]).map_err(at)?;
             not_negative("measured friction", "", samples.mu[index]).map_err(at)?;
             for z in [

@@ -132,7 +132,7 @@ impl Contact {
     /// **The gap equation** (Huloux 2021, Eq. 17): the x ≥ x_t⁰ with
     /// ⟨f_c⟩ \[1 − exp((x_t⁰ − x)/σ_t)\] = (5/4) p0 S |x̃_p|²/x².
     ///
-    /// One root for every x_t⁰ > 0, found to 1e-12 relative (`tests/golden.rs`, against scipy's `brentq`).
+    /// One root for every x_t⁰ > 0, on a bracket in closed form; found to 1e-12 relative (`tests/model.rs`, against scipy's `brentq`; `tests/properties.rs`, against bisection).
     ///
     /// # Errors
     /// As [`rest_gap_m`](Self::rest_gap_m), or if the amplitude is negative or not finite.
@@ -178,6 +178,14 @@ impl Contact {
         let rest = self.rest_gap_m(normal_n)? / self.sigma_t_m;
         // In units of σ_t: (1 − e^(rest − u)) u² = load.
         let load = self.squeeze_n / normal_n * (amplitude_m / self.sigma_t_m).powi(2);
+        if load.is_infinite() {
+            return Err(ModelError::OutOfRange {
+                name: "amplitude",
+                value: amplitude_m,
+                unit: "m",
+                limit: "small enough for its film force to be a number",
+            });
+        }
         let free = load.sqrt();
         let lo = rest.max(free);
         // One σ_t above rest the asperities have lost 1 − 1/e of the force.
@@ -257,7 +265,7 @@ impl Contact {
     ) -> Result<InvertedGap, ModelError> {
         let rest = self.rest_gap_m(normal_n)? / self.sigma_t_m;
         let relative = k_c_n_per_m * self.sigma_t_m / normal_n;
-        if !(relative.is_finite() && relative > 0.0) {
+        if !(relative.is_finite() && relative >= f64::MIN_POSITIVE) {
             return Err(ModelError::NoGapForStiffness {
                 k_c_n_per_m,
                 limit_n_per_m: self.rest_stiffness_n_per_m(normal_n),
@@ -292,7 +300,10 @@ impl Contact {
             return found(peak, branch);
         }
         // Each of the two terms is below half the target beyond its own bound.
-        let hi = (4.0 / relative).max(rest - (0.5 * relative).ln()).max(peak);
+        let hi = (4.0 / relative)
+            .min(f64::MAX)
+            .max(rest - (0.5 * relative).ln())
+            .max(peak);
         let u = increasing_root(peak, hi, (2.0 / relative).max(rest), falling);
         if relative > 1.0 - rounding {
             let smaller = increasing_root(rest, peak, rest, excess);
@@ -349,6 +360,7 @@ impl Contact {
         let squeeze = 2.0 * self.squeeze_n * amplitude_m.powi(2) / self.sigma_t_m.powi(3);
         let possible = k_c_n_per_m.is_finite()
             && k_c_n_per_m > 0.0
+            && squeeze.is_finite()
             && (squeeze > 0.0 || k_c_n_per_m < self.asperity_n_per_m);
         if !possible {
             return Err(ModelError::NoGapForStiffness {

@@ -1,6 +1,9 @@
 /// Halley's iteration converges cubically: after a step this small, relative to the root, the error is at rounding level.
 const LAST_STEP: f64 = 1e-6;
 
+/// Halving alone takes a bracket of any two doubles of like size to rounding in fewer; only overflow gets here.
+const MOST_STEPS: usize = 200;
+
 /// Value, slope and curvature at a point.
 pub(crate) type Jet = (f64, f64, f64);
 
@@ -9,7 +12,7 @@ pub(crate) type Jet = (f64, f64, f64);
 #[inline]
 pub(crate) fn increasing_root(mut lo: f64, mut hi: f64, start: f64, f: impl Fn(f64) -> Jet) -> f64 {
     let mut u = start.clamp(lo, hi);
-    loop {
+    for _ in 0..MOST_STEPS {
         let (value, slope, curvature) = f(u);
         if value < 0.0 {
             lo = u;
@@ -28,7 +31,8 @@ pub(crate) fn increasing_root(mut lo: f64, mut hi: f64, start: f64, f: impl Fn(f
             0.5 * (lo + hi)
         };
         if hi - lo <= f64::EPSILON * hi {
-            return u;
+            break;
         }
     }
+    u
 }

@@ -338,7 +338,7 @@ fn paper_is_right_without_lag_without_envelope_bias_and_with_a_true_rest() {
     assert!(fit.agreement.rms_mu < 1e-3, "{:?}", fit.agreement);
 }
 
-/// Lag and envelope push the published fit the way SCIENCE.md section 9 found: σ_t up, |Z_t| down, Re Z_t below zero.
+/// Lag and envelope push the published fit the way they do in time-domain simulations: σ_t up, |Z_t| down, Re Z_t below zero.
 #[test]
 fn paper_is_biased_by_envelope_and_lag() {
     let record = TRUTH.record();
@@ -458,7 +458,7 @@ fn a_finger_that_hardly_lifts_is_not_identified() {
     );
 }
 
-/// SCIENCE.md section 9.4: σ_t hangs on q0 and S, friction hardly does. Compared with what refits at ±20 % give.
+/// σ_t hangs on q0 and S, friction hardly does. Compared with what refits at ±20 % give.
 #[test]
 fn sensitivities_are_those_of_wider_refits() {
     let record = TRUTH.record();

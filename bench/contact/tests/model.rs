@@ -194,6 +194,7 @@ fn a_finger_pressed_beyond_the_asperities_is_refused_by_name() {
             "{amplitude} {normal}: {error}"
         );
     }
+    assert!(contact.equilibrium_gap_m(1e200, 0.65).is_err());
     let mut gaps = [0.0; 3];
     let error = contact
         .equilibrium_gaps_m(&[0.0, 1e-6, f64::NAN], &[0.65; 3], &mut gaps)
@@ -341,6 +342,12 @@ fn stiffness_above_rest_or_not_positive_is_flagged() {
     );
     assert!(gaps[0] > rest_m && gaps[2].is_nan() && gaps[3].is_nan());
 
+    let gone = contact
+        .gap_from_balance_stiffness(1e-300, normal_n)
+        .unwrap()
+        .gap_m;
+    assert_relative_eq!(gone, 2.0 * normal_n / 1e-300, max_relative = 1e-9);
+    assert!(contact.gap_from_stiffness_m(1e5, 1e200).is_err());
     for (k_c, amplitude) in [
         (0.0, 1e-6),
         (f64::NAN, 1e-6),

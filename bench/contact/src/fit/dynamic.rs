@@ -1,10 +1,15 @@
-//! σ_t, Re Z_t, Im Z_t and τ jointly (SCIENCE.md section 9).
+//! σ_t, Re Z_t, Im Z_t and τ jointly: what the published method leaves out, put in.
 //!
-//! The impedance is the envelope-corrected one. The gap follows its equilibrium (Eq. 17 with the momentary amplitude and the cubic through the normal force) as a
-//! first-order lag, τ dx/dt = x_eq − x, from 20 ms before the instance; k_c is Eq. 18 with the lagged gap and the momentary amplitude,
-//! so that the forces on the skin need not balance. Σ|Z_m,model − Z_m|² over the instance, complex, is minimised over all four. μ0 is the measured friction
-//! divided by the modelled ratio (19), in least squares over the instance. Then k_c(t) by (12) from the measured impedance, the gap
-//! from k_c and amplitude, μ by (19) with the momentary normal force.
+//! - The impedance is the envelope-corrected one.
+//! - The gap follows its equilibrium (Huloux 2021, Eq. 17, with the momentary amplitude and normal force) as a first-order lag,
+//!   τ dx/dt = x_eq − x, from 20 ms before the instance.
+//! - k_c is Eq. 18 with the lagged gap and the momentary amplitude, so that the forces on the skin need not balance.
+//! - The normal force is the cubic through the measured one: over 80 ms a finger's own force has no more to it, and a sensor's
+//!   noise, 3 mN low-passed at 100 Hz, scatters σ_t by 1 %.
+//! - Σ|Z_m,model − Z_m|² over the instance, complex, is minimised over all four parameters; τ ≥ 0.
+//! - μ0 is the measured friction over the modelled ratio (Eq. 19), in least squares over the instance.
+//!
+//! Then k_c(t) by Eq. 12 from the measured impedance, the gap from k_c and amplitude, μ by Eq. 19.
 
 use num_complex::Complex64;
 
@@ -113,8 +118,7 @@ struct Model<'a> {
     interval_s: f64,
     /// With `lead` samples before the instance.
     amplitude_m: &'a [f64],
-    /// The cubic through the measured force: over 80 ms a finger's own force has no more to it, and the 3 mN of a sensor's noise, low-passed
-    /// at 100 Hz, would scatter σ_t by 1 %.
+    /// The cubic through the measured force.
     normal_n: Vec<f64>,
     lead: usize,
     /// Of the instance alone.
@@ -249,11 +253,7 @@ impl<'a> Model<'a> {
         } = solution;
         let [ln_sigma_t, re, im, tau_ms] = minimum.parameters;
         let z_t = Complex64::new(re, im);
-        let std = |i: usize| {
-            minimum
-                .covariance
-                .map_or(f64::INFINITY, |c| c[(i, i)].sqrt())
-        };
+        let std = |i: usize| minimum.std(i);
         let verdict = self.verdict(&minimum, unbounded_tau_s);
         let contact = self.follow(ln_sigma_t, tau_ms).ok_or(FitError::NoStart)?;
         let friction = self.friction_at_rest(&contact, samples.mu);
@@ -321,11 +321,7 @@ impl<'a> Model<'a> {
                 reason: reason.clone(),
             };
         }
-        let std = |i: usize| {
-            minimum
-                .covariance
-                .map_or(f64::INFINITY, |c| c[(i, i)].sqrt())
-        };
+        let std = |i: usize| minimum.std(i);
         let [_, re, im, _] = minimum.parameters;
         let weak = [
             (Parameter::SigmaT, std(0), IDENTIFIABLE_RELATIVE_STD),

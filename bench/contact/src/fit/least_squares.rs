@@ -37,6 +37,15 @@ pub(crate) struct Minimum<const N: usize> {
     pub(crate) noise: f64,
 }
 
+impl<const N: usize> Minimum<N> {
+    /// Standard error of a parameter; infinite if the data do not determine it.
+    pub(crate) fn std(&self, parameter: usize) -> f64 {
+        self.covariance.map_or(f64::INFINITY, |covariance| {
+            covariance[(parameter, parameter)].sqrt()
+        })
+    }
+}
+
 impl Minimum<3> {
     /// With a fourth parameter that was held.
     pub(crate) fn extended(self, held: f64) -> Minimum<4> {
@@ -70,9 +79,7 @@ impl<M: ImpedanceModel<N>, const N: usize> Problem<'_, M, N> {
             .is_some()
             && self.z_m.iter().all(|z| z.is_finite());
     }
-}
 
-impl<M: ImpedanceModel<N>, const N: usize> Problem<'_, M, N> {
     fn residual(&self, index: usize) -> Complex64 {
         self.z_m[index] - self.model.measured()[index]
     }
@@ -158,14 +165,12 @@ pub(crate) fn minimise<M: ImpedanceModel<N>, const N: usize>(
         in_domain: false,
     };
     problem.evaluate();
-    let (mut problem, report) = LevenbergMarquardt::new()
+    let (problem, report) = LevenbergMarquardt::new()
         .with_ftol(TOLERANCE)
         .with_xtol(TOLERANCE)
         .with_gtol(TOLERANCE)
         .with_patience(PATIENCE)
         .minimize(problem);
-    // The last trial step need not be the accepted one.
-    problem.evaluate();
     let failure = match report.termination {
         _ if !problem.in_domain => Some("left the range in which the model holds".to_owned()),
         TerminationReason::NoImprovementPossible(_) => None,

@@ -1,4 +1,4 @@
-//! σ_t alone, as published (Huloux 2021, section "Estimation"; SCIENCE.md section 7).
+//! σ_t alone, as published.
 //!
 //! Per instance: Z_m⁰ and μ0 are the mean measured impedance and friction where the amplitude is below 0.2 µm; for any σ_t the
 //! stiffness at rest is k_c⁰ = ⟨f_c⟩/σ_t with ⟨f_c⟩ the mean normal force, Z_t follows by Eq. 21, the gap at each instant by the
@@ -225,9 +225,7 @@ impl<'a> Model<'a> {
     ) -> Result<PaperFit, FitError> {
         let sigma_t_m = minimum.parameters[0].exp();
         let (z_t, z_t_slope) = self.tissue(minimum.parameters[0]);
-        let ln_std = minimum
-            .covariance
-            .map_or(f64::INFINITY, |c| c[(0, 0)].sqrt());
+        let ln_std = minimum.std(0);
         let verdict = if let Some(reason) = minimum.failure {
             Verdict::NotConverged { reason }
         } else if ln_std > IDENTIFIABLE_RELATIVE_STD {

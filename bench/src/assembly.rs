@@ -59,8 +59,10 @@ pub struct Bench {
     pub notices: Receiver<RecorderNotice>,
     /// State of the recorder.
     pub gauge: RecorderGauge,
-    /// The participant's button.
-    pub button: Arc<AtomicBool>,
+    /// The participant's button; `None` when none is wired.
+    pub button: Option<Arc<AtomicBool>>,
+    /// Whether positions will come.
+    pub has_position: bool,
     /// Latest values.
     pub shared: Arc<Shared>,
     /// Safety watch and slow inputs: they run before whoever decides.
@@ -131,13 +133,15 @@ impl Bench {
             .map(|(lines, encoder)| {
                 Encoder::new(lines, encoder.metres_per_count, encoder.origin_m)
             });
-        let button = Arc::new(AtomicBool::new(false));
+        let has_position = encoder.is_some();
+        let pressed = Arc::new(AtomicBool::new(false));
+        let button = lines.button.is_some().then(|| pressed.clone());
         let field = Field::new(
             force,
             encoder,
             lines.button,
             readings,
-            button.clone(),
+            pressed,
             shared.clone(),
             safety_commands.clone(),
         );
@@ -177,6 +181,7 @@ impl Bench {
             notices,
             gauge,
             button,
+            has_position,
             shared,
             before: vec![Box::new(safety), Box::new(field)],
             after: vec![Box::new(acquisition), Box::new(Recorder(recorder))],

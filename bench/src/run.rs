@@ -17,6 +17,7 @@ use crate::config::Config;
 use crate::drive::{carrier_hz, settings, waveform};
 use crate::front::{Dashboard, Front, Headless};
 use crate::journal::Journal;
+use crate::readiness::Readiness;
 use crate::recording::AudioFormat;
 use crate::recording::manifest::{self, Manifest};
 use crate::recording::recorder::Begin;
@@ -89,10 +90,8 @@ impl Plan {
             );
         }
         let (protocol, protocol_text) = read_protocol(&options.protocol)?;
-        if config.force.is_none() || config.encoder.is_none() {
-            bail!(
-                "a participant's session needs [force] and [encoder] in bench.toml; `monitor` runs without them"
-            );
+        if config.force.is_none() {
+            bail!("a participant's session needs [force] in bench.toml; `monitor` runs without it");
         }
         let settings = settings(&config)?;
         for condition in &protocol.conditions {
@@ -192,6 +191,7 @@ pub fn run(
         notices,
         gauge,
         button,
+        has_position,
         shared,
         before,
         after,
@@ -245,15 +245,20 @@ pub fn run(
         min_n: plan.protocol.force.min_n,
         max_n: plan.protocol.force.max_n,
     });
+    if !has_position {
+        let text = "no encoder: positions are not recorded, and no stretch can be selected live";
+        front.show(warning(text.to_owned()));
+    }
+    if button.is_none() {
+        let text = "no button: a finger at rest on the plate for a second counts as ready";
+        front.show(warning(text.to_owned()));
+    }
     let sound = match Sound::open(&host, &config.sound) {
         Ok(sound) => sound,
         Err(error) => {
-            let text =
-                format!("no sound for the participant: {error:#}; the session goes on without");
-            front.show(tui::Event::Log {
-                level: tui::event::Level::Warning,
-                text,
-            });
+            front.show(warning(format!(
+                "no sound for the participant: {error:#}; the session goes on without"
+            )));
             None
         }
     };
@@ -271,7 +276,7 @@ pub fn run(
         gauge,
         study_folder: plan.study.clone(),
         drive,
-        button,
+        readiness: Readiness::new(button),
         front,
         watchers: std::mem::take(&mut watchers),
         sound,
@@ -322,6 +327,13 @@ pub fn make_safe_on_panic_and_signal(bench: &Bench) -> anyhow::Result<()> {
         signal_hook::flag::register(signal, bench.stop.shared())?;
     }
     Ok(())
+}
+
+fn warning(text: String) -> tui::Event {
+    tui::Event::Log {
+        level: tui::event::Level::Warning,
+        text,
+    }
 }
 
 const NAME: &str = "friction-bench";

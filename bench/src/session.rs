@@ -3,7 +3,6 @@
 use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use crossbeam_channel::{Receiver, Sender};
@@ -23,6 +22,7 @@ use crate::drive::Drive;
 use crate::front::Front;
 use crate::health::LiveMeter;
 use crate::journal::Entry;
+use crate::readiness::Readiness;
 use crate::recording::manifest::EventKind;
 use crate::recording::recorder::{Begin, RecorderGauge, RecorderNotice};
 use crate::recording::writer::Ending;
@@ -56,8 +56,8 @@ pub struct Wiring {
     pub study_folder: PathBuf,
     /// The drive.
     pub drive: Drive,
-    /// The participant's button, raised at a press.
-    pub button: Arc<AtomicBool>,
+    /// How the participant says "ready".
+    pub readiness: Readiness,
     /// The operator.
     pub front: Box<dyn Front>,
     /// The participant's eyes and ears.
@@ -283,7 +283,11 @@ impl SessionTask {
         let observation = Observation {
             t_s: self.audio_s,
             normal_n: self.normal_n,
-            button_pressed: self.wiring.button.swap(false, Ordering::AcqRel),
+            button_pressed: self.wiring.readiness.said(
+                self.audio_s,
+                self.view.as_ref(),
+                self.normal_n,
+            ),
             command: self.commands.pop_front(),
             safety: match &self.safety {
                 SafetyState::Tripped { trip } => Safety::Tripped(trip.to_string()),

@@ -20,6 +20,8 @@ use friction_bench::{check, devices, monitor};
 use signalgen::audio::{HostChoice, open_host};
 
 fn main() -> ExitCode {
+    // A file over its limit then fails to be written, which is handled, instead of killing the process.
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
     match dispatch(Cli::parse()) {
         Ok(code) => code,
         Err(error) => {

@@ -1,0 +1,113 @@
+//! How the participant says "ready": by a button, or on a bench without one by resting the finger on the plate.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use protocols::{Instruction, ParticipantView};
+
+/// A finger that rests this long on the plate is ready, s.
+const REST_S: f64 = 1.0;
+
+/// The participant's way to go on.
+#[derive(Debug)]
+pub enum Readiness {
+    /// A button, raised at each press.
+    Button(Arc<AtomicBool>),
+    /// No button.
+    Touch {
+        /// Since when the participant has been ready, s.
+        since_s: Option<f64>,
+    },
+}
+
+impl Readiness {
+    /// By the button if there is one.
+    pub fn new(button: Option<Arc<AtomicBool>>) -> Self {
+        button.map_or(Self::Touch { since_s: None }, Self::Button)
+    }
+
+    /// True once each time the participant says so. `view` is what the participant sees at `t_s`.
+    pub fn said(
+        &mut self,
+        t_s: f64,
+        view: Option<&ParticipantView>,
+        normal_n: Option<f64>,
+    ) -> bool {
+        match self {
+            Self::Button(pressed) => pressed.swap(false, Ordering::AcqRel),
+            Self::Touch { since_s } => {
+                let ready = view.is_some_and(|view| {
+                    let touches = normal_n.is_some_and(|n| n >= view.force_band.contact_n);
+                    view.button && (touches || view.instruction != Instruction::PlaceFinger)
+                });
+                if !ready {
+                    *since_s = None;
+                    return false;
+                }
+                let began_s = *since_s.get_or_insert(t_s);
+                let said = t_s - began_s >= REST_S;
+                if said {
+                    *since_s = None;
+                }
+                said
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use protocols::ForceBand;
+
+    fn view(instruction: Instruction, button: bool) -> ParticipantView {
+        ParticipantView {
+            instruction,
+            slider_m: None,
+            direction: None,
+            countdown_s: None,
+            mean_force_n: None,
+            force_band: ForceBand {
+                min_n: 0.5,
+                max_n: 0.8,
+                contact_n: 0.1,
+            },
+            button,
+            progress: None,
+        }
+    }
+
+    #[test]
+    fn a_button_counts_each_press_once() {
+        let pressed = Arc::new(AtomicBool::new(true));
+        let mut readiness = Readiness::new(Some(pressed));
+        assert!(readiness.said(0.0, None, None));
+        assert!(!readiness.said(0.1, None, None));
+    }
+
+    #[test]
+    fn without_a_button_a_finger_at_rest_for_a_second_is_ready() {
+        let mut readiness = Readiness::new(None);
+        let place = view(Instruction::PlaceFinger, true);
+        assert!(!readiness.said(0.0, Some(&place), Some(0.6)));
+        assert!(
+            !readiness.said(0.5, Some(&place), Some(0.0)),
+            "lifted: the second begins anew"
+        );
+        assert!(!readiness.said(0.6, Some(&place), Some(0.6)));
+        assert!(!readiness.said(1.5, Some(&place), Some(0.6)));
+        assert!(readiness.said(1.7, Some(&place), Some(0.6)));
+        assert!(!readiness.said(1.8, Some(&place), Some(0.6)));
+    }
+
+    #[test]
+    fn without_a_button_a_welcome_goes_on_by_itself_and_an_exploration_does_not() {
+        let mut readiness = Readiness::new(None);
+        let welcome = view(Instruction::Welcome, true);
+        assert!(!readiness.said(0.0, Some(&welcome), None));
+        assert!(readiness.said(1.0, Some(&welcome), None));
+        let follow = view(Instruction::FollowSlider, false);
+        assert!(!readiness.said(2.0, Some(&follow), Some(0.6)));
+        assert!(!readiness.said(4.0, Some(&follow), Some(0.6)));
+    }
+}

@@ -386,6 +386,7 @@ fn a_lag_at_its_bound_says_so() {
     let last = record.corrected.len() - 1;
     record.corrected[last] = ahead.corrected[last];
     let fit = fit_dynamic(&record);
+    assert!(fit.verdict.to_string().contains("tau held at its bound"));
     let Verdict::LagAtBound { unbounded_tau_s } = fit.verdict else {
         panic!("{:?}", fit.verdict)
     };

@@ -17,6 +17,8 @@
 //! repeated fits (`tests/fits.rs`). σ_t, Z_t and τ are conditional on the assumed constants: on the first simulation with S wrong
 //! by 20 % σ_t moves by up to 8 % and τ by more than 1 ms, while μ stays within 0.02 RMS.
 
+use std::fmt;
+
 use num_complex::Complex64;
 use thiserror::Error;
 
@@ -162,6 +164,46 @@ pub enum Parameter {
     ZT,
     /// τ
     Tau,
+}
+
+impl fmt::Display for Parameter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::SigmaT => "sigma_t",
+            Self::ZT => "Z_t",
+            Self::Tau => "tau",
+        })
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Converged => write!(f, "converged"),
+            Self::LagAtBound { unbounded_tau_s } => {
+                write!(
+                    f,
+                    "tau held at its bound 0 s; unbounded it would be {unbounded_tau_s:.1e} s"
+                )
+            }
+            Self::NotIdentifiable {
+                parameter: Parameter::Tau,
+                std,
+            } => {
+                write!(
+                    f,
+                    "the data do not determine tau: standard error {std:.1e} s"
+                )
+            }
+            Self::NotIdentifiable { parameter, std } => {
+                write!(
+                    f,
+                    "the data do not determine {parameter}: relative standard error {std:.2}"
+                )
+            }
+            Self::NotConverged { reason } => write!(f, "not converged: {reason}"),
+        }
+    }
 }
 
 /// Stiffness, gap and friction over one instance, from the measured impedance, with standard errors by the delta method:

@@ -121,6 +121,7 @@ impl Field {
             // The acquisition is gone only when the bench stops.
             let _ = self.readings.send(Reading::Force(force));
         });
+        self.shared.force_polled_ns.set(now_ns);
         if let Some(value) = last_n {
             self.shared.normal_n.set(Latest {
                 value,

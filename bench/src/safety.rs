@@ -190,6 +190,8 @@ struct Progress {
     begun: bool,
 }
 
+/// A task that was not run for this long leaves the watch without its eyes, ns.
+const DEAF_NS: u64 = 250_000_000;
 /// The amplifier is disabled this long after a trip: the emergency ramp is over by then.
 const DISABLE_AFTER_NS: u64 = 20_000_000;
 
@@ -352,7 +354,14 @@ impl Safety {
         if normal_n > limit_n {
             return Some(Trip::ForceLimit { normal_n, limit_n });
         }
-        (now_ns.saturating_sub(at_ns) > self.limits.silence_ns).then_some(Trip::ForceSilent)
+        // Silent is who was listened to and said nothing; a listener who was kept from listening is another fault.
+        let polled_ns = self.shared.force_polled_ns.get()?;
+        if now_ns.saturating_sub(polled_ns) > DEAF_NS {
+            return Some(Trip::Fault {
+                message: "the force sensor was not read for a quarter of a second".to_owned(),
+            });
+        }
+        (polled_ns.saturating_sub(at_ns) > self.limits.silence_ns).then_some(Trip::ForceSilent)
     }
 
     fn watch(&mut self, now_ns: u64) -> Result<(), GpioError> {
@@ -494,6 +503,7 @@ mod tests {
                 self.now_ms += 1;
                 let now_ns = self.now_ms * 1_000_000;
                 self.card.frames.fetch_add(192, Ordering::Relaxed);
+                self.shared.force_polled_ns.set(now_ns);
                 self.shared.normal_n.set(Latest {
                     value: 0.65,
                     at_ns: now_ns,

@@ -44,6 +44,8 @@ pub struct Latest {
 pub struct Shared {
     /// Drive voltage read back, peak, V: written by the acquisition.
     pub readback_v: Slot<Latest>,
+    /// When the force link last looked for samples, host time, ns.
+    pub force_polled_ns: Slot<u64>,
     /// Normal force, N: written by the force link.
     pub normal_n: Slot<Latest>,
     /// State of the safety watch.

@@ -54,7 +54,8 @@ impl Encoder {
     }
 }
 
-/// Positions are passed on at most this often, ns.
+/// Positions are passed on this often, Hz.
+pub const POSITION_HZ: f64 = 1e3;
 const POSITION_PERIOD_NS: u64 = 1_000_000;
 /// Contacts bounce for less than this, ns.
 const BOUNCE_NS: u64 = 30_000_000;

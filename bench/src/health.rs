@@ -1,9 +1,13 @@
 //! What the live panels show: the newest values, and how the machinery does.
 
 use impedance::ZmFrame;
+use impedance::smoothing::{Causal, LowPass};
 use tui::event::{Health, Live};
 
 use crate::acquisition::{Account, Batch};
+use crate::analysis::record::SMOOTHING_HZ;
+use crate::field::POSITION_HZ;
+use crate::recording::PositionRow;
 use crate::recording::recorder::RecorderGauge;
 use crate::screen;
 use crate::shared::Shared;
@@ -18,14 +22,47 @@ pub struct LiveMeter {
     normal_n: Option<f64>,
     lateral_n: Option<f64>,
     position_m: Option<f64>,
-    velocity_m_per_s: Option<f64>,
-    before: Option<(f64, f64)>,
+    velocity: Velocity,
     due_ns: u64,
     last: Option<(u64, u64, u64)>,
 }
 
-/// A velocity is taken over at least this long, s.
-const VELOCITY_SPAN_S: f64 = 0.02;
+/// Velocity of the finger: positions through a causal second-order 100 Hz Butterworth filter, differentiated; late by 2.3 ms.
+#[derive(Debug)]
+struct Velocity {
+    filter: Option<Causal<f64>>,
+    before: Option<PositionRow>,
+    m_per_s: Option<f64>,
+}
+
+impl Default for Velocity {
+    fn default() -> Self {
+        let filter = LowPass::new(SMOOTHING_HZ, POSITION_HZ)
+            .map(Causal::new)
+            .ok();
+        Self {
+            filter,
+            before: None,
+            m_per_s: None,
+        }
+    }
+}
+
+impl Velocity {
+    fn take(&mut self, row: &PositionRow) {
+        let Some(filter) = &mut self.filter else {
+            return;
+        };
+        let now = PositionRow {
+            time_s: row.time_s,
+            position_m: filter.run(row.position_m),
+        };
+        if let Some(before) = self.before.replace(now) {
+            self.m_per_s =
+                Some((now.position_m - before.position_m) / (now.time_s - before.time_s));
+        }
+    }
+}
 
 impl LiveMeter {
     /// Takes what was acquired.
@@ -37,11 +74,9 @@ impl LiveMeter {
         }
         if let Some(row) = batch.position.last() {
             self.position_m = Some(row.position_m);
-            let (from_s, from_m) = *self.before.get_or_insert((row.time_s, row.position_m));
-            if row.time_s - from_s >= VELOCITY_SPAN_S {
-                self.velocity_m_per_s = Some((row.position_m - from_m) / (row.time_s - from_s));
-                self.before = Some((row.time_s, row.position_m));
-            }
+        }
+        for row in &batch.position {
+            self.velocity.take(row);
         }
     }
 
@@ -51,7 +86,7 @@ impl LiveMeter {
             normal_n: self.normal_n,
             lateral_n: self.lateral_n,
             position_m: self.position_m,
-            velocity_m_per_s: self.velocity_m_per_s,
+            velocity_m_per_s: self.velocity.m_per_s,
             slider_m,
             ..screen::live(self.frame.as_ref()?)
         })

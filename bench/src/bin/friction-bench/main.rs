@@ -1,5 +1,6 @@
 //! `friction-bench`: the composition root. Here, and nowhere else, it is decided which hardware there is.
 
+#[cfg_attr(not(target_os = "linux"), path = "no_gpio.rs")]
 mod real_gpio;
 mod simulated;
 
@@ -194,9 +195,7 @@ fn list(options: &Devices) -> anyhow::Result<ExitCode> {
                 .map(|(name, choice)| devices::audio(name, open_host(choice).as_ref()))
                 .into(),
             serial_ports: devices::serial_ports()?,
-            gpio_chips: gpiocdev::chip::chips()
-                .map_err(anyhow::Error::from)
-                .unwrap_or_default(),
+            gpio_chips: real_gpio::chips(),
         }
     };
     let text = if options.json {

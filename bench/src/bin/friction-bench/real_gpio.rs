@@ -1,4 +1,4 @@
-//! Real digital lines. Levels are defined without a wire: inputs are pulled down, so that an open loop reads low.
+//! Real digital lines, on Linux. Levels are defined without a wire: inputs are pulled down, so that an open loop reads low.
 
 use anyhow::{Context, bail};
 use friction_bench::config::{Gpio, GpioBackend};
@@ -69,6 +69,11 @@ pub fn open(gpio: &Gpio) -> anyhow::Result<Lines> {
             )
         }
     }
+}
+
+/// GPIO character devices of this computer.
+pub fn chips() -> Vec<std::path::PathBuf> {
+    gpiocdev::chip::chips().unwrap_or_default()
 }
 
 fn unavailable(name: &str, line: u8) -> String {

@@ -5,7 +5,7 @@
 use std::collections::VecDeque;
 use std::fmt;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crossbeam_channel::Receiver;
 use serde::Serialize;
@@ -192,6 +192,8 @@ struct Progress {
 
 /// A task that was not run for this long leaves the watch without its eyes, ns.
 const DEAF_NS: u64 = 250_000_000;
+/// At the end the emergency ramp is waited for no longer than this.
+const LONGEST_FAREWELL: Duration = Duration::from_millis(30);
 /// The amplifier is disabled this long after a trip: the emergency ramp is over by then.
 const DISABLE_AFTER_NS: u64 = 20_000_000;
 
@@ -417,6 +419,12 @@ impl Task for Safety {
 
     fn finish(&mut self) -> anyhow::Result<()> {
         self.drive.kill();
+        // The amplifier goes after the ramp, or at once from a card that no longer calls.
+        let begun = Instant::now();
+        let silent = |volts: Option<f64>| volts.is_none_or(|volts| volts == 0.0);
+        while !silent(self.drive.commanded_v()) && begun.elapsed() < LONGEST_FAREWELL {
+            std::thread::sleep(Duration::from_millis(1));
+        }
         set(&mut self.lines.enable, false)?;
         Ok(())
     }

@@ -1,5 +1,6 @@
 //! From recordings to impedance, gap and friction.
 
+pub mod instance;
 pub mod record;
 pub mod statistics;
 pub mod trial;

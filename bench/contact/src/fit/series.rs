@@ -39,7 +39,8 @@ impl<'a> InstanceSeries<'a> {
     /// `start` is the index of the instance's first sample; the samples before it are its lead-in, which `dynamic` needs 20 ms of.
     ///
     /// # Errors
-    /// If slices differ in length, time is not even, a sample is not finite or not physical, or the instance is too short.
+    /// If slices differ in length, time is not even, a sample is not finite or not physical, or the instance is too short. Of the
+    /// lead-in amplitude and force alone are needed.
     pub fn new(samples: Samples<'a>, start: usize) -> Result<Self, FitError> {
         let n = samples.time_s.len();
         same_length("z_m_plain", samples.z_m_plain_n_s_per_m.len(), n)?;
@@ -73,6 +74,10 @@ impl<'a> InstanceSeries<'a> {
             };
             positive("amplitude", "m", samples.amplitude_m[index]).map_err(at)?;
             positive("normal force", "N", samples.normal_n[index]).map_err(at)?;
+            // Of the lead-in no fit reads more, and an envelope's null may hide it.
+            if index < start {
+                continue;
+            }
             not_negative("measured friction", "", samples.mu[index]).map_err(at)?;
             for z in [
                 samples.z_m_plain_n_s_per_m[index],

@@ -13,7 +13,10 @@ mod kernel;
 mod mask;
 mod noise;
 mod phase;
+pub mod plate_fit;
+pub mod regression;
 pub mod smoothing;
+pub mod tone;
 mod window;
 mod zm;
 

@@ -6,10 +6,10 @@ use std::time::Duration;
 
 use crossbeam_channel::{Receiver, Sender};
 use impedance::clock::LowerEnvelope;
-use impedance::{Demodulator, Mask, Zm, ZmFrame};
 use signalgen::{BlockHeader, InputReader};
 
 use crate::field::Reading;
+use crate::pipeline::{Batch, Pipeline};
 use crate::recording::manifest::{Event, EventKind, Interval};
 use crate::recording::recorder::{Begin, RecorderMessage, RecorderSender};
 use crate::recording::writer::Ending;
@@ -30,42 +30,10 @@ pub enum RecordingCommand {
     End(Ending),
 }
 
-/// What was acquired since the last batch, on the audio clock: seconds of frames read since the streams were opened.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Batch {
-    /// End of what was acquired, s.
-    pub audio_s: f64,
-    /// Impedance, 2 kHz; lags `audio_s` by the demodulator's delay.
-    pub frames: Vec<ZmFrame>,
-    /// Force.
-    pub force: Vec<ForceRow>,
-    /// Position.
-    pub position: Vec<PositionRow>,
-    /// Totals since the start.
-    pub account: Account,
-}
-
-/// Account of the frames since the streams were opened.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Account {
-    /// Frames on the audio clock, the lost ones included.
-    pub frames: u64,
-    /// Frames lost, written as NaN.
-    pub lost_frames: u64,
-    /// Envelope frames touched by clipping.
-    pub clipped_frames: u64,
-    /// Overruns of the input.
-    pub input_xruns: u64,
-    /// Underruns of the output.
-    pub output_xruns: u64,
-}
-
 /// The acquisition task.
 pub struct Acquisition {
     input: InputReader,
-    demodulator: Demodulator<2>,
-    zm: Zm,
-    rate_hz: f64,
+    pipeline: Pipeline,
     clock: LowerEnvelope,
     readings: Receiver<Reading>,
     commands: Receiver<RecordingCommand>,
@@ -74,7 +42,6 @@ pub struct Acquisition {
     shared: Arc<Shared>,
     block: Vec<f32>,
     waiting: Vec<Reading>,
-    account: Account,
     /// Next block's first frame as the card counts, without the frames that an xrun swallowed.
     card_frames: u64,
     recording: Option<Recording>,
@@ -100,20 +67,16 @@ pub struct Wiring {
 }
 
 impl Acquisition {
-    /// Reads `input` at `rate_hz`.
+    /// Reads `input` into `pipeline`.
     pub fn new(
         input: InputReader,
-        demodulator: Demodulator<2>,
-        zm: Zm,
-        rate_hz: u32,
+        pipeline: Pipeline,
         wiring: Wiring,
         shared: Arc<Shared>,
     ) -> Self {
         Self {
             input,
-            demodulator,
-            zm,
-            rate_hz: f64::from(rate_hz),
+            pipeline,
             clock: LowerEnvelope::default(),
             readings: wiring.readings,
             commands: wiring.commands,
@@ -122,7 +85,6 @@ impl Acquisition {
             shared,
             block: Vec::new(),
             waiting: Vec::new(),
-            account: Account::default(),
             card_frames: 0,
             recording: None,
             last_force_s: f64::NEG_INFINITY,
@@ -130,15 +92,11 @@ impl Acquisition {
         }
     }
 
-    fn audio_s(&self) -> f64 {
-        self.account.frames as f64 / self.rate_hz
-    }
-
     fn obey(&mut self, command: RecordingCommand) {
         let message = match command {
             RecordingCommand::Begin(begin) => {
                 self.recording = Some(Recording {
-                    first_frame: self.account.frames,
+                    first_frame: self.pipeline.account().frames,
                 });
                 RecorderMessage::Begin(begin)
             }
@@ -160,7 +118,7 @@ impl Acquisition {
     fn offset_s(&self) -> Option<f64> {
         self.recording
             .as_ref()
-            .map(|recording| recording.first_frame as f64 / self.rate_hz)
+            .map(|recording| recording.first_frame as f64 / self.pipeline.rate_hz())
     }
 
     /// A refused message has been counted by the queue and fails the recording there; control messages have reserved room.
@@ -170,7 +128,7 @@ impl Acquisition {
 
     fn event(&mut self, kind: EventKind, frames: Option<u64>, text: Option<String>) {
         if let Some(recording) = &self.recording {
-            let sample = self.account.frames - recording.first_frame;
+            let sample = self.pipeline.account().frames - recording.first_frame;
             self.record(RecorderMessage::Event(Event {
                 kind,
                 sample,
@@ -188,55 +146,35 @@ impl Acquisition {
     ) -> anyhow::Result<()> {
         let dropped = header.first_frame.saturating_sub(self.card_frames);
         self.card_frames = header.first_frame + u64::from(header.frames);
-        if header.input_xruns > self.account.input_xruns {
-            self.account.input_xruns = header.input_xruns;
+        let before = self.pipeline.account();
+        self.pipeline
+            .count_xruns(header.input_xruns, header.output_xruns);
+        if header.input_xruns > before.input_xruns {
             self.event(EventKind::InputXrun, None, None);
         }
-        if header.output_xruns > self.account.output_xruns {
-            self.account.output_xruns = header.output_xruns;
+        if header.output_xruns > before.output_xruns {
             self.event(EventKind::OutputXrun, None, None);
         }
         if dropped > 0 {
             self.lose(dropped, batch)?;
         }
         let block = std::mem::take(&mut self.block);
-        self.demodulate(&block, batch)?;
-        self.account.frames += u64::from(header.frames);
+        self.pipeline.take(&block, &mut batch.frames)?;
         if self.recording.is_some() {
             self.record(RecorderMessage::Audio(block));
         } else {
             self.block = block;
         }
-        self.clock.observe(self.audio_s(), now_s)?;
+        self.clock.observe(self.pipeline.audio_s(), now_s)?;
         Ok(())
     }
 
     fn lose(&mut self, frames: u64, batch: &mut Batch) -> anyhow::Result<()> {
         self.event(EventKind::Gap, Some(frames), None);
-        let channels = self.input.channels();
-        // In pieces: a gap may be longer than memory should follow.
-        let lost = vec![f32::NAN; 1024 * channels];
-        let mut left = frames;
-        while left > 0 {
-            let piece = left.min(1024);
-            self.demodulate(&lost[..piece as usize * channels], batch)?;
-            left -= piece;
-        }
-        self.account.frames += frames;
-        self.account.lost_frames += frames;
+        self.pipeline.lose(frames, &mut batch.frames)?;
         if self.recording.is_some() {
             self.record(RecorderMessage::Gap(frames));
         }
-        Ok(())
-    }
-
-    fn demodulate(&mut self, samples: &[f32], batch: &mut Batch) -> anyhow::Result<()> {
-        let (zm, account) = (&self.zm, &mut self.account);
-        self.demodulator.push(samples, |frame| {
-            let frame = zm.read(frame);
-            account.clipped_frames += u64::from(frame.mask.contains(Mask::CLIPPED));
-            batch.frames.push(frame);
-        })?;
         Ok(())
     }
 
@@ -317,8 +255,8 @@ impl Acquisition {
             });
         }
         self.shared.ring_fill.set(self.input.ring_fill());
-        batch.audio_s = self.audio_s();
-        batch.account = self.account;
+        batch.audio_s = self.pipeline.audio_s();
+        batch.account = self.pipeline.account();
         // The session is gone only when the bench stops.
         let _ = self.batches.send(batch);
     }
@@ -347,7 +285,7 @@ impl Task for Acquisition {
         }
         self.take_readings(&mut batch);
         self.record_rows(&batch);
-        if self.account.frames > 0 {
+        if self.pipeline.account().frames > 0 {
             self.publish(batch, now_ns);
         }
         Ok(())

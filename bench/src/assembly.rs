@@ -10,13 +10,14 @@ use impedance::{Channels, Demodulator, Filter, Input, OUTPUT_RATE_HZ, PlateConst
 use signalgen::audio::{Duplex, DuplexConfig, Host, StreamChoice, Streams};
 use signalgen::{Direction, Generator, Health, KillSwitch};
 
-use crate::acquisition::{Acquisition, Batch, RecordingCommand, Wiring};
+use crate::acquisition::{Acquisition, RecordingCommand, Wiring};
 use crate::clock::Clock;
 use crate::config::{Config, SampleFormat};
 use crate::drive::{Drive, Guard, settings};
 use crate::field::{Encoder, Field};
 use crate::force::{ForceLink, open_port};
 use crate::gpio::Lines;
+use crate::pipeline::{Batch, CLIP_LEVEL, Pipeline};
 use crate::recording::recorder::{RecorderGauge, RecorderNotice, RecorderTask, recorder};
 use crate::safety::{Safety, SafetyLimits, SafetyLines};
 use crate::schedule::{Schedule, StopFlag, Task};
@@ -73,8 +74,6 @@ pub struct Bench {
     pub stop: StopFlag,
 }
 
-/// |sample| from which on a converter is taken to clip, of full scale.
-const CLIP_LEVEL: f32 = 0.999;
 /// Audio that may wait for the disk, s (DESIGN.md, FAULTS.md row 27).
 const RECORDER_QUEUE_S: f64 = 10.0;
 /// Messages to the recorder for each block of audio, at most.
@@ -104,9 +103,10 @@ impl Bench {
             channel: usize::from(index),
             clip_level: CLIP_LEVEL,
         };
+        let channels = usize::from(config.audio.input_channels);
         let demodulator = Demodulator::drive_and_pickup(
             filter,
-            usize::from(config.audio.input_channels),
+            channels,
             clipping(config.channels.drive.index),
             clipping(config.channels.pickup.index),
         )?;
@@ -160,9 +160,7 @@ impl Bench {
         );
         let acquisition = Acquisition::new(
             input,
-            demodulator,
-            zm,
-            config.audio.rate_hz,
+            Pipeline::new(demodulator, zm, channels),
             Wiring {
                 readings: waiting_readings,
                 commands: recording_orders,

@@ -9,10 +9,10 @@ use impedance::ZmFrame;
 use serde::Serialize;
 use signalgen::Waveform;
 
-use crate::acquisition::Batch;
 use crate::assembly::{Bench, Hardware};
 use crate::config::Config;
 use crate::drive::{Drive, settings};
+use crate::pipeline::Batch;
 use crate::safety::SafetyState;
 use crate::schedule::{StopFlag, Task};
 use crate::shared::Shared;

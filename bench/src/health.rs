@@ -4,9 +4,9 @@ use impedance::ZmFrame;
 use impedance::smoothing::{Causal, LowPass};
 use tui::event::{Health, Live};
 
-use crate::acquisition::{Account, Batch};
 use crate::analysis::record::SMOOTHING_HZ;
 use crate::field::POSITION_HZ;
+use crate::pipeline::{Account, Batch};
 use crate::recording::PositionRow;
 use crate::recording::recorder::RecorderGauge;
 use crate::screen;

@@ -18,6 +18,7 @@ pub mod gpio;
 pub mod health;
 pub mod journal;
 pub mod monitor;
+pub mod pipeline;
 pub mod readiness;
 pub mod recording;
 pub mod run;

@@ -9,12 +9,12 @@ use crossbeam_channel::{Receiver, Sender};
 use signalgen::{Program, Waveform};
 use tui::event::{Level, Phase, PhaseKind};
 
-use crate::acquisition::{Account, Batch};
 use crate::assembly::{Bench, Hardware};
 use crate::config::Config;
 use crate::drive::{Drive, settings};
 use crate::front::{Dashboard, DashboardThread, Front, Headless};
 use crate::health::LiveMeter;
+use crate::pipeline::{Account, Batch};
 use crate::safety::{SafetyState, Trip};
 use crate::schedule::{StopFlag, Task};
 use crate::screen;

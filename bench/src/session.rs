@@ -14,7 +14,7 @@ use protocols::{
 use signalgen::Program;
 use tui::event::Level;
 
-use crate::acquisition::{Account, Batch, RecordingCommand};
+use crate::acquisition::RecordingCommand;
 use crate::analysis::record::Record;
 use crate::analysis::trial;
 use crate::config::Config;
@@ -22,6 +22,7 @@ use crate::drive::Drive;
 use crate::front::Front;
 use crate::health::LiveMeter;
 use crate::journal::Entry;
+use crate::pipeline::{Account, Batch};
 use crate::readiness::Readiness;
 use crate::recording::manifest::EventKind;
 use crate::recording::recorder::{Begin, RecorderGauge, RecorderNotice};

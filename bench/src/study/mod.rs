@@ -75,7 +75,7 @@ pub enum StudyError {
     },
     /// The session was held already.
     #[error(
-        "{} exists already and is never overwritten; go on with it by `--resume`, or start another by `--session {next}`",
+        "{} exists already and is never overwritten; go on with it by `--resume`, or begin session {next} by `--new-session`",
         path.display()
     )]
     SessionExists {
@@ -91,7 +91,7 @@ pub enum StudyError {
         path: PathBuf,
     },
     /// The session ended as it should.
-    #[error("{} has ended; start another by `--session {next}`", path.display())]
+    #[error("{} has ended; begin session {next} by `--new-session`", path.display())]
     SessionEnded {
         /// The session's folder.
         path: PathBuf,

@@ -172,7 +172,7 @@ fn a_session_is_never_begun_twice_and_the_error_says_what_to_do() {
     assert_eq!(study.next_session(&sub).unwrap(), 8);
     let error = begin(&study, "sub-01", 1).unwrap_err().to_string();
     assert!(
-        error.contains("--resume") && error.contains("--session 8"),
+        error.contains("--resume") && error.contains("session 8 by `--new-session`"),
         "{error}"
     );
 }

@@ -8,13 +8,13 @@ use anyhow::Context;
 use crossbeam_channel::{Receiver, Sender};
 use impedance::{Channels, Demodulator, Filter, Input, OUTPUT_RATE_HZ, PlateConstants, Zm};
 use signalgen::audio::{Duplex, DuplexConfig, Host, StreamChoice, Streams};
-use signalgen::{Direction, Generator, Health, KillSwitch};
+use signalgen::{Direction, Generator, Health, InputReader, KillSwitch};
 
 use crate::acquisition::{Acquisition, RecordingCommand, Wiring};
 use crate::clock::Clock;
 use crate::config::{Config, SampleFormat};
 use crate::drive::{Drive, Guard, settings};
-use crate::field::{Encoder, Field};
+use crate::field::{Encoder, Field, Reading};
 use crate::force::{ForceLink, open_port};
 use crate::gpio::Lines;
 use crate::pipeline::{Batch, CLIP_LEVEL, Pipeline};
@@ -74,57 +74,51 @@ pub struct Bench {
     pub stop: StopFlag,
 }
 
-/// Audio that may wait for the disk, s (DESIGN.md, FAULTS.md row 27).
-const RECORDER_QUEUE_S: f64 = 10.0;
-/// Messages to the recorder for each block of audio, at most.
-const MESSAGES_PER_BLOCK: f64 = 3.0;
+/// Streams, sensors and safety watch of a bench, opened; who reads the samples is still open.
+pub struct OpenHardware {
+    /// Closed when dropped.
+    pub streams: Streams,
+    /// Counters of the card.
+    pub health: Health,
+    /// Samples.
+    pub input: InputReader,
+    /// Starts and stops the drive.
+    pub drive: Drive,
+    /// Stops it from anywhere.
+    pub kill: KillSwitch,
+    /// Of the slow inputs.
+    pub readings: Receiver<Reading>,
+    /// The participant's button; `None` when none is wired.
+    pub button: Option<Arc<AtomicBool>>,
+    /// Whether positions will come.
+    pub has_position: bool,
+    /// Latest values; whoever reads the samples publishes the drive's read-back there.
+    pub shared: Arc<Shared>,
+    /// Safety watch and slow inputs: they run before whoever decides.
+    pub tasks: Vec<Box<dyn Task>>,
+}
 
-impl Bench {
-    /// Opens the streams and the sensors and wires the tasks.
+impl OpenHardware {
+    /// Opens the streams and the sensors.
     ///
     /// # Errors
     /// Names the part that is missing, busy or unable, and what to do.
     pub fn open(
         config: &Config,
-        carrier_hz: f64,
         host: &Host,
         lines: Lines,
         force_port: Option<PathBuf>,
     ) -> anyhow::Result<Self> {
         let drive_settings = settings(config)?;
-        let (filter, zm) = impedance_chain(config, carrier_hz)?;
         let Duplex {
             streams,
             drive,
             input,
             health,
         } = signalgen::audio::open_duplex(host, &duplex(config), Generator::new(drive_settings))?;
-        let clipping = |index: u16| Input {
-            channel: usize::from(index),
-            clip_level: CLIP_LEVEL,
-        };
-        let channels = usize::from(config.audio.input_channels);
-        let demodulator = Demodulator::drive_and_pickup(
-            filter,
-            channels,
-            clipping(config.channels.drive.index),
-            clipping(config.channels.pickup.index),
-        )?;
-
         let shared = Arc::new(Shared::default());
         let (safety_commands, safety_orders) = crossbeam_channel::unbounded();
         let (readings, waiting_readings) = crossbeam_channel::unbounded();
-        let (recording, recording_orders) = crossbeam_channel::unbounded();
-        let (batches, acquired) = crossbeam_channel::unbounded();
-        let block_frames = f64::from(
-            streams
-                .buffer_frames(Direction::Input)
-                .unwrap_or(FEWEST_BLOCK_FRAMES),
-        );
-        let blocks = RECORDER_QUEUE_S * f64::from(config.audio.rate_hz) / block_frames;
-        let (sender, notices, recorder) = recorder((blocks * MESSAGES_PER_BLOCK) as usize);
-        let gauge = sender.gauge();
-
         let force = force_link(config, force_port)?;
         let expects_force = force.is_some();
         let encoder = lines
@@ -158,11 +152,77 @@ impl Bench {
             shared.clone(),
             safety_orders,
         );
+        Ok(Self {
+            streams,
+            health,
+            input,
+            drive: Drive::new(drive, safety_commands),
+            kill,
+            readings: waiting_readings,
+            button,
+            has_position,
+            shared,
+            tasks: vec![Box::new(safety), Box::new(field)],
+        })
+    }
+}
+
+/// Audio that may wait for the disk, s (DESIGN.md, FAULTS.md row 27).
+const RECORDER_QUEUE_S: f64 = 10.0;
+/// Messages to the recorder for each block of audio, at most.
+const MESSAGES_PER_BLOCK: f64 = 3.0;
+
+impl Bench {
+    /// Opens the streams and the sensors and wires the tasks.
+    ///
+    /// # Errors
+    /// Names the part that is missing, busy or unable, and what to do.
+    pub fn open(
+        config: &Config,
+        carrier_hz: f64,
+        host: &Host,
+        lines: Lines,
+        force_port: Option<PathBuf>,
+    ) -> anyhow::Result<Self> {
+        let (filter, zm) = impedance_chain(config, carrier_hz)?;
+        let OpenHardware {
+            streams,
+            health,
+            input,
+            drive,
+            kill,
+            readings,
+            button,
+            has_position,
+            shared,
+            tasks: before,
+        } = OpenHardware::open(config, host, lines, force_port)?;
+        let clipping = |index: u16| Input {
+            channel: usize::from(index),
+            clip_level: CLIP_LEVEL,
+        };
+        let channels = usize::from(config.audio.input_channels);
+        let demodulator = Demodulator::drive_and_pickup(
+            filter,
+            channels,
+            clipping(config.channels.drive.index),
+            clipping(config.channels.pickup.index),
+        )?;
+        let (recording, recording_orders) = crossbeam_channel::unbounded();
+        let (batches, acquired) = crossbeam_channel::unbounded();
+        let block_frames = f64::from(
+            streams
+                .buffer_frames(Direction::Input)
+                .unwrap_or(FEWEST_BLOCK_FRAMES),
+        );
+        let blocks = RECORDER_QUEUE_S * f64::from(config.audio.rate_hz) / block_frames;
+        let (sender, notices, recorder) = recorder((blocks * MESSAGES_PER_BLOCK) as usize);
+        let gauge = sender.gauge();
         let acquisition = Acquisition::new(
             input,
             Pipeline::new(demodulator, zm, channels),
             Wiring {
-                readings: waiting_readings,
+                readings,
                 commands: recording_orders,
                 recorder: sender,
                 batches,
@@ -172,7 +232,7 @@ impl Bench {
         Ok(Self {
             streams,
             health,
-            drive: Drive::new(drive, safety_commands),
+            drive,
             kill,
             batches: acquired,
             recording,
@@ -181,7 +241,7 @@ impl Bench {
             button,
             has_position,
             shared,
-            before: vec![Box::new(safety), Box::new(field)],
+            before,
             after: vec![Box::new(acquisition), Box::new(Recorder(recorder))],
             stop: StopFlag::default(),
         })

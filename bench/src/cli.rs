@@ -24,6 +24,8 @@ pub enum Command {
     Check(Check),
     /// List audio devices with their rates, serial ports and GPIO chips.
     Devices(Devices),
+    /// Analyse recordings: stiffness, gap and friction by both methods.
+    Analyze(Analyze),
     /// Print shell completions.
     Completions {
         /// Which shell.
@@ -137,4 +139,21 @@ pub struct Devices {
     /// Print as JSON.
     #[arg(long)]
     pub json: bool,
+}
+
+/// `analyze`
+#[derive(Debug, Args)]
+pub struct Analyze {
+    /// Recording folders, or study, participant or session folders: all of their completed trials.
+    #[arg(required = true, value_name = "RECORDING|STUDY")]
+    pub recordings: Vec<PathBuf>,
+    /// Write the results as JSON; `-` is standard output.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Assume another value, such as `contact_area_m2=314e-6`; the names are those of the results' `settings`.
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub assume: Vec<String>,
+    /// Analyse a study's practice trials too.
+    #[arg(long)]
+    pub practice: bool,
 }

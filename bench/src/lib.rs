@@ -3,6 +3,7 @@
 
 pub mod acquisition;
 pub mod analysis;
+pub mod analyze;
 pub mod assembly;
 pub mod check;
 pub mod cli;

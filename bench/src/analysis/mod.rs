@@ -1,6 +1,48 @@
 //! From recordings to impedance, gap and friction.
+//!
+//! [`reading`] streams a recording folder through the demodulator that also runs live, [`unloaded`] takes the plate's own
+//! impedance, [`trial`] and the `protocols` crate choose the instances, [`estimate`] estimates each by both methods. [`analyse`] does it for any number of
+//! recordings at once, [`results`] writes what came out.
 
+pub mod analysed;
+pub mod estimate;
+pub mod exploration;
+pub mod find;
 pub mod instance;
+pub mod model_check;
+pub mod reading;
 pub mod record;
+pub mod recording;
+pub mod results;
+pub mod settings;
 pub mod statistics;
 pub mod trial;
+pub mod unloaded;
+
+use std::path::PathBuf;
+
+use rayon::prelude::*;
+
+pub use analysed::{Analysed, RecordingAnalysis};
+pub use settings::Settings;
+
+/// Analyses recording folders in parallel, in the given order; `finished` is called as each is done. A recording that cannot
+/// be read does not stop the others.
+pub fn analyse(
+    folders: &[PathBuf],
+    settings: &Settings,
+    finished: impl Fn(&RecordingAnalysis) + Sync,
+) -> Analysed {
+    let recordings = folders
+        .par_iter()
+        .map(|folder| {
+            let analysis = recording::analyse(folder, settings);
+            finished(&analysis);
+            analysis
+        })
+        .collect();
+    Analysed {
+        settings: *settings,
+        recordings,
+    }
+}

@@ -17,7 +17,7 @@ use friction_bench::clock::SystemClock;
 use friction_bench::config::{AudioHost, Config};
 use friction_bench::run::{self, Plan};
 use friction_bench::schedule::Schedule;
-use friction_bench::{check, devices, monitor};
+use friction_bench::{analyze, check, devices, monitor};
 use signalgen::audio::{HostChoice, open_host};
 
 fn main() -> ExitCode {
@@ -48,6 +48,11 @@ fn dispatch(cli: Cli) -> anyhow::Result<ExitCode> {
         Command::Monitor(options) => watch(&options),
         Command::Check(options) => preflight(&options),
         Command::Devices(options) => list(&options),
+        Command::Analyze(options) => Ok(if analyze::run(&options)? {
+            ExitCode::SUCCESS
+        } else {
+            ExitCode::from(1)
+        }),
         Command::Completions { shell } => {
             clap_complete::generate(
                 shell,

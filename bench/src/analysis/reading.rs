@@ -1,0 +1,472 @@
+//! A recording folder through the same demodulator as live, in a stream: only its 2 kHz frames are held.
+
+use std::f64::consts::PI;
+use std::fmt;
+use std::ops::Range;
+use std::path::Path;
+
+use impedance::{
+    CarrierLevel, Channels, Demodulator, Filter, Input, Mask, OUTPUT_RATE_HZ, PlateConstants,
+    Settings, Zm,
+};
+
+use super::analysed::RecordingError;
+use super::record::Record;
+use super::unloaded::UnloadedError;
+use crate::recording::manifest::{Manifest, Plate};
+use crate::recording::reader::{self, ReadError, RecordingReader};
+
+/// Frames of audio read at a time.
+const BLOCK_FRAMES: usize = 16_384;
+/// Frame rates that are taken when the sample rate is no multiple of the usual one, Hz.
+const FRAME_RATES_HZ: std::ops::RangeInclusive<u32> = 1500..=2500;
+/// |sample| at which this bench's own recordings clip, as live.
+const FULL_SCALE: f32 = 0.999;
+/// Below this the carrier is not in the signal; below the other it is told of. Carrier power over that of all else, dB.
+const MISSING_DB: f64 = 0.0;
+const WEAK_DB: f64 = 15.0;
+
+/// Which of the two channels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Channel {
+    /// Actuator voltage.
+    Drive,
+    /// Plate displacement.
+    Pickup,
+}
+
+impl fmt::Display for Channel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Drive => "drive",
+            Self::Pickup => "pickup",
+        })
+    }
+}
+
+/// What is wrong with a recording that can be analysed nevertheless, wholly or in part.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Flaw {
+    /// In its files.
+    #[error(transparent)]
+    File(#[from] reader::Warning),
+    /// Samples that are NaN or infinite.
+    #[error("{channel}: {samples} samples are NaN or infinite; what they touch is left out")]
+    LostSamples {
+        /// Of which channel.
+        channel: Channel,
+        /// Their number.
+        samples: u64,
+    },
+    /// The converter's limit was reached.
+    #[error(
+        "{channel} clipped: {samples} samples at ±{level} of full scale; what they touch is left out"
+    )]
+    Clipped {
+        /// Which channel.
+        channel: Channel,
+        /// Samples at the limit.
+        samples: u64,
+        /// The limit, in sample values.
+        level: f32,
+    },
+    /// Nothing to demodulate.
+    #[error(
+        "{channel}: the carrier of {carrier_hz} Hz is not in the signal ({ratio_db:.0} dB of all else)"
+    )]
+    CarrierMissing {
+        /// In which channel.
+        channel: Channel,
+        /// The carrier, Hz.
+        carrier_hz: f64,
+        /// Its power over that of the rest, dB.
+        ratio_db: f64,
+    },
+    /// Much besides the carrier: DC, hum, foreign tones, noise.
+    #[error("{channel}: the carrier is only {ratio_db:.0} dB above all else in the signal")]
+    CarrierWeak {
+        /// In which channel.
+        channel: Channel,
+        /// Its power over that of the rest, dB.
+        ratio_db: f64,
+    },
+    /// No Z_p.
+    #[error(transparent)]
+    Unloaded(#[from] UnloadedError),
+    /// A finger during part of the unloaded interval.
+    #[error(
+        "finger on the plate during {touched_s:.2} s of the unloaded interval, which are left out"
+    )]
+    Touched {
+        /// How long, s.
+        touched_s: f64,
+    },
+    /// The unloaded plate's impedance changes.
+    #[error(
+        "the unloaded plate's impedance scatters by {scatter_n_s_per_m:.2} N·s/m: was a finger on it?"
+    )]
+    PlateScatters {
+        /// RMS about the mean, N·s/m.
+        scatter_n_s_per_m: f64,
+    },
+    /// No exploration to analyse.
+    #[error("no exploration interval")]
+    NoExploration,
+}
+
+/// A recording in memory.
+#[derive(Debug)]
+pub struct Reading {
+    /// What it is of.
+    pub manifest: Manifest,
+    /// Impedance, force and position.
+    pub record: Record,
+    /// What is wrong with it.
+    pub flaws: Vec<Flaw>,
+}
+
+impl Reading {
+    /// Whether there is nothing to demodulate.
+    pub fn carrier_missing(&self) -> bool {
+        let missing = |flaw: &Flaw| matches!(flaw, Flaw::CarrierMissing { .. });
+        self.flaws.iter().any(missing)
+    }
+}
+
+/// Reads a recording folder. The audio is read twice: first for the level at which it clips.
+///
+/// # Errors
+/// A file cannot be read, or the audio cannot be demodulated as the manifest says.
+pub fn read(folder: &Path) -> Result<Reading, RecordingError> {
+    let mut reader = RecordingReader::open(folder)?;
+    let channels = usize::from(reader.format().channels);
+    let manifest = reader.manifest().clone();
+    let drive = usize::from(manifest.channels.drive.index);
+    let pickup = usize::from(manifest.channels.pickup.index);
+    let indices = [(Channel::Drive, drive), (Channel::Pickup, pickup)];
+
+    let mut extremes = [Extremes::default(), Extremes::default()];
+    let mut block = Vec::new();
+    while reader.read_block(BLOCK_FRAMES, &mut block)? > 0 {
+        for (extremes, (_, index)) in extremes.iter_mut().zip(indices) {
+            block
+                .iter()
+                .skip(index)
+                .step_by(channels)
+                .for_each(|&x| extremes.take(x));
+        }
+    }
+    let mut flaws: Vec<Flaw> = reader.warnings().iter().cloned().map(Flaw::from).collect();
+    let full_scale = if manifest.hardware.is_some() {
+        FULL_SCALE
+    } else {
+        f32::INFINITY
+    };
+    let mut clip_levels = [full_scale; 2];
+    for ((extremes, level), (channel, _)) in extremes.iter().zip(&mut clip_levels).zip(indices) {
+        if extremes.lost > 0 {
+            flaws.push(Flaw::LostSamples {
+                channel,
+                samples: extremes.lost,
+            });
+        }
+        if let Some((samples, at)) = extremes.clipped() {
+            *level = level.min(at);
+            flaws.push(Flaw::Clipped {
+                channel,
+                samples,
+                level: at,
+            });
+        }
+    }
+
+    let mut reader = RecordingReader::open(folder)?;
+    let filter = Filter::new(Settings {
+        sample_rate_hz: reader.format().sample_rate_hz,
+        carrier_hz: manifest.carrier_hz,
+        output_rate_hz: frame_rate_hz(reader.format().sample_rate_hz)?,
+    })?;
+    let (plate, conversion) = constants(&manifest);
+    let zm = Zm::new(plate, conversion, &filter)?;
+    let input = |channel, clip_level| Input {
+        channel,
+        clip_level,
+    };
+    let [drive_clip, pickup_clip] = clip_levels;
+    let mut demodulator = Demodulator::drive_and_pickup(
+        filter.clone(),
+        channels,
+        input(drive, drive_clip),
+        input(pickup, pickup_clip),
+    )?;
+    let mut levels = Levels::new(&manifest, reader.format().sample_rate_hz);
+    let mut record = Record::default();
+    while reader.read_block(BLOCK_FRAMES, &mut block)? > 0 {
+        levels.take(
+            demodulator.samples_taken(),
+            &block,
+            channels,
+            [drive, pickup],
+        );
+        demodulator.push(&block, |frame| {
+            if !frame.mask().contains(Mask::LOST_SAMPLES) {
+                let power = [frame.drive(), frame.pickup()].map(|e| e.value.norm_sqr() / 2.0);
+                levels.take_frame(frame.sample, power);
+            }
+            record.frames.push(zm.read(frame));
+        })?;
+    }
+    flaws.extend(levels.flaws(manifest.carrier_hz));
+
+    let mut force = reader.force()?;
+    record.force = force.by_ref().collect::<Result<_, ReadError>>()?;
+    flaws.extend(force.warnings().into_iter().map(Flaw::from));
+    let mut position = reader.position()?;
+    record.position = position.by_ref().collect::<Result<_, ReadError>>()?;
+    flaws.extend(position.warnings().into_iter().map(Flaw::from));
+    Ok(Reading {
+        manifest,
+        record,
+        flaws,
+    })
+}
+
+/// The whole divisor of the sample rate that is nearest to the usual frame rate.
+fn frame_rate_hz(sample_rate_hz: u32) -> Result<u32, RecordingError> {
+    FRAME_RATES_HZ
+        .filter(|rate| sample_rate_hz.is_multiple_of(*rate))
+        .min_by_key(|rate| rate.abs_diff(OUTPUT_RATE_HZ))
+        .ok_or(RecordingError::FrameRate {
+            sample_rate_hz,
+            from_hz: *FRAME_RATES_HZ.start(),
+            to_hz: *FRAME_RATES_HZ.end(),
+        })
+}
+
+/// Constants with positive factors: a reversed sign of any turns the displacement by π against the force.
+fn constants(manifest: &Manifest) -> (PlateConstants, Channels) {
+    let Plate {
+        resonance_hz,
+        modal_mass_kg,
+        force_factor_n_per_v,
+        ..
+    } = manifest.plate;
+    let (drive, pickup) = (&manifest.channels.drive, &manifest.channels.pickup);
+    let sign = force_factor_n_per_v.signum()
+        * drive.volts_per_unit.signum()
+        * pickup.metres_per_unit.signum();
+    let reversed = if sign < 0.0 { PI } else { 0.0 };
+    (
+        PlateConstants {
+            resonance_hz,
+            modal_mass_kg,
+            force_factor_n_per_v: force_factor_n_per_v.abs(),
+        },
+        Channels {
+            drive_volts_per_unit: drive.volts_per_unit.abs(),
+            pickup_metres_per_unit: pickup.metres_per_unit.abs(),
+            pickup_phase_rad: pickup.phase_rad + reversed,
+        },
+    )
+}
+
+/// The greatest and least sample values and how often they occur.
+#[derive(Debug, Default)]
+struct Extremes {
+    lost: u64,
+    top: Extreme,
+    bottom: Extreme,
+}
+
+/// The greatest value so far, how often it occurred, and how often something just under it did.
+#[derive(Debug, Default)]
+struct Extreme {
+    value: f32,
+    at: u64,
+    near: u64,
+}
+
+/// What counts as just under the greatest value.
+const NEAR: f32 = 0.999;
+/// A wave that is cut off stays on its greatest value at least this often, and this many times as often as just under it.
+const LEAST_CUT: u64 = 16;
+const CUT_RATIO: u64 = 4;
+
+impl Extreme {
+    fn take(&mut self, value: f32) {
+        if value > self.value {
+            self.near = if self.value > NEAR * value {
+                self.near + self.at
+            } else {
+                0
+            };
+            (self.value, self.at) = (value, 1);
+        } else if value == self.value {
+            self.at += 1;
+        } else if value > NEAR * self.value {
+            self.near += 1;
+        }
+    }
+
+    fn is_cut(&self) -> bool {
+        self.value > 0.0 && self.at >= LEAST_CUT && self.at > CUT_RATIO * self.near
+    }
+}
+
+impl Extremes {
+    fn take(&mut self, value: f32) {
+        if value.is_finite() {
+            self.top.take(value);
+            self.bottom.take(-value);
+        } else {
+            self.lost += 1;
+        }
+    }
+
+    /// How many samples are cut off, and at which magnitude.
+    fn clipped(&self) -> Option<(u64, f32)> {
+        let cut = [&self.top, &self.bottom].into_iter().filter(|e| e.is_cut());
+        cut.map(|extreme| (extreme.at, extreme.value))
+            .reduce(|a, b| (a.0 + b.0, a.1.min(b.1)))
+    }
+}
+
+/// Carrier and total power in both channels over the recording's intervals.
+struct Levels {
+    spans: Vec<Range<u64>>,
+    samples: [u64; 2],
+    total: [f64; 2],
+    frames: u64,
+    carrier: [f64; 2],
+}
+
+impl Levels {
+    fn new(manifest: &Manifest, sample_rate_hz: u32) -> Self {
+        let sample = |time_s: f64| (time_s * f64::from(sample_rate_hz)) as u64;
+        let spans = manifest
+            .intervals
+            .iter()
+            .map(|interval| sample(interval.start_s)..sample(interval.end_s));
+        Self {
+            spans: spans.collect(),
+            samples: [0; 2],
+            total: [0.0; 2],
+            frames: 0,
+            carrier: [0.0; 2],
+        }
+    }
+
+    fn take(&mut self, first: u64, block: &[f32], channels: usize, indices: [usize; 2]) {
+        let end = first + (block.len() / channels) as u64;
+        for span in &self.spans {
+            let within = span.start.clamp(first, end)..span.end.clamp(first, end);
+            let frames = (within.start - first) as usize * channels
+                ..(within.end - first) as usize * channels;
+            let inside = block.get(frames).unwrap_or_default();
+            for (at, index) in indices.into_iter().enumerate() {
+                let finite = inside
+                    .iter()
+                    .skip(index)
+                    .step_by(channels)
+                    .filter(|x| x.is_finite());
+                for x in finite {
+                    self.samples[at] += 1;
+                    self.total[at] += f64::from(*x).powi(2);
+                }
+            }
+        }
+    }
+
+    fn take_frame(&mut self, sample: u64, power: [f64; 2]) {
+        if self.spans.iter().any(|span| span.contains(&sample)) {
+            self.frames += 1;
+            self.carrier[0] += power[0];
+            self.carrier[1] += power[1];
+        }
+    }
+
+    fn flaws(&self, carrier_hz: f64) -> Vec<Flaw> {
+        if self.frames == 0 {
+            return Vec::new();
+        }
+        [Channel::Drive, Channel::Pickup]
+            .into_iter()
+            .enumerate()
+            .filter_map(|(at, channel)| {
+                let carrier = self.carrier[at] / self.frames as f64;
+                let total = self.total[at] / self.samples[at] as f64;
+                let level = CarrierLevel {
+                    amplitude: (2.0 * carrier).sqrt(),
+                    rest_rms: (total - carrier).max(0.0).sqrt(),
+                };
+                let ratio_db = level.ratio_db();
+                if ratio_db < MISSING_DB {
+                    Some(Flaw::CarrierMissing {
+                        channel,
+                        carrier_hz,
+                        ratio_db,
+                    })
+                } else {
+                    (ratio_db < WEAK_DB).then_some(Flaw::CarrierWeak { channel, ratio_db })
+                }
+            })
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn extremes(values: impl Iterator<Item = f64>) -> Extremes {
+        let mut extremes = Extremes::default();
+        values.for_each(|x| extremes.take(x as f32));
+        extremes
+    }
+
+    /// 35 kHz under 6 Hz modulation at 192 kHz.
+    fn wave() -> impl Iterator<Item = f64> {
+        (0..192_000).map(|i| {
+            let t = f64::from(i) / 192e3;
+            let envelope = 1.0 + 0.95 * (std::f64::consts::TAU * 6.0 * t).sin();
+            0.4 * envelope * (std::f64::consts::TAU * 35e3 * t).cos()
+        })
+    }
+
+    #[test]
+    fn a_wave_that_is_cut_off_is_told_from_one_that_is_not() {
+        assert_eq!(extremes(wave()).clipped(), None);
+        // Of 16 bits, where the crest falls on one code for a while.
+        assert_eq!(
+            extremes(wave().map(|x| (x * 32768.0).round() / 32768.0)).clipped(),
+            None
+        );
+        let (samples, level) = extremes(wave().map(|x| x.clamp(-0.7, 0.7)))
+            .clipped()
+            .unwrap();
+        assert_eq!(level, 0.7);
+        assert!(samples > 1000, "{samples}");
+        // One side alone, as with DC.
+        let (_, level) = extremes(wave().map(|x| (x + 0.1).min(0.8)))
+            .clipped()
+            .unwrap();
+        assert_eq!(level, 0.8);
+    }
+
+    #[test]
+    fn frame_rates_divide_the_sample_rate() {
+        for (sample_rate_hz, frames_hz) in [
+            (96_000, 2000),
+            (100_000, 2000),
+            (192_000, 2000),
+            (88_200, 1960),
+            (176_400, 1960),
+            (250_000, 2000),
+        ] {
+            assert_eq!(frame_rate_hz(sample_rate_hz).unwrap(), frames_hz);
+        }
+        let error = frame_rate_hz(100_003).unwrap_err();
+        assert!(error.to_string().contains("100003 Hz"), "{error}");
+    }
+}

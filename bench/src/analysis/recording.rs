@@ -1,0 +1,182 @@
+//! One recording: Z_p, the instances, both estimates of each, the model check.
+
+use std::path::Path;
+
+use protocols::selection::{StretchOutcome, select};
+use protocols::{Direction, Protocol, SelectionRules};
+
+use super::analysed::{RecordingAnalysis, RecordingError, RecordingFindings, Rejected};
+use super::estimate::estimate;
+use super::exploration::Exploration;
+use super::model_check;
+use super::reading::{self, Flaw, Reading};
+use super::record::Record;
+use super::settings::Settings;
+use super::unloaded;
+use crate::recording::Manifest;
+use crate::recording::manifest::IntervalKind;
+
+/// Analyses the recording in `folder`.
+pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
+    RecordingAnalysis {
+        path: folder.to_owned(),
+        found: findings(folder, settings),
+    }
+}
+
+fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, RecordingError> {
+    let reading = reading::read(folder)?;
+    let rules = selection_rules(folder, &reading.manifest, settings);
+    let carrier_missing = reading.carrier_missing();
+    let Reading {
+        manifest,
+        record,
+        flaws,
+    } = reading;
+    let mut findings = RecordingFindings {
+        path: folder.to_owned(),
+        rules,
+        z_p: None,
+        explorations: Vec::new(),
+        instances: Vec::new(),
+        model_check: Vec::new(),
+        rejected: Vec::new(),
+        flaws,
+        manifest,
+    };
+    let explorations = explorations(&findings.manifest);
+    if explorations.is_empty() {
+        findings.flaws.push(Flaw::NoExploration);
+    }
+    if carrier_missing {
+        for (direction, start_s, end_s) in explorations {
+            findings.reject(
+                direction,
+                (start_s, end_s),
+                "the carrier is not in the signal",
+            );
+        }
+        return Ok(findings);
+    }
+
+    let unloaded: Vec<(f64, f64)> = findings
+        .manifest
+        .intervals
+        .iter()
+        .filter(|interval| interval.kind == IntervalKind::Unloaded)
+        .map(|interval| (interval.start_s, interval.end_s))
+        .collect();
+    let modulation_hz = findings.manifest.modulation_hz;
+    match unloaded::read(&record, &unloaded, modulation_hz, rules.contact_n / 2.0) {
+        Ok(reading) => {
+            findings.z_p = Some(reading.plate);
+            if reading.touched_s > 0.0 {
+                findings.flaws.push(Flaw::Touched {
+                    touched_s: reading.touched_s,
+                });
+            }
+            findings.flaws.extend(
+                reading
+                    .scatter_n_s_per_m
+                    .map(|scatter_n_s_per_m| Flaw::PlateScatters { scatter_n_s_per_m }),
+            );
+        }
+        Err(error) => findings.flaws.push(error.into()),
+    }
+
+    for (direction, start_s, end_s) in explorations {
+        findings.explore(&record, direction, (start_s, end_s), settings);
+    }
+    if let Some(first) = findings.instances.first() {
+        findings.model_check = model_check::bands(
+            &first.finger,
+            (first.start_s, first.end_s),
+            &findings.explorations,
+            &rules,
+        );
+    }
+    Ok(findings)
+}
+
+/// Direction, start and end of each exploration, in time order.
+fn explorations(manifest: &Manifest) -> Vec<(Direction, f64, f64)> {
+    let mut explorations: Vec<_> = manifest
+        .intervals
+        .iter()
+        .filter_map(|interval| match interval.kind {
+            IntervalKind::Exploration(direction) => {
+                Some((direction, interval.start_s, interval.end_s))
+            }
+            IntervalKind::Unloaded => None,
+        })
+        .collect();
+    explorations.sort_by(|a, b| a.1.total_cmp(&b.1));
+    explorations
+}
+
+/// The rules of the session's own protocol, of which a copy lies beside the recording; otherwise the settings'.
+fn selection_rules(folder: &Path, manifest: &Manifest, settings: &Settings) -> SelectionRules {
+    let centre_m = manifest.plate.centre_m;
+    let own = manifest.trial.as_ref().and_then(|trial| {
+        let path = folder.parent()?.join(format!("{}.toml", trial.protocol));
+        let text = std::fs::read_to_string(&path).ok()?;
+        Protocol::parse(&text, &path.display().to_string()).ok()
+    });
+    own.map_or_else(
+        || settings.selection_rules(centre_m),
+        |protocol| protocol.selection_rules(centre_m),
+    )
+}
+
+impl RecordingFindings {
+    fn reject(&mut self, direction: Direction, (start_s, end_s): (f64, f64), reason: &str) {
+        self.rejected.push(Rejected {
+            direction,
+            start_s,
+            end_s,
+            reason: reason.to_owned(),
+        });
+    }
+
+    /// Estimates what is selected of an exploration, and says of everything else why not.
+    fn explore(
+        &mut self,
+        record: &Record,
+        direction: Direction,
+        span: (f64, f64),
+        settings: &Settings,
+    ) {
+        let series = record.series(span.0, span.1);
+        // Frames come from one demodulator, so they are evenly spaced.
+        let stretches = select(&series.exploration(direction), &self.rules).unwrap_or_default();
+        if stretches.is_empty() {
+            self.reject(direction, span, "no stretch of rising amplitude");
+        }
+        let conditions = self
+            .z_p
+            .map(|z_p| z_p.conditions(settings.assumed(), self.manifest.carrier_hz));
+        for stretch in &stretches {
+            let selected = match stretch.outcome {
+                StretchOutcome::Accepted(instance) => instance,
+                StretchOutcome::Rejected(rejection) => {
+                    let span = (stretch.start_s, stretch.end_s);
+                    self.reject(direction, span, &rejection.to_string());
+                    continue;
+                }
+            };
+            let estimated = match &conditions {
+                Some(conditions) => estimate(&series, direction, selected, conditions, settings)
+                    .map_err(|error| error.to_string()),
+                None => Err("Z_p is not known".to_owned()),
+            };
+            match estimated {
+                Ok(instance) => self.instances.push(instance),
+                Err(reason) => {
+                    self.reject(direction, (selected.start_s, selected.end_s), &reason);
+                }
+            }
+        }
+        let exploration = Exploration::new(series, direction, span, stretches);
+        self.explorations.push(exploration);
+    }
+}

@@ -1,0 +1,95 @@
+//! `analyze`: recordings to results.
+
+use std::io::{IsTerminal, Write};
+use std::path::Path;
+
+use anyhow::Context;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::analysis::results::Results;
+use crate::analysis::{Analysed, RecordingAnalysis, Settings, analyse, find};
+use crate::cli::Analyze;
+use crate::recording::disk;
+
+/// Runs the command. True if every recording could be read; what is wrong with which goes to standard error.
+///
+/// # Errors
+/// Nothing to analyse, an assumption that cannot be made, or a result that cannot be written.
+pub fn run(options: &Analyze) -> anyhow::Result<bool> {
+    let mut settings = Settings::default();
+    for assumption in &options.assume {
+        settings.assume(assumption)?;
+    }
+    let folders = find::recordings(&options.recordings, options.practice)?;
+    let bar = progress_bar(folders.len() as u64);
+    let analysed = analyse(&folders, &settings, |analysis| {
+        bar.suspend(|| report(analysis));
+        bar.inc(1);
+    });
+    bar.finish_and_clear();
+
+    if let Some(path) = &options.json {
+        let text = Results::new(&analysed).to_json()?;
+        write_text(path, &text)?;
+    }
+    if options.json.is_none() {
+        write!(std::io::stdout(), "{}", summary(&analysed))?;
+    }
+    Ok(analysed.recordings.iter().all(|r| r.found.is_ok()))
+}
+
+fn progress_bar(recordings: u64) -> ProgressBar {
+    let target = if std::io::stderr().is_terminal() {
+        ProgressDrawTarget::stderr()
+    } else {
+        ProgressDrawTarget::hidden()
+    };
+    let bar = ProgressBar::with_draw_target(Some(recordings), target);
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} recordings {eta}") {
+        bar.set_style(style);
+    }
+    bar
+}
+
+/// Standard output for `-`, otherwise a file that is whole or not there.
+fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
+    if path == Path::new("-") {
+        std::io::stdout().write_all(text.as_bytes())?;
+        return Ok(());
+    }
+    disk::replace_file(path, text.as_bytes()).context("cannot write the results")
+}
+
+/// Says what is wrong with a recording. That nobody reads it does not stop the analysis.
+fn report(analysis: &RecordingAnalysis) {
+    let path = analysis.path.display();
+    let mut stderr = std::io::stderr().lock();
+    match &analysis.found {
+        Ok(found) => {
+            for flaw in &found.flaws {
+                let _ = writeln!(stderr, "{path}: warning: {flaw}");
+            }
+        }
+        Err(error) => {
+            let _ = writeln!(stderr, "{path}: cannot be read: {error}");
+        }
+    }
+}
+
+/// A line for each recording.
+fn summary(analysed: &Analysed) -> String {
+    let mut lines = String::new();
+    for recording in &analysed.recordings {
+        let found = match &recording.found {
+            Ok(found) => format!(
+                "{} instances, {} stretches rejected, {} warnings",
+                found.instances.len(),
+                found.rejected.len(),
+                found.flaws.len()
+            ),
+            Err(_) => "cannot be read".to_owned(),
+        };
+        lines.push_str(&format!("{}: {found}\n", recording.path.display()));
+    }
+    lines
+}

@@ -1,1 +1,6 @@
-//! Whole-bench tests: scenarios, faults, screens, architecture.
+//! What the whole-bench tests share: the programs under test, running sessions, and what these leave on disk.
+
+pub mod program;
+pub mod recorded;
+pub mod running;
+pub mod session;

@@ -1,0 +1,112 @@
+//! What the samples of a recording tell about its making.
+
+use std::f64::consts::TAU;
+use std::path::Path;
+
+use friction_bench::recording::RecordingReader;
+use friction_bench::recording::manifest::Manifest;
+use num_complex::Complex64;
+
+/// A recording in memory.
+pub struct Recording {
+    /// `recording.toml`.
+    pub manifest: Manifest,
+    /// Warnings of the reader, as text.
+    pub warnings: Vec<String>,
+    /// Frames per second.
+    pub rate_hz: u32,
+    /// Channels.
+    pub channels: usize,
+    /// Interleaved samples.
+    pub samples: Vec<f32>,
+}
+
+impl Recording {
+    /// Reads the recording folder at `path`.
+    pub fn read(path: &Path) -> Self {
+        let mut reader = RecordingReader::open(path)
+            .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        let format = reader.format();
+        let channels = usize::from(format.channels);
+        let mut samples = Vec::with_capacity(reader.frames() as usize * channels);
+        let mut block = Vec::new();
+        loop {
+            let frames = reader
+                .read_block(1 << 16, &mut block)
+                .expect("readable audio");
+            if frames == 0 {
+                break;
+            }
+            samples.extend_from_slice(&block[..frames * channels]);
+        }
+        Self {
+            manifest: reader.manifest().clone(),
+            warnings: reader.warnings().iter().map(ToString::to_string).collect(),
+            rate_hz: format.sample_rate_hz,
+            channels,
+            samples,
+        }
+    }
+
+    /// Frames of audio.
+    pub fn frames(&self) -> usize {
+        self.samples.len() / self.channels
+    }
+
+    /// Length of the audio, s.
+    pub fn duration_s(&self) -> f64 {
+        self.frames() as f64 / f64::from(self.rate_hz)
+    }
+
+    /// Samples that are not finite.
+    pub fn not_finite(&self) -> usize {
+        self.samples
+            .iter()
+            .filter(|sample| !sample.is_finite())
+            .count()
+    }
+
+    /// The drive's carrier in pieces of 1 ms, which hold a whole number of its cycles: amplitude and phase against an
+    /// oscillator that counts every frame, so that one frame lost or repeated turns all later phases by 65.6° at 192 kHz.
+    /// Pieces under a tenth of the greatest amplitude are left out.
+    pub fn drive_phases_rad(&self) -> Vec<f64> {
+        let piece = (self.rate_hz / 1000) as usize;
+        let cycles = self.manifest.carrier_hz / 1000.0;
+        assert!(cycles.fract() == 0.0, "pieces of whole cycles");
+        let oscillator: Vec<_> = (0..piece)
+            .map(|n| Complex64::cis(-TAU * cycles * n as f64 / piece as f64))
+            .collect();
+        let index = usize::from(self.manifest.channels.drive.index);
+        let envelope: Vec<Complex64> = self
+            .samples
+            .chunks_exact(piece * self.channels)
+            .map(|frames| {
+                let drive = frames.iter().skip(index).step_by(self.channels);
+                drive.zip(&oscillator).map(|(&x, o)| o * f64::from(x)).sum()
+            })
+            .collect();
+        let greatest = envelope
+            .iter()
+            .map(|piece| piece.norm())
+            .fold(0.0, f64::max);
+        envelope
+            .iter()
+            .filter(|piece| piece.norm() > 0.1 * greatest)
+            .map(|piece| piece.arg())
+            .collect()
+    }
+
+    /// Greatest deviation of the drive's carrier phase from its first value, rad.
+    pub fn greatest_phase_step_rad(&self) -> f64 {
+        let phases = self.drive_phases_rad();
+        assert!(
+            phases.len() > 100,
+            "the drive sounds: {} pieces",
+            phases.len()
+        );
+        phases
+            .iter()
+            .map(|phase| Complex64::cis(phase - phases[0]).arg().abs())
+            .fold(0.0, f64::max)
+    }
+}

@@ -1,0 +1,107 @@
+//! A program that runs beside the test and never outlives it.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process};
+
+/// Polls come this often.
+const POLL: Duration = Duration::from_millis(5);
+
+/// A child whose output goes to a file, so that it never waits for a reader.
+pub struct Running {
+    child: Child,
+    output: PathBuf,
+}
+
+impl Running {
+    /// Starts `command`; both of its outputs go to the file `output`.
+    pub fn start(command: &mut Command, output: &Path) -> Self {
+        let file = File::create(output).expect("a file for the program's output");
+        let errors = file.try_clone().expect("a second handle");
+        let child = command
+            .stdin(Stdio::null())
+            .stdout(file)
+            .stderr(errors)
+            .spawn()
+            .unwrap_or_else(|error| panic!("{command:?} does not start: {error}"));
+        Self {
+            child,
+            output: output.to_owned(),
+        }
+    }
+
+    /// Its process number.
+    pub fn pid(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// All that it has printed.
+    pub fn output(&self) -> String {
+        std::fs::read_to_string(&self.output).unwrap_or_default()
+    }
+
+    /// How it ended, if it has.
+    pub fn ended(&mut self) -> Option<ExitStatus> {
+        self.child.try_wait().expect("a child can be waited for")
+    }
+
+    /// Sends a signal.
+    pub fn signal(&self, signal: Signal) {
+        let pid = i32::try_from(self.child.id()).ok().and_then(Pid::from_raw);
+        // One that has just ended is no error: whoever waits for it learns.
+        let _ = kill_process(pid.expect("a process number"), signal);
+    }
+
+    /// Waits for its end.
+    ///
+    /// # Panics
+    /// When it goes on for longer than `within`.
+    pub fn wait(&mut self, within: Duration) -> ExitStatus {
+        until(within, || self.ended()).unwrap_or_else(|| {
+            panic!(
+                "still running after {within:?}; it printed:\n{}",
+                self.output()
+            )
+        })
+    }
+
+    /// Waits for `what`; `None` when the program ends before.
+    ///
+    /// # Panics
+    /// When neither happens `within`.
+    pub fn wait_for<T>(
+        &mut self,
+        within: Duration,
+        mut what: impl FnMut() -> Option<T>,
+    ) -> Option<T> {
+        until(within, || match what() {
+            Some(found) => Some(Some(found)),
+            None => self.ended().map(|_| None),
+        })
+        .unwrap_or_else(|| panic!("nothing within {within:?}; it printed:\n{}", self.output()))
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Asks again and again until there is an answer, or not any longer.
+pub fn until<T>(within: Duration, mut ask: impl FnMut() -> Option<T>) -> Option<T> {
+    let begin = Instant::now();
+    loop {
+        if let Some(answer) = ask() {
+            return Some(answer);
+        }
+        if begin.elapsed() > within {
+            return None;
+        }
+        std::thread::sleep(POLL);
+    }
+}

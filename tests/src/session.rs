@@ -1,0 +1,138 @@
+//! A session folder as it lies on disk.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use friction_bench::study::event_log::{self, Document, Event, Start, Stop};
+use serde_json::Value;
+
+use crate::program::bench;
+
+/// `run` on simulated hardware as fast as it computes, without a dashboard.
+pub fn unattended(study: &Path, participant: &str, protocol: impl AsRef<Path>) -> Command {
+    let mut command = bench();
+    command
+        .args(["run", "--mock", "--headless", "--speed", "max"])
+        .args(["--participant", participant, "--consent-by", "A. Tester"])
+        .arg("--study")
+        .arg(study)
+        .arg("--protocol")
+        .arg(protocol.as_ref());
+    command
+}
+
+/// Runs a command to its end.
+pub fn finish(command: &mut Command) -> Output {
+    command
+        .output()
+        .unwrap_or_else(|error| panic!("{command:?} does not start: {error}"))
+}
+
+/// The demo protocol with parts of its text exchanged, as a file in `folder`.
+///
+/// # Panics
+/// When the protocol has no such part.
+pub fn demo_with(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
+    let path = folder.join("protocol.toml");
+    let text = protocols::built_in("demo").expect("the demo protocol");
+    std::fs::write(&path, with(text, changes)).expect("a written protocol");
+    path
+}
+
+/// The simulated bench's `bench.toml` with parts of its text exchanged, as a file in `folder`.
+///
+/// # Panics
+/// When it has no such part.
+pub fn config_with(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
+    let path = folder.join("bench.toml");
+    let printed = finish(bench().args(["run", "--mock", "--print-config"]));
+    std::fs::write(&path, with(&text(&printed), changes)).expect("a written configuration");
+    path
+}
+
+fn with(text: &str, changes: &[(&str, &str)]) -> String {
+    changes.iter().fold(text.to_owned(), |text, (from, to)| {
+        assert!(text.contains(from), "nothing reads `{from}` in:\n{text}");
+        text.replacen(from, to, 1)
+    })
+}
+
+/// Everything that a command printed.
+pub fn text(output: &Output) -> String {
+    [&output.stdout, &output.stderr]
+        .map(|bytes| String::from_utf8_lossy(bytes))
+        .join("")
+}
+
+/// The folder of a session and the documents of its log.
+pub struct SessionFolder {
+    /// The folder.
+    pub path: PathBuf,
+    /// Its log, in order.
+    pub documents: Vec<Document>,
+}
+
+impl SessionFolder {
+    /// Reads the first session of a participant; `None` while it has no log.
+    pub fn read(study: &Path, participant: &str) -> Option<Self> {
+        let path = study.join(participant).join("ses-01");
+        let log = path.join("events.jsonl");
+        log.is_file().then(|| Self {
+            documents: event_log::read(&log).expect("a readable log").documents,
+            path,
+        })
+    }
+
+    /// The log's start documents: more than one after `--resume`.
+    pub fn starts(&self) -> Vec<&Start> {
+        self.documents
+            .iter()
+            .filter_map(|document| match document {
+                Document::Start(start) => Some(start.as_ref()),
+                _ => None,
+            })
+            .collect()
+    }
+
+    /// The log's stop documents.
+    pub fn stops(&self) -> Vec<&Stop> {
+        self.documents
+            .iter()
+            .filter_map(|document| match document {
+                Document::Stop(stop) => Some(stop),
+                _ => None,
+            })
+            .collect()
+    }
+
+    /// The log's events.
+    pub fn events(&self) -> impl Iterator<Item = &Event> {
+        self.documents.iter().filter_map(|document| match document {
+            Document::Event(event) => Some(event),
+            _ => None,
+        })
+    }
+
+    /// Events of the protocol's state machine that have this name.
+    pub fn named<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Event> {
+        self.events()
+            .filter(move |event| event.data.get("event").and_then(Value::as_str) == Some(name))
+    }
+
+    /// Entries into this phase.
+    pub fn phases<'a>(&'a self, phase: &'a str) -> impl Iterator<Item = &'a Event> {
+        self.named("phase")
+            .filter(move |event| event.data.get("phase").and_then(Value::as_str) == Some(phase))
+    }
+
+    /// Its recordings' folders, by name.
+    pub fn recordings(&self) -> Vec<PathBuf> {
+        let mut folders: Vec<_> = std::fs::read_dir(&self.path)
+            .expect("the session's folder")
+            .map(|entry| entry.expect("an entry").path())
+            .filter(|path| path.is_dir())
+            .collect();
+        folders.sort();
+        folders
+    }
+}

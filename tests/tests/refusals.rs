@@ -1,0 +1,416 @@
+//! What the bench refuses, and in which words: a named error that says what to do, an exit status, nothing made, no panic.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::time::Duration;
+
+use bench_tests::program::bench;
+use bench_tests::running::Running;
+use bench_tests::session::{SessionFolder, config_with, demo_with, finish, text, unattended};
+use friction_bench::recording::RecordingReader;
+use tempfile::TempDir;
+
+const MINUTE: Duration = Duration::from_secs(60);
+
+/// A folder to try things in, with no `bench.toml`.
+fn room() -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let study = folder.path().join("study");
+    (folder, study)
+}
+
+fn refused(output: &Output, words: &[&str]) {
+    let printed = text(output);
+    let code = output.status.code();
+    assert!(
+        code.is_some_and(|code| code != 0),
+        "{:?}:\n{printed}",
+        output.status
+    );
+    for unwanted in ["panicked", "backtrace", "RUST_BACKTRACE", "unwrap"] {
+        assert!(!printed.contains(unwanted), "`{unwanted}` in:\n{printed}");
+    }
+    assert!(
+        output.stderr.starts_with(b"friction-bench: ") || output.stderr.starts_with(b"error: "),
+        "{printed}"
+    );
+    for word in words {
+        assert!(printed.contains(word), "no `{word}` in:\n{printed}");
+    }
+}
+
+/// Refused, and the study not even begun.
+fn refused_before_anything_is_made(command: &mut Command, study: &Path, words: &[&str]) {
+    refused(&finish(command), words);
+    assert!(!study.exists(), "{} was made", study.display());
+}
+
+#[test]
+fn without_a_configuration_it_says_how_to_get_one() {
+    let (folder, study) = room();
+    let mut run = bench();
+    run.current_dir(folder.path())
+        .args([
+            "run",
+            "--headless",
+            "--participant",
+            "sub-01",
+            "--consent-by",
+            "K",
+            "--study",
+        ])
+        .arg(&study);
+    let words = ["bench.toml", "--mock --print-config > bench.toml"];
+    refused_before_anything_is_made(&mut run, &study, &words);
+}
+
+#[test]
+fn without_a_sound_card() {
+    let (folder, study) = room();
+    let config = config_with(
+        folder.path(),
+        &[
+            ("\"sim\"", "\"hw:CARD=Absent\""),
+            ("\"sim\"", "\"hw:CARD=Absent\""),
+        ],
+    );
+    let absent = folder.path().join("absent.conf");
+    for alsa_configuration in [None, Some(&absent)] {
+        let mut run = bench();
+        run.args([
+            "run",
+            "--headless",
+            "--participant",
+            "sub-01",
+            "--consent-by",
+            "K",
+            "--study",
+        ])
+        .arg(&study)
+        .arg("--config")
+        .arg(&config);
+        if let Some(path) = alsa_configuration {
+            run.env("ALSA_CONFIG_PATH", path);
+        }
+        refused_before_anything_is_made(
+            &mut run,
+            &study,
+            &["no output device matches", "hw:CARD=Absent"],
+        );
+    }
+}
+
+#[test]
+fn without_consent() {
+    let (_folder, study) = room();
+    let mut run = bench();
+    run.args([
+        "run",
+        "--mock",
+        "--headless",
+        "--participant",
+        "sub-01",
+        "--study",
+    ])
+    .arg(&study);
+    refused_before_anything_is_made(
+        &mut run,
+        &study,
+        &["no consent", "sub-01", "--consent-by NAME"],
+    );
+}
+
+#[test]
+fn without_a_participant() {
+    let (_folder, study) = room();
+    let mut run = bench();
+    run.args([
+        "run",
+        "--mock",
+        "--headless",
+        "--consent-by",
+        "K",
+        "--study",
+    ])
+    .arg(&study);
+    refused_before_anything_is_made(&mut run, &study, &["--participant sub-01"]);
+}
+
+#[test]
+fn names_that_are_no_pseudonyms() {
+    let (folder, study) = room();
+    let long = format!("sub-{}", "1".repeat(300));
+    for id in [
+        "../x",
+        "",
+        "süb-01",
+        "sub-01/..",
+        "sub-０１",
+        " sub-01",
+        "sub-01\n",
+        &long,
+    ] {
+        let mut run = unattended(&study, id, "demo");
+        refused_before_anything_is_made(&mut run, &study, &["sub-"]);
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn the_dashboard_and_the_participants_display_need_terminals() {
+    let (folder, study) = room();
+    let mut run = bench();
+    run.args(["run", "--mock", "--participant", "sub-01", "--study"])
+        .arg(&study);
+    refused_before_anything_is_made(&mut run, &study, &["terminal", "--headless"]);
+    let file = folder.path().join("no-terminal");
+    fs::write(&file, "kept").unwrap();
+    let mut run = unattended(&study, "sub-01", "demo");
+    run.arg("--participant-display").arg(&file);
+    refused_before_anything_is_made(&mut run, &study, &["no-terminal", "terminal"]);
+    assert_eq!(fs::read_to_string(&file).unwrap(), "kept");
+}
+
+#[test]
+fn unknown_keys_are_named_with_their_line_and_the_nearest_known_one() {
+    let (folder, study) = room();
+    let line_of = |path: &Path, key: &str| {
+        let text = fs::read_to_string(path).unwrap();
+        let index = text.lines().position(|line| line.starts_with(key)).unwrap();
+        format!("line {}", index + 1)
+    };
+
+    let config = config_with(folder.path(), &[("rate_hz =", "rate_hx =")]);
+    let words = [
+        &*line_of(&config, "rate_hx"),
+        "`rate_hx`",
+        "`rate_hz`",
+        "bench.toml",
+    ];
+    let mut run = unattended(&study, "sub-01", "demo");
+    refused_before_anything_is_made(run.arg("--config").arg(&config), &study, &words);
+
+    let protocol = demo_with(folder.path(), &[("min_n =", "mim_n =")]);
+    let words = [
+        &*line_of(&protocol, "mim_n"),
+        "`mim_n`",
+        "`min_n`",
+        "protocol.toml",
+    ];
+    refused_before_anything_is_made(&mut unattended(&study, "sub-01", &protocol), &study, &words);
+
+    let scenario = folder.path().join("scenario.toml");
+    fs::write(
+        &scenario,
+        "purpose = \"a typo\"\n\n[plate]\ndampnig_n_s_per_m = 7.0\n",
+    )
+    .unwrap();
+    let words = [
+        "line 4",
+        "dampnig_n_s_per_m",
+        "damping_n_s_per_m",
+        "scenario.toml",
+    ];
+    let mut run = bench();
+    run.args(["run", "--headless", "--speed", "max", "--protocol", "demo"])
+        .args(["--participant", "sub-01", "--consent-by", "K"])
+        .arg("--mock")
+        .arg(&scenario)
+        .arg("--study")
+        .arg(&study);
+    refused_before_anything_is_made(&mut run, &study, &words);
+}
+
+#[test]
+fn an_unknown_key_of_a_recording_is_named_with_its_line_and_the_nearest_known_one() {
+    let (folder, study) = room();
+    let protocol = demo_with(folder.path(), ONE_TRIAL);
+    let output = finish(&mut unattended(&study, "sub-01", &protocol));
+    assert!(output.status.success(), "{}", text(&output));
+    let recording = &SessionFolder::read(&study, "sub-01").unwrap().recordings()[0];
+    let path = recording.join("recording.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    RecordingReader::open(recording).unwrap();
+    fs::write(&path, text.replacen("volts_per_unit", "volt_per_unit", 1)).unwrap();
+    let line = 1 + text
+        .lines()
+        .position(|line| line.starts_with("volts_per_unit"))
+        .unwrap();
+    let error = RecordingReader::open(recording).unwrap_err().to_string();
+    for word in [
+        &*format!("line {line}"),
+        "`volt_per_unit`",
+        "`volts_per_unit`",
+        "recording.toml",
+    ] {
+        assert!(error.contains(word), "no `{word}` in: {error}");
+    }
+}
+
+/// The demo, shortened to one trial of one exploration.
+const ONE_TRIAL: &[(&str, &str)] = &[
+    ("practice = 1", "practice = 0"),
+    ("per_condition = 4", "per_condition = 1"),
+    (
+        "[\"left_to_right\", \"right_to_left\"]",
+        "[\"left_to_right\"]",
+    ),
+    ("min_instances = 5", "min_instances = 1"),
+];
+
+#[test]
+fn a_rate_too_low_for_the_carrier_is_refused_with_the_arithmetic() {
+    let (folder, study) = room();
+    let config = config_with(folder.path(), &[("rate_hz = 192000", "rate_hz = 48000")]);
+    let mut run = unattended(&study, "sub-01", "demo");
+    // 2 (35000 + 6)
+    let words = ["48000", "35000", "6", "70012"];
+    refused_before_anything_is_made(run.arg("--config").arg(&config), &study, &words);
+}
+
+#[test]
+fn a_rate_that_the_card_has_not_is_refused_with_those_it_has() {
+    let (folder, study) = room();
+    let config = config_with(folder.path(), &[("rate_hz = 192000", "rate_hz = 128000")]);
+    let mut run = unattended(&study, "sub-01", "demo");
+    let words = ["128000", "192000", "96000"];
+    refused_before_anything_is_made(run.arg("--config").arg(&config), &study, &words);
+}
+
+#[test]
+fn ten_times_the_amplitude_is_refused_not_clamped() {
+    let (folder, study) = room();
+    let protocol = demo_with(
+        folder.path(),
+        &[("mean_amplitude_v = 24.0", "mean_amplitude_v = 240.0")],
+    );
+    let mut run = unattended(&study, "sub-01", &protocol);
+    let words = ["drive.mean_amplitude_v", "240 V", "line"];
+    refused_before_anything_is_made(&mut run, &study, &words);
+
+    // Within what any protocol may ask for, but over the configured limit at the modulation's peak.
+    let protocol = demo_with(
+        folder.path(),
+        &[("mean_amplitude_v = 24.0", "mean_amplitude_v = 30.0")],
+    );
+    let mut run = unattended(&study, "sub-01", &protocol);
+    refused_before_anything_is_made(&mut run, &study, &["am-6hz-95", "58.5 V", "55 V"]);
+
+    let config = config_with(folder.path(), &[("drive_v = 55.0", "drive_v = 550.0")]);
+    let mut run = unattended(&study, "sub-01", "demo");
+    let hard_limit = signalgen::HARD_LIMIT_V.to_string();
+    let words = ["limits.drive_v = 550", &hard_limit];
+    refused_before_anything_is_made(run.arg("--config").arg(&config), &study, &words);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn without_gpio() {
+    let (folder, study) = room();
+    let backends = [
+        ("backend = \"rppal\"", "Raspberry Pi"),
+        (
+            "backend = \"gpiocdev\"\nchip = \"/dev/gpiochip-absent\"\nestop = 7",
+            "/dev/gpiochip-absent",
+        ),
+    ];
+    for (backend, word) in backends {
+        let config = config_with(folder.path(), &[("backend = \"none\"", backend)]);
+        let mut run = bench();
+        run.args([
+            "run",
+            "--headless",
+            "--participant",
+            "sub-01",
+            "--consent-by",
+            "K",
+            "--study",
+        ])
+        .arg(&study)
+        .arg("--config")
+        .arg(&config);
+        refused_before_anything_is_made(&mut run, &study, &[word]);
+    }
+}
+
+#[test]
+fn a_session_or_a_trial_that_exists_is_never_overwritten() {
+    let (folder, study) = room();
+    let protocol = demo_with(folder.path(), ONE_TRIAL);
+    let output = finish(&mut unattended(&study, "sub-01", &protocol));
+    assert!(output.status.success(), "{}", text(&output));
+    let before = SessionFolder::read(&study, "sub-01").unwrap();
+    let signals = before.recordings()[0].join("signals.wav");
+    let bytes = fs::read(&signals).unwrap();
+
+    let again = finish(&mut unattended(&study, "sub-01", &protocol));
+    refused(&again, &["sub-01 already has", "--resume", "--new-session"]);
+    let resumed = finish(unattended(&study, "sub-01", &protocol).arg("--resume"));
+    refused(&resumed, &["has ended", "--new-session"]);
+    assert_eq!(fs::read(&signals).unwrap(), bytes);
+    let after = SessionFolder::read(&study, "sub-01").unwrap();
+    assert_eq!(after.documents, before.documents);
+
+    // Another session is one more folder; a trial's folder that somebody made in its way stays as it is.
+    let mut run = Running::start(
+        unattended(&study, "sub-01", &protocol).arg("--new-session"),
+        &folder.path().join("output"),
+    );
+    let second = study.join("sub-01/ses-02");
+    let made = run.wait_for(MINUTE, || {
+        fs::create_dir(second.join("trial-001_attempt-1")).ok()
+    });
+    assert_eq!(made, Some(()), "{}", run.output());
+    let status = run.wait(MINUTE);
+    assert!(!status.success());
+    let printed = run.output();
+    assert!(
+        printed.contains("trial-001_attempt-1 exists: nothing is overwritten"),
+        "{printed}"
+    );
+    assert!(!printed.contains("panicked"), "{printed}");
+    assert_eq!(
+        fs::read_dir(second.join("trial-001_attempt-1"))
+            .unwrap()
+            .count(),
+        0
+    );
+    assert_eq!(fs::read(&signals).unwrap(), bytes);
+}
+
+#[test]
+fn a_second_instance_on_the_same_study() {
+    let (folder, study) = room();
+    let mut first = bench();
+    first
+        .args([
+            "run",
+            "--mock",
+            "--headless",
+            "--participant",
+            "sub-01",
+            "--consent-by",
+            "K",
+            "--study",
+        ])
+        .arg(&study);
+    let mut first = Running::start(&mut first, &folder.path().join("output"));
+    let log = study.join("sub-01/ses-01/events.jsonl");
+    let began = first.wait_for(MINUTE, || log.is_file().then_some(()));
+    assert!(began.is_some(), "{}", first.output());
+    let second = finish(&mut unattended(&study, "sub-02", "demo"));
+    refused(&second, &["in use", &first.pid().to_string()]);
+    assert!(!study.join("sub-02").exists());
+    assert!(first.ended().is_none(), "the first one goes on");
+}
+
+#[test]
+fn a_folder_that_is_no_study() {
+    let (_folder, study) = room();
+    fs::create_dir(&study).unwrap();
+    fs::write(study.join("thesis.tex"), "kept").unwrap();
+    let output = finish(&mut unattended(&study, "sub-01", "demo"));
+    refused(&output, &["is not a study", "--study"]);
+    assert_eq!(fs::read_dir(&study).unwrap().count(), 1);
+}

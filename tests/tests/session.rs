@@ -1,0 +1,269 @@
+//! A whole session on simulated hardware: what it prints, what it leaves on disk, and that it can be repeated to the bit.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use bench_tests::program::workspace;
+use bench_tests::recorded::Recording;
+use bench_tests::session::{SessionFolder, demo_with, finish, text, unattended};
+use friction_bench::recording::RecordingReader;
+use friction_bench::recording::manifest::{Direction, End, IntervalKind};
+use friction_bench::study::event_log::{Document, ExitStatus};
+use serde_json::Value;
+
+const RATE_HZ: f64 = 192_000.0;
+
+#[test]
+fn a_session_is_recorded_to_the_letter() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = folder.path().join("study");
+    let output = finish(&mut unattended(&study, "sub-01", "demo"));
+    let printed = text(&output);
+    assert_eq!(output.status.code(), Some(0), "{printed}");
+    for line in [
+        "trials accepted   4 of 4",
+        "drop-outs         0 frames lost, 0 input and 0 output xruns",
+    ] {
+        assert!(printed.contains(line), "no `{line}` in:\n{printed}");
+    }
+    let number = |name: &str| -> f64 {
+        let line = printed.lines().find(|line| line.starts_with(name));
+        let rest = line.unwrap_or_else(|| panic!("no `{name}` in:\n{printed}"));
+        let word = rest[name.len()..].split_whitespace().next().unwrap();
+        word.parse().unwrap()
+    };
+    assert!(
+        (0.5..0.8).contains(&number("mean normal force")),
+        "{printed}"
+    );
+    assert!(number("instances") >= 4.0 * 5.0, "{printed}");
+    assert!(printed.contains(&study.join("sub-01").display().to_string()));
+
+    study_files(&study);
+    let session = SessionFolder::read(&study, "sub-01").unwrap();
+    log_is_in_order(&session);
+    let recordings = session.recordings();
+    let names: Vec<_> = recordings
+        .iter()
+        .map(|path| path.file_name().unwrap().to_str().unwrap())
+        .collect();
+    assert_eq!(names[0], "practice-01_attempt-1");
+    let repeated = number("trials repeated") as usize;
+    assert_eq!(names.len(), 5 + repeated, "{names:?}");
+    for (index, path) in recordings.iter().enumerate() {
+        recording_is_complete(path, &session, index);
+    }
+}
+
+fn study_files(study: &Path) {
+    let read = |name: &str| std::fs::read_to_string(study.join(name)).unwrap();
+    let description: Value = serde_json::from_str(&read("dataset_description.json")).unwrap();
+    assert_eq!(description["DatasetType"], "raw");
+    assert_eq!(description["GeneratedBy"][0]["Name"], "friction-bench");
+    assert_eq!(
+        read("participants.tsv"),
+        "participant_id\tfirst_session_date\tprotocol\nsub-01\t2026-01-01\tdemo\n"
+    );
+    let session = study.join("sub-01/ses-01");
+    assert_eq!(
+        std::fs::read_to_string(session.join("demo.toml")).unwrap(),
+        std::fs::read_to_string(workspace().join("protocols/demo.toml")).unwrap()
+    );
+    let hardware = std::fs::read_to_string(session.join("bench.toml")).unwrap();
+    friction_bench::config::Config::parse(&hardware, "the snapshot").unwrap();
+}
+
+/// start, descriptors, events numbered without a hole, stop; as much promised as held.
+fn log_is_in_order(session: &SessionFolder) {
+    let documents = &session.documents;
+    let Some(Document::Start(start)) = documents.first() else {
+        panic!("the log begins with {:?}", documents.first());
+    };
+    assert_eq!((start.participant.as_str(), start.session), ("sub-01", 1));
+    assert_eq!(start.devices["simulated"], "true");
+    assert!(start.configuration["audio"]["rate_hz"] == 192_000);
+    let Some(Document::Stop(stop)) = documents.last() else {
+        panic!("the log ends with {:?}", documents.last());
+    };
+    assert_eq!(
+        (stop.exit_status, &stop.reason),
+        (ExitStatus::Success, &None)
+    );
+    let mut streams = BTreeSet::new();
+    let mut numbers = Vec::new();
+    let mut audio_s = 0.0;
+    for document in &documents[1..documents.len() - 1] {
+        match document {
+            Document::Descriptor(descriptor) => {
+                assert!(numbers.is_empty(), "descriptors come before events");
+                streams.insert(descriptor.stream.clone());
+            }
+            Document::Event(event) => {
+                assert!(
+                    streams.contains(&event.stream),
+                    "{event:?} is not described"
+                );
+                assert!(event.audio_s >= audio_s, "{event:?} before {audio_s} s");
+                audio_s = event.audio_s;
+                numbers.push(event.seq_num);
+            }
+            other => panic!("{other:?} in the middle of the log"),
+        }
+    }
+    assert_eq!(numbers, (1..=stop.num_events).collect::<Vec<_>>());
+    let order: Vec<_> = session
+        .named("trial_settled")
+        .map(|event| event.data["record"]["key"]["number"].as_u64().unwrap())
+        .collect();
+    assert!(order.is_sorted(), "{order:?}");
+    assert_eq!(
+        session.named("consent_given").next().unwrap().data["by"],
+        "A. Tester"
+    );
+}
+
+fn recording_is_complete(path: &Path, session: &SessionFolder, index: usize) {
+    let at = path.display();
+    let files: BTreeSet<_> = std::fs::read_dir(path)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    let expected = ["force.csv", "position.csv", "recording.toml", "signals.wav"];
+    assert_eq!(files, expected.map(str::to_owned).into(), "{at}");
+
+    let recording = Recording::read(path);
+    assert_eq!(recording.warnings, Vec::<String>::new(), "{at}");
+    assert_eq!(
+        (f64::from(recording.rate_hz), recording.channels),
+        (RATE_HZ, 4)
+    );
+    assert_eq!(recording.not_finite(), 0, "{at}");
+    // An independent reader finds the same frames.
+    let wav = hound::WavReader::open(path.join("signals.wav")).unwrap();
+    assert_eq!(wav.spec().sample_format, hound::SampleFormat::Float);
+    assert_eq!(wav.duration() as usize, recording.frames(), "{at}");
+
+    // From the frame at which the trial began to the frame at which all of its data were in, as the log has them.
+    let began_s = session.named("trial_began").nth(index).unwrap().audio_s;
+    let ended_s = session.phases("verdict").nth(index).unwrap().audio_s;
+    let frames = ((ended_s - began_s) * RATE_HZ).round() as usize;
+    assert_eq!(recording.frames(), frames, "{at}");
+    // And none was lost and made up for by another.
+    let step_rad = recording.greatest_phase_step_rad();
+    assert!(step_rad < 0.01, "{at}: the carrier jumps by {step_rad} rad");
+
+    let manifest = &recording.manifest;
+    let trial = manifest.trial.as_ref().unwrap();
+    assert_eq!(
+        (trial.end, &trial.interruption),
+        (Some(End::Completed), &None)
+    );
+    assert_eq!(trial.practice, index == 0);
+    assert!(manifest.events.is_empty(), "{at}: {:?}", manifest.events);
+    let kinds: Vec<_> = manifest
+        .intervals
+        .iter()
+        .map(|interval| interval.kind)
+        .collect();
+    assert_eq!(
+        kinds,
+        [
+            IntervalKind::Unloaded,
+            IntervalKind::Exploration(Direction::LeftToRight),
+            IntervalKind::Exploration(Direction::RightToLeft),
+        ]
+    );
+    let mut after_s = 0.0;
+    for interval in &manifest.intervals {
+        assert!(interval.start_s >= after_s, "{at}: {interval:?}");
+        after_s = interval.end_s;
+    }
+    assert!(after_s < recording.duration_s(), "{at}");
+    let slide_s = manifest.intervals[1].end_s - manifest.intervals[1].start_s;
+    assert!((slide_s - 0.085 / 0.050).abs() < 1e-6, "{at}: {slide_s} s");
+
+    let reader = RecordingReader::open(path).unwrap();
+    let force: Vec<f64> = reader
+        .force()
+        .unwrap()
+        .map(|row| row.unwrap().time_s)
+        .collect();
+    let position: Vec<f64> = reader
+        .position()
+        .unwrap()
+        .map(|row| row.unwrap().time_s)
+        .collect();
+    for (name, times_s, rate_hz) in [("force", force, 10_000.0), ("position", position, 1_000.0)] {
+        let rows = times_s.len() as f64;
+        let expected = recording.duration_s() * rate_hz;
+        assert!(
+            (rows - expected).abs() < 0.01 * expected,
+            "{at}: {rows} rows of {name}, not {expected}"
+        );
+        assert!(times_s.is_sorted_by(|a, b| a < b), "{at}: {name}");
+        assert!(
+            times_s[0] >= 0.0 && times_s[times_s.len() - 1] <= recording.duration_s() + 1e-6,
+            "{at}: {name}"
+        );
+    }
+}
+
+/// Every file of a study but the lock, by its path.
+fn contents(study: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    let mut folders = vec![study.to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path
+                .file_name()
+                .is_some_and(|name| name != ".friction-bench.lock")
+            {
+                let name = path.strip_prefix(study).unwrap().display().to_string();
+                files.insert(name, std::fs::read(&path).unwrap());
+            }
+        }
+    }
+    files
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bytes_and_another_one_other_signals() {
+    let folder = tempfile::tempdir().unwrap();
+    let protocol = demo_with(
+        folder.path(),
+        &[
+            ("practice = 1", "practice = 0"),
+            ("per_condition = 4", "per_condition = 2"),
+        ],
+    );
+    let run = |run: &str, seed: &str| {
+        let study = folder.path().join(run).join("study");
+        let output = finish(unattended(&study, "sub-07", &protocol).args(["--seed", seed]));
+        assert!(output.status.success(), "{}", text(&output));
+        contents(&study)
+    };
+    let (first, again, other) = (run("first", "42"), run("again", "42"), run("other", "43"));
+    assert_eq!(
+        first.keys().collect::<Vec<_>>(),
+        again.keys().collect::<Vec<_>>()
+    );
+    let different: Vec<_> = first
+        .iter()
+        .filter(|(name, bytes)| again[*name] != **bytes)
+        .map(|(name, _)| name)
+        .collect();
+    assert!(
+        different.is_empty(),
+        "the same seed gives another {different:?}"
+    );
+    for file in ["signals.wav", "force.csv", "position.csv"] {
+        let name = format!("sub-07/ses-01/trial-001_attempt-1/{file}");
+        assert_ne!(
+            first[&name], other[&name],
+            "{name} does not depend on the seed"
+        );
+    }
+}

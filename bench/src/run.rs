@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, bail};
+use contact::AssumedConstants;
 use jiff::tz::TimeZone;
 use protocols::{
     ParticipantId, Protocol, Session, SessionEventKind, TrialKey, records_from_events,
@@ -21,6 +22,7 @@ use crate::readiness::Readiness;
 use crate::recording::AudioFormat;
 use crate::recording::manifest::{self, Manifest};
 use crate::recording::recorder::Begin;
+use crate::refit::Refit;
 use crate::session::{BeginRecording, Report, SessionTask, Watcher, Wiring, summary_lines};
 use crate::sound::Sound;
 use crate::study::event_log::{Document, Start};
@@ -265,6 +267,7 @@ pub fn run(
 
     let (entries, journal_entries) = crossbeam_channel::unbounded();
     let (reports, report) = crossbeam_channel::bounded(1);
+    let (refits, fits, refit) = Refit::new(plan.carrier_hz, AssumedConstants::ESTIMATION);
     let admit = {
         let (config, settings) = (config.clone(), plan.settings);
         Box::new(move |drive: &protocols::Drive| Ok(settings.admit(waveform(drive, &config))?))
@@ -281,6 +284,8 @@ pub fn run(
         watchers: std::mem::take(&mut watchers),
         sound,
         journal: entries,
+        refits,
+        fits,
         shared,
         stop: stop.clone(),
     };
@@ -298,6 +303,7 @@ pub fn run(
 
     let mut tasks = before;
     tasks.push(Box::new(task));
+    tasks.push(Box::new(refit));
     tasks.extend(after);
     tasks.push(Box::new(journal));
     streams.play()?;

@@ -8,30 +8,33 @@ use std::time::Duration;
 use crossbeam_channel::{Receiver, Sender};
 use protocols::{
     Action, DriveRequest, Interval, Observation, OperatorCommand, ParticipantView, Phase, Safety,
-    SessionEvent, SessionEventKind, SessionOutcome, SessionSummary, TrialAnalysis, TrialEnd,
-    TrialKey, Verdict,
+    SelectionRules, SessionEvent, SessionEventKind, SessionOutcome, SessionSummary, TrialAnalysis,
+    TrialEnd, TrialKey, Verdict,
 };
 use signalgen::Program;
 use tui::event::Level;
 
 use crate::acquisition::RecordingCommand;
 use crate::analysis::record::Record;
-use crate::analysis::trial;
+use crate::analysis::{instance, trial};
 use crate::config::Config;
 use crate::drive::Drive;
 use crate::front::Front;
 use crate::health::LiveMeter;
 use crate::journal::Entry;
+use crate::live::LiveContact;
 use crate::pipeline::{Account, Batch};
 use crate::readiness::Readiness;
 use crate::recording::manifest::EventKind;
 use crate::recording::recorder::{Begin, RecorderGauge, RecorderNotice};
 use crate::recording::writer::Ending;
+use crate::refit::{FitReport, FitRequest, Selected};
 use crate::safety::{SafetyState, Trip};
 use crate::schedule::{StopFlag, Task};
 use crate::screen;
 use crate::shared::Shared;
 use crate::sound::{Sound, Tone};
+use crate::study::TrialLabel;
 
 /// Who wants to know what the participant sees and hears: a display, a simulated person.
 pub type Watcher = Box<dyn FnMut(&tui::ParticipantView, bool, Option<Tone>) + Send>;
@@ -67,6 +70,10 @@ pub struct Wiring {
     pub sound: Option<Sound>,
     /// The session's log.
     pub journal: Sender<Entry>,
+    /// Fits what a trial says about the contact.
+    pub refits: Sender<FitRequest>,
+    /// What came of it.
+    pub fits: Receiver<FitReport>,
     /// Latest values of all tasks.
     pub shared: Arc<Shared>,
     /// Ends the bench.
@@ -116,6 +123,7 @@ pub struct SessionTask {
     safety: SafetyState,
     screen_due_ns: u64,
     meter: LiveMeter,
+    contact: LiveContact,
     open: bool,
     ended: Option<SessionOutcome>,
     report: Sender<Report>,
@@ -142,6 +150,7 @@ impl SessionTask {
         unattended: bool,
         report: Sender<Report>,
     ) -> Self {
+        let contact = LiveContact::new(machine.protocol().force.contact_n);
         Self {
             machine,
             config,
@@ -166,6 +175,7 @@ impl SessionTask {
             safety: SafetyState::Disarmed,
             screen_due_ns: 0,
             meter: LiveMeter::default(),
+            contact,
             open: false,
             ended: None,
             report,
@@ -190,6 +200,7 @@ impl SessionTask {
             self.account = batch.account;
             self.normal_n = batch.force.last().map(|row| row.normal_n).or(self.normal_n);
             self.meter.take(&batch);
+            self.contact.take(&batch, |_| {});
             if self.collecting {
                 self.record.frames.extend(batch.frames);
                 self.record.force.extend(batch.force);
@@ -277,7 +288,39 @@ impl SessionTask {
         analysis.output_xruns = self.account.output_xruns - before.output_xruns;
         let crop = screen::crop(&due.key, self.machine.protocol(), &analysis, &self.record);
         self.wiring.front.show(tui::Event::Crop(crop));
+        self.ask_for_a_fit(&due, &analysis, rules);
         self.analysed = Some(analysis);
+    }
+
+    /// The fit takes longer than a step may; it comes back by [`SessionTask::take_fits`].
+    fn ask_for_a_fit(&mut self, due: &Due, analysis: &TrialAnalysis, rules: SelectionRules) {
+        let sort = if due.key.practice {
+            "practice"
+        } else {
+            "trial"
+        };
+        let number = TrialLabel::new(&due.key, self.machine.protocol().trials.practice).number;
+        let record = std::mem::take(&mut self.record);
+        let request = FitRequest {
+            label: format!("{sort} {number}"),
+            plate: instance::plate(trial::unloaded(&due.intervals, &record)),
+            record,
+            explorations: Selected::of(&due.intervals, analysis),
+            rules,
+        };
+        // The fitting task ends before the session only when it failed, and that stops the bench.
+        let _ = self.wiring.refits.send(request);
+    }
+
+    fn take_fits(&mut self) {
+        while let Ok(report) = self.wiring.fits.try_recv() {
+            if let Ok(fit) = &report.fit {
+                self.contact.refit(fit);
+            }
+            for line in report.lines() {
+                self.log(Level::Info, line);
+            }
+        }
     }
 
     fn step(&mut self) -> anyhow::Result<()> {
@@ -429,6 +472,7 @@ impl SessionTask {
             self.screen_due_ns = now_ns + SCREEN_PERIOD_NS;
             let slider_m = self.view.as_ref().and_then(|view| view.slider_m);
             if let Some(live) = self.meter.live(slider_m) {
+                let live = self.contact.shown(live);
                 self.wiring.front.show(tui::Event::Live(live));
             }
         }
@@ -517,6 +561,7 @@ impl Task for SessionTask {
         self.wiring.drive.poll(&self.safety);
         self.take_batches();
         self.take_notices();
+        self.take_fits();
         self.take_wishes();
         self.analyse();
         self.step()?;

@@ -9,6 +9,7 @@ use impedance::clock::LowerEnvelope;
 use signalgen::{BlockHeader, InputReader};
 
 use crate::field::Reading;
+use crate::gap::{Block, LossWatch, Lost, Piece};
 use crate::pipeline::{Batch, Pipeline};
 use crate::recording::manifest::{Event, EventKind, Interval};
 use crate::recording::recorder::{Begin, RecorderMessage, RecorderSender};
@@ -45,6 +46,7 @@ pub struct Acquisition {
     /// Next block's first frame as the card counts, without the frames that an xrun swallowed.
     card_frames: u64,
     recording: Option<Recording>,
+    loss: LossWatch,
     last_force_s: f64,
     last_position_s: f64,
 }
@@ -67,10 +69,11 @@ pub struct Wiring {
 }
 
 impl Acquisition {
-    /// Reads `input` into `pipeline`.
+    /// Reads `input` into `pipeline`; `loss` numbers what an xrun swallows.
     pub fn new(
         input: InputReader,
         pipeline: Pipeline,
+        loss: LossWatch,
         wiring: Wiring,
         shared: Arc<Shared>,
     ) -> Self {
@@ -87,6 +90,7 @@ impl Acquisition {
             waiting: Vec::new(),
             card_frames: 0,
             recording: None,
+            loss,
             last_force_s: f64::NEG_INFINITY,
             last_position_s: f64::NEG_INFINITY,
         }
@@ -144,8 +148,6 @@ impl Acquisition {
         now_s: f64,
         batch: &mut Batch,
     ) -> anyhow::Result<()> {
-        let dropped = header.first_frame.saturating_sub(self.card_frames);
-        self.card_frames = header.first_frame + u64::from(header.frames);
         let before = self.pipeline.account();
         self.pipeline
             .count_xruns(header.input_xruns, header.output_xruns);
@@ -155,22 +157,47 @@ impl Acquisition {
         if header.output_xruns > before.output_xruns {
             self.event(EventKind::OutputXrun, None, None);
         }
-        if dropped > 0 {
-            self.lose(dropped, batch)?;
+        let samples = std::mem::take(&mut self.block);
+        for piece in self.loss.pass(header, samples) {
+            match piece {
+                Piece::Block(block) => self.accept(block, now_s, batch)?,
+                Piece::Lost(lost) => self.swallowed(lost, batch)?,
+            }
         }
-        let block = std::mem::take(&mut self.block);
-        self.pipeline.take(&block, &mut batch.frames)?;
+        Ok(())
+    }
+
+    /// Takes a block whose place on the audio clock is known.
+    fn accept(&mut self, block: Block, now_s: f64, batch: &mut Batch) -> anyhow::Result<()> {
+        let Block {
+            header, samples, ..
+        } = block;
+        let dropped = header.first_frame.saturating_sub(self.card_frames);
+        self.card_frames = header.first_frame + u64::from(header.frames);
+        self.lose(dropped, batch)?;
+        self.pipeline.take(&samples, &mut batch.frames)?;
         if self.recording.is_some() {
-            self.record(RecorderMessage::Audio(block));
+            self.record(RecorderMessage::Audio(samples));
         } else {
-            self.block = block;
+            self.block = samples;
         }
         self.clock.observe(self.pipeline.audio_s(), now_s)?;
         Ok(())
     }
 
+    fn swallowed(&mut self, lost: Lost, batch: &mut Batch) -> anyhow::Result<()> {
+        if let (Lost::About(_), 1..) = (lost, lost.frames()) {
+            let text = "the gap that follows is numbered by the card's timestamps alone";
+            self.event(EventKind::Note, None, Some(text.to_owned()));
+        }
+        self.lose(lost.frames(), batch)
+    }
+
+    /// Keeps the audio clock true; the recorder writes the event with the gap.
     fn lose(&mut self, frames: u64, batch: &mut Batch) -> anyhow::Result<()> {
-        self.event(EventKind::Gap, Some(frames), None);
+        if frames == 0 {
+            return Ok(());
+        }
         self.pipeline.lose(frames, &mut batch.frames)?;
         if self.recording.is_some() {
             self.record(RecorderMessage::Gap(frames));

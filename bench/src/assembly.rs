@@ -16,6 +16,7 @@ use crate::config::{Config, SampleFormat};
 use crate::drive::{Drive, Guard, settings};
 use crate::field::{Encoder, Field, Reading};
 use crate::force::{ForceLink, open_port};
+use crate::gap::LossWatch;
 use crate::gpio::Lines;
 use crate::pipeline::{Batch, CLIP_LEVEL, Pipeline};
 use crate::recording::recorder::{RecorderGauge, RecorderNotice, RecorderTask, recorder};
@@ -221,6 +222,12 @@ impl Bench {
         let acquisition = Acquisition::new(
             input,
             Pipeline::new(demodulator, zm, channels),
+            LossWatch::new(
+                carrier_hz,
+                config.audio.rate_hz,
+                channels,
+                usize::from(config.channels.drive.index),
+            ),
             Wiring {
                 readings,
                 commands: recording_orders,

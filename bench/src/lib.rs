@@ -15,6 +15,7 @@ pub mod encoder;
 pub mod field;
 pub mod force;
 pub mod front;
+pub mod gap;
 pub mod gpio;
 pub mod health;
 pub mod journal;

@@ -37,6 +37,12 @@ impl FaultPanel {
         self.audio.skip_frames(direction, frames);
     }
 
+    /// What a card does that ran over: `frames` are lost at the next buffer, and an xrun is reported.
+    pub fn xrun(&self, direction: Direction, frames: u64) {
+        self.skip_frames(direction, frames);
+        self.inject(direction, ErrorKind::Xrun);
+    }
+
     /// Callbacks of one direction stop coming, or come again.
     pub fn halt_audio(&self, direction: Direction, halted: bool) {
         self.audio.halt(direction, halted);

@@ -6,6 +6,7 @@ use std::path::Path;
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use crate::analysis::published::statistics;
 use crate::analysis::results::Results;
 use crate::analysis::{Analysed, RecordingAnalysis, Settings, analyse, find};
 use crate::cli::Analyze;
@@ -32,7 +33,10 @@ pub fn run(options: &Analyze) -> anyhow::Result<bool> {
         let text = Results::new(&analysed).to_json()?;
         write_text(path, &text)?;
     }
-    if options.json.is_none() {
+    if options.table {
+        write!(std::io::stdout(), "{}", statistics(&analysed).to_text())?;
+    }
+    if options.json.is_none() && !options.table {
         write!(std::io::stdout(), "{}", summary(&analysed))?;
     }
     Ok(analysed.recordings.iter().all(|r| r.found.is_ok()))

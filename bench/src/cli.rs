@@ -150,6 +150,9 @@ pub struct Analyze {
     /// Write the results as JSON; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+    /// Print the published statistics beside those of these recordings.
+    #[arg(long)]
+    pub table: bool,
     /// Assume another value, such as `contact_area_m2=314e-6`; the names are those of the results' `settings`.
     #[arg(long, value_name = "NAME=VALUE")]
     pub assume: Vec<String>,

@@ -49,8 +49,8 @@ pub struct InstanceAnalysis {
     pub end_s: f64,
     /// Mean normal force, N.
     pub normal_n: f64,
-    /// What changed over it.
-    pub deltas: Deltas,
+    /// By how much the measured friction fell: mean of the first 5 ms less that of the last.
+    pub delta_mu: f64,
     /// What was measured in it.
     pub samples: InstanceSamples,
     /// The published method's estimate.
@@ -69,18 +69,31 @@ impl InstanceAnalysis {
             Method::Dynamic => &self.dynamic,
         }
     }
+
+    /// The impedance that one method reads, N·s/m.
+    pub fn z_m(&self, method: Method) -> &[Complex64] {
+        match method {
+            Method::Paper => &self.samples.z_m_plain_n_s_per_m,
+            Method::Dynamic => &self.samples.z_m_corrected_n_s_per_m,
+        }
+    }
 }
 
-/// By how much measured quantities fell over an instance: the mean of its first 5 ms less that of its last.
+/// What changed over an instance: the mean of its first 5 ms against that of its last. All are positive where the amplitude's
+/// rise lifts the skin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Deltas {
-    /// Of |Z_m|, plain and smoothed, N·s/m.
+    /// Fall of |Z_m| as the method reads it, N·s/m.
     pub abs_z_m_n_s_per_m: f64,
-    /// Of Re Z_m, N·s/m.
+    /// Fall of Re Z_m, N·s/m.
     pub re_z_m_n_s_per_m: f64,
-    /// Of Im Z_m, N·s/m.
-    pub im_z_m_n_s_per_m: f64,
-    /// Of the measured friction.
+    /// Fall of |Im Z_m|, N·s/m.
+    pub abs_im_z_m_n_s_per_m: f64,
+    /// Rise of the gap, m.
+    pub gap_m: f64,
+    /// Rise of the squeeze film's force, N.
+    pub squeeze_n: f64,
+    /// Fall of the estimated friction.
     pub mu: f64,
 }
 
@@ -128,12 +141,8 @@ pub struct Estimated {
     pub series: EstimatedSeries,
     /// Estimated against measured friction; `None` if either does not vary.
     pub spearman_mu: Option<Correlation>,
-    /// By how much the gap grew over the instance, m.
-    pub delta_gap_m: f64,
-    /// By how much the estimated friction fell.
-    pub delta_mu: f64,
-    /// By how much the squeeze film's force grew, N.
-    pub delta_squeeze_n: f64,
+    /// What changed over the instance.
+    pub deltas: Deltas,
     /// How σ_t, Z_t and τ hang on the assumed constants; `None` if a refit beside the assumed values fails.
     pub sensitivities: Option<Sensitivities>,
 }
@@ -191,53 +200,53 @@ pub fn estimate(
 
     let inside = series.instance();
     let edges = Edges::of(inside.time_s);
-    let z_m = inside.z_m_plain_n_s_per_m;
     let film = Film {
         edges: &edges,
         settings,
         amplitude_m: inside.amplitude_m,
         mu: inside.mu,
     };
-    let paper = film.estimated(Fitted {
-        verdict: paper.verdict,
-        sigma_t: (paper.sigma_t_m, paper.sigma_t_std_m),
-        z_t: (paper.z_t_n_s_per_m, paper.z_t_std_n_s_per_m),
-        tau_s: None,
-        mu0: (paper.mu0, paper.mu0_std),
-        rest: Some(paper.rest),
-        agreement: paper.agreement,
-        series: paper.series,
-        sensitivities: paper::sensitivities(&series, conditions, &paper_options).ok(),
-    });
+    let paper = film.estimated(
+        inside.z_m_plain_n_s_per_m,
+        Fitted {
+            verdict: paper.verdict,
+            sigma_t: (paper.sigma_t_m, paper.sigma_t_std_m),
+            z_t: (paper.z_t_n_s_per_m, paper.z_t_std_n_s_per_m),
+            tau_s: None,
+            mu0: (paper.mu0, paper.mu0_std),
+            rest: Some(paper.rest),
+            agreement: paper.agreement,
+            series: paper.series,
+            sensitivities: paper::sensitivities(&series, conditions, &paper_options).ok(),
+        },
+    );
     let finger = dynamic.finger;
-    let dynamic = film.estimated(Fitted {
-        verdict: dynamic.verdict,
-        sigma_t: (dynamic.sigma_t_m, dynamic.sigma_t_std_m),
-        z_t: (dynamic.z_t_n_s_per_m, dynamic.z_t_std_n_s_per_m),
-        tau_s: Some((dynamic.tau_s, dynamic.tau_std_s)),
-        mu0: (dynamic.mu0, dynamic.mu0_std),
-        rest: None,
-        agreement: dynamic.agreement,
-        series: dynamic.series,
-        sensitivities: dynamic::sensitivities(&series, conditions, &dynamic_options).ok(),
-    });
+    let dynamic = film.estimated(
+        inside.z_m_corrected_n_s_per_m,
+        Fitted {
+            verdict: dynamic.verdict,
+            sigma_t: (dynamic.sigma_t_m, dynamic.sigma_t_std_m),
+            z_t: (dynamic.z_t_n_s_per_m, dynamic.z_t_std_n_s_per_m),
+            tau_s: Some((dynamic.tau_s, dynamic.tau_std_s)),
+            mu0: (dynamic.mu0, dynamic.mu0_std),
+            rest: None,
+            agreement: dynamic.agreement,
+            series: dynamic.series,
+            sensitivities: dynamic::sensitivities(&series, conditions, &dynamic_options).ok(),
+        },
+    );
     Ok(InstanceAnalysis {
         direction,
         start_s: instance.start_s,
         end_s: instance.end_s,
         normal_n: inside.normal_n.iter().sum::<f64>() / inside.normal_n.len() as f64,
-        deltas: Deltas {
-            abs_z_m_n_s_per_m: edges.fall(|i| z_m[i].norm()),
-            re_z_m_n_s_per_m: edges.fall(|i| z_m[i].re),
-            im_z_m_n_s_per_m: edges.fall(|i| z_m[i].im),
-            mu: edges.fall(|i| inside.mu[i]),
-        },
+        delta_mu: edges.fall(|i| inside.mu[i]),
         samples: InstanceSamples {
             time_s: inside.time_s.to_vec(),
             amplitude_m: inside.amplitude_m.to_vec(),
             normal_n: inside.normal_n.to_vec(),
             mu: inside.mu.to_vec(),
-            z_m_plain_n_s_per_m: z_m.to_vec(),
+            z_m_plain_n_s_per_m: inside.z_m_plain_n_s_per_m.to_vec(),
             z_m_corrected_n_s_per_m: inside.z_m_corrected_n_s_per_m.to_vec(),
         },
         paper,
@@ -295,7 +304,7 @@ struct Film<'a> {
 }
 
 impl Film<'_> {
-    fn estimated(&self, fitted: Fitted) -> Estimated {
+    fn estimated(&self, z_m: &[Complex64], fitted: Fitted) -> Estimated {
         let gap_m = &fitted.series.gap_m;
         let contact = Contact::new(&self.settings.assumed(), fitted.sigma_t.0);
         let squeeze_n = |i: usize| {
@@ -305,9 +314,14 @@ impl Film<'_> {
         };
         Estimated {
             spearman_mu: spearman(&fitted.series.mu, self.mu),
-            delta_gap_m: -self.edges.fall(|i| gap_m[i]),
-            delta_mu: self.edges.fall(|i| fitted.series.mu[i]),
-            delta_squeeze_n: -self.edges.fall(squeeze_n),
+            deltas: Deltas {
+                abs_z_m_n_s_per_m: self.edges.fall(|i| z_m[i].norm()),
+                re_z_m_n_s_per_m: self.edges.fall(|i| z_m[i].re),
+                abs_im_z_m_n_s_per_m: self.edges.fall(|i| z_m[i].im.abs()),
+                gap_m: -self.edges.fall(|i| gap_m[i]),
+                squeeze_n: -self.edges.fall(squeeze_n),
+                mu: self.edges.fall(|i| fitted.series.mu[i]),
+            },
             verdict: fitted.verdict,
             sigma_t_m: fitted.sigma_t.0,
             sigma_t_std_m: fitted.sigma_t.1,

@@ -10,6 +10,7 @@ pub mod exploration;
 pub mod find;
 pub mod instance;
 pub mod model_check;
+pub mod published;
 pub mod reading;
 pub mod record;
 pub mod recording;

@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::analysed::{Analysed, RecordingAnalysis};
 use super::estimate::{Estimated, InstanceAnalysis};
 use super::model_check::Band;
+use super::published::{Statistics, statistics};
 use super::settings::Settings;
 
 /// Version of the results file.
@@ -19,7 +20,7 @@ pub struct Results {
     format: u32,
     settings: Settings,
     recordings: Vec<Recording>,
-    statistics: serde_json::Value,
+    statistics: Statistics,
 }
 
 #[derive(Debug, Serialize)]
@@ -49,8 +50,6 @@ struct Instance {
     direction: Direction,
     normal_n: f64,
     delta_z_m_n_s_per_m: f64,
-    delta_re_z_m_n_s_per_m: f64,
-    delta_im_z_m_n_s_per_m: f64,
     delta_mu: f64,
     #[serde(flatten)]
     methods: Methods<Estimate>,
@@ -66,6 +65,9 @@ struct Estimate {
     r2_impedance: f64,
     rms_mu: f64,
     spearman_mu: Option<f64>,
+    delta_z_m_n_s_per_m: f64,
+    delta_re_z_m_n_s_per_m: f64,
+    delta_abs_im_z_m_n_s_per_m: f64,
     delta_gap_m: f64,
     delta_squeeze_n: f64,
     delta_mu: f64,
@@ -127,7 +129,7 @@ impl Results {
             format: FORMAT,
             settings: analysed.settings,
             recordings: analysed.recordings.iter().map(Recording::from).collect(),
-            statistics: serde_json::Value::Object(serde_json::Map::new()),
+            statistics: statistics(analysed),
         }
     }
 
@@ -188,16 +190,13 @@ impl From<&RecordingAnalysis> for Recording {
 
 impl From<&InstanceAnalysis> for Instance {
     fn from(instance: &InstanceAnalysis) -> Self {
-        let deltas = instance.deltas;
         Self {
             start_s: instance.start_s,
             end_s: instance.end_s,
             direction: instance.direction,
             normal_n: instance.normal_n,
-            delta_z_m_n_s_per_m: deltas.abs_z_m_n_s_per_m,
-            delta_re_z_m_n_s_per_m: deltas.re_z_m_n_s_per_m,
-            delta_im_z_m_n_s_per_m: deltas.im_z_m_n_s_per_m,
-            delta_mu: deltas.mu,
+            delta_z_m_n_s_per_m: instance.paper.deltas.abs_z_m_n_s_per_m,
+            delta_mu: instance.delta_mu,
             methods: Methods {
                 paper: Estimate::from(&instance.paper),
                 dynamic: Estimate::from(&instance.dynamic),
@@ -208,6 +207,7 @@ impl From<&InstanceAnalysis> for Instance {
 
 impl From<&Estimated> for Estimate {
     fn from(estimated: &Estimated) -> Self {
+        let deltas = &estimated.deltas;
         Self {
             sigma_t_m: estimated.sigma_t_m,
             z_t_n_s_per_m: pair(estimated.z_t_n_s_per_m),
@@ -216,9 +216,12 @@ impl From<&Estimated> for Estimate {
             r2_impedance: estimated.agreement.r2_impedance,
             rms_mu: estimated.agreement.rms_mu,
             spearman_mu: estimated.spearman_mu.map(|correlation| correlation.rho),
-            delta_gap_m: estimated.delta_gap_m,
-            delta_squeeze_n: estimated.delta_squeeze_n,
-            delta_mu: estimated.delta_mu,
+            delta_z_m_n_s_per_m: deltas.abs_z_m_n_s_per_m,
+            delta_re_z_m_n_s_per_m: deltas.re_z_m_n_s_per_m,
+            delta_abs_im_z_m_n_s_per_m: deltas.abs_im_z_m_n_s_per_m,
+            delta_gap_m: deltas.gap_m,
+            delta_squeeze_n: deltas.squeeze_n,
+            delta_mu: deltas.mu,
             verdict: estimated.verdict.to_string(),
             std: Std {
                 sigma_t_m: estimated.sigma_t_std_m,

@@ -1,0 +1,185 @@
+//! The unmodified binary on a real audio server at 192 kHz: the simulated apparatus is another client of the same server.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::Duration;
+
+use bench_tests::program::{bench, installed, jack_apparatus};
+use bench_tests::recorded::Recording;
+use bench_tests::running::Running;
+use bench_tests::session::{SessionFolder, config_with, demo_with, finish, text};
+use friction_bench::recording::manifest::{End, IntervalKind};
+use tempfile::TempDir;
+
+const PATIENCE: Duration = Duration::from_secs(30);
+/// On a busy machine the server itself may fail to start, or to call its clients in time.
+const TRIES: usize = 4;
+
+/// Synchronous: a client that is late delays the others, and no period is lost.
+const JACKD: [&str; 11] = [
+    "-S", "-d", "dummy", "-r", "192000", "-p", "1024", "-C", "0", "-P", "0",
+];
+
+/// A server with the apparatus on it, under names of their own.
+struct Server {
+    folder: TempDir,
+    name: String,
+    force_port: PathBuf,
+    apparatus: Running,
+    jackd: Running,
+}
+
+impl Server {
+    fn start() -> Option<Self> {
+        let jackd = installed("jackd");
+        let folder = tempfile::tempdir().unwrap();
+        static SERVERS: AtomicU32 = AtomicU32::new(0);
+        let number = SERVERS.fetch_add(1, Ordering::Relaxed);
+        let name = format!("bench-{}-{number}", std::process::id());
+        let force_port = folder.path().join("force");
+        // A server that lost its clients may write without end: nothing of it is kept.
+        let mut jackd = Running::start(
+            on(&name, Command::new(jackd)).args(JACKD),
+            Path::new("/dev/null"),
+        );
+        let mut apparatus = Running::start(
+            on(&name, Command::new(jack_apparatus())).arg("--force-link").arg(&force_port),
+            &folder.path().join("apparatus.log"),
+        );
+        let log = folder.path().join("apparatus.log");
+        let ready = apparatus.wait_for(PATIENCE, || {
+            std::fs::read_to_string(&log).ok()?.contains("ready at 192000 Hz").then_some(())
+        });
+        if ready.is_none() || jackd.ended().is_some() {
+            println!("no server: {}", apparatus.output());
+            return None;
+        }
+        Some(Self {
+            folder,
+            name,
+            force_port,
+            apparatus,
+            jackd,
+        })
+    }
+
+    /// `run` on this server, its force sensor at `force_port`.
+    fn run(&self, force_port: &Path) -> Command {
+        let folder = self.folder.path();
+        let port = format!("port = \"{}\" #", force_port.display());
+        let config = config_with(
+            folder,
+            &[
+                ("host = \"native\"", "host = \"jack\""),
+                ("output_device = \"sim\"", "output_device = \"output\""),
+                ("input_device = \"sim\"", "input_device = \"input\""),
+                ("sample_format = \"i32\"", "sample_format = \"f32\""),
+                ("output_channels = 2", "output_channels = 1"),
+                ("loop_latency_s =", "loop_latency_s = 1.0 #"),
+                ("silence_s =", "silence_s = 1.0 #"),
+                ("port =", &port),
+                ("[encoder]\n", "[encoder] # has no lines\n"),
+                ("device = \"sim-speakers\"", "device = \"\""),
+            ],
+        );
+        let protocol = demo_with(
+            folder,
+            &[
+                ("practice = 1", "practice = 0"),
+                ("per_condition = 4", "per_condition = 1"),
+                ("[\"left_to_right\", \"right_to_left\"]", "[\"left_to_right\"]"),
+                ("max_per_trial = 3", "max_per_trial = 0"),
+                ("lift_finger_s = 30.0", "lift_finger_s = 1.0"),
+            ],
+        );
+        let mut command = on(&self.name, bench());
+        command
+            .args(["run", "--headless", "--participant", "sub-01", "--consent-by", "A. Tester"])
+            .arg("--config")
+            .arg(config)
+            .arg("--protocol")
+            .arg(protocol)
+            .arg("--study")
+            .arg(self.study());
+        command
+    }
+
+    fn study(&self) -> PathBuf {
+        self.folder.path().join("study")
+    }
+}
+
+fn on(server: &str, mut command: Command) -> Command {
+    command
+        .env("JACK_DEFAULT_SERVER", server)
+        .env("JACK_NO_AUDIO_RESERVATION", "1")
+        .env("JACK_NO_START_SERVER", "1");
+    command
+}
+
+/// A session to its end; `None` when the machine was too busy for the server or for the bench's safety watch.
+fn session() -> Option<(Server, SessionFolder)> {
+    let mut server = Server::start()?;
+    let mut run = Running::start(&mut server.run(&server.force_port), &server.folder.path().join("output"));
+    let status = run.wait(Duration::from_secs(120));
+    let printed = run.output();
+    println!("{printed}");
+    assert!(!printed.contains("panicked"), "{printed}");
+    if server.jackd.ended().is_some() || server.apparatus.ended().is_some() {
+        println!("the server or the apparatus is gone: {}", server.apparatus.output());
+        return None;
+    }
+    if !status.success() || !printed.contains("0 frames lost, 0 input and 0 output xruns") {
+        return None;
+    }
+    let session = SessionFolder::read(&server.study(), "sub-01").unwrap();
+    Some((server, session))
+}
+
+#[test]
+fn an_exploration_over_a_real_audio_server_is_recorded_to_the_sample() {
+    let (_server, session) = (0..TRIES)
+        .find_map(|_| session())
+        .unwrap_or_else(|| panic!("no session without a drop-out in {TRIES} tries"));
+    let recordings = session.recordings();
+    assert_eq!(recordings.len(), 1, "{recordings:?}");
+    let recording = Recording::read(&recordings[0]);
+    assert_eq!(recording.warnings, Vec::<String>::new());
+    assert_eq!((recording.rate_hz, recording.channels), (192_000, 4));
+    let manifest = &recording.manifest;
+    assert_eq!(manifest.trial.as_ref().unwrap().end, Some(End::Completed));
+    let hardware = manifest.hardware.as_ref().unwrap();
+    assert!(!hardware.input_device.contains("sim"), "{hardware:?}");
+    let start = &session.starts()[0];
+    assert_eq!(start.devices["simulated"], "false");
+    let kinds: Vec<_> = manifest.intervals.iter().map(|interval| interval.kind).collect();
+    assert_eq!(kinds[0], IntervalKind::Unloaded);
+    assert!(matches!(kinds[1..], [IntervalKind::Exploration(_)]), "{kinds:?}");
+    assert!(manifest.intervals[1].end_s < recording.duration_s());
+
+    // Every sample accounted for: as many as the audio clock says between the beginning and the verdict, give or take the
+    // blocks that were under way; none of them made up; and the carrier, read back through the server, never slips, though a
+    // single sample would turn it by 65.6°.
+    let began_s = session.named("trial_began").next().unwrap().audio_s;
+    let ended_s = session.phases("verdict").next().unwrap().audio_s;
+    let missing_s = ended_s - began_s - recording.duration_s();
+    assert!(missing_s.abs() < 0.1, "{missing_s} s");
+    assert_eq!(recording.not_finite(), 0);
+    let step_rad = recording.greatest_phase_step_rad();
+    println!("{} frames, carrier phase within {step_rad:.2e} rad", recording.frames());
+    assert!(step_rad < 0.01, "the carrier jumps by {step_rad} rad");
+}
+
+#[test]
+fn a_force_sensor_that_is_not_there_is_named() {
+    let server = (0..TRIES).find_map(|_| Server::start()).expect("a server");
+    let output = finish(&mut server.run(&server.folder.path().join("absent")));
+    let printed = text(&output);
+    assert!(output.status.code().is_some_and(|code| code != 0), "{printed}");
+    for word in ["the force sensor", "absent"] {
+        assert!(printed.contains(word), "no `{word}` in:\n{printed}");
+    }
+    assert!(!printed.contains("panicked"), "{printed}");
+    assert!(!server.study().exists());
+}

@@ -1,0 +1,232 @@
+//! A session that is told to end, or is killed, in the middle of a trial and in real time: what was recorded stays, and the
+//! session goes on where it was.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use bench_tests::program::bench;
+use bench_tests::recorded::Recording;
+use bench_tests::running::Running;
+use bench_tests::session::{SessionFolder, config_with, demo_with, finish, text};
+use friction_bench::recording::manifest::End;
+use friction_bench::study::event_log::ExitStatus;
+use rustix::process::Signal;
+use serde_json::Value;
+use tempfile::TempDir;
+
+const MINUTE: Duration = Duration::from_secs(60);
+/// An orderly stop takes less.
+const STOP: Duration = Duration::from_secs(1);
+/// A kill takes no more than this of a recording.
+const LOSS_S: f64 = 1.0;
+/// Tries at what a busy machine may spoil: it may be late, and then the safety watch ends the session before the test does.
+const TRIES: usize = 5;
+
+/// A study to be recorded by a protocol of three conditions in random order, on a bench that bears with a busy machine.
+struct Place {
+    folder: TempDir,
+    study: PathBuf,
+    protocol: PathBuf,
+    config: PathBuf,
+}
+
+impl Place {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let conditions = "[[conditions]]\nname = \"slow\"\nmodulation_hz = 3.0\n\n[[conditions]]\nname = \"am-6hz-95\"\n\n\
+                          [[conditions]]\nname = \"middle\"\nmodulation_hz = 4.5\n";
+        let protocol = demo_with(
+            folder.path(),
+            &[
+                ("practice = 1", "practice = 0"),
+                ("per_condition = 4", "per_condition = 1"),
+                ("order = \"fixed\"", "order = \"randomised\""),
+                ("[[conditions]]", "[[removed]]"),
+                ("[\"left_to_right\", \"right_to_left\"]", "[\"left_to_right\"]"),
+                ("min_instances = 5", "min_instances = 1"),
+            ],
+        );
+        let text = std::fs::read_to_string(&protocol).unwrap();
+        let (before, after) = text.split_once("[[removed]]").unwrap();
+        let after = &after[after.find("[trials]").unwrap()..];
+        std::fs::write(&protocol, format!("{before}{conditions}\n{after}")).unwrap();
+        let config = config_with(
+            folder.path(),
+            &[
+                ("loop_latency_s =", "loop_latency_s = 1.0 # not"),
+                ("silence_s =", "silence_s = 1.0 # not"),
+            ],
+        );
+        Self {
+            study: folder.path().join("study"),
+            protocol,
+            config,
+            folder,
+        }
+    }
+
+    fn run(&self, speed: &str) -> Command {
+        let mut command = bench();
+        command
+            .args(["run", "--mock", "--headless", "--speed", speed, "--seed", "5"])
+            .args(["--participant", "sub-01", "--consent-by", "A. Tester"])
+            .arg("--study")
+            .arg(&self.study)
+            .arg("--protocol")
+            .arg(&self.protocol)
+            .arg("--config")
+            .arg(&self.config);
+        command
+    }
+
+    fn session(&self) -> SessionFolder {
+        SessionFolder::read(&self.study, "sub-01").unwrap()
+    }
+
+    /// Starts a session in real time and waits until `recorded` of its first trial have passed since its folder appeared.
+    /// Returns it with the moment at which the folder was there.
+    fn in_the_first_trial(&self, recorded: Duration) -> Option<(Running, Instant)> {
+        let mut running = Running::start(&mut self.run("real"), &self.folder.path().join("output"));
+        let session = self.study.join("sub-01/ses-01");
+        running.wait_for(MINUTE, || first_trial(&session))?;
+        let appeared = Instant::now();
+        running.wait_for(MINUTE, || (appeared.elapsed() >= recorded).then_some(()))?;
+        Some((running, appeared))
+    }
+
+    /// Goes on to the end, as fast as it computes.
+    fn resume(&self) -> SessionFolder {
+        let output = finish(self.run("max").arg("--resume"));
+        assert!(output.status.success(), "{}", text(&output));
+        self.session()
+    }
+}
+
+/// The trial's folder, once its signals are there.
+fn first_trial(session: &Path) -> Option<PathBuf> {
+    let entries = std::fs::read_dir(session).ok()?;
+    entries
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .find(|path| path.join("signals.wav").is_file())
+}
+
+fn order(started: &Value) -> Vec<String> {
+    let names = started["order"].as_array().unwrap().iter();
+    names.map(|name| name.as_str().unwrap().to_owned()).collect()
+}
+
+/// The resumed session repeats the interrupted trial and keeps the order.
+fn goes_on_in_the_same_order(session: &SessionFolder) {
+    let starts = session.starts();
+    assert_eq!(starts.iter().map(|start| start.resumed).collect::<Vec<_>>(), [false, true]);
+    let orders: Vec<_> = session
+        .named("session_started")
+        .map(|event| order(&event.data.clone().into()))
+        .collect();
+    assert_eq!(orders.len(), 2);
+    assert_eq!(orders[0], orders[1]);
+    let mut sorted = orders[0].clone();
+    sorted.sort();
+    assert_eq!(sorted, ["am-6hz-95", "middle", "slow"]);
+    let accepted: Vec<_> = session
+        .named("trial_settled")
+        .map(|event| &event.data["record"])
+        .filter(|record| record["outcome"]["outcome"] == "accepted" || record["outcome"] == "accepted")
+        .map(|record| record["key"]["condition"].as_str().unwrap())
+        .collect();
+    assert_eq!(accepted, orders[0].iter().map(String::as_str).collect::<Vec<_>>());
+    assert_eq!(session.stops().last().unwrap().exit_status, ExitStatus::Success);
+    // The attempt that was broken off is kept beside its repetition.
+    let recordings = session.recordings();
+    let names: Vec<_> = recordings.iter().map(|path| path.file_name().unwrap().to_str().unwrap()).collect();
+    assert!(names.contains(&"trial-001_attempt-1") && names.contains(&"trial-001_attempt-2"), "{names:?}");
+}
+
+/// Sends `signal` in the middle of a trial; how long the end took, and the place with what is left.
+fn interrupted_by(signal: Signal) -> Option<(Place, Duration)> {
+    let place = Place::new();
+    let (mut running, _) = place.in_the_first_trial(Duration::from_millis(1500))?;
+    let sent = Instant::now();
+    running.signal(signal);
+    let status = running.wait(MINUTE);
+    let took = sent.elapsed();
+    let printed = running.output();
+    if !printed.contains("stopped before its end") {
+        // The machine was late, and the safety watch was faster than this test.
+        assert!(printed.contains("ended early"), "{printed}");
+        return None;
+    }
+    assert_eq!(status.code(), Some(1), "{printed}");
+    assert!(!printed.contains("panicked"), "{printed}");
+    Some((place, took))
+}
+
+fn ends_in_good_order(signal: Signal) {
+    // The best of some tries: the bound is the program's, and a busy machine adds to it.
+    let (place, took) = (0..TRIES)
+        .filter_map(|_| interrupted_by(signal))
+        .find(|(_, took)| *took < STOP)
+        .unwrap_or_else(|| panic!("{signal:?} did not end a session within {STOP:?} in {TRIES} tries"));
+    println!("{signal:?}: ended in {} ms", took.as_millis());
+
+    let session = place.session();
+    let stop = session.stops()[0];
+    assert_eq!(stop.exit_status, ExitStatus::Abort);
+    assert_eq!(stop.reason.as_deref(), Some("stopped before its end"));
+    let recording = Recording::read(&session.recordings()[0]);
+    assert_eq!(recording.warnings, Vec::<String>::new());
+    let trial = recording.manifest.trial.as_ref().unwrap();
+    assert_eq!(trial.end, Some(End::Interrupted));
+    assert!(recording.duration_s() > 1.0, "{} s", recording.duration_s());
+    assert_eq!(recording.not_finite(), 0);
+    assert!(recording.greatest_phase_step_rad() < 0.01);
+    goes_on_in_the_same_order(&place.resume());
+}
+
+#[test]
+fn sigint_ends_a_session_in_good_order() {
+    ends_in_good_order(Signal::INT);
+}
+
+#[test]
+fn sigterm_ends_a_session_in_good_order() {
+    ends_in_good_order(Signal::TERM);
+}
+
+#[test]
+fn sighup_ends_a_session_in_good_order() {
+    ends_in_good_order(Signal::HUP);
+}
+
+#[test]
+fn sigkill_at_any_moment_takes_at_most_a_second() {
+    for after_ms in [170, 810, 1430, 2290, 3070] {
+        let loss_s = (0..TRIES)
+            .filter_map(|_| killed(Duration::from_millis(after_ms)))
+            .find(|loss_s| *loss_s < LOSS_S);
+        let loss_s = loss_s.unwrap_or_else(|| panic!("killed after {after_ms} ms, more than {LOSS_S} s are gone"));
+        println!("killed after {after_ms} ms: {loss_s:.3} s lost");
+    }
+}
+
+/// Seconds between the kill and the last sample on disk; everything else must be readable and the session go on.
+fn killed(after: Duration) -> Option<f64> {
+    let place = Place::new();
+    let (mut running, appeared) = place.in_the_first_trial(after)?;
+    running.signal(Signal::KILL);
+    let recorded_s = appeared.elapsed().as_secs_f64();
+    let status = running.wait(MINUTE);
+    if status.code().is_some() {
+        return None;
+    }
+    let session = place.session();
+    assert!(session.stops().is_empty());
+    let recording = Recording::read(&session.recordings()[0]);
+    let trial = recording.manifest.trial.as_ref().unwrap();
+    assert_eq!(trial.end, None);
+    assert!(recording.warnings.iter().any(|warning| warning.contains("cut off")), "{:?}", recording.warnings);
+    assert_eq!(recording.not_finite(), 0);
+    goes_on_in_the_same_order(&place.resume());
+    Some(recorded_s - recording.duration_s())
+}

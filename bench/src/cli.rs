@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use contact::AssumedConstants;
 
 /// Test bench controller for ultrasonic friction modulation.
 #[derive(Debug, Parser)]
@@ -26,6 +27,8 @@ pub enum Command {
     Devices(Devices),
     /// Analyse recordings: stiffness, gap and friction by both methods.
     Analyze(Analyze),
+    /// Draw the published model: curves as CSV, figures as SVG and PNG.
+    Model(Model),
     /// Print shell completions.
     Completions {
         /// Which shell.
@@ -159,4 +162,89 @@ pub struct Analyze {
     /// Analyse a study's practice trials too.
     #[arg(long)]
     pub practice: bool,
+}
+
+/// `model`
+#[derive(Debug, Args)]
+pub struct Model {
+    /// Folder for the files; made if it is not there.
+    #[arg(long, value_name = "DIR", default_value = "model")]
+    pub out: PathBuf,
+    /// Only the curves, no figures.
+    #[arg(long)]
+    pub csv_only: bool,
+    /// What is assumed.
+    #[command(flatten)]
+    pub assume: ModelAssumptions,
+}
+
+/// What the model's curves assume; the defaults are those of the published figures where these say it.
+#[derive(Debug, Clone, Copy, Args)]
+#[command(next_help_heading = "Assumptions")]
+pub struct ModelAssumptions {
+    /// σ_t, characteristic height of the asperities, m.
+    #[arg(long, value_parser = positive, default_value_t = 2e-6)]
+    pub sigma_t_m: f64,
+    /// S, apparent contact area, m².
+    #[arg(long, value_parser = positive, default_value_t = AssumedConstants::FIGURES.contact_area_m2)]
+    pub contact_area_m2: f64,
+    /// E, Young's modulus of the skin, Pa.
+    #[arg(long, value_parser = positive, default_value_t = AssumedConstants::FIGURES.young_modulus_pa)]
+    pub young_modulus_pa: f64,
+    /// ν, Poisson's ratio of the skin.
+    #[arg(long, value_parser = not_negative, default_value_t = AssumedConstants::FIGURES.poisson_ratio)]
+    pub poisson_ratio: f64,
+    /// q0, wave vector of the coarsest roughness, rad/m.
+    #[arg(long, value_parser = positive, default_value_t = AssumedConstants::FIGURES.q0_rad_per_m)]
+    pub q0_rad_per_m: f64,
+    /// p0, ambient pressure, Pa.
+    #[arg(long, value_parser = positive, default_value_t = AssumedConstants::FIGURES.ambient_pressure_pa)]
+    pub ambient_pressure_pa: f64,
+    /// η, loss factor of the contact.
+    #[arg(long, value_parser = not_negative, default_value_t = AssumedConstants::FIGURES.loss_factor)]
+    pub loss_factor: f64,
+    /// f0, carrier and resonance of the plate, Hz.
+    #[arg(long, value_parser = positive, default_value_t = 35e3)]
+    pub carrier_hz: f64,
+    /// m_p, modal mass of the plate, kg.
+    #[arg(long, value_parser = positive, default_value_t = 8e-3)]
+    pub plate_mass_kg: f64,
+    /// b_p, damping of the plate, N·s/m.
+    #[arg(long, value_parser = positive, default_value_t = 7.01)]
+    pub plate_damping_n_s_per_m: f64,
+    /// m_t, mass of the skin, kg.
+    #[arg(long, value_parser = not_negative, default_value_t = 1e-4)]
+    pub tissue_mass_kg: f64,
+    /// k_t, stiffness of the skin, N/m.
+    #[arg(long, value_parser = not_negative, default_value_t = 0.0)]
+    pub tissue_stiffness_n_per_m: f64,
+    /// b_t, damping of the skin, N·s/m.
+    #[arg(long, value_parser = positive, default_value_t = 32.0)]
+    pub tissue_damping_n_s_per_m: f64,
+    /// μ0, friction without vibration.
+    #[arg(long, value_parser = positive, default_value_t = 0.8)]
+    pub mu0: f64,
+}
+
+fn number(text: &str, allowed: fn(f64) -> bool, limit: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(value) if allowed(value) => Ok(value),
+        _ => Err(format!("must be {limit}")),
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    number(
+        text,
+        |value| value.is_finite() && value > 0.0,
+        "a finite number above 0",
+    )
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    number(
+        text,
+        |value| value.is_finite() && value >= 0.0,
+        "a finite number from 0",
+    )
 }

@@ -17,7 +17,7 @@ use friction_bench::clock::SystemClock;
 use friction_bench::config::{AudioHost, Config};
 use friction_bench::run::{self, Plan};
 use friction_bench::schedule::Schedule;
-use friction_bench::{analyze, check, devices, monitor};
+use friction_bench::{analyze, check, devices, model, monitor};
 use signalgen::audio::{HostChoice, open_host};
 
 fn main() -> ExitCode {
@@ -53,6 +53,13 @@ fn dispatch(cli: Cli) -> anyhow::Result<ExitCode> {
         } else {
             ExitCode::from(1)
         }),
+        Command::Model(options) => {
+            let mut stdout = std::io::stdout();
+            for path in model::run(&options)? {
+                writeln!(stdout, "{}", path.display())?;
+            }
+            Ok(ExitCode::SUCCESS)
+        }
         Command::Completions { shell } => {
             clap_complete::generate(
                 shell,

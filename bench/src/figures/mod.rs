@@ -1,0 +1,73 @@
+//! Figures in print: one journal column (85 mm) or two (180 mm), SVG and PNG at 300 dpi, the same bytes on every machine.
+//!
+//! A [`Figure`] says what is shown; drawing it decides nothing about the science. Curves differ in ink (Okabe and Ito's) and in dash or
+//! marker, so that they are told apart without colour vision and in grey. Captions carry every assumed parameter, in the caption file
+//! and inside the SVG and the PNG.
+
+mod bitmap;
+mod draw;
+mod files;
+mod font;
+mod layout;
+mod model;
+mod path;
+mod pen;
+mod scale;
+mod spec;
+mod style;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::recording::DiskError;
+
+pub use model::model;
+pub use spec::{Axis, Figure, Key, Mark, Panel, Scale, Series, Span};
+pub use style::{Dash, Ink, Marker, Width};
+
+/// A figure that could not be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FigureError {
+    /// The typeface that is compiled in cannot be read.
+    #[error("the built-in typeface is damaged; rebuild friction-bench")]
+    Typeface,
+    /// The drawing library failed.
+    #[error("cannot draw the figure")]
+    Drawing(#[source] Box<dyn std::error::Error + Send + Sync>),
+    /// The PNG encoder failed.
+    #[error("cannot encode the figure as PNG")]
+    Png(#[from] png::EncodingError),
+    /// A file cannot be written.
+    #[error(transparent)]
+    Disk(#[from] DiskError),
+}
+
+/// Writes each figure as SVG and PNG, and `captions.md` with all captions, into an existing folder; what was written, in order.
+///
+/// # Errors
+/// If a figure cannot be drawn or a file cannot be written.
+pub fn write(figures: &[Figure], folder: &Path) -> Result<Vec<PathBuf>, FigureError> {
+    let mut written = Vec::new();
+    let mut save = |name: String, bytes: &[u8]| -> Result<(), FigureError> {
+        let path = folder.join(name);
+        fs::write(&path, bytes).map_err(|source| DiskError {
+            action: "write",
+            path: path.clone(),
+            source,
+        })?;
+        written.push(path);
+        Ok(())
+    };
+    let mut captions = String::from("# Figures\n");
+    for figure in figures {
+        save(format!("{}.svg", figure.name), figure.to_svg()?.as_bytes())?;
+        save(format!("{}.png", figure.name), &figure.to_png()?)?;
+        captions += &format!(
+            "\n## {}\n`{}`: {}\n",
+            figure.title, figure.name, figure.caption
+        );
+    }
+    save("captions.md".to_owned(), captions.as_bytes())?;
+    Ok(written)
+}

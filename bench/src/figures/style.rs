@@ -1,0 +1,110 @@
+//! Sizes, inks and dashes: legible at the printed size, told apart without colour vision and in grey.
+
+/// Drawing units per inch. Both backends place by whole units, so a unit is finer than a printed dot.
+pub(super) const UNITS_PER_INCH: f64 = 900.0;
+/// Resolution of the bitmaps.
+pub(super) const DOTS_PER_INCH: u32 = 300;
+pub(super) const UNITS_PER_PT: f64 = UNITS_PER_INCH / 72.0;
+pub(super) const UNITS_PER_MM: f64 = UNITS_PER_INCH / 25.4;
+
+pub(super) const LABEL_PT: f64 = 8.0;
+pub(super) const TICK_PT: f64 = 7.0;
+pub(super) const LETTER_PT: f64 = 9.0;
+pub(super) const CURVE_PT: f64 = 1.1;
+pub(super) const AXIS_PT: f64 = 0.6;
+pub(super) const MARKER_RADIUS_PT: f64 = 1.5;
+
+/// Printed width of a figure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Width {
+    /// One journal column, 85 mm.
+    Column,
+    /// Both columns, 180 mm.
+    Page,
+}
+
+impl Width {
+    /// Width, mm.
+    pub fn mm(self) -> f64 {
+        match self {
+            Self::Column => 85.0,
+            Self::Page => 180.0,
+        }
+    }
+}
+
+/// The inks of Okabe and Ito (Color Universal Design, 2008) that keep their contrast on white paper, and a grey.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ink {
+    /// Black.
+    Black,
+    /// Blue.
+    Blue,
+    /// Vermillion.
+    Vermillion,
+    /// Orange.
+    Orange,
+    /// Bluish green.
+    Green,
+    /// Grey, for what lies behind the data.
+    Grey,
+}
+
+impl Ink {
+    /// Red, green, blue.
+    pub fn rgb(self) -> (u8, u8, u8) {
+        match self {
+            Self::Black => (0, 0, 0),
+            Self::Blue => (0, 114, 178),
+            Self::Vermillion => (213, 94, 0),
+            Self::Orange => (230, 159, 0),
+            Self::Green => (0, 158, 115),
+            Self::Grey => (130, 130, 130),
+        }
+    }
+
+    /// The same ink, `share` of it on white: opaque, so that order alone decides what covers what.
+    pub(super) fn tint(self, share: f64) -> (u8, u8, u8) {
+        let mix = |value: u8| (255.0 - share * (255.0 - f64::from(value))).round() as u8;
+        let (red, green, blue) = self.rgb();
+        (mix(red), mix(green), mix(blue))
+    }
+}
+
+/// How a curve is broken, so that it is known without its colour.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dash {
+    /// Unbroken.
+    Solid,
+    /// Long dashes.
+    Dashed,
+    /// Dots.
+    Dotted,
+    /// Dash, dot.
+    DashDotted,
+}
+
+impl Dash {
+    /// Drawn and skipped lengths in turn, pt; nothing for an unbroken line.
+    pub(super) fn pattern_pt(self) -> &'static [f64] {
+        match self {
+            Self::Solid => &[],
+            Self::Dashed => &[4.5, 3.0],
+            Self::Dotted => &[0.2, 2.4],
+            Self::DashDotted => &[6.0, 2.6, 0.2, 2.6],
+        }
+    }
+}
+
+/// Shape of a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Marker {
+    /// Filled disc.
+    Disc,
+    /// Open circle.
+    Circle,
+    /// Filled square.
+    Square,
+    /// Filled triangle.
+    Triangle,
+}

@@ -1,6 +1,10 @@
 //! The impedance of the unloaded plate under the published modulation, 6 Hz and 95 %, against the simulated plate's own.
 //!
 //! Measured on the nominal bench wherever the amplitude exceeds 0.1 µm, relative to |Z_p|: see `docs/performance.md`.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
 
 use std::path::Path;
 
@@ -96,14 +100,22 @@ fn the_recorded_unloaded_plate_reads_true_where_the_plain_ratio_does_not() {
         .collect();
     // 2 kHz, and the amplitude goes from 0.05 to 1.95 of its mean: nearly all frames are over 0.1 µm.
     assert!(seen.len() > 5_000, "{} frames", seen.len());
-    assert!(seen.iter().all(|frame| frame.mask.is_clear()), "no frame is masked");
+    assert!(
+        seen.iter().all(|frame| frame.mask.is_clear()),
+        "no frame is masked"
+    );
     let worst = |value: fn(&ZmFrame) -> Complex64| {
         let error = |frame: &ZmFrame| (value(frame) - z_p).norm() / z_p.norm();
         seen.iter().map(error).fold(0.0, f64::max)
     };
     let corrected = worst(|frame| frame.corrected_n_s_per_m);
     let plain = worst(|frame| frame.plain_n_s_per_m);
-    println!("Z_p {z_p:.4} N·s/m, {} frames: corrected within {:.4} %, plain within {:.2} %", seen.len(), 100.0 * corrected, 100.0 * plain);
+    println!(
+        "Z_p {z_p:.4} N·s/m, {} frames: corrected within {:.4} %, plain within {:.2} %",
+        seen.len(),
+        100.0 * corrected,
+        100.0 * plain
+    );
     assert!(corrected < TOLERANCE, "corrected: {corrected}");
     // 2 m_p 2π6 · 0.95/√(1 − 0.95²) / b_p, a quarter of the plate's damping (SCIENCE.md, section 9), seen to 0.1 µm.
     assert!((0.15..0.30).contains(&plain), "plain: {plain}");
@@ -113,24 +125,46 @@ fn the_recorded_unloaded_plate_reads_true_where_the_plain_ratio_does_not() {
 fn complex(text: &str) -> (Complex64, &str) {
     let (re, rest) = text.trim_start().split_once(' ').unwrap();
     let (im, rest) = rest.split_once('i').unwrap();
-    (Complex64::new(re.parse().unwrap(), im.parse().unwrap()), rest)
+    (
+        Complex64::new(re.parse().unwrap(), im.parse().unwrap()),
+        rest,
+    )
 }
 
 #[test]
 fn the_live_unloaded_plate_reads_true() {
     let output = finish(bench().args([
-        "monitor", "--mock", "--headless", "--speed", "max", "--drive-v", "24", "--duration-s", "5.5",
+        "monitor",
+        "--mock",
+        "--headless",
+        "--speed",
+        "max",
+        "--drive-v",
+        "24",
+        "--duration-s",
+        "5.5",
     ]));
     let printed = text(&output);
     assert!(output.status.success(), "{printed}");
-    let lines: Vec<_> = printed.lines().filter(|line| line.contains("Z_m")).collect();
+    let lines: Vec<_> = printed
+        .lines()
+        .filter(|line| line.contains("Z_m"))
+        .collect();
     assert_eq!(lines.len(), 5, "a line a second:\n{printed}");
     // The nominal plate with its further mode at 41.2 kHz; the recorded test reads the same from the simulation.
     let z_p = Complex64::new(7.0098, -0.0122);
     for line in lines {
         let (corrected, rest) = complex(line.split_once("Z_m").unwrap().1);
         let (plain, rest) = complex(rest.split_once("plain").unwrap().1);
-        let amplitude_um: f64 = rest.split_once("amplitude").unwrap().1.split_whitespace().next().unwrap().parse().unwrap();
+        let amplitude_um: f64 = rest
+            .split_once("amplitude")
+            .unwrap()
+            .1
+            .split_whitespace()
+            .next()
+            .unwrap()
+            .parse()
+            .unwrap();
         assert!(amplitude_um > 0.1, "{line}");
         let error = (corrected - z_p).norm() / z_p.norm();
         assert!(error < TOLERANCE, "{error}: {line}");

@@ -1,4 +1,12 @@
 //! The unmodified binary on a real audio server at 192 kHz: the simulated apparatus is another client of the same server.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+#![expect(
+    clippy::print_stdout,
+    reason = "measured numbers, for whoever asks with --nocapture"
+)]
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -15,6 +23,8 @@ use tempfile::TempDir;
 const PATIENCE: Duration = Duration::from_secs(30);
 /// On a busy machine the server itself may fail to start, or to call its clients in time.
 const TRIES: usize = 4;
+/// Far more than the noise of the carrier's phase, far less than the turn by one sample.
+const SLIP_RAD: f64 = 0.01;
 
 /// Synchronous: a client that is late delays the others, and no period is lost.
 const JACKD: [&str; 11] = [
@@ -44,12 +54,17 @@ impl Server {
             Path::new("/dev/null"),
         );
         let mut apparatus = Running::start(
-            on(&name, Command::new(jack_apparatus())).arg("--force-link").arg(&force_port),
+            on(&name, Command::new(jack_apparatus()))
+                .arg("--force-link")
+                .arg(&force_port),
             &folder.path().join("apparatus.log"),
         );
         let log = folder.path().join("apparatus.log");
         let ready = apparatus.wait_for(PATIENCE, || {
-            std::fs::read_to_string(&log).ok()?.contains("ready at 192000 Hz").then_some(())
+            std::fs::read_to_string(&log)
+                .ok()?
+                .contains("ready at 192000 Hz")
+                .then_some(())
         });
         if ready.is_none() || jackd.ended().is_some() {
             println!("no server: {}", apparatus.output());
@@ -88,14 +103,24 @@ impl Server {
             &[
                 ("practice = 1", "practice = 0"),
                 ("per_condition = 4", "per_condition = 1"),
-                ("[\"left_to_right\", \"right_to_left\"]", "[\"left_to_right\"]"),
+                (
+                    "[\"left_to_right\", \"right_to_left\"]",
+                    "[\"left_to_right\"]",
+                ),
                 ("max_per_trial = 3", "max_per_trial = 0"),
                 ("lift_finger_s = 30.0", "lift_finger_s = 1.0"),
             ],
         );
         let mut command = on(&self.name, bench());
         command
-            .args(["run", "--headless", "--participant", "sub-01", "--consent-by", "A. Tester"])
+            .args([
+                "run",
+                "--headless",
+                "--participant",
+                "sub-01",
+                "--consent-by",
+                "A. Tester",
+            ])
             .arg("--config")
             .arg(config)
             .arg("--protocol")
@@ -121,27 +146,36 @@ fn on(server: &str, mut command: Command) -> Command {
 /// A session to its end; `None` when the machine was too busy for the server or for the bench's safety watch.
 fn session() -> Option<(Server, SessionFolder)> {
     let mut server = Server::start()?;
-    let mut run = Running::start(&mut server.run(&server.force_port), &server.folder.path().join("output"));
+    let mut run = Running::start(
+        &mut server.run(&server.force_port),
+        &server.folder.path().join("output"),
+    );
     let status = run.wait(Duration::from_secs(120));
     let printed = run.output();
     println!("{printed}");
     assert!(!printed.contains("panicked"), "{printed}");
     if server.jackd.ended().is_some() || server.apparatus.ended().is_some() {
-        println!("the server or the apparatus is gone: {}", server.apparatus.output());
+        println!(
+            "the server or the apparatus is gone: {}",
+            server.apparatus.output()
+        );
         return None;
     }
-    if !status.success() || !printed.contains("0 frames lost, 0 input and 0 output xruns") {
+    if !status.success() {
         return None;
     }
     let session = SessionFolder::read(&server.study(), "sub-01").unwrap();
-    Some((server, session))
+    // An xrun of the server is the machine's; one that the bench does not report is the bench's.
+    let reported = !printed.contains("0 frames lost, 0 input and 0 output xruns");
+    let slipped = Recording::read(&session.recordings()[0]).greatest_phase_step_rad() > SLIP_RAD;
+    (!reported || !slipped).then_some((server, session))
 }
 
 #[test]
 fn an_exploration_over_a_real_audio_server_is_recorded_to_the_sample() {
     let (_server, session) = (0..TRIES)
         .find_map(|_| session())
-        .unwrap_or_else(|| panic!("no session without a drop-out in {TRIES} tries"));
+        .unwrap_or_else(|| panic!("no session without a slip in {TRIES} tries"));
     let recordings = session.recordings();
     assert_eq!(recordings.len(), 1, "{recordings:?}");
     let recording = Recording::read(&recordings[0]);
@@ -153,9 +187,16 @@ fn an_exploration_over_a_real_audio_server_is_recorded_to_the_sample() {
     assert!(!hardware.input_device.contains("sim"), "{hardware:?}");
     let start = &session.starts()[0];
     assert_eq!(start.devices["simulated"], "false");
-    let kinds: Vec<_> = manifest.intervals.iter().map(|interval| interval.kind).collect();
+    let kinds: Vec<_> = manifest
+        .intervals
+        .iter()
+        .map(|interval| interval.kind)
+        .collect();
     assert_eq!(kinds[0], IntervalKind::Unloaded);
-    assert!(matches!(kinds[1..], [IntervalKind::Exploration(_)]), "{kinds:?}");
+    assert!(
+        matches!(kinds[1..], [IntervalKind::Exploration(_)]),
+        "{kinds:?}"
+    );
     assert!(manifest.intervals[1].end_s < recording.duration_s());
 
     // Every sample accounted for: as many as the audio clock says between the beginning and the verdict, give or take the
@@ -167,8 +208,11 @@ fn an_exploration_over_a_real_audio_server_is_recorded_to_the_sample() {
     assert!(missing_s.abs() < 0.1, "{missing_s} s");
     assert_eq!(recording.not_finite(), 0);
     let step_rad = recording.greatest_phase_step_rad();
-    println!("{} frames, carrier phase within {step_rad:.2e} rad", recording.frames());
-    assert!(step_rad < 0.01, "the carrier jumps by {step_rad} rad");
+    println!(
+        "{} frames, carrier phase within {step_rad:.2e} rad",
+        recording.frames()
+    );
+    assert!(step_rad < SLIP_RAD, "the carrier jumps by {step_rad} rad");
 }
 
 #[test]
@@ -176,7 +220,10 @@ fn a_force_sensor_that_is_not_there_is_named() {
     let server = (0..TRIES).find_map(|_| Server::start()).expect("a server");
     let output = finish(&mut server.run(&server.folder.path().join("absent")));
     let printed = text(&output);
-    assert!(output.status.code().is_some_and(|code| code != 0), "{printed}");
+    assert!(
+        output.status.code().is_some_and(|code| code != 0),
+        "{printed}"
+    );
     for word in ["the force sensor", "absent"] {
         assert!(printed.contains(word), "no `{word}` in:\n{printed}");
     }

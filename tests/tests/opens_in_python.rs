@@ -22,7 +22,10 @@ fn a_trial_opens_in_scipy_and_pandas() {
     );
     let output = finish(&mut unattended(&study, "sub-01", &protocol));
     assert!(output.status.success(), "{}", text(&output));
-    let path = SessionFolder::read(&study, "sub-01").unwrap().recordings().remove(0);
+    let path = SessionFolder::read(&study, "sub-01")
+        .unwrap()
+        .recordings()
+        .remove(0);
     let recording = Recording::read(&path);
     let channels = &recording.manifest.channels;
     let output = finish(
@@ -35,7 +38,12 @@ fn a_trial_opens_in_scipy_and_pandas() {
     // A reader that does not know a chunk says so.
     assert_eq!(String::from_utf8_lossy(&output.stderr), "");
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let number = |pointer: &str| found.pointer(pointer).and_then(Value::as_f64).unwrap_or_else(|| panic!("no {pointer} in {found}"));
+    let number = |pointer: &str| {
+        found
+            .pointer(pointer)
+            .and_then(Value::as_f64)
+            .unwrap_or_else(|| panic!("no {pointer} in {found}"))
+    };
 
     assert_eq!(found["rate_hz"], 192_000);
     assert_eq!(found["type"], "float32");
@@ -56,10 +64,17 @@ fn a_trial_opens_in_scipy_and_pandas() {
     assert_eq!(found["pickup"]["strongest_hz"], 35_000, "{found}");
     let amplitude_m = number("/pickup/amplitude") * channels.pickup.metres_per_unit;
     let expected_m = 0.13 * 24.0 / (std::f64::consts::TAU * 35_000.0 * 7.01);
-    assert!((amplitude_m / expected_m - 1.0).abs() < 0.05, "{amplitude_m} m, not {expected_m}");
+    assert!(
+        (amplitude_m / expected_m - 1.0).abs() < 0.05,
+        "{amplitude_m} m, not {expected_m}"
+    );
 
     for (file, columns, rate_hz) in [
-        ("force", json!(["time_s", "normal_n", "lateral_n"]), 10_000.0),
+        (
+            "force",
+            json!(["time_s", "normal_n", "lateral_n"]),
+            10_000.0,
+        ),
         ("position", json!(["time_s", "position_m"]), 1_000.0),
     ] {
         let table = &found[file];
@@ -68,10 +83,22 @@ fn a_trial_opens_in_scipy_and_pandas() {
         assert_eq!(table["missing"], 0, "{file}");
         assert_eq!(table["rising"], true, "{file}");
         let measured_hz = table["rate_hz"].as_f64().unwrap();
-        assert!((measured_hz / rate_hz - 1.0).abs() < 0.01, "{file} at {measured_hz} Hz");
+        assert!(
+            (measured_hz / rate_hz - 1.0).abs() < 0.01,
+            "{file} at {measured_hz} Hz"
+        );
     }
-    assert!((0.5..0.8).contains(&number("/median_touching_n")), "{found}");
+    assert!(
+        (0.5..0.8).contains(&number("/median_touching_n")),
+        "{found}"
+    );
     assert!(number("/greatest_normal_n") < 2.0, "{found}");
-    assert!(number("/position_from_m") > -0.001 && number("/position_to_m") < 0.105, "{found}");
-    assert!(number("/position_to_m") - number("/position_from_m") > 0.07, "{found}");
+    assert!(
+        number("/position_from_m") > -0.001 && number("/position_to_m") < 0.105,
+        "{found}"
+    );
+    assert!(
+        number("/position_to_m") - number("/position_from_m") > 0.07,
+        "{found}"
+    );
 }

@@ -1,4 +1,8 @@
 //! What the bench refuses, and in which words: a named error that says what to do, an exit status, nothing made, no panic.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,8 @@
 //! A whole session on simulated hardware: what it prints, what it leaves on disk, and that it can be repeated to the bit.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

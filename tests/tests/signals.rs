@@ -1,5 +1,13 @@
 //! A session that is told to end, or is killed, in the middle of a trial and in real time: what was recorded stays, and the
 //! session goes on where it was.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+#![expect(
+    clippy::print_stdout,
+    reason = "measured numbers, for whoever asks with --nocapture"
+)]
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -43,7 +51,10 @@ impl Place {
                 ("per_condition = 4", "per_condition = 1"),
                 ("order = \"fixed\"", "order = \"randomised\""),
                 ("[[conditions]]", "[[removed]]"),
-                ("[\"left_to_right\", \"right_to_left\"]", "[\"left_to_right\"]"),
+                (
+                    "[\"left_to_right\", \"right_to_left\"]",
+                    "[\"left_to_right\"]",
+                ),
                 ("min_instances = 5", "min_instances = 1"),
             ],
         );
@@ -69,7 +80,15 @@ impl Place {
     fn run(&self, speed: &str) -> Command {
         let mut command = bench();
         command
-            .args(["run", "--mock", "--headless", "--speed", speed, "--seed", "5"])
+            .args([
+                "run",
+                "--mock",
+                "--headless",
+                "--speed",
+                speed,
+                "--seed",
+                "5",
+            ])
             .args(["--participant", "sub-01", "--consent-by", "A. Tester"])
             .arg("--study")
             .arg(&self.study)
@@ -113,13 +132,18 @@ fn first_trial(session: &Path) -> Option<PathBuf> {
 
 fn order(started: &Value) -> Vec<String> {
     let names = started["order"].as_array().unwrap().iter();
-    names.map(|name| name.as_str().unwrap().to_owned()).collect()
+    names
+        .map(|name| name.as_str().unwrap().to_owned())
+        .collect()
 }
 
 /// The resumed session repeats the interrupted trial and keeps the order.
 fn goes_on_in_the_same_order(session: &SessionFolder) {
     let starts = session.starts();
-    assert_eq!(starts.iter().map(|start| start.resumed).collect::<Vec<_>>(), [false, true]);
+    assert_eq!(
+        starts.iter().map(|start| start.resumed).collect::<Vec<_>>(),
+        [false, true]
+    );
     let orders: Vec<_> = session
         .named("session_started")
         .map(|event| order(&event.data.clone().into()))
@@ -132,15 +156,29 @@ fn goes_on_in_the_same_order(session: &SessionFolder) {
     let accepted: Vec<_> = session
         .named("trial_settled")
         .map(|event| &event.data["record"])
-        .filter(|record| record["outcome"]["outcome"] == "accepted" || record["outcome"] == "accepted")
+        .filter(|record| {
+            record["outcome"]["outcome"] == "accepted" || record["outcome"] == "accepted"
+        })
         .map(|record| record["key"]["condition"].as_str().unwrap())
         .collect();
-    assert_eq!(accepted, orders[0].iter().map(String::as_str).collect::<Vec<_>>());
-    assert_eq!(session.stops().last().unwrap().exit_status, ExitStatus::Success);
+    assert_eq!(
+        accepted,
+        orders[0].iter().map(String::as_str).collect::<Vec<_>>()
+    );
+    assert_eq!(
+        session.stops().last().unwrap().exit_status,
+        ExitStatus::Success
+    );
     // The attempt that was broken off is kept beside its repetition.
     let recordings = session.recordings();
-    let names: Vec<_> = recordings.iter().map(|path| path.file_name().unwrap().to_str().unwrap()).collect();
-    assert!(names.contains(&"trial-001_attempt-1") && names.contains(&"trial-001_attempt-2"), "{names:?}");
+    let names: Vec<_> = recordings
+        .iter()
+        .map(|path| path.file_name().unwrap().to_str().unwrap())
+        .collect();
+    assert!(
+        names.contains(&"trial-001_attempt-1") && names.contains(&"trial-001_attempt-2"),
+        "{names:?}"
+    );
 }
 
 /// Sends `signal` in the middle of a trial; how long the end took, and the place with what is left.
@@ -167,7 +205,9 @@ fn ends_in_good_order(signal: Signal) {
     let (place, took) = (0..TRIES)
         .filter_map(|_| interrupted_by(signal))
         .find(|(_, took)| *took < STOP)
-        .unwrap_or_else(|| panic!("{signal:?} did not end a session within {STOP:?} in {TRIES} tries"));
+        .unwrap_or_else(|| {
+            panic!("{signal:?} did not end a session within {STOP:?} in {TRIES} tries")
+        });
     println!("{signal:?}: ended in {} ms", took.as_millis());
 
     let session = place.session();
@@ -205,7 +245,8 @@ fn sigkill_at_any_moment_takes_at_most_a_second() {
         let loss_s = (0..TRIES)
             .filter_map(|_| killed(Duration::from_millis(after_ms)))
             .find(|loss_s| *loss_s < LOSS_S);
-        let loss_s = loss_s.unwrap_or_else(|| panic!("killed after {after_ms} ms, more than {LOSS_S} s are gone"));
+        let loss_s = loss_s
+            .unwrap_or_else(|| panic!("killed after {after_ms} ms, more than {LOSS_S} s are gone"));
         println!("killed after {after_ms} ms: {loss_s:.3} s lost");
     }
 }
@@ -225,7 +266,14 @@ fn killed(after: Duration) -> Option<f64> {
     let recording = Recording::read(&session.recordings()[0]);
     let trial = recording.manifest.trial.as_ref().unwrap();
     assert_eq!(trial.end, None);
-    assert!(recording.warnings.iter().any(|warning| warning.contains("cut off")), "{:?}", recording.warnings);
+    assert!(
+        recording
+            .warnings
+            .iter()
+            .any(|warning| warning.contains("cut off")),
+        "{:?}",
+        recording.warnings
+    );
     assert_eq!(recording.not_finite(), 0);
     goes_on_in_the_same_order(&place.resume());
     Some(recorded_s - recording.duration_s())

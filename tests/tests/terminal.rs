@@ -1,4 +1,8 @@
 //! The dashboard on a real terminal, in real time: it shows what matters, and gives the terminal back as it was.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -49,7 +53,11 @@ impl Terminal {
                 .arg(self.folder.path().join("socket"))
                 .args(arguments),
         );
-        assert!(output.status.success(), "tmux {arguments:?}: {}", text(&output));
+        assert!(
+            output.status.success(),
+            "tmux {arguments:?}: {}",
+            text(&output)
+        );
         String::from_utf8(output.stdout).unwrap()
     }
 
@@ -70,8 +78,12 @@ impl Terminal {
     /// What the script wrote into `file`, once it has.
     fn wrote(&self, file: &str) -> String {
         let path = self.folder.path().join(file);
-        until(PATIENCE, || std::fs::read_to_string(&path).ok().filter(|text| !text.is_empty()))
-            .unwrap_or_else(|| panic!("no {file}; the screen is:\n{}", self.screen()))
+        until(PATIENCE, || {
+            std::fs::read_to_string(&path)
+                .ok()
+                .filter(|text| !text.is_empty())
+        })
+        .unwrap_or_else(|| panic!("no {file}; the screen is:\n{}", self.screen()))
     }
 }
 
@@ -86,28 +98,61 @@ impl Drop for Terminal {
 }
 
 fn shows_the_session_and_restores_the_terminal(columns: u16, rows: u16) {
-    let command = "run --mock --study study --participant sub-01 --protocol demo --consent-by Tester";
+    let command =
+        "run --mock --study study --participant sub-01 --protocol demo --consent-by Tester";
     let terminal = Terminal::open(columns, rows, command);
-    let screen = terminal.shows(&["DRIVING", "simulated", "UNCALIBRATED", "sub-01", "practice 1/1", "Re Z_m", "Im Z_m", "quit"]);
-    assert!(screen.lines().next().unwrap().contains("DRIVING"), "the safety line comes first:\n{screen}");
+    let screen = terminal.shows(&[
+        "DRIVING",
+        "simulated",
+        "UNCALIBRATED",
+        "sub-01",
+        "practice 1/1",
+        "Re Z_m",
+        "Im Z_m",
+        "quit",
+    ]);
+    assert!(
+        screen.lines().next().unwrap().contains("DRIVING"),
+        "the safety line comes first:\n{screen}"
+    );
     // A number, not a placeholder: the bare plate's 7 N·s/m, or more under the finger.
     until(PATIENCE, || {
         let screen = terminal.screen();
         let value = screen.split_once("Re Z_m")?.1.split_whitespace().next()?;
-        value.replace('−', "-").parse::<f64>().ok().filter(|re| (6.5..40.0).contains(re))
+        value
+            .replace('−', "-")
+            .parse::<f64>()
+            .ok()
+            .filter(|re| (6.5..40.0).contains(re))
     })
     .unwrap_or_else(|| panic!("no impedance on:\n{}", terminal.screen()));
-    assert_eq!(terminal.tmux(&["display-message", "-p", "#{alternate_on}"]).trim(), "1");
+    assert_eq!(
+        terminal
+            .tmux(&["display-message", "-p", "#{alternate_on}"])
+            .trim(),
+        "1"
+    );
 
     terminal.tmux(&["send-keys", "q"]);
     terminal.shows(&["Quit?"]);
     terminal.tmux(&["send-keys", "y"]);
-    assert_eq!(terminal.wrote("status").trim(), "1", "a session that is not over");
+    assert_eq!(
+        terminal.wrote("status").trim(),
+        "1",
+        "a session that is not over"
+    );
     assert_eq!(terminal.wrote("after"), terminal.wrote("before"));
-    let restored = terminal.tmux(&["display-message", "-p", "#{alternate_on} #{cursor_flag} #{mouse_any_flag}"]);
+    let restored = terminal.tmux(&[
+        "display-message",
+        "-p",
+        "#{alternate_on} #{cursor_flag} #{mouse_any_flag}",
+    ]);
     assert_eq!(restored.trim(), "0 1 0", "main screen, cursor, no mouse");
     let screen = terminal.screen();
-    assert!(screen.contains("ended early"), "the summary stays on the terminal:\n{screen}");
+    assert!(
+        screen.contains("ended early"),
+        "the summary stays on the terminal:\n{screen}"
+    );
     assert!(!screen.contains("panicked"), "{screen}");
     let session = SessionFolder::read(&terminal.folder.path().join("study"), "sub-01").unwrap();
     assert_eq!(session.stops()[0].exit_status, ExitStatus::Abort);

@@ -1,0 +1,112 @@
+//! A long free-running session at 192 kHz with 4 channels: no sample lost, and memory does not grow with its length.
+//!
+//! `docs/performance.md` has ten minutes of the same, by hand.
+
+use std::time::{Duration, Instant};
+
+use bench_tests::program::protocol;
+use bench_tests::recorded::Recording;
+use bench_tests::running::Running;
+use bench_tests::session::{SessionFolder, unattended};
+
+/// Trials of 11 s each: five minutes.
+const TRIALS: usize = 27;
+const MINUTE_S: f64 = 60.0;
+/// Of a minute more or less, memory is taken as the greatest in this long a stretch of simulated time, s.
+const STRETCH_S: f64 = 15.0;
+/// In the four minutes between, 740 MB are recorded.
+const GROWTH_KB: i64 = 8 * 1024;
+
+/// Resident memory of a process, kB.
+fn resident_kb(pid: u32) -> Option<i64> {
+    let status = std::fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;
+    line.split_whitespace().nth(1)?.parse().ok()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn five_minutes_lose_no_sample_and_take_no_more_memory_than_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = folder.path().join("study");
+    let text = std::fs::read_to_string(protocol("long.toml")).unwrap();
+    let shorter = text.replace("per_condition = 54", &format!("per_condition = {TRIALS}"));
+    assert_ne!(shorter, text);
+    let path = folder.path().join("long.toml");
+    std::fs::write(&path, shorter).unwrap();
+
+    let begin = Instant::now();
+    let mut running = Running::start(
+        &mut unattended(&study, "sub-01", &path),
+        &folder.path().join("output"),
+    );
+    let pid = running.pid();
+    let mut memory: Vec<(f64, i64)> = Vec::new();
+    let status = loop {
+        if let Some(status) = running.ended() {
+            break status;
+        }
+        assert!(
+            begin.elapsed() < Duration::from_secs(900),
+            "{}",
+            running.output()
+        );
+        let session = SessionFolder::read(&study, "sub-01");
+        let now_s = session.and_then(|session| Some(session.events().last()?.audio_s));
+        memory.extend(now_s.zip(resident_kb(pid)));
+        std::thread::sleep(Duration::from_millis(100));
+    };
+    let wall_s = begin.elapsed().as_secs_f64();
+    let printed = running.output();
+    assert!(status.success(), "{printed}");
+    assert!(
+        printed.contains("drop-outs         0 frames lost, 0 input and 0 output xruns"),
+        "{printed}"
+    );
+
+    let simulated_s = memory.last().unwrap().0;
+    assert!(simulated_s > 4.5 * MINUTE_S, "{simulated_s} s");
+    let greatest_around = |middle_s: f64| {
+        let stretch = memory
+            .iter()
+            .filter(|(t_s, _)| (t_s - middle_s).abs() < STRETCH_S);
+        stretch
+            .map(|(_, kb)| *kb)
+            .max()
+            .expect("memory was looked at often enough")
+    };
+    let (early_kb, late_kb) = (
+        greatest_around(MINUTE_S),
+        greatest_around(simulated_s - STRETCH_S),
+    );
+    println!(
+        "{simulated_s:.0} s in {wall_s:.1} s, {:.1} times real time; {early_kb} kB after a minute, {late_kb} kB at the end",
+        simulated_s / wall_s
+    );
+    assert!(
+        late_kb - early_kb < GROWTH_KB,
+        "{early_kb} kB after a minute, {late_kb} kB at the end"
+    );
+
+    let session = SessionFolder::read(&study, "sub-01").unwrap();
+    let recordings = session.recordings();
+    assert!(recordings.len() >= TRIALS);
+    for (index, path) in recordings.iter().enumerate() {
+        let recording = Recording::read(path);
+        let began_s = session.named("trial_began").nth(index).unwrap().audio_s;
+        let ended_s = session.phases("verdict").nth(index).unwrap().audio_s;
+        let frames = ((ended_s - began_s) * 192_000.0).round() as usize;
+        assert_eq!(
+            (recording.frames(), recording.channels),
+            (frames, 4),
+            "{}",
+            path.display()
+        );
+        assert_eq!(recording.not_finite(), 0, "{}", path.display());
+        assert!(
+            recording.greatest_phase_step_rad() < 0.01,
+            "{}",
+            path.display()
+        );
+    }
+}

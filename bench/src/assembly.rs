@@ -33,6 +33,8 @@ pub struct Hardware {
     pub lines: Lines,
     /// The force sensor's port, where it is not the configuration's.
     pub force_port: Option<PathBuf>,
+    /// The simulated vibrometer's port: where known amplitudes come from when nothing else is said.
+    pub vibrometer_port: Option<PathBuf>,
     /// Time.
     pub clock: Arc<dyn Clock>,
     /// Who runs when.

@@ -116,6 +116,7 @@ fn measure(
         host,
         lines,
         force_port,
+        vibrometer_port: _,
         clock,
         schedule,
         watchers,

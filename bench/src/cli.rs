@@ -21,6 +21,9 @@ pub enum Command {
     Run(Run),
     /// Watch the bench without a protocol.
     Monitor(Monitor),
+    /// Measure what turns volts into micrometres and newtons, and keep it in a calibration file.
+    #[command(subcommand)]
+    Calibrate(Calibrate),
     /// Preflight: is everything there and alive?
     Check(Check),
     /// List audio devices with their rates, serial ports and GPIO chips.
@@ -53,6 +56,9 @@ pub struct Hardware {
     /// Print the configuration that holds, and stop.
     #[arg(long)]
     pub print_config: bool,
+    /// Calibration file; calibration.toml by default, none on simulated hardware.
+    #[arg(long, value_name = "FILE")]
+    pub calibration: Option<PathBuf>,
 }
 
 /// How fast simulated time passes.
@@ -88,6 +94,9 @@ pub struct Run {
     /// Begin another session of a participant who has one.
     #[arg(long)]
     pub new_session: bool,
+    /// Run without a calibration that holds; every file and screen says so.
+    #[arg(long, conflicts_with = "calibration")]
+    pub uncalibrated: bool,
     /// No dashboard: print progress, decide by the protocol's rules.
     #[arg(long)]
     pub headless: bool,
@@ -111,6 +120,9 @@ pub struct Monitor {
     /// Drive the plate at this mean voltage with the published modulation; without it the plate stays silent.
     #[arg(long, value_name = "VOLTS")]
     pub drive_v: Option<f64>,
+    /// Watch without a calibration that holds; the screen says so.
+    #[arg(long, conflicts_with = "calibration")]
+    pub uncalibrated: bool,
     /// No dashboard: print one line a second.
     #[arg(long)]
     pub headless: bool,
@@ -120,6 +132,72 @@ pub struct Monitor {
     /// Stop after this many seconds of audio.
     #[arg(long, value_name = "SECONDS")]
     pub duration_s: Option<f64>,
+}
+
+/// `calibrate`
+#[derive(Debug, Subcommand)]
+pub enum Calibrate {
+    /// The pickup's sensitivity, against known amplitudes.
+    Pickup(CalibratePickup),
+    /// The plate's resonance, damping and force factor, with no finger on it.
+    Plate(CalibratePlate),
+}
+
+/// What every calibration asks.
+#[derive(Debug, Clone, Args)]
+pub struct Measure {
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub hardware: Hardware,
+    /// Pace of simulated hardware.
+    #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock")]
+    pub speed: Speed,
+    /// Who measures; kept in the file.
+    #[arg(long, value_name = "NAME")]
+    pub operator: String,
+    /// Print the result as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `calibrate pickup`
+#[derive(Debug, Args)]
+pub struct CalibratePickup {
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub measure: Measure,
+    /// Drive levels, V peak, lowest first; a ladder up to the limits when absent.
+    #[arg(long, value_name = "VOLTS", value_delimiter = ',')]
+    pub levels_v: Vec<f64>,
+    /// Known peak amplitude at each level, µm.
+    #[arg(long, value_name = "MICROMETRES", value_delimiter = ',', conflicts_with_all = ["known_csv", "instrument"], requires = "levels_v")]
+    pub known_um: Vec<f64>,
+    /// Table of levels and known peak amplitudes: columns drive_v,known_um.
+    #[arg(long, value_name = "FILE", conflicts_with = "instrument")]
+    pub known_csv: Option<PathBuf>,
+    /// Serial port of an instrument that sends its peak amplitude in µm, one number a line.
+    #[arg(long, value_name = "PORT")]
+    pub instrument: Option<PathBuf>,
+    /// Baud rate of the instrument.
+    #[arg(long, value_name = "BAUD", default_value_t = 115_200)]
+    pub instrument_baud: u32,
+    /// Relative standard uncertainty of the known amplitudes: the instrument's own calibration.
+    #[arg(long, value_name = "FRACTION", default_value_t = 1e-3)]
+    pub known_accuracy: f64,
+}
+
+/// `calibrate plate`
+#[derive(Debug, Args)]
+pub struct CalibratePlate {
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub measure: Measure,
+    /// Drive level of the tones, V peak; lowered where the limits ask for it.
+    #[arg(long, value_name = "VOLTS", default_value_t = 20.0)]
+    pub drive_v: f64,
+    /// Look for the resonance about this frequency, Hz; where it was when absent.
+    #[arg(long, value_name = "HZ")]
+    pub about_hz: Option<f64>,
 }
 
 /// `check`

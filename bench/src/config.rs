@@ -36,6 +36,9 @@ pub struct Config {
     /// Cues and masking noise for the participant.
     #[serde(default)]
     pub sound: Sound,
+    /// What a calibration must reach, and how long it holds.
+    #[serde(default)]
+    pub calibration: Calibration,
 }
 
 /// Which cpal host.
@@ -286,6 +289,68 @@ impl Default for Sound {
     }
 }
 
+/// `[calibration]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Calibration {
+    /// Gains of amplifiers and inputs as they are set now, in words: a calibration holds for these.
+    pub gains: String,
+    /// A calibration that is older is refused, days.
+    pub max_age_days: f64,
+    /// Largest plate amplitude that a calibration may ask for, m.
+    pub max_amplitude_m: f64,
+    /// Largest departure of the pickup's points from a line, of the largest amplitude.
+    pub pickup_nonlinearity: f64,
+    /// Largest relative standard error of the pickup's sensitivity.
+    pub pickup_error: f64,
+    /// Largest departure of the plate's response from its fit, root mean square over its peak.
+    pub plate_residual: f64,
+    /// Quality factors of a plate that nothing touches, from and to.
+    pub quality: [f64; 2],
+    /// Largest change of the resonance since the calibration before, Hz.
+    pub drift_hz: f64,
+    /// A force sensor without load reads less than this, N.
+    pub zero_n: f64,
+}
+
+impl Default for Calibration {
+    fn default() -> Self {
+        Self {
+            gains: String::new(),
+            max_age_days: 30.0,
+            max_amplitude_m: 5e-6,
+            pickup_nonlinearity: 0.01,
+            pickup_error: 0.01,
+            plate_residual: 0.01,
+            quality: [50.0, 2000.0],
+            drift_hz: 100.0,
+            zero_n: 0.05,
+        }
+    }
+}
+
+impl Calibration {
+    fn check(&self) -> anyhow::Result<()> {
+        let within = |key: &str, value: f64, low: f64, high: f64, unit: &str| {
+            within(&format!("calibration.{key}"), value, low, high, unit)
+        };
+        within("max_age_days", self.max_age_days, 0.01, 3650.0, "days")?;
+        within("max_amplitude_m", self.max_amplitude_m, 1e-8, 2e-5, "m")?;
+        within(
+            "pickup_nonlinearity",
+            self.pickup_nonlinearity,
+            1e-4,
+            0.2,
+            "",
+        )?;
+        within("pickup_error", self.pickup_error, 1e-4, 0.2, "")?;
+        within("plate_residual", self.plate_residual, 1e-5, 0.2, "")?;
+        within("quality", self.quality[0], 1.0, self.quality[1], "")?;
+        within("drift_hz", self.drift_hz, 0.1, 5e3, "Hz")?;
+        within("zero_n", self.zero_n, 1e-3, 1.0, "N")
+    }
+}
+
 fn within(key: &str, value: f64, low: f64, high: f64, unit: &str) -> anyhow::Result<()> {
     if !(low..=high).contains(&value) {
         bail!("{key} = {value} {unit} is outside the allowed range of {low} to {high} {unit}");
@@ -464,6 +529,7 @@ impl Config {
                 "m",
             )?;
         }
+        self.calibration.check()?;
         self.check_gpio()
     }
 

@@ -102,6 +102,11 @@ impl Drive {
         }
     }
 
+    /// Programs begun so far.
+    pub fn programs(&self) -> u32 {
+        self.handle.published().programs
+    }
+
     /// The plate is driven, or a ramp is not over.
     pub fn sounds(&self) -> bool {
         !self.handle.published().phase.is_silent()

@@ -5,6 +5,7 @@ pub mod acquisition;
 pub mod analysis;
 pub mod analyze;
 pub mod assembly;
+pub mod calibration;
 pub mod check;
 pub mod cli;
 pub mod clock;

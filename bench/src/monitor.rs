@@ -83,6 +83,7 @@ pub fn run(
         host,
         lines,
         force_port,
+        vibrometer_port: _,
         clock,
         schedule,
         watchers,

@@ -175,6 +175,7 @@ pub fn run(
         host,
         lines,
         force_port,
+        vibrometer_port: _,
         clock,
         schedule,
         mut watchers,
@@ -323,14 +324,25 @@ pub fn run(
 /// # Errors
 /// When a signal cannot be taken.
 pub fn make_safe_on_panic_and_signal(bench: &Bench) -> anyhow::Result<()> {
-    let kill = bench.kill.clone();
+    make_safe(&bench.kill, &bench.stop)
+}
+
+/// The same for a drive without a whole bench.
+///
+/// # Errors
+/// When a signal cannot be taken.
+pub fn make_safe(
+    kill: &signalgen::KillSwitch,
+    stop: &crate::schedule::StopFlag,
+) -> anyhow::Result<()> {
+    let kill = kill.clone();
     tui::install_panic_hook(move || kill.kill());
     for signal in [
         signal_hook::consts::SIGINT,
         signal_hook::consts::SIGTERM,
         signal_hook::consts::SIGHUP,
     ] {
-        signal_hook::flag::register(signal, bench.stop.shared())?;
+        signal_hook::flag::register(signal, stop.shared())?;
     }
     Ok(())
 }

@@ -24,6 +24,7 @@ use crate::host::Audio;
 use crate::pins::{PinBoard, Pins};
 use crate::scenario::Scenario;
 use crate::serial::DeviceStart;
+use crate::vibrometer::Vibrometer;
 pub use faults::FaultPanel;
 pub use outboard::{Outboard, Visit};
 pub use senses::Senses;
@@ -81,8 +82,8 @@ pub enum ApparatusError {
         /// The period asked for, frames at 192 kHz.
         frames: u32,
     },
-    /// The serial line could not be made or has failed.
-    #[error("force sensor's serial line: {0}")]
+    /// A serial line could not be made or has failed.
+    #[error("serial line: {0}")]
     Serial(#[source] io::Error),
     /// The truth could not be written.
     #[error("truth of the run: {0}")]
@@ -112,6 +113,7 @@ pub struct Apparatus {
     senses: Senses,
     pins: Option<Pins>,
     force_port: PathBuf,
+    vibrometer_port: PathBuf,
     stop: Arc<AtomicBool>,
     driver: Driver,
 }
@@ -144,7 +146,12 @@ impl Apparatus {
             config.pace == Pace::Stepped,
         )?;
         let force_port = force.path();
-        let world = Box::new(World::new(&config, &clock, &audio, &board, &force, &senses));
+        let vibrometer = Vibrometer::open(config.seed, config.pace == Pace::Stepped)
+            .map_err(ApparatusError::Serial)?;
+        let vibrometer_port = vibrometer.path().to_owned();
+        let world = Box::new(World::new(
+            &config, &clock, &audio, &board, &force, &senses, vibrometer,
+        ));
         let stop = Arc::new(AtomicBool::new(false));
         let driver = match config.pace {
             Pace::Stepped => Driver::Stepped(world),
@@ -158,6 +165,7 @@ impl Apparatus {
             force,
             senses,
             force_port,
+            vibrometer_port,
             stop,
             driver,
         })
@@ -176,6 +184,13 @@ impl Apparatus {
     #[must_use]
     pub fn force_port(&self) -> &Path {
         &self.force_port
+    }
+
+    /// The serial port of a vibrometer on the plate, to be opened by path: a hundred lines a second, each the peak
+    /// amplitude in µm. In a stepped world only the thread that steps may read it.
+    #[must_use]
+    pub fn vibrometer_port(&self) -> &Path {
+        &self.vibrometer_port
     }
 
     /// The digital lines; `None` after they were taken once.

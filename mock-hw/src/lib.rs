@@ -11,3 +11,4 @@ pub mod scenario;
 mod seed;
 pub mod serial;
 pub mod truth;
+mod vibrometer;

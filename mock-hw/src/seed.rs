@@ -13,6 +13,7 @@ pub(crate) enum Stream {
     ForceNoise,
     Person,
     ForceCounters,
+    Vibrometer,
 }
 
 pub(crate) fn stream(seed: u64, stream: Stream) -> ChaCha8Rng {

@@ -13,6 +13,7 @@ use crate::plant::{ForceSample, Plant};
 use crate::scenario::ForceSensor;
 use crate::serial::{DeviceStart, ForceDevice, ForceFault, SerialLine};
 use crate::truth::TruthWriter;
+use crate::vibrometer::Vibrometer;
 
 pub(super) struct World {
     clock: Arc<WorldClock>,
@@ -28,6 +29,7 @@ pub(super) struct World {
     truth: Option<TruthWriter>,
     drive: Vec<f32>,
     inputs: Vec<f32>,
+    vibrometer: Vibrometer,
 }
 
 impl World {
@@ -38,6 +40,7 @@ impl World {
         board: &Arc<PinBoard>,
         force: &ForceSide,
         senses: &Senses,
+        vibrometer: Vibrometer,
     ) -> Self {
         let participant_seed = config.participant_seed.unwrap_or(config.seed);
         let scenario = &config.scenario;
@@ -58,6 +61,7 @@ impl World {
             truth: None,
             drive: vec![0.0; most_frames],
             inputs: vec![0.0; most_frames * scenario.converter.channels],
+            vibrometer,
         }
     }
 
@@ -80,10 +84,11 @@ impl World {
         self.audio.record(start_ns, self.rate_hz, inputs);
         self.audio.play_speakers(start_ns);
         self.step += 1;
-        self.force.send(
-            self.plant.forces(),
-            1e-9 * self.clock.ns_of(self.step) as f64,
-        )?;
+        let now_s = 1e-9 * self.clock.ns_of(self.step) as f64;
+        self.force.send(self.plant.forces(), now_s)?;
+        self.vibrometer
+            .watch(self.plant.truth(), now_s)
+            .map_err(ApparatusError::Serial)?;
         if let Some(truth) = &mut self.truth {
             truth
                 .record(self.plant.truth())

@@ -12,7 +12,8 @@ use std::sync::Arc;
 use anyhow::Context;
 use clap::{CommandFactory, Parser};
 use friction_bench::assembly::Hardware;
-use friction_bench::cli::{Check, Cli, Command, Devices, Monitor, Run, Speed};
+use friction_bench::calibration;
+use friction_bench::cli::{Calibrate, Check, Cli, Command, Devices, Monitor, Run, Speed};
 use friction_bench::clock::SystemClock;
 use friction_bench::config::{AudioHost, Config};
 use friction_bench::run::{self, Plan};
@@ -46,6 +47,7 @@ fn dispatch(cli: Cli) -> anyhow::Result<ExitCode> {
     match cli.command {
         Command::Run(options) => run(&options),
         Command::Monitor(options) => watch(&options),
+        Command::Calibrate(options) => calibrate(&options),
         Command::Check(options) => preflight(&options),
         Command::Devices(options) => list(&options),
         Command::Analyze(options) => Ok(if analyze::run(&options)? {
@@ -112,6 +114,7 @@ fn hardware(
         host: open_host(choice)?,
         lines: real_gpio::open(&config.gpio)?,
         force_port: None,
+        vibrometer_port: None,
         clock: Arc::new(SystemClock::start()),
         schedule: Schedule::Threads,
         watchers: Vec::new(),
@@ -160,6 +163,32 @@ fn watch(options: &Monitor) -> anyhow::Result<ExitCode> {
     let hardware = hardware(&plan.config, &options.hardware, options.speed, None)?;
     let completed = monitor::run(plan, hardware, std::io::stdout())?;
     Ok(if completed {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(1)
+    })
+}
+
+fn calibrate(options: &Calibrate) -> anyhow::Result<ExitCode> {
+    let measure = match options {
+        Calibrate::Pickup(options) => &options.measure,
+        Calibrate::Plate(options) => &options.measure,
+    };
+    let Some(config) = configuration(&measure.hardware)? else {
+        return Ok(ExitCode::SUCCESS);
+    };
+    let open = |config: &Config| hardware(config, &measure.hardware, measure.speed, None);
+    let report = match options {
+        Calibrate::Pickup(options) => calibration::command::pickup(config, options, open)?,
+        Calibrate::Plate(options) => calibration::command::plate(config, options, open)?,
+    };
+    let text = if measure.json {
+        report.to_json()?
+    } else {
+        report.to_text()
+    };
+    write!(std::io::stdout(), "{text}")?;
+    Ok(if report.passed {
         ExitCode::SUCCESS
     } else {
         ExitCode::from(1)

@@ -86,9 +86,10 @@ pub fn hardware(
         enable: Some(output("amplifier enable", pins.amplifier_enable)),
         heartbeat: Some(output("heartbeat", pins.heartbeat)),
     };
-    let (host, force_port, clock) = (
+    let (host, force_port, vibrometer_port, clock) = (
         apparatus.host(),
         apparatus.force_port().to_owned(),
+        apparatus.vibrometer_port().to_owned(),
         apparatus.clock(),
     );
     let mut watchers = vec![participant(apparatus.senses())];
@@ -114,6 +115,7 @@ pub fn hardware(
         host,
         lines,
         force_port: Some(force_port),
+        vibrometer_port: Some(vibrometer_port),
         clock,
         schedule,
         watchers,

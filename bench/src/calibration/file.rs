@@ -1,0 +1,308 @@
+//! `calibration.toml`: every measured value with its unit, standard error, date, method and operator, the bench that it was
+//! measured on, and a hash over all of it, so that an edited file is noticed.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use jiff::Timestamp;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use super::identity::Identity;
+
+/// Version of the layout.
+pub const FORMAT: u32 = 1;
+/// Degrees of freedom from which on Student's t is the normal distribution.
+const MANY: f64 = 1000.0;
+const HASH_KEY: &str = "sha256 = ";
+
+/// A measured value.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Quantity {
+    /// The value.
+    pub value: f64,
+    /// Its standard error, all known contributions included.
+    pub standard_error: f64,
+    /// Degrees of freedom behind the standard error.
+    pub degrees_of_freedom: usize,
+    /// Unit of both.
+    pub unit: String,
+}
+
+impl Quantity {
+    /// A value with its error.
+    #[must_use]
+    pub fn new(value: f64, standard_error: f64, degrees_of_freedom: usize, unit: &str) -> Self {
+        Self {
+            value,
+            standard_error,
+            degrees_of_freedom,
+            unit: unit.to_owned(),
+        }
+    }
+
+    /// The quantity whose error is `standard_error`, of which the part `observed` was seen in a scatter with
+    /// `degrees_of_freedom` and the rest is known otherwise: effective degrees of freedom by Welch and Satterthwaite.
+    #[must_use]
+    pub fn combined(
+        value: f64,
+        standard_error: f64,
+        observed: f64,
+        degrees_of_freedom: usize,
+        unit: &str,
+    ) -> Self {
+        let effective = degrees_of_freedom as f64 * (standard_error / observed).powi(4);
+        Self::new(value, standard_error, effective.min(MANY) as usize, unit)
+    }
+
+    /// Half the width of the 95 % interval, by Student's t.
+    #[must_use]
+    pub fn half_width_95(&self) -> f64 {
+        let freedom = self.degrees_of_freedom.max(1) as f64;
+        let t = StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975));
+        t * self.standard_error
+    }
+}
+
+/// Who measured, when and how.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Provenance {
+    /// When.
+    pub date: Timestamp,
+    /// Who.
+    pub operator: String,
+    /// How, in words.
+    pub method: String,
+}
+
+/// `[pickup]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pickup {
+    /// Who, when, how.
+    pub measured: Provenance,
+    /// Plate displacement per sample value.
+    pub metres_per_unit: Quantity,
+    /// Displacement at a reading of zero: an offset of the instrument or of the pickup.
+    pub offset: Quantity,
+    /// Largest residual over the largest amplitude.
+    pub nonlinearity: f64,
+    /// Points of the line.
+    pub points: usize,
+    /// Carrier of the measurement, Hz.
+    pub carrier_hz: f64,
+}
+
+/// `[plate]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plate {
+    /// Who, when, how.
+    pub measured: Provenance,
+    /// Resonance f0.
+    pub resonance_hz: Quantity,
+    /// Quality factor Q.
+    pub quality: Quantity,
+    /// Damping b_p = 2πf0 m_p/Q.
+    pub damping_n_s_per_m: Quantity,
+    /// Stiffness k_p = (2πf0)² m_p.
+    pub stiffness_n_per_m: Quantity,
+    /// Force factor γ.
+    pub force_factor_n_per_v: Quantity,
+    /// Phase to add to the pickup's samples at the resonance.
+    pub pickup_phase_rad: Quantity,
+    /// Pickup's over drive's envelope at the resonance with no finger on the plate, in sample units: real and imaginary part.
+    pub unloaded_ratio: [f64; 2],
+    /// Root mean square misfit over the largest response.
+    pub residual: f64,
+    /// Resonance now less the resonance at the calibration before, Hz.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drift_hz: Option<f64>,
+    /// Sensitivity of the pickup that the force factor rests on, m per unit.
+    pub metres_per_unit: f64,
+}
+
+/// The whole file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Calibration {
+    /// Version of the layout; 1.
+    pub format: u32,
+    /// What it was measured on.
+    pub identity: Identity,
+    /// From `calibrate pickup`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pickup: Option<Pickup>,
+    /// From `calibrate plate`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plate: Option<Plate>,
+}
+
+/// A calibration file that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum FileError {
+    /// There is none.
+    #[error("there is no calibration at {}: run `friction-bench calibrate pickup` and `calibrate plate`, or add --uncalibrated", path.display())]
+    Absent {
+        /// Where it was looked for.
+        path: PathBuf,
+    },
+    /// It cannot be read or written.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Its hash is not that of its content.
+    #[error("{} was edited after it was measured (its content does not fit its hash): calibrate again, or bring the measured file back", path.display())]
+    Edited {
+        /// The file.
+        path: PathBuf,
+    },
+    /// It does not begin with its hash.
+    #[error("{} does not begin with `sha256 = \"…\"`: it is no calibration, or it was edited", path.display())]
+    NoHash {
+        /// The file.
+        path: PathBuf,
+    },
+    /// It is not what this version reads.
+    #[error("{}: {reason}", path.display())]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        reason: String,
+    },
+}
+
+impl Calibration {
+    /// A calibration of which nothing has been measured yet.
+    #[must_use]
+    pub fn of(identity: Identity) -> Self {
+        Self {
+            format: FORMAT,
+            identity,
+            pickup: None,
+            plate: None,
+        }
+    }
+
+    /// The file's text, hash first.
+    ///
+    /// # Errors
+    /// When a value cannot be written as TOML.
+    pub fn to_text(&self) -> Result<String, toml::ser::Error> {
+        let body = toml::to_string(self)?;
+        let hash = sha256(&body);
+        Ok(format!(
+            "{HASH_KEY}\"{hash}\"  # of all that follows: a changed file is refused; measure again with `friction-bench calibrate`\n{body}"
+        ))
+    }
+
+    /// Reads a file and its hash.
+    ///
+    /// # Errors
+    /// When there is none, it was edited, or it is not of this format.
+    pub fn read(path: &Path) -> Result<(Self, String), FileError> {
+        let text = std::fs::read_to_string(path).map_err(|source| match source.kind() {
+            std::io::ErrorKind::NotFound => FileError::Absent {
+                path: path.to_owned(),
+            },
+            _ => FileError::Io {
+                path: path.to_owned(),
+                source,
+            },
+        })?;
+        Self::parse(&text, path)
+    }
+
+    /// Reads a file's text; `path` is for messages.
+    ///
+    /// # Errors
+    /// As [`Calibration::read`].
+    pub fn parse(text: &str, path: &Path) -> Result<(Self, String), FileError> {
+        let path = || path.to_owned();
+        let (first, body) = text.split_once('\n').unwrap_or((text, ""));
+        let hash = first
+            .strip_prefix(HASH_KEY)
+            .and_then(|rest| rest.strip_prefix('"'))
+            .and_then(|rest| rest.split_once('"'))
+            .map(|(hash, _)| hash)
+            .ok_or_else(|| FileError::NoHash { path: path() })?;
+        if hash != sha256(body) {
+            return Err(FileError::Edited { path: path() });
+        }
+        let calibration: Self = toml::from_str(body).map_err(|error| FileError::Content {
+            path: path(),
+            reason: error.to_string(),
+        })?;
+        if calibration.format != FORMAT {
+            return Err(FileError::Content {
+                path: path(),
+                reason: format!(
+                    "format = {} is not known; this version reads format {FORMAT}",
+                    calibration.format
+                ),
+            });
+        }
+        Ok((calibration, hash.to_owned()))
+    }
+
+    /// Writes the file whole or not at all.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), FileError> {
+        let io = |source| FileError::Io {
+            path: path.to_owned(),
+            source,
+        };
+        let text = self.to_text().map_err(|error| FileError::Content {
+            path: path.to_owned(),
+            reason: error.to_string(),
+        })?;
+        let beside = path.with_extension("toml.new");
+        let mut file = std::fs::File::create(&beside).map_err(io)?;
+        file.write_all(text.as_bytes()).map_err(io)?;
+        file.sync_all().map_err(io)?;
+        std::fs::rename(&beside, path).map_err(io)
+    }
+
+    /// The date of the oldest measurement that is needed.
+    #[must_use]
+    pub fn oldest(&self) -> Option<Timestamp> {
+        let dates = [
+            self.pickup.as_ref().map(|pickup| pickup.measured.date),
+            self.plate.as_ref().map(|plate| plate.measured.date),
+        ];
+        dates.into_iter().flatten().min()
+    }
+}
+
+fn sha256(text: &str) -> String {
+    Sha256::digest(text.as_bytes())
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn effective_degrees_of_freedom_follow_what_was_seen() {
+        let all_seen = Quantity::combined(1.0, 0.1, 0.1, 5, "m");
+        assert_eq!(all_seen.degrees_of_freedom, 5);
+        // Student's t for 5 degrees of freedom.
+        assert!((all_seen.half_width_95() - 0.2571).abs() < 1e-4);
+        let hardly_seen = Quantity::combined(1.0, 0.1, 0.001, 5, "m");
+        assert_eq!(hardly_seen.degrees_of_freedom, 1000);
+        assert!((hardly_seen.half_width_95() - 0.1962).abs() < 1e-4);
+    }
+}

@@ -1,0 +1,116 @@
+//! The calibration in force: read, compared with the bench, and put in the place of what `bench.toml` assumes.
+
+use std::path::Path;
+
+use anyhow::{Context, bail};
+use jiff::{SignedDuration, Timestamp};
+
+use super::file::Calibration;
+use super::identity::Identity;
+use crate::config::Config;
+
+/// A calibration file that was read whole and is complete.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Held {
+    /// What was measured.
+    pub calibration: Calibration,
+    /// Hash of its content.
+    pub hash: String,
+    /// For screens and files, such as `2026-05-04, A. Tester`.
+    pub label: String,
+    text: String,
+}
+
+/// A date this far ahead is no clock's inaccuracy.
+const AHEAD: SignedDuration = SignedDuration::from_hours(24);
+
+impl Held {
+    /// Reads the calibration at `path` and checks that it is whole.
+    ///
+    /// # Errors
+    /// When there is none, it was edited, or a measurement is missing.
+    pub fn read(path: &Path) -> anyhow::Result<Self> {
+        let (calibration, hash) = Calibration::read(path)?;
+        for (missing, command) in [
+            (calibration.pickup.is_none(), "pickup"),
+            (calibration.plate.is_none(), "plate"),
+        ] {
+            if missing {
+                bail!(
+                    "{} is not complete: run `friction-bench calibrate {command}`",
+                    path.display()
+                );
+            }
+        }
+        let plate = calibration.plate.as_ref().context("no plate")?;
+        let label = format!(
+            "{}, {}",
+            plate.measured.date.strftime("%Y-%m-%d"),
+            plate.measured.operator
+        );
+        Ok(Self {
+            text: calibration.to_text()?,
+            calibration,
+            hash,
+            label,
+        })
+    }
+
+    /// The file's text, for the session's folder.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Puts the measured constants into `config`: sensitivity and phase of the pickup, resonance and force factor.
+    pub fn apply(&self, config: &mut Config) {
+        apply(&self.calibration, config);
+    }
+
+    /// Compares the opened bench and the date with the calibration.
+    ///
+    /// # Errors
+    /// Names what differs, or how old it is, and what to do.
+    pub fn require(
+        &self,
+        present: &Identity,
+        now: Timestamp,
+        max_age_days: f64,
+    ) -> anyhow::Result<()> {
+        const OVERRIDE: &str = "the calibration does not hold; --uncalibrated runs without it";
+        self.calibration
+            .identity
+            .require(present)
+            .context(OVERRIDE)?;
+        let Some(oldest) = self.calibration.oldest() else {
+            bail!("the calibration has no date");
+        };
+        let age = now.duration_since(oldest);
+        let days = age.as_secs_f64() / 86_400.0;
+        if days > max_age_days {
+            return Err(anyhow::anyhow!(
+                "the calibration is {days:.0} days old, more than calibration.max_age_days = {max_age_days}: calibrate again"
+            )
+            .context(OVERRIDE));
+        }
+        if age < -AHEAD {
+            return Err(anyhow::anyhow!(
+                "the calibration is dated {oldest}, in the future: set the computer's clock, or calibrate again"
+            )
+            .context(OVERRIDE));
+        }
+        Ok(())
+    }
+}
+
+/// Puts what has been measured so far into `config`.
+pub fn apply(calibration: &Calibration, config: &mut Config) {
+    if let Some(pickup) = &calibration.pickup {
+        config.channels.pickup.metres_per_unit = pickup.metres_per_unit.value;
+    }
+    if let Some(plate) = &calibration.plate {
+        config.channels.pickup.phase_rad = plate.pickup_phase_rad.value;
+        config.plate.resonance_hz = plate.resonance_hz.value;
+        config.plate.force_factor_n_per_v = plate.force_factor_n_per_v.value;
+    }
+}

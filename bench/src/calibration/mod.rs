@@ -1,0 +1,14 @@
+//! Volts become micrometres and newtons: what the `calibrate` commands measure, the file that keeps it, and who may use it.
+
+pub mod command;
+pub mod file;
+pub mod held;
+pub mod identity;
+pub mod known;
+pub mod pickup;
+pub mod plate;
+pub mod rig;
+
+pub use file::{Calibration, FileError};
+pub use held::Held;
+pub use identity::Identity;

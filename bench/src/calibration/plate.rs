@@ -1,0 +1,389 @@
+//! `calibrate plate`: tones about the resonance with no finger on the plate, and the second-order admittance fitted to them.
+
+use std::fmt::Write as _;
+
+use anyhow::{Context, bail};
+use impedance::plate_fit::{CHANNEL_MATCH, Estimate, PlateFit, Response, find_resonance};
+use impedance::tone::Tone;
+use num_complex::Complex64;
+use signalgen::{ToneList, Waveform};
+use std::f64::consts::{PI, TAU};
+
+use super::file::{self, Provenance, Quantity};
+use super::rig::{Heard, Next, Procedure};
+use crate::config::Config;
+use crate::pipeline::CLIP_LEVEL;
+
+/// Level of the first, coarse look, V: harmless at any resonance.
+pub(super) const LOOK_V: f64 = 2.0;
+/// The coarse look: tones, their distance and length. A plate with Q = 350 has a bandwidth of 100 Hz.
+const LOOK_TONES: usize = 41;
+const LOOK_STEP_HZ: f64 = 40.0;
+const LOOK_DWELL_S: f64 = 0.05;
+const LOOK_SETTLE_S: f64 = 0.025;
+/// The close look: tones over so many bandwidths to either side.
+const TONES: usize = 31;
+const BANDWIDTHS: f64 = 2.0;
+/// After so many time constants 2Q/ω the plate has forgotten the tone before: e⁻¹⁸ = 1.5e-8.
+pub(super) const SETTLE_TIME_CONSTANTS: f64 = 18.0;
+const WINDOW_S: f64 = 0.06;
+/// Silence in which the force sensor is looked at, s.
+pub(super) const LISTEN_S: f64 = 0.3;
+/// Largest reading of the pickup that is aimed at, of full scale.
+pub(super) const FULLEST: f64 = 0.8;
+
+/// What the measurement takes from the bench.
+#[derive(Debug, Clone)]
+pub struct Setup {
+    /// Where to look for the resonance, Hz.
+    pub about_hz: f64,
+    /// Level of the close look, V peak; lowered where the limits ask for it.
+    pub drive_v: f64,
+    /// Sensitivity of the pickup with its standard error and degrees of freedom.
+    pub metres_per_unit: Quantity,
+    /// Resonance at the calibration before, Hz.
+    pub before_hz: Option<f64>,
+    config: Config,
+}
+
+impl Setup {
+    /// On the bench of `config`, with what has been calibrated on it so far.
+    ///
+    /// # Errors
+    /// When the level is beyond its limit.
+    pub fn new(config: &Config, held: &file::Calibration, drive_v: f64) -> anyhow::Result<Self> {
+        if !(drive_v > 0.0 && drive_v <= config.limits.drive_v) {
+            bail!(
+                "--drive-v = {drive_v} V is outside 0 to limits.drive_v = {} V",
+                config.limits.drive_v
+            );
+        }
+        let metres_per_unit = held.pickup.as_ref().map_or_else(
+            || {
+                Quantity::new(
+                    config.channels.pickup.metres_per_unit,
+                    f64::INFINITY,
+                    1,
+                    "m",
+                )
+            },
+            |pickup| pickup.metres_per_unit.clone(),
+        );
+        let before_hz = held.plate.as_ref().map(|plate| plate.resonance_hz.value);
+        Ok(Self {
+            about_hz: before_hz.unwrap_or(config.plate.resonance_hz),
+            drive_v,
+            metres_per_unit,
+            before_hz,
+            config: config.clone(),
+        })
+    }
+}
+
+/// The measurement.
+pub struct PlateProcedure {
+    setup: Setup,
+    stage: Stage,
+    level_v: f64,
+    settle_s: f64,
+    /// The response that was fitted, with its fit, for `Fig. 10 b`.
+    pub responses: Vec<Response>,
+    /// The fit.
+    pub fit: Option<PlateFit>,
+}
+
+#[derive(Clone, Copy)]
+enum Stage {
+    Listen,
+    Look,
+    Close,
+    Measured,
+}
+
+impl PlateProcedure {
+    /// Ready to begin.
+    #[must_use]
+    pub fn new(setup: Setup) -> Self {
+        Self {
+            level_v: setup.drive_v,
+            setup,
+            stage: Stage::Listen,
+            settle_s: 0.0,
+            responses: Vec::new(),
+            fit: None,
+        }
+    }
+
+    fn close_look(&mut self, look: &[Response]) -> anyhow::Result<Next> {
+        let (resonance_hz, quality) = find_resonance(look).with_context(|| {
+            format!(
+                "looked {:.0} Hz to either side of {:.0} Hz; --about-hz looks elsewhere",
+                LOOK_STEP_HZ * (LOOK_TONES / 2) as f64,
+                self.setup.about_hz
+            )
+        })?;
+        let config = &self.setup.config;
+        let units_per_v = peak_units_per_v(look, config);
+        self.level_v = self.setup.drive_v.min(highest_level_v(
+            units_per_v,
+            self.setup.metres_per_unit.value,
+            config,
+        ));
+        let span_hz = 2.0 * BANDWIDTHS * resonance_hz / quality;
+        self.settle_s = settle_s(resonance_hz, quality);
+        let tones: Vec<f64> = (0..TONES)
+            .map(|i| resonance_hz + span_hz * (i as f64 / (TONES - 1) as f64 - 0.5))
+            .collect();
+        Ok(Next::Play(Waveform::SteppedTones {
+            tones: ToneList::new(&tones)?,
+            dwell_s: self.settle_s + WINDOW_S,
+            amplitude_v: self.level_v,
+        }))
+    }
+}
+
+/// The coarse look about a frequency.
+pub(super) fn look(about_hz: f64, config: &Config) -> anyhow::Result<Next> {
+    let tones: Vec<f64> = (0..LOOK_TONES)
+        .map(|i| about_hz + LOOK_STEP_HZ * (i as f64 - (LOOK_TONES / 2) as f64))
+        .collect();
+    Ok(Next::Play(Waveform::SteppedTones {
+        tones: ToneList::new(&tones)?,
+        dwell_s: LOOK_DWELL_S,
+        amplitude_v: LOOK_V.min(config.limits.drive_v),
+    }))
+}
+
+/// The coarse look's responses.
+pub(super) fn looked(heard: &Heard, config: &Config) -> anyhow::Result<Vec<Response>> {
+    responses(heard, config, LOOK_SETTLE_S)
+}
+
+/// How long the plate takes to settle, s.
+pub(super) fn settle_s(resonance_hz: f64, quality: f64) -> f64 {
+    SETTLE_TIME_CONSTANTS * quality / (PI * resonance_hz)
+}
+
+/// Pickup units per actuator volt at the resonance.
+pub(super) fn peak_units_per_v(look: &[Response], config: &Config) -> f64 {
+    look.iter().map(|r| r.ratio.norm()).fold(0.0, f64::max) / config.channels.drive.volts_per_unit
+}
+
+/// The level at which the amplitude, the pickup's range or the drive comes near its limit, V.
+pub(super) fn highest_level_v(units_per_v: f64, metres_per_unit: f64, config: &Config) -> f64 {
+    let by_amplitude = 0.9 * config.calibration.max_amplitude_m / (units_per_v * metres_per_unit);
+    let by_range = FULLEST / units_per_v;
+    by_amplitude.min(by_range).min(config.limits.drive_v)
+}
+
+/// Refuses when something rests on the plate.
+pub(super) fn require_nothing_on_the_plate(heard: &Heard, config: &Config) -> anyhow::Result<()> {
+    let limit_n = config.calibration.zero_n;
+    match heard.mean_force_n() {
+        Some((normal_n, _)) if normal_n.abs() > limit_n => bail!(
+            "something rests on the plate: the force sensor reads {normal_n:.3} N, more than calibration.zero_n = {limit_n} N; take the finger and everything else off, or tare the sensor"
+        ),
+        _ => Ok(()),
+    }
+}
+
+/// Refuses a saturated input.
+pub(super) fn require_unsaturated(tone: &Tone, carrier_hz: f64) -> anyhow::Result<()> {
+    if tone.peak >= f64::from(CLIP_LEVEL) {
+        bail!(
+            "the pickup's input is saturated at {carrier_hz:.0} Hz: lower --drive-v or the gain of the input"
+        );
+    }
+    Ok(())
+}
+
+/// The carrier stands out of everything else by at least this, as a ratio of amplitudes.
+const LEAST_RATIO: f64 = 3.0;
+
+fn responses(heard: &Heard, config: &Config, settle_s: f64) -> anyhow::Result<Vec<Response>> {
+    let channels = &config.channels;
+    heard
+        .dwells
+        .iter()
+        .map(|dwell| {
+            let drive = heard.tone(dwell, channels.drive.index, settle_s)?;
+            let pickup = heard.tone(dwell, channels.pickup.index, settle_s)?;
+            require_unsaturated(&pickup, dwell.carrier_hz)?;
+            if drive.value.norm() < LEAST_RATIO * drive.rest_rms {
+                bail!(
+                    "the carrier of {:.0} Hz does not survive the loop: {:.1e} of full scale reads back under {:.1e} of other signal; a sound layer resamples it away, or the path is aliased: use a raw device such as hw:…",
+                    dwell.carrier_hz,
+                    drive.value.norm(),
+                    drive.rest_rms
+                );
+            }
+            Ok(Response {
+                frequency_hz: dwell.carrier_hz,
+                ratio: pickup.value / drive.value,
+            })
+        })
+        .collect()
+}
+
+impl Procedure for PlateProcedure {
+    fn next(&mut self, heard: Option<Heard>) -> anyhow::Result<Next> {
+        let Some(heard) = heard else {
+            return Ok(Next::Listen(LISTEN_S));
+        };
+        let config = &self.setup.config;
+        require_nothing_on_the_plate(&heard, config)?;
+        match self.stage {
+            Stage::Listen => {
+                self.stage = Stage::Look;
+                look(self.setup.about_hz, config)
+            }
+            Stage::Look => {
+                let look = looked(&heard, config)?;
+                self.stage = Stage::Close;
+                self.close_look(&look)
+            }
+            Stage::Close => {
+                self.responses = responses(&heard, config, self.settle_s)?;
+                self.fit = Some(PlateFit::fit(&self.responses)?);
+                self.stage = Stage::Measured;
+                Ok(Next::Done)
+            }
+            Stage::Measured => Ok(Next::Done),
+        }
+    }
+}
+
+/// The measured plate, and why it does not pass, if it does not.
+pub struct Measured {
+    /// For the file.
+    pub plate: file::Plate,
+    /// Reasons not to use it.
+    pub faults: Vec<String>,
+}
+
+impl PlateProcedure {
+    /// The constants that follow from the fit.
+    ///
+    /// # Errors
+    /// When nothing was fitted.
+    pub fn measured(&self, date: jiff::Timestamp, operator: &str) -> anyhow::Result<Measured> {
+        let fit = self.fit.as_ref().context("the plate was not measured")?;
+        let setup = &self.setup;
+        let config = &setup.config;
+        let n = fit.degrees_of_freedom;
+        let quantity = |estimate: Estimate, unit| {
+            Quantity::new(estimate.value, estimate.standard_error, n, unit)
+        };
+        let relative = |estimate: Estimate| estimate.standard_error / estimate.value;
+        let (f0, quality) = (fit.resonance_hz, fit.quality);
+        let omega = TAU * f0.value;
+        let mass_kg = config.plate.modal_mass_kg;
+        let stiffness = omega.powi(2) * mass_kg;
+        let damping = omega * mass_kg / quality.value;
+        let sensitivity = &setup.metres_per_unit;
+        let force_factor = fit.static_ratio.value * stiffness * sensitivity.value
+            / config.channels.drive.volts_per_unit;
+        let of_sensitivity = sensitivity.standard_error / sensitivity.value;
+        let of_fit = relative(fit.static_ratio).hypot(2.0 * relative(f0));
+        // The sensitivity's fewer points decide how many values stand behind the factor where its error does.
+        let freedom = if of_sensitivity > of_fit {
+            sensitivity.degrees_of_freedom
+        } else {
+            n
+        };
+        let unloaded = Complex64::from_polar(
+            fit.static_ratio.value * quality.value,
+            -fit.pickup_phase_rad.value - PI / 2.0,
+        );
+        let drift_hz = setup.before_hz.map(|before_hz| f0.value - before_hz);
+        let limits = &config.calibration;
+        let mut faults = Vec::new();
+        if fit.residual > limits.plate_residual {
+            faults.push(format!(
+                "the response departs from a single resonance by {:.2} % of its peak, more than calibration.plate_residual = {}: is anything touching the plate, or its clamp loose?",
+                100.0 * fit.residual,
+                limits.plate_residual
+            ));
+        }
+        let [low, high] = limits.quality;
+        if !(low..=high).contains(&quality.value) {
+            faults.push(format!(
+                "Q = {:.1} is outside calibration.quality = [{low}, {high}]: a finger or a loose clamp damps the plate",
+                quality.value
+            ));
+        }
+        if let Some(drift_hz) = drift_hz
+            && drift_hz.abs() > limits.drift_hz
+        {
+            faults.push(format!(
+                "the resonance has moved by {drift_hz:+.1} Hz since the last calibration, more than calibration.drift_hz = {}: another plate, another clamp, another temperature?",
+                limits.drift_hz
+            ));
+        }
+        if !sensitivity.standard_error.is_finite() {
+            faults.push(
+                "the force factor needs the pickup's sensitivity: run `friction-bench calibrate pickup` first".to_owned(),
+            );
+        }
+        Ok(Measured {
+            plate: file::Plate {
+                measured: Provenance {
+                    date,
+                    operator: operator.to_owned(),
+                    method: format!(
+                        "{TONES} tones over {:.0} Hz at {:.1} V, each after {SETTLE_TIME_CONSTANTS} time constants; least squares of a second-order mode with residual terms; errors hold scatter, model and a channel match of {CHANNEL_MATCH}",
+                        self.responses.last().map_or(0.0, |r| r.frequency_hz)
+                            - self.responses.first().map_or(0.0, |r| r.frequency_hz),
+                        self.level_v
+                    ),
+                },
+                resonance_hz: quantity(f0, "Hz"),
+                quality: quantity(quality, "1"),
+                damping_n_s_per_m: Quantity::new(damping, damping * relative(quality), n, "N·s/m"),
+                stiffness_n_per_m: Quantity::new(
+                    stiffness,
+                    2.0 * stiffness * relative(f0),
+                    n,
+                    "N/m",
+                ),
+                force_factor_n_per_v: Quantity::new(
+                    force_factor,
+                    force_factor * of_sensitivity.hypot(of_fit),
+                    freedom,
+                    "N/V",
+                ),
+                pickup_phase_rad: quantity(fit.pickup_phase_rad, "rad"),
+                unloaded_ratio: [unloaded.re, unloaded.im],
+                residual: fit.residual,
+                drift_hz,
+                metres_per_unit: sensitivity.value,
+            },
+            faults,
+        })
+    }
+
+    /// The measured and fitted admittance ṽ/f̃ as CSV (Huloux 2021, Fig. 10 b).
+    #[must_use]
+    pub fn bode_csv(&self, plate: &file::Plate) -> String {
+        let mut text = String::from(
+            "frequency_hz,re_admittance_m_per_s_per_n,im_admittance_m_per_s_per_n,re_fit_m_per_s_per_n,im_fit_m_per_s_per_n\n",
+        );
+        let model = self.fit.iter().flat_map(|fit| &fit.model);
+        let volts_per_unit = self.setup.config.channels.drive.volts_per_unit;
+        for (response, fitted) in self.responses.iter().zip(model) {
+            // The phase is a delay's, so it goes with the frequency.
+            let phase =
+                plate.pickup_phase_rad.value * response.frequency_hz / plate.resonance_hz.value;
+            let scale = Complex64::from_polar(plate.metres_per_unit, phase)
+                * Complex64::new(0.0, TAU * response.frequency_hz)
+                / (plate.force_factor_n_per_v.value * volts_per_unit);
+            let (measured, fitted) = (response.ratio * scale, fitted * scale);
+            let _ = writeln!(
+                text,
+                "{},{},{},{},{}",
+                response.frequency_hz, measured.re, measured.im, fitted.re, fitted.im
+            );
+        }
+        text
+    }
+}

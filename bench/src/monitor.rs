@@ -10,6 +10,7 @@ use signalgen::{Program, Waveform};
 use tui::event::{Level, Phase, PhaseKind};
 
 use crate::assembly::{Bench, Hardware};
+use crate::calibration::Held;
 use crate::config::Config;
 use crate::drive::{Drive, settings};
 use crate::front::{Dashboard, DashboardThread, Front, Headless};
@@ -30,6 +31,8 @@ const SCREEN_PERIOD_NS: u64 = 16_000_000;
 pub struct Plan {
     /// Hardware.
     pub config: Config,
+    /// The calibration in force, its constants already in `config`; `None` watches uncalibrated.
+    pub calibration: Option<Held>,
     program: Option<Program>,
     duration_s: Option<f64>,
     headless: bool,
@@ -57,6 +60,7 @@ impl Plan {
             .context("--drive-v")?;
         Ok(Self {
             config,
+            calibration: None,
             program,
             duration_s: options.duration_s,
             headless: options.headless,
@@ -75,6 +79,7 @@ pub fn run(
 ) -> anyhow::Result<bool> {
     let Plan {
         config,
+        calibration,
         program,
         duration_s,
         headless,
@@ -90,6 +95,9 @@ pub fn run(
         simulated,
     } = hardware;
     let bench = Bench::open(&config, config.plate.resonance_hz, &host, lines, force_port)?;
+    if let Some(held) = &calibration {
+        held.require_opened(&config, &bench.streams, clock.as_ref())?;
+    }
     let (mut front, dashboard): (Box<dyn Front>, Option<DashboardThread>) = if headless {
         (Box::new(Headless::new(out)), None)
     } else {
@@ -97,7 +105,8 @@ pub fn run(
         (Box::new(dashboard), Some(thread))
     };
     front.show(tui::Event::Session(tui::event::Session {
-        uncalibrated: true,
+        calibration_label: calibration.as_ref().map(|held| held.label.clone()),
+        uncalibrated: calibration.is_none(),
         simulated,
         plate_length_m: config.plate.length_m,
         ..tui::event::Session::default()

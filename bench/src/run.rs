@@ -14,6 +14,7 @@ use protocols::{
 use signalgen::{Direction, DriveSettings};
 
 use crate::assembly::{Bench, Hardware};
+use crate::calibration::Held;
 use crate::config::Config;
 use crate::drive::{carrier_hz, settings, waveform};
 use crate::front::{Dashboard, Front, Headless};
@@ -50,6 +51,8 @@ pub struct Plan {
     pub seed: u64,
     /// No dashboard.
     pub headless: bool,
+    /// The calibration in force, its constants already in `config`; `None` is an uncalibrated session.
+    pub calibration: Option<Held>,
     settings: DriveSettings,
     carrier_hz: f64,
 }
@@ -128,6 +131,7 @@ impl Plan {
             resume: options.resume,
             new_session: options.new_session,
             headless: options.headless,
+            calibration: None,
             settings,
         })
     }
@@ -183,6 +187,9 @@ pub fn run(
     } = hardware;
     let config = plan.config.clone();
     let bench = Bench::open(&config, plan.carrier_hz, &host, lines, force_port)?;
+    if let Some(held) = &plan.calibration {
+        held.require_opened(&config, &bench.streams, clock.as_ref())?;
+    }
     make_safe_on_panic_and_signal(&bench)?;
     let Bench {
         streams,
@@ -213,6 +220,9 @@ pub fn run(
     let mut session = session;
     session.snapshot(&format!("{}.toml", plan.protocol.name), &plan.protocol_text)?;
     session.snapshot("bench.toml", &config.to_toml()?)?;
+    if let Some(held) = &plan.calibration {
+        session.snapshot("calibration.toml", held.text())?;
+    }
     let device = |direction| streams.device(direction).to_string();
     session.log().start(Start {
         time: clock.utc().to_string(),
@@ -228,7 +238,10 @@ pub fn run(
             ("audio output".to_owned(), device(Direction::Output)),
             ("simulated".to_owned(), simulated.to_string()),
         ]),
-        calibration: None,
+        calibration: plan
+            .calibration
+            .as_ref()
+            .map(|held| format!("{}, sha256 {}", held.label, held.hash)),
         configuration: serde_json::to_value(config.as_ref())?,
     })?;
     let begin = begin_recording(&plan, number, session.folder().to_owned(), &streams);
@@ -238,8 +251,8 @@ pub fn run(
         participant: Some(plan.participant.to_string()),
         protocol: Some(plan.protocol.name.clone()),
         study: Some(plan.study.display().to_string()),
-        calibration_label: None,
-        uncalibrated: true,
+        calibration_label: plan.calibration.as_ref().map(|held| held.label.clone()),
+        uncalibrated: plan.calibration.is_none(),
         simulated,
         plate_length_m: config.plate.length_m,
         kept_m: Some(kept(&config, &plan.protocol)),
@@ -444,7 +457,7 @@ fn begin_recording(
     );
     let practice_trials = plan.protocol.trials.practice;
     let format = plan.format();
-    let hardware = recorded_hardware(&config, streams);
+    let hardware = recorded_hardware(&config, streams, plan.calibration.as_ref());
     Box::new(move |key: &TrialKey, drive: &protocols::Drive| {
         Ok(Begin {
             folder: trial_folder(&folder, key, practice_trials)?,
@@ -517,7 +530,11 @@ fn recorded_plate(config: &Config) -> manifest::Plate {
     }
 }
 
-fn recorded_hardware(config: &Config, streams: &signalgen::audio::Streams) -> manifest::Hardware {
+fn recorded_hardware(
+    config: &Config,
+    streams: &signalgen::audio::Streams,
+    held: Option<&Held>,
+) -> manifest::Hardware {
     let mut channel_names: Vec<String> = (0..config.audio.input_channels)
         .map(|index| format!("input {index}"))
         .collect();
@@ -537,8 +554,8 @@ fn recorded_hardware(config: &Config, streams: &signalgen::audio::Streams) -> ma
             .encoder
             .as_ref()
             .map(|_| "quadrature encoder".to_owned()),
-        uncalibrated: true,
-        calibration: None,
+        uncalibrated: held.is_none(),
+        calibration: held.map(Held::recorded),
     }
 }
 

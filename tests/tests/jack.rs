@@ -116,6 +116,7 @@ impl Server {
             .args([
                 "run",
                 "--headless",
+                "--uncalibrated",
                 "--participant",
                 "sub-01",
                 "--consent-by",

@@ -85,6 +85,7 @@ fn without_a_sound_card() {
         run.args([
             "run",
             "--headless",
+            "--uncalibrated",
             "--participant",
             "sub-01",
             "--consent-by",
@@ -325,6 +326,7 @@ fn without_gpio() {
         run.args([
             "run",
             "--headless",
+            "--uncalibrated",
             "--participant",
             "sub-01",
             "--consent-by",

@@ -25,6 +25,25 @@ pub struct Held {
 const AHEAD: SignedDuration = SignedDuration::from_hours(24);
 
 impl Held {
+    /// The calibration that holds by these options, with its constants put into `config`; `None` runs uncalibrated, which on
+    /// real hardware only the operator can decide. A simulated bench has a calibration only where one is named.
+    ///
+    /// # Errors
+    /// As [`Held::read`].
+    pub fn choose(
+        options: &crate::cli::Hardware,
+        uncalibrated: bool,
+        config: &mut Config,
+    ) -> anyhow::Result<Option<Self>> {
+        let none_named = options.mock.is_some() && options.calibration.is_none();
+        if uncalibrated || none_named {
+            return Ok(None);
+        }
+        let held = Self::read(&super::command::path(options))?;
+        held.apply(config);
+        Ok(Some(held))
+    }
+
     /// Reads the calibration at `path` and checks that it is whole.
     ///
     /// # Errors
@@ -54,6 +73,32 @@ impl Held {
             hash,
             label,
         })
+    }
+
+    /// Compares the calibration with an opened bench, before anything is driven.
+    ///
+    /// # Errors
+    /// As [`Held::require`].
+    pub fn require_opened(
+        &self,
+        config: &Config,
+        streams: &signalgen::audio::Streams,
+        clock: &dyn crate::clock::Clock,
+    ) -> anyhow::Result<()> {
+        self.require(
+            &Identity::opened(config, streams),
+            clock.utc(),
+            config.calibration.max_age_days,
+        )
+    }
+
+    /// For a recording's `[hardware]`.
+    #[must_use]
+    pub fn recorded(&self) -> crate::recording::manifest::Calibration {
+        crate::recording::manifest::Calibration {
+            label: self.label.clone(),
+            hash: self.hash.clone(),
+        }
     }
 
     /// The file's text, for the session's folder.

@@ -184,11 +184,11 @@ impl PickupProcedure {
                 );
             }
         }
-        Ok(Next::Play(Waveform::SteppedTones {
+        Ok(Next::Play(Box::new(Waveform::SteppedTones {
             tones: ToneList::new(&[self.carrier_hz])?,
             dwell_s: self.settle_s + WINDOW_S,
             amplitude_v: level_v,
-        }))
+        })))
     }
 
     fn read(&mut self, heard: &Heard) -> anyhow::Result<()> {

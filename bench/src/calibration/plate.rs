@@ -134,11 +134,11 @@ impl PlateProcedure {
         let tones: Vec<f64> = (0..TONES)
             .map(|i| resonance_hz + span_hz * (i as f64 / (TONES - 1) as f64 - 0.5))
             .collect();
-        Ok(Next::Play(Waveform::SteppedTones {
+        Ok(Next::Play(Box::new(Waveform::SteppedTones {
             tones: ToneList::new(&tones)?,
             dwell_s: self.settle_s + WINDOW_S,
             amplitude_v: self.level_v,
-        }))
+        })))
     }
 }
 
@@ -147,11 +147,11 @@ pub(super) fn look(about_hz: f64, config: &Config) -> anyhow::Result<Next> {
     let tones: Vec<f64> = (0..LOOK_TONES)
         .map(|i| about_hz + LOOK_STEP_HZ * (i as f64 - (LOOK_TONES / 2) as f64))
         .collect();
-    Ok(Next::Play(Waveform::SteppedTones {
+    Ok(Next::Play(Box::new(Waveform::SteppedTones {
         tones: ToneList::new(&tones)?,
         dwell_s: LOOK_DWELL_S,
         amplitude_v: LOOK_V.min(config.limits.drive_v),
-    }))
+    })))
 }
 
 /// The coarse look's responses.

@@ -18,7 +18,7 @@ use crate::config::Config;
 use crate::drive::{Drive, settings};
 use crate::field::Reading;
 use crate::pipeline::CLIP_LEVEL;
-use crate::safety::SafetyState;
+use crate::safety::{SafetyState, Trip};
 use crate::schedule::{StopFlag, Task};
 use crate::shared::{Latest, Shared};
 
@@ -27,7 +27,7 @@ pub enum Next {
     /// Silence, for so many seconds.
     Listen(f64),
     /// A waveform that ends by itself: stepped tones.
-    Play(Waveform),
+    Play(Box<Waveform>),
     /// Everything has been measured.
     Done,
 }
@@ -189,6 +189,8 @@ const SETTLE_S: f64 = 0.2;
 const READBACK_S: f64 = 1e-3;
 /// Pieces in which a tone's beginning is looked for, s.
 const ONSET_S: f64 = 5e-4;
+/// A read-back under this share of the command is no gain error: the carrier is gone.
+const VANISHED: f64 = 0.3;
 /// A card that delivers nothing for this long ends the calibration.
 const PATIENCE: Duration = Duration::from_secs(10);
 
@@ -198,7 +200,7 @@ enum Step {
         until: usize,
     },
     Playing {
-        waveform: Waveform,
+        waveform: Box<Waveform>,
         started: bool,
         after: u32,
         ended: Option<usize>,
@@ -308,7 +310,7 @@ impl<P: Procedure> RigTask<P> {
                 until: (seconds * self.rate_hz) as usize,
             },
             Next::Play(waveform) => {
-                self.drive.start(self.settings.admit(waveform)?);
+                self.drive.start(self.settings.admit(*waveform)?);
                 Step::Playing {
                     waveform,
                     started: false,
@@ -337,7 +339,7 @@ impl<P: Procedure> RigTask<P> {
                 if frames < ended + self.tail_frames {
                     return Ok(None);
                 }
-                let waveform = *waveform;
+                let waveform = **waveform;
                 let mut heard = std::mem::take(&mut self.heard);
                 heard.dwells = dwells(&heard, &waveform, self.drive_channel, self.ramp_frames)?;
                 Some(Some(heard))
@@ -379,6 +381,16 @@ impl<P: Procedure> Task for RigTask<P> {
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
         let safety = self.shared.safety.get().unwrap_or_default();
         if let SafetyState::Tripped { trip } = &safety {
+            if let Trip::Readback {
+                measured_v,
+                commanded_v: (_, high_v),
+            } = trip
+                && *measured_v < VANISHED * high_v
+            {
+                bail!(
+                    "the carrier does not come back: {high_v:.2} V were played and {measured_v:.3} V read; a sound layer of 48 kHz or less resamples it away (use a raw device such as hw:…), the amplifier is off, or a cable is out"
+                );
+            }
             bail!("the safety watch stopped the calibration: {trip}");
         }
         self.drive.poll(&safety);

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use anyhow::Context;
 use clap::{CommandFactory, Parser};
 use friction_bench::assembly::Hardware;
-use friction_bench::calibration;
+use friction_bench::calibration::{self, Held};
 use friction_bench::cli::{Calibrate, Check, Cli, Command, Devices, Monitor, Run, Speed};
 use friction_bench::clock::SystemClock;
 use friction_bench::config::{AudioHost, Config};
@@ -123,10 +123,12 @@ fn hardware(
 }
 
 fn run(options: &Run) -> anyhow::Result<ExitCode> {
-    let Some(config) = configuration(&options.hardware)? else {
+    let Some(mut config) = configuration(&options.hardware)? else {
         return Ok(ExitCode::SUCCESS);
     };
-    let plan = Plan::new(config, options)?;
+    let held = Held::choose(&options.hardware, options.uncalibrated, &mut config)?;
+    let mut plan = Plan::new(config, options)?;
+    plan.calibration = held;
     if !options.headless && !std::io::stdout().is_terminal() {
         anyhow::bail!("the dashboard needs a terminal; without one add --headless");
     }
@@ -153,10 +155,12 @@ fn run(options: &Run) -> anyhow::Result<ExitCode> {
 }
 
 fn watch(options: &Monitor) -> anyhow::Result<ExitCode> {
-    let Some(config) = configuration(&options.hardware)? else {
+    let Some(mut config) = configuration(&options.hardware)? else {
         return Ok(ExitCode::SUCCESS);
     };
-    let plan = monitor::Plan::new(config, options)?;
+    let held = Held::choose(&options.hardware, options.uncalibrated, &mut config)?;
+    let mut plan = monitor::Plan::new(config, options)?;
+    plan.calibration = held;
     if !options.headless && !std::io::stdout().is_terminal() {
         anyhow::bail!("the dashboard needs a terminal; without one add --headless");
     }

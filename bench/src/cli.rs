@@ -234,6 +234,9 @@ pub struct Analyze {
     /// Print the published statistics beside those of these recordings.
     #[arg(long)]
     pub table: bool,
+    /// Write tidy tables as Parquet, instances.parquet and samples.parquet.
+    #[arg(long, value_name = "DIR")]
+    pub tables: Option<PathBuf>,
     /// Assume another value, such as `contact_area_m2=314e-6`; the names are those of the results' `settings`.
     #[arg(long, value_name = "NAME=VALUE")]
     pub assume: Vec<String>,

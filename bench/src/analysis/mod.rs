@@ -17,6 +17,7 @@ pub mod recording;
 pub mod results;
 pub mod settings;
 pub mod statistics;
+pub mod tables;
 pub mod trial;
 pub mod unloaded;
 

@@ -147,7 +147,8 @@ fn interpolate<R>(
     }
 }
 
-/// Readings filtered at their own mean rate over the span of `time_s` and a margin, then taken at `time_s`.
+/// The finite readings over the span of `time_s` and a margin, filtered on an even grid of their own mean rate or finer, then
+/// taken at `time_s`. NaN where readings are missing for longer than [`LONGEST_GAP_S`].
 fn smoothed<R>(
     rows: &[R],
     time: impl Fn(&R) -> f64,
@@ -160,25 +161,48 @@ fn smoothed<R>(
     };
     let from = rows.partition_point(|row| time(row) < first_s - MARGIN_S);
     let to = rows.partition_point(|row| time(row) <= last_s + MARGIN_S);
-    let rows = &rows[from..to];
-    let (Some(start), Some(end)) = (rows.first(), rows.last()) else {
+    let rows: Vec<(f64, f64)> = rows[from..to]
+        .iter()
+        .map(|row| (time(row), value(row)))
+        .filter(|row| row.1.is_finite())
+        .collect();
+    let [(start_s, _), .., (end_s, _)] = rows[..] else {
         return missing();
     };
-    let rate_hz = (rows.len() - 1) as f64 / (time(end) - time(start));
-    let times: Vec<f64> = rows.iter().map(&time).collect();
-    let values: Vec<f64> = rows.iter().map(&value).collect();
+    let steps = ((rows.len() - 1) as f64).max((end_s - start_s) * LEAST_RATE_HZ);
+    let step_s = (end_s - start_s) / steps.round();
+    let grid = |i: usize| start_s + i as f64 * step_s;
+    let even: Vec<f64> = (0..=steps.round() as usize)
+        .map(|i| interpolate(&rows, |row| row.0, |row| row.1, grid(i).min(end_s)))
+        .collect();
     let Ok(filtered) =
-        LowPass::new(SMOOTHING_HZ, rate_hz).and_then(|filter| filter.zero_phase(&values))
+        LowPass::new(SMOOTHING_HZ, step_s.recip()).and_then(|filter| filter.zero_phase(&even))
     else {
         return missing();
     };
-    let filtered: Vec<(f64, f64)> = times.into_iter().zip(filtered).collect();
+    let filtered: Vec<(f64, f64)> = filtered
+        .into_iter()
+        .enumerate()
+        .map(|(i, value)| (grid(i), value))
+        .collect();
     time_s
         .iter()
-        .map(|&at_s| interpolate(&filtered, |row| row.0, |row| row.1, at_s))
+        .map(|&at_s| {
+            let after = rows.partition_point(|row| row.0 < at_s);
+            let before_s = after.checked_sub(1).map_or(at_s, |before| rows[before].0);
+            let gap_s = rows.get(after).map_or(at_s, |row| row.0) - before_s;
+            if gap_s > LONGEST_GAP_S {
+                return f64::NAN;
+            }
+            interpolate(&filtered, |row| row.0, |row| row.1, at_s)
+        })
         .collect()
 }
 
+/// Rows without a reading for longer than this were lost, not merely slow, s.
+const LONGEST_GAP_S: f64 = 0.02;
+/// Grids are no coarser than this, so that the filter has its form at any rate of readings, Hz.
+const LEAST_RATE_HZ: f64 = 2000.0;
 /// Readings this far beyond the wanted span let the filter settle, s.
 const MARGIN_S: f64 = 0.1;
 

@@ -6,10 +6,12 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, Sender};
 use impedance::ZmFrame;
+use num_complex::Complex64;
 use serde::Serialize;
 use signalgen::Waveform;
 
 use crate::assembly::{Bench, Hardware};
+use crate::calibration::{Held, channel_match};
 use crate::config::Config;
 use crate::drive::{Drive, settings};
 use crate::pipeline::Batch;
@@ -79,11 +81,20 @@ impl Table {
     }
 }
 
-/// Runs the preflight; `hardware` is asked for once.
-pub fn run(config: &Config, hardware: impl FnOnce() -> anyhow::Result<Hardware>) -> Table {
+/// Runs the preflight; `hardware` is asked for once. `calibration` is the one in force, its constants already in `config`, or
+/// why none can be.
+pub fn run(
+    config: &Config,
+    calibration: &anyhow::Result<Option<Held>>,
+    hardware: impl FnOnce() -> anyhow::Result<Hardware>,
+) -> Table {
     let mut table = Table::default();
-    match measure(config, hardware) {
-        Ok(measured) => judge(&mut table, config, &measured),
+    let held = calibration.as_ref().ok().and_then(Option::as_ref);
+    match measure(config, held, hardware) {
+        Ok(measured) => {
+            judge(&mut table, config, &measured);
+            judge_calibration(&mut table, config, calibration, &measured);
+        }
         Err(error) => table.row("hardware", false, format!("{error:#}")),
     }
     table
@@ -106,10 +117,13 @@ struct Measured {
     heartbeat_wired: bool,
     took: Duration,
     free_running: bool,
+    /// Why the calibration does not hold for the opened bench.
+    calibration_fault: Option<String>,
 }
 
 fn measure(
     config: &Config,
+    held: Option<&Held>,
     hardware: impl FnOnce() -> anyhow::Result<Hardware>,
 ) -> anyhow::Result<Measured> {
     let Hardware {
@@ -129,6 +143,11 @@ fn measure(
         amplitude_v: TONE_V.min(config.limits.drive_v),
     })?;
     let bench = Bench::open(config, config.plate.resonance_hz, &host, lines, force_port)?;
+    let calibration_fault = held.and_then(|held| {
+        held.require_opened(config, &bench.streams, clock.as_ref())
+            .err()
+            .map(|error| error.root_cause().to_string())
+    });
     crate::run::make_safe_on_panic_and_signal(&bench)?;
     let (done, measured) = crossbeam_channel::bounded(1);
     let stop = bench.stop.clone();
@@ -147,6 +166,7 @@ fn measure(
             estop_wired,
             heartbeat_wired,
             free_running,
+            calibration_fault,
             ..Measured::default()
         },
         done,
@@ -340,6 +360,56 @@ fn judge_tone(table: &mut Table, config: &Config, measured: &Measured) {
             noise_m * 1e9
         ),
     );
+}
+
+fn judge_calibration(
+    table: &mut Table,
+    config: &Config,
+    calibration: &anyhow::Result<Option<Held>>,
+    measured: &Measured,
+) {
+    let held = match calibration {
+        Err(error) => return table.row("calibration", false, error.to_string()),
+        Ok(None) => {
+            return table.row(
+                "calibration",
+                true,
+                "none: simulated hardware runs as uncalibrated",
+            );
+        }
+        Ok(Some(held)) => held,
+    };
+    match &measured.calibration_fault {
+        Some(fault) => table.row("calibration", false, fault.clone()),
+        None => table.row("calibration", true, held.label.clone()),
+    }
+    let Some(plate) = &held.calibration.plate else {
+        return;
+    };
+    let pickup = &config.channels.pickup;
+    let per_unit = Complex64::from_polar(pickup.metres_per_unit, pickup.phase_rad);
+    let ratios = measured
+        .frames
+        .iter()
+        .filter(|frame| measured.tone_from_s > 0.0 && frame.time_s >= measured.tone_from_s)
+        .map(|frame| frame.displacement_m / frame.drive_v);
+    let (sum, n) = ratios.fold((Complex64::ZERO, 0u32), |(sum, n), ratio| {
+        (sum + ratio, n + 1)
+    });
+    let [re, im] = plate.unloaded_ratio;
+    let compared = channel_match::compare(
+        sum / f64::from(n) * config.channels.drive.volts_per_unit / per_unit,
+        channel_match::Expected {
+            ratio: Complex64::new(re, im),
+            resonance_hz: plate.resonance_hz.value,
+            quality: plate.quality.value,
+            rate_hz: f64::from(config.audio.rate_hz),
+        },
+    );
+    match compared {
+        Ok(()) => table.row("channels", true, "gain and phase as calibrated"),
+        Err(fault) => table.row("channels", false, fault.to_string()),
+    }
 }
 
 fn judge_force(table: &mut Table, protocol: crate::force::ForceProtocol, measured: &Measured) {

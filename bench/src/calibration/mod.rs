@@ -1,5 +1,6 @@
 //! Volts become micrometres and newtons: what the `calibrate` commands measure, the file that keeps it, and who may use it.
 
+pub mod channel_match;
 pub mod command;
 pub mod file;
 pub mod held;

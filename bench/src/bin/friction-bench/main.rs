@@ -132,6 +132,18 @@ fn run(options: &Run) -> anyhow::Result<ExitCode> {
     if !options.headless && !std::io::stdout().is_terminal() {
         anyhow::bail!("the dashboard needs a terminal; without one add --headless");
     }
+    if plan.calibration.is_some() {
+        let calibration = Ok(plan.calibration.clone());
+        let table = check::run(&plan.config, &calibration, || {
+            hardware(&plan.config, &options.hardware, options.speed, None)
+        });
+        if !table.passed() {
+            write!(std::io::stdout(), "{}", table.to_text())?;
+            anyhow::bail!(
+                "the bench is not what was calibrated, or not ready: nothing was driven for a participant"
+            );
+        }
+    }
     let mut hardware = hardware(
         &plan.config,
         &options.hardware,
@@ -200,15 +212,16 @@ fn calibrate(options: &Calibrate) -> anyhow::Result<ExitCode> {
 }
 
 fn preflight(options: &Check) -> anyhow::Result<ExitCode> {
-    let Some(config) = configuration(&options.hardware)? else {
+    let Some(mut config) = configuration(&options.hardware)? else {
         return Ok(ExitCode::SUCCESS);
     };
+    let held = Held::choose(&options.hardware, false, &mut config);
     let speed = if options.hardware.mock.is_some() {
         Speed::Max
     } else {
         Speed::Real
     };
-    let table = check::run(&config, || {
+    let table = check::run(&config, &held, || {
         hardware(&config, &options.hardware, speed, None)
     });
     let text = if options.json {

@@ -1,0 +1,417 @@
+//! The bench calibrated through its commands: against the truth of fifty simulated benches, and refused where it does not hold.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use bench_tests::program::bench;
+use bench_tests::session::{finish, text};
+use friction_bench::calibration::Calibration;
+use friction_bench::calibration::file::Quantity;
+use mock_hw::scenario::Scenario;
+
+const RATE_HZ: f64 = 192_000.0;
+
+/// An unknown bench, whose converter has the resolution and noise of a 16, 20 or 24 bit one.
+fn unknown_bench(seed: u64) -> String {
+    let (bits, noise) = [(16, 1e-7), (20, 3e-8), (24, 5e-9)][(seed % 3) as usize];
+    format!(
+        "[jitter]\nenabled = true\n[converter]\nbits = {bits}\nnoise_units_per_sqrt_hz = {noise:e}\n"
+    )
+}
+
+struct Room {
+    folder: tempfile::TempDir,
+    scenario: PathBuf,
+    seed: String,
+}
+
+impl Room {
+    fn new(scenario: &str, seed: u64) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scenario.toml");
+        fs::write(&path, scenario).unwrap();
+        Self {
+            folder,
+            scenario: path,
+            seed: seed.to_string(),
+        }
+    }
+
+    fn calibration(&self) -> PathBuf {
+        self.folder.path().join("calibration.toml")
+    }
+
+    /// A command on this room's simulated bench, with its calibration.
+    fn command(&self, words: &[&str]) -> Command {
+        let mut command = bench();
+        command
+            .args(words)
+            .args(["--speed", "max", "--seed", &self.seed, "--mock"])
+            .arg(&self.scenario)
+            .arg("--calibration")
+            .arg(self.calibration());
+        command
+    }
+
+    fn calibrate(&self, words: &[&str]) -> Command {
+        let mut command = self.command(&["calibrate"]);
+        // The subcommand of a subcommand comes before any option.
+        command = {
+            let mut ordered = bench();
+            let given: Vec<_> = command.get_args().skip(1).map(ToOwned::to_owned).collect();
+            ordered.arg("calibrate").args(words).args(given);
+            ordered
+        };
+        command.args(["--operator", "A. Tester"]);
+        command
+    }
+
+    fn succeed(&self, words: &[&str]) -> String {
+        let output = finish(&mut self.calibrate(words));
+        assert!(output.status.success(), "{words:?}: {}", text(&output));
+        text(&output)
+    }
+
+    fn watch(&self) -> Command {
+        self.command(&["monitor", "--headless", "--duration-s", "1"])
+    }
+
+    /// Writes the calibration anew after `change`, as its owner would: with a hash that fits.
+    fn change(&self, change: impl FnOnce(&mut Calibration)) {
+        let (mut calibration, _) = Calibration::read(&self.calibration()).unwrap();
+        change(&mut calibration);
+        calibration.write(&self.calibration()).unwrap();
+    }
+}
+
+fn refused(mut command: Command, words: &[&str]) {
+    let output = finish(&mut command);
+    let said = text(&output);
+    assert!(
+        !output.status.success(),
+        "{command:?} was not refused: {said}"
+    );
+    for word in words {
+        assert!(
+            said.contains(word),
+            "{command:?} does not say {word:?}: {said}"
+        );
+    }
+    assert!(!said.contains("panicked"), "{said}");
+}
+
+/// Error of a value, and half the width of its 95 % interval.
+#[derive(Clone, Copy)]
+struct Miss {
+    error: f64,
+    half_width: f64,
+}
+
+impl Miss {
+    fn of(quantity: &Quantity, truth: f64) -> Self {
+        Self {
+            error: quantity.value - truth,
+            half_width: quantity.half_width_95(),
+        }
+    }
+
+    fn relative(quantity: &Quantity, truth: f64) -> Self {
+        let Self { error, half_width } = Self::of(quantity, truth);
+        Self {
+            error: error / truth,
+            half_width: half_width / truth,
+        }
+    }
+}
+
+const NAMES: [&str; 5] = ["pickup", "f0 Hz", "Q", "gamma", "phase rad"];
+/// The demands on each.
+const DEMANDED: [f64; 5] = [3e-3, 0.5, 1e-2, 1e-2, 2e-3];
+
+fn misses(seed: u64) -> [Miss; 5] {
+    let scenario = unknown_bench(seed);
+    let room = Room::new(&scenario, seed);
+    room.succeed(&["pickup"]);
+    room.succeed(&["plate"]);
+    let (calibration, _) = Calibration::read(&room.calibration()).unwrap();
+    let (pickup, plate) = (calibration.pickup.unwrap(), calibration.plate.unwrap());
+    let truth = Scenario::parse(&scenario).unwrap().realised(seed);
+    let quality =
+        truth.plate.omega_rad_per_s() * truth.plate.modal_mass_kg / truth.plate.damping_n_s_per_m;
+    // A pickup that is sampled later than the drive seems to lead.
+    let phase_rad =
+        truth.pickup.phase_rad - truth.plate.omega_rad_per_s() * truth.converter.skew(1) / RATE_HZ;
+    [
+        Miss::relative(&pickup.metres_per_unit, truth.pickup.metres_per_unit),
+        Miss::of(&plate.resonance_hz, truth.plate.resonance_hz),
+        Miss::relative(&plate.quality, quality),
+        Miss::relative(
+            &plate.force_factor_n_per_v,
+            truth.plate.force_factor_n_per_v,
+        ),
+        Miss::of(&plate.pickup_phase_rad, phase_rad),
+    ]
+}
+
+#[test]
+fn fifty_unknown_benches_are_known_within_their_intervals() {
+    const SEEDS: u64 = 50;
+    let next = AtomicU64::new(1);
+    let all = Mutex::new(Vec::new());
+    let workers = std::thread::available_parallelism().map_or(2, usize::from);
+    std::thread::scope(|scope| {
+        for _ in 0..workers {
+            scope.spawn(|| {
+                loop {
+                    let seed = next.fetch_add(1, Ordering::Relaxed);
+                    if seed > SEEDS {
+                        return;
+                    }
+                    let missed = misses(seed);
+                    all.lock()
+                        .unwrap_or_else(PoisonError::into_inner)
+                        .push(missed);
+                }
+            });
+        }
+    });
+    let all = all.into_inner().unwrap();
+    assert_eq!(all.len() as u64, SEEDS, "a seed failed");
+    for (i, (name, demanded)) in NAMES.iter().zip(DEMANDED).enumerate() {
+        let mut errors: Vec<f64> = all.iter().map(|seed| seed[i].error.abs()).collect();
+        errors.sort_by(f64::total_cmp);
+        let held = all
+            .iter()
+            .filter(|seed| seed[i].error.abs() <= seed[i].half_width)
+            .count();
+        let median_width = {
+            let mut widths: Vec<f64> = all.iter().map(|seed| seed[i].half_width).collect();
+            widths.sort_by(f64::total_cmp);
+            widths[widths.len() / 2]
+        };
+        let worst = errors[errors.len() - 1];
+        println!(
+            "{name:<10} median {:.1e}  worst {worst:.1e}  demanded {demanded:.1e}  95 % interval ± {median_width:.1e}  holds the truth {held}/{SEEDS}",
+            errors[errors.len() / 2]
+        );
+        assert!(worst <= demanded, "{name}: {worst:e} over {demanded:e}");
+        assert!(
+            held as f64 >= 0.9 * SEEDS as f64,
+            "{name}: {held} of {SEEDS}"
+        );
+    }
+}
+
+#[test]
+fn a_plate_is_measured_in_under_twenty_seconds_of_signal() {
+    let room = Room::new("", 1);
+    room.succeed(&["pickup"]);
+    let printed = room.succeed(&["plate"]);
+    let driven: f64 = printed
+        .lines()
+        .find_map(|line| line.trim().strip_prefix("driven for"))
+        .and_then(|rest| rest.trim().strip_suffix(" s"))
+        .unwrap()
+        .parse()
+        .unwrap();
+    assert!(driven > 1.0 && driven < 20.0, "{driven}");
+    let bode = fs::read_to_string(room.folder.path().join("calibration-plate.csv")).unwrap();
+    let largest = bode
+        .lines()
+        .skip(1)
+        .map(|line| {
+            let values: Vec<f64> = line.split(',').map(|v| v.parse().unwrap()).collect();
+            values[1].hypot(values[2])
+        })
+        .fold(0.0, f64::max);
+    // 1/b_p at the resonance; a tone of the 31 lies within 3 % of it.
+    assert!((largest * 7.01 - 1.0).abs() < 0.03, "{largest}");
+}
+
+#[test]
+fn drift_is_told_and_too_much_of_it_refused() {
+    let room = Room::new("", 1);
+    room.succeed(&["pickup"]);
+    room.succeed(&["plate"]);
+    fs::write(&room.scenario, "[plate]\nresonance_hz = 35012.0\n").unwrap();
+    let printed = room.succeed(&["plate"]);
+    let drift = printed.lines().find(|line| line.contains("drift")).unwrap();
+    assert!(
+        drift.contains("+12.0") || drift.contains("+11.9"),
+        "{drift}"
+    );
+    fs::write(&room.scenario, "[plate]\nresonance_hz = 35212.0\n").unwrap();
+    refused(
+        room.calibrate(&["plate"]),
+        &["has moved by +200", "calibration.drift_hz"],
+    );
+}
+
+#[test]
+fn the_wrong_ones_are_refused_each_by_its_name() {
+    let room = Room::new("", 1);
+    refused(
+        room.watch(),
+        &["there is no calibration", "calibrate pickup"],
+    );
+    room.succeed(&["pickup"]);
+    refused(room.watch(), &["is not complete", "calibrate plate"]);
+    room.succeed(&["plate"]);
+    let output = finish(&mut room.watch());
+    assert!(output.status.success(), "{}", text(&output));
+    let good = fs::read(room.calibration()).unwrap();
+    let again = |change: fn(&mut Calibration), words: &[&str]| {
+        fs::write(room.calibration(), &good).unwrap();
+        room.change(change);
+        refused(room.watch(), words);
+    };
+    again(
+        |c| c.identity.input_device = "hw:CARD=Other".to_owned(),
+        &["the input device", "hw:CARD=Other", "--uncalibrated"],
+    );
+    again(
+        |c| (c.identity.drive_channel, c.identity.pickup_channel) = (1, 0),
+        &[
+            "the channels",
+            "drive on input 1, pickup on input 0",
+            "bench.toml",
+        ],
+    );
+    again(|c| c.identity.rate_hz = 48_000, &["a rate in Hz of 48000"]);
+    again(
+        |c| c.identity.plate_id = "glass 2".to_owned(),
+        &["the plate \"glass 2\"", "another resonance"],
+    );
+    again(
+        |c| {
+            let year = jiff::SignedDuration::from_hours(365 * 24);
+            let date = &mut c.plate.as_mut().unwrap().measured.date;
+            *date = date.checked_sub(year).unwrap();
+        },
+        &["365 days old", "calibration.max_age_days"],
+    );
+    fs::write(room.calibration(), &good).unwrap();
+    let edited = String::from_utf8(good)
+        .unwrap()
+        .replacen("0.000", "0.001", 1);
+    fs::write(room.calibration(), edited).unwrap();
+    refused(room.watch(), &["was edited after it was measured"]);
+}
+
+#[test]
+fn what_cannot_be_measured_is_said() {
+    let pickup: &[&str] = &["pickup"];
+    let wrong = |scenario: &str, words: &[&str]| {
+        refused(Room::new(scenario, 1).calibrate(pickup), words);
+    };
+    wrong(
+        "[force_sensor]\nnormal_offset_n = 0.4\n",
+        &["something rests on the plate", "0.4"],
+    );
+    wrong(
+        "[pickup]\nmetres_per_unit = 5.0e-8\n",
+        &["the pickup's input is saturated"],
+    );
+    wrong(
+        "[converter]\nreadback_volts_per_unit = 10000.0\n",
+        &["the carrier does not come back", "48 kHz"],
+    );
+    wrong(
+        "[plate]\nresonance_hz = 38000.0\n",
+        &["no resonance between 34200 and 35800 Hz"],
+    );
+    let room = Room::new("", 1);
+    refused(
+        room.calibrate(&["pickup", "--levels-v", "5,10", "--known-um", "0.4,8"]),
+        &["8.000 µm", "calibration.max_amplitude_m"],
+    );
+    refused(
+        room.calibrate(&["pickup", "--levels-v", "5,10", "--known-um", "0.4"]),
+        &["2 levels", "1 known amplitudes"],
+    );
+    assert!(
+        !Path::new(&room.calibration()).exists(),
+        "nothing was measured"
+    );
+}
+
+#[test]
+fn check_compares_the_channels_with_the_calibration() {
+    let room = Room::new("", 1);
+    room.succeed(&["pickup"]);
+    room.succeed(&["plate"]);
+    let check = || {
+        let mut command = bench();
+        command
+            .args(["check", "--seed", "1", "--mock"])
+            .arg(&room.scenario)
+            .arg("--calibration")
+            .arg(room.calibration());
+        command
+    };
+    let output = finish(&mut check());
+    let said = text(&output);
+    assert!(output.status.success(), "{said}");
+    assert!(said.contains("gain and phase as calibrated"), "{said}");
+    for (scenario, words) in [
+        (
+            "[converter]\nskew_samples = [0.0, 1.0]\n",
+            "slipped by -1 samples",
+        ),
+        (
+            "[pickup]\nmetres_per_unit = 1.0e-5\n",
+            "0.50 times what was calibrated",
+        ),
+        (
+            "[plate]\nresonance_hz = 34940.0\n",
+            "a finger rests on it, or it has drifted",
+        ),
+    ] {
+        fs::write(&room.scenario, scenario).unwrap();
+        refused(check(), &["FAILED  channels", words]);
+    }
+    room.change(|c| c.identity.gains = "preamplifier 20 dB".to_owned());
+    fs::write(&room.scenario, "").unwrap();
+    refused(check(), &["FAILED  calibration", "preamplifier 20 dB"]);
+}
+
+#[test]
+fn typed_and_tabled_amplitudes_serve_as_well() {
+    // γ U/(ω b_p) of the nominal plate at 5 to 40 V, behind the amplifier's roll-off at 200 kHz, to the nanometre as people write.
+    let amplifier = (1.0 + (35.0f64 / 200.0).powi(2)).sqrt().recip();
+    let levels = [5.0, 10.0, 20.0, 40.0];
+    let known: Vec<String> = levels
+        .iter()
+        .map(|volts| {
+            format!(
+                "{:.3}",
+                amplifier * 0.13 * volts / (std::f64::consts::TAU * 35e3 * 7.01) * 1e6
+            )
+        })
+        .collect();
+    let room = Room::new("", 1);
+    room.succeed(&[
+        "pickup",
+        "--levels-v",
+        "5,10,20,40",
+        "--known-um",
+        &known.join(","),
+    ]);
+    let (typed, _) = Calibration::read(&room.calibration()).unwrap();
+    let typed = typed.pickup.unwrap().metres_per_unit.value;
+    assert!((typed / 5e-6 - 1.0).abs() < 3e-3, "{typed}");
+    let table = room.folder.path().join("known.csv");
+    let rows: String = levels
+        .iter()
+        .zip(&known)
+        .map(|(volts, um)| format!("{volts},{um}\n"))
+        .collect();
+    fs::write(&table, format!("drive_v,known_um\n{rows}")).unwrap();
+    room.succeed(&["pickup", "--known-csv", table.to_str().unwrap()]);
+    let (tabled, _) = Calibration::read(&room.calibration()).unwrap();
+    let tabled = tabled.pickup.unwrap().metres_per_unit.value;
+    assert!((tabled / typed - 1.0).abs() < 1e-6, "{tabled} {typed}");
+}

@@ -24,6 +24,8 @@ pub enum Command {
     /// Measure what turns volts into micrometres and newtons, and keep it in a calibration file.
     #[command(subcommand)]
     Calibrate(Calibrate),
+    /// Play a recording through the live pipeline.
+    Replay(Replay),
     /// Preflight: is everything there and alive?
     Check(Check),
     /// List audio devices with their rates, serial ports and GPIO chips.
@@ -61,12 +63,12 @@ pub struct Hardware {
     pub calibration: Option<PathBuf>,
 }
 
-/// How fast simulated time passes.
+/// How fast simulated or recorded time passes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Speed {
     /// As on real hardware.
     Real,
-    /// As fast as it computes; the same seed gives the same files.
+    /// As fast as it computes; simulated hardware gives the same files for the same seed.
     Max,
 }
 
@@ -198,6 +200,20 @@ pub struct CalibratePlate {
     /// Look for the resonance about this frequency, Hz; where it was when absent.
     #[arg(long, value_name = "HZ")]
     pub about_hz: Option<f64>,
+}
+
+/// `replay`
+#[derive(Debug, Args)]
+pub struct Replay {
+    /// Folder of the recording.
+    #[arg(value_name = "RECORDING")]
+    pub recording: PathBuf,
+    /// How fast.
+    #[arg(long, value_enum, default_value_t = Speed::Real)]
+    pub speed: Speed,
+    /// No dashboard: print a few lines for each exploration, and totals.
+    #[arg(long)]
+    pub headless: bool,
 }
 
 /// `check`

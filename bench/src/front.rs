@@ -101,7 +101,7 @@ impl<W: Write + Send> Front for Headless<W> {
             Event::Phase(phase) => {
                 let now = (phase.kind, phase.trial, phase.attempt);
                 let sort = if phase.practice { "practice" } else { "trial" };
-                if phase.kind == PhaseKind::Baseline && self.phase != Some(now) {
+                if phase.kind == PhaseKind::Baseline && phase.trial > 0 && self.phase != Some(now) {
                     let again = if phase.attempt > 1 {
                         format!(", attempt {}", phase.attempt)
                     } else {

@@ -80,6 +80,11 @@ impl LiveMeter {
         }
     }
 
+    /// Where the finger is, m.
+    pub fn position_m(&self) -> Option<f64> {
+        self.position_m
+    }
+
     /// The newest values; `None` before the first frame.
     pub fn live(&self, slider_m: Option<f64>) -> Option<Live> {
         Some(Live {

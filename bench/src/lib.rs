@@ -28,6 +28,7 @@ pub mod pipeline;
 pub mod readiness;
 pub mod recording;
 pub mod refit;
+pub mod replay;
 pub mod run;
 pub mod safety;
 pub mod schedule;

@@ -147,3 +147,104 @@ impl LiveContact {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+    use contact::{AssumedConstants, Contact, FittedFinger, harmonic};
+    use impedance::Mask;
+    use num_complex::Complex64;
+
+    const CARRIER_HZ: f64 = 35_000.0;
+    const AMPLITUDE_M: f64 = 1e-6;
+    const NORMAL_N: f64 = 0.6;
+    const MU0: f64 = 0.8;
+
+    /// A contact at rest in force balance: its impedance, gap and friction ratio are the forward model's.
+    fn contact() -> (TrialFit, Complex64, f64, f64) {
+        let contact = Contact::new(&AssumedConstants::ESTIMATION, 1.7e-6).unwrap();
+        let (z_p, z_t) = (Complex64::new(7.0, 0.0), Complex64::new(0.5, 3.2));
+        let omega = std::f64::consts::TAU * CARRIER_HZ;
+        let gap_m = contact.equilibrium_gap_m(AMPLITUDE_M, NORMAL_N).unwrap();
+        let k_c = contact.stiffness_n_per_m(gap_m, AMPLITUDE_M);
+        let z_c = contact.impedance_n_s_per_m(k_c, omega);
+        let known = |value| Uncertain { value, std: 0.01 };
+        let fit = TrialFit {
+            sigma_t_m: known(1.7e-6),
+            z_t_n_s_per_m: z_t,
+            z_t_std_n_s_per_m: Complex64::ZERO,
+            tau_s: known(1e-3),
+            mu0: known(MU0),
+            sigma_t_spread_m: 0.0,
+            usable: 1,
+            instances: 1,
+            force_difference: None,
+            finger: FittedFinger::with_parameters(contact, z_t, 1e-3, z_p, CARRIER_HZ).unwrap(),
+            interval_s: 5e-4,
+        };
+        let ratio = contact.friction_ratio(gap_m, NORMAL_N);
+        (fit, harmonic::observed(z_p, z_t, z_c), gap_m, ratio)
+    }
+
+    fn batch(from: u64, z_m: Complex64, normal_n: f64) -> Batch {
+        let frames = (from..from + 10).map(|i| ZmFrame {
+            sample: i * 96,
+            time_s: i as f64 * 5e-4,
+            mask: Mask::CLEAR,
+            drive_v: Complex64::ONE,
+            displacement_m: AMPLITUDE_M.into(),
+            amplitude_m: AMPLITUDE_M,
+            amplitude_rate_m_per_s: 0.0,
+            amplitude_std_m: 1e-12,
+            plain_n_s_per_m: z_m,
+            plain_std_n_s_per_m: 1e-3,
+            corrected_n_s_per_m: z_m,
+            corrected_std_n_s_per_m: 1e-3,
+        });
+        let force = (from * 5..(from + 10) * 5).map(|i| ForceRow {
+            time_s: i as f64 * 1e-4,
+            normal_n,
+            lateral_n: -0.5 * normal_n,
+        });
+        Batch {
+            frames: frames.collect(),
+            force: force.collect(),
+            ..Batch::default()
+        }
+    }
+
+    #[test]
+    fn a_frame_in_contact_gives_the_models_gap_and_friction() {
+        let (fit, z_m, gap_m, ratio) = contact();
+        let mut live = LiveContact::new(0.1);
+        live.refit(&fit);
+        let mut frames = 0;
+        live.take(&batch(0, z_m, NORMAL_N), |_| frames += 1);
+        assert_eq!(frames, 10);
+        let reading = live.latest().unwrap();
+        assert_relative_eq!(reading.gap_m.value, gap_m, max_relative = 1e-9);
+        assert_relative_eq!(reading.mu.value, MU0 * ratio, max_relative = 1e-9);
+        assert_relative_eq!(reading.measured_mu, 0.5, max_relative = 1e-12);
+        let sensed = reading.self_sensed_normal_n.unwrap();
+        assert_relative_eq!(sensed.value, NORMAL_N, max_relative = 1e-9);
+        assert_eq!(
+            live.shown(Live::default()).gap_m.unwrap().value,
+            reading.gap_m.value
+        );
+    }
+
+    #[test]
+    fn nothing_is_read_before_the_first_fit_nor_without_a_finger() {
+        let (fit, z_m, ..) = contact();
+        let mut live = LiveContact::new(0.1);
+        live.take(&batch(0, z_m, NORMAL_N), |_| panic!("read without a fit"));
+        live.refit(&fit);
+        live.take(&batch(10, z_m, 0.05), |_| panic!("read without a finger"));
+        assert_eq!(live.shown(Live::default()), Live::default());
+        live.take(&batch(20, z_m, NORMAL_N), |_| {});
+        assert!(live.latest().is_some());
+        live.take(&batch(30, z_m, f64::NAN), |_| {});
+        assert_eq!(live.latest(), None);
+    }
+}

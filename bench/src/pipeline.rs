@@ -204,3 +204,83 @@ fn recorded_zm(manifest: &Manifest, filter: &Filter) -> anyhow::Result<Zm> {
     )?;
     Ok(zm)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    const RATE_HZ: u32 = 96_000;
+
+    fn pipeline() -> Pipeline {
+        let text = r#"format = 1
+carrier_hz = 35000.0
+modulation_hz = 6.0
+modulation_index = 0.95
+channels.drive = { index = 0, volts_per_unit = 60.0 }
+channels.pickup = { index = 1, metres_per_unit = 5e-6, phase_rad = 0.2 }
+plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
+"#;
+        let manifest = Manifest::parse(text, "recording.toml").unwrap();
+        let format = AudioFormat {
+            sample_rate_hz: RATE_HZ,
+            channels: 3,
+        };
+        Pipeline::of_recording(&manifest, format).unwrap()
+    }
+
+    fn signal(frames: usize) -> Vec<f32> {
+        (0..frames)
+            .flat_map(|i| {
+                let t = i as f64 / f64::from(RATE_HZ);
+                let carrier = |phase: f64| (TAU * 35_000.0 * t + phase).cos();
+                let envelope = 0.3 * (1.0 + 0.9 * (TAU * 6.0 * t).sin());
+                let noise = 1e-4 * (12.9898 * i as f64).sin();
+                [
+                    envelope * carrier(0.0) + noise,
+                    envelope * carrier(0.4),
+                    0.5,
+                ]
+                .map(|sample| sample as f32)
+            })
+            .collect()
+    }
+
+    /// Bits, so that NaN equals NaN.
+    fn bits(frames: &[ZmFrame]) -> Vec<[u64; 4]> {
+        let bits = |z: num_complex::Complex64| [z.re.to_bits(), z.im.to_bits()];
+        frames
+            .iter()
+            .map(|frame| {
+                let [re, im] = bits(frame.corrected_n_s_per_m);
+                let [plain, _] = bits(frame.plain_n_s_per_m);
+                [frame.sample, re, im, plain]
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_file_gives_the_frames_that_the_card_gave() {
+        let (before, lost, after) = (40_001, 3_000, 40_000);
+        let signal = signal(before + lost + after);
+        let (mut card, mut live) = (pipeline(), Vec::new());
+        for block in signal[..before * 3].chunks(3 * 64) {
+            card.take(block, &mut live).unwrap();
+        }
+        card.lose(lost as u64, &mut live).unwrap();
+        for block in signal[(before + lost) * 3..].chunks(3 * 100) {
+            card.take(block, &mut live).unwrap();
+        }
+
+        let mut recorded = signal;
+        recorded[before * 3..(before + lost) * 3].fill(f32::NAN);
+        let (mut file, mut replayed) = (pipeline(), Vec::new());
+        for block in recorded.chunks(3 * 4096) {
+            file.take_recorded(block, &mut replayed).unwrap();
+        }
+        assert_eq!(bits(&replayed), bits(&live));
+        assert_eq!(file.account(), card.account());
+        assert_eq!(file.account().lost_frames, lost as u64);
+        assert!(live.iter().filter(|frame| frame.mask.is_clear()).count() > 1000);
+    }
+}

@@ -1,6 +1,5 @@
 //! The participant's contact fitted anew after each trial, on a task of its own: the session does not wait for it.
 
-use std::fmt;
 use std::time::Duration;
 
 use contact::fit::{DynamicFit, FitError, dynamic};
@@ -14,6 +13,7 @@ use protocols::{
 
 use crate::analysis::instance::{PlateReading, PreparedInstance};
 use crate::analysis::record::{Record, Series};
+use crate::analysis::unloaded::UnloadedError;
 use crate::schedule::Task;
 
 /// A trial, or an exploration, to be fitted.
@@ -21,8 +21,8 @@ use crate::schedule::Task;
 pub struct FitRequest {
     /// What it is called in the log.
     pub label: String,
-    /// The plate without finger, if it could be read.
-    pub plate: Option<PlateReading>,
+    /// The plate without finger, or why it could not be read.
+    pub plate: Result<PlateReading, UnloadedError>,
     /// What was acquired.
     pub record: Record,
     /// The explorations with what was selected in them.
@@ -75,8 +75,8 @@ pub struct FitReport {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum NoFit {
     /// Z_p is not known.
-    #[error("the plate was not read without a finger before it")]
-    NoPlate,
+    #[error(transparent)]
+    Plate(#[from] UnloadedError),
     /// Nothing was selected.
     #[error("no instance was selected")]
     NoInstance,
@@ -90,8 +90,8 @@ pub enum NoFit {
     },
 }
 
-/// What a trial says about the participant's contact: the `dynamic` fit of one of its instances, the one with the median σ_t
-/// among those that can be used.
+/// What a trial says about the participant's contact: the `dynamic` fit of one of its instances, of the middle half by σ_t the
+/// one with the smallest standard error.
 ///
 /// Parameters of one fit belong together, for σ_t, Z_t and τ are correlated; a median of each by itself would be nobody's
 /// finger, and a mean would follow a bad instance. The standard errors are that fit's own; `sigma_t_spread_m` shows how far the
@@ -123,49 +123,40 @@ pub struct TrialFit {
     pub interval_s: f64,
 }
 
-impl fmt::Display for TrialFit {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (z, std) = (self.z_t_n_s_per_m, self.z_t_std_n_s_per_m);
-        write!(
-            f,
-            "σ_t {:.2} ± {:.2} µm, Z_t {:.2} ± {:.2} {} ({:.2} ± {:.2})i N·s/m, τ {:.2} ± {:.2} ms",
-            self.sigma_t_m.value * 1e6,
-            self.sigma_t_m.std * 1e6,
-            z.re,
-            std.re,
-            if z.im < 0.0 { '−' } else { '+' },
-            z.im.abs(),
-            std.im,
-            self.tau_s.value * 1e3,
-            self.tau_s.std * 1e3,
-        )
-    }
-}
-
 impl FitReport {
-    /// The lines for the operator.
+    /// The lines for the operator, each short enough for the dashboard's log.
     pub fn lines(&self) -> Vec<String> {
-        match &self.fit {
-            Ok(fit) => {
-                let force = fit
-                    .force_difference
-                    .map(|part| {
-                        format!(
-                            "; self-sensed force {:.1} % from the measured",
-                            part * 100.0
-                        )
-                    })
-                    .unwrap_or_default();
-                vec![
-                    format!("{}: {fit}", self.label),
-                    format!(
-                        "  μ0 {:.2} ± {:.2}, {} of {} instances{force}",
-                        fit.mu0.value, fit.mu0.std, fit.usable, fit.instances
-                    ),
-                ]
-            }
-            Err(why) => vec![format!("{}: no fit: {why}", self.label)],
-        }
+        let label = &self.label;
+        let fit = match &self.fit {
+            Ok(fit) => fit,
+            Err(why) => return vec![format!("{label}: no fit: {why}")],
+        };
+        let (z, std) = (fit.z_t_n_s_per_m, fit.z_t_std_n_s_per_m);
+        let force = fit
+            .force_difference
+            .map(|part| format!(", self-sensed force off {:.1} %", part * 100.0))
+            .unwrap_or_default();
+        vec![
+            format!(
+                "{label}: σ_t {:.2} ± {:.2} µm, τ {:.1} ± {:.1} ms",
+                fit.sigma_t_m.value * 1e6,
+                fit.sigma_t_m.std * 1e6,
+                fit.tau_s.value * 1e3,
+                fit.tau_s.std * 1e3,
+            ),
+            format!(
+                "  Z_t {:.2} ± {:.2} {} ({:.2} ± {:.2})i N·s/m",
+                z.re,
+                std.re,
+                if z.im < 0.0 { '−' } else { '+' },
+                z.im.abs(),
+                std.im,
+            ),
+            format!(
+                "  {} of {} fits, μ0 {:.2}{force}",
+                fit.usable, fit.instances, fit.mu0.value
+            ),
+        ]
     }
 }
 
@@ -178,7 +169,7 @@ pub fn fit(
     carrier_hz: f64,
     assumed: AssumedConstants,
 ) -> Result<TrialFit, NoFit> {
-    let plate = request.plate.as_ref().ok_or(NoFit::NoPlate)?;
+    let plate = request.plate?;
     let conditions = plate.conditions(assumed, carrier_hz);
     let options = dynamic::Options::default();
     let series: Vec<Series> = request
@@ -218,11 +209,12 @@ pub fn fit(
         }
     }
     usable.sort_by(|a, b| a.sigma_t_m.total_cmp(&b.sigma_t_m));
-    let quantile = |part: f64| -> Option<&DynamicFit> {
-        usable.get(((usable.len().checked_sub(1)?) as f64 * part).round() as usize)
-    };
-    let (Some(median), Some(low), Some(high)) = (quantile(0.5), quantile(0.16), quantile(0.84))
-    else {
+    let place = |part: f64| (usable.len().saturating_sub(1) as f64 * part).round() as usize;
+    let Some(typical) = usable.get(place(0.25)..=place(0.75)).and_then(|middle| {
+        middle
+            .iter()
+            .min_by(|a, b| a.sigma_t_std_m.total_cmp(&b.sigma_t_std_m))
+    }) else {
         return Err(
             refused.map_or(NoFit::NoInstance, |reason| NoFit::NoneUsable {
                 instances: prepared.len(),
@@ -230,28 +222,29 @@ pub fn fit(
             }),
         );
     };
+    let spread_m = usable[place(0.84)].sigma_t_m - usable[place(0.16)].sigma_t_m;
     Ok(TrialFit {
         sigma_t_m: Uncertain {
-            value: median.sigma_t_m,
-            std: median.sigma_t_std_m,
+            value: typical.sigma_t_m,
+            std: typical.sigma_t_std_m,
         },
-        z_t_n_s_per_m: median.z_t_n_s_per_m,
-        z_t_std_n_s_per_m: median.z_t_std_n_s_per_m,
+        z_t_n_s_per_m: typical.z_t_n_s_per_m,
+        z_t_std_n_s_per_m: typical.z_t_std_n_s_per_m,
         tau_s: Uncertain {
-            value: median.tau_s,
-            std: median.tau_std_s,
+            value: typical.tau_s,
+            std: typical.tau_std_s,
         },
-        mu0: friction_at_rest(&usable, median),
-        sigma_t_spread_m: (high.sigma_t_m - low.sigma_t_m) / 2.0,
+        mu0: friction_at_rest(&usable, typical),
+        sigma_t_spread_m: spread_m / 2.0,
         usable: usable.len(),
         instances: prepared.len(),
-        force_difference: force_difference(&median.finger, interval_s, &series, &request.rules),
-        finger: median.finger,
+        force_difference: force_difference(&typical.finger, interval_s, &series, &request.rules),
+        finger: typical.finger,
         interval_s,
     })
 }
 
-fn friction_at_rest(usable: &[DynamicFit], median: &DynamicFit) -> Uncertain {
+fn friction_at_rest(usable: &[DynamicFit], typical: &DynamicFit) -> Uncertain {
     let n = usable.len() as f64;
     let mean = usable.iter().map(|fit| fit.mu0).sum::<f64>() / n;
     let squares: f64 = usable.iter().map(|fit| (fit.mu0 - mean).powi(2)).sum();
@@ -260,7 +253,7 @@ fn friction_at_rest(usable: &[DynamicFit], median: &DynamicFit) -> Uncertain {
         std: if usable.len() > 1 {
             (squares / (n - 1.0)).sqrt()
         } else {
-            median.mu0_std
+            typical.mu0_std
         },
     }
 }
@@ -340,5 +333,49 @@ impl Task for Refit {
             });
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn request(plate: Result<PlateReading, UnloadedError>) -> FitRequest {
+        FitRequest {
+            label: "trial 1".to_owned(),
+            plate,
+            record: Record::default(),
+            explorations: vec![Selected {
+                start_s: 1.0,
+                end_s: 2.0,
+                stretches: Vec::new(),
+            }],
+            rules: SelectionRules::published(0.0525),
+        }
+    }
+
+    #[test]
+    fn the_operator_is_told_why_there_is_no_fit() {
+        let z = Complex64::new(7.0, 0.0);
+        let plate = PlateReading {
+            plain_n_s_per_m: z,
+            corrected_n_s_per_m: z,
+            frames: 1000,
+        };
+        let (ask, answers, mut task) = Refit::new(35_000.0, AssumedConstants::ESTIMATION);
+        ask.send(request(Ok(plate))).unwrap();
+        ask.send(request(Err(UnloadedError::NoInterval))).unwrap();
+        task.poll(0).unwrap();
+        let lines: Vec<String> = answers
+            .try_iter()
+            .flat_map(|report| report.lines())
+            .collect();
+        assert_eq!(
+            lines,
+            [
+                "trial 1: no fit: no instance was selected",
+                "trial 1: no fit: no unloaded interval, so Z_p is not known",
+            ]
+        );
     }
 }

@@ -152,31 +152,27 @@ pub fn safety(state: &SafetyState, driving: bool) -> tui::Event {
 /// Points of the crop's curves: more than a terminal is wide.
 const CROP_POINTS: usize = 400;
 
-/// The crop of a trial, from its first marked interval to its last.
+/// The crop of a trial, or of one exploration, over all that `record` holds.
 pub fn crop(
-    key: &TrialKey,
-    protocol: &Protocol,
-    analysis: &TrialAnalysis,
+    number: u32,
+    practice: bool,
+    attempt: u32,
+    stretches: &[Stretch],
     record: &Record,
 ) -> Crop {
-    let stretches: Vec<&Stretch> = analysis
-        .explorations
-        .iter()
-        .flat_map(|exploration| &exploration.stretches)
-        .collect();
     let (from_s, to_s) = record.span_s();
     let at = |i: usize| from_s + (to_s - from_s) * i as f64 / (CROP_POINTS - 1) as f64;
     Crop {
-        trial: TrialLabel::new(key, protocol.trials.practice).number,
-        practice: key.practice,
-        attempt: key.attempt,
+        trial: number,
+        practice,
+        attempt,
         duration_s: to_s - from_s,
         amplitude_m: (0..CROP_POINTS)
             .map(|i| record.amplitude_m(at(i)))
             .collect(),
         normal_n: (0..CROP_POINTS).map(|i| record.normal_n(at(i))).collect(),
         stretches: stretches
-            .into_iter()
+            .iter()
             .map(|stretch| {
                 let shown = stretch.instance();
                 tui::event::Stretch {

@@ -7,16 +7,16 @@ use std::time::Duration;
 
 use crossbeam_channel::{Receiver, Sender};
 use protocols::{
-    Action, DriveRequest, Interval, Observation, OperatorCommand, ParticipantView, Phase, Safety,
-    SelectionRules, SessionEvent, SessionEventKind, SessionOutcome, SessionSummary, TrialAnalysis,
-    TrialEnd, TrialKey, Verdict,
+    Action, DriveRequest, Interval, IntervalKind, Observation, OperatorCommand, ParticipantView,
+    Phase, Safety, SelectionRules, SessionEvent, SessionEventKind, SessionOutcome, SessionSummary,
+    Stretch, TrialAnalysis, TrialEnd, TrialKey, Verdict,
 };
 use signalgen::Program;
 use tui::event::Level;
 
 use crate::acquisition::RecordingCommand;
 use crate::analysis::record::Record;
-use crate::analysis::{instance, trial};
+use crate::analysis::{trial, unloaded};
 use crate::config::Config;
 use crate::drive::Drive;
 use crate::front::Front;
@@ -286,7 +286,19 @@ impl SessionTask {
         analysis.lost_frames = self.account.lost_frames - before.lost_frames;
         analysis.input_xruns = self.account.input_xruns - before.input_xruns;
         analysis.output_xruns = self.account.output_xruns - before.output_xruns;
-        let crop = screen::crop(&due.key, self.machine.protocol(), &analysis, &self.record);
+        let stretches: Vec<Stretch> = analysis
+            .explorations
+            .iter()
+            .flat_map(|exploration| exploration.stretches.iter().copied())
+            .collect();
+        let number = TrialLabel::new(&due.key, self.machine.protocol().trials.practice).number;
+        let crop = screen::crop(
+            number,
+            due.key.practice,
+            due.key.attempt,
+            &stretches,
+            &self.record,
+        );
         self.wiring.front.show(tui::Event::Crop(crop));
         self.ask_for_a_fit(&due, &analysis, rules);
         self.analysed = Some(analysis);
@@ -301,9 +313,17 @@ impl SessionTask {
         };
         let number = TrialLabel::new(&due.key, self.machine.protocol().trials.practice).number;
         let record = std::mem::take(&mut self.record);
+        let unloaded: Vec<(f64, f64)> = due
+            .intervals
+            .iter()
+            .filter(|interval| interval.kind == IntervalKind::Unloaded)
+            .map(|interval| (interval.start_s, interval.end_s))
+            .collect();
+        // The corrected impedance, alone used live, averages over any span.
+        let plate = unloaded::read(&record, &unloaded, 0.0, rules.contact_n / 2.0);
         let request = FitRequest {
             label: format!("{sort} {number}"),
-            plate: instance::plate(trial::unloaded(&due.intervals, &record)),
+            plate: plate.map(|reading| reading.plate),
             record,
             explorations: Selected::of(&due.intervals, analysis),
             rules,

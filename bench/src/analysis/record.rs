@@ -64,6 +64,41 @@ impl Record {
         ends.map_or((0.0, 0.0), |(first, last)| (first.time_s, last.time_s))
     }
 
+    /// Drops everything before `time_s`.
+    pub fn forget_before(&mut self, time_s: f64) {
+        let frames = self.frames.partition_point(|frame| frame.time_s < time_s);
+        let force = self.force.partition_point(|row| row.time_s < time_s);
+        let position = self.position.partition_point(|row| row.time_s < time_s);
+        self.frames.drain(..frames);
+        self.force.drain(..force);
+        self.position.drain(..position);
+    }
+
+    /// What lies from `start_s` to `end_s`.
+    pub fn between(&self, start_s: f64, end_s: f64) -> Self {
+        let inside = |time_s: f64| (start_s..=end_s).contains(&time_s);
+        Self {
+            frames: self
+                .frames
+                .iter()
+                .filter(|f| inside(f.time_s))
+                .copied()
+                .collect(),
+            force: self
+                .force
+                .iter()
+                .filter(|r| inside(r.time_s))
+                .copied()
+                .collect(),
+            position: self
+                .position
+                .iter()
+                .filter(|r| inside(r.time_s))
+                .copied()
+                .collect(),
+        }
+    }
+
     /// Amplitude of the frame nearest to `time_s`; `None` where samples were lost.
     pub fn amplitude_m(&self, time_s: f64) -> Option<f64> {
         let at = self.frames.partition_point(|frame| frame.time_s < time_s);

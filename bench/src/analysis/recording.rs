@@ -115,7 +115,11 @@ fn explorations(manifest: &Manifest) -> Vec<(Direction, f64, f64)> {
 }
 
 /// The rules of the session's own protocol, of which a copy lies beside the recording; otherwise the settings'.
-fn selection_rules(folder: &Path, manifest: &Manifest, settings: &Settings) -> SelectionRules {
+pub(crate) fn selection_rules(
+    folder: &Path,
+    manifest: &Manifest,
+    settings: &Settings,
+) -> SelectionRules {
     let centre_m = manifest.plate.centre_m;
     let own = manifest.trial.as_ref().and_then(|trial| {
         let path = folder.parent()?.join(format!("{}.toml", trial.protocol));

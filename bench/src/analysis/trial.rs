@@ -1,28 +1,11 @@
 //! Selection over a whole trial, live or from a recording.
 
-use impedance::ZmFrame;
 use protocols::selection::analyse_exploration;
 use protocols::{
     ExplorationAnalysis, Interval, IntervalKind, SelectionRules, TrialAnalysis, TrialKey,
 };
 
 use super::record::Record;
-
-/// Frames of the intervals without a finger.
-pub fn unloaded<'a>(
-    intervals: &'a [Interval],
-    record: &'a Record,
-) -> impl Iterator<Item = &'a ZmFrame> {
-    intervals
-        .iter()
-        .filter(|interval| interval.kind == IntervalKind::Unloaded)
-        .flat_map(|interval| {
-            record
-                .frames
-                .iter()
-                .filter(|frame| (interval.start_s..=interval.end_s).contains(&frame.time_s))
-        })
-}
 
 /// Selects the instances of every exploration and takes the means that a verdict needs. Drop-outs are the caller's to count.
 pub fn analyse(

@@ -13,12 +13,12 @@ use anyhow::Context;
 use clap::{CommandFactory, Parser};
 use friction_bench::assembly::Hardware;
 use friction_bench::calibration::{self, Held};
-use friction_bench::cli::{Calibrate, Check, Cli, Command, Devices, Monitor, Run, Speed};
+use friction_bench::cli::{Calibrate, Check, Cli, Command, Devices, Monitor, Replay, Run, Speed};
 use friction_bench::clock::SystemClock;
 use friction_bench::config::{AudioHost, Config};
 use friction_bench::run::{self, Plan};
 use friction_bench::schedule::Schedule;
-use friction_bench::{analyze, check, devices, model, monitor};
+use friction_bench::{analyze, check, devices, model, monitor, replay};
 use signalgen::audio::{HostChoice, open_host};
 
 fn main() -> ExitCode {
@@ -48,6 +48,7 @@ fn dispatch(cli: Cli) -> anyhow::Result<ExitCode> {
         Command::Run(options) => run(&options),
         Command::Monitor(options) => watch(&options),
         Command::Calibrate(options) => calibrate(&options),
+        Command::Replay(options) => play(&options),
         Command::Check(options) => preflight(&options),
         Command::Devices(options) => list(&options),
         Command::Analyze(options) => Ok(if analyze::run(&options)? {
@@ -205,6 +206,23 @@ fn calibrate(options: &Calibrate) -> anyhow::Result<ExitCode> {
     };
     write!(std::io::stdout(), "{text}")?;
     Ok(if report.passed {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(1)
+    })
+}
+
+fn play(options: &Replay) -> anyhow::Result<ExitCode> {
+    let plan = replay::Plan::new(options)?;
+    if !options.headless && !std::io::stdout().is_terminal() {
+        anyhow::bail!("the dashboard needs a terminal; without one add --headless");
+    }
+    let report = replay::run(plan, std::io::stdout())?;
+    let mut stdout = std::io::stdout();
+    for line in report.lines() {
+        writeln!(stdout, "{line}")?;
+    }
+    Ok(if report.completed {
         ExitCode::SUCCESS
     } else {
         ExitCode::from(1)

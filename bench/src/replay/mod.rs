@@ -1,0 +1,598 @@
+//! `replay`: a recording through the live pipeline and the dashboard, at its own speed or as fast as it computes. Everything it
+//! needs to know stands in the recording.
+
+mod source;
+
+use std::collections::VecDeque;
+use std::io::Write;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use contact::AssumedConstants;
+use crossbeam_channel::{Receiver, Sender};
+use jiff::Timestamp;
+use protocols::selection::analyse_exploration;
+use protocols::{Direction, SelectionRules, Stretch};
+use tui::event::{Level, Phase, PhaseKind, SafetyState};
+
+use crate::analysis::instance::PlateReading;
+use crate::analysis::record::Record;
+use crate::analysis::recording::selection_rules;
+use crate::analysis::settings::Settings;
+use crate::analysis::unloaded::{self, UnloadedError};
+use crate::cli::Speed;
+use crate::clock::{Clock, SystemClock};
+use crate::front::{Dashboard, Front, Headless};
+use crate::health::LiveMeter;
+use crate::live::LiveContact;
+use crate::pipeline::{Account, Batch};
+use crate::recording::manifest::{Interval, IntervalKind, Manifest};
+use crate::refit::{FitReport, FitRequest, Refit, Selected};
+use crate::schedule::{Pacer, Schedule, StopFlag, Task};
+use crate::screen;
+use crate::shared::Shared;
+use source::Source;
+
+/// The screen is fed this often, s of the recording.
+const SCREEN_PERIOD_S: f64 = 0.016;
+/// What the filters of the analysis want to see on either side of an interval, s; live data arrive within less.
+const MARGIN_S: f64 = 0.1;
+/// At full speed this much of the recording is read at a time, ns.
+const TICK_NS: u64 = 10_000_000;
+
+/// A recording opened for replay.
+pub struct Plan {
+    source: Source,
+    name: String,
+    speed: Speed,
+    headless: bool,
+    rules: SelectionRules,
+    assumed: AssumedConstants,
+}
+
+impl Plan {
+    /// Opens the recording.
+    ///
+    /// # Errors
+    /// A file is missing or against the format, or the audio cannot be demodulated.
+    pub fn new(options: &crate::cli::Replay) -> anyhow::Result<Self> {
+        let folder: &Path = &options.recording;
+        let source = Source::open(folder)?;
+        let settings = Settings::default();
+        let name = folder.canonicalize().ok();
+        let name = name.as_deref().unwrap_or(folder).file_name();
+        Ok(Self {
+            rules: selection_rules(folder, source.manifest(), &settings),
+            assumed: settings.assumed(),
+            name: name.map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
+            source,
+            speed: options.speed,
+            headless: options.headless,
+        })
+    }
+}
+
+/// What a replay came to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// Length of what was replayed, s.
+    pub audio_s: f64,
+    /// Time that it took, s.
+    pub took_s: f64,
+    /// Sample rate, Hz.
+    pub rate_hz: u32,
+    /// Account of the samples.
+    pub account: Account,
+    /// Impedance frames.
+    pub frames: u64,
+    /// Explorations seen to their end.
+    pub explorations: usize,
+    /// Instances selected in them.
+    pub instances: usize,
+    /// Explorations with a fit.
+    pub fits: usize,
+    /// RMS difference of the live from the measured friction with its number of frames, in explorations on the plate's central
+    /// part, after the first fit.
+    pub friction: Option<(f64, u64)>,
+    /// What is wrong with the recording.
+    pub warnings: Vec<String>,
+    /// Replayed to its end.
+    pub completed: bool,
+}
+
+impl Report {
+    /// The lines printed at the end.
+    pub fn lines(&self) -> Vec<String> {
+        let friction = self.friction.map_or_else(
+            || "none: no fit came before the last exploration".to_owned(),
+            |(rms, frames)| format!("{rms:.3} RMS from the measured over {frames} frames"),
+        );
+        let mut lines = vec![
+            format!(
+                "audio             {:.2} s at {} Hz, {} frames of impedance",
+                self.audio_s, self.rate_hz, self.frames
+            ),
+            format!(
+                "explorations      {}, {} instances, {} fitted",
+                self.explorations, self.instances, self.fits
+            ),
+            format!("live friction     {friction}"),
+            format!(
+                "drop-outs         {} frames lost, {} frames of impedance clipped",
+                self.account.lost_frames, self.account.clipped_frames
+            ),
+            format!(
+                "speed             {:.1} × real time",
+                self.audio_s / self.took_s
+            ),
+        ];
+        let warnings = self.warnings.iter();
+        lines.extend(warnings.map(|warning| format!("warning           {warning}")));
+        lines
+    }
+}
+
+/// Replays on the operator's dashboard, or as lines to `out`.
+///
+/// # Errors
+/// When a file cannot be read on, or the terminal fails.
+pub fn run(plan: Plan, out: impl Write + Send + 'static) -> anyhow::Result<Report> {
+    let stop = StopFlag::default();
+    tui::install_panic_hook(|| {});
+    for signal in [
+        signal_hook::consts::SIGINT,
+        signal_hook::consts::SIGTERM,
+        signal_hook::consts::SIGHUP,
+    ] {
+        signal_hook::flag::register(signal, stop.shared())?;
+    }
+    if plan.headless {
+        return replay(plan, Box::new(Headless::new(out)), &stop);
+    }
+    let (dashboard, thread) = Dashboard::open(stop.clone())?;
+    let report = replay(plan, Box::new(dashboard), &stop);
+    thread.join()?;
+    report
+}
+
+/// Replays before `front` until the recording's end, or until `stop`; on a dashboard until the operator quits.
+///
+/// # Errors
+/// When a file cannot be read on.
+pub fn replay(plan: Plan, mut front: Box<dyn Front>, stop: &StopFlag) -> anyhow::Result<Report> {
+    let (refits, fits, refit) = Refit::new(plan.source.manifest().carrier_hz, plan.assumed);
+    let (reports, report) = crossbeam_channel::bounded(1);
+    for event in opening(&plan) {
+        front.show(event);
+    }
+    let (clock, schedule): (Arc<dyn Clock>, _) = match plan.speed {
+        Speed::Real => (Arc::new(SystemClock::start()), Schedule::Threads),
+        Speed::Max => {
+            let clock = Arc::new(FreeClock::default());
+            (clock.clone(), Schedule::Lockstep(Box::new(Ticks(clock))))
+        }
+    };
+    let task = Replay::new(plan, front, refits, fits, stop.clone(), reports);
+    schedule.run(vec![Box::new(task), Box::new(refit)], &clock, stop)?;
+    report
+        .try_recv()
+        .context("the replay ended without a report")
+}
+
+/// A clock that advances only when ticked.
+#[derive(Debug, Default)]
+struct FreeClock(AtomicU64);
+
+impl Clock for FreeClock {
+    fn now_ns(&self) -> u64 {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    fn utc(&self) -> Timestamp {
+        Timestamp::now()
+    }
+}
+
+struct Ticks(Arc<FreeClock>);
+
+impl Pacer for Ticks {
+    fn tick(&mut self) -> anyhow::Result<()> {
+        self.0.0.fetch_add(TICK_NS, Ordering::Relaxed);
+        Ok(())
+    }
+}
+
+fn opening(plan: &Plan) -> Vec<tui::Event> {
+    let manifest = plan.source.manifest();
+    let half_m = plan.rules.central_m / 2.0;
+    let centre_m = manifest.plate.centre_m;
+    let hardware = manifest.hardware.as_ref();
+    let calibration = hardware.and_then(|hardware| hardware.calibration.as_ref());
+    vec![
+        tui::Event::Session(tui::event::Session {
+            participant: manifest
+                .participant
+                .as_ref()
+                .map(|participant| participant.id.clone()),
+            protocol: manifest.trial.as_ref().map(|trial| trial.protocol.clone()),
+            study: Some(format!("replay of {}", plan.name)),
+            calibration_label: calibration.map(|calibration| calibration.label.clone()),
+            uncalibrated: hardware.is_some_and(|hardware| hardware.uncalibrated),
+            simulated: false,
+            // A recording tells the plate's centre only.
+            plate_length_m: 2.0 * centre_m,
+            kept_m: Some((centre_m - half_m, centre_m + half_m)),
+        }),
+        tui::Event::Log {
+            level: Level::Info,
+            text: format!("{:.2} s of {}", plan.source.duration_s(), plan.name),
+        },
+    ]
+}
+
+/// The task.
+struct Replay {
+    source: Source,
+    front: Box<dyn Front>,
+    refits: Sender<FitRequest>,
+    fits: Receiver<FitReport>,
+    stop: StopFlag,
+    report: Sender<Report>,
+    rules: SelectionRules,
+    unattended: bool,
+    /// Real speed may be paused; played of the recording, s.
+    played_s: f64,
+    polled_ns: Option<u64>,
+    paused: bool,
+    began: Instant,
+    took: Option<Duration>,
+    meter: LiveMeter,
+    contact: LiveContact,
+    account: Account,
+    frames: u64,
+    audio_s: f64,
+    screen_due_s: f64,
+    phase: Option<Phase>,
+    /// Still to come or open, in time order.
+    intervals: VecDeque<Interval>,
+    record: Record,
+    plate: Result<PlateReading, UnloadedError>,
+    planned: u32,
+    explored: u32,
+    instances: usize,
+    asked: usize,
+    answered: usize,
+    fitted: usize,
+    friction: (f64, u64),
+    finished: bool,
+}
+
+impl Replay {
+    fn new(
+        plan: Plan,
+        front: Box<dyn Front>,
+        refits: Sender<FitRequest>,
+        fits: Receiver<FitReport>,
+        stop: StopFlag,
+        report: Sender<Report>,
+    ) -> Self {
+        let intervals = in_order(plan.source.manifest());
+        let explorations = intervals
+            .iter()
+            .filter(|interval| matches!(interval.kind, IntervalKind::Exploration(_)));
+        Self {
+            planned: explorations.count() as u32,
+            contact: LiveContact::new(plan.rules.contact_n),
+            source: plan.source,
+            front,
+            refits,
+            fits,
+            stop,
+            report,
+            rules: plan.rules,
+            unattended: plan.headless,
+            played_s: 0.0,
+            polled_ns: None,
+            paused: false,
+            began: Instant::now(),
+            took: None,
+            meter: LiveMeter::default(),
+            account: Account::default(),
+            frames: 0,
+            audio_s: 0.0,
+            screen_due_s: 0.0,
+            phase: None,
+            intervals,
+            record: Record::default(),
+            plate: Err(UnloadedError::NoInterval),
+            explored: 0,
+            instances: 0,
+            asked: 0,
+            answered: 0,
+            fitted: 0,
+            friction: (0.0, 0),
+            finished: false,
+        }
+    }
+
+    fn log(&mut self, level: Level, text: String) {
+        self.front.show(tui::Event::Log { level, text });
+    }
+
+    fn take(&mut self, batch: Batch) {
+        self.audio_s = batch.audio_s;
+        self.account = batch.account;
+        self.frames += batch.frames.len() as u64;
+        self.meter.take(&batch);
+        let exploring = self
+            .open()
+            .is_some_and(|interval| matches!(interval.kind, IntervalKind::Exploration(_)));
+        let central = self
+            .meter
+            .position_m()
+            .is_some_and(|at_m| (at_m - self.rules.centre_m).abs() <= self.rules.central_m / 2.0);
+        let (squares, count) = &mut self.friction;
+        self.contact.take(&batch, |reading| {
+            if exploring && central {
+                *squares += (reading.mu.value - reading.measured_mu).powi(2);
+                *count += 1;
+            }
+        });
+        self.record.frames.extend(batch.frames);
+        self.record.force.extend(batch.force);
+        self.record.position.extend(batch.position);
+    }
+
+    /// The interval that the replay is in.
+    fn open(&self) -> Option<&Interval> {
+        self.intervals
+            .iter()
+            .find(|interval| (interval.start_s..interval.end_s).contains(&self.audio_s))
+    }
+
+    /// Evaluates the intervals whose data are all here, and forgets what no later one needs.
+    fn close_intervals(&mut self) {
+        while let Some(interval) = self
+            .intervals
+            .front()
+            .copied()
+            .filter(|interval| self.source.ended() || self.audio_s >= interval.end_s + MARGIN_S)
+        {
+            self.intervals.pop_front();
+            match interval.kind {
+                IntervalKind::Unloaded => self.read_plate(&interval),
+                IntervalKind::Exploration(direction) => self.explored(&interval, direction),
+            }
+        }
+        let needed_s = self
+            .intervals
+            .iter()
+            .map(|interval| interval.start_s)
+            .fold(self.audio_s, f64::min);
+        self.record.forget_before(needed_s - MARGIN_S);
+    }
+
+    fn read_plate(&mut self, interval: &Interval) {
+        let span = [(interval.start_s, interval.end_s)];
+        let modulation_hz = self.source.manifest().modulation_hz;
+        self.plate = unloaded::read(
+            &self.record,
+            &span,
+            modulation_hz,
+            self.rules.contact_n / 2.0,
+        )
+        .map(|reading| reading.plate);
+        match &self.plate {
+            Ok(plate) => {
+                let z = plate.corrected_n_s_per_m;
+                self.log(Level::Info, format!("Z_p {:.2} {:+.2}i N·s/m", z.re, z.im));
+            }
+            Err(error) => {
+                let text = error.to_string();
+                self.log(Level::Warning, text);
+            }
+        }
+    }
+
+    fn explored(&mut self, interval: &Interval, direction: Direction) {
+        self.explored += 1;
+        let series = self.record.series(interval.start_s, interval.end_s);
+        // Frames come from one demodulator, so the series is one; without any frame nothing was measured.
+        let (stretches, mean_n) =
+            match analyse_exploration(&series.exploration(direction), &self.rules) {
+                Ok(analysis) => (analysis.stretches, analysis.mean_normal_n),
+                Err(_) => (Vec::new(), None),
+            };
+        let instances = stretches.iter().filter_map(Stretch::instance).count();
+        self.instances += instances;
+        let force = mean_n.map_or(String::new(), |n| format!(", mean force {n:.2} N"));
+        let label = format!("exploration {}", self.explored);
+        self.log(
+            Level::Info,
+            format!(
+                "{label} of {}, {direction}: {instances} instances in {} rising stretches{force}",
+                self.planned,
+                stretches.len(),
+            ),
+        );
+        let within = self.record.between(interval.start_s, interval.end_s);
+        let crop = screen::crop(self.explored, false, 1, &stretches, &within);
+        self.front.show(tui::Event::Crop(crop));
+        self.asked += 1;
+        // The fitting task ends before this one only when it failed, and that stops the replay.
+        let _ = self.refits.send(FitRequest {
+            label,
+            plate: self.plate,
+            record: self.record.clone(),
+            explorations: vec![Selected {
+                start_s: interval.start_s,
+                end_s: interval.end_s,
+                stretches,
+            }],
+            rules: self.rules,
+        });
+    }
+
+    fn take_fits(&mut self) {
+        while let Ok(report) = self.fits.try_recv() {
+            self.answered += 1;
+            if let Ok(fit) = &report.fit {
+                self.fitted += 1;
+                self.contact.refit(fit);
+            }
+            for line in report.lines() {
+                self.log(Level::Info, line);
+            }
+        }
+    }
+
+    fn take_wishes(&mut self) {
+        while let Some(action) = self.front.action() {
+            match action {
+                tui::Action::Pause => self.paused = true,
+                tui::Action::Resume | tui::Action::Start | tui::Action::Ready => {
+                    self.paused = false;
+                }
+                tui::Action::Quit | tui::Action::Interrupt | tui::Action::Abort => {
+                    self.stop.raise();
+                }
+                // Nothing is driven, and nobody takes part.
+                tui::Action::EmergencyStop
+                | tui::Action::Rearm
+                | tui::Action::Redo
+                | tui::Action::Consent => {}
+            }
+        }
+    }
+
+    fn phase(&self) -> Phase {
+        let kind = match self.open().map(|interval| interval.kind) {
+            _ if self.finished => PhaseKind::Finished,
+            _ if self.paused => PhaseKind::Paused,
+            Some(IntervalKind::Unloaded) => PhaseKind::Baseline,
+            Some(IntervalKind::Exploration(_)) => PhaseKind::Exploration,
+            None => PhaseKind::Monitoring,
+        };
+        let exploring = u32::from(kind == PhaseKind::Exploration);
+        Phase {
+            exploration: (self.explored + exploring).min(self.planned),
+            explorations: self.planned,
+            message: Some("replay".to_owned()),
+            ..Phase::new(kind)
+        }
+    }
+
+    fn feed_screen(&mut self) {
+        let phase = self.phase();
+        if self.phase.as_ref() != Some(&phase) {
+            self.front.show(tui::Event::Phase(phase.clone()));
+            self.phase = Some(phase);
+        }
+        if self.audio_s >= self.screen_due_s {
+            self.screen_due_s = self.audio_s + SCREEN_PERIOD_S;
+            if let Some(live) = self.meter.live(None) {
+                let live = self.contact.shown(live);
+                self.front.show(tui::Event::Live(live));
+            }
+        }
+        let wall_ns = u64::try_from(self.began.elapsed().as_nanos()).unwrap_or(u64::MAX);
+        let (shared, rate_hz) = (Shared::default(), self.source.rate_hz());
+        if let Some(health) =
+            self.meter
+                .health(wall_ns, &self.account, &shared, None, rate_hz, || None)
+        {
+            self.front.show(tui::Event::Health(tui::event::Health {
+                force_rate_hz: None,
+                ..health
+            }));
+            self.front.show(tui::Event::Safety {
+                state: SafetyState::Disarmed,
+                reason: Some("replay: nothing is driven".to_owned()),
+            });
+        }
+    }
+
+    fn end(&mut self) {
+        let over = self.source.ended() && self.intervals.is_empty();
+        if self.finished || !over || self.answered < self.asked {
+            return;
+        }
+        self.finished = true;
+        self.took = Some(self.began.elapsed());
+        self.front.show(tui::Event::Finished {
+            summary: self.summary().lines(),
+        });
+        if self.unattended {
+            self.stop.raise();
+        }
+    }
+
+    fn summary(&self) -> Report {
+        let (squares, count) = self.friction;
+        Report {
+            audio_s: self.audio_s,
+            took_s: self
+                .took
+                .unwrap_or_else(|| self.began.elapsed())
+                .as_secs_f64(),
+            rate_hz: self.source.rate_hz(),
+            account: self.account,
+            frames: self.frames,
+            explorations: self.explored as usize,
+            instances: self.instances,
+            fits: self.fitted,
+            friction: (count > 0).then(|| ((squares / count as f64).sqrt(), count)),
+            warnings: self
+                .source
+                .warnings()
+                .iter()
+                .map(ToString::to_string)
+                .collect(),
+            completed: self.finished,
+        }
+    }
+}
+
+fn in_order(manifest: &Manifest) -> VecDeque<Interval> {
+    let mut intervals = manifest.intervals.clone();
+    intervals.sort_by(|a, b| a.end_s.total_cmp(&b.end_s));
+    intervals.into()
+}
+
+impl Task for Replay {
+    fn name(&self) -> &'static str {
+        "replay"
+    }
+
+    fn period(&self) -> Duration {
+        Duration::from_millis(2)
+    }
+
+    fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        let since_ns = now_ns - self.polled_ns.replace(now_ns).unwrap_or(now_ns);
+        if self.finished {
+            // Only the operator is waited for, also when time runs free.
+            std::thread::sleep(self.period());
+        } else if !self.paused {
+            self.played_s += since_ns as f64 * 1e-9;
+            let batch = self.source.read_until(self.played_s)?;
+            self.take(batch);
+            self.close_intervals();
+        }
+        self.take_fits();
+        self.take_wishes();
+        self.feed_screen();
+        self.end();
+        Ok(())
+    }
+
+    fn finish(&mut self) -> anyhow::Result<()> {
+        self.front.show(tui::Event::Close);
+        // Whoever asked for it waits.
+        let _ = self.report.send(self.summary());
+        Ok(())
+    }
+}

@@ -1,0 +1,139 @@
+//! A recording as a source of batches, as the sound card and the sensors are one.
+
+use std::path::Path;
+
+use crate::pipeline::{Batch, Pipeline};
+use crate::recording::manifest::Manifest;
+use crate::recording::reader::{ReadError, RowReader, Warning};
+use crate::recording::{ForceRow, PositionRow, RecordingReader};
+
+/// Frames of audio read at a time.
+const BLOCK_FRAMES: usize = 4096;
+
+/// Audio through the live pipeline, with the rows that belong to it.
+pub struct Source {
+    reader: RecordingReader,
+    pipeline: Pipeline,
+    force: Rows<ForceRow>,
+    position: Rows<PositionRow>,
+    block: Vec<f32>,
+    ended: bool,
+}
+
+impl Source {
+    /// Opens the recording in `folder`.
+    ///
+    /// # Errors
+    /// A file is missing or against the format, or the audio cannot be demodulated as the manifest says.
+    pub fn open(folder: &Path) -> anyhow::Result<Self> {
+        let reader = RecordingReader::open(folder)?;
+        let pipeline = Pipeline::of_recording(reader.manifest(), reader.format())?;
+        Ok(Self {
+            force: Rows::new(reader.force()?)?,
+            position: Rows::new(reader.position()?)?,
+            reader,
+            pipeline,
+            block: Vec::new(),
+            ended: false,
+        })
+    }
+
+    /// What the recording is of.
+    pub fn manifest(&self) -> &Manifest {
+        self.reader.manifest()
+    }
+
+    /// Sample rate, Hz.
+    pub fn rate_hz(&self) -> u32 {
+        self.reader.format().sample_rate_hz
+    }
+
+    /// Its length, s.
+    pub fn duration_s(&self) -> f64 {
+        self.reader.frames() as f64 / f64::from(self.rate_hz())
+    }
+
+    /// Everything has been read.
+    pub fn ended(&self) -> bool {
+        self.ended
+    }
+
+    /// What is wrong with the recording, as far as it has been read.
+    pub fn warnings(&self) -> Vec<Warning> {
+        let mut warnings = self.reader.warnings().to_vec();
+        warnings.extend(self.force.rows.warnings());
+        warnings.extend(self.position.rows.warnings());
+        warnings
+    }
+
+    /// Reads on up to `until_s` of the recording.
+    ///
+    /// # Errors
+    /// A file cannot be read.
+    pub fn read_until(&mut self, until_s: f64) -> anyhow::Result<Batch> {
+        let mut batch = Batch::default();
+        let until = (until_s * self.pipeline.rate_hz()) as u64;
+        while !self.ended {
+            let due = until.saturating_sub(self.pipeline.account().frames);
+            if due == 0 {
+                break;
+            }
+            let block = usize::try_from(due).map_or(BLOCK_FRAMES, |due| due.min(BLOCK_FRAMES));
+            self.ended = self.reader.read_block(block, &mut self.block)? == 0;
+            self.pipeline
+                .take_recorded(&self.block, &mut batch.frames)?;
+        }
+        batch.audio_s = self.pipeline.audio_s();
+        batch.account = self.pipeline.account();
+        let rows_until_s = if self.ended {
+            f64::INFINITY
+        } else {
+            batch.audio_s
+        };
+        self.force.take_until(rows_until_s, &mut batch.force)?;
+        self.position
+            .take_until(rows_until_s, &mut batch.position)?;
+        Ok(batch)
+    }
+}
+
+/// Rows of a file with the next one at hand.
+struct Rows<R> {
+    rows: RowReader<R>,
+    next: Option<R>,
+}
+
+/// A row that has a time.
+trait Timed {
+    fn time_s(&self) -> f64;
+}
+
+impl Timed for ForceRow {
+    fn time_s(&self) -> f64 {
+        self.time_s
+    }
+}
+
+impl Timed for PositionRow {
+    fn time_s(&self) -> f64 {
+        self.time_s
+    }
+}
+
+impl<R: Timed> Rows<R>
+where
+    RowReader<R>: Iterator<Item = Result<R, ReadError>>,
+{
+    fn new(mut rows: RowReader<R>) -> Result<Self, ReadError> {
+        let next = rows.next().transpose()?;
+        Ok(Self { rows, next })
+    }
+
+    fn take_until(&mut self, until_s: f64, taken: &mut Vec<R>) -> Result<(), ReadError> {
+        while let Some(row) = self.next.take_if(|row| row.time_s() <= until_s) {
+            taken.push(row);
+            self.next = self.rows.next().transpose()?;
+        }
+        Ok(())
+    }
+}

@@ -9,7 +9,9 @@ use std::time::Duration;
 
 use contact::{AssumedConstants, Contact};
 use criterion::measurement::WallTime;
-use criterion::{BenchmarkGroup, Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
+use criterion::{
+    BenchmarkGroup, Criterion, SamplingMode, Throughput, criterion_group, criterion_main,
+};
 use impedance::{Channels, Demodulator, Filter, Input, PlateConstants, Settings, Zm};
 
 const RATE_HZ: u32 = 192_000;
@@ -19,7 +21,9 @@ const GAPS: usize = 100_000;
 
 /// Measures `rivals.py NAME` where there is a Python.
 fn rival(group: &mut BenchmarkGroup<'_, WallTime>, label: &str, name: &str) {
-    let Some(python) = std::env::var_os("FRICTION_BENCH_PYTHON") else { return };
+    let Some(python) = std::env::var_os("FRICTION_BENCH_PYTHON") else {
+        return;
+    };
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/rivals.py");
     group.bench_function(label, |bencher| {
         bencher.iter_custom(|iterations| {
@@ -29,8 +33,15 @@ fn rival(group: &mut BenchmarkGroup<'_, WallTime>, label: &str, name: &str) {
                 .arg(iterations.to_string())
                 .output()
                 .expect("the Python that FRICTION_BENCH_PYTHON names");
-            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-            let seconds = String::from_utf8_lossy(&output.stdout).trim().parse().expect("seconds");
+            assert!(
+                output.status.success(),
+                "{}",
+                String::from_utf8_lossy(&output.stderr)
+            );
+            let seconds = String::from_utf8_lossy(&output.stdout)
+                .trim()
+                .parse()
+                .expect("seconds");
             Duration::from_secs_f64(seconds)
         });
     });
@@ -52,17 +63,32 @@ fn demodulation(criterion: &mut Criterion) {
     group.sample_size(10).sampling_mode(SamplingMode::Flat);
     group.throughput(Throughput::Elements(u64::from(SECONDS * RATE_HZ)));
     let samples = signals();
-    let settings = Settings { sample_rate_hz: RATE_HZ, carrier_hz: CARRIER_HZ, output_rate_hz: 2000 };
+    let settings = Settings {
+        sample_rate_hz: RATE_HZ,
+        carrier_hz: CARRIER_HZ,
+        output_rate_hz: 2000,
+    };
     let filter = Filter::new(settings).expect("rates that go together");
-    let plate = PlateConstants { resonance_hz: CARRIER_HZ, modal_mass_kg: 0.008, force_factor_n_per_v: 0.13 };
-    let channels =
-        Channels { drive_volts_per_unit: 60.0, pickup_metres_per_unit: 5e-6, pickup_phase_rad: 0.0 };
+    let plate = PlateConstants {
+        resonance_hz: CARRIER_HZ,
+        modal_mass_kg: 0.008,
+        force_factor_n_per_v: 0.13,
+    };
+    let channels = Channels {
+        drive_volts_per_unit: 60.0,
+        pickup_metres_per_unit: 5e-6,
+        pickup_phase_rad: 0.0,
+    };
     let zm = Zm::new(plate, channels, &filter).expect("positive constants");
-    let input = |channel| Input { channel, clip_level: 1.0 };
+    let input = |channel| Input {
+        channel,
+        clip_level: 1.0,
+    };
     group.bench_function("this bench", |bencher| {
         bencher.iter(|| {
             let mut demodulator =
-                Demodulator::drive_and_pickup(filter.clone(), 2, input(0), input(1)).expect("two channels");
+                Demodulator::drive_and_pickup(filter.clone(), 2, input(0), input(1))
+                    .expect("two channels");
             for block in samples.chunks(8192) {
                 demodulator
                     .push(block, |frame| {
@@ -82,13 +108,16 @@ fn gaps(criterion: &mut Criterion) {
     group.sample_size(10).sampling_mode(SamplingMode::Flat);
     group.throughput(Throughput::Elements(GAPS as u64));
     let contact = Contact::new(&AssumedConstants::default(), 1.7e-6).expect("physical constants");
-    let amplitude_m: Vec<f64> =
-        (0..GAPS).map(|i| 0.05e-6 + 3.85e-6 * i as f64 / (GAPS - 1) as f64).collect();
+    let amplitude_m: Vec<f64> = (0..GAPS)
+        .map(|i| 0.05e-6 + 3.85e-6 * i as f64 / (GAPS - 1) as f64)
+        .collect();
     let normal_n = vec![0.65; GAPS];
     let mut gap_m = vec![0.0; GAPS];
     group.bench_function("this bench", |bencher| {
         bencher.iter(|| {
-            contact.equilibrium_gaps_m(black_box(&amplitude_m), &normal_n, &mut gap_m).expect("physical record");
+            contact
+                .equilibrium_gaps_m(black_box(&amplitude_m), &normal_n, &mut gap_m)
+                .expect("physical record");
         });
     });
     rival(&mut group, "numpy newton", "newton");

@@ -9,5 +9,7 @@ mod bench;
 mod force;
 #[path = "interfaces/pins.rs"]
 mod pins;
+#[path = "interfaces/vibrometer.rs"]
+mod vibrometer;
 #[path = "interfaces/world.rs"]
 mod world;

@@ -1,0 +1,180 @@
+//! Virtual participants, each a session of its own: both methods against the truth that the estimator never sees. The numbers
+//! stand in docs/accuracy.md.
+
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use bench_tests::program::{bench, protocol};
+use bench_tests::session::{finish, text};
+use friction_bench::analysis::estimate::{Estimated, Method};
+use friction_bench::analysis::model_check::quantile;
+use friction_bench::analysis::{Settings, analyse, find};
+use num_complex::Complex64;
+
+const PARTICIPANTS: u64 = 50;
+/// Levitation lag of the simulated film at rest, s (`film.lag_s` of the scenario).
+const TAU_S: f64 = 1e-3;
+
+/// The skin as simulated, averaged over the time that the finger slides.
+struct Truth {
+    sigma_t_m: f64,
+    z_t: Complex64,
+}
+
+impl Truth {
+    fn read(folder: &Path) -> Self {
+        let series = std::fs::read_to_string(folder.join("truth.csv")).expect("the truth");
+        let (mut n, mut sigma_t_m, mut z_t) = (0.0, 0.0, Complex64::ZERO);
+        for line in series.lines().skip(1) {
+            let value = |column: usize| -> f64 {
+                let cell = line.split(',').nth(column).expect("a column");
+                cell.parse().expect("a number")
+            };
+            // gap_m is NaN off the plate; velocity tells sliding from waiting.
+            if value(6).is_finite() && value(12).abs() > 0.02 {
+                n += 1.0;
+                sigma_t_m += value(2);
+                z_t += Complex64::new(value(3), value(4));
+            }
+        }
+        assert!(n > 500.0, "{n} samples of sliding in {}", folder.display());
+        Self {
+            sigma_t_m: sigma_t_m / n,
+            z_t: z_t / n,
+        }
+    }
+}
+
+/// Errors of one instance.
+#[derive(Clone, Copy)]
+struct Errors {
+    /// |σ_t/true − 1|
+    sigma_t: f64,
+    /// |Z_t − true|/|true|
+    z_t: f64,
+    /// |τ − true|, s
+    tau_s: f64,
+    /// RMS of estimated less measured friction.
+    mu: f64,
+}
+
+impl Errors {
+    fn of(estimated: &Estimated, truth: &Truth) -> Self {
+        Self {
+            sigma_t: (estimated.sigma_t_m / truth.sigma_t_m - 1.0).abs(),
+            z_t: (estimated.z_t_n_s_per_m - truth.z_t).norm() / truth.z_t.norm(),
+            tau_s: estimated
+                .tau_s
+                .map_or(f64::NAN, |(tau, _)| (tau - TAU_S).abs()),
+            mu: estimated.agreement.rms_mu,
+        }
+    }
+}
+
+/// Both methods' errors over the instances of one participant.
+fn participant(seed: u64, folder: &Path) -> [Vec<Errors>; 2] {
+    let (study, truth) = (
+        folder.join(format!("study-{seed}")),
+        folder.join(format!("truth-{seed}")),
+    );
+    std::fs::create_dir(&truth).expect("a folder for the truth");
+    let mut command = bench();
+    command
+        .args(["run", "--mock", "population", "--headless"])
+        .args(["--speed", "max", "--seed", &seed.to_string()])
+        .args(["--participant", "sub-01", "--consent-by", "A. Tester"])
+        .arg("--study")
+        .arg(&study)
+        .arg("--protocol")
+        .arg(protocol("one-exploration.toml"))
+        .arg("--mock-truth")
+        .arg(&truth);
+    let output = finish(&mut command);
+    // Somebody who never presses right gets no accepted trial, and exit status 1; the attempts are recorded all the same.
+    let recordings = find::recordings(&[study], false)
+        .unwrap_or_else(|error| panic!("seed {seed}: {error}\n{}", text(&output)));
+    let analysed = analyse(&recordings, &Settings::default(), |_| {});
+    let true_skin = Truth::read(&truth);
+    Method::BOTH.map(|method| {
+        analysed
+            .instances()
+            .map(|(_, instance)| Errors::of(instance.estimated(method), &true_skin))
+            .collect()
+    })
+}
+
+/// Median and 90th percentile.
+fn quantiles(errors: &[Errors], of: impl Fn(&Errors) -> f64) -> (f64, f64) {
+    let mut values: Vec<f64> = errors.iter().map(of).filter(|v| v.is_finite()).collect();
+    values.sort_by(f64::total_cmp);
+    let at = |share| quantile(&values, share).unwrap_or(f64::NAN);
+    (at(0.5), at(0.9))
+}
+
+#[test]
+fn both_methods_meet_their_error_quantiles_over_fifty_participants() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (next, found) = (AtomicU64::new(1), Mutex::new(Vec::new()));
+    std::thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| {
+                loop {
+                    let seed = next.fetch_add(1, Ordering::Relaxed);
+                    if seed > PARTICIPANTS {
+                        break;
+                    }
+                    let errors = participant(seed, folder.path());
+                    found.lock().expect("no panic elsewhere").push(errors);
+                }
+            });
+        }
+    });
+    let found = found.into_inner().expect("no panic elsewhere");
+    let with_instances = found.iter().filter(|[paper, _]| !paper.is_empty()).count();
+    let [paper, dynamic] = [0, 1].map(|method| -> Vec<Errors> {
+        found
+            .iter()
+            .flat_map(|errors| errors[method].clone())
+            .collect()
+    });
+
+    println!("{with_instances} participants, {} instances", dynamic.len());
+    for (name, errors) in [("paper", &paper), ("dynamic", &dynamic)] {
+        println!(
+            "{name}: sigma_t {:.3?}, Z_t {:.3?}, tau {:.5?} s, mu {:.4?} (median, 90th percentile)",
+            quantiles(errors, |e| e.sigma_t),
+            quantiles(errors, |e| e.z_t),
+            quantiles(errors, |e| e.tau_s),
+            quantiles(errors, |e| e.mu),
+        );
+    }
+
+    assert!(with_instances >= 50, "{with_instances} participants");
+    assert!(
+        dynamic.len() >= 5 * with_instances,
+        "{} instances",
+        dynamic.len()
+    );
+    let at_most = |name: &str, (median, p90): (f64, f64), limits: (f64, f64)| {
+        assert!(
+            median <= limits.0 && p90 <= limits.1,
+            "{name}: median {median}, 90th percentile {p90}, limits {limits:?}"
+        );
+    };
+    at_most("sigma_t", quantiles(&dynamic, |e| e.sigma_t), (0.05, 0.10));
+    at_most("Z_t", quantiles(&dynamic, |e| e.z_t), (0.08, 0.20));
+    at_most("tau", quantiles(&dynamic, |e| e.tau_s), (0.35e-3, 0.8e-3));
+    at_most("mu", quantiles(&dynamic, |e| e.mu), (0.012, 0.025));
+    // The published method's bias is its own: it must neither grow nor be mended.
+    for (name, (median, _), (from, to)) in [
+        ("sigma_t", quantiles(&paper, |e| e.sigma_t), (0.5, 1.0)),
+        ("Z_t", quantiles(&paper, |e| e.z_t), (0.5, 0.75)),
+        ("mu", quantiles(&paper, |e| e.mu), (0.10, 0.20)),
+    ] {
+        assert!(
+            (from..=to).contains(&median),
+            "paper, {name}: median {median}"
+        );
+    }
+}

@@ -10,6 +10,7 @@ use crate::analysis::published::statistics;
 use crate::analysis::results::Results;
 use crate::analysis::{Analysed, RecordingAnalysis, Settings, analyse, find, tables};
 use crate::cli::Analyze;
+use crate::figures;
 use crate::recording::disk;
 
 /// Runs the command. True if every recording could be read; what is wrong with which goes to standard error.
@@ -35,6 +36,9 @@ pub fn run(options: &Analyze) -> anyhow::Result<bool> {
     }
     if let Some(folder) = &options.tables {
         tables::write(&analysed, folder)?;
+    }
+    if let Some(folder) = &options.figures {
+        figures::write_all(&analysed, folder).context("cannot draw the figures")?;
     }
     if options.table {
         write!(std::io::stdout(), "{}", statistics(&analysed).to_text())?;

@@ -253,6 +253,9 @@ pub struct Analyze {
     /// Write tidy tables as Parquet, instances.parquet and samples.parquet.
     #[arg(long, value_name = "DIR")]
     pub tables: Option<PathBuf>,
+    /// Draw the published figures as SVG and PNG, with their captions.
+    #[arg(long, value_name = "DIR")]
+    pub figures: Option<PathBuf>,
     /// Assume another value, such as `contact_area_m2=314e-6`; the names are those of the results' `settings`.
     #[arg(long, value_name = "NAME=VALUE")]
     pub assume: Vec<String>,

@@ -2,9 +2,8 @@
 
 use plotters_backend::{DrawingBackend, DrawingErrorKind};
 
-use super::layout::{
-    CAPITAL_EM, Entry, Layout, Legend, Placed, TICK_GAP_PT, TICK_LENGTH_PT, sample_width,
-};
+use super::key::{Entry, Legend, sample_width};
+use super::layout::{CAPITAL_EM, Layout, Placed, TICK_GAP_PT, TICK_LENGTH_PT};
 use super::path::{Frame, Point};
 use super::pen::{Anchor, BLACK, Pen, Rgb};
 use super::scale::Tick;
@@ -17,6 +16,7 @@ type Drawn<B> = Result<(), DrawingErrorKind<<B as DrawingBackend>::ErrorType>>;
 
 const SHADE: f64 = 0.18;
 const BAND: f64 = 0.3;
+const CROWD: usize = 250;
 
 pub(super) fn draw<B: DrawingBackend>(
     figure: &Figure,
@@ -78,11 +78,17 @@ fn draw_series<B: DrawingBackend>(
             .try_for_each(|stretch| {
                 pen.dashed(stretch, series.ink.rgb(), CURVE_PT, dash.pattern_pt())
             }),
-        Mark::Points { marker, points } => points
-            .iter()
-            .map(|&point| placed.place(point))
-            .filter(|&point| frame.contains(point))
-            .try_for_each(|at| pen.marker(*marker, at, MARKER_RADIUS_PT, series.ink.rgb())),
+        Mark::Points { marker, points } => {
+            // A crowd of points is a cloud, whose shape small ones show.
+            let share = if points.len() > CROWD { 0.55 } else { 1.0 };
+            points
+                .iter()
+                .map(|&point| placed.place(point))
+                .filter(|&point| frame.contains(point))
+                .try_for_each(|at| {
+                    pen.marker(*marker, at, share * MARKER_RADIUS_PT, series.ink.rgb())
+                })
+        }
         Mark::Band { edges } => band(edges, placed, series.ink.tint(BAND), pen),
     }
 }

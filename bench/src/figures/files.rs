@@ -41,10 +41,10 @@ impl Figure {
         let mut text = String::new();
         let _ = write!(
             text,
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{:.2}mm\" height=\"{:.2}mm\" viewBox=\"0 0 {width} {height}\" \
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}mm\" height=\"{:.2}mm\" viewBox=\"0 0 {width} {height}\" \
              role=\"img\">\n<title>{}</title>\n<desc>{}</desc>\n\
              <style>polyline{{stroke-linejoin:round;stroke-linecap:round}}</style>\n{body}",
-            f64::from(width) / UNITS_PER_MM,
+            self.width.mm(),
             f64::from(height) / UNITS_PER_MM,
             escaped(&self.title),
             escaped(&self.caption),

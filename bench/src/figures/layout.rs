@@ -1,9 +1,10 @@
 //! Where panels, ticks and keys go, from what has to be written beside them.
 
 use super::font::Typeface;
+use super::key::{Legend, above, within};
 use super::path::{Frame, Point};
 use super::scale::{Extent, Tick};
-use super::spec::{Figure, Key, Mark, Panel, Series};
+use super::spec::{Figure, Key, Panel, Series};
 use super::style::{LABEL_PT, LETTER_PT, TICK_PT, UNITS_PER_MM, UNITS_PER_PT};
 
 /// Height of capitals and figures over the em.
@@ -14,16 +15,12 @@ pub(super) const TICK_GAP_PT: (f64, f64) = (2.5, 3.5);
 /// Between tick labels and the axis's label.
 const LABEL_GAP_PT: f64 = 3.0;
 /// Around the figure.
-const EDGE_PT: f64 = 3.0;
+pub(super) const EDGE_PT: f64 = 3.0;
 /// Between neighbouring panels.
-const GUTTER_PT: f64 = 5.0;
-const KEY_LINE_PT: f64 = 1.35 * TICK_PT;
-const SAMPLE_PT: f64 = 18.0;
-const SAMPLE_GAP_PT: f64 = 4.0;
-const KEY_INSET_PT: f64 = 5.0;
-const KEY_SPACING_PT: f64 = 14.0;
+const ROW_GAP: f64 = 2.0 * UNITS_PER_PT;
+const COLUMN_GAP: f64 = 5.0 * UNITS_PER_PT;
 /// Paper per labelled tick.
-const TICK_SPACING_MM: (f64, f64) = (12.0, 8.5);
+const TICK_SPACING_MM: (f64, f64) = (12.0, 9.0);
 
 /// A figure laid out.
 pub(super) struct Layout {
@@ -49,58 +46,6 @@ pub(super) struct Placed {
     pub(super) key: Option<Legend>,
 }
 
-/// The named curves, and lines of text.
-pub(super) struct Legend {
-    pub(super) entries: Vec<Entry>,
-}
-
-/// A line of a key.
-pub(super) struct Entry {
-    /// The curve whose sample is shown; none for a note.
-    pub(super) series: Option<Series>,
-    pub(super) text: String,
-    /// Start of the sample and middle of its height.
-    pub(super) at: Point,
-}
-
-impl Entry {
-    fn new(series: &Series) -> Option<Self> {
-        Some(Self {
-            text: series.name.clone()?,
-            series: Some(series.clone()),
-            at: (0.0, 0.0),
-        })
-    }
-
-    fn note(text: &str) -> Self {
-        Self {
-            text: text.to_owned(),
-            series: None,
-            at: (0.0, 0.0),
-        }
-    }
-
-    fn width(&self, typeface: &Typeface) -> f64 {
-        typeface.width(&self.text, TICK_PT * UNITS_PER_PT) + self.text_offset()
-    }
-
-    /// From the start of the entry to its text.
-    pub(super) fn text_offset(&self) -> f64 {
-        self.series.as_ref().map_or(0.0, |series| {
-            sample_width(series) + SAMPLE_GAP_PT * UNITS_PER_PT
-        })
-    }
-}
-
-/// Length of paper that shows how a series is drawn.
-pub(super) fn sample_width(series: &Series) -> f64 {
-    let pt = match series.mark {
-        Mark::Points { .. } => 5.0,
-        Mark::Line { .. } | Mark::Band { .. } => SAMPLE_PT,
-    };
-    pt * UNITS_PER_PT
-}
-
 impl Placed {
     /// Where a data point lies on the paper.
     pub(super) fn place(&self, (x, y): Point) -> Point {
@@ -118,7 +63,6 @@ impl Placed {
 }
 
 /// What a panel needs around its frame.
-#[derive(Clone, Copy, Default)]
 struct Margins {
     left: f64,
     right: f64,
@@ -126,105 +70,139 @@ struct Margins {
     bottom: f64,
 }
 
+/// Frames in rows and columns, each row and column with the margins of its neediest panel.
+struct Grid {
+    columns: usize,
+    /// By column.
+    left: Vec<f64>,
+    right: Vec<f64>,
+    /// By row.
+    top: Vec<f64>,
+    bottom: Vec<f64>,
+    /// Left end and top of the grid.
+    origin: Point,
+    frame_width: f64,
+    frame_height: f64,
+}
+
+impl Grid {
+    fn new(margins: &[Margins], figure: &Figure, origin: Point) -> Self {
+        let columns = figure.columns.max(1);
+        let rows = margins.len().div_ceil(columns);
+        let greatest = |side: fn(&Margins) -> f64, first: usize, step: usize, count: usize| {
+            let members = margins.iter().skip(first).step_by(step).take(count);
+            members.map(side).fold(0.0, f64::max)
+        };
+        let of_columns = |side| {
+            (0..columns)
+                .map(|c| greatest(side, c, columns, rows))
+                .collect()
+        };
+        let of_rows = |side| {
+            (0..rows)
+                .map(|r| greatest(side, r * columns, 1, columns))
+                .collect()
+        };
+        let (left, right): (Vec<f64>, Vec<f64>) = (of_columns(|m| m.left), of_columns(|m| m.right));
+        let beside: f64 =
+            left.iter().chain(&right).sum::<f64>() + COLUMN_GAP * (columns - 1) as f64;
+        let width = figure.width.mm() * UNITS_PER_MM - 2.0 * origin.0;
+        Self {
+            columns,
+            left,
+            right,
+            top: of_rows(|m| m.top),
+            bottom: of_rows(|m| m.bottom),
+            origin,
+            frame_width: (width - beside) / columns as f64,
+            frame_height: figure.panel_height_mm * UNITS_PER_MM,
+        }
+    }
+
+    fn frame(&self, index: usize) -> Frame {
+        let (column, row) = (index % self.columns, index / self.columns);
+        let beside: f64 = self.left[..=column]
+            .iter()
+            .chain(&self.right[..column])
+            .sum();
+        let over: f64 = self.top[..=row].iter().chain(&self.bottom[..row]).sum();
+        let left = self.origin.0 + beside + column as f64 * (self.frame_width + COLUMN_GAP);
+        let top = self.origin.1 + over + row as f64 * (self.frame_height + ROW_GAP);
+        Frame {
+            left,
+            top,
+            right: left + self.frame_width,
+            bottom: top + self.frame_height,
+        }
+    }
+
+    /// Lower end of the grid.
+    fn lower_end(&self) -> f64 {
+        let rows = self.top.len();
+        let margins: f64 = self.top.iter().chain(&self.bottom).sum();
+        self.origin.1
+            + margins
+            + rows as f64 * self.frame_height
+            + rows.saturating_sub(1) as f64 * ROW_GAP
+    }
+}
+
 pub(super) fn lay_out(figure: &Figure, typeface: &Typeface) -> Layout {
     let width = figure.width.mm() * UNITS_PER_MM;
-    let frame_height = figure.panel_height_mm * UNITS_PER_MM;
-    let columns = figure.columns.max(1);
-    let rows = figure.panels.len().div_ceil(columns);
-    let lettered = figure.panels.len() > 1;
     let edge = EDGE_PT * UNITS_PER_PT;
-
-    let key = match figure.key {
-        Key::Above => Some(above(figure, typeface, width - 2.0 * edge)),
-        Key::InPanels => None,
+    let lettered = figure.panels.len() > 1;
+    let (key, key_height) = match figure.key {
+        Key::Above => {
+            let (key, height) = above(figure, typeface, width - 2.0 * edge);
+            (Some(key), height)
+        }
+        Key::InPanels => (None, 0.0),
     };
-    let (key, key_height) = key.map_or((None, 0.0), |(key, height)| (Some(key), height));
-
     // The width of a frame decides its ticks and their labels its width: a first guess is near enough for the ticks.
-    let guess = width / columns as f64 * 0.8;
-    let measured: Vec<(Extents, Margins)> = figure
+    let frame_width = 0.8 * width / figure.columns.max(1) as f64;
+    let frame_height = figure.panel_height_mm * UNITS_PER_MM;
+    let (extents, margins): (Vec<Extents>, Vec<Margins>) = figure
         .panels
         .iter()
         .map(|panel| {
-            let extents = Extents::new(panel, guess, frame_height);
+            let extents = Extents::new(panel, frame_width, frame_height);
             let margins = margins(panel, &extents, typeface, lettered);
             (extents, margins)
         })
-        .collect();
-    let greatest = |select: fn(&Margins) -> f64, member: &dyn Fn(usize) -> bool| {
-        measured
-            .iter()
-            .enumerate()
-            .filter(|(index, _)| member(*index))
-            .map(|(_, (_, margins))| select(margins))
-            .fold(0.0, f64::max)
-    };
-    let left: Vec<f64> = (0..columns)
-        .map(|column| greatest(|m| m.left, &|index| index % columns == column))
-        .collect();
-    let right: Vec<f64> = (0..columns)
-        .map(|column| greatest(|m| m.right, &|index| index % columns == column))
-        .collect();
-    let top: Vec<f64> = (0..rows)
-        .map(|row| greatest(|m| m.top, &|index| index / columns == row))
-        .collect();
-    let bottom: Vec<f64> = (0..rows)
-        .map(|row| greatest(|m| m.bottom, &|index| index / columns == row))
-        .collect();
-
-    let gutter = GUTTER_PT * UNITS_PER_PT;
-    let beside: f64 = left.iter().chain(&right).sum();
-    let gutters = gutter * (columns - 1) as f64;
-    let frame_width = (width - 2.0 * edge - beside - gutters) / columns as f64;
-    let above_below: f64 = top.iter().chain(&bottom).sum();
-    let gaps = 0.4 * gutter * rows.saturating_sub(1) as f64;
-    let height = 2.0 * edge + key_height + above_below + gaps + rows as f64 * frame_height;
-
-    let panels = figure
-        .panels
-        .iter()
-        .zip(measured)
-        .enumerate()
-        .map(|(index, (panel, (extents, _)))| {
-            let (column, row) = (index % columns, index / columns);
-            let beside: f64 = left[..=column].iter().chain(&right[..column]).sum();
-            let over: f64 = top[..=row].iter().chain(&bottom[..row]).sum();
-            let frame = Frame {
-                left: edge + beside + column as f64 * (frame_width + gutter),
-                right: edge + beside + column as f64 * (frame_width + gutter) + frame_width,
-                top: edge + key_height + over + row as f64 * (frame_height + 0.4 * gutter),
-                bottom: edge
-                    + key_height
-                    + over
-                    + row as f64 * (frame_height + 0.4 * gutter)
-                    + frame_height,
-            };
-            let label = LABEL_PT * UNITS_PER_PT;
-            let mut placed = Placed {
-                y_label: (
-                    frame.left - left[column] + CAPITAL_EM * label,
-                    0.5 * (frame.top + frame.bottom),
-                ),
-                x_label: (
-                    0.5 * (frame.left + frame.right),
-                    frame.bottom + bottom[row] - 0.25 * label,
-                ),
-                letter: lettered
-                    .then_some((frame.left - left[column], frame.top - 3.0 * UNITS_PER_PT)),
-                frame,
-                x: extents.x,
-                y: extents.y,
-                x_ticks: extents.x_ticks,
-                y_ticks: extents.y_ticks,
-                key: None,
-            };
-            placed.key = within(panel, &placed, figure.key, typeface);
-            placed
-        })
-        .collect();
+        .unzip();
+    let grid = Grid::new(&margins, figure, (edge, edge + key_height));
+    let panels = figure.panels.iter().zip(extents).enumerate();
+    let panels = panels.map(|(index, (panel, extents))| {
+        let frame = grid.frame(index);
+        let label = LABEL_PT * UNITS_PER_PT;
+        let outer_left = frame.left - grid.left[index % grid.columns];
+        let outer_bottom = frame.bottom + grid.bottom[index / grid.columns];
+        let mut placed = Placed {
+            y_label: (
+                outer_left + CAPITAL_EM * label,
+                0.5 * (frame.top + frame.bottom),
+            ),
+            x_label: (
+                0.5 * (frame.left + frame.right),
+                outer_bottom - 0.25 * label,
+            ),
+            letter: lettered.then_some((outer_left, frame.top - 3.0 * UNITS_PER_PT)),
+            frame,
+            x: extents.x,
+            y: extents.y,
+            x_ticks: extents.x_ticks,
+            y_ticks: extents.y_ticks,
+            key: None,
+        };
+        placed.key = within(panel, &placed, figure.key, typeface);
+        placed
+    });
     Layout {
-        size: (width.round() as u32, height.round() as u32),
-        panels,
+        panels: panels.collect(),
+        size: (
+            width.round() as u32,
+            (grid.lower_end() + edge).round() as u32,
+        ),
         key,
     }
 }
@@ -285,122 +263,4 @@ fn margins(panel: &Panel, extents: &Extents, typeface: &Typeface, lettered: bool
             beside
         },
     }
-}
-
-/// The names of all curves in rows above the panels, and the height that they take.
-fn above(figure: &Figure, typeface: &Typeface, width: f64) -> (Legend, f64) {
-    let mut entries: Vec<Entry> = Vec::new();
-    for series in figure.panels.iter().flat_map(|panel| &panel.series) {
-        let known = entries
-            .iter()
-            .any(|entry| Some(&entry.text) == series.name.as_ref());
-        entries.extend(Entry::new(series).filter(|_| !known));
-    }
-    let spacing = KEY_SPACING_PT * UNITS_PER_PT;
-    let line = KEY_LINE_PT * UNITS_PER_PT;
-    let edge = EDGE_PT * UNITS_PER_PT;
-    let mut rows: Vec<(f64, Vec<Entry>)> = Vec::new();
-    for entry in entries {
-        let needed = entry.width(typeface);
-        match rows.last_mut() {
-            Some((used, row)) if *used + spacing + needed <= width => {
-                *used += spacing + needed;
-                row.push(entry);
-            }
-            _ => rows.push((needed, vec![entry])),
-        }
-    }
-    let height = rows.len() as f64 * line;
-    let mut placed = Vec::new();
-    for (number, (used, row)) in rows.into_iter().enumerate() {
-        let mut x = edge + 0.5 * (width - used);
-        for mut entry in row {
-            entry.at = (x, edge + (number as f64 + 0.5) * line);
-            x += entry.width(typeface) + spacing;
-            placed.push(entry);
-        }
-    }
-    (Legend { entries: placed }, height)
-}
-
-/// The panel's own key and notes, in the place where they cover the fewest points.
-fn within(panel: &Panel, placed: &Placed, key: Key, typeface: &Typeface) -> Option<Legend> {
-    let names = panel.series.iter().filter(|_| key == Key::InPanels);
-    let mut entries: Vec<Entry> = names.filter_map(Entry::new).collect();
-    entries.extend(panel.notes.iter().map(|note| Entry::note(note)));
-    if entries.is_empty() {
-        return None;
-    }
-    let width = entries
-        .iter()
-        .map(|entry| entry.width(typeface))
-        .fold(0.0, f64::max);
-    let line = KEY_LINE_PT * UNITS_PER_PT;
-    let height = line * entries.len() as f64;
-    let inset = KEY_INSET_PT * UNITS_PER_PT;
-    let frame = &placed.frame;
-    let lefts = [
-        frame.right - inset - width,
-        frame.left + inset,
-        0.5 * (frame.left + frame.right - width),
-    ];
-    let tops = [
-        frame.top + 0.6 * inset,
-        frame.bottom - 0.6 * inset - height,
-        0.5 * (frame.top + frame.bottom - height),
-    ];
-    let inked = inked(panel, placed);
-    let boxes = tops.iter().flat_map(|&top| lefts.map(|left| (left, top)));
-    let (left, top) = boxes.min_by_key(|&(left, top)| {
-        // Of the places that cover nothing, one with room around it.
-        [0.5 * inset, 2.0 * inset].map(|clearance| {
-            let covered = Frame {
-                left: left - clearance,
-                top: top - clearance,
-                right: left + width + clearance,
-                bottom: top + height + clearance,
-            };
-            inked
-                .iter()
-                .filter(|&&point| covered.contains(point))
-                .count()
-        })
-    })?;
-    for (number, entry) in entries.iter_mut().enumerate() {
-        entry.at = (left, top + (number as f64 + 0.5) * line);
-    }
-    Some(Legend { entries })
-}
-
-/// Points along everything drawn in a panel, close enough that no line slips through a key.
-fn inked(panel: &Panel, placed: &Placed) -> Vec<Point> {
-    let step = 4.0 * UNITS_PER_PT;
-    let mut inked = Vec::new();
-    for series in &panel.series {
-        let on_paper: Vec<Point> = series
-            .extent()
-            .into_iter()
-            .map(|point| placed.place(point))
-            .collect();
-        if matches!(series.mark, Mark::Line { .. }) {
-            for stretch in placed.frame.stretches(on_paper) {
-                for ends in stretch.windows(2) {
-                    let (from, to) = (ends[0], ends[1]);
-                    let pieces = ((to.0 - from.0).hypot(to.1 - from.1) / step)
-                        .ceil()
-                        .max(1.0);
-                    inked.extend((0..=pieces as usize).map(|piece| {
-                        let share = piece as f64 / pieces;
-                        (
-                            from.0 + share * (to.0 - from.0),
-                            from.1 + share * (to.1 - from.1),
-                        )
-                    }));
-                }
-            }
-        } else {
-            inked.extend(on_paper);
-        }
-    }
-    inked
 }

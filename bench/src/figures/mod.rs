@@ -8,7 +8,9 @@ mod bitmap;
 mod draw;
 mod files;
 mod font;
+mod key;
 mod layout;
+mod measured;
 mod model;
 mod path;
 mod pen;
@@ -19,8 +21,10 @@ mod style;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::analysis::Analysed;
 use crate::recording::DiskError;
 
+pub use measured::measured;
 pub use model::model;
 pub use spec::{Axis, Figure, Key, Mark, Panel, Scale, Series, Span};
 pub use style::{Dash, Ink, Marker, Width};
@@ -41,6 +45,19 @@ pub enum FigureError {
     /// A file cannot be written.
     #[error(transparent)]
     Disk(#[from] DiskError),
+}
+
+/// Draws what an analysis found and writes it into a folder that is made if it is not there, as [`write`] does.
+///
+/// # Errors
+/// If a figure cannot be drawn or a file cannot be written.
+pub fn write_all(analysed: &Analysed, folder: &Path) -> Result<Vec<PathBuf>, FigureError> {
+    fs::create_dir_all(folder).map_err(|source| DiskError {
+        action: "make",
+        path: folder.to_owned(),
+        source,
+    })?;
+    write(&measured(analysed), folder)
 }
 
 /// Writes each figure as SVG and PNG, and `captions.md` with all captions, into an existing folder; what was written, in order.

@@ -131,7 +131,7 @@ impl Extent {
 }
 
 /// With the minus sign that typesetters use, and no negative zero.
-fn written(value: f64, decimals: usize) -> String {
+pub(super) fn written(value: f64, decimals: usize) -> String {
     let text = format!("{:.decimals$}", value.abs());
     let zero = text.chars().all(|c| matches!(c, '0' | '.'));
     if value < 0.0 && !zero {

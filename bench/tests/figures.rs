@@ -1,0 +1,417 @@
+//! Figures keep their curves, their units and their captions, and are the same bytes each time. The measured ones are drawn of an
+//! exploration that follows the contact model exactly.
+
+#![expect(clippy::unwrap_used, reason = "a test")]
+
+use std::f64::consts::TAU;
+use std::path::PathBuf;
+
+use clap::Parser;
+use contact::fit::FitConditions;
+use contact::{AssumedConstants, Contact, harmonic};
+use friction_bench::analysis::analysed::RecordingFindings;
+use friction_bench::analysis::estimate::{InstanceAnalysis, estimate};
+use friction_bench::analysis::exploration::Exploration;
+use friction_bench::analysis::record::Series;
+use friction_bench::analysis::{Analysed, RecordingAnalysis, Settings};
+use friction_bench::cli::{Cli, Command};
+use friction_bench::figures::{self, Figure, Mark};
+use friction_bench::model::{self, Curves, Parameters};
+use friction_bench::recording::Manifest;
+use impedance::{Mask, ZmFrame};
+use num_complex::Complex64;
+use protocols::{Direction, Instance, Validity};
+
+/// Name of a figure, and for each panel the labels of its axes and how many series it holds.
+type Expected = (&'static str, &'static [(&'static str, &'static str, usize)]);
+
+const AMPLITUDE: &str = "Vibration amplitude (µm)";
+const MODEL: [Expected; 6] = [
+    (
+        "fig03_impedance_by_stiffness",
+        &[
+            ("Contact stiffness (N/µm)", "Re Zₘ (N·s/m)", 2),
+            ("Contact stiffness (N/µm)", "Im Zₘ (N·s/m)", 2),
+            ("Contact stiffness (N/µm)", "|ṽₜ/ṽₚ|", 2),
+        ],
+    ),
+    (
+        "fig05_force_balance_and_gap",
+        &[("Gap (µm)", "Force (N)", 6), (AMPLITUDE, "Gap (µm)", 4)],
+    ),
+    (
+        "fig06_stiffness",
+        &[(AMPLITUDE, "Contact stiffness (N/µm)", 4)],
+    ),
+    (
+        "fig07b_impedance",
+        &[
+            (AMPLITUDE, "Re Zₘ (N·s/m)", 4),
+            (AMPLITUDE, "Im Zₘ (N·s/m)", 4),
+        ],
+    ),
+    ("fig08_motion", &[("Time (µs)", "Position (µm)", 2); 4]),
+    (
+        "fig09_friction",
+        &[(AMPLITUDE, "Friction coefficient μ", 2)],
+    ),
+];
+const MEASURED: [Expected; 4] = [
+    (
+        "fig11_typical_trial",
+        &[
+            ("Time (s)", "Amplitude (µm)", 1),
+            ("Time (s)", "|Zₘ| (N·s/m)", 2),
+            ("Time (s)", "Force (N)", 3),
+            ("Time (s)", "Friction μ", 5),
+            ("Time (s)", "Gap (µm)", 4),
+        ],
+    ),
+    (
+        "fig13_instances",
+        &[
+            (AMPLITUDE, "|Zₘ| (N·s/m)", 2),
+            (AMPLITUDE, "Contact stiffness (N/µm)", 2),
+            (AMPLITUDE, "Gap (µm)", 2),
+            (AMPLITUDE, "Friction coefficient μ", 3),
+            ("Measured μ", "|Zₘ| (N·s/m)", 2),
+            ("Measured μ", "Contact stiffness (N/µm)", 2),
+            ("Measured μ", "Gap (µm)", 2),
+            ("Measured μ", "Friction coefficient μ", 3),
+        ],
+    ),
+    (
+        "fig14_variation",
+        &[
+            ("Fall of measured μ", "Fall of |Zₘ| (N·s/m)", 2),
+            ("Fall of measured μ", "Rise of acoustic force (N)", 2),
+            ("Fall of measured μ", "Rise of gap (µm)", 2),
+        ],
+    ),
+    (
+        "fig15_agreement",
+        &[
+            ("Measured μ", "Estimated μ", 2),
+            ("Measured μ", "Estimated μ", 2),
+        ],
+    ),
+];
+
+fn options(arguments: &[&str]) -> friction_bench::cli::Model {
+    let line = ["friction-bench", "model"].iter().chain(arguments);
+    match Cli::parse_from(line).command {
+        Command::Model(options) => options,
+        _ => unreachable!("`model` was asked for"),
+    }
+}
+
+fn model_figures() -> Vec<Figure> {
+    let parameters = Parameters::from(&options(&[]).assume);
+    figures::model(&parameters, &Curves::compute(&parameters).unwrap())
+}
+
+/// The text written in an SVG, in order.
+fn texts(svg: &str) -> Vec<String> {
+    let written = svg.split("<text").skip(1).map(|rest| {
+        let inside = rest.split_once('>').unwrap().1;
+        inside.split_once("</text>").unwrap().0.trim().to_owned()
+    });
+    written.collect()
+}
+
+/// Every series of the figure is there, in its ink; every written label with its unit, every name.
+fn assert_shows(figure: &Figure, (name, panels): &Expected) {
+    assert_eq!(figure.name, *name);
+    assert_eq!(figure.panels.len(), panels.len(), "{name}: panels");
+    let svg = figure.to_svg().unwrap();
+    let texts = texts(&svg);
+    for (panel, (x, y, series)) in figure.panels.iter().zip(*panels) {
+        assert_eq!(
+            (panel.x.label.as_str(), panel.y.label.as_str()),
+            (*x, *y),
+            "{name}"
+        );
+        assert_eq!(panel.series.len(), *series, "{name}: series over {x}");
+        for axis in [&panel.x, &panel.y].into_iter().filter(|axis| axis.written) {
+            assert!(
+                texts.contains(&axis.label),
+                "{name}: {} is not written",
+                axis.label
+            );
+        }
+        for series in &panel.series {
+            let (points, element) = match &series.mark {
+                Mark::Line { points, .. } => (points.len(), "stroke"),
+                Mark::Points { points, .. } => (points.len(), "fill"),
+                Mark::Band { edges } => (edges.len(), ""),
+            };
+            assert!(points > 1, "{name}: {:?} is empty", series.name);
+            let (red, green, blue) = series.ink.rgb();
+            let ink = format!("{element}=\"#{red:02X}{green:02X}{blue:02X}\"");
+            assert!(
+                element.is_empty() || svg.contains(&ink),
+                "{name}: nothing has {ink}"
+            );
+            if let Some(named) = &series.name {
+                assert!(texts.contains(named), "{name}: {named} is not in the key");
+            }
+        }
+    }
+    assert!(
+        svg.contains(&format!("width=\"{}mm\"", figure.width.mm())),
+        "{name}: width"
+    );
+    assert!(
+        svg.contains("<title>") && svg.contains("Assumed: "),
+        "{name}: caption"
+    );
+}
+
+#[test]
+fn model_figures_keep_their_curves_and_units() {
+    let figures = model_figures();
+    assert_eq!(figures.len(), MODEL.len());
+    for (figure, expected) in figures.iter().zip(&MODEL) {
+        assert_shows(figure, expected);
+    }
+}
+
+#[test]
+fn measured_figures_keep_their_curves_and_units() {
+    let figures = figures::measured(&analysed());
+    assert_eq!(figures.len(), MEASURED.len());
+    for (figure, expected) in figures.iter().zip(&MEASURED) {
+        assert_shows(figure, expected);
+    }
+    let shaded = figures[0].panels.iter().map(|panel| panel.shaded.len());
+    assert!(shaded.eq([2; 5]), "both instances shaded in every panel");
+    let agreement = &figures[3].panels[1];
+    assert_eq!(
+        agreement.notes,
+        ["R² = 1.000"],
+        "the model agrees with itself"
+    );
+    assert!(figures[0].caption.contains("S = 300 mm²"));
+}
+
+#[test]
+fn the_same_figure_is_the_same_bytes() {
+    let (mut once, mut again) = (model_figures(), model_figures());
+    let measured = analysed();
+    once.extend(figures::measured(&measured));
+    again.extend(figures::measured(&measured));
+    for (once, again) in once.iter().zip(&again) {
+        assert_eq!(
+            once.to_svg().unwrap(),
+            again.to_svg().unwrap(),
+            "{}",
+            once.name
+        );
+        assert!(
+            once.to_png().unwrap() == again.to_png().unwrap(),
+            "{}",
+            once.name
+        );
+    }
+}
+
+#[test]
+fn a_png_is_as_wide_as_printed_at_300_dpi_and_bears_its_caption() {
+    let figure = &model_figures()[2];
+    let bytes = figure.to_png().unwrap();
+    let reader = png::Decoder::new(std::io::Cursor::new(&bytes))
+        .read_info()
+        .unwrap();
+    let info = reader.info();
+    let per_metre = info.pixel_dims.unwrap();
+    assert_eq!(
+        (info.width, per_metre.xppu, per_metre.yppu),
+        (1004, 11811, 11811)
+    );
+    let texts = &info.utf8_text;
+    assert!(
+        texts
+            .iter()
+            .any(|text| text.get_text().unwrap() == figure.caption)
+    );
+}
+
+#[test]
+fn the_model_writes_each_figure_its_curves_and_the_captions() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("new").join("model");
+    let written = model::run(&options(&["--out", out.to_str().unwrap()])).unwrap();
+    for (name, _) in MODEL {
+        for extension in ["svg", "png"] {
+            assert!(
+                written.contains(&out.join(format!("{name}.{extension}"))),
+                "{name}"
+            );
+        }
+    }
+    let captions = std::fs::read_to_string(out.join("captions.md")).unwrap();
+    assert_eq!(captions.matches("Assumed: ").count(), MODEL.len());
+
+    // Eqs. 17 and 18 at 5 µm and 1 N: 12.7 % of rest.
+    let mut stiffness = csv::Reader::from_path(out.join("fig06_stiffness.csv")).unwrap();
+    assert_eq!(
+        stiffness.headers().unwrap(),
+        &["normal_n", "amplitude_m", "k_c_n_per_m"][..]
+    );
+    let rows: Vec<(f64, f64, f64)> = stiffness.deserialize().map(Result::unwrap).collect();
+    let at = |amplitude_m: f64| {
+        let row = rows
+            .iter()
+            .find(|row| row.0 == 1.0 && (row.1 - amplitude_m).abs() < 1e-12);
+        row.unwrap().2
+    };
+    assert!((at(5e-6) / at(0.0) - 0.127).abs() < 5e-4);
+}
+
+#[test]
+fn without_figures_only_curves_are_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let written = model::run(&options(&["--csv-only", "--out", out])).unwrap();
+    assert!(
+        written
+            .iter()
+            .all(|path| path.extension().is_some_and(|e| e == "csv"))
+    );
+    let units = ["_n", "_m", "_s", "_m_per_s", "_n_per_m", "_n_s_per_m"];
+    for path in written {
+        let mut table = csv::Reader::from_path(&path).unwrap();
+        for column in table.headers().unwrap() {
+            let dimensionless = ["loss_factor", "mu", "skin_to_plate_velocity"].contains(&column);
+            let named = units.iter().any(|unit| column.ends_with(unit));
+            assert!(
+                named || dimensionless,
+                "{}: {column} has no unit",
+                path.display()
+            );
+        }
+        assert!(table.records().count() > 400, "{}", path.display());
+    }
+}
+
+#[test]
+fn an_assumption_without_meaning_is_refused() {
+    let mut options = options(&["--csv-only"]);
+    options.assume.poisson_ratio = 0.7;
+    let error = model::run(&options).unwrap_err().to_string();
+    assert!(error.contains("Poisson's ratio = 0.7"), "{error}");
+    let line = ["friction-bench", "model", "--sigma-t-m", "-1e-6"];
+    assert!(Cli::try_parse_from(line).is_err());
+}
+
+#[test]
+fn what_was_not_found_is_not_drawn() {
+    let mut nothing = analysed();
+    nothing.recordings[0]
+        .found
+        .as_mut()
+        .unwrap()
+        .instances
+        .clear();
+    let figures = figures::measured(&nothing);
+    assert_eq!(figures.len(), 1, "the trial in time remains");
+    figures[0].to_svg().unwrap();
+    nothing.recordings.clear();
+    assert_eq!(figures::measured(&nothing), []);
+}
+
+const CARRIER_HZ: f64 = 35e3;
+const NORMAL_N: f64 = 0.6;
+const Z_P: Complex64 = Complex64::new(7.0, 0.0);
+const Z_T: Complex64 = Complex64::new(0.47, 3.16);
+const MANIFEST: &str = r#"
+format = 1
+carrier_hz = 35000.0
+modulation_hz = 6.0
+modulation_index = 0.95
+channels.drive = { index = 0, volts_per_unit = 1.0 }
+channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
+plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.0525 }
+"#;
+
+/// Half a second of a finger in equilibrium with the film, σ_t = 1.8 µm, two instances.
+fn analysed() -> Analysed {
+    let settings = Settings::default();
+    let contact = Contact::new(&settings.assumed(), 1.8e-6).unwrap();
+    let time_s: Vec<f64> = (0..1000).map(|k| f64::from(k) / 2000.0).collect();
+    let amplitude_m: Vec<f64> = time_s
+        .iter()
+        .map(|t| 2e-6 * (1.0 - 0.95 * (TAU * 6.0 * t).cos()))
+        .collect();
+    let gap_m: Vec<f64> = amplitude_m
+        .iter()
+        .map(|&a| contact.equilibrium_gap_m(a, NORMAL_N).unwrap())
+        .collect();
+    let frame = |k: usize| {
+        let k_c = contact.balance_stiffness_n_per_m(gap_m[k], NORMAL_N);
+        let z_c = contact.impedance_n_s_per_m(k_c, TAU * CARRIER_HZ);
+        let z_m = harmonic::observed(Z_P, Z_T, z_c);
+        ZmFrame {
+            sample: k as u64,
+            time_s: time_s[k],
+            mask: Mask::CLEAR,
+            drive_v: Complex64::ONE,
+            displacement_m: amplitude_m[k].into(),
+            amplitude_m: amplitude_m[k],
+            amplitude_rate_m_per_s: 0.0,
+            amplitude_std_m: 1e-11,
+            plain_n_s_per_m: z_m,
+            plain_std_n_s_per_m: 1e-4,
+            corrected_n_s_per_m: z_m,
+            corrected_std_n_s_per_m: 1e-4,
+        }
+    };
+    let n = time_s.len();
+    let lateral = |gap: &f64| -0.8 * NORMAL_N * contact.friction_ratio(*gap, NORMAL_N);
+    let series = Series {
+        frames: (0..n).map(frame).collect(),
+        normal_n: vec![NORMAL_N; n],
+        lateral_n: gap_m.iter().map(lateral).collect(),
+        position_m: time_s.iter().map(|t| 0.04 + 0.05 * t).collect(),
+        velocity_m_per_s: vec![0.05; n],
+        validity: vec![Validity::Valid; n],
+        amplitude_m,
+        time_s,
+    };
+    let conditions = FitConditions {
+        assumed: AssumedConstants::ESTIMATION,
+        carrier_hz: CARRIER_HZ,
+        z_p_plain_n_s_per_m: Z_P,
+        z_p_corrected_n_s_per_m: Z_P,
+    };
+    let direction = Direction::RightToLeft;
+    let instances: Vec<InstanceAnalysis> = [0.18, 0.346]
+        .map(|start_s| {
+            let instance = Instance {
+                start_s,
+                end_s: start_s + 0.06,
+            };
+            estimate(&series, direction, instance, &conditions, &settings).unwrap()
+        })
+        .into();
+    let manifest = Manifest::parse(MANIFEST, "recording.toml").unwrap();
+    let path = PathBuf::from("trial-01");
+    let findings = RecordingFindings {
+        path: path.clone(),
+        rules: settings.selection_rules(manifest.plate.centre_m),
+        manifest,
+        z_p: None,
+        explorations: vec![Exploration::new(series, direction, (0.0, 0.5), Vec::new())],
+        instances,
+        model_check: Vec::new(),
+        rejected: Vec::new(),
+        flaws: Vec::new(),
+    };
+    Analysed {
+        settings,
+        recordings: vec![RecordingAnalysis {
+            path,
+            found: Ok(findings),
+        }],
+    }
+}

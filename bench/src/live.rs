@@ -202,7 +202,9 @@ mod tests {
             corrected_n_s_per_m: z_m,
             corrected_std_n_s_per_m: 1e-3,
         });
-        let force = (from * 5..(from + 10) * 5).map(|i| ForceRow {
+        // Five readings to a frame, the last at the frame's own time.
+        let first = (from * 5).saturating_sub(4);
+        let force = (first..(from + 9) * 5 + 1).map(|i| ForceRow {
             time_s: i as f64 * 1e-4,
             normal_n,
             lateral_n: -0.5 * normal_n,

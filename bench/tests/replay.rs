@@ -1,6 +1,9 @@
 //! Recordings of a simulated session, played again through the live pipeline, beside the simulation's truth.
 
-#![expect(clippy::unwrap_used, reason = "a test panics on what it does not expect")]
+#![expect(
+    clippy::unwrap_used,
+    reason = "a test panics on what it does not expect"
+)]
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -47,7 +47,7 @@ pub enum FigureError {
     Disk(#[from] DiskError),
 }
 
-/// Draws what an analysis found and writes it into a folder that is made if it is not there, as [`write`] does.
+/// Draws what an analysis found and writes it into a folder that is made if it is not there, as [`write()`] does.
 ///
 /// # Errors
 /// If a figure cannot be drawn or a file cannot be written.

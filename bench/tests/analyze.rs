@@ -1,5 +1,10 @@
 //! `analyze` on a session of the simulated bench: what a sound recording gives, and what it says of damaged ones.
 
+#![expect(
+    clippy::unwrap_used,
+    reason = "a helper that fails fails its test, as in the tests themselves"
+)]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

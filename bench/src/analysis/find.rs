@@ -77,16 +77,15 @@ fn descend(
             .as_deref()
             .and_then(|name| name.parse::<TrialLabel>().ok());
         match label {
-            Some(label) => {
-                if (label.block == Block::Main || practice) && may_count(&path) {
-                    let latest = trials
-                        .entry((label.block, label.number))
-                        .or_insert_with(|| (label, path.clone()));
-                    if label.attempt > latest.0.attempt {
-                        *latest = (label, path);
-                    }
+            Some(label) if (label.block == Block::Main || practice) && may_count(&path) => {
+                let latest = trials
+                    .entry((label.block, label.number))
+                    .or_insert_with(|| (label, path.clone()));
+                if label.attempt > latest.0.attempt {
+                    *latest = (label, path);
                 }
             }
+            Some(_) => {}
             None if path.join(MANIFEST_FILE).exists() => found.push(path),
             None if depth > 1 => descend(&path, depth - 1, practice, found)?,
             None => {}

@@ -68,6 +68,15 @@ impl Running {
         })
     }
 
+    /// Asks it to end in good order, and ends it when it does not.
+    pub fn end(&mut self, within: Duration) {
+        self.signal(Signal::TERM);
+        if until(within, || self.ended()).is_none() {
+            // It may end by itself just now.
+            let _ = self.child.kill();
+        }
+    }
+
     /// Waits for `what`; `None` when the program ends before.
     ///
     /// # Panics

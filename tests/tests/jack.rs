@@ -49,7 +49,7 @@ impl Server {
         let name = format!("bench-{}-{number}", std::process::id());
         let force_port = folder.path().join("force");
         // A server that lost its clients may write without end: nothing of it is kept.
-        let mut jackd = Running::start(
+        let jackd = Running::start(
             on(&name, Command::new(jackd)).args(JACKD),
             Path::new("/dev/null"),
         );
@@ -66,17 +66,18 @@ impl Server {
                 .contains("ready at 192000 Hz")
                 .then_some(())
         });
-        if ready.is_none() || jackd.ended().is_some() {
-            println!("no server: {}", apparatus.output());
-            return None;
-        }
-        Some(Self {
+        let mut server = Self {
             folder,
             name,
             force_port,
             apparatus,
             jackd,
-        })
+        };
+        if ready.is_none() || server.jackd.ended().is_some() {
+            println!("no server: {}", server.apparatus.output());
+            return None;
+        }
+        Some(server)
     }
 
     /// `run` on this server, its force sensor at `force_port`.
@@ -133,6 +134,13 @@ impl Server {
 
     fn study(&self) -> PathBuf {
         self.folder.path().join("study")
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        // The system remembers eight servers at most, and those that could not take their leave for ever.
+        self.jackd.end(Duration::from_secs(5));
     }
 }
 

@@ -1,8 +1,8 @@
 //! Who runs when. The bench is a handful of tasks that share nothing but queues and snapshots; a schedule either gives
 //! each its own thread, or takes them in turn on one thread, in step with an apparatus that advances its own clock.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -38,24 +38,39 @@ pub enum Schedule {
     Lockstep(Box<dyn Pacer>),
 }
 
-/// A flag that any thread may raise and every task's runner looks at.
+/// A flag that any thread may raise and every task's runner looks at; it remembers the first failure.
 #[derive(Clone, Default)]
-pub struct StopFlag(Arc<AtomicBool>);
+pub struct StopFlag {
+    raised: Arc<AtomicBool>,
+    failure: Arc<OnceLock<String>>,
+}
 
 impl StopFlag {
     /// Asks the schedule to end.
     pub fn raise(&self) {
-        self.0.store(true, Ordering::Release);
+        self.raised.store(true, Ordering::Release);
+    }
+
+    /// Asks the schedule to end because something failed.
+    pub fn fail(&self, why: String) {
+        // The first failure is the one to tell.
+        let _ = self.failure.set(why);
+        self.raise();
     }
 
     /// True once anybody asked.
     pub fn is_raised(&self) -> bool {
-        self.0.load(Ordering::Acquire)
+        self.raised.load(Ordering::Acquire)
+    }
+
+    /// What failed, if anything did.
+    pub fn failure(&self) -> Option<&str> {
+        self.failure.get().map(String::as_str)
     }
 
     /// The flag itself, for signal handlers.
     pub fn shared(&self) -> Arc<AtomicBool> {
-        self.0.clone()
+        self.raised.clone()
     }
 }
 
@@ -97,7 +112,10 @@ fn run_lockstep(
             }
         }
     }
-    stop.raise();
+    match &result {
+        Ok(()) => stop.raise(),
+        Err(error) => stop.fail(format!("{error:#}")),
+    }
     for task in &mut tasks {
         let finished = task.finish().context(task.name());
         result = result.and(finished);
@@ -123,7 +141,10 @@ fn run_threads(
                 result = result.and(outcome);
                 returned.push(task);
             }
-            Err(_) => result = result.and(Err(anyhow::anyhow!("{name} panicked"))),
+            Err(_) => {
+                stop.fail(format!("{name} panicked"));
+                result = result.and(Err(anyhow::anyhow!("{name} panicked")));
+            }
         }
     }
     for mut task in returned {
@@ -148,6 +169,7 @@ fn spawn(
             let mut outcome = Ok(());
             while !stop.is_raised() {
                 if let Err(error) = task.poll(clock.now_ns()) {
+                    stop.fail(format!("{name}: {error:#}"));
                     outcome = Err(error.context(name));
                     break;
                 }
@@ -250,6 +272,7 @@ mod tests {
             let clock: Arc<dyn Clock> = Arc::new(SystemClock::start());
             let error = schedule.run(vec![task("only")], &clock, &stop).unwrap_err();
             assert_eq!(format!("{error:#}"), "only: never stopped");
+            assert_eq!(stop.failure(), Some("only: never stopped"));
         }
     }
 }

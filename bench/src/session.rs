@@ -527,6 +527,9 @@ impl SessionTask {
     }
 
     fn reason(&self) -> Option<String> {
+        if let Some(failure) = self.wiring.stop.failure() {
+            return Some(failure.to_owned());
+        }
         match (&self.safety, &self.ended) {
             (_, Some(SessionOutcome::Completed { .. })) => None,
             (SafetyState::Tripped { trip }, _) => Some(trip.to_string()),
@@ -605,6 +608,7 @@ impl Task for SessionTask {
             (Some(SessionOutcome::Completed { .. }), _) => {
                 crate::study::event_log::ExitStatus::Success
             }
+            _ if self.wiring.stop.failure().is_some() => crate::study::event_log::ExitStatus::Fail,
             (_, SafetyState::Tripped { .. }) => crate::study::event_log::ExitStatus::Fail,
             _ => crate::study::event_log::ExitStatus::Abort,
         };

@@ -1,4 +1,8 @@
 //! The bench calibrated through its commands: against the truth of fifty simulated benches, and refused where it does not hold.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
 
 use std::fs;
 use std::path::{Path, PathBuf};

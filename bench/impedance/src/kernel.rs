@@ -13,7 +13,7 @@ type Lanes = [f64; LANES];
 /// Outputs that are summed side by side, so that each load of the taps serves them all.
 const ABREAST: usize = 4;
 
-/// Decimating FIR with complex taps over real samples: output j is Σ taps[n]·samples[j·step + n].
+/// Decimating FIR with complex taps over real samples: output j is Σ taps\[n\]·samples\[j·step + n\].
 /// The number of outputs is the length of `re` and `im`; the taps' length is a multiple of [`LANES`].
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2+fma"))]
 pub(crate) fn mix_and_decimate(

@@ -72,7 +72,12 @@ impl GapFinder {
     /// `timestamps_s` is the time that the card's timestamps leave unaccounted for.
     pub fn lost(&self, before: &[f32], after: &[f32], timestamps_s: f64) -> Lost {
         let rate_hz = f64::from(self.sample_rate_hz);
-        let by_time = (timestamps_s * rate_hz).round().max(0.0) as u64;
+        // Less than the timestamps' own error is no loss that they can tell of.
+        let by_time = if timestamps_s > TIMESTAMP_S {
+            (timestamps_s * rate_hz).round() as u64
+        } else {
+            0
+        };
         let (before, after) = (self.phasor(before), self.phasor(after));
         if before.norm().min(after.norm()) < LEAST_AMPLITUDE {
             return Lost::About(by_time);
@@ -280,5 +285,6 @@ mod tests {
         let finder = GapFinder::new(35_000.0, RATE_HZ);
         let silence = vec![0.0; WINDOW];
         assert_eq!(finder.lost(&silence, &silence, 0.01), Lost::About(1920));
+        assert_eq!(finder.lost(&silence, &silence, 5e-6), Lost::About(0));
     }
 }

@@ -1,6 +1,6 @@
 //! A vibrometer on the plate: an instrument of its own that sends the peak amplitude in micrometres as lines of text.
 
-use std::io;
+use std::io::{self, Write};
 use std::path::Path;
 
 use rand_chacha::ChaCha8Rng;
@@ -24,7 +24,12 @@ pub(crate) struct Vibrometer {
     rng: ChaCha8Rng,
     sum_m: f64,
     samples: usize,
+    /// The line on its way; kept, so that a running world allocates nothing.
+    text: Vec<u8>,
 }
+
+/// Longer than any line.
+const LINE_BYTES: usize = 64;
 
 impl Vibrometer {
     /// The instrument of `seed`; a `synchronous` line has every byte readable when it was sent.
@@ -37,6 +42,7 @@ impl Vibrometer {
             rng,
             sum_m: 0.0,
             samples: 0,
+            text: Vec::with_capacity(LINE_BYTES),
         })
     }
 
@@ -52,7 +58,9 @@ impl Vibrometer {
             if self.samples == SAMPLES_PER_LINE {
                 let white: f64 = StandardNormal.sample(&mut self.rng);
                 let um = self.scale * 1e6 * self.sum_m / SAMPLES_PER_LINE as f64 + NOISE_UM * white;
-                self.line.send(format!("{um:.5}\r\n").as_bytes(), now_s)?;
+                self.text.clear();
+                write!(self.text, "{um:.5}\r\n")?;
+                self.line.send(&self.text, now_s)?;
                 (self.sum_m, self.samples) = (0.0, 0);
             }
         }

@@ -202,7 +202,7 @@ mod tests {
         std::fs::write(&path, "drive_v,known_um\n5, 0.42\n10,0.84\n").unwrap();
         assert_eq!(
             read_table(&path).unwrap(),
-            [(5.0, 0.42e-6), (10.0, 0.84e-6)]
+            [(5.0, 0.42 * 1e-6), (10.0, 0.84 * 1e-6)]
         );
         std::fs::write(&path, "volts,um\n5,0.42\n").unwrap();
         assert!(format!("{:#}", read_table(&path).unwrap_err()).contains("drive_v,known_um"));

@@ -22,7 +22,7 @@ use tempfile::TempDir;
 
 const PATIENCE: Duration = Duration::from_secs(30);
 /// On a busy machine the server itself may fail to start, or to call its clients in time.
-const TRIES: usize = 4;
+const TRIES: usize = 8;
 /// Far more than the noise of the carrier's phase, far less than the turn by one sample.
 const SLIP_RAD: f64 = 0.01;
 

@@ -9,7 +9,7 @@ use signalgen::BlockHeader;
 
 /// Samples on either side that the phase is read from.
 pub const WINDOW: usize = 512;
-/// Phases read from such windows are as good as this, rad; neighbouring frames lie 1.9° apart at 35 kHz and 192 kHz.
+/// Phases read from such windows are as good as this, rad; the nearest two of the 192 phases that losses can leave lie 1.9° apart at 35 kHz and 192 kHz.
 const TOLERANCE_RAD: f64 = 0.012;
 /// Timestamps are as good as this, s.
 const TIMESTAMP_S: f64 = 0.4e-3;

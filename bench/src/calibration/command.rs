@@ -14,6 +14,7 @@ use super::{held, rig};
 use crate::assembly::Hardware;
 use crate::cli;
 use crate::config::Config;
+use crate::figures::{self, Figure};
 
 /// Name of the calibration file where none is given.
 pub const DEFAULT_PATH: &str = "calibration.toml";
@@ -125,11 +126,15 @@ fn own(calibration: &mut Calibration, identity: Identity, path: &Path) -> anyhow
         .with_context(|| other_bench(path))
 }
 
-fn write_beside(path: &Path, what: &str, text: &str) -> anyhow::Result<PathBuf> {
+/// Puts the points and their figure beside the calibration at `path`.
+fn write_beside(path: &Path, points: &str, figure: &Figure) -> anyhow::Result<Vec<PathBuf>> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let table = path.with_file_name(format!("{stem}-{what}.csv"));
-    std::fs::write(&table, text).with_context(|| format!("cannot write {}", table.display()))?;
-    Ok(table)
+    let beside = path.with_file_name(format!("{stem}-{}", figure.name));
+    let table = beside.with_extension("csv");
+    std::fs::write(&table, points).with_context(|| format!("cannot write {}", table.display()))?;
+    let mut written = vec![table];
+    written.extend(figures::write_one(figure, &beside)?);
+    Ok(written)
 }
 
 fn require_operator(measure: &cli::Measure) -> anyhow::Result<()> {
@@ -162,11 +167,12 @@ pub fn plate(
     let measured = outcome
         .procedure
         .measured(outcome.date, &options.measure.operator)?;
-    let mut written = vec![write_beside(
+    let response = outcome.procedure.admittance(&measured.plate);
+    let mut written = write_beside(
         &path,
-        "plate",
-        &outcome.procedure.bode_csv(&measured.plate),
-    )?];
+        &plate::admittance_csv(&response),
+        &figures::calibration::plate(&response, &measured.plate),
+    )?;
     let plate = measured.plate;
     let mut remarks = vec![
         format!("residual         {:.1e} of the peak", plate.residual),
@@ -245,11 +251,15 @@ pub fn pickup(
     let measured = outcome
         .procedure
         .measured(outcome.date, &options.measure.operator)?;
-    let mut written = vec![write_beside(
+    let mut written = write_beside(
         &path,
-        "pickup",
         &outcome.procedure.points_csv(&measured.line),
-    )?];
+        &figures::calibration::pickup(
+            &outcome.procedure.rungs,
+            &measured.line.residuals,
+            &measured.pickup,
+        ),
+    )?;
     let pickup = measured.pickup;
     let values = vec![
         ("sensitivity", pickup.metres_per_unit.clone()),

@@ -362,28 +362,54 @@ impl PlateProcedure {
         })
     }
 
-    /// The measured and fitted admittance ṽ/f̃ as CSV (Huloux 2021, Fig. 10 b).
+    /// The admittance ṽ/f̃ at each tone (Huloux 2021, Fig. 10 b).
     #[must_use]
-    pub fn bode_csv(&self, plate: &file::Plate) -> String {
-        let mut text = String::from(
-            "frequency_hz,re_admittance_m_per_s_per_n,im_admittance_m_per_s_per_n,re_fit_m_per_s_per_n,im_fit_m_per_s_per_n\n",
-        );
+    pub fn admittance(&self, plate: &file::Plate) -> Vec<Admittance> {
         let model = self.fit.iter().flat_map(|fit| &fit.model);
         let volts_per_unit = self.setup.config.channels.drive.volts_per_unit;
-        for (response, fitted) in self.responses.iter().zip(model) {
-            // The phase is a delay's, so it goes with the frequency.
-            let phase =
-                plate.pickup_phase_rad.value * response.frequency_hz / plate.resonance_hz.value;
-            let scale = Complex64::from_polar(plate.metres_per_unit, phase)
-                * Complex64::new(0.0, TAU * response.frequency_hz)
-                / (plate.force_factor_n_per_v.value * volts_per_unit);
-            let (measured, fitted) = (response.ratio * scale, fitted * scale);
-            let _ = writeln!(
-                text,
-                "{},{},{},{},{}",
-                response.frequency_hz, measured.re, measured.im, fitted.re, fitted.im
-            );
-        }
-        text
+        self.responses
+            .iter()
+            .zip(model)
+            .map(|(response, fitted)| {
+                let frequency_hz = response.frequency_hz;
+                // The phase is a delay's, so it goes with the frequency.
+                let phase = plate.pickup_phase_rad.value * frequency_hz / plate.resonance_hz.value;
+                let scale = Complex64::from_polar(plate.metres_per_unit, phase)
+                    * Complex64::new(0.0, TAU * frequency_hz)
+                    / (plate.force_factor_n_per_v.value * volts_per_unit);
+                Admittance {
+                    frequency_hz,
+                    measured: response.ratio * scale,
+                    fitted: fitted * scale,
+                }
+            })
+            .collect()
     }
+}
+
+/// Velocity over force at one frequency, m/s/N.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Admittance {
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// As measured.
+    pub measured: Complex64,
+    /// As fitted.
+    pub fitted: Complex64,
+}
+
+/// The admittances as CSV.
+#[must_use]
+pub fn admittance_csv(response: &[Admittance]) -> String {
+    let mut text = String::from(
+        "frequency_hz,re_admittance_m_per_s_per_n,im_admittance_m_per_s_per_n,re_fit_m_per_s_per_n,im_fit_m_per_s_per_n\n",
+    );
+    for at in response {
+        let _ = writeln!(
+            text,
+            "{},{},{},{},{}",
+            at.frequency_hz, at.measured.re, at.measured.im, at.fitted.re, at.fitted.im
+        );
+    }
+    text
 }

@@ -5,6 +5,7 @@
 //! and inside the SVG and the PNG.
 
 mod bitmap;
+pub mod calibration;
 mod draw;
 mod files;
 mod font;
@@ -66,25 +67,39 @@ pub fn write_all(analysed: &Analysed, folder: &Path) -> Result<Vec<PathBuf>, Fig
 /// If a figure cannot be drawn or a file cannot be written.
 pub fn write(figures: &[Figure], folder: &Path) -> Result<Vec<PathBuf>, FigureError> {
     let mut written = Vec::new();
-    let mut save = |name: String, bytes: &[u8]| -> Result<(), FigureError> {
-        let path = folder.join(name);
-        fs::write(&path, bytes).map_err(|source| DiskError {
-            action: "write",
-            path: path.clone(),
-            source,
-        })?;
-        written.push(path);
-        Ok(())
-    };
     let mut captions = String::from("# Figures\n");
     for figure in figures {
-        save(format!("{}.svg", figure.name), figure.to_svg()?.as_bytes())?;
-        save(format!("{}.png", figure.name), &figure.to_png()?)?;
+        written.extend(write_one(figure, &folder.join(&figure.name))?);
         captions += &format!(
             "\n## {}\n`{}`: {}\n",
             figure.title, figure.name, figure.caption
         );
     }
-    save("captions.md".to_owned(), captions.as_bytes())?;
+    written.push(save(folder.join("captions.md"), captions.as_bytes())?);
     Ok(written)
+}
+
+/// Writes one figure as SVG and PNG, its caption inside both, to `stem` with their endings.
+///
+/// # Errors
+/// If the figure cannot be drawn or a file cannot be written.
+pub fn write_one(figure: &Figure, stem: &Path) -> Result<[PathBuf; 2], FigureError> {
+    let ended = |ending: &str| {
+        let mut path = stem.as_os_str().to_owned();
+        path.push(ending);
+        PathBuf::from(path)
+    };
+    Ok([
+        save(ended(".svg"), figure.to_svg()?.as_bytes())?,
+        save(ended(".png"), &figure.to_png()?)?,
+    ])
+}
+
+fn save(path: PathBuf, bytes: &[u8]) -> Result<PathBuf, FigureError> {
+    fs::write(&path, bytes).map_err(|source| DiskError {
+        action: "write",
+        path: path.clone(),
+        source,
+    })?;
+    Ok(path)
 }

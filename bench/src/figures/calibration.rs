@@ -1,0 +1,162 @@
+//! The figures of calibrations: what was measured, the law fitted to it, and what is left between the two.
+
+use super::spec::{Axis, Figure, Key, Panel, Series};
+use super::style::{Dash, Ink, Marker, Width};
+use crate::calibration::file;
+use crate::calibration::pickup::Rung;
+use crate::calibration::plate::Admittance;
+
+const MICRO: f64 = 1e6;
+const NANO: f64 = 1e9;
+
+fn figure(name: &str, title: &str, caption: String, panels: Vec<Panel>) -> Figure {
+    Figure {
+        name: name.to_owned(),
+        title: title.to_owned(),
+        caption,
+        width: Width::Column,
+        columns: 1,
+        panel_height_mm: 34.0,
+        key: Key::InPanels,
+        panels,
+    }
+}
+
+/// A quantity in words.
+fn stated(quantity: &file::Quantity, scale: f64, unit: &str) -> String {
+    format!(
+        "{:.6} ± {:.1e} {unit}",
+        scale * quantity.value,
+        scale * quantity.half_width_95()
+    )
+}
+
+fn zero_line(points: &[(f64, f64)]) -> Series {
+    let ends = [points.first(), points.last()];
+    let line = ends.into_iter().flatten().map(|&(x, _)| (x, 0.0));
+    Series::line(Ink::Grey, Dash::Solid, line.collect())
+}
+
+/// Bode plot of the unloaded plate's admittance with its fit and residuals (Huloux 2021, Fig. 10 b).
+#[must_use]
+pub fn plate(response: &[Admittance], plate: &file::Plate) -> Figure {
+    let over_frequency = |value: &dyn Fn(&Admittance) -> f64| -> Vec<(f64, f64)> {
+        response
+            .iter()
+            .map(|at| (at.frequency_hz * 1e-3, value(at)))
+            .collect()
+    };
+    let pair = |y: Axis, value: &dyn Fn(num_complex::Complex64) -> f64| Panel {
+        series: vec![
+            Series::line(
+                Ink::Vermillion,
+                Dash::Solid,
+                over_frequency(&|at| value(at.fitted)),
+            )
+            .named("fit"),
+            Series::points(
+                Ink::Black,
+                Marker::Circle,
+                over_frequency(&|at| value(at.measured)),
+            )
+            .named("measured"),
+        ],
+        ..Panel::new(Axis::linear("Frequency (kHz)").unwritten(), y)
+    };
+    let largest = response
+        .iter()
+        .map(|at| at.measured.norm())
+        .fold(f64::MIN_POSITIVE, f64::max);
+    let residual = over_frequency(&|at| 1e6 * (at.measured - at.fitted).norm() / largest);
+    let residuals = Panel {
+        series: vec![
+            zero_line(&residual),
+            Series::points(Ink::Black, Marker::Circle, residual),
+        ],
+        ..Panel::new(
+            Axis::linear("Frequency (kHz)"),
+            Axis::linear("|Residual| (ppm of peak)").from_zero(),
+        )
+    };
+    let magnitude = Axis::logarithmic("|ṽ/f̃| (m/s/N)");
+    let phase = Axis::linear("Phase (°)");
+    figure(
+        "plate",
+        "Admittance of the plate without a finger",
+        format!(
+            "Velocity over force of the plate with no finger on it, and the second-order mode fitted to it (Huloux 2021, Fig. 10 b): \
+             f₀ = {}, Q = {}, b_p = {}, γ = {}, phase of the pickup {}; intervals of 95 %. Measured {} by {}: {}.",
+            stated(&plate.resonance_hz, 1.0, "Hz"),
+            stated(&plate.quality, 1.0, ""),
+            stated(&plate.damping_n_s_per_m, 1.0, "N·s/m"),
+            stated(&plate.force_factor_n_per_v, 1.0, "N/V"),
+            stated(&plate.pickup_phase_rad, 1.0, "rad"),
+            plate.measured.date,
+            plate.measured.operator,
+            plate.measured.method,
+        ),
+        vec![
+            pair(magnitude, &|y| y.norm()),
+            pair(phase, &|y| y.arg().to_degrees()),
+            residuals,
+        ],
+    )
+}
+
+/// Known amplitudes against the pickup's readings, the line through them, and each point's distance from it.
+#[must_use]
+pub fn pickup(rungs: &[Rung], residuals_m: &[f64], pickup: &file::Pickup) -> Figure {
+    let known: Vec<(f64, f64)> = rungs
+        .iter()
+        .map(|rung| (rung.reading, rung.known_m * MICRO))
+        .collect();
+    let highest = rungs.iter().map(|rung| rung.reading).fold(0.0, f64::max);
+    let (slope, offset) = (pickup.metres_per_unit.value, pickup.offset.value);
+    let line = [0.0, highest].map(|x| (x, (offset + slope * x) * MICRO));
+    let band = rungs
+        .iter()
+        .map(|rung| (rung.reading, -rung.sigma_m * NANO, rung.sigma_m * NANO))
+        .collect();
+    let distances: Vec<(f64, f64)> = rungs
+        .iter()
+        .zip(residuals_m)
+        .map(|(rung, residual_m)| (rung.reading, residual_m * NANO))
+        .collect();
+    let reading = || Axis::linear("Reading of the pickup (full scale)").from_zero();
+    figure(
+        "pickup",
+        "Sensitivity of the pickup",
+        format!(
+            "Known peak amplitude of the plate against the pickup's reading at {:.1} Hz, {} levels, and the weighted line through them: \
+             {} a unit, offset {}; intervals of 95 %. Below, the points' distances from it, and in the band the deviation that each point \
+             was known with. Measured {} by {}: {}.",
+            pickup.carrier_hz,
+            pickup.points,
+            stated(&pickup.metres_per_unit, MICRO, "µm"),
+            stated(&pickup.offset, NANO, "nm"),
+            pickup.measured.date,
+            pickup.measured.operator,
+            pickup.measured.method,
+        ),
+        vec![
+            Panel {
+                series: vec![
+                    Series::line(Ink::Vermillion, Dash::Solid, line.into()).named("line"),
+                    Series::points(Ink::Black, Marker::Circle, known).named("measured"),
+                ],
+                ..Panel::new(
+                    reading().unwritten(),
+                    Axis::linear("Known amplitude (µm)").from_zero(),
+                )
+            },
+            Panel {
+                series: vec![
+                    Series::band(Ink::Blue, band),
+                    zero_line(&distances),
+                    Series::points(Ink::Black, Marker::Circle, distances),
+                ],
+                ..Panel::new(reading(), Axis::linear("Residual (nm)"))
+            },
+        ],
+    )
+}

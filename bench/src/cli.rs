@@ -222,6 +222,15 @@ pub struct Check {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub hardware: Hardware,
+    /// Two seconds and the bench alone, as before every session, instead of ten and the computer too.
+    #[arg(long)]
+    pub quick: bool,
+    /// Protocol whose session must fit on the disk.
+    #[arg(long, value_name = "FILE", default_value = "huloux2021")]
+    pub protocol: String,
+    /// Study folder that it would go to.
+    #[arg(long, value_name = "DIR", default_value = "study")]
+    pub study: PathBuf,
     /// Print the table as JSON.
     #[arg(long)]
     pub json: bool,

@@ -142,28 +142,27 @@ impl Plan {
             channels: self.config.audio.input_channels,
         }
     }
+}
 
-    /// Disk space that the session may take, bytes: every trial twice, half a minute each beside the slider's own time.
-    fn room(&self) -> u64 {
-        let slide_s = self
-            .protocol
-            .exploration
-            .slider(protocols::Direction::LeftToRight)
-            .duration_s();
-        let explorations = self.protocol.exploration.directions.len() as f64;
-        let trial_s = 10.0
-            + explorations
-                * (slide_s
-                    + self.protocol.timing.countdown_s
-                    + self.protocol.timing.feedback_s
-                    + 5.0);
-        let rates = DataRates {
-            audio: self.format(),
-            force_hz: 10_000.0,
-            position_hz: 1_000.0,
-        };
-        rates.bytes(trial_s * 1.5 * f64::from(self.protocol.planned_trials()))
-    }
+/// Disk space that a session may take, bytes: every trial twice, half a minute each beside the slider's own time.
+#[must_use]
+pub fn session_bytes(config: &Config, protocol: &Protocol) -> u64 {
+    let slide_s = protocol
+        .exploration
+        .slider(protocols::Direction::LeftToRight)
+        .duration_s();
+    let explorations = protocol.exploration.directions.len() as f64;
+    let timing = &protocol.timing;
+    let trial_s = 10.0 + explorations * (slide_s + timing.countdown_s + timing.feedback_s + 5.0);
+    let rates = DataRates {
+        audio: AudioFormat {
+            sample_rate_hz: config.audio.rate_hz,
+            channels: config.audio.input_channels,
+        },
+        force_hz: 10_000.0,
+        position_hz: 1_000.0,
+    };
+    rates.bytes(trial_s * 1.5 * f64::from(protocol.planned_trials()))
 }
 
 /// Runs the session to its end.
@@ -213,7 +212,7 @@ pub fn run(
         version: VERSION.to_owned(),
     };
     let study = Study::open_or_create(&plan.study, generated_by)?;
-    study::require_room(&plan.study, plan.room())?;
+    study::require_room(&plan.study, session_bytes(&config, &plan.protocol))?;
     let date = clock.utc().to_zoned(TimeZone::UTC).date().to_string();
     let (number, session, resumed) = open_session(&study, &plan, &date)?;
     let machine = machine(&plan, &session)?;

@@ -24,7 +24,7 @@ pub use display::ParticipantDisplay;
 pub use event::Event;
 pub use key::{Reaction, key};
 pub use participant::{Instruction, ParticipantView};
-pub use screen::view;
+pub use screen::{TWO_COLUMNS, view};
 pub use shell::{ShellError, install_panic_hook, restore, run_operator};
 pub use state::{HISTORY_S, LogLine, Page, STALE_AFTER_S, State, TrialLine, Ui, Window};
 pub use theme::Theme;

@@ -12,8 +12,8 @@ use crate::panels::{
 use crate::participant;
 use crate::state::{Page, State};
 
-/// From this size on there are two columns of panels; below it, a list.
-const TWO_COLUMNS: (u16, u16) = (78, 22);
+/// Columns and rows from which on there are two columns of panels; below it, a list.
+pub const TWO_COLUMNS: (u16, u16) = (78, 22);
 /// From this size on the panels have room to breathe.
 const WIDE: (u16, u16) = (120, 35);
 

@@ -65,6 +65,13 @@ pub fn run_operator(events: &Receiver<Event>, actions: &Sender<Action>) -> Resul
     .map(drop)
 }
 
+/// Columns and rows of the terminal on standard output; `None` where that is none.
+#[must_use]
+pub fn size() -> Option<(u16, u16)> {
+    let size = rustix::termios::tcgetwinsize(io::stdout()).ok()?;
+    Some((size.ws_col, size.ws_row))
+}
+
 /// Puts the operator's terminal back as it was. Does no harm when called twice, from any thread, or when the
 /// dashboard was never shown; errors are ignored because there is nobody left to tell.
 pub fn restore() {

@@ -13,6 +13,7 @@ use anyhow::Context;
 use clap::{CommandFactory, Parser};
 use friction_bench::assembly::Hardware;
 use friction_bench::calibration::{self, Held};
+use friction_bench::check::Extent;
 use friction_bench::cli::{Calibrate, Check, Cli, Command, Devices, Monitor, Replay, Run, Speed};
 use friction_bench::clock::SystemClock;
 use friction_bench::config::{AudioHost, Config};
@@ -133,17 +134,15 @@ fn run(options: &Run) -> anyhow::Result<ExitCode> {
     if !options.headless && !std::io::stdout().is_terminal() {
         anyhow::bail!("the dashboard needs a terminal; without one add --headless");
     }
-    if plan.calibration.is_some() {
-        let calibration = Ok(plan.calibration.clone());
-        let table = check::run(&plan.config, &calibration, || {
-            hardware(&plan.config, &options.hardware, options.speed, None)
-        });
-        if !table.passed() {
-            write!(std::io::stdout(), "{}", table.to_text())?;
-            anyhow::bail!(
-                "the bench is not what was calibrated, or not ready: nothing was driven for a participant"
-            );
-        }
+    let calibration = Ok(plan.calibration.clone());
+    let table = check::run(&plan.config, &calibration, &Extent::Quick, || {
+        hardware(&plan.config, &options.hardware, options.speed, None)
+    });
+    if !table.passed() {
+        write!(std::io::stdout(), "{}", table.to_text())?;
+        anyhow::bail!(
+            "the bench is not what was calibrated, or not ready: nothing was driven for a participant"
+        );
     }
     let mut hardware = hardware(
         &plan.config,
@@ -239,7 +238,16 @@ fn preflight(options: &Check) -> anyhow::Result<ExitCode> {
     } else {
         Speed::Real
     };
-    let table = check::run(&config, &held, || {
+    let extent = if options.quick {
+        Extent::Quick
+    } else {
+        let (protocol, _) = run::read_protocol(&options.protocol)?;
+        Extent::Whole {
+            study: options.study.clone(),
+            session_bytes: run::session_bytes(&config, &protocol),
+        }
+    };
+    let table = check::run(&config, &held, &extent, || {
         hardware(&config, &options.hardware, speed, None)
     });
     let text = if options.json {

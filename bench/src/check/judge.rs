@@ -1,0 +1,250 @@
+//! What was seen, held against what must be.
+
+use num_complex::Complex64;
+
+use super::Table;
+use super::measure::Measured;
+use crate::calibration::{Held, channel_match};
+use crate::config::Config;
+use crate::safety::SafetyState;
+
+/// A sensor without load reads less than this, N.
+const ZERO_N: f64 = 0.05;
+/// Time that the first and the last buffer together may have waited, s.
+const RATE_SLACK_S: f64 = 0.2;
+/// A bench that masks Z_m below this amplitude still sees a modulation of 95 % at a mean of 1 µm whole, m.
+const QUIET_M: f64 = 5e-8;
+
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, n) = values.fold((0.0, 0u32), |(sum, n), value| (sum + value, n + 1));
+    sum / f64::from(n)
+}
+
+pub(super) fn judge(
+    table: &mut Table,
+    config: &Config,
+    calibration: &anyhow::Result<Option<Held>>,
+    measured: &Measured,
+) {
+    let rate_hz = f64::from(config.audio.rate_hz);
+    table.row(
+        "sound card",
+        measured.audio_s > 0.0,
+        format!("{} at {rate_hz} Hz", measured.device),
+    );
+    judge_rate(table, rate_hz, measured);
+    let (input, output) = measured.xruns;
+    let found = format!(
+        "{} frames lost, {input} input and {output} output xruns in {:.0} s",
+        measured.lost_frames, measured.audio_s
+    );
+    table.row(
+        "drop-outs",
+        measured.lost_frames + input + output == 0,
+        found,
+    );
+    judge_tone(table, config, measured);
+    if let Some(force) = &config.force {
+        judge_force(table, force.protocol, measured);
+    }
+    if config.encoder.is_some() {
+        let found = if measured.positions > 0 {
+            "read"
+        } else {
+            "no lines: name encoder_a and encoder_b in [gpio]"
+        };
+        table.row("encoder", measured.positions > 0, found);
+    }
+    match &measured.safety {
+        SafetyState::Tripped { trip } => table.row("safety", false, trip.to_string()),
+        SafetyState::Armed | SafetyState::Disarmed => {
+            table.row("safety", true, "armed and disarmed")
+        }
+    }
+    let wired = |wired: bool, line: &str| {
+        if wired {
+            "wired".to_owned()
+        } else {
+            format!("not wired: name {line} in [gpio]; without it the drive has no hardware stop")
+        }
+    };
+    table.row(
+        "e-stop",
+        measured.estop_wired,
+        wired(measured.estop_wired, "estop"),
+    );
+    table.row(
+        "heartbeat",
+        measured.heartbeat_wired,
+        wired(measured.heartbeat_wired, "heartbeat"),
+    );
+    judge_calibration(table, config, calibration, measured);
+}
+
+fn judge_rate(table: &mut Table, rate_hz: f64, measured: &Measured) {
+    let Some([(audio_from_s, from_s), (audio_to_s, to_s)]) = measured.clocks_s else {
+        return table.row("rate", false, "the card delivers nothing");
+    };
+    let ratio = (audio_to_s - audio_from_s) / (to_s - from_s);
+    // The first and the last buffer may each have waited for the scheduler.
+    let holds = (ratio - 1.0).abs() * (to_s - from_s) < RATE_SLACK_S;
+    let remedy = if holds {
+        ""
+    } else {
+        ": the card does not run at the rate that it was opened with"
+    };
+    table.row(
+        "rate",
+        holds,
+        format!(
+            "{:.0} frames a second by the computer's clock{remedy}",
+            ratio * rate_hz
+        ),
+    );
+}
+
+fn judge_tone(table: &mut Table, config: &Config, measured: &Measured) {
+    if measured.tone().next().is_none() {
+        table.row("carrier", false, "the tone was not played");
+        return;
+    }
+    let expected_v = measured.tone_v;
+    let read_v = mean(measured.tone().map(|frame| frame.drive_v.norm()));
+    let survives = (read_v / expected_v - 1.0).abs() <= config.safety.readback_tolerance;
+    let remedy = if survives {
+        ""
+    } else if read_v < 0.1 * expected_v {
+        ": amplifier off, cable out, or a sound layer that resamples the carrier away; use a raw device such as hw:…"
+    } else {
+        ": compare output.volts_per_unit and channels.drive.volts_per_unit with the amplifier's gain"
+    };
+    table.row(
+        "carrier",
+        survives,
+        format!(
+            "{expected_v:.2} V at {:.0} Hz reads back as {read_v:.2} V{remedy}",
+            config.plate.resonance_hz
+        ),
+    );
+    let amplitude_m = mean(measured.tone().map(|frame| frame.amplitude_m));
+    let noise_m = mean(
+        measured
+            .quiet()
+            .map(|frame| frame.amplitude_std_m)
+            .filter(|std| std.is_finite()),
+    );
+    let masked_m = impedance::NULL_SIGMAS * noise_m;
+    let alive = amplitude_m > masked_m;
+    let remedy = if alive {
+        ""
+    } else {
+        ": is the pickup connected to the channel that [channels.pickup] names?"
+    };
+    table.row(
+        "pickup",
+        alive,
+        format!(
+            "{:.1} nm over a noise of {:.3} nm{remedy}",
+            amplitude_m * 1e9,
+            noise_m * 1e9
+        ),
+    );
+    let quiet = masked_m < QUIET_M;
+    let remedy = if quiet {
+        ""
+    } else {
+        ": look at the pickup's shield, ground and gain"
+    };
+    table.row(
+        "noise",
+        quiet,
+        format!(
+            "Z_m is masked below {:.2} nm of amplitude{remedy}",
+            masked_m * 1e9
+        ),
+    );
+}
+
+fn judge_calibration(
+    table: &mut Table,
+    config: &Config,
+    calibration: &anyhow::Result<Option<Held>>,
+    measured: &Measured,
+) {
+    let held = match calibration {
+        Err(error) => return table.row("calibration", false, error.to_string()),
+        Ok(None) => {
+            return table.row(
+                "calibration",
+                true,
+                "none: simulated hardware runs as uncalibrated",
+            );
+        }
+        Ok(Some(held)) => held,
+    };
+    match &measured.calibration_fault {
+        Some(fault) => table.row("calibration", false, fault.clone()),
+        None => table.row("calibration", true, held.label.clone()),
+    }
+    let Some(plate) = &held.calibration.plate else {
+        return;
+    };
+    let pickup = &config.channels.pickup;
+    let per_unit = Complex64::from_polar(pickup.metres_per_unit, pickup.phase_rad);
+    let ratios = measured
+        .tone()
+        .map(|frame| frame.displacement_m / frame.drive_v);
+    let (sum, n) = ratios.fold((Complex64::ZERO, 0u32), |(sum, n), ratio| {
+        (sum + ratio, n + 1)
+    });
+    let [re, im] = plate.unloaded_ratio;
+    let compared = channel_match::compare(
+        sum / f64::from(n) * config.channels.drive.volts_per_unit / per_unit,
+        channel_match::Expected {
+            ratio: Complex64::new(re, im),
+            resonance_hz: plate.resonance_hz.value,
+            quality: plate.quality.value,
+            rate_hz: f64::from(config.audio.rate_hz),
+        },
+    );
+    match compared {
+        Ok(()) => table.row("channels", true, "gain and phase as calibrated"),
+        Err(fault) => table.row("channels", false, fault.to_string()),
+    }
+}
+
+fn judge_force(table: &mut Table, protocol: crate::force::ForceProtocol, measured: &Measured) {
+    let rate_hz = measured.force_n.len() as f64 / measured.audio_s.max(1e-9);
+    let talks = rate_hz >= 900.0;
+    let remedy = if talks {
+        ""
+    } else {
+        ": check port, baud and protocol in [force]"
+    };
+    table.row(
+        "force sensor",
+        talks,
+        format!(
+            "{rate_hz:.0} samples a second as {protocol:?}, {} corrupt{remedy}",
+            measured.corrupt
+        )
+        .to_lowercase(),
+    );
+    if talks {
+        let (normal_n, lateral_n) = (
+            mean(measured.force_n.iter().map(|f| f.0)),
+            mean(measured.force_n.iter().map(|f| f.1)),
+        );
+        let zero = normal_n.abs() < ZERO_N && lateral_n.abs() < ZERO_N;
+        let remedy = if zero {
+            ""
+        } else {
+            ": take everything off the plate, or tare the sensor"
+        };
+        table.row(
+            "force at zero",
+            zero,
+            format!("normal {normal_n:.3} N, lateral {lateral_n:.3} N{remedy}"),
+        );
+    }
+}

@@ -1,0 +1,192 @@
+//! The test itself: silence, then a faint tone at the carrier, and everything that comes in meanwhile.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use crossbeam_channel::{Receiver, Sender};
+use impedance::ZmFrame;
+use signalgen::Waveform;
+
+use super::Extent;
+use crate::assembly::{Bench, Hardware};
+use crate::calibration::Held;
+use crate::config::Config;
+use crate::drive::{Drive, settings};
+use crate::pipeline::Batch;
+use crate::safety::SafetyState;
+use crate::schedule::{StopFlag, Task};
+use crate::shared::Shared;
+
+/// Peak of the test tone, V: far below anything that a finger feels.
+const TONE_V: f64 = 2.0;
+/// Silence before the tone, s.
+pub(super) const QUIET_S: f64 = 0.7;
+/// From the tone's start to the first frame that is judged: ramp, plate, demodulator, s.
+const SETTLE_S: f64 = 0.3;
+/// Length of the test, s.
+const QUICK_S: f64 = 2.0;
+const WHOLE_S: f64 = 10.7;
+
+/// What the test has seen.
+#[derive(Debug, Default, Clone)]
+pub(super) struct Measured {
+    pub device: String,
+    pub tone_v: f64,
+    pub frames: Vec<ZmFrame>,
+    pub tone_from_s: f64,
+    pub audio_s: f64,
+    /// Audio and host clock at the first batch and at the last, s.
+    pub clocks_s: Option<[(f64, f64); 2]>,
+    pub lost_frames: u64,
+    pub xruns: (u64, u64),
+    pub force_n: Vec<(f64, f64)>,
+    pub corrupt: u64,
+    pub positions: usize,
+    pub safety: SafetyState,
+    pub estop_wired: bool,
+    pub heartbeat_wired: bool,
+    /// Why the calibration does not hold for the opened bench.
+    pub calibration_fault: Option<String>,
+}
+
+impl Measured {
+    /// Frames that hold nothing but the tone, settled.
+    pub fn tone(&self) -> impl Iterator<Item = &ZmFrame> {
+        let sounded = self.tone_from_s > 0.0;
+        self.frames
+            .iter()
+            .filter(move |frame| sounded && frame.time_s >= self.tone_from_s)
+    }
+
+    /// Frames of the silence.
+    pub fn quiet(&self) -> impl Iterator<Item = &ZmFrame> {
+        self.frames.iter().filter(|frame| frame.time_s < QUIET_S)
+    }
+}
+
+pub(super) fn measure(
+    config: &Config,
+    held: Option<&Held>,
+    extent: &Extent,
+    hardware: impl FnOnce() -> anyhow::Result<Hardware>,
+) -> anyhow::Result<Measured> {
+    let Hardware {
+        host,
+        lines,
+        force_port,
+        vibrometer_port: _,
+        clock,
+        schedule,
+        watchers,
+        simulated: _,
+    } = hardware()?;
+    let (estop_wired, heartbeat_wired) = (lines.estop.is_some(), lines.heartbeat.is_some());
+    let tone_v = TONE_V.min(config.limits.drive_v);
+    let tone = settings(config)?.admit(Waveform::Tone {
+        carrier_hz: config.plate.resonance_hz,
+        amplitude_v: tone_v,
+    })?;
+    let bench = Bench::open(config, config.plate.resonance_hz, &host, lines, force_port)?;
+    let calibration_fault = held.and_then(|held| {
+        held.require_opened(config, &bench.streams, clock.as_ref())
+            .err()
+            .map(|error| error.root_cause().to_string())
+    });
+    crate::run::make_safe_on_panic_and_signal(&bench)?;
+    let (done, measured) = crossbeam_channel::bounded(1);
+    let stop = bench.stop.clone();
+    let task = CheckTask {
+        batches: bench.batches,
+        drive: bench.drive,
+        shared: bench.shared,
+        stop: stop.clone(),
+        tone: Some(tone),
+        test_s: match extent {
+            Extent::Quick => QUICK_S,
+            Extent::Whole { .. } => WHOLE_S,
+        },
+        began: Instant::now(),
+        measured: Measured {
+            device: bench
+                .streams
+                .device(signalgen::Direction::Input)
+                .to_string(),
+            estop_wired,
+            heartbeat_wired,
+            tone_v,
+            calibration_fault,
+            ..Measured::default()
+        },
+        done,
+    };
+    let mut tasks = bench.before;
+    tasks.push(Box::new(task));
+    tasks.extend(bench.after);
+    bench.streams.play()?;
+    let ran = schedule.run(tasks, &clock, &stop);
+    bench.kill.kill();
+    drop((bench.streams, watchers));
+    ran?;
+    Ok(measured.try_recv()?)
+}
+
+struct CheckTask {
+    batches: Receiver<Batch>,
+    drive: Drive,
+    shared: Arc<Shared>,
+    stop: StopFlag,
+    tone: Option<signalgen::Program>,
+    test_s: f64,
+    began: Instant,
+    measured: Measured,
+    done: Sender<Measured>,
+}
+
+/// A card that never calls ends the test after this long.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+impl Task for CheckTask {
+    fn name(&self) -> &'static str {
+        "check"
+    }
+
+    fn period(&self) -> Duration {
+        Duration::from_millis(2)
+    }
+
+    fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        let measured = &mut self.measured;
+        measured.safety = self.shared.safety.get().unwrap_or_default();
+        self.drive.poll(&measured.safety);
+        for batch in self.batches.try_iter() {
+            measured.audio_s = batch.audio_s;
+            let now = (batch.audio_s, now_ns as f64 * 1e-9);
+            measured.clocks_s = Some([measured.clocks_s.map_or(now, |[first, _]| first), now]);
+            measured.lost_frames = batch.account.lost_frames;
+            measured.xruns = (batch.account.input_xruns, batch.account.output_xruns);
+            measured.frames.extend(batch.frames);
+            measured
+                .force_n
+                .extend(batch.force.iter().map(|row| (row.normal_n, row.lateral_n)));
+            measured.positions += batch.position.len();
+        }
+        measured.corrupt = self.shared.field.get().unwrap_or_default().force.corrupt;
+        if measured.audio_s >= QUIET_S
+            && let Some(tone) = self.tone.take()
+        {
+            measured.tone_from_s = measured.audio_s + SETTLE_S;
+            self.drive.start(tone);
+        }
+        let tripped = matches!(measured.safety, SafetyState::Tripped { .. });
+        if measured.audio_s >= self.test_s || tripped || self.began.elapsed() > PATIENCE {
+            self.stop.raise();
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self) -> anyhow::Result<()> {
+        self.drive.stop();
+        let _ = self.done.send(self.measured.clone());
+        Ok(())
+    }
+}

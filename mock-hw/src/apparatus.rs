@@ -9,6 +9,7 @@
 
 mod faults;
 mod outboard;
+mod patchbay;
 mod senses;
 mod world;
 
@@ -27,6 +28,7 @@ use crate::serial::DeviceStart;
 use crate::vibrometer::Vibrometer;
 pub use faults::FaultPanel;
 pub use outboard::{Outboard, Visit};
+pub use patchbay::Patchbay;
 pub use senses::Senses;
 use world::{ForceSide, World};
 
@@ -111,6 +113,7 @@ pub struct Apparatus {
     board: Arc<PinBoard>,
     force: ForceSide,
     senses: Senses,
+    patchbay: Patchbay,
     pins: Option<Pins>,
     force_port: PathBuf,
     vibrometer_port: PathBuf,
@@ -152,6 +155,7 @@ impl Apparatus {
         let world = Box::new(World::new(
             &config, &clock, &audio, &board, &force, &senses, vibrometer,
         ));
+        let patchbay = world.patchbay();
         let stop = Arc::new(AtomicBool::new(false));
         let driver = match config.pace {
             Pace::Stepped => Driver::Stepped(world),
@@ -164,6 +168,7 @@ impl Apparatus {
             board,
             force,
             senses,
+            patchbay,
             force_port,
             vibrometer_port,
             stop,
@@ -202,6 +207,12 @@ impl Apparatus {
     #[must_use]
     pub fn senses(&self) -> Senses {
         self.senses.clone()
+    }
+
+    /// The inputs' cables.
+    #[must_use]
+    pub fn patchbay(&self) -> Patchbay {
+        self.patchbay.clone()
     }
 
     /// What can be made to go wrong.

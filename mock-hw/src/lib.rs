@@ -10,5 +10,6 @@ pub mod plant;
 pub mod scenario;
 mod seed;
 pub mod serial;
+mod sound_layer;
 pub mod truth;
 mod vibrometer;

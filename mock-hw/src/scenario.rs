@@ -58,6 +58,8 @@ pub struct Scenario {
     pub pickup: Pickup,
     /// The sound card's inputs.
     pub converter: Converter,
+    /// What lies between the program and the sound card.
+    pub sound_layer: SoundLayer,
     /// The squeeze film and asperities, but for what belongs to a person.
     pub film: Film,
     /// The two-axis force sensor and its serial device.
@@ -142,12 +144,40 @@ pub struct Converter {
     pub noise_units_per_sqrt_hz: f64,
     /// Constant offset of every channel, sample units.
     pub offset_units: f64,
-    /// Fraction of channel 0 that leaks into the other channels.
+    /// Sensitivity of each channel relative to nominal; negative where its wires are exchanged; missing entries are 1.
+    pub gains: Vec<f64>,
+    /// Fraction of what channel 0 reads that leaks into the other channels.
     pub crosstalk: f64,
     /// How much later than nominal each channel samples, in samples; missing entries are 0.
     pub skew_samples: Vec<f64>,
     /// How much faster than nominal the sample clock runs, ppm.
     pub clock_ppm: f64,
+}
+
+/// What lies between the program and the sound card: a server or a plug-in that changes samples without a word.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SoundLayer {
+    /// Rate that the output is brought down to and up from again, Hz; untouched when absent.
+    pub rate_hz: Option<f64>,
+    /// Whether what that rate cannot carry is filtered off before; it folds back otherwise.
+    pub anti_alias: bool,
+    /// Converter channel that each channel of the input stream carries; missing entries carry their own.
+    pub inputs: Vec<usize>,
+    /// A channel that falls behind the others.
+    pub slip: Option<Slip>,
+}
+
+/// A channel of the input stream that falls behind, and stays there.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Slip {
+    /// Channel of the input stream.
+    pub channel: usize,
+    /// By how many samples.
+    pub samples: usize,
+    /// When, s after the sound card was switched on or its rate set.
+    pub after_s: f64,
 }
 
 /// Squeeze film and asperities (`Huloux 2021`, Eqs. 13–18).
@@ -375,9 +405,21 @@ impl Default for Converter {
             clip_units: 1.0,
             noise_units_per_sqrt_hz: 3.0e-8,
             offset_units: 0.0,
+            gains: Vec::new(),
             crosstalk: 1.0e-4,
             skew_samples: Vec::new(),
             clock_ppm: 0.0,
+        }
+    }
+}
+
+impl Default for SoundLayer {
+    fn default() -> Self {
+        Self {
+            rate_hz: None,
+            anti_alias: true,
+            inputs: Vec::new(),
+            slip: None,
         }
     }
 }
@@ -594,6 +636,14 @@ impl Scenario {
         )?;
         in_range("converter.offset_units", con.offset_units, -1.0..=1.0)?;
         in_range("converter.crosstalk", con.crosstalk, -1.0..=1.0)?;
+        for &gain in &con.gains {
+            in_range("converter.gains", gain, -100.0..=100.0)?;
+        }
+        in_range(
+            "converter.gains (entries)",
+            con.gains.len() as f64,
+            0.0..=con.channels as f64,
+        )?;
         for &skew in &con.skew_samples {
             in_range("converter.skew_samples", skew, -4.0..=4.0)?;
         }
@@ -603,6 +653,7 @@ impl Scenario {
             0.0..=con.channels as f64,
         )?;
         in_range("converter.clock_ppm", con.clock_ppm, -1e3..=1e3)?;
+        self.sound_layer.check(con.channels)?;
         in_range(
             "film.ambient_pressure_pa",
             film.ambient_pressure_pa,
@@ -775,7 +826,36 @@ impl Scenario {
     }
 }
 
+impl SoundLayer {
+    fn check(&self, channels: usize) -> Result<(), ScenarioError> {
+        let last = channels.saturating_sub(1) as f64;
+        if let Some(rate_hz) = self.rate_hz {
+            in_range("sound_layer.rate_hz", rate_hz, 8e3..=192e3)?;
+        }
+        in_range(
+            "sound_layer.inputs (entries)",
+            self.inputs.len() as f64,
+            0.0..=channels as f64,
+        )?;
+        for &input in &self.inputs {
+            in_range("sound_layer.inputs", input as f64, 0.0..=last)?;
+        }
+        if let Some(slip) = &self.slip {
+            in_range("sound_layer.slip.channel", slip.channel as f64, 0.0..=last)?;
+            in_range("sound_layer.slip.samples", slip.samples as f64, 1.0..=16.0)?;
+            in_range("sound_layer.slip.after_s", slip.after_s, 0.0..=1e4)?;
+        }
+        Ok(())
+    }
+}
+
 impl Converter {
+    /// Sensitivity of channel `index` relative to nominal.
+    #[must_use]
+    pub fn gain(&self, index: usize) -> f64 {
+        self.gains.get(index).copied().unwrap_or(1.0)
+    }
+
     /// Skew of channel `index`, samples.
     #[must_use]
     pub fn skew(&self, index: usize) -> f64 {
@@ -873,8 +953,47 @@ mod tests {
     }
 
     #[test]
+    fn a_sound_layer_is_held_to_what_there_is() {
+        let sound = "[converter]\ngains = [1.0, -2.0]\n[sound_layer]\nrate_hz = 48000.0\nanti_alias = false\ninputs = [1, 0]\nslip = { channel = 1, samples = 2, after_s = 3.0 }\n";
+        let layer = Scenario::parse(sound).unwrap().sound_layer;
+        assert_eq!((layer.rate_hz, layer.inputs), (Some(48e3), vec![1, 0]));
+        for (text, key) in [
+            ("[converter]\ngains = [1.0, 200.0]\n", "converter.gains"),
+            ("[converter]\ngains = [1, 1, 1, 1, 1]\n", "(entries)"),
+            ("[sound_layer]\nrate_hz = 1000.0\n", "sound_layer.rate_hz"),
+            ("[sound_layer]\ninputs = [4]\n", "sound_layer.inputs"),
+            ("[sound_layer]\ninputs = [0, 1, 2, 3, 3]\n", "(entries)"),
+            (
+                "[sound_layer]\nslip = { channel = 9, samples = 1, after_s = 1.0 }\n",
+                "sound_layer.slip.channel",
+            ),
+            (
+                "[sound_layer]\nslip = { channel = 1, samples = 0, after_s = 1.0 }\n",
+                "sound_layer.slip.samples",
+            ),
+            (
+                "[sound_layer]\nslip = { channel = 1, samples = 1, after_s = -1.0 }\n",
+                "sound_layer.slip.after_s",
+            ),
+            ("[sound_layer]\nrate = 48000.0\n", "rate_hz"),
+        ] {
+            let said = Scenario::parse(text).unwrap_err().to_string();
+            assert!(said.contains(key), "{said}");
+        }
+    }
+
+    #[test]
     fn a_scenario_survives_writing_and_reading() {
         let scenario = Scenario {
+            sound_layer: SoundLayer {
+                rate_hz: Some(44_100.0),
+                slip: Some(Slip {
+                    channel: 1,
+                    samples: 1,
+                    after_s: 2.0,
+                }),
+                ..SoundLayer::default()
+            },
             participant: ParticipantScenario {
                 mu0: Some(0.9),
                 z_t_n_s_per_m: Some([0.4, 3.0]),

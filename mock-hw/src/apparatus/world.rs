@@ -3,15 +3,16 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::{ApparatusConfig, ApparatusError, Senses};
+use super::{ApparatusConfig, ApparatusError, Patchbay, Senses};
 use crate::clock::{BASE_RATE_HZ, WorldClock};
 use crate::fingertip::Fingertip;
 use crate::host::Audio;
 use crate::person::Person;
 use crate::pins::PinBoard;
 use crate::plant::{ForceSample, Plant};
-use crate::scenario::ForceSensor;
+use crate::scenario::{ForceSensor, SoundLayer as SoundLayerSettings};
 use crate::serial::{DeviceStart, ForceDevice, ForceFault, SerialLine};
+use crate::sound_layer::SoundLayer;
 use crate::truth::TruthWriter;
 use crate::vibrometer::Vibrometer;
 
@@ -23,6 +24,9 @@ pub(super) struct World {
     senses: Senses,
     person: Person,
     plant: Plant,
+    patchbay: Patchbay,
+    layer: SoundLayer,
+    layer_settings: SoundLayerSettings,
     rate_hz: u32,
     step: u64,
     truth_path: Option<PathBuf>,
@@ -55,6 +59,9 @@ impl World {
             senses: senses.clone(),
             person: Person::draw(&scenario.participant, participant_seed),
             plant: Plant::with_fingertip(scenario, skin, config.seed, rate_hz),
+            patchbay: Patchbay::default(),
+            layer: SoundLayer::new(&scenario.sound_layer, scenario.converter.channels, rate_hz),
+            layer_settings: scenario.sound_layer.clone(),
             rate_hz: BASE_RATE_HZ,
             step: 0,
             truth_path: config.truth_path.clone(),
@@ -63,6 +70,10 @@ impl World {
             inputs: vec![0.0; most_frames * scenario.converter.channels],
             vibrometer,
         }
+    }
+
+    pub(super) fn patchbay(&self) -> Patchbay {
+        self.patchbay.clone()
     }
 
     pub(super) fn step(&mut self) -> Result<(), ApparatusError> {
@@ -79,8 +90,11 @@ impl World {
             &self.senses.perceive(),
         );
         self.audio.play(start_ns, self.rate_hz, drive);
+        self.layer.play(drive);
+        self.plant.wire(self.patchbay.wiring());
         let gate = self.board.amplifier_on(start_ns);
         self.plant.step(drive, gate, &act.finger, inputs);
+        self.layer.record(inputs);
         self.audio.record(start_ns, self.rate_hz, inputs);
         self.audio.play_speakers(start_ns);
         self.step += 1;
@@ -113,6 +127,8 @@ impl World {
         if rate_hz != self.rate_hz {
             self.rate_hz = rate_hz;
             self.plant.set_rate(f64::from(rate_hz));
+            let channels = self.plant.channels();
+            self.layer = SoundLayer::new(&self.layer_settings, channels, f64::from(rate_hz));
         }
     }
 

@@ -46,6 +46,11 @@ impl Delay {
         }
     }
 
+    /// Forgets what is under way.
+    pub fn clear(&mut self) {
+        self.ring = [0.0; DEPTH];
+    }
+
     #[inline]
     pub fn push(&mut self, value: f64) -> f64 {
         self.ring[self.at] = value;
@@ -58,6 +63,7 @@ impl Delay {
 /// Ideal channel values in, sample values out.
 #[derive(Debug, Clone)]
 pub(crate) struct Converter {
+    gains: Vec<f64>,
     crosstalk: f64,
     offset: f64,
     noise: f64,
@@ -69,6 +75,7 @@ pub(crate) struct Converter {
 impl Converter {
     pub fn new(scenario: &ConverterScenario, rate_hz: f64, seed: u64) -> Self {
         Self {
+            gains: (0..scenario.channels).map(|ch| scenario.gain(ch)).collect(),
             crosstalk: scenario.crosstalk,
             offset: scenario.offset_units,
             noise: scenario.noise_units_per_sqrt_hz * (0.5 * rate_hz).sqrt(),
@@ -78,14 +85,14 @@ impl Converter {
         }
     }
 
-    /// Converts one frame; channels beyond `ideal` are quiet.
+    /// Converts one frame of at most the converter's channels; those beyond `ideal` are quiet.
     #[inline]
     pub fn frame(&mut self, ideal: &[f64], out: &mut [f32]) {
         // adding and subtracting 1.5·2⁵² rounds to nearest even
         const ROUND: f64 = 6_755_399_441_055_744.0;
-        let aggressor = ideal[0];
-        for (channel, sample) in out.iter_mut().enumerate() {
-            let mut value = ideal.get(channel).copied().unwrap_or(0.0) + self.offset;
+        let aggressor = self.gains[0] * ideal[0];
+        for (channel, (sample, gain)) in out.iter_mut().zip(&self.gains).enumerate() {
+            let mut value = gain * ideal.get(channel).copied().unwrap_or(0.0) + self.offset;
             if channel > 0 {
                 value += self.crosstalk * aggressor;
             }
@@ -141,6 +148,21 @@ mod tests {
         let mut out = [0.0; 4];
         converter.frame(&[0.1, 2.0], &mut out);
         assert_eq!(out, [13.0 / 128.0, 0.9, 6.0 / 128.0, 6.0 / 128.0]);
+    }
+
+    #[test]
+    fn each_input_has_its_gain_and_leaks_what_it_reads() {
+        let scenario = ConverterScenario {
+            gains: vec![2.0, -0.5],
+            bits: 32,
+            noise_units_per_sqrt_hz: 0.0,
+            crosstalk: 0.25,
+            ..ConverterScenario::default()
+        };
+        let mut converter = Converter::new(&scenario, 192e3, 1);
+        let mut out = [0.0; 4];
+        converter.frame(&[0.25, 0.25, 0.25], &mut out);
+        assert_eq!(out, [0.5, 0.0, 0.375, 0.125]);
     }
 
     #[test]

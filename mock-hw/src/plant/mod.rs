@@ -11,7 +11,8 @@ mod film;
 mod force_sensor;
 mod mechanics;
 mod moisture;
-mod reconstruction;
+mod patch;
+pub(crate) mod reconstruction;
 #[cfg(test)]
 mod tests;
 
@@ -21,6 +22,8 @@ pub use force_sensor::ForceSample;
 use force_sensor::ForceSensor;
 use mechanics::{Contact, Modes, Propagator, State, Tissue};
 use moisture::Moisture;
+use patch::Patch;
+pub use patch::Wiring;
 use reconstruction::{History, Polynomial, Reconstruction, evaluate};
 
 use crate::fingertip::Fingertip;
@@ -57,6 +60,9 @@ pub struct Plant {
     gate_rate: f64,
     readback_moment: f64,
     delays: [Delay; 3],
+    patch: Patch,
+    /// What the inputs see in this frame.
+    ideal: Vec<f64>,
     converter: Converter,
 
     propagator: Propagator,
@@ -126,6 +132,7 @@ impl Plant {
             SLOW_STEP_S,
         );
         let before = std::mem::replace(self, fresh);
+        self.wire(before.patch.wiring());
         self.epoch_s = before.end_s();
         self.forces = before.forces;
         self.forces_due = before.forces_due;
@@ -172,6 +179,8 @@ impl Plant {
             gate_rate: 1.0 - (-interval_s / GATE_S).exp(),
             readback_moment: taps[0].moment,
             delays: taps.map(Delay::new),
+            patch: Patch::new(&scenario.converter),
+            ideal: vec![0.0; scenario.converter.channels],
             converter: Converter::new(&scenario.converter, rate_hz, seed),
             propagator,
             state: State::default(),
@@ -245,12 +254,21 @@ impl Plant {
             }
             self.until_slow_step -= 1;
             self.frame += 1;
-            let ideal = self.fast_step(dac(sample), amplifier);
-            self.converter.frame(&ideal, frame);
+            self.fast_step(dac(sample), amplifier);
+            self.converter.frame(&self.ideal, frame);
         }
         self.finger = *finger;
         let end_s = self.end_s();
         self.forces_due = self.forces.partition_point(|s| s.time_s <= end_s);
+    }
+
+    /// Plugs the inputs' cables in another way, between two periods.
+    pub fn wire(&mut self, wiring: Wiring) {
+        if wiring != self.patch.wiring() {
+            self.patch.wire(wiring);
+            self.delays.iter_mut().for_each(Delay::clear);
+            self.ideal.fill(0.0);
+        }
     }
 
     /// Samples that the force sensor took during the last [`Self::step`].
@@ -283,24 +301,34 @@ impl Plant {
     }
 
     #[inline]
-    fn fast_step(&mut self, sample: f64, amplifier: f64) -> [f64; 3] {
+    fn fast_step(&mut self, sample: f64, amplifier: f64) {
         self.history.push(sample);
         self.gate += (amplifier - self.gate) * self.gate_rate;
         if (amplifier - self.gate).abs() < 1e-9 {
             self.gate = amplifier;
         }
         let (mut readback, mut pickup, mut line, mut middle_m) = (0.0, 0.0, 0.0, 0.0);
+        let on_bench = self.patch.wiring() == Wiring::Bench;
         let driven = !self.history.is_silent();
-        if driven {
+        if driven && on_bench {
             line = dot(&self.line_weights, self.history.newest_first());
         }
-        if driven && self.gate > 0.0 || !self.state.is_zero() {
-            let mut voltage: Polynomial = self.amplified.interval(self.history.newest_first());
+        let mut voltage: Polynomial = Polynomial::default();
+        if driven && self.gate > 0.0 {
+            voltage = self.amplified.interval(self.history.newest_first());
             let gain = self.gate * self.scenario.amplifier.volts_per_unit;
             voltage.iter_mut().for_each(|c| *c *= gain);
+        }
+        if driven && self.gate > 0.0 || !self.state.is_zero() {
             readback = evaluate(&voltage, self.readback_moment)
                 / self.scenario.converter.readback_volts_per_unit;
-            let passed = self.propagator.step(&mut self.state, &voltage);
+            // A patched amplifier feeds the inputs and not the actuators.
+            let across_plate = if on_bench {
+                voltage
+            } else {
+                Polynomial::default()
+            };
+            let passed = self.propagator.step(&mut self.state, &across_plate);
             pickup = passed.pickup_m / self.scenario.pickup.metres_per_unit;
             middle_m = passed.surface_m;
         }
@@ -310,8 +338,16 @@ impl Plant {
         let [first, second] = &mut self.mean_square;
         *first += (square - *first) * self.mean_square_rate;
         *second += (*first - *second) * self.mean_square_rate;
-        let [a, b, c] = &mut self.delays;
-        [a.push(readback), b.push(pickup), c.push(line)]
+        if on_bench {
+            let bench = [readback, pickup, line];
+            let delayed = self.delays.iter_mut().zip(bench);
+            for (input, (delay, value)) in self.ideal.iter_mut().zip(delayed) {
+                *input = delay.push(value);
+            }
+        } else {
+            let divider = self.scenario.converter.readback_volts_per_unit;
+            self.patch.feed(&voltage, divider, &mut self.ideal);
+        }
     }
 
     /// Brings film, friction and forces to the present moment.

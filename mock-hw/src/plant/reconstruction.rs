@@ -155,7 +155,11 @@ impl History {
 }
 
 fn windowed_sinc(t: f64) -> f64 {
-    let half = TAPS as f64 / 2.0;
+    kaiser_sinc(t, TAPS as f64 / 2.0)
+}
+
+/// sinc(t) under a Kaiser window that ends at ±`half`; sidelobes are below 1e-5.
+pub(crate) fn kaiser_sinc(t: f64, half: f64) -> f64 {
     if t.abs() >= half {
         return 0.0;
     }

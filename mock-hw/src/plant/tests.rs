@@ -482,3 +482,45 @@ fn the_dac_clips_and_makes_nothing_of_nan() {
         assert!((line(bad) - expected).abs() < 1e-6);
     }
 }
+
+#[test]
+fn a_patched_signal_reaches_the_inputs_and_not_the_plate() {
+    const RATE_HZ: f64 = 192e3;
+    let mut scenario = ideal();
+    scenario.converter.skew_samples = vec![0.0, 0.4, -1.3];
+    scenario.converter.gains = vec![1.0, 0.5, 1.0, -1.0];
+    let mut plant = Plant::new(&scenario, 1, RATE_HZ);
+    let channels = plant.channels();
+    // 400 frames hold a whole number of cycles.
+    let turn = TAU * 73.0 / 400.0;
+    let drive: Vec<f32> = (0..4_000)
+        .map(|n| (0.5 * (turn * f64::from(n)).sin()) as f32)
+        .collect();
+    let mut inputs = vec![0.0f32; drive.len() * channels];
+    let mut heard = |wiring| {
+        plant.wire(wiring);
+        plant.step(&drive, true, &FingerState::default(), &mut inputs);
+        let tone = |channel: usize| {
+            let late = inputs.chunks_exact(channels).skip(2_000);
+            late.enumerate().fold(C::new(0.0, 0.0), |sum, (n, frame)| {
+                let phase = C::from_polar(1.0, -turn * n as f64);
+                sum + phase * f64::from(frame[channel]) / 1_000.0
+            })
+        };
+        let heard = [0, 1, 2, 3].map(tone);
+        (heard, plant.truth().last().map(|truth| truth.amplitude_m))
+    };
+    let (all, amplitude_m) = heard(Wiring::AllInputs);
+    assert_eq!(amplitude_m, Some(0.0));
+    for (channel, gain, skew) in [(1, 0.5, 0.4), (2, 1.0, -1.3), (3, -1.0, 0.0)] {
+        let expected = gain * C::from_polar(1.0, turn * skew);
+        let off = (all[channel] / all[0] - expected).norm();
+        assert!(off < 1e-5, "{channel}: off by {off}");
+    }
+    let (alone, _) = heard(Wiring::DriveOnly);
+    assert!((alone[0] / all[0] - 1.0).norm() < 1e-6);
+    assert!(alone[1..].iter().all(|tone| tone.norm() < 1e-8));
+    let (bench, amplitude_m) = heard(Wiring::Bench);
+    assert!((bench[0] / all[0] - 1.0).norm() < 1e-6);
+    assert!(amplitude_m.is_some_and(|amplitude_m| amplitude_m > 1e-7));
+}

@@ -1,0 +1,60 @@
+//! A patch cable in the place of the plate: the amplifier's output, through the read-back's divider, to the inputs themselves.
+
+use super::converter::{Delay, Tap};
+use super::reconstruction::{Polynomial, evaluate};
+use crate::scenario::Converter;
+
+/// How the inputs' cables are plugged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Wiring {
+    /// Drive read-back, pickup, line: the bench.
+    #[default]
+    Bench,
+    /// The divided drive voltage to every input; the plate is not driven.
+    AllInputs,
+    /// The divided drive voltage to channel 0 alone, the other inputs terminated; the plate is not driven.
+    DriveOnly,
+}
+
+/// The inputs as they see the patched voltage: each at its own moment, without the pickup's delay.
+#[derive(Debug, Clone)]
+pub(super) struct Patch {
+    wiring: Wiring,
+    inputs: Vec<(f64, Delay)>,
+}
+
+impl Patch {
+    pub fn new(converter: &Converter) -> Self {
+        let input = |channel| {
+            let tap = Tap::new(converter.skew(channel));
+            (tap.moment, Delay::new(tap))
+        };
+        Self {
+            wiring: Wiring::default(),
+            inputs: (0..converter.channels).map(input).collect(),
+        }
+    }
+
+    pub fn wiring(&self) -> Wiring {
+        self.wiring
+    }
+
+    pub fn wire(&mut self, wiring: Wiring) {
+        self.wiring = wiring;
+        self.inputs.iter_mut().for_each(|(_, delay)| delay.clear());
+    }
+
+    /// What each input sees of the voltage of one sample interval.
+    #[inline]
+    pub fn feed(&mut self, voltage: &Polynomial, divider: f64, ideal: &mut [f64]) {
+        let all = self.wiring == Wiring::AllInputs;
+        for (channel, ((moment, delay), input)) in self.inputs.iter_mut().zip(ideal).enumerate() {
+            let plugged = all || channel == 0;
+            *input = delay.push(if plugged {
+                evaluate(voltage, *moment) / divider
+            } else {
+                0.0
+            });
+        }
+    }
+}

@@ -1,0 +1,234 @@
+//! What lies between the program and the sound card and says nothing of it: a resampler, a wrong order of channels, a channel
+//! that falls behind.
+
+use crate::plant::reconstruction::kaiser_sinc;
+use crate::scenario::{Slip, SoundLayer as Settings};
+
+/// Zero crossings of the interpolation kernel to either side.
+const CROSSINGS: f64 = 32.0;
+/// Where the filter before a lower rate ends, of half that rate; its slope is a tenth of that rate wide.
+const PASS: f64 = 0.9;
+/// Kernel values per input sample; read with linear interpolation, to 1e-5.
+const FINENESS: f64 = 512.0;
+
+/// The layer on the way out and on the way in.
+#[derive(Debug)]
+pub(crate) struct SoundLayer {
+    resampler: Option<[Stage; 2]>,
+    inputs: Vec<usize>,
+    slip: Option<Slipping>,
+    /// One frame before it is reordered.
+    frame: Vec<f32>,
+    rate_hz: f64,
+    frames: u64,
+}
+
+#[derive(Debug)]
+struct Slipping {
+    slip: Slip,
+    /// The last samples of its channel.
+    ring: Vec<f32>,
+}
+
+impl SoundLayer {
+    pub fn new(settings: &Settings, channels: usize, rate_hz: f64) -> Self {
+        let resampler = settings.rate_hz.map(|layer_hz| {
+            let ratio = rate_hz / layer_hz;
+            let cutoff = if settings.anti_alias {
+                (PASS / ratio).min(1.0)
+            } else {
+                1.0
+            };
+            [
+                Stage::new(ratio, cutoff),
+                Stage::new(ratio.recip(), ratio.min(1.0)),
+            ]
+        });
+        Self {
+            resampler,
+            inputs: settings.inputs.clone(),
+            slip: settings.slip.map(|slip| Slipping {
+                ring: vec![0.0; slip.samples],
+                slip,
+            }),
+            frame: vec![0.0; channels],
+            rate_hz,
+            frames: 0,
+        }
+    }
+
+    /// What becomes of the drive on its way to the card.
+    pub fn play(&mut self, drive: &mut [f32]) {
+        let Some([down, up]) = &mut self.resampler else {
+            return;
+        };
+        for sample in drive {
+            down.push(f64::from(*sample));
+            while let Some(value) = down.pull() {
+                up.push(value);
+            }
+            *sample = up.pull().unwrap_or(0.0) as f32;
+        }
+    }
+
+    /// What becomes of the inputs on their way to the program.
+    pub fn record(&mut self, interleaved: &mut [f32]) {
+        let channels = self.frame.len();
+        for inputs in interleaved.chunks_exact_mut(channels) {
+            self.frame.copy_from_slice(inputs);
+            for (input, &from) in inputs.iter_mut().zip(&self.inputs) {
+                *input = self.frame[from];
+            }
+            if let Some(Slipping { slip, ring }) = &mut self.slip {
+                let at = self.frames as usize % ring.len();
+                let late = std::mem::replace(&mut ring[at], inputs[slip.channel]);
+                if self.frames as f64 >= slip.after_s * self.rate_hz {
+                    inputs[slip.channel] = late;
+                }
+            }
+            self.frames += 1;
+        }
+    }
+}
+
+/// A stream of samples at one rate read at another: a Kaiser-windowed sinc about every output instant.
+#[derive(Debug)]
+struct Stage {
+    /// Input samples per output sample.
+    step: f64,
+    /// Reach of the kernel, input samples.
+    half: f64,
+    kernel: Vec<f64>,
+    ring: Vec<f64>,
+    taken: u64,
+    made: u64,
+    primed: bool,
+}
+
+impl Stage {
+    /// Passes what is below `cutoff`, of half the input's rate.
+    fn new(step: f64, cutoff: f64) -> Self {
+        let half = CROSSINGS / cutoff;
+        let kernel = (0..=(half * FINENESS) as usize + 1)
+            .map(|i| cutoff * kaiser_sinc(cutoff * i as f64 / FINENESS, CROSSINGS))
+            .collect();
+        Self {
+            step,
+            half,
+            kernel,
+            ring: vec![0.0; 2 * half as usize + 8],
+            taken: 0,
+            made: 0,
+            primed: false,
+        }
+    }
+
+    fn push(&mut self, value: f64) {
+        let at = self.taken as usize % self.ring.len();
+        self.ring[at] = value;
+        self.taken += 1;
+    }
+
+    /// The next output sample, once every input that it rests on is there.
+    fn pull(&mut self) -> Option<f64> {
+        let at = self.made as f64 * self.step;
+        // Two samples in hand at the beginning, so that uneven arrivals leave no holes later.
+        let in_hand = if self.primed { 0.0 } else { 2.0 };
+        if (self.taken as f64) < at + self.half + 1.0 + in_hand {
+            return None;
+        }
+        self.primed = true;
+        self.made += 1;
+        let first = (at - self.half).ceil().max(0.0) as u64;
+        let last = (at + self.half).floor() as u64;
+        let sum = (first..=last)
+            .map(|n| {
+                let place = (at - n as f64).abs() * FINENESS;
+                let (i, share) = (place as usize, place.fract());
+                let kernel = self.kernel[i] * (1.0 - share) + self.kernel[i + 1] * share;
+                kernel * self.ring[n as usize % self.ring.len()]
+            })
+            .sum();
+        Some(sum)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    const RATE_HZ: f64 = 192e3;
+
+    /// Peak amplitude at `heard_hz` when a tone of `played_hz` is played.
+    fn heard(settings: &Settings, played_hz: f64, heard_hz: f64) -> f64 {
+        let mut layer = SoundLayer::new(settings, 2, RATE_HZ);
+        let mut drive: Vec<f32> = (0..38_400)
+            .map(|n| (0.5 * (TAU * played_hz * f64::from(n) / RATE_HZ).sin()) as f32)
+            .collect();
+        for period in drive.chunks_mut(64) {
+            layer.play(period);
+        }
+        let late = &drive[19_200..];
+        let (mut re, mut im) = (0.0, 0.0);
+        for (n, &sample) in late.iter().enumerate() {
+            let phase = TAU * heard_hz * n as f64 / RATE_HZ;
+            let n = late.len() as f64;
+            re += 2.0 * f64::from(sample) * phase.cos() / n;
+            im += 2.0 * f64::from(sample) * phase.sin() / n;
+        }
+        re.hypot(im)
+    }
+
+    #[test]
+    fn a_48_khz_layer_takes_the_carrier_away() {
+        let settings = Settings {
+            rate_hz: Some(48e3),
+            ..Settings::default()
+        };
+        assert!(heard(&settings, 35e3, 35e3) < 1e-5);
+        assert!(heard(&settings, 35e3, 13e3) < 1e-5);
+        let passed = heard(&settings, 15e3, 15e3);
+        assert!((passed - 0.5).abs() < 1e-4, "{passed}");
+    }
+
+    #[test]
+    fn without_a_filter_it_folds_the_carrier_back() {
+        for (layer_hz, folded_hz) in [(48e3, 13e3), (44_100.0, 9_100.0), (32e3, 3e3)] {
+            let settings = Settings {
+                rate_hz: Some(layer_hz),
+                anti_alias: false,
+                ..Settings::default()
+            };
+            assert!(heard(&settings, 35e3, 35e3) < 1e-3, "{layer_hz}");
+            let folded = heard(&settings, 35e3, folded_hz);
+            assert!((folded - 0.5).abs() < 1e-3, "{layer_hz}: {folded}");
+        }
+    }
+
+    #[test]
+    fn inputs_change_places_and_one_falls_behind() {
+        let settings = Settings {
+            inputs: vec![1, 0],
+            slip: Some(Slip {
+                channel: 1,
+                samples: 2,
+                after_s: 4.0 / RATE_HZ,
+            }),
+            ..Settings::default()
+        };
+        let mut layer = SoundLayer::new(&settings, 3, RATE_HZ);
+        let mut inputs: Vec<f32> = (1..=8u8)
+            .flat_map(|n| [1.0, 2.0, 3.0].map(|channel| channel + 0.1 * f32::from(n)))
+            .collect();
+        layer.record(&mut inputs);
+        let channel = |index: usize| inputs.iter().skip(index).step_by(3).copied();
+        assert_eq!(channel(0).next(), Some(2.1));
+        assert_eq!(channel(2).next(), Some(3.1));
+        let late: Vec<f32> = channel(1).collect();
+        // The fifth sample on is what was heard two samples before.
+        assert_eq!(late[..4], [1.1, 1.2, 1.3, 1.4]);
+        assert_eq!(late[4..], [1.3, 1.4, 1.5, 1.6]);
+    }
+}

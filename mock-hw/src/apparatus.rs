@@ -8,6 +8,7 @@
 //! give the same bits. In [`Pace::RealTime`] a thread does the same, level with the machine's clock.
 
 mod faults;
+mod masses;
 mod outboard;
 mod patchbay;
 mod senses;
@@ -27,6 +28,7 @@ use crate::scenario::Scenario;
 use crate::serial::DeviceStart;
 use crate::vibrometer::Vibrometer;
 pub use faults::FaultPanel;
+pub use masses::Masses;
 pub use outboard::{Outboard, Visit};
 pub use patchbay::Patchbay;
 pub use senses::Senses;
@@ -114,6 +116,7 @@ pub struct Apparatus {
     force: ForceSide,
     senses: Senses,
     patchbay: Patchbay,
+    masses: Masses,
     pins: Option<Pins>,
     force_port: PathBuf,
     vibrometer_port: PathBuf,
@@ -156,6 +159,7 @@ impl Apparatus {
             &config, &clock, &audio, &board, &force, &senses, vibrometer,
         ));
         let patchbay = world.patchbay();
+        let masses = world.masses();
         let stop = Arc::new(AtomicBool::new(false));
         let driver = match config.pace {
             Pace::Stepped => Driver::Stepped(world),
@@ -169,6 +173,7 @@ impl Apparatus {
             force,
             senses,
             patchbay,
+            masses,
             force_port,
             vibrometer_port,
             stop,
@@ -213,6 +218,12 @@ impl Apparatus {
     #[must_use]
     pub fn patchbay(&self) -> Patchbay {
         self.patchbay.clone()
+    }
+
+    /// Known masses for the force sensor.
+    #[must_use]
+    pub fn masses(&self) -> Masses {
+        self.masses.clone()
     }
 
     /// What can be made to go wrong.

@@ -64,6 +64,8 @@ pub struct Scenario {
     pub film: Film,
     /// The two-axis force sensor and its serial device.
     pub force_sensor: ForceSensor,
+    /// Known masses that are placed on the plate, or hung over a pulley beside it.
+    pub masses: Masses,
     /// The pulley encoder.
     pub encoder: Encoder,
     /// The person.
@@ -226,12 +228,28 @@ pub struct ForceSensor {
     pub resonance_hz: f64,
     /// Damping ratio of that resonance.
     pub damping_ratio: f64,
-    /// Each axis saturates at ± this force, N.
+    /// Each axis saturates at ± this reading, N.
     pub range_n: f64,
+    /// What the normal axis reads per newton on it.
+    pub normal_gain: f64,
+    /// What the lateral axis reads per newton on it.
+    pub lateral_gain: f64,
     /// Reading of the normal axis without load, N.
     pub normal_offset_n: f64,
     /// Reading of the lateral axis without load, N.
     pub lateral_offset_n: f64,
+    /// Steady drift of the normal axis, N/min.
+    pub normal_drift_n_per_min: f64,
+    /// Steady drift of the lateral axis, N/min.
+    pub lateral_drift_n_per_min: f64,
+    /// Standard deviation of the slow random drift of each axis beside it, N.
+    pub wander_n: f64,
+    /// Correlation time of that wander, s.
+    pub wander_time_s: f64,
+    /// Creep: share of a load that its reading still gains, and keeps for as long when the load is gone.
+    pub creep: f64,
+    /// Time constant of creep, s.
+    pub creep_time_s: f64,
     /// Fraction of the lateral force that the normal axis reads.
     pub lateral_to_normal: f64,
     /// Fraction of the normal force that the lateral axis reads.
@@ -242,6 +260,29 @@ pub struct ForceSensor {
     pub burst_period_s: f64,
     /// What is spoken on the serial line.
     pub protocol: ForceProtocol,
+}
+
+/// Known masses: on the plate they press, over the pulley they pull towards increasing position. They load the sensor but not
+/// the plate's vibration: they are for a plate at rest.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Masses {
+    /// Acceleration of gravity where the bench stands, m/s².
+    pub gravity_m_per_s2: f64,
+    /// Standard deviation of a mass from what is written on it, relative.
+    pub error: f64,
+    /// How much lower the plate lies at increasing position, rad; the string to the pulley stays level.
+    pub tilt_rad: f64,
+    /// Share of the pull that the pulley keeps for itself.
+    pub pulley_friction: f64,
+    /// A mass placed on the plate bounces at this frequency, Hz.
+    pub bounce_hz: f64,
+    /// Time constant in which that dies down, s.
+    pub bounce_time_s: f64,
+    /// A mass on its string swings at this frequency, Hz.
+    pub swing_hz: f64,
+    /// Time constant in which that dies down, s.
+    pub swing_time_s: f64,
 }
 
 /// The pulley encoder.
@@ -350,6 +391,16 @@ pub struct Jitter {
     pub force_factor: f64,
     /// Skew of each channel but the first, 0 to this many samples.
     pub skew_samples: f64,
+    /// Gain of each axis of the force sensor, ± relative.
+    pub force_gain: f64,
+    /// Crosstalk between its axes, ± fraction.
+    pub force_crosstalk: f64,
+    /// Readings without load, ± N.
+    pub force_offset_n: f64,
+    /// Steady drift of each axis, ± N/min.
+    pub force_drift_n_per_min: f64,
+    /// Share that the pulley keeps, 0 to this.
+    pub pulley_friction: f64,
 }
 
 impl Default for Plate {
@@ -448,13 +499,36 @@ impl Default for ForceSensor {
             resonance_hz: 3_000.0,
             damping_ratio: 0.4,
             range_n: 10.0,
+            normal_gain: 1.0,
+            lateral_gain: 1.0,
             normal_offset_n: 0.0,
             lateral_offset_n: 0.0,
+            normal_drift_n_per_min: 0.0,
+            lateral_drift_n_per_min: 0.0,
+            wander_n: 0.0,
+            wander_time_s: 20.0,
+            creep: 0.0,
+            creep_time_s: 30.0,
             lateral_to_normal: 0.0,
             normal_to_lateral: 0.0,
             clock_ppm: 30.0,
             burst_period_s: 0.004,
             protocol: ForceProtocol::Frames,
+        }
+    }
+}
+
+impl Default for Masses {
+    fn default() -> Self {
+        Self {
+            gravity_m_per_s2: 9.806_65,
+            error: 5.0e-5,
+            tilt_rad: 0.0,
+            pulley_friction: 0.0,
+            bounce_hz: 12.0,
+            bounce_time_s: 0.08,
+            swing_hz: 2.5,
+            swing_time_s: 0.2,
         }
     }
 }
@@ -520,6 +594,11 @@ impl Default for Jitter {
             quality: [150.0, 350.0],
             force_factor: 0.2,
             skew_samples: 1.0,
+            force_gain: 0.2,
+            force_crosstalk: 0.05,
+            force_offset_n: 0.03,
+            force_drift_n_per_min: 0.005,
+            pulley_friction: 0.003,
         }
     }
 }
@@ -570,6 +649,17 @@ impl Scenario {
                 self.converter.skew(ch) + if ch == 0 { 0.0 } else { drawn }
             })
             .collect();
+        let force = &mut out.force_sensor;
+        force.normal_gain *= 1.0 + within(j.force_gain);
+        force.lateral_gain *= 1.0 + within(j.force_gain);
+        force.lateral_to_normal += within(j.force_crosstalk);
+        force.normal_to_lateral += within(j.force_crosstalk);
+        force.normal_offset_n += within(j.force_offset_n);
+        force.lateral_offset_n += within(j.force_offset_n);
+        force.normal_drift_n_per_min += within(j.force_drift_n_per_min);
+        force.lateral_drift_n_per_min += within(j.force_drift_n_per_min);
+        let half = 0.5 * j.pulley_friction;
+        out.masses.pulley_friction += half + within(half);
         out
     }
 
@@ -680,6 +770,41 @@ impl Scenario {
             0.05..=2.0,
         )?;
         in_range("force_sensor.range_n", force.range_n, 0.1..=1e3)?;
+        in_range("force_sensor.normal_gain", force.normal_gain, -10.0..=10.0)?;
+        in_range(
+            "force_sensor.lateral_gain",
+            force.lateral_gain,
+            -10.0..=10.0,
+        )?;
+        for (key, drift) in [
+            (
+                "force_sensor.normal_drift_n_per_min",
+                force.normal_drift_n_per_min,
+            ),
+            (
+                "force_sensor.lateral_drift_n_per_min",
+                force.lateral_drift_n_per_min,
+            ),
+        ] {
+            in_range(key, drift, -10.0..=10.0)?;
+        }
+        in_range("force_sensor.wander_n", force.wander_n, 0.0..=1.0)?;
+        in_range("force_sensor.wander_time_s", force.wander_time_s, 0.1..=1e4)?;
+        in_range("force_sensor.creep", force.creep, 0.0..=0.2)?;
+        in_range("force_sensor.creep_time_s", force.creep_time_s, 0.1..=1e4)?;
+        let masses = &self.masses;
+        in_range(
+            "masses.gravity_m_per_s2",
+            masses.gravity_m_per_s2,
+            9.76..=9.84,
+        )?;
+        in_range("masses.error", masses.error, 0.0..=0.1)?;
+        in_range("masses.tilt_rad", masses.tilt_rad, -0.2..=0.2)?;
+        in_range("masses.pulley_friction", masses.pulley_friction, 0.0..=0.5)?;
+        in_range("masses.bounce_hz", masses.bounce_hz, 0.5..=100.0)?;
+        in_range("masses.bounce_time_s", masses.bounce_time_s, 0.01..=100.0)?;
+        in_range("masses.swing_hz", masses.swing_hz, 0.5..=100.0)?;
+        in_range("masses.swing_time_s", masses.swing_time_s, 0.01..=100.0)?;
         in_range(
             "force_sensor.normal_offset_n",
             force.normal_offset_n,
@@ -822,7 +947,28 @@ impl Scenario {
         in_range("jitter.quality", jit.quality[0], 10.0..=jit.quality[1])?;
         in_range("jitter.quality", jit.quality[1], jit.quality[0]..=1e4)?;
         in_range("jitter.force_factor", jit.force_factor, 0.0..=0.9)?;
-        in_range("jitter.skew_samples", jit.skew_samples, 0.0..=4.0)
+        in_range("jitter.skew_samples", jit.skew_samples, 0.0..=4.0)?;
+        in_range("jitter.force_gain", jit.force_gain, 0.0..=0.9)?;
+        in_range("jitter.force_crosstalk", jit.force_crosstalk, 0.0..=0.3)?;
+        in_range("jitter.force_offset_n", jit.force_offset_n, 0.0..=5.0)?;
+        in_range(
+            "jitter.force_drift_n_per_min",
+            jit.force_drift_n_per_min,
+            0.0..=1.0,
+        )?;
+        in_range("jitter.pulley_friction", jit.pulley_friction, 0.0..=0.3)
+    }
+}
+
+impl ForceSensor {
+    /// What the axes read, normal and lateral, of forces that act on them: a matrix in rows, dimensionless.
+    #[must_use]
+    pub fn response(&self) -> [[f64; 2]; 2] {
+        let (normal, lateral) = (self.normal_gain, self.lateral_gain);
+        [
+            [normal, normal * self.lateral_to_normal],
+            [lateral * self.normal_to_lateral, lateral],
+        ]
     }
 }
 
@@ -983,6 +1129,38 @@ mod tests {
     }
 
     #[test]
+    fn force_sensor_and_masses_have_ranges() {
+        for (table, key, good, bad) in [
+            ("force_sensor", "normal_gain", "-1.3", "11.0"),
+            ("force_sensor", "lateral_gain", "0.5", "-11.0"),
+            ("force_sensor", "normal_drift_n_per_min", "0.1", "11.0"),
+            ("force_sensor", "lateral_drift_n_per_min", "-0.1", "-11.0"),
+            ("force_sensor", "wander_n", "0.01", "-0.01"),
+            ("force_sensor", "wander_time_s", "5.0", "0.0"),
+            ("force_sensor", "creep", "0.01", "0.3"),
+            ("force_sensor", "creep_time_s", "5.0", "0.0"),
+            ("masses", "gravity_m_per_s2", "9.81", "9.9"),
+            ("masses", "error", "0.001", "-0.001"),
+            ("masses", "tilt_rad", "-0.02", "0.3"),
+            ("masses", "pulley_friction", "0.01", "0.6"),
+            ("masses", "bounce_hz", "20.0", "0.1"),
+            ("masses", "bounce_time_s", "0.3", "0.001"),
+            ("masses", "swing_hz", "1.0", "0.1"),
+            ("masses", "swing_time_s", "1.0", "0.001"),
+            ("jitter", "force_gain", "0.1", "1.0"),
+            ("jitter", "force_crosstalk", "0.1", "0.5"),
+            ("jitter", "force_offset_n", "0.3", "6.0"),
+            ("jitter", "force_drift_n_per_min", "0.3", "2.0"),
+            ("jitter", "pulley_friction", "0.1", "0.5"),
+        ] {
+            let of = |value: &str| Scenario::parse(&format!("[{table}]\n{key} = {value}\n"));
+            assert!(of(good).is_ok(), "{key}");
+            let refused = of(bad).unwrap_err().to_string();
+            assert!(refused.contains(&format!("{table}.{key}")), "{refused}");
+        }
+    }
+
+    #[test]
     fn a_scenario_survives_writing_and_reading() {
         let scenario = Scenario {
             sound_layer: SoundLayer {
@@ -1028,6 +1206,20 @@ mod tests {
                     .iter()
                     .all(|s| (0.0..=1.0).contains(s))
             );
+            let force = &r.force_sensor;
+            for gain in [force.normal_gain, force.lateral_gain] {
+                assert!((gain - 1.0).abs() <= 0.2);
+            }
+            for crosstalk in [force.lateral_to_normal, force.normal_to_lateral] {
+                assert!(crosstalk.abs() <= 0.05);
+            }
+            for offset_n in [force.normal_offset_n, force.lateral_offset_n] {
+                assert!(offset_n.abs() <= 0.03);
+            }
+            for drift in [force.normal_drift_n_per_min, force.lateral_drift_n_per_min] {
+                assert!(drift.abs() <= 0.005);
+            }
+            assert!((0.0..=0.003).contains(&r.masses.pulley_friction));
         }
     }
 }

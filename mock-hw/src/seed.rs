@@ -14,6 +14,8 @@ pub(crate) enum Stream {
     Person,
     ForceCounters,
     Vibrometer,
+    ForceWander,
+    Masses,
 }
 
 pub(crate) fn stream(seed: u64, stream: Stream) -> ChaCha8Rng {

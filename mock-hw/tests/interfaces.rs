@@ -7,6 +7,8 @@ mod audio;
 mod bench;
 #[path = "interfaces/force.rs"]
 mod force;
+#[path = "interfaces/masses.rs"]
+mod masses;
 #[path = "interfaces/pins.rs"]
 mod pins;
 #[path = "interfaces/vibrometer.rs"]

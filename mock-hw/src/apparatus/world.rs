@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::{ApparatusConfig, ApparatusError, Patchbay, Senses};
+use super::{ApparatusConfig, ApparatusError, Masses, Patchbay, Senses};
 use crate::clock::{BASE_RATE_HZ, WorldClock};
 use crate::fingertip::Fingertip;
 use crate::host::Audio;
@@ -22,6 +22,7 @@ pub(super) struct World {
     board: Arc<PinBoard>,
     force: ForceSide,
     senses: Senses,
+    masses: Masses,
     person: Person,
     plant: Plant,
     patchbay: Patchbay,
@@ -57,6 +58,7 @@ impl World {
             board: Arc::clone(board),
             force: force.clone(),
             senses: senses.clone(),
+            masses: Masses::default(),
             person: Person::draw(&scenario.participant, participant_seed),
             plant: Plant::with_fingertip(scenario, skin, config.seed, rate_hz),
             patchbay: Patchbay::default(),
@@ -76,6 +78,11 @@ impl World {
         self.patchbay.clone()
     }
 
+    /// Whoever has it places known masses.
+    pub(super) fn masses(&self) -> Masses {
+        self.masses.clone()
+    }
+
     pub(super) fn step(&mut self) -> Result<(), ApparatusError> {
         let start_ns = self.clock.ns_of(self.step);
         self.follow_rate();
@@ -93,6 +100,7 @@ impl World {
         self.layer.play(drive);
         self.plant.wire(self.patchbay.wiring());
         let gate = self.board.amplifier_on(start_ns);
+        self.masses.do_errands(&mut self.plant);
         self.plant.step(drive, gate, &act.finger, inputs);
         self.layer.record(inputs);
         self.audio.record(start_ns, self.rate_hz, inputs);

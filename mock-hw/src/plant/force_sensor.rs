@@ -32,6 +32,8 @@ pub(crate) struct ForceSensor {
     scenario: ForceScenario,
     mount: Mount,
     axes: [Vector2<f64>; 2],
+    crept_n: Forces,
+    wander: Wander,
     previous: Option<(f64, Forces)>,
     previous_input: Forces,
     taken: u64,
@@ -45,6 +47,8 @@ impl ForceSensor {
             scenario: scenario.clone(),
             mount: Mount::new(scenario),
             axes: [Vector2::zeros(); 2],
+            crept_n: [0.0; 2],
+            wander: Wander::new(scenario, seed),
             previous: None,
             previous_input: [0.0; 2],
             taken: 0,
@@ -73,6 +77,11 @@ impl ForceSensor {
                 *axis = self.mount.step(axis, before, after);
             }
             self.previous_input = input;
+            let rate = 1.0 / (self.scenario.creep_time_s * self.scenario.rate_hz);
+            for (crept_n, axis) in self.crept_n.iter_mut().zip(&self.axes) {
+                *crept_n += (axis.x - *crept_n) * rate;
+            }
+            self.wander.step();
             self.taken += 1;
             let sample = self.read(at_s, device_time_s);
             out.push(sample);
@@ -82,12 +91,22 @@ impl ForceSensor {
 
     fn read(&mut self, time_s: f64, device_time_s: f64) -> ForceSample {
         let s = &self.scenario;
-        let [normal, lateral] = [self.axes[0].x, self.axes[1].x];
+        let [normal, lateral] = [0, 1].map(|axis| self.axes[axis].x + s.creep * self.crept_n[axis]);
         let noise: [f64; 2] = [(); 2].map(|()| StandardNormal.sample(&mut self.rng));
-        let normal_read =
-            normal + s.lateral_to_normal * lateral + s.normal_offset_n + s.noise_n * noise[0];
-        let lateral_read =
-            lateral + s.normal_to_lateral * normal + s.lateral_offset_n + s.noise_n * noise[1];
+        let minutes = time_s / 60.0;
+        let [[nn, nl], [ln, ll]] = s.response();
+        let normal_read = nn * normal
+            + nl * lateral
+            + s.normal_offset_n
+            + s.normal_drift_n_per_min * minutes
+            + self.wander.now_n[0]
+            + s.noise_n * noise[0];
+        let lateral_read = ln * normal
+            + ll * lateral
+            + s.lateral_offset_n
+            + s.lateral_drift_n_per_min * minutes
+            + self.wander.now_n[1]
+            + s.noise_n * noise[1];
         ForceSample {
             time_s,
             device_time_s,
@@ -95,6 +114,37 @@ impl ForceSensor {
             lateral_n: lateral_read.clamp(-s.range_n, s.range_n),
             normal_saturated: normal_read.abs() >= s.range_n,
             lateral_saturated: lateral_read.abs() >= s.range_n,
+        }
+    }
+}
+
+/// Slow random drift of both axes, each a first-order autoregression.
+#[derive(Debug, Clone)]
+struct Wander {
+    now_n: Forces,
+    keep: f64,
+    kick_n: f64,
+    rng: ChaCha8Rng,
+}
+
+impl Wander {
+    fn new(scenario: &ForceScenario, seed: u64) -> Self {
+        let keep = (-1.0 / (scenario.wander_time_s * scenario.rate_hz)).exp();
+        Self {
+            now_n: [0.0; 2],
+            keep,
+            kick_n: scenario.wander_n * (1.0 - keep * keep).sqrt(),
+            rng: seed::stream(seed, seed::Stream::ForceWander),
+        }
+    }
+
+    fn step(&mut self) {
+        if self.kick_n == 0.0 {
+            return;
+        }
+        for axis_n in &mut self.now_n {
+            let white: f64 = StandardNormal.sample(&mut self.rng);
+            *axis_n = self.keep * *axis_n + self.kick_n * white;
         }
     }
 }
@@ -183,6 +233,77 @@ mod tests {
                 s.normal_n
             );
         }
+    }
+
+    /// Readings of a second, ten seconds after `forces` began to act.
+    fn settled(scenario: &ForceScenario, forces: Forces) -> Vec<ForceSample> {
+        let mut sensor = ForceSensor::new(scenario, 0.0, 1);
+        let mut out = Vec::new();
+        for second in 0..=11 {
+            out.clear();
+            sensor.advance(f64::from(second), forces, &mut out);
+        }
+        out
+    }
+
+    #[test]
+    fn gains_and_crosstalk_are_the_response() {
+        let scenario = ForceScenario {
+            normal_gain: 1.2,
+            lateral_gain: 0.9,
+            lateral_to_normal: 0.05,
+            normal_to_lateral: -0.03,
+            ..quiet()
+        };
+        let last = settled(&scenario, [0.5, 0.2])[5_000];
+        assert_relative_eq!(last.normal_n, 1.2 * (0.5 + 0.05 * 0.2), max_relative = 1e-9);
+        assert_relative_eq!(
+            last.lateral_n,
+            0.9 * (0.2 - 0.03 * 0.5),
+            max_relative = 1e-9
+        );
+        let [[nn, nl], [ln, ll]] = scenario.response();
+        assert_relative_eq!(last.normal_n, nn * 0.5 + nl * 0.2, max_relative = 1e-9);
+        assert_relative_eq!(last.lateral_n, ln * 0.5 + ll * 0.2, max_relative = 1e-9);
+    }
+
+    #[test]
+    fn drift_creep_and_wander_are_slow() {
+        let drifting = ForceScenario {
+            normal_drift_n_per_min: 0.6,
+            ..quiet()
+        };
+        let out = settled(&drifting, [0.0, 0.0]);
+        let rise_n = out[out.len() - 1].normal_n - out[0].normal_n;
+        assert!((rise_n - 0.01).abs() < 1e-4, "{rise_n} N in a second");
+
+        let creeping = ForceScenario {
+            creep: 0.01,
+            creep_time_s: 5.0,
+            ..quiet()
+        };
+        let last = settled(&creeping, [1.0, 0.0]);
+        let expected = 1.0 + 0.01 * (1.0 - (-11.0f64 / 5.0).exp());
+        assert!((last[last.len() - 1].normal_n - expected).abs() < 1e-4);
+
+        let wandering = ForceScenario {
+            wander_n: 0.01,
+            wander_time_s: 1.0,
+            ..quiet()
+        };
+        let mut sensor = ForceSensor::new(&wandering, 0.0, 1);
+        let mut out = Vec::new();
+        for second in 0..=400 {
+            sensor.advance(f64::from(second), [0.0; 2], &mut out);
+        }
+        let mean_square = |values: &mut dyn Iterator<Item = f64>| {
+            let (sum, n) = values.fold((0.0, 0u32), |(sum, n), x| (sum + x * x, n + 1));
+            sum / f64::from(n)
+        };
+        let sd_n = mean_square(&mut out.iter().map(|s| s.normal_n)).sqrt();
+        assert!((0.007..0.013).contains(&sd_n), "{sd_n} N");
+        let step_n = mean_square(&mut out.windows(2).map(|w| w[1].normal_n - w[0].normal_n)).sqrt();
+        assert!(step_n < 2e-4, "{step_n} N from sample to sample");
     }
 
     #[test]

@@ -9,6 +9,7 @@
 mod converter;
 mod film;
 mod force_sensor;
+mod masses;
 mod mechanics;
 mod moisture;
 mod patch;
@@ -20,6 +21,8 @@ use converter::{Converter, Delay, LATENCY, Tap};
 use film::Film;
 pub use force_sensor::ForceSample;
 use force_sensor::ForceSensor;
+pub use masses::Axis;
+use masses::Masses;
 use mechanics::{Contact, Modes, Propagator, State, Tissue};
 use moisture::Moisture;
 use patch::Patch;
@@ -75,6 +78,7 @@ pub struct Plant {
     contact: Option<FilmContact>,
     bristle_m: f64,
     force_sensor: ForceSensor,
+    masses: Masses,
 
     seed: u64,
     /// True time of frame 0 at the present rate.
@@ -141,6 +145,7 @@ impl Plant {
         self.contact = before.contact;
         self.bristle_m = before.bristle_m;
         self.force_sensor = before.force_sensor;
+        self.masses = before.masses;
         self.next_truth_s = before.next_truth_s;
     }
 
@@ -191,6 +196,7 @@ impl Plant {
             contact: None,
             bristle_m: 0.0,
             force_sensor: ForceSensor::new(&scenario.force_sensor, 0.0, seed),
+            masses: Masses::new(&scenario.masses, seed),
             seed,
             epoch_s: 0.0,
             frame: 0,
@@ -269,6 +275,18 @@ impl Plant {
             self.delays.iter_mut().for_each(Delay::clear);
             self.ideal.fill(0.0);
         }
+    }
+
+    /// Puts the mass that is marked `mass_kg` on the plate or over the pulley, in place of what is there.
+    pub fn place_mass(&mut self, axis: Axis, mass_kg: f64) {
+        let now_s = self.end_s();
+        self.masses.place(axis, mass_kg, now_s);
+    }
+
+    /// Takes all masses away.
+    pub fn remove_masses(&mut self) {
+        let now_s = self.end_s();
+        self.masses.remove(now_s);
     }
 
     /// Samples that the force sensor took during the last [`Self::step`].
@@ -410,8 +428,10 @@ impl Plant {
             }
             self.bristle_m = 0.0;
         }
+        let [weight_n, pull_n] = self.masses.forces(time_s);
+        let on_sensor = [now.normal_n + weight_n, now.lateral_n + pull_n];
         self.force_sensor
-            .advance(time_s, [now.normal_n, now.lateral_n], &mut self.forces);
+            .advance(time_s, on_sensor, &mut self.forces);
         if time_s >= self.next_truth_s {
             self.next_truth_s += TRUTH_STEP_S;
             self.truth.push(now);

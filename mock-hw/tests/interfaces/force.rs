@@ -18,6 +18,13 @@ pub struct Frame {
     status: u8,
 }
 
+impl Frame {
+    /// Normal and lateral force, N.
+    pub fn forces_n(&self) -> [f64; 2] {
+        [self.normal_un, self.lateral_un].map(|un| 1e-6 * f64::from(un))
+    }
+}
+
 /// COBS by its definition: each code byte tells how far the next zero is.
 fn unstuff(block: &[u8]) -> Option<Vec<u8>> {
     let mut bytes = Vec::new();

@@ -11,6 +11,7 @@ use signalgen::audio::{Duplex, DuplexConfig, Host, StreamChoice, Streams};
 use signalgen::{Direction, Generator, Health, InputReader, KillSwitch};
 
 use crate::acquisition::{Acquisition, RecordingCommand, Wiring};
+use crate::calibration::operator::Request;
 use crate::clock::Clock;
 use crate::config::{Config, SampleFormat};
 use crate::drive::{Drive, Guard, settings};
@@ -41,9 +42,14 @@ pub struct Hardware {
     pub schedule: Schedule,
     /// Who else sees and hears what the participant does.
     pub watchers: Vec<Watcher>,
+    /// Does what a calibration asks of its operator; `None` where that takes a person.
+    pub hands: Option<Hands>,
     /// For screens and files: none of this is real.
     pub simulated: bool,
 }
+
+/// Does what is asked, at once.
+pub type Hands = Box<dyn FnMut(&Request) + Send>;
 
 /// The parts of an opened bench that commands work with; its tasks are ready to be scheduled.
 pub struct Bench {

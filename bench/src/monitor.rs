@@ -89,6 +89,7 @@ pub fn run(
         lines,
         force_port,
         vibrometer_port: _,
+        hands: _,
         clock,
         schedule,
         watchers,

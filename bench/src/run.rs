@@ -179,6 +179,7 @@ pub fn run(
         lines,
         force_port,
         vibrometer_port: _,
+        hands: _,
         clock,
         schedule,
         mut watchers,

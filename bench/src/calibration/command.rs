@@ -6,15 +6,19 @@ use anyhow::{Context, bail};
 use serde::Serialize;
 
 use super::file::{Calibration, FileError, Quantity};
+use super::held;
 use super::identity::Identity;
+use super::judged::{Calibrates, Judged};
 use super::known::{self, Instrument, Known};
 use super::pickup::{self, PickupProcedure};
 use super::plate::{self, PlateProcedure};
-use super::{held, rig};
+use super::rig::{self, Attendance};
+use super::unattended::Unattended;
 use crate::assembly::Hardware;
 use crate::cli;
 use crate::config::Config;
 use crate::figures::{self, Figure};
+use crate::schedule::StopFlag;
 
 /// Name of the calibration file where none is given.
 pub const DEFAULT_PATH: &str = "calibration.toml";
@@ -126,22 +130,88 @@ fn own(calibration: &mut Calibration, identity: Identity, path: &Path) -> anyhow
         .with_context(|| other_bench(path))
 }
 
-/// Puts the points and their figure beside the calibration at `path`.
-fn write_beside(path: &Path, points: &str, figure: &Figure) -> anyhow::Result<Vec<PathBuf>> {
+/// Puts the points of `what`, and their figure if there is one, beside the calibration at `path`.
+fn write_beside(
+    path: &Path,
+    what: &str,
+    points: &str,
+    figure: Option<&Figure>,
+) -> anyhow::Result<Vec<PathBuf>> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let beside = path.with_file_name(format!("{stem}-{}", figure.name));
+    let beside = path.with_file_name(format!("{stem}-{what}"));
     let table = beside.with_extension("csv");
     std::fs::write(&table, points).with_context(|| format!("cannot write {}", table.display()))?;
     let mut written = vec![table];
-    written.extend(figures::write_one(figure, &beside)?);
+    if let Some(figure) = figure {
+        written.extend(figures::write_one(figure, &beside)?);
+    }
     Ok(written)
 }
 
-fn require_operator(measure: &cli::Measure) -> anyhow::Result<()> {
-    if measure.operator.trim().is_empty() {
-        bail!("who measures? --operator NAME; it is kept in the calibration");
+/// A calibration about to be made.
+struct Begun<'a> {
+    /// The bench, with what has been calibrated on it so far.
+    config: Config,
+    calibration: Calibration,
+    path: PathBuf,
+    measure: &'a cli::Measure,
+}
+
+impl<'a> Begun<'a> {
+    fn new(mut config: Config, measure: &'a cli::Measure) -> anyhow::Result<Self> {
+        if measure.operator.trim().is_empty() {
+            bail!("who measures? --operator NAME; it is kept in the calibration");
+        }
+        let path = path(&measure.hardware);
+        let calibration = before(&path, &config)?;
+        held::apply(&calibration, &mut config);
+        Ok(Self {
+            config,
+            calibration,
+            path,
+            measure,
+        })
     }
-    Ok(())
+
+    /// Measures, judges, and writes what passes.
+    fn run<C: Calibrates>(
+        mut self,
+        hardware: Hardware,
+        instrument: Option<Instrument>,
+        procedure: C,
+    ) -> anyhow::Result<Report> {
+        let attend = |_: &StopFlag| -> anyhow::Result<Attendance> {
+            Ok((Box::new(Unattended::new(std::io::stderr())), None))
+        };
+        let outcome = rig::run(&self.config, hardware, instrument, attend, procedure)?;
+        own(&mut self.calibration, outcome.identity, &self.path)?;
+        let Judged {
+            part,
+            values,
+            mut remarks,
+            faults,
+            table,
+            figure,
+        } = outcome
+            .procedure
+            .judge(outcome.date, &self.measure.operator)?;
+        remarks.push(format!("driven for       {:.1} s", outcome.driven_s));
+        let mut written = write_beside(&self.path, C::NAME, &table, figure.as_ref())?;
+        let passed = faults.is_empty();
+        if passed {
+            remarks.extend(part.put_into(&mut self.calibration));
+            self.calibration.write(&self.path)?;
+            written.push(self.path);
+        }
+        Ok(Report {
+            calibrated: C::NAME,
+            passed,
+            values,
+            remarks,
+            faults,
+            written,
+        })
+    }
 }
 
 /// `calibrate plate`
@@ -149,62 +219,17 @@ fn require_operator(measure: &cli::Measure) -> anyhow::Result<()> {
 /// # Errors
 /// When the bench cannot measure; a measurement that does not pass is a [`Report`].
 pub fn plate(
-    mut config: Config,
+    config: Config,
     options: &cli::CalibratePlate,
     hardware: impl FnOnce(&Config) -> anyhow::Result<Hardware>,
 ) -> anyhow::Result<Report> {
-    require_operator(&options.measure)?;
-    let path = path(&options.measure.hardware);
-    let mut calibration = before(&path, &config)?;
-    held::apply(&calibration, &mut config);
-    let mut setup = plate::Setup::new(&config, &calibration, options.drive_v)?;
+    let begun = Begun::new(config, &options.measure)?;
+    let mut setup = plate::Setup::new(&begun.config, &begun.calibration, options.drive_v)?;
     if let Some(about_hz) = options.about_hz {
         setup.about_hz = about_hz;
     }
-    let hardware = hardware(&config)?;
-    let outcome = rig::run(&config, hardware, None, PlateProcedure::new(setup))?;
-    own(&mut calibration, outcome.identity, &path)?;
-    let measured = outcome
-        .procedure
-        .measured(outcome.date, &options.measure.operator)?;
-    let response = outcome.procedure.admittance(&measured.plate);
-    let mut written = write_beside(
-        &path,
-        &plate::admittance_csv(&response),
-        &figures::calibration::plate(&response, &measured.plate),
-    )?;
-    let plate = measured.plate;
-    let mut remarks = vec![
-        format!("residual         {:.1e} of the peak", plate.residual),
-        format!("driven for       {:.1} s", outcome.driven_s),
-    ];
-    if let Some(drift_hz) = plate.drift_hz {
-        remarks.push(format!(
-            "drift            {drift_hz:+.2} Hz since the calibration before"
-        ));
-    }
-    let values = vec![
-        ("resonance", plate.resonance_hz.clone()),
-        ("quality", plate.quality.clone()),
-        ("damping", plate.damping_n_s_per_m.clone()),
-        ("stiffness", plate.stiffness_n_per_m.clone()),
-        ("force factor", plate.force_factor_n_per_v.clone()),
-        ("pickup phase", plate.pickup_phase_rad.clone()),
-    ];
-    let passed = measured.faults.is_empty();
-    if passed {
-        calibration.plate = Some(plate);
-        calibration.write(&path)?;
-        written.push(path);
-    }
-    Ok(Report {
-        calibrated: "plate",
-        passed,
-        values,
-        remarks,
-        faults: measured.faults,
-        written,
-    })
+    let hardware = hardware(&begun.config)?;
+    begun.run(hardware, None, PlateProcedure::new(setup))
 }
 
 /// `calibrate pickup`
@@ -212,14 +237,11 @@ pub fn plate(
 /// # Errors
 /// When the bench cannot measure; a measurement that does not pass is a [`Report`].
 pub fn pickup(
-    mut config: Config,
+    config: Config,
     options: &cli::CalibratePickup,
     hardware: impl FnOnce(&Config) -> anyhow::Result<Hardware>,
 ) -> anyhow::Result<Report> {
-    require_operator(&options.measure)?;
-    let path = path(&options.measure.hardware);
-    let mut calibration = before(&path, &config)?;
-    held::apply(&calibration, &mut config);
+    let begun = Begun::new(config, &options.measure)?;
     let known = if !options.known_um.is_empty() {
         Known::Values(known::from_um(&options.known_um))
     } else if let Some(table) = &options.known_csv {
@@ -228,13 +250,13 @@ pub fn pickup(
         Known::Instrument
     };
     let setup = pickup::Setup::new(
-        &config,
-        &calibration,
+        &begun.config,
+        &begun.calibration,
         options.levels_v.clone(),
         known.clone(),
         options.known_accuracy,
     )?;
-    let hardware = hardware(&config)?;
+    let hardware = hardware(&begun.config)?;
     let instrument = match known {
         Known::Values(_) | Known::Table(_) => None,
         Known::Instrument => {
@@ -246,51 +268,5 @@ pub fn pickup(
             Some(Instrument::open(&port, options.instrument_baud)?)
         }
     };
-    let outcome = rig::run(&config, hardware, instrument, PickupProcedure::new(setup))?;
-    own(&mut calibration, outcome.identity, &path)?;
-    let measured = outcome
-        .procedure
-        .measured(outcome.date, &options.measure.operator)?;
-    let mut written = write_beside(
-        &path,
-        &outcome.procedure.points_csv(&measured.line),
-        &figures::calibration::pickup(
-            &outcome.procedure.rungs,
-            &measured.line.residuals,
-            &measured.pickup,
-        ),
-    )?;
-    let pickup = measured.pickup;
-    let values = vec![
-        ("sensitivity", pickup.metres_per_unit.clone()),
-        ("offset", pickup.offset.clone()),
-    ];
-    let mut remarks = vec![
-        format!(
-            "nonlinearity     {:.3} % of the largest amplitude",
-            100.0 * pickup.nonlinearity
-        ),
-        format!(
-            "points           {} at {:.1} Hz",
-            pickup.points, pickup.carrier_hz
-        ),
-        format!("driven for       {:.1} s", outcome.driven_s),
-    ];
-    let passed = measured.faults.is_empty();
-    if passed {
-        if calibration.plate.take().is_some() {
-            remarks.push("the plate's force factor rested on the sensitivity before: run `friction-bench calibrate plate` again".to_owned());
-        }
-        calibration.pickup = Some(pickup);
-        calibration.write(&path)?;
-        written.push(path);
-    }
-    Ok(Report {
-        calibrated: "pickup",
-        passed,
-        values,
-        remarks,
-        faults: measured.faults,
-        written,
-    })
+    begun.run(hardware, instrument, PickupProcedure::new(setup))
 }

@@ -3,12 +3,16 @@
 pub mod channel_match;
 pub mod command;
 pub mod file;
+pub mod heard;
 pub mod held;
 pub mod identity;
+pub mod judged;
 pub mod known;
+pub mod operator;
 pub mod pickup;
 pub mod plate;
 pub mod rig;
+pub mod unattended;
 
 pub use file::{Calibration, FileError};
 pub use held::Held;

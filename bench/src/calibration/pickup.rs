@@ -4,17 +4,21 @@ use std::fmt::Write as _;
 
 use anyhow::{Context, bail};
 use impedance::plate_fit::{CHANNEL_MATCH, find_resonance};
-use impedance::regression::{Line, Point};
+use impedance::regression::{Line, LineError, Point};
 use signalgen::{ToneList, Waveform};
 
 use super::file::{self, Provenance, Quantity};
+use super::heard::{Dwell, Heard};
+use super::judged::{Calibrates, Judged, Part};
 use super::known::{INSTRUMENT_LAG_S, Known};
+use super::operator::{PointRead, Progress};
 use super::plate::{
     LISTEN_S, highest_level_v, look, looked, peak_units_per_v, require_nothing_on_the_plate,
     require_unsaturated, settle_s,
 };
-use super::rig::{Dwell, Heard, Next, Procedure};
+use super::rig::{Happened, Next, Procedure};
 use crate::config::Config;
+use crate::figures;
 
 /// The ladder, of the highest level.
 const LADDER: [f64; 7] = [0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0];
@@ -236,8 +240,8 @@ impl PickupProcedure {
 }
 
 impl Procedure for PickupProcedure {
-    fn next(&mut self, heard: Option<Heard>) -> anyhow::Result<Next> {
-        let Some(heard) = heard else {
+    fn next(&mut self, happened: Happened) -> anyhow::Result<Next> {
+        let Happened::Heard(heard) = happened else {
             return Ok(Next::Listen(LISTEN_S));
         };
         require_nothing_on_the_plate(&heard, &self.setup.config)?;
@@ -257,34 +261,28 @@ impl Procedure for PickupProcedure {
             }
         }
     }
+
+    fn progress(&self) -> Progress {
+        let (step, doing) = match self.stage {
+            Stage::Listen => (1, "listening to the silent bench".to_owned()),
+            Stage::Look => (2, "looking for the resonance".to_owned()),
+            Stage::Ladder => (3, format!("driving at {:.1} Hz", self.carrier_hz)),
+        };
+        Progress {
+            step,
+            steps: 3,
+            doing,
+            points: self.points_read(),
+            ..Progress::default()
+        }
+    }
 }
 
-/// The measured sensitivity, and why it does not pass, if it does not.
-pub struct Measured {
-    /// For the file.
-    pub pickup: file::Pickup,
-    /// The line through the points.
-    pub line: Line,
-    /// Reasons not to use it.
-    pub faults: Vec<String>,
-}
+impl Calibrates for PickupProcedure {
+    const NAME: &'static str = "pickup";
 
-impl PickupProcedure {
-    /// The line through the points.
-    ///
-    /// # Errors
-    /// When they determine none.
-    pub fn measured(&self, date: jiff::Timestamp, operator: &str) -> anyhow::Result<Measured> {
-        let points: Vec<Point> = self
-            .rungs
-            .iter()
-            .map(|rung| Point {
-                x: rung.reading,
-                y: rung.known_m,
-                sigma: rung.sigma_m,
-            })
-            .collect();
-        let line = Line::fit(&points)?;
+    fn judge(&self, date: jiff::Timestamp, operator: &str) -> anyhow::Result<Judged> {
+        let line = self.line()?;
         let limits = &self.setup.config.calibration;
         let relative = (line.slope_error / line.slope)
             .hypot(self.setup.accuracy)
@@ -313,37 +311,83 @@ impl PickupProcedure {
             Known::Instrument => "read from an instrument",
         };
         let n = line.degrees_of_freedom;
-        Ok(Measured {
-            pickup: file::Pickup {
-                measured: Provenance {
-                    date,
-                    operator: operator.to_owned(),
-                    method: format!(
-                        "weighted line through {} levels, amplitudes {source}; errors hold scatter, an accuracy of {} of what is known and a channel match of {CHANNEL_MATCH}",
-                        points.len(),
-                        self.setup.accuracy
-                    ),
-                },
-                metres_per_unit: Quantity::combined(
-                    line.slope,
-                    relative * line.slope.abs(),
-                    line.slope_error,
-                    n,
-                    "m",
+        let pickup = file::Pickup {
+            measured: Provenance {
+                date,
+                operator: operator.to_owned(),
+                method: format!(
+                    "weighted line through {} levels, amplitudes {source}; errors hold scatter, an accuracy of {} of what is known and a channel match of {CHANNEL_MATCH}",
+                    self.rungs.len(),
+                    self.setup.accuracy
                 ),
-                offset: Quantity::new(line.offset, line.offset_error, n, "m"),
-                nonlinearity: line.nonlinearity,
-                points: points.len(),
-                carrier_hz: self.carrier_hz,
             },
-            line,
+            metres_per_unit: Quantity::combined(
+                line.slope,
+                relative * line.slope.abs(),
+                line.slope_error,
+                n,
+                "m",
+            ),
+            offset: Quantity::new(line.offset, line.offset_error, n, "m"),
+            nonlinearity: line.nonlinearity,
+            points: self.rungs.len(),
+            carrier_hz: self.carrier_hz,
+        };
+        Ok(Judged {
+            values: vec![
+                ("sensitivity", pickup.metres_per_unit.clone()),
+                ("offset", pickup.offset.clone()),
+            ],
+            remarks: vec![
+                format!(
+                    "nonlinearity     {:.3} % of the largest amplitude",
+                    100.0 * pickup.nonlinearity
+                ),
+                format!(
+                    "points           {} at {:.1} Hz",
+                    pickup.points, pickup.carrier_hz
+                ),
+            ],
             faults,
+            table: self.points_csv(&line),
+            figure: Some(figures::calibration::pickup(
+                &self.rungs,
+                &line.residuals,
+                &pickup,
+            )),
+            part: Part::Pickup(Box::new(pickup)),
         })
+    }
+}
+
+impl PickupProcedure {
+    /// The line through the points.
+    fn line(&self) -> Result<Line, LineError> {
+        let points: Vec<Point> = self
+            .rungs
+            .iter()
+            .map(|rung| Point {
+                x: rung.reading,
+                y: rung.known_m,
+                sigma: rung.sigma_m,
+            })
+            .collect();
+        Line::fit(&points)
+    }
+
+    fn points_read(&self) -> Vec<PointRead> {
+        self.rungs
+            .iter()
+            .map(|rung| PointRead {
+                at: format!("{:.2} V", rung.drive_v),
+                value: format!("{:.4} µm", rung.known_m * 1e6),
+                ..PointRead::default()
+            })
+            .collect()
     }
 
     /// The points and their residuals as CSV.
-    #[must_use]
-    pub fn points_csv(&self, line: &Line) -> String {
+    fn points_csv(&self, line: &Line) -> String {
         let mut text = String::from("drive_v,reading_units,known_m,sigma_m,residual_m\n");
         for (rung, residual) in self.rungs.iter().zip(&line.residuals) {
             let _ = writeln!(

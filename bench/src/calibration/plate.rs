@@ -10,8 +10,12 @@ use signalgen::{ToneList, Waveform};
 use std::f64::consts::{PI, TAU};
 
 use super::file::{self, Provenance, Quantity};
-use super::rig::{Heard, Next, Procedure};
+use super::heard::Heard;
+use super::judged::{Calibrates, Judged, Part};
+use super::operator::Progress;
+use super::rig::{Happened, Next, Procedure};
 use crate::config::Config;
+use crate::figures;
 use crate::pipeline::CLIP_LEVEL;
 
 /// Level of the first, coarse look, V: harmless at any resonance.
@@ -226,8 +230,8 @@ fn responses(heard: &Heard, config: &Config, settle_s: f64) -> anyhow::Result<Ve
 }
 
 impl Procedure for PlateProcedure {
-    fn next(&mut self, heard: Option<Heard>) -> anyhow::Result<Next> {
-        let Some(heard) = heard else {
+    fn next(&mut self, happened: Happened) -> anyhow::Result<Next> {
+        let Happened::Heard(heard) = happened else {
             return Ok(Next::Listen(LISTEN_S));
         };
         let config = &self.setup.config;
@@ -251,22 +255,29 @@ impl Procedure for PlateProcedure {
             Stage::Measured => Ok(Next::Done),
         }
     }
+
+    fn progress(&self) -> Progress {
+        let (step, doing) = match self.stage {
+            Stage::Listen => (1, "listening to the silent bench".to_owned()),
+            Stage::Look => (2, "looking for the resonance".to_owned()),
+            Stage::Close | Stage::Measured => (
+                3,
+                format!("{TONES} tones about it at {:.1} V", self.level_v),
+            ),
+        };
+        Progress {
+            step,
+            steps: 3,
+            doing,
+            ..Progress::default()
+        }
+    }
 }
 
-/// The measured plate, and why it does not pass, if it does not.
-pub struct Measured {
-    /// For the file.
-    pub plate: file::Plate,
-    /// Reasons not to use it.
-    pub faults: Vec<String>,
-}
+impl Calibrates for PlateProcedure {
+    const NAME: &'static str = "plate";
 
-impl PlateProcedure {
-    /// The constants that follow from the fit.
-    ///
-    /// # Errors
-    /// When nothing was fitted.
-    pub fn measured(&self, date: jiff::Timestamp, operator: &str) -> anyhow::Result<Measured> {
+    fn judge(&self, date: jiff::Timestamp, operator: &str) -> anyhow::Result<Judged> {
         let fit = self.fit.as_ref().context("the plate was not measured")?;
         let setup = &self.setup;
         let config = &setup.config;
@@ -325,46 +336,64 @@ impl PlateProcedure {
                 "the force factor needs the pickup's sensitivity: run `friction-bench calibrate pickup` first".to_owned(),
             );
         }
-        Ok(Measured {
-            plate: file::Plate {
-                measured: Provenance {
-                    date,
-                    operator: operator.to_owned(),
-                    method: format!(
-                        "{TONES} tones over {:.0} Hz at {:.1} V, each after {SETTLE_TIME_CONSTANTS} time constants; least squares of a second-order mode with residual terms; errors hold scatter, model and a channel match of {CHANNEL_MATCH}",
-                        self.responses.last().map_or(0.0, |r| r.frequency_hz)
-                            - self.responses.first().map_or(0.0, |r| r.frequency_hz),
-                        self.level_v
-                    ),
-                },
-                resonance_hz: quantity(f0, "Hz"),
-                quality: quantity(quality, "1"),
-                damping_n_s_per_m: Quantity::new(damping, damping * relative(quality), n, "N·s/m"),
-                stiffness_n_per_m: Quantity::new(
-                    stiffness,
-                    2.0 * stiffness * relative(f0),
-                    n,
-                    "N/m",
+        let plate = file::Plate {
+            measured: Provenance {
+                date,
+                operator: operator.to_owned(),
+                method: format!(
+                    "{TONES} tones over {:.0} Hz at {:.1} V, each after {SETTLE_TIME_CONSTANTS} time constants; least squares of a second-order mode with residual terms; errors hold scatter, model and a channel match of {CHANNEL_MATCH}",
+                    self.responses.last().map_or(0.0, |r| r.frequency_hz)
+                        - self.responses.first().map_or(0.0, |r| r.frequency_hz),
+                    self.level_v
                 ),
-                force_factor_n_per_v: Quantity::new(
-                    force_factor,
-                    force_factor * of_sensitivity.hypot(of_fit),
-                    freedom,
-                    "N/V",
-                ),
-                pickup_phase_rad: quantity(fit.pickup_phase_rad, "rad"),
-                unloaded_ratio: [unloaded.re, unloaded.im],
-                residual: fit.residual,
-                drift_hz,
-                metres_per_unit: sensitivity.value,
             },
+            resonance_hz: quantity(f0, "Hz"),
+            quality: quantity(quality, "1"),
+            damping_n_s_per_m: Quantity::new(damping, damping * relative(quality), n, "N·s/m"),
+            stiffness_n_per_m: Quantity::new(stiffness, 2.0 * stiffness * relative(f0), n, "N/m"),
+            force_factor_n_per_v: Quantity::new(
+                force_factor,
+                force_factor * of_sensitivity.hypot(of_fit),
+                freedom,
+                "N/V",
+            ),
+            pickup_phase_rad: quantity(fit.pickup_phase_rad, "rad"),
+            unloaded_ratio: [unloaded.re, unloaded.im],
+            residual: fit.residual,
+            drift_hz,
+            metres_per_unit: sensitivity.value,
+        };
+        let mut remarks = vec![format!(
+            "residual         {:.1e} of the peak",
+            plate.residual
+        )];
+        if let Some(drift_hz) = plate.drift_hz {
+            remarks.push(format!(
+                "drift            {drift_hz:+.2} Hz since the calibration before"
+            ));
+        }
+        let response = self.admittance(&plate);
+        Ok(Judged {
+            values: vec![
+                ("resonance", plate.resonance_hz.clone()),
+                ("quality", plate.quality.clone()),
+                ("damping", plate.damping_n_s_per_m.clone()),
+                ("stiffness", plate.stiffness_n_per_m.clone()),
+                ("force factor", plate.force_factor_n_per_v.clone()),
+                ("pickup phase", plate.pickup_phase_rad.clone()),
+            ],
+            remarks,
             faults,
+            table: admittance_csv(&response),
+            figure: Some(figures::calibration::plate(&response, &plate)),
+            part: Part::Plate(Box::new(plate)),
         })
     }
+}
 
+impl PlateProcedure {
     /// The admittance ṽ/f̃ at each tone (Huloux 2021, Fig. 10 b).
-    #[must_use]
-    pub fn admittance(&self, plate: &file::Plate) -> Vec<Admittance> {
+    fn admittance(&self, plate: &file::Plate) -> Vec<Admittance> {
         let model = self.fit.iter().flat_map(|fit| &fit.model);
         let volts_per_unit = self.setup.config.channels.drive.volts_per_unit;
         self.responses
@@ -399,8 +428,7 @@ pub struct Admittance {
 }
 
 /// The admittances as CSV.
-#[must_use]
-pub fn admittance_csv(response: &[Admittance]) -> String {
+fn admittance_csv(response: &[Admittance]) -> String {
     let mut text = String::from(
         "frequency_hz,re_admittance_m_per_s_per_n,im_admittance_m_per_s_per_n,re_fit_m_per_s_per_n,im_fit_m_per_s_per_n\n",
     );

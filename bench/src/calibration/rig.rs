@@ -1,103 +1,66 @@
-//! The bench under calibration: tones are played, everything is heard whole, and what to do next is decided from it.
+//! The bench under calibration: tones are played, everything is heard whole, the operator is asked, and what to do next is
+//! decided from all of it.
 
 use std::collections::VecDeque;
-use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use crossbeam_channel::{Receiver, Sender};
-use impedance::tone::{Tone, ToneError};
 use jiff::Timestamp;
-use signalgen::{BlockHeader, InputReader, Waveform};
+use signalgen::{BlockHeader, DrivePhase, InputReader, Waveform};
 
+use super::heard::{Heard, dwells, held_tone};
 use super::identity::Identity;
 use super::known::Instrument;
-use crate::assembly::{Hardware, OpenHardware};
+use super::operator::{Answer, Operator, Progress, Reading, Request, Wish};
+use crate::assembly::{Hands, Hardware, OpenHardware};
 use crate::config::Config;
 use crate::drive::{Drive, settings};
-use crate::field::Reading;
-use crate::pipeline::CLIP_LEVEL;
+use crate::field;
+use crate::front::DashboardThread;
 use crate::safety::{SafetyState, Trip};
 use crate::schedule::{StopFlag, Task};
 use crate::shared::{Latest, Shared};
 
 /// What a calibration wants next.
+#[derive(Debug)]
 pub enum Next {
     /// Silence, for so many seconds.
     Listen(f64),
     /// A waveform that ends by itself: stepped tones.
     Play(Box<Waveform>),
+    /// Silence, until the operator has answered.
+    Ask(Request),
+    /// A tone that sounds until the operator has answered, and has sounded for [`HELD_S`]. Asked with the same tone
+    /// again, it goes on without a break.
+    Sound(Box<Waveform>, Request),
     /// Everything has been measured.
     Done,
 }
 
+/// What has happened at the last step.
+#[derive(Debug)]
+pub enum Happened {
+    /// Nothing yet: the first step.
+    Began,
+    /// What was heard while listening or playing.
+    Heard(Heard),
+    /// The operator's answer, and at least the last [`HELD_S`] of what was heard before it; of a tone that sounded, its
+    /// only dwell is those seconds at full amplitude.
+    Answered(Answer, Heard),
+}
+
 /// A measurement, one step at a time.
 pub trait Procedure: Send + 'static {
-    /// Decides from what was heard at the last step; `None` at the first.
+    /// Decides from what has happened at the last step.
     ///
     /// # Errors
     /// When the measurement cannot be made: names why, and what to do.
-    fn next(&mut self, heard: Option<Heard>) -> anyhow::Result<Next>;
-}
+    fn next(&mut self, happened: Happened) -> anyhow::Result<Next>;
 
-/// One tone within what was heard, at full amplitude throughout.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Dwell {
-    /// Its frequency, Hz.
-    pub carrier_hz: f64,
-    /// Its frames.
-    pub frames: Range<usize>,
-}
-
-/// What came in during one step.
-#[derive(Debug, Clone, Default)]
-pub struct Heard {
-    /// All channels, interleaved.
-    pub samples: Vec<f32>,
-    /// Channels of the stream.
-    pub channels: usize,
-    /// Frames a second.
-    pub rate_hz: f64,
-    /// The tones in the order in which they sounded.
-    pub dwells: Vec<Dwell>,
-    /// Normal forces, N.
-    pub normal_n: Vec<f64>,
-    /// Lateral forces, N.
-    pub lateral_n: Vec<f64>,
-    /// Readings of the instrument, m, and the frames at which they arrived.
-    pub known_m: Vec<(usize, f64)>,
-}
-
-impl Heard {
-    /// Reads `channel` at the tone of `dwell`, `settle_s` after its beginning.
-    ///
-    /// # Errors
-    /// When what is left of it is too short.
-    pub fn tone(&self, dwell: &Dwell, channel: u16, settle_s: f64) -> Result<Tone, ToneError> {
-        let window = self.settled(dwell, settle_s);
-        Tone::read(
-            &self.samples[window.start * self.channels..window.end * self.channels],
-            self.channels,
-            usize::from(channel),
-            dwell.carrier_hz,
-            self.rate_hz,
-        )
-    }
-
-    /// The frames of `dwell` from `settle_s` on.
-    #[must_use]
-    pub fn settled(&self, dwell: &Dwell, settle_s: f64) -> Range<usize> {
-        let settle = (settle_s * self.rate_hz) as usize;
-        (dwell.frames.start + settle).min(dwell.frames.end)..dwell.frames.end
-    }
-
-    /// Mean of the force readings; `None` without a sensor.
-    #[must_use]
-    pub fn mean_force_n(&self) -> Option<(f64, f64)> {
-        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-        (!self.normal_n.is_empty()).then(|| (mean(&self.normal_n), mean(&self.lateral_n)))
-    }
+    /// How far it has come.
+    fn progress(&self) -> Progress;
 }
 
 /// A measurement that came to its end.
@@ -112,14 +75,20 @@ pub struct Outcome<P> {
     pub driven_s: f64,
 }
 
-/// Runs `procedure` on the bench.
+/// Who is asked, and the screen that it takes place on, if it does.
+pub type Attendance = (Box<dyn Operator>, Option<DashboardThread>);
+
+/// Runs `procedure` on the bench. `attend` opens the operator's screen once the bench is open, on whose leaving the
+/// flag that it is given is raised.
 ///
 /// # Errors
-/// When a part of the bench is missing or fails, samples are lost, the safety watch trips, or the procedure refuses.
+/// When a part of the bench is missing or fails, samples are lost, the safety watch trips, the operator leaves, or the
+/// procedure refuses.
 pub fn run<P: Procedure>(
     config: &Config,
     hardware: Hardware,
     instrument: Option<Instrument>,
+    attend: impl FnOnce(&StopFlag) -> anyhow::Result<Attendance>,
     procedure: P,
 ) -> anyhow::Result<Outcome<P>> {
     let Hardware {
@@ -129,6 +98,7 @@ pub fn run<P: Procedure>(
         clock,
         schedule,
         watchers,
+        hands,
         simulated: _,
         vibrometer_port: _,
     } = hardware;
@@ -137,28 +107,35 @@ pub fn run<P: Procedure>(
     let identity = Identity::opened(config, &open.streams);
     let stop = StopFlag::default();
     crate::run::make_safe(&open.kill, &stop)?;
+    let (operator, screen) = attend(&stop)?;
     let (done, outcome) = crossbeam_channel::bounded(1);
     let rate_hz = f64::from(config.audio.rate_hz);
-    let ramp_frames = settings.ramp_frames() as usize;
     let task = RigTask {
+        ramp_frames: settings.ramp_frames() as usize,
         settings,
-        ramp_frames,
-        drive_channel: usize::from(config.channels.drive.index),
-        drive_volts_per_unit: config.channels.drive.volts_per_unit,
-        tail_frames: (config.safety.loop_latency_s * rate_hz) as usize,
-        expects_force: config.force.is_some(),
         channels: open.input.channels(),
+        drive_channel: usize::from(config.channels.drive.index),
+        pickup_channel: usize::from(config.channels.pickup.index),
+        drive_volts_per_unit: config.channels.drive.volts_per_unit,
+        pickup_metres_per_unit: config.channels.pickup.metres_per_unit,
+        tail_frames: (config.safety.loop_latency_s * rate_hz) as usize,
+        held_frames: (HELD_S * rate_hz) as usize,
+        expects_force: config.force.is_some(),
         rate_hz,
         input: open.input,
         readings: open.readings,
         drive: open.drive,
         shared: open.shared,
         instrument,
+        operator,
+        hands,
         stop: stop.clone(),
         procedure: Some(procedure),
         step: Step::Settling,
+        held: None,
         heard: Heard::default(),
         block: Vec::new(),
+        meter: Meter::default(),
         account: Account::default(),
         recent: VecDeque::new(),
         driven_frames: 0,
@@ -171,10 +148,12 @@ pub fn run<P: Procedure>(
     let ran = schedule.run(tasks, &clock, &stop);
     open.kill.kill();
     drop((open.streams, watchers));
+    let closed = screen.map_or(Ok(()), DashboardThread::join);
     ran?;
+    closed?;
     let (procedure, driven_s) = outcome
         .try_recv()
-        .context("interrupted before everything was measured: nothing was written")?;
+        .context("left before everything was measured: nothing was written")?;
     Ok(Outcome {
         procedure,
         identity,
@@ -183,12 +162,14 @@ pub fn run<P: Procedure>(
     })
 }
 
+/// A tone that is held has sounded for this long when its answer is taken, s.
+pub const HELD_S: f64 = 1.0;
 /// Silence before the first step, s: the force sensor's clock and the card come to rest.
 const SETTLE_S: f64 = 0.2;
+/// The operator is shown a reading this often, s.
+const SHOW_S: f64 = 0.05;
 /// Span over which the read-back for the safety watch is averaged, s.
 const READBACK_S: f64 = 1e-3;
-/// Pieces in which a tone's beginning is looked for, s.
-const ONSET_S: f64 = 5e-4;
 /// A read-back under this share of the command is no gain error: the carrier is gone.
 const VANISHED: f64 = 0.3;
 /// A card that delivers nothing for this long ends the calibration.
@@ -196,6 +177,11 @@ const PATIENCE: Duration = Duration::from_secs(10);
 
 enum Step {
     Settling,
+    /// The tone before is dying away.
+    Hushing {
+        next: Option<Next>,
+        quiet_frames: usize,
+    },
     Listening {
         until: usize,
     },
@@ -205,7 +191,19 @@ enum Step {
         after: u32,
         ended: Option<usize>,
     },
+    Asking {
+        answer: Option<Answer>,
+    },
+    /// The operator reads why.
+    Failed(anyhow::Error),
     Done,
+}
+
+/// A tone that sounds until it is no longer wanted.
+struct Held {
+    waveform: Waveform,
+    after: u32,
+    steady_frames: usize,
 }
 
 #[derive(Default)]
@@ -214,25 +212,64 @@ struct Account {
     xruns: (u64, u64),
 }
 
+/// What came in since the operator was last shown a reading.
+#[derive(Default)]
+struct Meter {
+    frames: usize,
+    /// Sum, sum of squares: of the drive's and the pickup's input.
+    sums: [(f64, f64); 2],
+    level: f64,
+    force: (f64, f64, u32),
+    known_m: Option<f64>,
+}
+
+impl Meter {
+    fn take(&mut self, block: &[f32], channels: usize, watched: [usize; 2]) {
+        for frame in block.chunks_exact(channels) {
+            for (sums, &channel) in self.sums.iter_mut().zip(&watched) {
+                let value = f64::from(frame[channel]);
+                *sums = (sums.0 + value, sums.1 + value * value);
+            }
+        }
+        let peak = block.iter().fold(0.0f32, |peak, x| peak.max(x.abs()));
+        self.level = self.level.max(f64::from(peak));
+        self.frames += block.len() / channels;
+    }
+
+    /// Peak amplitudes of both, sample units.
+    fn amplitudes(&self) -> [f64; 2] {
+        let n = self.frames as f64;
+        self.sums
+            .map(|(sum, squares)| (2.0 * (squares / n - (sum / n).powi(2)).max(0.0)).sqrt())
+    }
+}
+
 struct RigTask<P> {
     settings: signalgen::DriveSettings,
     ramp_frames: usize,
-    drive_channel: usize,
-    drive_volts_per_unit: f64,
-    tail_frames: usize,
-    expects_force: bool,
     channels: usize,
+    drive_channel: usize,
+    pickup_channel: usize,
+    drive_volts_per_unit: f64,
+    pickup_metres_per_unit: f64,
+    tail_frames: usize,
+    held_frames: usize,
+    expects_force: bool,
     rate_hz: f64,
     input: InputReader,
-    readings: Receiver<Reading>,
+    readings: Receiver<field::Reading>,
     drive: Drive,
     shared: Arc<Shared>,
     instrument: Option<Instrument>,
+    operator: Box<dyn Operator>,
+    hands: Option<Hands>,
     stop: StopFlag,
     procedure: Option<P>,
     step: Step,
+    held: Option<Held>,
     heard: Heard,
     block: Vec<f32>,
+    meter: Meter,
     account: Account,
     recent: VecDeque<f64>,
     driven_frames: u64,
@@ -252,24 +289,43 @@ impl<P: Procedure> RigTask<P> {
                 xruns.1
             );
         }
-        if !header.drive.phase.is_silent() {
+        let silent = header.drive.phase.is_silent();
+        if !silent {
             self.driven_frames += u64::from(header.frames);
         }
         self.publish_readback(now_ns);
+        let watched = [self.drive_channel, self.pickup_channel];
+        self.meter.take(&self.block, self.channels, watched);
         self.heard.samples.extend_from_slice(&self.block);
-        let frames = self.heard.samples.len() / self.channels;
-        if let Step::Playing {
-            started,
-            after,
-            ended,
-            ..
-        } = &mut self.step
-        {
-            let silent = header.drive.phase.is_silent();
-            *started |= header.drive.programs != *after && !silent;
-            if *started && silent && ended.is_none() {
-                *ended = Some(frames);
+        let frames = self.frames();
+        match &mut self.step {
+            Step::Playing {
+                started,
+                after,
+                ended,
+                ..
+            } => {
+                *started |= header.drive.programs != *after && !silent;
+                if *started && silent && ended.is_none() {
+                    *ended = Some(frames);
+                }
             }
+            Step::Hushing { quiet_frames, .. } if silent => {
+                *quiet_frames += header.frames as usize;
+            }
+            Step::Asking { .. } if frames > 2 * self.held_frames => {
+                self.heard.forget(frames - self.held_frames);
+            }
+            _ => {}
+        }
+        if let Some(held) = &mut self.held {
+            let steady =
+                header.drive.programs != held.after && header.drive.phase == DrivePhase::Steady;
+            held.steady_frames = if steady {
+                held.steady_frames + header.frames as usize
+            } else {
+                0
+            };
         }
         Ok(())
     }
@@ -299,11 +355,34 @@ impl<P: Procedure> RigTask<P> {
         self.heard.samples.len() / self.channels
     }
 
+    /// Begins a step, once the tone before has died away.
     fn begin(&mut self, next: Next) -> anyhow::Result<()> {
+        let goes_on = match (&self.held, &next) {
+            (None, _) => true,
+            (Some(held), Next::Sound(waveform, _)) => held.waveform == **waveform,
+            _ => false,
+        };
+        if goes_on {
+            return self.begin_now(next);
+        }
+        self.held = None;
+        self.drive.stop();
+        self.step = Step::Hushing {
+            next: Some(next),
+            quiet_frames: 0,
+        };
+        Ok(())
+    }
+
+    fn begin_now(&mut self, next: Next) -> anyhow::Result<()> {
         self.heard = Heard {
             channels: self.channels,
             rate_hz: self.rate_hz,
             ..Heard::default()
+        };
+        let asked = match &next {
+            Next::Ask(request) | Next::Sound(_, request) => Some(*request),
+            Next::Listen(_) | Next::Play(_) | Next::Done => None,
         };
         self.step = match next {
             Next::Listen(seconds) => Step::Listening {
@@ -318,53 +397,200 @@ impl<P: Procedure> RigTask<P> {
                     ended: None,
                 }
             }
+            Next::Sound(waveform, _) if self.held.is_none() => {
+                self.drive.start(self.settings.admit(*waveform)?);
+                self.held = Some(Held {
+                    waveform: *waveform,
+                    after: self.drive.programs(),
+                    steady_frames: 0,
+                });
+                Step::Asking { answer: None }
+            }
+            Next::Sound(..) | Next::Ask(_) => Step::Asking { answer: None },
             Next::Done => Step::Done,
         };
+        self.operator.ask(asked.as_ref());
+        if let (Some(hands), Some(request)) = (&mut self.hands, &asked) {
+            hands(request);
+        }
         Ok(())
     }
 
-    /// What was heard once the present step is over.
-    fn finished(&mut self) -> anyhow::Result<Option<Option<Heard>>> {
+    /// What has happened once the present step is over.
+    fn finished(&mut self) -> anyhow::Result<Option<Happened>> {
         let frames = self.frames();
-        Ok(match &self.step {
-            Step::Settling => (frames as f64 > SETTLE_S * self.rate_hz).then_some(None),
-            Step::Listening { until } => {
-                (frames >= *until).then(|| Some(std::mem::take(&mut self.heard)))
-            }
+        match &self.step {
+            Step::Settling if frames as f64 > SETTLE_S * self.rate_hz => Ok(Some(Happened::Began)),
+            Step::Listening { until } if frames >= *until => self.heard_out().map(Some),
             Step::Playing {
                 waveform,
                 ended: Some(ended),
                 ..
-            } => {
-                if frames < ended + self.tail_frames {
-                    return Ok(None);
-                }
+            } if frames >= ended + self.tail_frames => {
                 let waveform = **waveform;
-                let mut heard = std::mem::take(&mut self.heard);
-                heard.dwells = dwells(&heard, &waveform, self.drive_channel, self.ramp_frames)?;
-                Some(Some(heard))
+                self.heard.dwells =
+                    dwells(&self.heard, &waveform, self.drive_channel, self.ramp_frames)?;
+                self.heard_out().map(Some)
             }
-            Step::Playing { .. } | Step::Done => None,
-        })
+            Step::Asking {
+                answer: Some(answer),
+            } => {
+                let answer = *answer;
+                if let Some(held) = &self.held {
+                    // The read-back and the pickup lag behind the drive.
+                    if held.steady_frames < self.tail_frames + self.held_frames
+                        || frames < self.held_frames
+                    {
+                        return Ok(None);
+                    }
+                    self.heard.dwells = held_tone(
+                        &self.heard,
+                        &held.waveform,
+                        self.drive_channel,
+                        self.held_frames,
+                    )?;
+                    self.require_force()?;
+                }
+                let heard = std::mem::take(&mut self.heard);
+                Ok(Some(Happened::Answered(answer, heard)))
+            }
+            _ => Ok(None),
+        }
+    }
+
+    fn heard_out(&mut self) -> anyhow::Result<Happened> {
+        self.require_force()?;
+        Ok(Happened::Heard(std::mem::take(&mut self.heard)))
+    }
+
+    fn require_force(&self) -> anyhow::Result<()> {
+        if self.expects_force && self.heard.normal_n.is_empty() {
+            bail!("the force sensor sends nothing: check port, baud and protocol in [force]");
+        }
+        Ok(())
     }
 
     fn go_on(&mut self) -> anyhow::Result<()> {
-        while let Some(heard) = self.finished()? {
-            if self.expects_force
-                && let Some(heard) = &heard
-                && heard.normal_n.is_empty()
-            {
-                bail!("the force sensor sends nothing: check port, baud and protocol in [force]");
-            }
+        if let Step::Hushing { next, quiet_frames } = &mut self.step
+            && *quiet_frames >= self.tail_frames
+            && let Some(next) = next.take()
+        {
+            self.begin_now(next)?;
+        }
+        while let Some(happened) = self.finished()? {
             let Some(procedure) = &mut self.procedure else {
                 return Ok(());
             };
-            let next = procedure.next(heard)?;
+            let next = procedure.next(happened)?;
+            self.operator.progress(&procedure.progress());
             self.begin(next)?;
         }
         if matches!(self.step, Step::Done) {
             self.stop.raise();
         }
+        Ok(())
+    }
+
+    fn take_wishes(&mut self) -> anyhow::Result<()> {
+        while let Some(wish) = self.operator.wish()? {
+            match (wish, &mut self.step) {
+                (Wish::Answer(given), Step::Asking { answer }) => *answer = Some(given),
+                // An answer that comes too late was meant for something else.
+                (Wish::Answer(_), _) => {}
+                (Wish::Leave, _) => self.stop.raise(),
+                (Wish::Stop, _) => self.drive.trip(Trip::Operator),
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes in what has arrived.
+    fn take_in(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        while let Some(header) = self.input.pop_block(&mut self.block) {
+            self.last_audio = Instant::now();
+            self.take_block(&header, now_ns)?;
+        }
+        for reading in self.readings.try_iter() {
+            if let field::Reading::Force(force) = reading {
+                let (normal_n, lateral_n) = (force.sample.normal_n, force.sample.lateral_n);
+                self.heard.normal_n.push(normal_n);
+                self.heard.lateral_n.push(lateral_n);
+                let (normal, lateral, count) = self.meter.force;
+                self.meter.force = (normal + normal_n, lateral + lateral_n, count + 1);
+            }
+        }
+        let frames = self.frames();
+        if let Some(instrument) = &mut self.instrument {
+            let (heard, meter) = (&mut self.heard.known_m, &mut self.meter);
+            instrument.poll(|amplitude_m| {
+                heard.push((frames, amplitude_m));
+                meter.known_m = Some(amplitude_m);
+            })?;
+        }
+        Ok(())
+    }
+
+    fn show(&mut self, safety: &SafetyState) {
+        let meter = &self.meter;
+        if (meter.frames as f64) < SHOW_S * self.rate_hz {
+            return;
+        }
+        let [drive, pickup] = meter.amplitudes();
+        let (normal, lateral, count) = meter.force;
+        let mean = |sum: f64| (count > 0).then(|| sum / f64::from(count));
+        self.operator.show(&Reading {
+            t_s: self.account.frames as f64 / self.rate_hz,
+            normal_n: mean(normal),
+            lateral_n: mean(lateral),
+            drive_v: drive * self.drive_volts_per_unit,
+            amplitude_m: pickup * self.pickup_metres_per_unit,
+            level: meter.level,
+            known_m: meter.known_m,
+            safety: safety.clone(),
+            sounds: self.drive.sounds(),
+        });
+        self.meter = Meter {
+            known_m: meter.known_m,
+            ..Meter::default()
+        };
+    }
+
+    fn work(&mut self, safety: &SafetyState, now_ns: u64) -> anyhow::Result<()> {
+        if let SafetyState::Tripped { trip } = safety {
+            if let Trip::Readback {
+                measured_v,
+                commanded_v: (_, high_v),
+            } = trip
+                && *measured_v < VANISHED * high_v
+            {
+                bail!(
+                    "the carrier does not come back: {high_v:.2} V were played and {measured_v:.3} V read; a sound layer of 48 kHz or less resamples it away (use a raw device such as hw:…), the amplifier is off, or a cable is out"
+                );
+            }
+            bail!("the safety watch stopped the calibration: {trip}");
+        }
+        self.drive.poll(safety);
+        self.take_in(now_ns)?;
+        if self.last_audio.elapsed() > PATIENCE {
+            bail!("the sound card delivers nothing");
+        }
+        self.show(safety);
+        self.take_wishes()?;
+        self.go_on()
+    }
+
+    /// Nothing is measured any more; the operator reads why, until he leaves.
+    fn mourn(&mut self, safety: &SafetyState, now_ns: u64) -> anyhow::Result<()> {
+        let lost = self.take_in(now_ns);
+        self.heard = Heard::default();
+        self.show(safety);
+        while let Some(wish) = self.operator.wish()? {
+            match wish {
+                Wish::Stop => self.drive.trip(Trip::Operator),
+                Wish::Leave | Wish::Answer(_) => self.stop.raise(),
+            }
+        }
+        drop(lost);
         Ok(())
     }
 }
@@ -380,158 +606,33 @@ impl<P: Procedure> Task for RigTask<P> {
 
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
         let safety = self.shared.safety.get().unwrap_or_default();
-        if let SafetyState::Tripped { trip } = &safety {
-            if let Trip::Readback {
-                measured_v,
-                commanded_v: (_, high_v),
-            } = trip
-                && *measured_v < VANISHED * high_v
-            {
-                bail!(
-                    "the carrier does not come back: {high_v:.2} V were played and {measured_v:.3} V read; a sound layer of 48 kHz or less resamples it away (use a raw device such as hw:…), the amplifier is off, or a cable is out"
-                );
-            }
-            bail!("the safety watch stopped the calibration: {trip}");
+        if matches!(self.step, Step::Failed(_)) {
+            return self.mourn(&safety, now_ns);
         }
-        self.drive.poll(&safety);
-        while let Some(header) = self.input.pop_block(&mut self.block) {
-            self.last_audio = Instant::now();
-            self.take_block(&header, now_ns)?;
+        let Err(error) = self.work(&safety, now_ns) else {
+            return Ok(());
+        };
+        self.drive.disarm();
+        if !self.operator.failed(&format!("{error:#}")) {
+            return Err(error);
         }
-        if self.last_audio.elapsed() > PATIENCE {
-            bail!("the sound card delivers nothing");
-        }
-        for reading in self.readings.try_iter() {
-            if let Reading::Force(force) = reading {
-                self.heard.normal_n.push(force.sample.normal_n);
-                self.heard.lateral_n.push(force.sample.lateral_n);
-            }
-        }
-        let frames = self.frames();
-        if let Some(instrument) = &mut self.instrument {
-            let known = &mut self.heard.known_m;
-            instrument.poll(|amplitude_m| known.push((frames, amplitude_m)))?;
-        }
-        self.go_on()
+        self.step = Step::Failed(error);
+        Ok(())
     }
 
     fn finish(&mut self) -> anyhow::Result<()> {
         self.drive.stop();
-        if let (Step::Done, Some(procedure)) = (&self.step, self.procedure.take()) {
-            let _ = self
-                .done
-                .send((procedure, self.driven_frames as f64 / self.rate_hz));
+        self.operator.close();
+        match std::mem::replace(&mut self.step, Step::Done) {
+            Step::Failed(error) => return Err(error),
+            Step::Done => {
+                if let Some(procedure) = self.procedure.take() {
+                    let driven_s = self.driven_frames as f64 / self.rate_hz;
+                    let _ = self.done.send((procedure, driven_s));
+                }
+            }
+            _ => {}
         }
         Ok(())
-    }
-}
-
-/// Where each tone lies: the ramp of known length before them is half way up half of it after the program's beginning.
-fn dwells(
-    heard: &Heard,
-    waveform: &Waveform,
-    drive_channel: usize,
-    ramp_frames: usize,
-) -> anyhow::Result<Vec<Dwell>> {
-    let Waveform::SteppedTones { tones, dwell_s, .. } = waveform else {
-        return Ok(Vec::new());
-    };
-    let piece = (ONSET_S * heard.rate_hz) as usize;
-    let drive: Vec<f32> = heard
-        .samples
-        .iter()
-        .skip(drive_channel)
-        .step_by(heard.channels)
-        .copied()
-        .collect();
-    if let Some(frame) = drive.iter().position(|sample| sample.abs() >= CLIP_LEVEL) {
-        bail!(
-            "the drive's input is saturated at frame {frame}: lower the level or the gain of its read-back"
-        );
-    }
-    let levels: Vec<f64> = drive
-        .chunks_exact(piece)
-        .map(|chunk| {
-            let n = chunk.len() as f64;
-            let mean = chunk.iter().map(|&x| f64::from(x)).sum::<f64>() / n;
-            let power = chunk
-                .iter()
-                .map(|&x| (f64::from(x) - mean).powi(2))
-                .sum::<f64>()
-                / n;
-            (2.0 * power).sqrt()
-        })
-        .collect();
-    let full = levels.iter().copied().fold(0.0, f64::max);
-    let half = levels
-        .iter()
-        .position(|&level| level >= 0.5 * full)
-        .context("the tone was not heard on the drive's input")?;
-    // The crossing lies between the middles of two pieces.
-    let before = levels[half.saturating_sub(1)];
-    let share = if levels[half] > before {
-        (0.5 * full - before) / (levels[half] - before)
-    } else {
-        1.0
-    };
-    let crossing = (half as f64 - 0.5 + share) * piece as f64;
-    let first = (crossing + 0.5 * ramp_frames as f64).round() as usize;
-    let length = (dwell_s * heard.rate_hz).round() as usize;
-    let last = first + length * tones.as_slice().len();
-    let frames = heard.samples.len() / heard.channels;
-    if last > frames {
-        bail!(
-            "the tones were not heard to their end: safety.loop_latency_s is shorter than the loop's latency"
-        );
-    }
-    Ok(tones
-        .as_slice()
-        .iter()
-        .enumerate()
-        .map(|(i, &carrier_hz)| Dwell {
-            carrier_hz,
-            frames: first + i * length..first + (i + 1) * length,
-        })
-        .collect())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use signalgen::ToneList;
-
-    #[test]
-    fn dwells_are_found_within_half_a_millisecond() {
-        let (rate, ramp, start) = (192_000.0, 9_600, 7_777);
-        let waveform = Waveform::SteppedTones {
-            tones: ToneList::new(&[34_900.0, 35_100.0]).unwrap(),
-            dwell_s: 0.05,
-            amplitude_v: 1.0,
-        };
-        let samples: Vec<f32> = (0..60_000)
-            .map(|n: usize| {
-                let t = n.saturating_sub(start);
-                let end = ramp + 2 * 9_600;
-                let envelope = if t < ramp {
-                    0.5 - 0.5 * (std::f64::consts::PI * t as f64 / ramp as f64).cos()
-                } else if t < end {
-                    1.0
-                } else {
-                    0.0
-                };
-                (0.2 * envelope * (std::f64::consts::TAU * 35e3 * n as f64 / rate).sin()) as f32
-            })
-            .collect();
-        let heard = Heard {
-            samples,
-            channels: 1,
-            rate_hz: rate,
-            ..Heard::default()
-        };
-        let found = dwells(&heard, &waveform, 0, ramp).unwrap();
-        assert_eq!(found.len(), 2);
-        let error = found[0].frames.start.abs_diff(start + ramp);
-        assert!(error < 96, "{error}");
-        assert_eq!(found[1].frames.start, found[0].frames.end);
     }
 }

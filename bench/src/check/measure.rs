@@ -75,6 +75,7 @@ pub(super) fn measure(
         lines,
         force_port,
         vibrometer_port: _,
+        hands: _,
         clock,
         schedule,
         watchers,

@@ -120,6 +120,7 @@ fn hardware(
         clock: Arc::new(SystemClock::start()),
         schedule: Schedule::Threads,
         watchers: Vec::new(),
+        hands: None,
         simulated: false,
     })
 }

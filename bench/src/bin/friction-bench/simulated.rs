@@ -119,6 +119,7 @@ pub fn hardware(
         clock,
         schedule,
         watchers,
+        hands: None,
         simulated: true,
     })
 }

@@ -1,0 +1,220 @@
+//! What a calibration hears: samples, forces and an instrument's readings of one step, and where its tones lie.
+
+use std::ops::Range;
+
+use anyhow::{Context, bail};
+use impedance::tone::{Tone, ToneError};
+use signalgen::Waveform;
+
+use crate::pipeline::CLIP_LEVEL;
+
+/// One tone within what was heard, at full amplitude throughout.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dwell {
+    /// Its frequency, Hz.
+    pub carrier_hz: f64,
+    /// Its frames.
+    pub frames: Range<usize>,
+}
+
+/// What came in during one step.
+#[derive(Debug, Clone, Default)]
+pub struct Heard {
+    /// All channels, interleaved.
+    pub samples: Vec<f32>,
+    /// Channels of the stream.
+    pub channels: usize,
+    /// Frames a second.
+    pub rate_hz: f64,
+    /// The tones in the order in which they sounded.
+    pub dwells: Vec<Dwell>,
+    /// Normal forces, N.
+    pub normal_n: Vec<f64>,
+    /// Lateral forces, N.
+    pub lateral_n: Vec<f64>,
+    /// Readings of the instrument, m, and the frames at which they arrived.
+    pub known_m: Vec<(usize, f64)>,
+}
+
+impl Heard {
+    /// Reads `channel` at the tone of `dwell`, `settle_s` after its beginning.
+    ///
+    /// # Errors
+    /// When what is left of it is too short.
+    pub fn tone(&self, dwell: &Dwell, channel: u16, settle_s: f64) -> Result<Tone, ToneError> {
+        let window = self.settled(dwell, settle_s);
+        Tone::read(
+            &self.samples[window.start * self.channels..window.end * self.channels],
+            self.channels,
+            usize::from(channel),
+            dwell.carrier_hz,
+            self.rate_hz,
+        )
+    }
+
+    /// The frames of `dwell` from `settle_s` on.
+    #[must_use]
+    pub fn settled(&self, dwell: &Dwell, settle_s: f64) -> Range<usize> {
+        let settle = (settle_s * self.rate_hz) as usize;
+        (dwell.frames.start + settle).min(dwell.frames.end)..dwell.frames.end
+    }
+
+    /// Forgets the first `frames` frames, and as large a share of the forces.
+    pub(super) fn forget(&mut self, frames: usize) {
+        let whole = self.samples.len() / self.channels;
+        let share = |len: usize| len * frames / whole.max(1);
+        self.samples.drain(..frames * self.channels);
+        self.normal_n.drain(..share(self.normal_n.len()));
+        self.lateral_n.drain(..share(self.lateral_n.len()));
+        self.known_m.retain_mut(|(frame, _)| {
+            let kept = *frame >= frames;
+            *frame = frame.saturating_sub(frames);
+            kept
+        });
+    }
+
+    /// Mean of the force readings; `None` without a sensor.
+    #[must_use]
+    pub fn mean_force_n(&self) -> Option<(f64, f64)> {
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+        (!self.normal_n.is_empty()).then(|| (mean(&self.normal_n), mean(&self.lateral_n)))
+    }
+}
+
+/// Pieces in which a tone's beginning is looked for, s.
+const ONSET_S: f64 = 5e-4;
+
+/// A channel's samples from frame `from` on.
+fn unsaturated(heard: &Heard, drive_channel: usize, from: usize) -> anyhow::Result<Vec<f32>> {
+    let drive: Vec<f32> = heard
+        .samples
+        .iter()
+        .skip(from * heard.channels + drive_channel)
+        .step_by(heard.channels)
+        .copied()
+        .collect();
+    if let Some(frame) = drive.iter().position(|sample| sample.abs() >= CLIP_LEVEL) {
+        bail!(
+            "the drive's input is saturated at frame {frame}: lower the level or the gain of its read-back"
+        );
+    }
+    Ok(drive)
+}
+
+/// The last `frames` of a tone that is held.
+pub(super) fn held_tone(
+    heard: &Heard,
+    waveform: &Waveform,
+    drive_channel: usize,
+    frames: usize,
+) -> anyhow::Result<Vec<Dwell>> {
+    let Waveform::Tone { carrier_hz, .. } = *waveform else {
+        return Ok(Vec::new());
+    };
+    let whole = heard.samples.len() / heard.channels;
+    let from = whole.saturating_sub(frames);
+    unsaturated(heard, drive_channel, from)?;
+    Ok(vec![Dwell {
+        carrier_hz,
+        frames: from..whole,
+    }])
+}
+
+/// Where each tone lies: the ramp of known length before them is half way up half of it after the program's beginning.
+pub(super) fn dwells(
+    heard: &Heard,
+    waveform: &Waveform,
+    drive_channel: usize,
+    ramp_frames: usize,
+) -> anyhow::Result<Vec<Dwell>> {
+    let Waveform::SteppedTones { tones, dwell_s, .. } = waveform else {
+        return Ok(Vec::new());
+    };
+    let piece = (ONSET_S * heard.rate_hz) as usize;
+    let drive = unsaturated(heard, drive_channel, 0)?;
+    let levels: Vec<f64> = drive
+        .chunks_exact(piece)
+        .map(|chunk| {
+            let n = chunk.len() as f64;
+            let mean = chunk.iter().map(|&x| f64::from(x)).sum::<f64>() / n;
+            let power = chunk
+                .iter()
+                .map(|&x| (f64::from(x) - mean).powi(2))
+                .sum::<f64>()
+                / n;
+            (2.0 * power).sqrt()
+        })
+        .collect();
+    let full = levels.iter().copied().fold(0.0, f64::max);
+    let half = levels
+        .iter()
+        .position(|&level| level >= 0.5 * full)
+        .context("the tone was not heard on the drive's input")?;
+    // The crossing lies between the middles of two pieces.
+    let before = levels[half.saturating_sub(1)];
+    let share = if levels[half] > before {
+        (0.5 * full - before) / (levels[half] - before)
+    } else {
+        1.0
+    };
+    let crossing = (half as f64 - 0.5 + share) * piece as f64;
+    let first = (crossing + 0.5 * ramp_frames as f64).round() as usize;
+    let length = (dwell_s * heard.rate_hz).round() as usize;
+    let last = first + length * tones.as_slice().len();
+    let frames = heard.samples.len() / heard.channels;
+    if last > frames {
+        bail!(
+            "the tones were not heard to their end: safety.loop_latency_s is shorter than the loop's latency"
+        );
+    }
+    Ok(tones
+        .as_slice()
+        .iter()
+        .enumerate()
+        .map(|(i, &carrier_hz)| Dwell {
+            carrier_hz,
+            frames: first + i * length..first + (i + 1) * length,
+        })
+        .collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use signalgen::ToneList;
+
+    #[test]
+    fn dwells_are_found_within_half_a_millisecond() {
+        let (rate, ramp, start) = (192_000.0, 9_600, 7_777);
+        let waveform = Waveform::SteppedTones {
+            tones: ToneList::new(&[34_900.0, 35_100.0]).unwrap(),
+            dwell_s: 0.05,
+            amplitude_v: 1.0,
+        };
+        let samples: Vec<f32> = (0..60_000)
+            .map(|n: usize| {
+                let t = n.saturating_sub(start);
+                let end = ramp + 2 * 9_600;
+                let envelope = if t < ramp {
+                    0.5 - 0.5 * (std::f64::consts::PI * t as f64 / ramp as f64).cos()
+                } else if t < end {
+                    1.0
+                } else {
+                    0.0
+                };
+                (0.2 * envelope * (std::f64::consts::TAU * 35e3 * n as f64 / rate).sin()) as f32
+            })
+            .collect();
+        let heard = Heard {
+            samples,
+            channels: 1,
+            rate_hz: rate,
+            ..Heard::default()
+        };
+        let found = dwells(&heard, &waveform, 0, ramp).unwrap();
+        assert_eq!(found.len(), 2);
+        let error = found[0].frames.start.abs_diff(start + ramp);
+        assert!(error < 96, "{error}");
+        assert_eq!(found[1].frames.start, found[0].frames.end);
+    }
+}

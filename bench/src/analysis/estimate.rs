@@ -133,7 +133,7 @@ pub struct Estimated {
     pub mu0: f64,
     /// Its standard error.
     pub mu0_std: f64,
-    /// Where `paper` read Z_m⁰ and μ0.
+    /// Where `paper` read Z_m⁰.
     pub rest: Option<RestReading>,
     /// Fitted against measured.
     pub agreement: Agreement,

@@ -320,7 +320,7 @@ impl<'a> Pool<'a> {
         }
     }
 
-    /// Over the instances of the participant whose mean is the (lower) median; over all if nobody's name is known.
+    /// Over the instances of the participant whose mean is the (lower) median; over none if nobody's name is known.
     fn typical_participant(
         &self,
         value: impl Fn(&InstanceAnalysis, &Estimated) -> f64 + Copy,

@@ -72,8 +72,18 @@ struct Estimate {
     delta_squeeze_n: f64,
     delta_mu: f64,
     verdict: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    at_rest: Option<AtRest>,
     std: Std,
     sensitivity: Option<SensitivityRows>,
+}
+
+/// Where `paper` read Z_t.
+#[derive(Debug, Serialize)]
+struct AtRest {
+    below_threshold: bool,
+    samples: usize,
+    up_to_amplitude_m: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -223,6 +233,11 @@ impl From<&Estimated> for Estimate {
             delta_squeeze_n: deltas.squeeze_n,
             delta_mu: deltas.mu,
             verdict: estimated.verdict.to_string(),
+            at_rest: estimated.rest.map(|rest| AtRest {
+                below_threshold: rest.below_threshold,
+                samples: rest.samples,
+                up_to_amplitude_m: rest.up_to_amplitude_m,
+            }),
             std: Std {
                 sigma_t_m: estimated.sigma_t_std_m,
                 z_t_n_s_per_m: pair(estimated.z_t_std_n_s_per_m),

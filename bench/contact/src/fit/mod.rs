@@ -2,16 +2,17 @@
 //!
 //! Two methods, always both: [`paper`] as published, [`dynamic`] with the corrections of the envelope and of the levitation lag.
 //!
-//! Measured on two independent time-domain simulations of plate and finger (80 dB SNR, 6 Hz, 95 %; seven instances each, means):
+//! Measured on two independent time-domain simulations of plate and finger (80 dB SNR, 6 Hz, 95 %; seven instances each, means;
+//! `bench/tests/analyze.rs`):
 //!
 //! | | σ_t µm | Z_t N·s/m | τ ms | RMS error of μ |
 //! | --- | --- | --- | --- | --- |
 //! | truth | 1.70 | 0.47 + 3.16i | 1.0 | |
-//! | `paper` | 2.97 | −0.13 + 1.23i | | 0.154 |
-//! | `dynamic` | 1.706 | 0.46 + 3.14i | 1.01 | 0.0012 |
+//! | `paper` | 2.88 | −0.13 + 1.27i | | 0.160 |
+//! | `dynamic` | 1.704 | 0.465 + 3.147i | 1.02 | 0.0013 |
 //! | truth | 1.30 | 0.30 + 2.60i | 0.7 | |
-//! | `paper` | 2.02 | −0.13 + 1.76i | | 0.090 |
-//! | `dynamic` | 1.290 | 0.31 + 2.62i | 0.77 | 0.0020 |
+//! | `paper` | 2.00 | −0.12 + 1.79i | | 0.091 |
+//! | `dynamic` | 1.305 | 0.296 + 2.590i | 0.71 | 0.0016 |
 //!
 //! On records of the model's own equations `dynamic` recovers every parameter to 2e-6, and its standard errors are the scatter of
 //! repeated fits (`tests/fits.rs`). σ_t, Z_t and τ are conditional on the assumed constants: on the first simulation with S wrong

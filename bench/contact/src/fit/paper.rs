@@ -1,7 +1,8 @@
 //! σ_t alone, as published.
 //!
-//! Per instance: Z_m⁰ and μ0 are the mean measured impedance and friction where the amplitude is below 0.2 µm; for any σ_t the
-//! stiffness at rest is k_c⁰ = ⟨f_c⟩/σ_t with ⟨f_c⟩ the mean normal force, Z_t follows by Eq. 21, the gap at each instant by the
+//! Per instance: Z_m⁰ is the mean measured impedance where the instance's amplitude is below 0.2 µm, or its lowest 5 ms; μ0, the
+//! friction without vibration, is the mean measured friction where the rise that the instance is the middle of is below 0.2 µm
+//! (docs/decisions/0008). For any σ_t the stiffness at rest is k_c⁰ = ⟨f_c⟩/σ_t with ⟨f_c⟩ the mean normal force, Z_t follows by Eq. 21, the gap at each instant by the
 //! gap equation (17), k_c by (18) and Z_m by (9). σ_t minimises Σ|Z_m,model − Z_m|² over the instance, complex. Then k_c(t) by (12), gap by (18),
 //! μ by (19). Every instant counts as a steady state, and the amplitude where Z_t is read as rest: that biases σ_t upwards and
 //! Z_t downwards, and the bias is part of the method.
@@ -37,21 +38,15 @@ impl Default for Options {
     }
 }
 
-/// Where Z_m⁰ and μ0 were read.
+/// Where Z_m⁰ was read, and μ0 too if the whole rise never goes below the threshold.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum RestReading {
-    /// Below [`Options::rest_amplitude_m`].
-    BelowThreshold {
-        /// Samples there.
-        samples: usize,
-    },
-    /// The instance never went below: its lowest amplitudes instead.
-    Lowest {
-        /// Samples used.
-        samples: usize,
-        /// The greatest amplitude among them, m.
-        up_to_amplitude_m: f64,
-    },
+pub struct RestReading {
+    /// Whether the instance goes below [`Options::rest_amplitude_m`]; if not, its lowest amplitudes were taken.
+    pub below_threshold: bool,
+    /// Samples used.
+    pub samples: usize,
+    /// The greatest amplitude among them, m.
+    pub up_to_amplitude_m: f64,
 }
 
 /// What the published method makes of an instance.
@@ -73,7 +68,7 @@ pub struct PaperFit {
     pub mu0_std: f64,
     /// ⟨f_c⟩, mean over the instance, N.
     pub normal_n: f64,
-    /// Where Z_m⁰ and μ0 were read.
+    /// Where Z_m⁰ was read.
     pub rest: RestReading,
     /// Fitted against measured.
     pub agreement: Agreement,
@@ -91,7 +86,7 @@ pub fn fit(
     options: &Options,
 ) -> Result<PaperFit, FitError> {
     let samples = instance.instance();
-    let at_rest = AtRest::read(&samples, instance.interval_s(), options);
+    let at_rest = AtRest::read(instance, options);
     let mut model = Model::new(&samples, conditions, at_rest.z_m)?;
     let minimum = model.fitted()?;
     model.report(&samples, minimum, &at_rest)
@@ -108,7 +103,7 @@ pub fn sensitivities(
 ) -> Result<Sensitivities, FitError> {
     super::estimate::sensitivities(conditions, |conditions| {
         let samples = instance.instance();
-        let at_rest = AtRest::read(&samples, instance.interval_s(), options);
+        let at_rest = AtRest::read(instance, options);
         let mut model = Model::new(&samples, conditions, at_rest.z_m)?;
         let minimum = model.fitted()?;
         Ok((
@@ -126,7 +121,8 @@ struct AtRest {
 }
 
 impl AtRest {
-    fn read(samples: &Samples<'_>, interval_s: f64, options: &Options) -> Self {
+    fn read(instance: &InstanceSeries<'_>, options: &Options) -> Self {
+        let samples = instance.instance();
         let amplitude = samples.amplitude_m;
         let mut at: Vec<usize> = (0..amplitude.len())
             .filter(|&i| amplitude[i] < options.rest_amplitude_m)
@@ -135,30 +131,36 @@ impl AtRest {
         if !below {
             at = (0..amplitude.len()).collect();
             at.sort_by(|&a, &b| amplitude[a].total_cmp(&amplitude[b]));
-            at.truncate(((options.lowest_s / interval_s).round() as usize).max(1));
+            let lowest = (options.lowest_s / instance.interval_s()).round() as usize;
+            at.truncate(lowest.max(1));
         }
-        let n = at.len() as f64;
-        let mu: Vec<f64> = at.iter().map(|&i| samples.mu[i]).collect();
+        let z_m = at.iter().map(|&i| samples.z_m_plain_n_s_per_m[i]);
+        let z_m = z_m.sum::<Complex64>() / at.len() as f64;
+        let rise = instance.rise();
+        let mut mu: Vec<f64> = rise
+            .amplitude_m
+            .iter()
+            .zip(rise.mu)
+            .filter(|(a, mu)| **a < options.rest_amplitude_m && mu.is_finite())
+            .map(|(_, mu)| *mu)
+            .collect();
+        if mu.is_empty() {
+            mu = at.iter().map(|&i| samples.mu[i]).collect();
+        }
+        let n = mu.len() as f64;
         let mu0 = mean(&mu);
         let scatter = mu.iter().map(|m| (m - mu0).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
         Self {
-            z_m: at
-                .iter()
-                .map(|&i| samples.z_m_plain_n_s_per_m[i])
-                .sum::<Complex64>()
-                / n,
+            z_m,
             friction: FrictionAtRest {
                 mu0,
                 slopes: [0.0],
                 std: (scatter / n).sqrt(),
             },
-            reading: if below {
-                RestReading::BelowThreshold { samples: at.len() }
-            } else {
-                RestReading::Lowest {
-                    samples: at.len(),
-                    up_to_amplitude_m: at.iter().map(|&i| amplitude[i]).fold(0.0, f64::max),
-                }
+            reading: RestReading {
+                below_threshold: below,
+                samples: at.len(),
+                up_to_amplitude_m: at.iter().map(|&i| amplitude[i]).fold(0.0, f64::max),
             },
         }
     }

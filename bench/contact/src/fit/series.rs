@@ -40,7 +40,7 @@ impl<'a> InstanceSeries<'a> {
     ///
     /// # Errors
     /// If slices differ in length, time is not even, a sample is not finite or not physical, or the instance is too short. Of the
-    /// lead-in amplitude and force alone are needed.
+    /// lead-in amplitude and force alone are needed; its friction is used where it is finite.
     pub fn new(samples: Samples<'a>, start: usize) -> Result<Self, FitError> {
         let n = samples.time_s.len();
         same_length("z_m_plain", samples.z_m_plain_n_s_per_m.len(), n)?;
@@ -74,7 +74,7 @@ impl<'a> InstanceSeries<'a> {
             };
             positive("amplitude", "m", samples.amplitude_m[index]).map_err(at)?;
             positive("normal force", "N", samples.normal_n[index]).map_err(at)?;
-            // Of the lead-in no fit reads more, and an envelope's null may hide it.
+            // An envelope's null may hide the rest of the lead-in.
             if index < start {
                 continue;
             }
@@ -109,6 +109,13 @@ impl<'a> InstanceSeries<'a> {
     /// The instance without its lead-in.
     pub fn instance(&self) -> Samples<'a> {
         self.from(self.start)
+    }
+
+    /// The instance and what of its lead-in belongs to the same rise of the amplitude: from the least of it on.
+    pub(crate) fn rise(&self) -> Samples<'a> {
+        let lead_in = &self.samples.amplitude_m[..=self.start];
+        let least = (0..=self.start).min_by(|&a, &b| lead_in[a].total_cmp(&lead_in[b]));
+        self.from(least.unwrap_or(self.start))
     }
 
     /// The instance and the `lead_in_s` before it, with the number of samples that are lead-in.

@@ -19,6 +19,11 @@ use crate::recording::disk;
 /// Nothing to analyse, an assumption that cannot be made, or a result that cannot be written.
 pub fn run(options: &Analyze) -> anyhow::Result<bool> {
     let mut settings = Settings::default();
+    for path in &options.assume_file {
+        let file = path.display().to_string();
+        let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {file}"))?;
+        settings.assume_file(&text, &file)?;
+    }
     for assumption in &options.assume {
         settings.assume(assumption)?;
     }

@@ -268,6 +268,9 @@ pub struct Analyze {
     /// Assume another value, such as `contact_area_m2=314e-6`; the names are those of the results' `settings`.
     #[arg(long, value_name = "NAME=VALUE")]
     pub assume: Vec<String>,
+    /// Assume what a TOML file says, `NAME = VALUE` on each line; `--assume` goes before it.
+    #[arg(long, value_name = "FILE")]
+    pub assume_file: Vec<PathBuf>,
     /// Analyse a study's practice trials too.
     #[arg(long)]
     pub practice: bool,

@@ -3,9 +3,11 @@
 use contact::AssumedConstants;
 use contact::fit::{dynamic, paper};
 use protocols::SelectionRules;
+use protocols::strict_toml::{self, TomlError};
 use serde::Serialize;
 
-/// What an analysis assumes. The names are those of the results' `settings` and of `--assume`.
+/// What an analysis assumes. The names are those of the results' `settings`, of `--assume` and of
+/// `--assume-file`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Settings {
     /// q0 of the asperity law, rad/m.
@@ -95,6 +97,19 @@ pub enum SettingError {
         /// What is allowed.
         allowed: &'static str,
     },
+    /// A file of assumptions is no TOML.
+    #[error(transparent)]
+    Toml(#[from] TomlError),
+    /// An assumption of a file cannot be made.
+    #[error("{file}, line {line}: {reason}")]
+    InFile {
+        /// The file, as the caller named it.
+        file: String,
+        /// Line of the name, from 1.
+        line: usize,
+        /// Why not.
+        reason: Box<SettingError>,
+    },
 }
 
 type Parameter = (
@@ -104,7 +119,7 @@ type Parameter = (
     fn(&mut Settings) -> &mut f64,
 );
 
-/// Name, allowed values in words and as a rule, and place of everything that `--assume` may set.
+/// Name, allowed values in words and as a rule, and place of everything that may be assumed otherwise.
 const PARAMETERS: [Parameter; 14] = {
     const POSITIVE: &str = "finite numbers above 0";
     const NOT_NEGATIVE: &str = "finite numbers from 0";
@@ -167,7 +182,26 @@ impl Settings {
         let (name, value) = text.split_once('=').ok_or_else(|| SettingError::Form {
             text: text.to_owned(),
         })?;
-        let (name, value) = (name.trim(), value.trim());
+        self.set(name.trim(), value.trim())
+    }
+
+    /// Sets those that the TOML of a file names, each as `name = value`.
+    ///
+    /// # Errors
+    /// [`SettingError`], with the line.
+    pub fn assume_file(&mut self, text: &str, file: &str) -> Result<(), SettingError> {
+        for (name, value) in strict_toml::parse::<toml::Table>(text, file)? {
+            self.set(&name, &value.to_string())
+                .map_err(|reason| SettingError::InFile {
+                    file: file.to_owned(),
+                    line: strict_toml::line_of(text, &name).unwrap_or(1),
+                    reason: Box::new(reason),
+                })?;
+        }
+        Ok(())
+    }
+
+    fn set(&mut self, name: &str, value: &str) -> Result<(), SettingError> {
         let known = PARAMETERS.iter().find(|(known, ..)| *known == name);
         let Some((name, allowed, rule, place)) = known else {
             let nearest = PARAMETERS.iter().map(|(known, ..)| *known).max_by(|a, b| {
@@ -261,5 +295,36 @@ mod tests {
         assert!(refuse("contact_area_m2=nan").contains("above 0"));
         assert!(refuse("lead_in_s=soon").contains("soon"));
         assert!(refuse("lead_in_s").contains("NAME=VALUE"));
+    }
+
+    #[test]
+    fn a_file_sets_what_it_names_and_nothing_else() {
+        let mut settings = Settings::default();
+        let text = "# skin\nsigma_q0_rad_per_m = 2e4\n\ncontact_n = 1\n";
+        settings.assume_file(text, "skin.toml").unwrap();
+        let expected = Settings {
+            sigma_q0_rad_per_m: 2e4,
+            contact_n: 1.0,
+            ..Settings::default()
+        };
+        assert_eq!(settings, expected);
+
+        let refuse = |text: &str| {
+            let refused = Settings::default().assume_file(text, "skin.toml");
+            refused.unwrap_err().to_string()
+        };
+        let unknown = refuse("loss_factor = 0.3\nyoung_modulus_mpa = 20\n");
+        assert!(unknown.starts_with("skin.toml, line 2: "), "{unknown}");
+        assert!(unknown.contains("`young_modulus_pa`"), "{unknown}");
+        for (text, word) in [
+            ("poisson_ratio = 0.6", "at most 0.5"),
+            ("poisson_ratio = \"0.5\"", "is not allowed"),
+            ("[poisson_ratio]\nvalue = 0.5", "is not allowed"),
+            ("poisson_ratio = 0.4\npoisson_ratio = 0.5", "line 2"),
+            ("poisson_ratio", "line 1"),
+        ] {
+            let error = refuse(text);
+            assert!(error.contains(word), "{text}: {error}");
+        }
     }
 }

@@ -1,0 +1,63 @@
+//! The participant's contact fitted anew after a trial: the two explorations of a trial, 14 instances, from the reference
+//! recordings. The session wants it within a second.
+//!
+//! `cargo bench -p friction-bench --bench refit`
+
+use std::hint::black_box;
+use std::path::Path;
+
+use contact::AssumedConstants;
+use criterion::{Criterion, criterion_group, criterion_main};
+use friction_bench::analysis::{Settings, reading, unloaded};
+use friction_bench::recording::manifest::IntervalKind;
+use friction_bench::refit::{self, FitRequest, Selected};
+use protocols::selection::select;
+
+/// A trial of two explorations; those of the reference are alike, so one stands for both.
+fn trial() -> anyhow::Result<(FitRequest, f64)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/reference/recording-a");
+    let reading = reading::read(&folder)?;
+    let rules = Settings::default().selection_rules(reading.manifest.plate.centre_m);
+    let (mut free, mut explorations) = (Vec::new(), Vec::new());
+    for interval in &reading.manifest.intervals {
+        let (start_s, end_s) = (interval.start_s, interval.end_s);
+        match interval.kind {
+            IntervalKind::Unloaded => free.push((start_s, end_s)),
+            IntervalKind::Exploration(direction) => {
+                let series = reading.record.series(start_s, end_s);
+                let stretches = select(&series.exploration(direction), &rules)?;
+                for _ in 0..2 {
+                    explorations.push(Selected {
+                        start_s,
+                        end_s,
+                        stretches: stretches.clone(),
+                    });
+                }
+            }
+        }
+    }
+    let modulation_hz = reading.manifest.modulation_hz;
+    let plate = unloaded::read(&reading.record, &free, modulation_hz, rules.contact_n / 2.0)
+        .map(|found| found.plate);
+    let request = FitRequest {
+        label: "trial 1".to_owned(),
+        plate,
+        record: reading.record,
+        explorations,
+        rules,
+    };
+    Ok((request, reading.manifest.carrier_hz))
+}
+
+fn refit(criterion: &mut Criterion) {
+    let (request, carrier_hz) = trial().unwrap_or_else(|error| panic!("{error:#}"));
+    let fit = || refit::fit(&request, carrier_hz, AssumedConstants::ESTIMATION);
+    let usable = fit().map(|fit| fit.usable);
+    assert_eq!(usable, Ok(14), "every instance of the reference is fitted");
+    criterion.bench_function("refit of 14 instances", |bencher| {
+        bencher.iter(|| black_box(fit()));
+    });
+}
+
+criterion_group!(benches, refit);
+criterion_main!(benches);

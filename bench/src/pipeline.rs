@@ -1,11 +1,11 @@
 //! Samples in, impedance frames and totals out: what a sound card and a file share. A file is a stream that arrives fast.
 
 use std::f64::consts::PI;
+use std::ops::RangeInclusive;
 
-use anyhow::Context;
 use impedance::{
-    Channels, Demodulator, DemodulatorError, Filter, Input, Mask, OUTPUT_RATE_HZ, PlateConstants,
-    Settings, Zm, ZmFrame,
+    Channels, ConstantError, Demodulator, DemodulatorError, Filter, FilterError, Input, Mask,
+    OUTPUT_RATE_HZ, PlateConstants, Settings, Zm, ZmFrame,
 };
 
 use crate::recording::manifest::Manifest;
@@ -43,6 +43,33 @@ pub struct Account {
 
 /// |sample| from which on a converter is taken to clip, of full scale.
 pub const CLIP_LEVEL: f32 = 0.999;
+/// Frame rates that are taken when the sample rate of a recording is no multiple of the usual one, Hz.
+const FRAME_RATES_HZ: RangeInclusive<u32> = 1500..=2500;
+
+/// Why the audio of a recording cannot be demodulated.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RecordedError {
+    /// The sample rate has no frame rate near 2 kHz that divides it.
+    #[error(
+        "signals.wav: a sample rate of {sample_rate_hz} Hz has no whole divisor from {} to {} Hz, the rate of the impedance frames",
+        FRAME_RATES_HZ.start(),
+        FRAME_RATES_HZ.end()
+    )]
+    FrameRate {
+        /// Rate of the audio, Hz.
+        sample_rate_hz: u32,
+    },
+    /// The carrier does not fit.
+    #[error(transparent)]
+    Filter(#[from] FilterError),
+    /// The channels cannot be demodulated.
+    #[error(transparent)]
+    Demodulator(#[from] DemodulatorError),
+    /// A constant of plate or channels makes no sense.
+    #[error(transparent)]
+    Constant(#[from] ConstantError),
+}
 
 /// Demodulates one stream.
 pub struct Pipeline {
@@ -72,31 +99,42 @@ impl Pipeline {
     /// For the audio of a recording, with the constants that it states.
     ///
     /// # Errors
-    /// When sample rate and carrier do not go together.
-    pub fn of_recording(manifest: &Manifest, format: AudioFormat) -> anyhow::Result<Self> {
+    /// When sample rate, carrier and constants do not go together.
+    pub fn of_recording(manifest: &Manifest, format: AudioFormat) -> Result<Self, RecordedError> {
+        Self::of_clipped_recording(manifest, format, [f32::INFINITY; 2])
+    }
+
+    /// As [`Pipeline::of_recording`], of a recording whose drive and pickup were seen to be cut off at these magnitudes.
+    ///
+    /// # Errors
+    /// As [`Pipeline::of_recording`].
+    pub fn of_clipped_recording(
+        manifest: &Manifest,
+        format: AudioFormat,
+        [drive, pickup]: [f32; 2],
+    ) -> Result<Self, RecordedError> {
         let filter = Filter::new(Settings {
             sample_rate_hz: format.sample_rate_hz,
             carrier_hz: manifest.carrier_hz,
-            output_rate_hz: OUTPUT_RATE_HZ,
-        })
-        .context("the recording cannot be demodulated")?;
+            output_rate_hz: frame_rate_hz(format.sample_rate_hz)?,
+        })?;
         let zm = recorded_zm(manifest, &filter)?;
         // Recordings of this bench are in parts of full scale; of others the range is unknown.
-        let clip_level = if manifest.hardware.is_some() {
+        let full_scale = if manifest.hardware.is_some() {
             CLIP_LEVEL
         } else {
             f32::INFINITY
         };
-        let input = |index: u16| Input {
+        let input = |index: u16, seen: f32| Input {
             channel: usize::from(index),
-            clip_level,
+            clip_level: seen.min(full_scale),
         };
         let channels = usize::from(format.channels);
         let demodulator = Demodulator::drive_and_pickup(
             filter,
             channels,
-            input(manifest.channels.drive.index),
-            input(manifest.channels.pickup.index),
+            input(manifest.channels.drive.index, drive),
+            input(manifest.channels.pickup.index, pickup),
         )?;
         Ok(Self::new(demodulator, zm, channels))
     }
@@ -178,8 +216,16 @@ impl Pipeline {
     }
 }
 
+/// The whole divisor of the sample rate that is nearest to the usual frame rate.
+fn frame_rate_hz(sample_rate_hz: u32) -> Result<u32, RecordedError> {
+    FRAME_RATES_HZ
+        .filter(|rate| sample_rate_hz.is_multiple_of(*rate))
+        .min_by_key(|rate| rate.abs_diff(OUTPUT_RATE_HZ))
+        .ok_or(RecordedError::FrameRate { sample_rate_hz })
+}
+
 /// A recording may state a channel or the force factor with the opposite sign; the sign is a phase of half a turn.
-fn recorded_zm(manifest: &Manifest, filter: &Filter) -> anyhow::Result<Zm> {
+fn recorded_zm(manifest: &Manifest, filter: &Filter) -> Result<Zm, ConstantError> {
     let Manifest {
         channels, plate, ..
     } = manifest;
@@ -189,7 +235,7 @@ fn recorded_zm(manifest: &Manifest, filter: &Filter) -> anyhow::Result<Zm> {
         plate.force_factor_n_per_v,
     ];
     let inverted = signs.iter().filter(|value| **value < 0.0).count() % 2 == 1;
-    let zm = Zm::new(
+    Zm::new(
         PlateConstants {
             resonance_hz: plate.resonance_hz,
             modal_mass_kg: plate.modal_mass_kg,
@@ -201,8 +247,7 @@ fn recorded_zm(manifest: &Manifest, filter: &Filter) -> anyhow::Result<Zm> {
             pickup_phase_rad: channels.pickup.phase_rad + if inverted { PI } else { 0.0 },
         },
         filter,
-    )?;
-    Ok(zm)
+    )
 }
 
 #[cfg(test)]
@@ -282,5 +327,22 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         assert_eq!(file.account(), card.account());
         assert_eq!(file.account().lost_frames, lost as u64);
         assert!(live.iter().filter(|frame| frame.mask.is_clear()).count() > 1000);
+    }
+
+    #[test]
+    fn frame_rates_divide_the_sample_rate() {
+        for (sample_rate_hz, frames_hz) in [
+            (96_000, 2000),
+            (100_000, 2000),
+            (192_000, 2000),
+            (88_200, 1960),
+            (102_400, 2048),
+            (176_400, 1960),
+            (250_000, 2000),
+        ] {
+            assert_eq!(frame_rate_hz(sample_rate_hz).unwrap(), frames_hz);
+        }
+        let error = frame_rate_hz(100_003).unwrap_err();
+        assert!(error.to_string().contains("100003 Hz"), "{error}");
     }
 }

@@ -11,6 +11,7 @@ pub use super::instance::PlateReading;
 pub use super::model_check::Band;
 use super::reading::Flaw;
 use super::settings::Settings;
+use crate::pipeline::RecordedError;
 use crate::recording::manifest::{Manifest, Plate};
 use crate::recording::reader::ReadError;
 
@@ -56,27 +57,9 @@ pub enum RecordingError {
     /// A file is missing, damaged beyond reading or against the format.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// The sample rate has no frame rate near 2 kHz that divides it.
-    #[error(
-        "signals.wav: a sample rate of {sample_rate_hz} Hz has no whole divisor from {from_hz} to {to_hz} Hz, the rate of the impedance frames"
-    )]
-    FrameRate {
-        /// Rate of the audio, Hz.
-        sample_rate_hz: u32,
-        /// Lowest frame rate, Hz.
-        from_hz: u32,
-        /// Highest frame rate, Hz.
-        to_hz: u32,
-    },
-    /// The carrier does not fit.
+    /// Its audio cannot be demodulated as it says.
     #[error(transparent)]
-    Filter(#[from] impedance::FilterError),
-    /// The channels cannot be demodulated.
-    #[error(transparent)]
-    Demodulator(#[from] impedance::DemodulatorError),
-    /// A constant of plate or channels makes no sense.
-    #[error(transparent)]
-    Constant(#[from] impedance::ConstantError),
+    Demodulation(#[from] RecordedError),
 }
 
 /// What was found in a recording.

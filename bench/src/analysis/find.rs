@@ -15,12 +15,12 @@ const DEPTH: usize = 3;
 #[derive(Debug, thiserror::Error)]
 pub enum FindError {
     /// The folder cannot be listed.
-    #[error("cannot list {}: {source}", path.display())]
+    #[error("cannot list {}: {reason}", path.display())]
     List {
         /// The folder.
         path: PathBuf,
         /// The reason.
-        source: io::Error,
+        reason: io::Error,
     },
     /// Neither a recording nor anything that holds some.
     #[error(
@@ -105,9 +105,9 @@ fn may_count(folder: &Path) -> bool {
 }
 
 fn list(folder: &Path) -> Result<Vec<PathBuf>, FindError> {
-    let error = |source| FindError::List {
+    let error = |reason| FindError::List {
         path: folder.to_owned(),
-        source,
+        reason,
     };
     let mut folders = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(error)? {

@@ -1,30 +1,27 @@
 //! A recording folder through the same demodulator as live, in a stream: only its 2 kHz frames are held.
 
-use std::f64::consts::PI;
+use std::f64::consts::TAU;
 use std::fmt;
 use std::ops::Range;
 use std::path::Path;
 
-use impedance::{
-    CarrierLevel, Channels, Demodulator, Filter, Input, Mask, OUTPUT_RATE_HZ, PlateConstants,
-    Settings, Zm,
-};
+use impedance::{CarrierLevel, Mask, ZmFrame};
+use num_complex::Complex64;
 
 use super::analysed::RecordingError;
 use super::record::Record;
 use super::unloaded::UnloadedError;
-use crate::recording::manifest::{Manifest, Plate};
+use crate::pipeline::{Pipeline, RecordedError};
+use crate::recording::manifest::Manifest;
 use crate::recording::reader::{self, ReadError, RecordingReader};
 
 /// Frames of audio read at a time.
 const BLOCK_FRAMES: usize = 16_384;
-/// Frame rates that are taken when the sample rate is no multiple of the usual one, Hz.
-const FRAME_RATES_HZ: std::ops::RangeInclusive<u32> = 1500..=2500;
-/// |sample| at which this bench's own recordings clip, as live.
-const FULL_SCALE: f32 = 0.999;
 /// Below this the carrier is not in the signal; below the other it is told of. Carrier power over that of all else, dB.
 const MISSING_DB: f64 = 0.0;
 const WEAK_DB: f64 = 15.0;
+/// A carrier farther from where it should be is told of: two clocks differ by less, and the demodulator does not care.
+const ELSEWHERE_HZ: f64 = 10.0;
 
 /// Which of the two channels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -91,6 +88,16 @@ pub enum Flaw {
         /// Its power over that of the rest, dB.
         ratio_db: f64,
     },
+    /// The drive's carrier is elsewhere than stated.
+    #[error(
+        "drive: the carrier is at {measured_hz:.1} Hz, not at {stated_hz} Hz as recording.toml says; farther than 300 Hz away the amplitude would read low"
+    )]
+    CarrierElsewhere {
+        /// Where it is, Hz.
+        measured_hz: f64,
+        /// Where it should be, Hz.
+        stated_hz: f64,
+    },
     /// No Z_p.
     #[error(transparent)]
     Unloaded(#[from] UnloadedError),
@@ -109,6 +116,16 @@ pub enum Flaw {
     PlateScatters {
         /// RMS about the mean, N·s/m.
         scatter_n_s_per_m: f64,
+    },
+    /// The unloaded plate's impedance turned out of its phase.
+    #[error(
+        "the unloaded plate's impedance is {z_p_n_s_per_m:.2} N·s/m, but carrier_hz, resonance_hz and modal_mass_kg make its imaginary part {expected_im_n_s_per_m:+.2}: check the pickup's phase_rad, and the resonance"
+    )]
+    PlateReactance {
+        /// Z_p as read, N·s/m.
+        z_p_n_s_per_m: Complex64,
+        /// ω m_p − k_p/ω, N·s/m.
+        expected_im_n_s_per_m: f64,
     },
     /// No exploration to analyse.
     #[error("no exploration interval")]
@@ -158,12 +175,7 @@ pub fn read(folder: &Path) -> Result<Reading, RecordingError> {
         }
     }
     let mut flaws: Vec<Flaw> = reader.warnings().iter().cloned().map(Flaw::from).collect();
-    let full_scale = if manifest.hardware.is_some() {
-        FULL_SCALE
-    } else {
-        f32::INFINITY
-    };
-    let mut clip_levels = [full_scale; 2];
+    let mut clip_levels = [f32::INFINITY; 2];
     for ((extremes, level), (channel, _)) in extremes.iter().zip(&mut clip_levels).zip(indices) {
         if extremes.lost > 0 {
             flaws.push(Flaw::LostSamples {
@@ -172,7 +184,7 @@ pub fn read(folder: &Path) -> Result<Reading, RecordingError> {
             });
         }
         if let Some((samples, at)) = extremes.clipped() {
-            *level = level.min(at);
+            *level = at;
             flaws.push(Flaw::Clipped {
                 channel,
                 samples,
@@ -182,40 +194,18 @@ pub fn read(folder: &Path) -> Result<Reading, RecordingError> {
     }
 
     let mut reader = RecordingReader::open(folder)?;
-    let filter = Filter::new(Settings {
-        sample_rate_hz: reader.format().sample_rate_hz,
-        carrier_hz: manifest.carrier_hz,
-        output_rate_hz: frame_rate_hz(reader.format().sample_rate_hz)?,
-    })?;
-    let (plate, conversion) = constants(&manifest);
-    let zm = Zm::new(plate, conversion, &filter)?;
-    let input = |channel, clip_level| Input {
-        channel,
-        clip_level,
-    };
-    let [drive_clip, pickup_clip] = clip_levels;
-    let mut demodulator = Demodulator::drive_and_pickup(
-        filter.clone(),
-        channels,
-        input(drive, drive_clip),
-        input(pickup, pickup_clip),
-    )?;
+    let mut pipeline = Pipeline::of_clipped_recording(&manifest, reader.format(), clip_levels)?;
     let mut levels = Levels::new(&manifest, reader.format().sample_rate_hz);
     let mut record = Record::default();
     while reader.read_block(BLOCK_FRAMES, &mut block)? > 0 {
-        levels.take(
-            demodulator.samples_taken(),
-            &block,
-            channels,
-            [drive, pickup],
-        );
-        demodulator.push(&block, |frame| {
-            if !frame.mask().contains(Mask::LOST_SAMPLES) {
-                let power = [frame.drive(), frame.pickup()].map(|e| e.value.norm_sqr() / 2.0);
-                levels.take_frame(frame.sample, power);
-            }
-            record.frames.push(zm.read(frame));
-        })?;
+        let (first, before) = (pipeline.account().frames, record.frames.len());
+        levels.take(first, &block, channels, [drive, pickup]);
+        pipeline
+            .take(&block, &mut record.frames)
+            .map_err(RecordedError::from)?;
+        for frame in &record.frames[before..] {
+            levels.take_frame(frame);
+        }
     }
     flaws.extend(levels.flaws(manifest.carrier_hz));
 
@@ -230,45 +220,6 @@ pub fn read(folder: &Path) -> Result<Reading, RecordingError> {
         record,
         flaws,
     })
-}
-
-/// The whole divisor of the sample rate that is nearest to the usual frame rate.
-fn frame_rate_hz(sample_rate_hz: u32) -> Result<u32, RecordingError> {
-    FRAME_RATES_HZ
-        .filter(|rate| sample_rate_hz.is_multiple_of(*rate))
-        .min_by_key(|rate| rate.abs_diff(OUTPUT_RATE_HZ))
-        .ok_or(RecordingError::FrameRate {
-            sample_rate_hz,
-            from_hz: *FRAME_RATES_HZ.start(),
-            to_hz: *FRAME_RATES_HZ.end(),
-        })
-}
-
-/// Constants with positive factors: a reversed sign of any turns the displacement by π against the force.
-fn constants(manifest: &Manifest) -> (PlateConstants, Channels) {
-    let Plate {
-        resonance_hz,
-        modal_mass_kg,
-        force_factor_n_per_v,
-        ..
-    } = manifest.plate;
-    let (drive, pickup) = (&manifest.channels.drive, &manifest.channels.pickup);
-    let sign = force_factor_n_per_v.signum()
-        * drive.volts_per_unit.signum()
-        * pickup.metres_per_unit.signum();
-    let reversed = if sign < 0.0 { PI } else { 0.0 };
-    (
-        PlateConstants {
-            resonance_hz,
-            modal_mass_kg,
-            force_factor_n_per_v: force_factor_n_per_v.abs(),
-        },
-        Channels {
-            drive_volts_per_unit: drive.volts_per_unit.abs(),
-            pickup_metres_per_unit: pickup.metres_per_unit.abs(),
-            pickup_phase_rad: pickup.phase_rad + reversed,
-        },
-    )
 }
 
 /// The greatest and least sample values and how often they occur.
@@ -335,10 +286,13 @@ impl Extremes {
 /// Carrier and total power in both channels over the recording's intervals.
 struct Levels {
     spans: Vec<Range<u64>>,
+    /// What a sample value of 1 stands for, V and m.
+    units: [f64; 2],
     samples: [u64; 2],
     total: [f64; 2],
     frames: u64,
     carrier: [f64; 2],
+    turning: Turning,
 }
 
 impl Levels {
@@ -350,10 +304,15 @@ impl Levels {
             .map(|interval| sample(interval.start_s)..sample(interval.end_s));
         Self {
             spans: spans.collect(),
+            units: [
+                manifest.channels.drive.volts_per_unit,
+                manifest.channels.pickup.metres_per_unit,
+            ],
             samples: [0; 2],
             total: [0.0; 2],
             frames: 0,
             carrier: [0.0; 2],
+            turning: Turning::default(),
         }
     }
 
@@ -378,11 +337,17 @@ impl Levels {
         }
     }
 
-    fn take_frame(&mut self, sample: u64, power: [f64; 2]) {
-        if self.spans.iter().any(|span| span.contains(&sample)) {
-            self.frames += 1;
-            self.carrier[0] += power[0];
-            self.carrier[1] += power[1];
+    fn take_frame(&mut self, frame: &ZmFrame) {
+        let counts = |span: &Range<u64>| span.contains(&frame.sample);
+        if frame.mask.contains(Mask::LOST_SAMPLES) || !self.spans.iter().any(counts) {
+            self.turning.before = None;
+            return;
+        }
+        self.turning.take(frame);
+        self.frames += 1;
+        let envelopes = [frame.drive_v, frame.displacement_m];
+        for ((carrier, envelope), unit) in self.carrier.iter_mut().zip(envelopes).zip(self.units) {
+            *carrier += (envelope / unit).norm_sqr() / 2.0;
         }
     }
 
@@ -390,7 +355,12 @@ impl Levels {
         if self.frames == 0 {
             return Vec::new();
         }
-        [Channel::Drive, Channel::Pickup]
+        let offset_hz = self.turning.offset_hz();
+        let elsewhere = (offset_hz.abs() > ELSEWHERE_HZ).then_some(Flaw::CarrierElsewhere {
+            measured_hz: carrier_hz + offset_hz,
+            stated_hz: carrier_hz,
+        });
+        let levels = [Channel::Drive, Channel::Pickup]
             .into_iter()
             .enumerate()
             .filter_map(|(at, channel)| {
@@ -410,8 +380,31 @@ impl Levels {
                 } else {
                     (ratio_db < WEAK_DB).then_some(Flaw::CarrierWeak { channel, ratio_db })
                 }
-            })
-            .collect()
+            });
+        levels.chain(elsewhere).collect()
+    }
+}
+
+/// How fast the drive's envelope turns: so far is its carrier from where it should be. A rotation common to drive and pickup
+/// leaves Z_m as it is.
+#[derive(Default)]
+struct Turning {
+    before: Option<ZmFrame>,
+    turns: Complex64,
+    frame_s: f64,
+}
+
+impl Turning {
+    fn take(&mut self, frame: &ZmFrame) {
+        if let Some(before) = self.before.replace(*frame) {
+            self.turns += frame.drive_v * before.drive_v.conj();
+            self.frame_s = frame.time_s - before.time_s;
+        }
+    }
+
+    /// NaN of fewer than two frames.
+    fn offset_hz(&self) -> f64 {
+        self.turns.arg() / (TAU * self.frame_s)
     }
 }
 
@@ -429,8 +422,8 @@ mod tests {
     fn wave() -> impl Iterator<Item = f64> {
         (0..192_000).map(|i| {
             let t = f64::from(i) / 192e3;
-            let envelope = 1.0 + 0.95 * (std::f64::consts::TAU * 6.0 * t).sin();
-            0.4 * envelope * (std::f64::consts::TAU * 35e3 * t).cos()
+            let envelope = 1.0 + 0.95 * (TAU * 6.0 * t).sin();
+            0.4 * envelope * (TAU * 35e3 * t).cos()
         })
     }
 
@@ -452,21 +445,5 @@ mod tests {
             .clipped()
             .unwrap();
         assert_eq!(level, 0.8);
-    }
-
-    #[test]
-    fn frame_rates_divide_the_sample_rate() {
-        for (sample_rate_hz, frames_hz) in [
-            (96_000, 2000),
-            (100_000, 2000),
-            (192_000, 2000),
-            (88_200, 1960),
-            (176_400, 1960),
-            (250_000, 2000),
-        ] {
-            assert_eq!(frame_rate_hz(sample_rate_hz).unwrap(), frames_hz);
-        }
-        let error = frame_rate_hz(100_003).unwrap_err();
-        assert!(error.to_string().contains("100003 Hz"), "{error}");
     }
 }

@@ -1,7 +1,9 @@
 //! One recording: Z_p, the instances, both estimates of each, the model check.
 
+use std::f64::consts::TAU;
 use std::path::Path;
 
+use num_complex::Complex64;
 use protocols::selection::{StretchOutcome, select};
 use protocols::{Direction, Protocol, SelectionRules};
 
@@ -14,7 +16,7 @@ use super::record::Record;
 use super::settings::Settings;
 use super::unloaded;
 use crate::recording::Manifest;
-use crate::recording::manifest::IntervalKind;
+use crate::recording::manifest::{IntervalKind, Plate};
 
 /// Analyses the recording in `folder`.
 pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
@@ -70,6 +72,10 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     match unloaded::read(&record, &unloaded, modulation_hz, rules.contact_n / 2.0) {
         Ok(reading) => {
             findings.z_p = Some(reading.plate);
+            findings.flaws.extend(turned(
+                &findings.manifest,
+                reading.plate.corrected_n_s_per_m,
+            ));
             if reading.touched_s > 0.0 {
                 findings.flaws.push(Flaw::Touched {
                     touched_s: reading.touched_s,
@@ -96,6 +102,27 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
         );
     }
     Ok(findings)
+}
+
+/// A part of |Z_p| by which its imaginary part may be off: 0.15 rad of the pickup's phase, or 10 Hz of a resonance whose Q is 250.
+const GREATEST_REACTANCE_ERROR: f64 = 0.15;
+
+/// Whether the phase of Z_p is not what the plate's constants give. It is told, not mended: a phase and a resonance that are wrong
+/// look alike.
+fn turned(manifest: &Manifest, z_p_n_s_per_m: Complex64) -> Option<Flaw> {
+    let Plate {
+        resonance_hz,
+        modal_mass_kg,
+        ..
+    } = manifest.plate;
+    // ω m_p − k_p/ω
+    let expected_im_n_s_per_m =
+        TAU * modal_mass_kg * (manifest.carrier_hz - resonance_hz.powi(2) / manifest.carrier_hz);
+    let off = (z_p_n_s_per_m.im - expected_im_n_s_per_m).abs();
+    (off > GREATEST_REACTANCE_ERROR * z_p_n_s_per_m.norm()).then_some(Flaw::PlateReactance {
+        z_p_n_s_per_m,
+        expected_im_n_s_per_m,
+    })
 }
 
 /// Direction, start and end of each exploration, in time order.

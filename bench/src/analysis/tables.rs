@@ -29,12 +29,12 @@ pub enum TableError {
     #[error(transparent)]
     Disk(#[from] DiskError),
     /// The format refused.
-    #[error("cannot make {}: {source}", path.display())]
+    #[error("cannot make {}: {reason}", path.display())]
     Parquet {
         /// The file.
         path: PathBuf,
         /// The reason.
-        source: ParquetError,
+        reason: ParquetError,
     },
 }
 
@@ -56,9 +56,9 @@ pub fn write(analysed: &Analysed, folder: &Path) -> Result<(), TableError> {
         (SAMPLES_FILE, samples(analysed)),
     ] {
         let path = folder.join(file);
-        let bytes = encode(columns).map_err(|source| TableError::Parquet {
+        let bytes = encode(columns).map_err(|reason| TableError::Parquet {
             path: path.clone(),
-            source,
+            reason,
         })?;
         disk::replace_file(&path, &bytes)?;
     }

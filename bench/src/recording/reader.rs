@@ -18,23 +18,23 @@ const BUFFER_BYTES: usize = 1 << 18;
 #[non_exhaustive]
 pub enum ReadError {
     /// A file of the recording is missing, or the operating system refused.
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}: {reason}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// The reason.
-        source: io::Error,
+        /// The reason; not a `source`, for the message already says it.
+        reason: io::Error,
     },
     /// `recording.toml` is not one, or does not fit the audio.
     #[error(transparent)]
     Manifest(#[from] ManifestReadError),
     /// `signals.wav` cannot be read.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {reason}", path.display())]
     Wav {
         /// The file.
         path: PathBuf,
         /// The reason.
-        source: WavError,
+        reason: WavError,
     },
     /// A CSV file lacks a column.
     #[error("{}: no column `{column}`; its header is `{header}`", path.display())]
@@ -129,19 +129,19 @@ impl RecordingReader {
     pub fn open(folder: &Path) -> Result<Self, ReadError> {
         let (manifest, manifest_text, manifest_file) = parse_manifest(folder)?;
         let path = folder.join(SIGNALS_FILE);
-        let file = File::open(&path).map_err(|source| ReadError::Io {
+        let file = File::open(&path).map_err(|reason| ReadError::Io {
             path: path.clone(),
-            source,
+            reason,
         })?;
         let (wav, wav_warnings) = WavReader::new(BufReader::with_capacity(BUFFER_BYTES, file))
-            .map_err(|source| match source {
-                WavError::Io(source) => ReadError::Io {
+            .map_err(|reason| match reason {
+                WavError::Io(reason) => ReadError::Io {
                     path: path.clone(),
-                    source,
+                    reason,
                 },
-                source => ReadError::Wav {
+                reason => ReadError::Wav {
                     path: path.clone(),
-                    source,
+                    reason,
                 },
             })?;
         let format = wav.format();
@@ -212,9 +212,9 @@ impl RecordingReader {
     ) -> Result<usize, ReadError> {
         self.wav
             .read_block(max_frames, block)
-            .map_err(|source| ReadError::Io {
+            .map_err(|reason| ReadError::Io {
                 path: self.folder.join(SIGNALS_FILE),
-                source,
+                reason,
             })
     }
 
@@ -247,7 +247,7 @@ pub fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
 fn parse_manifest(folder: &Path) -> Result<(Manifest, String, String), ReadError> {
     let path = folder.join(MANIFEST_FILE);
     let file = path.display().to_string();
-    let text = fs::read_to_string(&path).map_err(|source| ReadError::Io { path, source })?;
+    let text = fs::read_to_string(&path).map_err(|reason| ReadError::Io { path, reason })?;
     let manifest = Manifest::parse(&text, &file)?;
     Ok((manifest, text, file))
 }
@@ -291,9 +291,9 @@ impl Tally {
 impl<R: Row> RowReader<R> {
     fn open(folder: &Path, file: &'static str) -> Result<Self, ReadError> {
         let path = folder.join(file);
-        let io_error = |source| ReadError::Io {
+        let io_error = |reason| ReadError::Io {
             path: path.clone(),
-            source,
+            reason,
         };
         let mut source = File::open(&path).map_err(io_error)?;
         let torn_at_byte = unended_last_line(&mut source).map_err(io_error)?;
@@ -401,7 +401,7 @@ impl<R: Row> Iterator for RowReader<R> {
                 Err(error) => {
                     return Some(Err(ReadError::Io {
                         path: self.path.clone(),
-                        source: error.into(),
+                        reason: error.into(),
                     }));
                 }
             }

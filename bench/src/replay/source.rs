@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use anyhow::Context;
+
 use crate::pipeline::{Batch, Pipeline};
 use crate::recording::manifest::Manifest;
 use crate::recording::reader::{ReadError, RowReader, Warning};
@@ -27,7 +29,8 @@ impl Source {
     /// A file is missing or against the format, or the audio cannot be demodulated as the manifest says.
     pub fn open(folder: &Path) -> anyhow::Result<Self> {
         let reader = RecordingReader::open(folder)?;
-        let pipeline = Pipeline::of_recording(reader.manifest(), reader.format())?;
+        let pipeline = Pipeline::of_recording(reader.manifest(), reader.format())
+            .context("the recording cannot be demodulated")?;
         Ok(Self {
             force: Rows::new(reader.force()?)?,
             position: Rows::new(reader.position()?)?,

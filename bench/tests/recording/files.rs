@@ -349,7 +349,7 @@ fn every_damage_of_the_audio_file_has_its_name() {
             matches!(
                 error,
                 ReadError::Wav {
-                    source: WavError::NotWav { .. }
+                    reason: WavError::NotWav { .. }
                         | WavError::Relative { .. }
                         | WavError::NoChunk { .. }
                         | WavError::ShortFormat { .. }

@@ -4,3 +4,4 @@ pub mod program;
 pub mod recorded;
 pub mod running;
 pub mod session;
+pub mod truth;

@@ -7,44 +7,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use bench_tests::program::{bench, protocol};
 use bench_tests::session::{finish, text};
+use bench_tests::truth::Skin;
 use friction_bench::analysis::estimate::{Estimated, Method};
 use friction_bench::analysis::model_check::quantile;
 use friction_bench::analysis::{Settings, analyse, find};
-use num_complex::Complex64;
 
 const PARTICIPANTS: u64 = 50;
 /// Levitation lag of the simulated film at rest, s (`film.lag_s` of the scenario).
 const TAU_S: f64 = 1e-3;
-
-/// The skin as simulated, averaged over the time that the finger slides.
-struct Truth {
-    sigma_t_m: f64,
-    z_t: Complex64,
-}
-
-impl Truth {
-    fn read(folder: &Path) -> Self {
-        let series = std::fs::read_to_string(folder.join("truth.csv")).expect("the truth");
-        let (mut n, mut sigma_t_m, mut z_t) = (0.0, 0.0, Complex64::ZERO);
-        for line in series.lines().skip(1) {
-            let value = |column: usize| -> f64 {
-                let cell = line.split(',').nth(column).expect("a column");
-                cell.parse().expect("a number")
-            };
-            // gap_m is NaN off the plate; velocity tells sliding from waiting.
-            if value(6).is_finite() && value(12).abs() > 0.02 {
-                n += 1.0;
-                sigma_t_m += value(2);
-                z_t += Complex64::new(value(3), value(4));
-            }
-        }
-        assert!(n > 500.0, "{n} samples of sliding in {}", folder.display());
-        Self {
-            sigma_t_m: sigma_t_m / n,
-            z_t: z_t / n,
-        }
-    }
-}
 
 /// Errors of one instance.
 #[derive(Clone, Copy)]
@@ -60,7 +30,7 @@ struct Errors {
 }
 
 impl Errors {
-    fn of(estimated: &Estimated, truth: &Truth) -> Self {
+    fn of(estimated: &Estimated, truth: &Skin) -> Self {
         Self {
             sigma_t: (estimated.sigma_t_m / truth.sigma_t_m - 1.0).abs(),
             z_t: (estimated.z_t_n_s_per_m - truth.z_t).norm() / truth.z_t.norm(),
@@ -95,7 +65,7 @@ fn participant(seed: u64, folder: &Path) -> [Vec<Errors>; 2] {
     let recordings = find::recordings(&[study], false)
         .unwrap_or_else(|error| panic!("seed {seed}: {error}\n{}", text(&output)));
     let analysed = analyse(&recordings, &Settings::default(), |_| {});
-    let true_skin = Truth::read(&truth);
+    let true_skin = Skin::read(&truth);
     Method::BOTH.map(|method| {
         analysed
             .instances()

@@ -75,7 +75,7 @@ pub fn plate(response: &[Admittance], plate: &file::Plate) -> Figure {
         ],
         ..Panel::new(
             Axis::linear("Frequency (kHz)"),
-            Axis::linear("|Residual| (ppm of peak)").from_zero(),
+            Axis::linear("Residual (ppm)").from_zero(),
         )
     };
     let magnitude = Axis::logarithmic("|ṽ/f̃| (m/s/N)");
@@ -85,7 +85,7 @@ pub fn plate(response: &[Admittance], plate: &file::Plate) -> Figure {
         "Admittance of the plate without a finger",
         format!(
             "Velocity over force of the plate with no finger on it, and the second-order mode fitted to it (Huloux 2021, Fig. 10 b): \
-             f₀ = {}, Q = {}, b_p = {}, γ = {}, phase of the pickup {}; intervals of 95 %. Measured {} by {}: {}.",
+             f₀ = {}, Q = {}, b_p = {}, γ = {}, phase of the pickup {}; intervals of 95 %. Residuals against the peak. Measured {} by {}: {}.",
             stated(&plate.resonance_hz, 1.0, "Hz"),
             stated(&plate.quality, 1.0, ""),
             stated(&plate.damping_n_s_per_m, 1.0, "N·s/m"),

@@ -371,6 +371,8 @@ pub struct Behaviour {
     pub lift_off_probability: f64,
     /// How long such a lift lasts, s.
     pub lift_off_s: f64,
+    /// Rests the finger on the plate while nothing is asked.
+    pub rests_unasked: bool,
 }
 
 /// Spread of the true constants from seed to seed. Off by default.
@@ -580,6 +582,7 @@ impl Default for Behaviour {
             late_start_s: 0.6,
             lift_off_probability: 0.02,
             lift_off_s: 0.2,
+            rests_unasked: false,
         }
     }
 }

@@ -46,12 +46,7 @@ impl Report {
     pub fn to_text(&self) -> String {
         let mut lines = vec![format!("calibrate {}", self.calibrated)];
         for (name, quantity) in &self.values {
-            lines.push(format!(
-                "  {name:<16} {:.6e} ± {:.1e} {} (95 %)",
-                quantity.value,
-                quantity.half_width_95(),
-                quantity.unit
-            ));
+            lines.push(format!("  {name:<16} {quantity}  (95 %)"));
         }
         lines.extend(self.remarks.iter().map(|remark| format!("  {remark}")));
         lines.extend(self.faults.iter().map(|fault| format!("FAILED  {fault}")));

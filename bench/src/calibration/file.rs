@@ -1,6 +1,7 @@
 //! `calibration.toml`: every measured value with its unit, standard error, date, method and operator, the bench that it was
 //! measured on, and a hash over all of it, so that an edited file is noticed.
 
+use std::fmt;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -63,6 +64,33 @@ impl Quantity {
         let freedom = self.degrees_of_freedom.max(1) as f64;
         let t = StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975));
         t * self.standard_error
+    }
+}
+
+/// The value and half its 95 % interval, to two digits of the latter: `(5.450 ± 0.011)e-6 m`.
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let half = self.half_width_95();
+        let exponent = match self.value.abs() {
+            size if (1e-3..1e6).contains(&size) || size == 0.0 || !size.is_finite() => 0,
+            size => size.log10().floor() as i32,
+        };
+        let scale = 10f64.powi(-exponent);
+        let decimals = if half > 0.0 && half.is_finite() {
+            (1 - (half * scale).log10().floor() as i32).clamp(0, 12) as usize
+        } else {
+            6
+        };
+        let (value, half) = (self.value * scale, half * scale);
+        if exponent == 0 {
+            write!(f, "{value:.decimals$} ± {half:.decimals$}")?;
+        } else {
+            write!(f, "({value:.decimals$} ± {half:.decimals$})e{exponent}")?;
+        }
+        match self.unit.as_str() {
+            "1" => Ok(()),
+            unit => write!(f, " {unit}"),
+        }
     }
 }
 
@@ -294,6 +322,16 @@ fn sha256(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_quantity_is_stated_to_two_digits_of_its_interval() {
+        let stated = |value, error, unit| Quantity::new(value, error, 1_000_000, unit).to_string();
+        assert_eq!(stated(5.449_791e-6, 5.6e-9, "m"), "(5.450 ± 0.011)e-6 m");
+        assert_eq!(stated(35_162.72, 0.006, "Hz"), "35162.720 ± 0.012 Hz");
+        assert_eq!(stated(-0.63, 1e-4, "rad"), "-0.63000 ± 0.00020 rad");
+        assert_eq!(stated(292.35, 0.036, "1"), "292.350 ± 0.071");
+        assert_eq!(stated(0.0, 0.0, "V"), "0.000000 ± 0.000000 V");
+    }
 
     #[test]
     fn effective_degrees_of_freedom_follow_what_was_seen() {

@@ -22,15 +22,6 @@ fn figure(name: &str, title: &str, caption: String, panels: Vec<Panel>) -> Figur
     }
 }
 
-/// A quantity in words.
-fn stated(quantity: &file::Quantity, scale: f64, unit: &str) -> String {
-    format!(
-        "{:.6} ± {:.1e} {unit}",
-        scale * quantity.value,
-        scale * quantity.half_width_95()
-    )
-}
-
 fn zero_line(points: &[(f64, f64)]) -> Series {
     let ends = [points.first(), points.last()];
     let line = ends.into_iter().flatten().map(|&(x, _)| (x, 0.0));
@@ -86,11 +77,11 @@ pub fn plate(response: &[Admittance], plate: &file::Plate) -> Figure {
         format!(
             "Velocity over force of the plate with no finger on it, and the second-order mode fitted to it (Huloux 2021, Fig. 10 b): \
              f₀ = {}, Q = {}, b_p = {}, γ = {}, phase of the pickup {}; intervals of 95 %. Residuals against the peak. Measured {} by {}: {}.",
-            stated(&plate.resonance_hz, 1.0, "Hz"),
-            stated(&plate.quality, 1.0, ""),
-            stated(&plate.damping_n_s_per_m, 1.0, "N·s/m"),
-            stated(&plate.force_factor_n_per_v, 1.0, "N/V"),
-            stated(&plate.pickup_phase_rad, 1.0, "rad"),
+            plate.resonance_hz,
+            plate.quality,
+            plate.damping_n_s_per_m,
+            plate.force_factor_n_per_v,
+            plate.pickup_phase_rad,
             plate.measured.date,
             plate.measured.operator,
             plate.measured.method,
@@ -128,12 +119,12 @@ pub fn pickup(rungs: &[Rung], residuals_m: &[f64], pickup: &file::Pickup) -> Fig
         "Sensitivity of the pickup",
         format!(
             "Known peak amplitude of the plate against the pickup's reading at {:.1} Hz, {} levels, and the weighted line through them: \
-             {} a unit, offset {}; intervals of 95 %. Below, the points' distances from it, and in the band the deviation that each point \
+             {} per unit, offset {}; intervals of 95 %. Below, the points' distances from it, and in the band the deviation that each point \
              was known with. Measured {} by {}: {}.",
             pickup.carrier_hz,
             pickup.points,
-            stated(&pickup.metres_per_unit, MICRO, "µm"),
-            stated(&pickup.offset, NANO, "nm"),
+            pickup.metres_per_unit,
+            pickup.offset,
             pickup.measured.date,
             pickup.measured.operator,
             pickup.measured.method,

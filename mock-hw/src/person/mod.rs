@@ -152,6 +152,10 @@ impl Person {
             self.begin(instruction, t_s);
         }
         match self.doing {
+            Instruction::Wait if self.behaviour.rests_unasked => {
+                self.press.press();
+                self.hand.rest(h_s, &mut self.rng);
+            }
             Instruction::Wait
             | Instruction::LiftFinger
             | Instruction::Feedback

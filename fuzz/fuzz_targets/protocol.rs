@@ -1,9 +1,10 @@
-//! Any text as a protocol file: an error or a protocol.
+//! `readers::protocol`.
 #![no_main]
 
-use libfuzzer_sys::fuzz_target;
-use protocols::Protocol;
+#[expect(dead_code, reason = "the other targets' readers")]
+#[path = "../readers.rs"]
+mod readers;
 
-fuzz_target!(|text: &str| {
-    let _ = Protocol::parse(text, "protocol.toml");
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    readers::protocol(bytes);
 });

@@ -41,7 +41,8 @@ impl LineDecoder {
         if !std::mem::replace(&mut self.begun, true) || self.line.first() == Some(&b'#') {
             return None;
         }
-        let Some((device_us, normal_mn, lateral_mn)) = parse(&self.line) else {
+        let whole = self.line.len() <= LONGEST_LINE_BYTES;
+        let Some((device_us, normal_mn, lateral_mn)) = parse(&self.line).filter(|_| whole) else {
             self.faults.corrupt += 1;
             return None;
         };
@@ -64,7 +65,7 @@ impl Decoder for LineDecoder {
             if byte == b'\n' {
                 samples.extend(self.end_of_line());
                 self.line.clear();
-            } else if self.line.len() < LONGEST_LINE_BYTES {
+            } else if self.line.len() <= LONGEST_LINE_BYTES {
                 self.line.push(byte);
             }
         }
@@ -106,6 +107,21 @@ mod tests {
                 repeated: 1
             }
         );
+    }
+
+    #[test]
+    fn the_beginning_of_a_line_that_is_too_long_is_no_sample() {
+        let mut decoder = LineDecoder::default();
+        let mut samples = Vec::new();
+        let digits = "1".repeat(LONGEST_LINE_BYTES);
+        decoder.decode(format!("\n1000,650.0,{digits}\n").as_bytes(), &mut samples);
+        assert_eq!((samples.len(), decoder.faults().corrupt), (0, 1));
+        let fits = LONGEST_LINE_BYTES - "2000,650.0,".len();
+        decoder.decode(
+            format!("2000,650.0,{}\n", "0".repeat(fits)).as_bytes(),
+            &mut samples,
+        );
+        assert_eq!((samples.len(), decoder.faults().corrupt), (1, 1));
     }
 
     #[test]

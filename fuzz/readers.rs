@@ -1,0 +1,173 @@
+//! What must hold for whatever lies in a file or comes over a line: it ends in an error that names the fault or in a value, never
+//! in a panic. Each function reads one input, asserts what holds of a value, and tells whether there was one.
+//!
+//! Included by the targets beside it and by `bench/tests/fuzz_seeds.rs`, which replays the seeds.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use friction_bench::calibration::Calibration;
+use friction_bench::force::{ForceProtocol, ForceSample};
+use friction_bench::recording::wav::{AudioFormat, WavReader, header};
+use friction_bench::recording::{
+    FORCE_FILE, MANIFEST_FILE, Manifest, POSITION_FILE, RecordingReader, SIGNALS_FILE,
+};
+use protocols::Protocol;
+use sha2::{Digest, Sha256};
+
+const MANIFEST: &str = r#"format = 1
+carrier_hz = 35000.0
+modulation_hz = 6.0
+modulation_index = 0.95
+[channels.drive]
+index = 0
+volts_per_unit = 1.0
+[channels.pickup]
+index = 1
+metres_per_unit = 2.0e-6
+phase_rad = 0.0
+[plate]
+resonance_hz = 35000.0
+modal_mass_kg = 0.008
+force_factor_n_per_v = 0.13
+centre_m = 0.0525
+"#;
+
+/// Bytes as `signals.wav`: as many frames as promised.
+pub fn wav(bytes: &[u8]) -> bool {
+    let Ok((mut reader, _)) = WavReader::new(Cursor::new(bytes)) else {
+        return false;
+    };
+    let promised = reader.frames();
+    let (mut read, mut block) = (0, Vec::new());
+    while let Ok(frames) = reader.read_block(1024, &mut block) {
+        if frames == 0 {
+            break;
+        }
+        read += frames as u64;
+    }
+    assert_eq!(read, promised);
+    true
+}
+
+/// Bytes as `recording.toml`: what is read is written and read back alike.
+pub fn manifest(bytes: &[u8]) -> bool {
+    let parse = |text: &str| Manifest::parse(text, MANIFEST_FILE);
+    let Some(manifest) = text(bytes).and_then(|text| parse(text).ok()) else {
+        return false;
+    };
+    let written = manifest.to_toml().expect("what was read can be written");
+    assert_eq!(
+        parse(&written).expect("what was written can be read"),
+        manifest
+    );
+    true
+}
+
+/// Bytes as a protocol file.
+pub fn protocol(bytes: &[u8]) -> bool {
+    text(bytes).is_some_and(|text| Protocol::parse(text, "protocol.toml").is_ok())
+}
+
+/// Bytes as `calibration.toml` after its hash: what is read is written and read back alike.
+pub fn calibration(bytes: &[u8]) -> bool {
+    let parse = |text: &str| Calibration::parse(text, Path::new("calibration.toml"));
+    let Some(body) = text(bytes) else {
+        return false;
+    };
+    let hash: String = Sha256::digest(body)
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    let Ok((calibration, _)) = parse(&format!("sha256 = \"{hash}\"\n{body}")) else {
+        return false;
+    };
+    let written = calibration.to_text().expect("what was read can be written");
+    let (again, _) = parse(&written).expect("what was written can be read");
+    // Debug, for NaN is unlike itself.
+    assert_eq!(format!("{again:?}"), format!("{calibration:?}"));
+    true
+}
+
+/// Bytes as `force.csv`: time increases from row to row.
+pub fn force_rows(bytes: &[u8]) -> bool {
+    beside_sound_files(FORCE_FILE, bytes, |reader| {
+        let rows = reader.force().ok()?;
+        Some(increasing(rows.map_while(Result::ok).map(|row| row.time_s)))
+    })
+}
+
+/// Bytes as `position.csv`: time increases from row to row.
+pub fn position_rows(bytes: &[u8]) -> bool {
+    beside_sound_files(POSITION_FILE, bytes, |reader| {
+        let rows = reader.position().ok()?;
+        Some(increasing(rows.map_while(Result::ok).map(|row| row.time_s)))
+    })
+}
+
+/// Bytes of a serial line in the binary format, the first of them choosing how the rest is cut.
+pub fn force_frames(bytes: &[u8]) -> bool {
+    force_line(ForceProtocol::Frames, bytes)
+}
+
+/// Bytes of a serial line in the text format, the first of them choosing how the rest is cut.
+pub fn force_lines(bytes: &[u8]) -> bool {
+    force_line(ForceProtocol::Lines, bytes)
+}
+
+/// The cut does not matter, forces are numbers, time does not fall.
+fn force_line(protocol: ForceProtocol, bytes: &[u8]) -> bool {
+    let Some((&cut, bytes)) = bytes.split_first() else {
+        return false;
+    };
+    let decode = |cut: usize| -> (Vec<ForceSample>, _) {
+        let (mut decoder, mut samples) = (protocol.decoder(), Vec::new());
+        for piece in bytes.chunks(cut) {
+            decoder.decode(piece, &mut samples);
+        }
+        (samples, decoder.faults())
+    };
+    let whole = decode(bytes.len().max(1));
+    assert_eq!(decode(usize::from(cut).max(1)), whole);
+    let (samples, _) = whole;
+    for sample in &samples {
+        assert!(sample.normal_n.is_finite() && sample.lateral_n.is_finite());
+    }
+    if protocol == ForceProtocol::Lines {
+        assert!(samples.is_sorted_by(|a, b| a.device_us < b.device_us));
+    }
+    !samples.is_empty()
+}
+
+fn text(bytes: &[u8]) -> Option<&str> {
+    std::str::from_utf8(bytes).ok()
+}
+
+fn beside_sound_files(
+    file: &str,
+    bytes: &[u8],
+    rows: impl Fn(&RecordingReader) -> Option<usize>,
+) -> bool {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write =
+        |name, content: &[u8]| std::fs::write(folder.path().join(name), content).expect("written");
+    let format = AudioFormat {
+        sample_rate_hz: 192_000,
+        channels: 2,
+    };
+    write(MANIFEST_FILE, MANIFEST.as_bytes());
+    write(SIGNALS_FILE, &header(format, 0));
+    write(file, bytes);
+    let reader = RecordingReader::open(folder.path()).expect("a sound description");
+    rows(&reader).is_some_and(|rows| rows > 0)
+}
+
+/// How many there are.
+fn increasing(times_s: impl Iterator<Item = f64>) -> usize {
+    let (mut rows, mut last_s) = (0, f64::NEG_INFINITY);
+    for time_s in times_s {
+        assert!(time_s > last_s);
+        (rows, last_s) = (rows + 1, time_s);
+    }
+    rows
+}

@@ -1,5 +1,6 @@
 //! The command line.
 
+use std::io::IsTerminal;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -157,9 +158,21 @@ pub struct Measure {
     /// Who measures; kept in the file.
     #[arg(long, value_name = "NAME")]
     pub operator: String,
-    /// Print the result as JSON.
+    /// Print the result as JSON; implies --headless.
     #[arg(long)]
     pub json: bool,
+    /// Nobody is asked: flags say what is known, lines on standard error tell the progress. So it is without a terminal.
+    #[arg(long)]
+    pub headless: bool,
+}
+
+impl Measure {
+    /// Whether an operator is guided on the dashboard: on a terminal, in real time, unless flags say otherwise.
+    #[must_use]
+    pub fn attended(&self) -> bool {
+        let terminal = std::io::stdin().is_terminal() && std::io::stdout().is_terminal();
+        terminal && !self.headless && !self.json && self.speed == Speed::Real
+    }
 }
 
 /// `calibrate pickup`

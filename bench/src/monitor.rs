@@ -183,7 +183,7 @@ impl MonitorTask {
                 tui::Action::EmergencyStop => self.drive.trip(Trip::Operator),
                 tui::Action::Rearm => self.drive.rearm(),
                 tui::Action::Quit | tui::Action::Interrupt => self.stop.raise(),
-                tui::Action::Redo | tui::Action::Consent => {}
+                tui::Action::Redo | tui::Action::Consent | tui::Action::Answer(_) => {}
             }
         }
     }

@@ -261,6 +261,8 @@ impl SessionTask {
                     self.wiring.stop.raise();
                     continue;
                 }
+                // Nothing is calibrated here.
+                tui::Action::Answer(_) => continue,
             };
             self.commands.push_back(command);
         }

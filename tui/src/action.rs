@@ -2,8 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::calibration::Answer;
+
 /// One wish of the operator. The bench decides what becomes of it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Action {
     /// Start the session, or the drive in `monitor`.
@@ -20,11 +22,13 @@ pub enum Action {
     Redo,
     /// Abort the session. Confirmed.
     Abort,
+    /// Answer what a calibration asks.
+    Answer(Answer),
     /// Stop the drive at once. Never asks for confirmation.
     EmergencyStop,
     /// Re-arm after a trip. Confirmed.
     Rearm,
-    /// Leave; confirmed while a session runs.
+    /// Leave; confirmed while a session or a calibration runs.
     Quit,
     /// Ctrl-C: what SIGINT would ask, an orderly stop without further questions.
     Interrupt,

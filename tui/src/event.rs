@@ -5,6 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::calibration::{Calibration, Reading};
 use crate::participant::ParticipantView;
 
 /// One message from the bench to the screen.
@@ -51,6 +52,10 @@ pub enum Event {
     },
     /// What the participant's screen shows.
     Participant(ParticipantView),
+    /// How far a calibration has come: its page takes the dashboard's place.
+    Calibration(Calibration),
+    /// What a calibration reads just now.
+    Reading(Reading),
     /// The session is over.
     Finished {
         /// The lines of the summary.

@@ -3,6 +3,7 @@
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 use crate::action::Action;
+use crate::answering;
 use crate::event::{PhaseKind, SafetyState};
 use crate::state::{Page, State, Ui};
 
@@ -54,6 +55,8 @@ pub fn key(state: &State, key: KeyEvent) -> Reaction {
     } else if ui.help {
         ui.help = false;
         None
+    } else if let Some(calibration) = &state.calibration {
+        answering::key(state, calibration, &mut ui, code)
     } else {
         command(state, &mut ui, code)
     };

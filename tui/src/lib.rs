@@ -7,6 +7,9 @@
 //! µm, mm and N·s/m appear on the screen only.
 
 mod action;
+mod answering;
+pub mod calibration;
+mod digits;
 pub mod display;
 pub mod event;
 mod key;

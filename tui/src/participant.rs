@@ -6,6 +6,7 @@ use ratatui::text::{Line, Text};
 use ratatui::widgets::Widget;
 use serde::{Deserialize, Serialize};
 
+use crate::digits;
 use crate::plot::put;
 use crate::theme::Theme;
 use crate::words::wrap;
@@ -118,8 +119,8 @@ fn instruction(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buff
     let below = match shown.instruction {
         Instruction::Feedback => 4,
         Instruction::GetReady | Instruction::Rest if seconds(shown).is_some() => {
-            if area.height >= words_rows.saturating_add(1 + DIGIT_ROWS) {
-                DIGIT_ROWS
+            if area.height >= words_rows.saturating_add(1 + digits::ROWS) {
+                digits::ROWS
             } else {
                 1
             }
@@ -163,45 +164,21 @@ fn seconds(shown: &ParticipantView) -> Option<u32> {
 }
 
 const TRACK_ROWS: u16 = 5;
-const DIGIT_ROWS: u16 = 5;
-const DIGIT_COLUMNS: u16 = 8;
-
-/// Three by five cells a digit, drawn two columns wide: nearly square on most terminals.
-const DIGITS: [[&str; 5]; 10] = [
-    ["###", "# #", "# #", "# #", "###"],
-    ["  #", "  #", "  #", "  #", "  #"],
-    ["###", "  #", "###", "#  ", "###"],
-    ["###", "  #", "###", "  #", "###"],
-    ["# #", "# #", "###", "  #", "  #"],
-    ["###", "#  ", "###", "  #", "###"],
-    ["###", "#  ", "###", "# #", "###"],
-    ["###", "  #", "  #", "  #", "  #"],
-    ["###", "# #", "###", "# #", "###"],
-    ["###", "# #", "###", "  #", "###"],
-];
 
 fn number(seconds: u32, theme: Theme, area: Rect, buf: &mut Buffer) {
-    let digits = seconds.to_string();
-    let columns = DIGIT_COLUMNS.saturating_mul(u16::try_from(digits.len()).unwrap_or(u16::MAX));
-    if area.height < DIGIT_ROWS || area.width < columns {
-        Line::styled(digits, theme.strong())
+    let words = seconds.to_string();
+    let columns = digits::columns(&words);
+    if area.height < digits::ROWS || area.width < columns {
+        Line::styled(words, theme.strong())
             .centered()
             .render(area, buf);
         return;
     }
-    let left = area.x + (area.width - columns) / 2 + 1;
-    for (place, digit) in (0u16..).zip(digits.bytes()) {
-        let glyph = DIGITS[usize::from(digit - b'0')];
-        for (row, cells) in (0u16..).zip(glyph) {
-            for (column, _) in (0u16..)
-                .zip(cells.bytes())
-                .filter(|(_, cell)| *cell == b'#')
-            {
-                let x = left + place * DIGIT_COLUMNS + column * 2;
-                buf.set_string(x, area.y + row, "██", theme.strong());
-            }
-        }
-    }
+    let middle = Rect {
+        x: area.x + (area.width - columns) / 2 + 1,
+        ..area
+    };
+    digits::render(&words, theme.strong(), middle, buf);
 }
 
 fn feedback(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {

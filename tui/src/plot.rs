@@ -113,6 +113,17 @@ impl Plot {
         }
     }
 
+    /// The cell of a point within `body`; `None` when it lies outside.
+    pub(crate) fn position(&self, (x, y): (f64, f64), body: Rect) -> Option<Position> {
+        let fraction = (x - self.x.0) / (self.x.1 - self.x.0);
+        let row = self.row(y, body.height)?;
+        let last = body.width.checked_sub(1)?;
+        (0.0..=1.0).contains(&fraction).then(|| {
+            let column = (fraction * f64::from(last)).round() as u16;
+            Position::new(body.x + column, body.y + row)
+        })
+    }
+
     fn row(&self, value: f64, rows: u16) -> Option<u16> {
         let fraction = (self.axis.high - value) / (self.axis.high - self.axis.low);
         // As the canvas rounds: to one of the four dots of a row.

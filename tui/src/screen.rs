@@ -6,8 +6,8 @@ use ratatui::layout::{Constraint, Layout, Rect, Spacing};
 
 use crate::panels::impedance::Part;
 use crate::panels::{
-    amplitude, crop, force, header, health, help, impedance, keys, log, note, phase, plate,
-    readings, safety, summary, trials,
+    amplitude, calibration, crop, force, header, health, help, impedance, keys, log, note, phase,
+    plate, readings, safety, summary, trials,
 };
 use crate::participant;
 use crate::state::{Page, State};
@@ -35,12 +35,13 @@ fn draw(state: &State, area: Rect, buf: &mut Buffer) {
     let [body, bottom] =
         Layout::vertical([Constraint::Fill(1), Constraint::Length(keys_rows)]).areas(rest);
     keys::render(state, bottom, buf);
-    match state.ui.page {
-        Page::Participant => preview(state, body, buf),
-        Page::Dashboard if area.width >= TWO_COLUMNS.0 && area.height >= TWO_COLUMNS.1 => {
+    match (state.ui.page, &state.calibration) {
+        (_, Some(calibrated)) => calibration::render(state, calibrated, body, buf),
+        (Page::Participant, _) => preview(state, body, buf),
+        (Page::Dashboard, _) if area.width >= TWO_COLUMNS.0 && area.height >= TWO_COLUMNS.1 => {
             two_columns(state, area, body, buf);
         }
-        Page::Dashboard => list(state, body, buf),
+        (Page::Dashboard, _) => list(state, body, buf),
     }
     if state.ui.help {
         help::render(state, body, buf);

@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use serde::{Deserialize, Serialize};
 
 use crate::action::Action;
+use crate::calibration::{Calibration, Reading};
 use crate::event::{
     Crop, Estimate, Event, Health, Impedance, Level, Live, Phase, PhaseKind, SafetyState, Session,
     Verdict,
@@ -55,6 +56,10 @@ pub struct State {
     pub log: VecDeque<LogLine>,
     /// What the participant sees.
     pub participant: Option<ParticipantView>,
+    /// The calibration under way.
+    pub calibration: Option<Calibration>,
+    /// What it reads just now.
+    pub reading: Option<Reading>,
     /// The summary of a finished session.
     pub summary: Option<Vec<String>>,
     /// The bench asked to close the screen.
@@ -100,6 +105,10 @@ pub struct Ui {
     pub confirm: Option<Action>,
     /// What the strip charts span.
     pub window: Window,
+    /// What is typed, of a number that a calibration asks for.
+    pub typed: String,
+    /// The point of a calibration that is chosen to be measured again.
+    pub chosen: Option<usize>,
     /// An answer to the last key, when it did nothing.
     pub note: Option<String>,
     /// Colours, or none.
@@ -184,6 +193,8 @@ impl State {
             safety_reason: None,
             log: VecDeque::new(),
             participant: None,
+            calibration: None,
+            reading: None,
             summary: None,
             closed: false,
             ui: Ui {
@@ -191,6 +202,8 @@ impl State {
                 help: false,
                 confirm: None,
                 window: Window::Two,
+                typed: String::new(),
+                chosen: None,
                 note: None,
                 theme,
             },
@@ -225,6 +238,11 @@ impl State {
             }
             Event::Log { level, text } => self.push_log(*level, text),
             Event::Participant(view) => self.participant = Some(view.clone()),
+            Event::Calibration(calibration) => self.calibration = Some(calibration.clone()),
+            Event::Reading(reading) => {
+                self.live_heard_s = Some(self.now_s);
+                self.reading = Some(reading.finite_only());
+            }
             Event::Finished { summary } => self.summary = Some(summary.clone()),
             Event::Close => self.closed = true,
         }
@@ -248,10 +266,22 @@ impl State {
         self.stale_since(self.heard_s)
     }
 
-    /// A session runs: leaving it wants a confirmation.
+    /// A session or a calibration runs: leaving it wants a confirmation.
     #[must_use]
     pub fn is_running(&self) -> bool {
+        if let Some(calibration) = &self.calibration {
+            return !calibration.failed;
+        }
         !matches!(self.phase.kind, PhaseKind::Idle | PhaseKind::Finished)
+    }
+
+    /// The point of a calibration that would be measured again: the chosen one, else the worst, else the last.
+    #[must_use]
+    pub fn chosen_point(&self) -> Option<usize> {
+        let points = &self.calibration.as_ref()?.points;
+        let last = points.len().checked_sub(1)?;
+        let worst = points.iter().position(|point| point.worst);
+        Some(self.ui.chosen.or(worst).unwrap_or(last).min(last))
     }
 
     fn stale_since(&self, heard_s: Option<f64>) -> Option<f64> {

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use serde::Serialize;
 
+use super::clear::ClearPlate;
 use super::file::{Calibration, FileError, Quantity};
+use super::guided::Guided;
 use super::held;
 use super::identity::Identity;
 use super::judged::{Calibrates, Judged};
@@ -150,6 +152,8 @@ struct Begun<'a> {
     calibration: Calibration,
     path: PathBuf,
     measure: &'a cli::Measure,
+    /// An operator is guided on the dashboard.
+    attended: bool,
 }
 
 impl<'a> Begun<'a> {
@@ -164,6 +168,7 @@ impl<'a> Begun<'a> {
             config,
             calibration,
             path,
+            attended: measure.attended(),
             measure,
         })
     }
@@ -175,8 +180,14 @@ impl<'a> Begun<'a> {
         instrument: Option<Instrument>,
         procedure: C,
     ) -> anyhow::Result<Report> {
-        let attend = |_: &StopFlag| -> anyhow::Result<Attendance> {
-            Ok((Box::new(Unattended::new(std::io::stderr())), None))
+        let (title, simulated) = (format!("calibrate {}", C::NAME), hardware.simulated);
+        let attended = self.attended;
+        let attend = |stop: &StopFlag| -> anyhow::Result<Attendance> {
+            if !attended {
+                return Ok((Box::new(Unattended::new(std::io::stderr())), None));
+            }
+            let (guided, screen) = Guided::open(title, simulated, stop.clone())?;
+            Ok((Box::new(guided), Some(screen)))
         };
         let outcome = rig::run(&self.config, hardware, instrument, attend, procedure)?;
         own(&mut self.calibration, outcome.identity, &self.path)?;
@@ -224,7 +235,8 @@ pub fn plate(
         setup.about_hz = about_hz;
     }
     let hardware = hardware(&begun.config)?;
-    begun.run(hardware, None, PlateProcedure::new(setup))
+    let plate = ClearPlate::new(PlateProcedure::new(setup), &begun.config, begun.attended);
+    begun.run(hardware, None, plate)
 }
 
 /// `calibrate pickup`
@@ -241,6 +253,8 @@ pub fn pickup(
         Known::Values(known::from_um(&options.known_um))
     } else if let Some(table) = &options.known_csv {
         Known::Table(known::read_table(table)?)
+    } else if begun.attended && options.instrument.is_none() {
+        Known::Typed
     } else {
         Known::Instrument
     };
@@ -252,16 +266,20 @@ pub fn pickup(
         options.known_accuracy,
     )?;
     let hardware = hardware(&begun.config)?;
-    let instrument = match known {
-        Known::Values(_) | Known::Table(_) => None,
-        Known::Instrument => {
-            let port = options
-                .instrument
-                .clone()
-                .or_else(|| hardware.vibrometer_port.clone())
-                .context("known amplitudes are needed: --known-um, --known-csv or --instrument")?;
+    // Typed amplitudes are read off the simulated instrument's display.
+    let port = options
+        .instrument
+        .clone()
+        .or_else(|| hardware.vibrometer_port.clone());
+    let instrument = match (known, port) {
+        (Known::Values(_) | Known::Table(_), _) | (Known::Typed, None) => None,
+        (Known::Instrument, None) => {
+            bail!("known amplitudes are needed: --known-um, --known-csv or --instrument")
+        }
+        (Known::Instrument | Known::Typed, Some(port)) => {
             Some(Instrument::open(&port, options.instrument_baud)?)
         }
     };
-    begun.run(hardware, instrument, PickupProcedure::new(setup))
+    let pickup = ClearPlate::new(PickupProcedure::new(setup), &begun.config, begun.attended);
+    begun.run(hardware, instrument, pickup)
 }

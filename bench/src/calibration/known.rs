@@ -23,6 +23,8 @@ pub enum Known {
     Table(Vec<(f64, f64)>),
     /// An instrument reads them.
     Instrument,
+    /// The operator reads and types them while the plate moves.
+    Typed,
 }
 
 /// Reads a table with the columns `drive_v,known_um`.

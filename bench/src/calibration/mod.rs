@@ -1,8 +1,10 @@
 //! Volts become micrometres and newtons: what the `calibrate` commands measure, the file that keeps it, and who may use it.
 
 pub mod channel_match;
+pub mod clear;
 pub mod command;
 pub mod file;
+pub mod guided;
 pub mod heard;
 pub mod held;
 pub mod identity;

@@ -7,14 +7,14 @@ use impedance::plate_fit::{CHANNEL_MATCH, find_resonance};
 use impedance::regression::{Line, LineError, Point};
 use signalgen::{ToneList, Waveform};
 
+use super::clear::LISTEN_S;
 use super::file::{self, Provenance, Quantity};
 use super::heard::{Dwell, Heard};
 use super::judged::{Calibrates, Judged, Part};
 use super::known::{INSTRUMENT_LAG_S, Known};
-use super::operator::{PointRead, Progress};
+use super::operator::{Answer, Curve, PointRead, Progress, Request};
 use super::plate::{
-    LISTEN_S, highest_level_v, look, looked, peak_units_per_v, require_nothing_on_the_plate,
-    require_unsaturated, settle_s,
+    highest_level_v, look, looked, peak_units_per_v, require_unsaturated, settle_s,
 };
 use super::rig::{Happened, Next, Procedure};
 use crate::config::Config;
@@ -28,6 +28,8 @@ const UNKNOWN_SENSITIVITY: f64 = 1.5;
 const WINDOW_S: f64 = 0.5;
 /// Deviation that typed amplitudes are given before their scatter is known, m.
 const TYPED_SIGMA_M: f64 = 1e-9;
+/// A typed amplitude that departs from what the other points let expect by more is asked for again, relative.
+const SURPRISE: f64 = 0.25;
 /// Fewest lines of an instrument at one level.
 const LEAST_LINES: usize = 5;
 
@@ -65,9 +67,10 @@ impl Setup {
         let amplitudes: Vec<f64> = match &known {
             Known::Values(values) => values.clone(),
             Known::Table(rows) => rows.iter().map(|row| row.1).collect(),
-            Known::Instrument => Vec::new(),
+            Known::Instrument | Known::Typed => Vec::new(),
         };
-        if known != Known::Instrument && amplitudes.len() != levels_v.len() {
+        let listed = matches!(known, Known::Values(_) | Known::Table(_));
+        if listed && amplitudes.len() != levels_v.len() {
             bail!(
                 "{} levels (--levels-v) but {} known amplitudes: one for each is needed",
                 levels_v.len(),
@@ -129,8 +132,13 @@ pub struct PickupProcedure {
     carrier_hz: f64,
     settle_s: f64,
     levels_v: Vec<f64>,
-    /// What has been read.
+    /// What has been read, in the order of the levels.
     pub rungs: Vec<Rung>,
+    /// The level that is measured now: the next one, or one that is measured again.
+    level: usize,
+    /// A typed amplitude that was surprising, m: typed again, it is taken.
+    refused_m: Option<f64>,
+    note: Option<String>,
 }
 
 #[derive(Clone, Copy)]
@@ -138,6 +146,7 @@ enum Stage {
     Listen,
     Look,
     Ladder,
+    Review,
 }
 
 impl PickupProcedure {
@@ -151,6 +160,9 @@ impl PickupProcedure {
             carrier_hz: 0.0,
             settle_s: 0.0,
             rungs: Vec::new(),
+            level: 0,
+            refused_m: None,
+            note: None,
         }
     }
 
@@ -172,21 +184,47 @@ impl PickupProcedure {
         Ok(())
     }
 
-    fn play(&self) -> anyhow::Result<Next> {
-        let Some(&level_v) = self.levels_v.get(self.rungs.len()) else {
-            return Ok(Next::Done);
+    /// What the plate, being linear, will do at the present level by what it did at the others, m.
+    fn expected_m(&self) -> Option<f64> {
+        let others = self
+            .rungs
+            .iter()
+            .enumerate()
+            .filter(|(i, _)| *i != self.level);
+        let (count, sum) = others.fold((0u32, 0.0), |(count, sum), (_, rung)| {
+            (count + 1, sum + rung.known_m / rung.drive_v)
+        });
+        let level_v = self.levels_v.get(self.level)?;
+        (count > 0).then(|| sum / f64::from(count) * level_v)
+    }
+
+    fn play(&mut self) -> anyhow::Result<Next> {
+        let Some(&level_v) = self.levels_v.get(self.level) else {
+            self.stage = Stage::Review;
+            return Ok(Next::Ask(Request::Review));
         };
-        // The plate is linear: what it did at the last level tells what it will do at the next.
+        self.stage = Stage::Ladder;
         let most_m = self.setup.config.calibration.max_amplitude_m;
-        if let Some(last) = self.rungs.last() {
-            let ahead_m = last.known_m * level_v / last.drive_v;
-            if ahead_m > most_m {
-                bail!(
-                    "{level_v:.1} V would move the plate by {:.3} µm, more than calibration.max_amplitude_m = {:.3} µm: leave that level out",
-                    ahead_m * 1e6,
-                    most_m * 1e6
-                );
-            }
+        let expected_m = self.expected_m();
+        if let Some(ahead_m) = expected_m
+            && ahead_m > most_m
+        {
+            bail!(
+                "{level_v:.1} V would move the plate by {:.3} µm, more than calibration.max_amplitude_m = {:.3} µm: leave that level out",
+                ahead_m * 1e6,
+                most_m * 1e6
+            );
+        }
+        if self.setup.known == Known::Typed {
+            let tone = Waveform::Tone {
+                carrier_hz: self.carrier_hz,
+                amplitude_v: level_v,
+            };
+            let request = Request::KnownAmplitude {
+                drive_v: level_v,
+                expected_m,
+            };
+            return Ok(Next::Sound(Box::new(tone), request));
         }
         Ok(Next::Play(Box::new(Waveform::SteppedTones {
             tones: ToneList::new(&[self.carrier_hz])?,
@@ -195,25 +233,85 @@ impl PickupProcedure {
         })))
     }
 
-    fn read(&mut self, heard: &Heard) -> anyhow::Result<()> {
-        let level = self.rungs.len();
-        let drive_v = self.levels_v[level];
+    /// Why a typed amplitude is not taken.
+    fn refusal(&self, known_m: f64) -> Option<String> {
+        let most_m = self.setup.config.calibration.max_amplitude_m;
+        if !(known_m > 0.0 && known_m <= most_m) {
+            return Some(format!(
+                "{:.4} µm is outside 0 to calibration.max_amplitude_m = {:.3} µm: type it again.",
+                known_m * 1e6,
+                most_m * 1e6
+            ));
+        }
+        let surprise = |expected_m: f64| (known_m / expected_m - 1.0).abs() > SURPRISE;
+        let expected_m = self
+            .expected_m()
+            .filter(|expected_m| surprise(*expected_m))?;
+        (self.refused_m != Some(known_m)).then(|| {
+            format!(
+                "{:.4} µm, where the other points let expect {:.4} µm: peak, not RMS or peak to peak? Type it again to insist.",
+                known_m * 1e6,
+                expected_m * 1e6
+            )
+        })
+    }
+
+    /// Takes an amplitude typed while the plate moved.
+    fn typed(&mut self, known_m: f64, heard: &Heard) -> anyhow::Result<Next> {
+        self.note = self.refusal(known_m);
+        if self.note.is_some() {
+            self.refused_m = Some(known_m);
+            return self.play();
+        }
+        // What is held has settled long ago.
+        let reading = self.pickup(heard, 0.0)?;
+        self.keep(reading, known_m, TYPED_SIGMA_M);
+        self.play()
+    }
+
+    /// The pickup's peak at the tone that was heard, sample units.
+    fn pickup(&self, heard: &Heard, settle_s: f64) -> anyhow::Result<f64> {
         let dwell = heard.dwells.first().context("no tone was played")?;
         let channel = self.setup.config.channels.pickup.index;
-        let pickup = heard.tone(dwell, channel, self.settle_s)?;
+        let pickup = heard.tone(dwell, channel, settle_s)?;
         require_unsaturated(&pickup, self.carrier_hz)?;
+        Ok(pickup.value.norm())
+    }
+
+    fn read(&mut self, heard: &Heard) -> anyhow::Result<()> {
+        let reading = self.pickup(heard, self.settle_s)?;
         let (known_m, sigma_m) = match &self.setup.known {
-            Known::Values(values) => (values[level], TYPED_SIGMA_M),
-            Known::Table(rows) => (rows[level].1, TYPED_SIGMA_M),
-            Known::Instrument => self.instrument(heard, dwell)?,
+            Known::Values(values) => (values[self.level], TYPED_SIGMA_M),
+            Known::Table(rows) => (rows[self.level].1, TYPED_SIGMA_M),
+            Known::Instrument => {
+                let dwell = heard.dwells.first().context("no tone was played")?;
+                self.instrument(heard, dwell)?
+            }
+            Known::Typed => bail!("nothing was typed"),
         };
-        self.rungs.push(Rung {
-            drive_v,
-            reading: pickup.value.norm(),
+        self.keep(reading, known_m, sigma_m);
+        Ok(())
+    }
+
+    fn keep(&mut self, reading: f64, known_m: f64, sigma_m: f64) {
+        let rung = Rung {
+            drive_v: self.levels_v[self.level],
+            reading,
             known_m,
             sigma_m,
-        });
-        Ok(())
+        };
+        match self.rungs.get_mut(self.level) {
+            Some(before) => *before = rung,
+            None => self.rungs.push(rung),
+        }
+        self.level = self.rungs.len();
+        self.refused_m = None;
+    }
+
+    fn redo(&mut self, point: usize) -> anyhow::Result<Next> {
+        self.level = point.min(self.rungs.len());
+        self.refused_m = None;
+        self.play()
     }
 
     /// Mean of the instrument's lines at this level, and its standard error.
@@ -241,41 +339,79 @@ impl PickupProcedure {
 
 impl Procedure for PickupProcedure {
     fn next(&mut self, happened: Happened) -> anyhow::Result<Next> {
-        let Happened::Heard(heard) = happened else {
-            return Ok(Next::Listen(LISTEN_S));
-        };
-        require_nothing_on_the_plate(&heard, &self.setup.config)?;
-        match self.stage {
-            Stage::Listen => {
+        self.note = None;
+        match (self.stage, happened) {
+            (Stage::Listen, Happened::Heard(_)) => {
                 self.stage = Stage::Look;
                 look(self.setup.about_hz, &self.setup.config)
             }
-            Stage::Look => {
+            (Stage::Look, Happened::Heard(heard)) => {
                 self.plan_ladder(&heard)?;
-                self.stage = Stage::Ladder;
                 self.play()
             }
-            Stage::Ladder => {
+            (Stage::Ladder, Happened::Heard(heard)) => {
                 self.read(&heard)?;
                 self.play()
+            }
+            (Stage::Ladder, Happened::Answered(Answer::Number(known_m), heard)) => {
+                self.typed(known_m, &heard)
+            }
+            (Stage::Ladder | Stage::Review, Happened::Answered(Answer::Redo(point), _)) => {
+                self.redo(point)
+            }
+            (Stage::Review, Happened::Answered(Answer::Ready, _)) => Ok(Next::Done),
+            (Stage::Ladder | Stage::Review, _) => self.play(),
+            _ => {
+                self.stage = Stage::Listen;
+                Ok(Next::Listen(LISTEN_S))
             }
         }
     }
 
     fn progress(&self) -> Progress {
+        let levels = if self.levels_v.is_empty() {
+            LADDER.len()
+        } else {
+            self.levels_v.len()
+        };
         let (step, doing) = match self.stage {
-            Stage::Listen => (1, "listening to the silent bench".to_owned()),
-            Stage::Look => (2, "looking for the resonance".to_owned()),
-            Stage::Ladder => (3, format!("driving at {:.1} Hz", self.carrier_hz)),
+            Stage::Listen => (1, "Listening to the silent bench.".to_owned()),
+            Stage::Look => (2, "Looking for the resonance.".to_owned()),
+            Stage::Ladder | Stage::Review => {
+                let level_v = self.levels_v.get(self.level).copied().unwrap_or_default();
+                (
+                    3 + self.level,
+                    format!("Driving at {level_v:.2} V and {:.1} Hz.", self.carrier_hz),
+                )
+            }
+        };
+        let line = self.line().ok();
+        let reviewed = matches!(self.stage, Stage::Review);
+        let fault = || {
+            let line = line.as_ref().filter(|_| reviewed)?;
+            self.faults(line).into_iter().next()
         };
         Progress {
             step,
-            steps: 3,
+            steps: levels + 3,
             doing,
-            points: self.points_read(),
-            ..Progress::default()
+            note: self.note.clone().or_else(fault),
+            points: self.points_read(line.as_ref()),
+            curve: self.curve(line.as_ref()),
+            findings: line.iter().flat_map(findings).collect(),
         }
     }
+}
+
+fn findings(line: &Line) -> [String; 2] {
+    [
+        format!(
+            "sensitivity {:.4} µm/unit ± {:.2} %",
+            line.slope * 1e6,
+            100.0 * (line.slope_error / line.slope).abs()
+        ),
+        format!("off a line by {:.3} % at most", 100.0 * line.nonlinearity),
+    ]
 }
 
 impl Calibrates for PickupProcedure {
@@ -283,30 +419,10 @@ impl Calibrates for PickupProcedure {
 
     fn judge(&self, date: jiff::Timestamp, operator: &str) -> anyhow::Result<Judged> {
         let line = self.line()?;
-        let limits = &self.setup.config.calibration;
-        let relative = (line.slope_error / line.slope)
-            .hypot(self.setup.accuracy)
-            .hypot(CHANNEL_MATCH);
-        let mut faults = Vec::new();
-        if line.slope <= 0.0 {
-            faults.push("the pickup reads less where the amplitude is more: are the amplitudes in the order of the levels?".to_owned());
-        }
-        if line.nonlinearity > limits.pickup_nonlinearity {
-            faults.push(format!(
-                "the points depart from a line by {:.2} % of the largest amplitude, more than calibration.pickup_nonlinearity = {}: repeat the worst one",
-                100.0 * line.nonlinearity,
-                limits.pickup_nonlinearity
-            ));
-        }
-        if relative > limits.pickup_error {
-            faults.push(format!(
-                "the sensitivity is known to {:.2} % only, calibration.pickup_error = {}: take more points, or higher levels",
-                100.0 * relative,
-                limits.pickup_error
-            ));
-        }
+        let relative = self.relative_error(&line);
+        let faults = self.faults(&line);
         let source = match self.setup.known {
-            Known::Values(_) => "typed in",
+            Known::Values(_) | Known::Typed => "typed in",
             Known::Table(_) => "from a table",
             Known::Instrument => "read from an instrument",
         };
@@ -375,15 +491,86 @@ impl PickupProcedure {
         Line::fit(&points)
     }
 
-    fn points_read(&self) -> Vec<PointRead> {
+    /// Relative standard error of the sensitivity.
+    fn relative_error(&self, line: &Line) -> f64 {
+        (line.slope_error / line.slope)
+            .hypot(self.setup.accuracy)
+            .hypot(CHANNEL_MATCH)
+    }
+
+    /// Reasons not to use the line.
+    fn faults(&self, line: &Line) -> Vec<String> {
+        let limits = &self.setup.config.calibration;
+        let relative = self.relative_error(line);
+        let mut faults = Vec::new();
+        if line.slope <= 0.0 {
+            faults.push("the pickup reads less where the amplitude is more: are the amplitudes in the order of the levels?".to_owned());
+        }
+        if line.nonlinearity > limits.pickup_nonlinearity {
+            faults.push(format!(
+                "the points depart from a line by {:.2} % of the largest amplitude, more than calibration.pickup_nonlinearity = {}: repeat the worst one",
+                100.0 * line.nonlinearity,
+                limits.pickup_nonlinearity
+            ));
+        }
+        if relative > limits.pickup_error {
+            faults.push(format!(
+                "the sensitivity is known to {:.2} % only, calibration.pickup_error = {}: take more points, or higher levels",
+                100.0 * relative,
+                limits.pickup_error
+            ));
+        }
+        faults
+    }
+
+    fn points_read(&self, line: Option<&Line>) -> Vec<PointRead> {
+        let worst = line.and_then(|line| {
+            let sizes = line.residuals.iter().map(|residual| residual.abs());
+            sizes
+                .enumerate()
+                .max_by(|a, b| a.1.total_cmp(&b.1))
+                .map(|(worst, _)| worst)
+        });
         self.rungs
             .iter()
-            .map(|rung| PointRead {
+            .enumerate()
+            .map(|(i, rung)| PointRead {
                 at: format!("{:.2} V", rung.drive_v),
                 value: format!("{:.4} µm", rung.known_m * 1e6),
-                ..PointRead::default()
+                residual: line
+                    .and_then(|line| line.residuals.get(i))
+                    .map(|residual_m| format!("{:+.2} nm", residual_m * 1e9)),
+                worst: worst == Some(i),
             })
             .collect()
+    }
+
+    /// The points, or once there is a line, what they depart from it by.
+    fn curve(&self, line: Option<&Line>) -> Option<Curve> {
+        let last = self
+            .rungs
+            .iter()
+            .map(|rung| rung.drive_v)
+            .reduce(f64::max)?;
+        let drive = |i: usize| self.rungs[i].drive_v;
+        Some(match line {
+            Some(line) => Curve {
+                x: "drive, V".to_owned(),
+                y: "off the line, nm".to_owned(),
+                points: (0..self.rungs.len())
+                    .map(|i| (drive(i), line.residuals[i] * 1e9))
+                    .collect(),
+                fit: vec![(0.0, 0.0), (last, 0.0)],
+            },
+            None => Curve {
+                x: "drive, V".to_owned(),
+                y: "known, µm".to_owned(),
+                points: (0..self.rungs.len())
+                    .map(|i| (drive(i), self.rungs[i].known_m * 1e6))
+                    .collect(),
+                fit: Vec::new(),
+            },
+        })
     }
 
     /// The points and their residuals as CSV.

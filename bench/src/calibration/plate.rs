@@ -9,10 +9,11 @@ use num_complex::Complex64;
 use signalgen::{ToneList, Waveform};
 use std::f64::consts::{PI, TAU};
 
+use super::clear::LISTEN_S;
 use super::file::{self, Provenance, Quantity};
 use super::heard::Heard;
 use super::judged::{Calibrates, Judged, Part};
-use super::operator::Progress;
+use super::operator::{Answer, Curve, PointRead, Progress, Request};
 use super::rig::{Happened, Next, Procedure};
 use crate::config::Config;
 use crate::figures;
@@ -31,8 +32,6 @@ const BANDWIDTHS: f64 = 2.0;
 /// After so many time constants 2Q/ω the plate has forgotten the tone before: e⁻¹⁸ = 1.5e-8.
 pub(super) const SETTLE_TIME_CONSTANTS: f64 = 18.0;
 const WINDOW_S: f64 = 0.06;
-/// Silence in which the force sensor is looked at, s.
-pub(super) const LISTEN_S: f64 = 0.3;
 /// Largest reading of the pickup that is aimed at, of full scale.
 pub(super) const FULLEST: f64 = 0.8;
 
@@ -101,7 +100,7 @@ enum Stage {
     Listen,
     Look,
     Close,
-    Measured,
+    Review,
 }
 
 impl PlateProcedure {
@@ -180,17 +179,6 @@ pub(super) fn highest_level_v(units_per_v: f64, metres_per_unit: f64, config: &C
     by_amplitude.min(by_range).min(config.limits.drive_v)
 }
 
-/// Refuses when something rests on the plate.
-pub(super) fn require_nothing_on_the_plate(heard: &Heard, config: &Config) -> anyhow::Result<()> {
-    let limit_n = config.calibration.zero_n;
-    match heard.mean_force_n() {
-        Some((normal_n, _)) if normal_n.abs() > limit_n => bail!(
-            "something rests on the plate: the force sensor reads {normal_n:.3} N, more than calibration.zero_n = {limit_n} N; take the finger and everything else off, or tare the sensor"
-        ),
-        _ => Ok(()),
-    }
-}
-
 /// Refuses a saturated input.
 pub(super) fn require_unsaturated(tone: &Tone, carrier_hz: f64) -> anyhow::Result<()> {
     if tone.peak >= f64::from(CLIP_LEVEL) {
@@ -231,47 +219,80 @@ fn responses(heard: &Heard, config: &Config, settle_s: f64) -> anyhow::Result<Ve
 
 impl Procedure for PlateProcedure {
     fn next(&mut self, happened: Happened) -> anyhow::Result<Next> {
-        let Happened::Heard(heard) = happened else {
-            return Ok(Next::Listen(LISTEN_S));
-        };
         let config = &self.setup.config;
-        require_nothing_on_the_plate(&heard, config)?;
-        match self.stage {
-            Stage::Listen => {
+        match (self.stage, happened) {
+            (Stage::Listen, Happened::Heard(_)) => {
                 self.stage = Stage::Look;
                 look(self.setup.about_hz, config)
             }
-            Stage::Look => {
+            (Stage::Look, Happened::Heard(heard)) => {
                 let look = looked(&heard, config)?;
                 self.stage = Stage::Close;
                 self.close_look(&look)
             }
-            Stage::Close => {
+            (Stage::Close, Happened::Heard(heard)) => {
                 self.responses = responses(&heard, config, self.settle_s)?;
                 self.fit = Some(PlateFit::fit(&self.responses)?);
-                self.stage = Stage::Measured;
-                Ok(Next::Done)
+                self.stage = Stage::Review;
+                Ok(Next::Ask(Request::Review))
             }
-            Stage::Measured => Ok(Next::Done),
+            (Stage::Review, Happened::Answered(Answer::Ready, _)) => Ok(Next::Done),
+            (Stage::Review, Happened::Answered(Answer::Redo(_), _)) => {
+                self.stage = Stage::Look;
+                look(self.setup.about_hz, config)
+            }
+            (Stage::Review, _) => Ok(Next::Ask(Request::Review)),
+            _ => {
+                self.stage = Stage::Listen;
+                Ok(Next::Listen(LISTEN_S))
+            }
         }
     }
 
     fn progress(&self) -> Progress {
         let (step, doing) = match self.stage {
-            Stage::Listen => (1, "listening to the silent bench".to_owned()),
-            Stage::Look => (2, "looking for the resonance".to_owned()),
-            Stage::Close | Stage::Measured => (
+            Stage::Listen => (1, "Listening to the silent bench.".to_owned()),
+            Stage::Look => (2, "Looking for the resonance.".to_owned()),
+            Stage::Close | Stage::Review => (
                 3,
-                format!("{TONES} tones about it at {:.1} V", self.level_v),
+                format!("{TONES} tones about it at {:.1} V.", self.level_v),
             ),
         };
+        let reviewed = matches!(self.stage, Stage::Review);
+        let fit = self.fit.as_ref().filter(|_| reviewed);
         Progress {
-            step,
-            steps: 3,
+            step: step + usize::from(reviewed),
+            steps: 4,
             doing,
-            ..Progress::default()
+            note: fit.and_then(|fit| self.faults(fit).into_iter().next()),
+            points: fit.map(point_read).into_iter().collect(),
+            curve: fit.map(|fit| self.curve(fit)),
+            findings: fit.map(findings).unwrap_or_default(),
         }
     }
+}
+
+/// The fit as the one point that it is: measured again as a whole.
+fn point_read(fit: &PlateFit) -> PointRead {
+    PointRead {
+        at: format!("{TONES} tones"),
+        value: format!("{:.2} Hz", fit.resonance_hz.value),
+        ..PointRead::default()
+    }
+}
+
+fn findings(fit: &PlateFit) -> Vec<String> {
+    let with_error = |name: &str, estimate: Estimate, decimals: usize, unit: &str| {
+        format!(
+            "{name:<10}{:.decimals$} ± {:.decimals$}{unit}",
+            estimate.value, estimate.standard_error
+        )
+    };
+    vec![
+        with_error("resonance", fit.resonance_hz, 2, " Hz"),
+        with_error("quality", fit.quality, 1, ""),
+        format!("residual  {:.1e} of the peak", fit.residual),
+    ]
 }
 
 impl Calibrates for PlateProcedure {
@@ -306,36 +327,8 @@ impl Calibrates for PlateProcedure {
             fit.static_ratio.value * quality.value,
             -fit.pickup_phase_rad.value - PI / 2.0,
         );
-        let drift_hz = setup.before_hz.map(|before_hz| f0.value - before_hz);
-        let limits = &config.calibration;
-        let mut faults = Vec::new();
-        if fit.residual > limits.plate_residual {
-            faults.push(format!(
-                "the response departs from a single resonance by {:.2} % of its peak, more than calibration.plate_residual = {}: is anything touching the plate, or its clamp loose?",
-                100.0 * fit.residual,
-                limits.plate_residual
-            ));
-        }
-        let [low, high] = limits.quality;
-        if !(low..=high).contains(&quality.value) {
-            faults.push(format!(
-                "Q = {:.1} is outside calibration.quality = [{low}, {high}]: a finger or a loose clamp damps the plate",
-                quality.value
-            ));
-        }
-        if let Some(drift_hz) = drift_hz
-            && drift_hz.abs() > limits.drift_hz
-        {
-            faults.push(format!(
-                "the resonance has moved by {drift_hz:+.1} Hz since the last calibration, more than calibration.drift_hz = {}: another plate, another clamp, another temperature?",
-                limits.drift_hz
-            ));
-        }
-        if !sensitivity.standard_error.is_finite() {
-            faults.push(
-                "the force factor needs the pickup's sensitivity: run `friction-bench calibrate pickup` first".to_owned(),
-            );
-        }
+        let drift_hz = self.drift_hz(fit);
+        let faults = self.faults(fit);
         let plate = file::Plate {
             measured: Provenance {
                 date,
@@ -392,6 +385,67 @@ impl Calibrates for PlateProcedure {
 }
 
 impl PlateProcedure {
+    /// Resonance now less the resonance at the calibration before, Hz.
+    fn drift_hz(&self, fit: &PlateFit) -> Option<f64> {
+        self.setup
+            .before_hz
+            .map(|before_hz| fit.resonance_hz.value - before_hz)
+    }
+
+    /// Reasons not to use what was fitted.
+    fn faults(&self, fit: &PlateFit) -> Vec<String> {
+        let limits = &self.setup.config.calibration;
+        let quality = fit.quality.value;
+        let mut faults = Vec::new();
+        if fit.residual > limits.plate_residual {
+            faults.push(format!(
+                "the response departs from a single resonance by {:.2} % of its peak, more than calibration.plate_residual = {}: is anything touching the plate, or its clamp loose?",
+                100.0 * fit.residual,
+                limits.plate_residual
+            ));
+        }
+        let [low, high] = limits.quality;
+        if !(low..=high).contains(&quality) {
+            faults.push(format!(
+                "Q = {:.1} is outside calibration.quality = [{low}, {high}]: a finger or a loose clamp damps the plate",
+                quality
+            ));
+        }
+        if let Some(drift_hz) = self.drift_hz(fit)
+            && drift_hz.abs() > limits.drift_hz
+        {
+            faults.push(format!(
+                "the resonance has moved by {drift_hz:+.1} Hz since the last calibration, more than calibration.drift_hz = {}: another plate, another clamp, another temperature?",
+                limits.drift_hz
+            ));
+        }
+        if !self.setup.metres_per_unit.standard_error.is_finite() {
+            faults.push(
+                "the force factor needs the pickup's sensitivity: run `friction-bench calibrate pickup` first".to_owned(),
+            );
+        }
+        faults
+    }
+
+    /// The response's size about the resonance, of its largest.
+    fn curve(&self, fit: &PlateFit) -> Curve {
+        let centre_hz = fit.resonance_hz.value;
+        let largest = fit.model.iter().map(|z| z.norm()).fold(0.0, f64::max);
+        let along = |of: &dyn Fn(usize) -> f64| {
+            self.responses
+                .iter()
+                .enumerate()
+                .map(|(i, response)| (response.frequency_hz - centre_hz, of(i) / largest))
+                .collect()
+        };
+        Curve {
+            x: "Hz from the resonance".to_owned(),
+            y: "response".to_owned(),
+            points: along(&|i| self.responses[i].ratio.norm()),
+            fit: along(&|i| fit.model.get(i).map_or(f64::NAN, |z| z.norm())),
+        }
+    }
+
     /// The admittance ṽ/f̃ at each tone (Huloux 2021, Fig. 10 b).
     fn admittance(&self, plate: &file::Plate) -> Vec<Admittance> {
         let model = self.fit.iter().flat_map(|fit| &fit.model);

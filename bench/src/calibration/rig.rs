@@ -24,7 +24,7 @@ use crate::schedule::{StopFlag, Task};
 use crate::shared::{Latest, Shared};
 
 /// What a calibration wants next.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub enum Next {
     /// Silence, for so many seconds.
     Listen(f64),

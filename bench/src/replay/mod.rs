@@ -463,7 +463,8 @@ impl Replay {
                 tui::Action::EmergencyStop
                 | tui::Action::Rearm
                 | tui::Action::Redo
-                | tui::Action::Consent => {}
+                | tui::Action::Consent
+                | tui::Action::Answer(_) => {}
             }
         }
     }

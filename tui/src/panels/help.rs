@@ -23,9 +23,25 @@ const KEYS: [(&str, &str); 12] = [
     ("esc", "close a question or this help"),
 ];
 
+const CALIBRATION_KEYS: [(&str, &str); 8] = [
+    ("e", "stop the drive at once, without a question"),
+    ("enter", "it is done; take the number; keep the points"),
+    ("0–9 .", "type the number that is asked for"),
+    ("bksp", "correct it"),
+    ("↑ ↓", "choose a point"),
+    ("r", "measure the chosen point again"),
+    ("q", "leave; nothing is written"),
+    ("Ctrl-C", "stop in good order and leave"),
+];
+
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
-    let rows_wanted = u16::try_from(KEYS.len()).unwrap_or(u16::MAX) + 2;
+    let keys: &[(&str, &str)] = if state.calibration.is_some() {
+        &CALIBRATION_KEYS
+    } else {
+        &KEYS
+    };
+    let rows_wanted = u16::try_from(keys.len()).unwrap_or(u16::MAX) + 2;
     let area = area.centered(
         ratatui::layout::Constraint::Max(58),
         ratatui::layout::Constraint::Max(rows_wanted),
@@ -34,11 +50,11 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let block = Block::bordered().title(Line::styled(" keys ", theme.strong()));
     let inner = block.inner(area);
     block.render(area, buf);
-    let lines = KEYS.map(|(key, does)| {
+    let lines = keys.iter().map(|(key, does)| {
         Line::from(vec![
             Span::styled(format!(" {key:<8}"), theme.strong()),
-            Span::raw(does),
+            Span::raw(*does),
         ])
     });
-    rows(lines.into(), inner, buf);
+    rows(lines.collect(), inner, buf);
 }

@@ -6,6 +6,8 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Widget;
 
 use crate::action::Action;
+use crate::answering::redoes;
+use crate::calibration::{Asked, Calibration};
 use crate::event::PhaseKind;
 use crate::key::{Wish, wish};
 use crate::state::{Page, State};
@@ -13,7 +15,7 @@ use crate::state::{Page, State};
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     if let Some(asked) = state.ui.confirm {
-        let question = format!(" {}  y yes · n no ", question(asked));
+        let question = format!(" {}  y yes · n no ", question(state, asked));
         Line::styled(question, theme.alarm()).render(area, buf);
         return;
     }
@@ -25,7 +27,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let mut columns = 6;
     for (key, does) in hints(state) {
         // A hint that does not fit whole is left out.
-        columns += 3 + key.len() + 1 + does.len();
+        columns += 3 + key.chars().count() + 1 + does.len();
         if columns > area.width.into() {
             break;
         }
@@ -38,6 +40,9 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
 
 /// The keys that do something now, and what.
 fn hints(state: &State) -> Vec<(&'static str, &'static str)> {
+    if let Some(calibration) = &state.calibration {
+        return calibration_hints(state, calibration);
+    }
     let start = match state.phase.kind {
         PhaseKind::Idle => "start",
         _ => "ready",
@@ -70,8 +75,31 @@ fn hints(state: &State) -> Vec<(&'static str, &'static str)> {
         .collect()
 }
 
-fn question(asked: Action) -> &'static str {
+fn calibration_hints(
+    state: &State,
+    calibration: &Calibration,
+) -> Vec<(&'static str, &'static str)> {
+    let mut hints = match &calibration.asked {
+        Some(Asked::Number { .. }) => vec![("0–9", "type"), ("enter", "take it")],
+        Some(Asked::Review) => vec![("enter", "keep")],
+        Some(Asked::Done) => vec![("enter", "done")],
+        None => Vec::new(),
+    };
+    if redoes(state, calibration) {
+        hints.extend([("↑ ↓", "point"), ("r", "measure it again")]);
+    }
+    let leave = if calibration.failed {
+        "leave"
+    } else {
+        "leave, write nothing"
+    };
+    hints.extend([("q", leave), ("?", "help")]);
+    hints
+}
+
+fn question(state: &State, asked: Action) -> &'static str {
     match asked {
+        Action::Quit if state.calibration.is_some() => "Leave? Nothing will be written.",
         Action::Consent => "Has the participant given consent?",
         Action::Redo => "Do this trial again?",
         Action::Abort => "Abort the session?",
@@ -81,6 +109,7 @@ fn question(asked: Action) -> &'static str {
         | Action::Ready
         | Action::Pause
         | Action::Resume
+        | Action::Answer(_)
         | Action::EmergencyStop
         | Action::Interrupt => "Sure?",
     }

@@ -1,6 +1,7 @@
 //! One file per panel; each draws its part of the state into the area that it is given.
 
 pub(crate) mod amplitude;
+pub(crate) mod calibration;
 pub(crate) mod crop;
 pub(crate) mod force;
 pub(crate) mod header;

@@ -1,0 +1,61 @@
+//! Numbers to be read across the room.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+
+/// Rows of a digit.
+pub(crate) const ROWS: u16 = 5;
+
+/// Three by five cells a digit, drawn two columns wide: nearly square on most terminals.
+const DIGITS: [[&str; 5]; 10] = [
+    ["###", "# #", "# #", "# #", "###"],
+    ["  #", "  #", "  #", "  #", "  #"],
+    ["###", "  #", "###", "#  ", "###"],
+    ["###", "  #", "###", "  #", "###"],
+    ["# #", "# #", "###", "  #", "  #"],
+    ["###", "#  ", "###", "  #", "###"],
+    ["###", "#  ", "###", "# #", "###"],
+    ["###", "  #", "  #", "  #", "  #"],
+    ["###", "# #", "###", "# #", "###"],
+    ["###", "# #", "###", "  #", "###"],
+];
+const POINT: [&str; 5] = [" ", " ", " ", " ", "#"];
+const DASH: [&str; 5] = ["  ", "  ", "##", "  ", "  "];
+
+fn glyph(symbol: char) -> [&'static str; 5] {
+    match symbol {
+        '0'..='9' => DIGITS[symbol as usize - '0' as usize],
+        '.' => POINT,
+        _ => DASH,
+    }
+}
+
+/// With the gap after it.
+fn glyph_columns(symbol: char) -> u16 {
+    2 * (glyph(symbol)[0].len() as u16 + 1)
+}
+
+/// Columns that `number` takes.
+pub(crate) fn columns(number: &str) -> u16 {
+    number
+        .chars()
+        .map(glyph_columns)
+        .fold(0, u16::saturating_add)
+}
+
+/// Draws digits, points and minus signs from the left of `area`, which must hold [`ROWS`] and [`columns`].
+pub(crate) fn render(number: &str, style: Style, area: Rect, buf: &mut Buffer) {
+    let mut left = area.x;
+    for symbol in number.chars() {
+        for (row, cells) in (0u16..).zip(glyph(symbol)) {
+            for (column, _) in (0u16..)
+                .zip(cells.bytes())
+                .filter(|(_, cell)| *cell == b'#')
+            {
+                buf.set_string(left + column * 2, area.y + row, "██", style);
+            }
+        }
+        left += glyph_columns(symbol);
+    }
+}

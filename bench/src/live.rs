@@ -134,7 +134,7 @@ impl LiveContact {
         self.latest.as_ref()
     }
 
-    /// `live` with gap and friction.
+    /// `live` with gap, friction and self-sensed force.
     pub fn shown(&self, live: Live) -> Live {
         let estimate = |uncertain: Uncertain| Estimate {
             value: uncertain.value,
@@ -143,6 +143,10 @@ impl LiveContact {
         Live {
             gap_m: self.latest.map(|reading| estimate(reading.gap_m)),
             mu: self.latest.map(|reading| estimate(reading.mu)),
+            sensed_normal_n: self
+                .latest
+                .and_then(|reading| reading.self_sensed_normal_n)
+                .map(estimate),
             ..live
         }
     }
@@ -230,10 +234,9 @@ mod tests {
         assert_relative_eq!(reading.measured_mu, 0.5, max_relative = 1e-12);
         let sensed = reading.self_sensed_normal_n.unwrap();
         assert_relative_eq!(sensed.value, NORMAL_N, max_relative = 1e-9);
-        assert_eq!(
-            live.shown(Live::default()).gap_m.unwrap().value,
-            reading.gap_m.value
-        );
+        let shown = live.shown(Live::default());
+        assert_eq!(shown.gap_m.unwrap().value, reading.gap_m.value);
+        assert_eq!(shown.sensed_normal_n.unwrap().value, sensed.value);
     }
 
     #[test]

@@ -201,6 +201,8 @@ pub struct Live {
     pub gap_m: Option<Estimate>,
     /// Estimated friction coefficient.
     pub mu: Option<Estimate>,
+    /// Normal force by impedance and amplitude alone, to be compared with the measured one.
+    pub sensed_normal_n: Option<Estimate>,
     /// Peak drive voltage at the actuators, read back.
     pub drive_v: Option<f64>,
 }

@@ -6,8 +6,8 @@ use ratatui::layout::{Constraint, Layout, Rect, Spacing};
 
 use crate::panels::impedance::Part;
 use crate::panels::{
-    amplitude, calibration, crop, force, header, health, help, impedance, keys, log, note, phase,
-    plate, readings, safety, summary, trials,
+    amplitude, calibration, crop, estimates, force, header, health, help, impedance, keys, log,
+    note, phase, plate, readings, safety, summary, trials,
 };
 use crate::participant;
 use crate::state::{Page, State};
@@ -60,23 +60,17 @@ fn preview(state: &State, body: Rect, buf: &mut Buffer) {
 
 fn two_columns(state: &State, area: Rect, body: Rect, buf: &mut Buffer) {
     let wide = area.width >= WIDE.0 && area.height >= WIDE.1;
-    let [head, stand, body] = Layout::vertical([
+    let [head, stand, estimated, _, body] = Layout::vertical([
         Constraint::Length(1),
         Constraint::Length(1),
+        Constraint::Length(1),
+        Constraint::Length(u16::from(wide)),
         Constraint::Fill(1),
     ])
     .areas(body);
     header::render(state, head, buf);
     phase::render(state, stand, buf);
-    let body = if wide {
-        Rect {
-            y: body.y + 1,
-            height: body.height - 1,
-            ..body
-        }
-    } else {
-        body
-    };
+    estimates::render(state, estimated, buf);
     let (gap, shares) = if wide { (3, (3, 2)) } else { (2, (5, 4)) };
     let [left, right] =
         Layout::horizontal([Constraint::Fill(shares.0), Constraint::Fill(shares.1)])

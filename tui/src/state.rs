@@ -380,6 +380,7 @@ fn finite_only(live: &Live) -> Live {
         slider_m: number(live.slider_m),
         gap_m: estimate(live.gap_m),
         mu: estimate(live.mu),
+        sensed_normal_n: estimate(live.sensed_normal_n),
         drive_v: number(live.drive_v),
     }
 }

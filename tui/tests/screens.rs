@@ -184,7 +184,7 @@ fn stale_values_are_grey_and_say_their_age() {
             .all(|cell| cell.fg == Color::Magenta)
     );
     assert!(row(&screen, 0).contains("no word from the bench for 3 s"));
-    assert!(row(&buffer(&stale, 80, 24), 3).contains("stale 3 s"));
+    assert!(row(&buffer(&stale, 80, 24), 4).contains("stale 3 s"));
     // The live panels are on the left; the safety word above them keeps its colour, and so does the last trial.
     for y in 4..43 {
         for x in 0..80 {

@@ -20,18 +20,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         ),
         aside(state, format!("  drive {drive:>5} V"), theme.faint()),
     ]);
-    let right = match live.and_then(|l| l.gap_m) {
-        _ if state.live_stale_s().is_some() => [stale(state), Line::default()],
-        Some(gap) => {
-            let value = gap.value * TO_MICRO;
-            [
-                Line::raw(format!("gap {value:.2} ± {:.2} µm", gap.std * TO_MICRO)),
-                Line::raw(format!("gap {value:.2} µm")),
-            ]
-        }
-        None => [Line::default(), Line::default()],
-    };
-    let body = titled(state, title, &right, area, buf);
+    let body = titled(state, title, &[stale(state)], area, buf);
     let series = [Series {
         value: |l| l.amplitude_m,
         style: theme.first_curve(),

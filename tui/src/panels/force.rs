@@ -24,15 +24,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
             theme.second_curve(),
         ),
     ]);
-    let right = match live.and_then(|l| l.mu) {
-        _ if state.live_stale_s().is_some() => [stale(state), Line::default()],
-        Some(mu) => [
-            Line::raw(format!("µ {:.2} ± {:.2}", mu.value, mu.std)),
-            Line::raw(format!("µ {:.2}", mu.value)),
-        ],
-        None => [Line::default(), Line::default()],
-    };
-    let body = titled(state, title, &right, area, buf);
+    let body = titled(state, title, &[stale(state)], area, buf);
     let series = [
         Series {
             value: |l| l.lateral_n,

@@ -3,6 +3,7 @@
 pub(crate) mod amplitude;
 pub(crate) mod calibration;
 pub(crate) mod crop;
+pub(crate) mod estimates;
 pub(crate) mod force;
 pub(crate) mod header;
 pub(crate) mod health;

@@ -11,7 +11,9 @@ use std::time::Duration;
 use bench_tests::program::{friction_bench, installed};
 use bench_tests::running::until;
 use bench_tests::session::{SessionFolder, config_with, finish, text};
+use friction_bench::calibration::Calibration;
 use friction_bench::study::event_log::ExitStatus;
+use mock_hw::scenario::Scenario;
 use tempfile::TempDir;
 
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -166,4 +168,172 @@ fn on_a_terminal_of_80_by_24() {
 #[test]
 fn on_a_terminal_of_120_by_40() {
     shows_the_session_and_restores_the_terminal(120, 40);
+}
+
+/// The seed of the simulated bench that is calibrated here.
+const SEED: u64 = 5;
+
+impl Terminal {
+    fn calibrate(columns: u16, rows: u16, what: &str) -> Self {
+        let command =
+            format!("calibrate {what} --operator Tester --mock bench-unknown --seed {SEED}");
+        Self::open(columns, rows, &command)
+    }
+
+    fn press(&self, keys: &[&str]) {
+        let mut arguments = vec!["send-keys"];
+        arguments.extend(keys);
+        self.tmux(&arguments);
+    }
+
+    /// What the simulated vibrometer shows once it rests, µm, while the plate is driven at `drive_v`.
+    fn instrument_um(&self, drive_v: f64) -> f64 {
+        let value = |screen: &str, name: &str| {
+            let after = screen.rsplit_once(name)?.1;
+            after.split_whitespace().next()?.parse::<f64>().ok()
+        };
+        let mut before = None;
+        until(PATIENCE, || {
+            std::thread::sleep(Duration::from_millis(300));
+            let screen = self.screen();
+            let driven = value(&screen, "drive ").filter(|v| (v / drive_v - 1.0).abs() < 0.1)?;
+            let now = value(&screen, "instrument ").filter(|um| *um > 0.0 && driven > 0.0)?;
+            let rests = before
+                .replace(now)
+                .is_some_and(|before: f64| (now / before - 1.0).abs() < 2e-3);
+            rests.then_some(now)
+        })
+        .unwrap_or_else(|| panic!("no amplitude at {drive_v} V on:\n{}", self.screen()))
+    }
+
+    /// Reads the vibrometer and types `factor` times what it shows.
+    fn type_amplitude(&self, drive_v: f64, factor: f64) {
+        let um = format!("{:.4}", self.instrument_um(drive_v) * factor);
+        self.press(&[&um]);
+        self.shows(&[&format!("{um}▏")]);
+        self.press(&["Enter"]);
+    }
+
+    fn restored(&self) {
+        assert_eq!(self.wrote("after"), self.wrote("before"));
+        let restored = self.tmux(&["display-message", "-p", "#{alternate_on} #{cursor_flag}"]);
+        assert_eq!(restored.trim(), "0 1", "main screen, cursor");
+    }
+}
+
+#[test]
+fn an_operator_is_guided_through_the_pickups_calibration_and_measures_a_point_again() {
+    let terminal = Terminal::calibrate(80, 24, "pickup --levels-v 10,20,30,40");
+    let screen = terminal.shows(&["calibrate pickup", "type it", "DRIVING", "simulated"]);
+    let first = screen.lines().next().unwrap();
+    assert!(
+        first.contains("DRIVING"),
+        "the safety line comes first:\n{screen}"
+    );
+    terminal.type_amplitude(10.0, 1.0);
+    terminal.shows(&["10.00 V", "step 4 of 7", "expected"]);
+    // Twice as much as the plate can have done: asked for again.
+    terminal.type_amplitude(20.0, 2.0);
+    terminal.shows(&["peak, not RMS", "step 4 of 7"]);
+    // A slip that is too small to be noticed at once.
+    terminal.type_amplitude(20.0, 1.1);
+    terminal.shows(&["20.00 V", "step 5 of 7"]);
+    terminal.type_amplitude(30.0, 1.0);
+    terminal.shows(&["step 6 of 7"]);
+    terminal.type_amplitude(40.0, 1.0);
+    let screen = terminal.shows(&[
+        "measure one of them again",
+        "step 7 of 7",
+        "worst",
+        "depart from a line",
+    ]);
+    let worst = screen
+        .lines()
+        .find(|line| line.contains("nm worst"))
+        .unwrap();
+    assert!(worst.starts_with("▸ 2"), "{screen}");
+    terminal.press(&["r"]);
+    terminal.type_amplitude(20.0, 1.0);
+    terminal.shows(&["measure one of them again", "off a line by 0."]);
+    let folder = terminal.folder.path();
+    assert!(!folder.join("calibration.toml").exists(), "not yet kept");
+    terminal.press(&["Enter"]);
+    assert_eq!(
+        terminal.wrote("status").trim(),
+        "0",
+        "{}",
+        terminal.screen()
+    );
+    terminal.restored();
+    terminal.shows(&["calibrate pickup", "passed", "wrote calibration.toml"]);
+    let (calibration, _) = Calibration::read(&folder.join("calibration.toml")).unwrap();
+    let measured = calibration.pickup.unwrap();
+    let truth = Scenario::parse(include_str!("../../mock-hw/scenarios/bench-unknown.toml"))
+        .unwrap()
+        .realised(SEED);
+    let error = measured.metres_per_unit.value / truth.pickup.metres_per_unit - 1.0;
+    assert!(error.abs() < 3e-3, "{error}");
+    assert_eq!(measured.points, 4);
+    assert!(measured.measured.method.contains("typed in"));
+}
+
+#[test]
+fn leaving_a_guided_calibration_writes_nothing() {
+    let terminal = Terminal::calibrate(120, 40, "pickup --levels-v 10,20,30");
+    terminal.shows(&["type it", "DRIVING"]);
+    terminal.type_amplitude(10.0, 1.0);
+    terminal.shows(&["10.00 V", "step 4 of 6"]);
+    terminal.press(&["q"]);
+    terminal.shows(&["Nothing will be written"]);
+    terminal.press(&["y"]);
+    assert_eq!(terminal.wrote("status").trim(), "2");
+    terminal.restored();
+    terminal.shows(&["nothing was written"]);
+    assert!(!terminal.folder.path().join("calibration.toml").exists());
+    assert!(
+        !terminal
+            .folder
+            .path()
+            .join("calibration-pickup.csv")
+            .exists()
+    );
+}
+
+#[test]
+fn the_stop_key_ends_a_guided_calibration_in_good_order() {
+    let terminal = Terminal::calibrate(80, 24, "pickup --levels-v 10,20,30");
+    terminal.shows(&["type it", "DRIVING"]);
+    terminal.press(&["e"]);
+    let screen = terminal.shows(&["TRIPPED", "stopped by the operator", "written.", "leave"]);
+    assert!(
+        screen.lines().next().unwrap().contains("TRIPPED"),
+        "{screen}"
+    );
+    terminal.press(&["q"]);
+    assert_eq!(terminal.wrote("status").trim(), "2");
+    terminal.restored();
+    assert!(!terminal.folder.path().join("calibration.toml").exists());
+}
+
+#[test]
+fn an_operator_is_guided_through_the_plates_calibration() {
+    let terminal = Terminal::calibrate(120, 40, "plate");
+    let screen = terminal.shows(&[
+        "calibrate plate",
+        "measure one of them again",
+        "resonance",
+        "quality",
+    ]);
+    assert!(
+        screen.contains("calibrate pickup` first"),
+        "what is missing is told:\n{screen}"
+    );
+    terminal.press(&["Enter"]);
+    assert_eq!(
+        terminal.wrote("status").trim(),
+        "1",
+        "without a sensitivity it does not pass"
+    );
+    terminal.restored();
+    terminal.shows(&["FAILED"]);
 }

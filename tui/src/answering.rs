@@ -18,10 +18,8 @@ pub(crate) fn key(
 ) -> Option<Action> {
     let types = matches!(calibration.asked, Some(Asked::Number { .. }));
     match code {
-        KeyCode::Char(c @ ('0'..='9' | '.' | ',' | '-')) if types => {
-            if ui.typed.len() < LONGEST {
-                ui.typed.push(if c == ',' { '.' } else { c });
-            }
+        KeyCode::Char(c @ ('0'..='9' | '.' | ',' | '-')) if types && ui.typed.len() < LONGEST => {
+            ui.typed.push(if c == ',' { '.' } else { c });
         }
         KeyCode::Backspace => {
             ui.typed.pop();

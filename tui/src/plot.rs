@@ -115,9 +115,12 @@ impl Plot {
 
     /// The cell of a point within `body`; `None` when it lies outside.
     pub(crate) fn position(&self, (x, y): (f64, f64), body: Rect) -> Option<Position> {
+        if body.is_empty() {
+            return None;
+        }
         let fraction = (x - self.x.0) / (self.x.1 - self.x.0);
         let row = self.row(y, body.height)?;
-        let last = body.width.checked_sub(1)?;
+        let last = body.width - 1;
         (0.0..=1.0).contains(&fraction).then(|| {
             let column = (fraction * f64::from(last)).round() as u16;
             Position::new(body.x + column, body.y + row)

@@ -83,7 +83,10 @@ impl<F: Front> Guided<F> {
                 .map(|point| Point {
                     at: point.at.clone(),
                     value: point.value.clone(),
-                    residual: point.residual.clone(),
+                    residual: point
+                        .residual
+                        .as_ref()
+                        .map(|residual| residual.replace('-', "−")),
                     worst: point.worst,
                 })
                 .collect(),

@@ -539,7 +539,7 @@ impl PickupProcedure {
                 value: format!("{:.4} µm", rung.known_m * 1e6),
                 residual: line
                     .and_then(|line| line.residuals.get(i))
-                    .map(|residual_m| format!("{:+.2} nm", residual_m * 1e9)),
+                    .map(|residual_m| format!("{:+.1} nm", residual_m * 1e9)),
                 worst: worst == Some(i),
             })
             .collect()

@@ -290,7 +290,7 @@ fn findings(fit: &PlateFit) -> Vec<String> {
     };
     vec![
         with_error("resonance", fit.resonance_hz, 2, " Hz"),
-        with_error("quality", fit.quality, 1, ""),
+        with_error("quality", fit.quality, 2, ""),
         format!("residual  {:.1e} of the peak", fit.residual),
     ]
 }

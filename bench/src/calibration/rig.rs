@@ -153,6 +153,7 @@ pub fn run<P: Procedure>(
     closed?;
     let (procedure, driven_s) = outcome
         .try_recv()
+        .ok()
         .context("left before everything was measured: nothing was written")?;
     Ok(Outcome {
         procedure,

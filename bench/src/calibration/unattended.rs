@@ -186,3 +186,103 @@ impl<W: Write + Send> Operator for Unattended<W> {
 
     fn close(&mut self) {}
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Shows `normal_n` for so many seconds; the answer, if there was one.
+    fn rest(nobody: &mut Unattended<Vec<u8>>, normal_n: f64, seconds: f64) -> Option<Wish> {
+        let from_s = nobody.now_s;
+        for i in 1..=(seconds / 0.05).round() as u32 {
+            nobody.show(&Reading {
+                t_s: from_s + 0.05 * f64::from(i),
+                normal_n: Some(normal_n),
+                lateral_n: Some(0.0),
+                ..Reading::default()
+            });
+            if let Some(wish) = nobody.wish().unwrap() {
+                return Some(wish);
+            }
+        }
+        None
+    }
+
+    fn load(mass_kg: f64) -> Request {
+        Request::Load {
+            axis: Axis::Normal,
+            mass_kg,
+        }
+    }
+
+    #[test]
+    fn a_load_is_there_once_the_force_rests_on_a_new_plateau() {
+        let ready = Some(Wish::Answer(Answer::Ready));
+        let mut nobody = Unattended::new(Vec::new());
+        rest(&mut nobody, 0.0, 1.0);
+        nobody.ask(Some(&load(0.1)));
+        assert_eq!(rest(&mut nobody, 0.0, 3.0), None, "nothing was put there");
+        // 100 g on a sensor that reads 20 % too little, swinging first.
+        for normal_n in [0.3, 1.4, 0.5, 1.0, 0.7] {
+            assert_eq!(rest(&mut nobody, normal_n, 0.2), None, "it swings");
+        }
+        assert_eq!(rest(&mut nobody, 0.78, 1.0), ready);
+        nobody.ask(Some(&load(0.2)));
+        assert_eq!(rest(&mut nobody, 0.78, 2.0), None, "still the first mass");
+        assert_eq!(rest(&mut nobody, 1.57, 1.0), ready);
+        nobody.ask(Some(&Request::Unload));
+        assert_eq!(rest(&mut nobody, 1.57, 2.0), None, "still loaded");
+        assert_eq!(rest(&mut nobody, 0.0, 1.0), ready);
+        assert_eq!(rest(&mut nobody, 0.0, 1.0), None, "nothing more is asked");
+    }
+
+    #[test]
+    fn an_unloaded_sensor_need_not_change() {
+        let mut nobody = Unattended::new(Vec::new());
+        nobody.ask(Some(&Request::Unload));
+        let answer = rest(&mut nobody, 0.01, 1.0);
+        assert_eq!(answer, Some(Wish::Answer(Answer::Ready)));
+    }
+
+    #[test]
+    fn what_does_not_happen_in_time_is_said() {
+        let mut nobody = Unattended::new(Vec::new());
+        nobody.ask(Some(&load(0.1)));
+        nobody.show(&Reading {
+            t_s: PATIENCE_S + 1.0,
+            ..Reading::default()
+        });
+        let error = nobody.wish().unwrap_err().to_string();
+        assert!(
+            error.contains("Put 100 g") && error.contains("force sensor"),
+            "{error}"
+        );
+        nobody.ask(Some(&Request::KnownAmplitude {
+            drive_v: 10.0,
+            expected_m: None,
+        }));
+        let error = nobody.wish().unwrap_err().to_string();
+        assert!(error.contains("--known-um"), "{error}");
+    }
+
+    #[test]
+    fn each_step_and_point_is_a_line() {
+        let mut nobody = Unattended::new(Vec::new());
+        let point = crate::calibration::operator::PointRead {
+            at: "5 V".to_owned(),
+            value: "1 µm".to_owned(),
+            ..Default::default()
+        };
+        for count in [0, 1, 1, 2] {
+            nobody.progress(&Progress {
+                step: 1,
+                steps: 2,
+                doing: "Driving.".to_owned(),
+                points: vec![point.clone(); count],
+                ..Progress::default()
+            });
+        }
+        let text = String::from_utf8(nobody.out).unwrap();
+        assert_eq!(text, "step 1 of 2: Driving.\n  5 V  1 µm\n  5 V  1 µm\n");
+    }
+}

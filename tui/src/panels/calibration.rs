@@ -68,8 +68,8 @@ pub(crate) fn render(state: &State, calibration: &Calibration, area: Rect, buf: 
     } else {
         small_reading(state, calibration, reading, buf);
     }
-    let [left, right] = if rest.width >= TWO_COLUMNS {
-        Layout::horizontal([Constraint::Fill(1), Constraint::Fill(1)])
+    let [left, right] = if rest.width >= TWO_COLUMNS && calibration.curve.is_some() {
+        Layout::horizontal([Constraint::Fill(6), Constraint::Fill(5)])
             .spacing(Spacing::Space(2))
             .areas(rest)
     } else {
@@ -119,7 +119,7 @@ fn asked<'a>(state: &'a State, calibration: &'a Calibration) -> Line<'a> {
                 Span::styled("▸ ", theme.driving()),
                 Span::styled(format!(" {}", state.ui.typed), theme.strong()),
                 Span::styled("▏", theme.strong()),
-                Span::raw(unit.as_str()),
+                Span::raw(format!(" {unit}")),
             ];
             if let Some(expected) = expected {
                 spans.push(Span::styled(

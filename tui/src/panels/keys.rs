@@ -86,14 +86,9 @@ fn calibration_hints(
         None => Vec::new(),
     };
     if redoes(state, calibration) {
-        hints.extend([("↑ ↓", "point"), ("r", "measure it again")]);
+        hints.extend([("↑ ↓", "point"), ("r", "again")]);
     }
-    let leave = if calibration.failed {
-        "leave"
-    } else {
-        "leave, write nothing"
-    };
-    hints.extend([("q", leave), ("?", "help")]);
+    hints.extend([("q", "leave"), ("?", "help")]);
     hints
 }
 

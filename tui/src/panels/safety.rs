@@ -41,7 +41,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         };
         spans.push(Span::styled(format!(" {reason}"), style));
     }
-    if state.safety == Some(SafetyState::Tripped) {
+    if state.safety == Some(SafetyState::Tripped) && state.calibration.is_none() {
         spans.push(Span::styled(" · x re-arms", faint));
     }
     let line = Line::from(spans);

@@ -221,7 +221,7 @@ impl Acquisition {
                     // The estimate of the clocks may still move by more than a sample's distance.
                     let time_s = time_s.max(self.last_force_s + LEAST_STEP_S);
                     self.last_force_s = time_s;
-                    if force.sample.saturated {
+                    if force.sample.saturated() {
                         self.event(EventKind::ForceOverRange, None, None);
                     }
                     batch.force.push(ForceRow {

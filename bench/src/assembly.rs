@@ -318,7 +318,12 @@ fn force_link(config: &Config, port: Option<PathBuf>) -> anyhow::Result<Option<F
     };
     let path = port.as_ref().unwrap_or(&force.port);
     let port = open_port(path, force.baud).context("the force sensor")?;
-    Ok(Some(ForceLink::new(port, force.protocol, force.latency_s)))
+    Ok(Some(ForceLink::new(
+        port,
+        force.protocol,
+        force.latency_s,
+        force.correction(),
+    )))
 }
 
 fn limits(config: &Config) -> SafetyLimits {

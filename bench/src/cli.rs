@@ -144,6 +144,8 @@ pub enum Calibrate {
     Pickup(CalibratePickup),
     /// The plate's resonance, damping and force factor, with no finger on it.
     Plate(CalibratePlate),
+    /// The force sensor's zero, sensitivity and crosstalk, by known masses on both axes; the plate stays silent.
+    Force(CalibrateForce),
 }
 
 /// What every calibration asks.
@@ -213,6 +215,35 @@ pub struct CalibratePlate {
     /// Look for the resonance about this frequency, Hz; where it was when absent.
     #[arg(long, value_name = "HZ")]
     pub about_hz: Option<f64>,
+}
+
+/// `calibrate force`
+#[derive(Debug, Args)]
+pub struct CalibrateForce {
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub measure: Measure,
+    /// Known masses to put on the plate one after the other, g.
+    #[arg(long, value_name = "GRAMS", value_delimiter = ',', conflicts_with_all = ["masses_csv", "tare"])]
+    pub normal_g: Vec<f64>,
+    /// Known masses to hang over the pulley one after the other, g; they must pull towards increasing position.
+    #[arg(long, value_name = "GRAMS", value_delimiter = ',', conflicts_with_all = ["masses_csv", "tare"])]
+    pub lateral_g: Vec<f64>,
+    /// Table of known masses: columns axis,mass_g or axis,mass_g,sigma_g; an axis is normal or lateral.
+    #[arg(long, value_name = "FILE", conflicts_with = "tare")]
+    pub masses_csv: Option<PathBuf>,
+    /// Relative standard uncertainty that all masses have in common: the balance, or the class of the set.
+    #[arg(long, value_name = "FRACTION", default_value_t = 5e-4)]
+    pub mass_accuracy: f64,
+    /// Relative standard uncertainty of the pull behind the pulley: its friction and its thread (an assumption for a ball bearing).
+    #[arg(long, value_name = "FRACTION", default_value_t = 5e-3)]
+    pub pulley_accuracy: f64,
+    /// Local acceleration of gravity, m/s²; calibration.gravity_m_per_s2 of the configuration when absent.
+    #[arg(long, value_name = "M_PER_S2")]
+    pub gravity: Option<f64>,
+    /// Measure the zero anew and keep the matrix: a few seconds, before a session.
+    #[arg(long)]
+    pub tare: bool,
 }
 
 /// `replay`

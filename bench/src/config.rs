@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use serde::{Deserialize, Serialize};
 
-use crate::force::ForceProtocol;
+use crate::force::{Correction, ForceProtocol, MOST_CROSSTALK};
 
 /// The bench as its file describes it. Every number is SI, peak for peak.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -211,9 +211,41 @@ pub struct Force {
     /// Time from sampling to the first byte at the computer at its quickest, s.
     #[serde(default)]
     pub latency_s: f64,
+    /// Newtons of normal and of lateral force, in rows, per newton that the normal and the lateral axis read.
+    #[serde(default = "Force::default_matrix")]
+    pub matrix: [[f64; 2]; 2],
+    /// What the axes read without load, N.
+    #[serde(default)]
+    pub tare_n: [f64; 2],
 }
 
 impl Force {
+    fn default_matrix() -> [[f64; 2]; 2] {
+        Correction::default().matrix
+    }
+
+    /// By what another sensor is noticed.
+    #[must_use]
+    pub fn identity(&self) -> String {
+        let protocol = format!("{:?}", self.protocol).to_lowercase();
+        format!("{}, {protocol}", self.port.display())
+    }
+
+    /// From what the sensor says to newtons.
+    #[must_use]
+    pub fn correction(&self) -> Correction {
+        Correction {
+            matrix: self.matrix,
+            tare_n: self.tare_n,
+        }
+    }
+
+    /// Takes newtons from what the sensor says by `correction`.
+    pub fn set_correction(&mut self, correction: Correction) {
+        self.matrix = correction.matrix;
+        self.tare_n = correction.tare_n;
+    }
+
     fn default_baud() -> u32 {
         2_000_000
     }
@@ -311,6 +343,25 @@ pub struct Calibration {
     pub drift_hz: f64,
     /// A force sensor without load reads less than this, N.
     pub zero_n: f64,
+    /// Acceleration of gravity where the bench stands, m/s²; standard gravity (9.80665) when absent, with an error that
+    /// holds anywhere at sea level. National geodetic services give the local value (for most places to 1e-5 by latitude and
+    /// height, GRS 80).
+    pub gravity_m_per_s2: Option<f64>,
+    /// A force reading is at rest when means over a tenth of a second scatter less than this, or no more than its noise
+    /// makes them, N.
+    pub force_rest_n: f64,
+    /// Largest departure of a known mass from the fitted matrix, of the largest force on its axis.
+    pub force_nonlinearity: f64,
+    /// Largest relative standard error of the force sensor's sensitivity on either axis.
+    pub force_error: f64,
+    /// Largest crosstalk between the axes of the force sensor, N per newton read.
+    pub force_crosstalk: f64,
+    /// Largest noise of either axis, N/√Hz.
+    pub force_noise_n_per_sqrt_hz: f64,
+    /// Largest drift of either axis' zero, N/min.
+    pub force_drift_n_per_min: f64,
+    /// Largest departure of either axis' zero from its drift after a load was taken away, N.
+    pub force_zero_return_n: f64,
 }
 
 impl Default for Calibration {
@@ -325,9 +376,20 @@ impl Default for Calibration {
             quality: [50.0, 2000.0],
             drift_hz: 100.0,
             zero_n: 0.05,
+            gravity_m_per_s2: None,
+            force_rest_n: 3e-4,
+            force_nonlinearity: 0.01,
+            force_error: 0.02,
+            force_crosstalk: 0.2,
+            force_noise_n_per_sqrt_hz: 1e-3,
+            force_drift_n_per_min: 0.02,
+            force_zero_return_n: 0.01,
         }
     }
 }
+
+/// From the equator on a mountain to the poles, m/s².
+pub const GRAVITY: [f64; 2] = [9.76, 9.84];
 
 impl Calibration {
     fn check(&self) -> anyhow::Result<()> {
@@ -347,7 +409,41 @@ impl Calibration {
         within("plate_residual", self.plate_residual, 1e-5, 0.2, "")?;
         within("quality", self.quality[0], 1.0, self.quality[1], "")?;
         within("drift_hz", self.drift_hz, 0.1, 5e3, "Hz")?;
-        within("zero_n", self.zero_n, 1e-3, 1.0, "N")
+        within("zero_n", self.zero_n, 1e-3, 1.0, "N")?;
+        if let Some(gravity) = self.gravity_m_per_s2 {
+            within("gravity_m_per_s2", gravity, GRAVITY[0], GRAVITY[1], "m/s²")?;
+        }
+        within("force_rest_n", self.force_rest_n, 1e-6, 0.05, "N")?;
+        within("force_nonlinearity", self.force_nonlinearity, 1e-4, 0.2, "")?;
+        within("force_error", self.force_error, 1e-4, 0.2, "")?;
+        within(
+            "force_crosstalk",
+            self.force_crosstalk,
+            1e-3,
+            MOST_CROSSTALK,
+            "N/N",
+        )?;
+        within(
+            "force_noise_n_per_sqrt_hz",
+            self.force_noise_n_per_sqrt_hz,
+            1e-7,
+            0.1,
+            "N/√Hz",
+        )?;
+        within(
+            "force_drift_n_per_min",
+            self.force_drift_n_per_min,
+            1e-5,
+            1.0,
+            "N/min",
+        )?;
+        within(
+            "force_zero_return_n",
+            self.force_zero_return_n,
+            1e-5,
+            1.0,
+            "N",
+        )
     }
 }
 
@@ -520,6 +616,11 @@ impl Config {
         )?;
         within("safety.silence_s", self.safety.silence_s, 0.02, 1.0, "s")?;
         within("sound.level", self.sound.level, 0.0, 1.0, "")?;
+        if let Some(force) = &self.force {
+            force
+                .correction()
+                .require_plausible(self.safety.max_normal_n)?;
+        }
         if let Some(encoder) = &self.encoder {
             within(
                 "encoder.metres_per_count",
@@ -552,5 +653,62 @@ impl Config {
             bail!("gpio.backend = \"gpiocdev\" needs gpio.chip, such as \"/dev/gpiochip0\"");
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BENCH: &str = include_str!("../mock-bench.toml");
+
+    fn with_force(keys: &str) -> anyhow::Result<Config> {
+        let text = BENCH.replacen("[force]\n", &format!("[force]\n{keys}\n"), 1);
+        Config::parse(&text, "bench.toml")
+    }
+
+    #[test]
+    fn every_limit_of_a_force_calibration_has_a_range() {
+        for (key, good, bad) in [
+            ("gravity_m_per_s2", "9.8128", "9.9"),
+            ("force_rest_n", "0.001", "0.1"),
+            ("force_nonlinearity", "0.02", "0.3"),
+            ("force_error", "0.01", "0.0"),
+            ("force_crosstalk", "0.1", "0.4"),
+            ("force_noise_n_per_sqrt_hz", "1.0e-4", "1.0"),
+            ("force_drift_n_per_min", "0.1", "2.0"),
+            ("force_zero_return_n", "0.02", "0.0"),
+        ] {
+            let of = |value: &str| {
+                Config::parse(
+                    &format!("{BENCH}\n[calibration]\n{key} = {value}\n"),
+                    "bench.toml",
+                )
+            };
+            assert!(of(good).is_ok(), "{key}");
+            let refused = format!("{:#}", of(bad).unwrap_err());
+            assert!(
+                refused.contains(&format!("calibration.{key}")) && refused.contains("range"),
+                "{refused}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_force_matrix_that_could_hide_a_press_is_refused() {
+        let config = with_force("matrix = [[1.1, 0.02], [-0.03, 0.9]]\ntare_n = [0.1, 0.2]");
+        let force = config.unwrap().force.unwrap();
+        assert_eq!(force.correction().tare_n, [0.1, 0.2]);
+        assert_eq!(
+            with_force("").unwrap().force.unwrap().correction(),
+            Correction::default()
+        );
+        for (keys, word) in [
+            ("matrix = [[0.1, 0.0], [0.0, 1.0]]", "force.matrix"),
+            ("tare_n = [5.0, 0.0]", "safety.max_normal_n = 3"),
+        ] {
+            let refused = format!("{:#}", with_force(keys).unwrap_err());
+            assert!(refused.contains(word), "{refused}");
+        }
     }
 }

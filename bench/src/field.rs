@@ -12,7 +12,7 @@ use crate::force::{ForceLink, LineFaults, TimedForce};
 use crate::gpio::Input;
 use crate::safety::{SafetyCommand, Trip};
 use crate::schedule::Task;
-use crate::shared::{Latest, Shared};
+use crate::shared::{Press, Shared};
 
 /// One reading, on the host's clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -114,18 +114,21 @@ impl Field {
 
     fn read_force(&mut self, now_ns: u64) {
         let Some(link) = &mut self.force else { return };
-        let mut last_n = None;
+        let (mut last, mut saturated) = (None, false);
         let mut arrived = 0;
         let polled = link.poll(seconds(now_ns), |force| {
-            last_n = Some(force.sample.normal_n);
+            last = Some(force);
+            saturated |= force.sample.normal_saturated;
             arrived += 1;
             // The acquisition is gone only when the bench stops.
             let _ = self.readings.send(Reading::Force(force));
         });
         self.shared.force_polled_ns.set(now_ns);
-        if let Some(value) = last_n {
-            self.shared.normal_n.set(Latest {
-                value,
+        if let Some(force) = last {
+            self.shared.press.set(Press {
+                normal_n: force.sample.normal_n,
+                raw_n: force.raw_normal_n,
+                saturated,
                 at_ns: now_ns,
             });
         }

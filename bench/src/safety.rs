@@ -10,9 +10,10 @@ use std::time::{Duration, Instant};
 use crossbeam_channel::Receiver;
 use serde::Serialize;
 
+use crate::force::SENSITIVITY;
 use crate::gpio::{GpioError, Input, Output};
 use crate::schedule::Task;
-use crate::shared::{Latest, Shared};
+use crate::shared::{Latest, Press, Shared};
 
 /// Limits that the watch enforces; from `[safety]` in `bench.toml`.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,6 +58,15 @@ pub enum Trip {
         /// Allowed, N.
         limit_n: f64,
     },
+    /// Too much on the force sensor itself, whatever its calibration makes of it: a wrong calibration hides no press.
+    RawForceLimit {
+        /// What the sensor says, N.
+        raw_n: f64,
+        /// Allowed, N.
+        limit_n: f64,
+    },
+    /// The normal axis is at the end of its range: how hard the finger presses is not known.
+    ForceSaturated,
     /// The read-back is not what was commanded: amplifier off, cable out, gain changed.
     Readback {
         /// Measured peak, V.
@@ -92,6 +102,13 @@ impl fmt::Display for Trip {
                     f,
                     "normal force {normal_n:.2} N over the limit of {limit_n:.2} N"
                 )
+            }
+            Self::RawForceLimit { raw_n, limit_n } => write!(
+                f,
+                "the force sensor itself reads {raw_n:.2} N, over the limit of {limit_n:.2} N for any calibration: calibrate it again"
+            ),
+            Self::ForceSaturated => {
+                f.write_str("the normal force is beyond the force sensor's range")
             }
             Self::Readback {
                 measured_v,
@@ -348,13 +365,23 @@ impl Safety {
             return None;
         }
         // Before the sensor's first word the preflight decides, not the watch.
-        let Latest {
-            value: normal_n,
+        let Press {
+            normal_n,
+            raw_n,
+            saturated,
             at_ns,
-        } = self.shared.normal_n.get()?;
+        } = self.shared.press.get()?;
         let limit_n = self.limits.max_normal_n;
         if normal_n > limit_n {
             return Some(Trip::ForceLimit { normal_n, limit_n });
+        }
+        // A plausible calibration makes at least this much of a newton read, so a right one is never stopped here first.
+        let limit_n = limit_n / SENSITIVITY[0];
+        if raw_n > limit_n {
+            return Some(Trip::RawForceLimit { raw_n, limit_n });
+        }
+        if saturated {
+            return Some(Trip::ForceSaturated);
         }
         // Silent is who was listened to and said nothing; a listener who was kept from listening is another fault.
         let polled_ns = self.shared.force_polled_ns.get()?;
@@ -460,6 +487,15 @@ mod tests {
         }
     }
 
+    fn press(normal_n: f64, at_ns: u64) -> Press {
+        Press {
+            normal_n,
+            raw_n: normal_n,
+            saturated: false,
+            at_ns,
+        }
+    }
+
     struct Rig {
         safety: Safety,
         card: Card,
@@ -512,10 +548,7 @@ mod tests {
                 let now_ns = self.now_ms * 1_000_000;
                 self.card.frames.fetch_add(192, Ordering::Relaxed);
                 self.shared.force_polled_ns.set(now_ns);
-                self.shared.normal_n.set(Latest {
-                    value: 0.65,
-                    at_ns: now_ns,
-                });
+                self.shared.press.set(press(0.65, now_ns));
                 let commanded_v = self.card.commanded_v.get().unwrap_or(0.0);
                 self.shared.readback_v.set(Latest {
                     value: commanded_v,
@@ -593,10 +626,7 @@ mod tests {
     fn silence_of_the_force_sensor_or_of_the_card_stops_the_drive() {
         let mut rig = Rig::armed(SafetyLines::default());
         rig.pass(60, |rig| {
-            rig.shared.normal_n.set(Latest {
-                value: 0.6,
-                at_ns: 100_000_000,
-            })
+            rig.shared.press.set(press(0.6, 100_000_000));
         });
         assert_eq!(rig.trip(), Some(Trip::ForceSilent));
 
@@ -609,10 +639,7 @@ mod tests {
     fn too_much_force_stops_the_drive_and_only_the_operator_releases_it() {
         let mut rig = Rig::armed(SafetyLines::default());
         rig.pass(1, |rig| {
-            rig.shared.normal_n.set(Latest {
-                value: 3.5,
-                at_ns: rig.now_ms * 1_000_000,
-            })
+            rig.shared.press.set(press(3.5, rig.now_ms * 1_000_000));
         });
         assert_eq!(
             rig.trip(),
@@ -628,6 +655,38 @@ mod tests {
         rig.ask.send(SafetyCommand::Rearm).unwrap();
         rig.pass(1, |_| ());
         assert_eq!(rig.safety.state, SafetyState::Disarmed);
+    }
+
+    #[test]
+    fn a_wrong_calibration_or_a_sensor_at_its_end_hides_no_press() {
+        let mut rig = Rig::armed(SafetyLines::default());
+        let hidden = |raw_n: f64| {
+            move |rig: &Rig| {
+                rig.shared.press.set(Press {
+                    raw_n,
+                    ..press(0.5, rig.now_ms * 1_000_000)
+                });
+            }
+        };
+        rig.pass(10, hidden(5.9));
+        assert_eq!(rig.trip(), None);
+        rig.pass(1, hidden(6.1));
+        assert_eq!(
+            rig.trip(),
+            Some(Trip::RawForceLimit {
+                raw_n: 6.1,
+                limit_n: 6.0
+            })
+        );
+
+        let mut rig = Rig::armed(SafetyLines::default());
+        rig.pass(1, |rig| {
+            rig.shared.press.set(Press {
+                saturated: true,
+                ..press(2.0, rig.now_ms * 1_000_000)
+            });
+        });
+        assert_eq!(rig.trip(), Some(Trip::ForceSaturated));
     }
 
     #[test]

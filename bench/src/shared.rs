@@ -39,6 +39,19 @@ pub struct Latest {
     pub at_ns: u64,
 }
 
+/// How hard the finger presses, as the force sensor tells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Press {
+    /// Normal force, N.
+    pub normal_n: f64,
+    /// The same without calibration, as the sensor itself says it, N.
+    pub raw_n: f64,
+    /// The normal axis was at the end of its range.
+    pub saturated: bool,
+    /// Host time, ns.
+    pub at_ns: u64,
+}
+
 /// What the tasks of one bench tell each other.
 #[derive(Debug, Default)]
 pub struct Shared {
@@ -46,8 +59,8 @@ pub struct Shared {
     pub readback_v: Slot<Latest>,
     /// When the force link last looked for samples, host time, ns.
     pub force_polled_ns: Slot<u64>,
-    /// Normal force, N: written by the force link.
-    pub normal_n: Slot<Latest>,
+    /// The latest press: written by the force link.
+    pub press: Slot<Press>,
     /// State of the safety watch.
     pub safety: Slot<SafetyState>,
     /// Fill of the audio ring, 0 to 1.

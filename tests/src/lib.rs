@@ -2,6 +2,7 @@
 
 pub mod program;
 pub mod recorded;
+pub mod room;
 pub mod running;
 pub mod session;
 pub mod truth;

@@ -5,12 +5,12 @@
 )]
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use bench_tests::program::bench;
+use bench_tests::room::{Room, refused};
 use bench_tests::session::{finish, text};
 use friction_bench::calibration::Calibration;
 use friction_bench::calibration::file::Quantity;
@@ -24,87 +24,6 @@ fn unknown_bench(seed: u64) -> String {
     format!(
         "[jitter]\nenabled = true\n[converter]\nbits = {bits}\nnoise_units_per_sqrt_hz = {noise:e}\n"
     )
-}
-
-struct Room {
-    folder: tempfile::TempDir,
-    scenario: PathBuf,
-    seed: String,
-}
-
-impl Room {
-    fn new(scenario: &str, seed: u64) -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("scenario.toml");
-        fs::write(&path, scenario).unwrap();
-        Self {
-            folder,
-            scenario: path,
-            seed: seed.to_string(),
-        }
-    }
-
-    fn calibration(&self) -> PathBuf {
-        self.folder.path().join("calibration.toml")
-    }
-
-    /// A command on this room's simulated bench, with its calibration.
-    fn command(&self, words: &[&str]) -> Command {
-        let mut command = bench();
-        command
-            .args(words)
-            .args(["--speed", "max", "--seed", &self.seed, "--mock"])
-            .arg(&self.scenario)
-            .arg("--calibration")
-            .arg(self.calibration());
-        command
-    }
-
-    fn calibrate(&self, words: &[&str]) -> Command {
-        let mut command = self.command(&["calibrate"]);
-        // The subcommand of a subcommand comes before any option.
-        command = {
-            let mut ordered = bench();
-            let given: Vec<_> = command.get_args().skip(1).map(ToOwned::to_owned).collect();
-            ordered.arg("calibrate").args(words).args(given);
-            ordered
-        };
-        command.args(["--operator", "A. Tester"]);
-        command
-    }
-
-    fn succeed(&self, words: &[&str]) -> String {
-        let output = finish(&mut self.calibrate(words));
-        assert!(output.status.success(), "{words:?}: {}", text(&output));
-        text(&output)
-    }
-
-    fn watch(&self) -> Command {
-        self.command(&["monitor", "--headless", "--duration-s", "1"])
-    }
-
-    /// Writes the calibration anew after `change`, as its owner would: with a hash that fits.
-    fn change(&self, change: impl FnOnce(&mut Calibration)) {
-        let (mut calibration, _) = Calibration::read(&self.calibration()).unwrap();
-        change(&mut calibration);
-        calibration.write(&self.calibration()).unwrap();
-    }
-}
-
-fn refused(mut command: Command, words: &[&str]) {
-    let output = finish(&mut command);
-    let said = text(&output);
-    assert!(
-        !output.status.success(),
-        "{command:?} was not refused: {said}"
-    );
-    for word in words {
-        assert!(
-            said.contains(word),
-            "{command:?} does not say {word:?}: {said}"
-        );
-    }
-    assert!(!said.contains("panicked"), "{said}");
 }
 
 /// Error of a value, and half the width of its 95 % interval.
@@ -264,6 +183,8 @@ fn the_wrong_ones_are_refused_each_by_its_name() {
     room.succeed(&["pickup"]);
     refused(room.watch(), &["is not complete", "calibrate plate"]);
     room.succeed(&["plate"]);
+    refused(room.watch(), &["is not complete", "calibrate force"]);
+    room.weigh();
     let output = finish(&mut room.watch());
     assert!(output.status.success(), "{}", text(&output));
     let good = fs::read(room.calibration()).unwrap();
@@ -285,6 +206,14 @@ fn the_wrong_ones_are_refused_each_by_its_name() {
         ],
     );
     again(|c| c.identity.rate_hz = 48_000, &["a rate in Hz of 48000"]);
+    again(
+        |c| c.identity.force_sensor = Some("/dev/ttyACM3, lines".to_owned()),
+        &["the force sensor", "/dev/ttyACM3, lines", "calibrate force"],
+    );
+    again(
+        |c| c.force.as_mut().unwrap().normal_per_normal.value = 0.2,
+        &["force.matrix", "calibrate force"],
+    );
     again(
         |c| c.identity.plate_id = "glass 2".to_owned(),
         &["the plate \"glass 2\"", "another resonance"],
@@ -347,6 +276,7 @@ fn check_compares_the_channels_with_the_calibration() {
     let room = Room::new("", 1);
     room.succeed(&["pickup"]);
     room.succeed(&["plate"]);
+    room.weigh();
     let check = || {
         let mut command = bench();
         command

@@ -5,6 +5,7 @@
 
 mod carrier;
 pub mod clock;
+pub mod crosstalk;
 mod demodulator;
 mod filter;
 mod flaws;

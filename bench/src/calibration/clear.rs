@@ -54,7 +54,7 @@ impl<P: Procedure> Procedure for ClearPlate<P> {
         let asked = self.resting_n.is_some();
         match (resting_n, &happened) {
             (Some(normal_n), _) if !self.attended => bail!(
-                "something rests on the plate: the force sensor reads {normal_n:.3} N, more than calibration.zero_n = {} N; take the finger and everything else off, or tare the sensor",
+                "something rests on the plate: the force sensor reads {normal_n:.3} N, more than calibration.zero_n = {} N; take the finger and everything else off, or run `friction-bench calibrate force`",
                 self.zero_n
             ),
             // The force sensor has the last word.
@@ -77,7 +77,7 @@ impl<P: Procedure> Procedure for ClearPlate<P> {
         let mut progress = self.procedure.progress();
         if let Some(normal_n) = self.resting_n {
             progress.note = Some(format!(
-                "Something rests on the plate: the force sensor read {normal_n:.3} N, more than calibration.zero_n = {} N. This reading is not used; it is taken again. If nothing is there, leave and tare the sensor.",
+                "Something rests on the plate: the force sensor read {normal_n:.3} N, more than calibration.zero_n = {} N. This reading is not used; it is taken again. If nothing is there, leave and run `friction-bench calibrate force`.",
                 self.zero_n
             ));
         }

@@ -7,11 +7,13 @@ use serde::Serialize;
 
 use super::clear::ClearPlate;
 use super::file::{Calibration, FileError, Quantity};
+use super::force::{self, ForceProcedure};
 use super::guided::Guided;
 use super::held;
 use super::identity::Identity;
 use super::judged::{Calibrates, Judged};
 use super::known::{self, Instrument, Known};
+use super::operator::Axis;
 use super::pickup::{self, PickupProcedure};
 use super::plate::{self, PlateProcedure};
 use super::rig::{self, Attendance};
@@ -20,6 +22,7 @@ use crate::assembly::Hardware;
 use crate::cli;
 use crate::config::Config;
 use crate::figures::{self, Figure};
+use crate::force::Correction;
 use crate::schedule::StopFlag;
 
 /// Name of the calibration file where none is given.
@@ -84,10 +87,14 @@ pub fn path(options: &cli::Hardware) -> PathBuf {
         .unwrap_or_else(|| DEFAULT_PATH.into())
 }
 
-/// What was calibrated before on the bench of `config`; devices are compared once they are open.
-fn before(path: &Path, config: &Config) -> anyhow::Result<Calibration> {
+/// What was calibrated before on the bench of `config`; devices are compared once they are open. What is about to be
+/// measured anew on the force sensor may have been measured on another one.
+fn before(path: &Path, config: &Config, new_sensor: bool) -> anyhow::Result<Calibration> {
     match Calibration::read(path) {
-        Ok((calibration, _)) => {
+        Ok((mut calibration, _)) => {
+            if new_sensor {
+                (calibration.force, calibration.identity.force_sensor) = (None, None);
+            }
             let same_devices = Identity::of(
                 config,
                 calibration.identity.input_device.clone(),
@@ -118,7 +125,10 @@ fn other_bench(path: &Path) -> String {
 /// Puts the identity of the opened bench into `calibration`, unless it is another's.
 fn own(calibration: &mut Calibration, identity: Identity, path: &Path) -> anyhow::Result<()> {
     if calibration.identity.input_device.is_empty() {
-        calibration.identity = identity;
+        calibration.identity = Identity {
+            force_sensor: None,
+            ..identity
+        };
         return Ok(());
     }
     calibration
@@ -157,12 +167,20 @@ struct Begun<'a> {
 }
 
 impl<'a> Begun<'a> {
-    fn new(mut config: Config, measure: &'a cli::Measure) -> anyhow::Result<Self> {
+    fn new(config: Config, measure: &'a cli::Measure) -> anyhow::Result<Self> {
+        Self::on_sensor(config, measure, false)
+    }
+
+    fn on_sensor(
+        mut config: Config,
+        measure: &'a cli::Measure,
+        new_sensor: bool,
+    ) -> anyhow::Result<Self> {
         if measure.operator.trim().is_empty() {
             bail!("who measures? --operator NAME; it is kept in the calibration");
         }
         let path = path(&measure.hardware);
-        let calibration = before(&path, &config)?;
+        let calibration = before(&path, &config, new_sensor)?;
         held::apply(&calibration, &mut config);
         Ok(Self {
             config,
@@ -282,4 +300,42 @@ pub fn pickup(
     };
     let pickup = ClearPlate::new(PickupProcedure::new(setup), &begun.config, begun.attended);
     begun.run(hardware, instrument, pickup)
+}
+
+/// `calibrate force`
+///
+/// # Errors
+/// When the bench cannot measure; a measurement that does not pass is a [`Report`].
+pub fn force(
+    config: Config,
+    options: &cli::CalibrateForce,
+    hardware: impl FnOnce(&Config) -> anyhow::Result<Hardware>,
+) -> anyhow::Result<Report> {
+    let mut begun = Begun::on_sensor(config, &options.measure, !options.tare)?;
+    let setup = if options.tare {
+        let kept = begun.calibration.force.clone().context(
+            "there is no calibrated force sensor to tare: run `friction-bench calibrate force` with known masses first",
+        )?;
+        force::Setup::retare(&begun.config, kept)?
+    } else {
+        let masses = match &options.masses_csv {
+            Some(table) => force::read_table(table)?,
+            None => [
+                force::from_g(Axis::Normal, &options.normal_g),
+                force::from_g(Axis::Lateral, &options.lateral_g),
+            ]
+            .concat(),
+        };
+        let accuracy = force::Accuracy {
+            masses: options.mass_accuracy,
+            pulley: options.pulley_accuracy,
+        };
+        force::Setup::new(&begun.config, masses, accuracy, options.gravity)?
+    };
+    // The sensor's own readings are what is calibrated.
+    if let Some(sensor) = &mut begun.config.force {
+        sensor.set_correction(Correction::default());
+    }
+    let hardware = hardware(&begun.config)?;
+    begun.run(hardware, None, ForceProcedure::new(setup))
 }

@@ -11,6 +11,7 @@ use sha2::{Digest, Sha256};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::identity::Identity;
+use crate::force::Correction;
 
 /// Version of the layout.
 pub const FORMAT: u32 = 1;
@@ -54,8 +55,23 @@ impl Quantity {
         degrees_of_freedom: usize,
         unit: &str,
     ) -> Self {
-        let effective = degrees_of_freedom as f64 * (standard_error / observed).powi(4);
-        Self::new(value, standard_error, effective.min(MANY) as usize, unit)
+        let parts = [(observed, degrees_of_freedom)];
+        Self::of_parts(value, standard_error, &parts, unit)
+    }
+
+    /// The same where several parts of the error were each seen in a scatter of their own degrees of freedom.
+    #[must_use]
+    pub fn of_parts(
+        value: f64,
+        standard_error: f64,
+        observed: &[(f64, usize)],
+        unit: &str,
+    ) -> Self {
+        let seen: f64 = observed
+            .iter()
+            .map(|(part, freedom)| (part / standard_error).powi(4) / *freedom as f64)
+            .sum();
+        Self::new(value, standard_error, seen.recip().min(MANY) as usize, unit)
     }
 
     /// Half the width of the 95 % interval, by Student's t.
@@ -153,6 +169,59 @@ pub struct Plate {
     pub metres_per_unit: f64,
 }
 
+/// `[force]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Force {
+    /// Who, when, how: the matrix.
+    pub measured: Provenance,
+    /// Who, when, how: the tare, which may be younger.
+    pub tared: Provenance,
+    /// Normal force per newton that the normal axis reads over its tare.
+    pub normal_per_normal: Quantity,
+    /// Normal force per newton that the lateral axis reads over its tare.
+    pub normal_per_lateral: Quantity,
+    /// Lateral force per newton that the normal axis reads over its tare.
+    pub lateral_per_normal: Quantity,
+    /// Lateral force per newton that the lateral axis reads over its tare.
+    pub lateral_per_lateral: Quantity,
+    /// What the normal axis reads without load.
+    pub normal_tare: Quantity,
+    /// What the lateral axis reads without load.
+    pub lateral_tare: Quantity,
+    /// Drift of the normal force at zero.
+    pub normal_drift: Quantity,
+    /// Drift of the lateral force at zero.
+    pub lateral_drift: Quantity,
+    /// White noise of normal and of lateral force, one-sided density, N/√Hz.
+    pub noise_n_per_sqrt_hz: [f64; 2],
+    /// Largest departure of a load from the matrix, normal and lateral, of the largest force on that axis.
+    pub nonlinearity: [f64; 2],
+    /// Largest departure of the zero from its drift after a load was taken away, normal and lateral, N.
+    pub zero_return_n: [f64; 2],
+    /// Acceleration of gravity that made forces of masses, m/s².
+    pub gravity_m_per_s2: f64,
+    /// Known masses that were placed.
+    pub masses: usize,
+}
+
+impl Force {
+    /// From what the sensor says to newtons.
+    #[must_use]
+    pub fn correction(&self) -> Correction {
+        Correction {
+            matrix: [
+                [self.normal_per_normal.value, self.normal_per_lateral.value],
+                [
+                    self.lateral_per_normal.value,
+                    self.lateral_per_lateral.value,
+                ],
+            ],
+            tare_n: [self.normal_tare.value, self.lateral_tare.value],
+        }
+    }
+}
+
 /// The whole file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -167,13 +236,16 @@ pub struct Calibration {
     /// From `calibrate plate`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plate: Option<Plate>,
+    /// From `calibrate force`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force: Option<Force>,
 }
 
 /// A calibration file that cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum FileError {
     /// There is none.
-    #[error("there is no calibration at {}: run `friction-bench calibrate pickup` and `calibrate plate`, or add --uncalibrated", path.display())]
+    #[error("there is no calibration at {}: run `friction-bench calibrate pickup`, `calibrate plate` and `calibrate force`, or add --uncalibrated", path.display())]
     Absent {
         /// Where it was looked for.
         path: PathBuf,
@@ -217,6 +289,7 @@ impl Calibration {
             identity,
             pickup: None,
             plate: None,
+            force: None,
         }
     }
 
@@ -307,6 +380,7 @@ impl Calibration {
         let dates = [
             self.pickup.as_ref().map(|pickup| pickup.measured.date),
             self.plate.as_ref().map(|plate| plate.measured.date),
+            self.force.as_ref().map(|force| force.measured.date),
         ];
         dates.into_iter().flatten().min()
     }
@@ -331,6 +405,16 @@ mod tests {
         assert_eq!(stated(-0.63, 1e-4, "rad"), "-0.63000 ± 0.00020 rad");
         assert_eq!(stated(292.35, 0.036, "1"), "292.350 ± 0.071");
         assert_eq!(stated(0.0, 0.0, "V"), "0.000000 ± 0.000000 V");
+    }
+
+    #[test]
+    fn parts_seen_apart_have_their_degrees_of_freedom_together() {
+        // Two equal parts of 5 each: (2σ²)²/(2σ⁴/5) = 10.
+        let sigma = 0.1;
+        let both = Quantity::of_parts(1.0, 2f64.sqrt() * sigma, &[(sigma, 5), (sigma, 5)], "N");
+        assert!((9..=10).contains(&both.degrees_of_freedom), "{both:?}");
+        let none_seen = Quantity::of_parts(1.0, 0.1, &[(0.0, 5)], "N");
+        assert_eq!(none_seen.degrees_of_freedom, 1000);
     }
 
     #[test]

@@ -28,10 +28,14 @@ pub struct Heard {
     pub rate_hz: f64,
     /// The tones in the order in which they sounded.
     pub dwells: Vec<Dwell>,
+    /// When it began on the audio clock, s.
+    pub from_s: f64,
     /// Normal forces, N.
     pub normal_n: Vec<f64>,
     /// Lateral forces, N.
     pub lateral_n: Vec<f64>,
+    /// How many of them were at the end of their range, normal and lateral.
+    pub force_saturated: [usize; 2],
     /// Readings of the instrument, m, and the frames at which they arrived.
     pub known_m: Vec<(usize, f64)>,
 }
@@ -59,10 +63,17 @@ impl Heard {
         (dwell.frames.start + settle).min(dwell.frames.end)..dwell.frames.end
     }
 
+    /// How long it lasted, s.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        (self.samples.len() / self.channels) as f64 / self.rate_hz
+    }
+
     /// Forgets the first `frames` frames, and as large a share of the forces.
     pub(super) fn forget(&mut self, frames: usize) {
         let whole = self.samples.len() / self.channels;
         let share = |len: usize| len * frames / whole.max(1);
+        self.from_s += frames as f64 / self.rate_hz;
         self.samples.drain(..frames * self.channels);
         self.normal_n.drain(..share(self.normal_n.len()));
         self.lateral_n.drain(..share(self.lateral_n.len()));

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use jiff::{SignedDuration, Timestamp};
 
-use super::file::Calibration;
+use super::file::{Calibration, Provenance};
 use super::identity::Identity;
 use crate::config::Config;
 
@@ -39,20 +39,24 @@ impl Held {
         if uncalibrated || none_named {
             return Ok(None);
         }
-        let held = Self::read(&super::command::path(options))?;
+        let held = Self::read(&super::command::path(options), config)?;
         held.apply(config);
         Ok(Some(held))
     }
 
-    /// Reads the calibration at `path` and checks that it is whole.
+    /// Reads the calibration at `path` and checks that it is whole for the bench of `config`.
     ///
     /// # Errors
-    /// When there is none, it was edited, or a measurement is missing.
-    pub fn read(path: &Path) -> anyhow::Result<Self> {
+    /// When there is none, it was edited, a measurement is missing, or one is none that a sound bench can have.
+    pub fn read(path: &Path, config: &Config) -> anyhow::Result<Self> {
         let (calibration, hash) = Calibration::read(path)?;
         for (missing, command) in [
             (calibration.pickup.is_none(), "pickup"),
             (calibration.plate.is_none(), "plate"),
+            (
+                config.force.is_some() && calibration.force.is_none(),
+                "force",
+            ),
         ] {
             if missing {
                 bail!(
@@ -60,6 +64,17 @@ impl Held {
                     path.display()
                 );
             }
+        }
+        if let Some(force) = &calibration.force {
+            force
+                .correction()
+                .require_plausible(config.safety.max_normal_n)
+                .with_context(|| {
+                    format!(
+                        "{} cannot be used: run `friction-bench calibrate force`",
+                        path.display()
+                    )
+                })?;
         }
         let plate = calibration.plate.as_ref().context("no plate")?;
         let label = format!(
@@ -98,6 +113,11 @@ impl Held {
         crate::recording::manifest::Calibration {
             label: self.label.clone(),
             hash: self.hash.clone(),
+            force: self.calibration.force.as_ref().map(|force| {
+                let signed =
+                    |of: &Provenance| format!("{}, {}", of.date.strftime("%Y-%m-%d"), of.operator);
+                format!("{}; tare {}", signed(&force.measured), signed(&force.tared))
+            }),
         }
     }
 
@@ -107,7 +127,8 @@ impl Held {
         &self.text
     }
 
-    /// Puts the measured constants into `config`: sensitivity and phase of the pickup, resonance and force factor.
+    /// Puts the measured constants into `config`: sensitivity and phase of the pickup, resonance and
+    /// force factor, matrix and tare of the force sensor.
     pub fn apply(&self, config: &mut Config) {
         apply(&self.calibration, config);
     }
@@ -157,5 +178,8 @@ pub fn apply(calibration: &Calibration, config: &mut Config) {
         config.channels.pickup.phase_rad = plate.pickup_phase_rad.value;
         config.plate.resonance_hz = plate.resonance_hz.value;
         config.plate.force_factor_n_per_v = plate.force_factor_n_per_v.value;
+    }
+    if let (Some(measured), Some(force)) = (&calibration.force, &mut config.force) {
+        force.set_correction(measured.correction());
     }
 }

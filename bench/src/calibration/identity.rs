@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use signalgen::Direction;
 use signalgen::audio::Streams;
 
-use crate::config::Config;
+use crate::config::{Config, Force};
 
 /// Everything that a calibration is only valid for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -34,6 +34,9 @@ pub struct Identity {
     pub modal_mass_kg: f64,
     /// Gains of the amplifiers, as the operator describes them.
     pub gains: String,
+    /// Port and protocol of the force sensor; `None` while nothing was measured with one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force_sensor: Option<String>,
 }
 
 /// A bench that is not the one that was calibrated.
@@ -69,6 +72,7 @@ impl Identity {
             plate_id: config.plate.id.clone(),
             modal_mass_kg: config.plate.modal_mass_kg,
             gains: config.calibration.gains.clone(),
+            force_sensor: config.force.as_ref().map(Force::identity),
         }
     }
 
@@ -79,7 +83,7 @@ impl Identity {
         Self::of(config, device(Direction::Input), device(Direction::Output))
     }
 
-    /// The first thing in which `present` differs.
+    /// The first thing in which `present` differs; the force sensor only where something was measured with one.
     ///
     /// # Errors
     /// [`Mismatch`] names it.
@@ -92,7 +96,8 @@ impl Identity {
             )
         };
         let quoted = |text: &str| format!("\"{text}\"");
-        let compared: [(&'static str, String, String, &'static str); 10] = [
+        let sensor = |named: &Option<String>| quoted(named.as_deref().unwrap_or("none"));
+        let compared: [(&'static str, String, String, &'static str); 11] = [
             (
                 "the input device",
                 self.input_device.clone(),
@@ -152,6 +157,15 @@ impl Identity {
                 quoted(&self.gains),
                 quoted(&present.gains),
                 "set the gains back or calibrate again",
+            ),
+            (
+                "the force sensor",
+                sensor(&self.force_sensor),
+                match self.force_sensor {
+                    Some(_) => sensor(&present.force_sensor),
+                    None => sensor(&None),
+                },
+                "plug the calibrated one in again, or run `friction-bench calibrate force`",
             ),
         ];
         match compared.into_iter().find(|(_, a, b, _)| a != b) {

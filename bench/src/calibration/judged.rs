@@ -42,6 +42,13 @@ pub enum Part {
     Pickup(Box<file::Pickup>),
     /// `[plate]`
     Plate(Box<file::Plate>),
+    /// `[force]`
+    Force {
+        /// What was measured.
+        force: Box<file::Force>,
+        /// On which sensor.
+        sensor: String,
+    },
 }
 
 impl Part {
@@ -56,6 +63,11 @@ impl Part {
             }
             Self::Plate(plate) => {
                 calibration.plate = Some(*plate);
+                None
+            }
+            Self::Force { force, sensor } => {
+                calibration.force = Some(*force);
+                calibration.identity.force_sensor = Some(sensor);
                 None
             }
         }

@@ -4,6 +4,7 @@ pub mod channel_match;
 pub mod clear;
 pub mod command;
 pub mod file;
+pub mod force;
 pub mod guided;
 pub mod heard;
 pub mod held;

@@ -5,7 +5,7 @@ use crate::safety::SafetyState;
 /// Standard gravity, m/s² (ISO 80000-3).
 pub const GRAVITY_M_PER_S2: f64 = 9.806_65;
 /// Grams, as weights are marked.
-const GRAM_KG: f64 = 1e-3;
+pub const GRAM_KG: f64 = 1e-3;
 /// Micrometres, as people type amplitudes.
 const MICROMETRE_M: f64 = 1e-6;
 
@@ -16,6 +16,32 @@ pub enum Axis {
     Normal,
     /// Along the plate.
     Lateral,
+}
+
+impl Axis {
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Normal => "normal",
+            Self::Lateral => "lateral",
+        }
+    }
+
+    /// Its place among readings: normal first.
+    #[must_use]
+    pub fn index(self) -> usize {
+        match self {
+            Self::Normal => 0,
+            Self::Lateral => 1,
+        }
+    }
+}
+
+/// A mass in grams, to the microgram.
+#[must_use]
+pub fn grams(mass_kg: f64) -> f64 {
+    (mass_kg * 1e9).round() * 1e-6
 }
 
 /// How the signal's cables run.
@@ -72,15 +98,15 @@ impl Request {
                 axis: Axis::Normal,
                 mass_kg,
             } => format!(
-                "Put {:.0} g on the middle of the plate, and nothing else.",
-                mass_kg / GRAM_KG
+                "Put {} g on the middle of the plate, and nothing else.",
+                grams(*mass_kg)
             ),
             Self::Load {
                 axis: Axis::Lateral,
                 mass_kg,
             } => format!(
-                "Hang {:.0} g on a thread over the pulley, so that it pulls along the plate.",
-                mass_kg / GRAM_KG
+                "Hang {} g on a thread over the pulley, so that it pulls towards increasing position.",
+                grams(*mass_kg)
             ),
             Self::Unload => "Take everything off the plate: finger, weights, threads.".to_owned(),
             Self::Connect(Cabling::AllInputs) => {

@@ -379,6 +379,7 @@ impl<P: Procedure> RigTask<P> {
         self.heard = Heard {
             channels: self.channels,
             rate_hz: self.rate_hz,
+            from_s: self.account.frames as f64 / self.rate_hz,
             ..Heard::default()
         };
         let asked = match &next {
@@ -516,6 +517,9 @@ impl<P: Procedure> RigTask<P> {
                 let (normal_n, lateral_n) = (force.sample.normal_n, force.sample.lateral_n);
                 self.heard.normal_n.push(normal_n);
                 self.heard.lateral_n.push(lateral_n);
+                let [normal_saturated, lateral_saturated] = &mut self.heard.force_saturated;
+                *normal_saturated += usize::from(force.sample.normal_saturated);
+                *lateral_saturated += usize::from(force.sample.lateral_saturated);
                 let (normal, lateral, count) = self.meter.force;
                 self.meter.force = (normal + normal_n, lateral + lateral_n, count + 1);
             }

@@ -239,7 +239,7 @@ fn judge_force(table: &mut Table, protocol: crate::force::ForceProtocol, measure
         let remedy = if zero {
             ""
         } else {
-            ": take everything off the plate, or tare the sensor"
+            ": take everything off the plate; what is left is drift: `friction-bench calibrate force --tare`"
         };
         table.row(
             "force at zero",

@@ -7,6 +7,8 @@ use super::{Decoder, ForceSample, LineFaults, Unwrap};
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 const VERSION: u8 = 1;
 const FRAME_BYTES: usize = 18;
+const NORMAL_SATURATED: u8 = 1;
+const LATERAL_SATURATED: u8 = 2;
 /// COBS adds one byte to a frame this short; anything longer before a zero byte is not a frame.
 const ENCODED_BYTES: usize = FRAME_BYTES + 1;
 
@@ -76,7 +78,8 @@ impl FrameDecoder {
             device_us: self.clock.advance(frame.device_us),
             normal_n: f64::from(frame.normal_un) * 1e-6,
             lateral_n: f64::from(frame.lateral_un) * 1e-6,
-            saturated: frame.status & 0b11 != 0,
+            normal_saturated: frame.status & NORMAL_SATURATED != 0,
+            lateral_saturated: frame.status & LATERAL_SATURATED != 0,
         })
     }
 }

@@ -54,7 +54,8 @@ impl LineDecoder {
             device_us: self.clock.advance(device_us),
             normal_n: normal_mn * 1e-3,
             lateral_n: lateral_mn * 1e-3,
-            saturated: false,
+            normal_saturated: false,
+            lateral_saturated: false,
         })
     }
 }
@@ -95,7 +96,8 @@ mod tests {
                 device_us: 1000,
                 normal_n: 0.6525,
                 lateral_n: -0.081,
-                saturated: false
+                normal_saturated: false,
+                lateral_saturated: false,
             }
         );
         assert_eq!(samples[1].lateral_n, 0.0125);

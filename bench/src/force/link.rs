@@ -7,13 +7,15 @@ use std::time::Duration;
 use anyhow::Context;
 use impedance::clock::LowerEnvelope;
 
-use super::{Decoder, ForceProtocol, ForceSample, LineFaults};
+use super::{Correction, Decoder, ForceProtocol, ForceSample, LineFaults};
 
 /// A force sample on the host's clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimedForce {
-    /// What the sensor said.
+    /// What the sensor said, its forces corrected.
     pub sample: ForceSample,
+    /// Normal force as the sensor itself said it, N.
+    pub raw_normal_n: f64,
     /// When it was sampled, host time, s.
     pub host_s: f64,
 }
@@ -77,18 +79,25 @@ pub struct ForceLink {
     decoder: Box<dyn Decoder>,
     clock: LowerEnvelope,
     latency_s: f64,
+    correction: Correction,
     bytes: Vec<u8>,
     samples: Vec<ForceSample>,
 }
 
 impl ForceLink {
     /// Listens on `port`; `latency_s` is the shortest time from sampling to arrival.
-    pub fn new(port: Box<dyn ForcePort>, protocol: ForceProtocol, latency_s: f64) -> Self {
+    pub fn new(
+        port: Box<dyn ForcePort>,
+        protocol: ForceProtocol,
+        latency_s: f64,
+        correction: Correction,
+    ) -> Self {
         Self {
             port,
             decoder: protocol.decoder(),
             clock: LowerEnvelope::default(),
             latency_s,
+            correction,
             bytes: Vec::new(),
             samples: Vec::new(),
         }
@@ -110,8 +119,16 @@ impl ForceLink {
         }
         for &sample in &self.samples {
             if let Some(host_s) = self.clock.to_host_s(seconds(sample.device_us)) {
+                let [normal_n, lateral_n] = self
+                    .correction
+                    .forces_n([sample.normal_n, sample.lateral_n]);
                 take(TimedForce {
-                    sample,
+                    sample: ForceSample {
+                        normal_n,
+                        lateral_n,
+                        ..sample
+                    },
+                    raw_normal_n: sample.normal_n,
                     host_s: host_s - self.latency_s,
                 });
             }

@@ -1,9 +1,11 @@
 //! The force sensor's serial line: two formats (`docs/force-protocol.md`), one stream of samples on the audio clock.
 
+mod correction;
 mod frames;
 mod lines;
 mod link;
 
+pub use correction::{Correction, Implausible, MOST_CROSSTALK, SENSITIVITY};
 pub use frames::FrameDecoder;
 pub use lines::LineDecoder;
 pub use link::{ForceLink, ForcePort, TimedForce, open_port};
@@ -19,8 +21,18 @@ pub struct ForceSample {
     pub normal_n: f64,
     /// Lateral force, positive towards increasing position, N.
     pub lateral_n: f64,
-    /// True when either axis is at the end of its range.
-    pub saturated: bool,
+    /// The normal axis is at the end of its range.
+    pub normal_saturated: bool,
+    /// The lateral axis is at the end of its range.
+    pub lateral_saturated: bool,
+}
+
+impl ForceSample {
+    /// Either axis is at the end of its range.
+    #[must_use]
+    pub fn saturated(&self) -> bool {
+        self.normal_saturated || self.lateral_saturated
+    }
 }
 
 /// What went wrong on the line so far.

@@ -272,6 +272,9 @@ pub struct Calibration {
     pub label: String,
     /// Hash of the calibration file.
     pub hash: String,
+    /// When and by whom the force sensor was calibrated and tared; absent where its own readings were taken.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force: Option<String>,
 }
 
 /// What wrote a recording.

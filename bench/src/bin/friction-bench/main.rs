@@ -190,6 +190,7 @@ fn calibrate(options: &Calibrate) -> anyhow::Result<ExitCode> {
     let measure = match options {
         Calibrate::Pickup(options) => &options.measure,
         Calibrate::Plate(options) => &options.measure,
+        Calibrate::Force(options) => &options.measure,
     };
     let Some(config) = configuration(&measure.hardware)? else {
         return Ok(ExitCode::SUCCESS);
@@ -198,6 +199,7 @@ fn calibrate(options: &Calibrate) -> anyhow::Result<ExitCode> {
     let report = match options {
         Calibrate::Pickup(options) => calibration::command::pickup(config, options, open)?,
         Calibrate::Plate(options) => calibration::command::plate(config, options, open)?,
+        Calibrate::Force(options) => calibration::command::force(config, options, open)?,
     };
     let text = if measure.json {
         report.to_json()?

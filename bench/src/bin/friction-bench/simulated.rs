@@ -4,7 +4,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::Context;
-use friction_bench::assembly::Hardware;
+use friction_bench::assembly::{Hands, Hardware};
+use friction_bench::calibration::operator::{self, Request};
 use friction_bench::cli::Speed;
 use friction_bench::clock::{Clock, SystemClock, later};
 use friction_bench::gpio::{Lines, input, output};
@@ -12,9 +13,10 @@ use friction_bench::schedule::{Pacer, Schedule};
 use friction_bench::session::Watcher;
 use friction_bench::sound::Tone;
 use jiff::Timestamp;
-use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig, Senses};
+use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig, Masses, Senses};
 use mock_hw::clock::Pace;
 use mock_hw::person::{Cue, Instruction, Percept};
+use mock_hw::plant::Axis;
 use mock_hw::scenario::Scenario;
 
 /// What a bench on simulated hardware assumes of it; the scenario's truth differs where real hardware would.
@@ -93,6 +95,7 @@ pub fn hardware(
         apparatus.clock(),
     );
     let mut watchers = vec![participant(apparatus.senses())];
+    let hands = hands(apparatus.masses());
     let (clock, schedule): (Arc<dyn Clock>, _) = match speed {
         Speed::Max => {
             let date = FREE_RUNNING_DATE
@@ -119,7 +122,7 @@ pub fn hardware(
         clock,
         schedule,
         watchers,
-        hands: None,
+        hands: Some(hands),
         simulated: true,
     })
 }
@@ -168,6 +171,21 @@ fn participant(senses: Senses) -> Watcher {
                 Tone::End => Cue::End,
             }),
         });
+    })
+}
+
+/// Places the masses that a calibration asks for.
+fn hands(masses: Masses) -> Hands {
+    Box::new(move |request| match *request {
+        Request::Load { axis, mass_kg } => {
+            let axis = match axis {
+                operator::Axis::Normal => Axis::Normal,
+                operator::Axis::Lateral => Axis::Lateral,
+            };
+            masses.place(axis, mass_kg);
+        }
+        Request::Unload => masses.remove(),
+        Request::Connect(_) | Request::KnownAmplitude { .. } | Request::Review => {}
     })
 }
 

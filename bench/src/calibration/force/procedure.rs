@@ -1,0 +1,368 @@
+//! One mass after the other: asked for, waited for, read, and held against what a mass does.
+
+use anyhow::bail;
+use impedance::crosstalk::{Crosstalk, Loading};
+
+use super::masses::Mass;
+use super::plateau::{Plateau, WINDOW_S};
+use super::setup::Setup;
+use super::{AXES, LEAST_SIGMA_N, TARE_WINDOWS};
+use crate::calibration::heard::Heard;
+use crate::calibration::operator::{Answer, Axis, PointRead, Progress, Request, grams};
+use crate::calibration::rig::{Happened, Next, Procedure};
+use crate::force::{Correction, SENSITIVITY};
+
+/// Windows without rest before that is given up.
+const PATIENCE_WINDOWS: usize = 20;
+/// A mass changes its axis by at least this share of its weight, and so many standard errors.
+const LEAST_CHANGE: f64 = 0.1;
+const LEAST_SIGMAS: f64 = 5.0;
+/// A heavier mass that reads less than this share of what a lighter one did per newton has met the end of the range.
+const STRAIGHT: f64 = 0.8;
+/// A mass is gone when less than this share of its weight is left.
+const LEFT_BEHIND: f64 = 0.3;
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Stage {
+    Begin,
+    Clearing,
+    Taring,
+    Loading(usize),
+    Resting(usize),
+    Unloading(usize),
+    Returning(usize),
+    Reviewing,
+}
+
+/// The measurement.
+pub struct ForceProcedure {
+    pub(super) setup: Setup,
+    stage: Stage,
+    /// Windows of this stage so far.
+    windows: usize,
+    /// Windows at rest that the first zero will be made of.
+    taring: Vec<Plateau>,
+    /// Readings without load, in order of time.
+    pub(super) zeros: Vec<Plateau>,
+    /// Readings under each mass.
+    pub(super) loads: Vec<Option<Plateau>>,
+}
+
+impl ForceProcedure {
+    /// Ready to begin.
+    #[must_use]
+    pub fn new(setup: Setup) -> Self {
+        Self {
+            loads: vec![None; setup.masses.len()],
+            setup,
+            stage: Stage::Begin,
+            windows: 0,
+            taring: Vec::new(),
+            zeros: Vec::new(),
+        }
+    }
+
+    fn listen(&mut self, stage: Stage) -> Next {
+        self.stage = stage;
+        self.windows = 0;
+        Next::Listen(WINDOW_S)
+    }
+
+    fn ask(&mut self, stage: Stage, request: Request) -> Next {
+        self.stage = stage;
+        Next::Ask(request)
+    }
+
+    /// Asks for mass `i`, or for what comes after the last.
+    fn load(&mut self, i: usize) -> Next {
+        match self.setup.masses.get(i) {
+            Some(&Mass { axis, mass_kg, .. }) => {
+                self.ask(Stage::Loading(i), Request::Load { axis, mass_kg })
+            }
+            None if self.setup.masses.is_empty() => Next::Done,
+            None => self.ask(Stage::Reviewing, Request::Review),
+        }
+    }
+
+    /// The first mass that has not been read; all have been where it is none of them.
+    fn missing(&self) -> usize {
+        let missing = self.loads.iter().position(Option::is_none);
+        missing.unwrap_or(self.loads.len())
+    }
+
+    fn heard(&mut self, heard: &Heard) -> anyhow::Result<Next> {
+        self.windows += 1;
+        let doing = self.doing();
+        require_in_range(heard, &doing)?;
+        let rest_n = self.setup.config.calibration.force_rest_n;
+        let plateau = Plateau::read(heard)?;
+        if !plateau.at_rest(rest_n) {
+            if self.windows >= PATIENCE_WINDOWS {
+                let remedy = match self.stage {
+                    Stage::Resting(_) => "let the mass hang still, keep hands and draughts off",
+                    _ => "let the sensor warm up until it drifts less, keep hands and draughts off",
+                };
+                bail!(
+                    "the reading does not come to rest in {:.0} s while {doing}: it still moves by {:.2} mN; {remedy}, or raise calibration.force_rest_n = {rest_n} N",
+                    PATIENCE_WINDOWS as f64 * WINDOW_S,
+                    1e3 * plateau.scatter.into_iter().fold(0.0, f64::max)
+                );
+            }
+            if self.stage == Stage::Taring {
+                self.taring.clear();
+            }
+            return Ok(Next::Listen(WINDOW_S));
+        }
+        match self.stage {
+            Stage::Taring => {
+                self.taring.push(plateau);
+                if self.taring.len() < TARE_WINDOWS {
+                    return Ok(Next::Listen(WINDOW_S));
+                }
+                let zero = Plateau::together(&self.taring);
+                self.require_tare(&zero)?;
+                self.zeros.push(zero);
+                Ok(self.load(self.missing()))
+            }
+            Stage::Resting(i) => {
+                self.require_load(i, &plateau)?;
+                self.loads[i] = Some(plateau);
+                Ok(self.ask(Stage::Unloading(i), Request::Unload))
+            }
+            Stage::Returning(i) => {
+                self.require_return(i, &plateau)?;
+                self.zeros.push(plateau);
+                Ok(self.load(self.missing()))
+            }
+            _ => bail!("nothing was to be heard"),
+        }
+    }
+
+    fn require_tare(&self, zero: &Plateau) -> anyhow::Result<()> {
+        let tare = Correction {
+            tare_n: zero.mean,
+            ..Correction::default()
+        };
+        Ok(tare.require_plausible(self.setup.config.safety.max_normal_n)?)
+    }
+
+    fn change(&self, plateau: &Plateau) -> [f64; 2] {
+        let zero = self.zeros.last().map_or([0.0; 2], |zero| zero.mean);
+        [0, 1].map(|axis| plateau.mean[axis] - zero[axis])
+    }
+
+    /// Whether the mass did what a mass does.
+    fn require_load(&self, i: usize, plateau: &Plateau) -> anyhow::Result<()> {
+        let Mass { axis, mass_kg, .. } = self.setup.masses[i];
+        let (own, other) = (axis.index(), 1 - axis.index());
+        let grams = grams(mass_kg);
+        let (axis, weight_n) = (axis.name(), self.setup.weight_n(mass_kg));
+        let change = self.change(plateau);
+        let least_n = (LEAST_CHANGE * weight_n).max(LEAST_SIGMAS * plateau.error[own]);
+        if change[own].abs() < least_n {
+            if change[other].abs() > 2.0 * least_n {
+                bail!(
+                    "{grams} g on the {axis} axis changed the {} axis by {:.3} N and the {axis} axis by {:.3} N: the axes are exchanged; exchange their wires, or put the mass where it was asked for",
+                    AXES[other].name(),
+                    change[other],
+                    change[own]
+                );
+            }
+            bail!(
+                "{grams} g on the {axis} axis changed the reading by {:.1} mN, {:.0} mN were expected: was it placed, and does nothing else carry it?",
+                1e3 * change[own],
+                1e3 * weight_n
+            );
+        }
+        if change[own] < 0.0 {
+            let remedy = if own == 0 {
+                "pressing must read positive: exchange the wires of the normal axis or its sign in the sensor"
+            } else {
+                "the thread must pull towards increasing position: hang the mass on the other side, or exchange the wires of the lateral axis"
+            };
+            bail!(
+                "the {axis} axis has the wrong sign: {grams} g changed it by {:.3} N; {remedy}",
+                change[own]
+            );
+        }
+        let gain = change[own] / weight_n;
+        let [low, high] = SENSITIVITY;
+        if !(low..=high).contains(&gain.recip()) {
+            bail!(
+                "{grams} g on the {axis} axis read {:.3} N instead of {weight_n:.3} N: is that mass {grams} g, and does the sensor send newtons in the format of force.protocol?",
+                change[own]
+            );
+        }
+        let lighter = self.gains(AXES[own], mass_kg);
+        if let Some(before) = lighter
+            && gain < STRAIGHT * before
+        {
+            bail!(
+                "{grams} g read {gain:.3} N per newton where a lighter mass read {before:.3}: the range of the {axis} axis is exceeded, or the mass touches something; use lighter masses",
+            );
+        }
+        Ok(())
+    }
+
+    /// What the lightest mass on `axis` read per newton, where it was lighter.
+    fn gains(&self, axis: Axis, than_kg: f64) -> Option<f64> {
+        let masses = self.setup.masses.iter().zip(&self.loads);
+        masses
+            .filter(|(mass, _)| mass.axis == axis && mass.mass_kg < than_kg)
+            .filter_map(|(mass, load)| {
+                let load = load.as_ref()?;
+                let change_n = load.mean[axis.index()] - self.zero_at(load.at_s)?.0[axis.index()];
+                Some((mass.mass_kg, change_n / self.setup.weight_n(mass.mass_kg)))
+            })
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(_, gain)| gain)
+    }
+
+    fn require_return(&self, i: usize, plateau: &Plateau) -> anyhow::Result<()> {
+        let Mass { axis, mass_kg, .. } = self.setup.masses[i];
+        let left_n = self.change(plateau)[axis.index()];
+        let weight_n = self.setup.weight_n(mass_kg);
+        if left_n.abs() > LEFT_BEHIND * weight_n {
+            bail!(
+                "the {} axis still reads {left_n:.3} N more than before {} g were placed: take the mass off, and its thread",
+                axis.name(),
+                grams(mass_kg)
+            );
+        }
+        Ok(())
+    }
+
+    /// The zero at a time, between those measured before and after, and its standard error.
+    fn zero_at(&self, at_s: f64) -> Option<([f64; 2], [f64; 2])> {
+        let after = self.zeros.partition_point(|zero| zero.at_s <= at_s);
+        let before = self.zeros.get(after.checked_sub(1)?)?;
+        let Some(after) = self.zeros.get(after) else {
+            return Some((before.mean, before.error));
+        };
+        let share = (at_s - before.at_s) / (after.at_s - before.at_s);
+        Some((
+            [0, 1].map(|k| before.mean[k] + share * (after.mean[k] - before.mean[k])),
+            [0, 1].map(|k| ((1.0 - share) * before.error[k]).hypot(share * after.error[k])),
+        ))
+    }
+
+    /// Every mass that has been read, as the fit wants it.
+    pub(super) fn loadings(&self) -> Vec<Loading> {
+        let masses = self.setup.masses.iter().zip(&self.loads);
+        masses
+            .filter_map(|(mass, load)| {
+                let load = load.as_ref()?;
+                let (zero, zero_error) = self.zero_at(load.at_s)?;
+                let mut force_n = [0.0; 2];
+                force_n[mass.axis.index()] = self.setup.weight_n(mass.mass_kg);
+                let reading = [0, 1].map(|k| load.mean[k] - zero[k]);
+                let of_mass = mass.sigma_kg / mass.mass_kg;
+                let sigma = [0, 1].map(|k| {
+                    load.error[k]
+                        .hypot(zero_error[k])
+                        .hypot(of_mass * reading[k])
+                        .max(LEAST_SIGMA_N)
+                });
+                Some(Loading {
+                    force_n,
+                    reading,
+                    sigma,
+                })
+            })
+            .collect()
+    }
+
+    fn doing(&self) -> String {
+        let mass = |i: usize| {
+            let Mass { axis, mass_kg, .. } = self.setup.masses[i];
+            format!("{} g on the {} axis", grams(mass_kg), axis.name())
+        };
+        match self.stage {
+            Stage::Begin | Stage::Clearing => "clearing the plate".to_owned(),
+            Stage::Taring => "reading the zero".to_owned(),
+            Stage::Loading(i) | Stage::Resting(i) => format!("reading {}", mass(i)),
+            Stage::Unloading(i) | Stage::Returning(i) => {
+                format!("reading the zero after {}", mass(i))
+            }
+            Stage::Reviewing => "looking at the masses".to_owned(),
+        }
+    }
+
+    fn points_read(&self) -> Vec<PointRead> {
+        let fit = Crosstalk::fit(&self.loadings()).ok();
+        let all = self.missing() == self.loads.len();
+        let residuals: Vec<Option<f64>> = match fit.filter(|_| all) {
+            Some(fit) => fit
+                .residuals_n
+                .iter()
+                .zip(&self.setup.masses)
+                .map(|(residual, mass)| Some(residual[mass.axis.index()]))
+                .collect(),
+            None => vec![None; self.loads.len()],
+        };
+        let worst = residuals
+            .iter()
+            .flatten()
+            .map(|residual| residual.abs())
+            .fold(0.0, f64::max);
+        let masses = self.setup.masses.iter().zip(&self.loads).zip(residuals);
+        masses
+            .filter_map(|((mass, load), residual)| {
+                let load = load.as_ref()?;
+                let (zero, _) = self.zero_at(load.at_s)?;
+                let change = [0, 1].map(|k| 1e3 * (load.mean[k] - zero[k]));
+                Some(PointRead {
+                    at: format!("{} g {}", grams(mass.mass_kg), mass.axis.name()),
+                    value: format!("normal {:.2} mN, lateral {:.2} mN", change[0], change[1]),
+                    residual: residual.map(|n| format!("{:+.2} mN", 1e3 * n)),
+                    worst: residual.is_some_and(|n| n.abs() == worst),
+                })
+            })
+            .collect()
+    }
+}
+
+fn require_in_range(heard: &Heard, doing: &str) -> anyhow::Result<()> {
+    for (axis, &count) in AXES.into_iter().zip(&heard.force_saturated) {
+        if count > 0 {
+            bail!(
+                "the {} axis is at the end of its range while {doing}: use lighter masses, tare the sensor itself, or set its range higher",
+                axis.name()
+            );
+        }
+    }
+    Ok(())
+}
+
+impl Procedure for ForceProcedure {
+    fn next(&mut self, happened: Happened) -> anyhow::Result<Next> {
+        match (happened, self.stage) {
+            (Happened::Heard(heard), _) => self.heard(&heard),
+            (Happened::Began, _) => Ok(self.ask(Stage::Clearing, Request::Unload)),
+            (Happened::Answered(..), Stage::Clearing) => Ok(self.listen(Stage::Taring)),
+            (Happened::Answered(..), Stage::Loading(i)) => Ok(self.listen(Stage::Resting(i))),
+            (Happened::Answered(..), Stage::Unloading(i)) => Ok(self.listen(Stage::Returning(i))),
+            (Happened::Answered(Answer::Redo(i), _), Stage::Reviewing) if i < self.loads.len() => {
+                self.loads[i] = None;
+                Ok(self.load(i))
+            }
+            (Happened::Answered(..), _) => Ok(Next::Done),
+        }
+    }
+
+    fn progress(&self) -> Progress {
+        let read = self.loads.iter().flatten().count();
+        Progress {
+            step: 1 + match self.stage {
+                Stage::Begin | Stage::Clearing | Stage::Taring => 0,
+                Stage::Loading(_) => read + 1,
+                Stage::Resting(_) => read + 1,
+                Stage::Unloading(_) | Stage::Returning(_) | Stage::Reviewing => read,
+            },
+            steps: 1 + self.loads.len(),
+            doing: self.doing(),
+            points: self.points_read(),
+            ..Progress::default()
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! A simulated bench that is calibrated through its commands.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+
+use friction_bench::calibration::Calibration;
+
+use crate::program::bench;
+use crate::session::{finish, text};
+
+/// `calibrate` with the usual masses, where the simulated bench stands.
+pub const WEIGH: [&str; 7] = [
+    "force",
+    "--normal-g",
+    "20,50,100,200",
+    "--lateral-g",
+    "20,50,100",
+    "--gravity",
+    "9.80665",
+];
+
+/// A simulated bench in a folder of its own, calibrated by its commands.
+pub struct Room {
+    /// Where its files lie.
+    pub folder: tempfile::TempDir,
+    /// What is true of it.
+    pub scenario: PathBuf,
+    seed: String,
+}
+
+impl Room {
+    /// The bench of `scenario` as `seed` realises it.
+    pub fn new(scenario: &str, seed: u64) -> Self {
+        let folder = tempfile::tempdir().expect("a room of its own");
+        let path = folder.path().join("scenario.toml");
+        fs::write(&path, scenario).expect("a room of its own");
+        Self {
+            folder,
+            scenario: path,
+            seed: seed.to_string(),
+        }
+    }
+
+    /// Where its calibration is kept.
+    pub fn calibration(&self) -> PathBuf {
+        self.folder.path().join("calibration.toml")
+    }
+
+    /// A command on this room's simulated bench, with its calibration.
+    pub fn command(&self, words: &[&str]) -> Command {
+        let mut command = bench();
+        command
+            .args(words)
+            .args(["--speed", "max", "--seed", &self.seed, "--mock"])
+            .arg(&self.scenario)
+            .arg("--calibration")
+            .arg(self.calibration());
+        command
+    }
+
+    /// `calibrate` with these words.
+    pub fn calibrate(&self, words: &[&str]) -> Command {
+        let mut command = self.command(&["calibrate"]);
+        // The subcommand of a subcommand comes before any option.
+        command = {
+            let mut ordered = bench();
+            let given: Vec<_> = command.get_args().skip(1).map(ToOwned::to_owned).collect();
+            ordered.arg("calibrate").args(words).args(given);
+            ordered
+        };
+        command.args(["--operator", "A. Tester"]);
+        command
+    }
+
+    /// `calibrate` with these words, which must pass; what it printed.
+    pub fn succeed(&self, words: &[&str]) -> String {
+        let output = finish(&mut self.calibrate(words));
+        assert!(output.status.success(), "{words:?}: {}", text(&output));
+        text(&output)
+    }
+
+    /// `monitor` for a second.
+    pub fn watch(&self) -> Command {
+        self.command(&["monitor", "--headless", "--duration-s", "1"])
+    }
+
+    /// Calibrates the force sensor with the usual masses.
+    pub fn weigh(&self) -> String {
+        self.succeed(&WEIGH)
+    }
+
+    /// Writes the calibration anew after `change`, as its owner would: with a hash that fits.
+    pub fn change(&self, change: impl FnOnce(&mut Calibration)) {
+        let (mut calibration, _) =
+            Calibration::read(&self.calibration()).expect("a room of its own");
+        change(&mut calibration);
+        calibration
+            .write(&self.calibration())
+            .expect("a room of its own");
+    }
+}
+
+/// Runs a command that must be refused, and in these words.
+pub fn refused(mut command: Command, words: &[&str]) {
+    let output = finish(&mut command);
+    let said = text(&output);
+    assert!(
+        !output.status.success(),
+        "{command:?} was not refused: {said}"
+    );
+    for word in words {
+        assert!(
+            said.contains(word),
+            "{command:?} does not say {word:?}: {said}"
+        );
+    }
+    assert!(!said.contains("panicked"), "{said}");
+}

@@ -84,7 +84,7 @@ const NAMES: [&str; 4] = [
     "lateral/lateral",
 ];
 /// Of each entry, N/N.
-const DEMANDED: [f64; 4] = [3e-3, 3e-3, 3e-3, 6e-3];
+const DEMANDED: [f64; 4] = [5e-4, 1e-3, 5e-4, 6e-3];
 
 #[test]
 fn fifty_unknown_sensors_are_known_within_their_intervals() {

@@ -399,26 +399,27 @@ fn touch(recording: &Path, until_s: f64) {
 
 #[test]
 fn a_carrier_that_is_not_there_is_named() {
-    let gone = damaged(|r| {
-        // White, of the carrier's strength.
-        let noise =
-            |t: f64| (((t * 192e3).round() * 78.233).sin() * 43758.547).fract() as f32 - 0.5;
-        edit_samples(r, pickup(r), move |t, _| noise(t));
-    });
-    let found = gone.found.unwrap();
-    assert!(
-        found.flaws.iter().any(|f| matches!(
-            f,
-            Flaw::CarrierMissing {
-                channel: Channel::Pickup,
-                ..
-            }
-        )),
-        "{:?}",
-        found.flaws
-    );
-    assert!(found.instances.is_empty());
-    assert!(found.rejected.iter().all(|r| r.reason.contains("carrier")));
+    for channel in [Channel::Drive, Channel::Pickup] {
+        let gone = damaged(|r| {
+            let channels = read_manifest(r).unwrap().channels;
+            let index = match channel {
+                Channel::Drive => channels.drive.index,
+                Channel::Pickup => channels.pickup.index,
+            };
+            // White, of the carrier's strength.
+            let noise =
+                |t: f64| (((t * 192e3).round() * 78.233).sin() * 43758.547).fract() as f32 - 0.5;
+            edit_samples(r, usize::from(index), move |t, _| noise(t));
+        });
+        let found = gone.found.unwrap();
+        assert!(
+            matches!(found.flaws[..], [Flaw::CarrierMissing { channel: c, .. }] if c == channel),
+            "{:?}",
+            found.flaws
+        );
+        assert!(found.instances.is_empty());
+        assert!(found.rejected.iter().all(|r| r.reason.contains("carrier")));
+    }
 }
 
 /// Start of the exploration, s.

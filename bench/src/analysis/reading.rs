@@ -355,12 +355,7 @@ impl Levels {
         if self.frames == 0 {
             return Vec::new();
         }
-        let offset_hz = self.turning.offset_hz();
-        let elsewhere = (offset_hz.abs() > ELSEWHERE_HZ).then_some(Flaw::CarrierElsewhere {
-            measured_hz: carrier_hz + offset_hz,
-            stated_hz: carrier_hz,
-        });
-        let levels = [Channel::Drive, Channel::Pickup]
+        let mut flaws: Vec<Flaw> = [Channel::Drive, Channel::Pickup]
             .into_iter()
             .enumerate()
             .filter_map(|(at, channel)| {
@@ -380,8 +375,25 @@ impl Levels {
                 } else {
                     (ratio_db < WEAK_DB).then_some(Flaw::CarrierWeak { channel, ratio_db })
                 }
+            })
+            .collect();
+        let driven = !flaws.iter().any(|flaw| {
+            matches!(
+                flaw,
+                Flaw::CarrierMissing {
+                    channel: Channel::Drive,
+                    ..
+                }
+            )
+        });
+        let offset_hz = self.turning.offset_hz();
+        if driven && offset_hz.abs() > ELSEWHERE_HZ {
+            flaws.push(Flaw::CarrierElsewhere {
+                measured_hz: carrier_hz + offset_hz,
+                stated_hz: carrier_hz,
             });
-        levels.chain(elsewhere).collect()
+        }
+        flaws
     }
 }
 

@@ -586,7 +586,8 @@ impl<P: Procedure> RigTask<P> {
 
     /// Nothing is measured any more; the operator reads why, until he leaves.
     fn mourn(&mut self, safety: &SafetyState, now_ns: u64) -> anyhow::Result<()> {
-        let lost = self.take_in(now_ns);
+        // What is lost now was not going to be used.
+        let _ = self.take_in(now_ns);
         self.heard = Heard::default();
         self.show(safety);
         while let Some(wish) = self.operator.wish()? {
@@ -595,7 +596,6 @@ impl<P: Procedure> RigTask<P> {
                 Wish::Leave | Wish::Answer(_) => self.stop.raise(),
             }
         }
-        drop(lost);
         Ok(())
     }
 }

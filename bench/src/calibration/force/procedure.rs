@@ -48,6 +48,15 @@ pub struct ForceProcedure {
     pub(super) loads: Vec<Option<Plateau>>,
 }
 
+/// The zero while a mass was read.
+struct Zero {
+    mean: [f64; 2],
+    /// Its standard error by that of the zeros before and after.
+    error: [f64; 2],
+    /// A random walk between the two departs from a straight line by so much of its variance a second (Brownian bridge).
+    bridge_s: f64,
+}
+
 impl ForceProcedure {
     /// Ready to begin.
     #[must_use]
@@ -211,7 +220,8 @@ impl ForceProcedure {
             .filter(|(mass, _)| mass.axis == axis && mass.mass_kg < than_kg)
             .filter_map(|(mass, load)| {
                 let load = load.as_ref()?;
-                let change_n = load.mean[axis.index()] - self.zero_at(load.at_s)?.0[axis.index()];
+                let change_n =
+                    load.mean[axis.index()] - self.zero_at(load.at_s)?.mean[axis.index()];
                 Some((mass.mass_kg, change_n / self.setup.weight_n(mass.mass_kg)))
             })
             .min_by(|a, b| a.0.total_cmp(&b.0))
@@ -232,34 +242,65 @@ impl ForceProcedure {
         Ok(())
     }
 
-    /// The zero at a time, between those measured before and after, and its standard error.
-    fn zero_at(&self, at_s: f64) -> Option<([f64; 2], [f64; 2])> {
+    /// The zero at a time, between those measured before and after.
+    fn zero_at(&self, at_s: f64) -> Option<Zero> {
         let after = self.zeros.partition_point(|zero| zero.at_s <= at_s);
         let before = self.zeros.get(after.checked_sub(1)?)?;
         let Some(after) = self.zeros.get(after) else {
-            return Some((before.mean, before.error));
+            return Some(Zero {
+                mean: before.mean,
+                error: before.error,
+                bridge_s: 0.0,
+            });
         };
-        let share = (at_s - before.at_s) / (after.at_s - before.at_s);
-        Some((
-            [0, 1].map(|k| before.mean[k] + share * (after.mean[k] - before.mean[k])),
-            [0, 1].map(|k| ((1.0 - share) * before.error[k]).hypot(share * after.error[k])),
-        ))
+        let span_s = after.at_s - before.at_s;
+        let share = (at_s - before.at_s) / span_s;
+        Some(Zero {
+            mean: [0, 1].map(|k| before.mean[k] + share * (after.mean[k] - before.mean[k])),
+            error: [0, 1].map(|k| ((1.0 - share) * before.error[k]).hypot(share * after.error[k])),
+            bridge_s: share * (1.0 - share) * span_s,
+        })
+    }
+
+    /// How fast the zero wanders about its steady drift, as a random walk, N²/s: from the steps between zeros, less their noise.
+    fn wander_n2_per_s(&self, axis: usize) -> f64 {
+        let [first, .., last] = &self.zeros[..] else {
+            return 0.0;
+        };
+        let whole_s = last.at_s - first.at_s;
+        let slope = (last.mean[axis] - first.mean[axis]) / whole_s;
+        let (mut squares, mut free_s) = (0.0, whole_s);
+        for pair in self.zeros.windows(2) {
+            let step_s = pair[1].at_s - pair[0].at_s;
+            let step_n = pair[1].mean[axis] - pair[0].mean[axis] - slope * step_s;
+            let noise_n = pair[0].error[axis].hypot(pair[1].error[axis]);
+            squares += step_n * step_n - noise_n * noise_n;
+            // The drift is taken from the same zeros.
+            free_s -= step_s * step_s / whole_s;
+        }
+        if free_s > 0.0 {
+            (squares / free_s).max(0.0)
+        } else {
+            0.0
+        }
     }
 
     /// Every mass that has been read, as the fit wants it.
     pub(super) fn loadings(&self) -> Vec<Loading> {
+        let wander = [0, 1].map(|axis| self.wander_n2_per_s(axis));
         let masses = self.setup.masses.iter().zip(&self.loads);
         masses
             .filter_map(|(mass, load)| {
                 let load = load.as_ref()?;
-                let (zero, zero_error) = self.zero_at(load.at_s)?;
+                let zero = self.zero_at(load.at_s)?;
                 let mut force_n = [0.0; 2];
                 force_n[mass.axis.index()] = self.setup.weight_n(mass.mass_kg);
-                let reading = [0, 1].map(|k| load.mean[k] - zero[k]);
+                let reading = [0, 1].map(|k| load.mean[k] - zero.mean[k]);
                 let of_mass = mass.sigma_kg / mass.mass_kg;
                 let sigma = [0, 1].map(|k| {
                     load.error[k]
-                        .hypot(zero_error[k])
+                        .hypot(zero.error[k])
+                        .hypot((wander[k] * zero.bridge_s).sqrt())
                         .hypot(of_mass * reading[k])
                         .max(LEAST_SIGMA_N)
                 });
@@ -309,7 +350,7 @@ impl ForceProcedure {
         masses
             .filter_map(|((mass, load), residual)| {
                 let load = load.as_ref()?;
-                let (zero, _) = self.zero_at(load.at_s)?;
+                let zero = self.zero_at(load.at_s)?.mean;
                 let change = [0, 1].map(|k| 1e3 * (load.mean[k] - zero[k]));
                 Some(PointRead {
                     at: format!("{} g {}", grams(mass.mass_kg), mass.axis.name()),

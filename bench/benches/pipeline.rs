@@ -37,11 +37,13 @@ fn manifest() -> Manifest {
             drive: DriveChannel {
                 index: 0,
                 volts_per_unit: 60.0,
+                clip_units: None,
             },
             pickup: PickupChannel {
                 index: 1,
                 metres_per_unit: 5e-6,
                 phase_rad: 0.2,
+                clip_units: None,
             },
         },
         plate: Plate {

@@ -19,7 +19,7 @@ use crate::field::{Encoder, Field, Reading};
 use crate::force::{ForceLink, open_port};
 use crate::gap::LossWatch;
 use crate::gpio::Lines;
-use crate::pipeline::{Batch, CLIP_LEVEL, Pipeline};
+use crate::pipeline::{Batch, Pipeline};
 use crate::recording::recorder::{RecorderGauge, RecorderNotice, RecorderTask, recorder};
 use crate::safety::{Safety, SafetyLimits, SafetyLines};
 use crate::schedule::{Schedule, StopFlag, Task};
@@ -206,16 +206,17 @@ impl Bench {
             shared,
             tasks: before,
         } = OpenHardware::open(config, host, lines, force_port)?;
-        let clipping = |index: u16| Input {
+        let clipping = |index: u16, clip_units: f64| Input {
             channel: usize::from(index),
-            clip_level: CLIP_LEVEL,
+            clip_level: clip_units as f32,
         };
+        let (on_drive, on_pickup) = (&config.channels.drive, &config.channels.pickup);
         let channels = usize::from(config.audio.input_channels);
         let demodulator = Demodulator::drive_and_pickup(
             filter,
             channels,
-            clipping(config.channels.drive.index),
-            clipping(config.channels.pickup.index),
+            clipping(on_drive.index, on_drive.clip_units),
+            clipping(on_pickup.index, on_pickup.clip_units),
         )?;
         let (recording, recording_orders) = crossbeam_channel::unbounded();
         let (batches, acquired) = crossbeam_channel::unbounded();

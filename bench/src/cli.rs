@@ -146,6 +146,8 @@ pub enum Calibrate {
     Plate(CalibratePlate),
     /// The force sensor's zero, sensitivity and crosstalk, by known masses on both axes; the plate stays silent.
     Force(CalibrateForce),
+    /// The inputs beside each other: gain, delay, noise, crosstalk, clipping, and what the path does to the carrier.
+    Channels(CalibrateChannels),
 }
 
 /// What every calibration asks.
@@ -201,6 +203,14 @@ pub struct CalibratePickup {
     /// Relative standard uncertainty of the known amplitudes: the instrument's own calibration.
     #[arg(long, value_name = "FRACTION", default_value_t = 1e-3)]
     pub known_accuracy: f64,
+}
+
+/// `calibrate channels`
+#[derive(Debug, Args)]
+pub struct CalibrateChannels {
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub measure: Measure,
 }
 
 /// `calibrate plate`

@@ -120,6 +120,14 @@ pub struct DriveChannel {
     pub index: u16,
     /// Actuator volts per sample value.
     pub volts_per_unit: f64,
+    /// |sample| from which on the input is taken to clip, of full scale.
+    #[serde(default = "default_clip_units")]
+    pub clip_units: f64,
+}
+
+/// Just under full scale, where every converter clips at the latest.
+fn default_clip_units() -> f64 {
+    0.999
 }
 
 /// `[channels.pickup]`
@@ -132,6 +140,9 @@ pub struct PickupChannel {
     pub metres_per_unit: f64,
     /// Phase to add to the pickup's samples, rad.
     pub phase_rad: f64,
+    /// |sample| from which on the input is taken to clip, of full scale.
+    #[serde(default = "default_clip_units")]
+    pub clip_units: f64,
 }
 
 /// `[plate]`
@@ -362,6 +373,16 @@ pub struct Calibration {
     pub force_drift_n_per_min: f64,
     /// Largest departure of either axis' zero from its drift after a load was taken away, N.
     pub force_zero_return_n: f64,
+    /// Largest noise density of an input about the carrier, sample units per √Hz.
+    pub input_noise_units_per_sqrt_hz: f64,
+    /// Largest crosstalk of the drive into another input, dB.
+    pub crosstalk_db: f64,
+    /// Largest departure of an input's levels from a line, of the largest level.
+    pub input_nonlinearity: f64,
+    /// Largest delay between an input and the drive's, samples.
+    pub delay_samples: f64,
+    /// Largest relative standard error of an input's gain, and of its phase in rad.
+    pub input_error: f64,
 }
 
 impl Default for Calibration {
@@ -384,6 +405,11 @@ impl Default for Calibration {
             force_noise_n_per_sqrt_hz: 1e-3,
             force_drift_n_per_min: 0.02,
             force_zero_return_n: 0.01,
+            input_noise_units_per_sqrt_hz: 1e-6,
+            crosstalk_db: -60.0,
+            input_nonlinearity: 0.005,
+            delay_samples: 8.0,
+            input_error: 1e-3,
         }
     }
 }
@@ -443,7 +469,18 @@ impl Calibration {
             1e-5,
             1.0,
             "N",
-        )
+        )?;
+        within(
+            "input_noise_units_per_sqrt_hz",
+            self.input_noise_units_per_sqrt_hz,
+            1e-10,
+            1e-3,
+            "/√Hz",
+        )?;
+        within("crosstalk_db", self.crosstalk_db, -160.0, -10.0, "dB")?;
+        within("input_nonlinearity", self.input_nonlinearity, 1e-5, 0.2, "")?;
+        within("delay_samples", self.delay_samples, 0.01, 200.0, "samples")?;
+        within("input_error", self.input_error, 1e-7, 0.1, "")
     }
 }
 
@@ -549,6 +586,15 @@ impl Config {
             1e-3,
             "m",
         )?;
+        for (key, clip_units) in [
+            ("channels.drive.clip_units", self.channels.drive.clip_units),
+            (
+                "channels.pickup.clip_units",
+                self.channels.pickup.clip_units,
+            ),
+        ] {
+            within(key, clip_units, 1e-3, 1.0, "of full scale")?;
+        }
         within(
             "channels.pickup.phase_rad",
             self.channels.pickup.phase_rad,
@@ -709,6 +755,54 @@ mod tests {
         ] {
             let refused = format!("{:#}", with_force(keys).unwrap_err());
             assert!(refused.contains(word), "{refused}");
+        }
+    }
+
+    /// The simulated bench's description with `lines` at its end or in the place of others.
+    fn described(change: impl FnOnce(String) -> String) -> anyhow::Result<Config> {
+        Config::parse(
+            &change(include_str!("../mock-bench.toml").to_owned()),
+            "bench.toml",
+        )
+    }
+
+    #[test]
+    fn each_limit_of_the_channels_has_its_range() {
+        for (key, accepted, rejected) in [
+            ("input_noise_units_per_sqrt_hz", "2e-7", "0.01"),
+            ("crosstalk_db", "-80.0", "3.0"),
+            ("input_nonlinearity", "0.001", "0.5"),
+            ("delay_samples", "2.0", "0.0"),
+            ("input_error", "1e-4", "0.2"),
+        ] {
+            let with =
+                |value: &str| described(|text| format!("{text}\n[calibration]\n{key} = {value}\n"));
+            assert!(with(accepted).is_ok(), "{key} = {accepted}");
+            let error = format!("{:#}", with(rejected).unwrap_err());
+            assert!(error.contains(&format!("calibration.{key}")), "{error}");
+            assert!(error.contains("outside the allowed range"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_clip_level_is_a_part_of_full_scale() {
+        for channel in ["drive", "pickup"] {
+            let with = |value: &str| {
+                described(|text| {
+                    text.replacen(
+                        &format!("[channels.{channel}]"),
+                        &format!("[channels.{channel}]\nclip_units = {value}"),
+                        1,
+                    )
+                    .replacen("   # voltage", "\n# voltage", 1)
+                })
+            };
+            assert!(with("0.5").is_ok(), "{channel}");
+            let error = format!("{:#}", with("1.5").unwrap_err());
+            assert!(
+                error.contains(&format!("channels.{channel}.clip_units")),
+                "{error}"
+            );
         }
     }
 }

@@ -41,8 +41,8 @@ pub struct Account {
     pub output_xruns: u64,
 }
 
-/// |sample| from which on a converter is taken to clip, of full scale.
-pub const CLIP_LEVEL: f32 = 0.999;
+/// Just under full scale.
+const FULL_SCALE: f64 = 0.999;
 /// Frame rates that are taken when the sample rate of a recording is no multiple of the usual one, Hz.
 const FRAME_RATES_HZ: RangeInclusive<u32> = 1500..=2500;
 
@@ -119,22 +119,24 @@ impl Pipeline {
             output_rate_hz: frame_rate_hz(format.sample_rate_hz)?,
         })?;
         let zm = recorded_zm(manifest, &filter)?;
-        // Recordings of this bench are in parts of full scale; of others the range is unknown.
-        let full_scale = if manifest.hardware.is_some() {
-            CLIP_LEVEL
+        // Older recordings of this bench do not say where it clipped, but are in parts of full scale; of others the range
+        // is unknown.
+        let unsaid = if manifest.hardware.is_some() {
+            FULL_SCALE
         } else {
-            f32::INFINITY
+            f64::INFINITY
         };
-        let input = |index: u16, seen: f32| Input {
+        let input = |index: u16, clip_units: Option<f64>, seen: f32| Input {
             channel: usize::from(index),
-            clip_level: seen.min(full_scale),
+            clip_level: seen.min(clip_units.unwrap_or(unsaid) as f32),
         };
         let channels = usize::from(format.channels);
+        let (on_drive, on_pickup) = (&manifest.channels.drive, &manifest.channels.pickup);
         let demodulator = Demodulator::drive_and_pickup(
             filter,
             channels,
-            input(manifest.channels.drive.index, drive),
-            input(manifest.channels.pickup.index, pickup),
+            input(on_drive.index, on_drive.clip_units, drive),
+            input(on_pickup.index, on_pickup.clip_units, pickup),
         )?;
         Ok(Self::new(demodulator, zm, channels))
     }

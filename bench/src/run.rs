@@ -512,11 +512,13 @@ fn recorded_channels(config: &Config) -> manifest::Channels {
         drive: manifest::DriveChannel {
             index: drive.index,
             volts_per_unit: drive.volts_per_unit,
+            clip_units: Some(drive.clip_units),
         },
         pickup: manifest::PickupChannel {
             index: pickup.index,
             metres_per_unit: pickup.metres_per_unit,
             phase_rad: pickup.phase_rad,
+            clip_units: Some(pickup.clip_units),
         },
     }
 }

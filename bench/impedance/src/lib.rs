@@ -4,6 +4,8 @@
 //! No input or output, no threads.
 
 mod carrier;
+pub mod channel_fit;
+pub mod clipping;
 pub mod clock;
 pub mod crosstalk;
 mod demodulator;
@@ -13,10 +15,12 @@ pub mod gap;
 mod kernel;
 mod mask;
 mod noise;
+pub mod path;
 mod phase;
 pub mod plate_fit;
 pub mod regression;
 pub mod smoothing;
+pub mod spectrum;
 pub mod tone;
 mod window;
 mod zm;

@@ -91,20 +91,20 @@ pub enum PlateFitError {
 pub const LEAST_TONES: usize = 6;
 const PARAMETERS: usize = 8;
 const TOLERANCE: f64 = 1e-13;
-/// Images of the converters and their slopes: no two channels of a card match better than this (an assumption of this project;
-/// relative, and rad).
+/// Images of the converters and their slopes: no two channels of a card are taken to match better than this as long as it was
+/// not measured (an assumption of this project; relative, and rad).
 pub const CHANNEL_MATCH: f64 = 1e-4;
 
 impl PlateFit {
     /// Fits `responses`, in order of frequency.
     ///
     /// Standard errors hold the scatter of the residuals, by how much the values move when C₁ is left out, and
-    /// [`CHANNEL_MATCH`]. Noise at 1e-4 of the peak, Q 250, 31 tones over ±2 bandwidths: f₀ within 0.05 Hz, Q within 0.1 %
+    /// `channel_match`: how well the two channels follow each other, as measured or [`CHANNEL_MATCH`]. Noise at 1e-4 of the peak, Q 250, 31 tones over ±2 bandwidths: f₀ within 0.05 Hz, Q within 0.1 %
     /// (`noisy_responses_are_covered`).
     ///
     /// # Errors
     /// When there are too few tones, no peak within them, or no fit.
-    pub fn fit(responses: &[Response]) -> Result<Self, PlateFitError> {
+    pub fn fit(responses: &[Response], channel_match: f64) -> Result<Self, PlateFitError> {
         let start = coarse(responses)?;
         let full = solve(responses, start, true)?;
         let plain = solve(responses, start, false)?;
@@ -125,19 +125,19 @@ impl PlateFit {
             resonance_hz: Estimate {
                 value: f0,
                 // The resonance is where the phase is, and the phase turns by 2Q/f₀ per hertz there.
-                standard_error: full.reference_hz * error(0, CHANNEL_MATCH / (2.0 * quality)),
+                standard_error: full.reference_hz * error(0, channel_match / (2.0 * quality)),
             },
             quality: Estimate {
                 value: quality,
-                standard_error: quality * error(1, CHANNEL_MATCH),
+                standard_error: quality * error(1, channel_match),
             },
             static_ratio: Estimate {
                 value: static_ratio,
-                standard_error: static_ratio * error(2, CHANNEL_MATCH),
+                standard_error: static_ratio * error(2, channel_match),
             },
             pickup_phase_rad: Estimate {
                 value: wrap(p[3]),
-                standard_error: error(3, CHANNEL_MATCH),
+                standard_error: error(3, channel_match),
             },
             residual: (squares / responses.len() as f64).sqrt() / largest,
             model: full.model,
@@ -444,7 +444,7 @@ mod tests {
 
     #[test]
     fn a_plate_with_a_further_mode_and_crosstalk_is_recovered() {
-        let fit = PlateFit::fit(&TRUTH.responses(31, 560.0)).unwrap();
+        let fit = PlateFit::fit(&TRUTH.responses(31, 560.0), CHANNEL_MATCH).unwrap();
         assert!((fit.resonance_hz.value - TRUTH.f0).abs() < 0.01, "{fit:?}");
         assert_relative_eq!(fit.quality.value, TRUTH.quality, max_relative = 1e-4);
         assert_relative_eq!(fit.static_ratio.value, TRUTH.a, max_relative = 1e-4);
@@ -462,7 +462,7 @@ mod tests {
                 let mut white = || -> f64 { StandardNormal.sample(&mut rng) };
                 r.ratio += Complex64::new(white(), white()) * 1e-4 * TRUTH.a * TRUTH.quality;
             }
-            let fit = PlateFit::fit(&responses).unwrap();
+            let fit = PlateFit::fit(&responses, CHANNEL_MATCH).unwrap();
             assert!(fit.resonance_hz.standard_error < 0.05);
             assert!(fit.quality.standard_error < 1e-3 * TRUTH.quality);
             let checks = [
@@ -519,17 +519,17 @@ mod tests {
     fn what_is_no_resonance_is_refused() {
         let responses = TRUTH.responses(31, 560.0);
         assert_eq!(
-            PlateFit::fit(&responses[..5]),
+            PlateFit::fit(&responses[..5], CHANNEL_MATCH),
             Err(PlateFitError::TooFew { count: 5 })
         );
         assert!(matches!(
-            PlateFit::fit(&responses[20..]),
+            PlateFit::fit(&responses[20..], CHANNEL_MATCH),
             Err(PlateFitError::OutOfBand { .. })
         ));
         let mut lost = responses;
         lost[3].ratio.im = f64::NAN;
         assert!(matches!(
-            PlateFit::fit(&lost),
+            PlateFit::fit(&lost, CHANNEL_MATCH),
             Err(PlateFitError::NotFinite { .. })
         ));
     }

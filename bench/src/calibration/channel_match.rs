@@ -11,6 +11,8 @@ use std::f64::consts::TAU;
 const DAMPING: f64 = 0.1;
 /// Detuning that is no fault, in half bandwidths: a plate warms by some kelvin.
 const DETUNING: f64 = 0.3;
+/// A finger takes a half of the pickup's signal, not all but this share of it.
+const SILENT: f64 = 0.02;
 /// Slips that are looked for, samples.
 const SLIPS: i32 = 4;
 
@@ -33,6 +35,14 @@ pub enum ChannelFault {
     /// Cables on each other's inputs.
     #[error("drive and pickup are swapped: exchange their cables, or their indices in bench.toml")]
     Swapped,
+    /// Nothing but crosstalk.
+    #[error(
+        "the pickup's input is silent, {share:.1e} of what was calibrated: its cable is out, or [channels.pickup] names another input"
+    )]
+    Silent {
+        /// Now over then.
+        share: f64,
+    },
     /// Polarity.
     #[error("the pickup is inverted: its wires are exchanged")]
     Inverted,
@@ -85,6 +95,10 @@ pub fn compare(measured: Complex64, expected: Expected) -> Result<(), ChannelFau
     let relative = measured / expected.ratio;
     if distance(relative) <= 1.0 {
         return Ok(());
+    }
+    let share = relative.norm();
+    if share < SILENT {
+        return Err(ChannelFault::Silent { share });
     }
     let turn = TAU * expected.resonance_hz / expected.rate_hz;
     let slipped = (-SLIPS..=SLIPS).filter(|&k| k != 0).map(|samples| {
@@ -163,6 +177,10 @@ mod tests {
         assert!(matches!(
             compare(e.ratio / finger, e),
             Err(ChannelFault::Loaded { shift_hz, .. }) if shift_hz < -20.0
+        ));
+        assert!(matches!(
+            compare(e.ratio * 1e-4, e),
+            Err(ChannelFault::Silent { .. })
         ));
         assert!(matches!(
             compare(e.ratio * 0.5, e),

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use serde::Serialize;
 
+use super::channels::{self, ChannelsProcedure};
 use super::clear::ClearPlate;
 use super::file::{Calibration, FileError, Quantity};
 use super::force::{self, ForceProcedure};
@@ -255,6 +256,21 @@ pub fn plate(
     let hardware = hardware(&begun.config)?;
     let plate = ClearPlate::new(PlateProcedure::new(setup), &begun.config, begun.attended);
     begun.run(hardware, None, plate)
+}
+
+/// `calibrate channels`
+///
+/// # Errors
+/// When the bench cannot measure; a measurement that does not pass is a [`Report`].
+pub fn channels(
+    config: Config,
+    options: &cli::CalibrateChannels,
+    hardware: impl FnOnce(&Config) -> anyhow::Result<Hardware>,
+) -> anyhow::Result<Report> {
+    let begun = Begun::new(config, &options.measure)?;
+    let setup = channels::Setup::new(&begun.config, &begun.calibration);
+    let hardware = hardware(&begun.config)?;
+    begun.run(hardware, None, ChannelsProcedure::new(setup))
 }
 
 /// `calibrate pickup`

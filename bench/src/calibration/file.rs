@@ -5,6 +5,7 @@ use std::fmt;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use impedance::plate_fit::CHANNEL_MATCH;
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -222,6 +223,60 @@ impl Force {
     }
 }
 
+/// `[channels]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Channels {
+    /// Who, when, how.
+    pub measured: Provenance,
+    /// Carrier of the measurement, Hz.
+    pub carrier_hz: f64,
+    /// Level read back at the carrier over the level commanded.
+    pub round_trip: Quantity,
+    /// From the generator to the drive's input, as the program sees it: the buffers of both directions included.
+    pub latency: Quantity,
+    /// The inputs in order.
+    pub inputs: Vec<InputChannel>,
+}
+
+/// `[[channels.inputs]]`: one input beside the drive's, with the same signal on both.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InputChannel {
+    /// Input channel.
+    pub index: u16,
+    /// Gain at the carrier, over the drive's.
+    pub gain: Quantity,
+    /// Phase at the carrier less the drive's.
+    pub phase_rad: Quantity,
+    /// How much later than the drive's it shows the same.
+    pub delay: Quantity,
+    /// Root mean square departure of its ratio to the drive's from one gain and one delay over the band, relative.
+    pub departure: f64,
+    /// Noise density about the carrier with the patch cable in.
+    pub noise: Quantity,
+    /// The same as the bench is wired for measurements.
+    pub noise_on_bench: Quantity,
+    /// Departure of its levels from a line, of the largest.
+    pub nonlinearity: f64,
+    /// |sample| at which its peaks are cut off; absent where none were.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clips_at: Option<Quantity>,
+    /// Largest |sample| that was not cut off.
+    pub clean_up_to: f64,
+    /// What it reads of the drive, over the drive's own reading, with only the drive's cable in; absent for the drive.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crosstalk: Option<Quantity>,
+}
+
+impl Channels {
+    /// The input with this index.
+    #[must_use]
+    pub fn input(&self, index: u16) -> Option<&InputChannel> {
+        self.inputs.iter().find(|input| input.index == index)
+    }
+}
+
 /// The whole file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -239,6 +294,9 @@ pub struct Calibration {
     /// From `calibrate force`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<Force>,
+    /// From `calibrate channels`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub channels: Option<Channels>,
 }
 
 /// A calibration file that cannot be used.
@@ -290,6 +348,7 @@ impl Calibration {
             pickup: None,
             plate: None,
             force: None,
+            channels: None,
         }
     }
 
@@ -374,6 +433,21 @@ impl Calibration {
         std::fs::rename(&beside, path).map_err(io)
     }
 
+    /// How well drive and pickup follow each other once gain and delay are known, relative and rad: the measured departure,
+    /// and a crosstalk of the pickup into the drive's input that is taken to be as large as the measured one of the drive into
+    /// the pickup's. [`CHANNEL_MATCH`] as long as nothing was measured.
+    #[must_use]
+    pub fn channel_match(&self) -> f64 {
+        let pickup = self
+            .channels
+            .as_ref()
+            .and_then(|channels| channels.input(self.identity.pickup_channel));
+        pickup.map_or(CHANNEL_MATCH, |pickup| {
+            let crosstalk = pickup.crosstalk.as_ref().map_or(0.0, |x| x.value);
+            pickup.departure.hypot(crosstalk)
+        })
+    }
+
     /// The date of the oldest measurement that is needed.
     #[must_use]
     pub fn oldest(&self) -> Option<Timestamp> {
@@ -381,6 +455,9 @@ impl Calibration {
             self.pickup.as_ref().map(|pickup| pickup.measured.date),
             self.plate.as_ref().map(|plate| plate.measured.date),
             self.force.as_ref().map(|force| force.measured.date),
+            self.channels
+                .as_ref()
+                .map(|channels| channels.measured.date),
         ];
         dates.into_iter().flatten().min()
     }

@@ -2,11 +2,9 @@
 
 use std::ops::Range;
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use impedance::tone::{Tone, ToneError};
 use signalgen::Waveform;
-
-use crate::pipeline::CLIP_LEVEL;
 
 /// One tone within what was heard, at full amplitude throughout.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,6 +36,8 @@ pub struct Heard {
     pub force_saturated: [usize; 2],
     /// Readings of the instrument, m, and the frames at which they arrived.
     pub known_m: Vec<(usize, f64)>,
+    /// Frames that had come in when the generator was first seen to play; `None` while nothing is played.
+    pub began: Option<usize>,
 }
 
 impl Heard {
@@ -94,44 +94,58 @@ impl Heard {
 
 /// Pieces in which a tone's beginning is looked for, s.
 const ONSET_S: f64 = 5e-4;
-
-/// A channel's samples from frame `from` on.
-fn unsaturated(heard: &Heard, drive_channel: usize, from: usize) -> anyhow::Result<Vec<f32>> {
-    let drive: Vec<f32> = heard
-        .samples
-        .iter()
-        .skip(from * heard.channels + drive_channel)
-        .step_by(heard.channels)
-        .copied()
-        .collect();
-    if let Some(frame) = drive.iter().position(|sample| sample.abs() >= CLIP_LEVEL) {
-        bail!(
-            "the drive's input is saturated at frame {frame}: lower the level or the gain of its read-back"
-        );
-    }
-    Ok(drive)
-}
+/// A tone rises at least so far out of the silence before it.
+const LEAST_RISE: f64 = 4.0;
+/// A tone that is this much quieter on the drive's input than on another is not on the drive's.
+const MISPLACED: f64 = 0.05;
 
 /// The last `frames` of a tone that is held.
-pub(super) fn held_tone(
-    heard: &Heard,
-    waveform: &Waveform,
-    drive_channel: usize,
-    frames: usize,
-) -> anyhow::Result<Vec<Dwell>> {
+pub(super) fn held_tone(heard: &Heard, waveform: &Waveform, frames: usize) -> Vec<Dwell> {
     let Waveform::Tone { carrier_hz, .. } = *waveform else {
-        return Ok(Vec::new());
+        return Vec::new();
     };
     let whole = heard.samples.len() / heard.channels;
-    let from = whole.saturating_sub(frames);
-    unsaturated(heard, drive_channel, from)?;
-    Ok(vec![Dwell {
+    vec![Dwell {
         carrier_hz,
-        frames: from..whole,
-    }])
+        frames: whole.saturating_sub(frames)..whole,
+    }]
 }
 
-/// Where each tone lies: the ramp of known length before them is half way up half of it after the program's beginning.
+/// Root mean square of a channel in pieces of `piece` frames, as the amplitude of a tone.
+fn levels(heard: &Heard, channel: usize, piece: usize) -> Vec<f64> {
+    let samples: Vec<f64> = heard
+        .samples
+        .iter()
+        .skip(channel)
+        .step_by(heard.channels)
+        .map(|&sample| f64::from(sample))
+        .collect();
+    samples
+        .chunks_exact(piece)
+        .map(|chunk| {
+            let n = chunk.len() as f64;
+            let mean = chunk.iter().sum::<f64>() / n;
+            let power = chunk.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n;
+            (2.0 * power).sqrt()
+        })
+        .collect()
+}
+
+/// The drive's levels; those of the loudest input where next to nothing is heard on the drive's.
+fn loud_levels(heard: &Heard, drive_channel: usize, piece: usize) -> Vec<f64> {
+    let full = |levels: &[f64]| levels.iter().copied().fold(0.0, f64::max);
+    let drive = levels(heard, drive_channel, piece);
+    let loudest = (0..heard.channels)
+        .map(|channel| levels(heard, channel, piece))
+        .max_by(|a, b| full(a).total_cmp(&full(b)));
+    match loudest {
+        Some(loudest) if full(&drive) < MISPLACED * full(&loudest) => loudest,
+        _ => drive,
+    }
+}
+
+/// Where each tone lies: the ramp of known length before them is half way up half of it after the program's beginning. None
+/// where no tone was heard.
 pub(super) fn dwells(
     heard: &Heard,
     waveform: &Waveform,
@@ -142,25 +156,15 @@ pub(super) fn dwells(
         return Ok(Vec::new());
     };
     let piece = (ONSET_S * heard.rate_hz) as usize;
-    let drive = unsaturated(heard, drive_channel, 0)?;
-    let levels: Vec<f64> = drive
-        .chunks_exact(piece)
-        .map(|chunk| {
-            let n = chunk.len() as f64;
-            let mean = chunk.iter().map(|&x| f64::from(x)).sum::<f64>() / n;
-            let power = chunk
-                .iter()
-                .map(|&x| (f64::from(x) - mean).powi(2))
-                .sum::<f64>()
-                / n;
-            (2.0 * power).sqrt()
-        })
-        .collect();
+    let levels = loud_levels(heard, drive_channel, piece);
     let full = levels.iter().copied().fold(0.0, f64::max);
-    let half = levels
-        .iter()
-        .position(|&level| level >= 0.5 * full)
-        .context("the tone was not heard on the drive's input")?;
+    let quiet = levels.iter().copied().fold(f64::INFINITY, f64::min);
+    if full.is_nan() || full < LEAST_RISE * quiet {
+        return Ok(Vec::new());
+    }
+    let Some(half) = levels.iter().position(|&level| level >= 0.5 * full) else {
+        return Ok(Vec::new());
+    };
     // The crossing lies between the middles of two pieces.
     let before = levels[half.saturating_sub(1)];
     let share = if levels[half] > before {

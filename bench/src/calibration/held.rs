@@ -128,7 +128,7 @@ impl Held {
     }
 
     /// Puts the measured constants into `config`: sensitivity and phase of the pickup, resonance and
-    /// force factor, matrix and tare of the force sensor.
+    /// force factor, matrix and tare of the force sensor, clipping levels.
     pub fn apply(&self, config: &mut Config) {
         apply(&self.calibration, config);
     }
@@ -169,6 +169,9 @@ impl Held {
     }
 }
 
+/// A sample this near to the measured clipping level is cut off.
+const CLIPPED: f64 = 0.999;
+
 /// Puts what has been measured so far into `config`.
 pub fn apply(calibration: &Calibration, config: &mut Config) {
     if let Some(pickup) = &calibration.pickup {
@@ -181,5 +184,18 @@ pub fn apply(calibration: &Calibration, config: &mut Config) {
     }
     if let (Some(measured), Some(force)) = (&calibration.force, &mut config.force) {
         force.set_correction(measured.correction());
+    }
+    if let Some(channels) = &calibration.channels {
+        let clip_units = |index: u16| {
+            let clips_at = channels.input(index)?.clips_at.as_ref()?;
+            Some((CLIPPED * clips_at.value).min(1.0))
+        };
+        let of = &mut config.channels;
+        if let Some(clip_units) = clip_units(of.drive.index) {
+            of.drive.clip_units = clip_units;
+        }
+        if let Some(clip_units) = clip_units(of.pickup.index) {
+            of.pickup.clip_units = clip_units;
+        }
     }
 }

@@ -49,6 +49,8 @@ pub enum Part {
         /// On which sensor.
         sensor: String,
     },
+    /// `[channels]`
+    Channels(Box<file::Channels>),
 }
 
 impl Part {
@@ -68,6 +70,10 @@ impl Part {
             Self::Force { force, sensor } => {
                 calibration.force = Some(*force);
                 calibration.identity.force_sensor = Some(sensor);
+                None
+            }
+            Self::Channels(channels) => {
+                calibration.channels = Some(*channels);
                 None
             }
         }

@@ -1,6 +1,7 @@
 //! Volts become micrometres and newtons: what the `calibrate` commands measure, the file that keeps it, and who may use it.
 
 pub mod channel_match;
+pub mod channels;
 pub mod clear;
 pub mod command;
 pub mod file;

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context, bail};
-use impedance::plate_fit::{CHANNEL_MATCH, find_resonance};
+use impedance::plate_fit::find_resonance;
 use impedance::regression::{Line, LineError, Point};
 use signalgen::{ToneList, Waveform};
 
@@ -44,6 +44,8 @@ pub struct Setup {
     pub known: Known,
     /// Relative standard uncertainty of what is known: the instrument's own calibration.
     pub accuracy: f64,
+    /// How well the channels follow each other, relative and rad.
+    pub channel_match: f64,
     config: Config,
 }
 
@@ -107,6 +109,7 @@ impl Setup {
             levels_v,
             known,
             accuracy,
+            channel_match: held.channel_match(),
             config: config.clone(),
         })
     }
@@ -272,9 +275,10 @@ impl PickupProcedure {
     /// The pickup's peak at the tone that was heard, sample units.
     fn pickup(&self, heard: &Heard, settle_s: f64) -> anyhow::Result<f64> {
         let dwell = heard.dwells.first().context("no tone was played")?;
-        let channel = self.setup.config.channels.pickup.index;
-        let pickup = heard.tone(dwell, channel, settle_s)?;
-        require_unsaturated(&pickup, self.carrier_hz)?;
+        let channels = &self.setup.config.channels;
+        let drive = heard.tone(dwell, channels.drive.index, settle_s)?;
+        let pickup = heard.tone(dwell, channels.pickup.index, settle_s)?;
+        require_unsaturated(&drive, &pickup, channels, self.carrier_hz)?;
         Ok(pickup.value.norm())
     }
 
@@ -432,9 +436,10 @@ impl Calibrates for PickupProcedure {
                 date,
                 operator: operator.to_owned(),
                 method: format!(
-                    "weighted line through {} levels, amplitudes {source}; errors hold scatter, an accuracy of {} of what is known and a channel match of {CHANNEL_MATCH}",
+                    "weighted line through {} levels, amplitudes {source}; errors hold scatter, an accuracy of {} of what is known and a channel match of {:.1e}",
                     self.rungs.len(),
-                    self.setup.accuracy
+                    self.setup.accuracy,
+                    self.setup.channel_match
                 ),
             },
             metres_per_unit: Quantity::combined(
@@ -495,7 +500,7 @@ impl PickupProcedure {
     fn relative_error(&self, line: &Line) -> f64 {
         (line.slope_error / line.slope)
             .hypot(self.setup.accuracy)
-            .hypot(CHANNEL_MATCH)
+            .hypot(self.setup.channel_match)
     }
 
     /// Reasons not to use the line.

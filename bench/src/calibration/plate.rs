@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context, bail};
-use impedance::plate_fit::{CHANNEL_MATCH, Estimate, PlateFit, Response, find_resonance};
+use impedance::plate_fit::{Estimate, PlateFit, Response, find_resonance};
 use impedance::tone::Tone;
 use num_complex::Complex64;
 use signalgen::{ToneList, Waveform};
@@ -15,9 +15,8 @@ use super::heard::Heard;
 use super::judged::{Calibrates, Judged, Part};
 use super::operator::{Answer, Curve, PointRead, Progress, Request};
 use super::rig::{Happened, Next, Procedure};
-use crate::config::Config;
+use crate::config::{Channels, Config};
 use crate::figures;
-use crate::pipeline::CLIP_LEVEL;
 
 /// Level of the first, coarse look, V: harmless at any resonance.
 pub(super) const LOOK_V: f64 = 2.0;
@@ -46,6 +45,8 @@ pub struct Setup {
     pub metres_per_unit: Quantity,
     /// Resonance at the calibration before, Hz.
     pub before_hz: Option<f64>,
+    /// How well the channels follow each other, relative and rad.
+    pub channel_match: f64,
     config: Config,
 }
 
@@ -78,6 +79,7 @@ impl Setup {
             drive_v,
             metres_per_unit,
             before_hz,
+            channel_match: held.channel_match(),
             config: config.clone(),
         })
     }
@@ -179,12 +181,22 @@ pub(super) fn highest_level_v(units_per_v: f64, metres_per_unit: f64, config: &C
     by_amplitude.min(by_range).min(config.limits.drive_v)
 }
 
-/// Refuses a saturated input.
-pub(super) fn require_unsaturated(tone: &Tone, carrier_hz: f64) -> anyhow::Result<()> {
-    if tone.peak >= f64::from(CLIP_LEVEL) {
-        bail!(
-            "the pickup's input is saturated at {carrier_hz:.0} Hz: lower --drive-v or the gain of the input"
-        );
+/// Refuses saturated inputs.
+pub(super) fn require_unsaturated(
+    drive: &Tone,
+    pickup: &Tone,
+    channels: &Channels,
+    carrier_hz: f64,
+) -> anyhow::Result<()> {
+    for (input, tone, clip_units) in [
+        ("drive", drive, channels.drive.clip_units),
+        ("pickup", pickup, channels.pickup.clip_units),
+    ] {
+        if tone.peak >= clip_units {
+            bail!(
+                "the {input}'s input is saturated at {carrier_hz:.0} Hz: lower the drive's level or the gain of the input"
+            );
+        }
     }
     Ok(())
 }
@@ -200,7 +212,7 @@ fn responses(heard: &Heard, config: &Config, settle_s: f64) -> anyhow::Result<Ve
         .map(|dwell| {
             let drive = heard.tone(dwell, channels.drive.index, settle_s)?;
             let pickup = heard.tone(dwell, channels.pickup.index, settle_s)?;
-            require_unsaturated(&pickup, dwell.carrier_hz)?;
+            require_unsaturated(&drive, &pickup, channels, dwell.carrier_hz)?;
             if drive.value.norm() < LEAST_RATIO * drive.rest_rms {
                 bail!(
                     "the carrier of {:.0} Hz does not survive the loop: {:.1e} of full scale reads back under {:.1e} of other signal; a sound layer resamples it away, or the path is aliased: use a raw device such as hw:…",
@@ -232,7 +244,7 @@ impl Procedure for PlateProcedure {
             }
             (Stage::Close, Happened::Heard(heard)) => {
                 self.responses = responses(&heard, config, self.settle_s)?;
-                self.fit = Some(PlateFit::fit(&self.responses)?);
+                self.fit = Some(PlateFit::fit(&self.responses, self.setup.channel_match)?);
                 self.stage = Stage::Review;
                 Ok(Next::Ask(Request::Review))
             }
@@ -334,10 +346,11 @@ impl Calibrates for PlateProcedure {
                 date,
                 operator: operator.to_owned(),
                 method: format!(
-                    "{TONES} tones over {:.0} Hz at {:.1} V, each after {SETTLE_TIME_CONSTANTS} time constants; least squares of a second-order mode with residual terms; errors hold scatter, model and a channel match of {CHANNEL_MATCH}",
+                    "{TONES} tones over {:.0} Hz at {:.1} V, each after {SETTLE_TIME_CONSTANTS} time constants; least squares of a second-order mode with residual terms; errors hold scatter, model and a channel match of {:.1e}",
                     self.responses.last().map_or(0.0, |r| r.frequency_hz)
                         - self.responses.first().map_or(0.0, |r| r.frequency_hz),
-                    self.level_v
+                    self.level_v,
+                    setup.channel_match
                 ),
             },
             resonance_hz: quantity(f0, "Hz"),

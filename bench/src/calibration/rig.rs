@@ -306,7 +306,10 @@ impl<P: Procedure> RigTask<P> {
                 ended,
                 ..
             } => {
-                *started |= header.drive.programs != *after && !silent;
+                if header.drive.programs != *after && !silent && !*started {
+                    *started = true;
+                    self.heard.began = Some(frames - header.frames as usize);
+                }
                 if *started && silent && ended.is_none() {
                     *ended = Some(frames);
                 }
@@ -445,12 +448,7 @@ impl<P: Procedure> RigTask<P> {
                     {
                         return Ok(None);
                     }
-                    self.heard.dwells = held_tone(
-                        &self.heard,
-                        &held.waveform,
-                        self.drive_channel,
-                        self.held_frames,
-                    )?;
+                    self.heard.dwells = held_tone(&self.heard, &held.waveform, self.held_frames);
                     self.require_force()?;
                 }
                 let heard = std::mem::take(&mut self.heard);

@@ -70,6 +70,9 @@ pub struct DriveChannel {
     pub index: u16,
     /// Actuator volts per sample value.
     pub volts_per_unit: f64,
+    /// |sample value| from which on the input clipped, where it was known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clip_units: Option<f64>,
 }
 
 /// The plate's displacement: x̃ = metres_per_unit · sample · exp(+i·phase_rad).
@@ -82,6 +85,9 @@ pub struct PickupChannel {
     pub metres_per_unit: f64,
     /// Phase of the displacement relative to the sample values, radians.
     pub phase_rad: f64,
+    /// |sample value| from which on the input clipped, where it was known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clip_units: Option<f64>,
 }
 
 /// The plate.

@@ -24,11 +24,13 @@ pub fn manifest() -> Manifest {
             drive: DriveChannel {
                 index: 0,
                 volts_per_unit: 100.0,
+                clip_units: None,
             },
             pickup: PickupChannel {
                 index: 1,
                 metres_per_unit: 2e-6,
                 phase_rad: 0.1,
+                clip_units: None,
             },
         },
         plate: Plate {

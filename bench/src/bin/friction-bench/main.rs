@@ -191,6 +191,7 @@ fn calibrate(options: &Calibrate) -> anyhow::Result<ExitCode> {
         Calibrate::Pickup(options) => &options.measure,
         Calibrate::Plate(options) => &options.measure,
         Calibrate::Force(options) => &options.measure,
+        Calibrate::Channels(options) => &options.measure,
     };
     let Some(config) = configuration(&measure.hardware)? else {
         return Ok(ExitCode::SUCCESS);
@@ -200,6 +201,7 @@ fn calibrate(options: &Calibrate) -> anyhow::Result<ExitCode> {
         Calibrate::Pickup(options) => calibration::command::pickup(config, options, open)?,
         Calibrate::Plate(options) => calibration::command::plate(config, options, open)?,
         Calibrate::Force(options) => calibration::command::force(config, options, open)?,
+        Calibrate::Channels(options) => calibration::command::channels(config, options, open)?,
     };
     let text = if measure.json {
         report.to_json()?

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use anyhow::Context;
 use friction_bench::assembly::{Hands, Hardware};
-use friction_bench::calibration::operator::{self, Request};
+use friction_bench::calibration::operator::{self, Cabling, Request};
 use friction_bench::cli::Speed;
 use friction_bench::clock::{Clock, SystemClock, later};
 use friction_bench::gpio::{Lines, input, output};
@@ -13,10 +13,10 @@ use friction_bench::schedule::{Pacer, Schedule};
 use friction_bench::session::Watcher;
 use friction_bench::sound::Tone;
 use jiff::Timestamp;
-use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig, Masses, Senses};
+use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig, Masses, Patchbay, Senses};
 use mock_hw::clock::Pace;
 use mock_hw::person::{Cue, Instruction, Percept};
-use mock_hw::plant::Axis;
+use mock_hw::plant::{Axis, Wiring};
 use mock_hw::scenario::Scenario;
 
 /// What a bench on simulated hardware assumes of it; the scenario's truth differs where real hardware would.
@@ -95,7 +95,7 @@ pub fn hardware(
         apparatus.clock(),
     );
     let mut watchers = vec![participant(apparatus.senses())];
-    let hands = hands(apparatus.masses());
+    let hands = hands(apparatus.masses(), apparatus.patchbay());
     let (clock, schedule): (Arc<dyn Clock>, _) = match speed {
         Speed::Max => {
             let date = FREE_RUNNING_DATE
@@ -174,8 +174,8 @@ fn participant(senses: Senses) -> Watcher {
     })
 }
 
-/// Places the masses that a calibration asks for.
-fn hands(masses: Masses) -> Hands {
+/// Does at the apparatus what a calibration asks of its operator.
+fn hands(masses: Masses, patchbay: Patchbay) -> Hands {
     Box::new(move |request| match *request {
         Request::Load { axis, mass_kg } => {
             let axis = match axis {
@@ -185,7 +185,12 @@ fn hands(masses: Masses) -> Hands {
             masses.place(axis, mass_kg);
         }
         Request::Unload => masses.remove(),
-        Request::Connect(_) | Request::KnownAmplitude { .. } | Request::Review => {}
+        Request::Connect(cabling) => patchbay.wire(match cabling {
+            Cabling::AllInputs => Wiring::AllInputs,
+            Cabling::DriveOnly => Wiring::DriveOnly,
+            Cabling::Bench => Wiring::Bench,
+        }),
+        Request::KnownAmplitude { .. } | Request::Review => {}
     })
 }
 

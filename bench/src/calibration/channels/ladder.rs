@@ -1,0 +1,183 @@
+//! The level ladder: every input at rising levels, as far as it is straight and to where its peaks are cut off.
+
+use impedance::clipping::Peaks;
+use impedance::regression::{Line, LineError, Point};
+
+/// One input at one level.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rung {
+    /// Commanded, V peak.
+    pub drive_v: f64,
+    /// Amplitude at the tone, sample units.
+    pub amplitude: f64,
+    /// Its peaks.
+    pub peaks: Peaks,
+}
+
+/// Levels are this far apart.
+pub const STEP: f64 = 1.17;
+/// The lowest level, of the highest.
+pub const LOWEST: f64 = 0.05;
+/// A level that falls short of the line through those before it by more is cut off, however round its peaks look.
+const SHORT: f64 = 0.01;
+/// No input is driven further beyond its clipping level.
+const BEYOND: f64 = 1.5;
+/// The drive's own input not even so far: the safety watch reads it.
+const DRIVE_BEYOND: f64 = 1.1;
+
+/// The levels up to `highest_v`, V peak.
+#[must_use]
+pub fn levels_v(highest_v: f64) -> Vec<f64> {
+    let count = (-LOWEST.ln() / STEP.ln()).ceil() as i32;
+    (0..=count)
+        .rev()
+        .map(|below| highest_v * STEP.powi(-below))
+        .collect()
+}
+
+/// What one input did on the ladder.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Straightness {
+    /// Largest departure from the line, of the largest level.
+    pub nonlinearity: f64,
+    /// Where peaks are cut off: |sample| and its standard deviation.
+    pub clips_at: Option<(f64, f64)>,
+    /// Largest |sample| that was not.
+    pub clean_up_to: f64,
+}
+
+/// The first rung of `rungs` at which the peaks are cut off.
+fn first_cut(rungs: &[Rung]) -> Option<usize> {
+    let slope = rungs
+        .first()
+        .map_or(0.0, |rung| rung.amplitude / rung.drive_v);
+    rungs.iter().position(|rung| {
+        rung.peaks.cut_off() || rung.amplitude < (1.0 - SHORT) * slope * rung.drive_v
+    })
+}
+
+/// Reads the ladder of one input; `noise` is the standard deviation of an amplitude.
+///
+/// # Errors
+/// When fewer than three levels were not cut off.
+pub fn straightness(rungs: &[Rung], noise: f64) -> Result<Straightness, LineError> {
+    let cut = first_cut(rungs);
+    let clean = &rungs[..cut.unwrap_or(rungs.len())];
+    let points: Vec<Point> = clean
+        .iter()
+        .map(|rung| Point {
+            x: rung.drive_v,
+            y: rung.amplitude,
+            sigma: noise.max(f64::MIN_POSITIVE),
+        })
+        .collect();
+    let line = Line::fit(&points)?;
+    // The last rung stands longest on the limit.
+    let clips_at = cut
+        .and_then(|_| rungs.last())
+        .map(|rung| (rung.peaks.level, rung.peaks.scatter));
+    Ok(Straightness {
+        nonlinearity: line.nonlinearity,
+        clips_at,
+        clean_up_to: clean
+            .iter()
+            .map(|rung| rung.peaks.level)
+            .fold(0.0, f64::max),
+    })
+}
+
+/// The highest level at which the input's peaks were not cut off, V peak.
+#[must_use]
+pub fn highest_clean_v(rungs: &[Rung]) -> f64 {
+    let clean = &rungs[..first_cut(rungs).unwrap_or(rungs.len())];
+    clean.last().map_or(0.0, |rung| rung.drive_v)
+}
+
+/// Whether `next_v` would drive an input too far beyond where its peaks are cut off; `inputs` are the ladders so far, the
+/// drive's input at `drive`.
+#[must_use]
+pub fn too_far(inputs: &[Vec<Rung>], drive: usize, next_v: f64) -> bool {
+    inputs.iter().enumerate().any(|(input, rungs)| {
+        let (Some(first), Some(cut)) = (rungs.first(), first_cut(rungs)) else {
+            return false;
+        };
+        let expected = first.amplitude / first.drive_v * next_v;
+        let most = if input == drive { DRIVE_BEYOND } else { BEYOND };
+        expected > most * rungs[cut].peaks.level
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An input of `gain` per volt that is cut off at `limit`, at each level of a ladder to 50 V.
+    fn ladder(gain: f64, limit: f64) -> Vec<Rung> {
+        levels_v(50.0)
+            .into_iter()
+            .map(|drive_v| {
+                let whole = gain * drive_v;
+                Rung {
+                    drive_v,
+                    amplitude: if whole > limit { 0.98 * whole } else { whole },
+                    peaks: Peaks {
+                        level: whole.min(limit),
+                        scatter: 1e-6,
+                        flatness: if whole > 1.01 * limit { 5.0 } else { 1.0 },
+                    },
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn levels_rise_to_the_highest() {
+        let levels = levels_v(50.0);
+        assert_eq!(levels.last(), Some(&50.0));
+        assert!(levels[0] <= 2.5 && levels[0] > 2.0, "{}", levels[0]);
+        assert!(levels.windows(2).all(|pair| pair[1] > pair[0]));
+    }
+
+    #[test]
+    fn the_limit_is_found_and_what_lies_below_is_straight() {
+        let found = straightness(&ladder(0.02, 0.5), 1e-7).unwrap();
+        assert_eq!(found.clips_at, Some((0.5, 1e-6)));
+        assert!(found.nonlinearity < 1e-12);
+        assert!(found.clean_up_to > 0.42 && found.clean_up_to <= 0.5);
+        let never = straightness(&ladder(0.01, 1.0), 1e-7).unwrap();
+        assert_eq!((never.clips_at, never.clean_up_to), (None, 0.5));
+    }
+
+    #[test]
+    fn no_input_is_driven_far_beyond_its_limit() {
+        let until = |inputs: &[Vec<Rung>]| {
+            levels_v(50.0)
+                .iter()
+                .position(|&next_v| {
+                    let so_far: Vec<Vec<Rung>> = inputs
+                        .iter()
+                        .map(|rungs| {
+                            let below = rungs.iter().filter(|rung| rung.drive_v < next_v);
+                            below.copied().collect()
+                        })
+                        .collect();
+                    too_far(&so_far, 0, next_v)
+                })
+                .map(|i| levels_v(50.0)[i])
+        };
+        assert_eq!(until(&[ladder(0.01, 1.0), ladder(0.015, 1.0)]), None);
+        let drive = until(&[ladder(0.02, 0.5), ladder(0.01, 1.0)]).unwrap();
+        assert!(drive * 0.02 > 0.55 && drive * 0.02 < 0.65, "{drive}");
+        let other = until(&[ladder(0.01, 1.0), ladder(0.04, 0.5)]).unwrap();
+        assert!(other * 0.04 > 0.75 && other * 0.04 < 0.88, "{other}");
+    }
+
+    #[test]
+    fn too_few_clean_levels_are_no_line() {
+        let rungs = &ladder(0.02, 0.05)[..4];
+        assert!(matches!(
+            straightness(rungs, 1e-7),
+            Err(LineError::TooFew { .. })
+        ));
+    }
+}

@@ -1,0 +1,374 @@
+//! `calibrate channels` against the truth of simulated converters, and every fault of the channels by its name.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+use std::f64::consts::TAU;
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+
+use bench_tests::program::bench;
+use bench_tests::session::{finish, text};
+use friction_bench::calibration::Calibration;
+use friction_bench::calibration::file::{Channels, Quantity};
+
+const CARRIER_HZ: f64 = 35e3;
+const RATE_HZ: f64 = 192e3;
+
+/// A simulated bench and the folder of its calibration.
+struct Room {
+    folder: tempfile::TempDir,
+    seed: String,
+}
+
+impl Room {
+    fn new(scenario: &str, seed: u64) -> Self {
+        let room = Self {
+            folder: tempfile::tempdir().unwrap(),
+            seed: seed.to_string(),
+        };
+        room.turn_into(scenario);
+        room
+    }
+
+    /// Another bench in the place of this one.
+    fn turn_into(&self, scenario: &str) {
+        fs::write(self.folder.path().join("scenario.toml"), scenario).unwrap();
+    }
+
+    fn calibration(&self) -> PathBuf {
+        self.folder.path().join("calibration.toml")
+    }
+
+    fn command(&self, words: &[&str]) -> Command {
+        let mut command = bench();
+        command
+            .args(words)
+            .args(["--seed", &self.seed, "--mock"])
+            .arg(self.folder.path().join("scenario.toml"))
+            .arg("--calibration")
+            .arg(self.calibration());
+        command
+    }
+
+    fn calibrate(&self, what: &str) -> Command {
+        let mut command = self.command(&["calibrate", what]);
+        command.args(["--operator", "A. Tester", "--speed", "max"]);
+        command
+    }
+
+    fn succeed(&self, what: &str) -> (String, Calibration) {
+        let output = finish(&mut self.calibrate(what));
+        assert!(output.status.success(), "{what}: {}", text(&output));
+        let (calibration, _) = Calibration::read(&self.calibration()).unwrap();
+        (text(&output), calibration)
+    }
+
+    fn channels(&self) -> Channels {
+        self.succeed("channels").1.channels.unwrap()
+    }
+
+    fn refused(&self, words: &[&str]) {
+        let before = fs::read(self.calibration()).ok();
+        let output = finish(&mut self.calibrate("channels"));
+        let said = text(&output);
+        assert!(!output.status.success(), "not refused: {said}");
+        for word in words {
+            assert!(said.contains(word), "it does not say {word:?}: {said}");
+        }
+        assert!(!said.contains("panicked"), "{said}");
+        let after = fs::read(self.calibration()).ok();
+        assert_eq!(before, after, "nothing is put in force");
+    }
+}
+
+/// An input's truth beside the drive's.
+struct Truth {
+    gain: f64,
+    delay_samples: f64,
+}
+
+/// A converter that differs with its seed: gains, skews, noise, resolution, crosstalk, range.
+struct Converter {
+    scenario: String,
+    inputs: [Truth; 3],
+    noise: f64,
+    crosstalk: f64,
+    clip: f64,
+}
+
+impl Converter {
+    fn new(seed: u64) -> Self {
+        // A Weyl sequence: even over the ranges, and the same everywhere.
+        let spread = |i: u64| ((seed * 4 + i) as f64 * 0.618_033_988_749_895).fract();
+        let (bits, white): (i32, f64) = [(16, 1e-7), (20, 3e-8), (24, 5e-9)][(seed % 3) as usize];
+        let gains = [
+            1.0,
+            0.5 + spread(0),
+            0.8 + 0.4 * spread(1),
+            0.9 + 0.2 * spread(2),
+        ];
+        let skews = [
+            0.0,
+            3.5 * (2.0 * spread(3) - 1.0),
+            2.0 * (2.0 * spread(1) - 1.0),
+            spread(0),
+        ];
+        let crosstalk = [0.0, 1e-5, 1e-4][(seed / 3 % 3) as usize];
+        let clip = 0.45 + 0.4 * spread(2);
+        let quantisation = 2f64.powi(1 - bits) / 12f64.sqrt() / (RATE_HZ / 2.0).sqrt();
+        Self {
+            scenario: format!(
+                "[converter]\nbits = {bits}\nnoise_units_per_sqrt_hz = {white:e}\ngains = {gains:?}\nskew_samples = {skews:?}\ncrosstalk = {crosstalk:e}\nclip_units = {clip}\n"
+            ),
+            // What is sampled later seems to come earlier.
+            inputs: [1, 2, 3].map(|i| Truth {
+                gain: gains[i] / gains[0],
+                delay_samples: skews[0] - skews[i],
+            }),
+            noise: white.hypot(quantisation),
+            crosstalk,
+            clip,
+        }
+    }
+}
+
+/// Whether the interval holds the truth, the error, and half the interval.
+type Miss = (bool, f64, f64);
+
+fn miss(quantity: &Quantity, truth: f64) -> Miss {
+    let (error, half) = ((quantity.value - truth).abs(), quantity.half_width_95());
+    (error <= half, error, half)
+}
+
+const NAMES: [&str; 5] = ["gain", "phase rad", "delay samples", "noise", "crosstalk"];
+
+/// Misses of every input of one converter, by value.
+fn misses(seed: u64) -> Vec<[Miss; 5]> {
+    let converter = Converter::new(seed);
+    let channels = Room::new(&converter.scenario, seed).channels();
+    assert_eq!(channels.inputs.len(), 4);
+    for input in &channels.inputs {
+        if let Some(clips_at) = &input.clips_at {
+            let off = (clips_at.value - converter.clip).abs();
+            assert!(off <= 2f64.powi(-15), "seed {seed}: clips off by {off:e}");
+        }
+        assert!(input.clean_up_to <= converter.clip + 1e-6, "seed {seed}");
+    }
+    // The ladder ends where the most sensitive input is well beyond its limit.
+    let clipped = channels.inputs.iter().any(|input| input.clips_at.is_some());
+    assert!(clipped, "seed {seed}");
+    (1..4)
+        .map(|i| {
+            let (input, truth) = (&channels.inputs[i], &converter.inputs[i - 1]);
+            let phase = -TAU * CARRIER_HZ / RATE_HZ * truth.delay_samples;
+            let turns = ((input.phase_rad.value - phase) / TAU).round();
+            let noise = miss(&input.noise, converter.noise);
+            [
+                miss(&input.gain, truth.gain),
+                miss(&input.phase_rad, phase + TAU * turns),
+                miss(&input.delay, truth.delay_samples),
+                (
+                    noise.0,
+                    noise.1 / converter.noise,
+                    noise.2 / converter.noise,
+                ),
+                miss(input.crosstalk.as_ref().unwrap(), converter.crosstalk),
+            ]
+        })
+        .collect()
+}
+
+#[test]
+fn twenty_four_converters_are_known_within_their_intervals() {
+    const SEEDS: u64 = 24;
+    // Without crosstalk the intervals hold noise alone; with it, its unmeasured way back as well.
+    let mut by_crosstalk: [Vec<[Miss; 5]>; 3] = Default::default();
+    for seed in 1..=SEEDS {
+        by_crosstalk[(seed / 3 % 3) as usize].extend(misses(seed));
+    }
+    for (value, name) in NAMES.iter().enumerate() {
+        let mut all_held = (0, 0);
+        for (rows, crosstalk) in by_crosstalk.iter().zip(["none", "-100 dB", "-80 dB"]) {
+            let held = rows.iter().filter(|row| row[value].0).count();
+            let mut errors: Vec<f64> = rows.iter().map(|row| row[value].1).collect();
+            let mut halves: Vec<f64> = rows.iter().map(|row| row[value].2).collect();
+            errors.sort_by(f64::total_cmp);
+            halves.sort_by(f64::total_cmp);
+            println!(
+                "{name:<14} crosstalk {crosstalk:<8} median {:.1e}  worst {:.1e}  95 % interval ± {:.1e}  holds the truth {held}/{}",
+                errors[errors.len() / 2],
+                errors[errors.len() - 1],
+                halves[halves.len() / 2],
+                rows.len()
+            );
+            // A crosstalk of nothing is read as the size of its noise.
+            if !(*name == "crosstalk" && crosstalk == "none") {
+                all_held = (all_held.0 + held, all_held.1 + rows.len());
+            }
+        }
+        assert!(
+            all_held.0 as f64 >= 0.9 * all_held.1 as f64,
+            "{name}: {all_held:?}"
+        );
+    }
+    let worst = |value: usize| {
+        let rows = by_crosstalk.iter().flatten();
+        rows.map(|row| row[value].1).fold(0.0, f64::max)
+    };
+    assert!(worst(0) < 1e-4 && worst(1) < 1e-4 && worst(2) < 1e-2);
+}
+
+#[test]
+fn the_round_trip_is_told_and_the_bench_is_put_back() {
+    let room = Room::new("[converter]\noffset_units = 0.004\n", 1);
+    let (printed, calibration) = room.succeed("channels");
+    let channels = calibration.channels.unwrap();
+    let rolled_off = (1.0_f64 + (CARRIER_HZ / 200e3_f64).powi(2)).sqrt().recip();
+    let off = channels.round_trip.value - rolled_off;
+    assert!(off.abs() < 2e-3, "{off}");
+    // 24 frames of filters, and buffers of 64 in each direction.
+    let latency = channels.latency.value * RATE_HZ;
+    assert!((0.0..400.0).contains(&latency), "{latency}");
+    assert!(channels.inputs.iter().all(|input| input.clips_at.is_none()));
+    assert!(printed.contains("clips above 0.90"), "{printed}");
+    assert!(
+        printed.contains("a constant offset of +0.0040"),
+        "{printed}"
+    );
+    let points = fs::read_to_string(room.folder.path().join("calibration-channels.csv")).unwrap();
+    assert!(points.starts_with("cabling,input,frequency_hz,drive_v"));
+    assert!(points.contains("\ndrive only,3,"));
+    // The plate is driven again, and what is measured on it rests on the measured channels.
+    room.succeed("pickup");
+    let (_, calibration) = room.succeed("plate");
+    let method = calibration.plate.unwrap().measured.method;
+    assert!(method.contains("a channel match of 1.0e-4"), "{method}");
+}
+
+#[test]
+fn a_measured_match_narrows_the_plates_intervals_and_they_hold() {
+    let mut held = [0; 3];
+    const SEEDS: u64 = 12;
+    for seed in 1..=SEEDS {
+        let scenario = "[jitter]\nenabled = true\n[converter]\ncrosstalk = 1e-6\n";
+        let room = Room::new(scenario, seed);
+        room.succeed("channels");
+        room.succeed("pickup");
+        let plate = room.succeed("plate").1.plate.unwrap();
+        let truth = mock_hw::scenario::Scenario::parse(scenario)
+            .unwrap()
+            .realised(seed);
+        let omega = truth.plate.omega_rad_per_s();
+        let quality = omega * truth.plate.modal_mass_kg / truth.plate.damping_n_s_per_m;
+        let phase = truth.pickup.phase_rad - omega * truth.converter.skew(1) / RATE_HZ;
+        let missed = [
+            miss(&plate.resonance_hz, truth.plate.resonance_hz),
+            miss(&plate.quality, quality),
+            miss(&plate.pickup_phase_rad, phase),
+        ];
+        for (held, missed) in held.iter_mut().zip(missed) {
+            *held += u32::from(missed.0);
+        }
+        // 1e-4 assumed makes ± 0.2 mrad.
+        assert!(missed[2].2 < 1e-4, "seed {seed}: {missed:?}");
+    }
+    println!("f0, Q, phase hold the truth {held:?} of {SEEDS}");
+    assert!(
+        held.iter()
+            .all(|&held| f64::from(held) >= 0.9 * SEEDS as f64),
+        "{held:?}"
+    );
+}
+
+#[test]
+fn sound_layers_are_named_with_their_rate() {
+    for (rate_hz, passes) in [(48_000, "21000"), (44_100, "18000"), (32_000, "14000")] {
+        Room::new(&format!("[sound_layer]\nrate_hz = {rate_hz}.0\n"), 1).refused(&[
+            "the path is resampled",
+            &format!("{passes} Hz comes back"),
+            &format!("a sound layer of {rate_hz} Hz"),
+        ]);
+    }
+    for (rate_hz, heard) in [(48_000, "13500"), (44_100, "9600")] {
+        Room::new(
+            &format!("[sound_layer]\nrate_hz = {rate_hz}.0\nanti_alias = false\n"),
+            1,
+        )
+        .refused(&[
+            "the path is aliased",
+            &format!("34500 Hz comes back at {heard} Hz"),
+            &format!("a rate of {rate_hz} Hz"),
+        ]);
+    }
+}
+
+#[test]
+fn wrong_channels_are_named() {
+    Room::new("[sound_layer]\ninputs = [1, 0, 2, 3]\n", 1)
+        .refused(&["the drive comes in on input 1, not on input 0", "swapped"]);
+    Room::new("[converter]\ngains = [1.0, 1.0, 0.001]\n", 1)
+        .refused(&["input 2 is silent", "its cable is out"]);
+    Room::new("[converter]\ngains = [0.0, 1.0, 1.0]\n", 1).refused(&["input 0 is silent"]);
+    Room::new("[converter]\nreadback_volts_per_unit = 10000.0\n", 1)
+        .refused(&["nothing comes back", "[channels.drive]"]);
+    Room::new("[converter]\ngains = [1.0, 90.0]\n", 1).refused(&[
+        "input 1 is saturated",
+        "0.80 V",
+        "lower its gain",
+    ]);
+    Room::new("[converter]\ngains = [1.0, -1.0]\n", 1).refused(&["input 1 is inverted"]);
+    Room::new("[converter]\ncrosstalk = 0.003\n", 1).refused(&[
+        "crosstalk too high",
+        "-50.5 dB",
+        "calibration.crosstalk_db = -60",
+    ]);
+    Room::new("[converter]\nnoise_units_per_sqrt_hz = 3e-6\n", 1).refused(&[
+        "input 0 is noisy",
+        "calibration.input_noise_units_per_sqrt_hz",
+    ]);
+}
+
+#[test]
+fn a_channel_that_slips_is_named_during_the_measurement_and_since_the_last() {
+    let slip = |channel: u32| {
+        format!(
+            "[sound_layer]\nslip = {{ channel = {channel}, samples = 1, after_s = {AMID_TONES_S} }}\n"
+        )
+    };
+    Room::new(&slip(1), 1).refused(&["input 1 slipped by +1 samples", "-1.15 rad"]);
+    Room::new(&slip(0), 1).refused(&["input 0 slipped by +1 samples"]);
+    let room = Room::new("", 1);
+    room.channels();
+    room.turn_into("[converter]\nskew_samples = [0.0, -1.0]\n");
+    room.refused(&["input 1 has slipped by +1.00 samples since the calibration before"]);
+}
+
+/// Amid the 42 tones of a measurement, s after the streams were opened.
+const AMID_TONES_S: f64 = 9.5;
+
+#[test]
+fn the_measured_clipping_level_is_flagged_in_its_place() {
+    let scenario = "[converter]\nclip_units = 0.5\n";
+    let room = Room::new(scenario, 1);
+    let channels = room.channels();
+    let clips_at = channels.inputs[1].clips_at.clone().unwrap().value;
+    assert!((clips_at - 0.5).abs() < 1e-6, "{clips_at}");
+    let mut config = friction_bench::config::Config::parse(
+        &text(&finish(bench().args(["run", "--mock", "--print-config"]))),
+        "bench.toml",
+    )
+    .unwrap();
+    let (calibration, _) = Calibration::read(&room.calibration()).unwrap();
+    assert!((config.channels.pickup.clip_units - 0.999).abs() < 1e-12);
+    friction_bench::calibration::held::apply(&calibration, &mut config);
+    assert!((config.channels.pickup.clip_units - 0.4995).abs() < 1e-6);
+    assert!((config.channels.drive.clip_units - 0.4995).abs() < 1e-6);
+    // What the plate's calibration would have taken for sound is now refused.
+    room.turn_into(&format!("{scenario}[pickup]\nmetres_per_unit = 1.0e-6\n"));
+    let output = finish(&mut room.calibrate("pickup"));
+    let said = text(&output);
+    assert!(said.contains("the pickup's input is saturated"), "{said}");
+}

@@ -80,11 +80,18 @@ pub fn compare(
     let level = |index: u16| present.levels.get(usize::from(index)).copied();
     let read = level(drive).unwrap_or(0.0);
     if read < ABSENT * commanded_units {
-        let elsewhere = calibrated.inputs.iter().find(|input| {
-            input.index != drive
-                && level(input.index)
-                    .is_some_and(|level| level >= CARRIES * commanded_units * input.gain.value)
-        });
+        // The pickup carries the plate's answer, the other input the drive itself: the louder one.
+        let share = |input: &file::InputChannel| {
+            let level = level(input.index).unwrap_or(0.0);
+            level / (commanded_units * input.gain.value)
+        };
+        let others = calibrated
+            .inputs
+            .iter()
+            .filter(|input| input.index != drive);
+        let elsewhere = others
+            .max_by(|a, b| share(a).total_cmp(&share(b)))
+            .filter(|input| share(input) >= CARRIES);
         return Err(match elsewhere {
             Some(input) => ChannelsFault::Swapped {
                 expected: drive,

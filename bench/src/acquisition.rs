@@ -18,7 +18,7 @@ use crate::recording::{ForceRow, PositionRow};
 use crate::schedule::Task;
 use crate::shared::{Latest, Shared};
 
-/// What the session asks of the recording.
+/// What the session asks of the acquisition.
 #[derive(Debug)]
 pub enum RecordingCommand {
     /// Starts one at the next sample.
@@ -29,6 +29,42 @@ pub enum RecordingCommand {
     Event(EventKind, Option<String>),
     /// Ends it.
     End(Ending),
+    /// Hands out the next samples as they are, recorded or not.
+    Excerpt(Excerpt),
+}
+
+/// Samples of all channels, interleaved, handed out once they are whole; starts over when some are lost.
+#[derive(Debug)]
+pub struct Excerpt {
+    values: usize,
+    samples: Vec<f32>,
+    to: Sender<Vec<f32>>,
+}
+
+impl Excerpt {
+    /// The next `frames` of `channels` channels.
+    #[must_use]
+    pub fn next(frames: usize, channels: u16, to: Sender<Vec<f32>>) -> Self {
+        let values = frames * usize::from(channels);
+        Self {
+            values,
+            samples: Vec::with_capacity(values),
+            to,
+        }
+    }
+
+    /// Takes `samples`; true once it is whole and on its way.
+    fn take(&mut self, samples: &[f32]) -> bool {
+        let wanted = self.values - self.samples.len();
+        self.samples
+            .extend_from_slice(&samples[..wanted.min(samples.len())]);
+        let whole = self.samples.len() == self.values;
+        if whole {
+            // Whoever asked may have left.
+            let _ = self.to.send(std::mem::take(&mut self.samples));
+        }
+        whole
+    }
 }
 
 /// The acquisition task.
@@ -46,6 +82,7 @@ pub struct Acquisition {
     /// Next block's first frame as the card counts, without the frames that an xrun swallowed.
     card_frames: u64,
     recording: Option<Recording>,
+    excerpt: Option<Excerpt>,
     loss: LossWatch,
     last_force_s: f64,
     last_position_s: f64,
@@ -90,6 +127,7 @@ impl Acquisition {
             waiting: Vec::new(),
             card_frames: 0,
             recording: None,
+            excerpt: None,
             loss,
             last_force_s: f64::NEG_INFINITY,
             last_position_s: f64::NEG_INFINITY,
@@ -109,6 +147,10 @@ impl Acquisition {
                     return;
                 };
                 RecorderMessage::Interval(Interval::relative_to(interval, offset_s))
+            }
+            RecordingCommand::Excerpt(excerpt) => {
+                self.excerpt = Some(excerpt);
+                return;
             }
             RecordingCommand::Event(kind, text) => return self.event(kind, None, text),
             RecordingCommand::End(end) => {
@@ -176,6 +218,7 @@ impl Acquisition {
         self.card_frames = header.first_frame + u64::from(header.frames);
         self.lose(dropped, batch)?;
         self.pipeline.take(&samples, &mut batch.frames)?;
+        self.excerpt.take_if(|excerpt| excerpt.take(&samples));
         if self.recording.is_some() {
             self.record(RecorderMessage::Audio(samples));
         } else {
@@ -199,6 +242,9 @@ impl Acquisition {
             return Ok(());
         }
         self.pipeline.lose(frames, &mut batch.frames)?;
+        if let Some(excerpt) = &mut self.excerpt {
+            excerpt.samples.clear();
+        }
         if self.recording.is_some() {
             self.record(RecorderMessage::Gap(frames));
         }

@@ -4,12 +4,10 @@ use num_complex::Complex64;
 
 use super::Table;
 use super::measure::Measured;
-use crate::calibration::{Held, channel_match};
+use crate::calibration::{Held, channel_match, channels, file};
 use crate::config::Config;
-use crate::safety::SafetyState;
+use crate::safety::{SafetyState, Trip};
 
-/// A sensor without load reads less than this, N.
-const ZERO_N: f64 = 0.05;
 /// Time that the first and the last buffer together may have waited, s.
 const RATE_SLACK_S: f64 = 0.2;
 /// A bench that masks Z_m below this amplitude still sees a modulation of 95 % at a mean of 1 µm whole, m.
@@ -45,7 +43,7 @@ pub(super) fn judge(
     );
     judge_tone(table, config, measured);
     if let Some(force) = &config.force {
-        judge_force(table, force.protocol, measured);
+        judge_force(table, force.protocol, config.calibration.zero_n, measured);
     }
     if config.encoder.is_some() {
         let found = if measured.positions > 0 {
@@ -104,12 +102,17 @@ fn judge_rate(table: &mut Table, rate_hz: f64, measured: &Measured) {
 }
 
 fn judge_tone(table: &mut Table, config: &Config, measured: &Measured) {
-    if measured.tone().next().is_none() {
-        table.row("carrier", false, "the tone was not played");
-        return;
-    }
     let expected_v = measured.tone_v;
-    let read_v = mean(measured.tone().map(|frame| frame.drive_v.norm()));
+    let read_v = match &measured.safety {
+        // The watch stops the tone before it can be judged.
+        SafetyState::Tripped {
+            trip: Trip::Readback { measured_v, .. },
+        } => *measured_v,
+        _ if measured.tone().next().is_none() => {
+            return table.row("carrier", false, "the tone was not played");
+        }
+        _ => mean(measured.tone().map(|frame| frame.drive_v.norm())),
+    };
     let survives = (read_v / expected_v - 1.0).abs() <= config.safety.readback_tolerance;
     let remedy = if survives {
         ""
@@ -126,6 +129,9 @@ fn judge_tone(table: &mut Table, config: &Config, measured: &Measured) {
             config.plate.resonance_hz
         ),
     );
+    if measured.tone().next().is_none() {
+        return;
+    }
     let amplitude_m = mean(measured.tone().map(|frame| frame.amplitude_m));
     let noise_m = mean(
         measured
@@ -177,7 +183,7 @@ fn judge_calibration(
             return table.row(
                 "calibration",
                 true,
-                "none: simulated hardware runs as uncalibrated",
+                "none: runs as uncalibrated, and every file says so",
             );
         }
         Ok(Some(held)) => held,
@@ -185,6 +191,12 @@ fn judge_calibration(
     match &measured.calibration_fault {
         Some(fault) => table.row("calibration", false, fault.clone()),
         None => table.row("calibration", true, held.label.clone()),
+    }
+    if measured.tone().next().is_none() {
+        return;
+    }
+    if let Some(channels) = &held.calibration.channels {
+        judge_inputs(table, config, channels, measured);
     }
     let Some(plate) = &held.calibration.plate else {
         return;
@@ -213,7 +225,38 @@ fn judge_calibration(
     }
 }
 
-fn judge_force(table: &mut Table, protocol: crate::force::ForceProtocol, measured: &Measured) {
+/// Order and noise of the inputs, sample by sample.
+fn judge_inputs(
+    table: &mut Table,
+    config: &Config,
+    calibrated: &file::Channels,
+    measured: &Measured,
+) {
+    let drive = &config.channels.drive;
+    let present = channels::Present::read(
+        &measured.silence,
+        &measured.tone_samples,
+        usize::from(config.audio.input_channels),
+        config.plate.resonance_hz,
+        f64::from(config.audio.rate_hz),
+    );
+    let commanded_units = measured.tone_v / drive.volts_per_unit;
+    let compared = present.map_err(anyhow::Error::from).and_then(|present| {
+        channels::compare(calibrated, drive.index, commanded_units, &present)
+            .map_err(anyhow::Error::from)
+    });
+    match compared {
+        Ok(()) => table.row("inputs", true, "order and noise as calibrated"),
+        Err(fault) => table.row("inputs", false, format!("{fault:#}")),
+    }
+}
+
+fn judge_force(
+    table: &mut Table,
+    protocol: crate::force::ForceProtocol,
+    zero_n: f64,
+    measured: &Measured,
+) {
     let rate_hz = measured.force_n.len() as f64 / measured.audio_s.max(1e-9);
     let talks = rate_hz >= 900.0;
     let remedy = if talks {
@@ -235,7 +278,7 @@ fn judge_force(table: &mut Table, protocol: crate::force::ForceProtocol, measure
             mean(measured.force_n.iter().map(|f| f.0)),
             mean(measured.force_n.iter().map(|f| f.1)),
         );
-        let zero = normal_n.abs() < ZERO_N && lateral_n.abs() < ZERO_N;
+        let zero = normal_n.abs() < zero_n && lateral_n.abs() < zero_n;
         let remedy = if zero {
             ""
         } else {

@@ -8,6 +8,7 @@ use impedance::ZmFrame;
 use signalgen::Waveform;
 
 use super::Extent;
+use crate::acquisition::{Excerpt, RecordingCommand};
 use crate::assembly::{Bench, Hardware};
 use crate::calibration::Held;
 use crate::config::Config;
@@ -27,6 +28,10 @@ const SETTLE_S: f64 = 0.3;
 const QUICK_S: f64 = 2.0;
 const WHOLE_S: f64 = 10.7;
 
+/// Length of the stretches that are looked at sample by sample, and when the silent one begins, s.
+const EXCERPT_S: f64 = 0.2;
+const SILENCE_FROM_S: f64 = 0.4;
+
 /// What the test has seen.
 #[derive(Debug, Default, Clone)]
 pub(super) struct Measured {
@@ -42,6 +47,9 @@ pub(super) struct Measured {
     pub force_n: Vec<(f64, f64)>,
     pub corrupt: u64,
     pub positions: usize,
+    /// Samples of all inputs in the silence and in the tone, interleaved; empty when the test ended before.
+    pub silence: Vec<f32>,
+    pub tone_samples: Vec<f32>,
     pub safety: SafetyState,
     pub estop_wired: bool,
     pub heartbeat_wired: bool,
@@ -95,9 +103,16 @@ pub(super) fn measure(
     });
     crate::run::make_safe_on_panic_and_signal(&bench)?;
     let (done, measured) = crossbeam_channel::bounded(1);
+    let (excerpts_to, excerpts) = crossbeam_channel::unbounded();
     let stop = bench.stop.clone();
     let task = CheckTask {
         batches: bench.batches,
+        recording: bench.recording,
+        excerpts,
+        excerpts_to,
+        asked: 0,
+        frames: (EXCERPT_S * f64::from(config.audio.rate_hz)) as usize,
+        channels: config.audio.input_channels,
         drive: bench.drive,
         shared: bench.shared,
         stop: stop.clone(),
@@ -133,6 +148,13 @@ pub(super) fn measure(
 
 struct CheckTask {
     batches: Receiver<Batch>,
+    recording: Sender<RecordingCommand>,
+    excerpts: Receiver<Vec<f32>>,
+    excerpts_to: Sender<Vec<f32>>,
+    /// Excerpts asked for so far: the silence, then the tone.
+    asked: usize,
+    frames: usize,
+    channels: u16,
     drive: Drive,
     shared: Arc<Shared>,
     stop: StopFlag,
@@ -177,6 +199,25 @@ impl Task for CheckTask {
         {
             measured.tone_from_s = measured.audio_s + SETTLE_S;
             self.drive.start(tone);
+        }
+        let due_s = [SILENCE_FROM_S, measured.tone_from_s.max(QUIET_S)];
+        let sounding = self.tone.is_none();
+        if let Some(&due_s) = due_s.get(self.asked)
+            && measured.audio_s >= due_s
+            && (self.asked == 0 || sounding)
+        {
+            self.asked += 1;
+            let to = self.excerpts_to.clone();
+            let excerpt = Excerpt::next(self.frames, self.channels, to);
+            // The acquisition is gone only when the bench stops.
+            let _ = self.recording.send(RecordingCommand::Excerpt(excerpt));
+        }
+        for samples in self.excerpts.try_iter() {
+            if measured.silence.is_empty() {
+                measured.silence = samples;
+            } else {
+                measured.tone_samples = samples;
+            }
         }
         let tripped = matches!(measured.safety, SafetyState::Tripped { .. });
         if measured.audio_s >= self.test_s || tripped || self.began.elapsed() > PATIENCE {

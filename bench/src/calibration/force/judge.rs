@@ -12,6 +12,7 @@ use super::{AXES, LEAST_SIGMA_N, TARE_WINDOWS};
 use crate::calibration::file::{self, Provenance, Quantity};
 use crate::calibration::judged::{Calibrates, Judged, Part};
 use crate::calibration::operator::grams;
+use crate::figures;
 
 /// The zeros in newtons as a line in time, for one axis.
 struct Drift {
@@ -337,7 +338,7 @@ impl Calibrates for ForceProcedure {
             remarks,
             faults: self.faults(&force),
             table: self.table(Some(&fit)),
-            figure: None,
+            figure: Some(figures::calibration::force(&loadings, &fit, &force)),
             part: Part::Force {
                 force: Box::new(force),
                 sensor: setup.sensor.clone(),

@@ -97,7 +97,7 @@ const ONSET_S: f64 = 5e-4;
 /// A tone rises at least so far out of the silence before it.
 const LEAST_RISE: f64 = 4.0;
 /// A tone that is this much quieter on the drive's input than on another is not on the drive's.
-const MISPLACED: f64 = 0.05;
+const MISPLACED: f64 = 0.01;
 
 /// The last `frames` of a tone that is held.
 pub(super) fn held_tone(heard: &Heard, waveform: &Waveform, frames: usize) -> Vec<Dwell> {

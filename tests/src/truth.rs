@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use friction_bench::calibration::Calibration;
+use mock_hw::scenario::Scenario;
 use num_complex::Complex64;
 
 /// The skin as simulated, averaged over the time that the finger slides.
@@ -34,5 +36,68 @@ impl Skin {
             sigma_t_m: sigma_t_m / n,
             z_t: z_t / n,
         }
+    }
+}
+
+/// Rate of the simulated sound card, Hz.
+const RATE_HZ: f64 = 192_000.0;
+
+/// What calibrations have to find out.
+pub struct Bench {
+    /// Plate displacement per sample value of the pickup.
+    pub metres_per_unit: f64,
+    /// Resonance f0 of the plate, Hz.
+    pub resonance_hz: f64,
+    /// Its quality factor Q.
+    pub quality: f64,
+    /// Force factor γ.
+    pub force_factor_n_per_v: f64,
+    /// Phase to add to the pickup's samples: its own, less what the channel is sampled later than the drive's.
+    pub pickup_phase_rad: f64,
+    /// Newtons of what the force sensor reads: normal and lateral of normal and lateral.
+    pub force: [[f64; 2]; 2],
+    /// What it reads without load at first, N.
+    pub tare_n: [f64; 2],
+}
+
+impl Bench {
+    /// The bench of `scenario` as `seed` realises it.
+    pub fn of(scenario: &str, seed: u64) -> Self {
+        let real = Scenario::parse(scenario)
+            .expect("a scenario")
+            .realised(seed);
+        let omega = real.plate.omega_rad_per_s();
+        let [[a, b], [c, d]] = real.force_sensor.response();
+        let det = a * d - b * c;
+        Self {
+            metres_per_unit: real.pickup.metres_per_unit,
+            resonance_hz: real.plate.resonance_hz,
+            quality: omega * real.plate.modal_mass_kg / real.plate.damping_n_s_per_m,
+            force_factor_n_per_v: real.plate.force_factor_n_per_v,
+            pickup_phase_rad: real.pickup.phase_rad - omega * real.converter.skew(1) / RATE_HZ,
+            force: [[d / det, -b / det], [-c / det, a / det]],
+            tare_n: [
+                real.force_sensor.normal_offset_n,
+                real.force_sensor.lateral_offset_n,
+            ],
+        }
+    }
+
+    /// Puts the truth in the place of what was measured.
+    pub fn put_into(&self, calibration: &mut Calibration) {
+        let pickup = calibration.pickup.as_mut().expect("a calibrated pickup");
+        pickup.metres_per_unit.value = self.metres_per_unit;
+        let plate = calibration.plate.as_mut().expect("a calibrated plate");
+        plate.resonance_hz.value = self.resonance_hz;
+        plate.quality.value = self.quality;
+        plate.force_factor_n_per_v.value = self.force_factor_n_per_v;
+        plate.pickup_phase_rad.value = self.pickup_phase_rad;
+        let force = calibration.force.as_mut().expect("a calibrated sensor");
+        force.normal_per_normal.value = self.force[0][0];
+        force.normal_per_lateral.value = self.force[0][1];
+        force.lateral_per_normal.value = self.force[1][0];
+        force.lateral_per_lateral.value = self.force[1][1];
+        force.normal_tare.value = self.tare_n[0];
+        force.lateral_tare.value = self.tare_n[1];
     }
 }

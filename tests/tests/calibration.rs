@@ -12,11 +12,9 @@ use std::sync::{Mutex, PoisonError};
 use bench_tests::program::bench;
 use bench_tests::room::{Room, refused};
 use bench_tests::session::{finish, text};
+use bench_tests::truth::Bench;
 use friction_bench::calibration::Calibration;
 use friction_bench::calibration::file::Quantity;
-use mock_hw::scenario::Scenario;
-
-const RATE_HZ: f64 = 192_000.0;
 
 /// An unknown bench, whose converter has the resolution and noise of a 16, 20 or 24 bit one.
 fn unknown_bench(seed: u64) -> String {
@@ -61,21 +59,13 @@ fn misses(seed: u64) -> [Miss; 5] {
     room.succeed(&["plate"]);
     let (calibration, _) = Calibration::read(&room.calibration()).unwrap();
     let (pickup, plate) = (calibration.pickup.unwrap(), calibration.plate.unwrap());
-    let truth = Scenario::parse(&scenario).unwrap().realised(seed);
-    let quality =
-        truth.plate.omega_rad_per_s() * truth.plate.modal_mass_kg / truth.plate.damping_n_s_per_m;
-    // A pickup that is sampled later than the drive seems to lead.
-    let phase_rad =
-        truth.pickup.phase_rad - truth.plate.omega_rad_per_s() * truth.converter.skew(1) / RATE_HZ;
+    let truth = Bench::of(&scenario, seed);
     [
-        Miss::relative(&pickup.metres_per_unit, truth.pickup.metres_per_unit),
-        Miss::of(&plate.resonance_hz, truth.plate.resonance_hz),
-        Miss::relative(&plate.quality, quality),
-        Miss::relative(
-            &plate.force_factor_n_per_v,
-            truth.plate.force_factor_n_per_v,
-        ),
-        Miss::of(&plate.pickup_phase_rad, phase_rad),
+        Miss::relative(&pickup.metres_per_unit, truth.metres_per_unit),
+        Miss::of(&plate.resonance_hz, truth.resonance_hz),
+        Miss::relative(&plate.quality, truth.quality),
+        Miss::relative(&plate.force_factor_n_per_v, truth.force_factor_n_per_v),
+        Miss::of(&plate.pickup_phase_rad, truth.pickup_phase_rad),
     ]
 }
 

@@ -13,6 +13,7 @@ use bench_tests::program::bench;
 use bench_tests::recorded::Recording;
 use bench_tests::room::{Room, WEIGH, refused};
 use bench_tests::session::{SessionFolder, demo_with, finish, text};
+use bench_tests::truth::Bench;
 use friction_bench::calibration::Calibration;
 use friction_bench::calibration::file::Force;
 use mock_hw::scenario::Scenario;
@@ -31,11 +32,6 @@ fn kept(room: &Room) -> Force {
     calibration.force.unwrap()
 }
 
-fn inverse([[a, b], [c, d]]: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
-    let det = a * d - b * c;
-    [[d / det, -b / det], [-c / det, a / det]]
-}
-
 /// Error and half width of the 95 % interval of the four entries, and the larger error of the two tares, N.
 fn misses(seed: u64) -> ([(f64, f64); 4], f64) {
     let scenario = unknown_sensor(seed);
@@ -47,7 +43,7 @@ fn misses(seed: u64) -> ([(f64, f64); 4], f64) {
         .unwrap()
         .realised(seed)
         .force_sensor;
-    let [[nn, nl], [ln, ll]] = inverse(truth.response());
+    let [[nn, nl], [ln, ll]] = Bench::of(&scenario, seed).force;
     let entries = [
         (&force.normal_per_normal, nn),
         (&force.normal_per_lateral, nl),

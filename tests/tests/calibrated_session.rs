@@ -1,0 +1,95 @@
+//! A participant's session on a bench that nobody knew before: everything that it knows of itself comes from the `calibrate`
+//! commands. Beside it the same session with the true constants in the calibration's place. What the one recovers of the
+//! participant must be as near to the truth as what the other does.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+use std::path::Path;
+
+use bench_tests::program::protocol;
+use bench_tests::room::Room;
+use bench_tests::session::{finish, text};
+use bench_tests::truth::{Bench, Skin};
+use friction_bench::analysis::estimate::Method;
+use friction_bench::analysis::model_check::quantile;
+use friction_bench::analysis::{Settings, analyse, find};
+
+const UNKNOWN_BENCH: &str = "[jitter]\nenabled = true\n";
+/// Greatest cost of a calibration by the commands, as a share of the true value.
+const COST: f64 = 0.02;
+
+/// Errors of a session's medians, as shares of the true values; friction as the RMS over all of its range.
+#[derive(Debug, Clone, Copy)]
+struct Errors {
+    sigma_t: f64,
+    z_t: f64,
+    mu: f64,
+}
+
+fn session(room: &Room, name: &str) -> [Errors; 2] {
+    let folder = room.folder.path().join(name);
+    let (study, truth) = (folder.join("study"), folder.join("truth"));
+    std::fs::create_dir_all(&truth).unwrap();
+    let mut command = room.command(&["run", "--headless", "--participant", "sub-01"]);
+    command
+        .args(["--consent-by", "A. Tester", "--study"])
+        .arg(&study)
+        .arg("--protocol")
+        .arg(protocol("one-exploration.toml"))
+        .arg("--mock-truth")
+        .arg(&truth);
+    let output = finish(&mut command);
+    assert!(output.status.success(), "{}", text(&output));
+    errors(&study, &Skin::read(&truth))
+}
+
+/// By the published and by the dynamic method.
+fn errors(study: &Path, skin: &Skin) -> [Errors; 2] {
+    let recordings = find::recordings(&[study.to_owned()], false).unwrap();
+    let analysed = analyse(&recordings, &Settings::default(), |_| {});
+    Method::BOTH.map(|method| {
+        let median = |of: &dyn Fn(&friction_bench::analysis::estimate::Estimated) -> f64| {
+            let mut values: Vec<f64> = analysed
+                .instances()
+                .map(|(_, instance)| of(instance.estimated(method)))
+                .collect();
+            assert!(values.len() >= 5, "{} instances", values.len());
+            values.sort_by(f64::total_cmp);
+            quantile(&values, 0.5).unwrap()
+        };
+        Errors {
+            sigma_t: (median(&|e| e.sigma_t_m) / skin.sigma_t_m - 1.0).abs(),
+            z_t: (num_complex::Complex64::new(
+                median(&|e| e.z_t_n_s_per_m.re),
+                median(&|e| e.z_t_n_s_per_m.im),
+            ) - skin.z_t)
+                .norm()
+                / skin.z_t.norm(),
+            mu: median(&|e| e.agreement.rms_mu),
+        }
+    })
+}
+
+#[test]
+fn what_the_commands_measured_serves_a_session_as_well_as_the_truth() {
+    for seed in 1..=2 {
+        let room = Room::new(UNKNOWN_BENCH, seed);
+        room.succeed(&["pickup"]);
+        room.succeed(&["plate"]);
+        room.weigh();
+        let by_commands = session(&room, "by-commands");
+        room.change(|calibration| Bench::of(UNKNOWN_BENCH, seed).put_into(calibration));
+        let by_truth = session(&room, "by-truth");
+        println!("seed {seed}: by commands {by_commands:.4?}, by truth {by_truth:.4?}");
+        for (found, best) in by_commands.iter().zip(&by_truth) {
+            assert!(
+                found.sigma_t <= best.sigma_t + COST
+                    && found.z_t <= best.z_t + COST
+                    && found.mu <= best.mu + COST,
+                "seed {seed}: {found:?} by the commands, {best:?} by the truth"
+            );
+        }
+    }
+}

@@ -1,8 +1,4 @@
 //! A calibrated bench on which something has gone wrong since: no session begins on it, and the message names what it is.
-#![expect(
-    clippy::unwrap_used,
-    reason = "what cannot be unwrapped fails the test"
-)]
 
 use std::fs;
 

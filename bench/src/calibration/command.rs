@@ -147,7 +147,7 @@ fn write_beside(
 ) -> anyhow::Result<Vec<PathBuf>> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let beside = path.with_file_name(format!("{stem}-{what}"));
-    let table = beside.with_extension("csv");
+    let table = path.with_file_name(format!("{stem}-{what}.csv"));
     std::fs::write(&table, points).with_context(|| format!("cannot write {}", table.display()))?;
     let mut written = vec![table];
     if let Some(figure) = figure {

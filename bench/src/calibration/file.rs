@@ -88,7 +88,11 @@ impl Quantity {
 impl fmt::Display for Quantity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let half = self.half_width_95();
-        let exponent = match self.value.abs() {
+        let larger = self
+            .value
+            .abs()
+            .max(if half.is_finite() { half } else { 0.0 });
+        let exponent = match larger {
             size if (1e-3..1e6).contains(&size) || size == 0.0 || !size.is_finite() => 0,
             size => size.log10().floor() as i32,
         };
@@ -482,6 +486,7 @@ mod tests {
         assert_eq!(stated(-0.63, 1e-4, "rad"), "-0.63000 ± 0.00020 rad");
         assert_eq!(stated(292.35, 0.036, "1"), "292.350 ± 0.071");
         assert_eq!(stated(0.0, 0.0, "V"), "0.000000 ± 0.000000 V");
+        assert_eq!(stated(-3e-8, 1e-4, "rad"), "(-0.0 ± 2.0)e-4 rad");
     }
 
     #[test]

@@ -167,6 +167,8 @@ pub fn run<P: Procedure>(
 pub const HELD_S: f64 = 1.0;
 /// Silence before the first step, s: the force sensor's clock and the card come to rest.
 const SETTLE_S: f64 = 0.2;
+/// A tone is not held longer for an operator who may have gone.
+const HELD_MOST_S: f64 = 300.0;
 /// The operator is shown a reading this often, s.
 const SHOW_S: f64 = 0.05;
 /// Span over which the read-back for the safety watch is averaged, s.
@@ -424,6 +426,14 @@ impl<P: Procedure> RigTask<P> {
     /// What has happened once the present step is over.
     fn finished(&mut self) -> anyhow::Result<Option<Happened>> {
         let frames = self.frames();
+        if let (Some(held), Step::Asking { answer: None }) = (&self.held, &self.step)
+            && held.steady_frames as f64 > HELD_MOST_S * self.rate_hz
+        {
+            bail!(
+                "nobody answered for {:.0} minutes while the plate moved, so it was silenced: calibrate again when you are back",
+                HELD_MOST_S / 60.0
+            );
+        }
         match &self.step {
             Step::Settling if frames as f64 > SETTLE_S * self.rate_hz => Ok(Some(Happened::Began)),
             Step::Listening { until } if frames >= *until => self.heard_out().map(Some),

@@ -20,6 +20,8 @@ pub(super) struct Tick {
 
 /// Share of the data's range left free at either end.
 const MARGIN: f64 = 0.05;
+/// No axis is long enough for more ticks.
+const MOST_WANTED: f64 = 16.0;
 
 impl Extent {
     pub(super) fn new(axis: &Axis, values: impl Iterator<Item = f64>) -> Self {
@@ -92,6 +94,10 @@ impl Extent {
         let slack = 1e-6;
         let first = (self.low / step - slack).ceil() as i64;
         let last = (self.high / step + slack).floor() as i64;
+        // A scale is not read off fewer ticks than three.
+        if last - first < 2 && wanted < MOST_WANTED {
+            return self.linear_ticks(2.0 * wanted);
+        }
         (first..=last)
             .map(|index| {
                 let value = index as f64 * step;

@@ -413,7 +413,12 @@ impl<P: Procedure> RigTask<P> {
                 });
                 Step::Asking { answer: None }
             }
-            Next::Sound(..) | Next::Ask(_) => Step::Asking { answer: None },
+            Next::Sound(..) => Step::Asking { answer: None },
+            Next::Ask(_) => {
+                // Hands are about to touch cables or the plate.
+                self.drive.disarm();
+                Step::Asking { answer: None }
+            }
             Next::Done => Step::Done,
         };
         self.operator.ask(asked.as_ref());

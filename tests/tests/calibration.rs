@@ -6,8 +6,6 @@
 
 use std::fs;
 use std::path::Path;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
 
 use bench_tests::program::bench;
 use bench_tests::room::{Room, refused};
@@ -15,6 +13,7 @@ use bench_tests::session::{finish, text};
 use bench_tests::truth::Bench;
 use friction_bench::calibration::Calibration;
 use friction_bench::calibration::file::Quantity;
+use rayon::prelude::*;
 
 /// An unknown bench, whose converter has the resolution and noise of a 16, 20 or 24 bit one.
 fn unknown_bench(seed: u64) -> String {
@@ -72,27 +71,7 @@ fn misses(seed: u64) -> [Miss; 5] {
 #[test]
 fn fifty_unknown_benches_are_known_within_their_intervals() {
     const SEEDS: u64 = 50;
-    let next = AtomicU64::new(1);
-    let all = Mutex::new(Vec::new());
-    let workers = std::thread::available_parallelism().map_or(2, usize::from);
-    std::thread::scope(|scope| {
-        for _ in 0..workers {
-            scope.spawn(|| {
-                loop {
-                    let seed = next.fetch_add(1, Ordering::Relaxed);
-                    if seed > SEEDS {
-                        return;
-                    }
-                    let missed = misses(seed);
-                    all.lock()
-                        .unwrap_or_else(PoisonError::into_inner)
-                        .push(missed);
-                }
-            });
-        }
-    });
-    let all = all.into_inner().unwrap();
-    assert_eq!(all.len() as u64, SEEDS, "a seed failed");
+    let all: Vec<_> = (1..=SEEDS).into_par_iter().map(misses).collect();
     for (i, (name, demanded)) in NAMES.iter().zip(DEMANDED).enumerate() {
         let mut errors: Vec<f64> = all.iter().map(|seed| seed[i].error.abs()).collect();
         errors.sort_by(f64::total_cmp);

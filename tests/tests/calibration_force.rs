@@ -6,8 +6,6 @@
 
 use std::fs;
 use std::path::Path;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
 
 use bench_tests::program::bench;
 use bench_tests::recorded::Recording;
@@ -17,6 +15,7 @@ use bench_tests::truth::Bench;
 use friction_bench::calibration::Calibration;
 use friction_bench::calibration::file::Force;
 use mock_hw::scenario::Scenario;
+use rayon::prelude::*;
 
 /// An unknown sensor: gains ± 20 %, crosstalk ± 5 %, offsets ± 0.3 N, drift ± 5 mN/min, wander, a pulley that keeps up to
 /// 0.3 %; every third one is noisy, every third one creeps.
@@ -85,27 +84,7 @@ const DEMANDED: [f64; 4] = [5e-4, 1e-3, 5e-4, 6e-3];
 #[test]
 fn fifty_unknown_sensors_are_known_within_their_intervals() {
     const SEEDS: u64 = 50;
-    let next = AtomicU64::new(1);
-    let all = Mutex::new(Vec::new());
-    let workers = std::thread::available_parallelism().map_or(2, usize::from);
-    std::thread::scope(|scope| {
-        for _ in 0..workers {
-            scope.spawn(|| {
-                loop {
-                    let seed = next.fetch_add(1, Ordering::Relaxed);
-                    if seed > SEEDS {
-                        return;
-                    }
-                    let missed = misses(seed);
-                    all.lock()
-                        .unwrap_or_else(PoisonError::into_inner)
-                        .push(missed);
-                }
-            });
-        }
-    });
-    let all = all.into_inner().unwrap();
-    assert_eq!(all.len() as u64, SEEDS, "a seed failed");
+    let all: Vec<_> = (1..=SEEDS).into_par_iter().map(misses).collect();
     let sorted = |mut values: Vec<f64>| {
         values.sort_by(f64::total_cmp);
         values

@@ -2,8 +2,6 @@
 //! stand in docs/accuracy.md.
 
 use std::path::Path;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use bench_tests::program::{bench, protocol};
 use bench_tests::session::{finish, text};
@@ -11,6 +9,7 @@ use bench_tests::truth::Skin;
 use friction_bench::analysis::estimate::{Estimated, Method};
 use friction_bench::analysis::model_check::quantile;
 use friction_bench::analysis::{Settings, analyse, find};
+use rayon::prelude::*;
 
 const PARTICIPANTS: u64 = 50;
 /// Levitation lag of the simulated film at rest, s (`film.lag_s` of the scenario).
@@ -85,22 +84,10 @@ fn quantiles(errors: &[Errors], of: impl Fn(&Errors) -> f64) -> (f64, f64) {
 #[test]
 fn both_methods_meet_their_error_quantiles_over_fifty_participants() {
     let folder = tempfile::tempdir().expect("a folder");
-    let (next, found) = (AtomicU64::new(1), Mutex::new(Vec::new()));
-    std::thread::scope(|scope| {
-        for _ in 0..2 {
-            scope.spawn(|| {
-                loop {
-                    let seed = next.fetch_add(1, Ordering::Relaxed);
-                    if seed > PARTICIPANTS {
-                        break;
-                    }
-                    let errors = participant(seed, folder.path());
-                    found.lock().expect("no panic elsewhere").push(errors);
-                }
-            });
-        }
-    });
-    let found = found.into_inner().expect("no panic elsewhere");
+    let found: Vec<_> = (1..=PARTICIPANTS)
+        .into_par_iter()
+        .map(|seed| participant(seed, folder.path()))
+        .collect();
     let with_instances = found.iter().filter(|[paper, _]| !paper.is_empty()).count();
     let [paper, dynamic] = [0, 1].map(|method| -> Vec<Errors> {
         found

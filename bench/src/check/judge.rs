@@ -45,6 +45,17 @@ pub(super) fn judge(
     if let Some(force) = &config.force {
         judge_force(table, force.protocol, config.calibration.zero_n, measured);
     }
+    match &measured.safety {
+        SafetyState::Tripped { trip } => table.row("safety", false, trip.to_string()),
+        SafetyState::Armed | SafetyState::Disarmed => {
+            table.row("safety", true, "armed and disarmed")
+        }
+    }
+    judge_calibration(table, config, calibration, measured);
+}
+
+/// Lines that the bench has or has not: the configuration decides it, and it is the same in every session.
+pub(super) fn judge_wiring(table: &mut Table, config: &Config, measured: &Measured) {
     if config.encoder.is_some() {
         let found = if measured.positions > 0 {
             "read"
@@ -52,12 +63,6 @@ pub(super) fn judge(
             "no lines: name encoder_a and encoder_b in [gpio]"
         };
         table.row("encoder", measured.positions > 0, found);
-    }
-    match &measured.safety {
-        SafetyState::Tripped { trip } => table.row("safety", false, trip.to_string()),
-        SafetyState::Armed | SafetyState::Disarmed => {
-            table.row("safety", true, "armed and disarmed")
-        }
     }
     let wired = |wired: bool, line: &str| {
         if wired {
@@ -76,7 +81,6 @@ pub(super) fn judge(
         measured.heartbeat_wired,
         wired(measured.heartbeat_wired, "heartbeat"),
     );
-    judge_calibration(table, config, calibration, measured);
 }
 
 fn judge_rate(table: &mut Table, rate_hz: f64, measured: &Measured) {

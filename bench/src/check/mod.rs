@@ -17,9 +17,9 @@ use crate::config::Config;
 /// How much is looked at.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Extent {
-    /// Two seconds, and the bench alone: before every session.
+    /// Two seconds, and what can have changed since the last session: before every session.
     Quick,
-    /// Ten seconds for drop-outs, and what the computer has for a session.
+    /// Ten seconds for drop-outs, the wiring, and what the computer has for a session.
     Whole {
         /// Where the study lies, or will.
         study: PathBuf,
@@ -39,7 +39,12 @@ pub fn run(
     let mut table = Table::default();
     let held = calibration.as_ref().ok().and_then(Option::as_ref);
     match measure::measure(config, held, extent, hardware) {
-        Ok(measured) => judge::judge(&mut table, config, calibration, &measured),
+        Ok(measured) => {
+            judge::judge(&mut table, config, calibration, &measured);
+            if matches!(extent, Extent::Whole { .. }) {
+                judge::judge_wiring(&mut table, config, &measured);
+            }
+        }
         Err(error) => table.row("hardware", false, format!("{error:#}")),
     }
     if let Extent::Whole {

@@ -17,7 +17,7 @@ const READABLE_BYTES: u64 = 4095;
 const UNATTENDED_S: f64 = 0.3;
 
 /// How long a stepped world waits for the kernel to carry a burst across.
-const CARRY_LIMIT: Duration = Duration::from_secs(1);
+const CARRY_LIMIT: Duration = Duration::from_secs(20);
 
 #[derive(Debug)]
 pub(crate) struct SerialLine {

@@ -276,7 +276,7 @@ pub struct Check {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub hardware: Hardware,
-    /// Two seconds without wiring and computer, as before every session, instead of ten with all.
+    /// Two seconds without the computer, as before every session, instead of ten with all.
     #[arg(long)]
     pub quick: bool,
     /// Protocol whose session must fit on the disk.

@@ -17,7 +17,7 @@ use crate::config::Config;
 /// How much is looked at.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Extent {
-    /// Two seconds, and what can have changed since the last session: before every session.
+    /// Two seconds, before every session.
     Quick,
     /// Ten seconds for drop-outs, the wiring, and what the computer has for a session.
     Whole {
@@ -41,7 +41,7 @@ pub fn run(
     match measure::measure(config, held, extent, hardware) {
         Ok(measured) => {
             judge::judge(&mut table, config, calibration, &measured);
-            if matches!(extent, Extent::Whole { .. }) {
+            if wants_wiring(extent, held.is_some()) {
                 judge::judge_wiring(&mut table, config, &measured);
             }
         }
@@ -55,4 +55,47 @@ pub fn run(
         surroundings::judge(&mut table, study, *session_bytes);
     }
     table
+}
+
+/// A calibrated bench is held to its e-stop, heartbeat and encoder before every session; only one that runs as uncalibrated,
+/// which its operator has decided, may lack them.
+fn wants_wiring(extent: &Extent, calibrated: bool) -> bool {
+    calibrated || matches!(extent, Extent::Whole { .. })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_quick_part_of_an_uncalibrated_bench_leaves_wiring_out() {
+        let whole = Extent::Whole {
+            study: PathBuf::new(),
+            session_bytes: 0,
+        };
+        assert!(wants_wiring(&whole, false) && wants_wiring(&whole, true));
+        assert!(wants_wiring(&Extent::Quick, true));
+        assert!(!wants_wiring(&Extent::Quick, false));
+    }
+
+    #[test]
+    fn a_bench_without_a_hardware_stop_fails() {
+        let config = Config::parse(include_str!("../../mock-bench.toml"), "test").unwrap();
+        for (estop_wired, heartbeat_wired) in [(true, true), (false, true), (true, false)] {
+            let measured = measure::Measured {
+                positions: 1,
+                estop_wired,
+                heartbeat_wired,
+                ..measure::Measured::default()
+            };
+            let mut table = Table::default();
+            judge::judge_wiring(&mut table, &config, &measured);
+            assert_eq!(
+                table.passed(),
+                estop_wired && heartbeat_wired,
+                "{}",
+                table.to_text()
+            );
+        }
+    }
 }

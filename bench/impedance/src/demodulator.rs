@@ -183,10 +183,10 @@ impl<const N: usize> Demodulator<N> {
             }
         }
         let channel = Channel {
-            // Silence before the stream lets the first stage start at sample 0; no frame's window reaches into it.
+            // Silence before the stream lets both stages start at sample 0; no frame's window reaches into it but with taps of 0.
             samples: vec![0.0; filter.first.lead],
-            re: vec![],
-            im: vec![],
+            re: vec![0.0; filter.second.lead],
+            im: vec![0.0; filter.second.lead],
             flaws: Flaws::default(),
             noise: NoiseFloor::new(&filter),
         };
@@ -272,14 +272,16 @@ impl<const N: usize> Demodulator<N> {
             let turned = self.filter.phase.at(index / per_hop * hop).conj();
             let within = (index % per_hop) as usize;
             let run = (outputs - j).min(per_hop as usize - within);
-            for (i, fine) in first.rotation[within..within + run].iter().enumerate() {
-                let turn = turned * fine;
-                for channel in &mut self.channels {
-                    let at = channel.re.len() - outputs + j + i;
-                    let (re, im) = (channel.re[at], channel.im[at]);
-                    channel.re[at] = re * turn.re - im * turn.im;
-                    channel.im[at] = re * turn.im + im * turn.re;
-                }
+            let fine = within..within + run;
+            for channel in &mut self.channels {
+                let at = channel.re.len() - outputs + j;
+                kernel::rotate(
+                    &mut channel.re[at..at + run],
+                    &mut channel.im[at..at + run],
+                    &first.rotation_re[fine.clone()],
+                    &first.rotation_im[fine.clone()],
+                    turned,
+                );
             }
             j += run;
         }
@@ -290,11 +292,15 @@ impl<const N: usize> Demodulator<N> {
     fn emit_frames(&mut self, emit: &mut impl FnMut(&Frame<N>)) {
         let second = &self.filter.second;
         let (half, decimation) = (second.half as u64, second.decimation as u64);
+        let held = self.channels.first().map_or(0, |c| c.re.len());
+        // Where the window of a frame begins among the outputs held. Sums first, for the window of frame 0 begins before output 0.
+        let window_start = |frame: u64| {
+            (frame * decimation + held as u64 - second.lead as u64 - self.mixed) as usize
+        };
         while self.next_frame * decimation + half < self.mixed {
             let sample = self.next_frame * self.filter.hop();
-            let held = self.channels.first().map_or(0, |c| c.re.len()) as u64;
-            let start = (self.next_frame * decimation - half - (self.mixed - held)) as usize;
-            let window = start..start + 2 * second.half + 1;
+            let start = window_start(self.next_frame);
+            let window = start..start + second.lead + 1 + second.half;
             let envelopes = self
                 .channels
                 .each_mut()
@@ -306,18 +312,13 @@ impl<const N: usize> Demodulator<N> {
             });
             self.next_frame += 1;
         }
-        let first_needed = self.next_frame * decimation - half;
+        let spent = window_start(self.next_frame).min(held);
+        let next_sample = self.next_frame * self.filter.hop();
         for channel in &mut self.channels {
-            let oldest = self.mixed - channel.re.len() as u64;
-            let spent = first_needed
-                .saturating_sub(oldest)
-                .min(channel.re.len() as u64) as usize;
             channel.re.drain(..spent);
             channel.im.drain(..spent);
-            channel.flaws.forget_before(
-                (first_needed * self.filter.first.decimation as u64)
-                    .saturating_sub(self.filter.first.half as u64),
-            );
+            let first_touched = next_sample.saturating_sub(self.filter.half_support());
+            channel.flaws.forget_before(first_touched);
         }
     }
 }
@@ -365,10 +366,7 @@ impl Channel {
             [Complex64::new(f64::NAN, f64::NAN); 3]
         } else {
             let taps = filter.second.taps.each_ref().map(Vec::as_slice);
-            let (re, im) = (
-                kernel::inner_products(re, taps),
-                kernel::inner_products(im, taps),
-            );
+            let [re, im] = kernel::inner_products([re, im], taps);
             std::array::from_fn(|i| Complex64::new(re[i], im[i]))
         };
         Envelope {

@@ -22,9 +22,9 @@ const SECOND_BETA: f64 = 11.2;
 const CUTOFF: f64 = 0.5;
 /// Offset from the carrier over the output rate from which on everything is rejected by 100 dB.
 const STOPBAND: f64 = 0.86;
-/// Offsets of the noise probes in output rates.
-const PROBE_OFFSETS: [f64; PROBES] = [-3.0, -2.0, 2.0, 3.0];
-pub(crate) const PROBES: usize = 4;
+/// Offsets of the noise probes in output rates, each to either side of the carrier.
+const PROBE_OFFSETS: [f64; PROBE_PAIRS] = [2.0, 3.0];
+pub(crate) const PROBE_PAIRS: usize = 2;
 
 /// What the demodulator is asked to do.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,19 +114,21 @@ pub(crate) struct FirstStage {
     pub(crate) re: Vec<f64>,
     pub(crate) im: Vec<f64>,
     /// exp(−iω·j·decimation / rate) for j within a hop.
-    pub(crate) rotation: Vec<Complex64>,
+    pub(crate) rotation_re: Vec<f64>,
+    pub(crate) rotation_im: Vec<f64>,
 }
 
-/// Real FIR for the value and its first and second time derivative, and complex ones (real and imaginary parts) that
-/// observe the noise, all from −`half` to `half` and zero from there to the end.
+/// Real FIR for the value and its first and second time derivative, and the real and imaginary parts of those that observe the
+/// noise above the carrier (their conjugates observe it below), all from −`lead` to `half`, zero before −`half`.
 #[derive(Clone, Debug)]
 pub(crate) struct SecondStage {
     pub(crate) decimation: usize,
     pub(crate) half: usize,
+    pub(crate) lead: usize,
     pub(crate) taps: [Vec<f64>; 3],
-    pub(crate) probes: [[Vec<f64>; 2]; PROBES],
+    pub(crate) probes: [[Vec<f64>; 2]; PROBE_PAIRS],
     /// Variance of an envelope's quadrature over the power in each probe, for white noise.
-    pub(crate) probe_gain: [f64; PROBES],
+    pub(crate) probe_gain: [f64; PROBE_PAIRS],
 }
 
 /// Both stages as one FIR at the sample rate, for the value and its derivatives.
@@ -251,21 +253,19 @@ impl FirstStage {
             })
             .collect();
         let half = window.len() / 2;
-        let zeros = taps.len().next_multiple_of(LANES) - taps.len();
-        let filled = |part: fn(&Complex64) -> f64| {
-            std::iter::repeat_n(0.0, zeros)
-                .chain(taps.iter().map(part))
-                .collect()
-        };
+        let part = |part: fn(&Complex64) -> f64| taps.iter().map(part).collect();
+        let [re, im] = [part(|c| c.re), part(|c| c.im)].map(filled);
+        let rotation =
+            (0..u64::from(hop / decimation)).map(|j| phase.at(j * u64::from(decimation)).conj());
+        let (rotation_re, rotation_im) = rotation.map(|c| (c.re, c.im)).unzip();
         Self {
             decimation: decimation as usize,
             half,
-            lead: half + zeros,
-            re: filled(|c| c.re),
-            im: filled(|c| c.im),
-            rotation: (0..u64::from(hop / decimation))
-                .map(|j| phase.at(j * u64::from(decimation)).conj())
-                .collect(),
+            lead: re.len() - 1 - half,
+            re,
+            im,
+            rotation_re,
+            rotation_im,
         }
     }
 }
@@ -305,7 +305,7 @@ impl SecondStage {
             taps: taps.each_ref().map(|taps| at_sample_rate(taps)),
         };
 
-        let mut probes = PROBE_OFFSETS.map(|offset| {
+        let probes = PROBE_OFFSETS.map(|offset| {
             let turn = TAU * offset * f64::from(settings.output_rate_hz) * step_s;
             let part = |f: fn(f64) -> f64| -> Vec<f64> {
                 centred(&taps[0]).map(|(m, h)| h * f(-turn * m)).collect()
@@ -317,15 +317,13 @@ impl SecondStage {
             quadrature / (energy(&at_sample_rate(re)) + energy(&at_sample_rate(im)))
         });
 
-        let filled = (2 * half + 1).next_multiple_of(LANES);
-        for taps in taps.iter_mut().chain(probes.as_flattened_mut()) {
-            taps.resize(filled, 0.0);
-        }
+        let taps = taps.map(filled);
         let second = Self {
             decimation: decimation as usize,
             half,
+            lead: taps[0].len() - 1 - half,
             taps,
-            probes,
+            probes: probes.map(|probe| probe.map(filled)),
             probe_gain,
         };
         (second, impulse)
@@ -399,6 +397,12 @@ fn first_window(decimation: u32) -> Vec<f64> {
     let sum: f64 = window.iter().sum();
     window.iter_mut().for_each(|h| *h /= sum);
     window
+}
+
+/// Zeros before the first tap up to a multiple of [`LANES`], as the kernel takes them.
+fn filled(taps: Vec<f64>) -> Vec<f64> {
+    let zeros = taps.len().next_multiple_of(LANES) - taps.len();
+    [vec![0.0; zeros], taps].concat()
 }
 
 /// Taps of odd number with their index from the centre.

@@ -5,6 +5,7 @@
 
 use multiversion::multiversion;
 use multiversion::target::target_cfg_f;
+use num_complex::Complex64;
 
 /// Sums kept apart so that the additions do not wait for one another. Taps come in multiples of this.
 pub(crate) const LANES: usize = 8;
@@ -26,43 +27,51 @@ pub(crate) fn mix_and_decimate(
 ) {
     let fused = target_cfg_f!(any(target_feature = "fma", target_feature = "avx512f"));
     let taps = [taps_re, taps_im];
-    let window = |j: usize| &samples[j * step..][..taps_re.len()];
+    let length = taps_re.len();
     let whole = re.len() / ABREAST * ABREAST;
     for first in (0..whole).step_by(ABREAST) {
-        let windows: [&[f64]; ABREAST] = std::array::from_fn(|i| window(first + i));
-        let sums = if fused {
-            partial_sums::<true, ABREAST, 2>(windows, taps)
-        } else {
-            partial_sums::<false, ABREAST, 2>(windows, taps)
-        };
-        for (i, sums) in sums.into_iter().enumerate() {
-            [re[first + i], im[first + i]] = sums.map(total);
+        let mut windows = [samples; ABREAST];
+        for i in 0..ABREAST {
+            windows[i] = &samples[(first + i) * step..][..length];
+        }
+        let products = all_products(fused, windows, taps);
+        for i in 0..ABREAST {
+            [re[first + i], im[first + i]] = products[i];
         }
     }
     for j in whole..re.len() {
-        let [sums] = if fused {
-            partial_sums::<true, 1, 2>([window(j)], taps)
-        } else {
-            partial_sums::<false, 1, 2>([window(j)], taps)
-        };
-        [re[j], im[j]] = sums.map(total);
+        let window = &samples[j * step..][..length];
+        [[re[j], im[j]]] = all_products(fused, [window], taps);
     }
 }
 
-/// The inner products of one window with several sets of taps, which are filled up with zeros to a multiple of [`LANES`].
-pub(crate) fn inner_products<const N: usize>(window: &[f64], taps: [&[f64]; N]) -> [f64; N] {
-    lanewise_products(window, taps).map(total)
-}
-
+/// The inner products of each window with each set of taps, all of one length, a multiple of [`LANES`].
 #[multiversion(
     targets("x86_64+avx512f+avx512vl", "x86_64+avx2+fma"),
     dispatcher = "direct"
 )]
-fn lanewise_products<const N: usize>(window: &[f64], taps: [&[f64]; N]) -> [Lanes; N] {
-    if target_cfg_f!(any(target_feature = "fma", target_feature = "avx512f")) {
-        partial_sums::<true, 1, N>([window], taps)[0]
-    } else {
-        partial_sums::<false, 1, N>([window], taps)[0]
+pub(crate) fn inner_products<const W: usize, const N: usize>(
+    windows: [&[f64]; W],
+    taps: [&[f64]; N],
+) -> [[f64; N]; W] {
+    let fused = target_cfg_f!(any(target_feature = "fma", target_feature = "avx512f"));
+    all_products(fused, windows, taps)
+}
+
+/// Multiplies samples by turn·fine, element by element.
+pub(crate) fn rotate(
+    re: &mut [f64],
+    im: &mut [f64],
+    fine_re: &[f64],
+    fine_im: &[f64],
+    turn: Complex64,
+) {
+    for (((re, im), fine_re), fine_im) in re.iter_mut().zip(im).zip(fine_re).zip(fine_im) {
+        let by = [
+            turn.re * fine_re - turn.im * fine_im,
+            turn.re * fine_im + turn.im * fine_re,
+        ];
+        [*re, *im] = [*re * by[0] - *im * by[1], *re * by[1] + *im * by[0]];
     }
 }
 
@@ -112,49 +121,52 @@ fn take_column(
 }
 
 #[inline(always)]
-fn partial_sums<const FUSED: bool, const W: usize, const N: usize>(
+fn all_products<const W: usize, const N: usize>(
+    fused: bool,
     windows: [&[f64]; W],
     taps: [&[f64]; N],
-) -> [[Lanes; N]; W] {
-    let taps = taps.map(|taps| taps.as_chunks::<LANES>().0);
-    let windows = windows.map(|window| window.as_chunks::<LANES>());
-    let chunks = windows.map(|(chunks, _)| chunks);
-    let whole = chunks.map(<[Lanes]>::len).into_iter().min().unwrap_or(0);
+) -> [[f64; N]; W] {
+    let chunks = windows[0].len() / LANES;
+    let taps = taps.map(|taps| &taps.as_chunks::<LANES>().0[..chunks]);
+    let windows = windows.map(|window| &window.as_chunks::<LANES>().0[..chunks]);
     let mut sums = [[[0.0; LANES]; N]; W];
-    for i in 0..whole {
+    for i in 0..chunks {
         for w in 0..W {
             for n in 0..N {
-                sums[w][n] = multiply_add::<FUSED>(&chunks[w][i], &taps[n][i], &sums[w][n]);
+                sums[w][n] = multiply_add(fused, &windows[w][i], &taps[n][i], &sums[w][n]);
             }
         }
     }
+    // Loops instead of `map`, whose closures would not be compiled for the instruction set.
+    let mut products = [[0.0; N]; W];
     for w in 0..W {
-        let rest = windows[w].1;
-        if !rest.is_empty() {
-            let mut x = [0.0; LANES];
-            x[..rest.len()].copy_from_slice(rest);
-            for n in 0..N {
-                sums[w][n] = multiply_add::<FUSED>(&x, &taps[n][whole], &sums[w][n]);
-            }
+        for n in 0..N {
+            products[w][n] = total(&sums[w][n]);
         }
     }
-    sums
+    products
 }
 
-fn total(sums: Lanes) -> f64 {
-    let quarters: [f64; 4] = std::array::from_fn(|i| sums[i] + sums[i + 4]);
+#[inline(always)]
+fn total(sums: &Lanes) -> f64 {
+    let mut quarters = [0.0; LANES / 2];
+    for i in 0..LANES / 2 {
+        quarters[i] = sums[i] + sums[i + LANES / 2];
+    }
     (quarters[0] + quarters[2]) + (quarters[1] + quarters[3])
 }
 
 #[inline(always)]
-fn multiply_add<const FUSED: bool>(a: &Lanes, b: &Lanes, c: &Lanes) -> Lanes {
-    std::array::from_fn(|i| {
-        if FUSED {
+fn multiply_add(fused: bool, a: &Lanes, b: &Lanes, c: &Lanes) -> Lanes {
+    let mut sums = *c;
+    for i in 0..LANES {
+        sums[i] = if fused {
             a[i].mul_add(b[i], c[i])
         } else {
             a[i] * b[i] + c[i]
-        }
-    })
+        };
+    }
+    sums
 }
 
 #[cfg(test)]
@@ -167,18 +179,19 @@ mod tests {
     }
 
     #[test]
-    fn inner_products_agree_with_plain_sums_at_any_length() {
-        for length in [1, 7, 8, 9, 79, 99] {
-            let window = wave(length, 0.3);
-            let mut taps = [wave(length, 0.7), wave(length, 1.1)];
-            let plain = taps
-                .each_ref()
-                .map(|t| t.iter().zip(&window).map(|(t, x)| t * x).sum::<f64>());
-            taps.iter_mut()
-                .for_each(|t| t.resize(length.next_multiple_of(LANES), 0.0));
-            let ours = inner_products(&window, taps.each_ref().map(Vec::as_slice));
-            for (ours, plain) in ours.into_iter().zip(plain) {
-                assert_relative_eq!(ours, plain, epsilon = 1e-13);
+    fn inner_products_agree_with_plain_sums() {
+        for length in [LANES, 2 * LANES, 10 * LANES] {
+            let windows = [wave(length, 0.3), wave(length, 0.4)];
+            let taps = [wave(length, 0.7), wave(length, 1.1), wave(length, 1.3)];
+            let ours = inner_products(
+                windows.each_ref().map(Vec::as_slice),
+                taps.each_ref().map(Vec::as_slice),
+            );
+            for (window, ours) in windows.iter().zip(ours) {
+                for (taps, ours) in taps.iter().zip(ours) {
+                    let plain: f64 = taps.iter().zip(window).map(|(t, x)| t * x).sum();
+                    assert_relative_eq!(ours, plain, epsilon = 1e-13);
+                }
             }
         }
     }

@@ -1,6 +1,6 @@
 //! How noisy a channel is around the carrier.
 
-use crate::filter::{Filter, PROBES};
+use crate::filter::{Filter, PROBE_PAIRS};
 use crate::kernel;
 
 /// One look at the noise per this many frames: as long as the filter, so that looks are nearly independent.
@@ -10,8 +10,8 @@ const AVERAGING_S: f64 = 0.5;
 /// Running estimate of the noise on an envelope, from narrow bands beside the carrier where no envelope reaches.
 #[derive(Clone, Debug)]
 pub(crate) struct NoiseFloor {
-    /// Average power in each probe, in terms of the variance of an envelope's quadrature.
-    variance: [f64; PROBES],
+    /// Average power above and below the carrier at each probe's offset, in terms of the variance of an envelope's quadrature.
+    variance: [[f64; 2]; PROBE_PAIRS],
     looks: u64,
     /// Looks that the average reaches back.
     memory: f64,
@@ -23,7 +23,7 @@ impl NoiseFloor {
     pub(crate) fn new(filter: &Filter) -> Self {
         let looks_per_s = f64::from(filter.settings().output_rate_hz) / FRAMES_PER_LOOK as f64;
         Self {
-            variance: [0.0; PROBES],
+            variance: [[0.0; 2]; PROBE_PAIRS],
             looks: 0,
             memory: AVERAGING_S * looks_per_s,
             frames: 0,
@@ -48,14 +48,18 @@ impl NoiseFloor {
             .zip(second.probe_gain)
         {
             let taps = probe.each_ref().map(Vec::as_slice);
-            let [rr, ri] = kernel::inner_products(re, taps);
-            let [ir, ii] = kernel::inner_products(im, taps);
-            let power = (rr - ii).powi(2) + (ri + ir).powi(2);
-            *variance += weight * (gain * power - *variance);
+            let [[rr, ri], [ir, ii]] = kernel::inner_products([re, im], taps);
+            let above = (rr - ii).powi(2) + (ri + ir).powi(2);
+            let below = (rr + ii).powi(2) + (ir - ri).powi(2);
+            for (variance, power) in variance.iter_mut().zip([above, below]) {
+                *variance += weight * (gain * power - *variance);
+            }
         }
         let mut sorted = self.variance;
-        sorted.sort_by(f64::total_cmp);
-        self.quadrature_std = ((sorted[PROBES / 2 - 1] + sorted[PROBES / 2]) / 2.0).sqrt();
+        let sorted = sorted.as_flattened_mut();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let middle = sorted.len() / 2;
+        self.quadrature_std = ((sorted[middle - 1] + sorted[middle]) / 2.0).sqrt();
     }
 
     /// Standard deviation of one quadrature of the envelope; infinite before the first look.

@@ -2,7 +2,7 @@
 
 use crate::filter::Filter;
 use crate::flaws::Flaws;
-use crate::kernel;
+use crate::kernel::{self, Deinterleave, MixAndDecimate};
 use crate::mask::Mask;
 use crate::noise::NoiseFloor;
 use num_complex::Complex64;
@@ -253,15 +253,13 @@ impl<const N: usize> Demodulator<N> {
             let start = channel.re.len();
             channel.re.resize(start + outputs, 0.0);
             channel.im.resize(start + outputs, 0.0);
-            let (re, im) = (&mut channel.re[start..], &mut channel.im[start..]);
-            kernel::mix_and_decimate(
-                &channel.samples,
-                first.decimation,
-                &first.re,
-                &first.im,
-                re,
-                im,
-            );
+            MixAndDecimate {
+                samples: &channel.samples,
+                step: first.decimation,
+                taps: [&first.re, &first.im],
+                outputs: [&mut channel.re[start..], &mut channel.im[start..]],
+            }
+            .run();
             channel.samples.drain(..outputs * first.decimation);
         }
 
@@ -327,11 +325,18 @@ impl Channel {
     /// Deinterleaves, notes lost and clipped samples.
     fn take(&mut self, chunk: &[f32], stride: usize, input: Input, at: u64) {
         let start = self.samples.len();
-        let level = input.clip_level;
-        if kernel::deinterleave(chunk, stride, input.channel, level, &mut self.samples) {
+        let sound = Deinterleave {
+            interleaved: chunk,
+            stride,
+            channel: input.channel,
+            level: input.clip_level,
+            out: &mut self.samples,
+        }
+        .run();
+        if sound {
             return;
         }
-        let level = f64::from(level);
+        let level = f64::from(input.clip_level);
         for (sample, x) in (at..).zip(&mut self.samples[start..]) {
             if !x.is_finite() {
                 self.flaws.note_lost(sample);

@@ -1,61 +1,114 @@
 //! The inner loops, compiled for several instruction sets and chosen at run time.
 //!
 //! The chosen version is the same for every call on a machine, so results repeat bit for bit there;
-//! between machines with and without fused multiply-add the last bits may differ.
+//! between machines of other vector lengths the last bits may differ.
+//!
+//! A `with_simd` holds loops and calls of functions that are always inlined: the closure of a `map` over an array would be compiled
+//! for the oldest processor.
 
-use multiversion::multiversion;
-use multiversion::target::target_cfg_f;
 use num_complex::Complex64;
+use pulp::{Arch, Simd, WithSimd};
 
-/// Sums kept apart so that the additions do not wait for one another. Taps come in multiples of this.
+/// The longest vector of any instruction set in use. Taps come in multiples of this.
 pub(crate) const LANES: usize = 8;
-type Lanes = [f64; LANES];
 
 /// Outputs that are summed side by side, so that each load of the taps serves them all.
 const ABREAST: usize = 4;
 
 /// Decimating FIR with complex taps over real samples: output j is Σ taps\[n\]·samples\[j·step + n\].
-/// The number of outputs is the length of `re` and `im`; the taps' length is a multiple of [`LANES`].
-#[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2+fma"))]
-pub(crate) fn mix_and_decimate(
-    samples: &[f64],
-    step: usize,
-    taps_re: &[f64],
-    taps_im: &[f64],
-    re: &mut [f64],
-    im: &mut [f64],
-) {
-    let fused = target_cfg_f!(any(target_feature = "fma", target_feature = "avx512f"));
-    let taps = [taps_re, taps_im];
-    let length = taps_re.len();
-    let whole = re.len() / ABREAST * ABREAST;
-    for first in (0..whole).step_by(ABREAST) {
-        let mut windows = [samples; ABREAST];
-        for i in 0..ABREAST {
-            windows[i] = &samples[(first + i) * step..][..length];
-        }
-        let products = all_products(fused, windows, taps);
-        for i in 0..ABREAST {
-            [re[first + i], im[first + i]] = products[i];
-        }
+pub(crate) struct MixAndDecimate<'a> {
+    pub(crate) samples: &'a [f64],
+    pub(crate) step: usize,
+    /// Real and imaginary parts, their length a multiple of [`LANES`].
+    pub(crate) taps: [&'a [f64]; 2],
+    /// Real and imaginary parts; their length is the number of outputs.
+    pub(crate) outputs: [&'a mut [f64]; 2],
+}
+
+impl MixAndDecimate<'_> {
+    pub(crate) fn run(self) {
+        Arch::new().dispatch(self);
     }
-    for j in whole..re.len() {
-        let window = &samples[j * step..][..length];
-        [[re[j], im[j]]] = all_products(fused, [window], taps);
+}
+
+impl WithSimd for MixAndDecimate<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self {
+            samples,
+            step,
+            taps,
+            outputs: [re, im],
+        } = self;
+        let length = taps[0].len();
+        let whole = re.len() / ABREAST * ABREAST;
+        for first in (0..whole).step_by(ABREAST) {
+            let mut windows = [samples; ABREAST];
+            for i in 0..ABREAST {
+                windows[i] = &samples[(first + i) * step..][..length];
+            }
+            let products = products(simd, windows, taps);
+            for i in 0..ABREAST {
+                [re[first + i], im[first + i]] = products[i];
+            }
+        }
+        for j in whole..re.len() {
+            let window = &samples[j * step..][..length];
+            [[re[j], im[j]]] = products(simd, [window], taps);
+        }
     }
 }
 
 /// The inner products of each window with each set of taps, all of one length, a multiple of [`LANES`].
-#[multiversion(
-    targets("x86_64+avx512f+avx512vl", "x86_64+avx2+fma"),
-    dispatcher = "direct"
-)]
 pub(crate) fn inner_products<const W: usize, const N: usize>(
     windows: [&[f64]; W],
     taps: [&[f64]; N],
 ) -> [[f64; N]; W] {
-    let fused = target_cfg_f!(any(target_feature = "fma", target_feature = "avx512f"));
-    all_products(fused, windows, taps)
+    struct Products<'a, const W: usize, const N: usize>([&'a [f64]; W], [&'a [f64]; N]);
+    impl<const W: usize, const N: usize> WithSimd for Products<'_, W, N> {
+        type Output = [[f64; N]; W];
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+            products(simd, self.0, self.1)
+        }
+    }
+    Arch::new().dispatch(Products(windows, taps))
+}
+
+#[inline(always)]
+fn products<S: Simd, const W: usize, const N: usize>(
+    simd: S,
+    windows: [&[f64]; W],
+    taps: [&[f64]; N],
+) -> [[f64; N]; W] {
+    let vectors = windows[0].len() / S::F64_LANES;
+    let mut window_vectors = [&[][..]; W];
+    for w in 0..W {
+        window_vectors[w] = &S::as_simd_f64s(windows[w]).0[..vectors];
+    }
+    let mut tap_vectors = [&[][..]; N];
+    for n in 0..N {
+        tap_vectors[n] = &S::as_simd_f64s(taps[n]).0[..vectors];
+    }
+    let mut sums = [[simd.splat_f64s(0.0); N]; W];
+    for i in 0..vectors {
+        for w in 0..W {
+            for n in 0..N {
+                sums[w][n] =
+                    simd.mul_add_e_f64s(window_vectors[w][i], tap_vectors[n][i], sums[w][n]);
+            }
+        }
+    }
+    let mut products = [[0.0; N]; W];
+    for w in 0..W {
+        for n in 0..N {
+            products[w][n] = simd.reduce_sum_f64s(sums[w][n]);
+        }
+    }
+    products
 }
 
 /// Multiplies samples by turn·fine, element by element.
@@ -76,36 +129,43 @@ pub(crate) fn rotate(
 }
 
 /// Appends one channel of interleaved samples. False when any of them is NaN or reaches `level` in magnitude.
-#[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2+fma"))]
-pub(crate) fn deinterleave(
-    interleaved: &[f32],
-    stride: usize,
-    channel: usize,
-    level: f32,
-    out: &mut Vec<f64>,
-) -> bool {
-    match stride {
-        // The common layouts, for which the compiler shuffles instead of gathering.
-        1 => take_column(
-            interleaved.as_chunks::<1>().0.iter().map(|f| f[0]),
+pub(crate) struct Deinterleave<'a> {
+    pub(crate) interleaved: &'a [f32],
+    pub(crate) stride: usize,
+    pub(crate) channel: usize,
+    pub(crate) level: f32,
+    pub(crate) out: &'a mut Vec<f64>,
+}
+
+impl Deinterleave<'_> {
+    pub(crate) fn run(self) -> bool {
+        Arch::new().dispatch(self)
+    }
+}
+
+impl WithSimd for Deinterleave<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> bool {
+        let Self {
+            interleaved,
+            stride,
+            channel,
             level,
             out,
-        ),
-        2 if channel == 0 => take_column(
-            interleaved.as_chunks::<2>().0.iter().map(|f| f[0]),
-            level,
-            out,
-        ),
-        2 => take_column(
-            interleaved.as_chunks::<2>().0.iter().map(|f| f[1]),
-            level,
-            out,
-        ),
-        _ => take_column(
-            interleaved.chunks_exact(stride).map(|f| f[channel]),
-            level,
-            out,
-        ),
+        } = self;
+        // The common layouts apart, for which the compiler shuffles instead of gathering.
+        let (pairs, _) = interleaved.as_chunks::<2>();
+        match (stride, channel) {
+            (1, _) => take_column(interleaved.iter().copied(), level, out),
+            (2, 0) => take_column(pairs.iter().map(|pair| pair[0]), level, out),
+            (2, _) => take_column(pairs.iter().map(|pair| pair[1]), level, out),
+            _ => {
+                let frames = interleaved.chunks_exact(stride);
+                take_column(frames.map(|frame| frame[channel]), level, out)
+            }
+        }
     }
 }
 
@@ -120,76 +180,34 @@ fn take_column(
     column.fold(0, |most, x| x.abs().to_bits().max(most)) < level.to_bits()
 }
 
-#[inline(always)]
-fn all_products<const W: usize, const N: usize>(
-    fused: bool,
-    windows: [&[f64]; W],
-    taps: [&[f64]; N],
-) -> [[f64; N]; W] {
-    let chunks = windows[0].len() / LANES;
-    let taps = taps.map(|taps| &taps.as_chunks::<LANES>().0[..chunks]);
-    let windows = windows.map(|window| &window.as_chunks::<LANES>().0[..chunks]);
-    let mut sums = [[[0.0; LANES]; N]; W];
-    for i in 0..chunks {
-        for w in 0..W {
-            for n in 0..N {
-                sums[w][n] = multiply_add(fused, &windows[w][i], &taps[n][i], &sums[w][n]);
-            }
-        }
-    }
-    // Loops instead of `map`, whose closures would not be compiled for the instruction set.
-    let mut products = [[0.0; N]; W];
-    for w in 0..W {
-        for n in 0..N {
-            products[w][n] = total(&sums[w][n]);
-        }
-    }
-    products
-}
-
-#[inline(always)]
-fn total(sums: &Lanes) -> f64 {
-    let mut quarters = [0.0; LANES / 2];
-    for i in 0..LANES / 2 {
-        quarters[i] = sums[i] + sums[i + LANES / 2];
-    }
-    (quarters[0] + quarters[2]) + (quarters[1] + quarters[3])
-}
-
-#[inline(always)]
-fn multiply_add(fused: bool, a: &Lanes, b: &Lanes, c: &Lanes) -> Lanes {
-    let mut sums = *c;
-    for i in 0..LANES {
-        sums[i] = if fused {
-            a[i].mul_add(b[i], c[i])
-        } else {
-            a[i] * b[i] + c[i]
-        };
-    }
-    sums
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use approx::assert_relative_eq;
+    use pulp::Scalar;
 
     fn wave(n: usize, step: f64) -> Vec<f64> {
         (0..n).map(|i| (i as f64 * step).sin()).collect()
     }
 
     #[test]
-    fn inner_products_agree_with_plain_sums() {
+    fn inner_products_agree_with_plain_sums_on_any_processor() {
         for length in [LANES, 2 * LANES, 10 * LANES] {
             let windows = [wave(length, 0.3), wave(length, 0.4)];
             let taps = [wave(length, 0.7), wave(length, 1.1), wave(length, 1.3)];
-            let ours = inner_products(
+            let plain: [[f64; 3]; 2] = windows.each_ref().map(|window| {
+                let product = |taps: &Vec<f64>| taps.iter().zip(window).map(|(t, x)| t * x).sum();
+                taps.each_ref().map(product)
+            });
+            let (windows, taps) = (
                 windows.each_ref().map(Vec::as_slice),
                 taps.each_ref().map(Vec::as_slice),
             );
-            for (window, ours) in windows.iter().zip(ours) {
-                for (taps, ours) in taps.iter().zip(ours) {
-                    let plain: f64 = taps.iter().zip(window).map(|(t, x)| t * x).sum();
+            for ours in [
+                inner_products(windows, taps),
+                products(Scalar, windows, taps),
+            ] {
+                for (ours, plain) in ours.as_flattened().iter().zip(plain.as_flattened()) {
                     assert_relative_eq!(ours, plain, epsilon = 1e-13);
                 }
             }
@@ -199,10 +217,21 @@ mod tests {
     #[test]
     fn columns_are_taken_and_flaws_seen_in_every_layout() {
         for stride in 1..=5 {
+            let take = |interleaved: &[f32], channel, out: &mut Vec<f64>| {
+                let level = 0.5;
+                Deinterleave {
+                    interleaved,
+                    stride,
+                    channel,
+                    level,
+                    out,
+                }
+                .run()
+            };
             let interleaved: Vec<f32> = (0..stride * 33).map(|i| i as f32 / 1000.0).collect();
             for channel in 0..stride {
                 let mut out = vec![];
-                assert!(deinterleave(&interleaved, stride, channel, 0.5, &mut out));
+                assert!(take(&interleaved, channel, &mut out));
                 let expected: Vec<f64> = (0..33)
                     .map(|k| f64::from(((k * stride + channel) as f32) / 1000.0))
                     .collect();
@@ -210,9 +239,9 @@ mod tests {
                 for flaw in [f32::NAN, f32::NEG_INFINITY, 0.5, -0.5] {
                     let mut flawed = interleaved.clone();
                     flawed[20 * stride + channel] = flaw;
-                    assert!(!deinterleave(&flawed, stride, channel, 0.5, &mut vec![]));
+                    assert!(!take(&flawed, channel, &mut vec![]));
                     for other in (0..stride).filter(|&other| other != channel) {
-                        assert!(deinterleave(&flawed, stride, other, 0.5, &mut vec![]));
+                        assert!(take(&flawed, other, &mut vec![]));
                     }
                 }
             }

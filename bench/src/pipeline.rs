@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 
 use impedance::{
     Channels, ConstantError, Demodulator, DemodulatorError, Filter, FilterError, Input, Mask,
-    OUTPUT_RATE_HZ, PlateConstants, Settings, Zm, ZmFrame,
+    OUTPUT_RATE_HZ, Settings, Zm, ZmFrame,
 };
 
 use crate::recording::manifest::Manifest;
@@ -71,6 +71,33 @@ pub enum RecordedError {
     Constant(#[from] ConstantError),
 }
 
+/// What of the pickup is not as a recording states it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PickupOffset {
+    /// What is missing in its phase, rad.
+    pub turn_rad: f64,
+    /// How late its envelope is, s.
+    pub delay_s: f64,
+}
+
+/// What a recording does not state, but was seen of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unstated {
+    /// Magnitudes at which drive and pickup are cut off.
+    pub clip_levels: [f32; 2],
+    /// The pickup.
+    pub pickup: PickupOffset,
+}
+
+impl Default for Unstated {
+    fn default() -> Self {
+        Self {
+            clip_levels: [f32::INFINITY; 2],
+            pickup: PickupOffset::default(),
+        }
+    }
+}
+
 /// Demodulates one stream.
 pub struct Pipeline {
     demodulator: Demodulator<2>,
@@ -101,24 +128,24 @@ impl Pipeline {
     /// # Errors
     /// When sample rate, carrier and constants do not go together.
     pub fn of_recording(manifest: &Manifest, format: AudioFormat) -> Result<Self, RecordedError> {
-        Self::of_clipped_recording(manifest, format, [f32::INFINITY; 2])
+        Self::of_recording_seen(manifest, format, &Unstated::default())
     }
 
-    /// As [`Pipeline::of_recording`], of a recording whose drive and pickup were seen to be cut off at these magnitudes.
+    /// As [`Pipeline::of_recording`], with what was seen of a recording and it does not state.
     ///
     /// # Errors
     /// As [`Pipeline::of_recording`].
-    pub fn of_clipped_recording(
+    pub fn of_recording_seen(
         manifest: &Manifest,
         format: AudioFormat,
-        [drive, pickup]: [f32; 2],
+        unstated: &Unstated,
     ) -> Result<Self, RecordedError> {
         let filter = Filter::new(Settings {
             sample_rate_hz: format.sample_rate_hz,
             carrier_hz: manifest.carrier_hz,
             output_rate_hz: frame_rate_hz(format.sample_rate_hz)?,
         })?;
-        let zm = recorded_zm(manifest, &filter)?;
+        let zm = recorded_zm(manifest, unstated, &filter)?;
         // Older recordings of this bench do not say where it clipped, but are in parts of full scale; of others the range
         // is unknown.
         let unsaid = if manifest.hardware.is_some() {
@@ -132,6 +159,7 @@ impl Pipeline {
         };
         let channels = usize::from(format.channels);
         let (on_drive, on_pickup) = (&manifest.channels.drive, &manifest.channels.pickup);
+        let [drive, pickup] = unstated.clip_levels;
         let demodulator = Demodulator::drive_and_pickup(
             filter,
             channels,
@@ -227,7 +255,11 @@ fn frame_rate_hz(sample_rate_hz: u32) -> Result<u32, RecordedError> {
 }
 
 /// A recording may state a channel or the force factor with the opposite sign; the sign is a phase of half a turn.
-fn recorded_zm(manifest: &Manifest, filter: &Filter) -> Result<Zm, ConstantError> {
+fn recorded_zm(
+    manifest: &Manifest,
+    unstated: &Unstated,
+    filter: &Filter,
+) -> Result<Zm, ConstantError> {
     let Manifest {
         channels, plate, ..
     } = manifest;
@@ -237,19 +269,18 @@ fn recorded_zm(manifest: &Manifest, filter: &Filter) -> Result<Zm, ConstantError
         plate.force_factor_n_per_v,
     ];
     let inverted = signs.iter().filter(|value| **value < 0.0).count() % 2 == 1;
-    Zm::new(
-        PlateConstants {
-            resonance_hz: plate.resonance_hz,
-            modal_mass_kg: plate.modal_mass_kg,
-            force_factor_n_per_v: plate.force_factor_n_per_v.abs(),
-        },
+    let zm = Zm::new(
+        plate.constants(),
         Channels {
             drive_volts_per_unit: channels.drive.volts_per_unit.abs(),
             pickup_metres_per_unit: channels.pickup.metres_per_unit.abs(),
-            pickup_phase_rad: channels.pickup.phase_rad + if inverted { PI } else { 0.0 },
+            pickup_phase_rad: channels.pickup.phase_rad
+                + unstated.pickup.turn_rad
+                + if inverted { PI } else { 0.0 },
         },
         filter,
-    )
+    )?;
+    Ok(zm.with_pickup_delay(unstated.pickup.delay_s))
 }
 
 #[cfg(test)]

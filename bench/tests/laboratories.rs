@@ -247,7 +247,11 @@ struct Errors {
 fn analysed(laboratory: &Laboratory) -> Errors {
     let folder = tempfile::tempdir().unwrap();
     laboratory.record(folder.path());
-    let found = recording::analyse(folder.path(), &Settings::default())
+    errors(folder.path())
+}
+
+fn errors(folder: &Path) -> Errors {
+    let found = recording::analyse(folder, &Settings::default())
         .found
         .unwrap();
     let of = |error: &dyn Fn(&Estimated) -> f64| {
@@ -275,7 +279,10 @@ fn assert_found(name: &str, laboratory: &Laboratory) {
 
 /// Every estimate within the limits that hold for the reference recordings; returns the warnings.
 fn assert_estimated(name: &str, laboratory: &Laboratory) -> Vec<Flaw> {
-    let errors = analysed(laboratory);
+    assert_within(name, analysed(laboratory))
+}
+
+fn assert_within(name: &str, errors: Errors) -> Vec<Flaw> {
     println!("{name}: {errors:.5?}");
     assert!(errors.instances >= 6, "{name}: {errors:?}");
     for (what, (_, greatest), limit) in [
@@ -334,31 +341,55 @@ fn a_generator_on_a_clock_of_its_own_serves() {
 }
 
 #[test]
-fn a_phase_that_nobody_stated_is_told() {
-    let folder = tempfile::tempdir().unwrap();
+fn a_phase_that_nobody_stated_is_found_in_the_modulation() {
+    for (late_samples, plate_hz) in [(0.2, 35e3), (1.0, 35e3), (-3.4, 34_985.0)] {
+        let folder = tempfile::tempdir().unwrap();
+        let laboratory = Laboratory {
+            pickup_late_samples: late_samples,
+            plate_hz,
+            ..PUBLISHED
+        };
+        let stated = Laboratory {
+            pickup_late_samples: 0.0,
+            ..laboratory
+        };
+        laboratory.record(folder.path());
+        fs::write(folder.path().join("recording.toml"), stated.manifest()).unwrap();
+        let name = format!("{late_samples} samples late, unstated");
+        let mut warnings = assert_within(&name, errors(folder.path()));
+        let Flaw::PickupPhase {
+            stated_rad,
+            found_rad,
+        } = warnings.remove(0)
+        else {
+            panic!("{warnings:?}");
+        };
+        let late_rad = TAU * 35e3 * late_samples / 100e3;
+        assert_eq!(stated_rad, 0.0);
+        let off_rad = Complex64::cis(found_rad - late_rad).arg();
+        assert!(off_rad.abs() < 0.01, "{name}: {found_rad}");
+        let detuned = plate_hz != stated.stated_plate_hz;
+        assert_eq!(!warnings.is_empty(), detuned, "{name}: {warnings:?}");
+    }
+}
+
+#[test]
+fn a_resonance_elsewhere_is_told_from_a_phase() {
     let laboratory = Laboratory {
-        pickup_late_samples: 0.2,
+        plate_hz: 34_980.0,
         ..PUBLISHED
     };
-    laboratory.record(folder.path());
-    let stated = Laboratory {
-        pickup_late_samples: 0.0,
-        ..laboratory
+    let warnings = assert_estimated("20 Hz below what is stated", &laboratory);
+    let [
+        Flaw::ResonanceElsewhere {
+            measured_hz,
+            stated_hz: _,
+        },
+    ] = warnings[..]
+    else {
+        panic!("{warnings:?}");
     };
-    fs::write(folder.path().join("recording.toml"), stated.manifest()).unwrap();
-    let flaws = recording::analyse(folder.path(), &Settings::default())
-        .found
-        .unwrap()
-        .flaws;
-    let [Flaw::PlateReactance { z_p_n_s_per_m, .. }] = flaws[..] else {
-        panic!("{flaws:?}");
-    };
-    // x̃ late by φ: Z_p = γŨ/(iω x̃ e^(−iφ)).
-    let phase_rad = TAU * 35e3 * 0.2 / 100e3;
-    assert!(
-        (z_p_n_s_per_m.arg() - phase_rad).abs() < 0.01,
-        "{z_p_n_s_per_m}"
-    );
+    assert!((measured_hz - 34_980.0).abs() < 1.0, "{measured_hz}");
 }
 
 #[test]

@@ -22,6 +22,7 @@ pub mod regression;
 pub mod smoothing;
 pub mod spectrum;
 pub mod tone;
+mod transient;
 mod window;
 mod zm;
 
@@ -29,4 +30,5 @@ pub use carrier::{CarrierError, CarrierLevel};
 pub use demodulator::{Demodulator, DemodulatorError, Envelope, Frame, Input};
 pub use filter::{Filter, FilterError, OUTPUT_RATE_HZ, Settings};
 pub use mask::Mask;
+pub use transient::Transient;
 pub use zm::{Channels, ConstantError, NULL_SIGMAS, PlateConstants, Zm, ZmFrame};

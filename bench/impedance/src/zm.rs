@@ -95,6 +95,7 @@ pub struct Zm {
     volts_per_unit: f64,
     /// Displacement per unit of the pickup channel, with its phase.
     metres_per_unit: Complex64,
+    pickup_delay_s: f64,
     derivative_noise_per_s: f64,
 }
 
@@ -175,8 +176,19 @@ impl Zm {
                 channels.pickup_metres_per_unit,
                 channels.pickup_phase_rad,
             ),
+            pickup_delay_s: 0.0,
             derivative_noise_per_s: filter.derivative_noise_per_s(),
         })
+    }
+
+    /// With a pickup whose envelope is late by `pickup_delay_s`, beside its phase. Undone to first order: at 6 Hz, index 0.95 and
+    /// 0.1 ms an amplitude is 7e-6 of its greatest off.
+    #[must_use]
+    pub fn with_pickup_delay(self, pickup_delay_s: f64) -> Self {
+        Self {
+            pickup_delay_s,
+            ..self
+        }
     }
 
     /// The impedance of one frame.
@@ -192,6 +204,7 @@ impl Zm {
         let force = drive.value * self.newtons_per_unit;
         let [x, dx, ddx] = [pickup.value, pickup.slope_per_s, pickup.curvature_per_s2]
             .map(|e| e * self.metres_per_unit);
+        let [x, dx] = [x + self.pickup_delay_s * dx, dx + self.pickup_delay_s * ddx];
         // Magnitudes are roots of `norm_sqr` here, for `hypot` guards against an overflow that no metre or volt comes near and
         // took a sixth of the time.
         let amplitude_m = x.norm_sqr().sqrt();

@@ -8,6 +8,7 @@ pub mod analysed;
 pub mod estimate;
 pub mod exploration;
 pub mod find;
+mod free_plate;
 pub mod instance;
 pub mod model_check;
 pub mod published;

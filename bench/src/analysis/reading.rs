@@ -11,7 +11,7 @@ use num_complex::Complex64;
 use super::analysed::RecordingError;
 use super::record::Record;
 use super::unloaded::UnloadedError;
-use crate::pipeline::{Pipeline, RecordedError};
+use crate::pipeline::{PickupOffset, Pipeline, RecordedError, Unstated};
 use crate::recording::manifest::Manifest;
 use crate::recording::reader::{self, ReadError, RecordingReader};
 
@@ -117,7 +117,26 @@ pub enum Flaw {
         /// RMS about the mean, N·s/m.
         scatter_n_s_per_m: f64,
     },
-    /// The unloaded plate's impedance turned out of its phase.
+    /// The pickup's phase is not what is stated.
+    #[error(
+        "pickup: the unloaded plate answers to the modulation as with phase_rad = {found_rad:.3}, but recording.toml states {stated_rad:.3}; analysed with what was found: state it, or look for a swapped or delayed channel"
+    )]
+    PickupPhase {
+        /// As stated, rad.
+        stated_rad: f64,
+        /// As the plate tells, rad.
+        found_rad: f64,
+    },
+    /// The pickup's envelope is not that of the same moment as the drive's.
+    #[error(
+        "pickup: the unloaded plate answers to the modulation as if the pickup were {:+.0} µs late; analysed with that: look for a filter or a delay in its channel, and whether modal_mass_kg holds",
+        delay_s * 1e6
+    )]
+    PickupLate {
+        /// How late, s.
+        delay_s: f64,
+    },
+    /// The unloaded plate's impedance is out of its phase, and so is the pickup or the resonance.
     #[error(
         "the unloaded plate's impedance is {z_p_n_s_per_m:.2} N·s/m, but carrier_hz, resonance_hz and modal_mass_kg make its imaginary part {expected_im_n_s_per_m:+.2}: check the pickup's phase_rad, and the resonance"
     )]
@@ -126,6 +145,16 @@ pub enum Flaw {
         z_p_n_s_per_m: Complex64,
         /// ω m_p − k_p/ω, N·s/m.
         expected_im_n_s_per_m: f64,
+    },
+    /// The resonance is elsewhere than stated.
+    #[error(
+        "the plate's resonance is at {measured_hz:.0} Hz by the unloaded plate's impedance, not at {stated_hz} Hz as recording.toml says; Z_p is read with the plate as it was"
+    )]
+    ResonanceElsewhere {
+        /// Where it is, Hz.
+        measured_hz: f64,
+        /// Where it should be, Hz.
+        stated_hz: f64,
     },
     /// No exploration to analyse.
     #[error("no exploration interval")]
@@ -151,17 +180,17 @@ impl Reading {
     }
 }
 
-/// Reads a recording folder. The audio is read twice: first for the level at which it clips.
+/// Reads a recording folder, with the pickup as stated but for its offset. The audio is read twice: first for the level at which it clips.
 ///
 /// # Errors
 /// A file cannot be read, or the audio cannot be demodulated as the manifest says.
-pub fn read(folder: &Path) -> Result<Reading, RecordingError> {
+pub fn read(folder: &Path, pickup: PickupOffset) -> Result<Reading, RecordingError> {
     let mut reader = RecordingReader::open(folder)?;
     let channels = usize::from(reader.format().channels);
     let manifest = reader.manifest().clone();
     let drive = usize::from(manifest.channels.drive.index);
-    let pickup = usize::from(manifest.channels.pickup.index);
-    let indices = [(Channel::Drive, drive), (Channel::Pickup, pickup)];
+    let piezo = usize::from(manifest.channels.pickup.index);
+    let indices = [(Channel::Drive, drive), (Channel::Pickup, piezo)];
 
     let mut extremes = [Extremes::default(), Extremes::default()];
     let mut block = Vec::new();
@@ -175,8 +204,12 @@ pub fn read(folder: &Path) -> Result<Reading, RecordingError> {
         }
     }
     let mut flaws: Vec<Flaw> = reader.warnings().iter().cloned().map(Flaw::from).collect();
-    let mut clip_levels = [f32::INFINITY; 2];
-    for ((extremes, level), (channel, _)) in extremes.iter().zip(&mut clip_levels).zip(indices) {
+    let mut unstated = Unstated {
+        pickup,
+        ..Unstated::default()
+    };
+    let levels = extremes.iter().zip(&mut unstated.clip_levels);
+    for ((extremes, level), (channel, _)) in levels.zip(indices) {
         if extremes.lost > 0 {
             flaws.push(Flaw::LostSamples {
                 channel,
@@ -194,12 +227,12 @@ pub fn read(folder: &Path) -> Result<Reading, RecordingError> {
     }
 
     let mut reader = RecordingReader::open(folder)?;
-    let mut pipeline = Pipeline::of_clipped_recording(&manifest, reader.format(), clip_levels)?;
+    let mut pipeline = Pipeline::of_recording_seen(&manifest, reader.format(), &unstated)?;
     let mut levels = Levels::new(&manifest, reader.format().sample_rate_hz);
     let mut record = Record::default();
     while reader.read_block(BLOCK_FRAMES, &mut block)? > 0 {
         let (first, before) = (pipeline.account().frames, record.frames.len());
-        levels.take(first, &block, channels, [drive, pickup]);
+        levels.take(first, &block, channels, [drive, piezo]);
         pipeline
             .take(&block, &mut record.frames)
             .map_err(RecordedError::from)?;

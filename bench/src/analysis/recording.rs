@@ -1,22 +1,21 @@
 //! One recording: Z_p, the instances, both estimates of each, the model check.
 
-use std::f64::consts::TAU;
 use std::path::Path;
 
-use num_complex::Complex64;
 use protocols::selection::{StretchOutcome, select};
 use protocols::{Direction, Protocol, SelectionRules};
 
 use super::analysed::{RecordingAnalysis, RecordingError, RecordingFindings, Rejected};
 use super::estimate::estimate;
 use super::exploration::Exploration;
+use super::free_plate::{FreePlate, pickup_flaws};
 use super::model_check;
 use super::reading::{self, Flaw, Reading};
 use super::record::Record;
 use super::settings::Settings;
-use super::unloaded;
+use crate::pipeline::PickupOffset;
 use crate::recording::Manifest;
-use crate::recording::manifest::{IntervalKind, Plate};
+use crate::recording::manifest::IntervalKind;
 
 /// Analyses the recording in `folder`.
 pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
@@ -27,9 +26,17 @@ pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
 }
 
 fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, RecordingError> {
-    let reading = reading::read(folder)?;
+    let mut reading = reading::read(folder, PickupOffset::default())?;
     let rules = selection_rules(folder, &reading.manifest, settings);
     let carrier_missing = reading.carrier_missing();
+    let mut plate = FreePlate::read(&reading, rules.contact_n / 2.0);
+    if let Some(offset) = plate.pickup_offset() {
+        reading = reading::read(folder, offset)?;
+        reading
+            .flaws
+            .extend(pickup_flaws(offset, &reading.manifest));
+        plate = FreePlate::read(&reading, rules.contact_n / 2.0);
+    }
     let Reading {
         manifest,
         record,
@@ -61,34 +68,8 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
         return Ok(findings);
     }
 
-    let unloaded: Vec<(f64, f64)> = findings
-        .manifest
-        .intervals
-        .iter()
-        .filter(|interval| interval.kind == IntervalKind::Unloaded)
-        .map(|interval| (interval.start_s, interval.end_s))
-        .collect();
-    let modulation_hz = findings.manifest.modulation_hz;
-    match unloaded::read(&record, &unloaded, modulation_hz, rules.contact_n / 2.0) {
-        Ok(reading) => {
-            findings.z_p = Some(reading.plate);
-            findings.flaws.extend(turned(
-                &findings.manifest,
-                reading.plate.corrected_n_s_per_m,
-            ));
-            if reading.touched_s > 0.0 {
-                findings.flaws.push(Flaw::Touched {
-                    touched_s: reading.touched_s,
-                });
-            }
-            findings.flaws.extend(
-                reading
-                    .scatter_n_s_per_m
-                    .map(|scatter_n_s_per_m| Flaw::PlateScatters { scatter_n_s_per_m }),
-            );
-        }
-        Err(error) => findings.flaws.push(error.into()),
-    }
+    findings.z_p = plate.z_p();
+    findings.flaws.extend(plate.flaws(&findings.manifest));
 
     for (direction, start_s, end_s) in explorations {
         findings.explore(&record, direction, (start_s, end_s), settings);
@@ -102,27 +83,6 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
         );
     }
     Ok(findings)
-}
-
-/// A part of |Z_p| by which its imaginary part may be off: 0.15 rad of the pickup's phase, or 10 Hz of a resonance whose Q is 250.
-const GREATEST_REACTANCE_ERROR: f64 = 0.15;
-
-/// Whether the phase of Z_p is not what the plate's constants give. It is told, not mended: a phase and a resonance that are wrong
-/// look alike.
-fn turned(manifest: &Manifest, z_p_n_s_per_m: Complex64) -> Option<Flaw> {
-    let Plate {
-        resonance_hz,
-        modal_mass_kg,
-        ..
-    } = manifest.plate;
-    // ω m_p − k_p/ω
-    let expected_im_n_s_per_m =
-        TAU * modal_mass_kg * (manifest.carrier_hz - resonance_hz.powi(2) / manifest.carrier_hz);
-    let off = (z_p_n_s_per_m.im - expected_im_n_s_per_m).abs();
-    (off > GREATEST_REACTANCE_ERROR * z_p_n_s_per_m.norm()).then_some(Flaw::PlateReactance {
-        z_p_n_s_per_m,
-        expected_im_n_s_per_m,
-    })
 }
 
 /// Direction, start and end of each exploration, in time order.

@@ -9,7 +9,7 @@ use super::record::Record;
 const GREATEST_SCATTER_N_S_PER_M: f64 = 0.5;
 
 /// Z_p and whether to believe it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
     /// Z_p by both methods.
     pub plate: PlateReading,
@@ -17,6 +17,8 @@ pub struct Reading {
     pub touched_s: f64,
     /// RMS of the corrected impedance about Z_p, if it is more than a free plate's.
     pub scatter_n_s_per_m: Option<f64>,
+    /// The frames that it was read from.
+    pub free: Vec<ZmFrame>,
 }
 
 /// Why Z_p cannot be read.
@@ -94,6 +96,7 @@ pub fn read(
         plate,
         touched_s: f64::from(touched) * interval_s,
         scatter_n_s_per_m: (scatter > GREATEST_SCATTER_N_S_PER_M).then_some(scatter),
+        free,
     })
 }
 

@@ -7,7 +7,8 @@ use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
-pub use protocols::Direction;
+pub use impedance::PlateConstants;
+use protocols::Direction;
 use protocols::strict_toml::{self, TomlError};
 
 /// The version of `recording.toml` that this crate writes and reads.
@@ -102,6 +103,17 @@ pub struct Plate {
     pub force_factor_n_per_v: f64,
     /// Position of the plate's centre on the scale of `position.csv`, metres.
     pub centre_m: f64,
+}
+
+impl Plate {
+    /// Its constants as impedances are read with. A negative force factor is a phase of half a turn, which is not among them.
+    pub fn constants(&self) -> PlateConstants {
+        PlateConstants {
+            resonance_hz: self.resonance_hz,
+            modal_mass_kg: self.modal_mass_kg,
+            force_factor_n_per_v: self.force_factor_n_per_v.abs(),
+        }
+    }
 }
 
 /// What a stretch of a recording is.

@@ -3,6 +3,7 @@ use num_complex::Complex64;
 
 use crate::contact::Contact;
 use crate::error::{ModelError, not_negative, positive};
+use crate::fit::residual_noise::ResidualNoise;
 use crate::inversion::{Dependent, Inversion};
 
 /// Parameters in the order ln σ_t, Re Z_t, Im Z_t, τ in ms.
@@ -21,8 +22,8 @@ pub(crate) const Z_T_SLOPES: [Complex64; PARAMETERS] = [
 pub struct FittedFinger {
     pub(crate) inversion: Inversion<PARAMETERS>,
     pub(crate) tau_s: f64,
-    /// Standard deviation of one component of Z_m times the amplitude at which it was read, N·s.
-    pub(crate) z_m_noise: f64,
+    /// Of one component of Z_m, the shape being 1/amplitude.
+    pub(crate) z_m_noise: ResidualNoise,
 }
 
 /// Gap and what follows from it at one sample, with everything they depend on.
@@ -55,7 +56,7 @@ impl FittedFinger {
                 covariance: None,
             },
             tau_s: not_negative("tau", "s", tau_s)?,
-            z_m_noise: 0.0,
+            z_m_noise: ResidualNoise::default(),
         })
     }
 
@@ -88,7 +89,9 @@ impl FittedFinger {
     }
 
     pub(crate) fn read(&self, z_m: Complex64, amplitude_m: f64) -> Result<Reading, ModelError> {
-        let k_c = self.inversion.stiffness(z_m, self.z_m_noise / amplitude_m);
+        let k_c = self
+            .inversion
+            .stiffness(z_m, self.z_m_noise.std(amplitude_m.recip()));
         let gap = self.inversion.gap(&k_c, amplitude_m)?;
         Ok(Reading { k_c, gap })
     }

@@ -260,7 +260,7 @@ impl<'a> Model<'a> {
         let z_m_std: Vec<f64> = samples
             .amplitude_m
             .iter()
-            .map(|a| minimum.noise / a)
+            .map(|a| minimum.noise.std(a.recip()))
             .collect();
         let finger = FittedFinger {
             inversion: Inversion {

@@ -3,10 +3,13 @@ use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn, SMatrix, SVector};
 use num_complex::Complex64;
 
+use super::residual_noise::ResidualNoise;
+
 /// A model of the complex impedance of every sample of an instance, with N real parameters.
 pub(crate) trait ImpedanceModel<const N: usize> {
     fn measured(&self) -> &[Complex64];
-    /// How the noise of a sample goes with its index, in any unit. The fit counts all samples alike; its standard errors do not.
+    /// How the noise of a sample goes with its index, in any unit; the model's own error comes on top of it. The fit counts all
+    /// samples alike; its standard errors do not.
     fn noise_shape(&self, index: usize) -> f64;
     /// Impedances and their derivatives; `None` outside the model's domain.
     fn evaluate(
@@ -33,8 +36,8 @@ pub(crate) struct Minimum<const N: usize> {
     pub(crate) failure: Option<String>,
     /// Parameter covariance; `None` if the data do not depend on some combination of the parameters.
     pub(crate) covariance: Option<SMatrix<f64, N, N>>,
-    /// Standard deviation of one component of the residual, in units of the model's noise shape.
-    pub(crate) noise: f64,
+    /// Of one component of the residual.
+    pub(crate) noise: ResidualNoise,
 }
 
 impl<const N: usize> Minimum<N> {
@@ -188,18 +191,21 @@ fn summarise<M: ImpedanceModel<N>, const N: usize>(
         .map(|index| problem.residual(index))
         .collect();
     let squares = residuals.iter().map(Complex64::norm_sqr).sum::<f64>();
+    let shapes: Vec<f64> = (0..residuals.len())
+        .map(|index| problem.model.noise_shape(index))
+        .collect();
+    let noise = ResidualNoise::of(&residuals, &shapes, N);
+    let deviations: Vec<f64> = shapes.iter().map(|&shape| noise.std(shape)).collect();
     let white: Vec<Complex64> = residuals
         .iter()
-        .enumerate()
-        .map(|(i, r)| r / problem.model.noise_shape(i))
+        .zip(&deviations)
+        .map(|(residual, deviation)| residual / deviation)
         .collect();
-    let freedom = (2 * residuals.len()).saturating_sub(N).max(1) as f64;
-    let noise = (white.iter().map(Complex64::norm_sqr).sum::<f64>() / freedom).sqrt();
     let (mut normal, mut scatter) = (SMatrix::<f64, N, N>::zeros(), SMatrix::<f64, N, N>::zeros());
-    for (i, slope) in problem.slopes.iter().enumerate() {
+    for (slope, deviation) in problem.slopes.iter().zip(&deviations) {
         let product = SMatrix::from_fn(|row, column| (slope[row].conj() * slope[column]).re);
         normal += product;
-        scatter += product * (noise * problem.model.noise_shape(i)).powi(2);
+        scatter += product * deviation.powi(2);
     }
     let covariance =
         invert_scaled(&normal).map(|inverse| inverse * scatter * inverse * correlation(&white));

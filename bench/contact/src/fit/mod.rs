@@ -32,6 +32,7 @@ mod estimate;
 pub(crate) mod lag;
 mod least_squares;
 pub mod paper;
+pub(crate) mod residual_noise;
 mod series;
 
 pub use dynamic::DynamicFit;

@@ -249,7 +249,7 @@ impl<'a> Model<'a> {
         let measured = Measured {
             time_s: samples.time_s,
             z_m: self.z_m,
-            z_m_std: &vec![minimum.noise; self.z_m.len()],
+            z_m_std: &vec![minimum.noise.std(1.0); self.z_m.len()],
             amplitude_m: self.amplitude_m,
             normal_n: &self.normal_n,
         };

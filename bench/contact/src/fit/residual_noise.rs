@@ -1,0 +1,143 @@
+//! What the residuals of an impedance are made of.
+
+use num_complex::Complex64;
+
+/// Standard deviation of one component of a residual: √(floor² + (scale·shape)²), where the shape is how noise goes with the sample
+/// (white noise on force and velocity goes as 1/|ṽ_p|) and the floor is the model's own error, alike for all. With the noise
+/// alone, a model error of 0.1 % of Z_m would pass for a noise that drowns the smallest amplitudes, of which σ_t and Z_t hang.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct ResidualNoise {
+    /// In N·s/m.
+    pub(crate) floor: f64,
+    /// In N·s/m per unit of the shape.
+    pub(crate) scale: f64,
+}
+
+const ITERATIONS: usize = 50;
+/// A variance below this part of the mean is taken for it, so that no sample has all the weight.
+const LEAST_VARIANCE: f64 = 1e-9;
+/// Shapes that differ by less tell the two apart no more.
+const LEAST_SPREAD: f64 = 1e-6;
+
+impl ResidualNoise {
+    pub(crate) fn std(&self, shape: f64) -> f64 {
+        self.floor.hypot(self.scale * shape)
+    }
+
+    /// By maximum likelihood of normal residuals (Fisher scoring: the squares in weighted least squares on 1 and shape²), after a fit
+    /// of as many real `parameters`.
+    pub(crate) fn of(residuals: &[Complex64], shapes: &[f64], parameters: usize) -> Self {
+        let n = residuals.len() as f64;
+        let freedom = (2.0 * n - parameters as f64).max(1.0);
+        let squares: Vec<f64> = residuals
+            .iter()
+            .map(|r| r.norm_sqr() * n / freedom)
+            .collect();
+        let mean_square = squares.iter().sum::<f64>() / n;
+        let mean_shape2 = shapes.iter().map(|s| s * s).sum::<f64>() / n;
+        if !(mean_square > 0.0 && mean_shape2 > 0.0) {
+            return Self::default();
+        }
+        let shapes2: Vec<f64> = shapes.iter().map(|s| s * s / mean_shape2).collect();
+        let (mut floor2, mut scale2) = (mean_square / 2.0, mean_square / 2.0);
+        for _ in 0..ITERATIONS {
+            let [mut w, mut wq, mut wqq, mut wy, mut wqy] = [0.0; 5];
+            for (&y, &q) in squares.iter().zip(&shapes2) {
+                let variance = (floor2 + scale2 * q).max(LEAST_VARIANCE * mean_square);
+                let weight = variance.powi(-2);
+                w += weight;
+                wq += weight * q;
+                wqq += weight * q * q;
+                wy += weight * y;
+                wqy += weight * q * y;
+            }
+            let determinant = w * wqq - wq * wq;
+            (floor2, scale2) = if determinant < LEAST_SPREAD * w * wqq {
+                (wy / w, 0.0)
+            } else {
+                let floor2 = (wqq * wy - wq * wqy) / determinant;
+                let scale2 = (w * wqy - wq * wy) / determinant;
+                if floor2 < 0.0 {
+                    (0.0, wqy / wqq)
+                } else if scale2 < 0.0 {
+                    (wy / w, 0.0)
+                } else {
+                    (floor2, scale2)
+                }
+            };
+        }
+        Self {
+            floor: floor2.sqrt(),
+            scale: (scale2 / mean_shape2).sqrt(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    /// Shapes over the amplitudes of a rising stretch, 50 nm to 3 µm.
+    fn shapes(n: usize) -> Vec<f64> {
+        let last = (n - 1) as f64;
+        (0..n)
+            .map(|i| (50e-9 * 60f64.powf(i as f64 / last)).recip())
+            .collect()
+    }
+
+    fn residuals(truth: ResidualNoise, shapes: &[f64], seed: u64) -> Vec<Complex64> {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+        shapes
+            .iter()
+            .map(|&shape| truth.std(shape) * Complex64::new(normal(), normal()))
+            .collect()
+    }
+
+    #[test]
+    fn both_parts_are_found() {
+        let shapes = shapes(4000);
+        for (floor, scale) in [(0.02, 3e-9), (0.1, 2e-8), (0.001, 2e-9)] {
+            let truth = ResidualNoise { floor, scale };
+            let found = ResidualNoise::of(&residuals(truth, &shapes, 7), &shapes, 0);
+            assert_relative_eq!(found.floor, floor, max_relative = 0.1);
+            assert_relative_eq!(found.scale, scale, max_relative = 0.1);
+        }
+    }
+
+    #[test]
+    fn a_part_that_is_not_there_is_near_nothing() {
+        let shapes = shapes(120);
+        for seed in 0..20 {
+            let noise = ResidualNoise {
+                floor: 0.0,
+                scale: 1e-9,
+            };
+            let found = ResidualNoise::of(&residuals(noise, &shapes, seed), &shapes, 4);
+            assert_relative_eq!(found.std(1e7), noise.std(1e7), max_relative = 0.25);
+            let error = ResidualNoise {
+                floor: 0.02,
+                scale: 0.0,
+            };
+            let found = ResidualNoise::of(&residuals(error, &shapes, seed), &shapes, 4);
+            assert_relative_eq!(found.std(1e6), error.std(1e6), max_relative = 0.25);
+        }
+    }
+
+    #[test]
+    fn of_samples_that_are_alike_it_is_their_deviation() {
+        let residuals = [Complex64::new(0.3, -0.1), Complex64::new(-0.2, 0.4)];
+        let found = ResidualNoise::of(&residuals, &[1.0; 2], 0);
+        assert_relative_eq!(found.floor, (0.3f64 / 4.0).sqrt(), max_relative = 1e-12);
+        assert_eq!(found.scale, 0.0);
+        let nothing = [Complex64::ZERO; 9];
+        assert_eq!(
+            ResidualNoise::of(&nothing, &[1.0; 9], 4),
+            ResidualNoise::default()
+        );
+    }
+}

@@ -9,6 +9,7 @@ use std::path::Path;
 use contact::AssumedConstants;
 use criterion::{Criterion, criterion_group, criterion_main};
 use friction_bench::analysis::{Settings, reading, unloaded};
+use friction_bench::pipeline::PickupOffset;
 use friction_bench::recording::manifest::IntervalKind;
 use friction_bench::refit::{self, FitRequest, Selected};
 use protocols::selection::select;
@@ -16,7 +17,7 @@ use protocols::selection::select;
 /// A trial of two explorations; those of the reference are alike, so one stands for both.
 fn trial() -> anyhow::Result<(FitRequest, f64)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/reference/recording-a");
-    let reading = reading::read(&folder)?;
+    let reading = reading::read(&folder, PickupOffset::default())?;
     let rules = Settings::default().selection_rules(reading.manifest.plate.centre_m);
     let (mut free, mut explorations) = (Vec::new(), Vec::new());
     for interval in &reading.manifest.intervals {

@@ -7,8 +7,8 @@ use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
-pub use impedance::PlateConstants;
-use protocols::Direction;
+use impedance::PlateConstants;
+pub use protocols::Direction;
 use protocols::strict_toml::{self, TomlError};
 
 /// The version of `recording.toml` that this crate writes and reads.

@@ -7,6 +7,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 use friction_bench::calibration::Calibration;
+use friction_bench::config::Config;
 use friction_bench::force::{ForceProtocol, ForceSample};
 use friction_bench::recording::wav::{AudioFormat, WavReader, header};
 use friction_bench::recording::{
@@ -67,6 +68,11 @@ pub fn manifest(bytes: &[u8]) -> bool {
 /// Bytes as a protocol file.
 pub fn protocol(bytes: &[u8]) -> bool {
     text(bytes).is_some_and(|text| Protocol::parse(text, "protocol.toml").is_ok())
+}
+
+/// Bytes as `bench.toml`.
+pub fn config(bytes: &[u8]) -> bool {
+    text(bytes).is_some_and(|text| Config::parse(text, "bench.toml").is_ok())
 }
 
 /// Bytes as `calibration.toml` after its hash: what is read is written and read back alike.

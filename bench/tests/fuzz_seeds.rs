@@ -72,6 +72,11 @@ fn protocol_files() {
 }
 
 #[test]
+fn bench_descriptions() {
+    replay("config", readers::config);
+}
+
+#[test]
 fn calibrations() {
     replay("calibration", readers::calibration);
 }

@@ -47,29 +47,34 @@ impl Room {
         self.folder.path().join("calibration.toml")
     }
 
+    /// What names this room's simulated bench and its calibration.
+    fn on_bench<'c>(&self, command: &'c mut Command) -> &'c mut Command {
+        command
+            .args(["--seed", &self.seed, "--mock"])
+            .arg(&self.scenario)
+            .arg("--calibration")
+            .arg(self.calibration())
+    }
+
     /// A command on this room's simulated bench, with its calibration.
     pub fn command(&self, words: &[&str]) -> Command {
         let mut command = bench();
-        command
-            .args(words)
-            .args(["--speed", "max", "--seed", &self.seed, "--mock"])
-            .arg(&self.scenario)
-            .arg("--calibration")
-            .arg(self.calibration());
+        self.on_bench(command.args(words).args(["--speed", "max"]));
         command
     }
 
     /// `calibrate` with these words.
     pub fn calibrate(&self, words: &[&str]) -> Command {
-        let mut command = self.command(&["calibrate"]);
-        // The subcommand of a subcommand comes before any option.
-        command = {
-            let mut ordered = bench();
-            let given: Vec<_> = command.get_args().skip(1).map(ToOwned::to_owned).collect();
-            ordered.arg("calibrate").args(words).args(given);
-            ordered
-        };
-        command.args(["--operator", "A. Tester"]);
+        let mut command = bench();
+        command.arg("calibrate").args(words);
+        self.on_bench(command.args(["--speed", "max", "--operator", "A. Tester"]));
+        command
+    }
+
+    /// `check`, whole.
+    pub fn check(&self) -> Command {
+        let mut command = bench();
+        self.on_bench(command.arg("check"));
         command
     }
 

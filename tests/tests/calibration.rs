@@ -7,7 +7,6 @@
 use std::fs;
 use std::path::Path;
 
-use bench_tests::program::bench;
 use bench_tests::room::{Room, refused};
 use bench_tests::session::{finish, text};
 use bench_tests::truth::Bench;
@@ -246,16 +245,7 @@ fn check_compares_the_channels_with_the_calibration() {
     room.succeed(&["pickup"]);
     room.succeed(&["plate"]);
     room.weigh();
-    let check = || {
-        let mut command = bench();
-        command
-            .args(["check", "--seed", "1", "--mock"])
-            .arg(&room.scenario)
-            .arg("--calibration")
-            .arg(room.calibration());
-        command
-    };
-    let output = finish(&mut check());
+    let output = finish(&mut room.check());
     let said = text(&output);
     assert!(output.status.success(), "{said}");
     assert!(said.contains("gain and phase as calibrated"), "{said}");
@@ -274,11 +264,11 @@ fn check_compares_the_channels_with_the_calibration() {
         ),
     ] {
         fs::write(&room.scenario, scenario).unwrap();
-        refused(check(), &["FAILED  channels", words]);
+        refused(room.check(), &["FAILED  channels", words]);
     }
     room.change(|c| c.identity.gains = "preamplifier 20 dB".to_owned());
     fs::write(&room.scenario, "").unwrap();
-    refused(check(), &["FAILED  calibration", "preamplifier 20 dB"]);
+    refused(room.check(), &["FAILED  calibration", "preamplifier 20 dB"]);
 }
 
 #[test]

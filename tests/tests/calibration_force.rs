@@ -189,20 +189,11 @@ fn a_moved_zero_fails_the_check_until_it_is_tared() {
     .unwrap();
     room.succeed(&["force", "--masses-csv", masses.to_str().unwrap()]);
     let before = kept(&room);
-    let check = || {
-        let mut command = bench();
-        command
-            .args(["check", "--seed", "1", "--mock"])
-            .arg(&room.scenario)
-            .arg("--calibration")
-            .arg(room.calibration());
-        command
-    };
-    let output = finish(&mut check());
+    let output = finish(&mut room.check());
     assert!(output.status.success(), "{}", text(&output));
     fs::write(&room.scenario, "[force_sensor]\nnormal_offset_n = 0.15\n").unwrap();
     refused(
-        check(),
+        room.check(),
         &[
             "FAILED  force at zero",
             "normal 0.15",
@@ -213,7 +204,7 @@ fn a_moved_zero_fails_the_check_until_it_is_tared() {
     assert!(printed.contains("by +15"), "{printed}");
     let after = kept(&room);
     assert_eq!(after.correction().matrix, before.correction().matrix);
-    let output = finish(&mut check());
+    let output = finish(&mut room.check());
     assert!(output.status.success(), "{}", text(&output));
 }
 

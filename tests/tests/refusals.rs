@@ -50,6 +50,17 @@ fn refused_before_anything_is_made(command: &mut Command, study: &Path, words: &
     assert!(!study.exists(), "{} was made", study.display());
 }
 
+/// A session on what `config` describes, with all that a session needs.
+fn uncalibrated(study: &Path, config: &Path) -> Command {
+    let mut run = bench();
+    run.args(["run", "--headless", "--uncalibrated"])
+        .args(["--participant", "sub-01", "--consent-by", "K", "--study"])
+        .arg(study)
+        .arg("--config")
+        .arg(config);
+    run
+}
+
 #[test]
 fn without_a_configuration_it_says_how_to_get_one() {
     let (folder, study) = room();
@@ -81,20 +92,7 @@ fn without_a_sound_card() {
     );
     let absent = folder.path().join("absent.conf");
     for alsa_configuration in [None, Some(&absent)] {
-        let mut run = bench();
-        run.args([
-            "run",
-            "--headless",
-            "--uncalibrated",
-            "--participant",
-            "sub-01",
-            "--consent-by",
-            "K",
-            "--study",
-        ])
-        .arg(&study)
-        .arg("--config")
-        .arg(&config);
+        let mut run = uncalibrated(&study, &config);
         if let Some(path) = alsa_configuration {
             run.env("ALSA_CONFIG_PATH", path);
         }
@@ -322,20 +320,7 @@ fn without_gpio() {
     ];
     for (backend, word) in backends {
         let config = config_with(folder.path(), &[("backend = \"none\"", backend)]);
-        let mut run = bench();
-        run.args([
-            "run",
-            "--headless",
-            "--uncalibrated",
-            "--participant",
-            "sub-01",
-            "--consent-by",
-            "K",
-            "--study",
-        ])
-        .arg(&study)
-        .arg("--config")
-        .arg(&config);
+        let mut run = uncalibrated(&study, &config);
         refused_before_anything_is_made(&mut run, &study, &[word]);
     }
 }
@@ -388,19 +373,9 @@ fn a_session_or_a_trial_that_exists_is_never_overwritten() {
 #[test]
 fn a_second_instance_on_the_same_study() {
     let (folder, study) = room();
-    let mut first = bench();
-    first
-        .args([
-            "run",
-            "--mock",
-            "--headless",
-            "--participant",
-            "sub-01",
-            "--consent-by",
-            "K",
-            "--study",
-        ])
-        .arg(&study);
+    // Of ten minutes, and not in real time, where a starved computer may end it.
+    let protocol = Path::new(env!("CARGO_MANIFEST_DIR")).join("protocols/long.toml");
+    let mut first = unattended(&study, "sub-01", protocol);
     let mut first = Running::start(&mut first, &folder.path().join("output"));
     let log = study.join("sub-01/ses-01/events.jsonl");
     let began = first.wait_for(MINUTE, || log.is_file().then_some(()));

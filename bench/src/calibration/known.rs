@@ -7,6 +7,8 @@ use std::time::Duration;
 use anyhow::{Context, bail};
 use serialport::SerialPort;
 
+use super::table;
+
 /// Micrometres, as people type amplitudes and instruments send them.
 const MICROMETRE_M: f64 = 1e-6;
 /// A line longer than this is no number.
@@ -37,19 +39,11 @@ pub fn read_table(path: &Path) -> anyhow::Result<Vec<(f64, f64)>> {
         drive_v: f64,
         known_um: f64,
     }
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .from_path(path)
-        .with_context(|| format!("cannot read {}", path.display()))?;
-    reader
-        .deserialize::<Row>()
-        .map(|row| {
-            let row = row.with_context(|| {
-                format!("{}: the columns must be drive_v,known_um", path.display())
-            })?;
-            Ok((row.drive_v, row.known_um * MICROMETRE_M))
-        })
-        .collect()
+    let rows = table::rows::<Row>(path, "drive_v,known_um")?;
+    Ok(rows
+        .iter()
+        .map(|row| (row.drive_v, row.known_um * MICROMETRE_M))
+        .collect())
 }
 
 /// Typed micrometres in metres.

@@ -16,6 +16,7 @@ pub mod operator;
 pub mod pickup;
 pub mod plate;
 pub mod rig;
+mod table;
 pub mod unattended;
 
 pub use file::{Calibration, FileError};

@@ -2,9 +2,8 @@
 
 use std::path::Path;
 
-use anyhow::Context;
-
 use crate::calibration::operator::{Axis, GRAM_KG};
+use crate::calibration::table;
 
 /// A known mass and where it goes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,29 +47,19 @@ pub fn read_table(path: &Path) -> anyhow::Result<Vec<Mass>> {
         #[serde(default)]
         sigma_g: Option<f64>,
     }
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .from_path(path)
-        .with_context(|| format!("cannot read {}", path.display()))?;
-    reader
-        .deserialize::<Row>()
-        .map(|row| {
-            let row = row.with_context(|| {
-                format!(
-                    "{}: the columns must be axis,mass_g or axis,mass_g,sigma_g, an axis normal or lateral",
-                    path.display()
-                )
-            })?;
-            Ok(Mass {
-                axis: match row.axis {
-                    Named::Normal => Axis::Normal,
-                    Named::Lateral => Axis::Lateral,
-                },
-                mass_kg: row.mass_g * GRAM_KG,
-                sigma_kg: row.sigma_g.unwrap_or(0.0) * GRAM_KG,
-            })
+    let columns = "axis,mass_g or axis,mass_g,sigma_g, an axis normal or lateral";
+    let rows = table::rows::<Row>(path, columns)?;
+    Ok(rows
+        .iter()
+        .map(|row| Mass {
+            axis: match row.axis {
+                Named::Normal => Axis::Normal,
+                Named::Lateral => Axis::Lateral,
+            },
+            mass_kg: row.mass_g * GRAM_KG,
+            sigma_kg: row.sigma_g.unwrap_or(0.0) * GRAM_KG,
         })
-        .collect()
+        .collect())
 }
 
 /// How well what is known is known: standard uncertainties, relative.

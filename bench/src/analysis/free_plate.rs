@@ -71,11 +71,12 @@ impl FreePlate {
     /// What of the pickup is not as stated, if the modulation tells of much.
     pub(super) fn pickup_offset(&self) -> Option<PickupOffset> {
         let transient = self.transient?;
+        let beyond = |value: f64, least: f64| if value.abs() > least { value } else { 0.0 };
         let offset = PickupOffset {
-            turn_rad: transient.phase_rad,
-            delay_s: transient.delay_s,
+            turn_rad: beyond(transient.phase_rad, LEAST_TURN_RAD),
+            delay_s: beyond(transient.delay_s, LEAST_DELAY_S),
         };
-        (is_turned(offset) || is_late(offset)).then_some(offset)
+        (offset != PickupOffset::default()).then_some(offset)
     }
 
     /// What is wrong with the intervals, or with what the recording states of plate and pickup.
@@ -126,23 +127,14 @@ impl FreePlate {
     }
 }
 
-fn is_turned(offset: PickupOffset) -> bool {
-    offset.turn_rad.abs() > LEAST_TURN_RAD
-}
-
-fn is_late(offset: PickupOffset) -> bool {
-    offset.delay_s.abs() > LEAST_DELAY_S
-}
-
 /// How an offset of the pickup is told.
 pub(super) fn pickup_flaws(offset: PickupOffset, manifest: &Manifest) -> Vec<Flaw> {
+    let PickupOffset { turn_rad, delay_s } = offset;
     let stated_rad = manifest.channels.pickup.phase_rad;
-    let phase = is_turned(offset).then_some(Flaw::PickupPhase {
+    let phase = (turn_rad != 0.0).then_some(Flaw::PickupPhase {
         stated_rad,
-        found_rad: Complex64::cis(stated_rad + offset.turn_rad).arg(),
+        found_rad: Complex64::cis(stated_rad + turn_rad).arg(),
     });
-    let late = is_late(offset).then_some(Flaw::PickupLate {
-        delay_s: offset.delay_s,
-    });
+    let late = (delay_s != 0.0).then_some(Flaw::PickupLate { delay_s });
     [phase, late].into_iter().flatten().collect()
 }

@@ -252,7 +252,8 @@ fn correlation(residuals: &[Complex64]) -> f64 {
             .sum::<f64>()
     };
     let power = at(0);
-    if power <= 0.0 {
+    // Without any residual there is nothing to divide by.
+    if power.is_nan() || power <= 0.0 {
         return 1.0;
     }
     let sum: f64 = (1..residuals.len())

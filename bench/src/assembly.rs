@@ -180,6 +180,8 @@ impl OpenHardware {
 const RECORDER_QUEUE_S: f64 = 10.0;
 /// Messages to the recorder for each block of audio, at most.
 const MESSAGES_PER_BLOCK: f64 = 3.0;
+/// Messages to the recorder of forces and positions, which come by the field's polls whatever the block, per second at most.
+const FIELD_MESSAGES_PER_S: f64 = 2000.0;
 
 impl Bench {
     /// Opens the streams and the sensors and wires the tasks.
@@ -225,8 +227,9 @@ impl Bench {
                 .buffer_frames(Direction::Input)
                 .unwrap_or(FEWEST_BLOCK_FRAMES),
         );
-        let blocks = RECORDER_QUEUE_S * f64::from(config.audio.rate_hz) / block_frames;
-        let (sender, notices, recorder) = recorder((blocks * MESSAGES_PER_BLOCK) as usize);
+        let blocks_per_s = f64::from(config.audio.rate_hz) / block_frames;
+        let messages_per_s = blocks_per_s * MESSAGES_PER_BLOCK + FIELD_MESSAGES_PER_S;
+        let (sender, notices, recorder) = recorder((RECORDER_QUEUE_S * messages_per_s) as usize);
         let gauge = sender.gauge();
         let acquisition = Acquisition::new(
             input,

@@ -46,8 +46,8 @@ pub fn settings(config: &Config) -> Result<DriveSettings, signalgen::ProgramErro
 pub struct Drive {
     handle: DriveHandle,
     safety: Sender<SafetyCommand>,
-    /// Waits for the amplifier to be armed.
-    wanted: Option<Program>,
+    /// Waits for the amplifier to be armed, with the kills there had been when it was asked for: a later one it does not undo.
+    wanted: Option<(Program, u64)>,
 }
 
 impl Drive {
@@ -62,7 +62,7 @@ impl Drive {
 
     /// Asks for a program; it begins as soon as the amplifier is armed.
     pub fn start(&mut self, program: Program) {
-        self.wanted = Some(program);
+        self.wanted = Some((program, self.handle.kill_switch().kills()));
         self.tell(SafetyCommand::Arm);
     }
 
@@ -92,8 +92,8 @@ impl Drive {
     pub fn poll(&mut self, state: &SafetyState) {
         match state {
             SafetyState::Armed => {
-                if let Some(program) = self.wanted.take() {
-                    self.send(Command::Rearm);
+                if let Some((program, kills_known)) = self.wanted.take() {
+                    let _ = self.handle.rearm_knowing(kills_known);
                     self.send(Command::Start(program));
                 }
             }
@@ -143,6 +143,10 @@ impl Guard {
 impl DriveGuard for Guard {
     fn kill(&self) {
         self.kill.kill();
+    }
+
+    fn kills(&self) -> u64 {
+        self.kill.kills()
     }
 
     fn commanded_v(&self) -> Option<f64> {

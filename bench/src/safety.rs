@@ -81,6 +81,15 @@ pub enum Trip {
     },
     /// The generator refused its own output.
     Generator,
+    /// The kill switch was thrown by another than the watch: a part of the program panicked.
+    Killed,
+    /// The watch itself did not run: the program was frozen, or the computer too busy to be trusted.
+    Frozen {
+        /// For so long, s.
+        for_s: f64,
+    },
+    /// Nothing is read back of the drive.
+    ReadbackMissing,
     /// A part of the bench failed.
     Fault {
         /// What it said.
@@ -126,6 +135,11 @@ impl fmt::Display for Trip {
                 )
             }
             Self::Generator => f.write_str("the generator refused an impossible output"),
+            Self::Killed => f.write_str("a part of the program failed and stopped the drive"),
+            Self::Frozen { for_s } => {
+                write!(f, "the safety watch itself did not run for {for_s:.2} s")
+            }
+            Self::ReadbackMissing => f.write_str("the drive is not read back any more"),
             Self::Fault { message } => f.write_str(message),
         }
     }
@@ -164,6 +178,8 @@ pub enum SafetyCommand {
 pub trait DriveGuard: Send {
     /// Ramps the drive to zero at once and latches it, until its owner releases it after a new arming.
     fn kill(&self);
+    /// How often it was killed, by anybody.
+    fn kills(&self) -> u64;
     /// Commanded envelope at the latest rendered frame, V peak; `None` once the generator refused its own output.
     fn commanded_v(&self) -> Option<f64>;
     /// Callbacks of the card so far, (output, input).
@@ -197,6 +213,11 @@ pub struct Safety {
     envelope: VecDeque<(u64, f64)>,
     readback_bad_since_ns: Option<u64>,
     tripped_at_ns: u64,
+    /// Kills that the watch knows of: its own.
+    kills_known: u64,
+    polled_ns: Option<u64>,
+    /// Whether the amplifier could be taken off at the end.
+    farewell: Result<(), GpioError>,
 }
 
 /// When each direction of the card last moved.
@@ -209,6 +230,8 @@ struct Progress {
 
 /// A task that was not run for this long leaves the watch without its eyes, ns.
 const DEAF_NS: u64 = 250_000_000;
+/// The hardware's own limit: its one-shot takes the amplifier off after this long without a heartbeat, ns.
+const ONE_SHOT_NS: u64 = 100_000_000;
 /// At the end the emergency ramp is waited for no longer than this.
 const LONGEST_FAREWELL: Duration = Duration::from_millis(30);
 /// The amplifier is disabled this long after a trip: the emergency ramp is over by then.
@@ -237,6 +260,9 @@ impl Safety {
             envelope: VecDeque::new(),
             readback_bad_since_ns: None,
             tripped_at_ns: 0,
+            kills_known: 0,
+            polled_ns: None,
+            farewell: Ok(()),
         }
     }
 
@@ -247,16 +273,33 @@ impl Safety {
 
     fn trip(&mut self, trip: Trip, now_ns: u64) {
         self.drive.kill();
-        self.tripped_at_ns = now_ns;
+        self.kills_known = self.drive.kills();
         // The first reason is the one to tell: what follows is its consequence.
-        if !matches!(self.state, SafetyState::Tripped { .. }) {
+        if !self.is_tripped() {
+            self.tripped_at_ns = now_ns;
             self.set_state(SafetyState::Tripped { trip });
         }
     }
 
+    fn is_tripped(&self) -> bool {
+        matches!(self.state, SafetyState::Tripped { .. })
+    }
+
+    fn e_stop_open(&mut self) -> Result<bool, GpioError> {
+        match &mut self.lines.estop {
+            Some(estop) => Ok(!estop.is_high()?),
+            None => Ok(false),
+        }
+    }
+
     fn obey(&mut self, command: SafetyCommand, now_ns: u64) -> Result<(), GpioError> {
+        let releases = matches!(command, SafetyCommand::Arm | SafetyCommand::Rearm);
+        let pressed = releases && self.e_stop_open()?;
         match (command, &self.state) {
             (SafetyCommand::Trip(trip), _) => self.trip(trip, now_ns),
+            (SafetyCommand::Arm, SafetyState::Disarmed) if pressed => {
+                self.trip(Trip::EmergencyStop, now_ns);
+            }
             (SafetyCommand::Arm, SafetyState::Disarmed) => {
                 set(&mut self.lines.enable, true)?;
                 self.readback_bad_since_ns = None;
@@ -266,6 +309,8 @@ impl Safety {
                 set(&mut self.lines.enable, false)?;
                 self.set_state(SafetyState::Disarmed);
             }
+            // Pressed, it holds whatever the operator says.
+            (SafetyCommand::Rearm, SafetyState::Tripped { .. }) if pressed => {}
             (SafetyCommand::Rearm, SafetyState::Tripped { .. }) => {
                 self.readback_bad_since_ns = None;
                 self.set_state(SafetyState::Disarmed);
@@ -277,10 +322,14 @@ impl Safety {
 
     /// The first thing that is wrong now.
     fn wrong(&mut self, now_ns: u64) -> Result<Option<Trip>, GpioError> {
-        if let Some(estop) = &mut self.lines.estop
-            && !estop.is_high()?
-        {
+        if self.e_stop_open()? {
             return Ok(Some(Trip::EmergencyStop));
+        }
+        if self.drive.kills() != self.kills_known {
+            return Ok(Some(Trip::Killed));
+        }
+        if let Some(trip) = self.frozen(now_ns) {
+            return Ok(Some(trip));
         }
         if self.drive.lost() {
             return Ok(Some(Trip::AudioLost));
@@ -296,6 +345,14 @@ impl Safety {
             return Ok(Some(trip));
         }
         Ok(self.force_wrong(now_ns))
+    }
+
+    /// Whoever was not there for longer than the one-shot waits has seen nothing, and the amplifier has gone by itself.
+    fn frozen(&mut self, now_ns: u64) -> Option<Trip> {
+        let away_ns = now_ns.saturating_sub(self.polled_ns.replace(now_ns)?);
+        (away_ns > self.limits.silence_ns.max(ONE_SHOT_NS)).then_some(Trip::Frozen {
+            for_s: away_ns as f64 * 1e-9,
+        })
     }
 
     fn audio_silent(&mut self, now_ns: u64) -> Option<Trip> {
@@ -331,8 +388,10 @@ impl Safety {
             value: measured_v,
             at_ns,
         } = self.shared.readback_v.get()?;
-        if now_ns.saturating_sub(at_ns) > self.limits.loop_latency_ns {
-            return None;
+        let age_ns = now_ns.saturating_sub(at_ns);
+        if age_ns > self.limits.loop_latency_ns {
+            return (age_ns > self.limits.loop_latency_ns.max(DEAF_NS))
+                .then_some(Trip::ReadbackMissing);
         }
         let low_v = self
             .envelope
@@ -404,15 +463,11 @@ impl Safety {
                 set(&mut self.lines.heartbeat, self.beat)?;
             }
             (SafetyState::Armed, Some(trip)) => self.trip(trip, now_ns),
-            // Nothing drives a disarmed plate, so only a drive that is alive all the same matters.
-            (SafetyState::Disarmed, Some(trip @ Trip::AliveWhileDisarmed { .. })) => {
-                self.trip(trip, now_ns)
-            }
-            (SafetyState::Tripped { .. }, _)
-                if now_ns.saturating_sub(self.tripped_at_ns) >= DISABLE_AFTER_NS =>
-            {
-                set(&mut self.lines.enable, false)?;
-            }
+            // Nothing drives a disarmed plate, so only a drive that is alive all the same matters, and a failure that is to latch.
+            (
+                SafetyState::Disarmed,
+                Some(trip @ (Trip::AliveWhileDisarmed { .. } | Trip::Killed)),
+            ) => self.trip(trip, now_ns),
             _ => {}
         }
         Ok(())
@@ -433,18 +488,19 @@ impl Task for Safety {
     }
 
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
-        if let Err(error) = self.watch(now_ns) {
-            self.trip(
-                Trip::Gpio {
-                    message: error.to_string(),
-                },
-                now_ns,
-            );
+        let mut watched = self.watch(now_ns);
+        if self.is_tripped() && now_ns.saturating_sub(self.tripped_at_ns) >= DISABLE_AFTER_NS {
+            // Also when another line cannot be read.
+            watched = watched.and(set(&mut self.lines.enable, false));
+        }
+        if let Err(error) = watched {
+            let message = error.to_string();
+            self.trip(Trip::Gpio { message }, now_ns);
         }
         Ok(())
     }
 
-    fn finish(&mut self) -> anyhow::Result<()> {
+    fn stop(&mut self) {
         self.drive.kill();
         // The amplifier goes after the ramp, or at once from a card that no longer calls.
         let begun = Instant::now();
@@ -452,28 +508,34 @@ impl Task for Safety {
         while !silent(self.drive.commanded_v()) && begun.elapsed() < LONGEST_FAREWELL {
             std::thread::sleep(Duration::from_millis(1));
         }
-        set(&mut self.lines.enable, false)?;
-        Ok(())
+        self.farewell = set(&mut self.lines.enable, false);
+    }
+
+    fn finish(&mut self) -> anyhow::Result<()> {
+        Ok(std::mem::replace(&mut self.farewell, Ok(()))?)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+    use std::sync::atomic::{AtomicU64, Ordering};
 
     use embedded_hal_mock::eh1::digital::{Mock, State, Transaction};
 
     #[derive(Clone)]
     struct Card {
-        killed: Arc<AtomicBool>,
+        kills: Arc<AtomicU64>,
         frames: Arc<AtomicU64>,
         commanded_v: Arc<crate::shared::Slot<f64>>,
     }
 
     impl DriveGuard for Card {
         fn kill(&self) {
-            self.killed.store(true, Ordering::Relaxed);
+            self.kills.fetch_add(1, Ordering::Relaxed);
+        }
+        fn kills(&self) -> u64 {
+            self.kills.load(Ordering::Relaxed)
         }
         fn commanded_v(&self) -> Option<f64> {
             self.commanded_v.get()
@@ -515,7 +577,7 @@ mod tests {
                 silence_ns: 50_000_000,
             };
             let card = Card {
-                killed: Arc::default(),
+                kills: Arc::default(),
                 frames: Arc::default(),
                 commanded_v: Arc::default(),
             };
@@ -589,7 +651,7 @@ mod tests {
         assert_eq!(rig.trip(), None);
         rig.pass(20, dead);
         assert!(matches!(rig.trip(), Some(Trip::Readback { .. })));
-        assert!(rig.card.killed.load(Ordering::Relaxed));
+        assert!(rig.card.kills() > 0);
     }
 
     #[test]
@@ -690,9 +752,113 @@ mod tests {
     }
 
     #[test]
+    fn a_watch_that_was_frozen_does_not_go_on_as_if_nothing_had_been() {
+        let mut rig = Rig::armed(SafetyLines::default());
+        rig.now_ms += 90;
+        rig.pass(1, |_| ());
+        assert_eq!(rig.trip(), None, "the one-shot still waits");
+        rig.now_ms += 300;
+        rig.pass(1, |_| ());
+        assert!(matches!(rig.trip(), Some(Trip::Frozen { for_s }) if (for_s - 0.301).abs() < 1e-9));
+        rig.pass(1000, |_| ());
+        assert!(rig.trip().is_some(), "it latches");
+    }
+
+    #[test]
+    fn a_kill_by_another_latches_armed_or_not() {
+        for mut rig in [
+            Rig::armed(SafetyLines::default()),
+            Rig::new(SafetyLines::default()),
+        ] {
+            rig.card.kill();
+            rig.pass(1, |_| ());
+            assert_eq!(rig.trip(), Some(Trip::Killed));
+            rig.card.commanded_v.set(0.0);
+            rig.pass(100, |_| ());
+            rig.ask.send(SafetyCommand::Rearm).unwrap();
+            rig.pass(100, |_| ());
+            assert_eq!(rig.trip(), None, "its own kills are known to the watch");
+        }
+    }
+
+    #[test]
+    fn a_drive_that_is_not_read_back_any_more_is_stopped() {
+        let mut rig = Rig::armed(SafetyLines::default());
+        let last_ns = rig.now_ms * 1_000_000;
+        rig.pass(300, |rig| {
+            rig.shared.readback_v.set(Latest {
+                value: 20.0,
+                at_ns: last_ns,
+            })
+        });
+        assert_eq!(rig.trip(), Some(Trip::ReadbackMissing));
+    }
+
+    #[test]
+    fn a_pressed_e_stop_outlasts_the_operators_rearming_and_raises_no_enable() {
+        let estop = Mock::new(&[
+            Transaction::get(State::Low),  // rearm asked for
+            Transaction::get(State::Low),  // watched
+            Transaction::get(State::High), // rearm asked for again
+            Transaction::get(State::High), // watched
+            Transaction::get(State::Low),  // arm asked for
+            Transaction::get(State::Low),  // watched
+        ]);
+        let enable = Mock::new(&[Transaction::set(State::Low)]);
+        let mut rig = Rig::new(SafetyLines::default());
+        rig.ask.send(SafetyCommand::Trip(Trip::Operator)).unwrap();
+        rig.pass(1, |_| ());
+        let mut pins = (estop.clone(), enable.clone());
+        rig.safety.lines.estop = Some(crate::gpio::input("e-stop", estop));
+        rig.safety.lines.enable = Some(crate::gpio::output("enable", enable));
+        rig.ask.send(SafetyCommand::Rearm).unwrap();
+        rig.pass(1, |_| ());
+        assert_eq!(rig.trip(), Some(Trip::Operator));
+        rig.ask.send(SafetyCommand::Rearm).unwrap();
+        rig.pass(1, |_| ());
+        assert_eq!(rig.trip(), None);
+        rig.ask.send(SafetyCommand::Arm).unwrap();
+        rig.now_ms += 30;
+        rig.pass(1, |_| ());
+        assert_eq!(rig.trip(), Some(Trip::EmergencyStop));
+        rig.safety.lines.estop = None;
+        rig.pass(20, |_| ());
+        pins.0.done();
+        pins.1.done();
+    }
+
+    #[test]
+    fn an_e_stop_line_that_cannot_be_read_takes_the_amplifier_off_all_the_same() {
+        use embedded_hal_mock::eh1::MockError;
+        let unplugged = || MockError::Io(std::io::ErrorKind::NotConnected);
+        let reads: Vec<Transaction> = (0..40)
+            .map(|_| Transaction::get(State::High).with_error(unplugged()))
+            .collect();
+        let estop = Mock::new(&reads);
+        let lows: Vec<Transaction> = (0..20).map(|_| Transaction::set(State::Low)).collect();
+        let enable = Mock::new(&lows);
+        let mut rig = Rig::armed(SafetyLines::default());
+        let mut pins = (estop.clone(), enable.clone());
+        rig.safety.lines.estop = Some(crate::gpio::input("e-stop", estop));
+        rig.safety.lines.enable = Some(crate::gpio::output("enable", enable));
+        rig.pass(40, |_| ());
+        assert!(matches!(rig.trip(), Some(Trip::Gpio { .. })));
+        pins.0.done();
+        pins.1.done();
+    }
+
+    #[test]
     fn a_cut_e_stop_wire_stops_heartbeat_and_enable() {
-        let estop =
-            Mock::new(&[State::High, State::High, State::Low, State::Low].map(Transaction::get));
+        let estop = Mock::new(
+            &[
+                State::High,
+                State::High,
+                State::High,
+                State::Low,
+                State::Low,
+            ]
+            .map(Transaction::get),
+        );
         let enable = Mock::new(&[State::High, State::Low].map(Transaction::set));
         // One beat, then none.
         let heartbeat = Mock::new(&[Transaction::set(State::High)]);
@@ -705,7 +871,7 @@ mod tests {
         let shared = Arc::new(Shared::default());
         let (ask, commands) = crossbeam_channel::unbounded();
         let card = Card {
-            killed: Arc::default(),
+            kills: Arc::default(),
             frames: Arc::default(),
             commanded_v: Arc::default(),
         };
@@ -736,7 +902,7 @@ mod tests {
                 trip: Trip::EmergencyStop
             }
         );
-        assert!(card.killed.load(Ordering::Relaxed));
+        assert!(card.kills() > 0);
         safety.poll(30_000_000).unwrap();
         let (mut estop, mut enable, mut heartbeat) = pins;
         estop.done();

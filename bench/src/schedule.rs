@@ -1,6 +1,7 @@
 //! Who runs when. The bench is a handful of tasks that share nothing but queues and snapshots; a schedule either gives
 //! each its own thread, or takes them in turn on one thread, in step with an apparatus that advances its own clock.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
@@ -18,7 +19,9 @@ pub trait Task: Send {
     fn period(&self) -> Duration;
     /// Does what is due at `now_ns` and returns; never waits for another task.
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()>;
-    /// Last poll before the program ends, after all tasks have been told to stop.
+    /// First thing after its last poll, without waiting for any other task: what must not hang on a stalled disk.
+    fn stop(&mut self) {}
+    /// Last thing before the program ends, after all tasks have stopped.
     fn finish(&mut self) -> anyhow::Result<()> {
         Ok(())
     }
@@ -75,7 +78,8 @@ impl StopFlag {
 }
 
 impl Schedule {
-    /// Runs `tasks` until `stop` is raised or one of them fails; then lets each finish, in order.
+    /// Runs `tasks` until `stop` is raised or one of them fails; then each stops by itself, and then they finish, in order. A task that
+    /// panicked finishes too.
     ///
     /// # Errors
     /// The first error of any task, named by its task; a panic in a task counts as one.
@@ -106,7 +110,7 @@ fn run_lockstep(
         }
         let now_ns = clock.now_ns();
         for task in &mut tasks {
-            if let Err(error) = task.poll(now_ns) {
+            if let Err(error) = poll(task.as_mut(), now_ns) {
                 result = Err(error.context(task.name()));
                 break 'run;
             }
@@ -116,11 +120,18 @@ fn run_lockstep(
         Ok(()) => stop.raise(),
         Err(error) => stop.fail(format!("{error:#}")),
     }
+    tasks.iter_mut().for_each(|task| task.stop());
     for task in &mut tasks {
         let finished = task.finish().context(task.name());
         result = result.and(finished);
     }
     result
+}
+
+/// A panic counts as an error; what the hook prints and does has been done by then.
+fn poll(task: &mut dyn Task, now_ns: u64) -> anyhow::Result<()> {
+    catch_unwind(AssertUnwindSafe(|| task.poll(now_ns)))
+        .unwrap_or_else(|_| Err(anyhow::anyhow!("panicked")))
 }
 
 fn run_threads(
@@ -141,10 +152,7 @@ fn run_threads(
                 result = result.and(outcome);
                 returned.push(task);
             }
-            Err(_) => {
-                stop.fail(format!("{name} panicked"));
-                result = result.and(Err(anyhow::anyhow!("{name} panicked")));
-            }
+            Err(_) => result = result.and(Err(anyhow::anyhow!("{name} panicked as it stopped"))),
         }
     }
     for mut task in returned {
@@ -168,13 +176,14 @@ fn spawn(
             let _raise_on_unwind = RaiseOnDrop(stop.clone());
             let mut outcome = Ok(());
             while !stop.is_raised() {
-                if let Err(error) = task.poll(clock.now_ns()) {
+                if let Err(error) = poll(task.as_mut(), clock.now_ns()) {
                     stop.fail(format!("{name}: {error:#}"));
                     outcome = Err(error.context(name));
                     break;
                 }
                 std::thread::sleep(task.period());
             }
+            task.stop();
             (task, outcome)
         })
         .with_context(|| format!("cannot start the thread {name}"))?;
@@ -273,6 +282,103 @@ mod tests {
             let error = schedule.run(vec![task("only")], &clock, &stop).unwrap_err();
             assert_eq!(format!("{error:#}"), "only: never stopped");
             assert_eq!(stop.failure(), Some("only: never stopped"));
+        }
+    }
+
+    /// Says when it stopped and when it finished; what it does in a poll is up to the test.
+    struct Told<F: FnMut() + Send> {
+        name: &'static str,
+        polled: F,
+        log: Arc<std::sync::Mutex<Vec<String>>>,
+    }
+
+    impl<F: FnMut() + Send> Task for Told<F> {
+        fn name(&self) -> &'static str {
+            self.name
+        }
+        fn period(&self) -> Duration {
+            Duration::from_micros(100)
+        }
+        fn poll(&mut self, _now_ns: u64) -> anyhow::Result<()> {
+            (self.polled)();
+            Ok(())
+        }
+        fn stop(&mut self) {
+            self.log
+                .lock()
+                .unwrap()
+                .push(format!("{} stops", self.name));
+        }
+        fn finish(&mut self) -> anyhow::Result<()> {
+            self.log
+                .lock()
+                .unwrap()
+                .push(format!("{} finishes", self.name));
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_task_stops_while_another_hangs_on_a_disk() {
+        let (stop, log) = (
+            StopFlag::default(),
+            Arc::<std::sync::Mutex<Vec<String>>>::default(),
+        );
+        let watch = Told {
+            name: "watch",
+            polled: || (),
+            log: log.clone(),
+        };
+        let (raised, seen) = (stop.clone(), log.clone());
+        let disk = Told {
+            name: "disk",
+            polled: move || {
+                raised.raise();
+                let begun = std::time::Instant::now();
+                while seen.lock().unwrap().is_empty() {
+                    assert!(begun.elapsed() < Duration::from_secs(60), "the watch waits");
+                    std::thread::sleep(Duration::from_millis(1));
+                }
+            },
+            log: log.clone(),
+        };
+        let clock: Arc<dyn Clock> = Arc::new(SystemClock::start());
+        Schedule::Threads
+            .run(vec![Box::new(watch), Box::new(disk)], &clock, &stop)
+            .unwrap();
+        let told = [
+            "watch stops",
+            "disk stops",
+            "watch finishes",
+            "disk finishes",
+        ];
+        assert_eq!(*log.lock().unwrap(), told);
+    }
+
+    #[test]
+    fn a_task_that_panics_ends_the_others_and_all_finish() {
+        for schedule in schedules() {
+            let (stop, log) = (StopFlag::default(), Arc::default());
+            let sound = Told {
+                name: "sound",
+                polled: || (),
+                log: Arc::clone(&log),
+            };
+            let broken = Told {
+                name: "broken",
+                polled: || panic!("on purpose"),
+                log: Arc::clone(&log),
+            };
+            let clock: Arc<dyn Clock> = Arc::new(SystemClock::start());
+            let error = schedule
+                .run(vec![Box::new(sound), Box::new(broken)], &clock, &stop)
+                .unwrap_err();
+            assert_eq!(format!("{error:#}"), "broken: panicked");
+            assert_eq!(stop.failure(), Some("broken: panicked"));
+            assert_eq!(
+                log.lock().unwrap()[2..],
+                ["sound finishes", "broken finishes"]
+            );
         }
     }
 }

@@ -57,12 +57,17 @@ impl DriveHandle {
     /// # Errors
     /// If the output stream is closed or does not run.
     pub fn send(&mut self, command: Command) -> Result<(), SendError> {
+        let kills_known = self.kill_switch.kills();
+        self.order(command, kills_known)
+    }
+
+    fn order(&mut self, command: Command, kills_known: u64) -> Result<(), SendError> {
         if self.orders.is_abandoned() {
             return Err(SendError::Closed);
         }
         let order = Order {
             command,
-            kills_known: self.kill_switch.kills(),
+            kills_known,
         };
         self.orders
             .push(order)
@@ -75,6 +80,14 @@ impl DriveHandle {
     /// As [`Self::send`].
     pub fn rearm(&mut self) -> Result<(), SendError> {
         self.send(Command::Rearm)
+    }
+
+    /// [`Self::rearm`], decided when there had been no more than `kills_known` kills ([`KillSwitch::kills`]): a later one holds.
+    ///
+    /// # Errors
+    /// As [`Self::send`].
+    pub fn rearm_knowing(&mut self, kills_known: u64) -> Result<(), SendError> {
+        self.order(Command::Rearm, kills_known)
     }
 
     /// The state published by the last output callback.

@@ -1,0 +1,63 @@
+//! A program that is frozen while the plate is driven, and goes on: the hardware's one-shot has taken the amplifier off by then, and
+//! nothing may bring the plate back by itself.
+
+use std::time::{Duration, Instant};
+
+use bench_tests::program::bench;
+use bench_tests::running::Running;
+use bench_tests::session::{SessionFolder, config_with};
+use friction_bench::recording::RecordingReader;
+use rustix::process::Signal;
+
+const MINUTE: Duration = Duration::from_secs(60);
+/// Longer than anything that this bench bears with.
+const FROZEN: Duration = Duration::from_millis(2500);
+
+#[test]
+fn a_session_that_was_frozen_is_stopped_when_it_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = folder.path().join("study");
+    // A busy computer is not what is tested.
+    let config = config_with(
+        folder.path(),
+        &[
+            ("loop_latency_s =", "loop_latency_s = 1.0 # not"),
+            ("silence_s =", "silence_s = 1.0 # not"),
+        ],
+    );
+    let mut run = bench();
+    run.args(["run", "--mock", "--headless", "--protocol", "demo"])
+        .args(["--participant", "sub-01", "--consent-by", "A. Tester"])
+        .arg("--study")
+        .arg(&study)
+        .arg("--config")
+        .arg(&config);
+    let mut run = Running::start(&mut run, &folder.path().join("output"));
+    let log = study.join("sub-01/ses-01/events.jsonl");
+    let driven = run.wait_for(MINUTE, || {
+        let log = std::fs::read_to_string(&log).ok()?;
+        log.contains("\"trial_began\"").then(Instant::now)
+    });
+    let driven = driven.unwrap_or_else(|| panic!("{}", run.output()));
+    run.wait_for(MINUTE, || {
+        (driven.elapsed() > Duration::from_secs(1)).then_some(())
+    });
+
+    run.signal(Signal::STOP);
+    std::thread::sleep(FROZEN);
+    run.signal(Signal::CONT);
+    let status = run.wait(MINUTE);
+
+    let printed = run.output();
+    assert!(!status.success(), "{printed}");
+    assert!(
+        printed.contains("the safety watch itself did not run for 2."),
+        "{printed}"
+    );
+    let session = SessionFolder::read(&study, "sub-01").unwrap();
+    let recordings = session.recordings();
+    assert!(!recordings.is_empty(), "{printed}");
+    for recording in recordings {
+        assert!(RecordingReader::open(&recording).unwrap().frames() > 0);
+    }
+}

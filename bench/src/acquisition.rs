@@ -16,7 +16,7 @@ use crate::recording::recorder::{Begin, RecorderMessage, RecorderSender};
 use crate::recording::writer::Ending;
 use crate::recording::{ForceRow, PositionRow};
 use crate::schedule::Task;
-use crate::shared::{Latest, Shared};
+use crate::shared::{DriveReading, Shared};
 
 /// What the session asks of the acquisition.
 #[derive(Debug)]
@@ -322,8 +322,9 @@ impl Acquisition {
             .rev()
             .find(|frame| frame.drive_v.re.is_finite())
         {
-            self.shared.readback_v.set(Latest {
-                value: frame.drive_v.norm(),
+            self.shared.readback.set(DriveReading {
+                volts: frame.drive_v.norm(),
+                sample: frame.sample,
                 at_ns: now_ns,
             });
         }

@@ -337,14 +337,11 @@ fn limits(config: &Config) -> SafetyLimits {
         max_normal_n: safety.max_normal_n,
         readback_tolerance: safety.readback_tolerance,
         readback_floor_v: safety.readback_floor_v,
-        readback_patience_ns: READBACK_PATIENCE_NS,
         loop_latency_ns: ns(safety.loop_latency_s),
+        rate_hz: f64::from(config.audio.rate_hz),
         silence_ns: ns(safety.silence_s),
     }
 }
-
-/// A wrong read-back is believed after this long, ns: with the demodulator's delay the drive is off within 50 ms.
-const READBACK_PATIENCE_NS: u64 = 30_000_000;
 
 /// The recorder as a task.
 struct Recorder(RecorderTask);

@@ -7,7 +7,7 @@ use signalgen::{
 };
 
 use crate::config::Config;
-use crate::safety::{DriveGuard, SafetyCommand, SafetyState};
+use crate::safety::{Commanded, DriveGuard, SafetyCommand, SafetyState};
 
 /// A protocol's drive as a waveform on this plate.
 pub fn waveform(drive: &protocols::Drive, config: &Config) -> Waveform {
@@ -149,9 +149,12 @@ impl DriveGuard for Guard {
         self.kill.kills()
     }
 
-    fn commanded_v(&self) -> Option<f64> {
+    fn commanded(&self) -> Option<Commanded> {
         let state = self.monitor.published();
-        (!matches!(state.phase, DrivePhase::Tripped(_))).then_some(state.envelope_v)
+        (!matches!(state.phase, DrivePhase::Tripped(_))).then_some(Commanded {
+            frame: state.frames,
+            envelope_v: state.envelope_v,
+        })
     }
 
     fn callbacks(&self) -> (u64, u64) {

@@ -25,6 +25,7 @@ pub mod live;
 pub mod model;
 pub mod monitor;
 pub mod pipeline;
+pub mod readback;
 pub mod readiness;
 pub mod recording;
 pub mod refit;

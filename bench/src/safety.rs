@@ -2,7 +2,6 @@
 //! disk nor the protocol. Whatever it finds wrong ends the same way: the drive ramps to zero, the amplifier's heartbeat
 //! stops, and the state latches until the operator re-arms.
 
-use std::collections::VecDeque;
 use std::fmt;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -12,8 +11,9 @@ use serde::Serialize;
 
 use crate::force::SENSITIVITY;
 use crate::gpio::{GpioError, Input, Output};
+use crate::readback::Readback;
 use crate::schedule::Task;
-use crate::shared::{Latest, Press, Shared};
+use crate::shared::{Press, Shared};
 
 /// Limits that the watch enforces; from `[safety]` in `bench.toml`.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,10 +24,10 @@ pub struct SafetyLimits {
     pub readback_tolerance: f64,
     /// Read-back below this is silence, V.
     pub readback_floor_v: f64,
-    /// How long the read-back may differ before the bench stops, ns.
-    pub readback_patience_ns: u64,
     /// Longest time from a command to its read-back, ns.
     pub loop_latency_ns: u64,
+    /// Rate of the samples, Hz.
+    pub rate_hz: f64,
     /// Longest silence of the sound card or of the force sensor, ns.
     pub silence_ns: u64,
 }
@@ -174,14 +174,23 @@ pub enum SafetyCommand {
     Rearm,
 }
 
+/// What the drive was last told.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Commanded {
+    /// The latest rendered frame.
+    pub frame: u64,
+    /// Envelope there, V peak.
+    pub envelope_v: f64,
+}
+
 /// The drive, as far as safety is concerned.
 pub trait DriveGuard: Send {
     /// Ramps the drive to zero at once and latches it, until its owner releases it after a new arming.
     fn kill(&self);
     /// How often it was killed, by anybody.
     fn kills(&self) -> u64;
-    /// Commanded envelope at the latest rendered frame, V peak; `None` once the generator refused its own output.
-    fn commanded_v(&self) -> Option<f64>;
+    /// What is commanded; `None` once the generator refused its own output.
+    fn commanded(&self) -> Option<Commanded>;
     /// Callbacks of the card so far, (output, input).
     fn callbacks(&self) -> (u64, u64);
     /// The card was lost.
@@ -210,8 +219,7 @@ pub struct Safety {
     state: SafetyState,
     beat: bool,
     progress: Progress,
-    envelope: VecDeque<(u64, f64)>,
-    readback_bad_since_ns: Option<u64>,
+    readback: Readback,
     tripped_at_ns: u64,
     /// Kills that the watch knows of: its own.
     kills_known: u64,
@@ -247,6 +255,12 @@ impl Safety {
         shared: Arc<Shared>,
         commands: Receiver<SafetyCommand>,
     ) -> Self {
+        let readback = Readback::new(
+            limits.rate_hz,
+            limits.loop_latency_ns as f64 * 1e-9,
+            limits.readback_tolerance,
+            limits.readback_floor_v,
+        );
         Self {
             limits,
             lines,
@@ -257,8 +271,7 @@ impl Safety {
             state: SafetyState::Disarmed,
             beat: false,
             progress: Progress::default(),
-            envelope: VecDeque::new(),
-            readback_bad_since_ns: None,
+            readback,
             tripped_at_ns: 0,
             kills_known: 0,
             polled_ns: None,
@@ -302,7 +315,7 @@ impl Safety {
             }
             (SafetyCommand::Arm, SafetyState::Disarmed) => {
                 set(&mut self.lines.enable, true)?;
-                self.readback_bad_since_ns = None;
+                self.readback.forget_readings();
                 self.set_state(SafetyState::Armed);
             }
             (SafetyCommand::Disarm, SafetyState::Armed) => {
@@ -312,7 +325,7 @@ impl Safety {
             // Pressed, it holds whatever the operator says.
             (SafetyCommand::Rearm, SafetyState::Tripped { .. }) if pressed => {}
             (SafetyCommand::Rearm, SafetyState::Tripped { .. }) => {
-                self.readback_bad_since_ns = None;
+                self.readback.forget_readings();
                 self.set_state(SafetyState::Disarmed);
             }
             _ => {}
@@ -334,14 +347,13 @@ impl Safety {
         if self.drive.lost() {
             return Ok(Some(Trip::AudioLost));
         }
-        let commanded_v = self.drive.commanded_v();
-        let Some(commanded_v) = commanded_v else {
+        let Some(commanded) = self.drive.commanded() else {
             return Ok(Some(Trip::Generator));
         };
         if let Some(trip) = self.audio_silent(now_ns) {
             return Ok(Some(trip));
         }
-        if let Some(trip) = self.readback_wrong(commanded_v, now_ns) {
+        if let Some(trip) = self.readback_wrong(commanded, now_ns) {
             return Ok(Some(trip));
         }
         Ok(self.force_wrong(now_ns))
@@ -377,45 +389,22 @@ impl Safety {
         (now_ns.saturating_sub(oldest_ns) > self.limits.silence_ns).then_some(Trip::AudioSilent)
     }
 
-    /// Compares the read-back with all that was commanded within the loop's latency, which is not known exactly.
-    fn readback_wrong(&mut self, commanded_v: f64, now_ns: u64) -> Option<Trip> {
-        self.envelope.push_back((now_ns, commanded_v));
-        let horizon_ns = now_ns.saturating_sub(self.limits.loop_latency_ns);
-        while self.envelope.len() > 1 && self.envelope[1].0 <= horizon_ns {
-            self.envelope.pop_front();
+    fn readback_wrong(&mut self, commanded: Commanded, now_ns: u64) -> Option<Trip> {
+        self.readback.command(commanded.frame, commanded.envelope_v);
+        let reading = self.shared.readback.get()?;
+        let age_ns = now_ns.saturating_sub(reading.at_ns);
+        if age_ns > self.limits.loop_latency_ns.max(DEAF_NS) {
+            return Some(Trip::ReadbackMissing);
         }
-        let Latest {
-            value: measured_v,
-            at_ns,
-        } = self.shared.readback_v.get()?;
-        let age_ns = now_ns.saturating_sub(at_ns);
-        if age_ns > self.limits.loop_latency_ns {
-            return (age_ns > self.limits.loop_latency_ns.max(DEAF_NS))
-                .then_some(Trip::ReadbackMissing);
-        }
-        let low_v = self
-            .envelope
-            .iter()
-            .map(|&(_, v)| v)
-            .fold(f64::INFINITY, f64::min);
-        let high_v = self.envelope.iter().map(|&(_, v)| v).fold(0.0, f64::max);
-        let (tolerance, floor_v) = (self.limits.readback_tolerance, self.limits.readback_floor_v);
-        let fits = measured_v >= low_v * (1.0 - tolerance) - floor_v
-            && measured_v <= high_v * (1.0 + tolerance) + floor_v;
-        if fits {
-            self.readback_bad_since_ns = None;
-            return None;
-        }
-        let since_ns = *self.readback_bad_since_ns.get_or_insert(now_ns);
-        if now_ns.saturating_sub(since_ns) < self.limits.readback_patience_ns {
-            return None;
-        }
+        let misfit = self.readback.reading(reading.sample, reading.volts)?;
         Some(match self.state {
             SafetyState::Armed => Trip::Readback {
-                measured_v,
-                commanded_v: (low_v, high_v),
+                measured_v: misfit.measured_v,
+                commanded_v: misfit.commanded_v,
             },
-            _ => Trip::AliveWhileDisarmed { measured_v },
+            _ => Trip::AliveWhileDisarmed {
+                measured_v: misfit.measured_v,
+            },
         })
     }
 
@@ -504,8 +493,9 @@ impl Task for Safety {
         self.drive.kill();
         // The amplifier goes after the ramp, or at once from a card that no longer calls.
         let begun = Instant::now();
-        let silent = |volts: Option<f64>| volts.is_none_or(|volts| volts == 0.0);
-        while !silent(self.drive.commanded_v()) && begun.elapsed() < LONGEST_FAREWELL {
+        let sounds =
+            |drive: &dyn DriveGuard| drive.commanded().is_some_and(|c| c.envelope_v != 0.0);
+        while sounds(self.drive.as_ref()) && begun.elapsed() < LONGEST_FAREWELL {
             std::thread::sleep(Duration::from_millis(1));
         }
         self.farewell = set(&mut self.lines.enable, false);
@@ -519,6 +509,7 @@ impl Task for Safety {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shared::DriveReading;
     use std::sync::atomic::{AtomicU64, Ordering};
 
     use embedded_hal_mock::eh1::digital::{Mock, State, Transaction};
@@ -537,8 +528,11 @@ mod tests {
         fn kills(&self) -> u64 {
             self.kills.load(Ordering::Relaxed)
         }
-        fn commanded_v(&self) -> Option<f64> {
-            self.commanded_v.get()
+        fn commanded(&self) -> Option<Commanded> {
+            self.commanded_v.get().map(|envelope_v| Commanded {
+                frame: self.frames.load(Ordering::Relaxed),
+                envelope_v,
+            })
         }
         fn callbacks(&self) -> (u64, u64) {
             let frames = self.frames.load(Ordering::Relaxed);
@@ -572,8 +566,8 @@ mod tests {
                 max_normal_n: 3.0,
                 readback_tolerance: 0.2,
                 readback_floor_v: 0.5,
-                readback_patience_ns: 30_000_000,
                 loop_latency_ns: 50_000_000,
+                rate_hz: 192e3,
                 silence_ns: 50_000_000,
             };
             let card = Card {
@@ -603,6 +597,14 @@ mod tests {
             rig
         }
 
+        fn read_back(&self, volts: f64) {
+            self.shared.readback.set(DriveReading {
+                volts,
+                sample: self.card.frames.load(Ordering::Relaxed),
+                at_ns: self.now_ms * 1_000_000,
+            });
+        }
+
         /// Lets time pass with everything alive but for what `change` does each millisecond.
         fn pass(&mut self, ms: u64, change: impl Fn(&Self)) {
             for _ in 0..ms {
@@ -612,10 +614,7 @@ mod tests {
                 self.shared.force_polled_ns.set(now_ns);
                 self.shared.press.set(press(0.65, now_ns));
                 let commanded_v = self.card.commanded_v.get().unwrap_or(0.0);
-                self.shared.readback_v.set(Latest {
-                    value: commanded_v,
-                    at_ns: now_ns,
-                });
+                self.read_back(commanded_v);
                 change(self);
                 self.safety.poll(now_ns).unwrap();
             }
@@ -641,15 +640,10 @@ mod tests {
     #[test]
     fn a_wrong_readback_stops_the_drive_within_50_ms() {
         let mut rig = Rig::armed(SafetyLines::default());
-        let dead = |rig: &Rig| {
-            rig.shared.readback_v.set(Latest {
-                value: 0.0,
-                at_ns: rig.now_ms * 1_000_000,
-            })
-        };
-        rig.pass(29, dead);
+        let dead = |rig: &Rig| rig.read_back(0.0);
+        rig.pass(15, dead);
         assert_eq!(rig.trip(), None);
-        rig.pass(20, dead);
+        rig.pass(15, dead);
         assert!(matches!(rig.trip(), Some(Trip::Readback { .. })));
         assert!(rig.card.kills() > 0);
     }
@@ -662,12 +656,7 @@ mod tests {
                 20.0 * (1.0 + 0.95 * (std::f64::consts::TAU * 6.0 * ms as f64 * 1e-3).sin())
             };
             rig.card.commanded_v.set(volts(ms + 40));
-            rig.pass(1, |rig| {
-                rig.shared.readback_v.set(Latest {
-                    value: volts(ms),
-                    at_ns: rig.now_ms * 1_000_000,
-                })
-            });
+            rig.pass(1, |rig| rig.read_back(volts(ms)));
         }
         assert_eq!(rig.trip(), None);
     }
@@ -675,12 +664,7 @@ mod tests {
     #[test]
     fn a_drive_that_is_alive_while_disarmed_is_an_alarm() {
         let mut rig = Rig::new(SafetyLines::default());
-        rig.pass(60, |rig| {
-            rig.shared.readback_v.set(Latest {
-                value: 12.0,
-                at_ns: rig.now_ms * 1_000_000,
-            })
-        });
+        rig.pass(60, |rig| rig.read_back(12.0));
         assert!(matches!(rig.trip(), Some(Trip::AliveWhileDisarmed { .. })));
     }
 
@@ -693,7 +677,8 @@ mod tests {
         assert_eq!(rig.trip(), Some(Trip::ForceSilent));
 
         let mut rig = Rig::armed(SafetyLines::default());
-        rig.pass(60, |rig| rig.card.frames.store(7, Ordering::Relaxed));
+        let frames = rig.card.frames.load(Ordering::Relaxed);
+        rig.pass(60, |rig| rig.card.frames.store(frames, Ordering::Relaxed));
         assert_eq!(rig.trip(), Some(Trip::AudioSilent));
     }
 
@@ -784,13 +769,8 @@ mod tests {
     #[test]
     fn a_drive_that_is_not_read_back_any_more_is_stopped() {
         let mut rig = Rig::armed(SafetyLines::default());
-        let last_ns = rig.now_ms * 1_000_000;
-        rig.pass(300, |rig| {
-            rig.shared.readback_v.set(Latest {
-                value: 20.0,
-                at_ns: last_ns,
-            })
-        });
+        let last = rig.shared.readback.get();
+        rig.pass(300, |rig| rig.shared.readback.set(last.unwrap()));
         assert_eq!(rig.trip(), Some(Trip::ReadbackMissing));
     }
 
@@ -880,8 +860,8 @@ mod tests {
             max_normal_n: 3.0,
             readback_tolerance: 0.2,
             readback_floor_v: 0.5,
-            readback_patience_ns: 30_000_000,
             loop_latency_ns: 50_000_000,
+            rate_hz: 192e3,
             silence_ns: 50_000_000,
         };
         let mut safety = Safety::new(

@@ -30,12 +30,14 @@ impl<T: Clone> Slot<T> {
     }
 }
 
-/// A reading and when it was taken.
+/// The drive's voltage as it is read back.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Latest {
-    /// The reading, in the unit of its slot.
-    pub value: f64,
-    /// Host time, ns.
+pub struct DriveReading {
+    /// Envelope, V peak.
+    pub volts: f64,
+    /// The input's sample that it belongs to.
+    pub sample: u64,
+    /// When it was read, host time, ns.
     pub at_ns: u64,
 }
 
@@ -55,8 +57,8 @@ pub struct Press {
 /// What the tasks of one bench tell each other.
 #[derive(Debug, Default)]
 pub struct Shared {
-    /// Drive voltage read back, peak, V: written by the acquisition.
-    pub readback_v: Slot<Latest>,
+    /// The drive read back: written by the acquisition.
+    pub readback: Slot<DriveReading>,
     /// When the force link last looked for samples, host time, ns.
     pub force_polled_ns: Slot<u64>,
     /// The latest press: written by the force link.

@@ -21,7 +21,7 @@ use crate::field;
 use crate::front::DashboardThread;
 use crate::safety::{SafetyState, Trip};
 use crate::schedule::{StopFlag, Task};
-use crate::shared::{Latest, Shared};
+use crate::shared::{DriveReading, Shared};
 
 /// What a calibration wants next.
 #[derive(Debug, Clone)]
@@ -138,6 +138,7 @@ pub fn run<P: Procedure>(
         meter: Meter::default(),
         account: Account::default(),
         recent: VecDeque::new(),
+        taken: 0,
         driven_frames: 0,
         last_audio: Instant::now(),
         done,
@@ -275,6 +276,8 @@ struct RigTask<P> {
     meter: Meter,
     account: Account,
     recent: VecDeque<f64>,
+    /// Frames read so far.
+    taken: u64,
     driven_frames: u64,
     last_audio: Instant,
     done: Sender<(P, f64)>,
@@ -339,6 +342,7 @@ impl<P: Procedure> RigTask<P> {
     /// Peak of the drive's read-back for the safety watch, whatever its frequency.
     fn publish_readback(&mut self, now_ns: u64) {
         let most = (READBACK_S * self.rate_hz) as usize;
+        self.taken += (self.block.len() / self.channels) as u64;
         let drive = self.block.iter().skip(self.drive_channel);
         for &sample in drive.step_by(self.channels) {
             if self.recent.len() == most {
@@ -350,8 +354,10 @@ impl<P: Procedure> RigTask<P> {
         let mean = self.recent.iter().sum::<f64>() / n;
         let power = self.recent.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n;
         if power.is_finite() {
-            self.shared.readback_v.set(Latest {
-                value: (2.0 * power).sqrt() * self.drive_volts_per_unit,
+            self.shared.readback.set(DriveReading {
+                volts: (2.0 * power).sqrt() * self.drive_volts_per_unit,
+                // The middle of what was averaged.
+                sample: self.taken - self.recent.len() as u64 / 2,
                 at_ns: now_ns,
             });
         }

@@ -9,6 +9,7 @@ use impedance::clock::LowerEnvelope;
 use signalgen::{BlockHeader, InputReader};
 
 use crate::field::Reading;
+use crate::flags::{Fault, Flags, Told};
 use crate::gap::{Block, LossWatch, Lost, Piece};
 use crate::pipeline::{Batch, Pipeline};
 use crate::recording::manifest::{Event, EventKind, Interval};
@@ -84,6 +85,8 @@ pub struct Acquisition {
     recording: Option<Recording>,
     excerpt: Option<Excerpt>,
     loss: LossWatch,
+    flags: Flags,
+    warnings: Vec<String>,
     last_force_s: f64,
     last_position_s: f64,
 }
@@ -116,6 +119,8 @@ impl Acquisition {
     ) -> Self {
         Self {
             input,
+            flags: Flags::new(pipeline.rate_hz()),
+            warnings: Vec::new(),
             pipeline,
             clock: LowerEnvelope::default(),
             readings: wiring.readings,
@@ -137,6 +142,7 @@ impl Acquisition {
     fn obey(&mut self, command: RecordingCommand) {
         let message = match command {
             RecordingCommand::Begin(begin) => {
+                self.end_flags();
                 self.recording = Some(Recording {
                     first_frame: self.pipeline.account().frames,
                 });
@@ -154,6 +160,7 @@ impl Acquisition {
             }
             RecordingCommand::Event(kind, text) => return self.event(kind, None, text),
             RecordingCommand::End(end) => {
+                self.end_flags();
                 self.recording = None;
                 RecorderMessage::End(end)
             }
@@ -181,6 +188,41 @@ impl Acquisition {
                 frames,
                 text,
             }));
+        }
+    }
+
+    fn tell(&mut self, told: Vec<Told>) {
+        let begin = self.recording.as_ref().map(|open| open.first_frame);
+        for Told { flag, warning } in told {
+            if let Some(event) = begin.and_then(|begin| flag.event(begin)) {
+                self.record(RecorderMessage::Flag(event));
+            }
+            self.warnings.extend(warning);
+        }
+    }
+
+    fn tell_flags(&mut self) {
+        let told = self.flags.due(self.pipeline.account().frames);
+        self.tell(told);
+    }
+
+    fn end_flags(&mut self) {
+        let told = self.flags.end(self.pipeline.account().frames);
+        self.tell(told);
+    }
+
+    fn note_flaws(&mut self) {
+        let [drive, pickup] = self.pipeline.take_flaws();
+        for (flaws, fault) in [
+            (drive.lost, Fault::DriveNotFinite),
+            (pickup.lost, Fault::PickupNotFinite),
+            (drive.clipped, Fault::DriveClipped),
+            (pickup.clipped, Fault::PickupClipped),
+        ] {
+            if let Some(flawed) = flaws {
+                self.flags
+                    .note(fault, flawed.first..=flawed.last, flawed.samples);
+            }
         }
     }
 
@@ -218,6 +260,7 @@ impl Acquisition {
         self.card_frames = header.first_frame + u64::from(header.frames);
         self.lose(dropped, batch)?;
         self.pipeline.take(&samples, &mut batch.frames)?;
+        self.note_flaws();
         self.excerpt.take_if(|excerpt| excerpt.take(&samples));
         if self.recording.is_some() {
             self.record(RecorderMessage::Audio(samples));
@@ -255,28 +298,43 @@ impl Acquisition {
     fn take_readings(&mut self, batch: &mut Batch) {
         self.waiting.extend(self.readings.try_iter());
         for reading in std::mem::take(&mut self.waiting) {
-            let host_s = match reading {
-                Reading::Force(force) => force.host_s,
-                Reading::Position { host_s, .. } => host_s,
-            };
-            let Some(time_s) = self.clock.to_source_s(host_s) else {
+            let Some(time_s) = self.clock.to_source_s(reading.host_s()) else {
                 continue;
             };
+            let sample = (time_s.max(0.0) * self.pipeline.rate_hz()).round() as u64;
+            let mut note = |fault, count| self.flags.note(fault, sample..=sample, count);
             match reading {
                 Reading::Force(force) => {
                     // The estimate of the clocks may still move by more than a sample's distance.
                     let time_s = time_s.max(self.last_force_s + LEAST_STEP_S);
                     self.last_force_s = time_s;
-                    if force.sample.saturated() {
-                        self.event(EventKind::ForceOverRange, None, None);
-                    }
+                    note(
+                        Fault::NormalSaturated,
+                        u64::from(force.sample.normal_saturated),
+                    );
+                    note(
+                        Fault::LateralSaturated,
+                        u64::from(force.sample.lateral_saturated),
+                    );
                     batch.force.push(ForceRow {
                         time_s,
                         normal_n: force.sample.normal_n,
                         lateral_n: force.sample.lateral_n,
                     });
                 }
-                Reading::Position { position_m, .. } => {
+                Reading::ForceFaults { faults, .. } => {
+                    note(Fault::ForceFrameLost, faults.lost);
+                    note(Fault::ForceFrameCorrupt, faults.corrupt);
+                    note(Fault::ForceFrameRepeated, faults.repeated);
+                }
+                Reading::Position {
+                    position_m,
+                    missed,
+                    jumped,
+                    ..
+                } => {
+                    note(Fault::EncoderStateMissed, missed);
+                    note(Fault::PositionJumped, u64::from(jumped));
                     let time_s = time_s.max(self.last_position_s + LEAST_STEP_S);
                     self.last_position_s = time_s;
                     batch.position.push(PositionRow { time_s, position_m });
@@ -331,6 +389,7 @@ impl Acquisition {
         self.shared.ring_fill.set(self.input.ring_fill());
         batch.audio_s = self.pipeline.audio_s();
         batch.account = self.pipeline.account();
+        batch.warnings = std::mem::take(&mut self.warnings);
         // The session is gone only when the bench stops.
         let _ = self.batches.send(batch);
     }
@@ -358,6 +417,7 @@ impl Task for Acquisition {
             self.take_block(header, now_s, &mut batch)?;
         }
         self.take_readings(&mut batch);
+        self.tell_flags();
         self.record_rows(&batch);
         if self.pipeline.account().frames > 0 {
             self.publish(batch, now_ns);

@@ -46,9 +46,29 @@ impl Quadrature {
     }
 }
 
+/// No finger crosses a plate of a tenth of a metre in less than a tenth of a second, m/s: an assumption, some ten times the speed
+/// of the published explorations.
+pub const IMPOSSIBLE_M_PER_S: f64 = 1.0;
+
+/// Watches positions for jumps.
+#[derive(Debug, Default)]
+pub struct JumpWatch {
+    last: Option<(f64, f64)>,
+}
+
+impl JumpWatch {
+    /// Takes a position read at `host_s`; true when it cannot have been reached since the last one.
+    pub fn take(&mut self, host_s: f64, position_m: f64) -> bool {
+        let Some((last_s, last_m)) = self.last.replace((host_s, position_m)) else {
+            return false;
+        };
+        (position_m - last_m).abs() > IMPOSSIBLE_M_PER_S * (host_s - last_s)
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::Quadrature;
+    use super::{JumpWatch, Quadrature};
     use proptest::prelude::*;
 
     fn levels(count: i64) -> (bool, bool) {
@@ -69,6 +89,16 @@ mod tests {
             .collect();
         assert_eq!(read, path);
         assert_eq!(encoder.skipped(), 0);
+    }
+
+    #[test]
+    fn a_jump_is_what_no_finger_does() {
+        let mut watch = JumpWatch::default();
+        assert!(!watch.take(1.0, 0.05), "nothing to compare with");
+        assert!(!watch.take(1.001, 0.0509));
+        assert!(watch.take(1.002, 0.0520));
+        assert!(!watch.take(1.003, 0.0520), "it stands where it jumped to");
+        assert!(watch.take(1.004, 0.0509));
     }
 
     proptest! {

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use crossbeam_channel::Sender;
 
-use crate::encoder::Quadrature;
+use crate::encoder::{JumpWatch, Quadrature};
 use crate::force::{ForceLink, LineFaults, TimedForce};
 use crate::gpio::Input;
 use crate::safety::{SafetyCommand, Trip};
@@ -19,13 +19,34 @@ use crate::shared::{Press, Shared};
 pub enum Reading {
     /// Of the force sensor.
     Force(TimedForce),
+    /// Faults of the force sensor's line, within the burst that was read now.
+    ForceFaults {
+        /// Host time, s.
+        host_s: f64,
+        /// New ones.
+        faults: LineFaults,
+    },
     /// Of the encoder.
     Position {
         /// Host time, s.
         host_s: f64,
         /// Along the plate, m.
         position_m: f64,
+        /// States of the encoder missed since the last position.
+        missed: u64,
+        /// The last position is too far away.
+        jumped: bool,
     },
+}
+
+impl Reading {
+    /// Host time, s.
+    pub fn host_s(&self) -> f64 {
+        match self {
+            Self::Force(force) => force.host_s,
+            Self::ForceFaults { host_s, .. } | Self::Position { host_s, .. } => *host_s,
+        }
+    }
 }
 
 /// The encoder as a source of positions.
@@ -34,6 +55,8 @@ pub struct Encoder {
     quadrature: Quadrature,
     metres_per_count: f64,
     origin_m: f64,
+    watch: JumpWatch,
+    missed_before: u64,
 }
 
 impl Encoder {
@@ -44,6 +67,8 @@ impl Encoder {
             quadrature: Quadrature::default(),
             metres_per_count,
             origin_m,
+            watch: JumpWatch::default(),
+            missed_before: 0,
         }
     }
 
@@ -51,6 +76,16 @@ impl Encoder {
         let [a, b] = &mut self.lines;
         let count = self.quadrature.read(a.is_high()?, b.is_high()?);
         Ok(self.origin_m + self.metres_per_count * count as f64)
+    }
+
+    fn reading(&mut self, host_s: f64, position_m: f64) -> Reading {
+        let missed = self.quadrature.skipped();
+        Reading::Position {
+            host_s,
+            position_m,
+            missed: missed - std::mem::replace(&mut self.missed_before, missed),
+            jumped: self.watch.take(host_s, position_m),
+        }
     }
 }
 
@@ -114,9 +149,10 @@ impl Field {
 
     fn read_force(&mut self, now_ns: u64) {
         let Some(link) = &mut self.force else { return };
-        let (mut last, mut saturated) = (None, false);
+        let (mut first_s, mut last, mut saturated) = (None, None, false);
         let mut arrived = 0;
         let polled = link.poll(seconds(now_ns), |force| {
+            first_s.get_or_insert(force.host_s);
             last = Some(force);
             saturated |= force.sample.normal_saturated;
             arrived += 1;
@@ -133,6 +169,12 @@ impl Field {
             });
         }
         let mut health = self.shared.field.get().unwrap_or_default();
+        let faults = link.faults().since(&health.force);
+        // What came before the first sample is the end of a frame that began before anybody listened.
+        if faults != LineFaults::default() && health.force_samples > 0 {
+            let host_s = first_s.unwrap_or(seconds(now_ns));
+            let _ = self.readings.send(Reading::ForceFaults { host_s, faults });
+        }
         health.force = link.faults();
         health.drift_ppm = link.drift_ppm();
         health.force_samples += arrived;
@@ -153,10 +195,9 @@ impl Field {
         let position_m = encoder.position_m()?;
         if now_ns >= self.position_due_ns {
             self.position_due_ns = now_ns + POSITION_PERIOD_NS;
-            let _ = self.readings.send(Reading::Position {
-                host_s: seconds(now_ns),
-                position_m,
-            });
+            let _ = self
+                .readings
+                .send(encoder.reading(seconds(now_ns), position_m));
             let mut health = self.shared.field.get().unwrap_or_default();
             health.encoder_skipped = encoder.quadrature.skipped();
             self.shared.field.set(health);

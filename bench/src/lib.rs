@@ -15,6 +15,7 @@ pub mod drive;
 pub mod encoder;
 pub mod field;
 pub mod figures;
+pub mod flags;
 pub mod force;
 pub mod front;
 pub mod gap;

@@ -242,6 +242,12 @@ impl Task for MonitorTask {
             self.audio_s = batch.audio_s;
             self.account = batch.account;
             self.meter.take(&batch);
+            for text in batch.warnings {
+                self.front.show(tui::Event::Log {
+                    level: Level::Warning,
+                    text,
+                });
+            }
         }
         if !self.driven && self.audio_s > 0.0 {
             self.driven = true;

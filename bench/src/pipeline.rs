@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 use std::ops::RangeInclusive;
 
 use impedance::{
-    Channels, ConstantError, Demodulator, DemodulatorError, Filter, FilterError, Input, Mask,
-    OUTPUT_RATE_HZ, Settings, Zm, ZmFrame,
+    ChannelFlaws, Channels, ConstantError, Demodulator, DemodulatorError, Filter, FilterError,
+    Input, Mask, OUTPUT_RATE_HZ, Settings, Zm, ZmFrame,
 };
 
 use crate::recording::manifest::Manifest;
@@ -22,6 +22,8 @@ pub struct Batch {
     pub force: Vec<ForceRow>,
     /// Position.
     pub position: Vec<PositionRow>,
+    /// What the operator should know of it.
+    pub warnings: Vec<String>,
     /// Totals since the start.
     pub account: Account,
 }
@@ -226,7 +228,14 @@ impl Pipeline {
             self.take(&missing[..piece as usize * self.channels], frames)?;
             left -= piece;
         }
+        // A sample that never came is no sample that is not a number.
+        self.take_flaws();
         Ok(())
+    }
+
+    /// The flawed samples of drive and pickup among those taken since this was last asked; lost frames are none.
+    pub fn take_flaws(&mut self) -> [ChannelFlaws; 2] {
+        self.demodulator.take_flaws()
     }
 
     /// Takes samples read back from a file, in which lost frames are NaN.

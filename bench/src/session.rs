@@ -7,9 +7,9 @@ use std::time::Duration;
 
 use crossbeam_channel::{Receiver, Sender};
 use protocols::{
-    Action, DriveRequest, Interval, IntervalKind, Observation, OperatorCommand, ParticipantView,
-    Phase, Safety, SelectionRules, SessionEvent, SessionEventKind, SessionOutcome, SessionSummary,
-    Stretch, TrialAnalysis, TrialEnd, TrialKey, Verdict,
+    Action, DriveRequest, Interruption, Interval, IntervalKind, Observation, OperatorCommand,
+    ParticipantView, Phase, Safety, SelectionRules, SessionEvent, SessionEventKind, SessionOutcome,
+    SessionSummary, Stretch, TrialAnalysis, TrialEnd, TrialKey, Verdict,
 };
 use signalgen::Program;
 use tui::event::Level;
@@ -121,6 +121,8 @@ pub struct SessionTask {
     view: Option<ParticipantView>,
     phase: Option<tui::event::Phase>,
     safety: SafetyState,
+    /// What the next trial comes after, when it is no other trial.
+    resumed: Option<&'static str>,
     screen_due_ns: u64,
     meter: LiveMeter,
     contact: LiveContact,
@@ -173,6 +175,7 @@ impl SessionTask {
             view: None,
             phase: None,
             safety: SafetyState::Disarmed,
+            resumed: None,
             screen_due_ns: 0,
             meter: LiveMeter::default(),
             contact,
@@ -201,6 +204,12 @@ impl SessionTask {
             self.normal_n = batch.force.last().map(|row| row.normal_n).or(self.normal_n);
             self.meter.take(&batch);
             self.contact.take(&batch, |_| {});
+            for text in batch.warnings {
+                self.wiring.front.show(tui::Event::Log {
+                    level: Level::Warning,
+                    text,
+                });
+            }
             if self.collecting {
                 self.record.frames.extend(batch.frames);
                 self.record.force.extend(batch.force);
@@ -362,7 +371,16 @@ impl SessionTask {
             analysis: self.analysed.clone(),
         };
         let mut tone = None;
-        for action in self.machine.step(&observation) {
+        let halted = |phase| matches!(phase, Phase::Paused | Phase::Fault);
+        let before = self.machine.phase();
+        let actions = self.machine.step(&observation);
+        if halted(before) && !halted(self.machine.phase()) {
+            self.resumed = Some(match before {
+                Phase::Fault => "after a fault",
+                _ => "after a pause",
+            });
+        }
+        for action in actions {
             match action {
                 Action::BeginTrial { key, drive, .. } => self.begin_trial(&key, &drive)?,
                 Action::Drive(DriveRequest::On(drive)) => {
@@ -413,6 +431,11 @@ impl SessionTask {
         let _ = self.wiring.recording.send(command);
     }
 
+    /// Keeps an event in the open recording, if there is one.
+    fn mark(&self, kind: EventKind, text: impl Into<String>) {
+        self.send(RecordingCommand::Event(kind, Some(text.into())));
+    }
+
     fn mask(&self, on: bool) {
         if let Some(sound) = &self.wiring.sound {
             sound.mask(on);
@@ -422,6 +445,12 @@ impl SessionTask {
     fn begin_trial(&mut self, key: &TrialKey, drive: &protocols::Drive) -> anyhow::Result<()> {
         let begin = (self.begin)(key, drive)?;
         self.send(RecordingCommand::Begin(Box::new(begin)));
+        if let Some(text) = self.resumed.take() {
+            self.mark(EventKind::Resume, text);
+        }
+        if key.attempt > 1 {
+            self.mark(EventKind::Redo, format!("attempt {}", key.attempt));
+        }
         self.open = true;
         self.record = Record::default();
         self.collecting = true;
@@ -435,10 +464,12 @@ impl SessionTask {
         if let TrialEnd::Interrupted { interruption } = end {
             self.collecting = false;
             self.due = None;
-            self.send(RecordingCommand::Event(
-                EventKind::Abort,
-                Some(interruption.to_string()),
-            ));
+            let kind = match interruption {
+                Interruption::Paused => EventKind::Pause,
+                Interruption::Redo => EventKind::Redo,
+                _ => EventKind::Abort,
+            };
+            self.mark(kind, interruption.to_string());
             self.send(RecordingCommand::End(end.into()));
         }
     }
@@ -451,6 +482,10 @@ impl SessionTask {
 
     fn tell(&mut self, event: SessionEvent) {
         match &event.kind {
+            SessionEventKind::SessionStarted {
+                resumed_attempts: 1..,
+                ..
+            } => self.resumed = Some("after the program's end"),
             SessionEventKind::CommandRefused { because, .. } => {
                 self.log(Level::Warning, format!("not now: {because}"))
             }
@@ -462,10 +497,7 @@ impl SessionTask {
             }
             SessionEventKind::SafetyTripped { reason } => {
                 let text = format!("drive stopped: {reason}");
-                self.send(RecordingCommand::Event(
-                    EventKind::Safe,
-                    Some(reason.clone()),
-                ));
+                self.mark(stop_kind(&self.safety), reason);
                 self.log(Level::Error, text);
             }
             _ => {}
@@ -544,6 +576,19 @@ impl SessionTask {
                 _ => "stopped before its end".to_owned(),
             }),
         }
+    }
+}
+
+/// The event of a stop, by its reason.
+fn stop_kind(safety: &SafetyState) -> EventKind {
+    match safety {
+        SafetyState::Tripped {
+            trip: Trip::EmergencyStop | Trip::Operator,
+        } => EventKind::EmergencyStop,
+        SafetyState::Tripped {
+            trip: Trip::Readback { .. } | Trip::AliveWhileDisarmed { .. },
+        } => EventKind::ReadbackMismatch,
+        _ => EventKind::Safe,
     }
 }
 

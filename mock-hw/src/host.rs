@@ -131,6 +131,11 @@ impl Audio {
         }
     }
 
+    /// The next `frames` frames of the input are not numbers.
+    pub(crate) fn spoil_frames(&self, frames: u64) {
+        lock(&self.bench).input.spoil(frames);
+    }
+
     /// Callbacks of that direction stop coming, or come again.
     pub(crate) fn halt(&self, direction: Direction, halted: bool) {
         match direction {

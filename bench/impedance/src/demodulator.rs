@@ -1,7 +1,7 @@
 //! Streaming IQ demodulation of several channels by one filter.
 
 use crate::filter::Filter;
-use crate::flaws::Flaws;
+use crate::flaws::{ChannelFlaws, Flaws};
 use crate::kernel::{self, Deinterleave, MixAndDecimate};
 use crate::mask::Mask;
 use crate::noise::NoiseFloor;
@@ -211,6 +211,13 @@ impl<const N: usize> Demodulator<N> {
     #[must_use]
     pub fn samples_taken(&self) -> u64 {
         self.taken
+    }
+
+    /// The flawed samples among those taken since this was last asked, in the order of the inputs.
+    pub fn take_flaws(&mut self) -> [ChannelFlaws; N] {
+        self.channels
+            .each_mut()
+            .map(|channel| channel.flaws.take_fresh())
     }
 
     /// Takes a block of any length and emits the frames that it completes, in order.

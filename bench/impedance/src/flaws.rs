@@ -3,20 +3,48 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
+/// Flawed samples of one sort.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Flawed {
+    /// The first of them.
+    pub first: u64,
+    /// The last of them.
+    pub last: u64,
+    /// How many, sound ones between them not counted.
+    pub samples: u64,
+}
+
+/// Flawed samples of one channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ChannelFlaws {
+    /// NaN or infinite.
+    pub lost: Option<Flawed>,
+    /// At or above the clip level.
+    pub clipped: Option<Flawed>,
+}
+
 /// Runs of lost and of clipped samples, oldest first; what lies behind every later window is forgotten.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Flaws {
     lost: VecDeque<Range<u64>>,
     clipped: VecDeque<Range<u64>>,
+    fresh: ChannelFlaws,
 }
 
 impl Flaws {
     pub(crate) fn note_lost(&mut self, sample: u64) {
         extend(&mut self.lost, sample);
+        add(&mut self.fresh.lost, sample);
     }
 
     pub(crate) fn note_clipped(&mut self, sample: u64) {
         extend(&mut self.clipped, sample);
+        add(&mut self.fresh.clipped, sample);
+    }
+
+    /// What was noted since this was last asked.
+    pub(crate) fn take_fresh(&mut self) -> ChannelFlaws {
+        std::mem::take(&mut self.fresh)
     }
 
     pub(crate) fn lost_within(&self, window: &Range<u64>) -> bool {
@@ -34,6 +62,16 @@ impl Flaws {
             }
         }
     }
+}
+
+fn add(flawed: &mut Option<Flawed>, sample: u64) {
+    let flawed = flawed.get_or_insert(Flawed {
+        first: sample,
+        last: sample,
+        samples: 0,
+    });
+    flawed.last = sample;
+    flawed.samples += 1;
 }
 
 fn extend(runs: &mut VecDeque<Range<u64>>, sample: u64) {

@@ -29,6 +29,7 @@ mod zm;
 pub use carrier::{CarrierError, CarrierLevel};
 pub use demodulator::{Demodulator, DemodulatorError, Envelope, Frame, Input};
 pub use filter::{Filter, FilterError, OUTPUT_RATE_HZ, Settings};
+pub use flaws::{ChannelFlaws, Flawed};
 pub use mask::Mask;
 pub use transient::Transient;
 pub use zm::{Channels, ConstantError, NULL_SIGMAS, PlateConstants, Zm, ZmFrame};

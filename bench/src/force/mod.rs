@@ -27,14 +27,6 @@ pub struct ForceSample {
     pub lateral_saturated: bool,
 }
 
-impl ForceSample {
-    /// Either axis is at the end of its range.
-    #[must_use]
-    pub fn saturated(&self) -> bool {
-        self.normal_saturated || self.lateral_saturated
-    }
-}
-
 /// What went wrong on the line so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct LineFaults {
@@ -44,6 +36,18 @@ pub struct LineFaults {
     pub lost: u64,
     /// Frames dropped because their number or time had been seen.
     pub repeated: u64,
+}
+
+impl LineFaults {
+    /// What came since `before`.
+    #[must_use]
+    pub fn since(&self, before: &Self) -> Self {
+        Self {
+            corrupt: self.corrupt - before.corrupt,
+            lost: self.lost - before.lost,
+            repeated: self.repeated - before.repeated,
+        }
+    }
 }
 
 /// Which of the two formats the sensor speaks.

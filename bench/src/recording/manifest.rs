@@ -331,33 +331,33 @@ pub enum EventKind {
     InputXrun,
     /// The output stream reported an underrun.
     OutputXrun,
-    /// Sample values at the limits of the converter.
+    /// Samples of drive or pickup at the limits of the converter, within `frames`.
     Clipping,
-    /// NaN or infinity came from the converter.
+    /// NaN or infinity came from the converter, within `frames`.
     NonFinite,
-    /// The drive read back differs from the command.
+    /// The drive was taken to zero because its read-back differed from the command.
     ReadbackMismatch,
-    /// Force frames lost or refused by their check sum.
+    /// Force frames lost, refused by their checksum or sent twice, within `frames`; to a burst of the sensor.
     ForceLost,
-    /// Force over the sensor's or the configured range.
+    /// An axis of the force sensor at the end of its range, within `frames`.
     ForceOverRange,
-    /// The encoder moved at an impossible speed.
+    /// The encoder moved at an impossible speed, or faster than its lines were read, within `frames`.
     PositionJump,
     /// Rows of `force.csv` or `position.csv` whose time does not increase.
     TimeDisorder,
     /// The recorder's queue overflowed; the recording ends here.
     RecorderOverflow,
-    /// The emergency stop was pressed.
+    /// The drive was taken to zero by the emergency stop: pressed, its wire cut, or the operator's key.
     EmergencyStop,
-    /// The drive was taken to zero by a fault.
+    /// The drive was taken to zero by another fault.
     Safe,
     /// The trial was broken off.
     Abort,
-    /// The protocol was paused.
+    /// The trial was broken off by a pause.
     Pause,
-    /// The protocol was resumed.
+    /// The session went on with this trial after a pause, a fault or the program's end.
     Resume,
-    /// The trial is to be done again.
+    /// The trial was broken off to be done again, or is an attempt after another one.
     Redo,
     /// A remark.
     Note,

@@ -39,6 +39,8 @@ pub enum RecorderMessage {
     Position(Vec<PositionRow>),
     /// Something happened.
     Event(Event),
+    /// Something happened that may go on: takes the place of the event of this kind at this sample, if there is one.
+    Flag(Event),
     /// A stretch got its meaning.
     Interval(Interval),
     /// Ends the recording.
@@ -162,6 +164,10 @@ impl RecorderCore {
             RecorderMessage::Position(rows) => self.write(|w| w.write_position(&rows)),
             RecorderMessage::Event(event) => self.write(|w| {
                 w.add_event(event);
+                Ok(())
+            }),
+            RecorderMessage::Flag(event) => self.write(|w| {
+                w.renew_event(event);
                 Ok(())
             }),
             RecorderMessage::Interval(interval) => self.write(|w| w.add_interval(interval)),

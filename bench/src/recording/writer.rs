@@ -310,6 +310,20 @@ impl RecordingWriter {
         self.manifest_changed = true;
     }
 
+    /// Notes an event in the place of what was noted of its kind at its sample; on disk with the next sync.
+    pub fn renew_event(&mut self, event: Event) {
+        let known = self
+            .manifest
+            .events
+            .iter_mut()
+            .find(|known| known.kind == event.kind && known.sample == event.sample);
+        match known {
+            Some(known) => *known = event,
+            None => self.manifest.events.push(event),
+        }
+        self.manifest_changed = true;
+    }
+
     /// Notes an interval; on disk with the next sync.
     ///
     /// # Errors

@@ -43,6 +43,11 @@ impl FaultPanel {
         self.inject(direction, ErrorKind::Xrun);
     }
 
+    /// The next `frames` frames of all inputs are NaN; a stream of integers, which knows none, gets zeros.
+    pub fn spoil_frames(&self, frames: u64) {
+        self.audio.spoil_frames(frames);
+    }
+
     /// Callbacks of one direction stop coming, or come again.
     pub fn halt_audio(&self, direction: Direction, halted: bool) {
         self.audio.halt(direction, halted);

@@ -174,6 +174,8 @@ pub(super) struct Track<S> {
     stream: Option<S>,
     errors: VecDeque<ErrorKind>,
     skip: u64,
+    /// Frames to come that are not numbers.
+    spoilt: u64,
     halted: bool,
 }
 
@@ -183,6 +185,7 @@ impl<S> Default for Track<S> {
             stream: None,
             errors: VecDeque::new(),
             skip: 0,
+            spoilt: 0,
             halted: false,
         }
     }
@@ -209,6 +212,10 @@ impl<S: Opened> Track<S> {
 
     pub(super) fn skip(&mut self, frames: u64) {
         self.skip += frames;
+    }
+
+    pub(super) fn spoil(&mut self, frames: u64) {
+        self.spoilt += frames;
     }
 
     pub(super) fn halt(&mut self, halted: bool) {
@@ -273,6 +280,7 @@ impl Track<InputStream> {
         interleaved: &[f32],
         device_channels: usize,
     ) {
+        let mut spoilt = std::mem::take(&mut self.spoilt);
         let Some((stream, skip)) = self.running() else {
             return;
         };
@@ -286,7 +294,10 @@ impl Track<InputStream> {
             }
             let buffer = &mut stream.buffer;
             let at = buffer.cursor * buffer.channels;
+            let sound = spoilt == 0;
+            spoilt = spoilt.saturating_sub(1);
             for (channel, &sample) in inputs[..buffer.channels].iter().enumerate() {
+                let sample = if sound { sample } else { f32::NAN };
                 buffer.samples.set(at + channel, sample);
             }
             buffer.cursor += 1;
@@ -294,6 +305,7 @@ impl Track<InputStream> {
                 stream.deliver(frame_ns(start_ns, frame + 1, rate_hz));
             }
         }
+        self.spoilt = spoilt;
     }
 }
 

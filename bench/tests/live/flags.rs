@@ -1,0 +1,251 @@
+//! Faults of the inputs are flags in the recording and lines for the operator, one for each swarm (FAULTS.md, rows 9, 10, 20, 22
+//! and 23).
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use friction_bench::gpio::{GpioError, Input};
+use friction_bench::recording::manifest::EventKind;
+use impedance::Mask;
+use mock_hw::plant::Axis;
+use mock_hw::scenario::Scenario;
+use mock_hw::serial::ForceFault;
+
+use crate::rig::{CHANNELS, RATE_HZ, Rig, config, events, samples};
+
+/// First and last frame of `channel` whose samples are `flawed`, and how many they are.
+fn flawed(samples: &[f32], channel: usize, flawed: impl Fn(f32) -> bool) -> (u64, u64, u64) {
+    let channel = samples.iter().skip(channel).step_by(usize::from(CHANNELS));
+    let found = (0..).zip(channel).filter(|(_, sample)| flawed(**sample));
+    let (mut first, mut last, mut count) = (u64::MAX, 0, 0);
+    for (frame, _) in found {
+        (first, last, count) = (first.min(frame), frame, count + 1);
+    }
+    (first, last, count)
+}
+
+/// Frames of the host's time within a recording that began at `begin_ns`.
+fn near(sample: u64, begin_ns: u64, at_ns: u64, within_s: f64) -> bool {
+    let at_s = (at_ns - begin_ns) as f64 * 1e-9;
+    (sample as f64 / f64::from(RATE_HZ) - at_s).abs() < within_s
+}
+
+#[test]
+fn samples_that_are_not_finite_are_a_flag_and_the_filters_recover() {
+    let f32s = config(&[(r#"sample_format = "i32""#, r#"sample_format = "f32""#)]);
+    let mut rig = Rig::new(Scenario::default(), f32s, None);
+    rig.drive();
+    rig.pass(0.3);
+    let folder = rig.begin("r");
+    rig.pass(0.2);
+    rig.apparatus.faults().spoil_frames(40);
+    rig.pass(0.1);
+    rig.apparatus.faults().spoil_frames(7);
+    rig.pass(0.7);
+    assert_eq!(rig.warnings.len(), 1, "{:?}", rig.warnings);
+    rig.end();
+
+    let (first, last, count) = flawed(&samples(&folder), 0, |sample| !sample.is_finite());
+    assert_eq!(count, 47);
+    let text = "drive samples not finite: 47, pickup samples not finite: 47";
+    assert_eq!(
+        events(&folder),
+        [(
+            EventKind::NonFinite,
+            first,
+            Some(last + 1 - first),
+            text.to_owned()
+        )]
+    );
+    assert!(rig.warnings[0].starts_with(text), "{:?}", rig.warnings);
+    assert_eq!(rig.account.lost_frames, 0, "they came, though of no use");
+    let lost = rig.frames.iter().filter(|f| f.mask == Mask::LOST_SAMPLES);
+    assert!(lost.count() > 2);
+    assert!(rig.frames.last().unwrap().mask.is_clear());
+}
+
+#[test]
+fn clipping_is_one_flag_with_every_sample_counted() {
+    let mut scenario = Scenario::default();
+    // The read-back of 10 V is 0.167.
+    scenario.converter.clip_units = 0.16;
+    let level = 0.1599;
+    let limits = config(&[
+        (
+            "index = 0\nvolts_per_unit = 60.0",
+            "index = 0\nclip_units = 0.1599\nvolts_per_unit = 60.0",
+        ),
+        (
+            "metres_per_unit = 5.0e-6",
+            "metres_per_unit = 5.0e-6\nclip_units = 0.1599",
+        ),
+    ]);
+    let mut rig = Rig::new(scenario, limits, None);
+    rig.pass(0.1);
+    let folder = rig.begin("r");
+    rig.drive();
+    rig.pass(1.5);
+    assert_eq!(rig.warnings.len(), 1, "told before it is over");
+    rig.end();
+    let other = rig.begin("s");
+    rig.pass(0.1);
+    rig.bench.drive.stop();
+    rig.pass(0.8);
+    rig.end();
+
+    let clipped = |folder: &Path| {
+        let all = samples(folder);
+        [0, 1].map(|channel| flawed(&all, channel, |sample| f64::from(sample.abs()) >= level))
+    };
+    let [drive, pickup] = clipped(&folder);
+    assert!(drive.2 > 10_000, "{drive:?}");
+    let text = format!(
+        "drive samples clipped: {}, pickup samples clipped: {}",
+        drive.2, pickup.2
+    );
+    let first = drive.0.min(pickup.0);
+    let length = drive.1.max(pickup.1) + 1 - first;
+    let expected = (EventKind::Clipping, first, Some(length), text);
+    assert_eq!(events(&folder), [expected]);
+
+    // What goes on belongs to the next recording too.
+    let [drive, _] = clipped(&other);
+    let [(kind, first, _, text)] = &events(&other)[..] else {
+        panic!("{:?}", events(&other));
+    };
+    assert_eq!((*kind, *first), (EventKind::Clipping, drive.0));
+    assert!(
+        text.starts_with(&format!("drive samples clipped: {}", drive.2)),
+        "{text}"
+    );
+    // One more for the 10 ms between them.
+    assert_eq!(rig.warnings.len(), 3, "{:?}", rig.warnings);
+}
+
+#[test]
+fn force_frames_that_fail_are_counted_exactly() {
+    let mut rig = Rig::driven();
+    rig.pass(0.3);
+    assert_eq!(rig.warnings, Vec::<String>::new());
+    let begin_ns = rig.apparatus.now_ns();
+    let folder = rig.begin("r");
+    rig.pass(0.2);
+    let first_ns = rig.apparatus.now_ns();
+    for fault in [
+        ForceFault::Drop(3),
+        ForceFault::Corrupt(2),
+        ForceFault::Repeat(5),
+    ] {
+        rig.apparatus.faults().force(fault);
+        rig.pass(0.05);
+    }
+    rig.pass(0.8);
+    let second_ns = rig.apparatus.now_ns();
+    rig.apparatus.faults().force(ForceFault::Drop(1));
+    rig.pass(0.8);
+    rig.end();
+
+    let events = events(&folder);
+    let told: Vec<_> = events
+        .iter()
+        .map(|event| (event.0, event.3.as_str()))
+        .collect();
+    assert_eq!(
+        told,
+        [
+            (
+                EventKind::ForceLost,
+                "force frames lost: 3, force frames corrupt: 2, force frames repeated: 5"
+            ),
+            (EventKind::ForceLost, "force frames lost: 1")
+        ]
+    );
+    // To a burst of 16 ms.
+    assert!(near(events[0].1, begin_ns, first_ns, 0.02), "{events:?}");
+    assert!(near(events[1].1, begin_ns, second_ns, 0.02), "{events:?}");
+    assert_eq!(rig.warnings.len(), 2, "{:?}", rig.warnings);
+    assert!(rig.warnings[0].starts_with(told[0].1));
+}
+
+#[test]
+fn a_saturated_axis_is_one_flag_for_as_long_as_it_lasts() {
+    let mut scenario = Scenario::default();
+    scenario.force_sensor.range_n = 0.8;
+    let mut rig = Rig::new(scenario, config(&[]), None);
+    rig.pass(0.3);
+    let begin_ns = rig.apparatus.now_ns();
+    let folder = rig.begin("r");
+    rig.pass(0.2);
+    let at_ns = rig.apparatus.now_ns();
+    rig.apparatus.masses().place(Axis::Lateral, 0.3);
+    rig.pass(1.5);
+    rig.apparatus.masses().remove();
+    rig.pass(0.8);
+    rig.end();
+
+    let [(kind, sample, frames, text)] = &events(&folder)[..] else {
+        panic!("{:?}", events(&folder));
+    };
+    assert_eq!(*kind, EventKind::ForceOverRange);
+    assert!(near(*sample, begin_ns, at_ns, 0.3), "{sample}");
+    let lasted_s = frames.unwrap() as f64 / f64::from(RATE_HZ);
+    assert!((1.0..2.2).contains(&lasted_s), "{lasted_s} s");
+    let rows = std::fs::read_to_string(folder.join("force.csv")).unwrap();
+    let saturated = rows.lines().skip(1).filter(|row| {
+        let lateral_n: f64 = row.rsplit(',').next().unwrap().parse().unwrap();
+        lateral_n.abs() > 0.799_999
+    });
+    let count = saturated.count();
+    assert!(count > 1000);
+    assert_eq!(*text, format!("lateral forces saturated: {count}"));
+    assert_eq!(rig.warnings.len(), 1, "{:?}", rig.warnings);
+}
+
+/// A line of the encoder at a level that the test sets.
+struct Level(Arc<AtomicBool>);
+
+impl Input for Level {
+    fn is_high(&mut self) -> Result<bool, GpioError> {
+        Ok(self.0.load(Ordering::Relaxed))
+    }
+}
+
+#[test]
+fn an_encoder_that_jumps_is_a_flag() {
+    let levels: [Arc<AtomicBool>; 2] = Default::default();
+    let lines = levels
+        .clone()
+        .map(|level| -> Box<dyn Input> { Box::new(Level(level)) });
+    let coarse = config(&[("metres_per_count = 25.0e-6", "metres_per_count = 1.0e-3")]);
+    let mut rig = Rig::new(Scenario::default(), coarse, Some(lines));
+    rig.pass(0.3);
+    let begin_ns = rig.apparatus.now_ns();
+    let folder = rig.begin("r");
+    rig.pass(0.2);
+    let at_ns = rig.apparatus.now_ns();
+    for _ in 0..3 {
+        // Both lines at once: a state was missed, and two counts are 2 mm within a millisecond.
+        for level in &levels {
+            level.fetch_xor(true, Ordering::Relaxed);
+        }
+        rig.pass(0.01);
+    }
+    rig.pass(0.8);
+    rig.end();
+
+    let [(kind, sample, frames, text)] = &events(&folder)[..] else {
+        panic!("{:?}", events(&folder));
+    };
+    assert_eq!(
+        (*kind, text.as_str()),
+        (
+            EventKind::PositionJump,
+            "encoder states missed: 3, positions at an impossible speed: 3"
+        )
+    );
+    assert!(near(*sample, begin_ns, at_ns, 0.002), "{sample}");
+    let lasted_s = frames.unwrap() as f64 / f64::from(RATE_HZ);
+    assert!((0.018..0.023).contains(&lasted_s), "{lasted_s} s");
+    assert_eq!(rig.warnings.len(), 1, "{:?}", rig.warnings);
+}

@@ -1,0 +1,10 @@
+//! Faults laid on the simulated apparatus while the real tasks run.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+mod flags;
+mod rig;
+mod stops;
+mod xrun;

@@ -1,0 +1,166 @@
+//! The tasks of a bench against the simulated apparatus, in lock step.
+
+use std::path::{Path, PathBuf};
+
+use friction_bench::acquisition::RecordingCommand;
+use friction_bench::assembly::Bench;
+use friction_bench::config::Config;
+use friction_bench::gpio::{Input, Lines, input, output};
+use friction_bench::pipeline::Account;
+use friction_bench::recording::manifest::{Event, EventKind, Manifest};
+use friction_bench::recording::recorder::{Begin, RecorderNotice};
+use friction_bench::recording::writer::Ending;
+use friction_bench::recording::{AudioFormat, RecordingReader};
+use friction_bench::safety::SafetyState;
+use mock_hw::apparatus::{Apparatus, ApparatusConfig};
+use mock_hw::clock::Pace;
+use mock_hw::scenario::Scenario;
+use signalgen::Waveform;
+
+pub const RATE_HZ: u32 = 192_000;
+pub const CHANNELS: u16 = 4;
+
+/// The simulated bench's description with some of its lines changed.
+pub fn config(changes: &[(&str, &str)]) -> Config {
+    let mut text = include_str!("../../mock-bench.toml").to_owned();
+    for (from, to) in changes {
+        assert!(text.contains(from), "no `{from}`");
+        text = text.replacen(from, to, 1);
+    }
+    Config::parse(&text, "mock-bench.toml").unwrap()
+}
+
+pub fn apparatus(scenario: Scenario) -> Apparatus {
+    Apparatus::new(ApparatusConfig::new(scenario, 1, Pace::Stepped)).unwrap()
+}
+
+/// A recording in `folder`.
+pub fn begin(folder: &Path) -> Begin {
+    let text = r#"format = 1
+carrier_hz = 35000.0
+modulation_hz = 6.0
+modulation_index = 0.95
+channels.drive = { index = 0, volts_per_unit = 60.0 }
+channels.pickup = { index = 1, metres_per_unit = 5e-6, phase_rad = 0.2 }
+plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.0525 }
+"#;
+    Begin {
+        folder: folder.to_owned(),
+        manifest: Manifest::parse(text, "recording.toml").unwrap(),
+        format: AudioFormat {
+            sample_rate_hz: RATE_HZ,
+            channels: CHANNELS,
+        },
+    }
+}
+
+/// Kind, sample, frames and text of an event.
+pub type Read = (EventKind, u64, Option<u64>, String);
+
+/// Events of a recording.
+pub fn events(folder: &Path) -> Vec<Read> {
+    let reader = RecordingReader::open(folder).unwrap();
+    let events = reader.manifest().events.iter();
+    events
+        .map(|event: &Event| {
+            let text = event.text.clone().unwrap_or_default();
+            (event.kind, event.sample, event.frames, text)
+        })
+        .collect()
+}
+
+/// Samples of a recording, interleaved.
+pub fn samples(folder: &Path) -> Vec<f32> {
+    let wav = hound::WavReader::open(folder.join("signals.wav")).unwrap();
+    wav.into_samples().map(Result::unwrap).collect()
+}
+
+pub struct Rig {
+    pub apparatus: Apparatus,
+    pub bench: Bench,
+    pub frames: Vec<impedance::ZmFrame>,
+    pub account: Account,
+    pub warnings: Vec<String>,
+    temp: tempfile::TempDir,
+}
+
+impl Rig {
+    /// A plate that is driven with 10 V.
+    pub fn driven() -> Self {
+        let mut rig = Self::new(Scenario::default(), config(&[]), None);
+        rig.drive();
+        rig
+    }
+
+    /// A plate at rest; `encoder` takes the place of the apparatus's own.
+    pub fn new(scenario: Scenario, config: Config, encoder: Option<[Box<dyn Input>; 2]>) -> Self {
+        let mut apparatus = apparatus(scenario);
+        let pins = apparatus.pins().unwrap();
+        let lines = Lines {
+            encoder,
+            estop: Some(input("e-stop", pins.estop)),
+            enable: Some(output("enable", pins.amplifier_enable)),
+            heartbeat: Some(output("heartbeat", pins.heartbeat)),
+            ..Lines::default()
+        };
+        let port = Some(apparatus.force_port().to_owned());
+        let bench = Bench::open(&config, 35_000.0, &apparatus.host(), lines, port).unwrap();
+        bench.streams.play().unwrap();
+        Self {
+            apparatus,
+            bench,
+            frames: Vec::new(),
+            account: Account::default(),
+            warnings: Vec::new(),
+            temp: tempfile::tempdir().unwrap(),
+        }
+    }
+
+    pub fn drive(&mut self) {
+        let tone = friction_bench::drive::settings(&config(&[]))
+            .unwrap()
+            .admit(Waveform::Tone {
+                carrier_hz: 35_000.0,
+                amplitude_v: 10.0,
+            })
+            .unwrap();
+        self.bench.drive.start(tone);
+    }
+
+    pub fn pass(&mut self, seconds: f64) {
+        let until_ns = self.apparatus.now_ns() + (seconds * 1e9) as u64;
+        while self.apparatus.now_ns() < until_ns {
+            self.apparatus.step().unwrap();
+            let now_ns = self.apparatus.now_ns();
+            let Bench { before, after, .. } = &mut self.bench;
+            for task in before.iter_mut().chain(after) {
+                task.poll(now_ns).unwrap();
+            }
+            let safety = self.bench.shared.safety.get().unwrap_or_default();
+            assert!(!matches!(safety, SafetyState::Tripped { .. }), "{safety:?}");
+            self.bench.drive.poll(&safety);
+            for batch in self.bench.batches.try_iter() {
+                self.frames.extend(batch.frames);
+                self.account = batch.account;
+                self.warnings.extend(batch.warnings);
+            }
+        }
+    }
+
+    /// Records from now on.
+    pub fn begin(&mut self, name: &str) -> PathBuf {
+        let folder = self.temp.path().join(name);
+        let begin = RecordingCommand::Begin(Box::new(begin(&folder)));
+        self.bench.recording.send(begin).unwrap();
+        folder
+    }
+
+    /// Ends the recording and waits until it is saved.
+    pub fn end(&mut self) {
+        let end = RecordingCommand::End(Ending::Completed);
+        self.bench.recording.send(end).unwrap();
+        self.pass(0.01);
+        let saved = |notice| matches!(notice, RecorderNotice::Saved { .. });
+        assert!(self.bench.notices.try_iter().any(saved), "not saved");
+    }
+}

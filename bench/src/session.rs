@@ -586,7 +586,7 @@ fn stop_kind(safety: &SafetyState) -> EventKind {
             trip: Trip::EmergencyStop | Trip::Operator,
         } => EventKind::EmergencyStop,
         SafetyState::Tripped {
-            trip: Trip::Readback { .. } | Trip::AliveWhileDisarmed { .. },
+            trip: Trip::Readback { .. } | Trip::ReadbackMissing | Trip::AliveWhileDisarmed { .. },
         } => EventKind::ReadbackMismatch,
         _ => EventKind::Safe,
     }

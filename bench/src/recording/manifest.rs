@@ -335,7 +335,7 @@ pub enum EventKind {
     Clipping,
     /// NaN or infinity came from the converter, within `frames`.
     NonFinite,
-    /// The drive was taken to zero because its read-back differed from the command.
+    /// The drive was taken to zero because its read-back differed from the command, or stayed away.
     ReadbackMismatch,
     /// Force frames lost, refused by their checksum or sent twice, within `frames`; to a burst of the sensor.
     ForceLost,

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::force::SENSITIVITY;
 use crate::gpio::{GpioError, Input, Output};
-use crate::readback::Readback;
+use crate::readback::{Misfit, Readback};
 use crate::schedule::Task;
 use crate::shared::{Press, Shared};
 
@@ -397,15 +397,19 @@ impl Safety {
             return Some(Trip::ReadbackMissing);
         }
         let misfit = self.readback.reading(reading.sample, reading.volts)?;
-        Some(match self.state {
-            SafetyState::Armed => Trip::Readback {
-                measured_v: misfit.measured_v,
-                commanded_v: misfit.commanded_v,
-            },
-            _ => Trip::AliveWhileDisarmed {
-                measured_v: misfit.measured_v,
-            },
-        })
+        let Misfit {
+            measured_v,
+            commanded_v,
+        } = misfit;
+        if self.state == SafetyState::Armed {
+            return Some(Trip::Readback {
+                measured_v,
+                commanded_v,
+            });
+        }
+        // Of a disarmed amplifier silence is expected, whatever is commanded.
+        (measured_v > self.limits.readback_floor_v)
+            .then_some(Trip::AliveWhileDisarmed { measured_v })
     }
 
     fn force_wrong(&self, now_ns: u64) -> Option<Trip> {

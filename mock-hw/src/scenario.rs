@@ -118,6 +118,8 @@ pub struct Amplifier {
     pub bandwidth_hz: f64,
     /// The amplifier stays enabled this long after a heartbeat edge, s.
     pub one_shot_s: f64,
+    /// Its relay never opens, whatever enable, heartbeat and e-stop say.
+    pub relay_welded: bool,
 }
 
 /// Plate displacement to sample value.
@@ -436,6 +438,7 @@ impl Default for Amplifier {
             volts_per_unit: 60.0,
             bandwidth_hz: 200_000.0,
             one_shot_s: 0.1,
+            relay_welded: false,
         }
     }
 }

@@ -6,7 +6,7 @@ use bench_tests::program::protocol;
 use bench_tests::room::{Room, refused};
 
 /// What has gone wrong, as the simulated apparatus has it, and the words that a user needs.
-const WRONG: [(&str, &str, &[&str]); 9] = [
+const WRONG: [(&str, &str, &[&str]); 10] = [
     (
         "swapped channels",
         "[sound_layer]\ninputs = [1, 0]\n",
@@ -41,6 +41,11 @@ const WRONG: [(&str, &str, &[&str]); 9] = [
         "a noisy input",
         "[converter]\nnoise_units_per_sqrt_hz = 3.0e-7\n",
         &["FAILED  inputs", "noise"],
+    ),
+    (
+        "a welded relay",
+        "[amplifier]\nrelay_welded = true\n",
+        &["relay", "with the amplifier off", "off at the mains"],
     ),
     (
         "a finger on the plate",

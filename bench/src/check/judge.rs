@@ -42,6 +42,7 @@ pub(super) fn judge(
         found,
     );
     judge_tone(table, config, measured);
+    judge_relay(table, config.safety.readback_floor_v, measured);
     if let Some(force) = &config.force {
         judge_force(table, force.protocol, config.calibration.zero_n, measured);
     }
@@ -103,6 +104,23 @@ fn judge_rate(table: &mut Table, rate_hz: f64, measured: &Measured) {
             ratio * rate_hz
         ),
     );
+}
+
+fn judge_relay(table: &mut Table, floor_v: f64, measured: &Measured) {
+    let Some(past_v) = measured.past_open_relay_v() else {
+        return;
+    };
+    let opens = past_v <= floor_v;
+    let remedy = if opens {
+        ""
+    } else {
+        ": its relay is welded, or the line `enable` of [gpio] does not switch it: switch the amplifier off at the mains"
+    };
+    let found = format!(
+        "{past_v:.2} V of {:.2} V read back with the amplifier off{remedy}",
+        measured.tone_v
+    );
+    table.row("relay", opens, found);
 }
 
 fn judge_tone(table: &mut Table, config: &Config, measured: &Measured) {

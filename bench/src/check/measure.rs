@@ -31,6 +31,8 @@ const WHOLE_S: f64 = 10.7;
 /// Length of the stretches that are looked at sample by sample, and when the silent one begins, s.
 const EXCERPT_S: f64 = 0.2;
 const SILENCE_FROM_S: f64 = 0.4;
+/// Until then a tone is played with the amplifier off, s; its ramp and the loop are over before the silence.
+const RELAY_S: f64 = 0.15;
 
 /// What the test has seen.
 #[derive(Debug, Default, Clone)]
@@ -53,6 +55,7 @@ pub(super) struct Measured {
     pub safety: SafetyState,
     pub estop_wired: bool,
     pub heartbeat_wired: bool,
+    pub enable_wired: bool,
     /// Why the calibration does not hold for the opened bench.
     pub calibration_fault: Option<String>,
 }
@@ -64,6 +67,15 @@ impl Measured {
         self.frames
             .iter()
             .filter(move |frame| sounded && frame.time_s >= self.tone_from_s)
+    }
+
+    /// The most that was read back while the amplifier was off and a tone was played all the same, V peak; `None` where nothing
+    /// switches the amplifier.
+    pub fn past_open_relay_v(&self) -> Option<f64> {
+        let frames = self.frames.iter();
+        let before = frames.take_while(|frame| frame.time_s < SILENCE_FROM_S);
+        let most_v = before.map(|frame| frame.drive_v.norm()).fold(0.0, f64::max);
+        self.enable_wired.then_some(most_v)
     }
 
     /// Frames of the silence.
@@ -90,6 +102,7 @@ pub(super) fn measure(
         simulated: _,
     } = hardware()?;
     let (estop_wired, heartbeat_wired) = (lines.estop.is_some(), lines.heartbeat.is_some());
+    let enable_wired = lines.enable.is_some();
     let tone_v = TONE_V.min(config.limits.drive_v);
     let tone = settings(config)?.admit(Waveform::Tone {
         carrier_hz: config.plate.resonance_hz,
@@ -116,6 +129,8 @@ pub(super) fn measure(
         drive: bench.drive,
         shared: bench.shared,
         stop: stop.clone(),
+        relay: enable_wired.then_some(tone),
+        relay_sounds: false,
         tone: Some(tone),
         test_s: match extent {
             Extent::Quick => QUICK_S,
@@ -129,6 +144,7 @@ pub(super) fn measure(
                 .to_string(),
             estop_wired,
             heartbeat_wired,
+            enable_wired,
             tone_v,
             calibration_fault,
             ..Measured::default()
@@ -158,6 +174,10 @@ struct CheckTask {
     drive: Drive,
     shared: Arc<Shared>,
     stop: StopFlag,
+    /// The tone that nobody should hear, before the silence.
+    relay: Option<signalgen::Program>,
+    /// It sounds.
+    relay_sounds: bool,
     tone: Option<signalgen::Program>,
     test_s: f64,
     began: Instant,
@@ -194,6 +214,14 @@ impl Task for CheckTask {
             measured.positions += batch.position.len();
         }
         measured.corrupt = self.shared.field.get().unwrap_or_default().force.corrupt;
+        if let Some(tone) = self.relay.take() {
+            self.drive.sound_disarmed(tone);
+            self.relay_sounds = true;
+        }
+        if self.relay_sounds && measured.audio_s >= RELAY_S {
+            self.drive.stop();
+            self.relay_sounds = false;
+        }
         if measured.audio_s >= QUIET_S
             && let Some(tone) = self.tone.take()
         {

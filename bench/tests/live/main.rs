@@ -6,5 +6,6 @@
 
 mod flags;
 mod rig;
+mod safe;
 mod stops;
 mod xrun;

@@ -127,24 +127,31 @@ impl Rig {
         self.bench.drive.start(tone);
     }
 
+    /// Lets time pass in which nothing stops the drive.
     pub fn pass(&mut self, seconds: f64) {
         let until_ns = self.apparatus.now_ns() + (seconds * 1e9) as u64;
         while self.apparatus.now_ns() < until_ns {
-            self.apparatus.step().unwrap();
-            let now_ns = self.apparatus.now_ns();
-            let Bench { before, after, .. } = &mut self.bench;
-            for task in before.iter_mut().chain(after) {
-                task.poll(now_ns).unwrap();
-            }
-            let safety = self.bench.shared.safety.get().unwrap_or_default();
+            let safety = self.tick();
             assert!(!matches!(safety, SafetyState::Tripped { .. }), "{safety:?}");
-            self.bench.drive.poll(&safety);
-            for batch in self.bench.batches.try_iter() {
-                self.frames.extend(batch.frames);
-                self.account = batch.account;
-                self.warnings.extend(batch.warnings);
-            }
         }
+    }
+
+    /// One step of the apparatus and of every task.
+    pub fn tick(&mut self) -> SafetyState {
+        self.apparatus.step().unwrap();
+        let now_ns = self.apparatus.now_ns();
+        let Bench { before, after, .. } = &mut self.bench;
+        for task in before.iter_mut().chain(after) {
+            task.poll(now_ns).unwrap();
+        }
+        let safety = self.bench.shared.safety.get().unwrap_or_default();
+        self.bench.drive.poll(&safety);
+        for batch in self.bench.batches.try_iter() {
+            self.frames.extend(batch.frames);
+            self.account = batch.account;
+            self.warnings.extend(batch.warnings);
+        }
+        safety
     }
 
     /// Records from now on.
@@ -155,11 +162,14 @@ impl Rig {
         folder
     }
 
-    /// Ends the recording and waits until it is saved.
+    /// Ends the recording and waits until it is saved, whatever state the bench is in.
     pub fn end(&mut self) {
         let end = RecordingCommand::End(Ending::Completed);
         self.bench.recording.send(end).unwrap();
-        self.pass(0.01);
+        let until_ns = self.apparatus.now_ns() + 10_000_000;
+        while self.apparatus.now_ns() < until_ns {
+            self.tick();
+        }
         let saved = |notice| matches!(notice, RecorderNotice::Saved { .. });
         assert!(self.bench.notices.try_iter().any(saved), "not saved");
     }

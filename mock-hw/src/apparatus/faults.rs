@@ -48,6 +48,11 @@ impl FaultPanel {
         self.audio.spoil_frames(frames);
     }
 
+    /// The card is gone, as the stream of one direction learns.
+    pub fn lose_card(&self, direction: Direction) {
+        self.inject(direction, ErrorKind::DeviceNotAvailable);
+    }
+
     /// Callbacks of one direction stop coming, or come again.
     pub fn halt_audio(&self, direction: Direction, halted: bool) {
         self.audio.halt(direction, halted);

@@ -1,0 +1,194 @@
+//! Whatever fails while the plate is driven: the drive is silent in time and stays so, and what was recorded reads (FAULTS.md, rows 5,
+//! 17, 18, 21 and 23).
+
+use friction_bench::recording::RecordingReader;
+use friction_bench::safety::{SafetyState, Trip};
+use mock_hw::apparatus::FaultPanel;
+use mock_hw::host::Direction;
+use mock_hw::plant::Axis;
+use mock_hw::serial::ForceFault;
+
+use crate::rig::Rig;
+
+/// What happens, whether the bench says the right thing of it, and how long it may take, s.
+struct Case {
+    what: &'static str,
+    lay: fn(&mut Rig),
+    told: fn(&Trip) -> bool,
+    within_s: f64,
+    /// The card still calls, so that the ramp can be seen.
+    audio_goes_on: bool,
+}
+
+fn faults(rig: &Rig) -> FaultPanel {
+    rig.apparatus.faults()
+}
+
+/// Silence is believed after a quarter of a second on the simulated bench (`silence_s`).
+const SILENCE_S: f64 = 0.26;
+
+const CASES: [Case; 10] = [
+    Case {
+        what: "e-stop pressed",
+        lay: |rig| faults(rig).press_estop(true),
+        told: |trip| *trip == Trip::EmergencyStop,
+        within_s: 0.005,
+        audio_goes_on: true,
+    },
+    Case {
+        what: "e-stop wire cut",
+        lay: |rig| faults(rig).cut_estop_wire(true),
+        told: |trip| *trip == Trip::EmergencyStop,
+        within_s: 0.005,
+        audio_goes_on: true,
+    },
+    Case {
+        what: "GPIO chip gone",
+        lay: |rig| faults(rig).remove_gpio(true),
+        told: |trip| matches!(trip, Trip::Gpio { .. }),
+        within_s: 0.005,
+        audio_goes_on: true,
+    },
+    Case {
+        what: "output halted",
+        lay: |rig| faults(rig).halt_audio(Direction::Output, true),
+        told: |trip| matches!(trip, Trip::AudioSilent | Trip::Readback { .. }),
+        within_s: SILENCE_S,
+        audio_goes_on: false,
+    },
+    Case {
+        what: "input halted",
+        lay: |rig| faults(rig).halt_audio(Direction::Input, true),
+        told: |trip| matches!(trip, Trip::AudioSilent | Trip::ReadbackMissing),
+        within_s: SILENCE_S,
+        audio_goes_on: true,
+    },
+    Case {
+        what: "card lost by the output",
+        lay: |rig| faults(rig).lose_card(Direction::Output),
+        told: |trip| matches!(trip, Trip::AudioLost),
+        within_s: 0.02,
+        audio_goes_on: false,
+    },
+    Case {
+        what: "card lost by the input",
+        lay: |rig| faults(rig).lose_card(Direction::Input),
+        told: |trip| matches!(trip, Trip::AudioLost),
+        within_s: 0.02,
+        audio_goes_on: false,
+    },
+    Case {
+        what: "force sensor unplugged",
+        lay: |rig| faults(rig).unplug_force(),
+        told: |trip| matches!(trip, Trip::ForceSilent | Trip::Fault { .. }),
+        within_s: SILENCE_S,
+        audio_goes_on: true,
+    },
+    Case {
+        what: "force sensor silent",
+        lay: |rig| faults(rig).force(ForceFault::Silent(true)),
+        told: |trip| *trip == Trip::ForceSilent,
+        within_s: SILENCE_S,
+        audio_goes_on: true,
+    },
+    Case {
+        what: "4 N on the plate",
+        lay: |rig| rig.apparatus.masses().place(Axis::Normal, 0.4),
+        told: |trip| matches!(trip, Trip::ForceLimit { .. }),
+        within_s: 0.5,
+        audio_goes_on: true,
+    },
+];
+
+#[test]
+fn the_drive_is_silent_in_time_and_what_was_recorded_is_kept() {
+    for case in CASES {
+        let what = case.what;
+        let mut rig = Rig::driven();
+        rig.pass(0.2);
+        let folder = rig.begin("kept");
+        rig.pass(0.5);
+        assert!(rig.bench.drive.sounds(), "{what}");
+
+        (case.lay)(&mut rig);
+        let laid_ns = rig.apparatus.now_ns();
+        let since_s = |rig: &Rig| (rig.apparatus.now_ns() - laid_ns) as f64 * 1e-9;
+        let trip = loop {
+            if let SafetyState::Tripped { trip } = rig.tick() {
+                break trip;
+            }
+            assert!(
+                since_s(&rig) < case.within_s,
+                "{what}: not within {} s",
+                case.within_s
+            );
+        };
+        assert!((case.told)(&trip), "{what}: {trip}");
+        let tripped_s = since_s(&rig);
+        while case.audio_goes_on && rig.bench.drive.sounds() {
+            rig.tick();
+            assert!(since_s(&rig) < tripped_s + 0.02, "{what}: sounds on");
+        }
+
+        // Neither time nor a program that is asked for brings it back.
+        rig.drive();
+        while since_s(&rig) < tripped_s + 0.5 {
+            assert!(matches!(rig.tick(), SafetyState::Tripped { .. }), "{what}");
+            assert!(
+                !case.audio_goes_on || !rig.bench.drive.sounds(),
+                "{what}: sounds again"
+            );
+        }
+
+        rig.end();
+        let reader = RecordingReader::open(&folder).unwrap();
+        let kept_s = reader.frames() as f64 / f64::from(reader.format().sample_rate_hz);
+        assert!(kept_s > 0.49, "{what}: {kept_s} s kept");
+    }
+}
+
+#[test]
+fn a_bouncing_e_stop_stops_once_and_only_the_operator_brings_the_drive_back() {
+    let mut rig = Rig::driven();
+    rig.pass(0.3);
+    let (mut trips, mut before) = (0, rig.tick());
+    for step in 0..40 {
+        rig.apparatus.faults().press_estop(step % 2 == 0);
+        let now = rig.tick();
+        let tripped = |state: &SafetyState| matches!(state, SafetyState::Tripped { .. });
+        trips += u32::from(tripped(&now) && !tripped(&before));
+        before = now;
+    }
+    rig.apparatus.faults().press_estop(false);
+    for _ in 0..200 {
+        assert!(matches!(rig.tick(), SafetyState::Tripped { .. }));
+    }
+    assert_eq!(trips, 1);
+    assert!(!rig.bench.drive.sounds());
+
+    rig.bench.drive.rearm();
+    rig.pass(0.1);
+    assert!(!rig.bench.drive.sounds(), "rearming starts nothing");
+    rig.drive();
+    rig.pass(0.2);
+    assert!(rig.bench.drive.sounds());
+}
+
+#[test]
+fn a_kill_from_anywhere_latches() {
+    let mut rig = Rig::driven();
+    rig.pass(0.3);
+    rig.bench.kill.kill();
+    let state = loop {
+        let state = rig.tick();
+        if state != SafetyState::Armed {
+            break state;
+        }
+    };
+    assert_eq!(state, SafetyState::Tripped { trip: Trip::Killed });
+    rig.drive();
+    for _ in 0..200 {
+        rig.tick();
+    }
+    assert!(!rig.bench.drive.sounds());
+}

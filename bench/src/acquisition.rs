@@ -316,6 +316,9 @@ impl Acquisition {
                         Fault::LateralSaturated,
                         u64::from(force.sample.lateral_saturated),
                     );
+                    if force.sample.saturated() {
+                        batch.saturated_s.push(time_s);
+                    }
                     batch.force.push(ForceRow {
                         time_s,
                         normal_n: force.sample.normal_n,

@@ -22,6 +22,8 @@ pub struct Batch {
     pub force: Vec<ForceRow>,
     /// Position.
     pub position: Vec<PositionRow>,
+    /// Times of forces at the end of the sensor's range, s.
+    pub saturated_s: Vec<f64>,
     /// What the operator should know of it.
     pub warnings: Vec<String>,
     /// Totals since the start.

@@ -214,6 +214,9 @@ impl SessionTask {
                 self.record.frames.extend(batch.frames);
                 self.record.force.extend(batch.force);
                 self.record.position.extend(batch.position);
+                for at_s in batch.saturated_s {
+                    self.record.saturate(at_s);
+                }
             }
         }
     }

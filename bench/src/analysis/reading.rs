@@ -248,6 +248,7 @@ pub fn read(folder: &Path, pickup: PickupOffset) -> Result<Reading, RecordingErr
     let mut position = reader.position()?;
     record.position = position.by_ref().collect::<Result<_, ReadError>>()?;
     flaws.extend(position.warnings().into_iter().map(Flaw::from));
+    record.saturated = manifest.saturated_s(reader.format().sample_rate_hz);
     Ok(Reading {
         manifest,
         record,

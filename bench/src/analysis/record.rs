@@ -5,6 +5,7 @@ use impedance::smoothing::LowPass;
 use impedance::{Mask, ZmFrame};
 use protocols::{Direction, ExplorationSeries, Validity};
 
+use crate::flags::QUIET_S;
 use crate::recording::{ForceRow, PositionRow};
 
 /// Cut-off of the second-order Butterworth filter on forces and position, Hz (Huloux 2021, section IV).
@@ -19,6 +20,8 @@ pub struct Record {
     pub force: Vec<ForceRow>,
     /// Position readings.
     pub position: Vec<PositionRow>,
+    /// From when to when the force sensor was at the end of its range.
+    pub saturated: Vec<(f64, f64)>,
 }
 
 /// What accompanies the impedance at each frame of an interval. NaN where it was not measured.
@@ -64,11 +67,20 @@ impl Record {
         ends.map_or((0.0, 0.0), |(first, last)| (first.time_s, last.time_s))
     }
 
+    /// Takes a time at which the force sensor was at the end of its range, in order; joined as in a recording's events.
+    pub fn saturate(&mut self, at_s: f64) {
+        match self.saturated.last_mut() {
+            Some((_, end_s)) if at_s - *end_s < QUIET_S => *end_s = at_s,
+            _ => self.saturated.push((at_s, at_s)),
+        }
+    }
+
     /// Drops everything before `time_s`.
     pub fn forget_before(&mut self, time_s: f64) {
         let frames = self.frames.partition_point(|frame| frame.time_s < time_s);
         let force = self.force.partition_point(|row| row.time_s < time_s);
         let position = self.position.partition_point(|row| row.time_s < time_s);
+        self.saturated.retain(|(_, end_s)| *end_s >= time_s);
         self.frames.drain(..frames);
         self.force.drain(..force);
         self.position.drain(..position);
@@ -94,6 +106,12 @@ impl Record {
                 .position
                 .iter()
                 .filter(|r| inside(r.time_s))
+                .copied()
+                .collect(),
+            saturated: self
+                .saturated
+                .iter()
+                .filter(|(from_s, to_s)| *from_s <= end_s && *to_s >= start_s)
                 .copied()
                 .collect(),
         }
@@ -123,6 +141,13 @@ impl Record {
         (!readings.is_empty()).then(|| readings.iter().sum::<f64>() / readings.len() as f64)
     }
 
+    fn is_saturated(&self, time_s: f64) -> bool {
+        let reached = |(from_s, to_s): &(f64, f64)| {
+            (*from_s - SATURATION_REACH_S..=*to_s + SATURATION_REACH_S).contains(&time_s)
+        };
+        self.saturated.iter().any(reached)
+    }
+
     /// Everything at the frames from `start_s` to `end_s`.
     pub fn series(&self, start_s: f64, end_s: f64) -> Series {
         let inside = |frame: &&ZmFrame| (start_s..=end_s).contains(&frame.time_s);
@@ -139,7 +164,10 @@ impl Record {
         Series {
             amplitude_m: frames.iter().map(|frame| frame.amplitude_m).collect(),
             velocity_m_per_s: derivative(&time_s, &position_m),
-            validity: frames.iter().map(|frame| validity(frame.mask)).collect(),
+            validity: frames
+                .iter()
+                .map(|frame| validity(frame.mask, self.is_saturated(frame.time_s)))
+                .collect(),
             time_s,
             frames,
             normal_n,
@@ -149,11 +177,17 @@ impl Record {
     }
 }
 
-fn validity(mask: Mask) -> Validity {
+/// A saturated reading spoils the smoothed force this far to either side, s: what is left of the 100 Hz filter's answer then is about a
+/// hundredth.
+const SATURATION_REACH_S: f64 = 0.01;
+
+fn validity(mask: Mask, saturated: bool) -> Validity {
     if mask.contains(Mask::LOST_SAMPLES) {
         Validity::LostSamples
     } else if mask.contains(Mask::CLIPPED) {
         Validity::Clipped
+    } else if saturated {
+        Validity::ForceSaturated
     } else if mask.contains(Mask::ENVELOPE_NULL) {
         Validity::BelowNoise
     } else {

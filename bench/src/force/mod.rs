@@ -27,6 +27,14 @@ pub struct ForceSample {
     pub lateral_saturated: bool,
 }
 
+impl ForceSample {
+    /// Either axis is at the end of its range.
+    #[must_use]
+    pub fn saturated(&self) -> bool {
+        self.normal_saturated || self.lateral_saturated
+    }
+}
+
 /// What went wrong on the line so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct LineFaults {

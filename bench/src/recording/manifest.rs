@@ -525,6 +525,20 @@ impl Manifest {
         })
     }
 
+    /// From when to when the force sensor was at the end of its range, s.
+    #[must_use]
+    pub fn saturated_s(&self, sample_rate_hz: u32) -> Vec<(f64, f64)> {
+        let time_s = |sample: u64| sample as f64 / f64::from(sample_rate_hz);
+        let events = self.events.iter();
+        events
+            .filter(|event| event.kind == EventKind::ForceOverRange)
+            .map(|event| {
+                let end = event.sample + event.frames.unwrap_or(1);
+                (time_s(event.sample), time_s(end))
+            })
+            .collect()
+    }
+
     /// Checks every rule that needs nothing but the manifest.
     ///
     /// # Errors

@@ -280,6 +280,7 @@ impl Replay {
         report: Sender<Report>,
     ) -> Self {
         let intervals = in_order(plan.source.manifest());
+        let saturated = plan.source.manifest().saturated_s(plan.source.rate_hz());
         let explorations = intervals
             .iter()
             .filter(|interval| matches!(interval.kind, IntervalKind::Exploration(_)));
@@ -306,7 +307,10 @@ impl Replay {
             screen_due_s: 0.0,
             phase: None,
             intervals,
-            record: Record::default(),
+            record: Record {
+                saturated,
+                ..Record::default()
+            },
             plate: Err(UnloadedError::NoInterval),
             explored: 0,
             instances: 0,

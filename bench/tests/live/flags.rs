@@ -6,11 +6,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use friction_bench::gpio::{GpioError, Input};
+use friction_bench::recording::RecordingReader;
 use friction_bench::recording::manifest::EventKind;
 use impedance::Mask;
 use mock_hw::plant::Axis;
 use mock_hw::scenario::Scenario;
 use mock_hw::serial::ForceFault;
+use protocols::Validity;
 
 use crate::rig::{CHANNELS, RATE_HZ, Rig, config, events, samples};
 
@@ -60,9 +62,13 @@ fn samples_that_are_not_finite_are_a_flag_and_the_filters_recover() {
     );
     assert!(rig.warnings[0].starts_with(text), "{:?}", rig.warnings);
     assert_eq!(rig.account.lost_frames, 0, "they came, though of no use");
-    let lost = rig.frames.iter().filter(|f| f.mask == Mask::LOST_SAMPLES);
+    let lost = rig
+        .record
+        .frames
+        .iter()
+        .filter(|f| f.mask == Mask::LOST_SAMPLES);
     assert!(lost.count() > 2);
-    assert!(rig.frames.last().unwrap().mask.is_clear());
+    assert!(rig.record.frames.last().unwrap().mask.is_clear());
 }
 
 #[test]
@@ -176,6 +182,7 @@ fn a_saturated_axis_is_one_flag_for_as_long_as_it_lasts() {
     let mut scenario = Scenario::default();
     scenario.force_sensor.range_n = 0.8;
     let mut rig = Rig::new(scenario, config(&[]), None);
+    rig.drive();
     rig.pass(0.3);
     let begin_ns = rig.apparatus.now_ns();
     let folder = rig.begin("r");
@@ -202,6 +209,23 @@ fn a_saturated_axis_is_one_flag_for_as_long_as_it_lasts() {
     let count = saturated.count();
     assert!(count > 1000);
     assert_eq!(*text, format!("lateral forces saturated: {count}"));
+
+    // The trial's own analysis and that of its file leave out the same stretch, and no other.
+    let [(from_s, to_s)] = rig.record.saturated[..] else {
+        panic!("{:?}", rig.record.saturated);
+    };
+    assert!((to_s - from_s - lasted_s).abs() < 1e-4);
+    let manifest = RecordingReader::open(&folder).unwrap().manifest().clone();
+    let [(start_s, end_s)] = manifest.saturated_s(RATE_HZ)[..] else {
+        panic!("{:?}", manifest.events);
+    };
+    assert_eq!(start_s, *sample as f64 / f64::from(RATE_HZ));
+    assert!((end_s - start_s - lasted_s).abs() < 1e-9);
+    let series = rig.record.series(from_s - 0.1, to_s + 0.1);
+    for (time_s, validity) in series.time_s.iter().zip(&series.validity) {
+        let away_s = (from_s - time_s).max(time_s - to_s);
+        assert_eq!(*validity == Validity::ForceSaturated, away_s <= 0.01);
+    }
     assert_eq!(rig.warnings.len(), 1, "{:?}", rig.warnings);
 }
 

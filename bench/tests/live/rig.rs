@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use friction_bench::acquisition::RecordingCommand;
+use friction_bench::analysis::record::Record;
 use friction_bench::assembly::Bench;
 use friction_bench::config::Config;
 use friction_bench::gpio::{Input, Lines, input, output};
@@ -78,7 +79,7 @@ pub fn samples(folder: &Path) -> Vec<f32> {
 pub struct Rig {
     pub apparatus: Apparatus,
     pub bench: Bench,
-    pub frames: Vec<impedance::ZmFrame>,
+    pub record: Record,
     pub account: Account,
     pub warnings: Vec<String>,
     temp: tempfile::TempDir,
@@ -109,7 +110,7 @@ impl Rig {
         Self {
             apparatus,
             bench,
-            frames: Vec::new(),
+            record: Record::default(),
             account: Account::default(),
             warnings: Vec::new(),
             temp: tempfile::tempdir().unwrap(),
@@ -147,7 +148,11 @@ impl Rig {
         let safety = self.bench.shared.safety.get().unwrap_or_default();
         self.bench.drive.poll(&safety);
         for batch in self.bench.batches.try_iter() {
-            self.frames.extend(batch.frames);
+            self.record.frames.extend(batch.frames);
+            self.record.force.extend(batch.force);
+            for at_s in batch.saturated_s {
+                self.record.saturate(at_s);
+            }
             self.account = batch.account;
             self.warnings.extend(batch.warnings);
         }

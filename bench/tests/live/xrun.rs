@@ -23,6 +23,7 @@ fn the_frames_that_an_xrun_swallows_are_counted_exactly_and_time_stays_true() {
     // The phase of the drive is that of a stream without a loss: no slip of a sample (65.6°).
     let phase = |from_s: f64, to_s: f64| {
         let inside = rig
+            .record
             .frames
             .iter()
             .filter(|f| (from_s..to_s).contains(&f.time_s) && f.mask.is_clear());
@@ -36,7 +37,7 @@ fn the_frames_that_an_xrun_swallows_are_counted_exactly_and_time_stays_true() {
         (before - after).abs() < 1e-3,
         "{before} rad before, {after} rad after"
     );
-    let newest = rig.frames.last().unwrap().time_s;
+    let newest = rig.record.frames.last().unwrap().time_s;
     let now_s = rig.apparatus.now_ns() as f64 * 1e-9;
     assert!(
         (now_s - newest).abs() < 0.01,

@@ -21,7 +21,7 @@ use crate::verdict::ExplorationAnalysis;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// Whether a frame of the demodulator can be used.
+/// Whether a frame of the demodulator can be used, and the force with it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Validity {
@@ -31,6 +31,8 @@ pub enum Validity {
     LostSamples,
     /// Samples under its filter were at the converter's limit.
     Clipped,
+    /// An axis of the force sensor was at the end of its range.
+    ForceSaturated,
     /// The amplitude is too small against its noise for an impedance, as at envelope nulls.
     BelowNoise,
 }
@@ -149,6 +151,12 @@ pub enum Rejection {
         /// Frames concerned.
         frames: usize,
     },
+    /// An axis of the force sensor was at the end of its range.
+    #[error("force sensor saturated in {frames} frames")]
+    ForceSaturated {
+        /// Frames concerned.
+        frames: usize,
+    },
     /// The amplitude drowned in noise.
     #[error("amplitude below its noise in {frames} frames")]
     BelowNoise {
@@ -194,6 +202,7 @@ impl Rejection {
             Self::TooShort { .. } => "too short",
             Self::LostSamples { .. } => "lost samples",
             Self::Clipped { .. } => "clipped samples",
+            Self::ForceSaturated { .. } => "force sensor saturated",
             Self::BelowNoise { .. } => "amplitude below its noise",
             Self::NotMeasured { .. } => "force or position missing",
             Self::NoContact { .. } => "no contact",
@@ -408,6 +417,10 @@ fn valid(series: &ExplorationSeries<'_>, frames: &Range<usize>) -> Result<(), Re
     let clipped = count(Validity::Clipped);
     if clipped > 0 {
         return Err(Rejection::Clipped { frames: clipped });
+    }
+    let saturated = count(Validity::ForceSaturated);
+    if saturated > 0 {
+        return Err(Rejection::ForceSaturated { frames: saturated });
     }
     let below = count(Validity::BelowNoise);
     if below as f64 > BELOW_NOISE_PART * frames.len() as f64 {

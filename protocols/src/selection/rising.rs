@@ -55,7 +55,10 @@ pub(super) fn stretches(series: &ExplorationSeries<'_>) -> Vec<Rising> {
 fn bridge(series: &ExplorationSeries<'_>) -> Option<Vec<f64>> {
     let usable = |i: usize| {
         series.amplitude_m[i].is_finite()
-            && matches!(series.validity[i], Validity::Valid | Validity::BelowNoise)
+            && matches!(
+                series.validity[i],
+                Validity::Valid | Validity::BelowNoise | Validity::ForceSaturated
+            )
     };
     let known: Vec<usize> = (0..series.time_s.len()).filter(|&i| usable(i)).collect();
     let (first, last) = (*known.first()?, *known.last()?);

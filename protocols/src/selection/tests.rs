@@ -168,6 +168,17 @@ fn amplitudes_below_the_noise_are_tolerated_at_nulls_only() {
 }
 
 #[test]
+fn a_saturated_force_sensor_costs_its_instance() {
+    let mut made = published();
+    let frames = made.frames(1.97, 1.975);
+    made.validity[frames.clone()].fill(Validity::ForceSaturated);
+    let stretches = made.select();
+    assert_eq!(instances(&stretches).len(), 5);
+    let frames = frames.len();
+    assert_eq!(rejection(&stretches), Rejection::ForceSaturated { frames });
+}
+
+#[test]
 fn a_lifted_finger_is_no_contact() {
     let mut made = published();
     let frames = made.frames(2.0, 2.01);
@@ -348,7 +359,7 @@ proptest! {
     #[test]
     fn anything_can_be_selected_from(
         frames in prop::collection::vec(
-            (ANY, ANY, ANY, ANY, 0..4u8), 0..400,
+            (ANY, ANY, ANY, ANY, 0..5u8), 0..400,
         ),
         frame_s in 1e-5..0.1f64,
     ) {
@@ -365,6 +376,7 @@ proptest! {
                 0 => Validity::Clipped,
                 1 => Validity::BelowNoise,
                 2 => Validity::LostSamples,
+                3 => Validity::ForceSaturated,
                 _ => Validity::Valid,
             });
         }

@@ -1,4 +1,5 @@
-//! Stops, pauses and repetitions are marked in the recordings that they end and begin (FAULTS.md, rows 16, 17 and 35).
+//! A session marks stops, pauses and repetitions in the recordings that they end and begin, and tells its operator of flags
+//! (FAULTS.md, rows 16, 17, 22 and 35).
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,6 +19,7 @@ use friction_bench::schedule::Task;
 use friction_bench::session::{SessionTask, Wiring};
 use mock_hw::apparatus::Apparatus;
 use mock_hw::scenario::Scenario;
+use mock_hw::serial::ForceFault;
 use protocols::{Session, TrialKey, TrialOutcome, TrialRecord};
 use tui::event::{Level, PhaseKind};
 
@@ -62,6 +64,7 @@ struct Rig {
     ask: Sender<tui::Action>,
     seen: Receiver<tui::Event>,
     phase: Option<PhaseKind>,
+    warnings: Vec<String>,
     errors: Vec<String>,
     begun: Arc<Mutex<Vec<PathBuf>>>,
     _streams: signalgen::audio::Streams,
@@ -159,6 +162,7 @@ impl Rig {
             ask,
             seen,
             phase: None,
+            warnings: Vec::new(),
             errors: Vec::new(),
             begun,
             _streams: streams,
@@ -183,10 +187,11 @@ impl Rig {
         for event in self.seen.try_iter() {
             match event {
                 tui::Event::Phase(phase) => self.phase = Some(phase.kind),
-                tui::Event::Log {
-                    level: Level::Error,
-                    text,
-                } => self.errors.push(text),
+                tui::Event::Log { level, text } => match level {
+                    Level::Info => {}
+                    Level::Warning => self.warnings.push(text),
+                    Level::Error => self.errors.push(text),
+                },
                 _ => {}
             }
         }
@@ -260,6 +265,23 @@ fn pause_resume_and_redo_are_marked_where_they_fall() {
     assert_eq!(third[0], begins(EventKind::Redo, "attempt 3"));
     ends(third, EventKind::Abort);
     assert_eq!((second.len(), third.len()), (3, 2));
+}
+
+#[test]
+fn the_operator_is_told_of_a_flag_once() {
+    let mut rig = Rig::new(&[]);
+    rig.pass(0.1);
+    assert_eq!(rig.warnings, Vec::<String>::new());
+    rig.apparatus.faults().force(ForceFault::Drop(3));
+    rig.pass(0.8);
+    let [line] = &rig.warnings[..] else {
+        panic!("{:?}", rig.warnings);
+    };
+    assert!(line.starts_with("force frames lost: 3; from "), "{line}");
+    rig.ask(tui::Action::Abort);
+    let kinds: Vec<_> = rig.told()[0].iter().map(|event| event.0).collect();
+    assert_eq!(kinds, [EventKind::ForceLost, EventKind::Abort]);
+    assert_eq!(rig.warnings.len(), 1);
 }
 
 #[test]

@@ -435,12 +435,18 @@ fn machine(plan: &Plan, session: &study::Session) -> anyhow::Result<Session> {
         })
         .collect();
     let records = records_from_events(&events);
-    Ok(Session::resume(
+    let mut machine = Session::resume(
         plan.protocol.clone(),
         plan.participant.clone(),
         plan.seed,
         &records,
-    )?)
+    )?;
+    // A recording may have been begun that the log did not come to tell of.
+    for label in session.recorded_labels()? {
+        let number = label.number_in_session(plan.protocol.trials.practice);
+        machine.leave_out(number, label.attempt);
+    }
+    Ok(machine)
 }
 
 fn begin_recording(

@@ -214,14 +214,9 @@ pub(crate) fn replace_file(path: &Path, contents: &[u8]) -> Result<(), DiskError
     path.parent().map_or(Ok(()), sync_folder)
 }
 
-/// Writes a new file and returns once it is on the disk; one that exists is an error.
-pub(crate) fn create_file(path: &Path, contents: &[u8]) -> Result<(), DiskError> {
-    let file = OpenOptions::new()
-        .write(true)
-        .create_new(true)
-        .open(path)
-        .on("create", path)?;
-    write_all(file, path, contents)?;
+/// Makes an empty file and returns once its name is on the disk; one that exists is an error.
+pub(crate) fn create_empty(path: &Path) -> Result<(), DiskError> {
+    File::create_new(path).on("create", path)?;
     path.parent().map_or(Ok(()), sync_folder)
 }
 
@@ -265,6 +260,29 @@ mod tests {
         assert_eq!(error.action, "write");
         // Nothing is pending any more, yet this must not pass for saved.
         assert!(full.sync().is_err());
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn what_could_not_be_synced_is_never_called_saved() {
+        // It takes every byte and cannot be synced.
+        let path = PathBuf::from("/dev/null");
+        let file = OpenOptions::new().write(true).open(&path).unwrap();
+        let mut rows = AppendFile {
+            path,
+            file,
+            records: Records::Lines,
+            pending: Vec::new(),
+            whole: 0,
+            failed: None,
+        };
+        rows.append(|bytes| bytes.extend(b"1\n")).unwrap();
+        assert_eq!(rows.sync().unwrap_err().action, "sync");
+        assert_eq!(rows.failed, Some(Failed::Sync));
+        // A second sync could succeed after the system dropped what it could not write.
+        rows.file = File::create_new(tempfile::tempdir().unwrap().path().join("a")).unwrap();
+        assert!(rows.sync().is_err());
+        assert_eq!(rows.salvage(|_| Vec::new()).unwrap_err().action, "sync");
     }
 
     #[test]

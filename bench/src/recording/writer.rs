@@ -160,7 +160,6 @@ impl RecordingWriter {
         if let Some(parent) = folder.parent() {
             disk::sync_folder(parent)?;
         }
-        disk::create_file(&folder.join(MANIFEST_FILE), text.as_bytes())?;
         let signals = AppendFile::create(
             folder.join(SIGNALS_FILE),
             &wav::header(format, 0),
@@ -178,7 +177,8 @@ impl RecordingWriter {
             on_disk: OnDisk::default(),
         };
         writer.sync()?;
-        disk::sync_folder(folder)?;
+        // Last and whole: a folder without it is no recording, and a recording has all of its files.
+        disk::replace_file(&folder.join(MANIFEST_FILE), text.as_bytes())?;
         Ok(writer)
     }
 

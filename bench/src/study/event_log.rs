@@ -176,6 +176,8 @@ impl LogContent {
 pub struct EventLog {
     path: PathBuf,
     file: File,
+    /// Length of the whole lines.
+    bytes: u64,
     events: u64,
 }
 
@@ -185,7 +187,7 @@ impl EventLog {
     /// # Errors
     /// The operating system's.
     pub fn create(path: PathBuf) -> Result<Self, EventLogError> {
-        disk::create_file(&path, b"")?;
+        disk::create_empty(&path)?;
         Self::open(path).map(|(log, _)| log)
     }
 
@@ -203,9 +205,11 @@ impl EventLog {
         if torn && file.metadata().on("read", &path)?.len() > 0 {
             file.write_all(b"\n").on("write", &path)?;
         }
+        let bytes = file.metadata().on("read", &path)?.len();
         let log = Self {
             path,
             file,
+            bytes,
             events: content.events(),
         };
         Ok((log, content))
@@ -279,9 +283,13 @@ impl EventLog {
             reason: error.to_string(),
         })?;
         line.push('\n');
-        self.file
-            .write_all(line.as_bytes())
-            .on("write", &self.path)?;
+        let written = self.file.write_all(line.as_bytes());
+        if written.is_err() {
+            // Half a line would spoil the next one.
+            let _ = self.file.set_len(self.bytes);
+        }
+        written.on("write", &self.path)?;
+        self.bytes += line.len() as u64;
         self.file.sync_data().on("sync", &self.path)?;
         // An unlinked file syncs without complaint.
         fs::metadata(&self.path).on("find", &self.path)?;

@@ -38,6 +38,15 @@ impl TrialLabel {
             attempt: key.attempt,
         }
     }
+
+    /// Number among all trials of the session, practice first: [`TrialKey::number`](protocols::TrialKey::number).
+    #[must_use]
+    pub fn number_in_session(&self, practice_trials: u32) -> u32 {
+        match self.block {
+            Block::Practice => self.number,
+            Block::Main => self.number.saturating_add(practice_trials),
+        }
+    }
 }
 
 impl fmt::Display for TrialLabel {

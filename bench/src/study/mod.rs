@@ -190,7 +190,7 @@ impl Study {
         }
         let participants = folder.join(PARTICIPANTS_FILE);
         if !participants.exists() {
-            disk::create_file(&participants, PARTICIPANTS_HEADER.as_bytes())?;
+            disk::replace_file(&participants, PARTICIPANTS_HEADER.as_bytes())?;
         }
         let description = read_description(&description_path)?;
         Ok(Self {
@@ -252,6 +252,8 @@ impl Study {
         {
             return Err(error).on("create", &participant_folder)?;
         }
+        // Before the session is there to be resumed, which registers nobody.
+        self.register(participant, &line)?;
         match fs::create_dir(&folder) {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
                 return Err(StudyError::SessionExists {
@@ -263,7 +265,6 @@ impl Study {
         }
         disk::sync_folder(&participant_folder)?;
         disk::sync_folder(&self.folder)?;
-        self.register(participant, &line)?;
         Session::create(folder)
     }
 

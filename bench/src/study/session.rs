@@ -97,7 +97,7 @@ impl Session {
                 _ => self.folder.join(format!("{stem}.{number}.{extension}")),
             };
             if !path.exists() {
-                disk::create_file(&path, contents.as_bytes())?;
+                disk::replace_file(&path, contents.as_bytes())?;
                 return Ok(path);
             }
             if std::fs::read(&path).is_ok_and(|held| held == contents.as_bytes()) {
@@ -124,19 +124,25 @@ impl Session {
     /// # Errors
     /// The folder cannot be listed.
     pub fn recorded_trials(&self) -> Result<Vec<RecordedTrial>, StudyError> {
-        let mut trials: Vec<RecordedTrial> = entries(&self.folder)?
-            .iter()
-            .filter_map(|name| name.parse().ok())
-            .map(|label: TrialLabel| {
-                let folder = self.folder.join(label.to_string());
-                RecordedTrial {
-                    label,
-                    manifest: reader::read_manifest(&folder),
-                    folder,
-                }
-            })
-            .collect();
-        trials.sort_unstable_by_key(|trial| trial.label);
-        Ok(trials)
+        let mut labels = self.recorded_labels()?;
+        labels.sort_unstable();
+        let trials = labels.into_iter().map(|label| {
+            let folder = self.folder.join(label.to_string());
+            RecordedTrial {
+                label,
+                manifest: reader::read_manifest(&folder),
+                folder,
+            }
+        });
+        Ok(trials.collect())
+    }
+
+    /// The attempts that have a folder, in no order.
+    ///
+    /// # Errors
+    /// The folder cannot be listed.
+    pub fn recorded_labels(&self) -> Result<Vec<TrialLabel>, StudyError> {
+        let names = entries(&self.folder)?;
+        Ok(names.iter().filter_map(|name| name.parse().ok()).collect())
     }
 }

@@ -8,6 +8,9 @@ use crate::support::{FORMAT_2, force_rows, manifest, ramp, read_all};
 use friction_bench::recording::manifest::End;
 use friction_bench::recording::writer::{Ending, WriteError};
 use friction_bench::recording::{AudioFormat, RecordingReader, RecordingWriter};
+use friction_bench::study::EventLog;
+use friction_bench::study::event_log::{self, ExitStatus};
+use serde_json::{Map, Value};
 
 const FOLDER: &str = "FRICTION_BENCH_TEST_FOLDER";
 
@@ -114,6 +117,36 @@ fn a_full_disk_or_file_size_limit_is_an_error_and_the_rest_is_kept() {
     let mut force = reader.force().unwrap();
     assert!(force.by_ref().count() > 0);
     assert_eq!(force.warnings(), []);
+}
+
+#[test]
+fn a_log_line_that_a_limit_tears_is_taken_back() {
+    if let Some(folder) = victim_folder() {
+        let mut log = EventLog::create(folder).unwrap();
+        let event = |text: String| Map::from_iter([("text".to_owned(), Value::String(text))]);
+        let time = || "2026-11-21T07:00:00Z".to_owned();
+        log.event("session", time(), 0.0, event("kept".to_owned()))
+            .unwrap();
+        let long = event("x".repeat(4096));
+        log.event("session", time(), 1.0, long).unwrap_err();
+        // Something else gave room, or it needs less.
+        log.event("session", time(), 2.0, event("fits".to_owned()))
+            .unwrap();
+        log.stop(time(), ExitStatus::Fail, None).unwrap();
+        std::process::exit(0);
+    }
+    let temp = tempfile::tempdir().unwrap();
+    let path = temp.path().join("events.jsonl");
+    let mut child = victim(
+        "a_log_line_that_a_limit_tears_is_taken_back",
+        "trap '' XFSZ; ulimit -f 4;",
+        &path,
+    );
+    assert!(child.wait().unwrap().success());
+    let content = event_log::read(&path).unwrap();
+    assert!(content.torn_lines.is_empty());
+    assert_eq!(content.stop().unwrap().num_events, 2);
+    assert_eq!(content.documents.len(), 3);
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! The state machine.
 
+use std::collections::BTreeMap;
+
 use super::event::{SessionEvent, SessionEventKind};
 use super::interface::{
     Action, Cue, DriveRequest, Instruction, Observation, OperatorCommand, ParticipantView, Phase,
@@ -50,6 +52,8 @@ pub struct Session {
     seed: u64,
     plan: Vec<Planned>,
     records: Vec<TrialRecord>,
+    /// Last attempt not to be made, by trial number.
+    left_out: BTreeMap<u32, u32>,
     resumed_attempts: usize,
     /// Index in `plan` of the trial that is next or runs.
     cursor: usize,
@@ -188,6 +192,7 @@ impl Session {
             seed,
             plan,
             records: Vec::new(),
+            left_out: BTreeMap::new(),
             resumed_attempts: records.len(),
             cursor: 0,
             now_s: 0.0,
@@ -226,6 +231,12 @@ impl Session {
         self.records.push(record.clone());
         self.cursor += usize::from(record.outcome.settles());
         Ok(())
+    }
+
+    /// Makes no attempt up to `attempt` at trial `number`: a recording of it exists, whether or not the log tells of it.
+    pub fn leave_out(&mut self, number: u32, attempt: u32) {
+        let last = self.left_out.entry(number).or_default();
+        *last = attempt.max(*last);
     }
 
     /// Takes an observation in and says what to do.
@@ -829,11 +840,12 @@ impl Session {
     fn next_key(&self) -> TrialKey {
         let planned = &self.plan[self.cursor];
         let number = self.cursor as u32 + 1;
-        let last = self
+        let made = self
             .records
             .iter()
             .filter(|r| r.key.number == number)
             .map(|r| r.key.attempt);
+        let last = made.chain(self.left_out.get(&number).copied());
         TrialKey {
             number,
             attempt: last.max().unwrap_or(0) + 1,

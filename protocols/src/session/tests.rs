@@ -959,6 +959,23 @@ fn repetitions_before_a_crash_still_count() {
 }
 
 #[test]
+fn attempts_that_are_left_out_are_not_made() {
+    let protocol = demo();
+    let mut session = Session::new(protocol.clone(), sub("sub-01"), 7).unwrap();
+    session.leave_out(2, 3);
+    session.leave_out(2, 1);
+    let mut rig = Rig::with(protocol, session).consented();
+    rig.until(Phase::Finished);
+    let attempts: Vec<_> = rig
+        .begun()
+        .iter()
+        .map(|key| (key.number, key.attempt))
+        .collect();
+    assert_eq!(attempts[..3], [(1, 1), (2, 4), (3, 1)]);
+    assert_eq!(rig.session.summary().redone, 0);
+}
+
+#[test]
 fn a_finished_session_cannot_be_gone_beyond() {
     let protocol = demo();
     let mut rig = Rig::new(protocol.clone()).consented();

@@ -1,0 +1,230 @@
+//! A disk that has no room, stops taking bytes or loses its folders: refused before a session, in the session safe and kept.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+use std::path::Path;
+use std::process::{Command, ExitStatus};
+use std::time::Duration;
+
+use bench_tests::program::{bench, friction_bench, protocol};
+use bench_tests::recorded::Recording;
+use bench_tests::running::Running;
+use bench_tests::session::{SessionFolder, config_with, demo_with, finish, text, unattended};
+use friction_bench::recording::manifest::End;
+use friction_bench::recording::{RecordingReader, SIGNALS_FILE};
+use friction_bench::study::event_log::ExitStatus as Ended;
+use serde_json::Value;
+
+const MINUTE: Duration = Duration::from_secs(60);
+/// Tries at what a busy machine may spoil: the safety watch may end a session in real time before the test does.
+const TRIES: usize = 5;
+
+/// POSIX: `ulimit -f` counts in these, bytes.
+const LIMIT_UNIT: u64 = 512;
+
+/// `command` under a limit on the size of each file it writes. The shell leaves SIGXFSZ as it is, which kills whoever does
+/// not take it.
+fn limited(command: &Command, units: u64) -> Command {
+    let mut shell = Command::new("sh");
+    shell
+        .arg("-c")
+        .arg(format!("ulimit -f {units}; exec \"$0\" \"$@\""))
+        .arg(friction_bench())
+        .args(command.get_args());
+    shell
+}
+
+/// Ended by itself and not well, and said why in these words.
+fn failed(status: ExitStatus, printed: &str, words: &[&str]) {
+    assert!(
+        status.code().is_some_and(|code| code != 0),
+        "{status:?}: {printed}"
+    );
+    assert!(!printed.contains("panicked"), "{printed}");
+    for word in words {
+        assert!(printed.contains(word), "no `{word}` in:\n{printed}");
+    }
+}
+
+/// Names of the recordings that the log calls saved.
+fn saved(session: &SessionFolder) -> Vec<&str> {
+    session
+        .events()
+        .filter_map(|event| event.data.get("saved").and_then(Value::as_str))
+        .collect()
+}
+
+/// A session of one trial, which takes 16 MB.
+fn one_trial(study: &Path) -> Command {
+    unattended(study, "sub-01", protocol("one-exploration.toml"))
+}
+
+#[test]
+fn a_file_size_limit_in_a_trial_stops_the_drive_and_keeps_what_is_recorded() {
+    // A frame of 16 bytes does not divide it.
+    const LIMIT: u64 = 16_001;
+    let folder = tempfile::tempdir().unwrap();
+    let study = folder.path().join("study");
+    let output = finish(&mut limited(&one_trial(&study), LIMIT));
+    let printed = text(&output);
+    let words = ["STOPPED", "failed", "a limit on file sizes", "ended early"];
+    failed(output.status, &printed, &words);
+
+    let session = SessionFolder::read(&study, "sub-01").unwrap();
+    let stops = session.stops();
+    assert_eq!(stops.len(), 1);
+    assert_eq!(stops[0].exit_status, Ended::Fail);
+    assert!(stops[0].reason.as_ref().unwrap().contains("file sizes"));
+    assert_eq!(saved(&session), Vec::<&str>::new());
+
+    let recordings = session.recordings();
+    let [broken] = &recordings[..] else {
+        panic!("{recordings:?}");
+    };
+    let recording = Recording::read(broken);
+    assert_eq!(recording.warnings, Vec::<String>::new());
+    let trial = recording.manifest.trial.as_ref().unwrap();
+    assert_eq!(trial.end, Some(End::Interrupted));
+    assert!(trial.interruption.as_ref().unwrap().contains("file sizes"));
+    // As many whole frames as the limit lets in.
+    let frame_bytes = 4 * recording.channels as u64;
+    let bytes = broken.join(SIGNALS_FILE).metadata().unwrap().len();
+    let limit_bytes = LIMIT * LIMIT_UNIT;
+    assert!(
+        (bytes..bytes + frame_bytes).contains(&limit_bytes),
+        "{bytes}"
+    );
+    assert_eq!(recording.not_finite(), 0);
+    assert!(recording.greatest_phase_step_rad() < 0.01);
+    let said = format!("{:.1} s of it are readable", recording.duration_s());
+    assert!(printed.contains(&said), "no `{said}` in:\n{printed}");
+    force_goes_on_to(recording.duration_s(), broken);
+
+    // Without the limit the session goes on where it was.
+    let output = finish(one_trial(&study).arg("--resume"));
+    assert!(output.status.success(), "{}", text(&output));
+    let session = SessionFolder::read(&study, "sub-01").unwrap();
+    assert_eq!(saved(&session), ["trial-001_attempt-2"]);
+}
+
+/// All rows of a recording's force can be read, and the last are of the end of its audio.
+fn force_goes_on_to(end_s: f64, recording: &Path) {
+    let mut rows = RecordingReader::open(recording).unwrap().force().unwrap();
+    let last = rows.by_ref().map(Result::unwrap).last().unwrap();
+    assert_eq!(rows.warnings(), []);
+    assert!((last.time_s - end_s).abs() < 0.2, "{} s", last.time_s);
+}
+
+#[test]
+fn a_file_size_limit_that_lets_no_session_begin() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = folder.path().join("study");
+    // Too small for the lock; then for the copy of the protocol.
+    for limit in [0, 2] {
+        let output = finish(&mut limited(&one_trial(&study), limit));
+        failed(
+            output.status,
+            &text(&output),
+            &["cannot write", "a limit on file sizes"],
+        );
+        assert!(!text(&output).contains("trial 1"), "{}", text(&output));
+    }
+    // Nothing that they left is in the way.
+    let output = finish(one_trial(&study).arg("--resume"));
+    assert!(output.status.success(), "{}", text(&output));
+    let session = SessionFolder::read(&study, "sub-01").unwrap();
+    assert_eq!(saved(&session), ["trial-001_attempt-1"]);
+}
+
+#[test]
+fn a_session_folder_removed_in_a_trial_stops_the_drive() {
+    for speed in ["max", "real"] {
+        let printed = (0..TRIES).find_map(|_| removed_in_a_trial(speed));
+        let printed = printed.unwrap_or_else(|| panic!("no trial in {TRIES} tries"));
+        assert!(!printed.contains("accepted: "), "{printed}");
+    }
+}
+
+/// What is printed when the participant's folder goes amid the first trial; `None` when the session ended before.
+fn removed_in_a_trial(speed: &str) -> Option<String> {
+    let folder = tempfile::tempdir().unwrap();
+    let study = folder.path().join("study");
+    let config = config_with(
+        folder.path(),
+        &[
+            ("loop_latency_s =", "loop_latency_s = 1.0 # not"),
+            ("silence_s =", "silence_s = 1.0 # not"),
+        ],
+    );
+    let mut run = bench();
+    run.args(["run", "--mock", "--headless", "--speed", speed])
+        .args(["--participant", "sub-01", "--consent-by", "A. Tester"])
+        .arg("--study")
+        .arg(&study)
+        .arg("--config")
+        .arg(&config)
+        .args(["--protocol", "demo"]);
+    let mut running = Running::start(&mut run, &folder.path().join("output"));
+    let participant = study.join("sub-01");
+    let signals = participant
+        .join("ses-01/practice-01_attempt-1")
+        .join(SIGNALS_FILE);
+    running.wait_for(MINUTE, || {
+        let recorded = signals.metadata().ok()?.len();
+        (recorded > 1_000_000).then_some(())
+    })?;
+    std::fs::rename(&participant, folder.path().join("elsewhere")).unwrap();
+    let status = running.wait(MINUTE);
+    let printed = running.output();
+    // Whichever of the recorder and the log asks the disk first.
+    failed(
+        status,
+        &printed,
+        &["it is not there, or its folder is gone"],
+    );
+    assert!(!participant.exists(), "made anew");
+    Some(printed)
+}
+
+#[test]
+fn a_study_where_no_folder_can_be_made() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    std::fs::write(&file, "kept").unwrap();
+    let mut places = vec![file.join("study"), file.clone()];
+    if cfg!(target_os = "linux") {
+        // No mode keeps the superuser out, but here nobody makes a folder.
+        places.push("/proc/study".into());
+    }
+    for study in places {
+        let output = finish(&mut one_trial(&study));
+        let name = study.display().to_string();
+        failed(output.status, &text(&output), &["cannot create", &name]);
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), "kept");
+    }
+}
+
+#[test]
+fn a_session_that_does_not_fit_on_the_disk() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = folder.path().join("study");
+    // As long as a protocol may be: years.
+    let more: String = (0..63)
+        .map(|number| format!("[[conditions]]\nname = \"more-{number}\"\n\n"))
+        .collect();
+    let protocol = demo_with(
+        folder.path(),
+        &[
+            ("[[conditions]]", &(more + "[[conditions]]")),
+            ("per_condition = 4", "per_condition = 1000"),
+            ("speed_m_per_s = 0.050", "speed_m_per_s = 0.001"),
+            ("countdown_s = 1.0", "countdown_s = 60.0"),
+        ],
+    );
+    let output = finish(&mut unattended(&study, "sub-01", &protocol));
+    let words = ["GB free", "GB are needed", "--study"];
+    failed(output.status, &text(&output), &words);
+    assert!(!study.join("sub-01").exists());
+}

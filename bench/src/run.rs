@@ -441,10 +441,12 @@ fn machine(plan: &Plan, session: &study::Session) -> anyhow::Result<Session> {
         plan.seed,
         &records,
     )?;
-    // A recording may have been begun that the log did not come to tell of.
-    for label in session.recorded_labels()? {
-        let number = label.number_in_session(plan.protocol.trials.practice);
-        machine.leave_out(number, label.attempt);
+    if plan.resume {
+        // A recording may have been begun that the log did not come to tell of.
+        for label in session.recorded_labels()? {
+            let number = label.number_in_session(plan.protocol.trials.practice);
+            machine.leave_out(number, label.attempt);
+        }
     }
     Ok(machine)
 }

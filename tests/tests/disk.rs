@@ -175,7 +175,8 @@ fn removed_in_a_trial(speed: &str) -> Option<String> {
         let recorded = signals.metadata().ok()?.len();
         (recorded > 1_000_000).then_some(())
     })?;
-    std::fs::rename(&participant, folder.path().join("elsewhere")).unwrap();
+    let elsewhere = folder.path().join("elsewhere");
+    std::fs::rename(&participant, &elsewhere).unwrap();
     let status = running.wait(MINUTE);
     let printed = running.output();
     // Whichever of the recorder and the log asks the disk first.
@@ -185,6 +186,9 @@ fn removed_in_a_trial(speed: &str) -> Option<String> {
         &["it is not there, or its folder is gone"],
     );
     assert!(!participant.exists(), "made anew");
+    // Taken away, not lost.
+    let recording = Recording::read(&elsewhere.join("ses-01/practice-01_attempt-1"));
+    assert!(recording.frames() * recording.channels * 4 > 900_000);
     Some(printed)
 }
 

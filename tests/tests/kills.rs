@@ -1,4 +1,4 @@
-//! Sessions killed at hundreds of random moments, from the first file of the study to the last line of the log, and resumed
+//! Sessions killed at a hundred and fifty random moments, from the first file of the study to the last line of the log, and resumed
 //! each time until they are complete: at most a second of a recording is gone, and everything else is as if nothing had been.
 #![expect(
     clippy::unwrap_used,
@@ -25,7 +25,7 @@ use rustix::process::Signal;
 use serde_json::Value;
 use tempfile::TempDir;
 
-const KILLS: usize = 200;
+const KILLS: usize = 150;
 /// A kill takes no more than this of a recording.
 const LOSS_S: f64 = 1.0;
 const MINUTE: Duration = Duration::from_secs(60);
@@ -45,7 +45,7 @@ enum Moment {
 impl Moment {
     /// Up to `longest` after the start, or near something that a run makes.
     fn random(rng: &mut ChaCha8Rng, longest: Duration) -> Self {
-        if rng.random_bool(0.6) {
+        if rng.random_bool(0.7) {
             Self::After(longest.mul_f64(rng.random()))
         } else {
             let shortly = Duration::from_micros(rng.random_range(0..6000));
@@ -156,14 +156,14 @@ struct Seen {
 }
 
 #[test]
-fn kills_at_hundreds_of_random_moments_take_at_most_a_second_each() {
+fn kills_at_random_moments_take_at_most_a_second_each() {
     let begin = Instant::now();
     let whole = Place::new();
     let output = finish(&mut unattended(&whole.study, "sub-01", &whole.protocol));
     assert!(output.status.success(), "{}", text(&output));
     let order = is_complete(&whole);
     // Resumed sessions reach the rest of it.
-    let longest = begin.elapsed() / 3;
+    let longest = begin.elapsed() / 2;
 
     let (kills, seen) = (AtomicUsize::new(0), Mutex::new(Seen::default()));
     let cores = std::thread::available_parallelism().unwrap().get();
@@ -236,7 +236,7 @@ fn killed(place: &Place, moment: Moment, seen: &Mutex<Seen>) -> bool {
             "{moment:?}: {loss_s} s of {}",
             folder.display()
         );
-        seen.in_a_recording += 1;
+        seen.in_a_recording += usize::from(recorded.audio_s > 0.0);
         seen.greatest_loss_s = seen.greatest_loss_s.max(loss_s);
         seen.total_loss_s += loss_s.max(0.0);
     }

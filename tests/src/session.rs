@@ -50,6 +50,17 @@ pub fn config_with(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
     path
 }
 
+/// The description of a bench that bears with a busy machine, as a file in `folder`.
+pub fn patient_config(folder: &Path) -> PathBuf {
+    config_with(
+        folder,
+        &[
+            ("loop_latency_s =", "loop_latency_s = 1.0 # not"),
+            ("silence_s =", "silence_s = 1.0 # not"),
+        ],
+    )
+}
+
 fn with(text: &str, changes: &[(&str, &str)]) -> String {
     changes.iter().fold(text.to_owned(), |text, (from, to)| {
         assert!(text.contains(from), "nothing reads `{from}` in:\n{text}");

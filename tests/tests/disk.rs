@@ -11,7 +11,7 @@ use std::time::Duration;
 use bench_tests::program::{bench, friction_bench, protocol};
 use bench_tests::recorded::Recording;
 use bench_tests::running::Running;
-use bench_tests::session::{SessionFolder, config_with, demo_with, finish, text, unattended};
+use bench_tests::session::{SessionFolder, demo_with, finish, patient_config, text, unattended};
 use friction_bench::recording::manifest::End;
 use friction_bench::recording::{RecordingReader, SIGNALS_FILE};
 use friction_bench::study::event_log::ExitStatus as Ended;
@@ -151,13 +151,7 @@ fn a_session_folder_removed_in_a_trial_stops_the_drive() {
 fn removed_in_a_trial(speed: &str) -> Option<String> {
     let folder = tempfile::tempdir().unwrap();
     let study = folder.path().join("study");
-    let config = config_with(
-        folder.path(),
-        &[
-            ("loop_latency_s =", "loop_latency_s = 1.0 # not"),
-            ("silence_s =", "silence_s = 1.0 # not"),
-        ],
-    );
+    let config = patient_config(folder.path());
     let mut run = bench();
     run.args(["run", "--mock", "--headless", "--speed", speed])
         .args(["--participant", "sub-01", "--consent-by", "A. Tester"])

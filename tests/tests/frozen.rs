@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use bench_tests::program::bench;
 use bench_tests::running::Running;
-use bench_tests::session::{SessionFolder, config_with};
+use bench_tests::session::{SessionFolder, patient_config};
 use friction_bench::recording::RecordingReader;
 use rustix::process::Signal;
 
@@ -17,14 +17,7 @@ const FROZEN: Duration = Duration::from_millis(2500);
 fn a_session_that_was_frozen_is_stopped_when_it_goes_on() {
     let folder = tempfile::tempdir().unwrap();
     let study = folder.path().join("study");
-    // A busy computer is not what is tested.
-    let config = config_with(
-        folder.path(),
-        &[
-            ("loop_latency_s =", "loop_latency_s = 1.0 # not"),
-            ("silence_s =", "silence_s = 1.0 # not"),
-        ],
-    );
+    let config = patient_config(folder.path());
     let mut run = bench();
     run.args(["run", "--mock", "--headless", "--protocol", "demo"])
         .args(["--participant", "sub-01", "--consent-by", "A. Tester"])

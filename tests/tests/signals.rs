@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use bench_tests::program::bench;
 use bench_tests::recorded::Recording;
 use bench_tests::running::Running;
-use bench_tests::session::{SessionFolder, config_with, demo_with, finish, text};
+use bench_tests::session::{SessionFolder, demo_with, finish, patient_config, text};
 use friction_bench::recording::manifest::End;
 use friction_bench::study::event_log::ExitStatus;
 use rustix::process::Signal;
@@ -62,13 +62,7 @@ impl Place {
         let (before, after) = text.split_once("[[removed]]").unwrap();
         let after = &after[after.find("[trials]").unwrap()..];
         std::fs::write(&protocol, format!("{before}{conditions}\n{after}")).unwrap();
-        let config = config_with(
-            folder.path(),
-            &[
-                ("loop_latency_s =", "loop_latency_s = 1.0 # not"),
-                ("silence_s =", "silence_s = 1.0 # not"),
-            ],
-        );
+        let config = patient_config(folder.path());
         Self {
             study: folder.path().join("study"),
             protocol,

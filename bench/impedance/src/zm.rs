@@ -182,7 +182,7 @@ impl Zm {
     }
 
     /// With a pickup whose envelope is late by `pickup_delay_s`, beside its phase. Undone to first order: at 6 Hz, index 0.95 and
-    /// 0.1 ms an amplitude is 7e-6 of its greatest off.
+    /// 0.1 ms the next term is 7e-6 of the mean amplitude.
     #[must_use]
     pub fn with_pickup_delay(self, pickup_delay_s: f64) -> Self {
         Self {

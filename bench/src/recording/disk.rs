@@ -241,19 +241,24 @@ pub(crate) fn sync_folder(path: &Path) -> Result<(), DiskError> {
 mod tests {
     use super::*;
 
-    #[test]
     #[cfg(target_os = "linux")]
-    fn a_full_disk_is_said_to_be_full() {
-        let path = PathBuf::from("/dev/full");
+    fn lines_to(device: &str) -> AppendFile {
+        let path = PathBuf::from(device);
         let file = OpenOptions::new().write(true).open(&path).unwrap();
-        let mut full = AppendFile {
+        AppendFile {
             path,
             file,
             records: Records::Lines,
             pending: Vec::new(),
             whole: 0,
             failed: None,
-        };
+        }
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn a_full_disk_is_said_to_be_full() {
+        let mut full = lines_to("/dev/full");
         full.append(|bytes| bytes.extend(b"1,2\n")).unwrap();
         let error = full.sync().unwrap_err();
         assert!(error.to_string().contains("the disk is full"), "{error}");
@@ -266,16 +271,7 @@ mod tests {
     #[cfg(target_os = "linux")]
     fn what_could_not_be_synced_is_never_called_saved() {
         // It takes every byte and cannot be synced.
-        let path = PathBuf::from("/dev/null");
-        let file = OpenOptions::new().write(true).open(&path).unwrap();
-        let mut rows = AppendFile {
-            path,
-            file,
-            records: Records::Lines,
-            pending: Vec::new(),
-            whole: 0,
-            failed: None,
-        };
+        let mut rows = lines_to("/dev/null");
         rows.append(|bytes| bytes.extend(b"1\n")).unwrap();
         assert_eq!(rows.sync().unwrap_err().action, "sync");
         assert_eq!(rows.failed, Some(Failed::Sync));

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use friction_bench::gpio::{GpioError, Input};
+use friction_bench::gpio::Input;
 use friction_bench::recording::RecordingReader;
 use friction_bench::recording::manifest::EventKind;
 use impedance::Mask;
@@ -14,7 +14,7 @@ use mock_hw::scenario::Scenario;
 use mock_hw::serial::ForceFault;
 use protocols::Validity;
 
-use crate::rig::{CHANNELS, RATE_HZ, Rig, config, events, samples};
+use crate::rig::{CHANNELS, Level, RATE_HZ, Rig, config, events, samples};
 
 /// First and last frame of `channel` whose samples are `flawed`, and how many they are.
 fn flawed(samples: &[f32], channel: usize, flawed: impl Fn(f32) -> bool) -> (u64, u64, u64) {
@@ -227,15 +227,6 @@ fn a_saturated_axis_is_one_flag_for_as_long_as_it_lasts() {
         assert_eq!(*validity == Validity::ForceSaturated, away_s <= 0.01);
     }
     assert_eq!(rig.warnings.len(), 1, "{:?}", rig.warnings);
-}
-
-/// A line of the encoder at a level that the test sets.
-struct Level(Arc<AtomicBool>);
-
-impl Input for Level {
-    fn is_high(&mut self) -> Result<bool, GpioError> {
-        Ok(self.0.load(Ordering::Relaxed))
-    }
 }
 
 #[test]

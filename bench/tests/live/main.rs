@@ -7,5 +7,6 @@
 mod flags;
 mod rig;
 mod safe;
+mod stall;
 mod stops;
 mod xrun;

@@ -1,12 +1,14 @@
 //! The tasks of a bench against the simulated apparatus, in lock step.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use friction_bench::acquisition::RecordingCommand;
 use friction_bench::analysis::record::Record;
 use friction_bench::assembly::Bench;
 use friction_bench::config::Config;
-use friction_bench::gpio::{Input, Lines, input, output};
+use friction_bench::gpio::{GpioError, Input, Lines, input, output};
 use friction_bench::pipeline::Account;
 use friction_bench::recording::manifest::{Event, EventKind, Manifest};
 use friction_bench::recording::recorder::{Begin, RecorderNotice};
@@ -76,12 +78,23 @@ pub fn samples(folder: &Path) -> Vec<f32> {
     wav.into_samples().map(Result::unwrap).collect()
 }
 
+/// A line of the encoder at a level that the test sets.
+#[derive(Default)]
+pub struct Level(pub Arc<AtomicBool>);
+
+impl Input for Level {
+    fn is_high(&mut self) -> Result<bool, GpioError> {
+        Ok(self.0.load(Ordering::Relaxed))
+    }
+}
+
 pub struct Rig {
     pub apparatus: Apparatus,
     pub bench: Bench,
     pub record: Record,
     pub account: Account,
     pub warnings: Vec<String>,
+    disk_stalls: bool,
     temp: tempfile::TempDir,
 }
 
@@ -113,6 +126,7 @@ impl Rig {
             record: Record::default(),
             account: Account::default(),
             warnings: Vec::new(),
+            disk_stalls: false,
             temp: tempfile::tempdir().unwrap(),
         }
     }
@@ -143,7 +157,9 @@ impl Rig {
         let now_ns = self.apparatus.now_ns();
         let Bench { before, after, .. } = &mut self.bench;
         for task in before.iter_mut().chain(after) {
-            task.poll(now_ns).unwrap();
+            if !(self.disk_stalls && task.name() == "recorder") {
+                task.poll(now_ns).unwrap();
+            }
         }
         let safety = self.bench.shared.safety.get().unwrap_or_default();
         self.bench.drive.poll(&safety);
@@ -157,6 +173,11 @@ impl Rig {
             self.warnings.extend(batch.warnings);
         }
         safety
+    }
+
+    /// The recorder waits for its disk, or goes on.
+    pub fn stall_disk(&mut self, stalls: bool) {
+        self.disk_stalls = stalls;
     }
 
     /// Records from now on.

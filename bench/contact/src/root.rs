@@ -1,6 +1,10 @@
 /// Halley's iteration converges cubically: after a step this small, relative to the root, the error is at rounding level.
 const LAST_STEP: f64 = 1e-6;
 
+/// How much of the slope the curvature may use up over that step. Where a slope all but vanishes, as at the greatest stiffness,
+/// steps are small far from any root.
+const LAST_BEND: f64 = 1e-3;
+
 /// Halving alone takes a bracket of any two doubles of like size to rounding in fewer; only overflow gets here.
 const MOST_STEPS: usize = 200;
 
@@ -20,8 +24,9 @@ pub(crate) fn increasing_root(mut lo: f64, mut hi: f64, start: f64, f: impl Fn(f
             hi = u;
         }
         let newton = value / slope;
-        let step = newton / (1.0 - 0.5 * newton * curvature / slope).max(0.5);
-        if step.abs() <= LAST_STEP * u {
+        let bend = 0.5 * newton * curvature / slope;
+        let step = newton / (1.0 - bend).max(0.5);
+        if step.abs() <= LAST_STEP * u && bend.abs() <= LAST_BEND {
             return (u - step).clamp(lo, hi);
         }
         let next = u - step;

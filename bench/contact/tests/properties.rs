@@ -34,7 +34,15 @@ fn physical() -> impl Strategy<Value = (Contact, f64, f64)> {
         )
 }
 
-/// Half the bracket sixty times: slow, and without any of the solver's ideas.
+/// Of either sign, from what rounding leaves to a tenth.
+fn near_zero() -> impl Strategy<Value = f64> {
+    (-16.0..-1.0, any::<bool>()).prop_map(|(decade, negative): (f64, bool)| {
+        let size = 10f64.powf(decade);
+        if negative { -size } else { size }
+    })
+}
+
+/// Half the bracket ninety times: slow, and without any of the solver's ideas.
 fn bisected(contact: &Contact, amplitude_m: f64, normal_n: f64) -> f64 {
     let missing =
         |x: f64| contact.asperity_force_n(x) + contact.squeeze_force_n(x, amplitude_m) - normal_n;
@@ -98,6 +106,25 @@ proptest! {
         prop_assert!((nearest / gap_m - 1.0).abs() < 1e-9, "{inverted:?} for {gap_m}");
         if gap_m > 2.0 * contact.sigma_t_m() {
             prop_assert_eq!(nearest, inverted.gap_m);
+        }
+    }
+
+    /// Around the greatest stiffness, where the curve is flat and a gap cannot be told to many digits, what is found still has the stiffness
+    /// asked for.
+    #[test]
+    fn a_flat_stiffness_curve_is_inverted_too(
+        sigma_t_m in 0.2e-6..20e-6, rest_from_peak in near_zero(), from_rest in near_zero()
+    ) {
+        let contact = Contact::new(&AssumedConstants::default(), sigma_t_m).unwrap();
+        let normal_n = contact.asperity_limit_n() * (-2.0 - rest_from_peak).exp();
+        let gap_m = contact.rest_gap_m(normal_n).unwrap() + sigma_t_m * from_rest.abs();
+        let k_c = contact.balance_stiffness_n_per_m(gap_m, normal_n);
+        let inverted = contact.gap_from_balance_stiffness(k_c, normal_n).unwrap();
+        let again = |x| contact.balance_stiffness_n_per_m(x, normal_n) / k_c - 1.0;
+        prop_assert!(again(inverted.gap_m).abs() < 1e-14, "{inverted:?} for {gap_m}: {}", again(inverted.gap_m));
+        if let StiffnessBranch::Ambiguous { smaller_gap_m } = inverted.branch {
+            prop_assert!(smaller_gap_m <= inverted.gap_m);
+            prop_assert!(again(smaller_gap_m).abs() < 1e-14, "{inverted:?} for {gap_m}: {}", again(smaller_gap_m));
         }
     }
 

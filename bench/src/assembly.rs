@@ -335,6 +335,7 @@ fn limits(config: &Config) -> SafetyLimits {
     let safety = &config.safety;
     SafetyLimits {
         max_normal_n: safety.max_normal_n,
+        max_lateral_n: safety.max_lateral_n,
         readback_tolerance: safety.readback_tolerance,
         readback_floor_v: safety.readback_floor_v,
         loop_latency_ns: ns(safety.loop_latency_s),

@@ -186,6 +186,9 @@ impl Limits {
 pub struct Safety {
     /// Normal force that stops the drive, N.
     pub max_normal_n: f64,
+    /// Lateral force that stops the drive, either way, N. 3 N by default, an assumption: the published explorations press with
+    /// 0.65 N (Huloux 2021, section IV), so that a finger has to stick with a friction coefficient over 4 to get there.
+    pub max_lateral_n: f64,
     /// Allowed relative difference of the read-back from the command.
     pub readback_tolerance: f64,
     /// Read-back below this is silence, V.
@@ -200,11 +203,48 @@ impl Default for Safety {
     fn default() -> Self {
         Self {
             max_normal_n: 3.0,
+            max_lateral_n: 3.0,
             readback_tolerance: 0.25,
             readback_floor_v: 1.0,
             loop_latency_s: 0.1,
             silence_s: 0.05,
         }
+    }
+}
+
+/// No bench may set its force limits outside of these, N: below, a finger cannot explore; above, it can be hurt (an assumption).
+const FORCE_LIMITS_N: [f64; 2] = [0.1, 20.0];
+
+impl Safety {
+    /// Largest normal and lateral force, N.
+    #[must_use]
+    pub fn max_forces_n(&self) -> [f64; 2] {
+        [self.max_normal_n, self.max_lateral_n]
+    }
+
+    fn check(&self) -> anyhow::Result<()> {
+        let [least_n, most_n] = FORCE_LIMITS_N;
+        for (key, limit_n) in [
+            ("safety.max_normal_n", self.max_normal_n),
+            ("safety.max_lateral_n", self.max_lateral_n),
+        ] {
+            within(key, limit_n, least_n, most_n, "N")?;
+        }
+        within(
+            "safety.readback_tolerance",
+            self.readback_tolerance,
+            0.01,
+            1.0,
+            "",
+        )?;
+        within(
+            "safety.loop_latency_s",
+            self.loop_latency_s,
+            0.005,
+            1.0,
+            "s",
+        )?;
+        within("safety.silence_s", self.silence_s, 0.02, 1.0, "s")
     }
 }
 
@@ -639,33 +679,12 @@ impl Config {
             "V",
         )?;
         within("limits.ramp_s", self.limits.ramp_s, 0.005, 1.0, "s")?;
-        within(
-            "safety.max_normal_n",
-            self.safety.max_normal_n,
-            0.1,
-            20.0,
-            "N",
-        )?;
-        within(
-            "safety.readback_tolerance",
-            self.safety.readback_tolerance,
-            0.01,
-            1.0,
-            "",
-        )?;
-        within(
-            "safety.loop_latency_s",
-            self.safety.loop_latency_s,
-            0.005,
-            1.0,
-            "s",
-        )?;
-        within("safety.silence_s", self.safety.silence_s, 0.02, 1.0, "s")?;
+        self.safety.check()?;
         within("sound.level", self.sound.level, 0.0, 1.0, "")?;
         if let Some(force) = &self.force {
             force
                 .correction()
-                .require_plausible(self.safety.max_normal_n)?;
+                .require_plausible(self.safety.max_forces_n())?;
         }
         if let Some(encoder) = &self.encoder {
             within(
@@ -741,6 +760,28 @@ mod tests {
     }
 
     #[test]
+    fn each_force_limit_has_its_range_and_a_default() {
+        for key in ["max_normal_n", "max_lateral_n"] {
+            let line = BENCH.lines().find(|line| line.starts_with(key)).unwrap();
+            let of = |with: &str| Config::parse(&BENCH.replace(line, with), "bench.toml");
+            let said = |with: &str| format!("{:#}", of(with).unwrap_err());
+            assert_eq!(of("").unwrap().safety.max_forces_n(), [3.0, 3.0]);
+            for value in ["0.1", "1.5", "20.0"] {
+                of(&format!("{key} = {value}")).unwrap();
+            }
+            for value in ["0.0", "-3.0", "20.1", "nan"] {
+                let said = said(&format!("{key} = {value}"));
+                assert!(
+                    said.contains(&format!("safety.{key}")) && said.contains("0.1 to 20 N"),
+                    "{said}"
+                );
+            }
+            let typo = said(&format!("{} = 3.0", key.replace("max", "mx")));
+            assert!(typo.contains(&format!("`{key}`")), "{typo}");
+        }
+    }
+
+    #[test]
     fn a_force_matrix_that_could_hide_a_press_is_refused() {
         let config = with_force("matrix = [[1.1, 0.02], [-0.03, 0.9]]\ntare_n = [0.1, 0.2]");
         let force = config.unwrap().force.unwrap();
@@ -752,6 +793,7 @@ mod tests {
         for (keys, word) in [
             ("matrix = [[0.1, 0.0], [0.0, 1.0]]", "force.matrix"),
             ("tare_n = [5.0, 0.0]", "safety.max_normal_n = 3"),
+            ("tare_n = [0.0, -5.0]", "safety.max_lateral_n = 3"),
         ] {
             let refused = format!("{:#}", with_force(keys).unwrap_err());
             assert!(refused.contains(word), "{refused}");

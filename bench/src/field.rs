@@ -149,24 +149,25 @@ impl Field {
 
     fn read_force(&mut self, now_ns: u64) {
         let Some(link) = &mut self.force else { return };
-        let (mut first_s, mut last, mut saturated) = (None, None, false);
+        let (mut first_s, mut hardest) = (None, None::<Press>);
         let mut arrived = 0;
         let polled = link.poll(seconds(now_ns), |force| {
             first_s.get_or_insert(force.host_s);
-            last = Some(force);
-            saturated |= force.sample.normal_saturated;
+            let press = Press {
+                normal_n: force.sample.normal_n,
+                lateral_n: force.sample.lateral_n,
+                raw_n: force.raw_n,
+                saturated: force.sample.normal_saturated,
+                at_ns: now_ns,
+            };
+            hardest = Some(hardest.map_or(press, |hardest| hardest.or_harder(press)));
             arrived += 1;
             // The acquisition is gone only when the bench stops.
             let _ = self.readings.send(Reading::Force(force));
         });
         self.shared.force_polled_ns.set(now_ns);
-        if let Some(force) = last {
-            self.shared.press.set(Press {
-                normal_n: force.sample.normal_n,
-                raw_n: force.raw_normal_n,
-                saturated,
-                at_ns: now_ns,
-            });
+        if let Some(press) = hardest {
+            self.shared.press.set(press);
         }
         let mut health = self.shared.field.get().unwrap_or_default();
         let faults = link.faults().since(&health.force);

@@ -20,6 +20,8 @@ use crate::shared::{Press, Shared};
 pub struct SafetyLimits {
     /// Largest normal force a finger may be met with, N.
     pub max_normal_n: f64,
+    /// Largest lateral force either way, N.
+    pub max_lateral_n: f64,
     /// Relative difference of the read-back from the commanded envelope.
     pub readback_tolerance: f64,
     /// Read-back below this is silence, V.
@@ -58,8 +60,17 @@ pub enum Trip {
         /// Allowed, N.
         limit_n: f64,
     },
+    /// Too much lateral force, either way.
+    LateralForceLimit {
+        /// Measured, N.
+        lateral_n: f64,
+        /// Allowed, N.
+        limit_n: f64,
+    },
     /// Too much on the force sensor itself, whatever its calibration makes of it: a wrong calibration hides no press.
     RawForceLimit {
+        /// Which of its axes.
+        axis: &'static str,
         /// What the sensor says, N.
         raw_n: f64,
         /// Allowed, N.
@@ -112,9 +123,19 @@ impl fmt::Display for Trip {
                     "normal force {normal_n:.2} N over the limit of {limit_n:.2} N"
                 )
             }
-            Self::RawForceLimit { raw_n, limit_n } => write!(
+            Self::LateralForceLimit { lateral_n, limit_n } => {
+                write!(
+                    f,
+                    "lateral force {lateral_n:.2} N over the limit of {limit_n:.2} N either way"
+                )
+            }
+            Self::RawForceLimit {
+                axis,
+                raw_n,
+                limit_n,
+            } => write!(
                 f,
-                "the force sensor itself reads {raw_n:.2} N, over the limit of {limit_n:.2} N for any calibration: calibrate it again"
+                "the force sensor itself reads {raw_n:.2} N on its {axis} axis, over the limit of {limit_n:.2} N for any calibration: calibrate it again"
             ),
             Self::ForceSaturated => {
                 f.write_str("the normal force is beyond the force sensor's range")
@@ -419,7 +440,8 @@ impl Safety {
         // Before the sensor's first word the preflight decides, not the watch.
         let Press {
             normal_n,
-            raw_n,
+            lateral_n,
+            raw_n: [raw_normal_n, raw_lateral_n],
             saturated,
             at_ns,
         } = self.shared.press.get()?;
@@ -427,11 +449,38 @@ impl Safety {
         if normal_n > limit_n {
             return Some(Trip::ForceLimit { normal_n, limit_n });
         }
-        // A plausible calibration makes at least this much of a newton read, so a right one is never stopped here first.
-        let limit_n = limit_n / SENSITIVITY[0];
-        if raw_n > limit_n {
-            return Some(Trip::RawForceLimit { raw_n, limit_n });
+        let limit_n = self.limits.max_lateral_n;
+        if lateral_n.abs() > limit_n {
+            return Some(Trip::LateralForceLimit { lateral_n, limit_n });
         }
+        // A plausible calibration makes at least this much of a newton read, so a right one is never stopped here first.
+        let raw = |axis, raw_n: f64, over_n: f64, limit_n: f64| {
+            let limit_n = limit_n / SENSITIVITY[0];
+            (over_n > limit_n).then_some(Trip::RawForceLimit {
+                axis,
+                raw_n,
+                limit_n,
+            })
+        };
+        let trip = raw(
+            "normal",
+            raw_normal_n,
+            raw_normal_n,
+            self.limits.max_normal_n,
+        )
+        .or_else(|| {
+            raw(
+                "lateral",
+                raw_lateral_n,
+                raw_lateral_n.abs(),
+                self.limits.max_lateral_n,
+            )
+        });
+        if trip.is_some() {
+            return trip;
+        }
+        // A saturated lateral axis is a flag of the recording and no stop: what the finger is pulled with stays bounded by the
+        // normal force, which is known, and a drive that goes off raises the friction.
         if saturated {
             return Some(Trip::ForceSaturated);
         }
@@ -550,7 +599,8 @@ mod tests {
     fn press(normal_n: f64, at_ns: u64) -> Press {
         Press {
             normal_n,
-            raw_n: normal_n,
+            lateral_n: 0.3,
+            raw_n: [normal_n, 0.3],
             saturated: false,
             at_ns,
         }
@@ -568,6 +618,7 @@ mod tests {
         fn new(lines: SafetyLines) -> Self {
             let limits = SafetyLimits {
                 max_normal_n: 3.0,
+                max_lateral_n: 2.0,
                 readback_tolerance: 0.2,
                 readback_floor_v: 0.5,
                 loop_latency_ns: 50_000_000,
@@ -709,9 +760,41 @@ mod tests {
     }
 
     #[test]
+    fn too_much_lateral_force_stops_the_drive_whichever_way_it_pulls() {
+        for sign in [1.0, -1.0] {
+            let mut rig = Rig::armed(SafetyLines::default());
+            let pulled = |lateral_n: f64| {
+                move |rig: &Rig| {
+                    rig.shared.press.set(Press {
+                        lateral_n,
+                        ..press(0.6, rig.now_ms * 1_000_000)
+                    });
+                }
+            };
+            rig.pass(10, pulled(sign * 1.99));
+            assert_eq!(rig.trip(), None, "the normal limit is another");
+            rig.pass(1, pulled(sign * 2.01));
+            let trip = rig.trip().unwrap();
+            assert_eq!(
+                trip,
+                Trip::LateralForceLimit {
+                    lateral_n: sign * 2.01,
+                    limit_n: 2.0
+                }
+            );
+            let said = trip.to_string();
+            assert!(
+                said.contains("lateral force") && said.contains("2.01 N"),
+                "{said}"
+            );
+            rig.pass(100, |_| ());
+            assert!(rig.trip().is_some(), "it latches");
+        }
+    }
+
+    #[test]
     fn a_wrong_calibration_or_a_sensor_at_its_end_hides_no_press() {
-        let mut rig = Rig::armed(SafetyLines::default());
-        let hidden = |raw_n: f64| {
+        let hidden = |raw_n: [f64; 2]| {
             move |rig: &Rig| {
                 rig.shared.press.set(Press {
                     raw_n,
@@ -719,16 +802,25 @@ mod tests {
                 });
             }
         };
-        rig.pass(10, hidden(5.9));
-        assert_eq!(rig.trip(), None);
-        rig.pass(1, hidden(6.1));
-        assert_eq!(
-            rig.trip(),
-            Some(Trip::RawForceLimit {
-                raw_n: 6.1,
-                limit_n: 6.0
-            })
-        );
+        // Twice the limits of 3 N and of 2 N.
+        for (under_n, over_n, axis, raw_n, limit_n) in [
+            ([5.9, 0.0], [6.1, 0.0], "normal", 6.1, 6.0),
+            ([0.5, 3.9], [0.5, 4.1], "lateral", 4.1, 4.0),
+            ([0.5, -3.9], [0.5, -4.1], "lateral", -4.1, 4.0),
+        ] {
+            let mut rig = Rig::armed(SafetyLines::default());
+            rig.pass(10, hidden(under_n));
+            assert_eq!(rig.trip(), None);
+            rig.pass(1, hidden(over_n));
+            assert_eq!(
+                rig.trip(),
+                Some(Trip::RawForceLimit {
+                    axis,
+                    raw_n,
+                    limit_n
+                })
+            );
+        }
 
         let mut rig = Rig::armed(SafetyLines::default());
         rig.pass(1, |rig| {
@@ -862,6 +954,7 @@ mod tests {
         card.commanded_v.set(0.0);
         let limits = SafetyLimits {
             max_normal_n: 3.0,
+            max_lateral_n: 2.0,
             readback_tolerance: 0.2,
             readback_floor_v: 0.5,
             loop_latency_ns: 50_000_000,

@@ -41,17 +41,37 @@ pub struct DriveReading {
     pub at_ns: u64,
 }
 
-/// How hard the finger presses, as the force sensor tells.
+/// How hard the finger presses and pulls, as the force sensor tells: the most of what arrived together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Press {
     /// Normal force, N.
     pub normal_n: f64,
-    /// The same without calibration, as the sensor itself says it, N.
-    pub raw_n: f64,
+    /// Lateral force, N; either way.
+    pub lateral_n: f64,
+    /// The two without calibration, as the sensor itself says them, N.
+    pub raw_n: [f64; 2],
     /// The normal axis was at the end of its range.
     pub saturated: bool,
     /// Host time, ns.
     pub at_ns: u64,
+}
+
+impl Press {
+    /// The most of both, now.
+    #[must_use]
+    pub fn or_harder(self, other: Self) -> Self {
+        let wider = |a: f64, b: f64| if b.abs() > a.abs() { b } else { a };
+        Self {
+            normal_n: self.normal_n.max(other.normal_n),
+            lateral_n: wider(self.lateral_n, other.lateral_n),
+            raw_n: [
+                self.raw_n[0].max(other.raw_n[0]),
+                wider(self.raw_n[1], other.raw_n[1]),
+            ],
+            saturated: self.saturated | other.saturated,
+            at_ns: self.at_ns.max(other.at_ns),
+        }
+    }
 }
 
 /// What the tasks of one bench tell each other.

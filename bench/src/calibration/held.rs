@@ -68,7 +68,7 @@ impl Held {
         if let Some(force) = &calibration.force {
             force
                 .correction()
-                .require_plausible(config.safety.max_normal_n)
+                .require_plausible(config.safety.max_forces_n())
                 .with_context(|| {
                     format!(
                         "{} cannot be used: run `friction-bench calibrate force`",

@@ -53,7 +53,7 @@ pub enum Implausible {
     },
     /// The sensor reads much without load.
     #[error(
-        "the {axis} axis reads {tare_n:.3} N without load, more than safety.max_normal_n = {most_n} N allows for: tare the sensor itself"
+        "the {axis} axis reads {tare_n:.3} N without load, more than safety.max_{axis}_n = {most_n} N allows for: tare the sensor itself"
     )]
     Tare {
         /// Which axis.
@@ -68,11 +68,11 @@ pub enum Implausible {
 const AXES: [&str; 2] = ["normal", "lateral"];
 
 impl Correction {
-    /// Refuses what no sound sensor needs; `max_normal_n` is the safety watch's limit.
+    /// Refuses what no sound sensor needs; `most_n` are the safety watch's limits, normal and lateral.
     ///
     /// # Errors
     /// [`Implausible`] names the entry and what to do.
-    pub fn require_plausible(&self, max_normal_n: f64) -> Result<(), Implausible> {
+    pub fn require_plausible(&self, most_n: [f64; 2]) -> Result<(), Implausible> {
         let [low, high] = SENSITIVITY;
         for (i, axis) in AXES.into_iter().enumerate() {
             let sensitivity = self.matrix[i][i];
@@ -87,12 +87,12 @@ impl Correction {
                     crosstalk,
                 });
             }
-            let tare_n = self.tare_n[i];
-            if !(-max_normal_n..=max_normal_n).contains(&tare_n) {
+            let (tare_n, most_n) = (self.tare_n[i], most_n[i]);
+            if !(-most_n..=most_n).contains(&tare_n) {
                 return Err(Implausible::Tare {
                     axis,
                     tare_n,
-                    most_n: max_normal_n,
+                    most_n,
                 });
             }
         }
@@ -126,15 +126,16 @@ mod tests {
 
     #[test]
     fn what_could_hide_a_press_is_refused() {
-        let of = |matrix, tare_n| Correction { matrix, tare_n }.require_plausible(3.0);
-        assert_eq!(of([[0.5, 0.3], [-0.3, 2.0]], [3.0, -3.0]), Ok(()));
+        let of = |matrix, tare_n| Correction { matrix, tare_n }.require_plausible([3.0, 2.0]);
+        assert_eq!(of([[0.5, 0.3], [-0.3, 2.0]], [3.0, -2.0]), Ok(()));
         for (matrix, tare_n, word) in [
             ([[0.49, 0.0], [0.0, 1.0]], [0.0; 2], "the normal axis reads"),
             ([[-1.0, 0.0], [0.0, 1.0]], [0.0; 2], "sign"),
             ([[1.0, 0.0], [0.0, 2.1]], [0.0; 2], "the lateral axis reads"),
             ([[1.0, -0.31], [0.0, 1.0]], [0.0; 2], "for normal force"),
             ([[1.0, 0.0], [f64::NAN, 1.0]], [0.0; 2], "for lateral force"),
-            ([[1.0, 0.0], [0.0, 1.0]], [3.1, 0.0], "without load"),
+            ([[1.0, 0.0], [0.0, 1.0]], [3.1, 0.0], "max_normal_n = 3 N"),
+            ([[1.0, 0.0], [0.0, 1.0]], [0.0, 2.1], "max_lateral_n = 2 N"),
         ] {
             let said = of(matrix, tare_n).unwrap_err().to_string();
             assert!(said.contains(word), "{said}");

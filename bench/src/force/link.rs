@@ -14,8 +14,8 @@ use super::{Correction, Decoder, ForceProtocol, ForceSample, LineFaults};
 pub struct TimedForce {
     /// What the sensor said, its forces corrected.
     pub sample: ForceSample,
-    /// Normal force as the sensor itself said it, N.
-    pub raw_normal_n: f64,
+    /// Normal and lateral force as the sensor itself said them, N.
+    pub raw_n: [f64; 2],
     /// When it was sampled, host time, s.
     pub host_s: f64,
 }
@@ -119,16 +119,15 @@ impl ForceLink {
         }
         for &sample in &self.samples {
             if let Some(host_s) = self.clock.to_host_s(seconds(sample.device_us)) {
-                let [normal_n, lateral_n] = self
-                    .correction
-                    .forces_n([sample.normal_n, sample.lateral_n]);
+                let raw_n = [sample.normal_n, sample.lateral_n];
+                let [normal_n, lateral_n] = self.correction.forces_n(raw_n);
                 take(TimedForce {
                     sample: ForceSample {
                         normal_n,
                         lateral_n,
                         ..sample
                     },
-                    raw_normal_n: sample.normal_n,
+                    raw_n,
                     host_s: host_s - self.latency_s,
                 });
             }

@@ -27,7 +27,7 @@ fn faults(rig: &Rig) -> FaultPanel {
 /// Silence is believed after a quarter of a second on the simulated bench (`silence_s`).
 const SILENCE_S: f64 = 0.26;
 
-const CASES: [Case; 10] = [
+const CASES: [Case; 12] = [
     Case {
         what: "e-stop pressed",
         lay: |rig| faults(rig).press_estop(true),
@@ -95,6 +95,20 @@ const CASES: [Case; 10] = [
         what: "4 N on the plate",
         lay: |rig| rig.apparatus.masses().place(Axis::Normal, 0.4),
         told: |trip| matches!(trip, Trip::ForceLimit { .. }),
+        within_s: 0.5,
+        audio_goes_on: true,
+    },
+    Case {
+        what: "4 N along the plate",
+        lay: |rig| rig.apparatus.masses().place(Axis::Lateral, 0.4),
+        told: |trip| matches!(trip, Trip::LateralForceLimit { lateral_n, .. } if *lateral_n > 3.0),
+        within_s: 0.5,
+        audio_goes_on: true,
+    },
+    Case {
+        what: "4 N back along the plate",
+        lay: |rig| rig.apparatus.masses().place(Axis::Lateral, -0.4),
+        told: |trip| matches!(trip, Trip::LateralForceLimit { lateral_n, .. } if *lateral_n < -3.0),
         within_s: 0.5,
         audio_goes_on: true,
     },

@@ -18,6 +18,7 @@ use friction_bench::run::read_protocol;
 use friction_bench::schedule::Task;
 use friction_bench::session::{SessionTask, Wiring};
 use mock_hw::apparatus::Apparatus;
+use mock_hw::plant::Axis;
 use mock_hw::scenario::Scenario;
 use mock_hw::serial::ForceFault;
 use protocols::{Session, TrialKey, TrialOutcome, TrialRecord};
@@ -317,29 +318,29 @@ fn a_session_that_goes_on_after_the_programs_end_says_so() {
     assert_eq!(told[0][0].2, "after the program's end");
 }
 
+/// Puts 4 N on an axis of the force sensor, or takes them away.
+fn weigh(rig: &Rig, axis: Axis, on: bool) {
+    let masses = rig.apparatus.masses();
+    if on {
+        masses.place(axis, 0.4);
+    } else {
+        masses.remove();
+    }
+}
+
 #[test]
 fn a_stop_is_marked_by_its_reason() {
     let mut rig = Rig::new(&[]);
     let mut kinds = Vec::new();
     type Fault = fn(&Rig, bool);
-    let faults: [(Fault, &str); 3] = [
+    let faults: [(Fault, &str); 4] = [
         (|rig, on| rig.apparatus.faults().press_estop(on), "e-stop"),
         (
             |rig, on| rig.heartbeat_cut.store(on, Ordering::Relaxed),
             "reads back",
         ),
-        (
-            |rig, on| {
-                if on {
-                    rig.apparatus
-                        .masses()
-                        .place(mock_hw::plant::Axis::Normal, 0.4);
-                } else {
-                    rig.apparatus.masses().remove();
-                }
-            },
-            "normal force",
-        ),
+        (|rig, on| weigh(rig, Axis::Normal, on), "normal force"),
+        (|rig, on| weigh(rig, Axis::Lateral, on), "lateral force"),
     ];
     for (fault, words) in faults {
         rig.pass(0.4);
@@ -364,6 +365,7 @@ fn a_stop_is_marked_by_its_reason() {
         [
             vec![EmergencyStop, Abort],
             vec![Resume, Redo, ReadbackMismatch, Abort],
+            vec![Resume, Redo, Safe, Abort],
             vec![Resume, Redo, Safe, Abort],
             vec![Resume, Redo, Abort],
         ]

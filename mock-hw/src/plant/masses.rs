@@ -13,7 +13,7 @@ use crate::seed;
 pub enum Axis {
     /// On the plate: it presses.
     Normal,
-    /// Over the pulley: it pulls towards increasing position.
+    /// Over the pulley: it pulls towards increasing position, a negative mass over one at the other end the other way.
     Lateral,
 }
 
@@ -90,7 +90,7 @@ impl Masses {
 
     /// The same mark is always the same mass.
     fn true_mass_kg(&self, marked_kg: f64) -> f64 {
-        let milligrams = (1e6 * marked_kg).round() as u64;
+        let milligrams = (1e6 * marked_kg.abs()).round() as u64;
         let mut rng = seed::stream(self.seed ^ milligrams.rotate_left(32), seed::Stream::Masses);
         let white: f64 = StandardNormal.sample(&mut rng);
         marked_kg * (1.0 + self.scenario.error * white)

@@ -166,7 +166,7 @@ impl ForceProcedure {
         let mut faults = Vec::new();
         if let Err(fault) = force
             .correction()
-            .require_plausible(self.setup.config.safety.max_normal_n)
+            .require_plausible(self.setup.config.safety.max_forces_n())
         {
             faults.push(fault.to_string());
         }

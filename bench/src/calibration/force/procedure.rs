@@ -152,7 +152,7 @@ impl ForceProcedure {
             tare_n: zero.mean,
             ..Correction::default()
         };
-        Ok(tare.require_plausible(self.setup.config.safety.max_normal_n)?)
+        Ok(tare.require_plausible(self.setup.config.safety.max_forces_n())?)
     }
 
     fn change(&self, plateau: &Plateau) -> [f64; 2] {

@@ -108,8 +108,9 @@ impl Setup {
                 );
             }
         }
-        let limit_n = self.config.safety.max_normal_n;
+        let limits_n = self.config.safety.max_forces_n();
         for mass in masses {
+            let (axis, limit_n) = (mass.axis.name(), limits_n[mass.axis as usize]);
             let grams = grams(mass.mass_kg);
             let weight_n = self.weight_n(mass.mass_kg);
             if !(mass.mass_kg > 0.0 && mass.mass_kg.is_finite()) {
@@ -123,7 +124,7 @@ impl Setup {
             }
             if weight_n > limit_n {
                 bail!(
-                    "{grams} g weigh {weight_n:.2} N, more than safety.max_normal_n = {limit_n} N allows on the sensor: use masses up to {:.0} g",
+                    "{grams} g weigh {weight_n:.2} N, more than safety.max_{axis}_n = {limit_n} N allows on the sensor: use masses up to {:.0} g",
                     (limit_n / self.gravity_m_per_s2 / GRAM_KG).floor()
                 );
             }

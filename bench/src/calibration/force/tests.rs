@@ -291,6 +291,13 @@ fn what_cannot_be_asked_for_is_refused_before_anything_is_opened() {
             && said.contains("305 g"),
         "{said}"
     );
+    let mut weak = config();
+    weak.safety.max_lateral_n = 0.4;
+    let said = Setup::new(&weak, masses(), EXACT, None).err().unwrap();
+    assert!(
+        said.to_string().contains("safety.max_lateral_n = 0.4"),
+        "{said}"
+    );
     let none = [from_g(Axis::Normal, &[20.0, -5.0]), lateral].concat();
     assert!(of(&none, None).contains("above 0"));
     assert!(of(&masses(), Some(1.62)).contains("--gravity"));

@@ -120,7 +120,8 @@ pub struct Monitor {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub hardware: Hardware,
-    /// Drive the plate at this mean voltage with the published modulation; without it the plate stays silent.
+    /// Drive the plate at this mean voltage with the published modulation, once the bench has passed `check --quick`; without it the
+    /// plate stays silent and nothing is checked.
     #[arg(long, value_name = "VOLTS")]
     pub drive_v: Option<f64>,
     /// Watch without a calibration that holds; the screen says so.

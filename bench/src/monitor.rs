@@ -66,6 +66,12 @@ impl Plan {
             headless: options.headless,
         })
     }
+
+    /// The plate will be driven, so that the bench must pass the preflight.
+    #[must_use]
+    pub fn drives(&self) -> bool {
+        self.program.is_some()
+    }
 }
 
 /// Watches until the operator or the duration ends it; false when the safety watch did.
@@ -113,6 +119,13 @@ pub fn run(
         ..tui::event::Session::default()
     }));
     front.show(tui::Event::Phase(Phase::new(PhaseKind::Monitoring)));
+    if program.is_none() {
+        front.show(tui::Event::Log {
+            level: Level::Info,
+            text: "watching without a preflight, for nothing is driven: --drive-v drives a bench that passes it"
+                .to_owned(),
+        });
+    }
     crate::run::make_safe_on_panic_and_signal(&bench)?;
     let (ended, outcome) = crossbeam_channel::bounded(1);
     let stop = bench.stop.clone();

@@ -242,6 +242,7 @@ pub struct Safety {
     progress: Progress,
     readback: Readback,
     tripped_at_ns: u64,
+    armed_at_ns: u64,
     /// Kills that the watch knows of: its own.
     kills_known: u64,
     polled_ns: Option<u64>,
@@ -263,6 +264,8 @@ const DEAF_NS: u64 = 250_000_000;
 const ONE_SHOT_NS: u64 = 100_000_000;
 /// At the end the emergency ramp is waited for no longer than this.
 const LONGEST_FAREWELL: Duration = Duration::from_millis(30);
+/// An armed bench waits no longer for the force sensor's first word, ns (FAULTS.md row 21).
+const FIRST_WORD_NS: u64 = 1_000_000_000;
 /// The amplifier is disabled this long after a trip: the emergency ramp is over by then.
 const DISABLE_AFTER_NS: u64 = 20_000_000;
 
@@ -294,6 +297,7 @@ impl Safety {
             progress: Progress::default(),
             readback,
             tripped_at_ns: 0,
+            armed_at_ns: 0,
             kills_known: 0,
             polled_ns: None,
             farewell: Ok(()),
@@ -337,6 +341,7 @@ impl Safety {
             (SafetyCommand::Arm, SafetyState::Disarmed) => {
                 set(&mut self.lines.enable, true)?;
                 self.readback.forget_readings();
+                self.armed_at_ns = now_ns;
                 self.set_state(SafetyState::Armed);
             }
             (SafetyCommand::Disarm, SafetyState::Armed) => {
@@ -437,14 +442,18 @@ impl Safety {
         if !self.expects_force {
             return None;
         }
-        // Before the sensor's first word the preflight decides, not the watch.
-        let Press {
+        let Some(Press {
             normal_n,
             lateral_n,
             raw_n: [raw_normal_n, raw_lateral_n],
             saturated,
             at_ns,
-        } = self.shared.press.get()?;
+        }) = self.shared.press.get()
+        else {
+            // The preflight knew a sensor that talks; this one may need its time for the first word, and no more.
+            let mute_ns = now_ns.saturating_sub(self.armed_at_ns);
+            return (mute_ns > FIRST_WORD_NS).then_some(Trip::ForceSilent);
+        };
         let limit_n = self.limits.max_normal_n;
         if normal_n > limit_n {
             return Some(Trip::ForceLimit { normal_n, limit_n });
@@ -612,6 +621,8 @@ mod tests {
         shared: Arc<Shared>,
         ask: crossbeam_channel::Sender<SafetyCommand>,
         now_ms: u64,
+        /// The force sensor says nothing that can be read.
+        mute: bool,
     }
 
     impl Rig {
@@ -647,6 +658,7 @@ mod tests {
                 shared,
                 ask,
                 now_ms: 0,
+                mute: false,
             };
             rig.pass(10, |_| ());
             rig
@@ -667,7 +679,9 @@ mod tests {
                 let now_ns = self.now_ms * 1_000_000;
                 self.card.frames.fetch_add(192, Ordering::Relaxed);
                 self.shared.force_polled_ns.set(now_ns);
-                self.shared.press.set(press(0.65, now_ns));
+                if !self.mute {
+                    self.shared.press.set(press(0.65, now_ns));
+                }
                 let commanded_v = self.card.commanded_v.get().unwrap_or(0.0);
                 self.read_back(commanded_v);
                 change(self);
@@ -735,6 +749,21 @@ mod tests {
         let frames = rig.card.frames.load(Ordering::Relaxed);
         rig.pass(60, |rig| rig.card.frames.store(frames, Ordering::Relaxed));
         assert_eq!(rig.trip(), Some(Trip::AudioSilent));
+    }
+
+    #[test]
+    fn a_force_sensor_that_never_speaks_stops_the_drive_after_a_second() {
+        let mut rig = Rig::new(SafetyLines::default());
+        rig.shared = Arc::new(Shared::default());
+        rig.safety.shared = rig.shared.clone();
+        rig.mute = true;
+        rig.pass(2000, |_| ());
+        assert_eq!(rig.trip(), None, "nothing is armed");
+        rig.ask.send(SafetyCommand::Arm).unwrap();
+        rig.pass(1000, |_| ());
+        assert_eq!(rig.safety.state, SafetyState::Armed);
+        rig.pass(2, |_| ());
+        assert_eq!(rig.trip(), Some(Trip::ForceSilent));
     }
 
     #[test]

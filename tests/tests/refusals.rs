@@ -371,6 +371,40 @@ fn a_session_or_a_trial_that_exists_is_never_overwritten() {
 }
 
 #[test]
+fn monitor_drives_only_what_passes_the_preflight() {
+    let folder = tempfile::tempdir().unwrap();
+    let monitor = |changes: &[(&str, &str)], drive: &[&str]| {
+        let config = config_with(folder.path(), changes);
+        let mut monitor = bench();
+        monitor
+            .args(["monitor", "--mock", "--headless", "--speed", "max"])
+            .args(["--duration-s", "2", "--config"])
+            .arg(config)
+            .args(drive);
+        finish(&mut monitor)
+    };
+    let drive = ["--drive-v", "20"];
+    // What the sensor says cannot be read, as at a wrong baud rate.
+    let deaf = [("protocol = \"frames\"", "protocol = \"lines\"")];
+    let output = monitor(&deaf, &drive);
+    let words = ["FAILED  force sensor", "baud", "nothing was driven but"];
+    refused(&output, &words);
+    assert_eq!(output.status.code(), Some(2), "as `run`");
+    let printed = text(&output);
+    assert!(!printed.contains("N·s/m"), "it watched:\n{printed}");
+    // Without a drive the same bench is watched, and it is said that nobody has checked it.
+    let output = monitor(&deaf, &[]);
+    let printed = text(&output);
+    assert!(output.status.success(), "{printed}");
+    let words = ["without a preflight", "drive 0.0 V", "normal NaN N"];
+    for word in words {
+        assert!(printed.contains(word), "no `{word}` in:\n{printed}");
+    }
+    let printed = text(&monitor(&[], &drive));
+    assert!(!printed.contains("preflight"), "{printed}");
+}
+
+#[test]
 fn a_second_instance_on_the_same_study() {
     let (folder, study) = room();
     // Of ten minutes, and not in real time, where a starved computer may end it.

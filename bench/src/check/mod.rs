@@ -1,5 +1,5 @@
 //! `check`: the preflight. A faint tone at the carrier, and a look at everything that must be alive. `run` does its quick part
-//! before every session.
+//! before every session, and `monitor` before it drives the plate.
 
 mod judge;
 mod measure;
@@ -17,7 +17,7 @@ use crate::config::Config;
 /// How much is looked at.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Extent {
-    /// Two seconds, before every session.
+    /// Two seconds, before the plate is driven.
     Quick,
     /// Ten seconds for drop-outs, the wiring, and what the computer has for a session.
     Whole {
@@ -57,7 +57,7 @@ pub fn run(
     table
 }
 
-/// A calibrated bench is held to its e-stop, heartbeat and encoder before every session; only one that runs as uncalibrated,
+/// A calibrated bench is held to its e-stop, heartbeat and encoder before it is driven; only one that runs as uncalibrated,
 /// which its operator has decided, may lack them.
 fn wants_wiring(extent: &Extent, calibrated: bool) -> bool {
     calibrated || matches!(extent, Extent::Whole { .. })

@@ -125,6 +125,25 @@ fn hardware(
     })
 }
 
+/// Refuses to drive a bench that fails the quick preflight, and prints its table.
+fn require_ready(
+    config: &Config,
+    calibration: &Option<Held>,
+    options: &friction_bench::cli::Hardware,
+    speed: Speed,
+) -> anyhow::Result<()> {
+    let table = check::run(config, &Ok(calibration.clone()), &Extent::Quick, || {
+        hardware(config, options, speed, None)
+    });
+    if !table.passed() {
+        write!(std::io::stdout(), "{}", table.to_text())?;
+        anyhow::bail!(
+            "the bench is not what was calibrated, or not ready: nothing was driven but the test's faint tone"
+        );
+    }
+    Ok(())
+}
+
 fn run(options: &Run) -> anyhow::Result<ExitCode> {
     let Some(mut config) = configuration(&options.hardware)? else {
         return Ok(ExitCode::SUCCESS);
@@ -135,16 +154,12 @@ fn run(options: &Run) -> anyhow::Result<ExitCode> {
     if !options.headless && !std::io::stdout().is_terminal() {
         anyhow::bail!("the dashboard needs a terminal; without one add --headless");
     }
-    let calibration = Ok(plan.calibration.clone());
-    let table = check::run(&plan.config, &calibration, &Extent::Quick, || {
-        hardware(&plan.config, &options.hardware, options.speed, None)
-    });
-    if !table.passed() {
-        write!(std::io::stdout(), "{}", table.to_text())?;
-        anyhow::bail!(
-            "the bench is not what was calibrated, or not ready: nothing was driven for a participant"
-        );
-    }
+    require_ready(
+        &plan.config,
+        &plan.calibration,
+        &options.hardware,
+        options.speed,
+    )?;
     let mut hardware = hardware(
         &plan.config,
         &options.hardware,
@@ -176,6 +191,14 @@ fn watch(options: &Monitor) -> anyhow::Result<ExitCode> {
     plan.calibration = held;
     if !options.headless && !std::io::stdout().is_terminal() {
         anyhow::bail!("the dashboard needs a terminal; without one add --headless");
+    }
+    if plan.drives() {
+        require_ready(
+            &plan.config,
+            &plan.calibration,
+            &options.hardware,
+            options.speed,
+        )?;
     }
     let hardware = hardware(&plan.config, &options.hardware, options.speed, None)?;
     let completed = monitor::run(plan, hardware, std::io::stdout())?;

@@ -234,7 +234,7 @@ pub struct CalibrateForce {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub measure: Measure,
-    /// Known masses to put on the plate one after the other, g.
+    /// Known masses to put on the plate one after the other, g; on the dashboard they are asked for when no mass is given.
     #[arg(long, value_name = "GRAMS", value_delimiter = ',', conflicts_with_all = ["masses_csv", "tare"])]
     pub normal_g: Vec<f64>,
     /// Known masses to hang over the pulley one after the other, g; they must pull towards increasing position.

@@ -337,3 +337,68 @@ fn an_operator_is_guided_through_the_plates_calibration() {
     terminal.restored();
     terminal.shows(&["FAILED"]);
 }
+
+impl Terminal {
+    /// Does what is asked until `what` is on the screen.
+    fn obey_until(&self, what: &str) -> String {
+        until(4 * PATIENCE, || {
+            let screen = self.screen();
+            if screen.contains(what) {
+                return Some(screen);
+            }
+            if screen.contains("Enter when it is done") {
+                self.press(&["Enter"]);
+            }
+            None
+        })
+        .unwrap_or_else(|| panic!("no {what:?} on:\n{}", self.screen()))
+    }
+}
+
+#[test]
+fn an_operator_names_the_masses_and_is_guided_through_the_force_sensors_calibration() {
+    let terminal = Terminal::calibrate(80, 24, "force");
+    terminal.shows(&["calibrate force", "put on the plate", "none yet"]);
+    terminal.press(&["100", "Enter"]);
+    terminal.shows(&["100 g normal"]);
+    terminal.press(&["2000", "Enter"]);
+    terminal.shows(&["2000 g weigh", "use masses up to"]);
+    terminal.press(&["50", "Enter"]);
+    terminal.shows(&["50 g normal"]);
+    terminal.press(&["Enter"]);
+    terminal.shows(&["over the pulley"]);
+    terminal.press(&["Enter"]);
+    terminal.shows(&["step 1 of 5", "Take everything off"]);
+    let screen = terminal.obey_until("measure one of them again");
+    assert!(
+        screen.contains("50 g lateral") && screen.contains("worst"),
+        "{screen}"
+    );
+    terminal.press(&["Enter"]);
+    assert_eq!(
+        terminal.wrote("status").trim(),
+        "0",
+        "{}",
+        terminal.screen()
+    );
+    terminal.restored();
+    let path = terminal.folder.path().join("calibration.toml");
+    let (calibration, _) = Calibration::read(&path).unwrap();
+    assert_eq!(calibration.force.unwrap().masses, 4);
+}
+
+#[test]
+fn an_operator_is_guided_through_the_channels_calibration() {
+    let terminal = Terminal::calibrate(100, 30, "channels");
+    terminal.shows(&["calibrate channels", "all inputs at once"]);
+    terminal.press(&["Enter"]);
+    terminal.obey_until("leave the other inputs open");
+    terminal.obey_until("as for a measurement");
+    terminal.press(&["Enter"]);
+    let status = terminal.wrote("status");
+    assert_eq!(status.trim(), "0", "{}", terminal.screen());
+    terminal.restored();
+    let path = terminal.folder.path().join("calibration.toml");
+    let (calibration, _) = Calibration::read(&path).unwrap();
+    assert!(calibration.channels.is_some());
+}

@@ -50,6 +50,7 @@ fn enter(calibration: &Calibration, ui: &mut Ui) -> Option<Action> {
             return None;
         }
         Some(Asked::Done | Asked::Review) => Answer::Ready,
+        Some(Asked::Number { optional: true, .. }) if ui.typed.is_empty() => Answer::Ready,
         Some(Asked::Number { unit, .. }) => match ui.typed.parse::<f64>() {
             Ok(number) if number.is_finite() => Answer::Number(number),
             _ if ui.typed.is_empty() => {

@@ -43,6 +43,8 @@ pub enum Asked {
         unit: String,
         /// About what it should be, in that unit.
         expected: Option<f64>,
+        /// Enter alone says that there is none.
+        optional: bool,
     },
     /// To keep what was measured, or a point to be measured again.
     Review,

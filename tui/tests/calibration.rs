@@ -39,6 +39,7 @@ fn typing() -> Calibration {
         asked: Some(Asked::Number {
             unit: "µm".to_owned(),
             expected: Some(1.3488),
+            optional: false,
         }),
         points: points(2),
         curve: Some(Curve {
@@ -47,6 +48,27 @@ fn typing() -> Calibration {
             points: LADDER[..2].iter().map(|at| (at.0, at.1)).collect(),
             fit: Vec::new(),
         }),
+        ..Calibration::default()
+    }
+}
+
+fn naming() -> Calibration {
+    let point = |at: &str, value: &str| Point {
+        at: at.to_owned(),
+        value: value.to_owned(),
+        ..Point::default()
+    };
+    Calibration {
+        title: "calibrate force".to_owned(),
+        instruction: "Type the masses that you will put on the plate, one at a time; Enter alone when these are all, r takes the chosen one out.".to_owned(),
+        note: Some("400 g weigh 3.92 N, more than safety.max_normal_n = 3 N allows on the sensor: use masses up to 305 g".to_owned()),
+        asked: Some(Asked::Number {
+            unit: "g".to_owned(),
+            expected: None,
+            optional: true,
+        }),
+        watched: Watched::NormalForce,
+        points: vec![point("20 g normal", "0.196 N"), point("50 g normal", "0.490 N")],
         ..Calibration::default()
     }
 }
@@ -77,7 +99,13 @@ fn review() -> Calibration {
 
 fn state(calibration: Calibration) -> State {
     let mut state = State::new(Theme::Colour);
-    let driven = matches!(calibration.asked, Some(Asked::Number { .. }));
+    let driven = matches!(
+        calibration.asked,
+        Some(Asked::Number {
+            optional: false,
+            ..
+        })
+    );
     for event in [
         Event::Tick { now_s: 0.0 },
         Event::Session(Session {
@@ -146,6 +174,7 @@ fn states() -> Vec<(&'static str, State)> {
         ("typing", typed),
         ("review", state(review())),
         ("load", load),
+        ("naming", state(naming())),
         ("stale", stale),
         ("failed", failed),
         ("leaving", leaving),
@@ -283,6 +312,7 @@ fn keys_by_what_is_asked() {
         asked: Some(Asked::Done),
         ..typing()
     };
+    let naming = naming();
     let failed = Calibration {
         failed: true,
         ..working.clone()
@@ -294,6 +324,9 @@ fn keys_by_what_is_asked() {
         (&typing(), "\n", &[]),
         (&typing(), "1.2.5\n", &[]),
         (&typing(), "1.2\n1.2\n", &[number(1.2), number(1.2)]),
+        (&naming, "\n", &[ready]),
+        (&naming, "50\n\n", &[number(50.0), ready]),
+        (&naming, ".\n", &[]),
         (&typing(), "r", &[redo(1)]),
         (&typing(), "↑r", &[redo(0)]),
         (&typing(), "e", &[Action::EmergencyStop]),

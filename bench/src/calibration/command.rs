@@ -334,6 +334,10 @@ pub fn force(
         )?;
         force::Setup::retare(&begun.config, kept)?
     } else {
+        let accuracy = force::Accuracy {
+            masses: options.mass_accuracy,
+            pulley: options.pulley_accuracy,
+        };
         let masses = match &options.masses_csv {
             Some(table) => force::read_table(table)?,
             None => [
@@ -342,16 +346,17 @@ pub fn force(
             ]
             .concat(),
         };
-        let accuracy = force::Accuracy {
-            masses: options.mass_accuracy,
-            pulley: options.pulley_accuracy,
-        };
-        force::Setup::new(&begun.config, masses, accuracy, options.gravity)?
+        if begun.attended && options.masses_csv.is_none() && masses.is_empty() {
+            force::Setup::to_be_named(&begun.config, accuracy, options.gravity)?
+        } else {
+            force::Setup::new(&begun.config, masses, accuracy, options.gravity)?
+        }
     };
     // The sensor's own readings are what is calibrated.
     if let Some(sensor) = &mut begun.config.force {
         sensor.set_correction(Correction::default());
     }
     let hardware = hardware(&begun.config)?;
-    begun.run(hardware, None, ForceProcedure::new(setup))
+    let procedure = ForceProcedure::new(setup, begun.attended);
+    begun.run(hardware, None, procedure)
 }

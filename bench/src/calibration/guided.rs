@@ -82,7 +82,7 @@ impl<F: Front> Guided<F> {
                 .iter()
                 .map(|point| Point {
                     at: point.at.clone(),
-                    value: point.value.clone(),
+                    value: point.value.replace('-', "−"),
                     residual: point
                         .residual
                         .as_ref()
@@ -116,12 +116,17 @@ impl<F: Front> Guided<F> {
 
 fn asked(request: &Request) -> Asked {
     match (request, request.input()) {
-        (Request::KnownAmplitude { expected_m, .. }, Some(input)) => Asked::Number {
+        (_, Some(input)) => Asked::Number {
             unit: input.unit.to_owned(),
-            expected: expected_m.map(|expected_m| expected_m / input.si_per_unit),
+            expected: match request {
+                Request::KnownAmplitude { expected_m, .. } => *expected_m,
+                _ => None,
+            }
+            .map(|expected| expected / input.si_per_unit),
+            optional: input.optional,
         },
-        (Request::Review, _) => Asked::Review,
-        _ => Asked::Done,
+        (Request::Review, None) => Asked::Review,
+        (_, None) => Asked::Done,
     }
 }
 
@@ -132,7 +137,9 @@ fn watched(request: &Request) -> Option<Watched> {
             axis: Axis::Lateral,
             ..
         } => Some(Watched::LateralForce),
-        Request::Load { .. } | Request::Unload => Some(Watched::NormalForce),
+        Request::NameMass { .. } | Request::Load { .. } | Request::Unload => {
+            Some(Watched::NormalForce)
+        }
         Request::Connect(_) => Some(Watched::Level),
         Request::KnownAmplitude { .. } => Some(Watched::Amplitude),
         Request::Review => None,

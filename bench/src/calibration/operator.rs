@@ -65,6 +65,11 @@ pub enum Request {
         /// How much, kg; gravity pulls at it.
         mass_kg: f64,
     },
+    /// Name a mass that is at hand for this axis, or say that these are all; [`Answer::Redo`] takes one out again.
+    NameMass {
+        /// Which axis.
+        axis: Axis,
+    },
     /// Take everything off: weights, finger.
     Unload,
     /// Change the cables.
@@ -87,6 +92,8 @@ pub struct Input {
     pub unit: &'static str,
     /// That unit in SI.
     pub si_per_unit: f64,
+    /// There may be none: then it is [`Answer::Ready`].
+    pub optional: bool,
 }
 
 impl Request {
@@ -108,6 +115,14 @@ impl Request {
                 "Hang {} g on a thread over the pulley, so that it pulls towards increasing position.",
                 grams(*mass_kg)
             ),
+            Self::NameMass { axis: Axis::Normal } => {
+                "Type the masses that you will put on the plate, one at a time; Enter alone when these are all, r takes the chosen one out.".to_owned()
+            }
+            Self::NameMass {
+                axis: Axis::Lateral,
+            } => {
+                "Type the masses that you will hang over the pulley, one at a time; Enter alone when these are all, or at once for those of the plate, as far as the axis may carry them.".to_owned()
+            }
             Self::Unload => "Take everything off the plate: finger, weights, threads.".to_owned(),
             Self::Connect(Cabling::AllInputs) => {
                 "Connect the drive's read-back to all inputs at once.".to_owned()
@@ -129,10 +144,19 @@ impl Request {
     /// The number that it wants, if it wants one.
     #[must_use]
     pub fn input(&self) -> Option<Input> {
-        matches!(self, Self::KnownAmplitude { .. }).then_some(Input {
-            unit: "µm",
-            si_per_unit: MICROMETRE_M,
-        })
+        match self {
+            Self::KnownAmplitude { .. } => Some(Input {
+                unit: "µm",
+                si_per_unit: MICROMETRE_M,
+                optional: false,
+            }),
+            Self::NameMass { .. } => Some(Input {
+                unit: "g",
+                si_per_unit: GRAM_KG,
+                optional: true,
+            }),
+            Self::Load { .. } | Self::Unload | Self::Connect(_) | Self::Review => None,
+        }
     }
 }
 

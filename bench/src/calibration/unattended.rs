@@ -36,13 +36,6 @@ struct Asked {
     before_n: [f64; 2],
 }
 
-fn index(axis: Axis) -> usize {
-    match axis {
-        Axis::Normal => 0,
-        Axis::Lateral => 1,
-    }
-}
-
 impl<W: Write> Unattended<W> {
     /// Prints progress to `out`.
     pub fn new(out: W) -> Self {
@@ -96,10 +89,10 @@ impl<W: Write> Unattended<W> {
                 .recent
                 .iter()
                 .filter(|(t_s, _)| (*t_s > middle_s) == late);
-            Self::mean_n(half.map(|(_, forces)| *forces))[index(axis)]
+            Self::mean_n(half.map(|(_, forces)| *forces))[axis.index()]
         };
         let (early, late) = (half(false), half(true));
-        let changed = (late - asked.before_n[index(axis)]).abs() >= SEEN_SHARE * expected_n;
+        let changed = (late - asked.before_n[axis.index()]).abs() >= SEEN_SHARE * expected_n;
         changed && (late - early).abs() <= STEADY_N + STEADY_SHARE * expected_n
     }
 }
@@ -158,6 +151,10 @@ impl<W: Write + Send> Operator for Unattended<W> {
         let happened = match asked.request {
             Request::Connect(_) | Request::Review => true,
             Request::Load { .. } | Request::Unload => self.settled(asked),
+            Request::NameMass { axis } => bail!(
+                "nobody is there to type the masses of the {} axis: give --normal-g and --lateral-g, or --masses-csv",
+                axis.name()
+            ),
             Request::KnownAmplitude { .. } => bail!(
                 "nobody is there to type the amplitude: give --known-um, --known-csv or --instrument, or calibrate on a terminal"
             ),

@@ -114,7 +114,7 @@ fn asked<'a>(state: &'a State, calibration: &'a Calibration) -> Line<'a> {
             Span::styled("▸ ", theme.driving()),
             Span::raw(" Enter keeps them; ↑ ↓ choose a point, r measures it again"),
         ],
-        Some(Asked::Number { unit, expected }) => {
+        Some(Asked::Number { unit, expected, .. }) => {
             let mut spans = vec![
                 Span::styled("▸ ", theme.driving()),
                 Span::styled(format!(" {}", state.ui.typed), theme.strong()),

@@ -35,12 +35,16 @@ fn main() -> ExitCode {
     }
 }
 
-/// The error and its causes, a line each; never a backtrace.
+/// The error and its causes, a line each; never a backtrace. A cause that the line above has said already is left out.
 fn complain(error: &anyhow::Error) {
     let mut stderr = std::io::stderr().lock();
-    let _ = writeln!(stderr, "friction-bench: {error}");
-    for cause in error.chain().skip(1) {
-        let _ = writeln!(stderr, "  because: {cause}");
+    let mut said = error.to_string();
+    let _ = writeln!(stderr, "friction-bench: {said}");
+    for cause in error.chain().skip(1).map(ToString::to_string) {
+        if !said.contains(&cause) {
+            let _ = writeln!(stderr, "  because: {cause}");
+        }
+        said = cause;
     }
 }
 

@@ -190,7 +190,7 @@ fn hands(masses: Masses, patchbay: Patchbay) -> Hands {
             Cabling::DriveOnly => Wiring::DriveOnly,
             Cabling::Bench => Wiring::Bench,
         }),
-        Request::KnownAmplitude { .. } | Request::Review => {}
+        Request::NameMass { .. } | Request::KnownAmplitude { .. } | Request::Review => {}
     })
 }
 

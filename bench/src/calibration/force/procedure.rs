@@ -1,11 +1,12 @@
-//! One mass after the other: asked for, waited for, read, and held against what a mass does.
+//! One mass after the other: asked for, waited for, read, and held against what a mass does. Where an operator is there, a
+//! mass that was not placed, still swings or is another one is asked for again; crossed wires end it.
 
 use anyhow::bail;
 use impedance::crosstalk::{Crosstalk, Loading};
 
 use super::masses::Mass;
 use super::plateau::{Plateau, WINDOW_S};
-use super::setup::Setup;
+use super::setup::{Setup, require_enough};
 use super::{AXES, LEAST_SIGMA_N, TARE_WINDOWS};
 use crate::calibration::heard::Heard;
 use crate::calibration::operator::{Answer, Axis, PointRead, Progress, Request, grams};
@@ -25,6 +26,7 @@ const LEFT_BEHIND: f64 = 0.3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Stage {
     Begin,
+    Naming(Axis),
     Clearing,
     Taring,
     Loading(usize),
@@ -34,10 +36,30 @@ enum Stage {
     Reviewing,
 }
 
+/// Why a reading is not taken.
+enum Refusal {
+    /// The operator puts it right where they stand.
+    Slip(String),
+    /// What was read before does not hold either once it is put right.
+    Ends(String),
+}
+
+impl Refusal {
+    fn into_words(self) -> String {
+        match self {
+            Self::Slip(why) | Self::Ends(why) => why,
+        }
+    }
+}
+
 /// The measurement.
 pub struct ForceProcedure {
     pub(super) setup: Setup,
+    /// Somebody can be asked again.
+    attended: bool,
     stage: Stage,
+    /// Why something is asked again.
+    note: Option<String>,
     /// Windows of this stage so far.
     windows: usize,
     /// Windows at rest that the first zero will be made of.
@@ -58,13 +80,15 @@ struct Zero {
 }
 
 impl ForceProcedure {
-    /// Ready to begin.
+    /// Ready to begin; `attended` when an operator can be asked again.
     #[must_use]
-    pub fn new(setup: Setup) -> Self {
+    pub fn new(setup: Setup, attended: bool) -> Self {
         Self {
             loads: vec![None; setup.masses.len()],
             setup,
+            attended,
             stage: Stage::Begin,
+            note: None,
             windows: 0,
             taring: Vec::new(),
             zeros: Vec::new(),
@@ -80,6 +104,79 @@ impl ForceProcedure {
     fn ask(&mut self, stage: Stage, request: Request) -> Next {
         self.stage = stage;
         Next::Ask(request)
+    }
+
+    fn begin(&mut self) -> Next {
+        if self.setup.masses.is_empty() && self.setup.kept.is_none() {
+            return self.name(Axis::Normal);
+        }
+        self.ask(Stage::Clearing, Request::Unload)
+    }
+
+    fn name(&mut self, axis: Axis) -> Next {
+        self.ask(Stage::Naming(axis), Request::NameMass { axis })
+    }
+
+    /// Takes what was said about the masses at hand for `axis`.
+    fn named(&mut self, axis: Axis, answer: Answer) -> Next {
+        match answer {
+            Answer::Number(mass_kg) => {
+                let mass = Mass {
+                    axis,
+                    mass_kg,
+                    sigma_kg: 0.0,
+                };
+                match self.setup.require(&mass) {
+                    Ok(()) => self.setup.masses.push(mass),
+                    Err(why) => self.note = Some(why.to_string()),
+                }
+            }
+            Answer::Redo(i) => {
+                if i < self.setup.masses.len() {
+                    self.setup.masses.remove(i);
+                }
+            }
+            Answer::Ready => return self.all_named(axis),
+        }
+        self.name(axis)
+    }
+
+    fn all_named(&mut self, axis: Axis) -> Next {
+        let setup = &mut self.setup;
+        if axis == Axis::Lateral && setup.masses.iter().all(|mass| mass.axis == Axis::Normal) {
+            let same = setup.masses.iter().map(|mass| Mass { axis, ..*mass });
+            let same: Vec<_> = same.filter(|mass| setup.require(mass).is_ok()).collect();
+            setup.masses.extend(same);
+        }
+        let short = AXES
+            .into_iter()
+            .take(1 + axis.index())
+            .find_map(|axis| Some((axis, require_enough(&setup.masses, axis).err()?)));
+        match (short, axis) {
+            (Some((axis, why)), _) => {
+                self.note = Some(why.to_string());
+                self.name(axis)
+            }
+            (None, Axis::Normal) => self.name(Axis::Lateral),
+            (None, Axis::Lateral) => {
+                self.loads = vec![None; self.setup.masses.len()];
+                self.begin()
+            }
+        }
+    }
+
+    /// Asks once more for what the present reading should have been of, where somebody is there.
+    fn again(&mut self, refusal: Refusal) -> anyhow::Result<Next> {
+        let why = match refusal {
+            Refusal::Slip(why) if self.attended => why,
+            refusal => bail!(refusal.into_words()),
+        };
+        self.note = Some(format!("{why}. This reading is not used."));
+        Ok(match self.stage {
+            Stage::Resting(i) => self.load(i),
+            Stage::Returning(i) => self.ask(Stage::Unloading(i), Request::Unload),
+            _ => self.ask(Stage::Clearing, Request::Unload),
+        })
     }
 
     /// Asks for mass `i`, or for what comes after the last.
@@ -111,11 +208,11 @@ impl ForceProcedure {
                     Stage::Resting(_) => "let the mass hang still, keep hands and draughts off",
                     _ => "let the sensor warm up until it drifts less, keep hands and draughts off",
                 };
-                bail!(
+                return self.again(Refusal::Slip(format!(
                     "the reading does not come to rest in {:.0} s while {doing}: it still moves by {:.2} mN; {remedy}, or raise calibration.force_rest_n = {rest_n} N",
                     PATIENCE_WINDOWS as f64 * WINDOW_S,
                     1e3 * plateau.scatter.into_iter().fold(0.0, f64::max)
-                );
+                )));
             }
             if self.stage == Stage::Taring {
                 self.taring.clear();
@@ -134,12 +231,16 @@ impl ForceProcedure {
                 Ok(self.load(self.missing()))
             }
             Stage::Resting(i) => {
-                self.require_load(i, &plateau)?;
+                if let Err(refusal) = self.require_load(i, &plateau) {
+                    return self.again(refusal);
+                }
                 self.loads[i] = Some(plateau);
                 Ok(self.ask(Stage::Unloading(i), Request::Unload))
             }
             Stage::Returning(i) => {
-                self.require_return(i, &plateau)?;
+                if let Err(refusal) = self.require_return(i, &plateau) {
+                    return self.again(refusal);
+                }
                 self.zeros.push(plateau);
                 Ok(self.load(self.missing()))
             }
@@ -161,7 +262,7 @@ impl ForceProcedure {
     }
 
     /// Whether the mass did what a mass does.
-    fn require_load(&self, i: usize, plateau: &Plateau) -> anyhow::Result<()> {
+    fn require_load(&self, i: usize, plateau: &Plateau) -> Result<(), Refusal> {
         let Mass { axis, mass_kg, .. } = self.setup.masses[i];
         let (own, other) = (axis.index(), 1 - axis.index());
         let grams = grams(mass_kg);
@@ -170,18 +271,18 @@ impl ForceProcedure {
         let least_n = (LEAST_CHANGE * weight_n).max(LEAST_SIGMAS * plateau.error[own]);
         if change[own].abs() < least_n {
             if change[other].abs() > 2.0 * least_n {
-                bail!(
+                return Err(Refusal::Ends(format!(
                     "{grams} g on the {axis} axis changed the {} axis by {:.3} N and the {axis} axis by {:.3} N: the axes are exchanged; exchange their wires, or put the mass where it was asked for",
                     AXES[other].name(),
                     change[other],
                     change[own]
-                );
+                )));
             }
-            bail!(
+            return Err(Refusal::Slip(format!(
                 "{grams} g on the {axis} axis changed the reading by {:.1} mN, {:.0} mN were expected: was it placed, and does nothing else carry it?",
                 1e3 * change[own],
                 1e3 * weight_n
-            );
+            )));
         }
         if change[own] < 0.0 {
             let remedy = if own == 0 {
@@ -189,26 +290,26 @@ impl ForceProcedure {
             } else {
                 "the thread must pull towards increasing position: hang the mass on the other side, or exchange the wires of the lateral axis"
             };
-            bail!(
+            return Err(Refusal::Ends(format!(
                 "the {axis} axis has the wrong sign: {grams} g changed it by {:.3} N; {remedy}",
                 change[own]
-            );
+            )));
         }
         let gain = change[own] / weight_n;
         let [low, high] = SENSITIVITY;
         if !(low..=high).contains(&gain.recip()) {
-            bail!(
+            return Err(Refusal::Slip(format!(
                 "{grams} g on the {axis} axis read {:.3} N instead of {weight_n:.3} N: is that mass {grams} g, and does the sensor send newtons in the format of force.protocol?",
                 change[own]
-            );
+            )));
         }
         let lighter = self.gains(AXES[own], mass_kg);
         if let Some(before) = lighter
             && gain < STRAIGHT * before
         {
-            bail!(
+            return Err(Refusal::Slip(format!(
                 "{grams} g read {gain:.3} N per newton where a lighter mass read {before:.3}: the range of the {axis} axis is exceeded, or the mass touches something; use lighter masses",
-            );
+            )));
         }
         Ok(())
     }
@@ -228,16 +329,16 @@ impl ForceProcedure {
             .map(|(_, gain)| gain)
     }
 
-    fn require_return(&self, i: usize, plateau: &Plateau) -> anyhow::Result<()> {
+    fn require_return(&self, i: usize, plateau: &Plateau) -> Result<(), Refusal> {
         let Mass { axis, mass_kg, .. } = self.setup.masses[i];
         let left_n = self.change(plateau)[axis.index()];
         let weight_n = self.setup.weight_n(mass_kg);
         if left_n.abs() > LEFT_BEHIND * weight_n {
-            bail!(
+            return Err(Refusal::Slip(format!(
                 "the {} axis still reads {left_n:.3} N more than before {} g were placed: take the mass off, and its thread",
                 axis.name(),
                 grams(mass_kg)
-            );
+            )));
         }
         Ok(())
     }
@@ -319,6 +420,7 @@ impl ForceProcedure {
             format!("{} g on the {} axis", grams(mass_kg), axis.name())
         };
         match self.stage {
+            Stage::Naming(axis) => format!("naming the masses of the {} axis", axis.name()),
             Stage::Begin | Stage::Clearing => "clearing the plate".to_owned(),
             Stage::Taring => "reading the zero".to_owned(),
             Stage::Loading(i) | Stage::Resting(i) => format!("reading {}", mass(i)),
@@ -327,6 +429,16 @@ impl ForceProcedure {
             }
             Stage::Reviewing => "looking at the masses".to_owned(),
         }
+    }
+
+    /// The masses at hand, as far as they are named.
+    fn points_named(&self) -> Vec<PointRead> {
+        let point = |mass: &Mass| PointRead {
+            at: format!("{} g {}", grams(mass.mass_kg), mass.axis.name()),
+            value: format!("{:.3} N", self.setup.weight_n(mass.mass_kg)),
+            ..PointRead::default()
+        };
+        self.setup.masses.iter().map(point).collect()
     }
 
     fn points_read(&self) -> Vec<PointRead> {
@@ -377,9 +489,11 @@ fn require_in_range(heard: &Heard, doing: &str) -> anyhow::Result<()> {
 
 impl Procedure for ForceProcedure {
     fn next(&mut self, happened: Happened) -> anyhow::Result<Next> {
+        self.note = None;
         match (happened, self.stage) {
             (Happened::Heard(heard), _) => self.heard(&heard),
-            (Happened::Began, _) => Ok(self.ask(Stage::Clearing, Request::Unload)),
+            (Happened::Began, _) => Ok(self.begin()),
+            (Happened::Answered(answer, _), Stage::Naming(axis)) => Ok(self.named(axis, answer)),
             (Happened::Answered(..), Stage::Clearing) => Ok(self.listen(Stage::Taring)),
             (Happened::Answered(..), Stage::Loading(i)) => Ok(self.listen(Stage::Resting(i))),
             (Happened::Answered(..), Stage::Unloading(i)) => Ok(self.listen(Stage::Returning(i))),
@@ -392,16 +506,25 @@ impl Procedure for ForceProcedure {
     }
 
     fn progress(&self) -> Progress {
+        if let Stage::Naming(_) = self.stage {
+            return Progress {
+                doing: self.doing(),
+                note: self.note.clone(),
+                points: self.points_named(),
+                ..Progress::default()
+            };
+        }
         let read = self.loads.iter().flatten().count();
         Progress {
             step: 1 + match self.stage {
-                Stage::Begin | Stage::Clearing | Stage::Taring => 0,
+                Stage::Naming(_) | Stage::Begin | Stage::Clearing | Stage::Taring => 0,
                 Stage::Loading(_) => read + 1,
                 Stage::Resting(_) => read + 1,
                 Stage::Unloading(_) | Stage::Returning(_) | Stage::Reviewing => read,
             },
             steps: 1 + self.loads.len(),
             doing: self.doing(),
+            note: self.note.clone(),
             points: self.points_read(),
             ..Progress::default()
         }

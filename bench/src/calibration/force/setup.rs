@@ -1,11 +1,11 @@
 //! What a measurement takes from the bench and the operator, checked before anything is opened.
 
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 
 use super::AXES;
 use super::masses::{Accuracy, Mass};
 use crate::calibration::file;
-use crate::calibration::operator::{GRAM_KG, GRAVITY_M_PER_S2, grams};
+use crate::calibration::operator::{Axis, GRAM_KG, GRAVITY_M_PER_S2, grams};
 use crate::config::{Config, GRAVITY};
 
 /// Standard error of gravity where nobody has said where the bench stands: 9.780 to 9.832 m/s² from equator to pole, evenly.
@@ -16,6 +16,7 @@ const LEAST_MASSES: usize = 2;
 /// What the measurement takes from the bench and the operator.
 #[derive(Debug, Clone)]
 pub struct Setup {
+    /// None where the operator will name them.
     pub(super) masses: Vec<Mass>,
     pub(super) accuracy: Accuracy,
     pub(super) gravity_m_per_s2: f64,
@@ -37,6 +38,27 @@ impl Setup {
         accuracy: Accuracy,
         gravity_m_per_s2: Option<f64>,
     ) -> anyhow::Result<Self> {
+        let setup = Self::to_be_named(config, accuracy, gravity_m_per_s2)?;
+        for axis in AXES {
+            require_enough(&masses, axis).map_err(|why| {
+                anyhow!("{why}; give --normal-g 20,50,100 --lateral-g 20,50,100, or a table by --masses-csv")
+            })?;
+        }
+        for mass in &masses {
+            setup.require(mass)?;
+        }
+        Ok(Self { masses, ..setup })
+    }
+
+    /// [`new`](Self::new), but the operator will be asked for the masses.
+    ///
+    /// # Errors
+    /// As `new`, but for the masses.
+    pub fn to_be_named(
+        config: &Config,
+        accuracy: Accuracy,
+        gravity_m_per_s2: Option<f64>,
+    ) -> anyhow::Result<Self> {
         let gravity = gravity_m_per_s2.or(config.calibration.gravity_m_per_s2);
         let [low, high] = GRAVITY;
         if let Some(gravity) = gravity
@@ -54,7 +76,7 @@ impl Setup {
                 bail!("{flag} = {accuracy} is outside 0 to 0.5");
             }
         }
-        let setup = Self {
+        Ok(Self {
             gravity_m_per_s2: gravity.unwrap_or(GRAVITY_M_PER_S2),
             gravity_error: if gravity.is_some() {
                 0.0
@@ -63,9 +85,7 @@ impl Setup {
             },
             accuracy,
             ..Self::on(config)?
-        };
-        setup.require_masses(&masses)?;
-        Ok(Self { masses, ..setup })
+        })
     }
 
     /// A new tare for `kept`.
@@ -98,36 +118,26 @@ impl Setup {
         })
     }
 
-    fn require_masses(&self, masses: &[Mass]) -> anyhow::Result<()> {
-        for axis in AXES {
-            let count = masses.iter().filter(|mass| mass.axis == axis).count();
-            if count < LEAST_MASSES {
-                bail!(
-                    "{count} masses on the {axis} axis: at least {LEAST_MASSES} are needed on each, because a matrix needs both axes and a straight line two points; give --normal-g 20,50,100 --lateral-g 20,50,100, or a table by --masses-csv",
-                    axis = axis.name()
-                );
-            }
+    /// Whether `mass` can be measured with.
+    pub(super) fn require(&self, mass: &Mass) -> anyhow::Result<()> {
+        let limit_n = self.config.safety.max_forces_n()[mass.axis.index()];
+        let grams = grams(mass.mass_kg);
+        let axis = mass.axis.name();
+        let weight_n = self.weight_n(mass.mass_kg);
+        if !(mass.mass_kg > 0.0 && mass.mass_kg.is_finite()) {
+            bail!("a mass of {grams} g is none: masses are above 0");
         }
-        let limits_n = self.config.safety.max_forces_n();
-        for mass in masses {
-            let (axis, limit_n) = (mass.axis.name(), limits_n[mass.axis as usize]);
-            let grams = grams(mass.mass_kg);
-            let weight_n = self.weight_n(mass.mass_kg);
-            if !(mass.mass_kg > 0.0 && mass.mass_kg.is_finite()) {
-                bail!("a mass of {grams} g is none: masses are above 0");
-            }
-            if !(mass.sigma_kg >= 0.0 && mass.sigma_kg < mass.mass_kg) {
-                bail!(
-                    "a mass of {grams} g cannot have a deviation of {} g: it lies between 0 and the mass",
-                    self::grams(mass.sigma_kg)
-                );
-            }
-            if weight_n > limit_n {
-                bail!(
-                    "{grams} g weigh {weight_n:.2} N, more than safety.max_{axis}_n = {limit_n} N allows on the sensor: use masses up to {:.0} g",
-                    (limit_n / self.gravity_m_per_s2 / GRAM_KG).floor()
-                );
-            }
+        if !(mass.sigma_kg >= 0.0 && mass.sigma_kg < mass.mass_kg) {
+            bail!(
+                "a mass of {grams} g cannot have a deviation of {} g: it lies between 0 and the mass",
+                self::grams(mass.sigma_kg)
+            );
+        }
+        if weight_n > limit_n {
+            bail!(
+                "{grams} g weigh {weight_n:.2} N, more than safety.max_{axis}_n = {limit_n} N allows on the sensor: use masses up to {:.0} g",
+                (limit_n / self.gravity_m_per_s2 / GRAM_KG).floor()
+            );
         }
         Ok(())
     }
@@ -136,4 +146,16 @@ impl Setup {
     pub(super) fn weight_n(&self, mass_kg: f64) -> f64 {
         mass_kg * self.gravity_m_per_s2
     }
+}
+
+/// Whether there are masses enough on `axis`.
+pub(super) fn require_enough(masses: &[Mass], axis: Axis) -> anyhow::Result<()> {
+    let count = masses.iter().filter(|mass| mass.axis == axis).count();
+    if count < LEAST_MASSES {
+        bail!(
+            "{count} masses on the {} axis: at least {LEAST_MASSES} are needed on each, because a matrix needs both axes and a straight line two points",
+            axis.name()
+        );
+    }
+    Ok(())
 }

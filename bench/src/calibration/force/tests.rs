@@ -58,7 +58,7 @@ fn measured(
     sensor: &Sensor<'_>,
     mut redo: Option<usize>,
 ) -> anyhow::Result<ForceProcedure> {
-    let mut procedure = ForceProcedure::new(setup);
+    let mut procedure = ForceProcedure::new(setup, false);
     let (mut load_n, mut now_s) = ([0.0; 2], 10.0);
     let mut happened = Happened::Began;
     loop {
@@ -168,6 +168,100 @@ fn a_mass_can_be_measured_again() {
     asked.set(0);
     let right = judged(&measured(setup(), &sensor, Some(2)).unwrap());
     assert_eq!(right.1, Vec::<String>::new());
+}
+
+#[test]
+fn an_operator_names_the_masses() {
+    use Answer::{Number, Ready, Redo};
+    let setup = Setup::to_be_named(&config(), EXACT, Some(G)).unwrap();
+    let mut procedure = ForceProcedure::new(setup, true);
+    let mut asked = procedure.next(Happened::Began).unwrap();
+    let said: [(Axis, Answer, &str); 9] = [
+        (Axis::Normal, Number(0.02), ""),
+        (Axis::Normal, Ready, "1 masses on the normal axis"),
+        (Axis::Normal, Number(0.4), "use masses up to 305 g"),
+        (Axis::Normal, Number(-0.05), "above 0"),
+        (Axis::Normal, Number(0.05), ""),
+        (Axis::Normal, Number(0.06), ""),
+        (Axis::Normal, Redo(2), ""),
+        (Axis::Normal, Ready, ""),
+        (Axis::Lateral, Ready, ""),
+    ];
+    for (wanted, answer, note) in said {
+        let Next::Ask(Request::NameMass { axis }) = asked else {
+            panic!("{asked:?}")
+        };
+        assert_eq!(axis, wanted);
+        asked = procedure
+            .next(Happened::Answered(answer, Heard::default()))
+            .unwrap();
+        let told = procedure.progress().note.unwrap_or_default();
+        assert!(
+            told.contains(note) && note.is_empty() == told.is_empty(),
+            "{told:?}"
+        );
+    }
+    assert!(matches!(asked, Next::Ask(Request::Unload)), "{asked:?}");
+    let expected = [Axis::Normal, Axis::Lateral].map(|axis| from_g(axis, &[20.0, 50.0]));
+    assert_eq!(procedure.setup.masses, expected.concat());
+    assert_eq!(procedure.progress().steps, 5);
+}
+
+/// The operator puts nothing where 20 g were asked for, then 60 g, leaves the right mass where it is, then does everything right.
+#[test]
+fn where_somebody_is_there_a_slip_is_asked_for_again() {
+    let mut procedure = ForceProcedure::new(setup(), true);
+    let (mut load_n, mut now_s) = ([0.0; 2], 10.0);
+    let mut slips = vec![0.06, 0.0];
+    let mut leaves = true;
+    let mut notes = Vec::new();
+    let mut happened = Happened::Began;
+    loop {
+        let next = procedure.next(happened).unwrap();
+        notes.extend(procedure.progress().note);
+        now_s += 3.0;
+        happened = match next {
+            Next::Listen(_) => Happened::Heard(heard(&|of, _| of, load_n, now_s)),
+            Next::Ask(Request::Load { axis, mass_kg }) => {
+                let placed_kg = slips.pop().unwrap_or(mass_kg);
+                load_n[axis.index()] = placed_kg * G;
+                Happened::Answered(Answer::Ready, Heard::default())
+            }
+            Next::Ask(request) => {
+                let left = request == Request::Unload && load_n[0] > 0.0 && leaves;
+                if left {
+                    leaves = false;
+                } else {
+                    load_n = [0.0; 2];
+                }
+                Happened::Answered(Answer::Ready, Heard::default())
+            }
+            Next::Done => break,
+            other => panic!("{other:?}"),
+        };
+    }
+    let words = ["was it placed", "is that mass 20 g", "take the mass off"];
+    for (note, word) in notes.iter().zip(words) {
+        assert!(note.contains(word) && note.contains("not used"), "{note}");
+    }
+    assert_eq!(notes.len(), words.len(), "{notes:?}");
+    let (force, faults) = judged(&procedure);
+    assert_eq!(faults, Vec::<String>::new());
+    assert!((force.normal_per_normal.value - 1.0).abs() < 1e-6);
+
+    let mut crossed = ForceProcedure::new(setup(), true);
+    crossed.next(Happened::Began).unwrap();
+    let silence = || Happened::Answered(Answer::Ready, Heard::default());
+    crossed.next(silence()).unwrap();
+    for _ in 0..TARE_WINDOWS {
+        crossed
+            .next(Happened::Heard(heard(&|of, _| of, [0.0; 2], 0.0)))
+            .unwrap();
+    }
+    crossed.next(silence()).unwrap();
+    let crosswise = heard(&|of, _| [of[1], of[0]], [0.02 * G, 0.0], 5.0);
+    let ended = crossed.next(Happened::Heard(crosswise)).err().unwrap();
+    assert!(ended.to_string().contains("exchanged"), "{ended}");
 }
 
 #[test]

@@ -241,6 +241,10 @@ fn the_round_trip_is_told_and_the_bench_is_put_back() {
     let points = fs::read_to_string(room.folder.path().join("calibration-channels.csv")).unwrap();
     assert!(points.starts_with("cabling,input,frequency_hz,drive_v"));
     assert!(points.contains("\ndrive only,3,"));
+    let figure = fs::read_to_string(room.folder.path().join("calibration-channels.svg")).unwrap();
+    for word in ["Phase error", "Off the line", "input 0", "input 3"] {
+        assert!(figure.contains(word), "{word}");
+    }
     // The plate is driven again, and what is measured on it rests on the measured channels.
     room.succeed("pickup");
     let (_, calibration) = room.succeed("plate");

@@ -90,15 +90,7 @@ impl ChannelFit {
         let inverted = unexplained_rad.abs() > PI / 2.0;
         let half_turn = if inverted { PI } else { 0.0 };
         let excess_s = wrap(unexplained_rad - half_turn) / (TAU * carrier_hz);
-        let squares: f64 = sorted
-            .iter()
-            .map(|reading| {
-                let off_hz = reading.frequency_hz - carrier_hz;
-                let angle = turning.offset - TAU * off_hz * (delay_s - excess_s);
-                (reading.ratio / Complex64::from_polar(gain, angle) - 1.0).norm_sqr()
-            })
-            .sum();
-        Ok(Self {
+        let mut fit = Self {
             gain: Estimate {
                 value: gain,
                 standard_error: size.offset_error,
@@ -113,9 +105,25 @@ impl ChannelFit {
             },
             excess_s,
             inverted,
-            departure: (squares / sorted.len() as f64).sqrt(),
+            departure: 0.0,
             degrees_of_freedom: turning.degrees_of_freedom,
-        })
+        };
+        let squares: f64 = sorted
+            .iter()
+            .map(|reading| fit.departure_of(reading, carrier_hz).norm_sqr())
+            .sum();
+        fit.departure = (squares / sorted.len() as f64).sqrt();
+        Ok(fit)
+    }
+
+    /// By how much a reading departs from a constant gain and the pure delay of the carrier's phase, relative: the real part in
+    /// size, the imaginary part in phase, rad.
+    #[must_use]
+    pub fn departure_of(&self, reading: &Reading, carrier_hz: f64) -> Complex64 {
+        let off_hz = reading.frequency_hz - carrier_hz;
+        let pure_delay_s = self.delay_s.value - self.excess_s;
+        let angle = self.phase_rad.value - TAU * off_hz * pure_delay_s;
+        reading.ratio / Complex64::from_polar(self.gain.value, angle) - 1.0
     }
 }
 

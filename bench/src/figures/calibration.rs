@@ -1,6 +1,7 @@
 //! The figures of calibrations: what was measured, the law fitted to it, and what is left between the two.
 
 use impedance::crosstalk::{Crosstalk, Loading};
+use num_complex::Complex64;
 
 use super::spec::{Axis, Figure, Key, Panel, Series};
 use super::style::{Dash, Ink, Marker, Width};
@@ -39,7 +40,7 @@ pub fn plate(response: &[Admittance], plate: &file::Plate) -> Figure {
             .map(|at| (at.frequency_hz * 1e-3, value(at)))
             .collect()
     };
-    let pair = |y: Axis, value: &dyn Fn(num_complex::Complex64) -> f64| Panel {
+    let pair = |y: Axis, value: &dyn Fn(Complex64) -> f64| Panel {
         series: vec![
             Series::line(
                 Ink::Vermillion,
@@ -150,6 +151,103 @@ pub fn pickup(rungs: &[Rung], residuals_m: &[f64], pickup: &file::Pickup) -> Fig
                 ],
                 ..Panel::new(reading(), Axis::linear("Residual (nm)"))
             },
+        ],
+    )
+}
+
+/// What was measured of one input.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InputCurves {
+    /// Which.
+    pub index: u16,
+    /// Of each tone, Hz: departure of its ratio to the drive's input from one gain and one delay, relative; none of the drive's.
+    pub departures: Vec<(f64, Complex64)>,
+    /// Of each level, V peak: amplitude read, of full scale.
+    pub levels: Vec<(f64, f64)>,
+    /// Of each level that was not cut off, V peak: departure from the line, of the largest.
+    pub off_the_line: Vec<(f64, f64)>,
+}
+
+/// How each input departs from one gain and one delay over frequency, and from a line over level.
+#[must_use]
+pub fn channels(inputs: &[InputCurves], channels: &file::Channels) -> Figure {
+    const LOOKS: [(Ink, Marker); 4] = [
+        (Ink::Black, Marker::Circle),
+        (Ink::Blue, Marker::Disc),
+        (Ink::Vermillion, Marker::Square),
+        (Ink::Green, Marker::Triangle),
+    ];
+    let of_each = |of: &dyn Fn(&InputCurves) -> Vec<(f64, f64)>, named: bool| -> Vec<Series> {
+        let looks = LOOKS.into_iter().cycle();
+        inputs
+            .iter()
+            .zip(looks)
+            .map(|(input, (ink, marker))| (input, Series::points(ink, marker, of(input))))
+            .filter(|(input, _)| !of(input).is_empty())
+            .map(|(input, series)| match named {
+                true => series.named(format!("input {}", input.index)),
+                false => series,
+            })
+            .collect()
+    };
+    let over_frequency = |part: fn(&Complex64) -> f64| {
+        of_each(
+            &|input| {
+                let at = input.departures.iter();
+                at.map(|(hz, departure)| (hz * 1e-3, part(departure) * MICRO))
+                    .collect()
+            },
+            false,
+        )
+    };
+    let frequency = || Axis::linear("Frequency (kHz)");
+    let level = || Axis::logarithmic("Drive (V)");
+    let panel = |series: Vec<Series>, x: Axis, y: Axis| Panel {
+        series,
+        ..Panel::new(x, y)
+    };
+    figure(
+        "channels",
+        "The inputs beside that of the drive",
+        format!(
+            "One signal on all inputs. Above, what is left of the ratio to the drive's input once each has its gain and its delay at {:.1} Hz, in size and in phase. \
+             Below, the amplitude read at each level, and its distance from a line of those that were not cut off, of the largest. \
+             Round trip {}, latency {}; intervals of 95 %. Measured {} by {}: {}.",
+            channels.carrier_hz,
+            channels.round_trip,
+            channels.latency,
+            channels.measured.date,
+            channels.measured.operator,
+            channels.measured.method,
+        ),
+        vec![
+            panel(
+                over_frequency(|departure| departure.re),
+                frequency().unwritten(),
+                Axis::linear("Gain error (ppm)"),
+            ),
+            panel(
+                over_frequency(|departure| departure.im),
+                frequency(),
+                Axis::linear("Phase error (µrad)"),
+            ),
+            panel(
+                of_each(&|input| input.levels.clone(), true),
+                level().unwritten(),
+                Axis::logarithmic("Reading (full scale)"),
+            ),
+            panel(
+                of_each(
+                    &|input| {
+                        let at = input.off_the_line.iter();
+                        at.map(|(drive_v, share)| (*drive_v, share * MICRO))
+                            .collect()
+                    },
+                    false,
+                ),
+                level(),
+                Axis::linear("Off the line (ppm)"),
+            ),
         ],
     )
 }

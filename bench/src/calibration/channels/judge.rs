@@ -16,6 +16,8 @@ use super::{ChannelsProcedure, DWELL_S, LADDER_DWELL_S, SETTLE_S, TONES, Tones};
 use crate::calibration::file::{self, InputChannel, Provenance, Quantity};
 use crate::calibration::judged::{Calibrates, Judged, Part};
 use crate::config::SampleFormat;
+use crate::figures;
+use crate::figures::calibration::InputCurves;
 
 /// Tones in silence above this are worth a word, of full scale.
 const AUDIBLE: f64 = 1e-5;
@@ -147,9 +149,19 @@ impl ChannelsProcedure {
         })
     }
 
-    fn input(&self, index: u16) -> anyhow::Result<(InputChannel, Option<ChannelFit>)> {
+    fn input(&self, index: u16) -> anyhow::Result<(InputChannel, Option<ChannelFit>, InputCurves)> {
         let input = usize::from(index);
         let straight = self.straightness(input)?;
+        let ladder = &self.ladders[input];
+        let mut curves = InputCurves {
+            index,
+            departures: Vec::new(),
+            levels: ladder
+                .iter()
+                .map(|rung| (rung.drive_v, rung.amplitude))
+                .collect(),
+            off_the_line: straight.departures,
+        };
         let clips_at = straight.clips_at.map(|(level, scatter)| {
             let step = match self.setup.config.audio.sample_format {
                 SampleFormat::I16 => 2f64.powi(-15),
@@ -181,11 +193,18 @@ impl ChannelsProcedure {
             crosstalk: None,
         };
         if index == self.drive() {
-            return Ok((channel, None));
+            return Ok((channel, None, curves));
         }
         let leaked = self.ratios(&self.alone, input, None);
         let ratios = self.ratios(&self.patched, input, Some(&leaked));
         let fit = ChannelFit::fit(&ratios, self.setup.carrier_hz)?;
+        curves.departures = ratios
+            .iter()
+            .map(|reading| {
+                let departure = fit.departure_of(reading, self.setup.carrier_hz);
+                (reading.frequency_hz, departure)
+            })
+            .collect();
         let crosstalk = self.crosstalk(&leaked);
         // The other way the crosstalk is not measured: it is taken to be as large, in any phase, and to change over the band
         // as a delay like this channel's makes it.
@@ -212,7 +231,7 @@ impl ChannelsProcedure {
         );
         channel.departure = fit.departure;
         channel.crosstalk = Some(crosstalk);
-        Ok((channel, Some(fit)))
+        Ok((channel, Some(fit), curves))
     }
 
     fn faults(&self, channel: &InputChannel, fit: Option<&ChannelFit>) -> Vec<ChannelsFault> {
@@ -350,12 +369,13 @@ impl Calibrates for ChannelsProcedure {
     fn judge(&self, date: Timestamp, operator: &str) -> anyhow::Result<Judged> {
         let config = &self.setup.config;
         let mut faults: Vec<String> = Vec::new();
-        let mut inputs = Vec::new();
+        let (mut inputs, mut curves) = (Vec::new(), Vec::new());
         for index in 0..self.inputs() {
-            let (channel, fit) = self.input(index)?;
+            let (channel, fit, of_input) = self.input(index)?;
             let found = self.faults(&channel, fit.as_ref());
             faults.extend(found.iter().map(ChannelsFault::to_string));
             inputs.push(channel);
+            curves.push(of_input);
         }
         let round_trip = self.round_trip();
         if (round_trip.value - 1.0).abs() > config.safety.readback_tolerance {
@@ -411,7 +431,7 @@ impl Calibrates for ChannelsProcedure {
             remarks,
             faults,
             table: self.table(),
-            figure: None,
+            figure: Some(figures::calibration::channels(&curves, &channels)),
             part: Part::Channels(Box::new(channels)),
         })
     }

@@ -44,6 +44,8 @@ pub struct Straightness {
     pub clips_at: Option<(f64, f64)>,
     /// Largest |sample| that was not.
     pub clean_up_to: f64,
+    /// Of each level that was not cut off: commanded, V peak, and departure from the line, of the largest.
+    pub departures: Vec<(f64, f64)>,
 }
 
 /// The first rung of `rungs` at which the peaks are cut off.
@@ -72,6 +74,10 @@ pub fn straightness(rungs: &[Rung], noise: f64) -> Result<Straightness, LineErro
         })
         .collect();
     let line = Line::fit(&points)?;
+    let largest = points
+        .iter()
+        .map(|point| point.y)
+        .fold(f64::MIN_POSITIVE, f64::max);
     // The last rung stands longest on the limit.
     let clips_at = cut
         .and_then(|_| rungs.last())
@@ -83,6 +89,11 @@ pub fn straightness(rungs: &[Rung], noise: f64) -> Result<Straightness, LineErro
             .iter()
             .map(|rung| rung.peaks.level)
             .fold(0.0, f64::max),
+        departures: points
+            .iter()
+            .zip(&line.residuals)
+            .map(|(point, residual)| (point.x, residual / largest))
+            .collect(),
     })
 }
 
@@ -143,6 +154,8 @@ mod tests {
         let found = straightness(&ladder(0.02, 0.5), 1e-7).unwrap();
         assert_eq!(found.clips_at, Some((0.5, 1e-6)));
         assert!(found.nonlinearity < 1e-12);
+        let levels: Vec<f64> = found.departures.iter().map(|at| at.0).collect();
+        assert!(levels_v(50.0).starts_with(&levels) && levels.len() >= 3);
         assert!(found.clean_up_to > 0.42 && found.clean_up_to <= 0.5);
         let never = straightness(&ladder(0.01, 1.0), 1e-7).unwrap();
         assert_eq!((never.clips_at, never.clean_up_to), (None, 0.5));

@@ -12,6 +12,7 @@ use signalgen::{Direction, Generator, Health, InputReader, KillSwitch};
 
 use crate::acquisition::{Acquisition, RecordingCommand, Wiring};
 use crate::calibration::operator::Request;
+use crate::claim::Claim;
 use crate::clock::Clock;
 use crate::config::{Config, SampleFormat};
 use crate::drive::{Drive, Guard, settings};
@@ -44,6 +45,8 @@ pub struct Hardware {
     pub watchers: Vec<Watcher>,
     /// Does what a calibration asks of its operator; `None` where that takes a person.
     pub hands: Option<Hands>,
+    /// Keeps other instances away; `None` where each has an apparatus of its own.
+    pub claim: Option<Claim>,
     /// For screens and files: none of this is real.
     pub simulated: bool,
 }

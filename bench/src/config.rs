@@ -347,6 +347,21 @@ pub struct Gpio {
     pub heartbeat: Option<u8>,
 }
 
+impl Gpio {
+    /// Numbers of the lines that are wired.
+    pub fn lines(&self) -> impl Iterator<Item = u8> {
+        let lines = [
+            self.encoder_a,
+            self.encoder_b,
+            self.estop,
+            self.button,
+            self.enable,
+            self.heartbeat,
+        ];
+        lines.into_iter().flatten()
+    }
+}
+
 /// `[sound]`
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -701,15 +716,7 @@ impl Config {
 
     fn check_gpio(&self) -> anyhow::Result<()> {
         let gpio = &self.gpio;
-        let lines = [
-            gpio.encoder_a,
-            gpio.encoder_b,
-            gpio.estop,
-            gpio.button,
-            gpio.enable,
-            gpio.heartbeat,
-        ];
-        let mut used: Vec<u8> = lines.into_iter().flatten().collect();
+        let mut used: Vec<u8> = gpio.lines().collect();
         used.sort_unstable();
         if let Some(twice) = used.windows(2).find(|pair| pair[0] == pair[1]) {
             bail!("GPIO line {} is used twice in [gpio]", twice[0]);

@@ -179,6 +179,7 @@ pub fn run(
         lines,
         force_port,
         vibrometer_port: _,
+        claim: _claim,
         hands: _,
         clock,
         schedule,

@@ -101,6 +101,7 @@ pub fn run<P: Procedure>(
         hands,
         simulated: _,
         vibrometer_port: _,
+        claim: _claim,
     } = hardware;
     let settings = settings(config)?;
     let open = OpenHardware::open(config, &host, lines, force_port)?;

@@ -95,6 +95,7 @@ pub(super) fn measure(
         lines,
         force_port,
         vibrometer_port: _,
+        claim: _claim,
         hands: _,
         clock,
         schedule,

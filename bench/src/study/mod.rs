@@ -14,8 +14,8 @@ mod label;
 mod room;
 mod session;
 
-use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{self, Read, Write};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use protocols::ParticipantId;
@@ -26,6 +26,7 @@ pub use label::{Block, TrialLabel};
 pub use room::{DataRates, free_bytes, require_room};
 pub use session::{RecordedTrial, Session};
 
+use crate::lock::{self, Lock};
 use crate::recording::DiskError;
 use crate::recording::disk::{self, OnPath};
 
@@ -66,7 +67,7 @@ pub enum StudyError {
         reason: String,
     },
     /// Another instance works on the study.
-    #[error("study {} is in use by another friction-bench{}; end that one first", path.display(), holder.map(|pid| format!(" (process {pid})")).unwrap_or_default())]
+    #[error("study {} is in use by another friction-bench{}; end that one first", path.display(), lock::holder(*.holder))]
     InUse {
         /// The study.
         path: PathBuf,
@@ -387,33 +388,13 @@ fn read_description(path: &Path) -> Result<Description, StudyError> {
     })
 }
 
-/// Takes the study's lock, which the operating system releases when this process ends, however it ends.
+/// Takes the study's lock.
 fn lock(folder: &Path) -> Result<File, StudyError> {
-    let path = folder.join(LOCK_FILE);
-    let mut file = OpenOptions::new()
-        .read(true)
-        .write(true)
-        .create(true)
-        .truncate(false)
-        .open(&path)
-        .on("open", &path)?;
-    match file.try_lock() {
-        Ok(()) => {}
-        Err(TryLockError::WouldBlock) => {
-            let mut text = String::new();
-            let holder = file
-                .read_to_string(&mut text)
-                .ok()
-                .and_then(|_| text.trim().parse().ok());
-            return Err(StudyError::InUse {
-                path: folder.to_owned(),
-                holder,
-            });
-        }
-        Err(TryLockError::Error(error)) => return Err(error).on("lock", &path)?,
+    match Lock::ask(&folder.join(LOCK_FILE))? {
+        Lock::Taken(file) => Ok(file),
+        Lock::Held { by } => Err(StudyError::InUse {
+            path: folder.to_owned(),
+            holder: by,
+        }),
     }
-    file.set_len(0)
-        .and_then(|()| writeln!(file, "{}", std::process::id()))
-        .on("write", &path)?;
-    Ok(file)
 }

@@ -4,6 +4,7 @@
     reason = "what cannot be unwrapped fails the test"
 )]
 
+mod exclusive;
 mod flags;
 mod rig;
 mod safe;

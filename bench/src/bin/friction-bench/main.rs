@@ -14,6 +14,7 @@ use clap::{CommandFactory, Parser};
 use friction_bench::assembly::Hardware;
 use friction_bench::calibration::{self, Held};
 use friction_bench::check::Extent;
+use friction_bench::claim::Claim;
 use friction_bench::cli::{Calibrate, Check, Cli, Command, Devices, Monitor, Replay, Run, Speed};
 use friction_bench::clock::SystemClock;
 use friction_bench::config::{AudioHost, Config};
@@ -116,7 +117,9 @@ fn hardware(
         AudioHost::Native => HostChoice::Default,
         AudioHost::Jack => HostChoice::Jack,
     };
+    let claim = Claim::take(config)?;
     Ok(Hardware {
+        claim: Some(claim),
         host: open_host(choice)?,
         lines: real_gpio::open(&config.gpio)?,
         force_port: None,

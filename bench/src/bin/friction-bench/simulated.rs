@@ -123,6 +123,7 @@ pub fn hardware(
         schedule,
         watchers,
         hands: Some(hands),
+        claim: None,
         simulated: true,
     })
 }

@@ -338,6 +338,7 @@ impl Acquisition {
                 } => {
                     note(Fault::EncoderStateMissed, missed);
                     note(Fault::PositionJumped, u64::from(jumped));
+                    note(Fault::PositionUnknown, u64::from(position_m.is_nan()));
                     let time_s = time_s.max(self.last_position_s + LEAST_STEP_S);
                     self.last_position_s = time_s;
                     batch.position.push(PositionRow { time_s, position_m });

@@ -50,19 +50,47 @@ impl Quadrature {
 /// of the published explorations.
 pub const IMPOSSIBLE_M_PER_S: f64 = 1.0;
 
-/// Watches positions for jumps.
+/// As long as no more than this was taken out of the positions, they are believed, m: a thirtieth of the published crop of 60 mm.
+pub const BELIEVED_M: f64 = 2e-3;
+
+/// Takes jumps out of positions: no finger jumped, so that the count slipped, unless somebody threw the carriage. Which of the two
+/// it was cannot be seen; what was taken out is how far the position may be wrong, and beyond [`BELIEVED_M`] it is not known
+/// (`docs/decisions/0013-after-a-jump-of-the-encoder.md`).
 #[derive(Debug, Default)]
 pub struct JumpWatch {
     last: Option<(f64, f64)>,
+    taken_out_m: f64,
+}
+
+/// A counted position, looked at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Watched {
+    /// Without jumps, m; NaN while it is not known.
+    pub position_m: f64,
+    /// It cannot have been reached since the last one.
+    pub jumped: bool,
 }
 
 impl JumpWatch {
-    /// Takes a position read at `host_s`; true when it cannot have been reached since the last one.
-    pub fn take(&mut self, host_s: f64, position_m: f64) -> bool {
-        let Some((last_s, last_m)) = self.last.replace((host_s, position_m)) else {
-            return false;
-        };
-        (position_m - last_m).abs() > IMPOSSIBLE_M_PER_S * (host_s - last_s)
+    /// Takes a position counted at `host_s`.
+    pub fn take(&mut self, host_s: f64, counted_m: f64) -> Watched {
+        let step = self
+            .last
+            .replace((host_s, counted_m))
+            .map(|(last_s, last_m)| (host_s - last_s, counted_m - last_m));
+        let jump_m = step
+            .filter(|(in_s, step_m)| step_m.abs() > IMPOSSIBLE_M_PER_S * in_s)
+            .map(|(_, step_m)| step_m);
+        self.taken_out_m += jump_m.unwrap_or(0.0);
+        let believed = self.taken_out_m.abs() <= BELIEVED_M;
+        Watched {
+            position_m: if believed {
+                counted_m - self.taken_out_m
+            } else {
+                f64::NAN
+            },
+            jumped: jump_m.is_some(),
+        }
     }
 }
 
@@ -91,14 +119,59 @@ mod tests {
         assert_eq!(encoder.skipped(), 0);
     }
 
-    #[test]
-    fn a_jump_is_what_no_finger_does() {
+    /// Positions of counted ones, a millisecond apart, and which of them are jumps.
+    fn watched(counted_m: &[f64]) -> (Vec<f64>, Vec<usize>) {
         let mut watch = JumpWatch::default();
-        assert!(!watch.take(1.0, 0.05), "nothing to compare with");
-        assert!(!watch.take(1.001, 0.0509));
-        assert!(watch.take(1.002, 0.0520));
-        assert!(!watch.take(1.003, 0.0520), "it stands where it jumped to");
-        assert!(watch.take(1.004, 0.0509));
+        let times_s = (0..).map(|ms| f64::from(ms) * 1e-3);
+        let watched: Vec<_> = times_s
+            .zip(counted_m)
+            .map(|(host_s, &counted_m)| watch.take(host_s, counted_m))
+            .collect();
+        let jumps = (0..watched.len()).filter(|&i| watched[i].jumped).collect();
+        (watched.iter().map(|it| it.position_m).collect(), jumps)
+    }
+
+    fn agree(found_m: &[f64], expected_m: &[f64]) {
+        assert_eq!(found_m.len(), expected_m.len());
+        for (found, expected) in found_m.iter().zip(expected_m) {
+            let both_unknown = found.is_nan() && expected.is_nan();
+            assert!(
+                both_unknown || (found - expected).abs() < 1e-12,
+                "{found_m:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_jump_is_what_no_finger_does_and_is_taken_out() {
+        let (positions_m, jumps) = watched(&[0.0500, 0.0509, 0.0520, 0.0521, 0.0522]);
+        assert_eq!(jumps, [2]);
+        agree(&positions_m, &[0.0500, 0.0509, 0.0509, 0.0510, 0.0511]);
+        // Out and back is nothing.
+        let (positions_m, jumps) = watched(&[0.05, 0.0, 0.05, 0.0501]);
+        assert_eq!(jumps, [1, 2]);
+        agree(&positions_m, &[0.05, f64::NAN, 0.05, 0.0501]);
+    }
+
+    #[test]
+    fn after_a_jump_that_matters_the_position_is_not_known() {
+        let jumps = [0.05, 0.0515, 0.0516, 0.0531, 0.0532, 0.0517, 0.0518];
+        let (positions_m, jumps) = watched(&jumps);
+        assert_eq!(jumps, [1, 3, 5]);
+        let unknown = f64::NAN;
+        // 1.5 mm, then 3 mm, then 1.5 mm again.
+        agree(
+            &positions_m,
+            &[0.05, 0.05, 0.0501, unknown, unknown, 0.0502, 0.0503],
+        );
+    }
+
+    #[test]
+    fn a_reader_that_comes_late_sees_no_jump() {
+        let mut watch = JumpWatch::default();
+        watch.take(1.0, 0.02);
+        let late = watch.take(1.1, 0.09);
+        assert_eq!((late.jumped, late.position_m), (false, 0.09));
     }
 
     proptest! {

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use crossbeam_channel::Sender;
 
-use crate::encoder::{JumpWatch, Quadrature};
+use crate::encoder::{JumpWatch, Quadrature, Watched};
 use crate::force::{ForceLink, LineFaults, TimedForce};
 use crate::gpio::Input;
 use crate::safety::{SafetyCommand, Trip};
@@ -30,7 +30,7 @@ pub enum Reading {
     Position {
         /// Host time, s.
         host_s: f64,
-        /// Along the plate, m.
+        /// Along the plate, m; NaN while jumps have left it unknown.
         position_m: f64,
         /// States of the encoder missed since the last position.
         missed: u64,
@@ -72,19 +72,20 @@ impl Encoder {
         }
     }
 
-    fn position_m(&mut self) -> anyhow::Result<f64> {
+    fn counted_m(&mut self) -> anyhow::Result<f64> {
         let [a, b] = &mut self.lines;
         let count = self.quadrature.read(a.is_high()?, b.is_high()?);
         Ok(self.origin_m + self.metres_per_count * count as f64)
     }
 
-    fn reading(&mut self, host_s: f64, position_m: f64) -> Reading {
+    fn reading(&mut self, host_s: f64, counted_m: f64) -> Reading {
         let missed = self.quadrature.skipped();
+        let Watched { position_m, jumped } = self.watch.take(host_s, counted_m);
         Reading::Position {
             host_s,
             position_m,
             missed: missed - std::mem::replace(&mut self.missed_before, missed),
-            jumped: self.watch.take(host_s, position_m),
+            jumped,
         }
     }
 }
@@ -193,12 +194,12 @@ impl Field {
         let Some(encoder) = &mut self.encoder else {
             return Ok(());
         };
-        let position_m = encoder.position_m()?;
+        let counted_m = encoder.counted_m()?;
         if now_ns >= self.position_due_ns {
             self.position_due_ns = now_ns + POSITION_PERIOD_NS;
             let _ = self
                 .readings
-                .send(encoder.reading(seconds(now_ns), position_m));
+                .send(encoder.reading(seconds(now_ns), counted_m));
             let mut health = self.shared.field.get().unwrap_or_default();
             health.encoder_skipped = encoder.quadrature.skipped();
             self.shared.field.set(health);

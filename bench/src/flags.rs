@@ -30,6 +30,8 @@ pub enum Fault {
     EncoderStateMissed,
     /// The position moved at an impossible speed.
     PositionJumped,
+    /// Jumps have left the position unknown.
+    PositionUnknown,
 }
 
 impl Fault {
@@ -43,7 +45,9 @@ impl Fault {
                 EventKind::ForceLost
             }
             Self::NormalSaturated | Self::LateralSaturated => EventKind::ForceOverRange,
-            Self::EncoderStateMissed | Self::PositionJumped => EventKind::PositionJump,
+            Self::EncoderStateMissed | Self::PositionJumped | Self::PositionUnknown => {
+                EventKind::PositionJump
+            }
         }
     }
 
@@ -61,6 +65,7 @@ impl Fault {
             Self::LateralSaturated => "lateral forces saturated",
             Self::EncoderStateMissed => "encoder states missed",
             Self::PositionJumped => "positions at an impossible speed",
+            Self::PositionUnknown => "positions unknown after it",
         }
     }
 }

@@ -50,6 +50,11 @@ impl Default for Velocity {
 
 impl Velocity {
     fn take(&mut self, row: &PositionRow) {
+        if row.position_m.is_nan() {
+            // It would stay in the filter.
+            *self = Self::default();
+            return;
+        }
         let Some(filter) = &mut self.filter else {
             return;
         };
@@ -73,7 +78,7 @@ impl LiveMeter {
             self.lateral_n = Some(row.lateral_n);
         }
         if let Some(row) = batch.position.last() {
-            self.position_m = Some(row.position_m);
+            self.position_m = Some(row.position_m).filter(|position_m| position_m.is_finite());
         }
         for row in &batch.position {
             self.velocity.take(row);

@@ -229,26 +229,37 @@ fn a_saturated_axis_is_one_flag_for_as_long_as_it_lasts() {
     assert_eq!(rig.warnings.len(), 1, "{:?}", rig.warnings);
 }
 
+/// Positions of a recording.
+fn positions_m(folder: &Path) -> Vec<f64> {
+    let rows = std::fs::read_to_string(folder.join("position.csv")).unwrap();
+    let fields = rows.lines().skip(1).map(|row| row.split_once(',').unwrap());
+    fields
+        .map(|(_, position)| position.parse().unwrap())
+        .collect()
+}
+
 #[test]
-fn an_encoder_that_jumps_is_a_flag() {
+fn an_encoder_that_jumps_is_a_flag_and_the_jump_is_taken_out() {
     let levels: [Arc<AtomicBool>; 2] = Default::default();
     let lines = levels
         .clone()
         .map(|level| -> Box<dyn Input> { Box::new(Level(level)) });
-    let coarse = config(&[("metres_per_count = 25.0e-6", "metres_per_count = 1.0e-3")]);
+    // A state is 0.75 mm.
+    let coarse = config(&[("metres_per_count = 25.0e-6", "metres_per_count = 0.75e-3")]);
     let mut rig = Rig::new(Scenario::default(), coarse, Some(lines));
     rig.pass(0.3);
     let begin_ns = rig.apparatus.now_ns();
     let folder = rig.begin("r");
     rig.pass(0.2);
     let at_ns = rig.apparatus.now_ns();
-    for _ in 0..3 {
-        // Both lines at once: a state was missed, and two counts are 2 mm within a millisecond.
+    // Both lines at once: a state was missed, and two counts are 1.5 mm within a millisecond.
+    let jump = |rig: &mut Rig| {
         for level in &levels {
             level.fetch_xor(true, Ordering::Relaxed);
         }
         rig.pass(0.01);
-    }
+    };
+    jump(&mut rig);
     rig.pass(0.8);
     rig.end();
 
@@ -259,11 +270,42 @@ fn an_encoder_that_jumps_is_a_flag() {
         (*kind, text.as_str()),
         (
             EventKind::PositionJump,
-            "encoder states missed: 3, positions at an impossible speed: 3"
+            "encoder states missed: 1, positions at an impossible speed: 1"
         )
     );
     assert!(near(*sample, begin_ns, at_ns, 0.002), "{sample}");
     let lasted_s = frames.unwrap() as f64 / f64::from(RATE_HZ);
-    assert!((0.018..0.023).contains(&lasted_s), "{lasted_s} s");
+    assert!(lasted_s < 0.003, "{lasted_s} s");
     assert_eq!(rig.warnings.len(), 1, "{:?}", rig.warnings);
+    let positions = positions_m(&folder);
+    assert!(positions.len() > 900, "{}", positions.len());
+    assert!(positions.iter().all(|&m| m == 0.0), "{positions:?}");
+
+    // With twice as much taken out nobody knows where the finger is, whatever moves it.
+    let folder = rig.begin("s");
+    jump(&mut rig);
+    for _ in 0..3 {
+        levels[0].fetch_xor(true, Ordering::Relaxed);
+        rig.pass(0.1);
+        levels[1].fetch_xor(true, Ordering::Relaxed);
+        rig.pass(0.1);
+    }
+    rig.end();
+    let [(EventKind::PositionJump, _, frames, text)] = &events(&folder)[..] else {
+        panic!("{:?}", events(&folder));
+    };
+    let positions = positions_m(&folder);
+    let unknown = positions.iter().filter(|m| m.is_nan()).count();
+    assert!(
+        positions.len() - unknown < 5,
+        "{unknown} of {}",
+        positions.len()
+    );
+    assert!(
+        text.ends_with(&format!("positions unknown after it: {unknown}")),
+        "{text}"
+    );
+    let lasted_s = frames.unwrap() as f64 / f64::from(RATE_HZ);
+    assert!(lasted_s > 0.59, "{lasted_s} s");
+    assert_eq!(rig.warnings.len(), 2, "{:?}", rig.warnings);
 }

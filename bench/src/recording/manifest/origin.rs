@@ -1,0 +1,130 @@
+//! Where a recording comes from: who took part, in which trial, on which hardware, by which program.
+
+use serde::{Deserialize, Serialize};
+
+use super::rules::{ManifestError, from_one, refused};
+
+/// Seeds are TOML integers: at most 2⁶³ − 1.
+pub const MAX_SEED: u64 = i64::MAX as u64;
+
+/// Who took part, by pseudonym only.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Participant {
+    /// Pseudonym, such as `sub-01`.
+    pub id: String,
+    /// Session of this participant, from 1.
+    pub session: u32,
+}
+
+/// Which trial this is.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Trial {
+    /// Number among the practice trials or among the others, from 1.
+    pub number: u32,
+    /// Attempt at this trial, from 1; more after a redo.
+    pub attempt: u32,
+    /// Whether this is a practice trial, which is not analysed.
+    pub practice: bool,
+    /// Name of the condition.
+    pub condition: String,
+    /// Name of the protocol.
+    pub protocol: String,
+    /// Seed of the protocol's randomisation, at most [`MAX_SEED`].
+    pub seed: u64,
+    /// How the recording ended; absent while it goes on, and for ever if the bench was killed. Whether the trial was
+    /// accepted stands in the session's log.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub end: Option<End>,
+    /// Why it was interrupted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interruption: Option<String>,
+}
+
+impl Trial {
+    pub(super) fn validate(&self) -> Result<(), ManifestError> {
+        from_one("trial.number", self.number)?;
+        from_one("trial.attempt", self.attempt)?;
+        if self.seed > MAX_SEED {
+            return Err(refused(
+                "trial.seed",
+                self.seed as f64,
+                &format!("0 to {MAX_SEED}"),
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// How a recording ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum End {
+    /// All of the trial is in it.
+    Completed,
+    /// Broken off by the operator or by a fault.
+    Interrupted,
+}
+
+/// What a recording was made with.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Hardware {
+    /// Audio input device.
+    pub input_device: String,
+    /// Audio output device.
+    pub output_device: String,
+    /// Sample rate that both run at, Hz.
+    pub sample_rate_hz: u32,
+    /// Sample format of the input device, such as `i32`.
+    pub sample_format: String,
+    /// What is connected to each channel of `signals.wav`, in order.
+    pub channel_names: Vec<String>,
+    /// The force sensor's port or identity.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force_sensor: Option<String>,
+    /// The position sensor's lines or identity.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position_sensor: Option<String>,
+    /// Whether the constants were taken from the configuration instead of a calibration.
+    pub uncalibrated: bool,
+    /// The calibration in use; absent if and only if `uncalibrated`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub calibration: Option<Calibration>,
+}
+
+impl Hardware {
+    pub(super) fn validate(&self) -> Result<(), ManifestError> {
+        from_one("hardware.sample_rate_hz", self.sample_rate_hz)?;
+        if self.uncalibrated == self.calibration.is_some() {
+            return Err(ManifestError::Calibration {
+                uncalibrated: self.uncalibrated,
+            });
+        }
+        Ok(())
+    }
+}
+
+/// Which calibration the constants come from.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Calibration {
+    /// Its label.
+    pub label: String,
+    /// Hash of the calibration file.
+    pub hash: String,
+    /// When and by whom the force sensor was calibrated and tared; absent where its own readings were taken.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force: Option<String>,
+}
+
+/// What wrote a recording.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Software {
+    /// Name of the program.
+    pub name: String,
+    /// Its version.
+    pub version: String,
+}

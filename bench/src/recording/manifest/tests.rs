@@ -1,0 +1,234 @@
+//! Reading, writing and refusing.
+
+use protocols::strict_toml::TomlError;
+
+use super::*;
+
+/// The example of the file format's description, written by hand as a laboratory would.
+const BY_HAND: &str = r#"format = 1
+carrier_hz = 35000.0
+modulation_hz = 6.0
+modulation_index = 0.95
+
+[channels.drive]              # voltage across the actuators
+index = 0
+volts_per_unit = 1.0
+
+[channels.pickup]
+index = 1
+metres_per_unit = 2.0e-6
+phase_rad = 0.0
+
+[plate]
+resonance_hz = 35000.0
+modal_mass_kg = 0.008
+force_factor_n_per_v = 0.13
+centre_m = 0.0525
+
+[[intervals]]
+kind = "unloaded"
+start_s = 0.2
+end_s = 1.0
+
+[[intervals]]
+kind = "exploration"
+direction = "left_to_right"
+start_s = 1.4
+end_s = 3.1
+"#;
+
+const OWN_TABLES: &str = r#"
+[participant]
+id = "sub-01"
+session = 1
+
+[trial]
+number = 3
+attempt = 1
+practice = false
+condition = "6 Hz"
+protocol = "huloux2021"
+seed = 42
+
+[hardware]
+input_device = "hw:1,0"
+output_device = "hw:1,0"
+sample_rate_hz = 192000
+sample_format = "i32"
+channel_names = ["drive", "pickup"]
+uncalibrated = true
+
+[software]
+name = "friction-bench"
+version = "0.1.0"
+
+[[events]]
+kind = "gap"
+sample = 1000
+frames = 64
+"#;
+
+fn parse(text: &str) -> Result<Manifest, ManifestReadError> {
+    Manifest::parse(text, "recording.toml")
+}
+
+fn full() -> Manifest {
+    parse(&format!("{BY_HAND}{OWN_TABLES}")).unwrap()
+}
+
+#[test]
+fn a_recording_made_elsewhere_needs_the_fixed_tables_only() {
+    let manifest = parse(BY_HAND).unwrap();
+    assert_eq!(manifest.channels.pickup.metres_per_unit, 2.0e-6);
+    assert_eq!(
+        manifest.intervals[1].kind,
+        IntervalKind::Exploration(Direction::LeftToRight)
+    );
+    assert_eq!(manifest.trial, None);
+}
+
+#[test]
+fn what_is_written_reads_back_and_always_has_the_same_bytes() {
+    let mut manifest = full();
+    // 0.1 + 0.2 and 1e-300 need every digit of a double.
+    manifest.plate.centre_m = 0.1 + 0.2;
+    manifest.channels.pickup.metres_per_unit = 1e-300;
+    let text = manifest.to_toml().unwrap();
+    assert_eq!(parse(&text).unwrap(), manifest);
+    assert_eq!(manifest.clone().to_toml().unwrap(), text);
+}
+
+#[test]
+fn unknown_keys_are_named_with_line_and_nearest_key_in_every_table() {
+    let whole = format!("{BY_HAND}{OWN_TABLES}");
+    for (right, wrong, nearest) in [
+        ("carrier_hz =", "carier_hz =", "carrier_hz"),
+        ("volts_per_unit", "volt_per_unit", "volts_per_unit"),
+        ("phase_rad", "phase_deg", "phase_rad"),
+        ("modal_mass_kg", "modal_mass_g", "modal_mass_kg"),
+        ("end_s", "end_ms", "end_s"),
+        ("session = 1", "sesion = 1", "session"),
+        ("condition", "conditions", "condition"),
+        ("sample_format", "sample_fromat", "sample_format"),
+        ("version =", "versoin =", "version"),
+        ("frames = 64", "frame = 64", "frames"),
+    ] {
+        let text = whole.replacen(right, wrong, 1);
+        let wrong_line = text.lines().position(|l| l.contains(wrong)).unwrap() + 1;
+        match parse(&text).unwrap_err() {
+            ManifestReadError::Toml(TomlError::UnknownKey {
+                line, nearest: n, ..
+            }) => assert_eq!((line, n.as_deref()), (wrong_line, Some(nearest)), "{wrong}"),
+            other => panic!("{wrong}: {other}"),
+        }
+    }
+}
+
+#[test]
+fn a_missing_key_is_named() {
+    let error = parse(&BY_HAND.replace("centre_m = 0.0525\n", "")).unwrap_err();
+    assert!(error.to_string().contains("centre_m"), "{error}");
+}
+
+#[test]
+fn every_rule_refuses_with_line_value_and_range() {
+    let whole = format!("{BY_HAND}{OWN_TABLES}");
+    for (right, wrong, words) in [
+        ("format = 1", "format = 2", "reads format 1 only"),
+        ("carrier_hz = 35000.0", "carrier_hz = 0.0", "above 0"),
+        ("modulation_hz = 6.0", "modulation_hz = -6.0", "from 0"),
+        (
+            "modulation_index = 0.95",
+            "modulation_index = 1.01",
+            "0 to 1",
+        ),
+        (
+            "modulation_index = 0.95",
+            "modulation_index = nan",
+            "0 to 1",
+        ),
+        (
+            "volts_per_unit = 1.0",
+            "volts_per_unit = 0.0",
+            "other than 0",
+        ),
+        (
+            "metres_per_unit = 2.0e-6",
+            "metres_per_unit = inf",
+            "other than 0",
+        ),
+        ("phase_rad = 0.0", "phase_rad = nan", "finite"),
+        ("index = 1", "index = 0", "must differ"),
+        ("resonance_hz = 35000.0", "resonance_hz = -1.0", "above 0"),
+        ("modal_mass_kg = 0.008", "modal_mass_kg = 0.0", "above 0"),
+        ("centre_m = 0.0525", "centre_m = inf", "finite"),
+        ("start_s = 0.2", "start_s = -0.2", "from 0"),
+        ("end_s = 3.1", "end_s = 1.4", "not after its start"),
+        ("session = 1", "session = 0", "from 1"),
+        ("attempt = 1", "attempt = 0", "from 1"),
+        ("uncalibrated = true", "uncalibrated = false", "absent"),
+    ] {
+        assert!(whole.contains(right), "{right}");
+        let text = whole.replacen(right, wrong, 1);
+        let error = parse(&text).unwrap_err().to_string();
+        assert!(error.contains(words), "{wrong}: {error}");
+        assert!(error.contains(", line "), "{wrong}: {error}");
+    }
+}
+
+#[test]
+fn direction_belongs_to_explorations_and_to_them_alone() {
+    let without = BY_HAND.replace("direction = \"left_to_right\"\n", "");
+    assert!(
+        parse(&without)
+            .unwrap_err()
+            .to_string()
+            .contains("needs a `direction`")
+    );
+    let with = BY_HAND.replace(
+        "kind = \"unloaded\"\n",
+        "kind = \"unloaded\"\ndirection = \"left_to_right\"\n",
+    );
+    assert!(
+        parse(&with)
+            .unwrap_err()
+            .to_string()
+            .contains("has no `direction`")
+    );
+}
+
+#[test]
+fn the_largest_seed_is_that_of_a_toml_integer() {
+    let mut manifest = full();
+    let mut set_seed = |seed| {
+        if let Some(trial) = &mut manifest.trial {
+            trial.seed = seed;
+        }
+        manifest.to_toml()
+    };
+    assert!(set_seed(MAX_SEED).is_ok());
+    assert!(set_seed(MAX_SEED + 1).is_err());
+}
+
+#[test]
+fn audio_must_fit_the_description() {
+    let manifest = full();
+    assert_eq!(manifest.validate_audio(192_000, 2), Ok(()));
+    assert!(matches!(
+        manifest.validate_audio(192_000, 1),
+        Err(ManifestError::NoSuchChannel { index: 1, .. })
+    ));
+    assert!(matches!(
+        manifest.validate_audio(192_000, 4),
+        Err(ManifestError::ChannelNames { names: 2, .. })
+    ));
+    assert!(matches!(
+        manifest.validate_audio(96_000, 2),
+        Err(ManifestError::SampleRate { .. })
+    ));
+    let by_hand = parse(BY_HAND).unwrap();
+    // 2 · (35 000 + 6) Hz is just too low; one more is enough.
+    let error = by_hand.validate_audio(70_012, 2).unwrap_err();
+    assert!(error.to_string().contains("= 70012 Hz"), "{error}");
+    assert_eq!(by_hand.validate_audio(70_013, 2), Ok(()));
+}

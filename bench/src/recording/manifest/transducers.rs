@@ -1,0 +1,67 @@
+//! From sample values to volts and metres, and from volts to the force on the plate.
+
+use impedance::PlateConstants;
+use serde::{Deserialize, Serialize};
+
+/// The channels of `signals.wav` by meaning.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Channels {
+    /// Voltage across the actuators, read back.
+    pub drive: DriveChannel,
+    /// Displacement of the plate.
+    pub pickup: PickupChannel,
+}
+
+/// The drive read back.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DriveChannel {
+    /// Channel in `signals.wav`, from 0.
+    pub index: u16,
+    /// Actuator volts per sample value.
+    pub volts_per_unit: f64,
+    /// |sample value| from which on the input clipped, where it was known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clip_units: Option<f64>,
+}
+
+/// The plate's displacement: x̃ = metres_per_unit · sample · exp(+i·phase_rad).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PickupChannel {
+    /// Channel in `signals.wav`, from 0.
+    pub index: u16,
+    /// Plate displacement per sample value at the carrier, metres, peak for peak.
+    pub metres_per_unit: f64,
+    /// Phase of the displacement relative to the sample values, radians.
+    pub phase_rad: f64,
+    /// |sample value| from which on the input clipped, where it was known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clip_units: Option<f64>,
+}
+
+/// The plate.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plate {
+    /// Resonance frequency of the driven mode, Hz.
+    pub resonance_hz: f64,
+    /// Modal mass m_p, kg.
+    pub modal_mass_kg: f64,
+    /// Force factor γ of the actuators, N/V: f_a = γ U_a.
+    pub force_factor_n_per_v: f64,
+    /// Position of the plate's centre on the scale of `position.csv`, metres.
+    pub centre_m: f64,
+}
+
+impl Plate {
+    /// Its constants as impedances are read with. A negative force factor is a phase of half a turn, which is not among them.
+    pub fn constants(&self) -> PlateConstants {
+        PlateConstants {
+            resonance_hz: self.resonance_hz,
+            modal_mass_kg: self.modal_mass_kg,
+            force_factor_n_per_v: self.force_factor_n_per_v.abs(),
+        }
+    }
+}

@@ -7,7 +7,7 @@ use anyhow::Context;
 use tui::event::{Level, PhaseKind};
 use tui::{Action, Event};
 
-use crate::schedule::StopFlag;
+use crate::schedule::{RaiseOnDrop, StopFlag};
 
 /// Takes events and gives the operator's wishes; neither ever waits.
 pub trait Front: Send {
@@ -40,9 +40,8 @@ impl Dashboard {
         let thread = std::thread::Builder::new()
             .name("dashboard".to_owned())
             .spawn(move || {
-                let outcome = tui::shell::run_operator(&shown, &asked);
-                stop.raise();
-                outcome
+                let _raise_on_unwind = RaiseOnDrop(stop);
+                tui::shell::run_operator(&shown, &asked)
             })
             .context("cannot start the dashboard's thread")?;
         Ok((Self { events, actions }, DashboardThread(thread)))

@@ -190,8 +190,8 @@ fn spawn(
     Ok((name, thread))
 }
 
-/// A task that ends, however it ends, ends the others.
-struct RaiseOnDrop(StopFlag);
+/// Who ends, however it ends, ends the others.
+pub(crate) struct RaiseOnDrop(pub(crate) StopFlag);
 
 impl Drop for RaiseOnDrop {
     fn drop(&mut self) {

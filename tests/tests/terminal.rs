@@ -3,17 +3,25 @@
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
 )]
+#![expect(
+    clippy::print_stdout,
+    reason = "measured numbers, for whoever asks with --nocapture"
+)]
 
 use std::path::PathBuf;
-use std::process::Command;
-use std::time::Duration;
+use std::process::{Command, Output};
+use std::time::{Duration, Instant};
 
 use bench_tests::program::{friction_bench, installed};
+use bench_tests::recorded::Recording;
 use bench_tests::running::until;
 use bench_tests::session::{SessionFolder, config_with, finish, text};
 use friction_bench::calibration::Calibration;
+use friction_bench::recording::manifest::End;
+use friction_bench::study::LOCK_FILE;
 use friction_bench::study::event_log::ExitStatus;
 use mock_hw::scenario::Scenario;
+use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -38,7 +46,7 @@ impl Terminal {
             ],
         );
         let script = format!(
-            "cd '{}'; stty -g > before; '{}' {command} --config '{}'; echo $? > status; stty -g > after; sleep 60",
+            "trap : HUP; cd '{}'; stty -g > before; '{}' {command} --config '{}'; echo $? > status; stty -g > after && {{ trap - HUP; sleep 60; }}",
             terminal.folder.path().display(),
             friction_bench().display(),
             config.display(),
@@ -48,13 +56,17 @@ impl Terminal {
         terminal
     }
 
-    fn tmux(&self, arguments: &[&str]) -> String {
-        let output = finish(
+    fn ask(&self, arguments: &[&str]) -> Output {
+        finish(
             Command::new(&self.tmux)
                 .args(["-f", "/dev/null", "-S"])
                 .arg(self.folder.path().join("socket"))
                 .args(arguments),
-        );
+        )
+    }
+
+    fn tmux(&self, arguments: &[&str]) -> String {
+        let output = self.ask(arguments);
         assert!(
             output.status.success(),
             "tmux {arguments:?}: {}",
@@ -85,17 +97,17 @@ impl Terminal {
                 .ok()
                 .filter(|text| !text.is_empty())
         })
-        .unwrap_or_else(|| panic!("no {file}; the screen is:\n{}", self.screen()))
+        .unwrap_or_else(|| {
+            let screen = text(&self.ask(&["capture-pane", "-p"]));
+            panic!("no {file}; the screen is:\n{screen}")
+        })
     }
 }
 
 impl Drop for Terminal {
     fn drop(&mut self) {
-        let _ = Command::new(&self.tmux)
-            .arg("-S")
-            .arg(self.folder.path().join("socket"))
-            .arg("kill-server")
-            .status();
+        // A test may have closed it already.
+        self.ask(&["kill-server"]);
     }
 }
 
@@ -168,6 +180,95 @@ fn on_a_terminal_of_80_by_24() {
 #[test]
 fn on_a_terminal_of_120_by_40() {
     shows_the_session_and_restores_the_terminal(120, 40);
+}
+
+/// How long an orderly stop may take; and the tries at it, for a busy machine adds to it.
+const STOP: Duration = Duration::from_secs(1);
+const TRIES: usize = 4;
+
+/// A session in its first trial, a second of which is recorded, and the session's process.
+fn in_the_first_trial() -> (Terminal, Pid) {
+    let command =
+        "run --mock --study study --participant sub-01 --protocol demo --consent-by Tester";
+    let terminal = Terminal::open(100, 30, command);
+    terminal.shows(&["DRIVING", "practice 1/1"]);
+    let study = terminal.folder.path().join("study");
+    let signals = study.join("sub-01/ses-01/practice-01_attempt-1/signals.wav");
+    // A second of the four inputs, 4 bytes each.
+    let recorded = || {
+        let bytes = signals.metadata().ok()?.len();
+        (bytes > 192_000 * 16).then_some(())
+    };
+    until(PATIENCE, recorded).unwrap_or_else(|| panic!("nothing recorded:\n{}", terminal.screen()));
+    let pid = std::fs::read_to_string(study.join(LOCK_FILE)).unwrap();
+    (
+        terminal,
+        Pid::from_raw(pid.trim().parse().unwrap()).unwrap(),
+    )
+}
+
+/// Ends a session by what `end` does to its process or its terminal, and looks at what is left of it.
+fn ends_in_good_order(end: impl Fn(&Terminal, Pid)) -> Terminal {
+    let (terminal, took) = (0..TRIES)
+        .find_map(|_| {
+            let (terminal, pid) = in_the_first_trial();
+            let begun = Instant::now();
+            end(&terminal, pid);
+            terminal.wrote("status");
+            let took = begun.elapsed();
+            (took < STOP).then_some((terminal, took))
+        })
+        .unwrap_or_else(|| panic!("no session ended within {STOP:?} in {TRIES} tries"));
+    println!("ended in {} ms", took.as_millis());
+    let session = SessionFolder::read(&terminal.folder.path().join("study"), "sub-01").unwrap();
+    let stop = session.stops()[0];
+    assert_eq!(stop.exit_status, ExitStatus::Abort);
+    assert_eq!(stop.reason.as_deref(), Some("stopped before its end"));
+    let recording = Recording::read(&session.recordings()[0]);
+    assert_eq!(recording.warnings, Vec::<String>::new());
+    let trial = recording.manifest.trial.as_ref().unwrap();
+    assert_eq!(trial.end, Some(End::Interrupted));
+    assert!(recording.duration_s() > 1.0, "{} s", recording.duration_s());
+    assert_eq!(recording.not_finite(), 0);
+    terminal
+}
+
+fn a_signal_ends_the_dashboard(signals: &[Signal]) {
+    let terminal = ends_in_good_order(|_, pid| {
+        for signal in signals {
+            // One that has ended by the first takes no second.
+            let _ = kill_process(pid, *signal);
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    });
+    assert_eq!(terminal.wrote("status").trim(), "1");
+    terminal.restored();
+    let screen = terminal.shows(&["ended early"]);
+    assert!(!screen.contains("panicked"), "{screen}");
+}
+
+#[test]
+fn sigint_twice_ends_a_session_with_its_dashboard() {
+    a_signal_ends_the_dashboard(&[Signal::INT, Signal::INT]);
+}
+
+#[test]
+fn sigterm_ends_a_session_with_its_dashboard() {
+    a_signal_ends_the_dashboard(&[Signal::TERM]);
+}
+
+#[test]
+fn sighup_ends_a_session_with_its_dashboard() {
+    a_signal_ends_the_dashboard(&[Signal::HUP]);
+}
+
+#[test]
+fn a_terminal_that_is_closed_ends_its_session() {
+    let terminal = ends_in_good_order(|terminal, _| {
+        terminal.tmux(&["kill-server"]);
+    });
+    // Whoever asks is told that the terminal failed.
+    assert_eq!(terminal.wrote("status").trim(), "2");
 }
 
 /// The seed of the simulated bench that is calibrated here.

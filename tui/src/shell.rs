@@ -1,6 +1,7 @@
 //! The operator's terminal: set up, drawn to at most 30 times a second, read for keys, and put back as it was.
 
 use std::io;
+use std::mem::ManuallyDrop;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError};
 use std::time::{Duration, Instant};
 
@@ -53,8 +54,10 @@ fn failed(doing: &'static str) -> impl FnOnce(io::Error) -> ShellError {
 pub fn run_operator(events: &Receiver<Event>, actions: &Sender<Action>) -> Result<(), ShellError> {
     let theme = Theme::from_no_color(std::env::var_os("NO_COLOR").as_deref());
     let _screen = OperatorScreen::enter()?;
-    let mut terminal =
+    let terminal =
         Terminal::new(CrosstermBackend::new(io::stdout())).map_err(failed("reading its size"))?;
+    // Its own drop would say on standard error that the cursor cannot be shown: a panic where that is the terminal that was closed.
+    let mut terminal = ManuallyDrop::new(terminal);
     operate(
         &mut terminal,
         &mut TerminalKeys,

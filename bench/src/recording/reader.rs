@@ -37,7 +37,10 @@ pub enum ReadError {
         reason: WavError,
     },
     /// A CSV file lacks a column.
-    #[error("{}: no column `{column}`; its header is `{header}`", path.display())]
+    #[error(
+        "{}: no column `{column}`; its header is `{header}`, columns are separated by commas",
+        path.display()
+    )]
     MissingColumn {
         /// The file.
         path: PathBuf,
@@ -70,8 +73,11 @@ pub enum Warning {
     /// A trial that did not end.
     #[error("{MANIFEST_FILE}: the trial has no `end`: its recording was cut off")]
     CutOff,
-    /// Rows left out because a field is missing or no number, or because the last line has no end and may be torn.
-    #[error("{file}: {rows} rows cannot be read and are left out, the first in line {first_line}")]
+    /// Rows left out because a field is missing or no number, because they have more fields than the header (as where the decimal
+    /// sign is a comma), or because the last line has no end and may be torn.
+    #[error(
+        "{file}: {rows} rows cannot be read and are left out, the first in line {first_line}: `{first}`"
+    )]
     UnreadableRows {
         /// The file.
         file: &'static str,
@@ -79,6 +85,8 @@ pub enum Warning {
         rows: u64,
         /// Line of the first.
         first_line: u64,
+        /// Its beginning.
+        first: String,
     },
     /// Rows left out because their time does not increase.
     #[error(
@@ -105,7 +113,9 @@ pub enum Warning {
         first_line: u64,
     },
     /// No row could be read.
-    #[error("{file}: no rows")]
+    #[error(
+        "{file}: no row can be read; columns are separated by commas, and the decimal sign is a point"
+    )]
     NoRows {
         /// The file.
         file: &'static str,
@@ -263,11 +273,14 @@ pub struct RowReader<R> {
     records: csv::Reader<File>,
     record: csv::ByteRecord,
     columns: Vec<usize>,
+    /// Columns of the header.
+    width: usize,
     /// Length of the file if its last line has no end: then that line may be torn.
     torn_at_byte: Option<u64>,
     last_time_s: f64,
     rows: u64,
     unreadable: Tally,
+    first_unreadable: String,
     disordered: Tally,
     not_finite: Tally,
     row: PhantomData<R>,
@@ -317,12 +330,7 @@ impl<R: Row> RowReader<R> {
                     .ok_or_else(|| ReadError::MissingColumn {
                         path: path.clone(),
                         column,
-                        header: String::from_utf8_lossy(
-                            &header.iter().collect::<Vec<_>>().join(&b','),
-                        )
-                        .chars()
-                        .take(80)
-                        .collect(),
+                        header: beginning(&header),
                     })
             })
             .collect::<Result<_, _>>()?;
@@ -332,10 +340,12 @@ impl<R: Row> RowReader<R> {
             records,
             record: csv::ByteRecord::new(),
             columns,
+            width: header.len(),
             torn_at_byte,
             last_time_s: f64::NEG_INFINITY,
             rows: 0,
             unreadable: Tally::default(),
+            first_unreadable: String::new(),
             disordered: Tally::default(),
             not_finite: Tally::default(),
             row: PhantomData,
@@ -353,6 +363,7 @@ impl<R: Row> RowReader<R> {
                 file,
                 rows,
                 first_line,
+                first: self.first_unreadable.clone(),
             });
         }
         let Tally { rows, first_line } = self.disordered;
@@ -378,6 +389,10 @@ impl<R: Row> RowReader<R> {
     }
 
     fn parse_record(&self) -> Option<(R, bool)> {
+        let mut beyond = self.record.iter().skip(self.width);
+        if !beyond.all(<[u8]>::is_empty) {
+            return None;
+        }
         let mut fields = [0.0; 4];
         let fields = fields.get_mut(..self.columns.len())?;
         for (field, &column) in fields.iter_mut().zip(&self.columns) {
@@ -410,6 +425,9 @@ impl<R: Row> Iterator for RowReader<R> {
                 .torn_at_byte
                 .is_some_and(|end| self.records.position().byte() >= end);
             let Some((row, finite)) = self.parse_record().filter(|_| !torn) else {
+                if self.unreadable.rows == 0 {
+                    self.first_unreadable = beginning(&self.record);
+                }
                 self.unreadable.count(line);
                 continue;
             };
@@ -425,6 +443,15 @@ impl<R: Row> Iterator for RowReader<R> {
             return Some(Ok(row));
         }
     }
+}
+
+/// The first 80 characters of a line, for messages.
+fn beginning(record: &csv::ByteRecord) -> String {
+    String::from_utf8_lossy(&record.iter().collect::<Vec<_>>().join(&b','))
+        .chars()
+        .map(|c| if c.is_control() { ' ' } else { c })
+        .take(80)
+        .collect()
 }
 
 /// The file's length if its last byte ends no line; leaves the file at its start.

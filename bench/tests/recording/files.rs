@@ -410,7 +410,8 @@ fn rows_are_read_by_the_names_of_their_columns_and_bad_ones_counted() {
                 0.1,0.2\r\n\
                 0.1,0.3,\"unclosed,zero\r\n\
                 0.1,nan,,0.6\r\n\
-                -0.4,0.4,,0.7\r\n\
+                0,1,0,31,,0,6\r\n\
+                -0.4,0.4,,0.7,,\r\n\
                 -0.4,0.5,,0.";
     fs::write(folder.join(FORCE_FILE), text).unwrap();
     let reader = RecordingReader::open(&folder).unwrap();
@@ -425,8 +426,9 @@ fn rows_are_read_by_the_names_of_their_columns_and_bad_ones_counted() {
         [
             Warning::UnreadableRows {
                 file: FORCE_FILE,
-                rows: 4,
-                first_line: 4
+                rows: 5,
+                first_line: 4,
+                first: "0.1,0.2".to_owned(),
             },
             Warning::NotFinite {
                 file: FORCE_FILE,

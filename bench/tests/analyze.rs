@@ -333,6 +333,29 @@ fn flaws_are_told_and_the_sound_rest_is_analysed() {
 }
 
 #[test]
+fn a_pickup_that_changes_on_the_way_is_told_of() {
+    let told = |found: &RecordingFindings| {
+        found
+            .flaws
+            .iter()
+            .any(|f| matches!(f, Flaw::ModelParts { .. }))
+    };
+    assert!(!told(&damaged(|_| ()).found.unwrap()));
+    let loosened = damaged(|r| {
+        let start_s = exploration_s(r);
+        edit_samples(
+            r,
+            pickup(r),
+            move |t, x| {
+                if t > start_s + 0.8 { 1.2 * x } else { x }
+            },
+        );
+    });
+    let found = loosened.found.unwrap();
+    assert!(told(&found), "{:?} {:?}", found.flaws, found.model_check);
+}
+
+#[test]
 fn without_a_free_plate_nothing_is_estimated() {
     let none = damaged(|r| {
         edit(r.join("recording.toml"), |text| {

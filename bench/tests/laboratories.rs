@@ -342,7 +342,7 @@ fn a_generator_on_a_clock_of_its_own_serves() {
 
 #[test]
 fn a_phase_that_nobody_stated_is_found_in_the_modulation() {
-    for (late_samples, plate_hz) in [(0.2, 35e3), (1.0, 35e3), (-3.4, 34_985.0)] {
+    for (late_samples, plate_hz) in [(0.02, 35e3), (0.2, 35e3), (1.0, 35e3), (-3.4, 34_985.0)] {
         let folder = tempfile::tempdir().unwrap();
         let laboratory = Laboratory {
             pickup_late_samples: late_samples,
@@ -371,6 +371,23 @@ fn a_phase_that_nobody_stated_is_found_in_the_modulation() {
         let detuned = plate_hz != stated.stated_plate_hz;
         assert_eq!(!warnings.is_empty(), detuned, "{name}: {warnings:?}");
     }
+}
+
+#[test]
+fn an_amplitude_stated_peak_to_peak_is_told_of() {
+    let folder = tempfile::tempdir().unwrap();
+    PUBLISHED.record(folder.path());
+    let stated = format!("metres_per_unit = {METRES_PER_UNIT:?}");
+    let doubled = format!("metres_per_unit = {:?}", 2.0 * METRES_PER_UNIT);
+    let manifest = PUBLISHED.manifest().replace(&stated, &doubled);
+    fs::write(folder.path().join("recording.toml"), manifest).unwrap();
+    let warnings = errors(folder.path()).warnings;
+    assert!(
+        warnings.iter().any(
+            |f| matches!(f, Flaw::PlateMass { mass_ratio, .. } if (mass_ratio - 0.5).abs() < 0.01)
+        ),
+        "{warnings:?}"
+    );
 }
 
 #[test]

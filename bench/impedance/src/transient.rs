@@ -1,7 +1,7 @@
 //! The pickup's phase and delay from how an unloaded plate answers to the modulation.
 //!
-//! Of a plate alone (see [`crate::Zm`]), to first order in the rates, f̃ = Z_p ṽ + M dṽ/dt with M = m_p + k_p/ω². Z_p turns with the
-//! resonance as well as with the pickup's phase, so its phase tells nothing of either; M is real and positive at any
+//! Of a plate alone f̃ = Z_p ṽ + m_p dṽ/dt + i (k_p/ω) dx̃/dt (see [`crate::Zm`]), to first order in the rates Z_p ṽ + M dṽ/dt with
+//! M = m_p + k_p/ω². Z_p turns with the resonance as well as with the pickup's phase, so its phase tells nothing of either; M is real and positive at any
 //! resonance. Read with a phase that lacks φ, and late by d,
 //!
 //! ```text
@@ -18,38 +18,54 @@ use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 pub struct Transient {
     /// What is missing in the pickup's phase, rad: to be added to `pickup_phase_rad`.
     pub phase_rad: f64,
-    /// Its standard error, rad; large or infinite where the amplitude hardly changes.
+    /// Its error, rad: the standard error, and what noise takes off M'; large or infinite where the amplitude hardly changes.
     pub phase_error_rad: f64,
     /// How late the pickup's envelope is, s. A modal mass that is a percent too small looks the same as 23 µs (m_p = 8 g,
     /// 7 N·s/m).
     pub delay_s: f64,
+    /// Its error, s.
+    pub delay_error_s: f64,
+    /// |M'|/M: by how many times too heavy the plate is if it is not the pickup's delay that M' tells of, but the modal mass, or
+    /// a wrong scale of force or displacement.
+    pub mass_ratio: f64,
     /// RMS of the force that the two terms leave, over that of the force: what noise, a finger, or a further mode does.
     pub residual: f64,
 }
 
 impl Transient {
-    /// Fits Z_p and M to frames of the unloaded plate by least squares on the force. Frames need not be contiguous: those whose two
-    /// neighbours are there count. dx̃/dt is the central difference, 6e-5 short at 6 Hz and 2 kHz, and d²x̃/dt² (2e-4 of dṽ/dt)
-    /// is left out. `None` of fewer than three such frames, or without motion.
+    /// Fits Z_p and M to frames of the unloaded plate by least squares on the force. Frames need not be contiguous: those with two
+    /// neighbours on either side count. Derivatives are the differences of fourth order, 1e-5 short where a carrier 40 Hz from the stated
+    /// one turns the envelopes (2 kHz); a pickup that is late there reads 4π·40 Hz·d less phase. `None` of fewer than three such frames, or without motion.
     ///
     /// Measured on the exact response of a plate 20 Hz off its stated resonance, index 0.9: phase within 2e-4 rad, delay within
     /// 2 µs (`phase_and_delay_are_told_from_the_resonance`).
     #[must_use]
     pub fn fit(frames: &[ZmFrame], carrier_hz: f64, plate: &PlateConstants) -> Option<Self> {
         let omega = TAU * carrier_hz;
+        let i_omega = Complex64::I * omega;
+        let stiffness = plate.stiffness_n_per_m();
+        let free_mass_kg = plate.modal_mass_kg + stiffness / omega.powi(2);
         let step = frames.windows(2).map(|w| w[1].sample - w[0].sample).min()?;
-        // Of each frame ṽ, dṽ/dt and f̃.
+        let mut noise = 0.0;
+        // Of each frame ṽ, what M stands before, and f̃.
         let terms: Vec<[Complex64; 3]> = frames
-            .windows(3)
-            .filter(|w| w[2].sample - w[0].sample == 2 * step)
+            .windows(5)
+            .filter(|w| w[4].sample - w[0].sample == 4 * step)
             .filter(|w| w.iter().all(|frame| frame.mask.is_clear()))
             .map(|w| {
-                let slope =
-                    (w[2].displacement_m - w[0].displacement_m) / (w[2].time_s - w[0].time_s);
+                let x: [Complex64; 5] = std::array::from_fn(|i| w[i].displacement_m);
+                let step_s = (w[4].time_s - w[0].time_s) / 4.0;
+                let slope = (8.0 * (x[3] - x[1]) - (x[4] - x[0])) / (12.0 * step_s);
+                let curvature =
+                    (16.0 * (x[3] + x[1]) - 30.0 * x[2] - (x[4] + x[0])) / (12.0 * step_s.powi(2));
+                // Of the slope, both quadratures.
+                noise += 2.0 * 130.0 * (omega * w[2].amplitude_std_m / (12.0 * step_s)).powi(2);
+                let acceleration = i_omega * slope + curvature;
                 [
-                    Complex64::I * omega * w[1].displacement_m + slope,
-                    Complex64::I * omega * slope,
-                    w[1].drive_v * plate.force_factor_n_per_v,
+                    i_omega * x[2] + slope,
+                    (plate.modal_mass_kg * acceleration - stiffness / i_omega * slope)
+                        / free_mass_kg,
+                    w[2].drive_v * plate.force_factor_n_per_v,
                 ]
             })
             .collect();
@@ -74,15 +90,20 @@ impl Transient {
             .sum();
         let mass_error = (left / (terms.len() - 2) as f64 / apart).sqrt();
 
-        let free_mass_kg = plate.modal_mass_kg + plate.stiffness_n_per_m() / omega.powi(2);
         let ratio_s = mass / impedance;
-        let delay_s =
-            ratio_s.re - ((free_mass_kg / impedance.norm()).powi(2) - ratio_s.im.powi(2)).sqrt();
+        // Re(M/Z_p), in which the errors of M' are divided: off the resonance it is small.
+        let in_phase_s = ((free_mass_kg / impedance.norm()).powi(2) - ratio_s.im.powi(2)).sqrt();
+        let delay_s = ratio_s.re - in_phase_s;
         let phase_rad = (impedance * (ratio_s - delay_s)).arg();
+        // Noise of dṽ/dt makes M' too small, by its part of the power.
+        let error_kg = (FRAC_1_SQRT_2 * mass_error).hypot(free_mass_kg * noise / apart);
+        let phase_error_rad = error_kg / (impedance.norm() * in_phase_s);
         (phase_rad.is_finite() && delay_s.is_finite()).then(|| Self {
             phase_rad,
-            phase_error_rad: FRAC_1_SQRT_2 * mass_error / mass.norm(),
+            phase_error_rad,
             delay_s,
+            delay_error_s: phase_error_rad * free_mass_kg / impedance.norm(),
+            mass_ratio: mass.norm() / free_mass_kg,
             residual: (left / ff).sqrt(),
         })
     }
@@ -93,6 +114,9 @@ mod tests {
     use super::*;
     use crate::mask::Mask;
     use approx::assert_abs_diff_eq;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, Normal};
 
     const CARRIER_HZ: f64 = 35e3;
     const PLATE: PlateConstants = PlateConstants {
@@ -104,6 +128,17 @@ mod tests {
     /// A free plate of `resonance_hz`, 7 N·s/m, driven so that its amplitude is 2 µm at 6 Hz and `index`, its pickup off by
     /// `phase_rad` and its envelope late by `delay_s`.
     fn frames(resonance_hz: f64, index: f64, phase_rad: f64, delay_s: f64) -> Vec<ZmFrame> {
+        turning_frames(0.0, resonance_hz, index, phase_rad, delay_s)
+    }
+
+    /// The same, driven `off_hz` above the carrier that the envelopes refer to.
+    fn turning_frames(
+        off_hz: f64,
+        resonance_hz: f64,
+        index: f64,
+        phase_rad: f64,
+        delay_s: f64,
+    ) -> Vec<ZmFrame> {
         let nan = Complex64::new(f64::NAN, f64::NAN);
         let (omega, modulation) = (TAU * CARRIER_HZ, TAU * 6.0);
         let stiffness = (TAU * resonance_hz).powi(2) * PLATE.modal_mass_kg;
@@ -117,16 +152,23 @@ mod tests {
                 let dx = Complex64::from(2e-6 * index * modulation * cos);
                 let ddx = Complex64::from(-2e-6 * index * modulation.powi(2) * sin);
                 let i_omega = Complex64::I * omega;
+                let i_off = Complex64::I * TAU * off_hz;
+                let (x, dx, ddx) = (
+                    x,
+                    dx + i_off * x,
+                    ddx + 2.0 * i_off * dx + i_off * i_off * x,
+                );
+                let turn = |time_s: f64| (i_off * time_s).exp();
                 let (v, dv) = (i_omega * x + dx, i_omega * dx + ddx);
                 let force = PLATE.modal_mass_kg * (i_omega * v + dv) + 7.0 * v + stiffness * x;
                 ZmFrame {
                     sample: 96 * n as u64,
                     time_s,
                     mask: Mask::CLEAR,
-                    drive_v: force / PLATE.force_factor_n_per_v,
-                    displacement_m: seen_m * Complex64::cis(-phase_rad),
+                    drive_v: turn(time_s) * force / PLATE.force_factor_n_per_v,
+                    displacement_m: turn(time_s - delay_s) * seen_m * Complex64::cis(-phase_rad),
                     amplitude_m: seen_m,
-                    amplitude_rate_m_per_s: dx.re,
+                    amplitude_rate_m_per_s: f64::NAN,
                     amplitude_std_m: 0.0,
                     plain_n_s_per_m: nan,
                     plain_std_n_s_per_m: 0.0,
@@ -151,9 +193,21 @@ mod tests {
                 let transient = Transient::fit(&frames, CARRIER_HZ, &PLATE).unwrap();
                 assert_abs_diff_eq!(transient.delay_s, delay_s, epsilon = 2e-6);
                 assert_abs_diff_eq!(transient.phase_rad, phase_rad, epsilon = 2e-4);
+                let late = (Complex64::from(7.0 * delay_s / 0.016) + 1.0).norm();
+                assert_abs_diff_eq!(transient.mass_ratio, late, epsilon = 5e-3);
                 assert!(transient.phase_error_rad < 1e-3, "{transient:?}");
                 assert!(transient.residual < 1e-3, "{transient:?}");
             }
+        }
+    }
+
+    #[test]
+    fn a_carrier_beside_the_stated_one_is_taken_for_neither() {
+        for off_hz in [-40.0, 40.0] {
+            let frames = turning_frames(off_hz, 35e3, 0.9, 0.3, 0.0);
+            let transient = Transient::fit(&frames, CARRIER_HZ, &PLATE).unwrap();
+            assert_abs_diff_eq!(transient.phase_rad, 0.3, epsilon = 2e-4);
+            assert_abs_diff_eq!(transient.delay_s, 0.0, epsilon = 5e-7);
         }
     }
 
@@ -165,6 +219,31 @@ mod tests {
         frames[300].displacement_m = Complex64::new(f64::NAN, f64::NAN);
         let transient = Transient::fit(&frames, CARRIER_HZ, &PLATE).unwrap();
         assert_abs_diff_eq!(transient.phase_rad, 0.4, epsilon = 2e-4);
+    }
+
+    #[test]
+    fn what_noise_takes_off_the_slope_is_not_taken_for_a_delay() {
+        const STD_M: f64 = 4e-10;
+        for index in [0.0, 0.01, 0.3] {
+            let mut random = ChaCha8Rng::seed_from_u64(7);
+            let normal = Normal::new(0.0, STD_M).unwrap();
+            let mut noisy = frames(35e3, index, 0.0, 0.0);
+            for frame in &mut noisy {
+                frame.displacement_m +=
+                    Complex64::new(normal.sample(&mut random), normal.sample(&mut random));
+                frame.amplitude_std_m = STD_M;
+            }
+            let transient = Transient::fit(&noisy, CARRIER_HZ, &PLATE).unwrap();
+            assert!(
+                transient.delay_s.abs() < 3.0 * transient.delay_error_s,
+                "{index}: {transient:?}"
+            );
+            assert_eq!(
+                transient.phase_error_rad < 0.02,
+                index > 0.1,
+                "{transient:?}"
+            );
+        }
     }
 
     #[test]

@@ -12,10 +12,11 @@ use crate::pipeline::PickupOffset;
 use crate::recording::Manifest;
 use crate::recording::manifest::{IntervalKind, Plate};
 
-/// A pickup whose phase or delay is off by less is left as stated: so far may a calibration and a plate with further modes part. The
-/// delay is what a modal mass makes that is off by 1 %; it changes Z_m by 0.02 N·s/m where the amplitude rises fastest.
-const LEAST_TURN_RAD: f64 = 0.1;
-const LEAST_DELAY_S: f64 = 25e-6;
+/// What the plate shows of the pickup is undone beyond so many standard errors.
+const CERTAIN_ERRORS: f64 = 3.0;
+/// Beyond these it is told of, too: a further mode of the plate makes 4 mrad, a modal mass that is off by 1 % makes 23 µs.
+const TOLD_TURN_RAD: f64 = 0.02;
+const TOLD_DELAY_S: f64 = 25e-6;
 /// What the plate's answer to the modulation must be to be believed: standard error of the phase, delay, and the part of the force
 /// that is left over, of which a finger leaves a tenth.
 const GREATEST_PHASE_ERROR_RAD: f64 = 0.02;
@@ -29,6 +30,8 @@ pub(super) struct FreePlate {
     unloaded: Result<unloaded::Reading, UnloadedError>,
     /// How it answered to the modulation, if that is to be believed.
     transient: Option<Transient>,
+    /// How it answered, if clearly, but by more than any delay of the pickup makes it.
+    too_heavy: Option<Transient>,
 }
 
 impl FreePlate {
@@ -53,13 +56,18 @@ impl FreePlate {
                 &manifest.plate.constants(),
             )
         });
+        let clear = transient.filter(|transient| {
+            transient.phase_error_rad < GREATEST_PHASE_ERROR_RAD
+                && transient.residual < GREATEST_RESIDUAL
+        });
+        let (transient, too_heavy) = match clear {
+            Some(clear) if clear.delay_s.abs() >= GREATEST_DELAY_S => (None, Some(clear)),
+            believed => (believed, None),
+        };
         Self {
             unloaded,
-            transient: transient.filter(|transient| {
-                transient.phase_error_rad < GREATEST_PHASE_ERROR_RAD
-                    && transient.delay_s.abs() < GREATEST_DELAY_S
-                    && transient.residual < GREATEST_RESIDUAL
-            }),
+            transient,
+            too_heavy,
         }
     }
 
@@ -68,13 +76,19 @@ impl FreePlate {
         self.unloaded.as_ref().ok().map(|reading| reading.plate)
     }
 
-    /// What of the pickup is not as stated, if the modulation tells of much.
+    /// What of the pickup is not as stated, if the modulation tells for certain.
     pub(super) fn pickup_offset(&self) -> Option<PickupOffset> {
         let transient = self.transient?;
-        let beyond = |value: f64, least: f64| if value.abs() > least { value } else { 0.0 };
+        let certain = |value: f64, error: f64| {
+            if value.abs() > CERTAIN_ERRORS * error {
+                value
+            } else {
+                0.0
+            }
+        };
         let offset = PickupOffset {
-            turn_rad: beyond(transient.phase_rad, LEAST_TURN_RAD),
-            delay_s: beyond(transient.delay_s, LEAST_DELAY_S),
+            turn_rad: certain(transient.phase_rad, transient.phase_error_rad),
+            delay_s: certain(transient.delay_s, transient.delay_error_s),
         };
         (offset != PickupOffset::default()).then_some(offset)
     }
@@ -91,8 +105,15 @@ impl FreePlate {
         let scatters = reading
             .scatter_n_s_per_m
             .map(|scatter_n_s_per_m| Flaw::PlateScatters { scatter_n_s_per_m });
+        let heavy = self.too_heavy.map(|transient| Flaw::PlateMass {
+            mass_ratio: transient.mass_ratio,
+            delay_s: transient.delay_s,
+        });
         let turned = self.turned(reading.plate, manifest);
-        [turned, touched, scatters].into_iter().flatten().collect()
+        [heavy, turned, touched, scatters]
+            .into_iter()
+            .flatten()
+            .collect()
     }
 
     /// Whether Z_p has another phase than the plate's constants give it: by the resonance, if the modulation vouches for the pickup;
@@ -127,14 +148,14 @@ impl FreePlate {
     }
 }
 
-/// How an offset of the pickup is told.
+/// How an offset of the pickup is told, where it is no trifle.
 pub(super) fn pickup_flaws(offset: PickupOffset, manifest: &Manifest) -> Vec<Flaw> {
     let PickupOffset { turn_rad, delay_s } = offset;
     let stated_rad = manifest.channels.pickup.phase_rad;
-    let phase = (turn_rad != 0.0).then_some(Flaw::PickupPhase {
+    let phase = (turn_rad.abs() > TOLD_TURN_RAD).then_some(Flaw::PickupPhase {
         stated_rad,
         found_rad: Complex64::cis(stated_rad + turn_rad).arg(),
     });
-    let late = (delay_s != 0.0).then_some(Flaw::PickupLate { delay_s });
+    let late = (delay_s.abs() > TOLD_DELAY_S).then_some(Flaw::PickupLate { delay_s });
     [phase, late].into_iter().flatten().collect()
 }

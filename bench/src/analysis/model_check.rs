@@ -4,9 +4,13 @@ use contact::{FittedFinger, self_sensed};
 use protocols::{SelectionRules, Validity};
 
 use super::exploration::Exploration;
+use super::reading::Flaw;
 
 /// Edges of the amplitude bands, m; the last band is open.
 const EDGES_M: [f64; 6] = [0.0, 0.3e-6, 1e-6, 2e-6, 4e-6, 8e-6];
+
+/// A band in which the two part farther is told of: no band of a virtual participant reaches 0.14 (`tests/tests/population.rs`).
+const GREATEST_DIFFERENCE: f64 = 0.25;
 
 /// How far self-sensed and measured normal force are apart at the amplitudes of one band.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,6 +62,19 @@ pub fn bands(
             })
         })
         .collect()
+}
+
+/// The band in which self-sensed and measured force part farthest, if that is too far for the model to hold.
+pub(super) fn flaw(bands: &[Band]) -> Option<Flaw> {
+    bands
+        .iter()
+        .filter(|band| band.p90 > GREATEST_DIFFERENCE)
+        .max_by(|a, b| a.p90.total_cmp(&b.p90))
+        .map(|band| Flaw::ModelParts {
+            difference: band.p90,
+            amplitude_from_m: band.amplitude_from_m,
+            amplitude_to_m: band.amplitude_to_m,
+        })
 }
 
 /// Amplitude and relative difference of each comparable sample.

@@ -129,11 +129,22 @@ pub enum Flaw {
     },
     /// The pickup's envelope is not that of the same moment as the drive's.
     #[error(
-        "pickup: the unloaded plate answers to the modulation as if the pickup were {:+.0} µs late; analysed with that: look for a filter or a delay in its channel, and whether modal_mass_kg holds",
+        "pickup: the unloaded plate answers to the modulation as if the pickup were {:+.0} µs late; analysed with that: look for a filter or a delay in its channel, and whether modal_mass_kg and the scales of both channels hold",
         delay_s * 1e6
     )]
     PickupLate {
         /// How late, s.
+        delay_s: f64,
+    },
+    /// The unloaded plate is not as heavy as stated, or the pickup later than any channel is.
+    #[error(
+        "the unloaded plate answers to the modulation as if its modal mass were {mass_ratio:.3} times the stated one, or the pickup {:+.2} ms late; analysed as stated: check volts_per_unit, force_factor_n_per_v, metres_per_unit (peak, not peak to peak or RMS), modal_mass_kg, and whether the channels are swapped or not aligned",
+        delay_s * 1e3
+    )]
+    PlateMass {
+        /// Modal mass as the plate shows it, of the stated one.
+        mass_ratio: f64,
+        /// The delay that would look the same, s.
         delay_s: f64,
     },
     /// The unloaded plate's impedance is out of its phase, and so is the pickup or the resonance.
@@ -155,6 +166,19 @@ pub enum Flaw {
         measured_hz: f64,
         /// Where it should be, Hz.
         stated_hz: f64,
+    },
+    /// The model does not describe what was measured.
+    #[error(
+        "with the parameters of the first instance, the self-sensed normal force is {:.0} % off the measured one (90th percentile) at amplitudes of {:.1} to {:.1} µm: the model does not hold for this recording, or something in it changed on the way",
+        difference * 100.0, amplitude_from_m * 1e6, amplitude_to_m * 1e6
+    )]
+    ModelParts {
+        /// 90th percentile of |self-sensed − measured|/measured in the worst band.
+        difference: f64,
+        /// The band's amplitudes, from, m.
+        amplitude_from_m: f64,
+        /// To, m.
+        amplitude_to_m: f64,
     },
     /// No exploration to analyse.
     #[error("no exploration interval")]

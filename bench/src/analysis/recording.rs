@@ -81,6 +81,9 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
             &findings.explorations,
             &rules,
         );
+        findings
+            .flaws
+            .extend(model_check::flaw(&findings.model_check));
     }
     Ok(findings)
 }

@@ -4,6 +4,7 @@
     reason = "what cannot be unwrapped fails the test"
 )]
 
+mod alignment;
 mod exclusive;
 mod flags;
 mod rig;

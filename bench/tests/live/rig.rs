@@ -37,8 +37,8 @@ pub fn apparatus(scenario: Scenario) -> Apparatus {
     Apparatus::new(ApparatusConfig::new(scenario, 1, Pace::Stepped)).unwrap()
 }
 
-/// A recording in `folder`.
-pub fn begin(folder: &Path) -> Begin {
+/// A recording in `folder` of all inputs at `rate_hz`.
+pub fn begin(folder: &Path, rate_hz: u32) -> Begin {
     let text = r#"format = 1
 carrier_hz = 35000.0
 modulation_hz = 6.0
@@ -51,7 +51,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         folder: folder.to_owned(),
         manifest: Manifest::parse(text, "recording.toml").unwrap(),
         format: AudioFormat {
-            sample_rate_hz: RATE_HZ,
+            sample_rate_hz: rate_hz,
             channels: CHANNELS,
         },
     }
@@ -95,6 +95,7 @@ pub struct Rig {
     pub account: Account,
     pub warnings: Vec<String>,
     disk_stalls: bool,
+    rate_hz: u32,
     temp: tempfile::TempDir,
 }
 
@@ -127,6 +128,7 @@ impl Rig {
             account: Account::default(),
             warnings: Vec::new(),
             disk_stalls: false,
+            rate_hz: config.audio.rate_hz,
             temp: tempfile::tempdir().unwrap(),
         }
     }
@@ -183,7 +185,7 @@ impl Rig {
     /// Records from now on.
     pub fn begin(&mut self, name: &str) -> PathBuf {
         let folder = self.temp.path().join(name);
-        let begin = RecordingCommand::Begin(Box::new(begin(&folder)));
+        let begin = RecordingCommand::Begin(Box::new(begin(&folder, self.rate_hz)));
         self.bench.recording.send(begin).unwrap();
         folder
     }

@@ -24,7 +24,7 @@ use mock_hw::serial::ForceFault;
 use protocols::{Session, TrialKey, TrialOutcome, TrialRecord};
 use tui::event::{Level, PhaseKind};
 
-use crate::rig::{apparatus, begin, config, events};
+use crate::rig::{RATE_HZ, apparatus, begin, config, events};
 
 /// A heartbeat whose wire can be cut.
 struct Cuttable {
@@ -113,7 +113,7 @@ impl Rig {
             Box::new(move |key: &TrialKey, _: &protocols::Drive| {
                 let path = folder.join(format!("{}-{}", key.number, key.attempt));
                 begun.lock().unwrap().push(path.clone());
-                Ok(begin(&path))
+                Ok(begin(&path, RATE_HZ))
             })
         };
         let admit = {

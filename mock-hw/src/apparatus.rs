@@ -141,7 +141,7 @@ impl Apparatus {
             frames,
             scenario.converter.clock_ppm,
         ));
-        let audio = Audio::new(Arc::clone(&clock), scenario.converter.channels as u16);
+        let audio = Audio::new(Arc::clone(&clock), &scenario.converter);
         let board = PinBoard::new(scenario, Arc::clone(&clock));
         let senses = Senses::default();
         let force = ForceSide::open(

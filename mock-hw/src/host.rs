@@ -11,9 +11,10 @@ mod stream;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use cpal::ErrorKind;
+use cpal::{ErrorKind, SampleFormat};
 
 use crate::clock::{BASE_RATE_HZ, WorldClock};
+use crate::scenario::{self, Converter};
 pub use device::{Device, Host, Stream};
 use stream::{InputStream, OutputStream, Track};
 
@@ -41,9 +42,20 @@ pub enum Direction {
 pub(crate) struct Audio {
     clock: Arc<WorldClock>,
     inputs: u16,
+    formats: Vec<SampleFormat>,
     bench: Mutex<Bench>,
     speakers: Mutex<Track<OutputStream>>,
     speaker_frames: AtomicU64,
+}
+
+fn of(format: scenario::SampleFormat) -> SampleFormat {
+    match format {
+        scenario::SampleFormat::F32 => SampleFormat::F32,
+        scenario::SampleFormat::I32 => SampleFormat::I32,
+        scenario::SampleFormat::I16 => SampleFormat::I16,
+        scenario::SampleFormat::U8 => SampleFormat::U8,
+        scenario::SampleFormat::I64 => SampleFormat::I64,
+    }
 }
 
 struct Bench {
@@ -54,10 +66,11 @@ struct Bench {
 }
 
 impl Audio {
-    pub(crate) fn new(clock: Arc<WorldClock>, inputs: u16) -> Arc<Self> {
+    pub(crate) fn new(clock: Arc<WorldClock>, converter: &Converter) -> Arc<Self> {
         Arc::new(Self {
             clock,
-            inputs,
+            inputs: converter.channels as u16,
+            formats: converter.formats.iter().map(|format| of(*format)).collect(),
             bench: Mutex::new(Bench {
                 rate_hz: BASE_RATE_HZ,
                 output: Track::default(),

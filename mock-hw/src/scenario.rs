@@ -138,6 +138,8 @@ pub struct Pickup {
 pub struct Converter {
     /// Number of input channels.
     pub channels: usize,
+    /// Sample formats that it offers in either direction.
+    pub formats: Vec<SampleFormat>,
     /// Actuator volts per sample value on channel 0.
     pub readback_volts_per_unit: f64,
     /// Resolution, bits; full scale is ±1.
@@ -156,6 +158,18 @@ pub struct Converter {
     pub skew_samples: Vec<f64>,
     /// How much faster than nominal the sample clock runs, ppm.
     pub clock_ppm: f64,
+}
+
+/// Sample formats that a sound card may offer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[expect(missing_docs, reason = "the names say it")]
+pub enum SampleFormat {
+    F32,
+    I32,
+    I16,
+    U8,
+    I64,
 }
 
 /// What lies between the program and the sound card: a server or a plug-in that changes samples without a word.
@@ -456,6 +470,7 @@ impl Default for Converter {
     fn default() -> Self {
         Self {
             channels: 4,
+            formats: vec![SampleFormat::F32, SampleFormat::I32, SampleFormat::I16],
             readback_volts_per_unit: 60.0,
             bits: 24,
             clip_units: 1.0,
@@ -739,6 +754,11 @@ impl Scenario {
             "converter.gains (entries)",
             con.gains.len() as f64,
             0.0..=con.channels as f64,
+        )?;
+        in_range(
+            "converter.formats (entries)",
+            con.formats.len() as f64,
+            1.0..=5.0,
         )?;
         for &skew in &con.skew_samples {
             in_range("converter.skew_samples", skew, -4.0..=4.0)?;

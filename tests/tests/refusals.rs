@@ -286,6 +286,50 @@ fn a_rate_that_the_card_has_not_is_refused_with_those_it_has() {
 }
 
 #[test]
+fn channels_or_a_sample_format_that_the_card_has_not_are_refused_with_those_it_has() {
+    let (folder, study) = room();
+    let configured = |changes: &[(&str, &str)]| {
+        let mut run = unattended(&study, "sub-01", "demo");
+        run.arg("--config").arg(config_with(folder.path(), changes));
+        run
+    };
+    let inputs = [("input_channels = 4", "input_channels = 8")];
+    let words = [
+        "input device custom:sim",
+        "does not offer 8 channels of i32 at 192000 Hz",
+        "1–4 ch i32",
+    ];
+    refused_before_anything_is_made(&mut configured(&inputs), &study, &words);
+    let outputs = [("output_channels = 2", "output_channels = 6")];
+    let words = [
+        "output device custom:sim",
+        "does not offer 6 channels of i32 at 192000 Hz",
+        "1–2 ch i32",
+    ];
+    refused_before_anything_is_made(&mut configured(&outputs), &study, &words);
+    let format = [("sample_format = \"i32\"", "sample_format = \"i24\"")];
+    let words = ["line", "`i24`", "`f32`, `i32`, `i16`"];
+    refused_before_anything_is_made(&mut configured(&format), &study, &words);
+
+    let scenario = folder.path().join("scenario.toml");
+    let offered =
+        "purpose = \"a card of another kind\"\n\n[converter]\nformats = [\"u8\", \"i64\"]\n";
+    fs::write(&scenario, offered).unwrap();
+    let words = [
+        "does not offer 2 channels of i32 at 192000 Hz",
+        "1–2 ch i64 96000 Hz",
+        "1–2 ch u8 192000 Hz",
+    ];
+    let mut run = bench();
+    run.args(["run", "--headless", "--speed", "max", "--protocol", "demo"])
+        .args(["--participant", "sub-01", "--consent-by", "K", "--mock"])
+        .arg(&scenario)
+        .arg("--study")
+        .arg(&study);
+    refused_before_anything_is_made(&mut run, &study, &words);
+}
+
+#[test]
 fn ten_times_the_amplitude_is_refused_not_clamped() {
     let (folder, study) = room();
     let protocol = demo_with(

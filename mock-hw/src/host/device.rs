@@ -18,7 +18,8 @@ use super::stream::{Buffer, ErrorCallback, InputStream, OutputStream};
 use super::{Audio, BENCH_ID, BENCH_OUTPUTS, BENCH_RATES_HZ, SPEAKERS_ID, SPEAKERS_RATE_HZ, lock};
 
 const SPEAKERS_OUTPUTS: u16 = 2;
-const FORMATS: [SampleFormat; 3] = [SampleFormat::F32, SampleFormat::I32, SampleFormat::I16];
+const SPEAKERS_FORMATS: [SampleFormat; 3] =
+    [SampleFormat::F32, SampleFormat::I32, SampleFormat::I16];
 const BUFFER_FRAMES: std::ops::RangeInclusive<u32> = 16..=65_536;
 
 /// The host that offers the simulated devices; wrapped in a [`cpal::Host`] by the apparatus.
@@ -126,9 +127,16 @@ impl Device {
         }
     }
 
+    fn formats(&self) -> &[SampleFormat] {
+        match self.card {
+            Card::Bench => &self.audio.formats,
+            Card::Speakers => &SPEAKERS_FORMATS,
+        }
+    }
+
     fn configs(&self, channels: u16) -> Vec<SupportedStreamConfigRange> {
         let mut configs = Vec::new();
-        for &format in &FORMATS {
+        for &format in self.formats() {
             for &rate_hz in self.rates_hz() {
                 for count in 1..=channels {
                     configs.push(SupportedStreamConfigRange::new(
@@ -157,7 +165,7 @@ impl Device {
             channels,
             rate_hz,
             buffer_range(),
-            SampleFormat::F32,
+            self.formats()[0],
         ))
     }
 
@@ -186,6 +194,12 @@ impl Device {
                 config.channels
             )));
         }
+        if !self.formats().contains(&format) {
+            return Err(unsupported(format!(
+                "{format} is not one of {:?}",
+                self.formats()
+            )));
+        }
         let frames = match (config.buffer_size, self.card) {
             (BufferSize::Fixed(frames), _) => frames,
             (BufferSize::Default, Card::Bench) => self.audio.clock.period_frames_at(rate_hz) as u32,
@@ -198,7 +212,7 @@ impl Device {
         }
         let running = Arc::clone(running);
         let buffer = Buffer::new(format, config.channels, frames, running, on_error)
-            .ok_or_else(|| unsupported(format!("{format} is not one of {FORMATS:?}")))?;
+            .ok_or_else(|| unsupported(format!("{format} is offered but not simulated")))?;
         Ok((buffer, frames))
     }
 

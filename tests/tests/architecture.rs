@@ -136,6 +136,53 @@ fn cpal_is_named_by_one_file_of_the_bench() {
     }
 }
 
+/// Files of the program whose code, comments aside, has any of `words`.
+fn having(words: &[&str]) -> Vec<String> {
+    let root = root();
+    let folders = ["bench", "signalgen", "protocols", "tui", "mock-hw"];
+    let crates = ["impedance", "contact"].map(|name| format!("bench/{name}"));
+    let folders = folders.map(str::to_owned).into_iter().chain(crates);
+    let mut files = Vec::new();
+    for file in folders.flat_map(|folder| rust_files(&root.join(folder).join("src"))) {
+        let text = std::fs::read_to_string(&file).expect("a source file");
+        let code = text
+            .lines()
+            .map(|line| line.split("//").next().unwrap_or_default());
+        if code
+            .into_iter()
+            .any(|line| words.iter().any(|word| line.contains(word)))
+        {
+            let path = file.strip_prefix(&root).expect("a path below the root");
+            files.push(path.display().to_string());
+        }
+    }
+    files.sort();
+    files
+}
+
+#[test]
+fn the_wall_clock_is_read_in_one_place_and_asked_by_those_who_write_dates() {
+    let readers = [
+        "SystemTime",
+        "Timestamp::now",
+        "Zoned::now",
+        "UtcDateTime",
+        "chrono::",
+    ];
+    assert_eq!(having(&readers), ["bench/src/clock.rs"]);
+    // The calibration's age and date, the session's folder and log.
+    let dates = [
+        "calibration/held.rs",
+        "calibration/rig.rs",
+        "journal.rs",
+        "run.rs",
+    ];
+    assert_eq!(
+        having(&[".utc()"]),
+        dates.map(|file| format!("bench/src/{file}"))
+    );
+}
+
 #[test]
 fn pure_crates_do_no_input_or_output() {
     for folder in ["bench/impedance/src", "bench/contact/src", "protocols/src"] {

@@ -24,7 +24,7 @@ use crate::analysis::recording::selection_rules;
 use crate::analysis::settings::Settings;
 use crate::analysis::unloaded::{self, UnloadedError};
 use crate::cli::Speed;
-use crate::clock::{Clock, SystemClock};
+use crate::clock::{Clock, SystemClock, later};
 use crate::front::{Dashboard, Front, Headless};
 use crate::health::LiveMeter;
 use crate::live::LiveContact;
@@ -191,8 +191,9 @@ impl Clock for FreeClock {
         self.0.load(Ordering::Relaxed)
     }
 
+    /// A replay writes no dates.
     fn utc(&self) -> Timestamp {
-        Timestamp::now()
+        later(Timestamp::UNIX_EPOCH, self.now_ns())
     }
 }
 

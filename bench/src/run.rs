@@ -573,12 +573,17 @@ fn recorded_hardware(
 /// The lines printed at the end.
 pub fn report_lines(report: &Report, study: &Path, participant: &ParticipantId) -> Vec<String> {
     let mut lines = summary_lines(&report.summary, &report.account);
-    lines.push(format!(
-        "recordings        {}",
-        study.join(participant.as_str()).display()
-    ));
-    if let Some(reason) = &report.reason {
-        lines.push(format!("ended early       {reason}"));
+    let folder = study.join(participant.as_str());
+    lines.push(format!("recordings        {}", folder.display()));
+    match &report.reason {
+        Some(reason) => {
+            lines.push(format!("ended early       {reason}"));
+            lines.push("to go on          the same command with --resume".to_owned());
+        }
+        None => lines.push(format!(
+            "to results        friction-bench analyze {} --table --figures figures",
+            folder.display()
+        )),
     }
     lines
 }

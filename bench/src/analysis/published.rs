@@ -499,18 +499,24 @@ impl Statistics {
 
 impl Statistic {
     fn to_text(self) -> String {
-        let number = |value: f64| {
-            if value != 0.0 && value.abs() < 1e-3 {
-                format!("{value:.2e}")
+        // Metres need an exponent, what rounding leaves of a zero does not.
+        let number = |value: f64| match value.abs() {
+            size if size < 1e-12 => "0.00".to_owned(),
+            size if size < 1e-3 => format!("{value:.2e}"),
+            _ => format!("{value:.2}"),
+        };
+        let p_value = |p: f64| {
+            if p < 1e-3 {
+                "p<0.001".to_owned()
             } else {
-                format!("{value:.2}")
+                format!("p={p:.3}")
             }
         };
         let n = format!("n={} {}", self.n, self.over.name());
         match (self.value, self.std, self.p) {
             (None, ..) => format!("- ({n})"),
             (Some(value), Some(std), _) => format!("{} ± {} ({n})", number(value), number(std)),
-            (Some(value), None, Some(p)) => format!("{} (p={}, {n})", number(value), number(p)),
+            (Some(value), None, Some(p)) => format!("{} ({}, {n})", number(value), p_value(p)),
             (Some(value), None, None) => format!("{} ({n})", number(value)),
         }
     }

@@ -40,13 +40,21 @@ impl Extent {
         let (low, high) = match (axis.span, scale) {
             (Span::Fixed(low, high), _) => (low, high),
             (Span::FromZero, Scale::Linear) => (0.0, greatest.max(0.0) * (1.0 + MARGIN)),
-            (_, Scale::Linear) => {
-                let margin = MARGIN * (greatest - least);
-                (least - margin, greatest + margin)
-            }
-            (_, Scale::Logarithmic) => {
-                let margin = (greatest / least).powf(MARGIN);
-                (least / margin, greatest * margin)
+            (span, scale) => {
+                let above = match span {
+                    Span::WithHeadroom(share) => MARGIN + share,
+                    Span::Data | Span::FromZero | Span::Fixed(..) => MARGIN,
+                };
+                match scale {
+                    Scale::Linear => {
+                        let range = greatest - least;
+                        (least - MARGIN * range, greatest + above * range)
+                    }
+                    Scale::Logarithmic => {
+                        let range = greatest / least;
+                        (least / range.powf(MARGIN), greatest * range.powf(above))
+                    }
+                }
             }
         };
         // A constant has no range of its own.

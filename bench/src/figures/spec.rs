@@ -92,6 +92,14 @@ impl Axis {
         }
     }
 
+    /// With `share` of the data's range left free above them.
+    pub fn with_headroom(self, share: f64) -> Self {
+        Self {
+            span: Span::WithHeadroom(share),
+            ..self
+        }
+    }
+
     /// From zero to the greatest value.
     pub fn from_zero(self) -> Self {
         Self {
@@ -131,6 +139,8 @@ pub enum Scale {
 pub enum Span {
     /// The data and a margin.
     Data,
+    /// The data and a margin, and this share of their range above them, for words.
+    WithHeadroom(f64),
     /// Zero to the greatest value and a margin.
     FromZero,
     /// Given ends.

@@ -8,9 +8,15 @@ use crate::figures::scale::written;
 use crate::figures::spec::{Axis, Figure, Key, Panel};
 use crate::figures::style::Width;
 
+/// Share of the range that two lines of words take.
+const FOR_WORDS: f64 = 0.25;
+
 pub(super) fn figure(analysed: &Analysed) -> Figure {
     let panel = |label: &str, change: fn(&Deltas) -> f64| {
-        let mut panel = Panel::new(Axis::linear("Fall of measured μ"), Axis::linear(label));
+        let mut panel = Panel::new(
+            Axis::linear("Fall of measured μ"),
+            Axis::linear(label).with_headroom(FOR_WORDS),
+        );
         for method in Method::BOTH {
             let pairs: Vec<(f64, f64)> = analysed
                 .instances()

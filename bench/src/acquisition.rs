@@ -4,10 +4,12 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use anyhow::bail;
 use crossbeam_channel::{Receiver, Sender};
 use impedance::clock::LowerEnvelope;
 use signalgen::{BlockHeader, InputReader};
 
+use crate::clock::Clock;
 use crate::field::Reading;
 use crate::flags::{Fault, Flags, Told};
 use crate::gap::{Block, LossWatch, Lost, Piece};
@@ -72,6 +74,8 @@ impl Excerpt {
 pub struct Acquisition {
     input: InputReader,
     pipeline: Pipeline,
+    host: Arc<dyn Clock>,
+    /// The audio clock on the host's.
     clock: LowerEnvelope,
     readings: Receiver<Reading>,
     commands: Receiver<RecordingCommand>,
@@ -89,6 +93,37 @@ pub struct Acquisition {
     warnings: Vec<String>,
     last_force_s: f64,
     last_position_s: f64,
+    hush: Hush,
+}
+
+/// A card that delivers nothing for this long will not come back.
+const PATIENCE_NS: u64 = 10_000_000_000;
+/// Of a longer time between two looks the program was not there, and the card may have been.
+const LONGEST_LOOK_NS: u64 = 100_000_000;
+
+/// Since when the card has delivered nothing. The safety watch has stopped the drive long before it ends the program.
+#[derive(Default)]
+struct Hush {
+    looked_ns: Option<u64>,
+    lasts_ns: u64,
+}
+
+impl Hush {
+    fn passed(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        let before_ns = self.looked_ns.replace(now_ns).unwrap_or(now_ns);
+        self.lasts_ns += now_ns.saturating_sub(before_ns).min(LONGEST_LOOK_NS);
+        if self.lasts_ns >= PATIENCE_NS {
+            bail!(
+                "the sound card has delivered nothing for {} s: is it still plugged in and switched on? `friction-bench devices` lists those that are there; what was recorded is kept",
+                PATIENCE_NS / 1_000_000_000
+            );
+        }
+        Ok(())
+    }
+
+    fn ended(&mut self) {
+        self.lasts_ns = 0;
+    }
 }
 
 /// Where the open recording began, on the audio clock.
@@ -116,9 +151,11 @@ impl Acquisition {
         loss: LossWatch,
         wiring: Wiring,
         shared: Arc<Shared>,
+        host: Arc<dyn Clock>,
     ) -> Self {
         Self {
             input,
+            host,
             flags: Flags::new(pipeline.rate_hz()),
             warnings: Vec::new(),
             pipeline,
@@ -136,6 +173,7 @@ impl Acquisition {
             loss,
             last_force_s: f64::NEG_INFINITY,
             last_position_s: f64::NEG_INFINITY,
+            hush: Hush::default(),
         }
     }
 
@@ -229,7 +267,7 @@ impl Acquisition {
     fn take_block(
         &mut self,
         header: BlockHeader,
-        now_s: f64,
+        arrival_s: f64,
         batch: &mut Batch,
     ) -> anyhow::Result<()> {
         let before = self.pipeline.account();
@@ -244,7 +282,7 @@ impl Acquisition {
         let samples = std::mem::take(&mut self.block);
         for piece in self.loss.pass(header, samples) {
             match piece {
-                Piece::Block(block) => self.accept(block, now_s, batch)?,
+                Piece::Block(block) => self.accept(block, arrival_s, batch)?,
                 Piece::Lost(lost) => self.swallowed(lost, batch)?,
             }
         }
@@ -252,7 +290,7 @@ impl Acquisition {
     }
 
     /// Takes a block whose place on the audio clock is known.
-    fn accept(&mut self, block: Block, now_s: f64, batch: &mut Batch) -> anyhow::Result<()> {
+    fn accept(&mut self, block: Block, arrival_s: f64, batch: &mut Batch) -> anyhow::Result<()> {
         let Block {
             header, samples, ..
         } = block;
@@ -267,7 +305,7 @@ impl Acquisition {
         } else {
             self.block = samples;
         }
-        self.clock.observe(self.pipeline.audio_s(), now_s)?;
+        self.clock.observe(self.pipeline.audio_s(), arrival_s)?;
         Ok(())
     }
 
@@ -415,10 +453,13 @@ impl Task for Acquisition {
         while let Ok(command) = self.commands.try_recv() {
             self.obey(command);
         }
-        let now_s = now_ns as f64 * 1e-9;
         let mut batch = Batch::default();
+        self.hush.passed(now_ns)?;
         while let Some(header) = self.input.pop_block(&mut self.block) {
-            self.take_block(header, now_s, &mut batch)?;
+            self.hush.ended();
+            // Asked only now: the block may have come after `now_ns`, and no arrival may be stated early.
+            let arrival_s = self.host.now_ns() as f64 * 1e-9;
+            self.take_block(header, arrival_s, &mut batch)?;
         }
         self.take_readings(&mut batch);
         self.tell_flags();

@@ -120,6 +120,7 @@ impl OpenHardware {
         host: &Host,
         lines: Lines,
         force_port: Option<PathBuf>,
+        clock: &Arc<dyn Clock>,
     ) -> anyhow::Result<Self> {
         let drive_settings = settings(config)?;
         let Duplex {
@@ -150,6 +151,7 @@ impl OpenHardware {
             pressed,
             shared.clone(),
             safety_commands.clone(),
+            clock.clone(),
         );
         let kill = drive.kill_switch();
         let safety = Safety::new(
@@ -197,6 +199,7 @@ impl Bench {
         host: &Host,
         lines: Lines,
         force_port: Option<PathBuf>,
+        clock: &Arc<dyn Clock>,
     ) -> anyhow::Result<Self> {
         let (filter, zm) = impedance_chain(config, carrier_hz)?;
         let OpenHardware {
@@ -210,7 +213,7 @@ impl Bench {
             has_position,
             shared,
             tasks: before,
-        } = OpenHardware::open(config, host, lines, force_port)?;
+        } = OpenHardware::open(config, host, lines, force_port, clock)?;
         let clipping = |index: u16, clip_units: f64| Input {
             channel: usize::from(index),
             clip_level: clip_units as f32,
@@ -250,6 +253,7 @@ impl Bench {
                 batches,
             },
             shared.clone(),
+            clock.clone(),
         );
         Ok(Self {
             streams,

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use crossbeam_channel::Sender;
 
+use crate::clock::Clock;
 use crate::encoder::{JumpWatch, Quadrature, Watched};
 use crate::force::{ForceLink, LineFaults, TimedForce};
 use crate::gpio::Input;
@@ -105,6 +106,7 @@ pub struct Field {
     pressed: Arc<AtomicBool>,
     shared: Arc<Shared>,
     safety: Sender<SafetyCommand>,
+    clock: Arc<dyn Clock>,
     position_due_ns: u64,
     button_high: bool,
     button_changed_ns: u64,
@@ -125,6 +127,10 @@ pub struct FieldHealth {
 
 impl Field {
     /// Reads whichever of the sources are there. `pressed` is raised at each press of the button; its reader lowers it.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the composition root names each once"
+    )]
     pub fn new(
         force: Option<ForceLink>,
         encoder: Option<Encoder>,
@@ -133,6 +139,7 @@ impl Field {
         pressed: Arc<AtomicBool>,
         shared: Arc<Shared>,
         safety: Sender<SafetyCommand>,
+        clock: Arc<dyn Clock>,
     ) -> Self {
         Self {
             force,
@@ -142,6 +149,7 @@ impl Field {
             pressed,
             shared,
             safety,
+            clock,
             position_due_ns: 0,
             button_high: false,
             button_changed_ns: 0,
@@ -152,20 +160,24 @@ impl Field {
         let Some(link) = &mut self.force else { return };
         let (mut first_s, mut hardest) = (None, None::<Press>);
         let mut arrived = 0;
-        let polled = link.poll(seconds(now_ns), |force| {
-            first_s.get_or_insert(force.host_s);
-            let press = Press {
-                normal_n: force.sample.normal_n,
-                lateral_n: force.sample.lateral_n,
-                raw_n: force.raw_n,
-                saturated: force.sample.normal_saturated,
-                at_ns: now_ns,
-            };
-            hardest = Some(hardest.map_or(press, |hardest| hardest.or_harder(press)));
-            arrived += 1;
-            // The acquisition is gone only when the bench stops.
-            let _ = self.readings.send(Reading::Force(force));
-        });
+        let clock = &self.clock;
+        let polled = link.poll(
+            || seconds(clock.now_ns()),
+            |force| {
+                first_s.get_or_insert(force.host_s);
+                let press = Press {
+                    normal_n: force.sample.normal_n,
+                    lateral_n: force.sample.lateral_n,
+                    raw_n: force.raw_n,
+                    saturated: force.sample.normal_saturated,
+                    at_ns: now_ns,
+                };
+                hardest = Some(hardest.map_or(press, |hardest| hardest.or_harder(press)));
+                arrived += 1;
+                // The acquisition is gone only when the bench stops.
+                let _ = self.readings.send(Reading::Force(force));
+            },
+        );
         self.shared.force_polled_ns.set(now_ns);
         if let Some(press) = hardest {
             self.shared.press.set(press);
@@ -197,9 +209,8 @@ impl Field {
         let counted_m = encoder.counted_m()?;
         if now_ns >= self.position_due_ns {
             self.position_due_ns = now_ns + POSITION_PERIOD_NS;
-            let _ = self
-                .readings
-                .send(encoder.reading(seconds(now_ns), counted_m));
+            let read_s = seconds(self.clock.now_ns());
+            let _ = self.readings.send(encoder.reading(read_s, counted_m));
             let mut health = self.shared.field.get().unwrap_or_default();
             health.encoder_skipped = encoder.quadrature.skipped();
             self.shared.field.set(health);

@@ -102,7 +102,14 @@ pub fn run(
         watchers,
         simulated,
     } = hardware;
-    let bench = Bench::open(&config, config.plate.resonance_hz, &host, lines, force_port)?;
+    let bench = Bench::open(
+        &config,
+        config.plate.resonance_hz,
+        &host,
+        lines,
+        force_port,
+        &clock,
+    )?;
     if let Some(held) = &calibration {
         held.require_opened(&config, &bench.streams, clock.as_ref())?;
     }

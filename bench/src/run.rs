@@ -187,7 +187,7 @@ pub fn run(
         simulated,
     } = hardware;
     let config = plan.config.clone();
-    let bench = Bench::open(&config, plan.carrier_hz, &host, lines, force_port)?;
+    let bench = Bench::open(&config, plan.carrier_hz, &host, lines, force_port, &clock)?;
     if let Some(held) = &plan.calibration {
         held.require_opened(&config, &bench.streams, clock.as_ref())?;
     }

@@ -92,6 +92,12 @@ pub enum ApparatusError {
     /// The truth could not be written.
     #[error("truth of the run: {0}")]
     Truth(#[source] io::Error),
+    /// There is no folder for the truth.
+    #[error("no folder {} for the truth of the run: make it first", path.display())]
+    NoTruthFolder {
+        /// Where it should be.
+        path: PathBuf,
+    },
     /// The real-time thread could not be started.
     #[error("the apparatus' thread: {0}")]
     Thread(#[source] io::Error),
@@ -134,6 +140,9 @@ impl Apparatus {
         let frames = config.period_frames;
         if !PERIOD_FRAMES.contains(&frames) || !frames.is_multiple_of(PERIOD_MULTIPLE) {
             return Err(ApparatusError::Period { frames });
+        }
+        if let Some(path) = config.truth_path.as_ref().filter(|path| !path.is_dir()) {
+            return Err(ApparatusError::NoTruthFolder { path: path.clone() });
         }
         let scenario = &config.scenario;
         let clock = Arc::new(WorldClock::new(

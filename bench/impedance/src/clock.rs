@@ -95,7 +95,8 @@ impl LowerEnvelope {
     }
 
     /// Notes that what was sampled at `source_s` of the source's clock arrived at `arrival_s` of the host's.
-    /// One call a burst, with its newest sample, is enough; more do no harm.
+    /// One call a burst, with its newest sample, is enough; more do no harm. An arrival may be stated late, never early: it is
+    /// to be read off the clock after the data, because one that is too early pulls the map down for a minute.
     ///
     /// # Errors
     /// When the source's time does not advance or a time is not finite; nothing is noted then. A source that has been

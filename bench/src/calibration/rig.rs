@@ -104,7 +104,7 @@ pub fn run<P: Procedure>(
         claim: _claim,
     } = hardware;
     let settings = settings(config)?;
-    let open = OpenHardware::open(config, &host, lines, force_port)?;
+    let open = OpenHardware::open(config, &host, lines, force_port, &clock)?;
     let identity = Identity::opened(config, &open.streams);
     let stop = StopFlag::default();
     crate::run::make_safe(&open.kill, &stop)?;

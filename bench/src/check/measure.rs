@@ -109,7 +109,14 @@ pub(super) fn measure(
         carrier_hz: config.plate.resonance_hz,
         amplitude_v: tone_v,
     })?;
-    let bench = Bench::open(config, config.plate.resonance_hz, &host, lines, force_port)?;
+    let bench = Bench::open(
+        config,
+        config.plate.resonance_hz,
+        &host,
+        lines,
+        force_port,
+        &clock,
+    )?;
     let calibration_fault = held.and_then(|held| {
         held.require_opened(config, &bench.streams, clock.as_ref())
             .err()

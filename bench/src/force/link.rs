@@ -103,19 +103,25 @@ impl ForceLink {
         }
     }
 
-    /// Takes what has arrived at `now_s` on the host's clock.
+    /// Takes what has arrived; `now_s` is the host's clock.
     ///
     /// # Errors
     /// When the port is gone.
-    pub fn poll(&mut self, now_s: f64, mut take: impl FnMut(TimedForce)) -> std::io::Result<()> {
+    pub fn poll(
+        &mut self,
+        now_s: impl Fn() -> f64,
+        mut take: impl FnMut(TimedForce),
+    ) -> std::io::Result<()> {
         self.bytes.clear();
         self.port.read_waiting(&mut self.bytes)?;
+        // Asked only now: what is read may have come after the caller looked at the clock, and no arrival may be stated early.
+        let arrival_s = now_s();
         self.samples.clear();
         self.decoder.decode(&self.bytes, &mut self.samples);
         // The last sample of a burst has waited least: it alone tells of the delay.
         if let Some(last) = self.samples.last() {
             // The decoder lets only advancing times pass.
-            let _ = self.clock.observe(seconds(last.device_us), now_s);
+            let _ = self.clock.observe(seconds(last.device_us), arrival_s);
         }
         for &sample in &self.samples {
             if let Some(host_s) = self.clock.to_host_s(seconds(sample.device_us)) {

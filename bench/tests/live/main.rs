@@ -7,6 +7,7 @@
 mod alignment;
 mod exclusive;
 mod flags;
+mod held_up;
 mod rig;
 mod safe;
 mod stall;

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use friction_bench::acquisition::RecordingCommand;
 use friction_bench::analysis::record::Record;
 use friction_bench::assembly::Bench;
+use friction_bench::clock::Clock;
 use friction_bench::config::Config;
 use friction_bench::gpio::{GpioError, Input, Lines, input, output};
 use friction_bench::pipeline::Account;
@@ -15,7 +16,8 @@ use friction_bench::recording::recorder::{Begin, RecorderNotice};
 use friction_bench::recording::writer::Ending;
 use friction_bench::recording::{AudioFormat, RecordingReader};
 use friction_bench::safety::SafetyState;
-use mock_hw::apparatus::{Apparatus, ApparatusConfig};
+use jiff::Timestamp;
+use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig};
 use mock_hw::clock::Pace;
 use mock_hw::scenario::Scenario;
 use signalgen::Waveform;
@@ -35,6 +37,24 @@ pub fn config(changes: &[(&str, &str)]) -> Config {
 
 pub fn apparatus(scenario: Scenario) -> Apparatus {
     Apparatus::new(ApparatusConfig::new(scenario, 1, Pace::Stepped)).unwrap()
+}
+
+/// The apparatus's time as the host's.
+struct HostClock(ApparatusClock);
+
+impl Clock for HostClock {
+    fn now_ns(&self) -> u64 {
+        self.0.now_ns()
+    }
+
+    fn utc(&self) -> Timestamp {
+        Timestamp::UNIX_EPOCH
+    }
+}
+
+/// The clock of a bench on `apparatus`.
+pub fn clock(apparatus: &Apparatus) -> Arc<dyn Clock> {
+    Arc::new(HostClock(apparatus.clock()))
 }
 
 /// A recording in `folder` of all inputs at `rate_hz`.
@@ -94,8 +114,10 @@ pub struct Rig {
     pub record: Record,
     pub account: Account,
     pub warnings: Vec<String>,
+    ticks: u64,
     disk_stalls: bool,
     rate_hz: u32,
+    held_up: (u64, u64),
     temp: tempfile::TempDir,
 }
 
@@ -119,7 +141,8 @@ impl Rig {
             ..Lines::default()
         };
         let port = Some(apparatus.force_port().to_owned());
-        let bench = Bench::open(&config, 35_000.0, &apparatus.host(), lines, port).unwrap();
+        let clock = clock(&apparatus);
+        let bench = Bench::open(&config, 35_000.0, &apparatus.host(), lines, port, &clock).unwrap();
         bench.streams.play().unwrap();
         Self {
             apparatus,
@@ -127,8 +150,10 @@ impl Rig {
             record: Record::default(),
             account: Account::default(),
             warnings: Vec::new(),
+            ticks: 0,
             disk_stalls: false,
             rate_hz: config.audio.rate_hz,
+            held_up: (u64::MAX, 0),
             temp: tempfile::tempdir().unwrap(),
         }
     }
@@ -153,14 +178,26 @@ impl Rig {
         }
     }
 
-    /// One step of the apparatus and of every task.
+    /// One step of the apparatus and of every task; none fails.
     pub fn tick(&mut self) -> SafetyState {
+        self.try_tick().unwrap()
+    }
+
+    /// One step of the apparatus and of every task, up to the first that fails.
+    pub fn try_tick(&mut self) -> anyhow::Result<SafetyState> {
         self.apparatus.step().unwrap();
-        let now_ns = self.apparatus.now_ns();
+        self.ticks += 1;
+        let (every, by_ns) = self.held_up;
+        let stale_ns = if self.ticks.is_multiple_of(every) {
+            by_ns
+        } else {
+            0
+        };
+        let now_ns = self.apparatus.now_ns() - stale_ns;
         let Bench { before, after, .. } = &mut self.bench;
         for task in before.iter_mut().chain(after) {
             if !(self.disk_stalls && task.name() == "recorder") {
-                task.poll(now_ns).unwrap();
+                task.poll(now_ns)?;
             }
         }
         let safety = self.bench.shared.safety.get().unwrap_or_default();
@@ -174,7 +211,12 @@ impl Rig {
             self.account = batch.account;
             self.warnings.extend(batch.warnings);
         }
-        safety
+        Ok(safety)
+    }
+
+    /// At every so many ticks all tasks are held up for `by_ns` between looking at the clock and all else.
+    pub fn hold_up(&mut self, every: u64, by_ns: u64) {
+        self.held_up = (every, by_ns);
     }
 
     /// The recorder waits for its disk, or goes on.

@@ -206,3 +206,32 @@ fn a_kill_from_anywhere_latches() {
     }
     assert!(!rig.bench.drive.sounds());
 }
+
+#[test]
+fn a_card_that_stays_silent_ends_the_program_and_the_recording_reads() {
+    let mut rig = Rig::driven();
+    rig.pass(0.3);
+    let folder = rig.begin("silent");
+    rig.pass(0.5);
+    for direction in [Direction::Input, Direction::Output] {
+        faults(&rig).halt_audio(direction, true);
+    }
+    let halted_ns = rig.apparatus.now_ns();
+    let ended = loop {
+        if let Err(ended) = rig.try_tick() {
+            break ended.to_string();
+        }
+    };
+    assert!(
+        ended.contains("nothing for 10 s") && ended.contains("plugged in"),
+        "{ended}"
+    );
+    let silent_s = (rig.apparatus.now_ns() - halted_ns) as f64 * 1e-9;
+    assert!((9.9..10.1).contains(&silent_s), "{silent_s} s");
+    rig.bench
+        .after
+        .iter_mut()
+        .for_each(|task| task.finish().unwrap());
+    let read = RecordingReader::open(&folder).unwrap();
+    assert!(read.frames() as f64 / 192e3 > 0.49, "{}", read.frames());
+}

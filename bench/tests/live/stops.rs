@@ -24,7 +24,7 @@ use mock_hw::serial::ForceFault;
 use protocols::{Session, TrialKey, TrialOutcome, TrialRecord};
 use tui::event::{Level, PhaseKind};
 
-use crate::rig::{RATE_HZ, apparatus, begin, config, events};
+use crate::rig::{RATE_HZ, apparatus, begin, clock, config, events};
 
 /// A heartbeat whose wire can be cut.
 struct Cuttable {
@@ -89,7 +89,8 @@ impl Rig {
             ..Lines::default()
         };
         let port = Some(apparatus.force_port().to_owned());
-        let bench = Bench::open(&config, 35_000.0, &apparatus.host(), lines, port).unwrap();
+        let clock = clock(&apparatus);
+        let bench = Bench::open(&config, 35_000.0, &apparatus.host(), lines, port, &clock).unwrap();
         bench.streams.play().unwrap();
         let Bench {
             streams,

@@ -1,0 +1,27 @@
+//! A loaded computer takes the processor away between a look at the clock and the reading of what has arrived (FAULTS.md, row 24).
+
+use friction_bench::recording::ForceRow;
+use mock_hw::scenario::Scenario;
+
+use crate::rig::{Rig, config};
+
+/// Forces of the first eight seconds, all tasks held up for 5 ms at every so many ticks.
+fn forces(held_up_every: u64) -> Vec<ForceRow> {
+    let mut rig = Rig::new(Scenario::default(), config(&[]), None);
+    rig.pass(0.1);
+    rig.hold_up(held_up_every, 5_000_000);
+    rig.pass(8.0);
+    rig.record.force
+}
+
+#[test]
+fn forces_keep_their_place_on_the_audio_clock() {
+    let (prompt, held_up) = (forces(u64::MAX), forces(7));
+    assert!(prompt.len() > 70_000, "{}", prompt.len());
+    assert_eq!(prompt.len(), held_up.len());
+    for (prompt, held_up) in prompt.iter().zip(&held_up) {
+        assert_eq!(prompt.normal_n, held_up.normal_n);
+        let off_s = held_up.time_s - prompt.time_s;
+        assert!(off_s.abs() < 1e-4, "{off_s} s off at {} s", prompt.time_s);
+    }
+}

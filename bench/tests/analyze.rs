@@ -12,7 +12,7 @@ use std::process::{Command, Output};
 use std::sync::OnceLock;
 
 use friction_bench::analysis::analysed::RecordingFindings;
-use friction_bench::analysis::reading::{Channel, Flaw};
+use friction_bench::analysis::flaw::{Channel, Flaw};
 use friction_bench::analysis::unloaded::UnloadedError;
 use friction_bench::analysis::{RecordingAnalysis, Settings, find, recording};
 use friction_bench::recording::RecordingReader;
@@ -330,6 +330,39 @@ fn flaws_are_told_and_the_sound_rest_is_analysed() {
             .any(|f| matches!(f, Flaw::File(Warning::NotFinite { .. })))
     );
     assert!(found.instances.len() >= 5, "{:?}", found.rejected);
+}
+
+#[test]
+fn readings_on_another_clock_or_too_far_apart_are_named() {
+    let told = |analysis: RecordingAnalysis, words: &[&str]| {
+        let found = analysis.found.unwrap();
+        assert!(found.instances.is_empty());
+        let flaws: Vec<String> = found.flaws.iter().map(Flaw::to_string).collect();
+        let named = flaws
+            .iter()
+            .any(|flaw| words.iter().all(|word| flaw.contains(word)));
+        assert!(named, "no {words:?} in {flaws:?}");
+    };
+    let unix_time = damaged(|r| {
+        edit(r.join("force.csv"), |text| {
+            let (header, rows) = text.split_once('\n').unwrap();
+            let later = rows.lines().map(|row| {
+                let (time, forces) = row.split_once(',').unwrap();
+                let time_s: f64 = time.parse().unwrap();
+                format!("{:.6},{forces}\n", time_s + 1.79e9)
+            });
+            format!("{header}\n{}", later.collect::<String>())
+        });
+    });
+    told(unix_time, &["force.csv", "another clock", "time_s"]);
+    let slow = damaged(|r| {
+        edit(r.join("position.csv"), |text| {
+            let (header, rows) = text.split_once('\n').unwrap();
+            let some: Vec<&str> = rows.lines().step_by(50).collect();
+            format!("{header}\n{}\n", some.join("\n"))
+        });
+    });
+    told(slow, &["position.csv", "50 ms apart", "20 ms"]);
 }
 
 #[test]

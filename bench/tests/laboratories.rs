@@ -16,8 +16,8 @@ use std::fs;
 use std::path::Path;
 
 use friction_bench::analysis::estimate::Estimated;
+use friction_bench::analysis::flaw::Flaw;
 use friction_bench::analysis::model_check::quantile;
-use friction_bench::analysis::reading::Flaw;
 use friction_bench::analysis::{Settings, recording};
 use hound::{SampleFormat, WavSpec, WavWriter};
 use mock_hw::person::FingerState;

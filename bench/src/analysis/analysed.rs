@@ -7,9 +7,9 @@ use protocols::{Direction, SelectionRules};
 
 pub use super::estimate::{Deltas, Estimated, InstanceAnalysis, InstanceSamples, Method};
 pub use super::exploration::Exploration;
+use super::flaw::Flaw;
 pub use super::instance::PlateReading;
 pub use super::model_check::Band;
-use super::reading::Flaw;
 use super::settings::Settings;
 use crate::pipeline::RecordedError;
 use crate::recording::manifest::{Manifest, Plate};

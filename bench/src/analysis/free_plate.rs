@@ -5,8 +5,9 @@ use std::f64::consts::TAU;
 use impedance::Transient;
 use num_complex::Complex64;
 
+use super::flaw::Flaw;
 use super::instance::PlateReading;
-use super::reading::{Flaw, Reading};
+use super::reading::Reading;
 use super::unloaded::{self, UnloadedError};
 use crate::pipeline::PickupOffset;
 use crate::recording::Manifest;

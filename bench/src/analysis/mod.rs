@@ -5,11 +5,14 @@
 //! recordings at once, [`results`] writes what came out.
 
 pub mod analysed;
+mod clipping;
 pub mod estimate;
 pub mod exploration;
 pub mod find;
+pub mod flaw;
 mod free_plate;
 pub mod instance;
+mod levels;
 pub mod model_check;
 pub mod published;
 pub mod reading;

@@ -4,7 +4,7 @@ use contact::{FittedFinger, self_sensed};
 use protocols::{SelectionRules, Validity};
 
 use super::exploration::Exploration;
-use super::reading::Flaw;
+use super::flaw::Flaw;
 
 /// Edges of the amplitude bands, m; the last band is open.
 const EDGES_M: [f64; 6] = [0.0, 0.3e-6, 1e-6, 2e-6, 4e-6, 8e-6];

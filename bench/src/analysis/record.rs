@@ -269,7 +269,7 @@ fn smoothed<R>(
 }
 
 /// Rows without a reading for longer than this were lost, not merely slow, s.
-const LONGEST_GAP_S: f64 = 0.02;
+pub(super) const LONGEST_GAP_S: f64 = 0.02;
 /// Grids are no coarser than this, so that the filter has its form at any rate of readings, Hz.
 const LEAST_RATE_HZ: f64 = 2000.0;
 /// Readings this far beyond the wanted span let the filter settle, s.

@@ -1,0 +1,104 @@
+//! Whether a wave is cut off, by how long it stays on its greatest value.
+
+/// The greatest and least sample values and how often they occur.
+#[derive(Debug, Default)]
+pub(super) struct Extremes {
+    pub(super) lost: u64,
+    top: Extreme,
+    bottom: Extreme,
+}
+
+/// The greatest value so far, how often it occurred, and how often something just under it did.
+#[derive(Debug, Default)]
+struct Extreme {
+    value: f32,
+    at: u64,
+    near: u64,
+}
+
+/// What counts as just under the greatest value.
+const NEAR: f32 = 0.999;
+/// A wave that is cut off stays on its greatest value at least this often, and this many times as often as just under it.
+const LEAST_CUT: u64 = 16;
+const CUT_RATIO: u64 = 4;
+
+impl Extreme {
+    fn take(&mut self, value: f32) {
+        if value > self.value {
+            self.near = if self.value > NEAR * value {
+                self.near + self.at
+            } else {
+                0
+            };
+            (self.value, self.at) = (value, 1);
+        } else if value == self.value {
+            self.at += 1;
+        } else if value > NEAR * self.value {
+            self.near += 1;
+        }
+    }
+
+    fn is_cut(&self) -> bool {
+        self.value > 0.0 && self.at >= LEAST_CUT && self.at > CUT_RATIO * self.near
+    }
+}
+
+impl Extremes {
+    pub(super) fn take(&mut self, value: f32) {
+        if value.is_finite() {
+            self.top.take(value);
+            self.bottom.take(-value);
+        } else {
+            self.lost += 1;
+        }
+    }
+
+    /// How many samples are cut off, and at which magnitude.
+    pub(super) fn clipped(&self) -> Option<(u64, f32)> {
+        let cut = [&self.top, &self.bottom].into_iter().filter(|e| e.is_cut());
+        cut.map(|extreme| (extreme.at, extreme.value))
+            .reduce(|a, b| (a.0 + b.0, a.1.min(b.1)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    fn extremes(values: impl Iterator<Item = f64>) -> Extremes {
+        let mut extremes = Extremes::default();
+        values.for_each(|x| extremes.take(x as f32));
+        extremes
+    }
+
+    /// 35 kHz under 6 Hz modulation at 192 kHz.
+    fn wave() -> impl Iterator<Item = f64> {
+        (0..192_000).map(|i| {
+            let t = f64::from(i) / 192e3;
+            let envelope = 1.0 + 0.95 * (TAU * 6.0 * t).sin();
+            0.4 * envelope * (TAU * 35e3 * t).cos()
+        })
+    }
+
+    #[test]
+    fn a_wave_that_is_cut_off_is_told_from_one_that_is_not() {
+        assert_eq!(extremes(wave()).clipped(), None);
+        // Of 16 bits, where the crest falls on one code for a while.
+        assert_eq!(
+            extremes(wave().map(|x| (x * 32768.0).round() / 32768.0)).clipped(),
+            None
+        );
+        let (samples, level) = extremes(wave().map(|x| x.clamp(-0.7, 0.7)))
+            .clipped()
+            .unwrap();
+        assert_eq!(level, 0.7);
+        assert!(samples > 1000, "{samples}");
+        // One side alone, as with DC.
+        let (_, level) = extremes(wave().map(|x| (x + 0.1).min(0.8)))
+            .clipped()
+            .unwrap();
+        assert_eq!(level, 0.8);
+    }
+}

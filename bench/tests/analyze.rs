@@ -139,6 +139,10 @@ fn a_study_gives_results_by_the_schema() {
     for method in ["paper", "dynamic"] {
         assert!(recording["z_p_n_s_per_m"][method][0].is_f64());
     }
+    // The simulated plate's further mode turns the pickup by some milliradians.
+    let turned_rad = recording["pickup_undone"]["phase_rad"].as_f64().unwrap();
+    assert!(turned_rad.abs() < 0.02, "{turned_rad}");
+    assert!(recording["pickup_undone"]["delay_s"].is_f64());
     let instances = recording["instances"].as_array().unwrap();
     assert!(instances.len() >= 5, "{} instances", instances.len());
     for instance in instances {

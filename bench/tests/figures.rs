@@ -398,6 +398,7 @@ fn analysed() -> Analysed {
     let path = PathBuf::from("trial-01");
     let findings = RecordingFindings {
         path: path.clone(),
+        pickup: friction_bench::pipeline::PickupOffset::default(),
         rules: settings.selection_rules(manifest.plate.centre_m),
         manifest,
         z_p: None,

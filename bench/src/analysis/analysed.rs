@@ -11,6 +11,7 @@ use super::flaw::Flaw;
 pub use super::instance::PlateReading;
 pub use super::model_check::Band;
 use super::settings::Settings;
+use crate::pipeline::PickupOffset;
 use crate::pipeline::RecordedError;
 use crate::recording::manifest::{Manifest, Plate};
 use crate::recording::reader::ReadError;
@@ -71,6 +72,8 @@ pub struct RecordingFindings {
     pub manifest: Manifest,
     /// What a stretch had to be to hold an instance.
     pub rules: SelectionRules,
+    /// What of the pickup the unloaded plate showed to be otherwise than stated, and was undone.
+    pub pickup: PickupOffset,
     /// The plate's own impedance; `None` if it could not be read.
     pub z_p: Option<PlateReading>,
     /// The explorations in time.

@@ -31,11 +31,12 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     let rules = selection_rules(folder, &reading.manifest, settings);
     let carrier_missing = reading.carrier_missing();
     let mut plate = FreePlate::read(&reading, rules.contact_n / 2.0);
-    if let Some(offset) = plate.pickup_offset() {
-        reading = reading::read(folder, offset)?;
+    let pickup = plate.pickup_offset().unwrap_or_default();
+    if pickup != PickupOffset::default() {
+        reading = reading::read(folder, pickup)?;
         reading
             .flaws
-            .extend(pickup_flaws(offset, &reading.manifest));
+            .extend(pickup_flaws(pickup, &reading.manifest));
         plate = FreePlate::read(&reading, rules.contact_n / 2.0);
     }
     let Reading {
@@ -46,6 +47,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     let mut findings = RecordingFindings {
         path: folder.to_owned(),
         rules,
+        pickup,
         z_p: None,
         explorations: Vec::new(),
         instances: Vec::new(),

@@ -30,11 +30,20 @@ struct Recording {
     participant: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     carrier_hz: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pickup_undone: Option<PickupUndone>,
     z_p_n_s_per_m: Methods<Option<[f64; 2]>>,
     instances: Vec<Instance>,
     model_check: Vec<BandRow>,
     rejected: Vec<RejectedRow>,
     warnings: Vec<String>,
+}
+
+/// What of the pickup the unloaded plate's answer to the modulation showed to be otherwise than stated.
+#[derive(Debug, Serialize)]
+struct PickupUndone {
+    phase_rad: f64,
+    delay_s: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -162,6 +171,7 @@ impl From<&RecordingAnalysis> for Recording {
                     path,
                     participant: None,
                     carrier_hz: None,
+                    pickup_undone: None,
                     z_p_n_s_per_m: Methods {
                         paper: None,
                         dynamic: None,
@@ -177,6 +187,10 @@ impl From<&RecordingAnalysis> for Recording {
             path,
             participant: found.participant().map(str::to_owned),
             carrier_hz: Some(found.manifest.carrier_hz),
+            pickup_undone: Some(PickupUndone {
+                phase_rad: found.pickup.turn_rad,
+                delay_s: found.pickup.delay_s,
+            }),
             z_p_n_s_per_m: Methods {
                 paper: found.z_p.map(|z_p| pair(z_p.plain_n_s_per_m)),
                 dynamic: found.z_p.map(|z_p| pair(z_p.corrected_n_s_per_m)),

@@ -1,0 +1,159 @@
+//! The sound card and what is wired to it.
+
+use serde::{Deserialize, Serialize};
+
+use super::range::{Refused, within};
+
+/// Which cpal host.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum AudioHost {
+    /// The platform's own: ALSA, CoreAudio, WASAPI.
+    Native,
+    /// A JACK server.
+    Jack,
+}
+
+/// Sample format on the wire.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[expect(missing_docs, reason = "the names say it")]
+pub enum SampleFormat {
+    F32,
+    I32,
+    I16,
+}
+
+/// `[audio]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Audio {
+    /// Which sound layer.
+    pub host: AudioHost,
+    /// Output device, by id or name.
+    pub output_device: String,
+    /// Input device, by id or name; the same card as the output, for both must share one sample clock.
+    pub input_device: String,
+    /// Sample rate, Hz.
+    pub rate_hz: u32,
+    /// Sample format.
+    pub sample_format: SampleFormat,
+    /// Channels of the output stream.
+    pub output_channels: u16,
+    /// Channels of the input stream; all of them are recorded.
+    pub input_channels: u16,
+    /// Frames a callback; the device's own choice when absent.
+    pub buffer_frames: Option<u32>,
+    /// Audio kept for a disk that stalls, s.
+    #[serde(default = "Audio::default_ring_s")]
+    pub ring_s: f64,
+}
+
+impl Audio {
+    pub(super) fn check(&self) -> Result<(), Refused> {
+        let rate_hz = f64::from(self.rate_hz);
+        within("audio.rate_hz", rate_hz, 44_100.0, 768_000.0, "Hz")?;
+        within("audio.ring_s", self.ring_s, 1.0, 60.0, "s")
+    }
+
+    fn default_ring_s() -> f64 {
+        10.0
+    }
+}
+
+/// `[output]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Output {
+    /// Output channel that feeds the amplifier.
+    pub channel: u16,
+    /// Actuator volts per full scale of the output, amplifier included.
+    pub volts_per_unit: f64,
+}
+
+impl Output {
+    pub(super) fn check(&self, audio: &Audio) -> Result<(), Refused> {
+        numbered("output.channel", self.channel, audio.output_channels)?;
+        let volts_per_unit = self.volts_per_unit;
+        within("output.volts_per_unit", volts_per_unit, 1e-3, 1e4, "V")
+    }
+}
+
+/// `[channels]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Channels {
+    /// Read-back of the voltage across the actuators.
+    pub drive: DriveChannel,
+    /// The piezo pickup.
+    pub pickup: PickupChannel,
+}
+
+impl Channels {
+    pub(super) fn check(&self, audio: &Audio) -> Result<(), Refused> {
+        let Self { drive, pickup } = self;
+        numbered("channels.drive.index", drive.index, audio.input_channels)?;
+        numbered("channels.pickup.index", pickup.index, audio.input_channels)?;
+        if drive.index == pickup.index {
+            return Err(Refused::new(
+                "channels.pickup.index",
+                format!(
+                    "channels.drive.index and channels.pickup.index are both {}",
+                    drive.index
+                ),
+            ));
+        }
+        let (volts, metres) = (drive.volts_per_unit, pickup.metres_per_unit);
+        within("channels.drive.volts_per_unit", volts, 1e-3, 1e4, "V")?;
+        within("channels.pickup.metres_per_unit", metres, 1e-9, 1e-3, "m")?;
+        for (key, clip_units) in [
+            ("channels.drive.clip_units", drive.clip_units),
+            ("channels.pickup.clip_units", pickup.clip_units),
+        ] {
+            within(key, clip_units, 1e-3, 1.0, "of full scale")?;
+        }
+        let phase_rad = pickup.phase_rad;
+        within("channels.pickup.phase_rad", phase_rad, -7.0, 7.0, "rad")
+    }
+}
+
+fn numbered(key: &str, index: u16, count: u16) -> Result<(), Refused> {
+    if index < count {
+        return Ok(());
+    }
+    let why = format!("{key} = {index} but the stream has {count} channels, numbered from 0");
+    Err(Refused::new(key, why))
+}
+
+/// `[channels.drive]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DriveChannel {
+    /// Input channel.
+    pub index: u16,
+    /// Actuator volts per sample value.
+    pub volts_per_unit: f64,
+    /// |sample| from which on the input is taken to clip, of full scale.
+    #[serde(default = "default_clip_units")]
+    pub clip_units: f64,
+}
+
+/// Just under full scale, where every converter clips at the latest.
+fn default_clip_units() -> f64 {
+    0.999
+}
+
+/// `[channels.pickup]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PickupChannel {
+    /// Input channel.
+    pub index: u16,
+    /// Plate displacement per sample value at the carrier, m.
+    pub metres_per_unit: f64,
+    /// Phase to add to the pickup's samples, rad.
+    pub phase_rad: f64,
+    /// |sample| from which on the input is taken to clip, of full scale.
+    #[serde(default = "default_clip_units")]
+    pub clip_units: f64,
+}

@@ -1,0 +1,103 @@
+//! How far the drive may go, and what stops it.
+
+use serde::{Deserialize, Serialize};
+
+use super::range::{Refused, within};
+
+/// `[limits]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Limits {
+    /// Largest peak voltage that this bench may ask for, V; at most the generator's compiled-in limit.
+    pub drive_v: f64,
+    /// Raised-cosine ramp of every start and stop, s.
+    #[serde(default = "Limits::default_ramp_s")]
+    pub ramp_s: f64,
+}
+
+impl Limits {
+    pub(super) fn check(&self) -> Result<(), Refused> {
+        let most_v = signalgen::HARD_LIMIT_V;
+        within("limits.drive_v", self.drive_v, 0.0, most_v, "V")?;
+        within("limits.ramp_s", self.ramp_s, 0.005, 1.0, "s")
+    }
+
+    fn default_ramp_s() -> f64 {
+        0.05
+    }
+}
+
+/// `[safety]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Safety {
+    /// Normal force that stops the drive, N.
+    pub max_normal_n: f64,
+    /// Lateral force that stops the drive, either way, N. 3 N by default, an assumption: the published explorations press with
+    /// 0.65 N (Huloux 2021, section IV), so that a finger has to stick with a friction coefficient over 4 to get there.
+    pub max_lateral_n: f64,
+    /// Allowed relative difference of the read-back from the command.
+    pub readback_tolerance: f64,
+    /// Read-back below this is silence, V.
+    pub readback_floor_v: f64,
+    /// Longest time from a command to its read-back, s.
+    pub loop_latency_s: f64,
+    /// Silence of the card or of the force sensor that stops the drive, s.
+    pub silence_s: f64,
+}
+
+impl Default for Safety {
+    fn default() -> Self {
+        Self {
+            max_normal_n: 3.0,
+            max_lateral_n: 3.0,
+            readback_tolerance: 0.25,
+            readback_floor_v: 1.0,
+            loop_latency_s: 0.1,
+            silence_s: 0.05,
+        }
+    }
+}
+
+/// No bench may set its force limits outside of these, N: below, a finger cannot explore; above, it can be hurt (an assumption).
+const FORCE_LIMITS_N: [f64; 2] = [0.1, 20.0];
+
+impl Safety {
+    /// Largest normal and lateral force, N.
+    #[must_use]
+    pub fn max_forces_n(&self) -> [f64; 2] {
+        [self.max_normal_n, self.max_lateral_n]
+    }
+
+    pub(super) fn check(&self) -> Result<(), Refused> {
+        let [least_n, most_n] = FORCE_LIMITS_N;
+        for (key, limit_n) in [
+            ("safety.max_normal_n", self.max_normal_n),
+            ("safety.max_lateral_n", self.max_lateral_n),
+        ] {
+            within(key, limit_n, least_n, most_n, "N")?;
+        }
+        within(
+            "safety.readback_tolerance",
+            self.readback_tolerance,
+            0.01,
+            1.0,
+            "",
+        )?;
+        within(
+            "safety.readback_floor_v",
+            self.readback_floor_v,
+            0.0,
+            20.0,
+            "V",
+        )?;
+        within(
+            "safety.loop_latency_s",
+            self.loop_latency_s,
+            0.005,
+            1.0,
+            "s",
+        )?;
+        within("safety.silence_s", self.silence_s, 0.02, 1.0, "s")
+    }
+}

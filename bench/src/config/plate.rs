@@ -1,0 +1,34 @@
+//! The plate.
+
+use serde::{Deserialize, Serialize};
+
+use super::range::{Refused, within};
+
+/// `[plate]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plate {
+    /// Name of this very plate.
+    pub id: String,
+    /// Resonance of the driven mode, Hz; the carrier of protocols that ask for it.
+    pub resonance_hz: f64,
+    /// Modal mass, kg.
+    pub modal_mass_kg: f64,
+    /// Force factor γ: f_a = γ U_a, N/V.
+    pub force_factor_n_per_v: f64,
+    /// Length along which the finger slides, m.
+    pub length_m: f64,
+    /// Position of the plate's centre, m.
+    pub centre_m: f64,
+}
+
+impl Plate {
+    pub(super) fn check(&self) -> Result<(), Refused> {
+        within("plate.resonance_hz", self.resonance_hz, 1e3, 2e5, "Hz")?;
+        within("plate.modal_mass_kg", self.modal_mass_kg, 1e-5, 1.0, "kg")?;
+        let force_factor = self.force_factor_n_per_v;
+        within("plate.force_factor_n_per_v", force_factor, 1e-4, 1e2, "N/V")?;
+        within("plate.length_m", self.length_m, 0.01, 1.0, "m")?;
+        within("plate.centre_m", self.centre_m, 0.0, self.length_m, "m")
+    }
+}

@@ -15,6 +15,11 @@ pub trait Front: Send {
     fn show(&mut self, event: Event);
     /// The operator's next wish.
     fn action(&mut self) -> Option<Action>;
+
+    /// Nobody reads any more what is shown.
+    fn is_unread(&self) -> bool {
+        false
+    }
 }
 
 /// Events waiting for a screen that stands still; beyond this they are dropped.
@@ -74,6 +79,7 @@ impl Front for Dashboard {
 /// Progress as lines of text, for scripts and logs. The protocol's own rules decide; nobody is asked.
 pub struct Headless<W> {
     out: W,
+    unread: bool,
     phase: Option<(PhaseKind, u32, u32)>,
     tripped: Option<String>,
 }
@@ -83,14 +89,15 @@ impl<W: Write> Headless<W> {
     pub fn new(out: W) -> Self {
         Self {
             out,
+            unread: false,
             phase: None,
             tripped: None,
         }
     }
 
     fn line(&mut self, text: std::fmt::Arguments<'_>) {
-        // A reader who went away does not end a session.
-        let _ = writeln!(self.out, "{text}");
+        // A reader who went away does not end a session; whoever runs for its lines alone looks at `unread`.
+        self.unread |= writeln!(self.out, "{text}").is_err();
     }
 }
 
@@ -149,5 +156,9 @@ impl<W: Write + Send> Front for Headless<W> {
 
     fn action(&mut self) -> Option<Action> {
         None
+    }
+
+    fn is_unread(&self) -> bool {
+        self.unread
     }
 }

@@ -190,6 +190,13 @@ struct MonitorTask {
 }
 
 impl MonitorTask {
+    /// Paused is only what would be driven.
+    fn show_phase(&mut self, kind: PhaseKind) {
+        if self.program.is_some() || kind == PhaseKind::Monitoring {
+            self.front.show(tui::Event::Phase(Phase::new(kind)));
+        }
+    }
+
     fn drive_on(&mut self) {
         if let Some(program) = self.program {
             self.drive.start(program);
@@ -199,10 +206,19 @@ impl MonitorTask {
     fn take_wishes(&mut self) {
         while let Some(action) = self.front.action() {
             match action {
-                tui::Action::Start | tui::Action::Ready | tui::Action::Resume => self.drive_on(),
-                tui::Action::Pause | tui::Action::Abort => self.drive.disarm(),
+                tui::Action::Start | tui::Action::Ready | tui::Action::Resume => {
+                    self.drive_on();
+                    self.show_phase(PhaseKind::Monitoring);
+                }
+                tui::Action::Pause | tui::Action::Abort => {
+                    self.drive.disarm();
+                    self.show_phase(PhaseKind::Paused);
+                }
                 tui::Action::EmergencyStop => self.drive.trip(Trip::Operator),
-                tui::Action::Rearm => self.drive.rearm(),
+                tui::Action::Rearm => {
+                    self.drive.rearm();
+                    self.show_phase(PhaseKind::Paused);
+                }
                 tui::Action::Quit | tui::Action::Interrupt => self.stop.raise(),
                 tui::Action::Redo | tui::Action::Consent | tui::Action::Answer(_) => {}
             }
@@ -298,7 +314,8 @@ impl Task for MonitorTask {
             .duration_s
             .is_some_and(|duration_s| self.audio_s >= duration_s);
         let tripped = self.headless && matches!(self.safety, SafetyState::Tripped { .. });
-        if over || tripped {
+        // Lines are all that watches a headless bench.
+        if over || tripped || self.front.is_unread() {
             self.stop.raise();
         }
         Ok(())

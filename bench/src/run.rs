@@ -94,6 +94,13 @@ impl Plan {
                  name the operator who holds the signed form: --consent-by NAME"
             );
         }
+        if options
+            .consent_by
+            .as_ref()
+            .is_some_and(|name| name.trim().is_empty())
+        {
+            bail!("--consent-by is empty: name the operator who holds the signed form");
+        }
         let (protocol, protocol_text) = read_protocol(&options.protocol)?;
         if config.force.is_none() {
             bail!("a participant's session needs [force] in bench.toml; `monitor` runs without it");
@@ -406,7 +413,9 @@ fn open_session(
                 study.folder().display()
             );
         }
-        return Ok((last, study.resume_session(participant, last)?, true));
+        let session = study.resume_session(participant, last)?;
+        require_same_order(plan, &session)?;
+        return Ok((last, session, true));
     }
     if next > 1 && !plan.new_session {
         bail!(
@@ -420,6 +429,37 @@ fn open_session(
         study.begin_session(participant, next, date, &plan.protocol.name)?,
         false,
     ))
+}
+
+/// A session goes on in the order that it began with, or not at all.
+fn require_same_order(plan: &Plan, session: &study::Session) -> anyhow::Result<()> {
+    let began = session
+        .log_before()
+        .documents
+        .iter()
+        .find_map(|document| match document {
+            Document::Start(start) => Some(start),
+            _ => None,
+        });
+    let Some(began) = began else { return Ok(()) };
+    if began.protocol != plan.protocol.name {
+        bail!(
+            "{} was begun with the protocol {}, not with {}: name it with --protocol, or begin another session with --new-session",
+            session.folder().display(),
+            began.protocol,
+            plan.protocol.name
+        );
+    }
+    if began.seed != plan.seed {
+        bail!(
+            "{} was begun with the seed {}, not with {}, and would go on in another order: add --seed {}, or begin another session with --new-session",
+            session.folder().display(),
+            began.seed,
+            plan.seed,
+            began.seed
+        );
+    }
+    Ok(())
 }
 
 /// The state machine, after what an interrupted session's log tells of.

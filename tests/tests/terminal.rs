@@ -281,6 +281,13 @@ impl Terminal {
         Self::open(columns, rows, &command)
     }
 
+    /// Says that nothing is on the plate; only then is it driven.
+    fn plate_is_clear(&self) {
+        let screen = self.shows(&["Take everything off", "Then the plate is driven"]);
+        assert!(!screen.contains("DRIVING"), "{screen}");
+        self.press(&["Enter"]);
+    }
+
     fn press(&self, keys: &[&str]) {
         let mut arguments = vec!["send-keys"];
         arguments.extend(keys);
@@ -325,6 +332,7 @@ impl Terminal {
 #[test]
 fn an_operator_is_guided_through_the_pickups_calibration_and_measures_a_point_again() {
     let terminal = Terminal::calibrate(80, 24, "pickup --levels-v 10,20,30,40");
+    terminal.plate_is_clear();
     let screen = terminal.shows(&["calibrate pickup", "type it", "DRIVING", "simulated"]);
     let first = screen.lines().next().unwrap();
     assert!(
@@ -381,6 +389,7 @@ fn an_operator_is_guided_through_the_pickups_calibration_and_measures_a_point_ag
 #[test]
 fn leaving_a_guided_calibration_writes_nothing() {
     let terminal = Terminal::calibrate(120, 40, "pickup --levels-v 10,20,30");
+    terminal.plate_is_clear();
     terminal.shows(&["type it", "DRIVING"]);
     terminal.type_amplitude(10.0, 1.0);
     terminal.shows(&["10.00 V", "step 4 of 6"]);
@@ -403,6 +412,7 @@ fn leaving_a_guided_calibration_writes_nothing() {
 #[test]
 fn the_stop_key_ends_a_guided_calibration_in_good_order() {
     let terminal = Terminal::calibrate(80, 24, "pickup --levels-v 10,20,30");
+    terminal.plate_is_clear();
     terminal.shows(&["type it", "DRIVING"]);
     terminal.press(&["e"]);
     let screen = terminal.shows(&["TRIPPED", "stopped by the operator", "written.", "leave"]);
@@ -419,6 +429,7 @@ fn the_stop_key_ends_a_guided_calibration_in_good_order() {
 #[test]
 fn an_operator_is_guided_through_the_plates_calibration() {
     let terminal = Terminal::calibrate(120, 40, "plate");
+    terminal.plate_is_clear();
     let screen = terminal.shows(&[
         "calibrate plate",
         "measure one of them again",

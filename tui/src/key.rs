@@ -136,7 +136,7 @@ pub(crate) fn wish(state: &State, letter: char) -> Wish {
         },
         'r' if state.phase.trial > 0 && state.is_running() => Wish::Ask(Action::Redo),
         'r' => Wish::Explain("no trial to do again"),
-        'a' if state.is_running() => Wish::Ask(Action::Abort),
+        'a' if state.in_session() => Wish::Ask(Action::Abort),
         'a' => Wish::Explain("no session to abort"),
         'x' if tripped => Wish::Ask(Action::Rearm),
         'x' => Wish::Explain("not tripped: nothing to re-arm"),

@@ -275,6 +275,15 @@ impl State {
         !matches!(self.phase.kind, PhaseKind::Idle | PhaseKind::Finished)
     }
 
+    /// A participant's session runs: `monitor` and calibrations are none.
+    #[must_use]
+    pub fn in_session(&self) -> bool {
+        let watching = self.phase.trial == 0
+            && self.session.participant.is_none()
+            && matches!(self.phase.kind, PhaseKind::Monitoring | PhaseKind::Paused);
+        self.calibration.is_none() && self.is_running() && !watching
+    }
+
     /// The point of a calibration that would be measured again: the chosen one, else the worst, else the last.
     #[must_use]
     pub fn chosen_point(&self) -> Option<usize> {

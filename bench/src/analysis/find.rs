@@ -1,6 +1,7 @@
 //! Which recordings are meant: recording folders themselves, or all trials of a study, a participant or a session.
 
 use std::collections::BTreeMap;
+use std::collections::HashSet;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -37,7 +38,8 @@ pub enum FindError {
 }
 
 /// The recording folders that `named` stands for, in order. A folder with a `recording.toml` is one, whatever else it is.
-/// Of a study, all completed trials; of several attempts at a trial the last completed one, for the others were redone.
+/// Of a study, all completed trials; of several attempts at a trial the last completed one, for the others were redone. What is named
+/// twice counts once.
 ///
 /// # Errors
 /// A folder cannot be listed, or there is nothing in it.
@@ -57,6 +59,8 @@ pub fn recordings(named: &[PathBuf], practice: bool) -> Result<Vec<PathBuf>, Fin
             });
         }
     }
+    let mut seen = HashSet::new();
+    found.retain(|path| seen.insert(path.canonicalize().unwrap_or_else(|_| path.clone())));
     Ok(found)
 }
 

@@ -12,15 +12,23 @@ use crate::config::Config;
 /// Silence in which the force sensor is looked at, s.
 pub(super) const LISTEN_S: f64 = 0.3;
 
-/// Lets `P` see only what was heard with nothing on the plate: the operator is asked to clear it, and the step is made
-/// again. Where nobody can be asked, the measurement ends.
+/// Lets `P` see only what was heard with nothing on the plate: the operator is asked to clear it, before anything is driven and
+/// whenever something lies there, and the step is made again. Where nobody can be asked, the measurement ends.
 pub struct ClearPlate<P> {
     procedure: P,
     zero_n: f64,
     attended: bool,
     step: Next,
-    /// The normal force that should not be there, N.
-    resting_n: Option<f64>,
+    asked: Option<Asked>,
+}
+
+/// Why the plate is to be cleared.
+#[derive(Clone, Copy)]
+enum Asked {
+    /// It is about to be driven.
+    Beginning,
+    /// This normal force should not be there, N.
+    Resting(f64),
 }
 
 impl<P> ClearPlate<P> {
@@ -31,7 +39,7 @@ impl<P> ClearPlate<P> {
             zero_n: config.calibration.zero_n,
             attended,
             step: Next::Listen(LISTEN_S),
-            resting_n: None,
+            asked: None,
         }
     }
 
@@ -51,7 +59,12 @@ impl<P: Procedure> Procedure for ClearPlate<P> {
             }
             _ => None,
         };
-        let asked = self.resting_n.is_some();
+        if self.attended && matches!(happened, Happened::Began) {
+            self.step = self.procedure.next(happened)?;
+            self.asked = Some(Asked::Beginning);
+            return Ok(Next::Ask(Request::Unload));
+        }
+        let asked = self.asked.is_some();
         match (resting_n, &happened) {
             (Some(normal_n), _) if !self.attended => bail!(
                 "something rests on the plate: the force sensor reads {normal_n:.3} N, more than calibration.zero_n = {} N; take the finger and everything else off, or run `friction-bench calibrate force`",
@@ -59,12 +72,12 @@ impl<P: Procedure> Procedure for ClearPlate<P> {
             ),
             // The force sensor has the last word.
             (_, Happened::Answered(..)) if asked => return Ok(Next::Listen(LISTEN_S)),
-            (Some(_), _) => {
-                self.resting_n = resting_n;
+            (Some(normal_n), _) => {
+                self.asked = Some(Asked::Resting(normal_n));
                 return Ok(Next::Ask(Request::Unload));
             }
             (None, Happened::Heard(_)) if asked => {
-                self.resting_n = None;
+                self.asked = None;
                 return Ok(self.step.clone());
             }
             (None, _) => {}
@@ -75,12 +88,17 @@ impl<P: Procedure> Procedure for ClearPlate<P> {
 
     fn progress(&self) -> Progress {
         let mut progress = self.procedure.progress();
-        if let Some(normal_n) = self.resting_n {
-            progress.note = Some(format!(
+        progress.note = match self.asked {
+            None => progress.note,
+            Some(Asked::Beginning) => Some(
+                "Then the plate is driven: nobody touches it until the measurement is over."
+                    .to_owned(),
+            ),
+            Some(Asked::Resting(normal_n)) => Some(format!(
                 "Something rests on the plate: the force sensor read {normal_n:.3} N, more than calibration.zero_n = {} N. This reading is not used; it is taken again. If nothing is there, leave and run `friction-bench calibrate force`.",
                 self.zero_n
-            ));
-        }
+            )),
+        };
         progress
     }
 }
@@ -124,7 +142,14 @@ mod tests {
     fn clear(attended: bool) -> ClearPlate<Counts> {
         let config = Config::parse(include_str!("../../mock-bench.toml"), "test").unwrap();
         let mut clear = ClearPlate::new(Counts::default(), &config, attended);
-        clear.next(Happened::Began).unwrap();
+        let next = clear.next(Happened::Began).unwrap();
+        if attended {
+            assert!(matches!(next, Next::Ask(Request::Unload)), "{next:?}");
+            assert!(clear.progress().note.unwrap().contains("driven"));
+            let done = Happened::Answered(Answer::Ready, under(0.5));
+            assert!(matches!(clear.next(done).unwrap(), Next::Listen(s) if s == LISTEN_S));
+            clear.next(Happened::Heard(under(0.0))).unwrap();
+        }
         clear
     }
 

@@ -138,6 +138,23 @@ fn own(calibration: &mut Calibration, identity: Identity, path: &Path) -> anyhow
         .with_context(|| other_bench(path))
 }
 
+/// What takes minutes to measure must have a place to go to.
+fn require_writable(path: &Path) -> anyhow::Result<()> {
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let probe = folder.join(format!(".friction-bench-{}", std::process::id()));
+    std::fs::File::create_new(&probe)
+        .and_then(|_| std::fs::remove_file(&probe))
+        .with_context(|| {
+            format!(
+                "nothing can be written beside {}: name a file in a folder of yours with --calibration",
+                path.display()
+            )
+        })
+}
+
 /// Puts the points of `what`, and their figure if there is one, beside the calibration at `path`.
 fn write_beside(
     path: &Path,
@@ -181,6 +198,7 @@ impl<'a> Begun<'a> {
             bail!("who measures? --operator NAME; it is kept in the calibration");
         }
         let path = path(&measure.hardware);
+        require_writable(&path)?;
         let calibration = before(&path, &config, new_sensor)?;
         held::apply(&calibration, &mut config);
         Ok(Self {
@@ -215,13 +233,14 @@ impl<'a> Begun<'a> {
             values,
             mut remarks,
             faults,
+            stem,
             table,
             figure,
         } = outcome
             .procedure
             .judge(outcome.date, &self.measure.operator)?;
         remarks.push(format!("driven for       {:.1} s", outcome.driven_s));
-        let mut written = write_beside(&self.path, C::NAME, &table, figure.as_ref())?;
+        let mut written = write_beside(&self.path, stem, &table, figure.as_ref())?;
         let passed = faults.is_empty();
         if passed {
             remarks.extend(part.put_into(&mut self.calibration));

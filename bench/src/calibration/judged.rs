@@ -29,6 +29,8 @@ pub struct Judged {
     pub remarks: Vec<String>,
     /// Reasons not to use it; none when it passes.
     pub faults: Vec<String>,
+    /// Of the name of their files, after that of the calibration's.
+    pub stem: &'static str,
     /// The points and their residuals as CSV.
     pub table: String,
     /// The same, drawn.

@@ -470,6 +470,7 @@ impl Calibrates for PickupProcedure {
                 ),
             ],
             faults,
+            stem: Self::NAME,
             table: self.points_csv(&line),
             figure: Some(figures::calibration::pickup(
                 &self.rungs,

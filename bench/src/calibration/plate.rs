@@ -390,6 +390,7 @@ impl Calibrates for PlateProcedure {
             ],
             remarks,
             faults,
+            stem: Self::NAME,
             table: admittance_csv(&response),
             figure: Some(figures::calibration::plate(&response, &plate)),
             part: Part::Plate(Box::new(plate)),

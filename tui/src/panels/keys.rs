@@ -99,6 +99,7 @@ fn question(state: &State, asked: Action) -> &'static str {
         Action::Redo => "Do this trial again?",
         Action::Abort => "Abort the session?",
         Action::Rearm => "Cause removed, finger off the plate? Re-arm?",
+        Action::Quit if !state.in_session() => "Stop watching?",
         Action::Quit => "A session runs. Quit?",
         Action::Start
         | Action::Ready

@@ -30,10 +30,22 @@ fn main() -> ExitCode {
         Ok(code) => code,
         Err(error) => {
             tui::restore();
+            if is_closed_pipe(&error) {
+                return ExitCode::SUCCESS;
+            }
             complain(&error);
             ExitCode::from(2)
         }
     }
+}
+
+/// Whoever read the output has read enough, as `head` does.
+fn is_closed_pipe(error: &anyhow::Error) -> bool {
+    let cause = error.root_cause().downcast_ref::<std::io::Error>();
+    // A serial line that ends has no number of the system's.
+    cause.is_some_and(|cause| {
+        cause.kind() == std::io::ErrorKind::BrokenPipe && cause.raw_os_error().is_some()
+    })
 }
 
 /// The error and its causes, a line each; never a backtrace. A cause that the line above has said already is left out.
@@ -180,7 +192,8 @@ fn run(options: &Run) -> anyhow::Result<ExitCode> {
     let report = run::run(plan, hardware, std::io::stdout())?;
     let mut stdout = std::io::stdout();
     for line in run::report_lines(&report, &study, &participant) {
-        writeln!(stdout, "{line}")?;
+        // The session has ended as it has, whether this is read or not.
+        let _ = writeln!(stdout, "{line}");
     }
     Ok(if report.completed {
         ExitCode::SUCCESS

@@ -430,6 +430,7 @@ impl Calibrates for ChannelsProcedure {
             values,
             remarks,
             faults,
+            stem: Self::NAME,
             table: self.table(),
             figure: Some(figures::calibration::channels(&curves, &channels)),
             part: Part::Channels(Box::new(channels)),

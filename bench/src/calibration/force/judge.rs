@@ -123,6 +123,7 @@ impl ForceProcedure {
             values,
             remarks,
             faults: Vec::new(),
+            stem: "tare",
             table: self.table(None),
             figure: None,
         })
@@ -337,6 +338,7 @@ impl Calibrates for ForceProcedure {
             values,
             remarks,
             faults: self.faults(&force),
+            stem: Self::NAME,
             table: self.table(Some(&fit)),
             figure: Some(figures::calibration::force(&loadings, &fit, &force)),
             part: Part::Force {

@@ -196,6 +196,14 @@ fn a_study_gives_results_by_the_schema() {
 }
 
 #[test]
+fn what_is_named_twice_counts_once() {
+    let once = find::recordings(&[study().to_owned()], false).unwrap();
+    let roundabout = once[0].join("..").join(once[0].file_name().unwrap());
+    let named = [study().to_owned(), once[0].clone(), roundabout];
+    assert_eq!(find::recordings(&named, false).unwrap(), once);
+}
+
+#[test]
 fn one_bad_recording_is_reported_and_does_not_stop_the_others() {
     let (_folder, bad) = copied();
     fs::remove_file(bad.join("force.csv")).unwrap();

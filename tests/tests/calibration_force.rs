@@ -200,7 +200,10 @@ fn a_moved_zero_fails_the_check_until_it_is_tared() {
             "calibrate force --tare",
         ],
     );
+    let points = room.folder.path().join("calibration-force.csv");
+    let of_the_masses = fs::read_to_string(&points).unwrap();
     let printed = room.succeed(&["force", "--tare"]);
+    assert_eq!(fs::read_to_string(&points).unwrap(), of_the_masses);
     assert!(printed.contains("by +15"), "{printed}");
     let after = kept(&room);
     assert_eq!(after.correction().matrix, before.correction().matrix);

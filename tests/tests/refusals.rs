@@ -5,16 +5,18 @@
 )]
 
 use std::fs;
+use std::io::BufRead;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::Duration;
 
 use bench_tests::program::bench;
-use bench_tests::running::Running;
+use bench_tests::running::{Running, until};
 use bench_tests::session::{SessionFolder, config_with, demo_with, finish, text, unattended};
 use friction_bench::claim::Claim;
 use friction_bench::config::Config;
 use friction_bench::recording::RecordingReader;
+use rustix::process::Signal;
 use tempfile::TempDir;
 
 const MINUTE: Duration = Duration::from_secs(60);
@@ -126,6 +128,9 @@ fn without_consent() {
         &study,
         &["no consent", "sub-01", "--consent-by NAME"],
     );
+    // As of a shell's variable that is not set.
+    run.args(["--consent-by", " "]);
+    refused_before_anything_is_made(&mut run, &study, &["--consent-by is empty"]);
 }
 
 #[test]
@@ -416,6 +421,87 @@ fn a_session_or_a_trial_that_exists_is_never_overwritten() {
         0
     );
     assert_eq!(fs::read(&signals).unwrap(), bytes);
+}
+
+#[test]
+fn a_session_goes_on_in_its_own_order_or_not_at_all() {
+    let (folder, study) = room();
+    let protocol = demo_with(folder.path(), ONE_TRIAL);
+    let mut run = Running::start(
+        &mut unattended(&study, "sub-01", &protocol),
+        &folder.path().join("output"),
+    );
+    let begun = study.join("sub-01/ses-01/trial-001_attempt-1");
+    let recorded = run.wait_for(MINUTE, || begun.exists().then_some(()));
+    assert_eq!(recorded, Some(()), "{}", run.output());
+    run.signal(Signal::INT);
+    run.wait(MINUTE);
+    let before = SessionFolder::read(&study, "sub-01").unwrap();
+    // `--protocol` is huloux2021 when it is forgotten.
+    let other = finish(unattended(&study, "sub-01", "huloux2021").arg("--resume"));
+    refused(
+        &other,
+        &[
+            "begun with the protocol demo",
+            "--protocol",
+            "--new-session",
+        ],
+    );
+    let reordered =
+        finish(unattended(&study, "sub-01", &protocol).args(["--resume", "--seed", "99"]));
+    refused(
+        &reordered,
+        &["begun with the seed", "another order", "--seed"],
+    );
+    let after = SessionFolder::read(&study, "sub-01").unwrap();
+    assert_eq!(after.starts().len(), before.starts().len());
+    let resumed = finish(unattended(&study, "sub-01", &protocol).arg("--resume"));
+    assert!(resumed.status.success(), "{}", text(&resumed));
+}
+
+#[test]
+fn a_watch_that_nobody_reads_ends() {
+    let mut monitor = bench();
+    monitor
+        .args(["monitor", "--mock", "--headless", "--drive-v", "20"])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::null());
+    let mut watch = monitor.spawn().unwrap();
+    let mut lines = std::io::BufReader::new(watch.stdout.take().unwrap()).lines();
+    lines.next().unwrap().unwrap();
+    drop(lines);
+    let ended = until(MINUTE, || watch.try_wait().unwrap());
+    if ended.is_none() {
+        watch.kill().unwrap();
+    }
+    assert!(ended.is_some(), "it drives on");
+}
+
+#[test]
+fn what_cannot_be_written_is_not_measured() {
+    let folder = tempfile::tempdir().unwrap();
+    let nowhere = folder.path().join("not there/calibration.toml");
+    let mut calibrate = bench();
+    calibrate
+        .args([
+            "calibrate",
+            "plate",
+            "--mock",
+            "--speed",
+            "max",
+            "--operator",
+            "T",
+        ])
+        .arg("--calibration")
+        .arg(&nowhere);
+    refused(
+        &finish(&mut calibrate),
+        &[
+            "nothing can be written beside",
+            "not there",
+            "--calibration",
+        ],
+    );
 }
 
 #[test]

@@ -4,8 +4,11 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use friction_bench::recording::RecordingReader;
-use friction_bench::recording::manifest::Manifest;
+use friction_bench::recording::manifest::{End, Manifest};
+use friction_bench::study::event_log::ExitStatus;
 use num_complex::Complex64;
+
+use crate::session::SessionFolder;
 
 /// A recording in memory.
 pub struct Recording {
@@ -109,4 +112,25 @@ impl Recording {
             .map(|phase| Complex64::cis(phase - phases[0]).arg().abs())
             .fold(0.0, f64::max)
     }
+}
+
+/// Holds a session to have been told to end in its first recording and to have ended in good order; that recording.
+///
+/// # Panics
+/// When it did not.
+pub fn interrupted_in_good_order(session: &SessionFolder) -> Recording {
+    let stop = session.stops()[0];
+    assert_eq!(stop.exit_status, ExitStatus::Abort);
+    assert_eq!(stop.reason.as_deref(), Some("stopped before its end"));
+    let recording = Recording::read(&session.recordings()[0]);
+    assert_eq!(recording.warnings, Vec::<String>::new());
+    let end = recording
+        .manifest
+        .trial
+        .as_ref()
+        .and_then(|trial| trial.end);
+    assert_eq!(end, Some(End::Interrupted));
+    assert!(recording.duration_s() > 1.0, "{} s", recording.duration_s());
+    assert_eq!(recording.not_finite(), 0);
+    recording
 }

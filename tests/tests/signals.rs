@@ -14,10 +14,9 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use bench_tests::program::bench;
-use bench_tests::recorded::Recording;
+use bench_tests::recorded::{Recording, interrupted_in_good_order};
 use bench_tests::running::Running;
 use bench_tests::session::{SessionFolder, demo_with, finish, patient_config, text};
-use friction_bench::recording::manifest::End;
 use friction_bench::study::event_log::ExitStatus;
 use rustix::process::Signal;
 use serde_json::Value;
@@ -205,15 +204,7 @@ fn ends_in_good_order(signal: Signal) {
     println!("{signal:?}: ended in {} ms", took.as_millis());
 
     let session = place.session();
-    let stop = session.stops()[0];
-    assert_eq!(stop.exit_status, ExitStatus::Abort);
-    assert_eq!(stop.reason.as_deref(), Some("stopped before its end"));
-    let recording = Recording::read(&session.recordings()[0]);
-    assert_eq!(recording.warnings, Vec::<String>::new());
-    let trial = recording.manifest.trial.as_ref().unwrap();
-    assert_eq!(trial.end, Some(End::Interrupted));
-    assert!(recording.duration_s() > 1.0, "{} s", recording.duration_s());
-    assert_eq!(recording.not_finite(), 0);
+    let recording = interrupted_in_good_order(&session);
     assert!(recording.greatest_phase_step_rad() < 0.01);
     goes_on_in_the_same_order(&place.resume());
 }

@@ -13,11 +13,10 @@ use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
 use bench_tests::program::{friction_bench, installed};
-use bench_tests::recorded::Recording;
+use bench_tests::recorded::interrupted_in_good_order;
 use bench_tests::running::until;
 use bench_tests::session::{SessionFolder, config_with, finish, text};
 use friction_bench::calibration::Calibration;
-use friction_bench::recording::manifest::End;
 use friction_bench::study::LOCK_FILE;
 use friction_bench::study::event_log::ExitStatus;
 use mock_hw::scenario::Scenario;
@@ -221,15 +220,7 @@ fn ends_in_good_order(end: impl Fn(&Terminal, Pid)) -> Terminal {
         .unwrap_or_else(|| panic!("no session ended within {STOP:?} in {TRIES} tries"));
     println!("ended in {} ms", took.as_millis());
     let session = SessionFolder::read(&terminal.folder.path().join("study"), "sub-01").unwrap();
-    let stop = session.stops()[0];
-    assert_eq!(stop.exit_status, ExitStatus::Abort);
-    assert_eq!(stop.reason.as_deref(), Some("stopped before its end"));
-    let recording = Recording::read(&session.recordings()[0]);
-    assert_eq!(recording.warnings, Vec::<String>::new());
-    let trial = recording.manifest.trial.as_ref().unwrap();
-    assert_eq!(trial.end, Some(End::Interrupted));
-    assert!(recording.duration_s() > 1.0, "{} s", recording.duration_s());
-    assert_eq!(recording.not_finite(), 0);
+    interrupted_in_good_order(&session);
     terminal
 }
 

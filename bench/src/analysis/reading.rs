@@ -103,21 +103,10 @@ pub fn read(folder: &Path, pickup: PickupOffset) -> Result<Reading, RecordingErr
     record.position = position.by_ref().collect::<Result<_, ReadError>>()?;
     flaws.extend(position.warnings().into_iter().map(Flaw::from));
     let duration_s = reader.frames() as f64 / f64::from(reader.format().sample_rate_hz);
-    let times = |rows: &mut dyn Iterator<Item = f64>| rows.collect::<Vec<_>>();
-    flaws.extend(
-        [
-            (
-                FORCE_FILE,
-                times(&mut record.force.iter().map(|row| row.time_s)),
-            ),
-            (
-                POSITION_FILE,
-                times(&mut record.position.iter().map(|row| row.time_s)),
-            ),
-        ]
-        .into_iter()
-        .filter_map(|(file, times_s)| misplaced(file, &times_s, duration_s)),
-    );
+    let force_s: Vec<f64> = record.force.iter().map(|row| row.time_s).collect();
+    flaws.extend(misplaced(FORCE_FILE, &force_s, duration_s));
+    let position_s: Vec<f64> = record.position.iter().map(|row| row.time_s).collect();
+    flaws.extend(misplaced(POSITION_FILE, &position_s, duration_s));
     record.saturated = manifest.saturated_s(reader.format().sample_rate_hz);
     Ok(Reading {
         manifest,

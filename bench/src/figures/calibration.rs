@@ -179,16 +179,20 @@ pub fn channels(inputs: &[InputCurves], channels: &file::Channels) -> Figure {
     ];
     let of_each = |of: &dyn Fn(&InputCurves) -> Vec<(f64, f64)>, named: bool| -> Vec<Series> {
         let looks = LOOKS.into_iter().cycle();
-        inputs
+        let each = inputs
             .iter()
             .zip(looks)
-            .map(|(input, (ink, marker))| (input, Series::points(ink, marker, of(input))))
-            .filter(|(input, _)| !of(input).is_empty())
-            .map(|(input, series)| match named {
-                true => series.named(format!("input {}", input.index)),
-                false => series,
-            })
-            .collect()
+            .filter_map(|(input, (ink, marker))| {
+                let points = of(input);
+                let series = Series::points(ink, marker, points.clone());
+                let series = if named {
+                    series.named(format!("input {}", input.index))
+                } else {
+                    series
+                };
+                (!points.is_empty()).then_some(series)
+            });
+        each.collect()
     };
     let over_frequency = |part: fn(&Complex64) -> f64| {
         of_each(

@@ -6,6 +6,16 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use embedded_hal_mock::eh1::digital::{Mock, State, Transaction};
 
+const LIMITS: SafetyLimits = SafetyLimits {
+    max_normal_n: 3.0,
+    max_lateral_n: 2.0,
+    readback_tolerance: 0.2,
+    readback_floor_v: 0.5,
+    loop_latency_ns: 50_000_000,
+    rate_hz: 192e3,
+    silence_ns: 50_000_000,
+};
+
 #[derive(Clone)]
 struct Card {
     kills: Arc<AtomicU64>,
@@ -57,15 +67,6 @@ struct Rig {
 
 impl Rig {
     fn new(lines: SafetyLines) -> Self {
-        let limits = SafetyLimits {
-            max_normal_n: 3.0,
-            max_lateral_n: 2.0,
-            readback_tolerance: 0.2,
-            readback_floor_v: 0.5,
-            loop_latency_ns: 50_000_000,
-            rate_hz: 192e3,
-            silence_ns: 50_000_000,
-        };
         let card = Card {
             kills: Arc::default(),
             frames: Arc::default(),
@@ -75,7 +76,7 @@ impl Rig {
         let shared = Arc::new(Shared::default());
         let (ask, commands) = crossbeam_channel::unbounded();
         let safety = Safety::new(
-            limits,
+            LIMITS,
             lines,
             Box::new(card.clone()),
             true,
@@ -410,17 +411,8 @@ fn a_cut_e_stop_wire_stops_heartbeat_and_enable() {
         commanded_v: Arc::default(),
     };
     card.commanded_v.set(0.0);
-    let limits = SafetyLimits {
-        max_normal_n: 3.0,
-        max_lateral_n: 2.0,
-        readback_tolerance: 0.2,
-        readback_floor_v: 0.5,
-        loop_latency_ns: 50_000_000,
-        rate_hz: 192e3,
-        silence_ns: 50_000_000,
-    };
     let mut safety = Safety::new(
-        limits,
+        LIMITS,
         lines,
         Box::new(card.clone()),
         false,

@@ -4,7 +4,7 @@
 //! Times are seconds of the audio clock, positions metres along the plate, forces newtons (positive when the
 //! finger presses), amplitudes peak metres, drive amplitudes peak volts across the actuators.
 //!
-//! - [`Protocol`] is a validated protocol file; [`strict_toml`] reads any configuration file just as strictly.
+//! - [`Protocol`] is a validated protocol file.
 //! - [`Session`] turns [`Observation`]s into [`Action`]s.
 //! - [`selection`] finds the rising stretches of an exploration and the instances in them.
 //! - [`verdict`] accepts a trial or says why it must be repeated.
@@ -14,7 +14,6 @@ mod participant;
 mod protocol;
 pub mod selection;
 mod session;
-pub mod strict_toml;
 mod trial;
 pub mod verdict;
 

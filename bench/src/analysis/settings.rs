@@ -3,8 +3,8 @@
 use contact::AssumedConstants;
 use contact::fit::{dynamic, paper};
 use protocols::SelectionRules;
-use protocols::strict_toml::{self, TomlError};
 use serde::Serialize;
+use strict::TomlError;
 
 /// What an analysis assumes. The names are those of the results' `settings`, of `--assume` and of
 /// `--assume-file`.
@@ -190,11 +190,11 @@ impl Settings {
     /// # Errors
     /// [`SettingError`], with the line.
     pub fn assume_file(&mut self, text: &str, file: &str) -> Result<(), SettingError> {
-        for (name, value) in strict_toml::parse::<toml::Table>(text, file)? {
+        for (name, value) in strict::parse::<toml::Table>(text, file)? {
             self.set(&name, &value.to_string())
                 .map_err(|reason| SettingError::InFile {
                     file: file.to_owned(),
-                    line: strict_toml::line_of(text, &name).unwrap_or(1),
+                    line: strict::line_of(text, &name).unwrap_or(1),
                     reason: Box::new(reason),
                 })?;
         }

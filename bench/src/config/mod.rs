@@ -18,7 +18,6 @@ pub use plate::Plate;
 use std::path::Path;
 
 use anyhow::{Context, anyhow};
-use protocols::strict_toml;
 use serde::{Deserialize, Serialize};
 
 use range::Refused;
@@ -63,9 +62,9 @@ impl Config {
     /// # Errors
     /// Names the key, its line, the value and what is allowed.
     pub fn parse(text: &str, file: &str) -> anyhow::Result<Self> {
-        let config: Self = strict_toml::parse(text, file)?;
+        let config: Self = strict::parse(text, file)?;
         config.check().map_err(|Refused { key, why }| {
-            match key.and_then(|key| strict_toml::line_of(text, &key)) {
+            match key.and_then(|key| strict::line_of(text, &key)) {
                 Some(line) => anyhow!("{file}, line {line}: {why}"),
                 None => anyhow!("{file}: {why}"),
             }

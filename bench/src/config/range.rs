@@ -1,5 +1,7 @@
 //! What a value may be, and how it is said where it is not.
 
+use strict::OutOfRange;
+
 /// A value that cannot be.
 #[derive(Debug)]
 pub(super) struct Refused {
@@ -18,7 +20,17 @@ impl Refused {
     }
 }
 
-/// Whether `value` lies from `low` to `high`; NaN lies nowhere.
+impl From<OutOfRange> for Refused {
+    fn from(out: OutOfRange) -> Self {
+        let why = out.to_string();
+        Self {
+            key: Some(out.key),
+            why,
+        }
+    }
+}
+
+/// Requires `value` to lie from `low` to `high`; NaN lies nowhere.
 pub(super) fn within(
     key: &str,
     value: f64,
@@ -26,10 +38,5 @@ pub(super) fn within(
     high: f64,
     unit: &str,
 ) -> Result<(), Refused> {
-    if (low..=high).contains(&value) {
-        return Ok(());
-    }
-    let why =
-        format!("{key} = {value} {unit} is outside the allowed range of {low} to {high} {unit}");
-    Err(Refused::new(key, why))
+    Ok(strict::within(key, value, low, high, unit)?)
 }

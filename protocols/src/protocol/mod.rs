@@ -6,10 +6,10 @@ mod rules;
 mod tests;
 
 use crate::selection::SelectionRules;
-use crate::strict_toml::{self, TomlError};
 use crate::trial::Direction;
 use crate::verdict::VerdictRules;
 use serde::{Deserialize, Serialize};
+use strict::TomlError;
 
 /// The built-in protocols, name and text: `huloux2021` is the published one, `demo` a short form of it.
 pub const BUILT_IN: [(&str, &str); 2] = [
@@ -290,10 +290,10 @@ impl Protocol {
     /// # Errors
     /// [`ProtocolError`], which names the key, its line, the value and what is allowed.
     pub fn parse(text: &str, file: &str) -> Result<Self, ProtocolError> {
-        let raw: raw::RawProtocol = strict_toml::parse(text, file)?;
+        let raw: raw::RawProtocol = strict::parse(text, file)?;
         rules::validate(raw).map_err(|broken| ProtocolError::Value {
             file: file.to_owned(),
-            line: strict_toml::line_of(text, &broken.key),
+            line: strict::line_of(text, &broken.key),
             key: broken.key,
             value: broken.value,
             allowed: broken.allowed,

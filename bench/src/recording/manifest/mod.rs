@@ -18,7 +18,6 @@ pub use protocols::Direction;
 pub use rules::{ManifestError, ManifestReadError};
 pub use transducers::{Channels, DriveChannel, PickupChannel, Plate};
 
-use protocols::strict_toml;
 use serde::{Deserialize, Serialize};
 
 use rules::{finite, from_one, not_negative, not_zero, positive, within};
@@ -68,7 +67,7 @@ impl Manifest {
     /// # Errors
     /// [`ManifestReadError`] names the key, its line, its value and what is allowed; for unknown keys the nearest known key.
     pub fn parse(text: &str, file: &str) -> Result<Self, ManifestReadError> {
-        let manifest: Self = strict_toml::parse(text, file)?;
+        let manifest: Self = strict::parse(text, file)?;
         match manifest.validate() {
             Ok(()) => Ok(manifest),
             Err(rule) => Err(ManifestReadError::at(rule, text, file)),

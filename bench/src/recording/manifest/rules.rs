@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use protocols::strict_toml::{self, TomlError};
+use strict::TomlError;
 
 use super::FORMAT;
 
@@ -29,7 +29,7 @@ impl ManifestReadError {
     pub(in crate::recording) fn at(rule: ManifestError, text: &str, file: &str) -> Self {
         Self::Rule {
             file: file.to_owned(),
-            line: rule.key().and_then(|key| strict_toml::line_of(text, &key)),
+            line: rule.key().and_then(|key| strict::line_of(text, &key)),
             rule,
         }
     }

@@ -1,6 +1,6 @@
 //! Reading, writing and refusing.
 
-use protocols::strict_toml::TomlError;
+use strict::TomlError;
 
 use super::*;
 

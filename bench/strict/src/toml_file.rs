@@ -6,6 +6,8 @@
 use serde::de::DeserializeOwned;
 use toml::de::{DeTable, DeValue};
 
+use crate::suggestion::nearest;
+
 /// Why a file could not be read. Lines count from 1.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TomlError {
@@ -180,17 +182,6 @@ fn unknown(message: &str, prefix: &str) -> Option<(String, Vec<String>)> {
         .map(str::to_owned)
         .collect();
     Some((word.to_owned(), known))
-}
-
-/// The known word most like `word`. Below a similarity of 0.7 a suggestion would mislead.
-fn nearest(word: &str, known: &[String]) -> Option<String> {
-    const LIKE_ENOUGH: f64 = 0.7;
-    known
-        .iter()
-        .map(|k| (strsim::jaro_winkler(word, k), k))
-        .filter(|(similarity, _)| *similarity >= LIKE_ENOUGH)
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, k)| k.clone())
 }
 
 #[cfg(test)]

@@ -1,0 +1,81 @@
+//! The one rule for a number's range.
+
+use std::fmt;
+
+/// A number outside the range that its key allows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OutOfRange {
+    /// Dotted path of the key.
+    pub key: String,
+    /// The number given.
+    pub value: f64,
+    /// Least number allowed.
+    pub low: f64,
+    /// Greatest number allowed.
+    pub high: f64,
+    /// Unit of all three; empty for a pure number.
+    pub unit: String,
+}
+
+impl std::error::Error for OutOfRange {}
+
+impl fmt::Display for OutOfRange {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            key,
+            value,
+            low,
+            high,
+            unit,
+        } = self;
+        let space = if unit.is_empty() { "" } else { " " };
+        write!(
+            f,
+            "{key} = {value}{space}{unit} is outside the allowed range of {low} to {high}{space}{unit}"
+        )
+    }
+}
+
+/// Requires `value` to lie from `low` to `high`, both included.
+///
+/// # Errors
+/// [`OutOfRange`] for any other value; NaN lies in no range.
+pub fn within(key: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<(), OutOfRange> {
+    if (low..=high).contains(&value) {
+        return Ok(());
+    }
+    Err(OutOfRange {
+        key: key.to_owned(),
+        value,
+        low,
+        high,
+        unit: unit.to_owned(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_ends_belong_to_the_range_and_nan_does_not() {
+        assert_eq!(within("a", 1.0, 1.0, 2.0, "m"), Ok(()));
+        assert_eq!(within("a", 2.0, 1.0, 2.0, "m"), Ok(()));
+        assert!(within("a", f64::NAN, 1.0, 2.0, "m").is_err());
+        assert!(within("a", 2.0 + 1e-15, 1.0, 2.0, "m").is_err());
+    }
+
+    #[test]
+    fn the_message_names_key_value_range_and_unit() {
+        let refused = within("plate.length_m", 0.95, 0.01, 0.5, "m").unwrap_err();
+        assert_eq!(
+            refused.to_string(),
+            "plate.length_m = 0.95 m is outside the allowed range of 0.01 to 0.5 m"
+        );
+        let refused = within("drive.modulation_index", 2.0, 0.0, 1.0, "").unwrap_err();
+        assert_eq!(
+            refused.to_string(),
+            "drive.modulation_index = 2 is outside the allowed range of 0 to 1"
+        );
+    }
+}

@@ -9,7 +9,7 @@ use crossbeam_channel::{Receiver, Sender};
 use impedance::clock::LowerEnvelope;
 use signalgen::{BlockHeader, InputReader};
 
-use crate::clock::Clock;
+use tasks::Clock;
 use crate::field::Reading;
 use crate::flags::{Fault, Flags, Told};
 use crate::gap::{Block, LossWatch, Lost, Piece};
@@ -18,7 +18,7 @@ use crate::recording::manifest::{Event, EventKind, Interval};
 use crate::recording::recorder::{Begin, RecorderMessage, RecorderSender};
 use crate::recording::writer::Ending;
 use crate::recording::{ForceRow, PositionRow};
-use crate::schedule::Task;
+use tasks::Task;
 use crate::shared::{DriveReading, Shared};
 
 /// What the session asks of the acquisition.

@@ -13,7 +13,7 @@ use signalgen::{Direction, Generator, Health, InputReader, KillSwitch};
 use crate::acquisition::{Acquisition, RecordingCommand, Wiring};
 use crate::calibration::operator::Request;
 use crate::claim::Claim;
-use crate::clock::Clock;
+use tasks::Clock;
 use crate::config::{Config, SampleFormat};
 use crate::drive::{Drive, Guard, settings};
 use crate::field::{Encoder, Field, Reading};
@@ -23,7 +23,7 @@ use crate::gpio::Lines;
 use crate::pipeline::{Batch, Pipeline};
 use crate::recording::recorder::{RecorderGauge, RecorderNotice, RecorderTask, recorder};
 use crate::safety::{Safety, SafetyLimits, SafetyLines};
-use crate::schedule::{Schedule, StopFlag, Task};
+use tasks::{Schedule, StopFlag, Task};
 use crate::session::Watcher;
 use crate::shared::Shared;
 

@@ -7,12 +7,12 @@ use std::time::Duration;
 
 use crossbeam_channel::Sender;
 
-use crate::clock::Clock;
+use tasks::Clock;
 use crate::encoder::{JumpWatch, Quadrature, Watched};
 use crate::force::{ForceLink, LineFaults, TimedForce};
 use crate::gpio::Input;
 use crate::safety::{SafetyCommand, Trip};
-use crate::schedule::Task;
+use tasks::Task;
 use crate::shared::{Press, Shared};
 
 /// One reading, on the host's clock.

@@ -7,7 +7,7 @@ use anyhow::Context;
 use tui::event::{Level, PhaseKind};
 use tui::{Action, Event};
 
-use crate::schedule::{RaiseOnDrop, StopFlag};
+use tasks::{RaiseOnDrop, StopFlag};
 
 /// Takes events and gives the operator's wishes; neither ever waits.
 pub trait Front: Send {

@@ -9,8 +9,8 @@ use crossbeam_channel::Receiver;
 use protocols::SessionEvent;
 use serde_json::{Map, Value};
 
-use crate::clock::Clock;
-use crate::schedule::Task;
+use tasks::Clock;
+use tasks::Task;
 use crate::study::Session;
 use crate::study::event_log::ExitStatus;
 

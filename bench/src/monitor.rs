@@ -17,7 +17,7 @@ use crate::front::{Dashboard, DashboardThread, Front, Headless};
 use crate::health::LiveMeter;
 use crate::pipeline::{Account, Batch};
 use crate::safety::{SafetyState, Trip};
-use crate::schedule::{StopFlag, Task};
+use tasks::{StopFlag, Task};
 use crate::screen;
 use crate::shared::Shared;
 

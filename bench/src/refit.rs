@@ -14,7 +14,7 @@ use protocols::{
 use crate::analysis::instance::{PlateReading, PreparedInstance};
 use crate::analysis::record::{Record, Series};
 use crate::analysis::unloaded::UnloadedError;
-use crate::schedule::Task;
+use tasks::Task;
 
 /// A trial, or an exploration, to be fitted.
 #[derive(Debug)]

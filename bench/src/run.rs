@@ -354,7 +354,7 @@ pub fn make_safe_on_panic_and_signal(bench: &Bench) -> anyhow::Result<()> {
 /// When a signal cannot be taken.
 pub fn make_safe(
     kill: &signalgen::KillSwitch,
-    stop: &crate::schedule::StopFlag,
+    stop: &tasks::StopFlag,
 ) -> anyhow::Result<()> {
     let kill = kill.clone();
     tui::install_panic_hook(move || kill.kill());
@@ -380,7 +380,7 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 fn front(
     plan: &Plan,
-    stop: crate::schedule::StopFlag,
+    stop: tasks::StopFlag,
     out: impl Write + Send + 'static,
 ) -> anyhow::Result<(Box<dyn Front>, Option<crate::front::DashboardThread>)> {
     if plan.headless {

@@ -30,7 +30,7 @@ use crate::recording::recorder::{Begin, RecorderGauge, RecorderNotice};
 use crate::recording::writer::Ending;
 use crate::refit::{FitReport, FitRequest, Selected};
 use crate::safety::{SafetyState, Trip};
-use crate::schedule::{StopFlag, Task};
+use tasks::{StopFlag, Task};
 use crate::screen;
 use crate::shared::Shared;
 use crate::sound::{Sound, Tone};

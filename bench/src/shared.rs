@@ -1,34 +1,9 @@
 //! Latest values that one task publishes and others read. Nothing here waits for long: a slot holds one small value.
 
-use std::sync::{Mutex, PoisonError};
+use tasks::Slot;
 
 use crate::field::FieldHealth;
 use crate::safety::SafetyState;
-
-/// A value that is replaced, never queued.
-#[derive(Debug)]
-pub struct Slot<T>(Mutex<Option<T>>);
-
-impl<T> Default for Slot<T> {
-    fn default() -> Self {
-        Self(Mutex::new(None))
-    }
-}
-
-impl<T: Clone> Slot<T> {
-    /// Publishes `value`.
-    pub fn set(&self, value: T) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(value);
-    }
-
-    /// The latest value; `None` before the first.
-    pub fn get(&self) -> Option<T> {
-        self.0
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .clone()
-    }
-}
 
 /// The drive's voltage as it is read back.
 #[derive(Debug, Clone, Copy, PartialEq)]

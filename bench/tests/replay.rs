@@ -15,7 +15,7 @@ use friction_bench::front::Front;
 use friction_bench::pipeline::Pipeline;
 use friction_bench::recording::RecordingReader;
 use friction_bench::replay::{Plan, Report, replay};
-use friction_bench::schedule::StopFlag;
+use tasks::StopFlag;
 use serde_json::Value;
 use tui::Event;
 use tui::event::Live;

@@ -24,7 +24,7 @@ use crate::cli;
 use crate::config::Config;
 use crate::figures::{self, Figure};
 use crate::force::Correction;
-use crate::schedule::StopFlag;
+use tasks::StopFlag;
 
 /// Name of the calibration file where none is given.
 pub const DEFAULT_PATH: &str = "calibration.toml";

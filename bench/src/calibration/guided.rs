@@ -6,7 +6,7 @@ use tui::{Action, Event};
 use super::operator::{Answer, Axis, Operator, Progress, Reading, Request, Wish};
 use crate::front::{Dashboard, DashboardThread, Front};
 use crate::safety::SafetyState;
-use crate::schedule::StopFlag;
+use tasks::StopFlag;
 use crate::screen;
 
 /// The safety state is told at least this often, s.

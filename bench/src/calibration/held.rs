@@ -98,7 +98,7 @@ impl Held {
         &self,
         config: &Config,
         streams: &signalgen::audio::Streams,
-        clock: &dyn crate::clock::Clock,
+        clock: &dyn tasks::Clock,
     ) -> anyhow::Result<()> {
         self.require(
             &Identity::opened(config, streams),

@@ -20,7 +20,7 @@ use crate::drive::{Drive, settings};
 use crate::field;
 use crate::front::DashboardThread;
 use crate::safety::{SafetyState, Trip};
-use crate::schedule::{StopFlag, Task};
+use tasks::{StopFlag, Task};
 use crate::shared::{DriveReading, Shared};
 
 /// What a calibration wants next.

@@ -15,7 +15,7 @@ use crate::config::Config;
 use crate::drive::{Drive, settings};
 use crate::pipeline::Batch;
 use crate::safety::SafetyState;
-use crate::schedule::{StopFlag, Task};
+use tasks::{StopFlag, Task};
 use crate::shared::Shared;
 
 /// Peak of the test tone, V: far below anything that a finger feels.

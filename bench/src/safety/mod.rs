@@ -17,7 +17,7 @@ use serde::Serialize;
 use crate::force::SENSITIVITY;
 use crate::gpio::{GpioError, Input, Output};
 use crate::readback::{Misfit, Readback};
-use crate::schedule::Task;
+use tasks::Task;
 use crate::shared::{Press, Shared};
 
 /// Limits that the watch enforces; from `[safety]` in `bench.toml`.

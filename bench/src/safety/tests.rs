@@ -20,7 +20,7 @@ const LIMITS: SafetyLimits = SafetyLimits {
 struct Card {
     kills: Arc<AtomicU64>,
     frames: Arc<AtomicU64>,
-    commanded_v: Arc<crate::shared::Slot<f64>>,
+    commanded_v: Arc<tasks::Slot<f64>>,
 }
 
 impl DriveGuard for Card {

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use friction_bench::acquisition::RecordingCommand;
 use friction_bench::analysis::record::Record;
 use friction_bench::assembly::Bench;
-use friction_bench::clock::Clock;
+use tasks::Clock;
 use friction_bench::config::Config;
 use friction_bench::gpio::{GpioError, Input, Lines, input, output};
 use friction_bench::pipeline::Account;

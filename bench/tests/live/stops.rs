@@ -15,7 +15,7 @@ use friction_bench::readiness::Readiness;
 use friction_bench::recording::manifest::EventKind;
 use friction_bench::refit::Refit;
 use friction_bench::run::read_protocol;
-use friction_bench::schedule::Task;
+use tasks::Task;
 use friction_bench::session::{SessionTask, Wiring};
 use mock_hw::apparatus::Apparatus;
 use mock_hw::plant::Axis;

@@ -16,10 +16,10 @@ use friction_bench::calibration::{self, Held};
 use friction_bench::check::Extent;
 use friction_bench::claim::Claim;
 use friction_bench::cli::{Calibrate, Check, Cli, Command, Devices, Monitor, Replay, Run, Speed};
-use friction_bench::clock::SystemClock;
+use tasks::SystemClock;
 use friction_bench::config::{AudioHost, Config};
 use friction_bench::run::{self, Plan};
-use friction_bench::schedule::Schedule;
+use tasks::Schedule;
 use friction_bench::{analyze, check, devices, model, monitor, replay};
 use signalgen::audio::{HostChoice, open_host};
 

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use anyhow::Context;
 
-use crate::clock::Clock;
+use crate::Clock;
 
 /// One independent activity of the bench.
 pub trait Task: Send {
@@ -191,7 +191,7 @@ fn spawn(
 }
 
 /// Who ends, however it ends, ends the others.
-pub(crate) struct RaiseOnDrop(pub(crate) StopFlag);
+pub struct RaiseOnDrop(pub StopFlag);
 
 impl Drop for RaiseOnDrop {
     fn drop(&mut self) {
@@ -202,7 +202,7 @@ impl Drop for RaiseOnDrop {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::clock::SystemClock;
+    use crate::SystemClock;
 
     struct Counter {
         polls: u32,

@@ -6,14 +6,14 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use friction_bench::calibration::Calibration;
-use friction_bench::config::Config;
-use friction_bench::force::{ForceProtocol, ForceSample};
-use friction_bench::recording::wav::{AudioFormat, WavReader, header};
-use friction_bench::recording::{
+use calibration::Calibration;
+use config::Config;
+use devices::force::{ForceProtocol, ForceSample};
+use protocols::Protocol;
+use recording::wav::{AudioFormat, WavReader, header};
+use recording::{
     FORCE_FILE, MANIFEST_FILE, Manifest, POSITION_FILE, RecordingReader, SIGNALS_FILE,
 };
-use protocols::Protocol;
 use sha2::{Digest, Sha256};
 
 const MANIFEST: &str = r#"format = 1

@@ -10,14 +10,12 @@ use std::path::Path;
 use std::time::Instant;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use friction_bench::health::LiveMeter;
-use friction_bench::pipeline::{Batch, Pipeline};
-use friction_bench::recording::AudioFormat;
-use friction_bench::recording::manifest::{
-    Channels, DriveChannel, FORMAT, Manifest, PickupChannel, Plate,
-};
-use friction_bench::recording::recorder::{Begin, RecorderMessage, RecorderNotice, recorder};
-use friction_bench::recording::writer::Ending;
+use friction_bench::live_meter::LiveMeter;
+use recording::AudioFormat;
+use recording::manifest::{Channels, DriveChannel, FORMAT, Manifest, PickupChannel, Plate};
+use recording::pipeline::{Batch, Pipeline};
+use recording::recorder::{Begin, RecorderMessage, RecorderNotice, recorder};
+use recording::writer::Ending;
 
 const AUDIO: AudioFormat = AudioFormat {
     sample_rate_hz: 192_000,

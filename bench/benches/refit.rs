@@ -6,13 +6,13 @@
 use std::hint::black_box;
 use std::path::Path;
 
+use analysis::trial_fit::{self, FitRequest, Selected};
+use analysis::{Settings, reading, unloaded};
 use contact::AssumedConstants;
 use criterion::{Criterion, criterion_group, criterion_main};
-use friction_bench::analysis::{Settings, reading, unloaded};
-use friction_bench::pipeline::PickupOffset;
-use friction_bench::recording::manifest::IntervalKind;
-use friction_bench::refit::{self, FitRequest, Selected};
 use protocols::selection::select;
+use recording::manifest::IntervalKind;
+use recording::pipeline::PickupOffset;
 
 /// A trial of two explorations; those of the reference are alike, so one stands for both.
 fn trial() -> anyhow::Result<(FitRequest, f64)> {

@@ -6,12 +6,11 @@ use std::path::Path;
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::analysis::published::statistics;
-use crate::analysis::results::Results;
-use crate::analysis::{Analysed, RecordingAnalysis, Settings, analyse, find, tables};
 use crate::cli::Analyze;
-use crate::figures;
-use crate::recording::disk;
+use analysis::published::statistics;
+use analysis::results::Results;
+use analysis::{Analysed, RecordingAnalysis, Settings, analyse, find, tables, write_figures};
+use recording::disk;
 
 /// Runs the command. True if every recording could be read; what is wrong with which goes to standard error.
 ///
@@ -43,7 +42,7 @@ pub fn run(options: &Analyze) -> anyhow::Result<bool> {
         tables::write(&analysed, folder)?;
     }
     if let Some(folder) = &options.figures {
-        figures::write_all(&analysed, folder).context("cannot draw the figures")?;
+        write_figures(&analysed, folder).context("cannot draw the figures")?;
     }
     if options.table {
         write!(std::io::stdout(), "{}", statistics(&analysed).to_text())?;

@@ -9,10 +9,10 @@ use crossbeam_channel::Receiver;
 use protocols::SessionEvent;
 use serde_json::{Map, Value};
 
+use recording::study::Session;
+use recording::study::event_log::ExitStatus;
 use tasks::Clock;
 use tasks::Task;
-use crate::study::Session;
-use crate::study::event_log::ExitStatus;
 
 /// What the session leaves in its log.
 #[derive(Debug)]
@@ -106,8 +106,8 @@ impl Journal {
     }
 }
 
-fn descriptors() -> [crate::study::event_log::Descriptor; 2] {
-    use crate::study::event_log::{DataKey, Descriptor};
+fn descriptors() -> [recording::study::event_log::Descriptor; 2] {
+    use recording::study::event_log::{DataKey, Descriptor};
     let key = |name: &str, source: &str| {
         (
             name.to_owned(),

@@ -1,41 +1,19 @@
-//! Library of the test bench controller: devices, pipeline, recorder, analysis. The binary composes it with hardware,
-//! real or simulated; nothing in here knows which.
+//! The commands of the test bench controller. The binary composes them with hardware, real or simulated; nothing in here
+//! knows which.
 
-pub mod acquisition;
-pub mod analysis;
 pub mod analyze;
-pub mod assembly;
-pub mod calibration;
+pub mod apparatus;
+pub mod calibrate;
 pub mod check;
-pub mod claim;
 pub mod cli;
-pub mod config;
-pub mod devices;
-pub mod drive;
-pub mod encoder;
-pub mod field;
-pub mod figures;
-pub mod flags;
-pub mod force;
-pub mod front;
-pub mod gap;
-pub mod gpio;
-pub mod health;
+pub mod inventory;
 pub mod journal;
-pub mod live;
-mod lock;
+pub mod live_meter;
 pub mod model;
 pub mod monitor;
-pub mod pipeline;
-pub mod readback;
 pub mod readiness;
-pub mod recording;
 pub mod refit;
 pub mod replay;
 pub mod run;
-pub mod safety;
-pub mod screen;
+pub mod screen_words;
 pub mod session;
-pub mod shared;
-pub mod sound;
-pub mod study;

@@ -9,17 +9,16 @@ use crossbeam_channel::{Receiver, Sender};
 use signalgen::{Program, Waveform};
 use tui::event::{Level, Phase, PhaseKind};
 
-use crate::assembly::{Bench, Hardware};
-use crate::calibration::Held;
-use crate::config::Config;
-use crate::drive::{Drive, settings};
-use crate::front::{Dashboard, DashboardThread, Front, Headless};
-use crate::health::LiveMeter;
-use crate::pipeline::{Account, Batch};
-use crate::safety::{SafetyState, Trip};
+use config::Effective;
+use console::{Dashboard, DashboardThread, Front, Headless, safety_event};
+use devices::drive::{Drive, settings};
+use devices::{Bench, Gauges};
+use recording::pipeline::{Account, Batch};
+use safety::{SafetyState, Signals, Trip};
 use tasks::{StopFlag, Task};
-use crate::screen;
-use crate::shared::Shared;
+
+use crate::apparatus::Apparatus;
+use crate::live_meter::LiveMeter;
 
 /// The published modulation (Huloux 2021, section IV).
 const MODULATION_HZ: f64 = 6.0;
@@ -29,10 +28,8 @@ const SCREEN_PERIOD_NS: u64 = 16_000_000;
 
 /// What to watch.
 pub struct Plan {
-    /// Hardware.
-    pub config: Config,
-    /// The calibration in force, its constants already in `config`; `None` watches uncalibrated.
-    pub calibration: Option<Held>,
+    /// The bench.
+    pub bench: Effective,
     program: Option<Program>,
     duration_s: Option<f64>,
     headless: bool,
@@ -43,8 +40,9 @@ impl Plan {
     ///
     /// # Errors
     /// When the drive asked for is not admitted.
-    pub fn new(config: Config, options: &crate::cli::Monitor) -> anyhow::Result<Self> {
-        let settings = settings(&config)?;
+    pub fn new(bench: Effective, options: &crate::cli::Monitor) -> anyhow::Result<Self> {
+        let config = bench.config();
+        let settings = settings(config)?;
         let program = options
             .drive_v
             .map(|mean_amplitude_v| {
@@ -59,8 +57,7 @@ impl Plan {
             .transpose()
             .context("--drive-v")?;
         Ok(Self {
-            config,
-            calibration: None,
+            bench,
             program,
             duration_s: options.duration_s,
             headless: options.headless,
@@ -80,48 +77,30 @@ impl Plan {
 /// When a part of the bench is missing or fails.
 pub fn run(
     plan: Plan,
-    hardware: Hardware,
+    apparatus: Apparatus,
     out: impl Write + Send + 'static,
 ) -> anyhow::Result<bool> {
     let Plan {
-        config,
-        calibration,
+        bench: effective,
         program,
         duration_s,
         headless,
     } = plan;
-    let Hardware {
-        host,
-        lines,
-        force_port,
-        vibrometer_port: _,
-        claim: _claim,
-        hands: _,
-        clock,
-        schedule,
-        watchers,
-        simulated,
-    } = hardware;
-    let bench = Bench::open(
-        &config,
-        config.plate.resonance_hz,
-        &host,
-        lines,
-        force_port,
-        &clock,
-    )?;
-    if let Some(held) = &calibration {
-        held.require_opened(&config, &bench.streams, clock.as_ref())?;
-    }
+    let (config, simulated) = (effective.config(), apparatus.hardware.simulated);
+    let bench = Bench::open(&effective, config.plate.resonance_hz, apparatus.hardware)?;
+    bench.require_calibration_holds(&effective)?;
+    let stop = bench.stop().clone();
     let (mut front, dashboard): (Box<dyn Front>, Option<DashboardThread>) = if headless {
         (Box::new(Headless::new(out)), None)
     } else {
-        let (dashboard, thread) = Dashboard::open(bench.stop.clone())?;
+        let (dashboard, thread) = Dashboard::open(stop.clone())?;
         (Box::new(dashboard), Some(thread))
     };
     front.show(tui::Event::Session(tui::event::Session {
-        calibration_label: calibration.as_ref().map(|held| held.label.clone()),
-        uncalibrated: calibration.is_none(),
+        calibration_label: effective
+            .calibration()
+            .map(|calibration| calibration.label().to_owned()),
+        uncalibrated: effective.calibration().is_none(),
         simulated,
         plate_length_m: config.plate.length_m,
         ..tui::event::Session::default()
@@ -134,14 +113,13 @@ pub fn run(
                 .to_owned(),
         });
     }
-    crate::run::make_safe_on_panic_and_signal(&bench)?;
     let (ended, outcome) = crossbeam_channel::bounded(1);
-    let stop = bench.stop.clone();
     let task = MonitorTask {
         batches: bench.batches,
         drive: bench.drive,
         front,
-        shared: bench.shared,
+        signals: bench.signals,
+        gauges: bench.gauges,
         stop: stop.clone(),
         program,
         duration_s,
@@ -159,13 +137,9 @@ pub fn run(
     let mut tasks = bench.before;
     tasks.push(Box::new(task));
     tasks.extend(bench.after);
-    bench.streams.play()?;
-    let ran = schedule.run(tasks, &clock, &stop);
-    bench.kill.kill();
-    drop((bench.streams, watchers));
-    let closed = dashboard.map_or(Ok(()), DashboardThread::join);
-    ran?;
-    closed?;
+    bench
+        .life
+        .run(tasks, || dashboard.map_or(Ok(()), DashboardThread::join))?;
     Ok(outcome.try_recv().unwrap_or(false))
 }
 
@@ -173,7 +147,8 @@ struct MonitorTask {
     batches: Receiver<Batch>,
     drive: Drive,
     front: Box<dyn Front>,
-    shared: Arc<Shared>,
+    signals: Arc<Signals>,
+    gauges: Arc<Gauges>,
     stop: StopFlag,
     program: Option<Program>,
     duration_s: Option<f64>,
@@ -203,7 +178,7 @@ impl MonitorTask {
         }
     }
 
-    fn take_wishes(&mut self) {
+    fn take_actions(&mut self) {
         while let Some(action) = self.front.action() {
             match action {
                 tui::Action::Start | tui::Action::Ready | tui::Action::Resume => {
@@ -268,11 +243,11 @@ impl Task for MonitorTask {
     }
 
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
-        let safety = self.shared.safety.get().unwrap_or_default();
+        let safety = self.signals.state.get().unwrap_or_default();
         if safety != self.safety {
             self.safety = safety;
             self.front
-                .show(screen::safety(&self.safety, self.drive.sounds()));
+                .show(safety_event(&self.safety, self.drive.sounds()));
         }
         self.drive.poll(&self.safety);
         for batch in self.batches.try_iter() {
@@ -290,7 +265,7 @@ impl Task for MonitorTask {
             self.driven = true;
             self.drive_on();
         }
-        self.take_wishes();
+        self.take_actions();
         self.line();
         if now_ns >= self.screen_due_ns {
             self.screen_due_ns = now_ns + SCREEN_PERIOD_NS;
@@ -301,14 +276,14 @@ impl Task for MonitorTask {
         if let Some(health) = self.meter.health(
             now_ns,
             &self.account,
-            &self.shared,
+            &self.gauges,
             None,
             self.rate_hz,
             || None,
         ) {
             self.front.show(tui::Event::Health(health));
             self.front
-                .show(screen::safety(&self.safety, self.drive.sounds()));
+                .show(safety_event(&self.safety, self.drive.sounds()));
         }
         let over = self
             .duration_s

@@ -11,15 +11,15 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
-use friction_bench::analysis::analysed::RecordingFindings;
-use friction_bench::analysis::flaw::{Channel, Flaw};
-use friction_bench::analysis::unloaded::UnloadedError;
-use friction_bench::analysis::{RecordingAnalysis, Settings, find, recording};
-use friction_bench::recording::RecordingReader;
-use friction_bench::recording::manifest::IntervalKind;
-use friction_bench::recording::reader::{Warning, read_manifest};
-use friction_bench::recording::wav::{HEADER_BYTES, WavWarning, header};
+use analysis::analysed::RecordingFindings;
+use analysis::flaw::{Channel, Flaw};
+use analysis::unloaded::UnloadedError;
+use analysis::{RecordingAnalysis, Settings, find, recording};
 use num_complex::Complex64;
+use recording::RecordingReader;
+use recording::manifest::IntervalKind;
+use recording::reader::{Warning, read_manifest};
+use recording::wav::{HEADER_BYTES, WavWarning, header};
 use serde_json::Value;
 
 const BIN: &str = env!("CARGO_BIN_EXE_friction-bench");

@@ -6,21 +6,21 @@
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 
+use analysis::analysed::RecordingFindings;
+use analysis::estimate::{InstanceAnalysis, estimate};
+use analysis::exploration::Exploration;
+use analysis::record::Series;
+use analysis::{Analysed, RecordingAnalysis, Settings};
 use clap::Parser;
 use contact::fit::FitConditions;
 use contact::{AssumedConstants, Contact, harmonic};
-use friction_bench::analysis::analysed::RecordingFindings;
-use friction_bench::analysis::estimate::{InstanceAnalysis, estimate};
-use friction_bench::analysis::exploration::Exploration;
-use friction_bench::analysis::record::Series;
-use friction_bench::analysis::{Analysed, RecordingAnalysis, Settings};
+use figures::{self, Figure, Mark};
 use friction_bench::cli::{Cli, Command};
-use friction_bench::figures::{self, Figure, Mark};
 use friction_bench::model::{self, Curves, Parameters};
-use friction_bench::recording::Manifest;
 use impedance::{Mask, ZmFrame};
 use num_complex::Complex64;
 use protocols::{Direction, Instance, Validity};
+use recording::Manifest;
 
 /// Name of a figure, and for each panel the labels of its axes and how many series it holds.
 type Expected = (&'static str, &'static [(&'static str, &'static str, usize)]);
@@ -398,7 +398,7 @@ fn analysed() -> Analysed {
     let path = PathBuf::from("trial-01");
     let findings = RecordingFindings {
         path: path.clone(),
-        pickup: friction_bench::pipeline::PickupOffset::default(),
+        pickup: recording::pipeline::PickupOffset::default(),
         rules: settings.selection_rules(manifest.plate.centre_m),
         manifest,
         z_p: None,

@@ -15,10 +15,10 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use friction_bench::analysis::estimate::Estimated;
-use friction_bench::analysis::flaw::Flaw;
-use friction_bench::analysis::model_check::quantile;
-use friction_bench::analysis::{Settings, recording};
+use analysis::estimate::Estimated;
+use analysis::flaw::Flaw;
+use analysis::model_check::quantile;
+use analysis::{Settings, recording};
 use hound::{SampleFormat, WavSpec, WavWriter};
 use mock_hw::person::FingerState;
 use mock_hw::plant::Plant;

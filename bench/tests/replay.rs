@@ -10,13 +10,13 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
+use console::Front;
 use friction_bench::cli::{Replay, Speed};
-use friction_bench::front::Front;
-use friction_bench::pipeline::Pipeline;
-use friction_bench::recording::RecordingReader;
 use friction_bench::replay::{Plan, Report, replay};
-use tasks::StopFlag;
+use recording::RecordingReader;
+use recording::pipeline::Pipeline;
 use serde_json::Value;
+use tasks::StopFlag;
 use tui::Event;
 use tui::event::Live;
 
@@ -103,7 +103,7 @@ fn session(recorded: &Recorded) -> (f64, usize) {
         let (_, rest) = text.split_once(&format!("\"{key}\":")).unwrap();
         rest[..rest.find([',', '}']).unwrap()].parse().unwrap()
     };
-    let manifest = friction_bench::recording::reader::read_manifest(&recorded.trial).unwrap();
+    let manifest = recording::reader::read_manifest(&recorded.trial).unwrap();
     let settled = documents
         .iter()
         .map(ToString::to_string)
@@ -170,7 +170,7 @@ fn live_gap_and_friction_are_those_of_the_simulation() {
             .all(|live| live.gap_m.is_none() && live.mu.is_none())
     );
 
-    let manifest = friction_bench::recording::reader::read_manifest(&recorded.trial).unwrap();
+    let manifest = recording::reader::read_manifest(&recorded.trial).unwrap();
     let second = &manifest.intervals[2];
     let (truth, mut gaps, mut mus) = (truth(&recorded), Vec::new(), Vec::new());
     for live in live(&events[fitted..]) {

@@ -3,10 +3,10 @@
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use friction_bench::recording::RecordingReader;
-use friction_bench::recording::manifest::{End, Manifest};
-use friction_bench::study::event_log::ExitStatus;
 use num_complex::Complex64;
+use recording::RecordingReader;
+use recording::manifest::{End, Manifest};
+use recording::study::event_log::ExitStatus;
 
 use crate::session::SessionFolder;
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
 
-use friction_bench::calibration::Calibration;
+use calibration::Calibration;
 
 use crate::program::bench;
 use crate::session::{finish, text};

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use friction_bench::study::event_log::{self, Document, Event, Start, Stop};
+use recording::study::event_log::{self, Document, Event, Start, Stop};
 use serde_json::Value;
 
 use crate::program::bench;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use friction_bench::calibration::Calibration;
+use calibration::Calibration;
 use mock_hw::scenario::Scenario;
 use num_complex::Complex64;
 

@@ -8,13 +8,13 @@
 
 use std::path::Path;
 
+use analysis::estimate::Method;
+use analysis::model_check::quantile;
+use analysis::{Settings, analyse, find};
 use bench_tests::program::protocol;
 use bench_tests::room::Room;
 use bench_tests::session::{finish, text};
 use bench_tests::truth::{Bench, Skin};
-use friction_bench::analysis::estimate::Method;
-use friction_bench::analysis::model_check::quantile;
-use friction_bench::analysis::{Settings, analyse, find};
 
 const UNKNOWN_BENCH: &str = "[jitter]\nenabled = true\n";
 /// Greatest cost of a calibration by the commands, as a share of the true value.
@@ -50,7 +50,7 @@ fn errors(study: &Path, skin: &Skin) -> [Errors; 2] {
     let recordings = find::recordings(&[study.to_owned()], false).unwrap();
     let analysed = analyse(&recordings, &Settings::default(), |_| {});
     Method::BOTH.map(|method| {
-        let median = |of: &dyn Fn(&friction_bench::analysis::estimate::Estimated) -> f64| {
+        let median = |of: &dyn Fn(&analysis::estimate::Estimated) -> f64| {
             let mut values: Vec<f64> = analysed
                 .instances()
                 .map(|(_, instance)| of(instance.estimated(method)))

@@ -10,8 +10,8 @@ use std::path::Path;
 use bench_tests::room::{Room, refused};
 use bench_tests::session::{finish, text};
 use bench_tests::truth::Bench;
-use friction_bench::calibration::Calibration;
-use friction_bench::calibration::file::Quantity;
+use calibration::Calibration;
+use config::Quantity;
 use rayon::prelude::*;
 
 /// An unknown bench, whose converter has the resolution and noise of a 16, 20 or 24 bit one.

@@ -11,8 +11,8 @@ use std::process::Command;
 
 use bench_tests::program::bench;
 use bench_tests::session::{finish, text};
-use friction_bench::calibration::Calibration;
-use friction_bench::calibration::file::{Channels, Quantity};
+use calibration::Calibration;
+use config::{Channels, Quantity};
 
 const CARRIER_HZ: f64 = 35e3;
 const RATE_HZ: f64 = 192e3;
@@ -360,14 +360,14 @@ fn the_measured_clipping_level_is_flagged_in_its_place() {
     let channels = room.channels();
     let clips_at = channels.inputs[1].clips_at.clone().unwrap().value;
     assert!((clips_at - 0.5).abs() < 1e-6, "{clips_at}");
-    let mut config = friction_bench::config::Config::parse(
+    let mut config = config::Config::parse(
         &text(&finish(bench().args(["run", "--mock", "--print-config"]))),
         "bench.toml",
     )
     .unwrap();
     let (calibration, _) = Calibration::read(&room.calibration()).unwrap();
     assert!((config.channels.pickup.clip_units - 0.999).abs() < 1e-12);
-    friction_bench::calibration::held::apply(&calibration, &mut config);
+    config::held::apply(&calibration, &mut config);
     assert!((config.channels.pickup.clip_units - 0.4995).abs() < 1e-6);
     assert!((config.channels.drive.clip_units - 0.4995).abs() < 1e-6);
     // What the plate's calibration would have taken for sound is now refused.

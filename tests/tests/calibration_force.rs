@@ -12,8 +12,8 @@ use bench_tests::recorded::Recording;
 use bench_tests::room::{Room, WEIGH, refused};
 use bench_tests::session::{SessionFolder, demo_with, finish, text};
 use bench_tests::truth::Bench;
-use friction_bench::calibration::Calibration;
-use friction_bench::calibration::file::Force;
+use calibration::Calibration;
+use config::Force;
 use mock_hw::scenario::Scenario;
 use rayon::prelude::*;
 

@@ -12,9 +12,9 @@ use bench_tests::program::{bench, friction_bench, protocol};
 use bench_tests::recorded::Recording;
 use bench_tests::running::Running;
 use bench_tests::session::{SessionFolder, demo_with, finish, patient_config, text, unattended};
-use friction_bench::recording::manifest::End;
-use friction_bench::recording::{RecordingReader, SIGNALS_FILE};
-use friction_bench::study::event_log::ExitStatus as Ended;
+use recording::manifest::End;
+use recording::study::event_log::ExitStatus as Ended;
+use recording::{RecordingReader, SIGNALS_FILE};
 use serde_json::Value;
 
 const MINUTE: Duration = Duration::from_secs(60);

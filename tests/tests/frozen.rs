@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use bench_tests::program::bench;
 use bench_tests::running::Running;
 use bench_tests::session::{SessionFolder, patient_config};
-use friction_bench::recording::RecordingReader;
+use recording::RecordingReader;
 use rustix::process::Signal;
 
 const MINUTE: Duration = Duration::from_secs(60);

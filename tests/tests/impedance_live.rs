@@ -11,11 +11,11 @@ use std::path::Path;
 use bench_tests::program::bench;
 use bench_tests::recorded::Recording;
 use bench_tests::session::{SessionFolder, demo_with, finish, text, unattended};
-use friction_bench::recording::manifest::IntervalKind;
 use impedance::{
     Channels, Demodulator, Filter, Input, OUTPUT_RATE_HZ, PlateConstants, Settings, Zm, ZmFrame,
 };
 use num_complex::Complex64;
+use recording::manifest::IntervalKind;
 use serde_json::Value;
 
 /// The bench owes this accuracy, relative to the plate's true impedance, where the amplitude exceeds [`LEAST_AMPLITUDE_M`].

@@ -17,7 +17,7 @@ use bench_tests::program::{bench, installed, jack_apparatus};
 use bench_tests::recorded::Recording;
 use bench_tests::running::Running;
 use bench_tests::session::{SessionFolder, config_with, demo_with, finish, text};
-use friction_bench::recording::manifest::{End, IntervalKind};
+use recording::manifest::{End, IntervalKind};
 use tempfile::TempDir;
 
 const PATIENCE: Duration = Duration::from_secs(30);

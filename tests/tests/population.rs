@@ -3,12 +3,12 @@
 
 use std::path::Path;
 
+use analysis::estimate::{Estimated, Method};
+use analysis::model_check::quantile;
+use analysis::{Settings, analyse, find};
 use bench_tests::program::{bench, protocol};
 use bench_tests::session::{finish, text};
 use bench_tests::truth::Skin;
-use friction_bench::analysis::estimate::{Estimated, Method};
-use friction_bench::analysis::model_check::quantile;
-use friction_bench::analysis::{Settings, analyse, find};
 use rayon::prelude::*;
 
 const PARTICIPANTS: u64 = 50;

@@ -13,9 +13,9 @@ use std::time::Duration;
 use bench_tests::program::bench;
 use bench_tests::running::{Running, until};
 use bench_tests::session::{SessionFolder, config_with, demo_with, finish, text, unattended};
-use friction_bench::claim::Claim;
-use friction_bench::config::Config;
-use friction_bench::recording::RecordingReader;
+use config::Config;
+use devices::claim::Claim;
+use recording::RecordingReader;
 use rustix::process::Signal;
 use tempfile::TempDir;
 
@@ -611,7 +611,7 @@ fn a_second_instance_on_the_same_hardware() {
     let words = ["no output device matches", "hw:CARD=Absent"];
     let mut run = uncalibrated(&study, &config);
     refused_before_anything_is_made(&mut run, &study, &words);
-    for entry in fs::read_dir(friction_bench::claim::folder()).unwrap() {
+    for entry in fs::read_dir(devices::claim::folder()).unwrap() {
         let path = entry.unwrap().path();
         let name = path.to_string_lossy().into_owned();
         if name.contains("friction-bench-") && name.contains(&*own) {

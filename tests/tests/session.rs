@@ -10,9 +10,9 @@ use std::path::Path;
 use bench_tests::program::workspace;
 use bench_tests::recorded::Recording;
 use bench_tests::session::{SessionFolder, demo_with, finish, text, unattended};
-use friction_bench::recording::RecordingReader;
-use friction_bench::recording::manifest::{Direction, End, EventKind, IntervalKind};
-use friction_bench::study::event_log::{Document, ExitStatus};
+use recording::RecordingReader;
+use recording::manifest::{Direction, End, EventKind, IntervalKind};
+use recording::study::event_log::{Document, ExitStatus};
 use serde_json::Value;
 
 const RATE_HZ: f64 = 192_000.0;
@@ -74,7 +74,7 @@ fn study_files(study: &Path) {
         std::fs::read_to_string(workspace().join("protocols/demo.toml")).unwrap()
     );
     let hardware = std::fs::read_to_string(session.join("bench.toml")).unwrap();
-    friction_bench::config::Config::parse(&hardware, "the snapshot").unwrap();
+    config::Config::parse(&hardware, "the snapshot").unwrap();
 }
 
 /// start, descriptors, events numbered without a hole, stop; as much promised as held.

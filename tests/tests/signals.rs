@@ -17,7 +17,7 @@ use bench_tests::program::bench;
 use bench_tests::recorded::{Recording, interrupted_in_good_order};
 use bench_tests::running::Running;
 use bench_tests::session::{SessionFolder, demo_with, finish, patient_config, text};
-use friction_bench::study::event_log::ExitStatus;
+use recording::study::event_log::ExitStatus;
 use rustix::process::Signal;
 use serde_json::Value;
 use tempfile::TempDir;

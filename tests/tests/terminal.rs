@@ -16,10 +16,10 @@ use bench_tests::program::{friction_bench, installed};
 use bench_tests::recorded::interrupted_in_good_order;
 use bench_tests::running::until;
 use bench_tests::session::{SessionFolder, config_with, finish, text};
-use friction_bench::calibration::Calibration;
-use friction_bench::study::LOCK_FILE;
-use friction_bench::study::event_log::ExitStatus;
+use calibration::Calibration;
 use mock_hw::scenario::Scenario;
+use recording::study::LOCK_FILE;
+use recording::study::event_log::ExitStatus;
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 

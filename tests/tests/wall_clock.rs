@@ -10,21 +10,21 @@ use std::sync::Arc;
 
 use bench_tests::program::protocol;
 use bench_tests::session::SessionFolder;
-use friction_bench::assembly::Hardware;
+use config::Config;
+use devices::Hardware;
+use devices::sound::Tone;
 use friction_bench::cli;
-use tasks::{Clock, later};
-use friction_bench::config::Config;
 use friction_bench::gpio::{Lines, input, output};
 use friction_bench::run::{Plan, run};
-use tasks::{Pacer, Schedule};
 use friction_bench::session::Watcher;
-use friction_bench::sound::Tone;
 use jiff::{SignedDuration, Timestamp};
 use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig, Senses};
 use mock_hw::clock::Pace;
 use mock_hw::person::{Cue, Instruction, Percept};
 use mock_hw::scenario::Scenario;
 use serde_json::Value;
+use tasks::{Clock, later};
+use tasks::{Pacer, Schedule};
 
 /// An apparatus's clock whose date is set by an hour back and forth.
 struct SetClock {

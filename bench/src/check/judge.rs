@@ -4,9 +4,9 @@ use num_complex::Complex64;
 
 use super::Table;
 use super::measure::Measured;
-use crate::calibration::{Held, channel_match, channels, file};
-use crate::config::Config;
-use crate::safety::{SafetyState, Trip};
+use calibration::{channel_match, channels};
+use config::{CalibrationError, Config, Effective, MeasuredChannels};
+use safety::{SafetyState, Trip};
 
 /// Time that the first and the last buffer together may have waited, s.
 const RATE_SLACK_S: f64 = 0.2;
@@ -20,10 +20,11 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
 
 pub(super) fn judge(
     table: &mut Table,
-    config: &Config,
-    calibration: &anyhow::Result<Option<Held>>,
+    bench: &Effective,
+    refused: Option<&CalibrationError>,
     measured: &Measured,
 ) {
+    let config = bench.config();
     let rate_hz = f64::from(config.audio.rate_hz);
     table.row(
         "sound card",
@@ -52,7 +53,7 @@ pub(super) fn judge(
             table.row("safety", true, "armed and disarmed")
         }
     }
-    judge_calibration(table, config, calibration, measured);
+    judge_calibration(table, bench, refused, measured);
 }
 
 /// Lines that the bench has or has not: the configuration decides it, and it is the same in every session.
@@ -195,32 +196,33 @@ fn judge_tone(table: &mut Table, config: &Config, measured: &Measured) {
 
 fn judge_calibration(
     table: &mut Table,
-    config: &Config,
-    calibration: &anyhow::Result<Option<Held>>,
+    bench: &Effective,
+    refused: Option<&CalibrationError>,
     measured: &Measured,
 ) {
-    let held = match calibration {
-        Err(error) => return table.row("calibration", false, error.to_string()),
-        Ok(None) => {
-            return table.row(
-                "calibration",
-                true,
-                "none: runs as uncalibrated, and every file says so",
-            );
-        }
-        Ok(Some(held)) => held,
+    if let Some(error) = refused {
+        return table.row("calibration", false, error.to_string());
+    }
+    let config = bench.config();
+    let Some(in_force) = bench.calibration() else {
+        return table.row(
+            "calibration",
+            true,
+            "none: runs as uncalibrated, and every file says so",
+        );
     };
+    let calibration = in_force.calibration();
     match &measured.calibration_fault {
         Some(fault) => table.row("calibration", false, fault.clone()),
-        None => table.row("calibration", true, held.label.clone()),
+        None => table.row("calibration", true, in_force.label().to_owned()),
     }
     if measured.tone().next().is_none() {
         return;
     }
-    if let Some(channels) = &held.calibration.channels {
+    if let Some(channels) = &calibration.channels {
         judge_inputs(table, config, channels, measured);
     }
-    let Some(plate) = &held.calibration.plate else {
+    let Some(plate) = &calibration.plate else {
         return;
     };
     let pickup = &config.channels.pickup;
@@ -251,7 +253,7 @@ fn judge_calibration(
 fn judge_inputs(
     table: &mut Table,
     config: &Config,
-    calibrated: &file::Channels,
+    calibrated: &MeasuredChannels,
     measured: &Measured,
 ) {
     let drive = &config.channels.drive;
@@ -275,7 +277,7 @@ fn judge_inputs(
 
 fn judge_force(
     table: &mut Table,
-    protocol: crate::force::ForceProtocol,
+    protocol: config::ForceProtocol,
     zero_n: f64,
     measured: &Measured,
 ) {

@@ -8,15 +8,13 @@ use impedance::ZmFrame;
 use signalgen::Waveform;
 
 use super::Extent;
-use crate::acquisition::{Excerpt, RecordingCommand};
-use crate::assembly::{Bench, Hardware};
-use crate::calibration::Held;
-use crate::config::Config;
-use crate::drive::{Drive, settings};
-use crate::pipeline::Batch;
-use crate::safety::SafetyState;
+use config::Effective;
+use devices::acquisition::{Excerpt, RecordingCommand};
+use devices::drive::{Drive, settings};
+use devices::{Bench, Gauges, Hardware};
+use recording::pipeline::Batch;
+use safety::{SafetyState, Signals};
 use tasks::{StopFlag, Task};
-use crate::shared::Shared;
 
 /// Peak of the test tone, V: far below anything that a finger feels.
 const TONE_V: f64 = 2.0;
@@ -85,23 +83,13 @@ impl Measured {
 }
 
 pub(super) fn measure(
-    config: &Config,
-    held: Option<&Held>,
+    effective: &Effective,
     extent: &Extent,
     hardware: impl FnOnce() -> anyhow::Result<Hardware>,
 ) -> anyhow::Result<Measured> {
-    let Hardware {
-        host,
-        lines,
-        force_port,
-        vibrometer_port: _,
-        claim: _claim,
-        hands: _,
-        clock,
-        schedule,
-        watchers,
-        simulated: _,
-    } = hardware()?;
+    let config = effective.config();
+    let hardware = hardware()?;
+    let lines = &hardware.lines;
     let (estop_wired, heartbeat_wired) = (lines.estop.is_some(), lines.heartbeat.is_some());
     let enable_wired = lines.enable.is_some();
     let tone_v = TONE_V.min(config.limits.drive_v);
@@ -109,23 +97,14 @@ pub(super) fn measure(
         carrier_hz: config.plate.resonance_hz,
         amplitude_v: tone_v,
     })?;
-    let bench = Bench::open(
-        config,
-        config.plate.resonance_hz,
-        &host,
-        lines,
-        force_port,
-        &clock,
-    )?;
-    let calibration_fault = held.and_then(|held| {
-        held.require_opened(config, &bench.streams, clock.as_ref())
-            .err()
-            .map(|error| error.root_cause().to_string())
-    });
-    crate::run::make_safe_on_panic_and_signal(&bench)?;
+    let bench = Bench::open(effective, config.plate.resonance_hz, hardware)?;
+    let calibration_fault = bench
+        .require_calibration_holds(effective)
+        .err()
+        .map(|error| anyhow::Error::from(error).root_cause().to_string());
     let (done, measured) = crossbeam_channel::bounded(1);
     let (excerpts_to, excerpts) = crossbeam_channel::unbounded();
-    let stop = bench.stop.clone();
+    let stop = bench.stop().clone();
     let task = CheckTask {
         batches: bench.batches,
         recording: bench.recording,
@@ -135,7 +114,8 @@ pub(super) fn measure(
         frames: (EXCERPT_S * f64::from(config.audio.rate_hz)) as usize,
         channels: config.audio.input_channels,
         drive: bench.drive,
-        shared: bench.shared,
+        signals: bench.signals,
+        gauges: bench.gauges,
         stop: stop.clone(),
         relay: enable_wired.then_some(tone),
         relay_sounds: false,
@@ -146,10 +126,7 @@ pub(super) fn measure(
         },
         began: Instant::now(),
         measured: Measured {
-            device: bench
-                .streams
-                .device(signalgen::Direction::Input)
-                .to_string(),
+            device: bench.life.device(signalgen::Direction::Input),
             estop_wired,
             heartbeat_wired,
             enable_wired,
@@ -162,11 +139,7 @@ pub(super) fn measure(
     let mut tasks = bench.before;
     tasks.push(Box::new(task));
     tasks.extend(bench.after);
-    bench.streams.play()?;
-    let ran = schedule.run(tasks, &clock, &stop);
-    bench.kill.kill();
-    drop((bench.streams, watchers));
-    ran?;
+    bench.life.run(tasks, || Ok(()))?;
     Ok(measured.try_recv()?)
 }
 
@@ -180,7 +153,8 @@ struct CheckTask {
     frames: usize,
     channels: u16,
     drive: Drive,
-    shared: Arc<Shared>,
+    signals: Arc<Signals>,
+    gauges: Arc<Gauges>,
     stop: StopFlag,
     /// The tone that nobody should hear, before the silence.
     relay: Option<signalgen::Program>,
@@ -207,7 +181,7 @@ impl Task for CheckTask {
 
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
         let measured = &mut self.measured;
-        measured.safety = self.shared.safety.get().unwrap_or_default();
+        measured.safety = self.signals.state.get().unwrap_or_default();
         self.drive.poll(&measured.safety);
         for batch in self.batches.try_iter() {
             measured.audio_s = batch.audio_s;
@@ -221,7 +195,7 @@ impl Task for CheckTask {
                 .extend(batch.force.iter().map(|row| (row.normal_n, row.lateral_n)));
             measured.positions += batch.position.len();
         }
-        measured.corrupt = self.shared.field.get().unwrap_or_default().force.corrupt;
+        measured.corrupt = self.gauges.field.get().unwrap_or_default().force.corrupt;
         if let Some(tone) = self.relay.take() {
             self.drive.sound_disarmed(tone);
             self.relay_sounds = true;

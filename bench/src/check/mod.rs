@@ -10,9 +10,8 @@ use std::path::PathBuf;
 
 pub use table::{Row, Table};
 
-use crate::assembly::Hardware;
-use crate::calibration::Held;
-use crate::config::Config;
+use config::{CalibrationError, Effective};
+use devices::Hardware;
 
 /// How much is looked at.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -28,21 +27,19 @@ pub enum Extent {
     },
 }
 
-/// Runs the preflight; `hardware` is asked for once. `calibration` is the one in force, its constants already in `config`, or
-/// why none can be.
+/// Runs the preflight of `bench`; `hardware` is asked for once. `refused` is why its calibration could not be put in force.
 pub fn run(
-    config: &Config,
-    calibration: &anyhow::Result<Option<Held>>,
+    bench: &Effective,
+    refused: Option<&CalibrationError>,
     extent: &Extent,
     hardware: impl FnOnce() -> anyhow::Result<Hardware>,
 ) -> Table {
     let mut table = Table::default();
-    let held = calibration.as_ref().ok().and_then(Option::as_ref);
-    match measure::measure(config, held, extent, hardware) {
+    match measure::measure(bench, extent, hardware) {
         Ok(measured) => {
-            judge::judge(&mut table, config, calibration, &measured);
-            if wants_wiring(extent, held.is_some()) {
-                judge::judge_wiring(&mut table, config, &measured);
+            judge::judge(&mut table, bench, refused, &measured);
+            if wants_wiring(extent, bench.calibration().is_some()) {
+                judge::judge_wiring(&mut table, bench.config(), &measured);
             }
         }
         Err(error) => table.row("hardware", false, format!("{error:#}")),
@@ -66,6 +63,7 @@ fn wants_wiring(extent: &Extent, calibrated: bool) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use config::Config;
 
     #[test]
     fn only_the_quick_part_of_an_uncalibrated_bench_leaves_wiring_out() {

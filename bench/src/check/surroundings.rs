@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::Table;
-use crate::study::free_bytes;
+use recording::study::free_bytes;
 
 pub(super) fn judge(table: &mut Table, study: &Path, session_bytes: u64) {
     let gigabytes = |bytes: u64| bytes as f64 * 1e-9;

@@ -1,48 +1,49 @@
 //! `replay`: a recording through the live pipeline and the dashboard, at its own speed or as fast as it computes. Everything it
 //! needs to know stands in the recording.
 
+mod free_clock;
+mod report;
 mod source;
 
 use std::collections::VecDeque;
 use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use contact::AssumedConstants;
 use crossbeam_channel::{Receiver, Sender};
-use jiff::Timestamp;
 use protocols::selection::analyse_exploration;
 use protocols::{Direction, SelectionRules, Stretch};
 use tui::event::{Level, Phase, PhaseKind, SafetyState};
 
-use crate::analysis::instance::PlateReading;
-use crate::analysis::record::Record;
-use crate::analysis::recording::selection_rules;
-use crate::analysis::settings::Settings;
-use crate::analysis::unloaded::{self, UnloadedError};
+use analysis::instance::PlateReading;
+use analysis::live::LiveContact;
+use analysis::record::Record;
+use analysis::recording::selection_rules;
+use analysis::settings::Settings;
+use analysis::trial_fit::{FitReport, FitRequest, Selected};
+use analysis::unloaded::{self, UnloadedError};
+use console::{Dashboard, Front, Headless};
+use devices::Gauges;
+use recording::manifest::{Interval, IntervalKind, Manifest};
+use recording::pipeline::{Account, Batch};
+use tasks::{Clock, Schedule, StopFlag, SystemClock, Task};
+
 use crate::cli::Speed;
-use tasks::{Clock, SystemClock, later};
-use crate::front::{Dashboard, Front, Headless};
-use crate::health::LiveMeter;
-use crate::live::LiveContact;
-use crate::pipeline::{Account, Batch};
-use crate::recording::manifest::{Interval, IntervalKind, Manifest};
-use crate::refit::{FitReport, FitRequest, Refit, Selected};
-use tasks::{Pacer, Schedule, StopFlag, Task};
-use crate::screen;
-use crate::shared::Shared;
+use crate::live_meter::LiveMeter;
+use crate::refit::Refit;
+use crate::screen_words;
+use free_clock::{FreeClock, Ticks};
 use source::Source;
+
+pub use report::Report;
 
 /// The screen is fed this often, s of the recording.
 const SCREEN_PERIOD_S: f64 = 0.016;
 /// What the filters of the analysis want to see on either side of an interval, s; live data arrive within less.
 const MARGIN_S: f64 = 0.1;
-/// At full speed this much of the recording is read at a time, ns.
-const TICK_NS: u64 = 10_000_000;
-
 /// A recording opened for replay.
 pub struct Plan {
     source: Source,
@@ -75,80 +76,13 @@ impl Plan {
     }
 }
 
-/// What a replay came to.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Report {
-    /// Length of what was replayed, s.
-    pub audio_s: f64,
-    /// Time that it took, s.
-    pub took_s: f64,
-    /// Sample rate, Hz.
-    pub rate_hz: u32,
-    /// Account of the samples.
-    pub account: Account,
-    /// Impedance frames.
-    pub frames: u64,
-    /// Explorations seen to their end.
-    pub explorations: usize,
-    /// Instances selected in them.
-    pub instances: usize,
-    /// Explorations with a fit.
-    pub fits: usize,
-    /// RMS difference of the live from the measured friction with its number of frames, in explorations on the plate's central
-    /// part, after the first fit.
-    pub friction: Option<(f64, u64)>,
-    /// What is wrong with the recording.
-    pub warnings: Vec<String>,
-    /// Replayed to its end.
-    pub completed: bool,
-}
-
-impl Report {
-    /// The lines printed at the end.
-    pub fn lines(&self) -> Vec<String> {
-        let friction = self.friction.map_or_else(
-            || "none: no fit came before the last exploration".to_owned(),
-            |(rms, frames)| format!("{rms:.3} RMS from the measured over {frames} frames"),
-        );
-        let mut lines = vec![
-            format!(
-                "audio             {:.2} s at {} Hz, {} frames of impedance",
-                self.audio_s, self.rate_hz, self.frames
-            ),
-            format!(
-                "explorations      {}, {} instances, {} fitted",
-                self.explorations, self.instances, self.fits
-            ),
-            format!("live friction     {friction}"),
-            format!(
-                "drop-outs         {} frames lost, {} frames of impedance clipped",
-                self.account.lost_frames, self.account.clipped_frames
-            ),
-            format!(
-                "speed             {:.1} × real time",
-                self.audio_s / self.took_s
-            ),
-        ];
-        let warnings = self.warnings.iter();
-        lines.extend(warnings.map(|warning| format!("warning           {warning}")));
-        lines
-    }
-}
-
 /// Replays on the operator's dashboard, or as lines to `out`.
 ///
 /// # Errors
 /// When a file cannot be read on, or the terminal fails.
 pub fn run(plan: Plan, out: impl Write + Send + 'static) -> anyhow::Result<Report> {
     let stop = StopFlag::default();
-    tui::install_panic_hook(|| {});
-    for signal in [
-        signal_hook::consts::SIGINT,
-        signal_hook::consts::SIGTERM,
-        signal_hook::consts::SIGHUP,
-    ] {
-        signal_hook::flag::register(signal, stop.shared())?;
-    }
+    devices::stop_on_signals(&stop)?;
     if plan.headless {
         return replay(plan, Box::new(Headless::new(out)), &stop);
     }
@@ -180,30 +114,6 @@ pub fn replay(plan: Plan, mut front: Box<dyn Front>, stop: &StopFlag) -> anyhow:
     report
         .try_recv()
         .context("the replay ended without a report")
-}
-
-/// A clock that advances only when ticked.
-#[derive(Debug, Default)]
-struct FreeClock(AtomicU64);
-
-impl Clock for FreeClock {
-    fn now_ns(&self) -> u64 {
-        self.0.load(Ordering::Relaxed)
-    }
-
-    /// A replay writes no dates.
-    fn utc(&self) -> Timestamp {
-        later(Timestamp::UNIX_EPOCH, self.now_ns())
-    }
-}
-
-struct Ticks(Arc<FreeClock>);
-
-impl Pacer for Ticks {
-    fn tick(&mut self) -> anyhow::Result<()> {
-        self.0.0.fetch_add(TICK_NS, Ordering::Relaxed);
-        Ok(())
-    }
 }
 
 fn opening(plan: &Plan) -> Vec<tui::Event> {
@@ -424,7 +334,7 @@ impl Replay {
             ),
         );
         let within = self.record.between(interval.start_s, interval.end_s);
-        let crop = screen::crop(self.explored, false, 1, &stretches, &within);
+        let crop = screen_words::crop(self.explored, false, 1, &stretches, &within);
         self.front.show(tui::Event::Crop(crop));
         self.asked += 1;
         // The fitting task ends before this one only when it failed, and that stops the replay.
@@ -454,7 +364,7 @@ impl Replay {
         }
     }
 
-    fn take_wishes(&mut self) {
+    fn take_actions(&mut self) {
         while let Some(action) = self.front.action() {
             match action {
                 tui::Action::Pause => self.paused = true,
@@ -500,15 +410,15 @@ impl Replay {
         if self.audio_s >= self.screen_due_s {
             self.screen_due_s = self.audio_s + SCREEN_PERIOD_S;
             if let Some(live) = self.meter.live(None) {
-                let live = self.contact.shown(live);
+                let live = screen_words::with_contact(live, self.contact.latest());
                 self.front.show(tui::Event::Live(live));
             }
         }
         let wall_ns = u64::try_from(self.began.elapsed().as_nanos()).unwrap_or(u64::MAX);
-        let (shared, rate_hz) = (Shared::default(), self.source.rate_hz());
+        let (gauges, rate_hz) = (Gauges::default(), self.source.rate_hz());
         if let Some(health) =
             self.meter
-                .health(wall_ns, &self.account, &shared, None, rate_hz, || None)
+                .health(wall_ns, &self.account, &gauges, None, rate_hz, || None)
         {
             self.front.show(tui::Event::Health(tui::event::Health {
                 force_rate_hz: None,
@@ -589,7 +499,7 @@ impl Task for Replay {
             self.close_intervals();
         }
         self.take_fits();
-        self.take_wishes();
+        self.take_actions();
         self.feed_screen();
         self.end();
         Ok(())

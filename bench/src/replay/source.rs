@@ -4,10 +4,10 @@ use std::path::Path;
 
 use anyhow::Context;
 
-use crate::pipeline::{Batch, Pipeline};
-use crate::recording::manifest::Manifest;
-use crate::recording::reader::{ReadError, RowReader, Warning};
-use crate::recording::{ForceRow, PositionRow, RecordingReader};
+use recording::manifest::Manifest;
+use recording::pipeline::{Batch, Pipeline};
+use recording::reader::{ReadError, RowReader, Warning};
+use recording::{ForceRow, PositionRow, RecordingReader};
 
 /// Frames of audio read at a time.
 const BLOCK_FRAMES: usize = 4096;

@@ -1,10 +1,10 @@
 //! Forces stand where they acted on the audio clock, whatever the sensor's own clock, its bursts, and a computer that is late
 //! (FAULTS.md, row 24).
 
-use friction_bench::safety::SafetyState;
 use mock_hw::scenario::Scenario;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use safety::SafetyState;
 
 use crate::rig::{Rig, config};
 

@@ -1,6 +1,6 @@
 //! A serial port that is open is nobody else's (FAULTS.md, row 34).
 
-use friction_bench::force::open_port;
+use devices::force::open_port;
 use mock_hw::scenario::Scenario;
 
 use crate::rig::{Rig, apparatus, config};

@@ -5,14 +5,14 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use friction_bench::gpio::Input;
-use friction_bench::recording::RecordingReader;
-use friction_bench::recording::manifest::EventKind;
 use impedance::Mask;
 use mock_hw::plant::Axis;
 use mock_hw::scenario::Scenario;
 use mock_hw::serial::ForceFault;
 use protocols::Validity;
+use recording::RecordingReader;
+use recording::manifest::EventKind;
+use safety::Input;
 
 use crate::rig::{CHANNELS, Level, RATE_HZ, Rig, config, events, samples};
 

@@ -1,7 +1,7 @@
 //! A loaded computer takes the processor away between a look at the clock and the reading of what has arrived (FAULTS.md, row 24).
 
-use friction_bench::recording::ForceRow;
 use mock_hw::scenario::Scenario;
+use recording::ForceRow;
 
 use crate::rig::{Rig, config};
 

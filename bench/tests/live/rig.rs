@@ -4,23 +4,23 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use friction_bench::acquisition::RecordingCommand;
-use friction_bench::analysis::record::Record;
-use friction_bench::assembly::Bench;
-use tasks::Clock;
-use friction_bench::config::Config;
+use analysis::record::Record;
+use config::Config;
+use devices::acquisition::RecordingCommand;
+use devices::Bench;
 use friction_bench::gpio::{GpioError, Input, Lines, input, output};
-use friction_bench::pipeline::Account;
-use friction_bench::recording::manifest::{Event, EventKind, Manifest};
-use friction_bench::recording::recorder::{Begin, RecorderNotice};
-use friction_bench::recording::writer::Ending;
-use friction_bench::recording::{AudioFormat, RecordingReader};
-use friction_bench::safety::SafetyState;
 use jiff::Timestamp;
 use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig};
 use mock_hw::clock::Pace;
 use mock_hw::scenario::Scenario;
+use recording::manifest::{Event, EventKind, Manifest};
+use recording::pipeline::Account;
+use recording::recorder::{Begin, RecorderNotice};
+use recording::writer::Ending;
+use recording::{AudioFormat, RecordingReader};
+use safety::SafetyState;
 use signalgen::Waveform;
+use tasks::Clock;
 
 pub const RATE_HZ: u32 = 192_000;
 pub const CHANNELS: u16 = 4;
@@ -159,7 +159,7 @@ impl Rig {
     }
 
     pub fn drive(&mut self) {
-        let tone = friction_bench::drive::settings(&config(&[]))
+        let tone = devices::drive::settings(&config(&[]))
             .unwrap()
             .admit(Waveform::Tone {
                 carrier_hz: 35_000.0,

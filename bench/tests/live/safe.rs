@@ -1,12 +1,12 @@
 //! Whatever fails while the plate is driven: the drive is silent in time and stays so, and what was recorded reads (FAULTS.md, rows 5,
 //! 17, 18, 21 and 23).
 
-use friction_bench::recording::RecordingReader;
-use friction_bench::safety::{SafetyState, Trip};
 use mock_hw::apparatus::FaultPanel;
 use mock_hw::host::Direction;
 use mock_hw::plant::Axis;
 use mock_hw::serial::ForceFault;
+use recording::RecordingReader;
+use safety::{SafetyState, Trip};
 
 use crate::rig::Rig;
 

@@ -6,12 +6,12 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use crate::support::{FORMAT_2, manifest, ramp, read_all, write_data};
-use friction_bench::recording::wav::WavReader;
-use friction_bench::recording::writer::Ending;
-use friction_bench::recording::{
+use proptest::prelude::*;
+use recording::wav::WavReader;
+use recording::writer::Ending;
+use recording::{
     FORCE_FILE, MANIFEST_FILE, POSITION_FILE, RecordingReader, RecordingWriter, SIGNALS_FILE,
 };
-use proptest::prelude::*;
 
 const FILES: [&str; 4] = [MANIFEST_FILE, SIGNALS_FILE, FORCE_FILE, POSITION_FILE];
 

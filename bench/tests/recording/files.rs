@@ -4,13 +4,11 @@ use std::fs;
 use std::path::Path;
 
 use crate::support::{FORMAT_2, force_rows, manifest, ramp, read_all, write_data};
-use friction_bench::recording::manifest::{
-    Direction, End, EventKind, Interval, IntervalKind, ManifestError,
-};
-use friction_bench::recording::reader::{ReadError, Warning};
-use friction_bench::recording::wav::{MAX_DATA_BYTES, WavError, WavReader, WavWarning, header};
-use friction_bench::recording::writer::{Ending, WriteError};
-use friction_bench::recording::{
+use recording::manifest::{Direction, End, EventKind, Interval, IntervalKind, ManifestError};
+use recording::reader::{ReadError, Warning};
+use recording::wav::{MAX_DATA_BYTES, WavError, WavReader, WavWarning, header};
+use recording::writer::{Ending, WriteError};
+use recording::{
     AudioFormat, FORCE_FILE, ForceRow, MANIFEST_FILE, POSITION_FILE, RecordingReader,
     RecordingWriter, SIGNALS_FILE,
 };

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
 use crate::support::{FORMAT_2, force_rows, manifest, ramp, read_all};
-use friction_bench::recording::manifest::End;
-use friction_bench::recording::writer::{Ending, WriteError};
-use friction_bench::recording::{AudioFormat, RecordingReader, RecordingWriter};
-use friction_bench::study::EventLog;
-use friction_bench::study::event_log::{self, ExitStatus};
+use recording::manifest::End;
+use recording::study::EventLog;
+use recording::study::event_log::{self, ExitStatus};
+use recording::writer::{Ending, WriteError};
+use recording::{AudioFormat, RecordingReader, RecordingWriter};
 use serde_json::{Map, Value};
 
 const FOLDER: &str = "FRICTION_BENCH_TEST_FOLDER";

@@ -5,12 +5,12 @@ use std::time::{Duration, Instant};
 
 use crate::support::{FORMAT_2, force_rows, manifest, position_rows, ramp, read_all};
 use crossbeam_channel::Receiver;
-use friction_bench::recording::manifest::{End, EventKind};
-use friction_bench::recording::recorder::{
+use recording::manifest::{End, EventKind};
+use recording::recorder::{
     Begin, Polled, RecorderCore, RecorderError, RecorderMessage, RecorderNotice, RecorderState,
     SYNC_INTERVAL, SendError, recorder,
 };
-use friction_bench::recording::writer::{Ending, WriteError};
+use recording::writer::{Ending, WriteError};
 
 fn begin(folder: &Path) -> RecorderMessage {
     RecorderMessage::Begin(Box::new(Begin {

@@ -5,16 +5,16 @@ use std::fs;
 use std::path::Path;
 use std::sync::LazyLock;
 
-use friction_bench::recording::RecordingWriter;
-use friction_bench::recording::manifest::End;
-use friction_bench::recording::writer::Ending;
-use friction_bench::study::event_log::{self, DataKey, Descriptor, ExitStatus, Start};
-use friction_bench::study::{
+use proptest::prelude::*;
+use protocols::ParticipantId;
+use recording::RecordingWriter;
+use recording::manifest::End;
+use recording::study::event_log::{self, DataKey, Descriptor, ExitStatus, Start};
+use recording::study::{
     Block, DESCRIPTION_FILE, Document, EventLog, EventLogError, GeneratedBy, LOCK_FILE,
     PARTICIPANTS_FILE, Session, Study, StudyError, TrialLabel,
 };
-use proptest::prelude::*;
-use protocols::ParticipantId;
+use recording::writer::Ending;
 use serde_json::{Map, Value, json};
 
 use crate::support::{FORMAT_2, manifest, write_data};

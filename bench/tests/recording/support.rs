@@ -2,12 +2,10 @@
 
 use std::path::Path;
 
-use friction_bench::recording::manifest::{
+use recording::manifest::{
     Channels, DriveChannel, FORMAT, Manifest, Participant, PickupChannel, Plate, Software, Trial,
 };
-use friction_bench::recording::{
-    AudioFormat, ForceRow, PositionRow, RecordingReader, RecordingWriter,
-};
+use recording::{AudioFormat, ForceRow, PositionRow, RecordingReader, RecordingWriter};
 
 pub const FORMAT_2: AudioFormat = AudioFormat {
     sample_rate_hz: 192_000,

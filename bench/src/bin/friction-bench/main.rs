@@ -11,21 +11,25 @@ use std::sync::Arc;
 
 use anyhow::Context;
 use clap::{CommandFactory, Parser};
-use friction_bench::assembly::Hardware;
-use friction_bench::calibration::{self, Held};
+use config::{AudioHost, Config, Effective};
+use devices::Hardware;
+use devices::claim::Claim;
+use friction_bench::apparatus::Apparatus;
 use friction_bench::check::Extent;
-use friction_bench::claim::Claim;
-use friction_bench::cli::{Calibrate, Check, Cli, Command, Devices, Monitor, Replay, Run, Speed};
-use tasks::SystemClock;
-use friction_bench::config::{AudioHost, Config};
+use friction_bench::cli::{
+    self, Calibrate, Check, Cli, Command, Devices, Monitor, Replay, Run, Speed,
+};
 use friction_bench::run::{self, Plan};
-use tasks::Schedule;
-use friction_bench::{analyze, check, devices, model, monitor, replay};
+use friction_bench::{analyze, calibrate as calibration, check, inventory, model, monitor, replay};
 use signalgen::audio::{HostChoice, open_host};
+use tasks::{Schedule, SystemClock};
 
 fn main() -> ExitCode {
     // A file over its limit then fails to be written, which is handled, instead of killing the process.
+    #[cfg(unix)]
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
+    // Whatever opens a bench later silences its drive before the terminal is put back.
+    tui::install_panic_hook(|| {});
     match dispatch(Cli::parse()) {
         Ok(code) => code,
         Err(error) => {
@@ -98,7 +102,7 @@ fn dispatch(cli: Cli) -> anyhow::Result<ExitCode> {
 }
 
 /// The configuration that holds, and whether it was only asked for.
-fn configuration(options: &friction_bench::cli::Hardware) -> anyhow::Result<Option<Config>> {
+fn configuration(options: &cli::Hardware) -> anyhow::Result<Option<Config>> {
     let config = match (&options.config, &options.mock) {
         (Some(path), _) => Config::read(path)?,
         (None, Some(_)) => Config::parse(simulated::CONFIG, "the simulated bench's configuration")?,
@@ -116,43 +120,40 @@ fn configuration(options: &friction_bench::cli::Hardware) -> anyhow::Result<Opti
     Ok(Some(config))
 }
 
-fn hardware(
+fn apparatus(
     config: &Config,
-    options: &friction_bench::cli::Hardware,
+    options: &cli::Hardware,
     speed: Speed,
     truth: Option<&Path>,
-) -> anyhow::Result<Hardware> {
+) -> anyhow::Result<Apparatus> {
     if let Some(scenario) = &options.mock {
-        return simulated::hardware(scenario, options.seed.unwrap_or(1), speed, truth);
+        return simulated::apparatus(scenario, options.seed.unwrap_or(1), speed, truth);
     }
     let choice = match config.audio.host {
         AudioHost::Native => HostChoice::Default,
         AudioHost::Jack => HostChoice::Jack,
     };
     let claim = Claim::take(config)?;
-    Ok(Hardware {
-        claim: Some(claim),
-        host: open_host(choice)?,
-        lines: real_gpio::open(&config.gpio)?,
-        force_port: None,
-        vibrometer_port: None,
-        clock: Arc::new(SystemClock::start()),
-        schedule: Schedule::Threads,
+    Ok(Apparatus {
+        hardware: Hardware {
+            host: open_host(choice)?,
+            lines: real_gpio::open(&config.gpio)?,
+            force_port: None,
+            clock: Arc::new(SystemClock::start()),
+            schedule: Schedule::Threads,
+            guard: Box::new(claim),
+            simulated: false,
+        },
         watchers: Vec::new(),
         hands: None,
-        simulated: false,
+        vibrometer_port: None,
     })
 }
 
 /// Refuses to drive a bench that fails the quick preflight, and prints its table.
-fn require_ready(
-    config: &Config,
-    calibration: &Option<Held>,
-    options: &friction_bench::cli::Hardware,
-    speed: Speed,
-) -> anyhow::Result<()> {
-    let table = check::run(config, &Ok(calibration.clone()), &Extent::Quick, || {
-        hardware(config, options, speed, None)
+fn require_ready(bench: &Effective, options: &cli::Hardware, speed: Speed) -> anyhow::Result<()> {
+    let table = check::run(bench, None, &Extent::Quick, || {
+        Ok(apparatus(bench.config(), options, speed, None)?.hardware)
     });
     if !table.passed() {
         write!(std::io::stdout(), "{}", table.to_text())?;
@@ -164,32 +165,26 @@ fn require_ready(
 }
 
 fn run(options: &Run) -> anyhow::Result<ExitCode> {
-    let Some(mut config) = configuration(&options.hardware)? else {
+    let Some(config) = configuration(&options.hardware)? else {
         return Ok(ExitCode::SUCCESS);
     };
-    let held = Held::choose(&options.hardware, options.uncalibrated, &mut config)?;
-    let mut plan = Plan::new(config, options)?;
-    plan.calibration = held;
+    let bench = calibration::effective(config, &options.hardware, options.uncalibrated)?;
+    let plan = Plan::new(bench, options)?;
     if !options.headless && !std::io::stdout().is_terminal() {
         anyhow::bail!("the dashboard needs a terminal; without one add --headless");
     }
-    require_ready(
-        &plan.config,
-        &plan.calibration,
-        &options.hardware,
-        options.speed,
-    )?;
-    let mut hardware = hardware(
-        &plan.config,
+    require_ready(&plan.bench, &options.hardware, options.speed)?;
+    let mut apparatus = apparatus(
+        plan.bench.config(),
         &options.hardware,
         options.speed,
         options.mock_truth.as_deref(),
     )?;
     if let Some(terminal) = &options.participant_display {
-        hardware.watchers.push(run::participant_display(terminal)?);
+        apparatus.watchers.push(run::participant_display(terminal)?);
     }
     let (study, participant) = (plan.study.clone(), plan.participant.clone());
-    let report = run::run(plan, hardware, std::io::stdout())?;
+    let report = run::run(plan, apparatus, std::io::stdout())?;
     let mut stdout = std::io::stdout();
     for line in run::report_lines(&report, &study, &participant) {
         // The session has ended as it has, whether this is read or not.
@@ -203,25 +198,19 @@ fn run(options: &Run) -> anyhow::Result<ExitCode> {
 }
 
 fn watch(options: &Monitor) -> anyhow::Result<ExitCode> {
-    let Some(mut config) = configuration(&options.hardware)? else {
+    let Some(config) = configuration(&options.hardware)? else {
         return Ok(ExitCode::SUCCESS);
     };
-    let held = Held::choose(&options.hardware, options.uncalibrated, &mut config)?;
-    let mut plan = monitor::Plan::new(config, options)?;
-    plan.calibration = held;
+    let bench = calibration::effective(config, &options.hardware, options.uncalibrated)?;
+    let plan = monitor::Plan::new(bench, options)?;
     if !options.headless && !std::io::stdout().is_terminal() {
         anyhow::bail!("the dashboard needs a terminal; without one add --headless");
     }
     if plan.drives() {
-        require_ready(
-            &plan.config,
-            &plan.calibration,
-            &options.hardware,
-            options.speed,
-        )?;
+        require_ready(&plan.bench, &options.hardware, options.speed)?;
     }
-    let hardware = hardware(&plan.config, &options.hardware, options.speed, None)?;
-    let completed = monitor::run(plan, hardware, std::io::stdout())?;
+    let apparatus = apparatus(plan.bench.config(), &options.hardware, options.speed, None)?;
+    let completed = monitor::run(plan, apparatus, std::io::stdout())?;
     Ok(if completed {
         ExitCode::SUCCESS
     } else {
@@ -239,12 +228,12 @@ fn calibrate(options: &Calibrate) -> anyhow::Result<ExitCode> {
     let Some(config) = configuration(&measure.hardware)? else {
         return Ok(ExitCode::SUCCESS);
     };
-    let open = |config: &Config| hardware(config, &measure.hardware, measure.speed, None);
+    let open = |config: &Config| apparatus(config, &measure.hardware, measure.speed, None);
     let report = match options {
-        Calibrate::Pickup(options) => calibration::command::pickup(config, options, open)?,
-        Calibrate::Plate(options) => calibration::command::plate(config, options, open)?,
-        Calibrate::Force(options) => calibration::command::force(config, options, open)?,
-        Calibrate::Channels(options) => calibration::command::channels(config, options, open)?,
+        Calibrate::Pickup(options) => calibration::pickup(config, options, open)?,
+        Calibrate::Plate(options) => calibration::plate(config, options, open)?,
+        Calibrate::Force(options) => calibration::force(config, options, open)?,
+        Calibrate::Channels(options) => calibration::channels(config, options, open)?,
     };
     let text = if measure.json {
         report.to_json()?
@@ -277,10 +266,13 @@ fn play(options: &Replay) -> anyhow::Result<ExitCode> {
 }
 
 fn preflight(options: &Check) -> anyhow::Result<ExitCode> {
-    let Some(mut config) = configuration(&options.hardware)? else {
+    let Some(config) = configuration(&options.hardware)? else {
         return Ok(ExitCode::SUCCESS);
     };
-    let held = Held::choose(&options.hardware, false, &mut config);
+    let (bench, refused) = match calibration::effective(config.clone(), &options.hardware, false) {
+        Ok(bench) => (bench, None),
+        Err(error) => (Effective::uncalibrated(config), Some(error)),
+    };
     let speed = if options.hardware.mock.is_some() {
         Speed::Max
     } else {
@@ -292,11 +284,11 @@ fn preflight(options: &Check) -> anyhow::Result<ExitCode> {
         let (protocol, _) = run::read_protocol(&options.protocol)?;
         Extent::Whole {
             study: options.study.clone(),
-            session_bytes: run::session_bytes(&config, &protocol),
+            session_bytes: run::session_bytes(bench.config(), &protocol),
         }
     };
-    let table = check::run(&config, &held, &extent, || {
-        hardware(&config, &options.hardware, speed, None)
+    let table = check::run(&bench, refused.as_ref(), &extent, || {
+        Ok(apparatus(bench.config(), &options.hardware, speed, None)?.hardware)
     });
     let text = if options.json {
         table.to_json()?
@@ -314,19 +306,19 @@ fn preflight(options: &Check) -> anyhow::Result<ExitCode> {
 fn list(options: &Devices) -> anyhow::Result<ExitCode> {
     let mut stdout = std::io::stdout();
     let listing = if options.mock {
-        let simulated = simulated::hardware("nominal", 1, Speed::Max, None)?;
+        let simulated = simulated::apparatus("nominal", 1, Speed::Max, None)?.hardware;
         let ports = simulated.force_port.iter().cloned().collect();
-        devices::Listing {
-            hosts: vec![devices::audio("simulated", Ok(&simulated.host))],
+        inventory::Listing {
+            hosts: vec![inventory::audio("simulated", Ok(&simulated.host))],
             serial_ports: ports,
             gpio_chips: Vec::new(),
         }
     } else {
-        devices::Listing {
+        inventory::Listing {
             hosts: [("native", HostChoice::Default), ("jack", HostChoice::Jack)]
-                .map(|(name, choice)| devices::audio(name, open_host(choice).as_ref()))
+                .map(|(name, choice)| inventory::audio(name, open_host(choice).as_ref()))
                 .into(),
-            serial_ports: devices::serial_ports()?,
+            serial_ports: inventory::serial_ports()?,
             gpio_chips: real_gpio::chips(),
         }
     };

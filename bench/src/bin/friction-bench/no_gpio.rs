@@ -1,8 +1,8 @@
 //! Digital lines where the system has none that this program knows.
 
 use anyhow::bail;
-use friction_bench::config::{Gpio, GpioBackend};
-use friction_bench::gpio::Lines;
+use config::{Gpio, GpioBackend};
+use devices::Lines;
 
 /// Nothing to take.
 ///

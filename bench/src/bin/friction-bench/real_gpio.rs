@@ -1,8 +1,9 @@
 //! Real digital lines, on Linux. Levels are defined without a wire: inputs are pulled down, so that an open loop reads low.
 
 use anyhow::{Context, bail};
-use friction_bench::config::{Gpio, GpioBackend};
-use friction_bench::gpio::{Input, Lines, Output, input, output};
+use config::{Gpio, GpioBackend};
+use devices::Lines;
+use safety::{Input, Output, input, output};
 
 /// Takes the lines that `[gpio]` names.
 ///

@@ -4,20 +4,21 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::Context;
-use friction_bench::assembly::{Hands, Hardware};
-use friction_bench::calibration::operator::{self, Cabling, Request};
+use calibration::operator::{self, Cabling, Hands, Request};
+use devices::sound::Tone;
+use devices::{Hardware, Lines};
+use friction_bench::apparatus::{Apparatus, Watcher};
 use friction_bench::cli::Speed;
-use tasks::{Clock, SystemClock, later};
-use friction_bench::gpio::{Lines, input, output};
-use tasks::{Pacer, Schedule};
-use friction_bench::session::Watcher;
-use friction_bench::sound::Tone;
 use jiff::Timestamp;
-use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig, Masses, Patchbay, Senses};
+use mock_hw::apparatus::{
+    Apparatus as SimulatedApparatus, ApparatusClock, ApparatusConfig, Masses, Patchbay, Senses,
+};
 use mock_hw::clock::Pace;
 use mock_hw::person::{Cue, Instruction, Percept};
 use mock_hw::plant::{Axis, Wiring};
 use mock_hw::scenario::Scenario;
+use safety::{input, output};
+use tasks::{Clock, Pacer, Schedule, SystemClock, later};
 
 /// What a bench on simulated hardware assumes of it; the scenario's truth differs where real hardware would.
 pub const CONFIG: &str = include_str!("../../../mock-bench.toml");
@@ -61,12 +62,12 @@ const FREE_RUNNING_DATE: &str = "2026-01-01T09:00:00Z";
 ///
 /// # Errors
 /// When the scenario cannot be read or the apparatus not be built.
-pub fn hardware(
+pub fn apparatus(
     scenario: &str,
     seed: u64,
     speed: Speed,
     truth: Option<&Path>,
-) -> anyhow::Result<Hardware> {
+) -> anyhow::Result<Apparatus> {
     let scenario = read(scenario)?.realised(seed);
     let pace = match speed {
         Speed::Real => Pace::RealTime,
@@ -74,7 +75,7 @@ pub fn hardware(
     };
     let mut config = ApparatusConfig::new(scenario, seed, pace);
     config.truth_path = truth.map(Path::to_owned);
-    let mut apparatus = Apparatus::new(config).context("the simulated apparatus")?;
+    let mut apparatus = SimulatedApparatus::new(config).context("the simulated apparatus")?;
     let pins = apparatus
         .pins()
         .context("the simulated apparatus has no pins")?;
@@ -94,9 +95,9 @@ pub fn hardware(
         apparatus.vibrometer_port().to_owned(),
         apparatus.clock(),
     );
-    let mut watchers = vec![participant(apparatus.senses())];
+    let watchers = vec![participant(apparatus.senses())];
     let hands = hands(apparatus.masses(), apparatus.patchbay());
-    let (clock, schedule): (Arc<dyn Clock>, _) = match speed {
+    let (clock, schedule, guard): (Arc<dyn Clock>, _, Box<dyn Send>) = match speed {
         Speed::Max => {
             let date = FREE_RUNNING_DATE
                 .parse()
@@ -104,27 +105,29 @@ pub fn hardware(
             (
                 Arc::new(FreeClock { clock, date }),
                 Schedule::Lockstep(Box::new(Stepper(apparatus))),
+                Box::new(()),
             )
         }
-        Speed::Real => {
-            // It advances by itself and lives as long as its watcher.
-            watchers.push(Box::new(move |_, _, _| {
-                let _alive = &apparatus;
-            }));
-            (Arc::new(SystemClock::start()), Schedule::Threads)
-        }
+        // It advances by itself, for as long as it lives.
+        Speed::Real => (
+            Arc::new(SystemClock::start()),
+            Schedule::Threads,
+            Box::new(apparatus),
+        ),
     };
-    Ok(Hardware {
-        host,
-        lines,
-        force_port: Some(force_port),
-        vibrometer_port: Some(vibrometer_port),
-        clock,
-        schedule,
+    Ok(Apparatus {
+        hardware: Hardware {
+            host,
+            lines,
+            force_port: Some(force_port),
+            clock,
+            schedule,
+            guard,
+            simulated: true,
+        },
         watchers,
         hands: Some(hands),
-        claim: None,
-        simulated: true,
+        vibrometer_port: Some(vibrometer_port),
     })
 }
 
@@ -195,7 +198,7 @@ fn hands(masses: Masses, patchbay: Patchbay) -> Hands {
     })
 }
 
-struct Stepper(Apparatus);
+struct Stepper(SimulatedApparatus);
 
 impl Pacer for Stepper {
     fn tick(&mut self) -> anyhow::Result<()> {

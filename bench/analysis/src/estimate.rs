@@ -1,0 +1,354 @@
+//! One instance, estimated by both methods.
+
+use contact::fit::paper::RestReading;
+use contact::fit::{
+    Agreement, EstimatedSeries, FitConditions, FitError, Sensitivities, Verdict, dynamic, paper,
+};
+use contact::{Contact, FittedFinger};
+use num_complex::Complex64;
+use protocols::{Direction, Instance};
+
+use crate::instance::PreparedInstance;
+use crate::record::Series;
+use crate::settings::Settings;
+use crate::statistics::{Correlation, spearman};
+
+/// How much at either end of an instance is averaged for what changes over it, s: as much as Z_t is read from at rest.
+const EDGE_S: f64 = 5e-3;
+
+/// The two ways of estimation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Method {
+    /// As published (SCIENCE.md section 7).
+    Paper,
+    /// With envelope dynamics and levitation lag (SCIENCE.md section 9).
+    Dynamic,
+}
+
+impl Method {
+    /// Both, in the order in which they are shown.
+    pub const BOTH: [Self; 2] = [Self::Paper, Self::Dynamic];
+
+    /// Its name in results and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+            Self::Dynamic => "dynamic",
+        }
+    }
+}
+
+/// An instance with its samples and both estimates.
+#[derive(Debug, Clone)]
+pub struct InstanceAnalysis {
+    /// Which way the finger slid.
+    pub direction: Direction,
+    /// Start, s.
+    pub start_s: f64,
+    /// End, s.
+    pub end_s: f64,
+    /// Mean normal force, N.
+    pub normal_n: f64,
+    /// By how much the measured friction fell: mean of the first 5 ms less that of the last.
+    pub delta_mu: f64,
+    /// What was measured in it.
+    pub samples: InstanceSamples,
+    /// The published method's estimate.
+    pub paper: Estimated,
+    /// The dynamic method's estimate.
+    pub dynamic: Estimated,
+    /// The finger of the dynamic estimate, for samples beyond the instance.
+    pub finger: FittedFinger,
+}
+
+impl InstanceAnalysis {
+    /// The estimate of one method.
+    pub fn estimated(&self, method: Method) -> &Estimated {
+        match method {
+            Method::Paper => &self.paper,
+            Method::Dynamic => &self.dynamic,
+        }
+    }
+
+    /// The impedance that one method reads, N·s/m.
+    pub fn z_m(&self, method: Method) -> &[Complex64] {
+        match method {
+            Method::Paper => &self.samples.z_m_plain_n_s_per_m,
+            Method::Dynamic => &self.samples.z_m_corrected_n_s_per_m,
+        }
+    }
+}
+
+/// What changed over an instance: the mean of its first 5 ms against that of its last. All are positive where the amplitude's
+/// rise lifts the skin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Deltas {
+    /// Fall of |Z_m| as the method reads it, N·s/m.
+    pub abs_z_m_n_s_per_m: f64,
+    /// Fall of Re Z_m, N·s/m.
+    pub re_z_m_n_s_per_m: f64,
+    /// Fall of |Im Z_m|, N·s/m.
+    pub abs_im_z_m_n_s_per_m: f64,
+    /// Rise of the gap, m.
+    pub gap_m: f64,
+    /// Rise of the squeeze film's force, N.
+    pub squeeze_n: f64,
+    /// Fall of the estimated friction.
+    pub mu: f64,
+}
+
+/// The measured samples of an instance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InstanceSamples {
+    /// Time, s.
+    pub time_s: Vec<f64>,
+    /// |x̃_p|, peak, m.
+    pub amplitude_m: Vec<f64>,
+    /// Normal force, N.
+    pub normal_n: Vec<f64>,
+    /// Measured friction.
+    pub mu: Vec<f64>,
+    /// Z_m, plain and smoothed, N·s/m.
+    pub z_m_plain_n_s_per_m: Vec<Complex64>,
+    /// Z_m, freed of envelope dynamics, N·s/m.
+    pub z_m_corrected_n_s_per_m: Vec<Complex64>,
+}
+
+/// What one method makes of an instance.
+#[derive(Debug, Clone)]
+pub struct Estimated {
+    /// Whether the parameters mean anything.
+    pub verdict: Verdict,
+    /// σ_t, m.
+    pub sigma_t_m: f64,
+    /// Its standard error.
+    pub sigma_t_std_m: f64,
+    /// Z_t, N·s/m.
+    pub z_t_n_s_per_m: Complex64,
+    /// Standard errors of its real and imaginary part.
+    pub z_t_std_n_s_per_m: Complex64,
+    /// τ and its standard error, s; `paper` has none.
+    pub tau_s: Option<(f64, f64)>,
+    /// μ0.
+    pub mu0: f64,
+    /// Its standard error.
+    pub mu0_std: f64,
+    /// Where `paper` read Z_m⁰.
+    pub rest: Option<RestReading>,
+    /// Fitted against measured.
+    pub agreement: Agreement,
+    /// Stiffness, gap and friction in time.
+    pub series: EstimatedSeries,
+    /// Estimated against measured friction; `None` if either does not vary.
+    pub spearman_mu: Option<Correlation>,
+    /// What changed over the instance.
+    pub deltas: Deltas,
+    /// How σ_t, Z_t and τ hang on the assumed constants; `None` if a refit beside the assumed values fails.
+    pub sensitivities: Option<Sensitivities>,
+}
+
+/// Why an instance has no estimate.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum EstimateError {
+    /// The instance cannot be fitted.
+    #[error("`{}` cannot be fitted: {source}", method.name())]
+    Fit {
+        /// By which method.
+        method: Method,
+        /// Why.
+        source: FitError,
+    },
+    /// The fit ended, but its parameters mean nothing.
+    #[error("`{}` fitted nothing to rely on: {verdict}", method.name())]
+    Unusable {
+        /// Of which method.
+        method: Method,
+        /// What it says of itself.
+        verdict: Verdict,
+    },
+}
+
+/// Estimates one instance of an exploration by both methods.
+///
+/// # Errors
+/// When either has no answer, so that what is compared between the methods is always the same instances.
+pub fn estimate(
+    series: &Series,
+    direction: Direction,
+    instance: Instance,
+    conditions: &FitConditions,
+    settings: &Settings,
+) -> Result<InstanceAnalysis, EstimateError> {
+    let prepared = PreparedInstance::cut(series, instance.start_s, instance.end_s);
+    let of = |method| move |source| EstimateError::Fit { method, source };
+    let series = prepared.series().map_err(of(Method::Paper))?;
+    let (paper_options, dynamic_options) = (settings.paper(), settings.dynamic());
+    let paper = paper::fit(&series, conditions, &paper_options).map_err(of(Method::Paper))?;
+    let dynamic =
+        dynamic::fit(&series, conditions, &dynamic_options).map_err(of(Method::Dynamic))?;
+    for (method, verdict) in [
+        (Method::Paper, &paper.verdict),
+        (Method::Dynamic, &dynamic.verdict),
+    ] {
+        if !verdict.is_usable() {
+            return Err(EstimateError::Unusable {
+                method,
+                verdict: verdict.clone(),
+            });
+        }
+    }
+
+    let inside = series.instance();
+    let edges = Edges::of(inside.time_s);
+    let film = Film {
+        edges: &edges,
+        settings,
+        amplitude_m: inside.amplitude_m,
+        mu: inside.mu,
+    };
+    let paper = film.estimated(
+        inside.z_m_plain_n_s_per_m,
+        Fitted {
+            verdict: paper.verdict,
+            sigma_t: (paper.sigma_t_m, paper.sigma_t_std_m),
+            z_t: (paper.z_t_n_s_per_m, paper.z_t_std_n_s_per_m),
+            tau_s: None,
+            mu0: (paper.mu0, paper.mu0_std),
+            rest: Some(paper.rest),
+            agreement: paper.agreement,
+            series: paper.series,
+            sensitivities: paper::sensitivities(&series, conditions, &paper_options).ok(),
+        },
+    );
+    let finger = dynamic.finger;
+    let dynamic = film.estimated(
+        inside.z_m_corrected_n_s_per_m,
+        Fitted {
+            verdict: dynamic.verdict,
+            sigma_t: (dynamic.sigma_t_m, dynamic.sigma_t_std_m),
+            z_t: (dynamic.z_t_n_s_per_m, dynamic.z_t_std_n_s_per_m),
+            tau_s: Some((dynamic.tau_s, dynamic.tau_std_s)),
+            mu0: (dynamic.mu0, dynamic.mu0_std),
+            rest: None,
+            agreement: dynamic.agreement,
+            series: dynamic.series,
+            sensitivities: dynamic::sensitivities(&series, conditions, &dynamic_options).ok(),
+        },
+    );
+    Ok(InstanceAnalysis {
+        direction,
+        start_s: instance.start_s,
+        end_s: instance.end_s,
+        normal_n: inside.normal_n.iter().sum::<f64>() / inside.normal_n.len() as f64,
+        delta_mu: edges.fall(|i| inside.mu[i]),
+        samples: InstanceSamples {
+            time_s: inside.time_s.to_vec(),
+            amplitude_m: inside.amplitude_m.to_vec(),
+            normal_n: inside.normal_n.to_vec(),
+            mu: inside.mu.to_vec(),
+            z_m_plain_n_s_per_m: inside.z_m_plain_n_s_per_m.to_vec(),
+            z_m_corrected_n_s_per_m: inside.z_m_corrected_n_s_per_m.to_vec(),
+        },
+        paper,
+        dynamic,
+        finger,
+    })
+}
+
+/// The first and the last samples of an instance.
+struct Edges {
+    samples: usize,
+    first: usize,
+}
+
+impl Edges {
+    fn of(time_s: &[f64]) -> Self {
+        let last_s = time_s.last().copied().unwrap_or_default();
+        let samples = time_s.len();
+        let after = time_s.partition_point(|&t| t <= last_s - EDGE_S);
+        Self {
+            samples,
+            first: samples - after,
+        }
+    }
+
+    /// Mean of the first less mean of the last, of the finite values; NaN without any.
+    fn fall(&self, value: impl Fn(usize) -> f64) -> f64 {
+        let mean = |range: std::ops::Range<usize>| {
+            let finite: Vec<f64> = range.map(&value).filter(|v| v.is_finite()).collect();
+            finite.iter().sum::<f64>() / finite.len() as f64
+        };
+        mean(0..self.first) - mean(self.samples - self.first..self.samples)
+    }
+}
+
+/// What both fits tell of themselves; values with their standard errors.
+struct Fitted {
+    verdict: Verdict,
+    sigma_t: (f64, f64),
+    z_t: (Complex64, Complex64),
+    tau_s: Option<(f64, f64)>,
+    mu0: (f64, f64),
+    rest: Option<RestReading>,
+    agreement: Agreement,
+    series: EstimatedSeries,
+    sensitivities: Option<Sensitivities>,
+}
+
+/// What an estimate is set against.
+struct Film<'a> {
+    edges: &'a Edges,
+    settings: &'a Settings,
+    amplitude_m: &'a [f64],
+    mu: &'a [f64],
+}
+
+impl Film<'_> {
+    fn estimated(&self, z_m: &[Complex64], fitted: Fitted) -> Estimated {
+        let gap_m = &fitted.series.gap_m;
+        let contact = Contact::new(&self.settings.assumed(), fitted.sigma_t.0);
+        let squeeze_n = |i: usize| {
+            contact.as_ref().map_or(f64::NAN, |contact| {
+                contact.squeeze_force_n(gap_m[i], self.amplitude_m[i])
+            })
+        };
+        Estimated {
+            spearman_mu: spearman(&fitted.series.mu, self.mu),
+            deltas: Deltas {
+                abs_z_m_n_s_per_m: self.edges.fall(|i| z_m[i].norm()),
+                re_z_m_n_s_per_m: self.edges.fall(|i| z_m[i].re),
+                abs_im_z_m_n_s_per_m: self.edges.fall(|i| z_m[i].im.abs()),
+                gap_m: -self.edges.fall(|i| gap_m[i]),
+                squeeze_n: -self.edges.fall(squeeze_n),
+                mu: self.edges.fall(|i| fitted.series.mu[i]),
+            },
+            verdict: fitted.verdict,
+            sigma_t_m: fitted.sigma_t.0,
+            sigma_t_std_m: fitted.sigma_t.1,
+            z_t_n_s_per_m: fitted.z_t.0,
+            z_t_std_n_s_per_m: fitted.z_t.1,
+            tau_s: fitted.tau_s,
+            mu0: fitted.mu0.0,
+            mu0_std: fitted.mu0.1,
+            rest: fitted.rest,
+            agreement: fitted.agreement,
+            series: fitted.series,
+            sensitivities: fitted.sensitivities,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn a_fall_is_between_the_means_of_the_first_and_last_five_milliseconds() {
+        let time_s: Vec<f64> = (0..121).map(|i| f64::from(i) * 5e-4).collect();
+        let edges = Edges::of(&time_s);
+        assert_eq!(edges.first, 10);
+        assert_relative_eq!(edges.fall(|i| -(i as f64)), 111.0);
+        assert_relative_eq!(edges.fall(|i| if i == 3 { f64::NAN } else { 7.0 }), 0.0);
+    }
+}

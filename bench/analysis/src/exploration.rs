@@ -1,0 +1,86 @@
+//! One exploration in time.
+
+use impedance::ZmFrame;
+use num_complex::Complex64;
+use protocols::{Direction, Stretch, Validity};
+
+use crate::record::Series;
+
+/// Everything measured during an exploration, on the times of the impedance frames, and what was selected from it.
+#[derive(Debug, Clone)]
+pub struct Exploration {
+    /// Which way the finger slides.
+    pub direction: Direction,
+    /// Start, s.
+    pub start_s: f64,
+    /// End, s.
+    pub end_s: f64,
+    /// Times of the frames, s, evenly spaced.
+    pub time_s: Vec<f64>,
+    /// |x̃_p|, peak, m; NaN where samples were lost.
+    pub amplitude_m: Vec<f64>,
+    /// Normal force, 100 Hz, zero phase, N.
+    pub normal_n: Vec<f64>,
+    /// Lateral force, 100 Hz, zero phase, N.
+    pub lateral_n: Vec<f64>,
+    /// Measured friction |f_t|/f_n; NaN where the finger does not press.
+    pub mu: Vec<f64>,
+    /// Finger position, m.
+    pub position_m: Vec<f64>,
+    /// Finger velocity, m/s.
+    pub velocity_m_per_s: Vec<f64>,
+    /// f̃_a/ṽ_p, N·s/m; NaN where it could not be read.
+    pub z_m_plain_n_s_per_m: Vec<Complex64>,
+    /// The same freed of envelope dynamics, N·s/m; NaN where it could not be read.
+    pub z_m_corrected_n_s_per_m: Vec<Complex64>,
+    /// Whether amplitude and impedance could be read.
+    pub validity: Vec<Validity>,
+    /// The rising stretches, each with its instance or the reason why it has none.
+    pub stretches: Vec<Stretch>,
+}
+
+impl Exploration {
+    /// Of the series from `start_s` to `end_s`, from which `stretches` were selected.
+    pub fn new(
+        series: Series,
+        direction: Direction,
+        (start_s, end_s): (f64, f64),
+        stretches: Vec<Stretch>,
+    ) -> Self {
+        let mu = series
+            .lateral_n
+            .iter()
+            .zip(&series.normal_n)
+            .map(|(lateral, normal)| {
+                if *normal > 0.0 {
+                    lateral.abs() / normal
+                } else {
+                    f64::NAN
+                }
+            })
+            .collect();
+        let impedance = |z: fn(&ZmFrame) -> Complex64| series.frames.iter().map(z).collect();
+        Self {
+            direction,
+            start_s,
+            end_s,
+            mu,
+            z_m_plain_n_s_per_m: impedance(|frame| frame.plain_n_s_per_m),
+            z_m_corrected_n_s_per_m: impedance(|frame| frame.corrected_n_s_per_m),
+            time_s: series.time_s,
+            amplitude_m: series.amplitude_m,
+            normal_n: series.normal_n,
+            lateral_n: series.lateral_n,
+            position_m: series.position_m,
+            velocity_m_per_s: series.velocity_m_per_s,
+            validity: series.validity,
+            stretches,
+        }
+    }
+
+    /// Time from one frame to the next, s; `None` with fewer than two.
+    pub fn interval_s(&self) -> Option<f64> {
+        let n = self.time_s.len();
+        (n > 1).then(|| (self.time_s[n - 1] - self.time_s[0]) / (n - 1) as f64)
+    }
+}

@@ -1,0 +1,196 @@
+//! What is wrong with a recording that can be analysed nevertheless, and what to look at.
+
+use std::fmt;
+
+use num_complex::Complex64;
+
+use crate::record::LONGEST_GAP_S;
+use crate::unloaded::UnloadedError;
+use recording::reader;
+
+/// Which of the two channels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Channel {
+    /// Actuator voltage.
+    Drive,
+    /// Plate displacement.
+    Pickup,
+}
+
+impl fmt::Display for Channel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Drive => "drive",
+            Self::Pickup => "pickup",
+        })
+    }
+}
+
+/// What is wrong with a recording that can be analysed nevertheless, wholly or in part.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Flaw {
+    /// In its files.
+    #[error(transparent)]
+    File(#[from] reader::Warning),
+    /// Samples that are NaN or infinite.
+    #[error("{channel}: {samples} samples are NaN or infinite; what they touch is left out")]
+    LostSamples {
+        /// Of which channel.
+        channel: Channel,
+        /// Their number.
+        samples: u64,
+    },
+    /// The converter's limit was reached.
+    #[error(
+        "{channel} clipped: {samples} samples at ±{level} of full scale; what they touch is left out"
+    )]
+    Clipped {
+        /// Which channel.
+        channel: Channel,
+        /// Samples at the limit.
+        samples: u64,
+        /// The limit, in sample values.
+        level: f32,
+    },
+    /// Nothing to demodulate.
+    #[error(
+        "{channel}: the carrier of {carrier_hz} Hz is not in the signal ({ratio_db:.0} dB of all else)"
+    )]
+    CarrierMissing {
+        /// In which channel.
+        channel: Channel,
+        /// The carrier, Hz.
+        carrier_hz: f64,
+        /// Its power over that of the rest, dB.
+        ratio_db: f64,
+    },
+    /// Much besides the carrier: DC, hum, foreign tones, noise.
+    #[error("{channel}: the carrier is only {ratio_db:.0} dB above all else in the signal")]
+    CarrierWeak {
+        /// In which channel.
+        channel: Channel,
+        /// Its power over that of the rest, dB.
+        ratio_db: f64,
+    },
+    /// The drive's carrier is elsewhere than stated.
+    #[error(
+        "drive: the carrier is at {measured_hz:.1} Hz, not at {stated_hz} Hz as recording.toml says; farther than 300 Hz away the amplitude would read low"
+    )]
+    CarrierElsewhere {
+        /// Where it is, Hz.
+        measured_hz: f64,
+        /// Where it should be, Hz.
+        stated_hz: f64,
+    },
+    /// Readings that are not of the recording's time.
+    #[error(
+        "{file}: its times run from {from_s} to {to_s} s, but the recording from 0 to {duration_s:.3} s: is it on another clock? time_s counts from the first sample of signals.wav"
+    )]
+    ElsewhereInTime {
+        /// The file.
+        file: &'static str,
+        /// Of its first row, s.
+        from_s: f64,
+        /// Of its last row, s.
+        to_s: f64,
+        /// Length of the audio, s.
+        duration_s: f64,
+    },
+    /// Readings too far apart.
+    #[error(
+        "{file}: its rows are {:.0} ms apart; where readings are more than {:.0} ms apart nothing is estimated",
+        step_s * 1e3, LONGEST_GAP_S * 1e3
+    )]
+    Sparse {
+        /// The file.
+        file: &'static str,
+        /// Middle distance of its rows, s.
+        step_s: f64,
+    },
+    /// No Z_p.
+    #[error(transparent)]
+    Unloaded(#[from] UnloadedError),
+    /// A finger during part of the unloaded interval.
+    #[error(
+        "finger on the plate during {touched_s:.2} s of the unloaded interval, which are left out"
+    )]
+    Touched {
+        /// How long, s.
+        touched_s: f64,
+    },
+    /// The unloaded plate's impedance changes.
+    #[error(
+        "the unloaded plate's impedance scatters by {scatter_n_s_per_m:.2} N·s/m: was a finger on it?"
+    )]
+    PlateScatters {
+        /// RMS about the mean, N·s/m.
+        scatter_n_s_per_m: f64,
+    },
+    /// The pickup's phase is not what is stated.
+    #[error(
+        "pickup: the unloaded plate answers to the modulation as with phase_rad = {found_rad:.3}, but recording.toml states {stated_rad:.3}; analysed with what was found: state it, or look for a swapped or delayed channel"
+    )]
+    PickupPhase {
+        /// As stated, rad.
+        stated_rad: f64,
+        /// As the plate tells, rad.
+        found_rad: f64,
+    },
+    /// The pickup's envelope is not that of the same moment as the drive's.
+    #[error(
+        "pickup: the unloaded plate answers to the modulation as if the pickup were {:+.0} µs late; analysed with that: look for a filter or a delay in its channel, and whether modal_mass_kg and the scales of both channels hold",
+        delay_s * 1e6
+    )]
+    PickupLate {
+        /// How late, s.
+        delay_s: f64,
+    },
+    /// The unloaded plate is not as heavy as stated, or the pickup later than any channel is.
+    #[error(
+        "the unloaded plate answers to the modulation as if its modal mass were {mass_ratio:.3} times the stated one, or the pickup {:+.2} ms late; analysed as stated: check volts_per_unit, force_factor_n_per_v, metres_per_unit (peak, not peak to peak or RMS), modal_mass_kg, and whether the channels are swapped or not aligned",
+        delay_s * 1e3
+    )]
+    PlateMass {
+        /// Modal mass as the plate shows it, of the stated one.
+        mass_ratio: f64,
+        /// The delay that would look the same, s.
+        delay_s: f64,
+    },
+    /// The unloaded plate's impedance is out of its phase, and so is the pickup or the resonance.
+    #[error(
+        "the unloaded plate's impedance is {z_p_n_s_per_m:.2} N·s/m, but carrier_hz, resonance_hz and modal_mass_kg make its imaginary part {expected_im_n_s_per_m:+.2}: check the pickup's phase_rad, and the resonance"
+    )]
+    PlateReactance {
+        /// Z_p as read, N·s/m.
+        z_p_n_s_per_m: Complex64,
+        /// ω m_p − k_p/ω, N·s/m.
+        expected_im_n_s_per_m: f64,
+    },
+    /// The resonance is elsewhere than stated.
+    #[error(
+        "the plate's resonance is at {measured_hz:.0} Hz by the unloaded plate's impedance, not at {stated_hz} Hz as recording.toml says; Z_p is read with the plate as it was"
+    )]
+    ResonanceElsewhere {
+        /// Where it is, Hz.
+        measured_hz: f64,
+        /// Where it should be, Hz.
+        stated_hz: f64,
+    },
+    /// The model does not describe what was measured.
+    #[error(
+        "with the parameters of the first instance, the self-sensed normal force is {:.0} % off the measured one (90th percentile) at amplitudes of {:.1} to {:.1} µm: the model does not hold for this recording, or something in it changed on the way",
+        difference * 100.0, amplitude_from_m * 1e6, amplitude_to_m * 1e6
+    )]
+    ModelParts {
+        /// 90th percentile of |self-sensed − measured|/measured in the worst band.
+        difference: f64,
+        /// The band's amplitudes, from, m.
+        amplitude_from_m: f64,
+        /// To, m.
+        amplitude_to_m: f64,
+    },
+    /// No exploration to analyse.
+    #[error("no exploration interval")]
+    NoExploration,
+}

@@ -1,0 +1,150 @@
+//! One instance of an exploration as the fits read it, and the plate that they subtract.
+
+use std::ops::Range;
+
+use contact::AssumedConstants;
+use contact::fit::{FitConditions, FitError, InstanceSeries, Samples};
+use impedance::smoothing::LowPass;
+use impedance::{Mask, ZmFrame};
+use num_complex::Complex64;
+
+use crate::record::{SMOOTHING_HZ, Series};
+
+/// Samples before an instance that a fit may use, s; the levitation lag forgets its start over 20 ms of them.
+pub const LEAD_IN_S: f64 = 0.025;
+
+/// The samples of one instance and of its lead-in, at the frames' rate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PreparedInstance {
+    time_s: Vec<f64>,
+    plain_n_s_per_m: Vec<Complex64>,
+    corrected_n_s_per_m: Vec<Complex64>,
+    amplitude_m: Vec<f64>,
+    normal_n: Vec<f64>,
+    mu: Vec<f64>,
+    start: usize,
+}
+
+impl PreparedInstance {
+    /// Cuts the instance from `start_s` to `end_s` out of its exploration. The plain impedance is smoothed as published, 100 Hz,
+    /// to and fro, over the unmasked frames about the instance; the corrected one is left as it is.
+    ///
+    /// μ is |f_t|/f_n of the smoothed forces.
+    pub fn cut(series: &Series, start_s: f64, end_s: f64) -> Self {
+        // Times that went through text are off by less than this.
+        let slack_s = 1e-6;
+        let first = series.time_s.partition_point(|&t| t < start_s - slack_s);
+        let end = series
+            .time_s
+            .partition_point(|&t| t <= end_s + slack_s)
+            .max(first);
+        let from = series
+            .time_s
+            .partition_point(|&t| t < start_s - LEAD_IN_S - slack_s);
+        let range = from..end;
+        Self {
+            time_s: series.time_s[range.clone()].to_vec(),
+            plain_n_s_per_m: smoothed_plain(&series.frames, first..end)[range.clone()].to_vec(),
+            corrected_n_s_per_m: series.frames[range.clone()]
+                .iter()
+                .map(|frame| frame.corrected_n_s_per_m)
+                .collect(),
+            amplitude_m: series.amplitude_m[range.clone()].to_vec(),
+            normal_n: series.normal_n[range.clone()].to_vec(),
+            mu: range
+                .map(|i| (series.lateral_n[i] / series.normal_n[i]).abs())
+                .collect(),
+            start: first - from,
+        }
+    }
+
+    /// As the fits take it.
+    ///
+    /// # Errors
+    /// When a sample is missing or makes no sense.
+    pub fn series(&self) -> Result<InstanceSeries<'_>, FitError> {
+        let samples = Samples {
+            time_s: &self.time_s,
+            z_m_plain_n_s_per_m: &self.plain_n_s_per_m,
+            z_m_corrected_n_s_per_m: &self.corrected_n_s_per_m,
+            amplitude_m: &self.amplitude_m,
+            normal_n: &self.normal_n,
+            mu: &self.mu,
+        };
+        InstanceSeries::new(samples, self.start)
+    }
+}
+
+/// The plain impedance of all frames, smoothed over the run of unmasked ones that holds `instance`.
+fn smoothed_plain(frames: &[ZmFrame], instance: Range<usize>) -> Vec<Complex64> {
+    let mut plain: Vec<Complex64> = frames.iter().map(|frame| frame.plain_n_s_per_m).collect();
+    let usable = |frame: &ZmFrame| frame.mask.is_clear();
+    let before = frames[..instance.start]
+        .iter()
+        .rev()
+        .take_while(|f| usable(f));
+    let from = instance.start - before.count();
+    let after = frames[instance.end..].iter().take_while(|f| usable(f));
+    let to = instance.end + after.count();
+    let run = from..to;
+    if run.len() < 2 {
+        return plain;
+    }
+    let rate_hz = (run.len() - 1) as f64 / (frames[to - 1].time_s - frames[from].time_s);
+    // A run too short or with a hole stays as it is; what cannot be fitted in it the fit will name.
+    if let Ok(smooth) = LowPass::new(SMOOTHING_HZ, rate_hz)
+        .and_then(|filter| filter.zero_phase(&plain[run.clone()]))
+    {
+        plain[run].copy_from_slice(&smooth);
+    }
+    plain
+}
+
+/// Z_p of the unloaded plate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlateReading {
+    /// Mean of the plain ratio, as published, N·s/m.
+    pub plain_n_s_per_m: Complex64,
+    /// Mean of the corrected impedance, each frame with its own precision, N·s/m.
+    pub corrected_n_s_per_m: Complex64,
+    /// Frames used.
+    pub frames: usize,
+}
+
+/// Fewer frames than this are no reading of the plate: 50 ms at 2 kHz.
+pub const FEWEST_PLATE_FRAMES: usize = 100;
+
+/// Reads Z_p from the frames of the unloaded intervals; `None` with fewer than [`FEWEST_PLATE_FRAMES`] that can be used.
+pub fn plate<'a>(unloaded: impl IntoIterator<Item = &'a ZmFrame>) -> Option<PlateReading> {
+    let (mut plain, mut corrected) = (Complex64::ZERO, Complex64::ZERO);
+    let (mut weights, mut frames) = (0.0, 0);
+    for frame in unloaded {
+        if frame.mask != Mask::CLEAR {
+            continue;
+        }
+        let weight = frame.corrected_std_n_s_per_m.powi(-2);
+        // Without any noise, as in synthetic recordings, all frames are alike.
+        let weight = if weight.is_finite() { weight } else { 1.0 };
+        plain += frame.plain_n_s_per_m;
+        corrected += frame.corrected_n_s_per_m * weight;
+        weights += weight;
+        frames += 1;
+    }
+    (frames >= FEWEST_PLATE_FRAMES).then(|| PlateReading {
+        plain_n_s_per_m: plain / frames as f64,
+        corrected_n_s_per_m: corrected / weights,
+        frames,
+    })
+}
+
+impl PlateReading {
+    /// What every fit of the recording shares.
+    pub fn conditions(&self, assumed: AssumedConstants, carrier_hz: f64) -> FitConditions {
+        FitConditions {
+            assumed,
+            carrier_hz,
+            z_p_plain_n_s_per_m: self.plain_n_s_per_m,
+            z_p_corrected_n_s_per_m: self.corrected_n_s_per_m,
+        }
+    }
+}

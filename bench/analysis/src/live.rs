@@ -1,0 +1,234 @@
+//! Gap and friction while the finger slides: every impedance frame read with the participant's last fit.
+//!
+//! Forces are as they come, without the zero-phase filter of the analysis; a frame takes the mean of the force readings since the
+//! frame before it, or the last reading when the sensor's bursts are late.
+
+use std::collections::VecDeque;
+
+use contact::live::{Frame, LiveEstimator, Uncertain};
+use impedance::ZmFrame;
+
+use crate::trial_fit::TrialFit;
+use recording::ForceRow;
+use recording::pipeline::Batch;
+
+/// What one frame says about the contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactReading {
+    /// Time of the frame, s.
+    pub time_s: f64,
+    /// Contact stiffness k_c, N/m.
+    pub k_c_n_per_m: Uncertain,
+    /// Gap ⟨x_t⟩, m.
+    pub gap_m: Uncertain,
+    /// Friction coefficient; its error holds those of μ/μ0 and of μ0, taken as independent.
+    pub mu: Uncertain,
+    /// Normal force from impedance and amplitude alone, N; `None` in the first five frames of a contact.
+    pub self_sensed_normal_n: Option<Uncertain>,
+    /// Measured normal force, N.
+    pub normal_n: f64,
+    /// Measured |f_t|/f_n.
+    pub measured_mu: f64,
+}
+
+/// Reads the contact frame by frame. Nothing is read before the first fit, nor while no finger is on the plate.
+#[derive(Debug)]
+pub struct LiveContact {
+    contact_n: f64,
+    fit: Option<Fit>,
+    force: Option<ForceRow>,
+    /// Readings later than the newest frame.
+    ahead: VecDeque<ForceRow>,
+    latest: Option<ContactReading>,
+}
+
+#[derive(Debug)]
+struct Fit {
+    estimator: LiveEstimator,
+    mu0: Uncertain,
+}
+
+impl LiveContact {
+    /// From `contact_n` on the finger is on the plate, N.
+    pub fn new(contact_n: f64) -> Self {
+        Self {
+            contact_n,
+            fit: None,
+            force: None,
+            ahead: VecDeque::new(),
+            latest: None,
+        }
+    }
+
+    /// From now on with a newer fit.
+    pub fn refit(&mut self, fit: &TrialFit) {
+        self.latest = None;
+        // A fit was made of frames, so their interval is one.
+        self.fit = LiveEstimator::new(fit.finger, fit.interval_s)
+            .ok()
+            .map(|estimator| Fit {
+                estimator,
+                mu0: fit.mu0,
+            });
+    }
+
+    /// Reads what was acquired; `each` sees every frame in contact that has a gap.
+    pub fn take(&mut self, batch: &Batch, mut each: impl FnMut(&ContactReading)) {
+        self.ahead.extend(&batch.force);
+        for frame in &batch.frames {
+            let (mut sum, mut rows) = ((0.0, 0.0), 0u32);
+            let due = self.ahead.partition_point(|row| row.time_s <= frame.time_s);
+            for row in self.ahead.drain(..due) {
+                sum = (sum.0 + row.normal_n, sum.1 + row.lateral_n);
+                rows += 1;
+            }
+            if rows > 0 {
+                let rows = f64::from(rows);
+                self.force = Some(ForceRow {
+                    time_s: frame.time_s,
+                    normal_n: sum.0 / rows,
+                    lateral_n: sum.1 / rows,
+                });
+            }
+            self.latest = self.read(frame);
+            if let Some(reading) = &self.latest {
+                each(reading);
+            }
+        }
+    }
+
+    fn read(&mut self, frame: &ZmFrame) -> Option<ContactReading> {
+        let fit = self.fit.as_mut()?;
+        let force = self.force.filter(|force| force.normal_n >= self.contact_n);
+        let (true, Some(force)) = (frame.mask.is_clear(), force) else {
+            fit.estimator.reset();
+            return None;
+        };
+        // A frame without a gap is one that the model has no answer for: nothing is shown.
+        let estimate = fit
+            .estimator
+            .update(&Frame {
+                z_m_corrected_n_s_per_m: frame.corrected_n_s_per_m,
+                amplitude_m: frame.amplitude_m,
+                normal_n: Some(force.normal_n),
+            })
+            .ok()?;
+        let ratio = estimate.mu_ratio?;
+        Some(ContactReading {
+            time_s: frame.time_s,
+            k_c_n_per_m: estimate.k_c_n_per_m,
+            gap_m: estimate.gap_m,
+            mu: Uncertain {
+                value: fit.mu0.value * ratio.value,
+                std: (fit.mu0.value * ratio.std).hypot(ratio.value * fit.mu0.std),
+            },
+            self_sensed_normal_n: estimate.self_sensed_normal_n,
+            normal_n: force.normal_n,
+            measured_mu: (force.lateral_n / force.normal_n).abs(),
+        })
+    }
+
+    /// The newest frame's reading.
+    pub fn latest(&self) -> Option<&ContactReading> {
+        self.latest.as_ref()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+    use contact::{AssumedConstants, Contact, FittedFinger, harmonic};
+    use impedance::Mask;
+    use num_complex::Complex64;
+
+    const CARRIER_HZ: f64 = 35_000.0;
+    const AMPLITUDE_M: f64 = 1e-6;
+    const NORMAL_N: f64 = 0.6;
+    const MU0: f64 = 0.8;
+
+    /// A contact at rest in force balance: its impedance, gap and friction ratio are the forward model's.
+    fn contact() -> (TrialFit, Complex64, f64, f64) {
+        let contact = Contact::new(&AssumedConstants::ESTIMATION, 1.7e-6).unwrap();
+        let (z_p, z_t) = (Complex64::new(7.0, 0.0), Complex64::new(0.5, 3.2));
+        let omega = std::f64::consts::TAU * CARRIER_HZ;
+        let gap_m = contact.equilibrium_gap_m(AMPLITUDE_M, NORMAL_N).unwrap();
+        let k_c = contact.stiffness_n_per_m(gap_m, AMPLITUDE_M);
+        let z_c = contact.impedance_n_s_per_m(k_c, omega);
+        let known = |value| Uncertain { value, std: 0.01 };
+        let fit = TrialFit {
+            sigma_t_m: known(1.7e-6),
+            z_t_n_s_per_m: z_t,
+            z_t_std_n_s_per_m: Complex64::ZERO,
+            tau_s: known(1e-3),
+            mu0: known(MU0),
+            sigma_t_spread_m: 0.0,
+            usable: 1,
+            instances: 1,
+            force_difference: None,
+            finger: FittedFinger::with_parameters(contact, z_t, 1e-3, z_p, CARRIER_HZ).unwrap(),
+            interval_s: 5e-4,
+        };
+        let ratio = contact.friction_ratio(gap_m, NORMAL_N);
+        (fit, harmonic::observed(z_p, z_t, z_c), gap_m, ratio)
+    }
+
+    fn batch(from: u64, z_m: Complex64, normal_n: f64) -> Batch {
+        let frames = (from..from + 10).map(|i| ZmFrame {
+            sample: i * 96,
+            time_s: i as f64 * 5e-4,
+            mask: Mask::CLEAR,
+            drive_v: Complex64::ONE,
+            displacement_m: AMPLITUDE_M.into(),
+            amplitude_m: AMPLITUDE_M,
+            amplitude_rate_m_per_s: 0.0,
+            amplitude_std_m: 1e-12,
+            plain_n_s_per_m: z_m,
+            plain_std_n_s_per_m: 1e-3,
+            corrected_n_s_per_m: z_m,
+            corrected_std_n_s_per_m: 1e-3,
+        });
+        // Five readings to a frame, the last at the frame's own time.
+        let first = (from * 5).saturating_sub(4);
+        let force = (first..(from + 9) * 5 + 1).map(|i| ForceRow {
+            time_s: i as f64 * 1e-4,
+            normal_n,
+            lateral_n: -0.5 * normal_n,
+        });
+        Batch {
+            frames: frames.collect(),
+            force: force.collect(),
+            ..Batch::default()
+        }
+    }
+
+    #[test]
+    fn a_frame_in_contact_gives_the_models_gap_and_friction() {
+        let (fit, z_m, gap_m, ratio) = contact();
+        let mut live = LiveContact::new(0.1);
+        live.refit(&fit);
+        let mut frames = 0;
+        live.take(&batch(0, z_m, NORMAL_N), |_| frames += 1);
+        assert_eq!(frames, 10);
+        let reading = live.latest().unwrap();
+        assert_relative_eq!(reading.gap_m.value, gap_m, max_relative = 1e-9);
+        assert_relative_eq!(reading.mu.value, MU0 * ratio, max_relative = 1e-9);
+        assert_relative_eq!(reading.measured_mu, 0.5, max_relative = 1e-12);
+        let sensed = reading.self_sensed_normal_n.unwrap();
+        assert_relative_eq!(sensed.value, NORMAL_N, max_relative = 1e-9);
+    }
+
+    #[test]
+    fn nothing_is_read_before_the_first_fit_nor_without_a_finger() {
+        let (fit, z_m, ..) = contact();
+        let mut live = LiveContact::new(0.1);
+        live.take(&batch(0, z_m, NORMAL_N), |_| panic!("read without a fit"));
+        live.refit(&fit);
+        live.take(&batch(10, z_m, 0.05), |_| panic!("read without a finger"));
+        assert_eq!(live.latest(), None);
+        live.take(&batch(20, z_m, NORMAL_N), |_| {});
+        assert!(live.latest().is_some());
+        live.take(&batch(30, z_m, f64::NAN), |_| {});
+        assert_eq!(live.latest(), None);
+    }
+}

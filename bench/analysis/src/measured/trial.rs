@@ -1,0 +1,177 @@
+//! Fig. 11: a typical trial in time.
+
+use contact::self_sensed;
+
+use super::elements::{ABS_Z_M, GAP, MICRO, Quantity, assumed, dash, ink, line};
+use crate::analysed::RecordingFindings;
+use crate::estimate::{InstanceAnalysis, Method};
+use crate::exploration::Exploration;
+use crate::settings::Settings;
+use figures::{Axis, Figure, Key, Panel, Series};
+use figures::{Dash, Ink, Width};
+
+/// The exploration with the most instances; `None` of a recording without any exploration.
+pub(super) fn figure(found: &RecordingFindings, settings: &Settings) -> Option<Figure> {
+    let exploration = found
+        .explorations
+        .iter()
+        .filter(|exploration| !exploration.time_s.is_empty())
+        .rev()
+        .max_by_key(|exploration| instances(found, exploration).count())?;
+    let instances: Vec<&InstanceAnalysis> = instances(found, exploration).collect();
+    let time_s = &exploration.time_s;
+    let ends = (time_s[0], time_s[time_s.len() - 1]);
+    let measured = |values: &[f64], factor: f64| -> Vec<(f64, f64)> {
+        time_s
+            .iter()
+            .zip(values)
+            .map(|(&t, &value)| (t, factor * value))
+            .collect()
+    };
+    let panel = |axis: Axis, series: Vec<Series>| Panel {
+        series,
+        shaded: instances.iter().map(|i| (i.start_s, i.end_s)).collect(),
+        ..Panel::new(
+            Axis::linear("Time (s)").between(ends.0, ends.1).unwritten(),
+            axis,
+        )
+    };
+
+    let amplitude = measured(&exploration.amplitude_m, MICRO);
+    let modulus: Vec<f64> = exploration
+        .z_m_corrected_n_s_per_m
+        .iter()
+        .map(|z| z.norm())
+        .collect();
+    let plain: Vec<f64> = exploration
+        .z_m_plain_n_s_per_m
+        .iter()
+        .map(|z| z.norm())
+        .collect();
+    let lateral: Vec<f64> = exploration
+        .lateral_n
+        .iter()
+        .map(|force| force.abs())
+        .collect();
+    let mut forces = vec![
+        Series::line(
+            Ink::Black,
+            Dash::Solid,
+            measured(&exploration.normal_n, 1.0),
+        )
+        .named("normal force"),
+        Series::line(Ink::Grey, Dash::Solid, measured(&lateral, 1.0)).named("lateral force"),
+    ];
+    forces.extend(sensed_normal_n(found, exploration).map(|sensed| {
+        Series::line(Ink::Orange, Dash::Dashed, measured(&sensed, 1.0))
+            .named("normal force, self-sensed")
+    }));
+    let mut friction = vec![Series::line(
+        Ink::Black,
+        Dash::Solid,
+        measured(&exploration.mu, 1.0),
+    )];
+    friction.extend(estimates(
+        &instances,
+        |series| (&series.mu, &series.mu_std),
+        1.0,
+    ));
+    let gap = estimates(
+        &instances,
+        |series| (&series.gap_m, &series.gap_std_m),
+        MICRO,
+    );
+
+    let mut panels = vec![
+        panel(
+            Axis::linear("Amplitude (µm)").from_zero(),
+            vec![Series::line(Ink::Black, Dash::Solid, amplitude)],
+        ),
+        panel(
+            Axis::linear(ABS_Z_M),
+            vec![
+                Series::line(
+                    ink(Method::Paper),
+                    dash(Method::Paper),
+                    measured(&plain, 1.0),
+                ),
+                Series::line(
+                    ink(Method::Dynamic),
+                    dash(Method::Dynamic),
+                    measured(&modulus, 1.0),
+                ),
+            ],
+        ),
+        panel(Axis::linear("Force (N)").from_zero(), forces),
+        panel(Axis::linear("Friction μ").from_zero(), friction),
+        panel(Axis::linear(GAP).from_zero(), gap),
+    ];
+    if let Some(lowest) = panels.last_mut() {
+        lowest.x.written = true;
+    }
+    Some(Figure {
+        name: "fig11_typical_trial".to_owned(),
+        title: "A typical trial in time".to_owned(),
+        caption: format!(
+            "{} exploration of {} in time: (a) vibration amplitude (peak); (b) modulus of the observed impedance, as the published method \
+             (paper) reads it and freed of envelope dynamics (dynamic); (c) normal and lateral force, and the normal force sensed \
+             from impedance and amplitude alone with the finger of the first instance; (d) friction, measured (black) and estimated; (e) levitation \
+             gap, estimated (Huloux 2021, Fig. 11). Instances shaded grey, standard errors in the tint of their curve. {}",
+            match exploration.direction {
+                protocols::Direction::LeftToRight => "Left-to-right",
+                protocols::Direction::RightToLeft => "Right-to-left",
+            },
+            found.path.display(),
+            assumed(settings),
+        ),
+        width: Width::Page,
+        columns: 1,
+        panel_height_mm: 27.0,
+        key: Key::Above,
+        panels,
+    })
+}
+
+fn instances<'a>(
+    found: &'a RecordingFindings,
+    exploration: &'a Exploration,
+) -> impl Iterator<Item = &'a InstanceAnalysis> {
+    let span = exploration.start_s..=exploration.end_s;
+    found
+        .instances
+        .iter()
+        .filter(move |i| span.contains(&i.start_s))
+}
+
+/// The normal force that impedance and amplitude tell, N.
+fn sensed_normal_n(found: &RecordingFindings, exploration: &Exploration) -> Option<Vec<f64>> {
+    let sensed = self_sensed::normal_force(
+        found.first_finger()?,
+        exploration.interval_s()?,
+        &exploration.z_m_corrected_n_s_per_m,
+        &exploration.amplitude_m,
+    );
+    sensed.ok().map(|sensed| sensed.normal_n)
+}
+
+/// Curves and standard errors of both methods, broken between instances.
+fn estimates(instances: &[&InstanceAnalysis], quantity: Quantity, factor: f64) -> Vec<Series> {
+    let of = |method: Method| {
+        let mut curve = Vec::new();
+        let mut band = Vec::new();
+        for instance in instances {
+            let series = &instance.estimated(method).series;
+            let (values, stds) = quantity(series);
+            for ((&t, value), std) in series.time_s.iter().zip(values).zip(stds) {
+                let (value, std) = (factor * value, factor * std);
+                curve.push((t, value));
+                band.push((t, value - std, value + std));
+            }
+            curve.push((f64::NAN, f64::NAN));
+            band.push((f64::NAN, f64::NAN, f64::NAN));
+        }
+        (Series::band(ink(method), band), line(method, curve))
+    };
+    let (bands, curves): (Vec<Series>, Vec<Series>) = Method::BOTH.map(of).into_iter().unzip();
+    bands.into_iter().chain(curves).collect()
+}

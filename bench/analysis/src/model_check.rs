@@ -1,0 +1,136 @@
+//! Self-sensed against measured normal force: where the two part, the model is wrong.
+
+use contact::{FittedFinger, self_sensed};
+use protocols::{SelectionRules, Validity};
+
+use crate::exploration::Exploration;
+use crate::flaw::Flaw;
+
+/// Edges of the amplitude bands, m; the last band is open.
+const EDGES_M: [f64; 6] = [0.0, 0.3e-6, 1e-6, 2e-6, 4e-6, 8e-6];
+
+/// A band in which the two part farther is told of: no band of a virtual participant reaches 0.14 (`tests/tests/population.rs`).
+const GREATEST_DIFFERENCE: f64 = 0.25;
+
+/// How far self-sensed and measured normal force are apart at the amplitudes of one band.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Band {
+    /// From, m.
+    pub amplitude_from_m: f64,
+    /// To, m; the greatest amplitude met in the last band.
+    pub amplitude_to_m: f64,
+    /// Samples.
+    pub n: usize,
+    /// Median of |self-sensed − measured|/measured.
+    pub median: f64,
+    /// Its 90th percentile.
+    pub p90: f64,
+}
+
+/// Compares over whole explorations, where the finger slides on the plate's central part and not during the instance from
+/// which `finger` is. Bands without samples are left out.
+pub fn bands(
+    finger: &FittedFinger,
+    fitted: (f64, f64),
+    explorations: &[Exploration],
+    rules: &SelectionRules,
+) -> Vec<Band> {
+    let mut differences: Vec<(f64, f64)> = explorations
+        .iter()
+        .flat_map(|exploration| of_exploration(finger, fitted, exploration, rules))
+        .collect();
+    differences.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let greatest_m = differences.last().map_or(0.0, |d| d.0);
+    let below = |edge_m: f64| differences.partition_point(|d| d.0 < edge_m);
+    EDGES_M
+        .iter()
+        .enumerate()
+        .filter_map(|(i, &from_m)| {
+            let to_m = EDGES_M.get(i + 1).copied();
+            let end = to_m.map_or(differences.len(), below);
+            let mut inside: Vec<f64> = differences[below(from_m)..end]
+                .iter()
+                .map(|d| d.1)
+                .collect();
+            inside.sort_by(f64::total_cmp);
+            Some(Band {
+                amplitude_from_m: from_m,
+                amplitude_to_m: to_m.unwrap_or(greatest_m),
+                n: inside.len(),
+                median: quantile(&inside, 0.5)?,
+                p90: quantile(&inside, 0.9)?,
+            })
+        })
+        .collect()
+}
+
+/// The band in which self-sensed and measured force part farthest, if that is too far for the model to hold.
+pub(super) fn flaw(bands: &[Band]) -> Option<Flaw> {
+    bands
+        .iter()
+        .filter(|band| band.p90 > GREATEST_DIFFERENCE)
+        .max_by(|a, b| a.p90.total_cmp(&b.p90))
+        .map(|band| Flaw::ModelParts {
+            difference: band.p90,
+            amplitude_from_m: band.amplitude_from_m,
+            amplitude_to_m: band.amplitude_to_m,
+        })
+}
+
+/// Amplitude and relative difference of each comparable sample.
+fn of_exploration(
+    finger: &FittedFinger,
+    fitted: (f64, f64),
+    exploration: &Exploration,
+    rules: &SelectionRules,
+) -> Vec<(f64, f64)> {
+    let sensed = exploration.interval_s().and_then(|interval_s| {
+        self_sensed::normal_force(
+            finger,
+            interval_s,
+            &exploration.z_m_corrected_n_s_per_m,
+            &exploration.amplitude_m,
+        )
+        .ok()
+    });
+    let Some(sensed) = sensed else {
+        return Vec::new();
+    };
+    (0..exploration.time_s.len())
+        .filter(|&i| {
+            let time_s = exploration.time_s[i];
+            let central =
+                (exploration.position_m[i] - rules.centre_m).abs() <= rules.central_m / 2.0;
+            exploration.validity[i] == Validity::Valid
+                && central
+                && exploration.normal_n[i] >= rules.contact_n
+                && sensed.normal_n[i].is_finite()
+                && !(fitted.0..=fitted.1).contains(&time_s)
+        })
+        .map(|i| {
+            let measured_n = exploration.normal_n[i];
+            let difference = (sensed.normal_n[i] - measured_n).abs() / measured_n;
+            (exploration.amplitude_m[i], difference)
+        })
+        .collect()
+}
+
+/// Linear between order statistics, as numpy's default; `None` of nothing.
+pub fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
+    let at = share * sorted.len().checked_sub(1)? as f64;
+    let (below, above) = (at.floor() as usize, at.ceil() as usize);
+    Some(sorted[below] + (sorted[above] - sorted[below]) * at.fract())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_lie_linearly_between_order_statistics() {
+        assert_eq!(quantile(&[], 0.5), None);
+        assert_eq!(quantile(&[3.0], 0.9), Some(3.0));
+        assert_eq!(quantile(&[1.0, 2.0, 4.0, 8.0], 0.5), Some(3.0));
+        assert_eq!(quantile(&[0.0, 10.0], 0.9), Some(9.0));
+    }
+}

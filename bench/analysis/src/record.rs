@@ -1,0 +1,287 @@
+//! A stretch of acquired data, live or read from a recording: impedance frames, force and position on one clock, and the
+//! evenly sampled series that selection and estimation work on.
+
+use impedance::smoothing::LowPass;
+use impedance::{Mask, ZmFrame};
+use protocols::{Direction, ExplorationSeries, Validity};
+
+use recording::manifest::QUIET_S;
+use recording::{ForceRow, PositionRow};
+
+/// Cut-off of the second-order Butterworth filter on forces and position, Hz (Huloux 2021, section IV).
+pub const SMOOTHING_HZ: f64 = 100.0;
+
+/// Acquired data; times in seconds of one clock, each list in order.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Record {
+    /// Impedance frames, evenly spaced.
+    pub frames: Vec<ZmFrame>,
+    /// Force readings.
+    pub force: Vec<ForceRow>,
+    /// Position readings.
+    pub position: Vec<PositionRow>,
+    /// From when to when the force sensor was at the end of its range.
+    pub saturated: Vec<(f64, f64)>,
+}
+
+/// What accompanies the impedance at each frame of an interval. NaN where it was not measured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// Times of the frames, s.
+    pub time_s: Vec<f64>,
+    /// The frames themselves.
+    pub frames: Vec<ZmFrame>,
+    /// Peak vibration amplitude, m.
+    pub amplitude_m: Vec<f64>,
+    /// Normal force, 100 Hz, zero phase, N.
+    pub normal_n: Vec<f64>,
+    /// Lateral force, 100 Hz, zero phase, N.
+    pub lateral_n: Vec<f64>,
+    /// Finger position, 100 Hz, zero phase, m.
+    pub position_m: Vec<f64>,
+    /// Finger velocity, m/s.
+    pub velocity_m_per_s: Vec<f64>,
+    /// Whether amplitude and impedance can be used.
+    pub validity: Vec<Validity>,
+}
+
+impl Series {
+    /// As the selection takes it.
+    pub fn exploration(&self, direction: Direction) -> ExplorationSeries<'_> {
+        ExplorationSeries {
+            direction,
+            time_s: &self.time_s,
+            amplitude_m: &self.amplitude_m,
+            position_m: &self.position_m,
+            velocity_m_per_s: &self.velocity_m_per_s,
+            normal_n: &self.normal_n,
+            validity: &self.validity,
+        }
+    }
+}
+
+impl Record {
+    /// From the first to the last frame, s; empty without frames.
+    pub fn span_s(&self) -> (f64, f64) {
+        let ends = self.frames.first().zip(self.frames.last());
+        ends.map_or((0.0, 0.0), |(first, last)| (first.time_s, last.time_s))
+    }
+
+    /// Takes a time at which the force sensor was at the end of its range, in order; joined as in a recording's events.
+    pub fn saturate(&mut self, at_s: f64) {
+        match self.saturated.last_mut() {
+            Some((_, end_s)) if at_s - *end_s < QUIET_S => *end_s = at_s,
+            _ => self.saturated.push((at_s, at_s)),
+        }
+    }
+
+    /// Drops everything before `time_s`.
+    pub fn forget_before(&mut self, time_s: f64) {
+        let frames = self.frames.partition_point(|frame| frame.time_s < time_s);
+        let force = self.force.partition_point(|row| row.time_s < time_s);
+        let position = self.position.partition_point(|row| row.time_s < time_s);
+        self.saturated.retain(|(_, end_s)| *end_s >= time_s);
+        self.frames.drain(..frames);
+        self.force.drain(..force);
+        self.position.drain(..position);
+    }
+
+    /// What lies from `start_s` to `end_s`.
+    pub fn between(&self, start_s: f64, end_s: f64) -> Self {
+        let inside = |time_s: f64| (start_s..=end_s).contains(&time_s);
+        Self {
+            frames: self
+                .frames
+                .iter()
+                .filter(|f| inside(f.time_s))
+                .copied()
+                .collect(),
+            force: self
+                .force
+                .iter()
+                .filter(|r| inside(r.time_s))
+                .copied()
+                .collect(),
+            position: self
+                .position
+                .iter()
+                .filter(|r| inside(r.time_s))
+                .copied()
+                .collect(),
+            saturated: self
+                .saturated
+                .iter()
+                .filter(|(from_s, to_s)| *from_s <= end_s && *to_s >= start_s)
+                .copied()
+                .collect(),
+        }
+    }
+
+    /// Amplitude of the frame nearest to `time_s`; `None` where samples were lost.
+    pub fn amplitude_m(&self, time_s: f64) -> Option<f64> {
+        let at = self.frames.partition_point(|frame| frame.time_s < time_s);
+        let frame = self.frames.get(at.min(self.frames.len().checked_sub(1)?))?;
+        (!frame.mask.contains(Mask::LOST_SAMPLES)).then_some(frame.amplitude_m)
+    }
+
+    /// Normal force at `time_s`.
+    pub fn normal_n(&self, time_s: f64) -> Option<f64> {
+        let value = interpolate(&self.force, |row| row.time_s, |row| row.normal_n, time_s);
+        value.is_finite().then_some(value)
+    }
+
+    /// Mean normal force from `start_s` to `end_s`; `None` without a reading there.
+    pub fn mean_normal_n(&self, start_s: f64, end_s: f64) -> Option<f64> {
+        let readings: Vec<f64> = self
+            .force
+            .iter()
+            .filter(|row| (start_s..=end_s).contains(&row.time_s) && row.normal_n.is_finite())
+            .map(|row| row.normal_n)
+            .collect();
+        (!readings.is_empty()).then(|| readings.iter().sum::<f64>() / readings.len() as f64)
+    }
+
+    fn is_saturated(&self, time_s: f64) -> bool {
+        let reached = |(from_s, to_s): &(f64, f64)| {
+            (*from_s - SATURATION_REACH_S..=*to_s + SATURATION_REACH_S).contains(&time_s)
+        };
+        self.saturated.iter().any(reached)
+    }
+
+    /// Everything at the frames from `start_s` to `end_s`.
+    pub fn series(&self, start_s: f64, end_s: f64) -> Series {
+        let inside = |frame: &&ZmFrame| (start_s..=end_s).contains(&frame.time_s);
+        let frames: Vec<ZmFrame> = self.frames.iter().filter(inside).copied().collect();
+        let time_s: Vec<f64> = frames.iter().map(|frame| frame.time_s).collect();
+        let normal_n = smoothed(&self.force, |row| row.time_s, |row| row.normal_n, &time_s);
+        let lateral_n = smoothed(&self.force, |row| row.time_s, |row| row.lateral_n, &time_s);
+        let position_m = smoothed(
+            &self.position,
+            |row| row.time_s,
+            |row| row.position_m,
+            &time_s,
+        );
+        Series {
+            amplitude_m: frames.iter().map(|frame| frame.amplitude_m).collect(),
+            velocity_m_per_s: derivative(&time_s, &position_m),
+            validity: frames
+                .iter()
+                .map(|frame| validity(frame.mask, self.is_saturated(frame.time_s)))
+                .collect(),
+            time_s,
+            frames,
+            normal_n,
+            lateral_n,
+            position_m,
+        }
+    }
+}
+
+/// A saturated reading spoils the smoothed force this far to either side, s: what is left of the 100 Hz filter's answer then is about a
+/// hundredth.
+const SATURATION_REACH_S: f64 = 0.01;
+
+fn validity(mask: Mask, saturated: bool) -> Validity {
+    if mask.contains(Mask::LOST_SAMPLES) {
+        Validity::LostSamples
+    } else if mask.contains(Mask::CLIPPED) {
+        Validity::Clipped
+    } else if saturated {
+        Validity::ForceSaturated
+    } else if mask.contains(Mask::ENVELOPE_NULL) {
+        Validity::BelowNoise
+    } else {
+        Validity::Valid
+    }
+}
+
+/// Linear interpolation; NaN beyond the readings' ends.
+fn interpolate<R>(
+    rows: &[R],
+    time: impl Fn(&R) -> f64,
+    value: impl Fn(&R) -> f64,
+    at_s: f64,
+) -> f64 {
+    let after = rows.partition_point(|row| time(row) < at_s);
+    match (
+        after.checked_sub(1).map(|before| &rows[before]),
+        rows.get(after),
+    ) {
+        (Some(before), Some(after)) => {
+            let part = (at_s - time(before)) / (time(after) - time(before));
+            value(before) + part * (value(after) - value(before))
+        }
+        (None, Some(first)) if time(first) <= at_s => value(first),
+        _ => f64::NAN,
+    }
+}
+
+/// The finite readings over the span of `time_s` and a margin, filtered on an even grid of their own mean rate or finer, then
+/// taken at `time_s`. NaN where readings are missing for longer than [`LONGEST_GAP_S`].
+fn smoothed<R>(
+    rows: &[R],
+    time: impl Fn(&R) -> f64,
+    value: impl Fn(&R) -> f64,
+    time_s: &[f64],
+) -> Vec<f64> {
+    let missing = || vec![f64::NAN; time_s.len()];
+    let (Some(first_s), Some(last_s)) = (time_s.first(), time_s.last()) else {
+        return missing();
+    };
+    let from = rows.partition_point(|row| time(row) < first_s - MARGIN_S);
+    let to = rows.partition_point(|row| time(row) <= last_s + MARGIN_S);
+    let rows: Vec<(f64, f64)> = rows[from..to]
+        .iter()
+        .map(|row| (time(row), value(row)))
+        .filter(|row| row.1.is_finite())
+        .collect();
+    let [(start_s, _), .., (end_s, _)] = rows[..] else {
+        return missing();
+    };
+    let steps = ((rows.len() - 1) as f64).max((end_s - start_s) * LEAST_RATE_HZ);
+    let step_s = (end_s - start_s) / steps.round();
+    let grid = |i: usize| start_s + i as f64 * step_s;
+    let even: Vec<f64> = (0..=steps.round() as usize)
+        .map(|i| interpolate(&rows, |row| row.0, |row| row.1, grid(i).min(end_s)))
+        .collect();
+    let Ok(filtered) =
+        LowPass::new(SMOOTHING_HZ, step_s.recip()).and_then(|filter| filter.zero_phase(&even))
+    else {
+        return missing();
+    };
+    let filtered: Vec<(f64, f64)> = filtered
+        .into_iter()
+        .enumerate()
+        .map(|(i, value)| (grid(i), value))
+        .collect();
+    time_s
+        .iter()
+        .map(|&at_s| {
+            let after = rows.partition_point(|row| row.0 < at_s);
+            let before_s = after.checked_sub(1).map_or(at_s, |before| rows[before].0);
+            let gap_s = rows.get(after).map_or(at_s, |row| row.0) - before_s;
+            if gap_s > LONGEST_GAP_S {
+                return f64::NAN;
+            }
+            interpolate(&filtered, |row| row.0, |row| row.1, at_s)
+        })
+        .collect()
+}
+
+/// Rows without a reading for longer than this were lost, not merely slow, s.
+pub(super) const LONGEST_GAP_S: f64 = 0.02;
+/// Grids are no coarser than this, so that the filter has its form at any rate of readings, Hz.
+const LEAST_RATE_HZ: f64 = 2000.0;
+/// Readings this far beyond the wanted span let the filter settle, s.
+const MARGIN_S: f64 = 0.1;
+
+/// Central differences, one-sided at the ends.
+fn derivative(time_s: &[f64], values: &[f64]) -> Vec<f64> {
+    let last = time_s.len().saturating_sub(1);
+    (0..time_s.len())
+        .map(|i| {
+            let (before, after) = (i.saturating_sub(1), (i + 1).min(last));
+            (values[after] - values[before]) / (time_s[after] - time_s[before])
+        })
+        .collect()
+}

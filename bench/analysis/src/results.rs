@@ -1,0 +1,292 @@
+//! The results file, by the schema of RECORDING.md.
+
+use contact::fit::Sensitivities;
+use num_complex::Complex64;
+use protocols::Direction;
+use serde::Serialize;
+
+use crate::analysed::{Analysed, RecordingAnalysis};
+use crate::estimate::{Estimated, InstanceAnalysis};
+use crate::model_check::Band;
+use crate::published::{Statistics, statistics};
+use crate::settings::Settings;
+
+/// Version of the results file.
+pub const FORMAT: u32 = 1;
+
+/// The whole file. What is not known is null.
+#[derive(Debug, Serialize)]
+pub struct Results {
+    format: u32,
+    settings: Settings,
+    recordings: Vec<Recording>,
+    statistics: Statistics,
+}
+
+#[derive(Debug, Serialize)]
+struct Recording {
+    path: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    participant: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    carrier_hz: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pickup_undone: Option<PickupUndone>,
+    z_p_n_s_per_m: Methods<Option<[f64; 2]>>,
+    instances: Vec<Instance>,
+    model_check: Vec<BandRow>,
+    rejected: Vec<RejectedRow>,
+    warnings: Vec<String>,
+}
+
+/// What of the pickup the unloaded plate's answer to the modulation showed to be otherwise than stated.
+#[derive(Debug, Serialize)]
+struct PickupUndone {
+    phase_rad: f64,
+    delay_s: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Methods<T> {
+    paper: T,
+    dynamic: T,
+}
+
+#[derive(Debug, Serialize)]
+struct Instance {
+    start_s: f64,
+    end_s: f64,
+    direction: Direction,
+    normal_n: f64,
+    delta_z_m_n_s_per_m: f64,
+    delta_mu: f64,
+    #[serde(flatten)]
+    methods: Methods<Estimate>,
+}
+
+#[derive(Debug, Serialize)]
+struct Estimate {
+    sigma_t_m: f64,
+    z_t_n_s_per_m: [f64; 2],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tau_s: Option<f64>,
+    mu0: f64,
+    r2_impedance: f64,
+    rms_mu: f64,
+    spearman_mu: Option<f64>,
+    delta_z_m_n_s_per_m: f64,
+    delta_re_z_m_n_s_per_m: f64,
+    delta_abs_im_z_m_n_s_per_m: f64,
+    delta_gap_m: f64,
+    delta_squeeze_n: f64,
+    delta_mu: f64,
+    verdict: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    at_rest: Option<AtRest>,
+    std: Std,
+    sensitivity: Option<SensitivityRows>,
+}
+
+/// Where `paper` read Z_t.
+#[derive(Debug, Serialize)]
+struct AtRest {
+    below_threshold: bool,
+    samples: usize,
+    up_to_amplitude_m: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Std {
+    sigma_t_m: f64,
+    z_t_n_s_per_m: [f64; 2],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tau_s: Option<f64>,
+    mu0: f64,
+}
+
+/// ∂ln value/∂ln constant; of τ ∂τ/∂ln constant in s.
+#[derive(Debug, Serialize)]
+struct SensitivityRows {
+    sigma_q0_rad_per_m: SensitivityRow,
+    young_modulus_pa: SensitivityRow,
+    poisson_ratio: SensitivityRow,
+    contact_area_m2: SensitivityRow,
+}
+
+#[derive(Debug, Serialize)]
+struct SensitivityRow {
+    ln_sigma_t: f64,
+    ln_abs_z_t: f64,
+    tau_s: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct BandRow {
+    amplitude_from_m: f64,
+    amplitude_to_m: f64,
+    n: usize,
+    force_relative_difference_median: f64,
+    force_relative_difference_p90: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct RejectedRow {
+    start_s: f64,
+    end_s: f64,
+    direction: Direction,
+    reason: String,
+}
+
+fn pair(z: Complex64) -> [f64; 2] {
+    [z.re, z.im]
+}
+
+impl Results {
+    /// Of an analysis.
+    pub fn new(analysed: &Analysed) -> Self {
+        Self {
+            format: FORMAT,
+            settings: analysed.settings,
+            recordings: analysed.recordings.iter().map(Recording::from).collect(),
+            statistics: statistics(analysed),
+        }
+    }
+
+    /// The file's text.
+    ///
+    /// # Errors
+    /// The serialiser's.
+    pub fn to_json(&self) -> serde_json::Result<String> {
+        serde_json::to_string_pretty(self).map(|text| text + "\n")
+    }
+}
+
+impl From<&RecordingAnalysis> for Recording {
+    fn from(analysis: &RecordingAnalysis) -> Self {
+        let path = analysis.path.display().to_string();
+        let found = match &analysis.found {
+            Ok(found) => found,
+            Err(error) => {
+                return Self {
+                    path,
+                    participant: None,
+                    carrier_hz: None,
+                    pickup_undone: None,
+                    z_p_n_s_per_m: Methods {
+                        paper: None,
+                        dynamic: None,
+                    },
+                    instances: Vec::new(),
+                    model_check: Vec::new(),
+                    rejected: Vec::new(),
+                    warnings: vec![format!("cannot be read: {error}")],
+                };
+            }
+        };
+        Self {
+            path,
+            participant: found.participant().map(str::to_owned),
+            carrier_hz: Some(found.manifest.carrier_hz),
+            pickup_undone: Some(PickupUndone {
+                phase_rad: found.pickup.turn_rad,
+                delay_s: found.pickup.delay_s,
+            }),
+            z_p_n_s_per_m: Methods {
+                paper: found.z_p.map(|z_p| pair(z_p.plain_n_s_per_m)),
+                dynamic: found.z_p.map(|z_p| pair(z_p.corrected_n_s_per_m)),
+            },
+            instances: found.instances.iter().map(Instance::from).collect(),
+            model_check: found.model_check.iter().map(BandRow::from).collect(),
+            rejected: found
+                .rejected
+                .iter()
+                .map(|rejected| RejectedRow {
+                    start_s: rejected.start_s,
+                    end_s: rejected.end_s,
+                    direction: rejected.direction,
+                    reason: rejected.reason.clone(),
+                })
+                .collect(),
+            warnings: found.flaws.iter().map(ToString::to_string).collect(),
+        }
+    }
+}
+
+impl From<&InstanceAnalysis> for Instance {
+    fn from(instance: &InstanceAnalysis) -> Self {
+        Self {
+            start_s: instance.start_s,
+            end_s: instance.end_s,
+            direction: instance.direction,
+            normal_n: instance.normal_n,
+            delta_z_m_n_s_per_m: instance.paper.deltas.abs_z_m_n_s_per_m,
+            delta_mu: instance.delta_mu,
+            methods: Methods {
+                paper: Estimate::from(&instance.paper),
+                dynamic: Estimate::from(&instance.dynamic),
+            },
+        }
+    }
+}
+
+impl From<&Estimated> for Estimate {
+    fn from(estimated: &Estimated) -> Self {
+        let deltas = &estimated.deltas;
+        Self {
+            sigma_t_m: estimated.sigma_t_m,
+            z_t_n_s_per_m: pair(estimated.z_t_n_s_per_m),
+            tau_s: estimated.tau_s.map(|(tau, _)| tau),
+            mu0: estimated.mu0,
+            r2_impedance: estimated.agreement.r2_impedance,
+            rms_mu: estimated.agreement.rms_mu,
+            spearman_mu: estimated.spearman_mu.map(|correlation| correlation.rho),
+            delta_z_m_n_s_per_m: deltas.abs_z_m_n_s_per_m,
+            delta_re_z_m_n_s_per_m: deltas.re_z_m_n_s_per_m,
+            delta_abs_im_z_m_n_s_per_m: deltas.abs_im_z_m_n_s_per_m,
+            delta_gap_m: deltas.gap_m,
+            delta_squeeze_n: deltas.squeeze_n,
+            delta_mu: deltas.mu,
+            verdict: estimated.verdict.to_string(),
+            at_rest: estimated.rest.map(|rest| AtRest {
+                below_threshold: rest.below_threshold,
+                samples: rest.samples,
+                up_to_amplitude_m: rest.up_to_amplitude_m,
+            }),
+            std: Std {
+                sigma_t_m: estimated.sigma_t_std_m,
+                z_t_n_s_per_m: pair(estimated.z_t_std_n_s_per_m),
+                tau_s: estimated.tau_s.map(|(_, std)| std),
+                mu0: estimated.mu0_std,
+            },
+            sensitivity: estimated.sensitivities.as_ref().map(SensitivityRows::from),
+        }
+    }
+}
+
+impl From<&Sensitivities> for SensitivityRows {
+    fn from(sensitivities: &Sensitivities) -> Self {
+        let row = |s: contact::fit::Sensitivity| SensitivityRow {
+            ln_sigma_t: s.ln_sigma_t,
+            ln_abs_z_t: s.ln_abs_z_t,
+            tau_s: s.tau_s,
+        };
+        Self {
+            sigma_q0_rad_per_m: row(sensitivities.q0),
+            young_modulus_pa: row(sensitivities.young_modulus),
+            poisson_ratio: row(sensitivities.poisson_ratio),
+            contact_area_m2: row(sensitivities.contact_area),
+        }
+    }
+}
+
+impl From<&Band> for BandRow {
+    fn from(band: &Band) -> Self {
+        Self {
+            amplitude_from_m: band.amplitude_from_m,
+            amplitude_to_m: band.amplitude_to_m,
+            n: band.n,
+            force_relative_difference_median: band.median,
+            force_relative_difference_p90: band.p90,
+        }
+    }
+}

@@ -1,0 +1,254 @@
+//! Tidy tables as Parquet: one row per instance and method, and one per sample and method. SI units are in the column names.
+//!
+//! A Parquet file has its directory at its end, so each is made in memory and put in place whole.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use parquet::basic::{Compression, LogicalType, Repetition, Type as PhysicalType};
+use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::errors::ParquetError;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::Type;
+
+use crate::analysed::{Analysed, RecordingFindings};
+use crate::estimate::{InstanceAnalysis, Method};
+use recording::DiskError;
+use recording::disk::{self, OnPath};
+
+/// One row per instance and method.
+pub const INSTANCES_FILE: &str = "instances.parquet";
+/// One row per sample of an instance and method.
+pub const SAMPLES_FILE: &str = "samples.parquet";
+
+/// Why the tables cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum TableError {
+    /// The operating system refused.
+    #[error(transparent)]
+    Disk(#[from] DiskError),
+    /// The format refused.
+    #[error("cannot make {}: {reason}", path.display())]
+    Parquet {
+        /// The file.
+        path: PathBuf,
+        /// The reason.
+        reason: ParquetError,
+    },
+}
+
+/// A column with its values; a NaN is a value that is not known.
+enum Column {
+    Text(&'static str, Vec<ByteArray>),
+    Whole(&'static str, Vec<i64>),
+    Real(&'static str, Vec<f64>),
+}
+
+/// Writes both tables into `folder`, which is made if it is not there; tables that are there are replaced.
+///
+/// # Errors
+/// [`TableError`] names the file.
+pub fn write(analysed: &Analysed, folder: &Path) -> Result<(), TableError> {
+    std::fs::create_dir_all(folder).on("create", folder)?;
+    for (file, columns) in [
+        (INSTANCES_FILE, instances(analysed)),
+        (SAMPLES_FILE, samples(analysed)),
+    ] {
+        let path = folder.join(file);
+        let bytes = encode(columns).map_err(|reason| TableError::Parquet {
+            path: path.clone(),
+            reason,
+        })?;
+        disk::replace_file(&path, &bytes)?;
+    }
+    Ok(())
+}
+
+/// An instance by one method: what a row is about.
+struct Row<'a> {
+    found: &'a RecordingFindings,
+    number: usize,
+    instance: &'a InstanceAnalysis,
+    method: Method,
+}
+
+fn rows(analysed: &Analysed) -> Vec<Row<'_>> {
+    let of = |found| instances_of(found).collect::<Vec<_>>();
+    analysed.findings().flat_map(of).collect()
+}
+
+fn instances_of(found: &RecordingFindings) -> impl Iterator<Item = Row<'_>> {
+    found
+        .instances
+        .iter()
+        .enumerate()
+        .flat_map(move |(at, instance)| {
+            Method::BOTH.map(|method| Row {
+                found,
+                number: at + 1,
+                instance,
+                method,
+            })
+        })
+}
+
+/// What names a row: recording, participant (empty if unknown), trial (0 if unknown), instance from 1, method.
+fn keys<'a>(rows: impl Iterator<Item = &'a Row<'a>> + Clone) -> Vec<Column> {
+    let text = |name, value: fn(&Row<'_>) -> String| {
+        let values = rows
+            .clone()
+            .map(|row| ByteArray::from(value(row).into_bytes()));
+        Column::Text(name, values.collect())
+    };
+    let whole =
+        |name, value: fn(&Row<'_>) -> i64| Column::Whole(name, rows.clone().map(value).collect());
+    vec![
+        text("recording", |row| row.found.path.display().to_string()),
+        text("participant", |row| {
+            row.found.participant().unwrap_or_default().to_owned()
+        }),
+        whole("trial", |row| {
+            let trial = row.found.manifest.trial.as_ref();
+            trial.map_or(0, |trial| i64::from(trial.number))
+        }),
+        whole("instance", |row| row.number as i64),
+        text("direction", |row| {
+            match row.instance.direction {
+                protocols::Direction::LeftToRight => "left_to_right",
+                protocols::Direction::RightToLeft => "right_to_left",
+            }
+            .to_owned()
+        }),
+        text("method", |row| row.method.name().to_owned()),
+    ]
+}
+
+fn instances(analysed: &Analysed) -> Vec<Column> {
+    let rows = rows(analysed);
+    let real =
+        |name, value: fn(&Row<'_>) -> f64| Column::Real(name, rows.iter().map(value).collect());
+    let mut columns = keys(rows.iter());
+    columns.extend([
+        real("start_s", |r| r.instance.start_s),
+        real("end_s", |r| r.instance.end_s),
+        real("normal_n", |r| r.instance.normal_n),
+        real("measured_delta_mu", |r| r.instance.delta_mu),
+        real("sigma_t_m", |r| r.estimated().sigma_t_m),
+        real("sigma_t_std_m", |r| r.estimated().sigma_t_std_m),
+        real("re_z_t_n_s_per_m", |r| r.estimated().z_t_n_s_per_m.re),
+        real("re_z_t_std_n_s_per_m", |r| {
+            r.estimated().z_t_std_n_s_per_m.re
+        }),
+        real("im_z_t_n_s_per_m", |r| r.estimated().z_t_n_s_per_m.im),
+        real("im_z_t_std_n_s_per_m", |r| {
+            r.estimated().z_t_std_n_s_per_m.im
+        }),
+        real("tau_s", |r| {
+            r.estimated().tau_s.map_or(f64::NAN, |tau| tau.0)
+        }),
+        real("tau_std_s", |r| {
+            r.estimated().tau_s.map_or(f64::NAN, |tau| tau.1)
+        }),
+        real("mu0", |r| r.estimated().mu0),
+        real("mu0_std", |r| r.estimated().mu0_std),
+        real("r2_impedance", |r| r.estimated().agreement.r2_impedance),
+        real("rms_mu", |r| r.estimated().agreement.rms_mu),
+        real("spearman_mu", |r| {
+            r.estimated().spearman_mu.map_or(f64::NAN, |s| s.rho)
+        }),
+        real("delta_abs_z_m_n_s_per_m", |r| {
+            r.estimated().deltas.abs_z_m_n_s_per_m
+        }),
+        real("delta_gap_m", |r| r.estimated().deltas.gap_m),
+        real("delta_mu", |r| r.estimated().deltas.mu),
+    ]);
+    columns
+}
+
+fn samples(analysed: &Analysed) -> Vec<Column> {
+    let rows = rows(analysed);
+    let each = || {
+        let of = |row| (0..Row::len(row)).map(move |at| (row, at));
+        rows.iter().flat_map(of)
+    };
+    let real = |name, value: fn(&Row<'_>, usize) -> f64| {
+        Column::Real(name, each().map(|(row, at)| value(row, at)).collect())
+    };
+    let mut columns = keys(each().map(|(row, _)| row));
+    columns.extend([
+        real("time_s", |r, at| r.instance.samples.time_s[at]),
+        real("amplitude_m", |r, at| r.instance.samples.amplitude_m[at]),
+        real("normal_n", |r, at| r.instance.samples.normal_n[at]),
+        real("measured_mu", |r, at| r.instance.samples.mu[at]),
+        real("re_z_m_n_s_per_m", |r, at| r.instance.z_m(r.method)[at].re),
+        real("im_z_m_n_s_per_m", |r, at| r.instance.z_m(r.method)[at].im),
+        real("re_z_m_model_n_s_per_m", |r, at| {
+            r.estimated().series.z_m_model_n_s_per_m[at].re
+        }),
+        real("im_z_m_model_n_s_per_m", |r, at| {
+            r.estimated().series.z_m_model_n_s_per_m[at].im
+        }),
+        real("k_c_n_per_m", |r, at| r.estimated().series.k_c_n_per_m[at]),
+        real("k_c_std_n_per_m", |r, at| {
+            r.estimated().series.k_c_std_n_per_m[at]
+        }),
+        real("gap_m", |r, at| r.estimated().series.gap_m[at]),
+        real("gap_std_m", |r, at| r.estimated().series.gap_std_m[at]),
+        real("mu", |r, at| r.estimated().series.mu[at]),
+        real("mu_std", |r, at| r.estimated().series.mu_std[at]),
+    ]);
+    columns
+}
+
+impl Row<'_> {
+    fn estimated(&self) -> &crate::estimate::Estimated {
+        self.instance.estimated(self.method)
+    }
+
+    fn len(&self) -> usize {
+        self.instance.samples.time_s.len()
+    }
+}
+
+fn encode(columns: Vec<Column>) -> Result<Vec<u8>, ParquetError> {
+    let fields = columns.iter().map(|column| {
+        let (name, physical, logical) = match column {
+            Column::Text(name, _) => (name, PhysicalType::BYTE_ARRAY, Some(LogicalType::String)),
+            Column::Whole(name, _) => (name, PhysicalType::INT64, None),
+            Column::Real(name, _) => (name, PhysicalType::DOUBLE, None),
+        };
+        Type::primitive_type_builder(name, physical)
+            .with_repetition(Repetition::REQUIRED)
+            .with_logical_type(logical)
+            .build()
+            .map(Arc::new)
+    });
+    let schema = Type::group_type_builder("schema")
+        .with_fields(fields.collect::<Result<_, _>>()?)
+        .build()?;
+    let properties = WriterProperties::builder()
+        .set_compression(Compression::SNAPPY)
+        .build();
+    let mut writer = SerializedFileWriter::new(Vec::new(), Arc::new(schema), Arc::new(properties))?;
+    let mut group = writer.next_row_group()?;
+    for column in columns {
+        let Some(mut open) = group.next_column()? else {
+            break;
+        };
+        match column {
+            Column::Text(_, values) => open
+                .typed::<ByteArrayType>()
+                .write_batch(&values, None, None)?,
+            Column::Whole(_, values) => {
+                open.typed::<Int64Type>().write_batch(&values, None, None)?
+            }
+            Column::Real(_, values) => open
+                .typed::<DoubleType>()
+                .write_batch(&values, None, None)?,
+        };
+        open.close()?;
+    }
+    group.close()?;
+    writer.into_inner()
+}

@@ -1,0 +1,285 @@
+//! The participant's contact, fitted to a trial.
+
+use contact::fit::{DynamicFit, FitError, dynamic};
+use contact::live::Uncertain;
+use contact::{AssumedConstants, FittedFinger, self_sensed};
+use num_complex::Complex64;
+use protocols::{
+    Instance, Interval, IntervalKind, SelectionRules, Stretch, TrialAnalysis, Validity,
+};
+
+use crate::instance::{PlateReading, PreparedInstance};
+use crate::record::{Record, Series};
+use crate::unloaded::UnloadedError;
+
+/// A trial, or an exploration, to be fitted.
+#[derive(Debug)]
+pub struct FitRequest {
+    /// What it is called in the log.
+    pub label: String,
+    /// The plate without finger, or why it could not be read.
+    pub plate: Result<PlateReading, UnloadedError>,
+    /// What was acquired.
+    pub record: Record,
+    /// The explorations with what was selected in them.
+    pub explorations: Vec<Selected>,
+    /// The rules by which it was.
+    pub rules: SelectionRules,
+}
+
+/// An exploration with its stretches.
+#[derive(Debug)]
+pub struct Selected {
+    /// Start, s.
+    pub start_s: f64,
+    /// End, s.
+    pub end_s: f64,
+    /// All rising stretches.
+    pub stretches: Vec<Stretch>,
+}
+
+impl Selected {
+    /// The analysed explorations among `intervals`.
+    pub fn of(intervals: &[Interval], analysis: &TrialAnalysis) -> Vec<Self> {
+        intervals
+            .iter()
+            .filter(|interval| matches!(interval.kind, IntervalKind::Exploration { .. }))
+            .zip(&analysis.explorations)
+            .map(|(interval, analysed)| Self {
+                start_s: interval.start_s,
+                end_s: interval.end_s,
+                stretches: analysed.stretches.clone(),
+            })
+            .collect()
+    }
+
+    fn instances(&self) -> impl Iterator<Item = Instance> {
+        self.stretches.iter().filter_map(Stretch::instance)
+    }
+}
+
+/// What came of a request.
+#[derive(Debug)]
+pub struct FitReport {
+    /// As in the request.
+    pub label: String,
+    /// The fit, or why there is none.
+    pub fit: Result<TrialFit, NoFit>,
+}
+
+/// Why a trial has no fit.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum NoFit {
+    /// Z_p is not known.
+    #[error(transparent)]
+    Plate(#[from] UnloadedError),
+    /// Nothing was selected.
+    #[error("no instance was selected")]
+    NoInstance,
+    /// Every fit failed or left a parameter open.
+    #[error("none of {instances} instances: {reason}")]
+    NoneUsable {
+        /// Instances tried.
+        instances: usize,
+        /// What was wrong with the first.
+        reason: String,
+    },
+}
+
+/// What a trial says about the participant's contact: the `dynamic` fit of one of its instances, of the middle half by σ_t the
+/// one with the smallest standard error.
+///
+/// Parameters of one fit belong together, for σ_t, Z_t and τ are correlated; a median of each by itself would be nobody's
+/// finger, and a mean would follow a bad instance. The standard errors are that fit's own; `sigma_t_spread_m` shows how far the
+/// instances scatter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrialFit {
+    /// σ_t, m.
+    pub sigma_t_m: Uncertain,
+    /// Z_t, N·s/m.
+    pub z_t_n_s_per_m: Complex64,
+    /// Standard errors of its real and imaginary part, N·s/m.
+    pub z_t_std_n_s_per_m: Complex64,
+    /// τ, s.
+    pub tau_s: Uncertain,
+    /// μ0: mean over the usable instances, for it hardly depends on the other parameters; its error is their scatter, since
+    /// skin changes along the plate.
+    pub mu0: Uncertain,
+    /// Half the distance between the 16th and 84th percentile of σ_t over the usable instances, m.
+    pub sigma_t_spread_m: f64,
+    /// Instances whose fit can be used.
+    pub usable: usize,
+    /// Instances selected.
+    pub instances: usize,
+    /// Median of |self-sensed − measured|/measured normal force over the explorations; `None` without a comparable frame.
+    pub force_difference: Option<f64>,
+    /// The fitted parameters with their covariance.
+    pub finger: FittedFinger,
+    /// Time from frame to frame, s.
+    pub interval_s: f64,
+}
+
+impl FitReport {
+    /// The lines for the operator, each short enough for the dashboard's log.
+    pub fn lines(&self) -> Vec<String> {
+        let label = &self.label;
+        let fit = match &self.fit {
+            Ok(fit) => fit,
+            Err(why) => return vec![format!("{label}: no fit: {why}")],
+        };
+        let (z, std) = (fit.z_t_n_s_per_m, fit.z_t_std_n_s_per_m);
+        let force = fit
+            .force_difference
+            .map(|part| format!(", self-sensed force off {:.1} %", part * 100.0))
+            .unwrap_or_default();
+        vec![
+            format!(
+                "{label}: σ_t {:.2} ± {:.2} µm, τ {:.1} ± {:.1} ms",
+                fit.sigma_t_m.value * 1e6,
+                fit.sigma_t_m.std * 1e6,
+                fit.tau_s.value * 1e3,
+                fit.tau_s.std * 1e3,
+            ),
+            format!(
+                "  Z_t {:.2} ± {:.2} {} ({:.2} ± {:.2})i N·s/m",
+                z.re,
+                std.re,
+                if z.im < 0.0 { '−' } else { '+' },
+                z.im.abs(),
+                std.im,
+            ),
+            format!(
+                "  {} of {} fits, μ0 {:.2}{force}",
+                fit.usable, fit.instances, fit.mu0.value
+            ),
+        ]
+    }
+}
+
+/// Fits a trial.
+///
+/// # Errors
+/// [`NoFit`] says why not.
+pub fn fit(
+    request: &FitRequest,
+    carrier_hz: f64,
+    assumed: AssumedConstants,
+) -> Result<TrialFit, NoFit> {
+    let plate = request.plate?;
+    let conditions = plate.conditions(assumed, carrier_hz);
+    let options = dynamic::Options::default();
+    let series: Vec<Series> = request
+        .explorations
+        .iter()
+        .map(|exploration| {
+            request
+                .record
+                .series(exploration.start_s, exploration.end_s)
+        })
+        .collect();
+    let prepared: Vec<PreparedInstance> = request
+        .explorations
+        .iter()
+        .zip(&series)
+        .flat_map(|(exploration, series)| {
+            exploration
+                .instances()
+                .map(|instance| PreparedInstance::cut(series, instance.start_s, instance.end_s))
+        })
+        .collect();
+    let (mut usable, mut refused) = (Vec::new(), None);
+    let mut interval_s = 0.0;
+    for instance in &prepared {
+        let fitted: Result<DynamicFit, FitError> = instance.series().and_then(|instance| {
+            interval_s = instance.interval_s();
+            dynamic::fit(&instance, &conditions, &options)
+        });
+        match fitted {
+            Ok(fit) if fit.verdict.is_usable() => usable.push(fit),
+            Ok(fit) => {
+                refused.get_or_insert(fit.verdict.to_string());
+            }
+            Err(error) => {
+                refused.get_or_insert(error.to_string());
+            }
+        }
+    }
+    usable.sort_by(|a, b| a.sigma_t_m.total_cmp(&b.sigma_t_m));
+    let place = |part: f64| (usable.len().saturating_sub(1) as f64 * part).round() as usize;
+    let Some(typical) = usable.get(place(0.25)..=place(0.75)).and_then(|middle| {
+        middle
+            .iter()
+            .min_by(|a, b| a.sigma_t_std_m.total_cmp(&b.sigma_t_std_m))
+    }) else {
+        return Err(
+            refused.map_or(NoFit::NoInstance, |reason| NoFit::NoneUsable {
+                instances: prepared.len(),
+                reason,
+            }),
+        );
+    };
+    let spread_m = usable[place(0.84)].sigma_t_m - usable[place(0.16)].sigma_t_m;
+    Ok(TrialFit {
+        sigma_t_m: Uncertain {
+            value: typical.sigma_t_m,
+            std: typical.sigma_t_std_m,
+        },
+        z_t_n_s_per_m: typical.z_t_n_s_per_m,
+        z_t_std_n_s_per_m: typical.z_t_std_n_s_per_m,
+        tau_s: Uncertain {
+            value: typical.tau_s,
+            std: typical.tau_std_s,
+        },
+        mu0: friction_at_rest(&usable, typical),
+        sigma_t_spread_m: spread_m / 2.0,
+        usable: usable.len(),
+        instances: prepared.len(),
+        force_difference: force_difference(&typical.finger, interval_s, &series, &request.rules),
+        finger: typical.finger,
+        interval_s,
+    })
+}
+
+fn friction_at_rest(usable: &[DynamicFit], typical: &DynamicFit) -> Uncertain {
+    let n = usable.len() as f64;
+    let mean = usable.iter().map(|fit| fit.mu0).sum::<f64>() / n;
+    let squares: f64 = usable.iter().map(|fit| (fit.mu0 - mean).powi(2)).sum();
+    Uncertain {
+        value: mean,
+        std: if usable.len() > 1 {
+            (squares / (n - 1.0)).sqrt()
+        } else {
+            typical.mu0_std
+        },
+    }
+}
+
+/// Median relative difference between self-sensed and measured normal force where a finger is on the plate's central part.
+fn force_difference(
+    finger: &FittedFinger,
+    interval_s: f64,
+    explorations: &[Series],
+    rules: &SelectionRules,
+) -> Option<f64> {
+    let mut differences = Vec::new();
+    for series in explorations {
+        let z_m: Vec<Complex64> = series
+            .frames
+            .iter()
+            .map(|frame| frame.corrected_n_s_per_m)
+            .collect();
+        let sensed =
+            self_sensed::normal_force(finger, interval_s, &z_m, &series.amplitude_m).ok()?;
+        for (i, sensed_n) in sensed.normal_n.into_iter().enumerate() {
+            let central = (series.position_m[i] - rules.centre_m).abs() <= rules.central_m / 2.0;
+            let touched = series.normal_n[i] >= rules.contact_n;
+            let difference = (sensed_n / series.normal_n[i] - 1.0).abs();
+            if central && touched && series.validity[i] == Validity::Valid && difference.is_finite()
+            {
+                differences.push(difference);
+            }
+        }
+    }
+    differences.sort_by(f64::total_cmp);
+    differences.get(differences.len() / 2).copied()
+}

@@ -1,0 +1,123 @@
+//! The plate's own impedance Z_p, read where no finger is on it.
+
+use impedance::ZmFrame;
+
+use crate::instance::{FEWEST_PLATE_FRAMES, PlateReading, plate};
+use crate::record::Record;
+
+/// A corrected Z_p that scatters more than this, N·s/m, belongs to a plate that is not free: a finger adds several N·s/m.
+const GREATEST_SCATTER_N_S_PER_M: f64 = 0.5;
+
+/// Z_p and whether to believe it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reading {
+    /// Z_p by both methods.
+    pub plate: PlateReading,
+    /// Seconds left out because the normal force showed a finger.
+    pub touched_s: f64,
+    /// RMS of the corrected impedance about Z_p, if it is more than a free plate's.
+    pub scatter_n_s_per_m: Option<f64>,
+    /// The frames that it was read from.
+    pub free: Vec<ZmFrame>,
+}
+
+/// Why Z_p cannot be read.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum UnloadedError {
+    /// The recording names no interval without finger.
+    #[error("no unloaded interval, so Z_p is not known")]
+    NoInterval,
+    /// The finger was on the plate.
+    #[error(
+        "finger on the plate during the unloaded interval ({most_n:.2} N), so Z_p is not known"
+    )]
+    Touched {
+        /// Greatest normal force, N.
+        most_n: f64,
+    },
+    /// No impedance could be read there.
+    #[error(
+        "{frames} frames of the unloaded interval have an impedance, {FEWEST_PLATE_FRAMES} are needed, so Z_p is not known"
+    )]
+    TooShort {
+        /// Frames with an impedance.
+        frames: usize,
+    },
+}
+
+/// Reads Z_p over the unloaded intervals, each cut to whole periods of the modulation: over those the transient that the plain
+/// ratio holds averages out. Frames under a finger (`off_n` or more) are left out.
+///
+/// # Errors
+/// [`UnloadedError`] says what is missing.
+pub fn read(
+    record: &Record,
+    intervals: &[(f64, f64)],
+    modulation_hz: f64,
+    off_n: f64,
+) -> Result<Reading, UnloadedError> {
+    if intervals.is_empty() {
+        return Err(UnloadedError::NoInterval);
+    }
+    let mut free: Vec<ZmFrame> = Vec::new();
+    let (mut touched, mut most_n, mut interval_s) = (0u32, f64::NEG_INFINITY, 0.0);
+    for &(start_s, end_s) in intervals {
+        let series = record.series(start_s, whole_periods_end_s(start_s, end_s, modulation_hz));
+        if let [first, .., last] = series.time_s[..] {
+            interval_s = (last - first) / (series.time_s.len() - 1) as f64;
+        }
+        for (frame, &normal_n) in series.frames.iter().zip(&series.normal_n) {
+            // A force that was not measured cannot tell.
+            if normal_n.abs() >= off_n {
+                touched += 1;
+                most_n = most_n.max(normal_n.abs());
+            } else if frame.mask.is_clear() {
+                free.push(*frame);
+            }
+        }
+    }
+    let frames = free.len();
+    let plate = plate(&free).ok_or(if touched > 0 {
+        UnloadedError::Touched { most_n }
+    } else {
+        UnloadedError::TooShort { frames }
+    })?;
+    // Weighted by |ṽ|², as white noise on the force would have it.
+    let weight = |frame: &ZmFrame| frame.amplitude_m.powi(2);
+    let weights: f64 = free.iter().map(weight).sum();
+    let squares: f64 = free
+        .iter()
+        .map(|frame| {
+            weight(frame) * (frame.corrected_n_s_per_m - plate.corrected_n_s_per_m).norm_sqr()
+        })
+        .sum();
+    let scatter = (squares / weights).sqrt();
+    Ok(Reading {
+        plate,
+        touched_s: f64::from(touched) * interval_s,
+        scatter_n_s_per_m: (scatter > GREATEST_SCATTER_N_S_PER_M).then_some(scatter),
+        free,
+    })
+}
+
+fn whole_periods_end_s(start_s: f64, end_s: f64, modulation_hz: f64) -> f64 {
+    let periods = ((end_s - start_s) * modulation_hz).floor();
+    if periods >= 1.0 {
+        start_s + periods / modulation_hz
+    } else {
+        end_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn whole_periods_are_kept_where_there_is_one() {
+        assert_relative_eq!(whole_periods_end_s(0.2, 1.0, 6.0), 0.2 + 4.0 / 6.0);
+        assert_eq!(whole_periods_end_s(0.2, 0.3, 6.0), 0.3);
+        assert_eq!(whole_periods_end_s(0.2, 1.0, 0.0), 1.0);
+    }
+}

@@ -1,0 +1,169 @@
+//! Are the inputs what they were at the calibration? What silence and one tone at the carrier tell, the bench wired as always.
+
+use impedance::spectrum::{Spectrum, SpectrumError};
+use impedance::tone::{Tone, ToneError};
+
+use super::fault::ChannelsFault;
+use super::noise::{NOISE_RESOLUTION_HZ, noise_band};
+
+/// Noise may grow by this factor before it is told.
+const NOISIER: f64 = 2.0;
+/// An input that reads this many times its calibrated crosstalk, and most of the drive's level, carries the drive itself.
+const CARRIES: f64 = 0.3;
+/// The drive's input reads less than this share of what was commanded when the drive is not on it.
+const ABSENT: f64 = 0.3;
+
+/// What the inputs of a stream show now, in the stream's order.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Present {
+    /// Noise density about the carrier in silence, sample units per √Hz.
+    pub noise: Vec<f64>,
+    /// Amplitude at the carrier while it plays, sample units.
+    pub levels: Vec<f64>,
+}
+
+/// A stretch that cannot be compared.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum PresentError {
+    /// The silence.
+    #[error(transparent)]
+    Silence(#[from] SpectrumError),
+    /// The tone.
+    #[error(transparent)]
+    Tone(#[from] ToneError),
+}
+
+impl Present {
+    /// Reads all `channels` of two interleaved stretches: `silence`, at least 0.1 s of it, and a `tone` at `carrier_hz`.
+    ///
+    /// # Errors
+    /// When a stretch is too short, or samples are lost.
+    pub fn read(
+        silence: &[f32],
+        tone: &[f32],
+        channels: usize,
+        carrier_hz: f64,
+        rate_hz: f64,
+    ) -> Result<Self, PresentError> {
+        let mut present = Self::default();
+        for channel in 0..channels {
+            let spectrum =
+                Spectrum::read(silence, channels, channel, rate_hz, NOISE_RESOLUTION_HZ)?;
+            let [from_hz, to_hz] = noise_band(carrier_hz, rate_hz);
+            present.noise.push(spectrum.noise(from_hz, to_hz).value);
+            let tone = Tone::read(tone, channels, channel, carrier_hz, rate_hz)?;
+            present.levels.push(tone.value.norm());
+        }
+        Ok(present)
+    }
+}
+
+/// Compares the inputs with the calibrated ones, the drive on input `drive` and commanded to `commanded_units` on it.
+///
+/// # Errors
+/// The first fault found: the drive on another input, a silent drive, more noise.
+pub fn compare(
+    calibrated: &config::MeasuredChannels,
+    drive: u16,
+    commanded_units: f64,
+    present: &Present,
+) -> Result<(), ChannelsFault> {
+    let level = |index: u16| present.levels.get(usize::from(index)).copied();
+    let read = level(drive).unwrap_or(0.0);
+    if read < ABSENT * commanded_units {
+        // The pickup carries the plate's answer, the other input the drive itself: the louder one.
+        let share = |input: &config::InputChannel| {
+            let level = level(input.index).unwrap_or(0.0);
+            level / (commanded_units * input.gain.value)
+        };
+        let others = calibrated
+            .inputs
+            .iter()
+            .filter(|input| input.index != drive);
+        let elsewhere = others
+            .max_by(|a, b| share(a).total_cmp(&share(b)))
+            .filter(|input| share(input) >= CARRIES);
+        return Err(match elsewhere {
+            Some(input) => ChannelsFault::Swapped {
+                expected: drive,
+                found: input.index,
+            },
+            None => ChannelsFault::Path(impedance::path::PathFault::Silent {
+                share: read / commanded_units,
+            }),
+        });
+    }
+    for input in &calibrated.inputs {
+        let Some(&noise) = present.noise.get(usize::from(input.index)) else {
+            continue;
+        };
+        let ratio = noise / input.noise_on_bench.value;
+        if ratio > NOISIER {
+            return Err(ChannelsFault::NoisierThanCalibrated {
+                input: input.index,
+                ratio,
+            });
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::procedure::tests::calibrated;
+    use super::*;
+
+    fn present() -> Present {
+        Present {
+            noise: vec![1.1e-7, 0.9e-7, 1e-7],
+            levels: vec![0.033, 0.02, 1e-6],
+        }
+    }
+
+    #[test]
+    fn what_is_as_calibrated_passes() {
+        assert_eq!(compare(&calibrated(), 0, 0.0333, &present()), Ok(()));
+    }
+
+    #[test]
+    fn each_fault_has_its_name() {
+        let mut swapped = present();
+        swapped.levels.swap(0, 2);
+        assert_eq!(
+            compare(&calibrated(), 0, 0.0333, &swapped),
+            Err(ChannelsFault::Swapped {
+                expected: 0,
+                found: 2
+            })
+        );
+        let mut silent = present();
+        silent.levels.fill(1e-6);
+        assert!(matches!(
+            compare(&calibrated(), 0, 0.0333, &silent),
+            Err(ChannelsFault::Path(
+                impedance::path::PathFault::Silent { .. }
+            ))
+        ));
+        let mut noisy = present();
+        noisy.noise[1] = 3e-7;
+        assert!(matches!(
+            compare(&calibrated(), 0, 0.0333, &noisy),
+            Err(ChannelsFault::NoisierThanCalibrated { input: 1, .. })
+        ));
+    }
+
+    #[test]
+    fn the_present_is_read_from_samples() {
+        let rate_hz = 192e3;
+        let tone: Vec<f32> = (0..9_600)
+            .flat_map(|n| {
+                let sine = (std::f64::consts::TAU * 35e3 * f64::from(n) / rate_hz).sin();
+                [0.0, (0.03 * sine) as f32]
+            })
+            .collect();
+        let silence = vec![0.0; 2 * 19_200];
+        let present = Present::read(&silence, &tone, 2, 35e3, rate_hz).unwrap();
+        assert_eq!(present.noise, [0.0, 0.0]);
+        assert!(present.levels[0] < 1e-9 && (present.levels[1] - 0.03).abs() < 1e-6);
+    }
+}

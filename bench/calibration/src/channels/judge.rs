@@ -1,0 +1,441 @@
+//! From what was heard to `[channels]`, and whether it passes.
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+
+use anyhow::Context;
+use impedance::channel_fit::{ChannelFit, Reading, find_slip};
+use impedance::plate_fit::Estimate;
+use impedance::spectrum::{NoiseDensity, Spectrum};
+use jiff::Timestamp;
+use num_complex::Complex64;
+
+use super::fault::ChannelsFault;
+use super::ladder::{self, Straightness};
+use super::procedure::{
+    ChannelsProcedure, DWELL_S, LADDER_DWELL_S, LISTEN_S, SETTLE_S, SPAN_HZ, TONES, Tones,
+};
+use crate::figures;
+use crate::figures::InputCurves;
+use crate::judged::{Calibrates, Judged, Part};
+use config::SampleFormat;
+use config::{InputChannel, Provenance, Quantity};
+
+/// Tones in silence above this are worth a word, of full scale.
+const AUDIBLE: f64 = 1e-5;
+/// A constant offset above this is worth a word, of full scale.
+const OFFSET: f64 = 1e-3;
+/// Mains hum reaches up to here, Hz.
+const HUM_HZ: f64 = 1e3;
+/// Most tones that are named.
+const MOST_TONES: usize = 5;
+/// A tone within this of the carrier is within the band of the envelope's noise, Hz.
+const IN_BAND_HZ: f64 = 2.5e3;
+/// Delays that differ by more than this from the calibration before are slips, samples.
+const SLIPPED: f64 = 0.5;
+
+/// What there is in an input's silence besides noise, a line each.
+pub(super) fn warnings(input: u16, spectrum: &Spectrum, carrier_hz: f64) -> Vec<String> {
+    let mut lines = Vec::new();
+    if spectrum.mean.abs() > OFFSET {
+        lines.push(format!(
+            "input {input}: a constant offset of {:+.4} of full scale",
+            spectrum.mean
+        ));
+    }
+    let tones = spectrum.peaks();
+    for tone in tones
+        .iter()
+        .filter(|tone| tone.amplitude > AUDIBLE)
+        .take(MOST_TONES)
+    {
+        let of_mains = |mains_hz: f64| {
+            let multiple = (tone.frequency_hz / mains_hz).round();
+            multiple >= 1.0 && (tone.frequency_hz - multiple * mains_hz).abs() < 3.0
+        };
+        let kind = if tone.frequency_hz < HUM_HZ && (of_mains(50.0) || of_mains(60.0)) {
+            "mains hum"
+        } else if (tone.frequency_hz - carrier_hz).abs() < IN_BAND_HZ {
+            "a tone within the carrier's band"
+        } else {
+            "a foreign tone"
+        };
+        lines.push(format!(
+            "input {input}: {kind} at {:.0} Hz, {:.1e} of full scale",
+            tone.frequency_hz, tone.amplitude
+        ));
+    }
+    lines
+}
+
+/// Standard deviation of each quadrature of a tone read through a Hann window, sample units.
+fn quadrature(noise: &NoiseDensity, dwell_s: f64) -> f64 {
+    noise.value * (1.5 / (dwell_s - SETTLE_S)).sqrt()
+}
+
+fn db(ratio: f64) -> f64 {
+    20.0 * ratio.log10()
+}
+
+impl ChannelsProcedure {
+    /// The input's ratio to the drive's at each tone, in the order of time, less `leaked`.
+    fn ratios(&self, tones: &Tones, input: usize, leaked: Option<&[Reading]>) -> Vec<Reading> {
+        let drive = usize::from(self.drive());
+        tones
+            .iter()
+            .enumerate()
+            .map(|(i, (frequency_hz, values))| {
+                let ratio = values[input] / values[drive];
+                let sigma = |channel: usize| quadrature(&self.noise[channel], DWELL_S);
+                let mut absolute = sigma(input) / values[drive].norm();
+                absolute = absolute.hypot(ratio.norm() * sigma(drive) / values[drive].norm());
+                let leak = leaked.and_then(|leaked| leaked.get(i));
+                if let Some(leak) = leak {
+                    absolute = absolute.hypot(leak.sigma * leak.ratio.norm());
+                }
+                let ratio = ratio - leak.map_or(Complex64::ZERO, |leak| leak.ratio);
+                Reading {
+                    frequency_hz: *frequency_hz,
+                    ratio,
+                    sigma: absolute / ratio.norm(),
+                }
+            })
+            .collect()
+    }
+
+    /// Refuses a channel that slipped while it was measured. Where all others slip at once, the drive's did.
+    pub(super) fn require_kept_places(&self) -> Result<(), ChannelsFault> {
+        let drive = self.drive();
+        let slips: Vec<(u16, i32)> = (0..self.inputs())
+            .filter(|&input| input != drive)
+            .filter_map(|input| {
+                let ratios = self.ratios(&self.patched, usize::from(input), None);
+                let slip = find_slip(&ratios, self.setup.carrier_hz, self.rate_hz)?;
+                Some((input, slip.samples))
+            })
+            .collect();
+        let Some(&(first, samples)) = slips.first() else {
+            return Ok(());
+        };
+        let others = usize::from(self.inputs()) - 1;
+        let together = others > 1 && slips.len() == others && slips.iter().all(|s| s.1 == samples);
+        let (input, samples) = if together {
+            (drive, -samples)
+        } else {
+            (first, samples)
+        };
+        Err(ChannelsFault::Slipped {
+            input,
+            samples,
+            phase_rad: -TAU * self.setup.carrier_hz / self.rate_hz * f64::from(samples),
+        })
+    }
+
+    /// What the input reads of the drive with only the drive's cable in, over the drive's reading: mean and standard error of
+    /// the tones' magnitudes about their mean.
+    fn crosstalk(&self, leaked: &[Reading]) -> Quantity {
+        let n = leaked.len() as f64;
+        let mean = leaked.iter().map(|leak| leak.ratio).sum::<Complex64>() / n;
+        let squares: f64 = leaked
+            .iter()
+            .map(|leak| (leak.ratio - mean).norm_sqr())
+            .sum();
+        let error = (squares / (n * (n - 1.0))).sqrt();
+        Quantity::new(mean.norm(), error, leaked.len() - 1, "1")
+    }
+
+    fn straightness(&self, input: usize) -> anyhow::Result<Straightness> {
+        let noise = quadrature(&self.noise[input], LADDER_DWELL_S);
+        ladder::straightness(&self.ladders[input], noise).with_context(|| {
+            format!("input {input} is cut off at almost every level: lower its gain")
+        })
+    }
+
+    fn input(&self, index: u16) -> anyhow::Result<(InputChannel, Option<ChannelFit>, InputCurves)> {
+        let input = usize::from(index);
+        let straight = self.straightness(input)?;
+        let ladder = &self.ladders[input];
+        let mut curves = InputCurves {
+            index,
+            departures: Vec::new(),
+            levels: ladder
+                .iter()
+                .map(|rung| (rung.drive_v, rung.amplitude))
+                .collect(),
+            off_the_line: straight.departures,
+        };
+        let clips_at = straight.clips_at.map(|(level, scatter)| {
+            let step = match self.setup.config.audio.sample_format {
+                SampleFormat::I16 => 2f64.powi(-15),
+                SampleFormat::I32 | SampleFormat::F32 => 2f64.powi(-23),
+            };
+            let error = scatter.hypot(step / 12f64.sqrt());
+            Quantity::new(level, error, 9, "full scale")
+        });
+        let density = |noise: &NoiseDensity| {
+            Quantity::new(
+                noise.value,
+                noise.standard_error,
+                noise.degrees_of_freedom,
+                "full scale/√Hz",
+            )
+        };
+        let exact = |value: f64, unit: &str| Quantity::new(value, 0.0, 2 * TONES - 2, unit);
+        let mut channel = InputChannel {
+            index,
+            gain: exact(1.0, "1"),
+            phase_rad: exact(0.0, "rad"),
+            delay: exact(0.0, "samples"),
+            departure: 0.0,
+            noise: density(&self.noise[input]),
+            noise_on_bench: density(&self.noise_on_bench[input]),
+            nonlinearity: straight.nonlinearity,
+            clips_at,
+            clean_up_to: straight.clean_up_to,
+            crosstalk: None,
+        };
+        if index == self.drive() {
+            return Ok((channel, None, curves));
+        }
+        let leaked = self.ratios(&self.alone, input, None);
+        let ratios = self.ratios(&self.patched, input, Some(&leaked));
+        let fit = ChannelFit::fit(&ratios, self.setup.carrier_hz)?;
+        curves.departures = ratios
+            .iter()
+            .map(|reading| {
+                let departure = fit.departure_of(reading, self.setup.carrier_hz);
+                (reading.frequency_hz, departure)
+            })
+            .collect();
+        let crosstalk = self.crosstalk(&leaked);
+        // The other way the crosstalk is not measured: it is taken to be as large, in any phase, and to change over the band
+        // as a delay like this channel's makes it.
+        let back = crosstalk.value;
+        let quantity = |estimate: Estimate, scale: f64, unseen: f64, unit: &str| {
+            let observed = scale * estimate.standard_error;
+            Quantity::combined(
+                scale * estimate.value,
+                observed.hypot(unseen),
+                observed,
+                fit.degrees_of_freedom,
+                unit,
+            )
+        };
+        let unseen = back.hypot(fit.departure);
+        channel.gain = quantity(fit.gain, 1.0, unseen * fit.gain.value, "1");
+        channel.phase_rad = quantity(fit.phase_rad, 1.0, unseen, "rad");
+        let samples = fit.delay_s.value * self.rate_hz;
+        channel.delay = quantity(
+            fit.delay_s,
+            self.rate_hz,
+            (back * samples.abs().max(1.0)).hypot(fit.excess_s * self.rate_hz),
+            "samples",
+        );
+        channel.departure = fit.departure;
+        channel.crosstalk = Some(crosstalk);
+        Ok((channel, Some(fit), curves))
+    }
+
+    fn faults(&self, channel: &InputChannel, fit: Option<&ChannelFit>) -> Vec<ChannelsFault> {
+        let limits = &self.setup.config.calibration;
+        let input = channel.index;
+        let mut faults = Vec::new();
+        let density = channel.noise.value;
+        let limit = limits.input_noise_units_per_sqrt_hz;
+        if density > limit {
+            faults.push(ChannelsFault::Noisy {
+                input,
+                density,
+                limit,
+            });
+        }
+        if channel.nonlinearity > limits.input_nonlinearity {
+            faults.push(ChannelsFault::NotLinear {
+                input,
+                percent: 100.0 * channel.nonlinearity,
+                limit: limits.input_nonlinearity,
+            });
+        }
+        let crosstalk_db = channel.crosstalk.as_ref().map(|x| db(x.value));
+        if let Some(crosstalk_db) = crosstalk_db
+            && crosstalk_db > limits.crosstalk_db
+        {
+            faults.push(ChannelsFault::Crosstalk {
+                input,
+                crosstalk_db,
+                limit_db: limits.crosstalk_db,
+            });
+        }
+        let samples = channel.delay.value;
+        if samples.abs() > limits.delay_samples {
+            faults.push(ChannelsFault::Delayed {
+                input,
+                samples,
+                limit: limits.delay_samples,
+            });
+        }
+        if fit.is_some_and(|fit| fit.inverted) {
+            faults.push(ChannelsFault::Inverted { input });
+        }
+        let relative = channel.gain.standard_error / channel.gain.value;
+        let error = relative.max(channel.phase_rad.standard_error);
+        // Crosstalk that is within its own limit is no reason.
+        let limit = limits.input_error;
+        if error > limit.max(channel.crosstalk.as_ref().map_or(0.0, |x| 1.01 * x.value)) {
+            faults.push(ChannelsFault::Uncertain {
+                input,
+                error,
+                limit,
+            });
+        }
+        let before = self.setup.before.as_ref();
+        let moved = before
+            .and_then(|before| before.input(input))
+            .map(|before| samples - before.delay.value);
+        if let Some(samples) = moved.filter(|moved| moved.abs() > SLIPPED) {
+            faults.push(ChannelsFault::SlippedSince { input, samples });
+        }
+        faults
+    }
+
+    /// Level read back over level commanded at the carrier: the tones within a tenth of their span.
+    fn round_trip(&self) -> Quantity {
+        let drive = usize::from(self.drive());
+        let expected = self.expected(self.tones_v);
+        let shares: Vec<f64> = self
+            .patched
+            .iter()
+            .filter(|(hz, _)| (hz - self.setup.carrier_hz).abs() <= 0.11 * SPAN_HZ)
+            .map(|(_, values)| values[drive].norm() / expected)
+            .collect();
+        mean(&shares, "1", 0.0)
+    }
+
+    fn table(&self) -> String {
+        let mut text =
+            String::from("cabling,input,frequency_hz,drive_v,re_units,im_units,peak_units\n");
+        for row in &self.rows {
+            let _ = writeln!(
+                text,
+                "{},{},{},{},{:e},{:e},{:e}",
+                row.cabling,
+                row.input,
+                row.frequency_hz,
+                row.drive_v,
+                row.value.re,
+                row.value.im,
+                row.peak
+            );
+        }
+        text
+    }
+
+    fn line(&self, channel: &InputChannel) -> String {
+        let clips = match &channel.clips_at {
+            Some(clips_at) => format!("clips at {:.4}", clips_at.value),
+            None => format!("clips above {:.2}", channel.clean_up_to),
+        };
+        let leaks = channel
+            .crosstalk
+            .as_ref()
+            .map_or("the drive's".to_owned(), |x| {
+                format!(
+                    "gain {:.5}, {:+.4} samples, crosstalk {:.1} dB",
+                    channel.gain.value,
+                    channel.delay.value,
+                    db(x.value)
+                )
+            });
+        format!(
+            "input {:<10} {leaks}; noise {:.2e}/√Hz, {clips}",
+            channel.index, channel.noise.value
+        )
+    }
+}
+
+/// Mean of repeated readings, and its standard error or `least`, whichever is more.
+fn mean(values: &[f64], unit: &str, least: f64) -> Quantity {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|x| (x - mean).powi(2)).sum();
+    let error = (squares / (n * (n - 1.0).max(1.0))).sqrt();
+    Quantity::new(mean, error.max(least), values.len().saturating_sub(1), unit)
+}
+
+/// The onset of a tone is found to this, s.
+const ONSET_ERROR_S: f64 = 1.5e-4;
+
+impl Calibrates for ChannelsProcedure {
+    const NAME: &'static str = "channels";
+
+    fn judge(&self, date: Timestamp, operator: &str) -> anyhow::Result<Judged> {
+        let config = &self.setup.config;
+        let mut faults: Vec<String> = Vec::new();
+        let (mut inputs, mut curves) = (Vec::new(), Vec::new());
+        for index in 0..self.inputs() {
+            let (channel, fit, of_input) = self.input(index)?;
+            let found = self.faults(&channel, fit.as_ref());
+            faults.extend(found.iter().map(ChannelsFault::to_string));
+            inputs.push(channel);
+            curves.push(of_input);
+        }
+        let round_trip = self.round_trip();
+        if (round_trip.value - 1.0).abs() > config.safety.readback_tolerance {
+            let level = ChannelsFault::Level {
+                commanded_v: self.tones_v,
+                returned_v: round_trip.value * self.tones_v,
+            };
+            faults.push(level.to_string());
+        }
+        let channels = config::MeasuredChannels {
+            measured: Provenance {
+                date,
+                operator: operator.to_owned(),
+                method: format!(
+                    "one signal on all inputs: {LISTEN} s of silence, {} levels up to {:.1} V, {} tones over {:.0} Hz at {:.1} V up and down, the same with the drive's cable alone; errors hold scatter, noise and a crosstalk into the drive as large as that out of it",
+                    self.ladders.first().map_or(0, Vec::len),
+                    self.levels_v[self.ladders.first().map_or(0, Vec::len).saturating_sub(1)],
+                    self.patched.len(),
+                    2.0 * SPAN_HZ,
+                    self.tones_v,
+                    LISTEN = LISTEN_S,
+                ),
+            },
+            carrier_hz: self.setup.carrier_hz,
+            round_trip,
+            latency: mean(&self.latencies, "s", ONSET_ERROR_S),
+            inputs,
+        };
+        let mut remarks: Vec<String> = channels
+            .inputs
+            .iter()
+            .map(|channel| self.line(channel))
+            .collect();
+        remarks.extend(
+            self.warnings
+                .iter()
+                .map(|warning| format!("warning  {warning}")),
+        );
+        let mut values = vec![
+            ("round trip", channels.round_trip.clone()),
+            ("latency", channels.latency.clone()),
+        ];
+        if let Some(pickup) = channels.input(config.channels.pickup.index) {
+            values.extend([
+                ("pickup gain", pickup.gain.clone()),
+                ("pickup phase", pickup.phase_rad.clone()),
+                ("pickup delay", pickup.delay.clone()),
+                ("pickup noise", pickup.noise.clone()),
+            ]);
+        }
+        Ok(Judged {
+            values,
+            remarks,
+            faults,
+            stem: Self::NAME,
+            table: self.table(),
+            figure: Some(figures::channels(&curves, &channels)),
+            part: Part::Channels(Box::new(channels)),
+        })
+    }
+}

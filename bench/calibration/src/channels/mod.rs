@@ -1,0 +1,16 @@
+//! `calibrate channels`: the same signal into every input. What each makes of it, how it differs from the drive's, how much of
+//! the drive leaks into it, and what the way from the generator does to the carrier.
+//!
+//! A faint look comes first, below what the safety watch acts on: silent, swapped, saturated inputs and sound layers that
+//! resample are named before anything louder is played.
+
+mod compare;
+mod fault;
+mod judge;
+mod ladder;
+mod noise;
+mod procedure;
+
+pub use compare::{Present, compare};
+pub use fault::ChannelsFault;
+pub use procedure::{ChannelsProcedure, Setup};

@@ -1,0 +1,184 @@
+//! Measurements of the plate alone: what was heard while something lay on it is not used.
+
+use anyhow::bail;
+use jiff::Timestamp;
+
+use crate::heard::Heard;
+use crate::judged::{Calibrates, Judged};
+use crate::operator::{Progress, Request};
+use crate::procedure::{Happened, Next, Procedure};
+use config::Config;
+
+/// Silence in which the force sensor is looked at, s.
+pub(super) const LISTEN_S: f64 = 0.3;
+
+/// Lets `P` see only what was heard with nothing on the plate: the operator is asked to clear it, before anything is driven and
+/// whenever something lies there, and the step is made again. Where nobody can be asked, the measurement ends.
+pub struct ClearPlate<P> {
+    procedure: P,
+    zero_n: f64,
+    attended: bool,
+    step: Next,
+    asked: Option<Asked>,
+}
+
+/// Why the plate is to be cleared.
+#[derive(Clone, Copy)]
+enum Asked {
+    /// It is about to be driven.
+    Beginning,
+    /// This normal force should not be there, N.
+    Resting(f64),
+}
+
+impl<P> ClearPlate<P> {
+    /// Around `procedure`, on the bench of `config`.
+    pub fn new(procedure: P, config: &Config, attended: bool) -> Self {
+        Self {
+            procedure,
+            zero_n: config.calibration.zero_n,
+            attended,
+            step: Next::Listen(LISTEN_S),
+            asked: None,
+        }
+    }
+
+    fn resting(&self, heard: &Heard) -> Option<f64> {
+        heard
+            .mean_force_n()
+            .map(|(normal_n, _)| normal_n)
+            .filter(|normal_n| normal_n.abs() > self.zero_n)
+    }
+}
+
+impl<P: Procedure> Procedure for ClearPlate<P> {
+    fn next(&mut self, happened: Happened) -> anyhow::Result<Next> {
+        let resting_n = match (&happened, &self.step) {
+            (Happened::Heard(heard), _) | (Happened::Answered(_, heard), Next::Sound(..)) => {
+                self.resting(heard)
+            }
+            _ => None,
+        };
+        if self.attended && matches!(happened, Happened::Began) {
+            self.step = self.procedure.next(happened)?;
+            self.asked = Some(Asked::Beginning);
+            return Ok(Next::Ask(Request::Unload));
+        }
+        let asked = self.asked.is_some();
+        match (resting_n, &happened) {
+            (Some(normal_n), _) if !self.attended => bail!(
+                "something rests on the plate: the force sensor reads {normal_n:.3} N, more than calibration.zero_n = {} N; take the finger and everything else off, or run `friction-bench calibrate force`",
+                self.zero_n
+            ),
+            // The force sensor has the last word.
+            (_, Happened::Answered(..)) if asked => return Ok(Next::Listen(LISTEN_S)),
+            (Some(normal_n), _) => {
+                self.asked = Some(Asked::Resting(normal_n));
+                return Ok(Next::Ask(Request::Unload));
+            }
+            (None, Happened::Heard(_)) if asked => {
+                self.asked = None;
+                return Ok(self.step.clone());
+            }
+            (None, _) => {}
+        }
+        self.step = self.procedure.next(happened)?;
+        Ok(self.step.clone())
+    }
+
+    fn progress(&self) -> Progress {
+        let mut progress = self.procedure.progress();
+        progress.note = match self.asked {
+            None => progress.note,
+            Some(Asked::Beginning) => Some(
+                "Then the plate is driven: nobody touches it until the measurement is over."
+                    .to_owned(),
+            ),
+            Some(Asked::Resting(normal_n)) => Some(format!(
+                "Something rests on the plate: the force sensor read {normal_n:.3} N, more than calibration.zero_n = {} N. This reading is not used; it is taken again. If nothing is there, leave and run `friction-bench calibrate force`.",
+                self.zero_n
+            )),
+        };
+        progress
+    }
+}
+
+impl<P: Calibrates> Calibrates for ClearPlate<P> {
+    const NAME: &'static str = P::NAME;
+
+    fn judge(&self, date: Timestamp, operator: &str) -> anyhow::Result<Judged> {
+        self.procedure.judge(date, operator)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::operator::Answer;
+
+    /// Counts what it is let hear.
+    #[derive(Default)]
+    struct Counts(u32);
+
+    impl Procedure for Counts {
+        fn next(&mut self, happened: Happened) -> anyhow::Result<Next> {
+            self.0 += u32::from(matches!(happened, Happened::Heard(_)));
+            Ok(Next::Listen(7.0))
+        }
+
+        fn progress(&self) -> Progress {
+            Progress::default()
+        }
+    }
+
+    fn under(normal_n: f64) -> Heard {
+        Heard {
+            normal_n: vec![normal_n],
+            lateral_n: vec![0.0],
+            ..Heard::default()
+        }
+    }
+
+    fn clear(attended: bool) -> ClearPlate<Counts> {
+        let config = Config::parse(include_str!("../../mock-bench.toml"), "test").unwrap();
+        let mut clear = ClearPlate::new(Counts::default(), &config, attended);
+        let next = clear.next(Happened::Began).unwrap();
+        if attended {
+            assert!(matches!(next, Next::Ask(Request::Unload)), "{next:?}");
+            assert!(clear.progress().note.unwrap().contains("driven"));
+            let done = Happened::Answered(Answer::Ready, under(0.5));
+            assert!(matches!(clear.next(done).unwrap(), Next::Listen(s) if s == LISTEN_S));
+            clear.next(Happened::Heard(under(0.0))).unwrap();
+        }
+        clear
+    }
+
+    #[test]
+    fn a_step_under_a_finger_is_made_again_once_the_plate_is_clear() {
+        let mut clear = clear(true);
+        let next = clear.next(Happened::Heard(under(0.5))).unwrap();
+        assert!(matches!(next, Next::Ask(Request::Unload)), "{next:?}");
+        assert!(clear.progress().note.unwrap().contains("0.500 N"));
+        let done = || Happened::Answered(Answer::Ready, under(0.5));
+        let next = clear.next(done()).unwrap();
+        assert!(matches!(next, Next::Listen(s) if s == LISTEN_S), "{next:?}");
+        let next = clear.next(Happened::Heard(under(0.4))).unwrap();
+        assert!(matches!(next, Next::Ask(Request::Unload)), "{next:?}");
+        clear.next(done()).unwrap();
+        let next = clear.next(Happened::Heard(under(0.0))).unwrap();
+        assert!(matches!(next, Next::Listen(s) if s == 7.0), "{next:?}");
+        assert_eq!(clear.procedure.0, 0, "nothing of it was used");
+        clear.next(Happened::Heard(under(0.0))).unwrap();
+        assert_eq!(clear.procedure.0, 1);
+        assert!(clear.progress().note.is_none());
+    }
+
+    #[test]
+    fn where_nobody_can_be_asked_it_ends() {
+        let error = clear(false)
+            .next(Happened::Heard(under(0.5)))
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("something rests on the plate"), "{error}");
+    }
+}

@@ -1,0 +1,334 @@
+//! The figures of calibrations: what was measured, the law fitted to it, and what is left between the two.
+
+use impedance::crosstalk::{Crosstalk, Loading};
+use num_complex::Complex64;
+
+use ::figures::{Axis, Dash, Figure, Ink, Key, Marker, Panel, Series, Width};
+
+use crate::points::{Admittance, Rung};
+
+const MICRO: f64 = 1e6;
+const NANO: f64 = 1e9;
+
+fn figure(name: &str, title: &str, caption: String, panels: Vec<Panel>) -> Figure {
+    Figure {
+        name: name.to_owned(),
+        title: title.to_owned(),
+        caption,
+        width: Width::Column,
+        columns: 1,
+        panel_height_mm: 34.0,
+        key: Key::InPanels,
+        panels,
+    }
+}
+
+fn zero_line(points: &[(f64, f64)]) -> Series {
+    let ends = [points.first(), points.last()];
+    let line = ends.into_iter().flatten().map(|&(x, _)| (x, 0.0));
+    Series::line(Ink::Grey, Dash::Solid, line.collect())
+}
+
+/// Bode plot of the unloaded plate's admittance with its fit and residuals (Huloux 2021, Fig. 10 b).
+#[must_use]
+pub fn plate(response: &[Admittance], plate: &config::MeasuredPlate) -> Figure {
+    let over_frequency = |value: &dyn Fn(&Admittance) -> f64| -> Vec<(f64, f64)> {
+        response
+            .iter()
+            .map(|at| (at.frequency_hz * 1e-3, value(at)))
+            .collect()
+    };
+    let pair = |y: Axis, value: &dyn Fn(Complex64) -> f64| Panel {
+        series: vec![
+            Series::line(
+                Ink::Vermillion,
+                Dash::Solid,
+                over_frequency(&|at| value(at.fitted)),
+            )
+            .named("fit"),
+            Series::points(
+                Ink::Black,
+                Marker::Circle,
+                over_frequency(&|at| value(at.measured)),
+            )
+            .named("measured"),
+        ],
+        ..Panel::new(Axis::linear("Frequency (kHz)").unwritten(), y)
+    };
+    let largest = response
+        .iter()
+        .map(|at| at.measured.norm())
+        .fold(f64::MIN_POSITIVE, f64::max);
+    let residual = over_frequency(&|at| 1e6 * (at.measured - at.fitted).norm() / largest);
+    let residuals = Panel {
+        series: vec![
+            zero_line(&residual),
+            Series::points(Ink::Black, Marker::Circle, residual),
+        ],
+        ..Panel::new(
+            Axis::linear("Frequency (kHz)"),
+            Axis::linear("Residual (ppm)").from_zero(),
+        )
+    };
+    let magnitude = Axis::logarithmic("|ṽ/f̃| (m/s/N)");
+    let phase = Axis::linear("Phase (°)");
+    figure(
+        "plate",
+        "Admittance of the plate without a finger",
+        format!(
+            "Velocity over force of the plate with no finger on it, and the second-order mode fitted to it (Huloux 2021, Fig. 10 b): \
+             f₀ = {}, Q = {}, b_p = {}, γ = {}, phase of the pickup {}; intervals of 95 %. Residuals against the peak. Measured {} by {}: {}.",
+            plate.resonance_hz,
+            plate.quality,
+            plate.damping_n_s_per_m,
+            plate.force_factor_n_per_v,
+            plate.pickup_phase_rad,
+            plate.measured.date,
+            plate.measured.operator,
+            plate.measured.method,
+        ),
+        vec![
+            pair(magnitude, &|y| y.norm()),
+            pair(phase, &|y| y.arg().to_degrees()),
+            residuals,
+        ],
+    )
+}
+
+/// Known amplitudes against the pickup's readings, the line through them, and each point's distance from it.
+#[must_use]
+pub fn pickup(rungs: &[Rung], residuals_m: &[f64], pickup: &config::MeasuredPickup) -> Figure {
+    let known: Vec<(f64, f64)> = rungs
+        .iter()
+        .map(|rung| (rung.reading, rung.known_m * MICRO))
+        .collect();
+    let highest = rungs.iter().map(|rung| rung.reading).fold(0.0, f64::max);
+    let (slope, offset) = (pickup.metres_per_unit.value, pickup.offset.value);
+    let line = [0.0, highest].map(|x| (x, (offset + slope * x) * MICRO));
+    let band = rungs
+        .iter()
+        .map(|rung| (rung.reading, -rung.sigma_m * NANO, rung.sigma_m * NANO))
+        .collect();
+    let distances: Vec<(f64, f64)> = rungs
+        .iter()
+        .zip(residuals_m)
+        .map(|(rung, residual_m)| (rung.reading, residual_m * NANO))
+        .collect();
+    let reading = || Axis::linear("Reading of the pickup (full scale)").from_zero();
+    figure(
+        "pickup",
+        "Sensitivity of the pickup",
+        format!(
+            "Known peak amplitude of the plate against the pickup's reading at {:.1} Hz, {} levels, and the weighted line through them: \
+             {} per unit, offset {}; intervals of 95 %. Below, the points' distances from it, and in the band the deviation that each point \
+             was known with. Measured {} by {}: {}.",
+            pickup.carrier_hz,
+            pickup.points,
+            pickup.metres_per_unit,
+            pickup.offset,
+            pickup.measured.date,
+            pickup.measured.operator,
+            pickup.measured.method,
+        ),
+        vec![
+            Panel {
+                series: vec![
+                    Series::line(Ink::Vermillion, Dash::Solid, line.into()).named("line"),
+                    Series::points(Ink::Black, Marker::Circle, known).named("measured"),
+                ],
+                ..Panel::new(
+                    reading().unwritten(),
+                    Axis::linear("Known amplitude (µm)").from_zero(),
+                )
+            },
+            Panel {
+                series: vec![
+                    Series::band(Ink::Blue, band),
+                    zero_line(&distances),
+                    Series::points(Ink::Black, Marker::Circle, distances),
+                ],
+                ..Panel::new(reading(), Axis::linear("Residual (nm)"))
+            },
+        ],
+    )
+}
+
+/// What was measured of one input.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InputCurves {
+    /// Which.
+    pub index: u16,
+    /// Of each tone, Hz: departure of its ratio to the drive's input from one gain and one delay, relative; none of the drive's.
+    pub departures: Vec<(f64, Complex64)>,
+    /// Of each level, V peak: amplitude read, of full scale.
+    pub levels: Vec<(f64, f64)>,
+    /// Of each level that was not cut off, V peak: departure from the line, of the largest.
+    pub off_the_line: Vec<(f64, f64)>,
+}
+
+/// How each input departs from one gain and one delay over frequency, and from a line over level.
+#[must_use]
+pub fn channels(inputs: &[InputCurves], channels: &config::MeasuredChannels) -> Figure {
+    const LOOKS: [(Ink, Marker); 4] = [
+        (Ink::Black, Marker::Circle),
+        (Ink::Blue, Marker::Disc),
+        (Ink::Vermillion, Marker::Square),
+        (Ink::Green, Marker::Triangle),
+    ];
+    let of_each = |of: &dyn Fn(&InputCurves) -> Vec<(f64, f64)>, named: bool| -> Vec<Series> {
+        let looks = LOOKS.into_iter().cycle();
+        let each = inputs
+            .iter()
+            .zip(looks)
+            .filter_map(|(input, (ink, marker))| {
+                let points = of(input);
+                let series = Series::points(ink, marker, points.clone());
+                let series = if named {
+                    series.named(format!("input {}", input.index))
+                } else {
+                    series
+                };
+                (!points.is_empty()).then_some(series)
+            });
+        each.collect()
+    };
+    let over_frequency = |part: fn(&Complex64) -> f64| {
+        of_each(
+            &|input| {
+                let at = input.departures.iter();
+                at.map(|(hz, departure)| (hz * 1e-3, part(departure) * MICRO))
+                    .collect()
+            },
+            false,
+        )
+    };
+    let frequency = || Axis::linear("Frequency (kHz)");
+    let level = || Axis::logarithmic("Drive (V)");
+    let panel = |series: Vec<Series>, x: Axis, y: Axis| Panel {
+        series,
+        ..Panel::new(x, y)
+    };
+    figure(
+        "channels",
+        "The inputs beside that of the drive",
+        format!(
+            "One signal on all inputs. Above, what is left of the ratio to the drive's input once each has its gain and its delay at {:.1} Hz, in size and in phase. \
+             Below, the amplitude read at each level, and its distance from a line of those that were not cut off, of the largest. \
+             Round trip {}, latency {}; intervals of 95 %. Measured {} by {}: {}.",
+            channels.carrier_hz,
+            channels.round_trip,
+            channels.latency,
+            channels.measured.date,
+            channels.measured.operator,
+            channels.measured.method,
+        ),
+        vec![
+            panel(
+                over_frequency(|departure| departure.re),
+                frequency().unwritten(),
+                Axis::linear("Gain error (ppm)"),
+            ),
+            panel(
+                over_frequency(|departure| departure.im),
+                frequency(),
+                Axis::linear("Phase error (µrad)"),
+            ),
+            panel(
+                of_each(&|input| input.levels.clone(), true),
+                level().unwritten(),
+                Axis::logarithmic("Reading (full scale)"),
+            ),
+            panel(
+                of_each(
+                    &|input| {
+                        let at = input.off_the_line.iter();
+                        at.map(|(drive_v, share)| (*drive_v, share * MICRO))
+                            .collect()
+                    },
+                    false,
+                ),
+                level(),
+                Axis::linear("Off the line (ppm)"),
+            ),
+        ],
+    )
+}
+
+/// What the force sensor reads under known forces, on their own axis and on the other, and what the matrix leaves over.
+#[must_use]
+pub fn force(loadings: &[Loading], fit: &Crosstalk, force: &config::MeasuredForce) -> Figure {
+    const AXES: [(&str, Ink, Marker, Marker); 2] = [
+        ("normal", Ink::Blue, Marker::Disc, Marker::Circle),
+        ("lateral", Ink::Vermillion, Marker::Square, Marker::Triangle),
+    ];
+    let largest_n = loadings
+        .iter()
+        .flat_map(|loading| loading.force_n)
+        .fold(0.0, |largest: f64, n| largest.max(n.abs()));
+    let mut readings = Vec::new();
+    let mut residuals = vec![zero_line(&[(0.0, 0.0), (largest_n, 0.0)])];
+    for (axis, (name, ink, own, cross)) in AXES.into_iter().enumerate() {
+        let other = 1 - axis;
+        let on_axis: Vec<usize> = (0..loadings.len())
+            .filter(|&i| loadings[i].force_n[axis] != 0.0)
+            .collect();
+        let points = |of: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
+            on_axis
+                .iter()
+                .map(|&i| (loadings[i].force_n[axis].abs(), of(i)))
+                .collect()
+        };
+        let sign = |i: usize| loadings[i].force_n[axis].signum();
+        for (row, marker, dash, label) in [
+            (axis, own, Dash::Solid, format!("{name} masses")),
+            (
+                other,
+                cross,
+                Dash::Dashed,
+                format!("{name} masses, other axis"),
+            ),
+        ] {
+            let slope = fit.response[row][axis];
+            let line = vec![(0.0, 0.0), (largest_n, slope * largest_n)];
+            readings.push(Series::line(ink, dash, line));
+            readings.push(
+                Series::points(ink, marker, points(&|i| sign(i) * loadings[i].reading[row]))
+                    .named(label),
+            );
+            residuals.push(Series::points(
+                ink,
+                marker,
+                points(&|i| 1e3 * fit.residuals_n[i][row]),
+            ));
+        }
+    }
+    let known = || Axis::linear("Known force (N)").from_zero();
+    figure(
+        "force",
+        "Response of the force sensor",
+        format!(
+            "Readings of the force sensor over their tare under {} known masses at g = {} m/s², on the axis that is loaded and on the other, \
+             and the response fitted to them. Below, known force less force by the matrix: normal/normal {}, normal/lateral {}, \
+             lateral/normal {}, lateral/lateral {}; intervals of 95 %. Measured {} by {}: {}.",
+            force.masses,
+            force.gravity_m_per_s2,
+            force.normal_per_normal,
+            force.normal_per_lateral,
+            force.lateral_per_normal,
+            force.lateral_per_lateral,
+            force.measured.date,
+            force.measured.operator,
+            force.measured.method,
+        ),
+        vec![
+            Panel {
+                series: readings,
+                ..Panel::new(known().unwritten(), Axis::linear("Reading (N)"))
+            },
+            Panel {
+                series: residuals,
+                ..Panel::new(known(), Axis::linear("Residual (mN)"))
+            },
+        ],
+    )
+}

@@ -1,0 +1,95 @@
+//! The known masses, typed in or from a table.
+
+use std::path::Path;
+
+use crate::operator::{Axis, GRAM_KG};
+use crate::table;
+
+/// A known mass and where it goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mass {
+    /// Which axis it loads.
+    pub axis: Axis,
+    /// Mass, kg.
+    pub mass_kg: f64,
+    /// Its standard deviation, kg, apart from what all masses have in common.
+    pub sigma_kg: f64,
+}
+
+/// Masses in grams on one axis, as they are typed.
+#[must_use]
+pub fn from_g(axis: Axis, masses_g: &[f64]) -> Vec<Mass> {
+    masses_g
+        .iter()
+        .map(|g| Mass {
+            axis,
+            mass_kg: g * GRAM_KG,
+            sigma_kg: 0.0,
+        })
+        .collect()
+}
+
+/// Reads a table with the columns `axis,mass_g` and, if wanted, `sigma_g`.
+///
+/// # Errors
+/// When it cannot be read, a column is missing or an axis is neither `normal` nor `lateral`.
+pub fn read_table(path: &Path) -> anyhow::Result<Vec<Mass>> {
+    #[derive(serde::Deserialize)]
+    #[serde(rename_all = "lowercase")]
+    enum Named {
+        Normal,
+        Lateral,
+    }
+    #[derive(serde::Deserialize)]
+    struct Row {
+        axis: Named,
+        mass_g: f64,
+        #[serde(default)]
+        sigma_g: Option<f64>,
+    }
+    let columns = "axis,mass_g or axis,mass_g,sigma_g, an axis normal or lateral";
+    let rows = table::rows::<Row>(path, columns)?;
+    Ok(rows
+        .iter()
+        .map(|row| Mass {
+            axis: match row.axis {
+                Named::Normal => Axis::Normal,
+                Named::Lateral => Axis::Lateral,
+            },
+            mass_kg: row.mass_g * GRAM_KG,
+            sigma_kg: row.sigma_g.unwrap_or(0.0) * GRAM_KG,
+        })
+        .collect())
+}
+
+/// How well what is known is known: standard uncertainties, relative.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Accuracy {
+    /// Of all masses together: the balance or the class of the set.
+    pub masses: f64,
+    /// Of the pull behind the pulley.
+    pub pulley: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_names_its_columns_and_its_axes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("masses.csv");
+        std::fs::write(
+            &path,
+            "axis,mass_g,sigma_g\nnormal, 20, 0.001\nlateral,50,\n",
+        )
+        .unwrap();
+        let read = read_table(&path).unwrap();
+        assert_eq!((read[0].axis, read[1].axis), (Axis::Normal, Axis::Lateral));
+        assert!((read[0].mass_kg - 0.02).abs() < 1e-12 && (read[0].sigma_kg - 1e-6).abs() < 1e-15);
+        assert_eq!(read[1].sigma_kg, 0.0);
+        std::fs::write(&path, "axis,mass_g\nvertical,20\n").unwrap();
+        let said = format!("{:#}", read_table(&path).unwrap_err());
+        assert!(said.contains("axis,mass_g"), "{said}");
+    }
+}

@@ -1,0 +1,533 @@
+//! One mass after the other: asked for, waited for, read, and held against what a mass does. Where an operator is there, a
+//! mass that was not placed, still swings or is another one is asked for again; crossed wires end it.
+
+use anyhow::bail;
+use impedance::crosstalk::{Crosstalk, Loading};
+
+use super::common::{AXES, LEAST_SIGMA_N, TARE_WINDOWS};
+use super::masses::Mass;
+use super::plateau::{Plateau, WINDOW_S};
+use super::setup::{Setup, require_enough};
+use crate::heard::Heard;
+use crate::operator::{Answer, Axis, PointRead, Progress, Request, grams};
+use crate::procedure::{Happened, Next, Procedure};
+use config::Correction;
+use safety::SENSITIVITY;
+
+/// Windows without rest before that is given up.
+const PATIENCE_WINDOWS: usize = 20;
+/// A mass changes its axis by at least this share of its weight, and so many standard errors.
+const LEAST_CHANGE: f64 = 0.1;
+const LEAST_SIGMAS: f64 = 5.0;
+/// A heavier mass that reads less than this share of what a lighter one did per newton has met the end of the range.
+const STRAIGHT: f64 = 0.8;
+/// A mass is gone when less than this share of its weight is left.
+const LEFT_BEHIND: f64 = 0.3;
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Stage {
+    Begin,
+    Naming(Axis),
+    Clearing,
+    Taring,
+    Loading(usize),
+    Resting(usize),
+    Unloading(usize),
+    Returning(usize),
+    Reviewing,
+}
+
+/// Why a reading is not taken.
+enum Refusal {
+    /// The operator puts it right where they stand.
+    Slip(String),
+    /// What was read before does not hold either once it is put right.
+    Ends(String),
+}
+
+impl Refusal {
+    fn into_words(self) -> String {
+        match self {
+            Self::Slip(why) | Self::Ends(why) => why,
+        }
+    }
+}
+
+/// The measurement.
+pub struct ForceProcedure {
+    pub(super) setup: Setup,
+    /// Somebody can be asked again.
+    attended: bool,
+    stage: Stage,
+    /// Why something is asked again.
+    note: Option<String>,
+    /// Windows of this stage so far.
+    windows: usize,
+    /// Windows at rest that the first zero will be made of.
+    taring: Vec<Plateau>,
+    /// Readings without load, in order of time.
+    pub(super) zeros: Vec<Plateau>,
+    /// Readings under each mass.
+    pub(super) loads: Vec<Option<Plateau>>,
+}
+
+/// The zero while a mass was read.
+struct Zero {
+    mean: [f64; 2],
+    /// Its standard error by that of the zeros before and after.
+    error: [f64; 2],
+    /// A random walk between the two departs from a straight line by so much of its variance a second (Brownian bridge).
+    bridge_s: f64,
+}
+
+impl ForceProcedure {
+    /// Ready to begin; `attended` when an operator can be asked again.
+    #[must_use]
+    pub fn new(setup: Setup, attended: bool) -> Self {
+        Self {
+            loads: vec![None; setup.masses.len()],
+            setup,
+            attended,
+            stage: Stage::Begin,
+            note: None,
+            windows: 0,
+            taring: Vec::new(),
+            zeros: Vec::new(),
+        }
+    }
+
+    fn listen(&mut self, stage: Stage) -> Next {
+        self.stage = stage;
+        self.windows = 0;
+        Next::Listen(WINDOW_S)
+    }
+
+    fn ask(&mut self, stage: Stage, request: Request) -> Next {
+        self.stage = stage;
+        Next::Ask(request)
+    }
+
+    fn begin(&mut self) -> Next {
+        if self.setup.masses.is_empty() && self.setup.kept.is_none() {
+            return self.name(Axis::Normal);
+        }
+        self.ask(Stage::Clearing, Request::Unload)
+    }
+
+    fn name(&mut self, axis: Axis) -> Next {
+        self.ask(Stage::Naming(axis), Request::NameMass { axis })
+    }
+
+    /// Takes what was said about the masses at hand for `axis`.
+    fn named(&mut self, axis: Axis, answer: Answer) -> Next {
+        match answer {
+            Answer::Number(mass_kg) => {
+                let mass = Mass {
+                    axis,
+                    mass_kg,
+                    sigma_kg: 0.0,
+                };
+                match self.setup.require(&mass) {
+                    Ok(()) => self.setup.masses.push(mass),
+                    Err(why) => self.note = Some(why.to_string()),
+                }
+            }
+            Answer::Redo(i) => {
+                if i < self.setup.masses.len() {
+                    self.setup.masses.remove(i);
+                }
+            }
+            Answer::Ready => return self.all_named(axis),
+        }
+        self.name(axis)
+    }
+
+    fn all_named(&mut self, axis: Axis) -> Next {
+        let setup = &mut self.setup;
+        if axis == Axis::Lateral && setup.masses.iter().all(|mass| mass.axis == Axis::Normal) {
+            let same = setup.masses.iter().map(|mass| Mass { axis, ..*mass });
+            let same: Vec<_> = same.filter(|mass| setup.require(mass).is_ok()).collect();
+            setup.masses.extend(same);
+        }
+        let short = AXES
+            .into_iter()
+            .take(1 + axis.index())
+            .find_map(|axis| Some((axis, require_enough(&setup.masses, axis).err()?)));
+        match (short, axis) {
+            (Some((axis, why)), _) => {
+                self.note = Some(why.to_string());
+                self.name(axis)
+            }
+            (None, Axis::Normal) => self.name(Axis::Lateral),
+            (None, Axis::Lateral) => {
+                self.loads = vec![None; self.setup.masses.len()];
+                self.begin()
+            }
+        }
+    }
+
+    /// Asks once more for what the present reading should have been of, where somebody is there.
+    fn again(&mut self, refusal: Refusal) -> anyhow::Result<Next> {
+        let why = match refusal {
+            Refusal::Slip(why) if self.attended => why,
+            refusal => bail!(refusal.into_words()),
+        };
+        self.note = Some(format!("{why}. This reading is not used."));
+        Ok(match self.stage {
+            Stage::Resting(i) => self.load(i),
+            Stage::Returning(i) => self.ask(Stage::Unloading(i), Request::Unload),
+            _ => self.ask(Stage::Clearing, Request::Unload),
+        })
+    }
+
+    /// Asks for mass `i`, or for what comes after the last.
+    fn load(&mut self, i: usize) -> Next {
+        match self.setup.masses.get(i) {
+            Some(&Mass { axis, mass_kg, .. }) => {
+                self.ask(Stage::Loading(i), Request::Load { axis, mass_kg })
+            }
+            None if self.setup.masses.is_empty() => Next::Done,
+            None => self.ask(Stage::Reviewing, Request::Review),
+        }
+    }
+
+    /// The first mass that has not been read; all have been where it is none of them.
+    fn missing(&self) -> usize {
+        let missing = self.loads.iter().position(Option::is_none);
+        missing.unwrap_or(self.loads.len())
+    }
+
+    fn heard(&mut self, heard: &Heard) -> anyhow::Result<Next> {
+        self.windows += 1;
+        let doing = self.doing();
+        require_in_range(heard, &doing)?;
+        let rest_n = self.setup.config.calibration.force_rest_n;
+        let plateau = Plateau::read(heard)?;
+        if !plateau.at_rest(rest_n) {
+            if self.windows >= PATIENCE_WINDOWS {
+                let remedy = match self.stage {
+                    Stage::Resting(_) => "let the mass hang still, keep hands and draughts off",
+                    _ => "let the sensor warm up until it drifts less, keep hands and draughts off",
+                };
+                return self.again(Refusal::Slip(format!(
+                    "the reading does not come to rest in {:.0} s while {doing}: it still moves by {:.2} mN; {remedy}, or raise calibration.force_rest_n = {rest_n} N",
+                    PATIENCE_WINDOWS as f64 * WINDOW_S,
+                    1e3 * plateau.scatter.into_iter().fold(0.0, f64::max)
+                )));
+            }
+            if self.stage == Stage::Taring {
+                self.taring.clear();
+            }
+            return Ok(Next::Listen(WINDOW_S));
+        }
+        match self.stage {
+            Stage::Taring => {
+                self.taring.push(plateau);
+                if self.taring.len() < TARE_WINDOWS {
+                    return Ok(Next::Listen(WINDOW_S));
+                }
+                let zero = Plateau::together(&self.taring);
+                self.require_tare(&zero)?;
+                self.zeros.push(zero);
+                Ok(self.load(self.missing()))
+            }
+            Stage::Resting(i) => {
+                if let Err(refusal) = self.require_load(i, &plateau) {
+                    return self.again(refusal);
+                }
+                self.loads[i] = Some(plateau);
+                Ok(self.ask(Stage::Unloading(i), Request::Unload))
+            }
+            Stage::Returning(i) => {
+                if let Err(refusal) = self.require_return(i, &plateau) {
+                    return self.again(refusal);
+                }
+                self.zeros.push(plateau);
+                Ok(self.load(self.missing()))
+            }
+            _ => bail!("nothing was to be heard"),
+        }
+    }
+
+    fn require_tare(&self, zero: &Plateau) -> anyhow::Result<()> {
+        let tare = Correction {
+            tare_n: zero.mean,
+            ..Correction::default()
+        };
+        Ok(tare.require_plausible(self.setup.config.safety.max_forces_n())?)
+    }
+
+    fn change(&self, plateau: &Plateau) -> [f64; 2] {
+        let zero = self.zeros.last().map_or([0.0; 2], |zero| zero.mean);
+        [0, 1].map(|axis| plateau.mean[axis] - zero[axis])
+    }
+
+    /// Whether the mass did what a mass does.
+    fn require_load(&self, i: usize, plateau: &Plateau) -> Result<(), Refusal> {
+        let Mass { axis, mass_kg, .. } = self.setup.masses[i];
+        let (own, other) = (axis.index(), 1 - axis.index());
+        let grams = grams(mass_kg);
+        let (axis, weight_n) = (axis.name(), self.setup.weight_n(mass_kg));
+        let change = self.change(plateau);
+        let least_n = (LEAST_CHANGE * weight_n).max(LEAST_SIGMAS * plateau.error[own]);
+        if change[own].abs() < least_n {
+            if change[other].abs() > 2.0 * least_n {
+                return Err(Refusal::Ends(format!(
+                    "{grams} g on the {axis} axis changed the {} axis by {:.3} N and the {axis} axis by {:.3} N: the axes are exchanged; exchange their wires, or put the mass where it was asked for",
+                    AXES[other].name(),
+                    change[other],
+                    change[own]
+                )));
+            }
+            return Err(Refusal::Slip(format!(
+                "{grams} g on the {axis} axis changed the reading by {:.1} mN, {:.0} mN were expected: was it placed, and does nothing else carry it?",
+                1e3 * change[own],
+                1e3 * weight_n
+            )));
+        }
+        if change[own] < 0.0 {
+            let remedy = if own == 0 {
+                "pressing must read positive: exchange the wires of the normal axis or its sign in the sensor"
+            } else {
+                "the thread must pull towards increasing position: hang the mass on the other side, or exchange the wires of the lateral axis"
+            };
+            return Err(Refusal::Ends(format!(
+                "the {axis} axis has the wrong sign: {grams} g changed it by {:.3} N; {remedy}",
+                change[own]
+            )));
+        }
+        let gain = change[own] / weight_n;
+        let [low, high] = SENSITIVITY;
+        if !(low..=high).contains(&gain.recip()) {
+            return Err(Refusal::Slip(format!(
+                "{grams} g on the {axis} axis read {:.3} N instead of {weight_n:.3} N: is that mass {grams} g, and does the sensor send newtons in the format of force.protocol?",
+                change[own]
+            )));
+        }
+        let lighter = self.gains(AXES[own], mass_kg);
+        if let Some(before) = lighter
+            && gain < STRAIGHT * before
+        {
+            return Err(Refusal::Slip(format!(
+                "{grams} g read {gain:.3} N per newton where a lighter mass read {before:.3}: the range of the {axis} axis is exceeded, or the mass touches something; use lighter masses",
+            )));
+        }
+        Ok(())
+    }
+
+    /// What the lightest mass on `axis` read per newton, where it was lighter.
+    fn gains(&self, axis: Axis, than_kg: f64) -> Option<f64> {
+        let masses = self.setup.masses.iter().zip(&self.loads);
+        masses
+            .filter(|(mass, _)| mass.axis == axis && mass.mass_kg < than_kg)
+            .filter_map(|(mass, load)| {
+                let load = load.as_ref()?;
+                let change_n =
+                    load.mean[axis.index()] - self.zero_at(load.at_s)?.mean[axis.index()];
+                Some((mass.mass_kg, change_n / self.setup.weight_n(mass.mass_kg)))
+            })
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(_, gain)| gain)
+    }
+
+    fn require_return(&self, i: usize, plateau: &Plateau) -> Result<(), Refusal> {
+        let Mass { axis, mass_kg, .. } = self.setup.masses[i];
+        let left_n = self.change(plateau)[axis.index()];
+        let weight_n = self.setup.weight_n(mass_kg);
+        if left_n.abs() > LEFT_BEHIND * weight_n {
+            return Err(Refusal::Slip(format!(
+                "the {} axis still reads {left_n:.3} N more than before {} g were placed: take the mass off, and its thread",
+                axis.name(),
+                grams(mass_kg)
+            )));
+        }
+        Ok(())
+    }
+
+    /// The zero at a time, between those measured before and after.
+    fn zero_at(&self, at_s: f64) -> Option<Zero> {
+        let after = self.zeros.partition_point(|zero| zero.at_s <= at_s);
+        let before = self.zeros.get(after.checked_sub(1)?)?;
+        let Some(after) = self.zeros.get(after) else {
+            return Some(Zero {
+                mean: before.mean,
+                error: before.error,
+                bridge_s: 0.0,
+            });
+        };
+        let span_s = after.at_s - before.at_s;
+        let share = (at_s - before.at_s) / span_s;
+        Some(Zero {
+            mean: [0, 1].map(|k| before.mean[k] + share * (after.mean[k] - before.mean[k])),
+            error: [0, 1].map(|k| ((1.0 - share) * before.error[k]).hypot(share * after.error[k])),
+            bridge_s: share * (1.0 - share) * span_s,
+        })
+    }
+
+    /// How fast the zero wanders about its steady drift, as a random walk, N²/s: from the steps between zeros, less their noise.
+    fn wander_n2_per_s(&self, axis: usize) -> f64 {
+        let [first, .., last] = &self.zeros[..] else {
+            return 0.0;
+        };
+        let whole_s = last.at_s - first.at_s;
+        let slope = (last.mean[axis] - first.mean[axis]) / whole_s;
+        let (mut squares, mut free_s) = (0.0, whole_s);
+        for pair in self.zeros.windows(2) {
+            let step_s = pair[1].at_s - pair[0].at_s;
+            let step_n = pair[1].mean[axis] - pair[0].mean[axis] - slope * step_s;
+            let noise_n = pair[0].error[axis].hypot(pair[1].error[axis]);
+            squares += step_n * step_n - noise_n * noise_n;
+            // The drift is taken from the same zeros.
+            free_s -= step_s * step_s / whole_s;
+        }
+        if free_s > 0.0 {
+            (squares / free_s).max(0.0)
+        } else {
+            0.0
+        }
+    }
+
+    /// Every mass that has been read, as the fit wants it.
+    pub(super) fn loadings(&self) -> Vec<Loading> {
+        let wander = [0, 1].map(|axis| self.wander_n2_per_s(axis));
+        let masses = self.setup.masses.iter().zip(&self.loads);
+        masses
+            .filter_map(|(mass, load)| {
+                let load = load.as_ref()?;
+                let zero = self.zero_at(load.at_s)?;
+                let mut force_n = [0.0; 2];
+                force_n[mass.axis.index()] = self.setup.weight_n(mass.mass_kg);
+                let reading = [0, 1].map(|k| load.mean[k] - zero.mean[k]);
+                let of_mass = mass.sigma_kg / mass.mass_kg;
+                let sigma = [0, 1].map(|k| {
+                    load.error[k]
+                        .hypot(zero.error[k])
+                        .hypot((wander[k] * zero.bridge_s).sqrt())
+                        .hypot(of_mass * reading[k])
+                        .max(LEAST_SIGMA_N)
+                });
+                Some(Loading {
+                    force_n,
+                    reading,
+                    sigma,
+                })
+            })
+            .collect()
+    }
+
+    fn doing(&self) -> String {
+        let mass = |i: usize| {
+            let Mass { axis, mass_kg, .. } = self.setup.masses[i];
+            format!("{} g on the {} axis", grams(mass_kg), axis.name())
+        };
+        match self.stage {
+            Stage::Naming(axis) => format!("naming the masses of the {} axis", axis.name()),
+            Stage::Begin | Stage::Clearing => "clearing the plate".to_owned(),
+            Stage::Taring => "reading the zero".to_owned(),
+            Stage::Loading(i) | Stage::Resting(i) => format!("reading {}", mass(i)),
+            Stage::Unloading(i) | Stage::Returning(i) => {
+                format!("reading the zero after {}", mass(i))
+            }
+            Stage::Reviewing => "looking at the masses".to_owned(),
+        }
+    }
+
+    /// The masses at hand, as far as they are named.
+    fn points_named(&self) -> Vec<PointRead> {
+        let point = |mass: &Mass| PointRead {
+            at: format!("{} g {}", grams(mass.mass_kg), mass.axis.name()),
+            value: format!("{:.3} N", self.setup.weight_n(mass.mass_kg)),
+            ..PointRead::default()
+        };
+        self.setup.masses.iter().map(point).collect()
+    }
+
+    fn points_read(&self) -> Vec<PointRead> {
+        let fit = Crosstalk::fit(&self.loadings()).ok();
+        let all = self.missing() == self.loads.len();
+        let residuals: Vec<Option<f64>> = match fit.filter(|_| all) {
+            Some(fit) => fit
+                .residuals_n
+                .iter()
+                .zip(&self.setup.masses)
+                .map(|(residual, mass)| Some(residual[mass.axis.index()]))
+                .collect(),
+            None => vec![None; self.loads.len()],
+        };
+        let worst = residuals
+            .iter()
+            .flatten()
+            .map(|residual| residual.abs())
+            .fold(0.0, f64::max);
+        let masses = self.setup.masses.iter().zip(&self.loads).zip(residuals);
+        masses
+            .filter_map(|((mass, load), residual)| {
+                let load = load.as_ref()?;
+                let zero = self.zero_at(load.at_s)?.mean;
+                let change = [0, 1].map(|k| 1e3 * (load.mean[k] - zero[k]));
+                Some(PointRead {
+                    at: format!("{} g {}", grams(mass.mass_kg), mass.axis.name()),
+                    value: format!("normal {:.2} mN, lateral {:.2} mN", change[0], change[1]),
+                    residual: residual.map(|n| format!("{:+.2} mN", 1e3 * n)),
+                    worst: residual.is_some_and(|n| n.abs() == worst),
+                })
+            })
+            .collect()
+    }
+}
+
+fn require_in_range(heard: &Heard, doing: &str) -> anyhow::Result<()> {
+    for (axis, &count) in AXES.into_iter().zip(&heard.force_saturated) {
+        if count > 0 {
+            bail!(
+                "the {} axis is at the end of its range while {doing}: use lighter masses, tare the sensor itself, or set its range higher",
+                axis.name()
+            );
+        }
+    }
+    Ok(())
+}
+
+impl Procedure for ForceProcedure {
+    fn next(&mut self, happened: Happened) -> anyhow::Result<Next> {
+        self.note = None;
+        match (happened, self.stage) {
+            (Happened::Heard(heard), _) => self.heard(&heard),
+            (Happened::Began, _) => Ok(self.begin()),
+            (Happened::Answered(answer, _), Stage::Naming(axis)) => Ok(self.named(axis, answer)),
+            (Happened::Answered(..), Stage::Clearing) => Ok(self.listen(Stage::Taring)),
+            (Happened::Answered(..), Stage::Loading(i)) => Ok(self.listen(Stage::Resting(i))),
+            (Happened::Answered(..), Stage::Unloading(i)) => Ok(self.listen(Stage::Returning(i))),
+            (Happened::Answered(Answer::Redo(i), _), Stage::Reviewing) if i < self.loads.len() => {
+                self.loads[i] = None;
+                Ok(self.load(i))
+            }
+            (Happened::Answered(..), _) => Ok(Next::Done),
+        }
+    }
+
+    fn progress(&self) -> Progress {
+        if let Stage::Naming(_) = self.stage {
+            return Progress {
+                doing: self.doing(),
+                note: self.note.clone(),
+                points: self.points_named(),
+                ..Progress::default()
+            };
+        }
+        let read = self.loads.iter().flatten().count();
+        Progress {
+            step: 1 + match self.stage {
+                Stage::Naming(_) | Stage::Begin | Stage::Clearing | Stage::Taring => 0,
+                Stage::Loading(_) => read + 1,
+                Stage::Resting(_) => read + 1,
+                Stage::Unloading(_) | Stage::Returning(_) | Stage::Reviewing => read,
+            },
+            steps: 1 + self.loads.len(),
+            doing: self.doing(),
+            note: self.note.clone(),
+            points: self.points_read(),
+            ..Progress::default()
+        }
+    }
+}

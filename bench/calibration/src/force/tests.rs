@@ -1,0 +1,417 @@
+//! The procedure on a sensor made of a function.
+
+use anyhow::bail;
+
+use super::common::TARE_WINDOWS;
+use super::setup::UNKNOWN_GRAVITY;
+use super::*;
+use crate::heard::Heard;
+use crate::judged::{Calibrates, Judged, Part};
+use crate::operator::{Answer, Axis, GRAVITY_M_PER_S2, Request};
+use crate::procedure::{Happened, Next, Procedure};
+use config::Config;
+use config::Quantity;
+
+const G: f64 = GRAVITY_M_PER_S2;
+const EXACT: Accuracy = Accuracy {
+    masses: 0.0,
+    pulley: 0.0,
+};
+
+fn config() -> Config {
+    Config::parse(include_str!("../../../mock-bench.toml"), "bench.toml").unwrap()
+}
+
+fn masses() -> Vec<Mass> {
+    [
+        from_g(Axis::Normal, &[20.0, 50.0, 100.0, 200.0]),
+        from_g(Axis::Lateral, &[20.0, 50.0, 100.0]),
+    ]
+    .concat()
+}
+
+/// What the sensor is given: forces, N, and the time, s.
+type Sensor<'a> = dyn Fn([f64; 2], f64) -> [f64; 2] + 'a;
+
+fn heard(sensor: &Sensor<'_>, load_n: [f64; 2], from_s: f64) -> Heard {
+    let read: Vec<[f64; 2]> = (0..1000)
+        .map(|i| {
+            let ripple = 1e-4 * if i % 2 == 0 { 1.0 } else { -1.0 };
+            sensor(load_n, from_s + 1e-3 * f64::from(i)).map(|n| n + ripple)
+        })
+        .collect();
+    let at_end = |axis: usize| read.iter().filter(|of| of[axis].abs() >= 5.0).count();
+    Heard {
+        samples: vec![0.0; 1000],
+        channels: 1,
+        rate_hz: 1000.0,
+        from_s,
+        normal_n: read.iter().map(|of| of[0]).collect(),
+        lateral_n: read.iter().map(|of| of[1]).collect(),
+        force_saturated: [at_end(0), at_end(1)],
+        ..Heard::default()
+    }
+}
+
+/// Does everything that is asked; the first `redo` of a review is answered with it.
+fn measured(
+    setup: Setup,
+    sensor: &Sensor<'_>,
+    mut redo: Option<usize>,
+) -> anyhow::Result<ForceProcedure> {
+    let mut procedure = ForceProcedure::new(setup, false);
+    let (mut load_n, mut now_s) = ([0.0; 2], 10.0);
+    let mut happened = Happened::Began;
+    loop {
+        happened = match procedure.next(happened)? {
+            Next::Listen(seconds) => {
+                now_s += seconds;
+                Happened::Heard(heard(sensor, load_n, now_s - seconds))
+            }
+            Next::Ask(request) => {
+                now_s += 3.0;
+                let mut answer = Answer::Ready;
+                match request {
+                    Request::Load { axis, mass_kg } => load_n[axis.index()] = mass_kg * G,
+                    Request::Unload => load_n = [0.0; 2],
+                    _ => answer = redo.take().map_or(Answer::Ready, Answer::Redo),
+                }
+                Happened::Answered(answer, Heard::default())
+            }
+            Next::Done => return Ok(procedure),
+            other => bail!("{other:?}"),
+        };
+    }
+}
+
+fn setup() -> Setup {
+    Setup::new(&config(), masses(), EXACT, Some(G)).unwrap()
+}
+
+fn judged(procedure: &ForceProcedure) -> (config::MeasuredForce, Vec<String>) {
+    let judged = procedure.judge(jiff::Timestamp::UNIX_EPOCH, "A. Tester");
+    let Judged { part, faults, .. } = judged.unwrap();
+    match part {
+        Part::Force { force, sensor } => {
+            assert_eq!(sensor, "/dev/ttyUSB0, frames");
+            (*force, faults)
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+fn response(of: [f64; 2]) -> [f64; 2] {
+    [1.2 * of[0] + 0.03 * of[1], -0.05 * of[0] + 0.85 * of[1]]
+}
+
+#[test]
+fn matrix_tare_and_drift_of_a_linear_sensor_are_found() {
+    // 3 and −6 mN/min.
+    let sensor = |of: [f64; 2], t: f64| {
+        let [n, l] = response(of);
+        [n + 0.4 + 5e-5 * t, l - 0.2 - 1e-4 * t]
+    };
+    let procedure = measured(setup(), &sensor, None).unwrap();
+    let (force, faults) = judged(&procedure);
+    assert_eq!(faults, Vec::<String>::new());
+    let last_s = procedure.zeros.last().unwrap().at_s;
+    let correction = force.correction();
+    let loads = [[0.7, 0.2], [0.0, -0.5], [1.5, 0.0]];
+    for load_n in loads {
+        let [n, l] = correction.forces_n(sensor(load_n, last_s));
+        assert!((n - load_n[0]).abs() < 1e-6, "{n} {load_n:?}");
+        assert!((l - load_n[1]).abs() < 1e-6, "{l} {load_n:?}");
+    }
+    // Drift in newtons is that of the readings through the matrix: det = 1.0215.
+    let (n, l) = (3e-3, -6e-3);
+    let expected = [
+        (0.85 * n - 0.03 * l) / 1.021_5,
+        (0.05 * n + 1.2 * l) / 1.021_5,
+    ];
+    assert!((force.normal_drift.value - expected[0]).abs() < 1e-6);
+    assert!((force.lateral_drift.value - expected[1]).abs() < 1e-6);
+    assert_eq!(force.masses, 7);
+}
+
+#[test]
+fn what_is_known_badly_widens_the_errors_and_the_pulley_only_its_row() {
+    let sensor = |of: [f64; 2], _: f64| response(of);
+    let accuracy = Accuracy {
+        masses: 1e-3,
+        pulley: 5e-3,
+    };
+    let setup = Setup::new(&config(), masses(), accuracy, None).unwrap();
+    let (force, _) = judged(&measured(setup, &sensor, None).unwrap());
+    let relative = |of: &Quantity| of.standard_error / of.value.abs();
+    let common = 1e-3f64.hypot(UNKNOWN_GRAVITY);
+    assert!((relative(&force.normal_per_normal) / common - 1.0).abs() < 0.01);
+    let lateral = common.hypot(5e-3);
+    assert!((relative(&force.lateral_per_lateral) / lateral - 1.0).abs() < 0.01);
+}
+
+#[test]
+fn a_mass_can_be_measured_again() {
+    let asked = std::cell::Cell::new(0);
+    let sensor = |of: [f64; 2], _: f64| {
+        if of[0] > 0.9 && of[0] < 1.1 {
+            asked.set(asked.get() + 1);
+        }
+        // The first reading of 100 g went wrong.
+        let slip = if asked.get() <= 1000 && of[0] > 0.9 && of[0] < 1.1 {
+            0.05
+        } else {
+            0.0
+        };
+        [of[0] + slip, of[1]]
+    };
+    let wrong = judged(&measured(setup(), &sensor, None).unwrap());
+    assert!(wrong.1.iter().any(|fault| fault.contains("depart")));
+    asked.set(0);
+    let right = judged(&measured(setup(), &sensor, Some(2)).unwrap());
+    assert_eq!(right.1, Vec::<String>::new());
+}
+
+#[test]
+fn an_operator_names_the_masses() {
+    use Answer::{Number, Ready, Redo};
+    let setup = Setup::to_be_named(&config(), EXACT, Some(G)).unwrap();
+    let mut procedure = ForceProcedure::new(setup, true);
+    let mut asked = procedure.next(Happened::Began).unwrap();
+    let said: [(Axis, Answer, &str); 9] = [
+        (Axis::Normal, Number(0.02), ""),
+        (Axis::Normal, Ready, "1 masses on the normal axis"),
+        (Axis::Normal, Number(0.4), "use masses up to 305 g"),
+        (Axis::Normal, Number(-0.05), "above 0"),
+        (Axis::Normal, Number(0.05), ""),
+        (Axis::Normal, Number(0.06), ""),
+        (Axis::Normal, Redo(2), ""),
+        (Axis::Normal, Ready, ""),
+        (Axis::Lateral, Ready, ""),
+    ];
+    for (wanted, answer, note) in said {
+        let Next::Ask(Request::NameMass { axis }) = asked else {
+            panic!("{asked:?}")
+        };
+        assert_eq!(axis, wanted);
+        asked = procedure
+            .next(Happened::Answered(answer, Heard::default()))
+            .unwrap();
+        let told = procedure.progress().note.unwrap_or_default();
+        assert!(
+            told.contains(note) && note.is_empty() == told.is_empty(),
+            "{told:?}"
+        );
+    }
+    assert!(matches!(asked, Next::Ask(Request::Unload)), "{asked:?}");
+    let expected = [Axis::Normal, Axis::Lateral].map(|axis| from_g(axis, &[20.0, 50.0]));
+    assert_eq!(procedure.setup.masses, expected.concat());
+    assert_eq!(procedure.progress().steps, 5);
+}
+
+/// The operator puts nothing where 20 g were asked for, then 60 g, leaves the right mass where it is, then does everything right.
+#[test]
+fn where_somebody_is_there_a_slip_is_asked_for_again() {
+    let mut procedure = ForceProcedure::new(setup(), true);
+    let (mut load_n, mut now_s) = ([0.0; 2], 10.0);
+    let mut slips = vec![0.06, 0.0];
+    let mut leaves = true;
+    let mut notes = Vec::new();
+    let mut happened = Happened::Began;
+    loop {
+        let next = procedure.next(happened).unwrap();
+        notes.extend(procedure.progress().note);
+        now_s += 3.0;
+        happened = match next {
+            Next::Listen(_) => Happened::Heard(heard(&|of, _| of, load_n, now_s)),
+            Next::Ask(Request::Load { axis, mass_kg }) => {
+                let placed_kg = slips.pop().unwrap_or(mass_kg);
+                load_n[axis.index()] = placed_kg * G;
+                Happened::Answered(Answer::Ready, Heard::default())
+            }
+            Next::Ask(request) => {
+                let left = request == Request::Unload && load_n[0] > 0.0 && leaves;
+                if left {
+                    leaves = false;
+                } else {
+                    load_n = [0.0; 2];
+                }
+                Happened::Answered(Answer::Ready, Heard::default())
+            }
+            Next::Done => break,
+            other => panic!("{other:?}"),
+        };
+    }
+    let words = ["was it placed", "is that mass 20 g", "take the mass off"];
+    for (note, word) in notes.iter().zip(words) {
+        assert!(note.contains(word) && note.contains("not used"), "{note}");
+    }
+    assert_eq!(notes.len(), words.len(), "{notes:?}");
+    let (force, faults) = judged(&procedure);
+    assert_eq!(faults, Vec::<String>::new());
+    assert!((force.normal_per_normal.value - 1.0).abs() < 1e-6);
+
+    let mut crossed = ForceProcedure::new(setup(), true);
+    crossed.next(Happened::Began).unwrap();
+    let silence = || Happened::Answered(Answer::Ready, Heard::default());
+    crossed.next(silence()).unwrap();
+    for _ in 0..TARE_WINDOWS {
+        crossed
+            .next(Happened::Heard(heard(&|of, _| of, [0.0; 2], 0.0)))
+            .unwrap();
+    }
+    crossed.next(silence()).unwrap();
+    let crosswise = heard(&|of, _| [of[1], of[0]], [0.02 * G, 0.0], 5.0);
+    let ended = crossed.next(Happened::Heard(crosswise)).err().unwrap();
+    assert!(ended.to_string().contains("exchanged"), "{ended}");
+}
+
+#[test]
+fn every_way_to_go_wrong_has_its_words() {
+    type Wrong = (&'static [&'static str], Box<Sensor<'static>>);
+    let wrongs: [Wrong; 9] = [
+        (
+            &[
+                "20 g on the normal axis",
+                "0.0 mN",
+                "196 mN",
+                "was it placed",
+            ],
+            Box::new(|_, _| [0.0; 2]),
+        ),
+        (
+            &["normal axis has the wrong sign", "positive"],
+            Box::new(|of, _| [-of[0], of[1]]),
+        ),
+        (
+            &["lateral axis has the wrong sign", "other side"],
+            Box::new(|of, _| [of[0], -of[1]]),
+        ),
+        (
+            &["the axes are exchanged"],
+            Box::new(|of, _| [of[1], of[0]]),
+        ),
+        (
+            &["instead of 0.196 N", "is that mass 20 g"],
+            Box::new(|of, _| [10.0 * of[0], of[1]]),
+        ),
+        (
+            &["the range of the normal axis is exceeded"],
+            Box::new(|of, _| [of[0].min(1.2), of[1]]),
+        ),
+        (
+            &["the normal axis is at the end of its range", "200 g"],
+            Box::new(|of, _| [if of[0] > 1.9 { 5.0 } else { of[0] }, of[1]]),
+        ),
+        (
+            &["does not come to rest", "hang still", "force_rest_n"],
+            Box::new(|of, t| [of[0] * (1.0 + 0.1 * (15.0 * t).sin()), of[1]]),
+        ),
+        (
+            &["without load", "tare the sensor itself"],
+            Box::new(|of, _| [of[0] + 3.5, of[1]]),
+        ),
+    ];
+    for (words, sensor) in wrongs {
+        let said = match measured(setup(), &*sensor, None) {
+            Err(error) => format!("{error:#}"),
+            Ok(_) => panic!("{words:?} was not refused"),
+        };
+        for word in words {
+            assert!(said.contains(word), "no {word:?} in: {said}");
+        }
+    }
+    let stays = |of: [f64; 2], t: f64| {
+        // Whoever takes the mass off leaves it.
+        [if t > 20.0 { of[0].max(0.196) } else { of[0] }, of[1]]
+    };
+    let said = measured(setup(), &stays, None).err().unwrap().to_string();
+    assert!(said.contains("take the mass off"), "{said}");
+}
+
+#[test]
+fn what_is_beyond_a_limit_does_not_pass_and_says_so() {
+    type Poor = (&'static str, Box<Sensor<'static>>);
+    let poor: [Poor; 4] = [
+        (
+            "calibration.force_drift_n_per_min",
+            Box::new(|of, t| [of[0] + 5e-4 * t, of[1]]),
+        ),
+        (
+            "calibration.force_crosstalk",
+            Box::new(|of, _| [of[0], of[1] + 0.25 * of[0]]),
+        ),
+        (
+            "calibration.force_nonlinearity",
+            Box::new(|of, _| [of[0] * (1.0 + 0.05 * of[0]), of[1]]),
+        ),
+        (
+            "calibration.force_zero_return_n",
+            Box::new(|of, t| [of[0] + if t > 30.0 && t < 36.0 { 0.03 } else { 0.0 }, of[1]]),
+        ),
+    ];
+    for (key, sensor) in poor {
+        let (_, faults) = judged(&measured(setup(), &*sensor, None).unwrap());
+        assert!(faults.iter().any(|fault| fault.contains(key)), "{faults:?}");
+    }
+    let mut strict = config();
+    strict.calibration.force_error = 1e-4;
+    strict.calibration.force_noise_n_per_sqrt_hz = 1e-6;
+    let accuracy = Accuracy {
+        masses: 1e-2,
+        pulley: 0.0,
+    };
+    let setup = Setup::new(&strict, masses(), accuracy, Some(G)).unwrap();
+    let (_, faults) = judged(&measured(setup, &|of, _| of, None).unwrap());
+    for key in ["force_error", "force_noise_n_per_sqrt_hz"] {
+        assert!(faults.iter().any(|fault| fault.contains(key)), "{faults:?}");
+    }
+}
+
+#[test]
+fn what_cannot_be_asked_for_is_refused_before_anything_is_opened() {
+    let of = |masses: &[Mass], gravity| {
+        let setup = Setup::new(&config(), masses.to_vec(), EXACT, gravity);
+        setup.err().unwrap().to_string()
+    };
+    let only_normal = from_g(Axis::Normal, &[20.0, 50.0, 100.0]);
+    assert!(of(&only_normal, None).contains("0 masses on the lateral axis"));
+    let lateral = from_g(Axis::Lateral, &[20.0, 50.0]);
+    let few = [from_g(Axis::Normal, &[20.0]), lateral.clone()].concat();
+    assert!(of(&few, None).contains("1 masses on the normal axis"));
+    let heavy = [from_g(Axis::Normal, &[20.0, 400.0]), lateral.clone()].concat();
+    let said = of(&heavy, None);
+    assert!(
+        said.contains("400 g")
+            && said.contains("safety.max_normal_n = 3")
+            && said.contains("305 g"),
+        "{said}"
+    );
+    let mut weak = config();
+    weak.safety.max_lateral_n = 0.4;
+    let said = Setup::new(&weak, masses(), EXACT, None).err().unwrap();
+    assert!(
+        said.to_string().contains("safety.max_lateral_n = 0.4"),
+        "{said}"
+    );
+    let none = [from_g(Axis::Normal, &[20.0, -5.0]), lateral].concat();
+    assert!(of(&none, None).contains("above 0"));
+    assert!(of(&masses(), Some(1.62)).contains("--gravity"));
+    let mut blind = config();
+    blind.force = None;
+    let said = Setup::new(&blind, masses(), EXACT, None).err().unwrap();
+    assert!(said.to_string().contains("[force]"), "{said}");
+}
+
+#[test]
+fn a_new_tare_keeps_the_matrix() {
+    let sensor = |of: [f64; 2], _: f64| response(of);
+    let (kept, _) = judged(&measured(setup(), &sensor, None).unwrap());
+    let moved = |of: [f64; 2], _: f64| response(of).map(|n| n + 0.12);
+    let setup = Setup::retare(&config(), kept.clone()).unwrap();
+    let (tared, faults) = judged(&measured(setup, &moved, None).unwrap());
+    assert_eq!(faults, Vec::<String>::new());
+    assert_eq!(tared.correction().matrix, kept.correction().matrix);
+    for tare_n in tared.correction().tare_n {
+        assert!((tare_n - 0.12).abs() < 1e-6, "{tare_n}");
+    }
+}

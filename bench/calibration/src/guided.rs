@@ -1,0 +1,208 @@
+//! The operator at the dashboard's page of a calibration.
+
+use tui::calibration::{Asked, Calibration, Curve, Point, Watched};
+use tui::{Action, Event};
+
+use crate::operator::{Answer, Axis, Operator, Progress, Reading, Request, Wish};
+use console::{Dashboard, DashboardThread, Front, safety_event};
+use safety::SafetyState;
+use tasks::StopFlag;
+
+/// The safety state is told at least this often, s.
+const SAFETY_S: f64 = 0.5;
+
+/// Asks on the dashboard.
+pub struct Guided<F> {
+    front: F,
+    title: String,
+    asked: Option<Request>,
+    progress: Progress,
+    watched: Watched,
+    failed: Option<String>,
+    safety: Option<(SafetyState, bool)>,
+    safety_told_s: f64,
+}
+
+impl Guided<Dashboard> {
+    /// Opens the page `title` on this process's terminal; leaving it raises `stop`.
+    ///
+    /// # Errors
+    /// When no thread can be started.
+    pub fn open(
+        title: String,
+        simulated: bool,
+        stop: StopFlag,
+    ) -> anyhow::Result<(Self, DashboardThread)> {
+        let (front, thread) = Dashboard::open(stop)?;
+        Ok((Self::new(front, title, simulated), thread))
+    }
+}
+
+impl<F: Front> Guided<F> {
+    fn new(mut front: F, title: String, simulated: bool) -> Self {
+        front.show(Event::Session(tui::event::Session {
+            simulated,
+            ..tui::event::Session::default()
+        }));
+        let mut guided = Self {
+            front,
+            title,
+            asked: None,
+            progress: Progress {
+                doing: "The bench comes to rest.".to_owned(),
+                ..Progress::default()
+            },
+            watched: Watched::default(),
+            failed: None,
+            safety: None,
+            safety_told_s: 0.0,
+        };
+        guided.tell();
+        guided
+    }
+
+    fn tell(&mut self) {
+        let progress = &self.progress;
+        let instruction = match (&self.failed, &self.asked) {
+            (Some(why), _) => format!("{why}. Nothing was written."),
+            (None, Some(request)) => request.words(),
+            (None, None) => progress.doing.clone(),
+        };
+        self.front.show(Event::Calibration(Calibration {
+            title: self.title.clone(),
+            step: progress.step as u32,
+            steps: progress.steps as u32,
+            instruction,
+            note: progress.note.clone().filter(|_| self.failed.is_none()),
+            asked: self.asked.as_ref().map(asked),
+            watched: self.watched,
+            points: progress
+                .points
+                .iter()
+                .map(|point| Point {
+                    at: point.at.clone(),
+                    value: point.value.replace('-', "−"),
+                    residual: point
+                        .residual
+                        .as_ref()
+                        .map(|residual| residual.replace('-', "−")),
+                    worst: point.worst,
+                })
+                .collect(),
+            curve: progress.curve.as_ref().map(|curve| Curve {
+                x: curve.x.clone(),
+                y: curve.y.clone(),
+                points: curve.points.clone(),
+                fit: curve.fit.clone(),
+            }),
+            findings: progress.findings.clone(),
+            failed: self.failed.is_some(),
+        }));
+    }
+
+    fn answered(&mut self, answer: tui::calibration::Answer) -> Answer {
+        let si_per_unit = self
+            .asked
+            .and_then(|request| request.input())
+            .map_or(1.0, |input| input.si_per_unit);
+        match answer {
+            tui::calibration::Answer::Ready => Answer::Ready,
+            tui::calibration::Answer::Number(number) => Answer::Number(number * si_per_unit),
+            tui::calibration::Answer::Redo(point) => Answer::Redo(point),
+        }
+    }
+}
+
+fn asked(request: &Request) -> Asked {
+    match (request, request.input()) {
+        (_, Some(input)) => Asked::Number {
+            unit: input.unit.to_owned(),
+            expected: match request {
+                Request::KnownAmplitude { expected_m, .. } => *expected_m,
+                _ => None,
+            }
+            .map(|expected| expected / input.si_per_unit),
+            optional: input.optional,
+        },
+        (Request::Review, None) => Asked::Review,
+        (_, None) => Asked::Done,
+    }
+}
+
+/// What to watch while `request` is carried out; `None` leaves it as it was.
+fn watched(request: &Request) -> Option<Watched> {
+    match request {
+        Request::Load {
+            axis: Axis::Lateral,
+            ..
+        } => Some(Watched::LateralForce),
+        Request::NameMass { .. } | Request::Load { .. } | Request::Unload => {
+            Some(Watched::NormalForce)
+        }
+        Request::Connect(_) => Some(Watched::Level),
+        Request::KnownAmplitude { .. } => Some(Watched::Amplitude),
+        Request::Review => None,
+    }
+}
+
+impl<F: Front> Operator for Guided<F> {
+    fn ask(&mut self, request: Option<&Request>) {
+        self.asked = request.copied();
+        if let Some(watched) = request.and_then(watched) {
+            self.watched = watched;
+        }
+        self.tell();
+    }
+
+    fn progress(&mut self, progress: &Progress) {
+        self.progress = progress.clone();
+        self.asked = None;
+        self.tell();
+    }
+
+    fn show(&mut self, now: &Reading) {
+        self.front.show(Event::Reading(tui::calibration::Reading {
+            normal_n: now.normal_n,
+            lateral_n: now.lateral_n,
+            drive_v: Some(now.drive_v),
+            amplitude_m: Some(now.amplitude_m),
+            known_m: now.known_m,
+            level: Some(now.level),
+        }));
+        let safety = (now.safety.clone(), now.sounds);
+        let due = now.t_s - self.safety_told_s >= SAFETY_S;
+        if due || self.safety.as_ref() != Some(&safety) {
+            self.front.show(safety_event(&safety.0, safety.1));
+            self.safety = Some(safety);
+            self.safety_told_s = now.t_s;
+        }
+    }
+
+    fn wish(&mut self) -> anyhow::Result<Option<Wish>> {
+        while let Some(action) = self.front.action() {
+            match action {
+                Action::Answer(answer) if self.asked.is_some() => {
+                    let answer = self.answered(answer);
+                    // Until it is asked again, nothing is; what was typed twice counts once.
+                    self.asked = None;
+                    return Ok(Some(Wish::Answer(answer)));
+                }
+                Action::EmergencyStop => return Ok(Some(Wish::Stop)),
+                Action::Quit | Action::Interrupt => return Ok(Some(Wish::Leave)),
+                _ => {}
+            }
+        }
+        Ok(None)
+    }
+
+    fn failed(&mut self, why: &str) -> bool {
+        self.failed = Some(why.to_owned());
+        self.asked = None;
+        self.tell();
+        true
+    }
+
+    fn close(&mut self) {
+        self.front.show(Event::Close);
+    }
+}

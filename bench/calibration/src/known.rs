@@ -1,0 +1,206 @@
+//! Where the known amplitudes come from: typed in, a table, or an instrument that sends lines of text.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use anyhow::{Context, bail};
+use serialport::SerialPort;
+
+use crate::table;
+
+/// Micrometres, as people type amplitudes and instruments send them.
+const MICROMETRE_M: f64 = 1e-6;
+/// A line longer than this is no number.
+const LONGEST_LINE: usize = 256;
+/// So many lines in a row without a number are another device, or another baud rate.
+const NONSENSE_LINES: u32 = 20;
+
+/// Known peak amplitudes of a ladder of drive levels.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Known {
+    /// One for each level, m.
+    Values(Vec<f64>),
+    /// Levels (V) and amplitudes (m) of a table.
+    Table(Vec<(f64, f64)>),
+    /// An instrument reads them.
+    Instrument,
+    /// The operator reads and types them while the plate moves.
+    Typed,
+}
+
+/// Reads a table with the columns `drive_v,known_um`.
+///
+/// # Errors
+/// When it cannot be read, or a column is missing.
+pub fn read_table(path: &Path) -> anyhow::Result<Vec<(f64, f64)>> {
+    #[derive(serde::Deserialize)]
+    struct Row {
+        drive_v: f64,
+        known_um: f64,
+    }
+    let rows = table::rows::<Row>(path, "drive_v,known_um")?;
+    Ok(rows
+        .iter()
+        .map(|row| (row.drive_v, row.known_um * MICROMETRE_M))
+        .collect())
+}
+
+/// Typed micrometres in metres.
+#[must_use]
+pub fn from_um(known_um: &[f64]) -> Vec<f64> {
+    known_um.iter().map(|um| um * MICROMETRE_M).collect()
+}
+
+/// A serial port that is read only when something has arrived.
+struct NeverWaiting(serialport::TTYPort);
+
+impl Read for NeverWaiting {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        match self.0.bytes_to_read()? {
+            0 => Err(std::io::ErrorKind::WouldBlock.into()),
+            _ => self.0.read(buffer),
+        }
+    }
+}
+
+/// An interferometer or vibrometer on a serial port that sends its peak amplitude in micrometres, one number a line.
+pub struct Instrument {
+    port: Box<dyn Read + Send>,
+    path: PathBuf,
+    line: Vec<u8>,
+    nonsense: u32,
+}
+
+impl Instrument {
+    /// Opens the port.
+    ///
+    /// # Errors
+    /// When it is not there or busy.
+    pub fn open(path: &Path, baud: u32) -> anyhow::Result<Self> {
+        let port = serialport::new(path.to_string_lossy(), baud)
+            .timeout(Duration::from_millis(1))
+            .open_native()
+            .with_context(|| {
+                format!(
+                    "cannot open the instrument's port {}: is it plugged in, free, and may you use it? `friction-bench devices` lists the ports",
+                    path.display()
+                )
+            })?;
+        Ok(Self::new(Box::new(NeverWaiting(port)), path))
+    }
+
+    fn new(port: Box<dyn Read + Send>, path: &Path) -> Self {
+        Self {
+            port,
+            path: path.to_owned(),
+            line: Vec::new(),
+            nonsense: 0,
+        }
+    }
+
+    /// Passes on what has arrived, m.
+    ///
+    /// # Errors
+    /// When the port is gone, or sends no numbers.
+    pub fn poll(&mut self, mut reading: impl FnMut(f64)) -> anyhow::Result<()> {
+        let mut bytes = [0; 512];
+        loop {
+            let n = match self.port.read(&mut bytes) {
+                Ok(0) => return Ok(()),
+                Ok(n) => n,
+                Err(error) => {
+                    use std::io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
+                    return match error.kind() {
+                        TimedOut | WouldBlock | Interrupted => Ok(()),
+                        _ => Err(error).with_context(|| {
+                            format!("the instrument at {} is gone", self.path.display())
+                        }),
+                    };
+                }
+            };
+            for &byte in &bytes[..n] {
+                if byte != b'\n' && byte != b'\r' {
+                    self.line.push(byte);
+                    if self.line.len() <= LONGEST_LINE {
+                        continue;
+                    }
+                }
+                if let Some(amplitude_m) = self.take_line()? {
+                    reading(amplitude_m);
+                }
+            }
+            if n < bytes.len() {
+                return Ok(());
+            }
+        }
+    }
+
+    /// The first number of a line; units and words after it are the instrument's own.
+    fn take_line(&mut self) -> anyhow::Result<Option<f64>> {
+        let text = String::from_utf8_lossy(&self.line).into_owned();
+        self.line.clear();
+        let Some(word) = text.split_whitespace().next() else {
+            return Ok(None);
+        };
+        match word.parse::<f64>() {
+            Ok(um) if um.is_finite() => {
+                self.nonsense = 0;
+                Ok(Some(um * MICROMETRE_M))
+            }
+            _ => {
+                self.nonsense += 1;
+                if self.nonsense >= NONSENSE_LINES {
+                    bail!(
+                        "the instrument at {} sends no numbers ({word:?}): check port and baud; it must send one peak amplitude in µm a line",
+                        self.path.display()
+                    );
+                }
+                Ok(None)
+            }
+        }
+    }
+}
+
+/// From a change of the amplitude to the first line that knows nothing of before, at most, s (an assumption).
+pub const INSTRUMENT_LAG_S: f64 = 0.1;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Cursor;
+
+    fn read(text: &[u8]) -> anyhow::Result<Vec<f64>> {
+        let mut instrument = Instrument::new(Box::new(Cursor::new(text.to_vec())), Path::new("x"));
+        let mut out = Vec::new();
+        instrument.poll(|m| out.push(m))?;
+        Ok(out)
+    }
+
+    #[test]
+    fn lines_are_micrometres_and_half_a_line_waits() {
+        assert_eq!(
+            read(b"1.5\r\n 2.0 um\n#begin\n\n3.25").unwrap(),
+            [1.5e-6, 2.0e-6]
+        );
+    }
+
+    #[test]
+    fn a_device_that_sends_no_numbers_is_named() {
+        let error = read(&b"hello\n".repeat(30)).unwrap_err().to_string();
+        assert!(error.contains("sends no numbers"), "{error}");
+    }
+
+    #[test]
+    fn a_table_names_its_columns() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("known.csv");
+        std::fs::write(&path, "drive_v,known_um\n5, 0.42\n10,0.84\n").unwrap();
+        assert_eq!(
+            read_table(&path).unwrap(),
+            [(5.0, 0.42 * 1e-6), (10.0, 0.84 * 1e-6)]
+        );
+        std::fs::write(&path, "volts,um\n5,0.42\n").unwrap();
+        assert!(format!("{:#}", read_table(&path).unwrap_err()).contains("drive_v,known_um"));
+    }
+}

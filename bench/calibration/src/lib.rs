@@ -1,0 +1,24 @@
+//! Volts become micrometres and newtons: what is measured on a bench, by which steps, and whether it may be used.
+//!
+//! A [`procedure::Procedure`] decides one step at a time; [`rig::run`] plays it on the bench and asks the [`operator::Operator`],
+//! who is [`guided::Guided`] by the dashboard or [`unattended::Unattended`]; [`judged::Calibrates`] judges what came out.
+
+pub mod channel_match;
+pub mod channels;
+pub mod clear;
+mod figures;
+pub mod force;
+pub mod guided;
+pub mod heard;
+pub mod judged;
+pub mod known;
+mod meter;
+pub mod operator;
+pub mod pickup;
+pub mod plate;
+mod plate_look;
+mod points;
+pub mod procedure;
+pub mod rig;
+mod table;
+pub mod unattended;

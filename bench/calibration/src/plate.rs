@@ -1,0 +1,409 @@
+//! `calibrate plate`: tones about the resonance with no finger on the plate, and the second-order admittance fitted to them.
+
+use std::fmt::Write as _;
+
+use anyhow::{Context, bail};
+use impedance::plate_fit::{CHANNEL_MATCH, Estimate, PlateFit, Response, find_resonance};
+use num_complex::Complex64;
+use signalgen::{ToneList, Waveform};
+use std::f64::consts::{PI, TAU};
+
+use crate::clear::LISTEN_S;
+use crate::figures;
+use crate::judged::{Calibrates, Judged, Part};
+use crate::operator::{Answer, Curve, PointRead, Progress, Request};
+use crate::plate_look::{
+    LOOK_STEP_HZ, LOOK_TONES, SETTLE_TIME_CONSTANTS, highest_level_v, look, looked,
+    peak_units_per_v, responses, settle_s,
+};
+use crate::points::Admittance;
+use crate::procedure::{Happened, Next, Procedure};
+use config::Config;
+use config::{Provenance, Quantity};
+
+/// The close look: tones over so many bandwidths to either side.
+const TONES: usize = 31;
+const BANDWIDTHS: f64 = 2.0;
+const WINDOW_S: f64 = 0.06;
+/// What the measurement takes from the bench.
+#[derive(Debug, Clone)]
+pub struct Setup {
+    /// Where to look for the resonance, Hz.
+    pub about_hz: f64,
+    /// Level of the close look, V peak; lowered where the limits ask for it.
+    pub drive_v: f64,
+    /// Sensitivity of the pickup with its standard error and degrees of freedom.
+    pub metres_per_unit: Quantity,
+    /// Resonance at the calibration before, Hz.
+    pub before_hz: Option<f64>,
+    /// How well the channels follow each other, relative and rad.
+    pub channel_match: f64,
+    config: Config,
+}
+
+impl Setup {
+    /// On the bench of `config`, with what has been calibrated on it so far.
+    ///
+    /// # Errors
+    /// When the level is beyond its limit.
+    pub fn new(config: &Config, held: &config::Calibration, drive_v: f64) -> anyhow::Result<Self> {
+        if !(drive_v > 0.0 && drive_v <= config.limits.drive_v) {
+            bail!(
+                "--drive-v = {drive_v} V is outside 0 to limits.drive_v = {} V",
+                config.limits.drive_v
+            );
+        }
+        let metres_per_unit = held.pickup.as_ref().map_or_else(
+            || {
+                Quantity::new(
+                    config.channels.pickup.metres_per_unit,
+                    f64::INFINITY,
+                    1,
+                    "m",
+                )
+            },
+            |pickup| pickup.metres_per_unit.clone(),
+        );
+        let before_hz = held.plate.as_ref().map(|plate| plate.resonance_hz.value);
+        Ok(Self {
+            about_hz: before_hz.unwrap_or(config.plate.resonance_hz),
+            drive_v,
+            metres_per_unit,
+            before_hz,
+            channel_match: held.channel_match().unwrap_or(CHANNEL_MATCH),
+            config: config.clone(),
+        })
+    }
+}
+
+/// The measurement.
+pub struct PlateProcedure {
+    setup: Setup,
+    stage: Stage,
+    level_v: f64,
+    settle_s: f64,
+    /// The response that was fitted, with its fit, for `Fig. 10 b`.
+    pub responses: Vec<Response>,
+    /// The fit.
+    pub fit: Option<PlateFit>,
+}
+
+#[derive(Clone, Copy)]
+enum Stage {
+    Listen,
+    Look,
+    Close,
+    Review,
+}
+
+impl PlateProcedure {
+    /// Ready to begin.
+    #[must_use]
+    pub fn new(setup: Setup) -> Self {
+        Self {
+            level_v: setup.drive_v,
+            setup,
+            stage: Stage::Listen,
+            settle_s: 0.0,
+            responses: Vec::new(),
+            fit: None,
+        }
+    }
+
+    fn close_look(&mut self, look: &[Response]) -> anyhow::Result<Next> {
+        let (resonance_hz, quality) = find_resonance(look).with_context(|| {
+            format!(
+                "looked {:.0} Hz to either side of {:.0} Hz; --about-hz looks elsewhere",
+                LOOK_STEP_HZ * (LOOK_TONES / 2) as f64,
+                self.setup.about_hz
+            )
+        })?;
+        let config = &self.setup.config;
+        let units_per_v = peak_units_per_v(look, config);
+        self.level_v = self.setup.drive_v.min(highest_level_v(
+            units_per_v,
+            self.setup.metres_per_unit.value,
+            config,
+        ));
+        let span_hz = 2.0 * BANDWIDTHS * resonance_hz / quality;
+        self.settle_s = settle_s(resonance_hz, quality);
+        let tones: Vec<f64> = (0..TONES)
+            .map(|i| resonance_hz + span_hz * (i as f64 / (TONES - 1) as f64 - 0.5))
+            .collect();
+        Ok(Next::Play(Box::new(Waveform::SteppedTones {
+            tones: ToneList::new(&tones)?,
+            dwell_s: self.settle_s + WINDOW_S,
+            amplitude_v: self.level_v,
+        })))
+    }
+}
+
+impl Procedure for PlateProcedure {
+    fn next(&mut self, happened: Happened) -> anyhow::Result<Next> {
+        let config = &self.setup.config;
+        match (self.stage, happened) {
+            (Stage::Listen, Happened::Heard(_)) => {
+                self.stage = Stage::Look;
+                look(self.setup.about_hz, config)
+            }
+            (Stage::Look, Happened::Heard(heard)) => {
+                let look = looked(&heard, config)?;
+                self.stage = Stage::Close;
+                self.close_look(&look)
+            }
+            (Stage::Close, Happened::Heard(heard)) => {
+                self.responses = responses(&heard, config, self.settle_s)?;
+                self.fit = Some(PlateFit::fit(&self.responses, self.setup.channel_match)?);
+                self.stage = Stage::Review;
+                Ok(Next::Ask(Request::Review))
+            }
+            (Stage::Review, Happened::Answered(Answer::Ready, _)) => Ok(Next::Done),
+            (Stage::Review, Happened::Answered(Answer::Redo(_), _)) => {
+                self.stage = Stage::Look;
+                look(self.setup.about_hz, config)
+            }
+            (Stage::Review, _) => Ok(Next::Ask(Request::Review)),
+            _ => {
+                self.stage = Stage::Listen;
+                Ok(Next::Listen(LISTEN_S))
+            }
+        }
+    }
+
+    fn progress(&self) -> Progress {
+        let (step, doing) = match self.stage {
+            Stage::Listen => (1, "Listening to the silent bench.".to_owned()),
+            Stage::Look => (2, "Looking for the resonance.".to_owned()),
+            Stage::Close | Stage::Review => (
+                3,
+                format!("{TONES} tones about it at {:.1} V.", self.level_v),
+            ),
+        };
+        let reviewed = matches!(self.stage, Stage::Review);
+        let fit = self.fit.as_ref().filter(|_| reviewed);
+        Progress {
+            step: step + usize::from(reviewed),
+            steps: 4,
+            doing,
+            note: fit.and_then(|fit| self.faults(fit).into_iter().next()),
+            points: fit.map(point_read).into_iter().collect(),
+            curve: fit.map(|fit| self.curve(fit)),
+            findings: fit.map(findings).unwrap_or_default(),
+        }
+    }
+}
+
+/// The fit as the one point that it is: measured again as a whole.
+fn point_read(fit: &PlateFit) -> PointRead {
+    PointRead {
+        at: format!("{TONES} tones"),
+        value: format!("{:.2} Hz", fit.resonance_hz.value),
+        ..PointRead::default()
+    }
+}
+
+fn findings(fit: &PlateFit) -> Vec<String> {
+    let with_error = |name: &str, estimate: Estimate, decimals: usize, unit: &str| {
+        format!(
+            "{name:<10}{:.decimals$} ± {:.decimals$}{unit}",
+            estimate.value, estimate.standard_error
+        )
+    };
+    vec![
+        with_error("resonance", fit.resonance_hz, 2, " Hz"),
+        with_error("quality", fit.quality, 2, ""),
+        format!("residual  {:.1e} of the peak", fit.residual),
+    ]
+}
+
+impl Calibrates for PlateProcedure {
+    const NAME: &'static str = "plate";
+
+    fn judge(&self, date: jiff::Timestamp, operator: &str) -> anyhow::Result<Judged> {
+        let fit = self.fit.as_ref().context("the plate was not measured")?;
+        let setup = &self.setup;
+        let config = &setup.config;
+        let n = fit.degrees_of_freedom;
+        let quantity = |estimate: Estimate, unit| {
+            Quantity::new(estimate.value, estimate.standard_error, n, unit)
+        };
+        let relative = |estimate: Estimate| estimate.standard_error / estimate.value;
+        let (f0, quality) = (fit.resonance_hz, fit.quality);
+        let omega = TAU * f0.value;
+        let mass_kg = config.plate.modal_mass_kg;
+        let stiffness = omega.powi(2) * mass_kg;
+        let damping = omega * mass_kg / quality.value;
+        let sensitivity = &setup.metres_per_unit;
+        let force_factor = fit.static_ratio.value * stiffness * sensitivity.value
+            / config.channels.drive.volts_per_unit;
+        let of_sensitivity = sensitivity.standard_error / sensitivity.value;
+        let of_fit = relative(fit.static_ratio).hypot(2.0 * relative(f0));
+        // The sensitivity's fewer points decide how many values stand behind the factor where its error does.
+        let freedom = if of_sensitivity > of_fit {
+            sensitivity.degrees_of_freedom
+        } else {
+            n
+        };
+        let unloaded = Complex64::from_polar(
+            fit.static_ratio.value * quality.value,
+            -fit.pickup_phase_rad.value - PI / 2.0,
+        );
+        let drift_hz = self.drift_hz(fit);
+        let faults = self.faults(fit);
+        let plate = config::MeasuredPlate {
+            measured: Provenance {
+                date,
+                operator: operator.to_owned(),
+                method: format!(
+                    "{TONES} tones over {:.0} Hz at {:.1} V, each after {SETTLE_TIME_CONSTANTS} time constants; least squares of a second-order mode with residual terms; errors hold scatter, model and a channel match of {:.1e}",
+                    self.responses.last().map_or(0.0, |r| r.frequency_hz)
+                        - self.responses.first().map_or(0.0, |r| r.frequency_hz),
+                    self.level_v,
+                    setup.channel_match
+                ),
+            },
+            resonance_hz: quantity(f0, "Hz"),
+            quality: quantity(quality, "1"),
+            damping_n_s_per_m: Quantity::new(damping, damping * relative(quality), n, "N·s/m"),
+            stiffness_n_per_m: Quantity::new(stiffness, 2.0 * stiffness * relative(f0), n, "N/m"),
+            force_factor_n_per_v: Quantity::new(
+                force_factor,
+                force_factor * of_sensitivity.hypot(of_fit),
+                freedom,
+                "N/V",
+            ),
+            pickup_phase_rad: quantity(fit.pickup_phase_rad, "rad"),
+            unloaded_ratio: [unloaded.re, unloaded.im],
+            residual: fit.residual,
+            drift_hz,
+            metres_per_unit: sensitivity.value,
+        };
+        let mut remarks = vec![format!(
+            "residual         {:.1e} of the peak",
+            plate.residual
+        )];
+        if let Some(drift_hz) = plate.drift_hz {
+            remarks.push(format!(
+                "drift            {drift_hz:+.2} Hz since the calibration before"
+            ));
+        }
+        let response = self.admittance(&plate);
+        Ok(Judged {
+            values: vec![
+                ("resonance", plate.resonance_hz.clone()),
+                ("quality", plate.quality.clone()),
+                ("damping", plate.damping_n_s_per_m.clone()),
+                ("stiffness", plate.stiffness_n_per_m.clone()),
+                ("force factor", plate.force_factor_n_per_v.clone()),
+                ("pickup phase", plate.pickup_phase_rad.clone()),
+            ],
+            remarks,
+            faults,
+            stem: Self::NAME,
+            table: admittance_csv(&response),
+            figure: Some(figures::plate(&response, &plate)),
+            part: Part::Plate(Box::new(plate)),
+        })
+    }
+}
+
+impl PlateProcedure {
+    /// Resonance now less the resonance at the calibration before, Hz.
+    fn drift_hz(&self, fit: &PlateFit) -> Option<f64> {
+        self.setup
+            .before_hz
+            .map(|before_hz| fit.resonance_hz.value - before_hz)
+    }
+
+    /// Reasons not to use what was fitted.
+    fn faults(&self, fit: &PlateFit) -> Vec<String> {
+        let limits = &self.setup.config.calibration;
+        let quality = fit.quality.value;
+        let mut faults = Vec::new();
+        if fit.residual > limits.plate_residual {
+            faults.push(format!(
+                "the response departs from a single resonance by {:.2} % of its peak, more than calibration.plate_residual = {}: is anything touching the plate, or its clamp loose?",
+                100.0 * fit.residual,
+                limits.plate_residual
+            ));
+        }
+        let [low, high] = limits.quality;
+        if !(low..=high).contains(&quality) {
+            faults.push(format!(
+                "Q = {:.1} is outside calibration.quality = [{low}, {high}]: a finger or a loose clamp damps the plate",
+                quality
+            ));
+        }
+        if let Some(drift_hz) = self.drift_hz(fit)
+            && drift_hz.abs() > limits.drift_hz
+        {
+            faults.push(format!(
+                "the resonance has moved by {drift_hz:+.1} Hz since the last calibration, more than calibration.drift_hz = {}: another plate, another clamp, another temperature?",
+                limits.drift_hz
+            ));
+        }
+        if !self.setup.metres_per_unit.standard_error.is_finite() {
+            faults.push(
+                "the force factor needs the pickup's sensitivity: run `friction-bench calibrate pickup` first".to_owned(),
+            );
+        }
+        faults
+    }
+
+    /// The response's size about the resonance, of its largest.
+    fn curve(&self, fit: &PlateFit) -> Curve {
+        let centre_hz = fit.resonance_hz.value;
+        let largest = fit.model.iter().map(|z| z.norm()).fold(0.0, f64::max);
+        let along = |of: &dyn Fn(usize) -> f64| {
+            self.responses
+                .iter()
+                .enumerate()
+                .map(|(i, response)| (response.frequency_hz - centre_hz, of(i) / largest))
+                .collect()
+        };
+        Curve {
+            x: "Hz from the resonance".to_owned(),
+            y: "response".to_owned(),
+            points: along(&|i| self.responses[i].ratio.norm()),
+            fit: along(&|i| fit.model.get(i).map_or(f64::NAN, |z| z.norm())),
+        }
+    }
+
+    /// The admittance ṽ/f̃ at each tone (Huloux 2021, Fig. 10 b).
+    fn admittance(&self, plate: &config::MeasuredPlate) -> Vec<Admittance> {
+        let model = self.fit.iter().flat_map(|fit| &fit.model);
+        let volts_per_unit = self.setup.config.channels.drive.volts_per_unit;
+        self.responses
+            .iter()
+            .zip(model)
+            .map(|(response, fitted)| {
+                let frequency_hz = response.frequency_hz;
+                // The phase is a delay's, so it goes with the frequency.
+                let phase = plate.pickup_phase_rad.value * frequency_hz / plate.resonance_hz.value;
+                let scale = Complex64::from_polar(plate.metres_per_unit, phase)
+                    * Complex64::new(0.0, TAU * frequency_hz)
+                    / (plate.force_factor_n_per_v.value * volts_per_unit);
+                Admittance {
+                    frequency_hz,
+                    measured: response.ratio * scale,
+                    fitted: fitted * scale,
+                }
+            })
+            .collect()
+    }
+}
+
+/// The admittances as CSV.
+fn admittance_csv(response: &[Admittance]) -> String {
+    let mut text = String::from(
+        "frequency_hz,re_admittance_m_per_s_per_n,im_admittance_m_per_s_per_n,re_fit_m_per_s_per_n,im_fit_m_per_s_per_n\n",
+    );
+    for at in response {
+        let _ = writeln!(
+            text,
+            "{},{},{},{},{}",
+            at.frequency_hz, at.measured.re, at.measured.im, at.fitted.re, at.fitted.im
+        );
+    }
+    text
+}

@@ -1,0 +1,111 @@
+//! A look at the unloaded plate's response: tones about a frequency, and what drive and pickup read of them.
+
+use std::f64::consts::PI;
+
+use anyhow::bail;
+use config::{Channels, Config};
+use impedance::plate_fit::Response;
+use impedance::tone::Tone;
+use signalgen::{ToneList, Waveform};
+
+use crate::heard::Heard;
+use crate::procedure::Next;
+
+/// Level of the first, coarse look, V: harmless at any resonance.
+pub(super) const LOOK_V: f64 = 2.0;
+/// The coarse look: tones, their distance and length. A plate with Q = 350 has a bandwidth of 100 Hz.
+pub(super) const LOOK_TONES: usize = 41;
+pub(super) const LOOK_STEP_HZ: f64 = 40.0;
+const LOOK_DWELL_S: f64 = 0.05;
+const LOOK_SETTLE_S: f64 = 0.025;
+/// After so many time constants 2Q/ω the plate has forgotten the tone before: e⁻¹⁸ = 1.5e-8.
+pub(super) const SETTLE_TIME_CONSTANTS: f64 = 18.0;
+/// Largest reading of the pickup that is aimed at, of full scale.
+pub(super) const FULLEST: f64 = 0.8;
+
+/// The coarse look about a frequency.
+pub(super) fn look(about_hz: f64, config: &Config) -> anyhow::Result<Next> {
+    let tones: Vec<f64> = (0..LOOK_TONES)
+        .map(|i| about_hz + LOOK_STEP_HZ * (i as f64 - (LOOK_TONES / 2) as f64))
+        .collect();
+    Ok(Next::Play(Box::new(Waveform::SteppedTones {
+        tones: ToneList::new(&tones)?,
+        dwell_s: LOOK_DWELL_S,
+        amplitude_v: LOOK_V.min(config.limits.drive_v),
+    })))
+}
+
+/// The coarse look's responses.
+pub(super) fn looked(heard: &Heard, config: &Config) -> anyhow::Result<Vec<Response>> {
+    responses(heard, config, LOOK_SETTLE_S)
+}
+
+/// How long the plate takes to settle, s.
+pub(super) fn settle_s(resonance_hz: f64, quality: f64) -> f64 {
+    SETTLE_TIME_CONSTANTS * quality / (PI * resonance_hz)
+}
+
+/// Pickup units per actuator volt at the resonance.
+pub(super) fn peak_units_per_v(look: &[Response], config: &Config) -> f64 {
+    look.iter().map(|r| r.ratio.norm()).fold(0.0, f64::max) / config.channels.drive.volts_per_unit
+}
+
+/// The level at which the amplitude, the pickup's range or the drive comes near its limit, V.
+pub(super) fn highest_level_v(units_per_v: f64, metres_per_unit: f64, config: &Config) -> f64 {
+    let by_amplitude = 0.9 * config.calibration.max_amplitude_m / (units_per_v * metres_per_unit);
+    let by_range = FULLEST / units_per_v;
+    by_amplitude.min(by_range).min(config.limits.drive_v)
+}
+
+/// Refuses saturated inputs.
+pub(super) fn require_unsaturated(
+    drive: &Tone,
+    pickup: &Tone,
+    channels: &Channels,
+    carrier_hz: f64,
+) -> anyhow::Result<()> {
+    for (input, tone, clip_units) in [
+        ("drive", drive, channels.drive.clip_units),
+        ("pickup", pickup, channels.pickup.clip_units),
+    ] {
+        if tone.peak >= clip_units {
+            bail!(
+                "the {input}'s input is saturated at {carrier_hz:.0} Hz: lower the drive's level or the gain of the input"
+            );
+        }
+    }
+    Ok(())
+}
+
+/// The carrier stands out of everything else by at least this, as a ratio of amplitudes.
+const LEAST_RATIO: f64 = 3.0;
+
+/// Returns the pickup's response to the drive at each tone that was heard, `settle_s` after its begin.
+pub(super) fn responses(
+    heard: &Heard,
+    config: &Config,
+    settle_s: f64,
+) -> anyhow::Result<Vec<Response>> {
+    let channels = &config.channels;
+    heard
+        .dwells
+        .iter()
+        .map(|dwell| {
+            let drive = heard.tone(dwell, channels.drive.index, settle_s)?;
+            let pickup = heard.tone(dwell, channels.pickup.index, settle_s)?;
+            require_unsaturated(&drive, &pickup, channels, dwell.carrier_hz)?;
+            if drive.value.norm() < LEAST_RATIO * drive.rest_rms {
+                bail!(
+                    "the carrier of {:.0} Hz does not survive the loop: {:.1e} of full scale reads back under {:.1e} of other signal; a sound layer resamples it away, or the path is aliased: use a raw device such as hw:…",
+                    dwell.carrier_hz,
+                    drive.value.norm(),
+                    drive.rest_rms
+                );
+            }
+            Ok(Response {
+                frequency_hz: dwell.carrier_hz,
+                ratio: pickup.value / drive.value,
+            })
+        })
+        .collect()
+}

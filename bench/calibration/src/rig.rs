@@ -1,0 +1,575 @@
+//! The bench under calibration: tones are played, everything is heard whole, the operator is asked, and what to do next is
+//! decided from all of it.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, bail};
+use config::{Effective, Identity};
+use console::DashboardThread;
+use crossbeam_channel::{Receiver, Sender};
+use devices::drive::{Drive, settings};
+use devices::field::FieldReading;
+use devices::{Hardware, OpenHardware};
+use jiff::Timestamp;
+use safety::{DriveReading, SafetyState, Signals, Trip};
+use signalgen::{BlockHeader, Direction, DrivePhase, InputReader, Waveform};
+use tasks::{StopFlag, Task};
+
+use crate::heard::{Heard, dwells, held_tone};
+use crate::known::Instrument;
+use crate::meter::Meter;
+use crate::operator::{Answer, Hands, Operator, Reading, Wish};
+use crate::procedure::{HELD_S, Happened, Next, Procedure};
+
+/// A measurement that came to its end.
+pub struct Outcome<P> {
+    /// The procedure, with what it has measured.
+    pub procedure: P,
+    /// The bench that it was measured on.
+    pub identity: Identity,
+    /// When.
+    pub date: Timestamp,
+    /// How long the plate was driven, s.
+    pub driven_s: f64,
+}
+
+/// Who is asked, and the screen that it takes place on, if it does.
+pub type Attendance = (Box<dyn Operator>, Option<DashboardThread>);
+
+/// Runs `procedure` on the bench. `attend` opens the operator's screen once the bench is open, on whose leaving the
+/// flag that it is given is raised.
+///
+/// # Errors
+/// When a part of the bench is missing or fails, samples are lost, the safety watch trips, the operator leaves, or the
+/// procedure refuses.
+pub fn run<P: Procedure>(
+    bench: &Effective,
+    hardware: Hardware,
+    hands: Option<Hands>,
+    instrument: Option<Instrument>,
+    attend: impl FnOnce(&StopFlag) -> anyhow::Result<Attendance>,
+    procedure: P,
+) -> anyhow::Result<Outcome<P>> {
+    let config = bench.config();
+    let settings = settings(config)?;
+    let open = OpenHardware::open(bench, hardware)?;
+    let device = |direction| open.life.device(direction);
+    let identity = Identity::of(config, device(Direction::Input), device(Direction::Output));
+    let stop = open.life.stop().clone();
+    let (operator, screen) = attend(&stop)?;
+    let (done, outcome) = crossbeam_channel::bounded(1);
+    let rate_hz = f64::from(config.audio.rate_hz);
+    let task = RigTask {
+        ramp_frames: settings.ramp_frames() as usize,
+        settings,
+        channels: open.input.channels(),
+        drive_channel: usize::from(config.channels.drive.index),
+        pickup_channel: usize::from(config.channels.pickup.index),
+        drive_volts_per_unit: config.channels.drive.volts_per_unit,
+        pickup_metres_per_unit: config.channels.pickup.metres_per_unit,
+        tail_frames: (config.safety.loop_latency_s * rate_hz) as usize,
+        held_frames: (HELD_S * rate_hz) as usize,
+        expects_force: config.force.is_some(),
+        rate_hz,
+        input: open.input,
+        readings: open.readings,
+        drive: open.drive,
+        signals: open.signals,
+        instrument,
+        operator,
+        hands,
+        stop: stop.clone(),
+        procedure: Some(procedure),
+        step: Step::Settling,
+        held: None,
+        heard: Heard::default(),
+        block: Vec::new(),
+        meter: Meter::default(),
+        account: Account::default(),
+        recent: VecDeque::new(),
+        taken: 0,
+        driven_frames: 0,
+        last_audio: Instant::now(),
+        done,
+    };
+    let mut tasks = open.tasks;
+    tasks.push(Box::new(task));
+    let clock = open.life.clock().clone();
+    open.life
+        .run(tasks, || screen.map_or(Ok(()), DashboardThread::join))?;
+    let (procedure, driven_s) = outcome
+        .try_recv()
+        .ok()
+        .context("left before everything was measured: nothing was written")?;
+    Ok(Outcome {
+        procedure,
+        identity,
+        date: clock.utc(),
+        driven_s,
+    })
+}
+
+/// Silence before the first step, s: the force sensor's clock and the card come to rest.
+const SETTLE_S: f64 = 0.2;
+/// A tone is not held longer for an operator who may have gone.
+const HELD_MOST_S: f64 = 300.0;
+/// The operator is shown a reading this often, s.
+const SHOW_S: f64 = 0.05;
+/// Span over which the read-back for the safety watch is averaged, s.
+const READBACK_S: f64 = 1e-3;
+/// A read-back under this share of the command is no gain error: the carrier is gone.
+const VANISHED: f64 = 0.3;
+/// A card that delivers nothing for this long ends the calibration.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+enum Step {
+    Settling,
+    /// The tone before is dying away.
+    Hushing {
+        next: Option<Next>,
+        quiet_frames: usize,
+    },
+    Listening {
+        until: usize,
+    },
+    Playing {
+        waveform: Box<Waveform>,
+        started: bool,
+        after: u32,
+        ended: Option<usize>,
+    },
+    Asking {
+        answer: Option<Answer>,
+    },
+    /// The operator reads why.
+    Failed(anyhow::Error),
+    Done,
+}
+
+/// A tone that sounds until it is no longer wanted.
+struct Held {
+    waveform: Waveform,
+    after: u32,
+    steady_frames: usize,
+}
+
+#[derive(Default)]
+struct Account {
+    frames: u64,
+    xruns: (u64, u64),
+}
+
+struct RigTask<P> {
+    settings: signalgen::DriveSettings,
+    ramp_frames: usize,
+    channels: usize,
+    drive_channel: usize,
+    pickup_channel: usize,
+    drive_volts_per_unit: f64,
+    pickup_metres_per_unit: f64,
+    tail_frames: usize,
+    held_frames: usize,
+    expects_force: bool,
+    rate_hz: f64,
+    input: InputReader,
+    readings: Receiver<FieldReading>,
+    drive: Drive,
+    signals: Arc<Signals>,
+    instrument: Option<Instrument>,
+    operator: Box<dyn Operator>,
+    hands: Option<Hands>,
+    stop: StopFlag,
+    procedure: Option<P>,
+    step: Step,
+    held: Option<Held>,
+    heard: Heard,
+    block: Vec<f32>,
+    meter: Meter,
+    account: Account,
+    recent: VecDeque<f64>,
+    /// Frames read so far.
+    taken: u64,
+    driven_frames: u64,
+    last_audio: Instant,
+    done: Sender<(P, f64)>,
+}
+
+impl<P: Procedure> RigTask<P> {
+    fn take_block(&mut self, header: &BlockHeader, now_ns: u64) -> anyhow::Result<()> {
+        let lost = header.first_frame.saturating_sub(self.account.frames);
+        self.account.frames = header.first_frame + u64::from(header.frames);
+        let xruns = (header.input_xruns, header.output_xruns);
+        if lost > 0 || xruns != self.account.xruns {
+            bail!(
+                "{lost} frames lost, {} input and {} output xruns: a calibration needs every sample; give the sound card longer buffers (audio.buffer_frames) and calibrate again",
+                xruns.0,
+                xruns.1
+            );
+        }
+        let silent = header.drive.phase.is_silent();
+        if !silent {
+            self.driven_frames += u64::from(header.frames);
+        }
+        self.publish_readback(now_ns);
+        let watched = [self.drive_channel, self.pickup_channel];
+        self.meter.take(&self.block, self.channels, watched);
+        self.heard.samples.extend_from_slice(&self.block);
+        let frames = self.frames();
+        match &mut self.step {
+            Step::Playing {
+                started,
+                after,
+                ended,
+                ..
+            } => {
+                if header.drive.programs != *after && !silent && !*started {
+                    *started = true;
+                    self.heard.began = Some(frames - header.frames as usize);
+                }
+                if *started && silent && ended.is_none() {
+                    *ended = Some(frames);
+                }
+            }
+            Step::Hushing { quiet_frames, .. } if silent => {
+                *quiet_frames += header.frames as usize;
+            }
+            Step::Asking { .. } if frames > 2 * self.held_frames => {
+                self.heard.forget(frames - self.held_frames);
+            }
+            _ => {}
+        }
+        if let Some(held) = &mut self.held {
+            let steady =
+                header.drive.programs != held.after && header.drive.phase == DrivePhase::Steady;
+            held.steady_frames = if steady {
+                held.steady_frames + header.frames as usize
+            } else {
+                0
+            };
+        }
+        Ok(())
+    }
+
+    /// Peak of the drive's read-back for the safety watch, whatever its frequency.
+    fn publish_readback(&mut self, now_ns: u64) {
+        let most = (READBACK_S * self.rate_hz) as usize;
+        self.taken += (self.block.len() / self.channels) as u64;
+        let drive = self.block.iter().skip(self.drive_channel);
+        for &sample in drive.step_by(self.channels) {
+            if self.recent.len() == most {
+                self.recent.pop_front();
+            }
+            self.recent.push_back(f64::from(sample));
+        }
+        let n = self.recent.len() as f64;
+        let mean = self.recent.iter().sum::<f64>() / n;
+        let power = self.recent.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n;
+        if power.is_finite() {
+            self.signals.readback.set(DriveReading {
+                volts: (2.0 * power).sqrt() * self.drive_volts_per_unit,
+                // The middle of what was averaged.
+                sample: self.taken - self.recent.len() as u64 / 2,
+                at_ns: now_ns,
+            });
+        }
+    }
+
+    fn frames(&self) -> usize {
+        self.heard.samples.len() / self.channels
+    }
+
+    /// Begins a step, once the tone before has died away.
+    fn begin(&mut self, next: Next) -> anyhow::Result<()> {
+        let goes_on = match (&self.held, &next) {
+            (None, _) => true,
+            (Some(held), Next::Sound(waveform, _)) => held.waveform == **waveform,
+            _ => false,
+        };
+        if goes_on {
+            return self.begin_now(next);
+        }
+        self.held = None;
+        self.drive.stop();
+        self.step = Step::Hushing {
+            next: Some(next),
+            quiet_frames: 0,
+        };
+        Ok(())
+    }
+
+    fn begin_now(&mut self, next: Next) -> anyhow::Result<()> {
+        self.heard = Heard {
+            channels: self.channels,
+            rate_hz: self.rate_hz,
+            from_s: self.account.frames as f64 / self.rate_hz,
+            ..Heard::default()
+        };
+        let asked = match &next {
+            Next::Ask(request) | Next::Sound(_, request) => Some(*request),
+            Next::Listen(_) | Next::Play(_) | Next::Done => None,
+        };
+        self.step = match next {
+            Next::Listen(seconds) => Step::Listening {
+                until: (seconds * self.rate_hz) as usize,
+            },
+            Next::Play(waveform) => {
+                self.drive.start(self.settings.admit(*waveform)?);
+                Step::Playing {
+                    waveform,
+                    started: false,
+                    after: self.drive.programs(),
+                    ended: None,
+                }
+            }
+            Next::Sound(waveform, _) if self.held.is_none() => {
+                self.drive.start(self.settings.admit(*waveform)?);
+                self.held = Some(Held {
+                    waveform: *waveform,
+                    after: self.drive.programs(),
+                    steady_frames: 0,
+                });
+                Step::Asking { answer: None }
+            }
+            Next::Sound(..) => Step::Asking { answer: None },
+            Next::Ask(_) => {
+                // Hands are about to touch cables or the plate.
+                self.drive.disarm();
+                Step::Asking { answer: None }
+            }
+            Next::Done => Step::Done,
+        };
+        self.operator.ask(asked.as_ref());
+        if let (Some(hands), Some(request)) = (&mut self.hands, &asked) {
+            hands(request);
+        }
+        Ok(())
+    }
+
+    /// What has happened once the present step is over.
+    fn finished(&mut self) -> anyhow::Result<Option<Happened>> {
+        let frames = self.frames();
+        if let (Some(held), Step::Asking { answer: None }) = (&self.held, &self.step)
+            && held.steady_frames as f64 > HELD_MOST_S * self.rate_hz
+        {
+            bail!(
+                "nobody answered for {:.0} minutes while the plate moved, so it was silenced: calibrate again when you are back",
+                HELD_MOST_S / 60.0
+            );
+        }
+        match &self.step {
+            Step::Settling if frames as f64 > SETTLE_S * self.rate_hz => Ok(Some(Happened::Began)),
+            Step::Listening { until } if frames >= *until => self.heard_out().map(Some),
+            Step::Playing {
+                waveform,
+                ended: Some(ended),
+                ..
+            } if frames >= ended + self.tail_frames => {
+                let waveform = **waveform;
+                self.heard.dwells =
+                    dwells(&self.heard, &waveform, self.drive_channel, self.ramp_frames)?;
+                self.heard_out().map(Some)
+            }
+            Step::Asking {
+                answer: Some(answer),
+            } => {
+                let answer = *answer;
+                if let Some(held) = &self.held {
+                    // The read-back and the pickup lag behind the drive.
+                    if held.steady_frames < self.tail_frames + self.held_frames
+                        || frames < self.held_frames
+                    {
+                        return Ok(None);
+                    }
+                    self.heard.dwells = held_tone(&self.heard, &held.waveform, self.held_frames);
+                    self.require_force()?;
+                }
+                let heard = std::mem::take(&mut self.heard);
+                Ok(Some(Happened::Answered(answer, heard)))
+            }
+            _ => Ok(None),
+        }
+    }
+
+    fn heard_out(&mut self) -> anyhow::Result<Happened> {
+        self.require_force()?;
+        Ok(Happened::Heard(std::mem::take(&mut self.heard)))
+    }
+
+    fn require_force(&self) -> anyhow::Result<()> {
+        if self.expects_force && self.heard.normal_n.is_empty() {
+            bail!("the force sensor sends nothing: check port, baud and protocol in [force]");
+        }
+        Ok(())
+    }
+
+    fn go_on(&mut self) -> anyhow::Result<()> {
+        if let Step::Hushing { next, quiet_frames } = &mut self.step
+            && *quiet_frames >= self.tail_frames
+            && let Some(next) = next.take()
+        {
+            self.begin_now(next)?;
+        }
+        while let Some(happened) = self.finished()? {
+            let Some(procedure) = &mut self.procedure else {
+                return Ok(());
+            };
+            let next = procedure.next(happened)?;
+            self.operator.progress(&procedure.progress());
+            self.begin(next)?;
+        }
+        if matches!(self.step, Step::Done) {
+            self.stop.raise();
+        }
+        Ok(())
+    }
+
+    fn take_wishes(&mut self) -> anyhow::Result<()> {
+        while let Some(wish) = self.operator.wish()? {
+            match (wish, &mut self.step) {
+                (Wish::Answer(given), Step::Asking { answer }) => *answer = Some(given),
+                // An answer that comes too late was meant for something else.
+                (Wish::Answer(_), _) => {}
+                (Wish::Leave, _) => self.stop.raise(),
+                (Wish::Stop, _) => self.drive.trip(Trip::Operator),
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes in what has arrived.
+    fn take_in(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        while let Some(header) = self.input.pop_block(&mut self.block) {
+            self.last_audio = Instant::now();
+            self.take_block(&header, now_ns)?;
+        }
+        for reading in self.readings.try_iter() {
+            if let FieldReading::Force(force) = reading {
+                let (normal_n, lateral_n) = (force.sample.normal_n, force.sample.lateral_n);
+                self.heard.normal_n.push(normal_n);
+                self.heard.lateral_n.push(lateral_n);
+                let [normal_saturated, lateral_saturated] = &mut self.heard.force_saturated;
+                *normal_saturated += usize::from(force.sample.normal_saturated);
+                *lateral_saturated += usize::from(force.sample.lateral_saturated);
+                let (normal, lateral, count) = self.meter.force;
+                self.meter.force = (normal + normal_n, lateral + lateral_n, count + 1);
+            }
+        }
+        let frames = self.frames();
+        if let Some(instrument) = &mut self.instrument {
+            let (heard, meter) = (&mut self.heard.known_m, &mut self.meter);
+            instrument.poll(|amplitude_m| {
+                heard.push((frames, amplitude_m));
+                meter.known_m = Some(amplitude_m);
+            })?;
+        }
+        Ok(())
+    }
+
+    fn show(&mut self, safety: &SafetyState) {
+        let meter = &self.meter;
+        if (meter.frames as f64) < SHOW_S * self.rate_hz {
+            return;
+        }
+        let [drive, pickup] = meter.amplitudes();
+        let (normal, lateral, count) = meter.force;
+        let mean = |sum: f64| (count > 0).then(|| sum / f64::from(count));
+        self.operator.show(&Reading {
+            t_s: self.account.frames as f64 / self.rate_hz,
+            normal_n: mean(normal),
+            lateral_n: mean(lateral),
+            drive_v: drive * self.drive_volts_per_unit,
+            amplitude_m: pickup * self.pickup_metres_per_unit,
+            level: meter.level,
+            known_m: meter.known_m,
+            safety: safety.clone(),
+            sounds: self.drive.sounds(),
+        });
+        self.meter = Meter {
+            known_m: meter.known_m,
+            ..Meter::default()
+        };
+    }
+
+    fn work(&mut self, safety: &SafetyState, now_ns: u64) -> anyhow::Result<()> {
+        if let SafetyState::Tripped { trip } = safety {
+            if let Trip::Readback {
+                measured_v,
+                commanded_v: (_, high_v),
+            } = trip
+                && *measured_v < VANISHED * high_v
+            {
+                bail!(
+                    "the carrier does not come back: {high_v:.2} V were played and {measured_v:.3} V read; a sound layer of 48 kHz or less resamples it away (use a raw device such as hw:…), the amplifier is off, or a cable is out"
+                );
+            }
+            bail!("the safety watch stopped the calibration: {trip}");
+        }
+        self.drive.poll(safety);
+        self.take_in(now_ns)?;
+        if self.last_audio.elapsed() > PATIENCE {
+            bail!("the sound card delivers nothing");
+        }
+        self.show(safety);
+        self.take_wishes()?;
+        self.go_on()
+    }
+
+    /// Nothing is measured any more; the operator reads why, until he leaves.
+    fn after_failure(&mut self, safety: &SafetyState, now_ns: u64) -> anyhow::Result<()> {
+        // What is lost now was not going to be used.
+        let _ = self.take_in(now_ns);
+        self.heard = Heard::default();
+        self.show(safety);
+        while let Some(wish) = self.operator.wish()? {
+            match wish {
+                Wish::Stop => self.drive.trip(Trip::Operator),
+                Wish::Leave | Wish::Answer(_) => self.stop.raise(),
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<P: Procedure> Task for RigTask<P> {
+    fn name(&self) -> &'static str {
+        "calibration"
+    }
+
+    fn period(&self) -> Duration {
+        Duration::from_millis(1)
+    }
+
+    fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        let safety = self.signals.state.get().unwrap_or_default();
+        if matches!(self.step, Step::Failed(_)) {
+            return self.after_failure(&safety, now_ns);
+        }
+        let Err(error) = self.work(&safety, now_ns) else {
+            return Ok(());
+        };
+        self.drive.disarm();
+        if !self.operator.failed(&format!("{error:#}")) {
+            return Err(error);
+        }
+        self.step = Step::Failed(error);
+        Ok(())
+    }
+
+    fn finish(&mut self) -> anyhow::Result<()> {
+        self.drive.stop();
+        self.operator.close();
+        match std::mem::replace(&mut self.step, Step::Done) {
+            Step::Failed(error) => return Err(error),
+            Step::Done => {
+                if let Some(procedure) = self.procedure.take() {
+                    let driven_s = self.driven_frames as f64 / self.rate_hz;
+                    let _ = self.done.send((procedure, driven_s));
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+}

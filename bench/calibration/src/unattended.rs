@@ -1,0 +1,285 @@
+//! Nobody at the bench: progress as lines, and answers once what was asked is seen to have happened.
+
+use std::collections::VecDeque;
+use std::io::Write;
+
+use anyhow::bail;
+
+use crate::operator::{Answer, Axis, GRAVITY_M_PER_S2, Operator, Progress, Reading, Request, Wish};
+
+/// Length of a plateau of the forces, s.
+const PLATEAU_S: f64 = 0.5;
+/// The halves of a plateau agree within this, N, and a share of the change that is expected.
+const STEADY_N: f64 = 2e-3;
+const STEADY_SHARE: f64 = 0.01;
+/// A change is seen from this share of it on: the sensor's gain is not known yet.
+const SEEN_SHARE: f64 = 0.3;
+/// Somebody may have to walk to the bench, s.
+const PATIENCE_S: f64 = 120.0;
+
+/// Answers by itself.
+pub struct Unattended<W> {
+    out: W,
+    asked: Option<Asked>,
+    /// Time and both forces, over a plateau's length.
+    recent: VecDeque<(f64, [f64; 2])>,
+    now_s: f64,
+    loaded: Option<(Axis, f64)>,
+    told: Option<(usize, String)>,
+    points: usize,
+}
+
+struct Asked {
+    request: Request,
+    since_s: f64,
+    /// Forces when it was asked, N.
+    before_n: [f64; 2],
+}
+
+impl<W: Write> Unattended<W> {
+    /// Prints progress to `out`.
+    pub fn new(out: W) -> Self {
+        Self {
+            out,
+            asked: None,
+            recent: VecDeque::new(),
+            now_s: 0.0,
+            loaded: None,
+            told: None,
+            points: 0,
+        }
+    }
+
+    fn line(&mut self, text: std::fmt::Arguments<'_>) {
+        // A reader who went away does not end a calibration.
+        let _ = writeln!(self.out, "{text}");
+    }
+
+    fn mean_n(readings: impl Iterator<Item = [f64; 2]>) -> [f64; 2] {
+        let (mut sum, mut count) = ([0.0; 2], 0.0);
+        for [normal, lateral] in readings {
+            sum = [sum[0] + normal, sum[1] + lateral];
+            count += 1.0;
+        }
+        sum.map(|sum| if count > 0.0 { sum / count } else { 0.0 })
+    }
+
+    /// Whether the forces rest where `asked` should have brought them.
+    fn settled(&self, asked: &Asked) -> bool {
+        let (Some(first), Some(last)) = (self.recent.front(), self.recent.back()) else {
+            return false;
+        };
+        let span_s = last.0 - first.0;
+        if last.0 - asked.since_s < PLATEAU_S || span_s < 0.8 * PLATEAU_S {
+            return false;
+        }
+        let (axis, wanted_kg) = match (asked.request, self.loaded) {
+            (Request::Load { axis, mass_kg }, _) => (axis, mass_kg),
+            (_, Some((axis, _))) => (axis, 0.0),
+            _ => (Axis::Normal, 0.0),
+        };
+        let there_kg = match self.loaded {
+            Some((loaded, mass_kg)) if loaded == axis => mass_kg,
+            _ => 0.0,
+        };
+        let expected_n = (wanted_kg - there_kg).abs() * GRAVITY_M_PER_S2;
+        let middle_s = first.0 + 0.5 * span_s;
+        let half = |late: bool| {
+            let half = self
+                .recent
+                .iter()
+                .filter(|(t_s, _)| (*t_s > middle_s) == late);
+            Self::mean_n(half.map(|(_, forces)| *forces))[axis.index()]
+        };
+        let (early, late) = (half(false), half(true));
+        let changed = (late - asked.before_n[axis.index()]).abs() >= SEEN_SHARE * expected_n;
+        changed && (late - early).abs() <= STEADY_N + STEADY_SHARE * expected_n
+    }
+}
+
+impl<W: Write + Send> Operator for Unattended<W> {
+    fn ask(&mut self, request: Option<&Request>) {
+        self.asked = request.map(|request| Asked {
+            request: *request,
+            since_s: self.now_s,
+            before_n: Self::mean_n(self.recent.iter().map(|(_, forces)| *forces)),
+        });
+        if let Some(Request::Load { .. } | Request::Unload | Request::Connect(_)) = request {
+            let words = request.map(Request::words).unwrap_or_default();
+            self.line(format_args!("  please: {words}"));
+        }
+    }
+
+    fn progress(&mut self, progress: &Progress) {
+        let step = (progress.step, progress.doing.clone());
+        if self.told.as_ref() != Some(&step) && !progress.doing.is_empty() {
+            self.line(format_args!(
+                "step {} of {}: {}",
+                progress.step, progress.steps, progress.doing
+            ));
+            self.told = Some(step);
+        }
+        for point in progress.points.iter().skip(self.points) {
+            let residual = point
+                .residual
+                .as_ref()
+                .map(|residual| format!("  off by {residual}"))
+                .unwrap_or_default();
+            self.line(format_args!("  {}  {}{residual}", point.at, point.value));
+        }
+        self.points = progress.points.len();
+    }
+
+    fn show(&mut self, now: &Reading) {
+        self.now_s = now.t_s;
+        if let (Some(normal_n), Some(lateral_n)) = (now.normal_n, now.lateral_n) {
+            self.recent.push_back((now.t_s, [normal_n, lateral_n]));
+        }
+        while self
+            .recent
+            .front()
+            .is_some_and(|(t_s, _)| *t_s < now.t_s - PLATEAU_S)
+        {
+            self.recent.pop_front();
+        }
+    }
+
+    fn wish(&mut self) -> anyhow::Result<Option<Wish>> {
+        let Some(asked) = &self.asked else {
+            return Ok(None);
+        };
+        let happened = match asked.request {
+            Request::Connect(_) | Request::Review => true,
+            Request::Load { .. } | Request::Unload => self.settled(asked),
+            Request::NameMass { axis } => bail!(
+                "nobody is there to type the masses of the {} axis: give --normal-g and --lateral-g, or --masses-csv",
+                axis.name()
+            ),
+            Request::KnownAmplitude { .. } => bail!(
+                "nobody is there to type the amplitude: give --known-um, --known-csv or --instrument, or calibrate on a terminal"
+            ),
+        };
+        if !happened {
+            if self.now_s - asked.since_s > PATIENCE_S {
+                bail!(
+                    "nothing happened for {PATIENCE_S} s: \"{}\" was asked, and the force sensor saw no new, steady load; do what is asked while the command waits, and check the sensor's cable and axes",
+                    asked.request.words()
+                );
+            }
+            return Ok(None);
+        }
+        match asked.request {
+            Request::Load { axis, mass_kg } => self.loaded = Some((axis, mass_kg)),
+            Request::Unload => self.loaded = None,
+            _ => {}
+        }
+        self.asked = None;
+        Ok(Some(Wish::Answer(Answer::Ready)))
+    }
+
+    fn failed(&mut self, _why: &str) -> bool {
+        false
+    }
+
+    fn close(&mut self) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Shows `normal_n` for so many seconds; the answer, if there was one.
+    fn rest(nobody: &mut Unattended<Vec<u8>>, normal_n: f64, seconds: f64) -> Option<Wish> {
+        let from_s = nobody.now_s;
+        for i in 1..=(seconds / 0.05).round() as u32 {
+            nobody.show(&Reading {
+                t_s: from_s + 0.05 * f64::from(i),
+                normal_n: Some(normal_n),
+                lateral_n: Some(0.0),
+                ..Reading::default()
+            });
+            if let Some(wish) = nobody.wish().unwrap() {
+                return Some(wish);
+            }
+        }
+        None
+    }
+
+    fn load(mass_kg: f64) -> Request {
+        Request::Load {
+            axis: Axis::Normal,
+            mass_kg,
+        }
+    }
+
+    #[test]
+    fn a_load_is_there_once_the_force_rests_on_a_new_plateau() {
+        let ready = Some(Wish::Answer(Answer::Ready));
+        let mut nobody = Unattended::new(Vec::new());
+        rest(&mut nobody, 0.0, 1.0);
+        nobody.ask(Some(&load(0.1)));
+        assert_eq!(rest(&mut nobody, 0.0, 3.0), None, "nothing was put there");
+        // 100 g on a sensor that reads 20 % too little, swinging first.
+        for normal_n in [0.3, 1.4, 0.5, 1.0, 0.7] {
+            assert_eq!(rest(&mut nobody, normal_n, 0.2), None, "it swings");
+        }
+        assert_eq!(rest(&mut nobody, 0.78, 1.0), ready);
+        nobody.ask(Some(&load(0.2)));
+        assert_eq!(rest(&mut nobody, 0.78, 2.0), None, "still the first mass");
+        assert_eq!(rest(&mut nobody, 1.57, 1.0), ready);
+        nobody.ask(Some(&Request::Unload));
+        assert_eq!(rest(&mut nobody, 1.57, 2.0), None, "still loaded");
+        assert_eq!(rest(&mut nobody, 0.0, 1.0), ready);
+        assert_eq!(rest(&mut nobody, 0.0, 1.0), None, "nothing more is asked");
+    }
+
+    #[test]
+    fn an_unloaded_sensor_need_not_change() {
+        let mut nobody = Unattended::new(Vec::new());
+        nobody.ask(Some(&Request::Unload));
+        let answer = rest(&mut nobody, 0.01, 1.0);
+        assert_eq!(answer, Some(Wish::Answer(Answer::Ready)));
+    }
+
+    #[test]
+    fn what_does_not_happen_in_time_is_said() {
+        let mut nobody = Unattended::new(Vec::new());
+        nobody.ask(Some(&load(0.1)));
+        nobody.show(&Reading {
+            t_s: PATIENCE_S + 1.0,
+            ..Reading::default()
+        });
+        let error = nobody.wish().unwrap_err().to_string();
+        assert!(
+            error.contains("Put 100 g") && error.contains("force sensor"),
+            "{error}"
+        );
+        nobody.ask(Some(&Request::KnownAmplitude {
+            drive_v: 10.0,
+            expected_m: None,
+        }));
+        let error = nobody.wish().unwrap_err().to_string();
+        assert!(error.contains("--known-um"), "{error}");
+    }
+
+    #[test]
+    fn each_step_and_point_is_a_line() {
+        let mut nobody = Unattended::new(Vec::new());
+        let point = crate::operator::PointRead {
+            at: "5 V".to_owned(),
+            value: "1 µm".to_owned(),
+            ..Default::default()
+        };
+        for count in [0, 1, 1, 2] {
+            nobody.progress(&Progress {
+                step: 1,
+                steps: 2,
+                doing: "Driving.".to_owned(),
+                points: vec![point.clone(); count],
+                ..Progress::default()
+            });
+        }
+        let text = String::from_utf8(nobody.out).unwrap();
+        assert_eq!(text, "step 1 of 2: Driving.\n  5 V  1 µm\n  5 V  1 µm\n");
+    }
+}

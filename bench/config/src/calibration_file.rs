@@ -1,0 +1,487 @@
+//! `calibration.toml`: every measured value with its unit, standard error, date, method and operator, the bench that it was
+//! measured on, and a hash over all of it, so that an edited file is noticed.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use jiff::Timestamp;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use crate::correction::Correction;
+use crate::identity::Identity;
+
+/// Version of the layout.
+pub const FORMAT: u32 = 1;
+/// Degrees of freedom from which on Student's t is the normal distribution.
+const MANY: f64 = 1000.0;
+const HASH_KEY: &str = "sha256 = ";
+
+/// A measured value.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Quantity {
+    /// The value.
+    pub value: f64,
+    /// Its standard error, all known contributions included.
+    pub standard_error: f64,
+    /// Degrees of freedom behind the standard error.
+    pub degrees_of_freedom: usize,
+    /// Unit of both.
+    pub unit: String,
+}
+
+impl Quantity {
+    /// A value with its error.
+    #[must_use]
+    pub fn new(value: f64, standard_error: f64, degrees_of_freedom: usize, unit: &str) -> Self {
+        Self {
+            value,
+            standard_error,
+            degrees_of_freedom,
+            unit: unit.to_owned(),
+        }
+    }
+
+    /// The quantity whose error is `standard_error`, of which the part `observed` was seen in a scatter with
+    /// `degrees_of_freedom` and the rest is known otherwise: effective degrees of freedom by Welch and Satterthwaite.
+    #[must_use]
+    pub fn combined(
+        value: f64,
+        standard_error: f64,
+        observed: f64,
+        degrees_of_freedom: usize,
+        unit: &str,
+    ) -> Self {
+        let parts = [(observed, degrees_of_freedom)];
+        Self::of_parts(value, standard_error, &parts, unit)
+    }
+
+    /// The same where several parts of the error were each seen in a scatter of their own degrees of freedom.
+    #[must_use]
+    pub fn of_parts(
+        value: f64,
+        standard_error: f64,
+        observed: &[(f64, usize)],
+        unit: &str,
+    ) -> Self {
+        let seen: f64 = observed
+            .iter()
+            .map(|(part, freedom)| (part / standard_error).powi(4) / *freedom as f64)
+            .sum();
+        Self::new(value, standard_error, seen.recip().min(MANY) as usize, unit)
+    }
+
+    /// Half the width of the 95 % interval, by Student's t.
+    #[must_use]
+    pub fn half_width_95(&self) -> f64 {
+        let freedom = self.degrees_of_freedom.max(1) as f64;
+        let t = StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975));
+        t * self.standard_error
+    }
+}
+
+/// The value and half its 95 % interval, to two digits of the latter: `(5.450 ± 0.011)e-6 m`.
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let half = self.half_width_95();
+        let larger = self
+            .value
+            .abs()
+            .max(if half.is_finite() { half } else { 0.0 });
+        let exponent = match larger {
+            size if (1e-3..1e6).contains(&size) || size == 0.0 || !size.is_finite() => 0,
+            size => size.log10().floor() as i32,
+        };
+        let scale = 10f64.powi(-exponent);
+        let decimals = if half > 0.0 && half.is_finite() {
+            (1 - (half * scale).log10().floor() as i32).clamp(0, 12) as usize
+        } else {
+            6
+        };
+        let (value, half) = (self.value * scale, half * scale);
+        if exponent == 0 {
+            write!(f, "{value:.decimals$} ± {half:.decimals$}")?;
+        } else {
+            write!(f, "({value:.decimals$} ± {half:.decimals$})e{exponent}")?;
+        }
+        match self.unit.as_str() {
+            "1" => Ok(()),
+            unit => write!(f, " {unit}"),
+        }
+    }
+}
+
+/// Who measured, when and how.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Provenance {
+    /// When.
+    pub date: Timestamp,
+    /// Who.
+    pub operator: String,
+    /// How, in words.
+    pub method: String,
+}
+
+/// `[pickup]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeasuredPickup {
+    /// Who, when, how.
+    pub measured: Provenance,
+    /// Plate displacement per sample value.
+    pub metres_per_unit: Quantity,
+    /// Displacement at a reading of zero: an offset of the instrument or of the pickup.
+    pub offset: Quantity,
+    /// Largest residual over the largest amplitude.
+    pub nonlinearity: f64,
+    /// Points of the line.
+    pub points: usize,
+    /// Carrier of the measurement, Hz.
+    pub carrier_hz: f64,
+}
+
+/// `[plate]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeasuredPlate {
+    /// Who, when, how.
+    pub measured: Provenance,
+    /// Resonance f0.
+    pub resonance_hz: Quantity,
+    /// Quality factor Q.
+    pub quality: Quantity,
+    /// Damping b_p = 2πf0 m_p/Q.
+    pub damping_n_s_per_m: Quantity,
+    /// Stiffness k_p = (2πf0)² m_p.
+    pub stiffness_n_per_m: Quantity,
+    /// Force factor γ.
+    pub force_factor_n_per_v: Quantity,
+    /// Phase to add to the pickup's samples at the resonance.
+    pub pickup_phase_rad: Quantity,
+    /// Pickup's over drive's envelope at the resonance with no finger on the plate, in sample units: real and imaginary part.
+    pub unloaded_ratio: [f64; 2],
+    /// Root mean square misfit over the largest response.
+    pub residual: f64,
+    /// Resonance now less the resonance at the calibration before, Hz.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drift_hz: Option<f64>,
+    /// Sensitivity of the pickup that the force factor rests on, m per unit.
+    pub metres_per_unit: f64,
+}
+
+/// `[force]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeasuredForce {
+    /// Who, when, how: the matrix.
+    pub measured: Provenance,
+    /// Who, when, how: the tare, which may be younger.
+    pub tared: Provenance,
+    /// Normal force per newton that the normal axis reads over its tare.
+    pub normal_per_normal: Quantity,
+    /// Normal force per newton that the lateral axis reads over its tare.
+    pub normal_per_lateral: Quantity,
+    /// Lateral force per newton that the normal axis reads over its tare.
+    pub lateral_per_normal: Quantity,
+    /// Lateral force per newton that the lateral axis reads over its tare.
+    pub lateral_per_lateral: Quantity,
+    /// What the normal axis reads without load.
+    pub normal_tare: Quantity,
+    /// What the lateral axis reads without load.
+    pub lateral_tare: Quantity,
+    /// Drift of the normal force at zero.
+    pub normal_drift: Quantity,
+    /// Drift of the lateral force at zero.
+    pub lateral_drift: Quantity,
+    /// White noise of normal and of lateral force, one-sided density, N/√Hz.
+    pub noise_n_per_sqrt_hz: [f64; 2],
+    /// Largest departure of a load from the matrix, normal and lateral, of the largest force on that axis.
+    pub nonlinearity: [f64; 2],
+    /// Largest departure of the zero from its drift after a load was taken away, normal and lateral, N.
+    pub zero_return_n: [f64; 2],
+    /// Acceleration of gravity that made forces of masses, m/s².
+    pub gravity_m_per_s2: f64,
+    /// Known masses that were placed.
+    pub masses: usize,
+}
+
+impl MeasuredForce {
+    /// From what the sensor says to newtons.
+    #[must_use]
+    pub fn correction(&self) -> Correction {
+        Correction {
+            matrix: [
+                [self.normal_per_normal.value, self.normal_per_lateral.value],
+                [
+                    self.lateral_per_normal.value,
+                    self.lateral_per_lateral.value,
+                ],
+            ],
+            tare_n: [self.normal_tare.value, self.lateral_tare.value],
+        }
+    }
+}
+
+/// `[channels]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeasuredChannels {
+    /// Who, when, how.
+    pub measured: Provenance,
+    /// Carrier of the measurement, Hz.
+    pub carrier_hz: f64,
+    /// Level read back at the carrier over the level commanded.
+    pub round_trip: Quantity,
+    /// From the generator to the drive's input, as the program sees it: the buffers of both directions included.
+    pub latency: Quantity,
+    /// The inputs in order.
+    pub inputs: Vec<InputChannel>,
+}
+
+/// `[[channels.inputs]]`: one input beside the drive's, with the same signal on both.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InputChannel {
+    /// Input channel.
+    pub index: u16,
+    /// Gain at the carrier, over the drive's.
+    pub gain: Quantity,
+    /// Phase at the carrier less the drive's.
+    pub phase_rad: Quantity,
+    /// How much later than the drive's it shows the same.
+    pub delay: Quantity,
+    /// Root mean square departure of its ratio to the drive's from one gain and one delay over the band, relative.
+    pub departure: f64,
+    /// Noise density about the carrier with the patch cable in.
+    pub noise: Quantity,
+    /// The same as the bench is wired for measurements.
+    pub noise_on_bench: Quantity,
+    /// Departure of its levels from a line, of the largest.
+    pub nonlinearity: f64,
+    /// |sample| at which its peaks are cut off; absent where none were.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clips_at: Option<Quantity>,
+    /// Largest |sample| that was not cut off.
+    pub clean_up_to: f64,
+    /// What it reads of the drive, over the drive's own reading, with only the drive's cable in; absent for the drive.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crosstalk: Option<Quantity>,
+}
+
+impl MeasuredChannels {
+    /// The input with this index.
+    #[must_use]
+    pub fn input(&self, index: u16) -> Option<&InputChannel> {
+        self.inputs.iter().find(|input| input.index == index)
+    }
+}
+
+/// The whole file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Calibration {
+    /// Version of the layout; 1.
+    pub format: u32,
+    /// What it was measured on.
+    pub identity: Identity,
+    /// From `calibrate pickup`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pickup: Option<MeasuredPickup>,
+    /// From `calibrate plate`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plate: Option<MeasuredPlate>,
+    /// From `calibrate force`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force: Option<MeasuredForce>,
+    /// From `calibrate channels`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub channels: Option<MeasuredChannels>,
+}
+
+/// A calibration file that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum CalibrationFileError {
+    /// There is none.
+    #[error("there is no calibration at {}: run `friction-bench calibrate pickup`, `calibrate plate` and `calibrate force`, or add --uncalibrated", path.display())]
+    Absent {
+        /// Where it was looked for.
+        path: PathBuf,
+    },
+    /// It cannot be read or written.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Its hash is not that of its content.
+    #[error("{} was edited after it was measured (its content does not fit its hash): calibrate again, or bring the measured file back", path.display())]
+    Edited {
+        /// The file.
+        path: PathBuf,
+    },
+    /// It does not begin with its hash.
+    #[error("{} does not begin with `sha256 = \"…\"`: it is no calibration, or it was edited", path.display())]
+    NoHash {
+        /// The file.
+        path: PathBuf,
+    },
+    /// It is not what this version reads.
+    #[error("{}: {reason}", path.display())]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        reason: String,
+    },
+}
+
+impl Calibration {
+    /// A calibration of which nothing has been measured yet.
+    #[must_use]
+    pub fn of(identity: Identity) -> Self {
+        Self {
+            format: FORMAT,
+            identity,
+            pickup: None,
+            plate: None,
+            force: None,
+            channels: None,
+        }
+    }
+
+    /// The file's text, hash first.
+    ///
+    /// # Errors
+    /// When a value cannot be written as TOML.
+    pub fn to_text(&self) -> Result<String, toml::ser::Error> {
+        let body = toml::to_string(self)?;
+        let hash = sha256(&body);
+        Ok(format!(
+            "{HASH_KEY}\"{hash}\"  # of all that follows: a changed file is refused; measure again with `friction-bench calibrate`\n{body}"
+        ))
+    }
+
+    /// Reads a file and its hash.
+    ///
+    /// # Errors
+    /// When there is none, it was edited, or it is not of this format.
+    pub fn read(path: &Path) -> Result<(Self, String), CalibrationFileError> {
+        let text = std::fs::read_to_string(path).map_err(|source| match source.kind() {
+            std::io::ErrorKind::NotFound => CalibrationFileError::Absent {
+                path: path.to_owned(),
+            },
+            _ => CalibrationFileError::Io {
+                path: path.to_owned(),
+                source,
+            },
+        })?;
+        Self::parse(&text, path)
+    }
+
+    /// Reads a file's text; `path` is for messages.
+    ///
+    /// # Errors
+    /// As [`Calibration::read`].
+    pub fn parse(text: &str, path: &Path) -> Result<(Self, String), CalibrationFileError> {
+        let path = || path.to_owned();
+        let (first, body) = text.split_once('\n').unwrap_or((text, ""));
+        let hash = first
+            .strip_prefix(HASH_KEY)
+            .and_then(|rest| rest.strip_prefix('"'))
+            .and_then(|rest| rest.split_once('"'))
+            .map(|(hash, _)| hash)
+            .ok_or_else(|| CalibrationFileError::NoHash { path: path() })?;
+        if hash != sha256(body) {
+            return Err(CalibrationFileError::Edited { path: path() });
+        }
+        let calibration: Self =
+            toml::from_str(body).map_err(|error| CalibrationFileError::Content {
+                path: path(),
+                reason: error.to_string(),
+            })?;
+        if calibration.format != FORMAT {
+            return Err(CalibrationFileError::Content {
+                path: path(),
+                reason: format!(
+                    "format = {} is not known; this version reads format {FORMAT}",
+                    calibration.format
+                ),
+            });
+        }
+        Ok((calibration, hash.to_owned()))
+    }
+
+    /// Returns how well drive and pickup follow each other once gain and delay are known, relative and rad: the measured
+    /// departure, and a crosstalk of the pickup into the drive's input that is taken to be as large as the measured one of the
+    /// drive into the pickup's. `None` as long as the channels were not calibrated.
+    #[must_use]
+    pub fn channel_match(&self) -> Option<f64> {
+        let channels = self.channels.as_ref()?;
+        let pickup = channels.input(self.identity.pickup_channel)?;
+        let crosstalk = pickup.crosstalk.as_ref().map_or(0.0, |x| x.value);
+        Some(pickup.departure.hypot(crosstalk))
+    }
+
+    /// The date of the oldest measurement that is needed.
+    #[must_use]
+    pub fn oldest(&self) -> Option<Timestamp> {
+        let dates = [
+            self.pickup.as_ref().map(|pickup| pickup.measured.date),
+            self.plate.as_ref().map(|plate| plate.measured.date),
+            self.force.as_ref().map(|force| force.measured.date),
+            self.channels
+                .as_ref()
+                .map(|channels| channels.measured.date),
+        ];
+        dates.into_iter().flatten().min()
+    }
+}
+
+fn sha256(text: &str) -> String {
+    Sha256::digest(text.as_bytes())
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quantity_is_stated_to_two_digits_of_its_interval() {
+        let stated = |value, error, unit| Quantity::new(value, error, 1_000_000, unit).to_string();
+        assert_eq!(stated(5.449_791e-6, 5.6e-9, "m"), "(5.450 ± 0.011)e-6 m");
+        assert_eq!(stated(35_162.72, 0.006, "Hz"), "35162.720 ± 0.012 Hz");
+        assert_eq!(stated(-0.63, 1e-4, "rad"), "-0.63000 ± 0.00020 rad");
+        assert_eq!(stated(292.35, 0.036, "1"), "292.350 ± 0.071");
+        assert_eq!(stated(0.0, 0.0, "V"), "0.000000 ± 0.000000 V");
+        assert_eq!(stated(-3e-8, 1e-4, "rad"), "(-0.0 ± 2.0)e-4 rad");
+    }
+
+    #[test]
+    fn parts_seen_apart_have_their_degrees_of_freedom_together() {
+        // Two equal parts of 5 each: (2σ²)²/(2σ⁴/5) = 10.
+        let sigma = 0.1;
+        let both = Quantity::of_parts(1.0, 2f64.sqrt() * sigma, &[(sigma, 5), (sigma, 5)], "N");
+        assert!((9..=10).contains(&both.degrees_of_freedom), "{both:?}");
+        let none_seen = Quantity::of_parts(1.0, 0.1, &[(0.0, 5)], "N");
+        assert_eq!(none_seen.degrees_of_freedom, 1000);
+    }
+
+    #[test]
+    fn effective_degrees_of_freedom_follow_what_was_seen() {
+        let all_seen = Quantity::combined(1.0, 0.1, 0.1, 5, "m");
+        assert_eq!(all_seen.degrees_of_freedom, 5);
+        // Student's t for 5 degrees of freedom.
+        assert!((all_seen.half_width_95() - 0.2571).abs() < 1e-4);
+        let hardly_seen = Quantity::combined(1.0, 0.1, 0.001, 5, "m");
+        assert_eq!(hardly_seen.degrees_of_freedom, 1000);
+        assert!((hardly_seen.half_width_95() - 0.1962).abs() < 1e-4);
+    }
+}

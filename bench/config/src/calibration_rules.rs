@@ -1,0 +1,158 @@
+//! What a calibration must reach, and how long it holds.
+
+use serde::{Deserialize, Serialize};
+
+use super::range::{Refused, within};
+use crate::correction::MOST_CROSSTALK;
+
+/// `[calibration]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CalibrationRules {
+    /// Gains of amplifiers and inputs as they are set now, in words: a calibration holds for these.
+    pub gains: String,
+    /// A calibration that is older is refused, days.
+    pub max_age_days: f64,
+    /// Largest plate amplitude that a calibration may ask for, m.
+    pub max_amplitude_m: f64,
+    /// Largest departure of the pickup's points from a line, of the largest amplitude.
+    pub pickup_nonlinearity: f64,
+    /// Largest relative standard error of the pickup's sensitivity.
+    pub pickup_error: f64,
+    /// Largest departure of the plate's response from its fit, root mean square over its peak.
+    pub plate_residual: f64,
+    /// Quality factors of a plate that nothing touches, from and to.
+    pub quality: [f64; 2],
+    /// Largest change of the resonance since the calibration before, Hz.
+    pub drift_hz: f64,
+    /// A force sensor without load reads less than this, N.
+    pub zero_n: f64,
+    /// Acceleration of gravity where the bench stands, m/s²; standard gravity (9.80665) when absent, with an error that
+    /// holds anywhere at sea level. National geodetic services give the local value (for most places to 1e-5 by latitude and
+    /// height, GRS 80).
+    pub gravity_m_per_s2: Option<f64>,
+    /// A force reading is at rest when means over a tenth of a second scatter less than this, or no more than its noise
+    /// makes them, N.
+    pub force_rest_n: f64,
+    /// Largest departure of a known mass from the fitted matrix, of the largest force on its axis.
+    pub force_nonlinearity: f64,
+    /// Largest relative standard error of the force sensor's sensitivity on either axis.
+    pub force_error: f64,
+    /// Largest crosstalk between the axes of the force sensor, N per newton read.
+    pub force_crosstalk: f64,
+    /// Largest noise of either axis, N/√Hz.
+    pub force_noise_n_per_sqrt_hz: f64,
+    /// Largest drift of either axis' zero, N/min.
+    pub force_drift_n_per_min: f64,
+    /// Largest departure of either axis' zero from its drift after a load was taken away, N.
+    pub force_zero_return_n: f64,
+    /// Largest noise density of an input about the carrier, sample units per √Hz.
+    pub input_noise_units_per_sqrt_hz: f64,
+    /// Largest crosstalk of the drive into another input, dB.
+    pub crosstalk_db: f64,
+    /// Largest departure of an input's levels from a line, of the largest level.
+    pub input_nonlinearity: f64,
+    /// Largest delay between an input and the drive's, samples.
+    pub delay_samples: f64,
+    /// Largest relative standard error of an input's gain, and of its phase in rad.
+    pub input_error: f64,
+}
+
+impl Default for CalibrationRules {
+    fn default() -> Self {
+        Self {
+            gains: String::new(),
+            max_age_days: 30.0,
+            max_amplitude_m: 5e-6,
+            pickup_nonlinearity: 0.01,
+            pickup_error: 0.01,
+            plate_residual: 0.01,
+            quality: [50.0, 2000.0],
+            drift_hz: 100.0,
+            zero_n: 0.05,
+            gravity_m_per_s2: None,
+            force_rest_n: 3e-4,
+            force_nonlinearity: 0.01,
+            force_error: 0.02,
+            force_crosstalk: 0.2,
+            force_noise_n_per_sqrt_hz: 1e-3,
+            force_drift_n_per_min: 0.02,
+            force_zero_return_n: 0.01,
+            input_noise_units_per_sqrt_hz: 1e-6,
+            crosstalk_db: -60.0,
+            input_nonlinearity: 0.005,
+            delay_samples: 8.0,
+            input_error: 1e-3,
+        }
+    }
+}
+
+/// From the equator on a mountain to the poles, m/s².
+pub const GRAVITY: [f64; 2] = [9.76, 9.84];
+
+impl CalibrationRules {
+    pub(super) fn check(&self) -> Result<(), Refused> {
+        let within = |key: &str, value: f64, low: f64, high: f64, unit: &str| {
+            within(&format!("calibration.{key}"), value, low, high, unit)
+        };
+        within("max_age_days", self.max_age_days, 0.01, 3650.0, "days")?;
+        within("max_amplitude_m", self.max_amplitude_m, 1e-8, 2e-5, "m")?;
+        within(
+            "pickup_nonlinearity",
+            self.pickup_nonlinearity,
+            1e-4,
+            0.2,
+            "",
+        )?;
+        within("pickup_error", self.pickup_error, 1e-4, 0.2, "")?;
+        within("plate_residual", self.plate_residual, 1e-5, 0.2, "")?;
+        within("quality", self.quality[0], 1.0, self.quality[1], "")?;
+        within("drift_hz", self.drift_hz, 0.1, 5e3, "Hz")?;
+        within("zero_n", self.zero_n, 1e-3, 1.0, "N")?;
+        if let Some(gravity) = self.gravity_m_per_s2 {
+            within("gravity_m_per_s2", gravity, GRAVITY[0], GRAVITY[1], "m/s²")?;
+        }
+        within("force_rest_n", self.force_rest_n, 1e-6, 0.05, "N")?;
+        within("force_nonlinearity", self.force_nonlinearity, 1e-4, 0.2, "")?;
+        within("force_error", self.force_error, 1e-4, 0.2, "")?;
+        within(
+            "force_crosstalk",
+            self.force_crosstalk,
+            1e-3,
+            MOST_CROSSTALK,
+            "N/N",
+        )?;
+        within(
+            "force_noise_n_per_sqrt_hz",
+            self.force_noise_n_per_sqrt_hz,
+            1e-7,
+            0.1,
+            "N/√Hz",
+        )?;
+        within(
+            "force_drift_n_per_min",
+            self.force_drift_n_per_min,
+            1e-5,
+            1.0,
+            "N/min",
+        )?;
+        within(
+            "force_zero_return_n",
+            self.force_zero_return_n,
+            1e-5,
+            1.0,
+            "N",
+        )?;
+        within(
+            "input_noise_units_per_sqrt_hz",
+            self.input_noise_units_per_sqrt_hz,
+            1e-10,
+            1e-3,
+            "/√Hz",
+        )?;
+        within("crosstalk_db", self.crosstalk_db, -160.0, -10.0, "dB")?;
+        within("input_nonlinearity", self.input_nonlinearity, 1e-5, 0.2, "")?;
+        within("delay_samples", self.delay_samples, 0.01, 200.0, "samples")?;
+        within("input_error", self.input_error, 1e-7, 0.1, "")
+    }
+}

@@ -1,0 +1,143 @@
+//! From what the sensor says to the forces that act: F = M · (reading − tare).
+
+use safety::SENSITIVITY;
+use serde::{Deserialize, Serialize};
+
+/// Largest share that one axis of a sound sensor takes of the other's force.
+pub const MOST_CROSSTALK: f64 = 0.3;
+
+/// The matrix and the tare of one sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Correction {
+    /// M in rows, normal and lateral: newtons per newton read.
+    pub matrix: [[f64; 2]; 2],
+    /// What the axes read without load, N.
+    pub tare_n: [f64; 2],
+}
+
+impl Default for Correction {
+    /// What the sensor says is taken as it is.
+    fn default() -> Self {
+        Self {
+            matrix: [[1.0, 0.0], [0.0, 1.0]],
+            tare_n: [0.0; 2],
+        }
+    }
+}
+
+/// A correction that no sound sensor needs. Used all the same it could hide a press from the safety watch.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum Implausible {
+    /// An axis is stretched, shrunk or turned round.
+    #[error(
+        "force.matrix makes {sensitivity:.3} N of each newton that the {axis} axis reads, which is outside {} to {}: the sensor's own scale or sign is wrong, set it right there", SENSITIVITY[0], SENSITIVITY[1]
+    )]
+    Sensitivity {
+        /// Which axis.
+        axis: &'static str,
+        /// Newtons per newton read.
+        sensitivity: f64,
+    },
+    /// One axis is mostly the other.
+    #[error(
+        "force.matrix takes {crosstalk:.3} N of each newton that the {from} axis reads for {to} force, more than {MOST_CROSSTALK}: the plate is tilted, the pulley's thread is not level, or the sensor is turned"
+    )]
+    Crosstalk {
+        /// The axis that reads.
+        from: &'static str,
+        /// The force that is made of it.
+        to: &'static str,
+        /// Newtons per newton read.
+        crosstalk: f64,
+    },
+    /// The sensor reads much without load.
+    #[error(
+        "the {axis} axis reads {tare_n:.3} N without load, more than safety.max_{axis}_n = {most_n} N allows for: tare the sensor itself"
+    )]
+    Tare {
+        /// Which axis.
+        axis: &'static str,
+        /// Its reading, N.
+        tare_n: f64,
+        /// Allowed, N.
+        most_n: f64,
+    },
+}
+
+const AXES: [&str; 2] = ["normal", "lateral"];
+
+impl Correction {
+    /// Refuses what no sound sensor needs; `most_n` are the safety watch's limits, normal and lateral.
+    ///
+    /// # Errors
+    /// [`Implausible`] names the entry and what to do.
+    pub fn require_plausible(&self, most_n: [f64; 2]) -> Result<(), Implausible> {
+        let [low, high] = SENSITIVITY;
+        for (i, axis) in AXES.into_iter().enumerate() {
+            let sensitivity = self.matrix[i][i];
+            if !(low..=high).contains(&sensitivity) {
+                return Err(Implausible::Sensitivity { axis, sensitivity });
+            }
+            let crosstalk = self.matrix[i][1 - i];
+            if !(-MOST_CROSSTALK..=MOST_CROSSTALK).contains(&crosstalk) {
+                return Err(Implausible::Crosstalk {
+                    from: AXES[1 - i],
+                    to: axis,
+                    crosstalk,
+                });
+            }
+            let (tare_n, most_n) = (self.tare_n[i], most_n[i]);
+            if !(-most_n..=most_n).contains(&tare_n) {
+                return Err(Implausible::Tare {
+                    axis,
+                    tare_n,
+                    most_n,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Forces of a reading, N.
+    #[must_use]
+    pub fn forces_n(&self, reading_n: [f64; 2]) -> [f64; 2] {
+        let loaded = [0, 1].map(|axis| reading_n[axis] - self.tare_n[axis]);
+        self.matrix
+            .map(|row| row[0] * loaded[0] + row[1] * loaded[1])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tare_first_then_the_matrix() {
+        let correction = Correction {
+            matrix: [[1.1, -0.02], [0.05, 0.9]],
+            tare_n: [0.2, -0.1],
+        };
+        let [normal_n, lateral_n] = correction.forces_n([1.2, 0.4]);
+        assert!((normal_n - (1.1 - 0.02 * 0.5)).abs() < 1e-12);
+        assert!((lateral_n - (0.05 + 0.9 * 0.5)).abs() < 1e-12);
+        assert_eq!(Correction::default().forces_n([0.3, 0.2]), [0.3, 0.2]);
+    }
+
+    #[test]
+    fn what_could_hide_a_press_is_refused() {
+        let of = |matrix, tare_n| Correction { matrix, tare_n }.require_plausible([3.0, 2.0]);
+        assert_eq!(of([[0.5, 0.3], [-0.3, 2.0]], [3.0, -2.0]), Ok(()));
+        for (matrix, tare_n, word) in [
+            ([[0.49, 0.0], [0.0, 1.0]], [0.0; 2], "the normal axis reads"),
+            ([[-1.0, 0.0], [0.0, 1.0]], [0.0; 2], "sign"),
+            ([[1.0, 0.0], [0.0, 2.1]], [0.0; 2], "the lateral axis reads"),
+            ([[1.0, -0.31], [0.0, 1.0]], [0.0; 2], "for normal force"),
+            ([[1.0, 0.0], [f64::NAN, 1.0]], [0.0; 2], "for lateral force"),
+            ([[1.0, 0.0], [0.0, 1.0]], [3.1, 0.0], "max_normal_n = 3 N"),
+            ([[1.0, 0.0], [0.0, 1.0]], [0.0, 2.1], "max_lateral_n = 2 N"),
+        ] {
+            let said = of(matrix, tare_n).unwrap_err().to_string();
+            assert!(said.contains(word), "{said}");
+        }
+    }
+}

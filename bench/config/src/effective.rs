@@ -1,0 +1,295 @@
+//! The bench as it is used: `bench.toml`, and what was calibrated in the place of what the file assumes.
+
+use std::path::{Path, PathBuf};
+
+use jiff::{SignedDuration, Timestamp};
+
+use crate::Config;
+use crate::calibration_file::{Calibration, CalibrationFileError, Provenance};
+use crate::correction::{Correction, Implausible};
+use crate::identity::{Identity, Mismatch};
+
+/// The one checked value that a bench runs on. Made once, passed on, never changed: a recording, a screen and a log that ask
+/// it say the same constants and the same provenance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Effective {
+    config: Config,
+    calibration: Option<InForce>,
+}
+
+/// A calibration that was read whole, is complete, and whose constants are in force.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InForce {
+    calibration: Calibration,
+    hash: String,
+    label: String,
+    text: String,
+}
+
+/// A calibration that cannot be put in force.
+#[derive(Debug, thiserror::Error)]
+pub enum CalibrationError {
+    /// The file cannot be used.
+    #[error(transparent)]
+    File(#[from] CalibrationFileError),
+    /// A measurement is missing.
+    #[error("{} is not complete: run `friction-bench calibrate {command}`", path.display())]
+    Incomplete {
+        /// The file.
+        path: PathBuf,
+        /// The command that measures what is missing.
+        command: &'static str,
+    },
+    /// The force sensor's correction is none that a sound sensor needs.
+    #[error("{} cannot be used: run `friction-bench calibrate force`", path.display())]
+    Implausible {
+        /// The file.
+        path: PathBuf,
+        /// What is implausible.
+        source: Implausible,
+    },
+    /// The file cannot be written as text.
+    #[error("{} cannot be copied into a session", path.display())]
+    Copy {
+        /// The file.
+        path: PathBuf,
+        /// What the writer said.
+        source: toml::ser::Error,
+    },
+    /// It was measured on another bench.
+    #[error("{OVERRIDE}")]
+    OtherBench(#[from] Mismatch),
+    /// It is too old, or dated in the future.
+    #[error("{OVERRIDE}")]
+    Date(#[from] WrongDate),
+}
+
+const OVERRIDE: &str = "the calibration does not hold; --uncalibrated runs without it";
+
+/// A calibration whose date does not allow it to be used.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum WrongDate {
+    /// Nothing in it carries a date.
+    #[error("the calibration has no date")]
+    Absent,
+    /// Older than allowed.
+    #[error(
+        "the calibration is {days:.0} days old, more than calibration.max_age_days = {max_age_days}: calibrate again"
+    )]
+    TooOld {
+        /// Age, days.
+        days: f64,
+        /// Allowed, days.
+        max_age_days: f64,
+    },
+    /// Dated in the future.
+    #[error(
+        "the calibration is dated {date}, in the future: set the computer's clock, or calibrate again"
+    )]
+    Future {
+        /// Its date.
+        date: Timestamp,
+    },
+}
+
+/// A date this far ahead is no clock's inaccuracy.
+const AHEAD: SignedDuration = SignedDuration::from_hours(24);
+/// A sample this near to the measured clipping level is cut off.
+const CLIPPED: f64 = 0.999;
+
+impl Effective {
+    /// Returns the bench as `bench.toml` alone describes it.
+    #[must_use]
+    pub fn uncalibrated(config: Config) -> Self {
+        Self {
+            config,
+            calibration: None,
+        }
+    }
+
+    /// Returns the bench of `config` with the constants of the calibration at `path`.
+    ///
+    /// # Errors
+    /// [`CalibrationError`] when the file is absent, was edited, lacks a measurement, or holds one that no sound bench needs.
+    pub fn calibrated(config: Config, path: &Path) -> Result<Self, CalibrationError> {
+        let calibration = InForce::read(path, &config)?;
+        Ok(Self {
+            config: with_constants(config, &calibration.calibration),
+            calibration: Some(calibration),
+        })
+    }
+
+    /// Returns the bench of `config` with what `calibration` has measured of it so far, for the calibration that goes on: not
+    /// yet a calibrated bench.
+    #[must_use]
+    pub fn under_calibration(config: Config, calibration: &Calibration) -> Self {
+        Self::uncalibrated(with_constants(config, calibration))
+    }
+
+    /// Returns the same bench with the force sensor's readings taken as they come, which is what a calibration of it reads.
+    #[must_use]
+    pub fn with_raw_forces(mut self) -> Self {
+        if let Some(force) = &mut self.config.force {
+            force.set_correction(Correction::default());
+        }
+        self
+    }
+
+    /// Returns the configuration with its calibrated constants.
+    #[must_use]
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// Returns the calibration in force; `None` for an uncalibrated bench.
+    #[must_use]
+    pub fn calibration(&self) -> Option<&InForce> {
+        self.calibration.as_ref()
+    }
+
+    /// Requires that the calibration in force was measured on the bench with these opened devices and is neither too old
+    /// nor dated in the future at `now`. An uncalibrated bench passes.
+    ///
+    /// # Errors
+    /// [`CalibrationError::OtherBench`] names what differs, [`CalibrationError::Date`] the age.
+    pub fn require_calibration_holds(
+        &self,
+        input_device: String,
+        output_device: String,
+        now: Timestamp,
+    ) -> Result<(), CalibrationError> {
+        let Some(in_force) = &self.calibration else {
+            return Ok(());
+        };
+        let present = Identity::of(&self.config, input_device, output_device);
+        in_force.require(&present, now, self.config.calibration.max_age_days)
+    }
+}
+
+impl InForce {
+    fn read(path: &Path, config: &Config) -> Result<Self, CalibrationError> {
+        let (calibration, hash) = Calibration::read(path)?;
+        let incomplete = |command| CalibrationError::Incomplete {
+            path: path.to_owned(),
+            command,
+        };
+        if calibration.pickup.is_none() {
+            return Err(incomplete("pickup"));
+        }
+        let Some(plate) = &calibration.plate else {
+            return Err(incomplete("plate"));
+        };
+        if config.force.is_some() && calibration.force.is_none() {
+            return Err(incomplete("force"));
+        }
+        if let Some(force) = &calibration.force {
+            force
+                .correction()
+                .require_plausible(config.safety.max_forces_n())
+                .map_err(|source| CalibrationError::Implausible {
+                    path: path.to_owned(),
+                    source,
+                })?;
+        }
+        let text = calibration
+            .to_text()
+            .map_err(|source| CalibrationError::Copy {
+                path: path.to_owned(),
+                source,
+            })?;
+        Ok(Self {
+            label: signed(&plate.measured),
+            hash,
+            text,
+            calibration,
+        })
+    }
+
+    /// Returns what was measured.
+    #[must_use]
+    pub fn calibration(&self) -> &Calibration {
+        &self.calibration
+    }
+
+    /// Returns the hash of the file's content.
+    #[must_use]
+    pub fn hash(&self) -> &str {
+        &self.hash
+    }
+
+    /// Returns its name on screens and in files, such as `2026-05-04, A. Tester`.
+    #[must_use]
+    pub fn label(&self) -> &str {
+        &self.label
+    }
+
+    /// Returns the file's text, for the session's folder.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Returns who calibrated and tared the force sensor, and when.
+    #[must_use]
+    pub fn force_label(&self) -> Option<String> {
+        let force = self.calibration.force.as_ref()?;
+        Some(format!(
+            "{}; tare {}",
+            signed(&force.measured),
+            signed(&force.tared)
+        ))
+    }
+
+    fn require(
+        &self,
+        present: &Identity,
+        now: Timestamp,
+        max_age_days: f64,
+    ) -> Result<(), CalibrationError> {
+        self.calibration.identity.require(present)?;
+        let oldest = self.calibration.oldest().ok_or(WrongDate::Absent)?;
+        let age = now.duration_since(oldest);
+        let days = age.as_secs_f64() / 86_400.0;
+        if days > max_age_days {
+            return Err(WrongDate::TooOld { days, max_age_days }.into());
+        }
+        if age < -AHEAD {
+            return Err(WrongDate::Future { date: oldest }.into());
+        }
+        Ok(())
+    }
+}
+
+fn signed(of: &Provenance) -> String {
+    format!("{}, {}", of.date.strftime("%Y-%m-%d"), of.operator)
+}
+
+/// Puts into `config` what was measured: sensitivity and phase of the pickup, resonance and force factor of the plate, matrix
+/// and tare of the force sensor, clipping levels of the inputs.
+fn with_constants(mut config: Config, calibration: &Calibration) -> Config {
+    if let Some(pickup) = &calibration.pickup {
+        config.channels.pickup.metres_per_unit = pickup.metres_per_unit.value;
+    }
+    if let Some(plate) = &calibration.plate {
+        config.channels.pickup.phase_rad = plate.pickup_phase_rad.value;
+        config.plate.resonance_hz = plate.resonance_hz.value;
+        config.plate.force_factor_n_per_v = plate.force_factor_n_per_v.value;
+    }
+    if let (Some(measured), Some(force)) = (&calibration.force, &mut config.force) {
+        force.set_correction(measured.correction());
+    }
+    if let Some(channels) = &calibration.channels {
+        let clip_units = |index: u16| {
+            let clips_at = channels.input(index)?.clips_at.as_ref()?;
+            Some((CLIPPED * clips_at.value).min(1.0))
+        };
+        let of = &mut config.channels;
+        if let Some(clip_units) = clip_units(of.drive.index) {
+            of.drive.clip_units = clip_units;
+        }
+        if let Some(clip_units) = clip_units(of.pickup.index) {
+            of.pickup.clip_units = clip_units;
+        }
+    }
+    config
+}

@@ -1,0 +1,29 @@
+//! Why a configuration is refused.
+
+use std::path::PathBuf;
+
+/// A `bench.toml` that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ConfigError {
+    /// The file cannot be read.
+    #[error("cannot read {}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Not TOML, an unknown key, or a value of the wrong type.
+    #[error(transparent)]
+    Toml(#[from] strict::TomlError),
+    /// A value that no bench may have.
+    #[error("{file}{}: {why}", line.map(|line| format!(", line {line}")).unwrap_or_default())]
+    Value {
+        /// The file, as the caller named it.
+        file: String,
+        /// Line of the key, from 1; `None` where no single key is at fault.
+        line: Option<usize>,
+        /// The key, its value and what is allowed.
+        why: String,
+    },
+}

@@ -1,0 +1,188 @@
+//! What there is beside the sound card: force sensor, encoder, digital lines, sounds for the participant.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use super::limits::Safety;
+use super::range::{Refused, within};
+use crate::correction::Correction;
+use crate::force_protocol::ForceProtocol;
+
+/// `[force]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Force {
+    /// Serial port.
+    pub port: PathBuf,
+    /// Format on the line, see `docs/force-protocol.md`.
+    pub protocol: ForceProtocol,
+    /// Baud rate; ignored by USB ports.
+    #[serde(default = "Force::default_baud")]
+    pub baud: u32,
+    /// Time from sampling to the first byte at the computer at its quickest, s.
+    #[serde(default)]
+    pub latency_s: f64,
+    /// Newtons of normal and of lateral force, in rows, per newton that the normal and the lateral axis read.
+    #[serde(default = "Force::default_matrix")]
+    pub matrix: [[f64; 2]; 2],
+    /// What the axes read without load, N.
+    #[serde(default)]
+    pub tare_n: [f64; 2],
+}
+
+impl Force {
+    pub(super) fn check(&self, safety: &Safety) -> Result<(), Refused> {
+        within("force.baud", f64::from(self.baud), 1200.0, 2e7, "baud")?;
+        within("force.latency_s", self.latency_s, 0.0, 0.1, "s")?;
+        self.correction()
+            .require_plausible(safety.max_forces_n())
+            .map_err(|implausible| Refused {
+                key: None,
+                why: implausible.to_string(),
+            })
+    }
+
+    fn default_matrix() -> [[f64; 2]; 2] {
+        Correction::default().matrix
+    }
+
+    /// By what another sensor is noticed.
+    #[must_use]
+    pub fn identity(&self) -> String {
+        let protocol = format!("{:?}", self.protocol).to_lowercase();
+        format!("{}, {protocol}", self.port.display())
+    }
+
+    /// From what the sensor says to newtons.
+    #[must_use]
+    pub fn correction(&self) -> Correction {
+        Correction {
+            matrix: self.matrix,
+            tare_n: self.tare_n,
+        }
+    }
+
+    /// Takes newtons from the sensor's readings by `correction`.
+    pub(crate) fn set_correction(&mut self, correction: Correction) {
+        self.matrix = correction.matrix;
+        self.tare_n = correction.tare_n;
+    }
+
+    fn default_baud() -> u32 {
+        2_000_000
+    }
+}
+
+/// `[encoder]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Encoder {
+    /// Movement per quadrature count, m; negative when the encoder counts the other way.
+    pub metres_per_count: f64,
+    /// Position along the plate where the bench starts counting, m.
+    pub origin_m: f64,
+}
+
+impl Encoder {
+    pub(super) fn check(&self) -> Result<(), Refused> {
+        let step_m = self.metres_per_count.abs();
+        within("encoder.metres_per_count", step_m, 1e-7, 1e-3, "m")?;
+        within("encoder.origin_m", self.origin_m, -10.0, 10.0, "m")
+    }
+}
+
+/// Which GPIO library drives the lines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum GpioBackend {
+    /// Raspberry Pi.
+    Rppal,
+    /// Any Linux board with a GPIO character device.
+    Gpiocdev,
+    /// No lines.
+    #[default]
+    None,
+}
+
+/// `[gpio]`
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Gpio {
+    /// Library.
+    pub backend: GpioBackend,
+    /// Character device, for `gpiocdev`.
+    pub chip: Option<PathBuf>,
+    /// Encoder A, line number.
+    pub encoder_a: Option<u8>,
+    /// Encoder B, line number.
+    pub encoder_b: Option<u8>,
+    /// E-stop loop, line number.
+    pub estop: Option<u8>,
+    /// Participant's button, line number.
+    pub button: Option<u8>,
+    /// Amplifier enable, line number.
+    pub enable: Option<u8>,
+    /// Amplifier heartbeat, line number.
+    pub heartbeat: Option<u8>,
+}
+
+impl Gpio {
+    pub(super) fn check(&self) -> Result<(), Refused> {
+        let mut used: Vec<u8> = self.lines().collect();
+        used.sort_unstable();
+        if let Some(twice) = used.windows(2).find(|pair| pair[0] == pair[1]) {
+            let why = format!("GPIO line {} is used twice in [gpio]", twice[0]);
+            return Err(Refused::new("gpio", why));
+        }
+        if self.backend == GpioBackend::Gpiocdev && self.chip.is_none() {
+            let why = "gpio.backend = \"gpiocdev\" needs gpio.chip, such as \"/dev/gpiochip0\"";
+            return Err(Refused::new("gpio.backend", why.to_owned()));
+        }
+        Ok(())
+    }
+
+    /// Numbers of the lines that are wired.
+    pub fn lines(&self) -> impl Iterator<Item = u8> {
+        let lines = [
+            self.encoder_a,
+            self.encoder_b,
+            self.estop,
+            self.button,
+            self.enable,
+            self.heartbeat,
+        ];
+        lines.into_iter().flatten()
+    }
+}
+
+/// `[sound]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Sound {
+    /// Output device of cues and noise, by id or name: not the card that drives the plate. Empty: none.
+    pub device: String,
+    /// Start and end tones.
+    pub cues: bool,
+    /// White noise against the plate's audible squeal.
+    pub masking_noise: bool,
+    /// Level of both, of full scale.
+    pub level: f64,
+}
+
+impl Default for Sound {
+    fn default() -> Self {
+        Self {
+            device: String::new(),
+            cues: true,
+            masking_noise: false,
+            level: 0.2,
+        }
+    }
+}
+
+impl Sound {
+    pub(super) fn check(&self) -> Result<(), Refused> {
+        within("sound.level", self.level, 0.0, 1.0, "")
+    }
+}

@@ -1,0 +1,173 @@
+//! What a calibration was measured on.
+
+use serde::{Deserialize, Serialize};
+
+use crate::Config;
+use crate::field::Force;
+
+/// Everything that a calibration is only valid for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Identity {
+    /// Audio input device, as the sound layer names it.
+    pub input_device: String,
+    /// Audio output device.
+    pub output_device: String,
+    /// Sample rate of both, Hz.
+    pub rate_hz: u32,
+    /// Sample format.
+    pub sample_format: String,
+    /// Output channel that feeds the amplifier.
+    pub output_channel: u16,
+    /// Input channel of the drive's read-back.
+    pub drive_channel: u16,
+    /// Input channel of the pickup.
+    pub pickup_channel: u16,
+    /// Actuator volts per full scale of the output, as typed in.
+    pub output_volts_per_unit: f64,
+    /// Actuator volts per sample value, as typed in.
+    pub drive_volts_per_unit: f64,
+    /// Name of the plate.
+    pub plate_id: String,
+    /// Its modal mass, as typed in, kg.
+    pub modal_mass_kg: f64,
+    /// Gains of the amplifiers, as the operator describes them.
+    pub gains: String,
+    /// Port and protocol of the force sensor; `None` while nothing was measured with one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force_sensor: Option<String>,
+}
+
+/// A bench that is not the one that was calibrated.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("the calibration was made with {what} {calibrated}, but the bench has {present}: {remedy}")]
+pub struct Mismatch {
+    /// What differs.
+    pub what: &'static str,
+    /// As calibrated.
+    pub calibrated: String,
+    /// As it is now.
+    pub present: String,
+    /// What to do.
+    pub remedy: &'static str,
+}
+
+const RECALIBRATE: &str = "calibrate again, or go back to what was calibrated";
+
+impl Identity {
+    /// Of the bench that `config` describes, with the devices that were opened.
+    #[must_use]
+    pub fn of(config: &Config, input_device: String, output_device: String) -> Self {
+        Self {
+            input_device,
+            output_device,
+            rate_hz: config.audio.rate_hz,
+            sample_format: format!("{:?}", config.audio.sample_format).to_lowercase(),
+            output_channel: config.output.channel,
+            drive_channel: config.channels.drive.index,
+            pickup_channel: config.channels.pickup.index,
+            output_volts_per_unit: config.output.volts_per_unit,
+            drive_volts_per_unit: config.channels.drive.volts_per_unit,
+            plate_id: config.plate.id.clone(),
+            modal_mass_kg: config.plate.modal_mass_kg,
+            gains: config.calibration.gains.clone(),
+            force_sensor: config.force.as_ref().map(Force::identity),
+        }
+    }
+
+    /// The first thing in which `present` differs; the force sensor only where something was measured with one.
+    ///
+    /// # Errors
+    /// [`Mismatch`] names it.
+    pub fn require(&self, present: &Self) -> Result<(), Mismatch> {
+        let number = |value: f64| value.to_string();
+        let channels = |of: &Self| {
+            format!(
+                "drive on input {}, pickup on input {}, amplifier on output {}",
+                of.drive_channel, of.pickup_channel, of.output_channel
+            )
+        };
+        let quoted = |text: &str| format!("\"{text}\"");
+        let sensor = |named: &Option<String>| quoted(named.as_deref().unwrap_or("none"));
+        let compared: [(&'static str, String, String, &'static str); 11] = [
+            (
+                "the input device",
+                self.input_device.clone(),
+                present.input_device.clone(),
+                RECALIBRATE,
+            ),
+            (
+                "the output device",
+                self.output_device.clone(),
+                present.output_device.clone(),
+                RECALIBRATE,
+            ),
+            (
+                "a rate in Hz of",
+                self.rate_hz.to_string(),
+                present.rate_hz.to_string(),
+                RECALIBRATE,
+            ),
+            (
+                "the sample format",
+                self.sample_format.clone(),
+                present.sample_format.clone(),
+                RECALIBRATE,
+            ),
+            (
+                "the channels",
+                channels(self),
+                channels(present),
+                "the map in bench.toml was changed: go back to the old one or calibrate again",
+            ),
+            (
+                "output.volts_per_unit",
+                number(self.output_volts_per_unit),
+                number(present.output_volts_per_unit),
+                RECALIBRATE,
+            ),
+            (
+                "channels.drive.volts_per_unit",
+                number(self.drive_volts_per_unit),
+                number(present.drive_volts_per_unit),
+                RECALIBRATE,
+            ),
+            (
+                "the plate",
+                quoted(&self.plate_id),
+                quoted(&present.plate_id),
+                "another plate has another resonance: calibrate it",
+            ),
+            (
+                "plate.modal_mass_kg",
+                number(self.modal_mass_kg),
+                number(present.modal_mass_kg),
+                RECALIBRATE,
+            ),
+            (
+                "the gains",
+                quoted(&self.gains),
+                quoted(&present.gains),
+                "set the gains back or calibrate again",
+            ),
+            (
+                "the force sensor",
+                sensor(&self.force_sensor),
+                match self.force_sensor {
+                    Some(_) => sensor(&present.force_sensor),
+                    None => sensor(&None),
+                },
+                "plug the calibrated one in again, or run `friction-bench calibrate force`",
+            ),
+        ];
+        match compared.into_iter().find(|(_, a, b, _)| a != b) {
+            None => Ok(()),
+            Some((what, calibrated, present, remedy)) => Err(Mismatch {
+                what,
+                calibrated,
+                present,
+                remedy,
+            }),
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! The description of one bench: `bench.toml`, `calibration.toml`, and [`Effective`], the one checked value made of both.
+//!
+//! Files are read strictly and checked once. Everything that runs is given an [`Effective`], which nothing changes.
+
+mod audio;
+mod calibration_file;
+mod calibration_rules;
+mod correction;
+mod effective;
+mod error;
+mod field;
+mod force_protocol;
+mod identity;
+mod limits;
+mod plate;
+mod range;
+#[cfg(test)]
+mod tests;
+
+pub use audio::{Audio, AudioHost, Channels, DriveChannel, Output, PickupChannel, SampleFormat};
+pub use calibration_file::{
+    Calibration, CalibrationFileError, InputChannel, MeasuredChannels, MeasuredForce,
+    MeasuredPickup, MeasuredPlate, Provenance, Quantity,
+};
+pub use calibration_rules::{CalibrationRules, GRAVITY};
+pub use correction::{Correction, Implausible, MOST_CROSSTALK};
+pub use effective::{CalibrationError, Effective, InForce};
+pub use error::ConfigError;
+pub use field::{Encoder, Force, Gpio, GpioBackend, Sound};
+pub use force_protocol::ForceProtocol;
+pub use identity::{Identity, Mismatch};
+pub use limits::{Limits, Safety};
+pub use plate::Plate;
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use range::Refused;
+
+/// The bench as its file describes it. Every number is SI, peak for peak.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Config {
+    /// Version of this file's layout; 1.
+    pub format: u32,
+    /// The sound card.
+    pub audio: Audio,
+    /// The driven output.
+    pub output: Output,
+    /// What is wired to the inputs.
+    pub channels: Channels,
+    /// The plate.
+    pub plate: Plate,
+    /// Limits of the drive.
+    pub limits: Limits,
+    /// Limits of the safety watch.
+    #[serde(default)]
+    pub safety: Safety,
+    /// The force sensor; without it there is no participant protocol.
+    pub force: Option<Force>,
+    /// The position encoder; without it there is no participant protocol.
+    pub encoder: Option<Encoder>,
+    /// Digital lines.
+    #[serde(default)]
+    pub gpio: Gpio,
+    /// Cues and masking noise for the participant.
+    #[serde(default)]
+    pub sound: Sound,
+    /// What a calibration must reach, and how long it holds.
+    #[serde(default)]
+    pub calibration: CalibrationRules,
+}
+
+impl Config {
+    /// Reads and checks a configuration; `file` names it in errors.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names the key, its line, the value and what is allowed.
+    pub fn parse(text: &str, file: &str) -> Result<Self, ConfigError> {
+        let config: Self = strict::parse(text, file)?;
+        config
+            .check()
+            .map_err(|Refused { key, why }| ConfigError::Value {
+                file: file.to_owned(),
+                line: key.and_then(|key| strict::line_of(text, &key)),
+                why,
+            })?;
+        Ok(config)
+    }
+
+    /// Reads and checks the file at `path`.
+    ///
+    /// # Errors
+    /// As [`Config::parse`], and [`ConfigError::Read`].
+    pub fn read(path: &Path) -> Result<Self, ConfigError> {
+        let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
+            path: path.to_owned(),
+            source,
+        })?;
+        Self::parse(&text, &path.display().to_string())
+    }
+
+    /// Returns the file's text.
+    ///
+    /// # Errors
+    /// Never for a configuration that was parsed.
+    pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
+        toml::to_string(self)
+    }
+
+    fn check(&self) -> Result<(), Refused> {
+        if self.format != 1 {
+            return Err(Refused::new(
+                "format",
+                format!(
+                    "format = {} is not known; this version reads format 1",
+                    self.format
+                ),
+            ));
+        }
+        self.audio.check()?;
+        self.output.check(&self.audio)?;
+        self.channels.check(&self.audio)?;
+        self.plate.check()?;
+        self.limits.check()?;
+        self.safety.check()?;
+        if let Some(force) = &self.force {
+            force.check(&self.safety)?;
+        }
+        if let Some(encoder) = &self.encoder {
+            encoder.check()?;
+        }
+        self.gpio.check()?;
+        self.sound.check()?;
+        self.calibration.check()
+    }
+}

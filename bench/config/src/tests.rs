@@ -1,0 +1,163 @@
+//! What is accepted and how what is not is refused.
+
+use super::*;
+use crate::Correction;
+
+const BENCH: &str = include_str!("../../mock-bench.toml");
+
+fn with_force(keys: &str) -> Result<Config, ConfigError> {
+    let text = BENCH.replacen("[force]\n", &format!("[force]\n{keys}\n"), 1);
+    Config::parse(&text, "bench.toml")
+}
+
+#[test]
+fn every_limit_of_a_force_calibration_has_a_range() {
+    for (key, good, bad) in [
+        ("gravity_m_per_s2", "9.8128", "9.9"),
+        ("force_rest_n", "0.001", "0.1"),
+        ("force_nonlinearity", "0.02", "0.3"),
+        ("force_error", "0.01", "0.0"),
+        ("force_crosstalk", "0.1", "0.4"),
+        ("force_noise_n_per_sqrt_hz", "1.0e-4", "1.0"),
+        ("force_drift_n_per_min", "0.1", "2.0"),
+        ("force_zero_return_n", "0.02", "0.0"),
+    ] {
+        let of = |value: &str| {
+            Config::parse(
+                &format!("{BENCH}\n[calibration]\n{key} = {value}\n"),
+                "bench.toml",
+            )
+        };
+        assert!(of(good).is_ok(), "{key}");
+        let refused = format!("{:#}", of(bad).unwrap_err());
+        assert!(
+            refused.contains(&format!("calibration.{key}")) && refused.contains("range"),
+            "{refused}"
+        );
+    }
+}
+
+#[test]
+fn each_force_limit_has_its_range_and_a_default() {
+    for key in ["max_normal_n", "max_lateral_n"] {
+        let line = BENCH.lines().find(|line| line.starts_with(key)).unwrap();
+        let of = |with: &str| Config::parse(&BENCH.replace(line, with), "bench.toml");
+        let said = |with: &str| format!("{:#}", of(with).unwrap_err());
+        assert_eq!(of("").unwrap().safety.max_forces_n(), [3.0, 3.0]);
+        for value in ["0.1", "1.5", "20.0"] {
+            of(&format!("{key} = {value}")).unwrap();
+        }
+        for value in ["0.0", "-3.0", "20.1", "nan"] {
+            let said = said(&format!("{key} = {value}"));
+            assert!(
+                said.contains(&format!("safety.{key}")) && said.contains("0.1 to 20 N"),
+                "{said}"
+            );
+        }
+        let typo = said(&format!("{} = 3.0", key.replace("max", "mx")));
+        assert!(typo.contains(&format!("`{key}`")), "{typo}");
+    }
+}
+
+#[test]
+fn a_force_matrix_that_could_hide_a_press_is_refused() {
+    let config = with_force("matrix = [[1.1, 0.02], [-0.03, 0.9]]\ntare_n = [0.1, 0.2]");
+    let force = config.unwrap().force.unwrap();
+    assert_eq!(force.correction().tare_n, [0.1, 0.2]);
+    assert_eq!(
+        with_force("").unwrap().force.unwrap().correction(),
+        Correction::default()
+    );
+    for (keys, word) in [
+        ("matrix = [[0.1, 0.0], [0.0, 1.0]]", "force.matrix"),
+        ("tare_n = [5.0, 0.0]", "safety.max_normal_n = 3"),
+        ("tare_n = [0.0, -5.0]", "safety.max_lateral_n = 3"),
+    ] {
+        let refused = format!("{:#}", with_force(keys).unwrap_err());
+        assert!(refused.contains(word), "{refused}");
+    }
+}
+
+/// The simulated bench's description with `lines` at its end or in the place of others.
+fn described(change: impl FnOnce(String) -> String) -> Result<Config, ConfigError> {
+    Config::parse(
+        &change(include_str!("../../mock-bench.toml").to_owned()),
+        "bench.toml",
+    )
+}
+
+#[test]
+fn each_limit_of_the_channels_has_its_range() {
+    for (key, accepted, rejected) in [
+        ("input_noise_units_per_sqrt_hz", "2e-7", "0.01"),
+        ("crosstalk_db", "-80.0", "3.0"),
+        ("input_nonlinearity", "0.001", "0.5"),
+        ("delay_samples", "2.0", "0.0"),
+        ("input_error", "1e-4", "0.2"),
+    ] {
+        let with =
+            |value: &str| described(|text| format!("{text}\n[calibration]\n{key} = {value}\n"));
+        assert!(with(accepted).is_ok(), "{key} = {accepted}");
+        let error = format!("{:#}", with(rejected).unwrap_err());
+        assert!(error.contains(&format!("calibration.{key}")), "{error}");
+        assert!(error.contains("outside the allowed range"), "{error}");
+    }
+}
+
+#[test]
+fn a_clip_level_is_a_part_of_full_scale() {
+    for channel in ["drive", "pickup"] {
+        let with = |value: &str| {
+            described(|text| {
+                text.replacen(
+                    &format!("[channels.{channel}]"),
+                    &format!("[channels.{channel}]\nclip_units = {value}"),
+                    1,
+                )
+                .replacen("   # voltage", "\n# voltage", 1)
+            })
+        };
+        assert!(with("0.5").is_ok(), "{channel}");
+        let error = format!("{:#}", with("1.5").unwrap_err());
+        assert!(
+            error.contains(&format!("channels.{channel}.clip_units")),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn what_is_refused_has_its_key_its_line_and_what_is_allowed() {
+    let drive_v = BENCH.lines().find(|line| line.starts_with("drive_v"));
+    let text = BENCH.replacen(drive_v.unwrap(), "drive_v = 1000.0", 1);
+    let line = 1 + text
+        .lines()
+        .position(|line| line == "drive_v = 1000.0")
+        .unwrap();
+    let said = Config::parse(&text, "bench.toml").unwrap_err().to_string();
+    for word in [
+        &format!("bench.toml, line {line}: limits.drive_v = 1000 V"),
+        "0 to 150 V",
+    ] {
+        assert!(said.contains(word), "no {word:?} in {said}");
+    }
+    for (section, key, value) in [
+        ("force", "latency_s", "1.0"),
+        ("force", "baud", "300"),
+        ("safety", "readback_floor_v", "nan"),
+        ("encoder", "origin_m", "inf"),
+    ] {
+        let line = |line: &&str| line.starts_with(&format!("{key} ="));
+        let text = match BENCH.lines().find(line) {
+            Some(line) => BENCH.replacen(line, &format!("{key} = {value}"), 1),
+            None => BENCH.replacen(
+                &format!("[{section}]\n"),
+                &format!("[{section}]\n{key} = {value}\n"),
+                1,
+            ),
+        };
+        let said = Config::parse(&text, "bench.toml").unwrap_err().to_string();
+        let key = format!("{section}.{key} = ");
+        assert!(said.contains(", line ") && said.contains(&key), "{said}");
+    }
+}

@@ -1,0 +1,63 @@
+//! The operator's dashboard on a thread of its own.
+
+use std::sync::mpsc::{Receiver, Sender, SyncSender};
+
+use anyhow::Context;
+use tasks::{RaiseOnDrop, StopFlag};
+use tui::{Action, Event};
+
+use crate::front::Front;
+
+/// Events waiting for a screen that stands still; beyond this they are dropped.
+const WAITING_EVENTS: usize = 4096;
+
+/// The operator's dashboard, on a thread of its own.
+pub struct Dashboard {
+    events: SyncSender<Event>,
+    actions: Receiver<Action>,
+}
+
+/// The dashboard's thread; joining it waits until the terminal is put back.
+pub struct DashboardThread(std::thread::JoinHandle<Result<(), tui::shell::ShellError>>);
+
+impl Dashboard {
+    /// Opens the dashboard on this process's terminal. When it ends, for whatever reason, the bench stops in good order.
+    ///
+    /// # Errors
+    /// When no thread can be started.
+    pub fn open(stop: StopFlag) -> anyhow::Result<(Self, DashboardThread)> {
+        let (events, shown) = std::sync::mpsc::sync_channel(WAITING_EVENTS);
+        let (asked, actions): (Sender<Action>, _) = std::sync::mpsc::channel();
+        let thread = std::thread::Builder::new()
+            .name("dashboard".to_owned())
+            .spawn(move || {
+                let _raise_on_unwind = RaiseOnDrop(stop);
+                tui::shell::run_operator(&shown, &asked)
+            })
+            .context("cannot start the dashboard's thread")?;
+        Ok((Self { events, actions }, DashboardThread(thread)))
+    }
+}
+
+impl DashboardThread {
+    /// Waits for the terminal.
+    ///
+    /// # Errors
+    /// What the terminal failed with.
+    pub fn join(self) -> anyhow::Result<()> {
+        match self.0.join() {
+            Ok(outcome) => outcome.context("the dashboard"),
+            Err(_) => anyhow::bail!("the dashboard panicked"),
+        }
+    }
+}
+
+impl Front for Dashboard {
+    fn show(&mut self, event: Event) {
+        let _dropped_when_the_screen_stands_still = self.events.try_send(event);
+    }
+
+    fn action(&mut self) -> Option<Action> {
+        self.actions.try_recv().ok()
+    }
+}

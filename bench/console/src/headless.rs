@@ -1,0 +1,95 @@
+//! Progress as lines of text, for scripts and logs.
+
+use std::io::Write;
+
+use tui::event::{Level, PhaseKind};
+use tui::{Action, Event};
+
+use crate::front::Front;
+
+/// Progress as lines of text, for scripts and logs. The protocol's own rules decide; nobody is asked.
+pub struct Headless<W> {
+    out: W,
+    unread: bool,
+    phase: Option<(PhaseKind, u32, u32)>,
+    tripped: Option<String>,
+}
+
+impl<W: Write> Headless<W> {
+    /// Prints to `out`.
+    pub fn new(out: W) -> Self {
+        Self {
+            out,
+            unread: false,
+            phase: None,
+            tripped: None,
+        }
+    }
+
+    fn line(&mut self, text: std::fmt::Arguments<'_>) {
+        // A reader who went away does not end a session; whoever runs for its lines alone looks at `unread`.
+        self.unread |= writeln!(self.out, "{text}").is_err();
+    }
+}
+
+impl<W: Write + Send> Front for Headless<W> {
+    fn show(&mut self, event: Event) {
+        match event {
+            Event::Phase(phase) => {
+                let now = (phase.kind, phase.trial, phase.attempt);
+                let sort = if phase.practice { "practice" } else { "trial" };
+                if phase.kind == PhaseKind::Baseline && phase.trial > 0 && self.phase != Some(now) {
+                    let again = if phase.attempt > 1 {
+                        format!(", attempt {}", phase.attempt)
+                    } else {
+                        String::new()
+                    };
+                    self.line(format_args!(
+                        "{sort} {} of {}{again}",
+                        phase.trial, phase.trials
+                    ));
+                }
+                self.phase = Some(now);
+            }
+            Event::Verdict(verdict) => {
+                let force = verdict
+                    .mean_normal_n
+                    .map(|n| format!(", mean force {n:.2} N"))
+                    .unwrap_or_default();
+                if verdict.accepted {
+                    self.line(format_args!(
+                        "  accepted: {} instances{force}",
+                        verdict.instances
+                    ));
+                } else {
+                    self.line(format_args!(
+                        "  again: {}{force}",
+                        verdict.reasons.join("; ")
+                    ));
+                }
+            }
+            Event::Safety {
+                state: tui::event::SafetyState::Tripped,
+                reason,
+            } if self.tripped != reason => {
+                self.tripped = reason;
+                let why = self.tripped.clone().unwrap_or_default();
+                self.line(format_args!("  STOPPED: {why}"));
+            }
+            Event::Log { level, text } => match level {
+                Level::Info => self.line(format_args!("  {text}")),
+                Level::Warning => self.line(format_args!("  warning: {text}")),
+                Level::Error => self.line(format_args!("  error: {text}")),
+            },
+            _ => {}
+        }
+    }
+
+    fn action(&mut self) -> Option<Action> {
+        None
+    }
+
+    fn is_unread(&self) -> bool {
+        self.unread
+    }
+}

@@ -1,0 +1,371 @@
+//! Puts a bench together from its hardware: streams opened, tasks wired, nothing driven yet.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use anyhow::Context;
+use config::{CalibrationError, Config, Effective, SampleFormat};
+use crossbeam_channel::{Receiver, Sender};
+use impedance::{Channels, Demodulator, Filter, Input, OUTPUT_RATE_HZ, PlateConstants, Zm};
+use recording::pipeline::{Batch, Pipeline};
+use recording::recorder::{RecorderGauge, RecorderNotice, RecorderTask, recorder};
+use safety::{SafetyLimits, SafetyLines, Signals, Watch};
+use signalgen::audio::{Duplex, DuplexConfig, Host, StreamChoice};
+use signalgen::{Direction, Generator, InputReader};
+use tasks::{Clock, Schedule, StopFlag, Task};
+
+use crate::acquisition::{Acquisition, RecordingCommand, Wiring};
+use crate::drive::{Drive, Guard, settings};
+use crate::field::{Encoder, Field, FieldReading};
+use crate::force::{ForceLink, open_port};
+use crate::gauges::Gauges;
+use crate::life::Life;
+use crate::lines::Lines;
+use crate::loss::LossWatch;
+
+/// What the composition root found or simulated.
+pub struct Hardware {
+    /// Sound layer.
+    pub host: Host,
+    /// Digital lines.
+    pub lines: Lines,
+    /// The force sensor's port, where it is not the configuration's.
+    pub force_port: Option<PathBuf>,
+    /// Time.
+    pub clock: Arc<dyn Clock>,
+    /// Who runs when.
+    pub schedule: Schedule,
+    /// Dropped once the streams are closed: the claim that keeps other instances away, a simulated apparatus.
+    pub guard: Box<dyn Send>,
+    /// Whether none of this is real, for screens and files.
+    pub simulated: bool,
+}
+
+/// Streams, sensors and safety watch of a bench, opened; who reads the samples is still to be decided.
+pub struct OpenHardware {
+    /// The bench's life, about to begin.
+    pub life: Life,
+    /// Samples.
+    pub input: InputReader,
+    /// Starts and stops the drive.
+    pub drive: Drive,
+    /// Readings of the slow inputs.
+    pub readings: Receiver<FieldReading>,
+    /// The participant's button; `None` when none is wired.
+    pub button: Option<Arc<AtomicBool>>,
+    /// Whether positions will come.
+    pub has_position: bool,
+    /// What the safety watch judges; whoever reads the samples publishes the drive's read-back there.
+    pub signals: Arc<Signals>,
+    /// Gauges for screens.
+    pub gauges: Arc<Gauges>,
+    /// Safety watch and slow inputs: they run before whoever decides.
+    pub tasks: Vec<Box<dyn Task>>,
+}
+
+impl OpenHardware {
+    /// Opens the streams and the sensors, and makes the drive safe against panics and signals.
+    ///
+    /// # Errors
+    /// Names the part that is missing, busy or unable, and what to do.
+    pub fn open(bench: &Effective, hardware: Hardware) -> anyhow::Result<Self> {
+        let config = bench.config();
+        let Hardware {
+            host,
+            lines,
+            force_port,
+            clock,
+            schedule,
+            guard,
+            simulated: _,
+        } = hardware;
+        let drive_settings = settings(config)?;
+        let Duplex {
+            streams,
+            drive,
+            input,
+            health,
+        } = signalgen::audio::open_duplex(&host, &duplex(config), Generator::new(drive_settings))?;
+        let (signals, gauges) = (Arc::new(Signals::default()), Arc::new(Gauges::default()));
+        let (safety_commands, safety_orders) = crossbeam_channel::unbounded();
+        let (readings, waiting_readings) = crossbeam_channel::unbounded();
+        let force = force_link(config, force_port)?;
+        let expects_force = force.is_some();
+        let encoder = lines
+            .encoder
+            .zip(config.encoder.as_ref())
+            .map(|(lines, encoder)| {
+                Encoder::new(lines, encoder.metres_per_count, encoder.origin_m)
+            });
+        let has_position = encoder.is_some();
+        let pressed = Arc::new(AtomicBool::new(false));
+        let button = lines.button.is_some().then(|| pressed.clone());
+        let field = Field::new(
+            force,
+            encoder,
+            lines.button,
+            readings,
+            pressed,
+            signals.clone(),
+            gauges.clone(),
+            safety_commands.clone(),
+            clock.clone(),
+        );
+        let watch = Watch::new(
+            limits(config),
+            SafetyLines {
+                estop: lines.estop,
+                enable: lines.enable,
+                heartbeat: lines.heartbeat,
+            },
+            Box::new(Guard::new(&drive, health)),
+            expects_force,
+            signals.clone(),
+            safety_orders,
+        );
+        Ok(Self {
+            life: Life::begin(host, streams, drive.kill_switch(), clock, schedule, guard)?,
+            input,
+            drive: Drive::new(drive, safety_commands),
+            readings: waiting_readings,
+            button,
+            has_position,
+            signals,
+            gauges,
+            tasks: vec![Box::new(watch), Box::new(field)],
+        })
+    }
+}
+
+/// The parts of an opened bench that commands work with; its tasks are ready to be scheduled.
+pub struct Bench {
+    /// The bench's life, about to begin.
+    pub life: Life,
+    /// Starts and stops the drive.
+    pub drive: Drive,
+    /// Acquired data.
+    pub batches: Receiver<Batch>,
+    /// Commands to the recording.
+    pub recording: Sender<RecordingCommand>,
+    /// Answers of the recorder.
+    pub notices: Receiver<RecorderNotice>,
+    /// State of the recorder.
+    pub gauge: RecorderGauge,
+    /// The participant's button; `None` when none is wired.
+    pub button: Option<Arc<AtomicBool>>,
+    /// Whether positions will come.
+    pub has_position: bool,
+    /// What the safety watch judges.
+    pub signals: Arc<Signals>,
+    /// Gauges for screens.
+    pub gauges: Arc<Gauges>,
+    /// Safety watch and slow inputs: they run before whoever decides.
+    pub before: Vec<Box<dyn Task>>,
+    /// Acquisition and recorder: they run after.
+    pub after: Vec<Box<dyn Task>>,
+}
+
+/// Audio that may wait for the disk, s (DESIGN.md, FAULTS.md row 27).
+const RECORDER_QUEUE_S: f64 = 10.0;
+/// Messages to the recorder for each block of audio, at most.
+const MESSAGES_PER_BLOCK: f64 = 3.0;
+/// Messages to the recorder of forces and positions, which come by the field's polls whatever the block, per second at most.
+const FIELD_MESSAGES_PER_S: f64 = 2000.0;
+
+impl Bench {
+    /// Opens the streams and the sensors and wires the tasks.
+    ///
+    /// # Errors
+    /// Names the part that is missing, busy or unable, and what to do.
+    pub fn open(bench: &Effective, carrier_hz: f64, hardware: Hardware) -> anyhow::Result<Self> {
+        let config = bench.config();
+        let (filter, zm) = impedance_chain(config, carrier_hz)?;
+        let OpenHardware {
+            life,
+            input,
+            drive,
+            readings,
+            button,
+            has_position,
+            signals,
+            gauges,
+            tasks: before,
+        } = OpenHardware::open(bench, hardware)?;
+        let clipping = |index: u16, clip_units: f64| Input {
+            channel: usize::from(index),
+            clip_level: clip_units as f32,
+        };
+        let (on_drive, on_pickup) = (&config.channels.drive, &config.channels.pickup);
+        let channels = usize::from(config.audio.input_channels);
+        let demodulator = Demodulator::drive_and_pickup(
+            filter,
+            channels,
+            clipping(on_drive.index, on_drive.clip_units),
+            clipping(on_pickup.index, on_pickup.clip_units),
+        )?;
+        let (recording, recording_orders) = crossbeam_channel::unbounded();
+        let (batches, acquired) = crossbeam_channel::unbounded();
+        let block_frames = f64::from(
+            life.streams()
+                .buffer_frames(Direction::Input)
+                .unwrap_or(FEWEST_BLOCK_FRAMES),
+        );
+        let blocks_per_s = f64::from(config.audio.rate_hz) / block_frames;
+        let messages_per_s = blocks_per_s * MESSAGES_PER_BLOCK + FIELD_MESSAGES_PER_S;
+        let (sender, notices, recorder) = recorder((RECORDER_QUEUE_S * messages_per_s) as usize);
+        let gauge = sender.gauge();
+        let acquisition = Acquisition::new(
+            input,
+            Pipeline::new(demodulator, zm, channels),
+            LossWatch::new(
+                carrier_hz,
+                config.audio.rate_hz,
+                channels,
+                usize::from(config.channels.drive.index),
+            ),
+            Wiring {
+                readings,
+                commands: recording_orders,
+                recorder: sender,
+                batches,
+            },
+            signals.clone(),
+            gauges.clone(),
+            life.clock().clone(),
+        );
+        Ok(Self {
+            life,
+            drive,
+            batches: acquired,
+            recording,
+            notices,
+            gauge,
+            button,
+            has_position,
+            signals,
+            gauges,
+            before,
+            after: vec![Box::new(acquisition), Box::new(Recorder(recorder))],
+        })
+    }
+
+    /// Requires that the calibration in force was measured on this opened bench and has not expired.
+    ///
+    /// # Errors
+    /// As [`Effective::require_calibration_holds`].
+    pub fn require_calibration_holds(&self, bench: &Effective) -> Result<(), CalibrationError> {
+        bench.require_calibration_holds(
+            self.life.device(Direction::Input),
+            self.life.device(Direction::Output),
+            self.life.clock().utc(),
+        )
+    }
+
+    /// Returns the flag that ends the bench.
+    #[must_use]
+    pub fn stop(&self) -> &StopFlag {
+        self.life.stop()
+    }
+}
+
+/// Blocks of a card that does not say how long they are.
+const FEWEST_BLOCK_FRAMES: u32 = 32;
+
+/// The demodulation filter at the carrier, and the impedance by the constants in force.
+///
+/// # Errors
+/// When rate and carrier do not go together.
+pub fn impedance_chain(config: &Config, carrier_hz: f64) -> anyhow::Result<(Filter, Zm)> {
+    let filter = Filter::new(impedance::Settings {
+        sample_rate_hz: config.audio.rate_hz,
+        carrier_hz,
+        output_rate_hz: OUTPUT_RATE_HZ,
+    })?;
+    let plate = PlateConstants {
+        resonance_hz: config.plate.resonance_hz,
+        modal_mass_kg: config.plate.modal_mass_kg,
+        force_factor_n_per_v: config.plate.force_factor_n_per_v,
+    };
+    let channels = Channels {
+        drive_volts_per_unit: config.channels.drive.volts_per_unit,
+        pickup_metres_per_unit: config.channels.pickup.metres_per_unit,
+        pickup_phase_rad: config.channels.pickup.phase_rad,
+    };
+    let zm = Zm::new(plate, channels, &filter)?;
+    Ok((filter, zm))
+}
+
+fn duplex(config: &Config) -> DuplexConfig {
+    let audio = &config.audio;
+    let format = match audio.sample_format {
+        SampleFormat::F32 => signalgen::SampleFormat::F32,
+        SampleFormat::I32 => signalgen::SampleFormat::I32,
+        SampleFormat::I16 => signalgen::SampleFormat::I16,
+    };
+    let stream = |device: &str, channels| StreamChoice {
+        device: device.to_owned(),
+        channels,
+        format,
+    };
+    DuplexConfig {
+        sample_rate_hz: audio.rate_hz,
+        output: stream(&audio.output_device, audio.output_channels),
+        drive_channel: config.output.channel,
+        input: stream(&audio.input_device, audio.input_channels),
+        buffer_frames: audio.buffer_frames,
+        ring_s: audio.ring_s,
+    }
+}
+
+fn force_link(config: &Config, port: Option<PathBuf>) -> anyhow::Result<Option<ForceLink>> {
+    let Some(force) = &config.force else {
+        return Ok(None);
+    };
+    let path = port.as_ref().unwrap_or(&force.port);
+    let port = open_port(path, force.baud).context("the force sensor")?;
+    Ok(Some(ForceLink::new(
+        port,
+        force.protocol,
+        force.latency_s,
+        force.correction(),
+    )))
+}
+
+fn limits(config: &Config) -> SafetyLimits {
+    let ns = |seconds: f64| (seconds * 1e9) as u64;
+    let safety = &config.safety;
+    SafetyLimits {
+        max_normal_n: safety.max_normal_n,
+        max_lateral_n: safety.max_lateral_n,
+        readback_tolerance: safety.readback_tolerance,
+        readback_floor_v: safety.readback_floor_v,
+        loop_latency_ns: ns(safety.loop_latency_s),
+        rate_hz: f64::from(config.audio.rate_hz),
+        silence_ns: ns(safety.silence_s),
+    }
+}
+
+/// The recorder as a task.
+struct Recorder(RecorderTask);
+
+impl Task for Recorder {
+    fn name(&self) -> &'static str {
+        "recorder"
+    }
+
+    fn period(&self) -> std::time::Duration {
+        std::time::Duration::from_millis(5)
+    }
+
+    fn poll(&mut self, _now_ns: u64) -> anyhow::Result<()> {
+        // What is due on disk is due in real time, also when the apparatus runs ahead of it.
+        self.0.poll(std::time::Instant::now());
+        Ok(())
+    }
+
+    fn finish(&mut self) -> anyhow::Result<()> {
+        self.0.poll(std::time::Instant::now());
+        Ok(())
+    }
+}

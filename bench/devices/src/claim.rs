@@ -1,0 +1,228 @@
+//! One instance on one bench. ALSA's raw devices, serial ports and GPIO character devices refuse a second user by themselves; a JACK
+//! server, a sound layer that mixes and a Raspberry Pi's pins do not, and two programs would drive one plate. What `bench.toml` names
+//! is therefore claimed before anything is opened, by locks that the operating system releases with their process.
+
+use std::fs::{self, File};
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+
+use config::{AudioHost, Config, GpioBackend};
+use recording::DiskError;
+use recording::disk::OnPath;
+use recording::lock::{Lock, holder};
+
+/// The hardware of one bench, held against other instances for as long as this lives.
+#[derive(Debug)]
+pub struct Claim {
+    _locks: Vec<File>,
+}
+
+/// Hardware that cannot be had.
+#[derive(Debug, thiserror::Error)]
+pub enum ClaimError {
+    /// Another instance works with it.
+    #[error("{what} is in use by another friction-bench{}; end that one first", holder(*.by))]
+    InUse {
+        /// The part of the bench.
+        what: String,
+        /// Process that holds it, if it left its number.
+        by: Option<u32>,
+    },
+    /// A lock cannot be made.
+    #[error(transparent)]
+    Disk(#[from] DiskError),
+}
+
+impl Claim {
+    /// Claims all that `config` names and this bench drives or listens to.
+    ///
+    /// # Errors
+    /// Names the part that another instance holds; or no lock can be made.
+    pub fn take(config: &Config) -> Result<Self, ClaimError> {
+        let folder = folder();
+        let mut locks = Vec::new();
+        for what in parts(config) {
+            let path = folder.join(file_name(&what));
+            make_for_everybody(&path).on("create", &path)?;
+            match Lock::ask(&path)? {
+                Lock::Taken(file) => locks.push(file),
+                Lock::Held { by } => return Err(ClaimError::InUse { what, by }),
+            }
+        }
+        Ok(Self { _locks: locks })
+    }
+}
+
+/// Names of everything that only one instance may use. The participant's loudspeakers are not among them.
+fn parts(config: &Config) -> Vec<String> {
+    let audio = &config.audio;
+    let mut parts = match audio.host {
+        // Whatever its ports are called, a server has one card.
+        AudioHost::Jack => {
+            let server = std::env::var("JACK_DEFAULT_SERVER");
+            vec![format!(
+                "the JACK server {}",
+                server.as_deref().unwrap_or("default")
+            )]
+        }
+        AudioHost::Native => [&audio.output_device, &audio.input_device]
+            .map(|device| format!("the sound card {device}"))
+            .into(),
+    };
+    if let Some(force) = &config.force {
+        // Ports are known by several names.
+        let port = fs::canonicalize(&force.port).unwrap_or_else(|_| force.port.clone());
+        parts.push(format!("the force sensor's port {}", port.display()));
+    }
+    let gpio = &config.gpio;
+    let chip = match (gpio.backend, &gpio.chip) {
+        (GpioBackend::None, _) => None,
+        (GpioBackend::Rppal, _) | (GpioBackend::Gpiocdev, None) => Some(String::new()),
+        (GpioBackend::Gpiocdev, Some(chip)) => Some(format!(" of {}", chip.display())),
+    };
+    if let Some(chip) = chip {
+        parts.extend(gpio.lines().map(|line| format!("GPIO line {line}{chip}")));
+    }
+    parts.sort_unstable();
+    parts.dedup();
+    parts
+}
+
+/// Where the locks of all users lie: the system's folder for them, or else that for temporary files.
+#[must_use]
+pub fn folder() -> PathBuf {
+    let system = Path::new("/run/lock");
+    let open_to_all = |folder: &Path| {
+        let permissions = folder.metadata().map(|it| it.permissions());
+        permissions.is_ok_and(|permissions| anybody_writes(&permissions))
+    };
+    if open_to_all(system) {
+        system.to_owned()
+    } else {
+        std::env::temp_dir()
+    }
+}
+
+#[cfg(unix)]
+fn anybody_writes(permissions: &fs::Permissions) -> bool {
+    use std::os::unix::fs::PermissionsExt;
+    permissions.mode() & 0o002 != 0
+}
+
+#[cfg(not(unix))]
+fn anybody_writes(_: &fs::Permissions) -> bool {
+    false
+}
+
+/// What a file may not be called is written as its bytes, so that two parts never share one.
+fn file_name(what: &str) -> String {
+    let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.=,".contains(&byte);
+    let escaped = what.bytes().map(|byte| match byte {
+        b' ' => "_".to_owned(),
+        byte if plain(byte) && byte != b'_' => char::from(byte).to_string(),
+        byte => format!("%{byte:02x}"),
+    });
+    format!("friction-bench-{}.lock", escaped.collect::<String>())
+}
+
+/// A lock is left behind, and the next user of the bench may be another one.
+fn make_for_everybody(path: &Path) -> io::Result<()> {
+    match File::create_new(path) {
+        Ok(file) => open_to_everybody(&file),
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(()),
+        Err(error) => Err(error),
+    }
+}
+
+#[cfg(unix)]
+fn open_to_everybody(file: &File) -> io::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    file.set_permissions(fs::Permissions::from_mode(0o666))
+}
+
+#[cfg(not(unix))]
+fn open_to_everybody(_: &File) -> io::Result<()> {
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The simulated bench's description as one of hardware that no other test names.
+    fn bench(name: &str, changes: &[(&str, &str)]) -> Config {
+        let text = include_str!("../../mock-bench.toml")
+            .replace("\"sim\"", &format!("\"hw:CARD={name}\""))
+            .replace("/dev/ttyUSB0", &format!("/dev/tty-{name}"));
+        let text = changes.iter().fold(text, |text, (from, to)| {
+            assert!(text.contains(from), "no `{from}`");
+            text.replace(from, to)
+        });
+        Config::parse(&text, "bench.toml").unwrap()
+    }
+
+    #[test]
+    fn each_part_of_a_bench_is_one_instances_own() {
+        let name = format!("Claim{}", std::process::id());
+        let gpio = |chip: &str, line: u8| {
+            format!("backend = \"gpiocdev\"\nchip = \"/dev/{chip}-{name}\"\nestop = {line}")
+        };
+        let with = |card: &str, port: &str, gpio: &str| {
+            let mut config = bench(&name, &[("backend = \"none\"", gpio)]);
+            config.audio.output_device = format!("hw:CARD={card}{name}");
+            config.audio.input_device = format!("hw:CARD={card}{name}");
+            config.force.as_mut().unwrap().port = format!("/dev/{port}-{name}").into();
+            config
+        };
+        let held = Claim::take(&with("A", "ttyA", &gpio("chipA", 7))).unwrap();
+        let me = format!("another friction-bench (process {})", std::process::id());
+        for (shared, word) in [
+            (
+                with("A", "ttyB", &gpio("chipB", 7)),
+                "the sound card hw:CARD=A",
+            ),
+            (
+                with("B", "ttyA", &gpio("chipB", 7)),
+                "the force sensor's port /dev/ttyA",
+            ),
+            (
+                with("B", "ttyB", &gpio("chipA", 7)),
+                "GPIO line 7 of /dev/chipA",
+            ),
+        ] {
+            let refused = Claim::take(&shared).unwrap_err().to_string();
+            assert!(refused.contains(word) && refused.contains(&me), "{refused}");
+        }
+        // What was refused holds nothing, and another bench is another bench.
+        let other = Claim::take(&with("B", "ttyB", &gpio("chipA", 8))).unwrap();
+        drop((held, other));
+        drop(Claim::take(&with("A", "ttyB", &gpio("chipA", 7))).unwrap());
+        for entry in fs::read_dir(folder()).unwrap() {
+            let path = entry.unwrap().path();
+            if path.to_string_lossy().contains(&name) {
+                fs::remove_file(path).unwrap();
+            }
+        }
+    }
+
+    #[test]
+    fn a_server_is_one_card_whatever_its_ports_and_no_two_parts_share_a_file() {
+        let jack = |device: &str| {
+            let device = format!("\"{device}\"");
+            let changes = [
+                ("host = \"native\"", "host = \"jack\""),
+                ("\"hw:CARD=J\"", &*device),
+            ];
+            parts(&bench("J", &changes))
+        };
+        assert_eq!(jack("output"), jack("other"));
+        assert_eq!(jack("output").len(), 2, "server and force sensor");
+        let names = ["a b", "a_b", "a/b", "a%b", "a-b"].map(file_name);
+        for (i, name) in names.iter().enumerate() {
+            assert!(
+                !names[..i].contains(name) && !name.contains('/'),
+                "{names:?}"
+            );
+        }
+    }
+}

@@ -1,0 +1,247 @@
+//! Slow inputs beside the audio: force, position, the participant's button. Readings leave on the host's clock; the
+//! acquisition places them on the audio clock.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use crossbeam_channel::Sender;
+
+use crate::encoder::{JumpWatch, Quadrature, Watched};
+use crate::force::{ForceLink, LineFaults, TimedForce};
+use crate::gauges::Gauges;
+use safety::Input;
+use safety::{Press, SafetyCommand, Signals, Trip};
+use tasks::Clock;
+use tasks::Task;
+
+/// One reading, on the host's clock.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FieldReading {
+    /// Of the force sensor.
+    Force(TimedForce),
+    /// Faults of the force sensor's line, within the burst that was read now.
+    ForceFaults {
+        /// Host time, s.
+        host_s: f64,
+        /// New ones.
+        faults: LineFaults,
+    },
+    /// Of the encoder.
+    Position {
+        /// Host time, s.
+        host_s: f64,
+        /// Along the plate, m; NaN while jumps have left it unknown.
+        position_m: f64,
+        /// States of the encoder missed since the last position.
+        missed: u64,
+        /// The last position is too far away.
+        jumped: bool,
+    },
+}
+
+impl FieldReading {
+    /// Host time, s.
+    pub fn host_s(&self) -> f64 {
+        match self {
+            Self::Force(force) => force.host_s,
+            Self::ForceFaults { host_s, .. } | Self::Position { host_s, .. } => *host_s,
+        }
+    }
+}
+
+/// The encoder as a source of positions.
+pub struct Encoder {
+    lines: [Box<dyn Input>; 2],
+    quadrature: Quadrature,
+    metres_per_count: f64,
+    origin_m: f64,
+    watch: JumpWatch,
+    missed_before: u64,
+}
+
+impl Encoder {
+    /// Counts from `origin_m`, where the carriage must stand now.
+    pub fn new(lines: [Box<dyn Input>; 2], metres_per_count: f64, origin_m: f64) -> Self {
+        Self {
+            lines,
+            quadrature: Quadrature::default(),
+            metres_per_count,
+            origin_m,
+            watch: JumpWatch::default(),
+            missed_before: 0,
+        }
+    }
+
+    fn counted_m(&mut self) -> anyhow::Result<f64> {
+        let [a, b] = &mut self.lines;
+        let count = self.quadrature.read(a.is_high()?, b.is_high()?);
+        Ok(self.origin_m + self.metres_per_count * count as f64)
+    }
+
+    fn reading(&mut self, host_s: f64, counted_m: f64) -> FieldReading {
+        let missed = self.quadrature.skipped();
+        let Watched { position_m, jumped } = self.watch.take(host_s, counted_m);
+        FieldReading::Position {
+            host_s,
+            position_m,
+            missed: missed - std::mem::replace(&mut self.missed_before, missed),
+            jumped,
+        }
+    }
+}
+
+/// Positions are passed on this often, Hz.
+pub const POSITION_HZ: f64 = 1e3;
+const POSITION_PERIOD_NS: u64 = 1_000_000;
+/// Contacts bounce for less than this, ns.
+const BOUNCE_NS: u64 = 30_000_000;
+
+/// The task that reads all of them.
+pub struct Field {
+    force: Option<ForceLink>,
+    encoder: Option<Encoder>,
+    button: Option<Box<dyn Input>>,
+    readings: Sender<FieldReading>,
+    pressed: Arc<AtomicBool>,
+    signals: Arc<Signals>,
+    gauges: Arc<Gauges>,
+    safety: Sender<SafetyCommand>,
+    clock: Arc<dyn Clock>,
+    position_due_ns: u64,
+    button_high: bool,
+    button_changed_ns: u64,
+}
+
+impl Field {
+    /// Reads whichever of the sources are there. `pressed` is raised at each press of the button; its reader lowers it.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the composition root names each once"
+    )]
+    pub fn new(
+        force: Option<ForceLink>,
+        encoder: Option<Encoder>,
+        button: Option<Box<dyn Input>>,
+        readings: Sender<FieldReading>,
+        pressed: Arc<AtomicBool>,
+        signals: Arc<Signals>,
+        gauges: Arc<Gauges>,
+        safety: Sender<SafetyCommand>,
+        clock: Arc<dyn Clock>,
+    ) -> Self {
+        Self {
+            force,
+            encoder,
+            button,
+            readings,
+            pressed,
+            signals,
+            gauges,
+            safety,
+            clock,
+            position_due_ns: 0,
+            button_high: false,
+            button_changed_ns: 0,
+        }
+    }
+
+    fn read_force(&mut self, now_ns: u64) {
+        let Some(link) = &mut self.force else { return };
+        let (mut first_s, mut hardest) = (None, None::<Press>);
+        let mut arrived = 0;
+        let clock = &self.clock;
+        let polled = link.poll(
+            || seconds(clock.now_ns()),
+            |force| {
+                first_s.get_or_insert(force.host_s);
+                let press = Press {
+                    normal_n: force.sample.normal_n,
+                    lateral_n: force.sample.lateral_n,
+                    raw_n: force.raw_n,
+                    saturated: force.sample.normal_saturated,
+                    at_ns: now_ns,
+                };
+                hardest = Some(hardest.map_or(press, |hardest| hardest.or_harder(press)));
+                arrived += 1;
+                // The acquisition is gone only when the bench stops.
+                let _ = self.readings.send(FieldReading::Force(force));
+            },
+        );
+        self.signals.force_polled_ns.set(now_ns);
+        if let Some(press) = hardest {
+            self.signals.press.set(press);
+        }
+        let mut health = self.gauges.field.get().unwrap_or_default();
+        let faults = link.faults().since(&health.force);
+        // What came before the first sample is the end of a frame that began before anybody listened.
+        if faults != LineFaults::default() && health.force_samples > 0 {
+            let host_s = first_s.unwrap_or(seconds(now_ns));
+            let _ = self
+                .readings
+                .send(FieldReading::ForceFaults { host_s, faults });
+        }
+        health.force = link.faults();
+        health.drift_ppm = link.drift_ppm();
+        health.force_samples += arrived;
+        self.gauges.field.set(health);
+        if let Err(error) = polled {
+            let message = format!("the force sensor's port is gone: {error}");
+            let _ = self
+                .safety
+                .send(SafetyCommand::Trip(Trip::Fault { message }));
+            self.force = None;
+        }
+    }
+
+    fn read_encoder(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        let Some(encoder) = &mut self.encoder else {
+            return Ok(());
+        };
+        let counted_m = encoder.counted_m()?;
+        if now_ns >= self.position_due_ns {
+            self.position_due_ns = now_ns + POSITION_PERIOD_NS;
+            let read_s = seconds(self.clock.now_ns());
+            let _ = self.readings.send(encoder.reading(read_s, counted_m));
+            let mut health = self.gauges.field.get().unwrap_or_default();
+            health.encoder_skipped = encoder.quadrature.skipped();
+            self.gauges.field.set(health);
+        }
+        Ok(())
+    }
+
+    fn read_button(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        let Some(button) = &mut self.button else {
+            return Ok(());
+        };
+        let high = button.is_high()?;
+        if high != self.button_high && now_ns.saturating_sub(self.button_changed_ns) >= BOUNCE_NS {
+            self.button_high = high;
+            self.button_changed_ns = now_ns;
+            if high {
+                self.pressed.store(true, Ordering::Release);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn seconds(ns: u64) -> f64 {
+    ns as f64 * 1e-9
+}
+
+impl Task for Field {
+    fn name(&self) -> &'static str {
+        "field"
+    }
+
+    fn period(&self) -> Duration {
+        Duration::from_micros(100)
+    }
+
+    fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        self.read_force(now_ns);
+        self.read_encoder(now_ns)?;
+        self.read_button(now_ns)
+    }
+}

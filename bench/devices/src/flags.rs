@@ -1,0 +1,349 @@
+//! Faults of the inputs come in swarms: a clipped crest is many samples, a bad cable many crests. A swarm is told once, as a flag
+//! with its first sample, its length and what it counts.
+
+use std::ops::RangeInclusive;
+
+use recording::manifest::{Event, EventKind, QUIET_S};
+
+/// What can go wrong with one sample, frame or reading.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Fault {
+    /// A drive sample is NaN or infinite.
+    DriveNotFinite,
+    /// A pickup sample is NaN or infinite.
+    PickupNotFinite,
+    /// A drive sample is at the converter's limit.
+    DriveClipped,
+    /// A pickup sample is at the converter's limit.
+    PickupClipped,
+    /// A force frame never arrived.
+    ForceFrameLost,
+    /// A force frame failed its checksum.
+    ForceFrameCorrupt,
+    /// A force frame came again.
+    ForceFrameRepeated,
+    /// The normal axis is at the end of its range.
+    NormalSaturated,
+    /// The lateral axis is at the end of its range.
+    LateralSaturated,
+    /// The encoder went on by two states between two readings.
+    EncoderStateMissed,
+    /// The position moved at an impossible speed.
+    PositionJumped,
+    /// Jumps have left the position unknown.
+    PositionUnknown,
+}
+
+impl Fault {
+    /// The event that tells of it.
+    #[must_use]
+    pub fn kind(self) -> EventKind {
+        match self {
+            Self::DriveNotFinite | Self::PickupNotFinite => EventKind::NonFinite,
+            Self::DriveClipped | Self::PickupClipped => EventKind::Clipping,
+            Self::ForceFrameLost | Self::ForceFrameCorrupt | Self::ForceFrameRepeated => {
+                EventKind::ForceLost
+            }
+            Self::NormalSaturated | Self::LateralSaturated => EventKind::ForceOverRange,
+            Self::EncoderStateMissed | Self::PositionJumped | Self::PositionUnknown => {
+                EventKind::PositionJump
+            }
+        }
+    }
+
+    /// What stands before its number.
+    fn words(self) -> &'static str {
+        match self {
+            Self::DriveNotFinite => "drive samples not finite",
+            Self::PickupNotFinite => "pickup samples not finite",
+            Self::DriveClipped => "drive samples clipped",
+            Self::PickupClipped => "pickup samples clipped",
+            Self::ForceFrameLost => "force frames lost",
+            Self::ForceFrameCorrupt => "force frames corrupt",
+            Self::ForceFrameRepeated => "force frames repeated",
+            Self::NormalSaturated => "normal forces saturated",
+            Self::LateralSaturated => "lateral forces saturated",
+            Self::EncoderStateMissed => "encoder states missed",
+            Self::PositionJumped => "positions at an impossible speed",
+            Self::PositionUnknown => "positions unknown after it",
+        }
+    }
+}
+
+/// A swarm of faults of one kind, in samples of the audio clock.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Flag {
+    /// Their kind.
+    pub kind: EventKind,
+    /// When the first began.
+    pub first: u64,
+    /// When the last ended.
+    pub last: u64,
+    /// How many of each.
+    counts: Vec<(Fault, u64)>,
+}
+
+impl Flag {
+    /// Its numbers in words.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let counts = self
+            .counts
+            .iter()
+            .map(|(fault, count)| format!("{}: {count}", fault.words()));
+        counts.collect::<Vec<_>>().join(", ")
+    }
+
+    /// The event in a recording that began at sample `begin`; `None` when it was over before.
+    #[must_use]
+    pub fn event(&self, begin: u64) -> Option<Event> {
+        let sample = self.first.max(begin) - begin;
+        let end = (self.last + 1).checked_sub(begin).filter(|&end| end > 0)?;
+        Some(Event {
+            kind: self.kind,
+            sample,
+            frames: Some(end - sample),
+            text: Some(self.text()),
+        })
+    }
+
+    fn add(&mut self, fault: Fault, samples: &RangeInclusive<u64>, count: u64) {
+        self.first = self.first.min(*samples.start());
+        self.last = self.last.max(*samples.end());
+        match self.counts.iter_mut().find(|(known, _)| *known == fault) {
+            Some((_, known)) => *known += count,
+            None => {
+                self.counts.push((fault, count));
+                self.counts.sort_unstable_by_key(|(fault, _)| *fault);
+            }
+        }
+    }
+}
+
+/// A flag to be told of.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FlagUpdate {
+    /// As it is known by now: in a recording it takes the place of what was told of it before.
+    pub flag: Flag,
+    /// The line for the operator, once for each flag.
+    pub warning: Option<String>,
+}
+
+/// One that goes on is told of this often, s: a bench that dies keeps all but the last second.
+const REFRESH_S: f64 = 1.0;
+
+/// The swarms that are not over.
+#[derive(Debug)]
+pub struct Flags {
+    rate_hz: f64,
+    open: Vec<Open>,
+}
+
+#[derive(Debug)]
+struct Open {
+    flag: Flag,
+    told_at: Option<u64>,
+    warned: bool,
+}
+
+impl Flags {
+    /// On an audio clock of `rate_hz`.
+    #[must_use]
+    pub fn new(rate_hz: f64) -> Self {
+        Self {
+            rate_hz,
+            open: Vec::new(),
+        }
+    }
+
+    /// Takes `count` faults within `samples`.
+    pub fn note(&mut self, fault: Fault, samples: RangeInclusive<u64>, count: u64) {
+        if count == 0 {
+            return;
+        }
+        let kind = fault.kind();
+        if let Some(open) = self.open.iter_mut().find(|open| open.flag.kind == kind) {
+            open.flag.add(fault, &samples, count);
+            return;
+        }
+        self.open.push(Open {
+            flag: Flag {
+                kind,
+                first: *samples.start(),
+                last: *samples.end(),
+                counts: vec![(fault, count)],
+            },
+            told_at: None,
+            warned: false,
+        });
+    }
+
+    /// What is to be told at sample `now`: what is new, what has gone on for a while, what is over.
+    pub fn due(&mut self, now: u64) -> Vec<FlagUpdate> {
+        let (rate_hz, mut told) = (self.rate_hz, Vec::new());
+        self.open.retain_mut(|open| {
+            let since_s = |sample: u64| now.saturating_sub(sample) as f64 / rate_hz;
+            let over = since_s(open.flag.last) >= QUIET_S;
+            if over || open.told_at.is_none_or(|at| since_s(at) >= REFRESH_S) {
+                let long = over || since_s(open.flag.first) >= REFRESH_S;
+                told.push(open.tell(now, long, rate_hz));
+            }
+            !over
+        });
+        told
+    }
+
+    /// Ends them all: what comes now belongs to another recording.
+    pub fn end(&mut self, now: u64) -> Vec<FlagUpdate> {
+        let rate_hz = self.rate_hz;
+        let ended = self.open.drain(..);
+        ended
+            .map(|mut open| open.tell(now, true, rate_hz))
+            .collect()
+    }
+}
+
+impl Open {
+    fn tell(&mut self, now: u64, warn: bool, rate_hz: f64) -> FlagUpdate {
+        self.told_at = Some(now);
+        let warn = warn && !self.warned;
+        self.warned |= warn;
+        let Flag { first, last, .. } = self.flag;
+        let warning = warn.then(|| {
+            format!(
+                "{}; from {:.3} s on for {:.3} s",
+                self.flag.text(),
+                first as f64 / rate_hz,
+                (last + 1 - first) as f64 / rate_hz
+            )
+        });
+        FlagUpdate {
+            flag: self.flag.clone(),
+            warning,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RATE_HZ: f64 = 1000.0;
+
+    /// Events of a recording that began at 0, the last word on each; and the operator's lines.
+    fn run(faults: &[(u64, Fault, u64)], until: u64) -> (Vec<Event>, Vec<String>) {
+        let (mut flags, mut events, mut lines) = (Flags::new(RATE_HZ), Vec::new(), Vec::new());
+        let mut take = |told: Vec<FlagUpdate>| {
+            for FlagUpdate { flag, warning } in told {
+                let event = flag.event(0).unwrap();
+                events.retain(|known: &Event| {
+                    (known.kind, known.sample) != (event.kind, event.sample)
+                });
+                events.push(event);
+                lines.extend(warning);
+            }
+        };
+        for now in 0..until {
+            for &(at, fault, count) in faults.iter().filter(|(at, ..)| *at == now) {
+                flags.note(fault, at..=at, count);
+            }
+            take(flags.due(now));
+        }
+        take(flags.end(until));
+        (events, lines)
+    }
+
+    fn event(kind: EventKind, sample: u64, frames: u64, text: &str) -> Event {
+        Event {
+            kind,
+            sample,
+            frames: Some(frames),
+            text: Some(text.to_owned()),
+        }
+    }
+
+    #[test]
+    fn a_swarm_is_one_flag_and_a_later_one_another() {
+        let lost = Fault::ForceFrameLost;
+        let faults = [
+            (100, lost, 2),
+            (101, Fault::ForceFrameCorrupt, 1),
+            (599, lost, 5),
+            (1100, lost, 1),
+        ];
+        let (events, lines) = run(&faults, 2000);
+        let first = event(
+            EventKind::ForceLost,
+            100,
+            500,
+            "force frames lost: 7, force frames corrupt: 1",
+        );
+        let second = event(EventKind::ForceLost, 1100, 1, "force frames lost: 1");
+        assert_eq!(events, [first, second]);
+        assert_eq!(
+            lines,
+            [
+                "force frames lost: 7, force frames corrupt: 1; from 0.100 s on for 0.500 s",
+                "force frames lost: 1; from 1.100 s on for 0.001 s"
+            ]
+        );
+    }
+
+    #[test]
+    fn a_flag_that_does_not_end_floods_nothing_and_is_kept_up_to_the_last_second() {
+        let faults: Vec<_> = (10..10_000)
+            .map(|at| (at, Fault::PickupClipped, 1))
+            .collect();
+        let (mut flags, mut told) = (Flags::new(RATE_HZ), Vec::new());
+        for &(at, fault, count) in &faults {
+            flags.note(fault, at..=at, count);
+            let now: Vec<FlagUpdate> = flags.due(at);
+            for each in &now {
+                assert!(at - each.flag.last < 1000);
+            }
+            told.extend(now);
+        }
+        assert_eq!(told.len(), 10, "once a second");
+        assert_eq!(told.iter().filter(|t| t.warning.is_some()).count(), 1);
+
+        let (events, lines) = run(&faults, 20_000);
+        let whole = event(
+            EventKind::Clipping,
+            10,
+            9990,
+            "pickup samples clipped: 9990",
+        );
+        assert_eq!((events, lines.len()), (vec![whole], 1));
+    }
+
+    #[test]
+    fn kinds_are_told_apart() {
+        let faults = [
+            (5, Fault::DriveClipped, 1),
+            (5, Fault::DriveNotFinite, 1),
+            (6, Fault::LateralSaturated, 1),
+        ];
+        let (events, _) = run(&faults, 700);
+        let kinds: Vec<_> = events.iter().map(|event| event.kind).collect();
+        assert_eq!(
+            kinds,
+            [
+                EventKind::Clipping,
+                EventKind::NonFinite,
+                EventKind::ForceOverRange
+            ]
+        );
+    }
+
+    #[test]
+    fn a_recording_holds_its_own_part() {
+        let mut flags = Flags::new(RATE_HZ);
+        flags.note(Fault::DriveClipped, 90..=119, 30);
+        let told = flags.end(120);
+        let flag = &told[0].flag;
+        assert_eq!(flag.event(120), None);
+        let event = flag.event(100).unwrap();
+        assert_eq!((event.sample, event.frames), (0, Some(20)));
+        assert!(flags.end(130).is_empty(), "it has ended");
+    }
+}

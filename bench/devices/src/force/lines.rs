@@ -1,0 +1,136 @@
+//! The text format: `<device µs>,<normal mN>,<lateral mN>` a line.
+
+use super::device_time::Unwrap;
+use super::sample::{Decoder, ForceSample, LineFaults};
+
+/// Longer than any line of the format; what exceeds it is not a line.
+const LONGEST_LINE_BYTES: usize = 80;
+
+/// Decoder of the text format.
+#[derive(Default)]
+pub struct LineDecoder {
+    line: Vec<u8>,
+    /// The first line is usually torn.
+    begun: bool,
+    clock: Unwrap,
+    faults: LineFaults,
+}
+
+fn parse(line: &[u8]) -> Option<(u32, f64, f64)> {
+    let mut fields = std::str::from_utf8(line)
+        .ok()?
+        .trim_end_matches('\r')
+        .split(',')
+        .map(str::trim);
+    let device_us = fields.next()?.parse().ok()?;
+    let mut force = || {
+        fields
+            .next()?
+            .parse()
+            .ok()
+            .filter(|value: &f64| value.is_finite())
+    };
+    let (normal_mn, lateral_mn) = (force()?, force()?);
+    fields
+        .next()
+        .is_none()
+        .then_some((device_us, normal_mn, lateral_mn))
+}
+
+impl LineDecoder {
+    fn end_of_line(&mut self) -> Option<ForceSample> {
+        if !std::mem::replace(&mut self.begun, true) || self.line.first() == Some(&b'#') {
+            return None;
+        }
+        let whole = self.line.len() <= LONGEST_LINE_BYTES;
+        let Some((device_us, normal_mn, lateral_mn)) = parse(&self.line).filter(|_| whole) else {
+            self.faults.corrupt += 1;
+            return None;
+        };
+        if self.clock.last.is_some() && self.clock.peek(device_us) <= 0 {
+            self.faults.repeated += 1;
+            return None;
+        }
+        Some(ForceSample {
+            device_us: self.clock.advance(device_us),
+            normal_n: normal_mn * 1e-3,
+            lateral_n: lateral_mn * 1e-3,
+            normal_saturated: false,
+            lateral_saturated: false,
+        })
+    }
+}
+
+impl Decoder for LineDecoder {
+    fn decode(&mut self, bytes: &[u8], samples: &mut Vec<ForceSample>) {
+        for &byte in bytes {
+            if byte == b'\n' {
+                samples.extend(self.end_of_line());
+                self.line.clear();
+            } else if self.line.len() <= LONGEST_LINE_BYTES {
+                self.line.push(byte);
+            }
+        }
+    }
+
+    fn faults(&self) -> LineFaults {
+        self.faults
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_read_comments_skipped_and_nonsense_counted() {
+        let mut decoder = LineDecoder::default();
+        let mut samples = Vec::new();
+        let text = b"3.1,-80\n# bench meter\n1000,652.5,-81\r\n2000,nan,0\n2000,650\n2000,650,0,1\n900,1,1\n2000, 650.0, 12.5\n";
+        for piece in text.chunks(7) {
+            decoder.decode(piece, &mut samples);
+        }
+        assert_eq!(samples.len(), 2);
+        assert_eq!(
+            samples[0],
+            ForceSample {
+                device_us: 1000,
+                normal_n: 0.6525,
+                lateral_n: -0.081,
+                normal_saturated: false,
+                lateral_saturated: false,
+            }
+        );
+        assert_eq!(samples[1].lateral_n, 0.0125);
+        assert_eq!(
+            decoder.faults(),
+            LineFaults {
+                corrupt: 3,
+                lost: 0,
+                repeated: 1
+            }
+        );
+    }
+
+    #[test]
+    fn the_beginning_of_a_line_that_is_too_long_is_no_sample() {
+        let mut decoder = LineDecoder::default();
+        let mut samples = Vec::new();
+        let digits = "1".repeat(LONGEST_LINE_BYTES);
+        decoder.decode(format!("\n1000,650.0,{digits}\n").as_bytes(), &mut samples);
+        assert_eq!((samples.len(), decoder.faults().corrupt), (0, 1));
+        let fits = LONGEST_LINE_BYTES - "2000,650.0,".len();
+        decoder.decode(
+            format!("2000,650.0,{}\n", "0".repeat(fits)).as_bytes(),
+            &mut samples,
+        );
+        assert_eq!((samples.len(), decoder.faults().corrupt), (1, 1));
+    }
+
+    #[test]
+    fn an_endless_line_takes_no_memory() {
+        let mut decoder = LineDecoder::default();
+        decoder.decode(&[b'1'; 100_000], &mut Vec::new());
+        assert!(decoder.line.capacity() <= 2 * LONGEST_LINE_BYTES);
+    }
+}

@@ -1,0 +1,168 @@
+//! The serial line itself: bytes in, samples placed on the host's clock out.
+
+use config::{Correction, ForceProtocol};
+use std::io::{ErrorKind, Read};
+use std::path::Path;
+use std::time::Duration;
+
+use anyhow::Context;
+use impedance::clock::LowerEnvelope;
+
+use super::frames::FrameDecoder;
+use super::lines::LineDecoder;
+use super::sample::{Decoder, ForceSample, LineFaults};
+
+/// A force sample on the host's clock.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimedForce {
+    /// What the sensor said, its forces corrected.
+    pub sample: ForceSample,
+    /// Normal and lateral force as the sensor itself said them, N.
+    pub raw_n: [f64; 2],
+    /// When it was sampled, host time, s.
+    pub host_s: f64,
+}
+
+/// Where bytes come from without waiting.
+pub trait ForcePort: Send {
+    /// Appends what has arrived.
+    ///
+    /// # Errors
+    /// When the port is gone.
+    fn read_waiting(&mut self, bytes: &mut Vec<u8>) -> std::io::Result<()>;
+}
+
+struct SerialPort {
+    port: serialport::TTYPort,
+    buffer: Box<[u8]>,
+}
+
+impl ForcePort for SerialPort {
+    fn read_waiting(&mut self, bytes: &mut Vec<u8>) -> std::io::Result<()> {
+        use serialport::SerialPort as _;
+        while self.port.bytes_to_read()? > 0 {
+            match self.port.read(&mut self.buffer) {
+                Ok(0) => return Err(ErrorKind::BrokenPipe.into()),
+                Ok(read) => bytes.extend_from_slice(&self.buffer[..read]),
+                Err(error)
+                    if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) =>
+                {
+                    return Ok(());
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Opens a serial port for listening.
+///
+/// # Errors
+/// When the port is missing, busy or forbidden.
+pub fn open_port(path: &Path, baud: u32) -> anyhow::Result<Box<dyn ForcePort>> {
+    let port = serialport::new(path.to_string_lossy(), baud)
+        .timeout(Duration::from_millis(1))
+        .open_native()
+        .with_context(|| {
+            format!(
+                "cannot open the force sensor's port {}: is it plugged in, free, and may you use it? `friction-bench devices` lists the ports",
+                path.display()
+            )
+        })?;
+    Ok(Box::new(SerialPort {
+        port,
+        buffer: vec![0; 4096].into(),
+    }))
+}
+
+/// The force sensor as a source of samples on the host's clock.
+pub struct ForceLink {
+    port: Box<dyn ForcePort>,
+    decoder: Box<dyn Decoder>,
+    clock: LowerEnvelope,
+    latency_s: f64,
+    correction: Correction,
+    bytes: Vec<u8>,
+    samples: Vec<ForceSample>,
+}
+
+impl ForceLink {
+    /// Listens on `port`; `latency_s` is the shortest time from sampling to arrival.
+    pub fn new(
+        port: Box<dyn ForcePort>,
+        protocol: ForceProtocol,
+        latency_s: f64,
+        correction: Correction,
+    ) -> Self {
+        Self {
+            port,
+            decoder: decoder(protocol),
+            clock: LowerEnvelope::default(),
+            latency_s,
+            correction,
+            bytes: Vec::new(),
+            samples: Vec::new(),
+        }
+    }
+
+    /// Takes what has arrived; `now_s` is the host's clock.
+    ///
+    /// # Errors
+    /// When the port is gone.
+    pub fn poll(
+        &mut self,
+        now_s: impl Fn() -> f64,
+        mut take: impl FnMut(TimedForce),
+    ) -> std::io::Result<()> {
+        self.bytes.clear();
+        self.port.read_waiting(&mut self.bytes)?;
+        // Asked only now: what is read may have come after the caller looked at the clock, and no arrival may be stated early.
+        let arrival_s = now_s();
+        self.samples.clear();
+        self.decoder.decode(&self.bytes, &mut self.samples);
+        // The last sample of a burst has waited least: it alone tells of the delay.
+        if let Some(last) = self.samples.last() {
+            // The decoder lets only advancing times pass.
+            let _ = self.clock.observe(seconds(last.device_us), arrival_s);
+        }
+        for &sample in &self.samples {
+            if let Some(host_s) = self.clock.to_host_s(seconds(sample.device_us)) {
+                let raw_n = [sample.normal_n, sample.lateral_n];
+                let [normal_n, lateral_n] = self.correction.forces_n(raw_n);
+                take(TimedForce {
+                    sample: ForceSample {
+                        normal_n,
+                        lateral_n,
+                        ..sample
+                    },
+                    raw_n,
+                    host_s: host_s - self.latency_s,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Faults of the line so far.
+    pub fn faults(&self) -> LineFaults {
+        self.decoder.faults()
+    }
+
+    /// Drift of the host's clock against the sensor's, ppm, once it is known.
+    pub fn drift_ppm(&self) -> Option<f64> {
+        self.clock.settled().then(|| self.clock.drift_ppm())
+    }
+}
+
+fn seconds(device_us: u64) -> f64 {
+    device_us as f64 * 1e-6
+}
+
+/// Returns a decoder of `protocol` in its initial state.
+pub fn decoder(protocol: ForceProtocol) -> Box<dyn Decoder> {
+    match protocol {
+        ForceProtocol::Frames => Box::new(FrameDecoder::default()),
+        ForceProtocol::Lines => Box::new(LineDecoder::default()),
+    }
+}

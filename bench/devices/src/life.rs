@@ -1,0 +1,123 @@
+//! One life of a bench: opened, made safe, played, run, killed, closed, in this order and nowhere else.
+
+use std::sync::Arc;
+
+use signalgen::audio::{Host, Streams};
+use signalgen::{Direction, KillSwitch};
+use tasks::{Clock, Schedule, StopFlag, Task};
+
+/// An opened bench that has not run yet. Whatever panics from here on first silences the drive; signals ask for an orderly
+/// stop. Dropped without having run, it closes the streams.
+pub struct Life {
+    host: Host,
+    streams: Streams,
+    kill: KillSwitch,
+    stop: StopFlag,
+    clock: Arc<dyn Clock>,
+    schedule: Schedule,
+    /// Whatever must outlive the streams.
+    guard: Box<dyn Send>,
+}
+
+impl Life {
+    pub(crate) fn begin(
+        host: Host,
+        streams: Streams,
+        kill: KillSwitch,
+        clock: Arc<dyn Clock>,
+        schedule: Schedule,
+        guard: Box<dyn Send>,
+    ) -> anyhow::Result<Self> {
+        let stop = StopFlag::default();
+        silence_on_panic(kill.clone());
+        stop_on_signals(&stop)?;
+        Ok(Self {
+            host,
+            streams,
+            kill,
+            stop,
+            clock,
+            schedule,
+            guard,
+        })
+    }
+
+    /// Returns the flag that ends the bench.
+    #[must_use]
+    pub fn stop(&self) -> &StopFlag {
+        &self.stop
+    }
+
+    /// Returns the bench's clock.
+    #[must_use]
+    pub fn clock(&self) -> &Arc<dyn Clock> {
+        &self.clock
+    }
+
+    /// Returns the sound layer that the streams were opened on.
+    #[must_use]
+    pub fn host(&self) -> &Host {
+        &self.host
+    }
+
+    /// Returns the opened streams.
+    #[must_use]
+    pub fn streams(&self) -> &Streams {
+        &self.streams
+    }
+
+    /// Returns the name of the device opened in a direction.
+    #[must_use]
+    pub fn device(&self, direction: Direction) -> String {
+        self.streams.device(direction).to_string()
+    }
+
+    /// Returns the switch that silences the drive from anywhere.
+    #[must_use]
+    pub fn kill_switch(&self) -> &KillSwitch {
+        &self.kill
+    }
+
+    /// Plays the streams and runs `tasks` until the bench is stopped or one of them fails; then silences the drive, closes the
+    /// streams, and calls `close_screen` to wait for the operator's terminal.
+    ///
+    /// # Errors
+    /// The first error of any task, or else that of the screen.
+    pub fn run(
+        self,
+        tasks: Vec<Box<dyn Task>>,
+        close_screen: impl FnOnce() -> anyhow::Result<()>,
+    ) -> anyhow::Result<()> {
+        self.streams.play()?;
+        let ran = self.schedule.run(tasks, &self.clock, &self.stop);
+        self.kill.kill();
+        drop(self.streams);
+        drop(self.guard);
+        let closed = close_screen();
+        ran.and(closed)
+    }
+}
+
+/// The drive goes first, then whatever the hook before does: the terminal, the message.
+fn silence_on_panic(kill: KillSwitch) {
+    let before = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |info| {
+        kill.kill();
+        before(info);
+    }));
+}
+
+/// Raises `stop` when a signal asks the program to end: SIGINT, SIGTERM, and SIGHUP where there is one.
+///
+/// # Errors
+/// When a signal cannot be taken.
+pub fn stop_on_signals(stop: &StopFlag) -> anyhow::Result<()> {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register(signal, stop.shared())?;
+    }
+    // The terminal was closed.
+    #[cfg(unix)]
+    signal_hook::flag::register(signal_hook::consts::SIGHUP, stop.shared())?;
+    Ok(())
+}

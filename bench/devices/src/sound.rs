@@ -1,0 +1,89 @@
+//! What the participant hears: start and end tones, and noise that masks the plate's audible squeal. It plays on a device
+//! of its own, never on the card that drives the plate, and the session goes on without it.
+
+use std::time::Duration;
+
+use anyhow::Context;
+use rodio::source::{SineWave, Source, noise::WhiteGaussian};
+use rodio::{DeviceSinkBuilder, MixerDeviceSink, Player};
+
+use config;
+
+/// Pitch of the start tone, Hz; the end tone is an octave lower.
+const START_HZ: f32 = 880.0;
+const TONE: Duration = Duration::from_millis(200);
+const FADE: Duration = Duration::from_millis(10);
+
+/// The participant's loudspeaker or headphones.
+pub struct Sound {
+    sink: MixerDeviceSink,
+    noise: Option<Player>,
+    cues: bool,
+    level: f32,
+}
+
+/// A tone that the participant knows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tone {
+    /// Begin to slide.
+    Start,
+    /// Stop sliding.
+    End,
+}
+
+impl Sound {
+    /// Opens the device that `[sound]` names; `None` when it names none.
+    ///
+    /// # Errors
+    /// When there is no such device or it cannot be opened: a warning for the operator, not the end of the session.
+    pub fn open(
+        host: &signalgen::audio::Host,
+        sound: &config::Sound,
+    ) -> anyhow::Result<Option<Self>> {
+        if sound.device.is_empty() {
+            return Ok(None);
+        }
+        let device = signalgen::audio::output_device(host, &sound.device)?;
+        let mut sink = DeviceSinkBuilder::from_device(device)
+            .and_then(|builder| builder.with_error_callback(|_| ()).open_stream())
+            .with_context(|| format!("cannot play on {}", sound.device))?;
+        sink.log_on_drop(false);
+        let level = sound.level as f32;
+        let noise = sound.masking_noise.then(|| {
+            let player = Player::connect_new(sink.mixer());
+            player.pause();
+            // A quarter of the tones' level as standard deviation keeps the peaks of the noise below full scale.
+            player.append(WhiteGaussian::new(sink.config().sample_rate()).amplify(level / 4.0));
+            player
+        });
+        Ok(Some(Self {
+            sink,
+            noise,
+            cues: sound.cues,
+            level,
+        }))
+    }
+
+    /// Plays a tone.
+    pub fn play(&self, tone: Tone) {
+        if !self.cues {
+            return;
+        }
+        let pitch_hz = match tone {
+            Tone::Start => START_HZ,
+            Tone::End => START_HZ / 2.0,
+        };
+        let tone = SineWave::new(pitch_hz)
+            .take_duration(TONE)
+            .amplify(self.level)
+            .fade_in(FADE);
+        self.sink.mixer().add(tone.fade_out(TONE));
+    }
+
+    /// Masks the plate while it is driven.
+    pub fn mask(&self, on: bool) {
+        if let Some(noise) = &self.noise {
+            if on { noise.play() } else { noise.pause() }
+        }
+    }
+}

@@ -1,0 +1,212 @@
+//! A laid-out figure, drawn.
+
+use plotters_backend::{DrawingBackend, DrawingErrorKind};
+
+use crate::key::{Entry, Legend, sample_width};
+use crate::layout::{CAPITAL_EM, Layout, Placed, TICK_GAP_PT, TICK_LENGTH_PT};
+use crate::path::{Frame, Point};
+use crate::pen::{Anchor, BLACK, Pen, Rgb};
+use crate::scale::Tick;
+use crate::spec::{Figure, Mark, Panel, Series};
+use crate::style::{
+    AXIS_PT, CURVE_PT, Ink, LABEL_PT, LETTER_PT, MARKER_RADIUS_PT, TICK_PT, UNITS_PER_PT,
+};
+
+type Drawn<B> = Result<(), DrawingErrorKind<<B as DrawingBackend>::ErrorType>>;
+
+const SHADE: f64 = 0.18;
+const BAND: f64 = 0.3;
+const CROWD: usize = 250;
+
+pub(super) fn draw<B: DrawingBackend>(
+    figure: &Figure,
+    layout: &Layout,
+    pen: &mut Pen<'_, B>,
+) -> Drawn<B> {
+    pen.clear()?;
+    for ((panel, placed), letter) in figure.panels.iter().zip(&layout.panels).zip('a'..='z') {
+        shades(panel, placed, pen)?;
+        for series in &panel.series {
+            draw_series(series, placed, pen)?;
+        }
+        axes(panel, placed, pen)?;
+        if let Some(at) = placed.letter {
+            pen.text(&format!("({letter})"), at, LETTER_PT, Anchor::Start)?;
+        }
+        if let Some(key) = &placed.key {
+            legend(key, pen)?;
+        }
+    }
+    if let Some(key) = &layout.key {
+        legend(key, pen)?;
+    }
+    pen.0.present()
+}
+
+fn shades<B: DrawingBackend>(panel: &Panel, placed: &Placed, pen: &mut Pen<'_, B>) -> Drawn<B> {
+    let frame = placed.frame;
+    for &(from, to) in &panel.shaded {
+        let edge = |x: f64| {
+            let (x, _) = placed.place((x, 0.0));
+            x.clamp(frame.left, frame.right)
+        };
+        let (left, right) = (edge(from), edge(to));
+        if right > left {
+            pen.fill(
+                &Frame {
+                    left,
+                    right,
+                    ..frame
+                },
+                Ink::Grey.tint(SHADE),
+            )?;
+        }
+    }
+    Ok(())
+}
+
+fn draw_series<B: DrawingBackend>(
+    series: &Series,
+    placed: &Placed,
+    pen: &mut Pen<'_, B>,
+) -> Drawn<B> {
+    let frame = &placed.frame;
+    match &series.mark {
+        Mark::Line { dash, points } => frame
+            .stretches(points.iter().map(|&point| placed.place(point)))
+            .iter()
+            .try_for_each(|stretch| {
+                pen.dashed(stretch, series.ink.rgb(), CURVE_PT, dash.pattern_pt())
+            }),
+        Mark::Points { marker, points } => {
+            // A crowd of points is a cloud, whose shape small ones show.
+            let share = if points.len() > CROWD { 0.55 } else { 1.0 };
+            points
+                .iter()
+                .map(|&point| placed.place(point))
+                .filter(|&point| frame.contains(point))
+                .try_for_each(|at| {
+                    pen.marker(*marker, at, share * MARKER_RADIUS_PT, series.ink.rgb())
+                })
+        }
+        Mark::Band { edges } => band(edges, placed, series.ink.tint(BAND), pen),
+    }
+}
+
+fn band<B: DrawingBackend>(
+    edges: &[(f64, f64, f64)],
+    placed: &Placed,
+    rgb: Rgb,
+    pen: &mut Pen<'_, B>,
+) -> Drawn<B> {
+    let frame = placed.frame;
+    let inside = |point: Point| {
+        let (x, y) = placed.place(point);
+        (x, y.clamp(frame.top, frame.bottom))
+    };
+    let usable = |&(x, low, high): &(f64, f64, f64)| {
+        let (across, _) = placed.place((x, low));
+        low.is_finite() && high.is_finite() && (frame.left..=frame.right).contains(&across)
+    };
+    for stretch in edges
+        .split(|edge| !usable(edge))
+        .filter(|stretch| stretch.len() > 1)
+    {
+        let lower = stretch.iter().map(|&(x, low, _)| inside((x, low)));
+        let upper = stretch.iter().rev().map(|&(x, _, high)| inside((x, high)));
+        let corners: Vec<Point> = lower.chain(upper).collect();
+        pen.polygon(&corners, rgb)?;
+    }
+    Ok(())
+}
+
+fn axes<B: DrawingBackend>(panel: &Panel, placed: &Placed, pen: &mut Pen<'_, B>) -> Drawn<B> {
+    let Frame {
+        left,
+        top,
+        right,
+        bottom,
+    } = placed.frame;
+    let length = |tick: &Tick| {
+        let share = if tick.label.is_some() { 1.0 } else { 0.55 };
+        share * TICK_LENGTH_PT * UNITS_PER_PT
+    };
+    let (beside, below) = (TICK_GAP_PT.0 * UNITS_PER_PT, TICK_GAP_PT.1 * UNITS_PER_PT);
+    let em = TICK_PT * UNITS_PER_PT;
+    for tick in &placed.x_ticks {
+        let x = left + placed.x.place(tick.value) * (right - left);
+        pen.line(&[(x, bottom), (x, bottom - length(tick))], BLACK, AXIS_PT)?;
+        pen.line(&[(x, top), (x, top + length(tick))], BLACK, AXIS_PT)?;
+        if let Some(label) = tick.label.as_ref().filter(|_| panel.x.written) {
+            pen.text(
+                label,
+                (x, bottom + below + CAPITAL_EM * em),
+                TICK_PT,
+                Anchor::Middle,
+            )?;
+        }
+    }
+    for tick in &placed.y_ticks {
+        let y = bottom - placed.y.place(tick.value) * (bottom - top);
+        pen.line(&[(left, y), (left + length(tick), y)], BLACK, AXIS_PT)?;
+        pen.line(&[(right, y), (right - length(tick), y)], BLACK, AXIS_PT)?;
+        if let Some(label) = tick.label.as_ref().filter(|_| panel.y.written) {
+            pen.text(
+                label,
+                (left - beside, y + 0.5 * CAPITAL_EM * em),
+                TICK_PT,
+                Anchor::End,
+            )?;
+        }
+    }
+    pen.outline(&placed.frame, AXIS_PT)?;
+    if panel.x.written {
+        pen.text(&panel.x.label, placed.x_label, LABEL_PT, Anchor::Middle)?;
+    }
+    if panel.y.written {
+        pen.upward_text(&panel.y.label, placed.y_label, LABEL_PT)?;
+    }
+    Ok(())
+}
+
+fn legend<B: DrawingBackend>(key: &Legend, pen: &mut Pen<'_, B>) -> Drawn<B> {
+    for entry in &key.entries {
+        if let Some(series) = &entry.series {
+            sample(series, entry, pen)?;
+        }
+        let (x, middle) = entry.at;
+        let baseline = middle + 0.5 * CAPITAL_EM * TICK_PT * UNITS_PER_PT;
+        pen.text(
+            &entry.text,
+            (x + entry.text_offset(), baseline),
+            TICK_PT,
+            Anchor::Start,
+        )?;
+    }
+    Ok(())
+}
+
+/// A short stretch of a series in front of its name.
+fn sample<B: DrawingBackend>(series: &Series, entry: &Entry, pen: &mut Pen<'_, B>) -> Drawn<B> {
+    let (from, y) = entry.at;
+    let to = from + sample_width(series);
+    let rgb = series.ink.rgb();
+    match series.mark {
+        Mark::Line { dash, .. } => {
+            pen.dashed(&[(from, y), (to, y)], rgb, CURVE_PT, dash.pattern_pt())
+        }
+        Mark::Points { marker, .. } => {
+            pen.marker(marker, (0.5 * (from + to), y), MARKER_RADIUS_PT, rgb)
+        }
+        Mark::Band { .. } => {
+            let half = 0.35 * TICK_PT * UNITS_PER_PT;
+            let frame = Frame {
+                left: from,
+                right: to,
+                top: y - half,
+                bottom: y + half,
+            };
+            pen.fill(&frame, series.ink.tint(BAND))
+        }
+    }
+}

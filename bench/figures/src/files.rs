@@ -1,0 +1,123 @@
+//! Figures as SVG and PNG, both with their caption inside.
+
+use std::fmt::Write as _;
+
+use plotters::backend::SVGBackend;
+use plotters_backend::DrawingErrorKind;
+
+use crate::FigureError;
+use crate::bitmap::Bitmap;
+use crate::draw::draw;
+use crate::font::Typeface;
+use crate::layout::lay_out;
+use crate::pen::Pen;
+use crate::spec::Figure;
+use crate::style::{DOTS_PER_INCH, UNITS_PER_INCH, UNITS_PER_MM};
+
+/// Drawing units across one printed dot.
+const UNITS_PER_DOT: usize = UNITS_PER_INCH as usize / DOTS_PER_INCH as usize;
+
+fn backend<E: std::error::Error + Send + Sync + 'static>(
+    error: DrawingErrorKind<E>,
+) -> FigureError {
+    FigureError::Drawing(Box::new(error))
+}
+
+impl Figure {
+    /// The figure as SVG, sized in millimetres, with title and caption as `<title>` and `<desc>`. Text stays text.
+    ///
+    /// # Errors
+    /// If the drawing library fails.
+    pub fn to_svg(&self) -> Result<String, FigureError> {
+        let typeface = Typeface::load()?;
+        let layout = lay_out(self, &typeface);
+        let mut drawn = String::new();
+        let mut svg = SVGBackend::with_string(&mut drawn, layout.size);
+        draw(self, &layout, &mut Pen(&mut svg)).map_err(backend)?;
+        drop(svg);
+
+        let (width, height) = layout.size;
+        let body = drawn.split_once('\n').map_or("", |(_, body)| body);
+        let mut text = String::new();
+        let _ = write!(
+            text,
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}mm\" height=\"{:.2}mm\" viewBox=\"0 0 {width} {height}\" \
+             role=\"img\">\n<title>{}</title>\n<desc>{}</desc>\n\
+             <style>polyline{{stroke-linejoin:round;stroke-linecap:round}}</style>\n{body}",
+            self.width.mm(),
+            f64::from(height) / UNITS_PER_MM,
+            escaped(&self.title),
+            escaped(&self.caption),
+        );
+        Ok(text)
+    }
+
+    /// The figure as PNG, 300 dpi, with title and caption as text chunks.
+    ///
+    /// # Errors
+    /// If the drawing library or the encoder fails.
+    pub fn to_png(&self) -> Result<Vec<u8>, FigureError> {
+        let typeface = Typeface::load()?;
+        let mut layout = lay_out(self, &typeface);
+        let dots = |units: u32| (units as usize).div_ceil(UNITS_PER_DOT);
+        let (columns, rows) = (dots(layout.size.0), dots(layout.size.1));
+        layout.size = (
+            (columns * UNITS_PER_DOT) as u32,
+            (rows * UNITS_PER_DOT) as u32,
+        );
+        let mut fine = vec![0u8; 3 * columns * rows * UNITS_PER_DOT.pow(2)];
+        let mut bitmap = Bitmap::new(&mut fine, layout.size, &typeface);
+        draw(self, &layout, &mut Pen(&mut bitmap)).map_err(backend)?;
+        drop(bitmap);
+        self.encode(columns, &averaged(&fine, columns, rows))
+    }
+
+    fn encode(&self, columns: usize, pixels: &[u8]) -> Result<Vec<u8>, FigureError> {
+        let rows = pixels.len() / (3 * columns);
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, columns as u32, rows as u32);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        let per_metre = (f64::from(DOTS_PER_INCH) / 0.0254).round() as u32;
+        encoder.set_pixel_dims(Some(png::PixelDimensions {
+            xppu: per_metre,
+            yppu: per_metre,
+            unit: png::Unit::Meter,
+        }));
+        encoder.add_itxt_chunk("Title".to_owned(), self.title.clone())?;
+        encoder.add_itxt_chunk("Description".to_owned(), self.caption.clone())?;
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(pixels)?;
+        writer.finish()?;
+        Ok(bytes)
+    }
+}
+
+/// Each printed dot is the mean of the drawing units in it.
+fn averaged(fine: &[u8], columns: usize, rows: usize) -> Vec<u8> {
+    let stride = 3 * columns * UNITS_PER_DOT;
+    let count = UNITS_PER_DOT.pow(2) as u32;
+    let mut dots = Vec::with_capacity(3 * columns * rows);
+    for lines in fine.chunks_exact(stride * UNITS_PER_DOT) {
+        for column in 0..columns {
+            for channel in 0..3 {
+                let sum: u32 = (0..UNITS_PER_DOT)
+                    .flat_map(|line| {
+                        (0..UNITS_PER_DOT).map(move |across| {
+                            line * stride + 3 * (column * UNITS_PER_DOT + across) + channel
+                        })
+                    })
+                    .map(|index| u32::from(lines[index]))
+                    .sum();
+                dots.push(((sum + count / 2) / count) as u8);
+            }
+        }
+    }
+    dots
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+}

@@ -1,0 +1,188 @@
+//! The names of the curves, where they cover least.
+
+use crate::font::Typeface;
+use crate::layout::{EDGE_PT, Placed};
+use crate::path::{Frame, Point};
+use crate::spec::{Figure, Key, Mark, Panel, Series};
+use crate::style::{TICK_PT, UNITS_PER_PT};
+
+const KEY_LINE_PT: f64 = 1.35 * TICK_PT;
+const SAMPLE_PT: f64 = 18.0;
+const SAMPLE_GAP_PT: f64 = 4.0;
+const KEY_INSET_PT: f64 = 5.0;
+const KEY_SPACING_PT: f64 = 14.0;
+
+/// The named curves, and lines of text.
+pub(super) struct Legend {
+    pub(super) entries: Vec<Entry>,
+}
+
+/// A line of a key.
+pub(super) struct Entry {
+    /// The curve whose sample is shown; none for a note.
+    pub(super) series: Option<Series>,
+    pub(super) text: String,
+    /// Start of the sample and middle of its height.
+    pub(super) at: Point,
+}
+
+impl Entry {
+    fn new(series: &Series) -> Option<Self> {
+        Some(Self {
+            text: series.name.clone()?,
+            series: Some(series.clone()),
+            at: (0.0, 0.0),
+        })
+    }
+
+    fn note(text: &str) -> Self {
+        Self {
+            text: text.to_owned(),
+            series: None,
+            at: (0.0, 0.0),
+        }
+    }
+
+    fn width(&self, typeface: &Typeface) -> f64 {
+        typeface.width(&self.text, TICK_PT * UNITS_PER_PT) + self.text_offset()
+    }
+
+    /// From the start of the entry to its text.
+    pub(super) fn text_offset(&self) -> f64 {
+        self.series.as_ref().map_or(0.0, |series| {
+            sample_width(series) + SAMPLE_GAP_PT * UNITS_PER_PT
+        })
+    }
+}
+
+/// Length of paper that shows how a series is drawn.
+pub(super) fn sample_width(series: &Series) -> f64 {
+    let pt = match series.mark {
+        Mark::Points { .. } => 5.0,
+        Mark::Line { .. } | Mark::Band { .. } => SAMPLE_PT,
+    };
+    pt * UNITS_PER_PT
+}
+
+/// The names of all curves in rows above the panels, and the height that they take.
+pub(super) fn above(figure: &Figure, typeface: &Typeface, width: f64) -> (Legend, f64) {
+    let mut entries: Vec<Entry> = Vec::new();
+    for series in figure.panels.iter().flat_map(|panel| &panel.series) {
+        let known = entries
+            .iter()
+            .any(|entry| Some(&entry.text) == series.name.as_ref());
+        entries.extend(Entry::new(series).filter(|_| !known));
+    }
+    let spacing = KEY_SPACING_PT * UNITS_PER_PT;
+    let line = KEY_LINE_PT * UNITS_PER_PT;
+    let edge = EDGE_PT * UNITS_PER_PT;
+    let mut rows: Vec<(f64, Vec<Entry>)> = Vec::new();
+    for entry in entries {
+        let needed = entry.width(typeface);
+        match rows.last_mut() {
+            Some((used, row)) if *used + spacing + needed <= width => {
+                *used += spacing + needed;
+                row.push(entry);
+            }
+            _ => rows.push((needed, vec![entry])),
+        }
+    }
+    let height = rows.len() as f64 * line;
+    let mut placed = Vec::new();
+    for (number, (used, row)) in rows.into_iter().enumerate() {
+        let mut x = edge + 0.5 * (width - used);
+        for mut entry in row {
+            entry.at = (x, edge + (number as f64 + 0.5) * line);
+            x += entry.width(typeface) + spacing;
+            placed.push(entry);
+        }
+    }
+    (Legend { entries: placed }, height)
+}
+
+/// The panel's own key and notes, in the place where they cover the fewest points.
+pub(super) fn within(
+    panel: &Panel,
+    placed: &Placed,
+    key: Key,
+    typeface: &Typeface,
+) -> Option<Legend> {
+    let names = panel.series.iter().filter(|_| key == Key::InPanels);
+    let mut entries: Vec<Entry> = names.filter_map(Entry::new).collect();
+    entries.extend(panel.notes.iter().map(|note| Entry::note(note)));
+    if entries.is_empty() {
+        return None;
+    }
+    let width = entries
+        .iter()
+        .map(|entry| entry.width(typeface))
+        .fold(0.0, f64::max);
+    let line = KEY_LINE_PT * UNITS_PER_PT;
+    let height = line * entries.len() as f64;
+    let inset = KEY_INSET_PT * UNITS_PER_PT;
+    let frame = &placed.frame;
+    let lefts = [
+        frame.right - inset - width,
+        frame.left + inset,
+        0.5 * (frame.left + frame.right - width),
+    ];
+    let tops = [
+        frame.top + 0.6 * inset,
+        frame.bottom - 0.6 * inset - height,
+        0.5 * (frame.top + frame.bottom - height),
+    ];
+    let inked = inked(panel, placed);
+    let boxes = tops.iter().flat_map(|&top| lefts.map(|left| (left, top)));
+    let (left, top) = boxes.min_by_key(|&(left, top)| {
+        // Of the places that cover nothing, one with room around it.
+        [0.5 * inset, 2.0 * inset].map(|clearance| {
+            let covered = Frame {
+                left: left - clearance,
+                top: top - clearance,
+                right: left + width + clearance,
+                bottom: top + height + clearance,
+            };
+            inked
+                .iter()
+                .filter(|&&point| covered.contains(point))
+                .count()
+        })
+    })?;
+    for (number, entry) in entries.iter_mut().enumerate() {
+        entry.at = (left, top + (number as f64 + 0.5) * line);
+    }
+    Some(Legend { entries })
+}
+
+/// Points along everything drawn in a panel, close enough that no line slips through a key.
+fn inked(panel: &Panel, placed: &Placed) -> Vec<Point> {
+    let step = 4.0 * UNITS_PER_PT;
+    let mut inked = Vec::new();
+    for series in &panel.series {
+        let on_paper: Vec<Point> = series
+            .extent()
+            .into_iter()
+            .map(|point| placed.place(point))
+            .collect();
+        if matches!(series.mark, Mark::Line { .. }) {
+            for stretch in placed.frame.stretches(on_paper) {
+                for ends in stretch.windows(2) {
+                    let (from, to) = (ends[0], ends[1]);
+                    let pieces = ((to.0 - from.0).hypot(to.1 - from.1) / step)
+                        .ceil()
+                        .max(1.0);
+                    inked.extend((0..=pieces as usize).map(|piece| {
+                        let share = piece as f64 / pieces;
+                        (
+                            from.0 + share * (to.0 - from.0),
+                            from.1 + share * (to.1 - from.1),
+                        )
+                    }));
+                }
+            }
+        } else {
+            inked.extend(on_paper);
+        }
+    }
+    inked
+}

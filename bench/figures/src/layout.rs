@@ -1,0 +1,266 @@
+//! Where panels, ticks and keys go, from what has to be written beside them.
+
+use crate::font::Typeface;
+use crate::key::{Legend, above, within};
+use crate::path::{Frame, Point};
+use crate::scale::{Extent, Tick};
+use crate::spec::{Figure, Key, Panel, Series};
+use crate::style::{LABEL_PT, LETTER_PT, TICK_PT, UNITS_PER_MM, UNITS_PER_PT};
+
+/// Height of capitals and figures over the em.
+pub(super) const CAPITAL_EM: f64 = 0.73;
+pub(super) const TICK_LENGTH_PT: f64 = 2.5;
+/// Between the frame and tick labels, beside it and below.
+pub(super) const TICK_GAP_PT: (f64, f64) = (2.5, 3.5);
+/// Between tick labels and the axis's label.
+const LABEL_GAP_PT: f64 = 3.0;
+/// Around the figure.
+pub(super) const EDGE_PT: f64 = 3.0;
+/// Between neighbouring panels.
+const ROW_GAP: f64 = 2.0 * UNITS_PER_PT;
+const COLUMN_GAP: f64 = 5.0 * UNITS_PER_PT;
+/// Paper per labelled tick.
+const TICK_SPACING_MM: (f64, f64) = (12.0, 9.0);
+
+/// A figure laid out.
+pub(super) struct Layout {
+    pub(super) size: (u32, u32),
+    pub(super) panels: Vec<Placed>,
+    /// The key above the panels.
+    pub(super) key: Option<Legend>,
+}
+
+/// A panel on the paper.
+pub(super) struct Placed {
+    pub(super) frame: Frame,
+    pub(super) x: Extent,
+    pub(super) y: Extent,
+    pub(super) x_ticks: Vec<Tick>,
+    pub(super) y_ticks: Vec<Tick>,
+    /// Middle of the vertical axis's label: baseline and height.
+    pub(super) y_label: Point,
+    /// Middle and baseline of the horizontal axis's label.
+    pub(super) x_label: Point,
+    /// Where the panel's letter starts; none for a single panel.
+    pub(super) letter: Option<Point>,
+    pub(super) key: Option<Legend>,
+}
+
+impl Placed {
+    /// Where a data point lies on the paper.
+    pub(super) fn place(&self, (x, y): Point) -> Point {
+        let Frame {
+            left,
+            top,
+            right,
+            bottom,
+        } = self.frame;
+        (
+            left + self.x.place(x) * (right - left),
+            bottom - self.y.place(y) * (bottom - top),
+        )
+    }
+}
+
+/// What a panel needs around its frame.
+struct Margins {
+    left: f64,
+    right: f64,
+    top: f64,
+    bottom: f64,
+}
+
+/// Frames in rows and columns, each row and column with the margins of its neediest panel.
+struct Grid {
+    columns: usize,
+    /// By column.
+    left: Vec<f64>,
+    right: Vec<f64>,
+    /// By row.
+    top: Vec<f64>,
+    bottom: Vec<f64>,
+    /// Left end and top of the grid.
+    origin: Point,
+    frame_width: f64,
+    frame_height: f64,
+}
+
+impl Grid {
+    fn new(margins: &[Margins], figure: &Figure, origin: Point) -> Self {
+        let columns = figure.columns.max(1);
+        let rows = margins.len().div_ceil(columns);
+        let greatest = |side: fn(&Margins) -> f64, first: usize, step: usize, count: usize| {
+            let members = margins.iter().skip(first).step_by(step).take(count);
+            members.map(side).fold(0.0, f64::max)
+        };
+        let of_columns = |side| {
+            (0..columns)
+                .map(|c| greatest(side, c, columns, rows))
+                .collect()
+        };
+        let of_rows = |side| {
+            (0..rows)
+                .map(|r| greatest(side, r * columns, 1, columns))
+                .collect()
+        };
+        let (left, right): (Vec<f64>, Vec<f64>) = (of_columns(|m| m.left), of_columns(|m| m.right));
+        let beside: f64 =
+            left.iter().chain(&right).sum::<f64>() + COLUMN_GAP * (columns - 1) as f64;
+        let width = figure.width.mm() * UNITS_PER_MM - 2.0 * origin.0;
+        Self {
+            columns,
+            left,
+            right,
+            top: of_rows(|m| m.top),
+            bottom: of_rows(|m| m.bottom),
+            origin,
+            frame_width: (width - beside) / columns as f64,
+            frame_height: figure.panel_height_mm * UNITS_PER_MM,
+        }
+    }
+
+    fn frame(&self, index: usize) -> Frame {
+        let (column, row) = (index % self.columns, index / self.columns);
+        let beside: f64 = self.left[..=column]
+            .iter()
+            .chain(&self.right[..column])
+            .sum();
+        let over: f64 = self.top[..=row].iter().chain(&self.bottom[..row]).sum();
+        let left = self.origin.0 + beside + column as f64 * (self.frame_width + COLUMN_GAP);
+        let top = self.origin.1 + over + row as f64 * (self.frame_height + ROW_GAP);
+        Frame {
+            left,
+            top,
+            right: left + self.frame_width,
+            bottom: top + self.frame_height,
+        }
+    }
+
+    /// Lower end of the grid.
+    fn lower_end(&self) -> f64 {
+        let rows = self.top.len();
+        let margins: f64 = self.top.iter().chain(&self.bottom).sum();
+        self.origin.1
+            + margins
+            + rows as f64 * self.frame_height
+            + rows.saturating_sub(1) as f64 * ROW_GAP
+    }
+}
+
+pub(super) fn lay_out(figure: &Figure, typeface: &Typeface) -> Layout {
+    let width = figure.width.mm() * UNITS_PER_MM;
+    let edge = EDGE_PT * UNITS_PER_PT;
+    let lettered = figure.panels.len() > 1;
+    let (key, key_height) = match figure.key {
+        Key::Above => {
+            let (key, height) = above(figure, typeface, width - 2.0 * edge);
+            (Some(key), height)
+        }
+        Key::InPanels => (None, 0.0),
+    };
+    // The width of a frame decides its ticks and their labels its width: a first guess is near enough for the ticks.
+    let frame_width = 0.8 * width / figure.columns.max(1) as f64;
+    let frame_height = figure.panel_height_mm * UNITS_PER_MM;
+    let (extents, margins): (Vec<Extents>, Vec<Margins>) = figure
+        .panels
+        .iter()
+        .map(|panel| {
+            let extents = Extents::new(panel, frame_width, frame_height);
+            let margins = margins(panel, &extents, typeface, lettered);
+            (extents, margins)
+        })
+        .unzip();
+    let grid = Grid::new(&margins, figure, (edge, edge + key_height));
+    let panels = figure.panels.iter().zip(extents).enumerate();
+    let panels = panels.map(|(index, (panel, extents))| {
+        let frame = grid.frame(index);
+        let label = LABEL_PT * UNITS_PER_PT;
+        let outer_left = frame.left - grid.left[index % grid.columns];
+        let outer_bottom = frame.bottom + grid.bottom[index / grid.columns];
+        let mut placed = Placed {
+            y_label: (
+                outer_left + CAPITAL_EM * label,
+                0.5 * (frame.top + frame.bottom),
+            ),
+            x_label: (
+                0.5 * (frame.left + frame.right),
+                outer_bottom - 0.25 * label,
+            ),
+            letter: lettered.then_some((outer_left, frame.top - 3.0 * UNITS_PER_PT)),
+            frame,
+            x: extents.x,
+            y: extents.y,
+            x_ticks: extents.x_ticks,
+            y_ticks: extents.y_ticks,
+            key: None,
+        };
+        placed.key = within(panel, &placed, figure.key, typeface);
+        placed
+    });
+    Layout {
+        panels: panels.collect(),
+        size: (
+            width.round() as u32,
+            (grid.lower_end() + edge).round() as u32,
+        ),
+        key,
+    }
+}
+
+struct Extents {
+    x: Extent,
+    y: Extent,
+    x_ticks: Vec<Tick>,
+    y_ticks: Vec<Tick>,
+}
+
+impl Extents {
+    fn new(panel: &Panel, frame_width: f64, frame_height: f64) -> Self {
+        let points: Vec<Point> = panel.series.iter().flat_map(Series::extent).collect();
+        let x = Extent::new(&panel.x, points.iter().map(|point| point.0));
+        let y = Extent::new(&panel.y, points.iter().map(|point| point.1));
+        Self {
+            x_ticks: x.ticks(frame_width / (TICK_SPACING_MM.0 * UNITS_PER_MM)),
+            y_ticks: y.ticks(frame_height / (TICK_SPACING_MM.1 * UNITS_PER_MM)),
+            x,
+            y,
+        }
+    }
+}
+
+fn margins(panel: &Panel, extents: &Extents, typeface: &Typeface, lettered: bool) -> Margins {
+    let (tick_em, label_em) = (TICK_PT * UNITS_PER_PT, LABEL_PT * UNITS_PER_PT);
+    let label_width = |tick: &Tick| {
+        tick.label
+            .as_ref()
+            .map_or(0.0, |label| typeface.width(label, tick_em))
+    };
+    let widest = extents.y_ticks.iter().map(label_width).fold(0.0, f64::max);
+    let half_last = 0.5
+        * extents
+            .x_ticks
+            .iter()
+            .rev()
+            .find(|tick| tick.label.is_some())
+            .map_or(0.0, label_width);
+    let (beside, below) = (TICK_GAP_PT.0 * UNITS_PER_PT, TICK_GAP_PT.1 * UNITS_PER_PT);
+    let label = 1.25 * label_em + LABEL_GAP_PT * UNITS_PER_PT;
+    Margins {
+        left: if panel.y.written {
+            widest + beside + label
+        } else {
+            beside
+        },
+        right: if panel.x.written { half_last } else { beside },
+        top: if lettered {
+            (LETTER_PT + 2.0) * UNITS_PER_PT
+        } else {
+            0.5 * tick_em
+        },
+        bottom: if panel.x.written {
+            0.9 * tick_em + below + label
+        } else {
+            beside
+        },
+    }
+}

@@ -1,0 +1,208 @@
+//! From data to positions along an axis, and the ticks.
+
+use crate::spec::{Axis, Scale, Span};
+
+/// An axis whose ends are known.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Extent {
+    scale: Scale,
+    low: f64,
+    high: f64,
+}
+
+/// A tick at a data value.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Tick {
+    pub(super) value: f64,
+    /// None for a minor tick.
+    pub(super) label: Option<String>,
+}
+
+/// Share of the data's range left free at either end.
+const MARGIN: f64 = 0.05;
+/// No axis is long enough for more ticks.
+const MOST_WANTED: f64 = 16.0;
+
+impl Extent {
+    pub(super) fn new(axis: &Axis, values: impl Iterator<Item = f64>) -> Self {
+        let scale = axis.scale;
+        let usable =
+            |value: &f64| value.is_finite() && (matches!(scale, Scale::Linear) || *value > 0.0);
+        let (least, greatest) = values.filter(usable).fold(
+            (f64::INFINITY, f64::NEG_INFINITY),
+            |(least, greatest), value| (least.min(value), greatest.max(value)),
+        );
+        let (least, greatest) = if least <= greatest {
+            (least, greatest)
+        } else {
+            (1.0, 1.0)
+        };
+        let (low, high) = match (axis.span, scale) {
+            (Span::Fixed(low, high), _) => (low, high),
+            (Span::FromZero, Scale::Linear) => (0.0, greatest.max(0.0) * (1.0 + MARGIN)),
+            (span, scale) => {
+                let above = match span {
+                    Span::WithHeadroom(share) => MARGIN + share,
+                    Span::Data | Span::FromZero | Span::Fixed(..) => MARGIN,
+                };
+                match scale {
+                    Scale::Linear => {
+                        let range = greatest - least;
+                        (least - MARGIN * range, greatest + above * range)
+                    }
+                    Scale::Logarithmic => {
+                        let range = greatest / least;
+                        (least / range.powf(MARGIN), greatest * range.powf(above))
+                    }
+                }
+            }
+        };
+        // A constant has no range of its own.
+        if low < high {
+            Self { scale, low, high }
+        } else {
+            let (low, high) = match scale {
+                Scale::Linear => (
+                    low - 0.5 * low.abs().max(1.0),
+                    high + 0.5 * high.abs().max(1.0),
+                ),
+                Scale::Logarithmic => (low / 2.0, high * 2.0),
+            };
+            Self { scale, low, high }
+        }
+    }
+
+    /// 0 at the low end, 1 at the high end; not finite where the scale has no place for the value.
+    pub(super) fn place(&self, value: f64) -> f64 {
+        let (low, high, value) = match self.scale {
+            Scale::Linear => (self.low, self.high, value),
+            Scale::Logarithmic => (self.low.log10(), self.high.log10(), value.log10()),
+        };
+        (value - low) / (high - low)
+    }
+
+    /// About `wanted` labelled ticks.
+    pub(super) fn ticks(&self, wanted: f64) -> Vec<Tick> {
+        match self.scale {
+            Scale::Linear => self.linear_ticks(wanted),
+            Scale::Logarithmic => self.decade_ticks(wanted),
+        }
+    }
+
+    fn linear_ticks(&self, wanted: f64) -> Vec<Tick> {
+        let rough = (self.high - self.low) / wanted.max(1.0);
+        let exponent = rough.log10().floor() as i32;
+        let decade = 10f64.powi(exponent);
+        let (steps, decimals) = [(1.0, 0), (2.0, 0), (2.5, 1), (5.0, 0), (10.0, -1)]
+            .into_iter()
+            .find(|(steps, _)| steps * decade >= rough * (1.0 - 1e-9))
+            .unwrap_or((10.0, -1));
+        let step = steps * decade;
+        let decimals = usize::try_from(decimals - exponent).unwrap_or(0);
+        let slack = 1e-6;
+        let first = (self.low / step - slack).ceil() as i64;
+        let last = (self.high / step + slack).floor() as i64;
+        // A scale is not read off fewer ticks than three.
+        if last - first < 2 && wanted < MOST_WANTED {
+            return self.linear_ticks(2.0 * wanted);
+        }
+        (first..=last)
+            .map(|index| {
+                let value = index as f64 * step;
+                Tick {
+                    value,
+                    label: Some(written(value, decimals)),
+                }
+            })
+            .collect()
+    }
+
+    fn decade_ticks(&self, wanted: f64) -> Vec<Tick> {
+        let decades = (self.high / self.low).log10();
+        let labelled: &[u8] = if decades <= 0.5 * wanted {
+            &[1, 2, 5]
+        } else {
+            &[1]
+        };
+        let slack = 1e-9;
+        let first = self.low.log10().floor() as i32;
+        let last = self.high.log10().floor() as i32;
+        (first..=last)
+            .flat_map(|exponent| (1..=9u8).map(move |digit| (exponent, digit)))
+            .map(|(exponent, digit)| {
+                let value = f64::from(digit) * 10f64.powi(exponent);
+                let decimals = usize::try_from(-exponent).unwrap_or(0);
+                Tick {
+                    value,
+                    label: labelled.contains(&digit).then(|| written(value, decimals)),
+                }
+            })
+            .filter(|tick| {
+                tick.value >= self.low * (1.0 - slack) && tick.value <= self.high * (1.0 + slack)
+            })
+            .collect()
+    }
+}
+
+/// Returns `value` with so many decimals, with the minus sign that typesetters use and no negative zero.
+pub fn written(value: f64, decimals: usize) -> String {
+    let text = format!("{:.decimals$}", value.abs());
+    let zero = text.chars().all(|c| matches!(c, '0' | '.'));
+    if value < 0.0 && !zero {
+        format!("\u{2212}{text}")
+    } else {
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(axis: &Axis, values: &[f64], wanted: f64) -> Vec<String> {
+        Extent::new(axis, values.iter().copied())
+            .ticks(wanted)
+            .into_iter()
+            .filter_map(|tick| tick.label)
+            .collect()
+    }
+
+    #[test]
+    fn linear_ticks_are_round_and_inside() {
+        let axis = Axis::linear("");
+        assert_eq!(
+            labels(&axis, &[0.0, 10.0], 5.0),
+            ["0.0", "2.5", "5.0", "7.5", "10.0"]
+        );
+        let below = labels(&axis.between(-0.3, 0.3), &[], 6.0);
+        assert_eq!(below, ["−0.3", "−0.2", "−0.1", "0.0", "0.1", "0.2", "0.3"]);
+    }
+
+    #[test]
+    fn decades_are_labelled_and_divided() {
+        let axis = Axis::logarithmic("").between(0.1, 100.0);
+        assert_eq!(labels(&axis, &[], 4.0), ["0.1", "1", "10", "100"]);
+        let ticks = Extent::new(&axis, std::iter::empty()).ticks(4.0);
+        assert_eq!(ticks.len(), 28);
+        let short = Axis::logarithmic("").between(0.1, 1.0);
+        assert_eq!(labels(&short, &[], 4.0), ["0.1", "0.2", "0.5", "1"]);
+    }
+
+    #[test]
+    fn a_constant_and_no_data_still_have_a_range() {
+        for axis in [
+            Axis::linear(""),
+            Axis::linear("").from_zero(),
+            Axis::logarithmic(""),
+        ] {
+            for values in [vec![], vec![f64::NAN], vec![2.0]] {
+                let extent = Extent::new(&axis, values.iter().copied());
+                assert!(extent.low < extent.high, "{axis:?} {values:?}");
+            }
+        }
+        assert_eq!(
+            Extent::new(&Axis::linear(""), [3.0].into_iter()).place(3.0),
+            0.5
+        );
+    }
+}

@@ -1,0 +1,331 @@
+//! Files that are only called saved when they are: no hidden buffer, no swallowed error.
+
+use std::ffi::OsString;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+/// Bytes gathered before the operating system is asked to write them.
+const BATCH_BYTES: usize = 1 << 18;
+
+/// A file operation that failed.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot {action} {}: {}", path.display(), cause(source))]
+pub struct DiskError {
+    /// What was attempted, such as `write`.
+    pub action: &'static str,
+    /// The file or folder.
+    pub path: PathBuf,
+    /// The operating system's reason.
+    pub source: io::Error,
+}
+
+fn cause(error: &io::Error) -> String {
+    let remedy = match error.kind() {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            "the disk is full; make room on it or choose another study folder"
+        }
+        io::ErrorKind::FileTooLarge => "a limit on file sizes is in force (see `ulimit -f`)",
+        io::ErrorKind::ReadOnlyFilesystem => {
+            "the file system is read-only; choose another study folder"
+        }
+        io::ErrorKind::PermissionDenied => "permission is missing; choose another study folder",
+        io::ErrorKind::NotFound => "it is not there, or its folder is gone",
+        _ => return error.to_string(),
+    };
+    format!("{remedy} ({error})")
+}
+
+/// Names the action and the path of a failed operation.
+pub trait OnPath<T> {
+    /// Names `action` and `path` in the error.
+    ///
+    /// # Errors
+    /// The operation's own.
+    fn on(self, action: &'static str, path: &Path) -> Result<T, DiskError>;
+}
+
+impl<T> OnPath<T> for io::Result<T> {
+    fn on(self, action: &'static str, path: &Path) -> Result<T, DiskError> {
+        self.map_err(|source| DiskError {
+            action,
+            path: path.to_owned(),
+            source,
+        })
+    }
+}
+
+/// What the content of a file consists of, so that it can be cut where nothing is torn.
+#[derive(Debug, Clone, Copy)]
+pub enum Records {
+    /// Records of so many bytes.
+    Bytes(usize),
+    /// Lines.
+    Lines,
+}
+
+impl Records {
+    /// Length of the whole records at the start of `bytes`, which starts with one.
+    fn whole(self, bytes: &[u8]) -> usize {
+        match self {
+            Self::Bytes(size) => bytes.len() / size * size,
+            Self::Lines => bytes
+                .iter()
+                .rposition(|b| *b == b'\n')
+                .map_or(0, |at| at + 1),
+        }
+    }
+}
+
+/// A new file that grows at its end by whole records.
+#[derive(Debug)]
+pub struct AppendFile {
+    path: PathBuf,
+    file: File,
+    records: Records,
+    /// Whole records not yet handed to the operating system.
+    pending: Vec<u8>,
+    /// Length of the head and the whole records in the file.
+    whole: u64,
+    failed: Option<Failed>,
+}
+
+/// After a failure nothing is written until the file is salvaged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Failed {
+    /// `whole` still tells what the file holds.
+    Write,
+    /// The system may have dropped what it could not write, and would not say so a second time.
+    Sync,
+}
+
+impl AppendFile {
+    /// Creates the file with `head` at its start; one that exists is an error.
+    pub fn create(path: PathBuf, head: &[u8], records: Records) -> Result<Self, DiskError> {
+        let mut file = OpenOptions::new()
+            .write(true)
+            .create_new(true)
+            .open(&path)
+            .on("create", &path)?;
+        file.write_all(head).on("write", &path)?;
+        Ok(Self {
+            path,
+            file,
+            records,
+            pending: Vec::with_capacity(BATCH_BYTES + BATCH_BYTES / 4),
+            whole: head.len() as u64,
+            failed: None,
+        })
+    }
+
+    /// Appends whole records through `write`.
+    pub fn append(&mut self, write: impl FnOnce(&mut Vec<u8>)) -> Result<(), DiskError> {
+        write(&mut self.pending);
+        if self.pending.len() >= BATCH_BYTES {
+            self.write_pending()?;
+        }
+        Ok(())
+    }
+
+    /// Hands all to the operating system.
+    fn write_pending(&mut self) -> Result<(), DiskError> {
+        if self.failed.is_some() {
+            return Err(io::Error::other("an earlier write failed")).on("write", &self.path);
+        }
+        let mut done = 0;
+        let result = loop {
+            if done == self.pending.len() {
+                break Ok(());
+            }
+            match self.file.write(&self.pending[done..]) {
+                Ok(0) => break Err(io::ErrorKind::WriteZero.into()),
+                Ok(bytes) => done += bytes,
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) => break Err(error),
+            }
+        };
+        self.whole += self.records.whole(&self.pending[..done]) as u64;
+        self.pending.clear();
+        if result.is_err() {
+            self.failed = Some(Failed::Write);
+        }
+        result.on("write", &self.path)
+    }
+
+    /// Bytes appended, on disk or not.
+    pub fn bytes(&self) -> u64 {
+        self.whole + self.pending.len() as u64
+    }
+
+    /// Writes what is pending, then overwrites the head.
+    pub fn set_head(&mut self, head: &[u8]) -> Result<(), DiskError> {
+        self.write_pending()?;
+        self.overwrite_head(head)
+    }
+
+    fn overwrite_head(&mut self, head: &[u8]) -> Result<(), DiskError> {
+        self.file
+            .seek(SeekFrom::Start(0))
+            .and_then(|_| self.file.write_all(head))
+            .and_then(|()| self.file.seek(SeekFrom::Start(self.whole)))
+            .map(drop)
+            .on("write", &self.path)
+    }
+
+    /// Returns once all that was appended is on the disk under its name.
+    pub fn sync(&mut self) -> Result<(), DiskError> {
+        self.write_pending()?;
+        let synced = self.file.sync_data();
+        if synced.is_err() {
+            self.failed = Some(Failed::Sync);
+        }
+        synced.on("sync", &self.path)?;
+        // An unlinked file syncs without complaint.
+        fs::metadata(&self.path).map(drop).on("find", &self.path)
+    }
+
+    /// After a failure, here or in another file of the recording: writes what can be, cuts the file to whole records and, given
+    /// their bytes with the head's, renews the head. Returns the bytes kept.
+    pub fn salvage(&mut self, head: impl FnOnce(u64) -> Vec<u8>) -> Result<u64, DiskError> {
+        // What it achieves is in `whole`.
+        let _ = self.write_pending();
+        if self.failed == Some(Failed::Sync) {
+            return Err(io::Error::other("an earlier sync failed")).on("sync", &self.path);
+        }
+        self.file.set_len(self.whole).on("cut", &self.path)?;
+        self.overwrite_head(&head(self.whole))?;
+        self.failed = None;
+        self.sync()?;
+        Ok(self.whole)
+    }
+}
+
+/// Replaces the file at `path` by `contents`; at every moment either the old or the new content is there whole.
+pub fn replace_file(path: &Path, contents: &[u8]) -> Result<(), DiskError> {
+    let mut name = path.file_name().map_or_else(OsString::new, OsString::from);
+    name.push(".tmp");
+    let temporary = path.with_file_name(name);
+    // A killed process may have left one.
+    let written = File::create(&temporary)
+        .on("create", &temporary)
+        .and_then(|file| write_all(file, &temporary, contents))
+        .and_then(|()| fs::rename(&temporary, path).on("replace", path));
+    if written.is_err() {
+        // The old file is still whole; what is left of the new one must not stop the next attempt.
+        let _ = fs::remove_file(&temporary);
+    }
+    written?;
+    path.parent().map_or(Ok(()), sync_folder)
+}
+
+/// Makes an empty file and returns once its name is on the disk; one that exists is an error.
+pub fn create_empty(path: &Path) -> Result<(), DiskError> {
+    File::create_new(path).on("create", path)?;
+    path.parent().map_or(Ok(()), sync_folder)
+}
+
+fn write_all(mut file: File, path: &Path, contents: &[u8]) -> Result<(), DiskError> {
+    file.write_all(contents).on("write", path)?;
+    file.sync_all().on("sync", path)
+}
+
+/// Makes the names in a folder durable.
+pub fn sync_folder(path: &Path) -> Result<(), DiskError> {
+    let path = if path.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        path
+    };
+    File::open(path)
+        .and_then(|folder| folder.sync_all())
+        .on("sync", path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[cfg(target_os = "linux")]
+    fn lines_to(device: &str) -> AppendFile {
+        let path = PathBuf::from(device);
+        let file = OpenOptions::new().write(true).open(&path).unwrap();
+        AppendFile {
+            path,
+            file,
+            records: Records::Lines,
+            pending: Vec::new(),
+            whole: 0,
+            failed: None,
+        }
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn a_full_disk_is_said_to_be_full() {
+        let mut full = lines_to("/dev/full");
+        full.append(|bytes| bytes.extend(b"1,2\n")).unwrap();
+        let error = full.sync().unwrap_err();
+        assert!(error.to_string().contains("the disk is full"), "{error}");
+        assert_eq!(error.action, "write");
+        // Nothing is pending any more, yet this must not pass for saved.
+        assert!(full.sync().is_err());
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn what_could_not_be_synced_is_never_called_saved() {
+        // It takes every byte and cannot be synced.
+        let mut rows = lines_to("/dev/null");
+        rows.append(|bytes| bytes.extend(b"1\n")).unwrap();
+        assert_eq!(rows.sync().unwrap_err().action, "sync");
+        assert_eq!(rows.failed, Some(Failed::Sync));
+        // A second sync could succeed after the system dropped what it could not write.
+        rows.file = File::create_new(tempfile::tempdir().unwrap().path().join("a")).unwrap();
+        assert!(rows.sync().is_err());
+        assert_eq!(rows.salvage(|_| Vec::new()).unwrap_err().action, "sync");
+    }
+
+    #[test]
+    fn a_removed_file_is_not_saved() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rows");
+        let mut file = AppendFile::create(path.clone(), b"", Records::Lines).unwrap();
+        file.append(|bytes| bytes.extend(b"1\n")).unwrap();
+        file.sync().unwrap();
+        fs::remove_file(&path).unwrap();
+        file.append(|bytes| bytes.extend(b"2\n")).unwrap();
+        assert_eq!(file.sync().unwrap_err().action, "find");
+    }
+
+    #[test]
+    fn replacing_leaves_one_whole_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.toml");
+        for text in ["first", "second"] {
+            replace_file(&path, text.as_bytes()).unwrap();
+            assert_eq!(fs::read_to_string(&path).unwrap(), text);
+        }
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_replacement_that_fails_leaves_the_old_file_and_can_be_tried_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.toml");
+        replace_file(&path, b"old").unwrap();
+        // Something is in the way of the temporary file.
+        fs::create_dir(folder.path().join("a.toml.tmp")).unwrap();
+        assert!(replace_file(&path, b"new").is_err());
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        fs::remove_dir(folder.path().join("a.toml.tmp")).unwrap();
+        replace_file(&path, b"new").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+    }
+
+    #[test]
+    fn records_are_cut_where_nothing_is_torn() {
+        assert_eq!(Records::Bytes(8).whole(&[0; 23]), 16);
+        assert_eq!(Records::Lines.whole(b"1,2\n3,"), 4);
+        assert_eq!(Records::Lines.whole(b"1,2"), 0);
+    }
+}

@@ -1,0 +1,31 @@
+//! Recording folders: written live so that a killed process leaves a readable one, and read back as a stream.
+//!
+//! A folder holds [`MANIFEST_FILE`], [`SIGNALS_FILE`], [`FORCE_FILE`] and [`POSITION_FILE`]. Sample 0 of the audio is time 0;
+//! lost samples are NaN, never dropped.
+
+pub mod disk;
+pub mod lock;
+pub mod manifest;
+pub mod pipeline;
+pub mod reader;
+pub mod recorder;
+mod rows;
+pub mod study;
+pub mod wav;
+pub mod writer;
+
+pub use disk::DiskError;
+pub use manifest::Manifest;
+pub use reader::RecordingReader;
+pub use rows::{ForceRow, PositionRow};
+pub use wav::AudioFormat;
+pub use writer::RecordingWriter;
+
+/// What the recording is of.
+pub const MANIFEST_FILE: &str = "recording.toml";
+/// All audio channels as sampled.
+pub const SIGNALS_FILE: &str = "signals.wav";
+/// Normal and lateral force.
+pub const FORCE_FILE: &str = "force.csv";
+/// Position along the plate.
+pub const POSITION_FILE: &str = "position.csv";

@@ -1,0 +1,65 @@
+//! What happened during a recording, at its sample.
+
+use serde::{Deserialize, Serialize};
+
+/// A fault of an input is over once it has not come again for this long, s: longer than a period of the modulation, at whose
+/// every crest a channel may clip.
+pub const QUIET_S: f64 = 0.5;
+
+/// Something that happened at a sample of a recording.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Event {
+    /// What happened.
+    pub kind: EventKind,
+    /// Frame of `signals.wav` at which it happened, from 0.
+    pub sample: u64,
+    /// How many frames it concerns, where it has a length.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frames: Option<u64>,
+    /// Further words for the reader.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub text: Option<String>,
+}
+
+/// What can happen during a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EventKind {
+    /// Samples lost, `frames` of them, written as NaN.
+    Gap,
+    /// The input stream reported an overrun.
+    InputXrun,
+    /// The output stream reported an underrun.
+    OutputXrun,
+    /// Samples of drive or pickup at the limits of the converter, within `frames`.
+    Clipping,
+    /// NaN or infinity came from the converter, within `frames`.
+    NonFinite,
+    /// The drive was taken to zero because its read-back differed from the command, or stayed away.
+    ReadbackMismatch,
+    /// Force frames lost, refused by their checksum or sent twice, within `frames`; to a burst of the sensor.
+    ForceLost,
+    /// An axis of the force sensor at the end of its range, within `frames`.
+    ForceOverRange,
+    /// The encoder moved at an impossible speed, or faster than its lines were read, within `frames`.
+    PositionJump,
+    /// Rows of `force.csv` or `position.csv` whose time does not increase.
+    TimeDisorder,
+    /// The recorder's queue overflowed; the recording ends here.
+    RecorderOverflow,
+    /// The drive was taken to zero by the emergency stop: pressed, its wire cut, or the operator's key.
+    EmergencyStop,
+    /// The drive was taken to zero by another fault.
+    Safe,
+    /// The trial was broken off.
+    Abort,
+    /// The trial was broken off by a pause.
+    Pause,
+    /// The session went on with this trial after a pause, a fault or the program's end.
+    Resume,
+    /// The trial was broken off to be done again, or is an attempt after another one.
+    Redo,
+    /// A remark.
+    Note,
+}

@@ -1,0 +1,113 @@
+//! Stretches of a recording with a known meaning.
+
+use serde::{Deserialize, Serialize};
+
+use super::Direction;
+use super::rules::{ManifestError, finite, not_negative};
+
+/// What a stretch of a recording is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum IntervalKind {
+    /// No finger on the plate: where Z_p is read.
+    Unloaded,
+    /// The finger slides.
+    Exploration(Direction),
+}
+
+/// A stretch of a recording, seconds from sample 0.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "RawInterval", into = "RawInterval")]
+pub struct Interval {
+    /// What it is.
+    pub kind: IntervalKind,
+    /// Its start, seconds from sample 0.
+    pub start_s: f64,
+    /// Its end, seconds from sample 0.
+    pub end_s: f64,
+}
+
+impl Interval {
+    /// An interval of the audio clock in the time of a recording whose sample 0 is at `recording_start_s` of that clock.
+    #[must_use]
+    pub fn relative_to(interval: protocols::Interval, recording_start_s: f64) -> Self {
+        Self {
+            kind: match interval.kind {
+                protocols::IntervalKind::Unloaded => IntervalKind::Unloaded,
+                protocols::IntervalKind::Exploration { direction } => {
+                    IntervalKind::Exploration(direction)
+                }
+            },
+            start_s: interval.start_s - recording_start_s,
+            end_s: interval.end_s - recording_start_s,
+        }
+    }
+
+    pub(crate) fn validate(&self, index: usize) -> Result<(), ManifestError> {
+        not_negative(&format!("intervals.{index}.start_s"), self.start_s)?;
+        finite(&format!("intervals.{index}.end_s"), self.end_s)?;
+        if self.end_s <= self.start_s {
+            return Err(ManifestError::IntervalOrder {
+                index,
+                start_s: self.start_s,
+                end_s: self.end_s,
+            });
+        }
+        Ok(())
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawInterval {
+    kind: RawIntervalKind,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    direction: Option<Direction>,
+    start_s: f64,
+    end_s: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum RawIntervalKind {
+    Unloaded,
+    Exploration,
+}
+
+impl TryFrom<RawInterval> for Interval {
+    type Error = &'static str;
+
+    fn try_from(raw: RawInterval) -> Result<Self, Self::Error> {
+        let kind = match (raw.kind, raw.direction) {
+            (RawIntervalKind::Unloaded, None) => IntervalKind::Unloaded,
+            (RawIntervalKind::Exploration, Some(direction)) => IntervalKind::Exploration(direction),
+            (RawIntervalKind::Unloaded, Some(_)) => {
+                return Err("an interval of kind `unloaded` has no `direction`");
+            }
+            (RawIntervalKind::Exploration, None) => {
+                return Err(
+                    "an interval of kind `exploration` needs a `direction`: `left_to_right` or `right_to_left`",
+                );
+            }
+        };
+        Ok(Self {
+            kind,
+            start_s: raw.start_s,
+            end_s: raw.end_s,
+        })
+    }
+}
+
+impl From<Interval> for RawInterval {
+    fn from(interval: Interval) -> Self {
+        let (kind, direction) = match interval.kind {
+            IntervalKind::Unloaded => (RawIntervalKind::Unloaded, None),
+            IntervalKind::Exploration(direction) => (RawIntervalKind::Exploration, Some(direction)),
+        };
+        Self {
+            kind,
+            direction,
+            start_s: interval.start_s,
+            end_s: interval.end_s,
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! `recording.toml`: what a recording is of, and how its sample values become volts and metres.
+//!
+//! Peak amplitudes and exp(+iωt) throughout. The tables `channels`, `plate` and `intervals` are fixed; `participant`,
+//! `trial`, `hardware`, `software` and `events` are written by this bench and may be absent in a recording made elsewhere.
+
+mod event;
+mod interval;
+mod origin;
+mod rules;
+#[cfg(test)]
+mod tests;
+mod transducers;
+
+pub use event::{Event, EventKind, QUIET_S};
+pub use interval::{Interval, IntervalKind};
+pub use origin::{Calibration, End, Hardware, MAX_SEED, Participant, Software, Trial};
+pub use protocols::Direction;
+pub use rules::{ManifestError, ManifestReadError};
+pub use transducers::{Channels, DriveChannel, PickupChannel, Plate};
+
+use serde::{Deserialize, Serialize};
+
+use rules::{finite, from_one, not_negative, not_zero, positive, within};
+
+/// The version of `recording.toml` that this crate writes and reads.
+pub const FORMAT: u32 = 1;
+
+/// The content of `recording.toml`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// Version of the file, [`FORMAT`].
+    pub format: u32,
+    /// Carrier frequency, Hz.
+    pub carrier_hz: f64,
+    /// Frequency of the amplitude modulation, Hz; 0 for none.
+    pub modulation_hz: f64,
+    /// Modulation index, 0 to 1: A(t) = A_mean (1 + index · sin 2πft).
+    pub modulation_index: f64,
+    /// The two channels that the impedance is read from.
+    pub channels: Channels,
+    /// The plate that the finger rests on.
+    pub plate: Plate,
+    /// Stretches of the recording with a known meaning.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub intervals: Vec<Interval>,
+    /// Who took part.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub participant: Option<Participant>,
+    /// Which trial of which protocol this is, and how it ended.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trial: Option<Trial>,
+    /// What it was recorded with.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hardware: Option<Hardware>,
+    /// What wrote it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub software: Option<Software>,
+    /// What happened during the recording.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub events: Vec<Event>,
+}
+
+impl Manifest {
+    /// Reads and checks a `recording.toml`; `file` names it in errors.
+    ///
+    /// # Errors
+    /// [`ManifestReadError`] names the key, its line, its value and what is allowed; for unknown keys the nearest known key.
+    pub fn parse(text: &str, file: &str) -> Result<Self, ManifestReadError> {
+        let manifest: Self = strict::parse(text, file)?;
+        match manifest.validate() {
+            Ok(()) => Ok(manifest),
+            Err(rule) => Err(ManifestReadError::at(rule, text, file)),
+        }
+    }
+
+    /// The text of `recording.toml`; the same manifest always gives the same bytes.
+    ///
+    /// # Errors
+    /// The first rule that is broken: what would not be read is not written.
+    pub fn to_toml(&self) -> Result<String, ManifestError> {
+        self.validate()?;
+        toml::to_string(self).map_err(|error| ManifestError::NotToml {
+            reason: error.to_string(),
+        })
+    }
+
+    /// From when to when the force sensor was at the end of its range, s.
+    #[must_use]
+    pub fn saturated_s(&self, sample_rate_hz: u32) -> Vec<(f64, f64)> {
+        let time_s = |sample: u64| sample as f64 / f64::from(sample_rate_hz);
+        let events = self.events.iter();
+        events
+            .filter(|event| event.kind == EventKind::ForceOverRange)
+            .map(|event| {
+                let end = event.sample + event.frames.unwrap_or(1);
+                (time_s(event.sample), time_s(end))
+            })
+            .collect()
+    }
+
+    /// Checks every rule that needs nothing but the manifest.
+    ///
+    /// # Errors
+    /// The first rule that is broken.
+    pub fn validate(&self) -> Result<(), ManifestError> {
+        if self.format != FORMAT {
+            return Err(ManifestError::Format { value: self.format });
+        }
+        positive("carrier_hz", self.carrier_hz)?;
+        not_negative("modulation_hz", self.modulation_hz)?;
+        within("modulation_index", self.modulation_index, 0.0..=1.0)?;
+        not_zero(
+            "channels.drive.volts_per_unit",
+            self.channels.drive.volts_per_unit,
+        )?;
+        not_zero(
+            "channels.pickup.metres_per_unit",
+            self.channels.pickup.metres_per_unit,
+        )?;
+        finite("channels.pickup.phase_rad", self.channels.pickup.phase_rad)?;
+        if self.channels.drive.index == self.channels.pickup.index {
+            return Err(ManifestError::SameChannel {
+                index: self.channels.drive.index,
+            });
+        }
+        positive("plate.resonance_hz", self.plate.resonance_hz)?;
+        positive("plate.modal_mass_kg", self.plate.modal_mass_kg)?;
+        not_zero(
+            "plate.force_factor_n_per_v",
+            self.plate.force_factor_n_per_v,
+        )?;
+        finite("plate.centre_m", self.plate.centre_m)?;
+        for (index, interval) in self.intervals.iter().enumerate() {
+            interval.validate(index)?;
+        }
+        if let Some(participant) = &self.participant {
+            from_one("participant.session", participant.session)?;
+        }
+        if let Some(trial) = &self.trial {
+            trial.validate()?;
+        }
+        if let Some(hardware) = &self.hardware {
+            hardware.validate()?;
+        }
+        Ok(())
+    }
+
+    /// Checks the manifest against the audio that it describes.
+    ///
+    /// # Errors
+    /// A channel beyond the last, a sample rate that differs, or one too low for the modulated carrier.
+    pub fn validate_audio(
+        &self,
+        sample_rate_hz: u32,
+        channel_count: u16,
+    ) -> Result<(), ManifestError> {
+        for (key, index) in [
+            ("channels.drive.index", self.channels.drive.index),
+            ("channels.pickup.index", self.channels.pickup.index),
+        ] {
+            if index >= channel_count {
+                return Err(ManifestError::NoSuchChannel {
+                    key,
+                    index,
+                    channels: channel_count,
+                });
+            }
+        }
+        if f64::from(sample_rate_hz) <= 2.0 * (self.carrier_hz + self.modulation_hz) {
+            return Err(ManifestError::Undersampled {
+                sample_rate_hz,
+                carrier_hz: self.carrier_hz,
+                modulation_hz: self.modulation_hz,
+            });
+        }
+        if let Some(hardware) = &self.hardware {
+            if hardware.sample_rate_hz != sample_rate_hz {
+                return Err(ManifestError::SampleRate {
+                    hardware_hz: hardware.sample_rate_hz,
+                    audio_hz: sample_rate_hz,
+                });
+            }
+            if hardware.channel_names.len() != usize::from(channel_count) {
+                return Err(ManifestError::ChannelNames {
+                    names: hardware.channel_names.len(),
+                    channels: channel_count,
+                });
+            }
+        }
+        Ok(())
+    }
+}

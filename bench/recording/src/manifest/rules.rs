@@ -1,0 +1,214 @@
+//! What a `recording.toml` must hold, and how it is said where it does not.
+
+use std::ops::RangeInclusive;
+
+use strict::TomlError;
+
+use super::FORMAT;
+
+/// Why a `recording.toml` cannot be read.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ManifestReadError {
+    /// Not TOML, or an unknown or missing key.
+    #[error(transparent)]
+    Toml(#[from] TomlError),
+    /// A value against a rule.
+    #[error("{file}{}: {rule}", line.map(|line| format!(", line {line}")).unwrap_or_default())]
+    Rule {
+        /// The file, as the caller named it.
+        file: String,
+        /// Line of the key, from 1.
+        line: Option<usize>,
+        /// The rule.
+        rule: ManifestError,
+    },
+}
+
+impl ManifestReadError {
+    /// Finds the line of a rule's key in the text.
+    pub(crate) fn at(rule: ManifestError, text: &str, file: &str) -> Self {
+        Self::Rule {
+            file: file.to_owned(),
+            line: rule.key().and_then(|key| strict::line_of(text, &key)),
+            rule,
+        }
+    }
+}
+
+/// A rule of the manifest that is broken.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ManifestError {
+    /// A value that TOML cannot hold, such as an integer over 2⁶³ − 1.
+    #[error("recording.toml cannot be written: {reason}")]
+    NotToml {
+        /// The serialiser's words.
+        reason: String,
+    },
+    /// A version that this program does not know.
+    #[error("`format` is {value}, but this program reads format {FORMAT} only")]
+    Format {
+        /// The version in the file.
+        value: u32,
+    },
+    /// A number out of its range, or not a number.
+    #[error("`{key}` is {value}, allowed are {allowed}")]
+    Value {
+        /// The key, with its tables.
+        key: String,
+        /// Its value.
+        value: f64,
+        /// The allowed values in words.
+        allowed: String,
+    },
+    /// An interval that ends before it starts.
+    #[error("`intervals.{index}` ends at {end_s} s, not after its start at {start_s} s")]
+    IntervalOrder {
+        /// Position in the list, from 0.
+        index: usize,
+        /// Start, s.
+        start_s: f64,
+        /// End, s.
+        end_s: f64,
+    },
+    /// Drive and pickup on the same channel.
+    #[error(
+        "`channels.drive.index` and `channels.pickup.index` are both {index}; they must differ"
+    )]
+    SameChannel {
+        /// The channel.
+        index: u16,
+    },
+    /// Calibrated without a calibration, or the reverse.
+    #[error("`hardware.uncalibrated` is {uncalibrated}, but `hardware.calibration` is {}", if *.uncalibrated { "present" } else { "absent" })]
+    Calibration {
+        /// The flag.
+        uncalibrated: bool,
+    },
+    /// A channel beyond those of the audio file.
+    #[error("`{key}` is {index}, but signals.wav has {channels} channels, counted from 0")]
+    NoSuchChannel {
+        /// The key.
+        key: &'static str,
+        /// Its value.
+        index: u16,
+        /// Channels in the audio file.
+        channels: u16,
+    },
+    /// `hardware.channel_names` does not name every channel.
+    #[error("`hardware.channel_names` has {names} names, but signals.wav has {channels} channels")]
+    ChannelNames {
+        /// Number of names.
+        names: usize,
+        /// Channels in the audio file.
+        channels: u16,
+    },
+    /// `hardware.sample_rate_hz` differs from the audio file's.
+    #[error("`hardware.sample_rate_hz` is {hardware_hz}, but signals.wav has {audio_hz} Hz")]
+    SampleRate {
+        /// Rate in the manifest, Hz.
+        hardware_hz: u32,
+        /// Rate of the audio file, Hz.
+        audio_hz: u32,
+    },
+    /// The modulated carrier does not fit under half the sample rate.
+    #[error(
+        "sample rate {sample_rate_hz} Hz is not above 2 · (`carrier_hz` {carrier_hz} + `modulation_hz` {modulation_hz}) = {} Hz",
+        2.0 * (.carrier_hz + .modulation_hz)
+    )]
+    Undersampled {
+        /// Sample rate, Hz.
+        sample_rate_hz: u32,
+        /// Carrier, Hz.
+        carrier_hz: f64,
+        /// Modulation, Hz.
+        modulation_hz: f64,
+    },
+}
+
+impl ManifestError {
+    /// The key that the rule is about, dotted.
+    fn key(&self) -> Option<String> {
+        Some(match self {
+            Self::NotToml { .. } => return None,
+            Self::Format { .. } => "format".to_owned(),
+            Self::Value { key, .. } => key.clone(),
+            Self::IntervalOrder { index, .. } => format!("intervals.{index}.end_s"),
+            Self::SameChannel { .. } => "channels.pickup.index".to_owned(),
+            Self::Calibration { .. } => "hardware.uncalibrated".to_owned(),
+            Self::NoSuchChannel { key, .. } => (*key).to_owned(),
+            Self::ChannelNames { .. } => "hardware.channel_names".to_owned(),
+            Self::SampleRate { .. } => "hardware.sample_rate_hz".to_owned(),
+            Self::Undersampled { .. } => "carrier_hz".to_owned(),
+        })
+    }
+}
+
+pub(super) fn refused(key: &str, value: f64, allowed: &str) -> ManifestError {
+    ManifestError::Value {
+        key: key.to_owned(),
+        value,
+        allowed: allowed.to_owned(),
+    }
+}
+
+pub(super) fn require(
+    holds: bool,
+    key: &str,
+    value: f64,
+    allowed: &str,
+) -> Result<(), ManifestError> {
+    if holds {
+        Ok(())
+    } else {
+        Err(refused(key, value, allowed))
+    }
+}
+
+pub(super) fn finite(key: &str, value: f64) -> Result<(), ManifestError> {
+    require(value.is_finite(), key, value, "finite numbers")
+}
+
+pub(super) fn positive(key: &str, value: f64) -> Result<(), ManifestError> {
+    require(
+        value.is_finite() && value > 0.0,
+        key,
+        value,
+        "finite numbers above 0",
+    )
+}
+
+pub(super) fn not_negative(key: &str, value: f64) -> Result<(), ManifestError> {
+    require(
+        value.is_finite() && value >= 0.0,
+        key,
+        value,
+        "finite numbers from 0",
+    )
+}
+
+pub(super) fn not_zero(key: &str, value: f64) -> Result<(), ManifestError> {
+    require(
+        value.is_finite() && value != 0.0,
+        key,
+        value,
+        "finite numbers other than 0",
+    )
+}
+
+pub(super) fn within(
+    key: &str,
+    value: f64,
+    range: RangeInclusive<f64>,
+) -> Result<(), ManifestError> {
+    require(
+        range.contains(&value),
+        key,
+        value,
+        &format!("{} to {}", range.start(), range.end()),
+    )
+}
+
+pub(super) fn from_one(key: &str, value: u32) -> Result<(), ManifestError> {
+    require(value >= 1, key, f64::from(value), "whole numbers from 1")
+}

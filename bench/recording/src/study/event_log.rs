@@ -1,0 +1,328 @@
+//! The log of a session: start, descriptors, events and stop in the manner of bluesky, one JSON object per line.
+//!
+//! Every document is on disk when the call of [`EventLog`] that appends it returns. A log that does not end in a stop is of a session that was
+//! killed; a resumed session appends another start.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File, OpenOptions};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+use crate::DiskError;
+use crate::disk::{self, OnPath};
+
+/// A line of the log.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "document", rename_all = "snake_case")]
+pub enum Document {
+    /// A session begins or is resumed.
+    Start(Box<Start>),
+    /// What the events of one stream hold.
+    Descriptor(Descriptor),
+    /// Something happened.
+    Event(Event),
+    /// The session ended.
+    Stop(Stop),
+}
+
+/// How a session begins: all that is needed to repeat it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Start {
+    /// Wall clock, RFC 3339.
+    pub time: String,
+    /// Whether an earlier part of this session precedes.
+    pub resumed: bool,
+    /// Participant's identifier.
+    pub participant: String,
+    /// Session, from 1.
+    pub session: u32,
+    /// Name of the protocol.
+    pub protocol: String,
+    /// Seed of the randomisation.
+    pub seed: u64,
+    /// Name of the program.
+    pub software: String,
+    /// Its version.
+    pub version: String,
+    /// Devices by what they are for.
+    pub devices: BTreeMap<String, String>,
+    /// The calibration in use; null if uncalibrated.
+    pub calibration: Option<String>,
+    /// The whole configuration that holds.
+    pub configuration: Value,
+}
+
+/// What the events of one stream hold.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Descriptor {
+    /// Name of the stream.
+    pub stream: String,
+    /// The keys of `data` in its events.
+    pub data_keys: BTreeMap<String, DataKey>,
+}
+
+/// What one value of an event is.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DataKey {
+    /// `number`, `integer`, `string`, `boolean` or `array`.
+    pub dtype: String,
+    /// Unit, if it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    /// Where it comes from.
+    pub source: String,
+}
+
+/// Something that happened.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Event {
+    /// Name of the stream.
+    pub stream: String,
+    /// Number within the log, from 1 and rising by 1.
+    pub seq_num: u64,
+    /// Wall clock, RFC 3339.
+    pub time: String,
+    /// Seconds on the audio clock since the session began, which wall clock jumps leave alone.
+    pub audio_s: f64,
+    /// The values.
+    pub data: Map<String, Value>,
+}
+
+/// How a session ended.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Stop {
+    /// Wall clock, RFC 3339.
+    pub time: String,
+    /// How it ended.
+    pub exit_status: ExitStatus,
+    /// Why, unless it succeeded.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// Number of events in the log.
+    pub num_events: u64,
+}
+
+/// How a session ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ExitStatus {
+    /// All trials are done.
+    Success,
+    /// The operator broke it off.
+    Abort,
+    /// A fault broke it off.
+    Fail,
+}
+
+/// Why a log cannot be written or read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum EventLogError {
+    /// The operating system refused.
+    #[error(transparent)]
+    Disk(#[from] DiskError),
+    /// A line that is no document, and not merely the torn end of a killed process.
+    #[error("{}: line {line}: {reason}", path.display())]
+    Line {
+        /// The log.
+        path: PathBuf,
+        /// The line, from 1.
+        line: usize,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A value that JSON cannot hold.
+    #[error("a document for {} cannot be written: {reason}", path.display())]
+    Json {
+        /// The log.
+        path: PathBuf,
+        /// The serialiser's words.
+        reason: String,
+    },
+}
+
+/// What a log holds.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LogContent {
+    /// Its documents in order.
+    pub documents: Vec<Document>,
+    /// Torn lines, from 1, each the last before a killed process; they are left out.
+    pub torn_lines: Vec<usize>,
+}
+
+impl LogContent {
+    /// The last stop, unless a start follows it.
+    #[must_use]
+    pub fn stop(&self) -> Option<&Stop> {
+        match self.documents.last() {
+            Some(Document::Stop(stop)) => Some(stop),
+            _ => None,
+        }
+    }
+
+    fn events(&self) -> u64 {
+        self.documents
+            .iter()
+            .filter(|document| matches!(document, Document::Event(_)))
+            .count() as u64
+    }
+}
+
+/// An append-only log.
+#[derive(Debug)]
+pub struct EventLog {
+    path: PathBuf,
+    file: File,
+    /// Length of the whole lines.
+    bytes: u64,
+    events: u64,
+}
+
+impl EventLog {
+    /// Makes a new log; one that exists is an error.
+    ///
+    /// # Errors
+    /// The operating system's.
+    pub fn create(path: PathBuf) -> Result<Self, EventLogError> {
+        disk::create_empty(&path)?;
+        Self::open(path).map(|(log, _)| log)
+    }
+
+    /// Opens a log to append to it, ending a line that a killed process left torn.
+    ///
+    /// # Errors
+    /// The operating system's, or a line that is no document.
+    pub fn open(path: PathBuf) -> Result<(Self, LogContent), EventLogError> {
+        let content = read(&path)?;
+        let torn = !fs::read(&path).on("read", &path)?.ends_with(b"\n");
+        let mut file = OpenOptions::new()
+            .append(true)
+            .open(&path)
+            .on("open", &path)?;
+        if torn && file.metadata().on("read", &path)?.len() > 0 {
+            file.write_all(b"\n").on("write", &path)?;
+        }
+        let bytes = file.metadata().on("read", &path)?.len();
+        let log = Self {
+            path,
+            file,
+            bytes,
+            events: content.events(),
+        };
+        Ok((log, content))
+    }
+
+    /// The file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Appends the start of a session or of its resumption.
+    ///
+    /// # Errors
+    /// The operating system's.
+    pub fn start(&mut self, start: Start) -> Result<(), EventLogError> {
+        self.append(&Document::Start(Box::new(start)))
+    }
+
+    /// Appends what the events of a stream hold.
+    ///
+    /// # Errors
+    /// The operating system's.
+    pub fn descriptor(&mut self, descriptor: Descriptor) -> Result<(), EventLogError> {
+        self.append(&Document::Descriptor(descriptor))
+    }
+
+    /// Appends an event under the next number. JSON has no NaN: such values become null.
+    ///
+    /// # Errors
+    /// The operating system's.
+    pub fn event(
+        &mut self,
+        stream: &str,
+        time: String,
+        audio_s: f64,
+        data: Map<String, Value>,
+    ) -> Result<(), EventLogError> {
+        self.append(&Document::Event(Event {
+            stream: stream.to_owned(),
+            seq_num: self.events + 1,
+            time,
+            audio_s,
+            data,
+        }))?;
+        self.events += 1;
+        Ok(())
+    }
+
+    /// Appends the end of the session.
+    ///
+    /// # Errors
+    /// The operating system's.
+    pub fn stop(
+        &mut self,
+        time: String,
+        exit_status: ExitStatus,
+        reason: Option<String>,
+    ) -> Result<(), EventLogError> {
+        self.append(&Document::Stop(Stop {
+            time,
+            exit_status,
+            reason,
+            num_events: self.events,
+        }))
+    }
+
+    fn append(&mut self, document: &Document) -> Result<(), EventLogError> {
+        let mut line = serde_json::to_string(document).map_err(|error| EventLogError::Json {
+            path: self.path.clone(),
+            reason: error.to_string(),
+        })?;
+        line.push('\n');
+        let written = self.file.write_all(line.as_bytes());
+        if written.is_err() {
+            // Half a line would spoil the next one.
+            let _ = self.file.set_len(self.bytes);
+        }
+        written.on("write", &self.path)?;
+        self.bytes += line.len() as u64;
+        self.file.sync_data().on("sync", &self.path)?;
+        // An unlinked file syncs without complaint.
+        fs::metadata(&self.path).on("find", &self.path)?;
+        Ok(())
+    }
+}
+
+/// Reads a log. A line that cannot be read is left out if nothing or a start follows it: a killed process tore it.
+///
+/// # Errors
+/// The operating system's, or any other line that is no document.
+pub fn read(path: &Path) -> Result<LogContent, EventLogError> {
+    let bytes = fs::read(path).on("read", path)?;
+    let mut content = LogContent::default();
+    let mut unreadable: Option<(usize, String)> = None;
+    let lines = bytes.split(|byte| *byte == b'\n').enumerate();
+    for (index, line) in lines.filter(|(_, line)| !line.is_empty()) {
+        let document = serde_json::from_slice::<Document>(line);
+        if let Some((line, reason)) = unreadable.take() {
+            if !matches!(document, Ok(Document::Start(_))) {
+                return Err(EventLogError::Line {
+                    path: path.to_owned(),
+                    line,
+                    reason,
+                });
+            }
+            content.torn_lines.push(line);
+        }
+        match document {
+            Ok(document) => content.documents.push(document),
+            Err(error) => unreadable = Some((index + 1, error.to_string())),
+        }
+    }
+    content.torn_lines.extend(unreadable.map(|(line, _)| line));
+    Ok(content)
+}

@@ -1,0 +1,400 @@
+//! A study folder: participants, sessions, trials. It only ever grows; nothing in it is overwritten.
+//!
+//! ```text
+//! STUDY/dataset_description.json
+//! STUDY/participants.tsv
+//! STUDY/sub-01/ses-01/events.jsonl            start, descriptors, events, stop
+//! STUDY/sub-01/ses-01/huloux2021.toml …       snapshots of the protocol and the hardware file
+//! STUDY/sub-01/ses-01/practice-01_attempt-1/  recordings
+//! STUDY/sub-01/ses-01/trial-003_attempt-1/
+//! ```
+
+pub mod event_log;
+mod label;
+mod room;
+mod session;
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use protocols::ParticipantId;
+use serde::{Deserialize, Serialize};
+
+pub use event_log::{Document, EventLog, EventLogError};
+pub use label::{Block, TrialLabel};
+pub use room::{DataRates, free_bytes, require_room};
+pub use session::{RecordedTrial, Session};
+
+use crate::DiskError;
+use crate::disk::{self, OnPath};
+use crate::lock::{self, Lock};
+
+/// What the study is, in the manner of BIDS.
+pub const DESCRIPTION_FILE: &str = "dataset_description.json";
+/// One line per participant.
+pub const PARTICIPANTS_FILE: &str = "participants.tsv";
+/// Locked by the instance that works on the study.
+pub const LOCK_FILE: &str = ".friction-bench.lock";
+
+const PARTICIPANTS_HEADER: &str = "participant_id\tfirst_session_date\tprotocol\n";
+
+/// Why a study cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StudyError {
+    /// The operating system refused.
+    #[error(transparent)]
+    Disk(#[from] DiskError),
+    /// The log of a session.
+    #[error(transparent)]
+    Log(#[from] EventLogError),
+    /// The folder is not empty and no study.
+    #[error(
+        "{} is not a study: it holds files but no {DESCRIPTION_FILE}; name an empty or a new folder with `--study`",
+        path.display()
+    )]
+    NotAStudy {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The study's description cannot be read.
+    #[error("{}: {reason}", path.display())]
+    Description {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// Another instance works on the study.
+    #[error("study {} is in use by another friction-bench{}; end that one first", path.display(), lock::holder(*.holder))]
+    InUse {
+        /// The study.
+        path: PathBuf,
+        /// Process that holds the lock, if it left its number.
+        holder: Option<u32>,
+    },
+    /// The session was held already.
+    #[error(
+        "{} exists already and is never overwritten; go on with it by `--resume`, or begin session {next} by `--new-session`",
+        path.display()
+    )]
+    SessionExists {
+        /// The session's folder.
+        path: PathBuf,
+        /// The first free session number.
+        next: u32,
+    },
+    /// There is no such session to resume.
+    #[error("{} does not exist, so it cannot be resumed; start it without `--resume`", path.display())]
+    NoSession {
+        /// The session's folder.
+        path: PathBuf,
+    },
+    /// The session ended as it should.
+    #[error("{} has ended; begin session {next} by `--new-session`", path.display())]
+    SessionEnded {
+        /// The session's folder.
+        path: PathBuf,
+        /// The first free session number.
+        next: u32,
+    },
+    /// The trial was recorded already.
+    #[error(
+        "{} exists already and is never overwritten; go on after it by `--resume`, or record another attempt",
+        path.display()
+    )]
+    TrialExists {
+        /// The trial's folder.
+        path: PathBuf,
+    },
+    /// A text that would break `participants.tsv`.
+    #[error("{field} is {value:?}; tabs and line ends are not allowed in {PARTICIPANTS_FILE}")]
+    Tsv {
+        /// The column.
+        field: &'static str,
+        /// The text.
+        value: String,
+    },
+    /// A snapshot whose name is no plain file name.
+    #[error("a snapshot cannot be named {name:?}; a file name without folders is needed")]
+    SnapshotName {
+        /// The name.
+        name: String,
+    },
+    /// The disk has too little room.
+    #[error(
+        "{} has {:.2} GB free, but {:.2} GB are needed; make room or choose another folder with `--study`",
+        path.display(), *free as f64 / 1e9, *needed as f64 / 1e9
+    )]
+    NoRoom {
+        /// A folder on the disk.
+        path: PathBuf,
+        /// Bytes free.
+        free: u64,
+        /// Bytes needed.
+        needed: u64,
+    },
+}
+
+/// `dataset_description.json`, with the keys of BIDS.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "PascalCase")]
+pub struct Description {
+    /// Name of the study.
+    pub name: String,
+    /// `raw`.
+    pub dataset_type: String,
+    /// What wrote it.
+    pub generated_by: Vec<GeneratedBy>,
+}
+
+/// A program that wrote a study.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "PascalCase")]
+pub struct GeneratedBy {
+    /// Name of the program.
+    pub name: String,
+    /// Its version.
+    pub version: String,
+}
+
+/// A study, locked against other instances for as long as this lives.
+#[derive(Debug)]
+pub struct Study {
+    folder: PathBuf,
+    description: Description,
+    _lock: File,
+}
+
+impl Study {
+    /// Opens the study in `folder`; makes one named after the folder if there is none. Missing folders above it are made too.
+    ///
+    /// # Errors
+    /// The folder holds something else, or another instance holds the study.
+    pub fn open_or_create(folder: &Path, generated_by: GeneratedBy) -> Result<Self, StudyError> {
+        fs::create_dir_all(folder).on("create", folder)?;
+        let description_path = folder.join(DESCRIPTION_FILE);
+        if !description_path.exists() && !is_unused(folder)? {
+            return Err(StudyError::NotAStudy {
+                path: folder.to_owned(),
+            });
+        }
+        let lock = lock(folder)?;
+        if !description_path.exists() {
+            let description = Description {
+                name: study_name(folder),
+                dataset_type: "raw".to_owned(),
+                generated_by: vec![generated_by],
+            };
+            create_description(&description_path, &description)?;
+        }
+        let participants = folder.join(PARTICIPANTS_FILE);
+        if !participants.exists() {
+            disk::replace_file(&participants, PARTICIPANTS_HEADER.as_bytes())?;
+        }
+        let description = read_description(&description_path)?;
+        Ok(Self {
+            folder: folder.to_owned(),
+            description,
+            _lock: lock,
+        })
+    }
+
+    /// The folder.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// What the study is.
+    #[must_use]
+    pub fn description(&self) -> &Description {
+        &self.description
+    }
+
+    /// The folder of a session, whether it exists or not.
+    #[must_use]
+    pub fn session_folder(&self, participant: &ParticipantId, session: u32) -> PathBuf {
+        self.folder
+            .join(participant.as_str())
+            .join(format!("ses-{session:02}"))
+    }
+
+    /// The number of the participant's next session, one above the highest there is.
+    ///
+    /// # Errors
+    /// The participant's folder cannot be listed.
+    pub fn next_session(&self, participant: &ParticipantId) -> Result<u32, StudyError> {
+        let highest = entries(&self.folder.join(participant.as_str()))?
+            .iter()
+            .filter_map(|name| name.strip_prefix("ses-")?.parse::<u32>().ok())
+            .max();
+        Ok(highest.unwrap_or(0).saturating_add(1))
+    }
+
+    /// Begins a session: its folder and its log, and the participant's line in `participants.tsv` if it is the first. `date` is
+    /// the day as `2026-01-31`, `protocol` the protocol's name.
+    ///
+    /// # Errors
+    /// [`StudyError::SessionExists`] with what to do.
+    pub fn begin_session(
+        &self,
+        participant: &ParticipantId,
+        session: u32,
+        date: &str,
+        protocol: &str,
+    ) -> Result<Session, StudyError> {
+        let line = participant_line(participant, date, protocol)?;
+        let folder = self.session_folder(participant, session);
+        let participant_folder = self.folder.join(participant.as_str());
+        if let Err(error) = fs::create_dir(&participant_folder)
+            && error.kind() != io::ErrorKind::AlreadyExists
+        {
+            return Err(error).on("create", &participant_folder)?;
+        }
+        // Before the session is there to be resumed, which registers nobody.
+        self.register(participant, &line)?;
+        match fs::create_dir(&folder) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+                return Err(StudyError::SessionExists {
+                    path: folder,
+                    next: self.next_session(participant)?,
+                });
+            }
+            result => result.on("create", &folder)?,
+        }
+        disk::sync_folder(&participant_folder)?;
+        disk::sync_folder(&self.folder)?;
+        Session::create(folder)
+    }
+
+    /// Opens a session that was broken off, to go on with it.
+    ///
+    /// # Errors
+    /// There is no such session, or it ended with success.
+    pub fn resume_session(
+        &self,
+        participant: &ParticipantId,
+        session: u32,
+    ) -> Result<Session, StudyError> {
+        let folder = self.session_folder(participant, session);
+        if !folder.is_dir() {
+            return Err(StudyError::NoSession { path: folder });
+        }
+        let session = Session::open(folder.clone())?;
+        if session.has_succeeded() {
+            return Err(StudyError::SessionEnded {
+                path: folder,
+                next: self.next_session(participant)?,
+            });
+        }
+        Ok(session)
+    }
+
+    /// Adds the participant's line unless there is one.
+    fn register(&self, participant: &ParticipantId, line: &str) -> Result<(), StudyError> {
+        let path = self.folder.join(PARTICIPANTS_FILE);
+        let table = fs::read_to_string(&path).on("read", &path)?;
+        let known = table
+            .lines()
+            .any(|line| line.split('\t').next() == Some(participant.as_str()));
+        if known {
+            return Ok(());
+        }
+        let end_of_torn_line = if table.ends_with('\n') { "" } else { "\n" };
+        let mut file = OpenOptions::new()
+            .append(true)
+            .open(&path)
+            .on("open", &path)?;
+        file.write_all(format!("{end_of_torn_line}{line}").as_bytes())
+            .on("write", &path)?;
+        file.sync_data().on("sync", &path)?;
+        Ok(())
+    }
+}
+
+fn participant_line(
+    participant: &ParticipantId,
+    date: &str,
+    protocol: &str,
+) -> Result<String, StudyError> {
+    for (field, value) in [("first_session_date", date), ("protocol", protocol)] {
+        if value.contains(['\t', '\n', '\r']) {
+            return Err(StudyError::Tsv {
+                field,
+                value: value.to_owned(),
+            });
+        }
+    }
+    Ok(format!("{}\t{date}\t{protocol}\n", participant.as_str()))
+}
+
+fn study_name(folder: &Path) -> String {
+    folder
+        .canonicalize()
+        .ok()
+        .as_deref()
+        .and_then(Path::file_name)
+        .map_or_else(
+            || "study".to_owned(),
+            |name| name.to_string_lossy().into_owned(),
+        )
+}
+
+/// Whether a folder holds nothing but a lock, left by an instance that was killed while it made the study.
+fn is_unused(folder: &Path) -> Result<bool, StudyError> {
+    Ok(entries(folder)?
+        .iter()
+        .all(|name| name == LOCK_FILE || name.strip_suffix(".tmp") == Some(DESCRIPTION_FILE)))
+}
+
+/// Names in a folder; none if there is no such folder. Names that are not Unicode are shown with replacement characters.
+fn entries(folder: &Path) -> Result<Vec<String>, StudyError> {
+    let listing = match fs::read_dir(folder) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+        listing => listing.on("list", folder)?,
+    };
+    let mut names = Vec::new();
+    for entry in listing {
+        names.push(
+            entry
+                .on("list", folder)?
+                .file_name()
+                .to_string_lossy()
+                .into_owned(),
+        );
+    }
+    names.sort_unstable();
+    Ok(names)
+}
+
+fn create_description(path: &Path, description: &Description) -> Result<(), StudyError> {
+    let mut text =
+        serde_json::to_string_pretty(description).map_err(|error| StudyError::Description {
+            path: path.to_owned(),
+            reason: error.to_string(),
+        })?;
+    text.push('\n');
+    disk::replace_file(path, text.as_bytes())?;
+    Ok(())
+}
+
+fn read_description(path: &Path) -> Result<Description, StudyError> {
+    let text = fs::read_to_string(path).on("read", path)?;
+    serde_json::from_str(&text).map_err(|error| StudyError::Description {
+        path: path.to_owned(),
+        reason: error.to_string(),
+    })
+}
+
+/// Takes the study's lock.
+fn lock(folder: &Path) -> Result<File, StudyError> {
+    match Lock::ask(&folder.join(LOCK_FILE))? {
+        Lock::Taken(file) => Ok(file),
+        Lock::Held { by } => Err(StudyError::InUse {
+            path: folder.to_owned(),
+            holder: by,
+        }),
+    }
+}

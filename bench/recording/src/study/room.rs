@@ -1,0 +1,90 @@
+//! Room on the disk, asked for before a session is armed.
+
+use std::path::Path;
+
+use super::StudyError;
+use crate::AudioFormat;
+use crate::disk::OnPath;
+
+/// Longest usual line of `force.csv`: 14 characters of time, twice 12 of force, separators.
+const FORCE_ROW_BYTES: f64 = 41.0;
+/// Longest usual line of `position.csv`.
+const POSITION_ROW_BYTES: f64 = 28.0;
+
+/// What a recording takes per second.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DataRates {
+    /// Its audio.
+    pub audio: AudioFormat,
+    /// Rows of force per second.
+    pub force_hz: f64,
+    /// Rows of position per second.
+    pub position_hz: f64,
+}
+
+impl DataRates {
+    /// Bytes that a recording of `duration_s` seconds takes, rounded up; an upper estimate.
+    #[must_use]
+    pub fn bytes(&self, duration_s: f64) -> u64 {
+        let audio = f64::from(self.audio.sample_rate_hz) * self.audio.frame_bytes() as f64;
+        let rows = self.force_hz * FORCE_ROW_BYTES + self.position_hz * POSITION_ROW_BYTES;
+        ((audio + rows) * duration_s).ceil() as u64
+    }
+}
+
+/// Bytes that this user may still write on the disk of `path`, which must exist.
+///
+/// # Errors
+/// The operating system's.
+pub fn free_bytes(path: &Path) -> Result<u64, StudyError> {
+    Ok(fs4::available_space(path).on("ask for the free space of", path)?)
+}
+
+/// Refuses if the disk of `path` has less than `needed` bytes free.
+///
+/// # Errors
+/// [`StudyError::NoRoom`] with both numbers.
+pub fn require_room(path: &Path, needed: u64) -> Result<(), StudyError> {
+    let free = free_bytes(path)?;
+    if free < needed {
+        return Err(StudyError::NoRoom {
+            path: path.to_owned(),
+            free,
+            needed,
+        });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_minute_of_four_channels_at_192_khz_is_rate_times_channels_times_four() {
+        let audio = AudioFormat {
+            sample_rate_hz: 192_000,
+            channels: 4,
+        };
+        let rates = DataRates {
+            audio,
+            force_hz: 0.0,
+            position_hz: 0.0,
+        };
+        assert_eq!(rates.bytes(60.0), 192_000 * 4 * 4 * 60);
+    }
+
+    #[test]
+    fn room_is_refused_with_both_numbers() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(require_room(folder.path(), 1).is_ok());
+        let error = require_room(folder.path(), u64::MAX).unwrap_err();
+        assert!(error.to_string().contains("GB are needed"), "{error}");
+    }
+
+    #[test]
+    fn a_folder_that_is_not_there_is_an_error() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(free_bytes(&folder.path().join("gone")).is_err());
+    }
+}

@@ -1,0 +1,148 @@
+//! A session's folder.
+
+use std::path::{Path, PathBuf};
+
+use super::event_log::{EventLog, ExitStatus, LogContent};
+use super::label::TrialLabel;
+use super::{StudyError, entries};
+use crate::Manifest;
+use crate::disk;
+use crate::reader::{self, ReadError};
+
+/// The session's log.
+pub const EVENTS_FILE: &str = "events.jsonl";
+
+/// A session to record into.
+#[derive(Debug)]
+pub struct Session {
+    folder: PathBuf,
+    log: EventLog,
+    before: LogContent,
+}
+
+/// A recording folder found in a session.
+#[derive(Debug)]
+pub struct RecordedTrial {
+    /// Which attempt at which trial.
+    pub label: TrialLabel,
+    /// The folder.
+    pub folder: PathBuf,
+    /// What is recorded; its trial has no `end` if the recording was cut off.
+    pub manifest: Result<Manifest, ReadError>,
+}
+
+impl Session {
+    pub(super) fn create(folder: PathBuf) -> Result<Self, StudyError> {
+        Ok(Self {
+            log: EventLog::create(folder.join(EVENTS_FILE))?,
+            before: LogContent::default(),
+            folder,
+        })
+    }
+
+    pub(super) fn open(folder: PathBuf) -> Result<Self, StudyError> {
+        let path = folder.join(EVENTS_FILE);
+        if !path.exists() {
+            // Killed between making the folder and the log.
+            return Self::create(folder);
+        }
+        let (log, before) = EventLog::open(path)?;
+        Ok(Self {
+            folder,
+            log,
+            before,
+        })
+    }
+
+    /// The folder.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// What the log held when the session was opened; nothing for a new one.
+    #[must_use]
+    pub fn log_before(&self) -> &LogContent {
+        &self.before
+    }
+
+    /// The session's log.
+    pub fn log(&mut self) -> &mut EventLog {
+        &mut self.log
+    }
+
+    pub(super) fn has_succeeded(&self) -> bool {
+        self.before
+            .stop()
+            .is_some_and(|stop| stop.exit_status == ExitStatus::Success)
+    }
+
+    /// Keeps a copy of a file that this session depends on, such as the protocol, and returns where it is. If the session has
+    /// another content under that name already (it was resumed after an edit), the copy is numbered.
+    ///
+    /// # Errors
+    /// The name has folders in it, or the operating system's.
+    pub fn snapshot(&self, name: &str, contents: &str) -> Result<PathBuf, StudyError> {
+        let plain = Path::new(name).file_name() == Some(name.as_ref()) && !name.contains('\\');
+        if !plain {
+            return Err(StudyError::SnapshotName {
+                name: name.to_owned(),
+            });
+        }
+        let (stem, extension) = name.rsplit_once('.').unwrap_or((name, ""));
+        let mut number = 1;
+        loop {
+            let path = match number {
+                1 => self.folder.join(name),
+                _ => self.folder.join(format!("{stem}.{number}.{extension}")),
+            };
+            if !path.exists() {
+                disk::replace_file(&path, contents.as_bytes())?;
+                return Ok(path);
+            }
+            if std::fs::read(&path).is_ok_and(|held| held == contents.as_bytes()) {
+                return Ok(path);
+            }
+            number += 1;
+        }
+    }
+
+    /// The folder for a new recording, which does not exist yet; the recorder makes it.
+    ///
+    /// # Errors
+    /// [`StudyError::TrialExists`] with what to do.
+    pub fn trial_folder(&self, label: TrialLabel) -> Result<PathBuf, StudyError> {
+        let path = self.folder.join(label.to_string());
+        if path.symlink_metadata().is_ok() {
+            return Err(StudyError::TrialExists { path });
+        }
+        Ok(path)
+    }
+
+    /// The recordings of the session, practice first, then by number and attempt.
+    ///
+    /// # Errors
+    /// The folder cannot be listed.
+    pub fn recorded_trials(&self) -> Result<Vec<RecordedTrial>, StudyError> {
+        let mut labels = self.recorded_labels()?;
+        labels.sort_unstable();
+        let trials = labels.into_iter().map(|label| {
+            let folder = self.folder.join(label.to_string());
+            RecordedTrial {
+                label,
+                manifest: reader::read_manifest(&folder),
+                folder,
+            }
+        });
+        Ok(trials.collect())
+    }
+
+    /// The attempts that have a folder, in no order.
+    ///
+    /// # Errors
+    /// The folder cannot be listed.
+    pub fn recorded_labels(&self) -> Result<Vec<TrialLabel>, StudyError> {
+        let names = entries(&self.folder)?;
+        Ok(names.iter().filter_map(|name| name.parse().ok()).collect())
+    }
+}

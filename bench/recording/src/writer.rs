@@ -1,0 +1,465 @@
+//! Writes one recording folder so that a killed process leaves a readable one.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::disk::{self, AppendFile, DiskError, Records};
+use crate::manifest::End;
+use crate::manifest::{Event, EventKind, Interval, Manifest, ManifestError};
+use crate::rows::{ForceRow, PositionRow, Row};
+use crate::wav::{self, AudioFormat, SAMPLE_BYTES};
+use crate::{FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE};
+
+/// Frames of NaN written at a time.
+const GAP_BATCH_FRAMES: u64 = 4096;
+
+/// Why a recording could not be written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum WriteError {
+    /// The folder is there already; recordings are never overwritten.
+    #[error("{} exists already and is never overwritten; use another attempt, trial or session", path.display())]
+    Exists {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The operating system refused.
+    #[error(transparent)]
+    Disk(#[from] DiskError),
+    /// The manifest breaks a rule.
+    #[error("the recording's description is refused: {0}")]
+    Manifest(#[from] ManifestError),
+    /// No channel, no sample rate, or more than a WAV header can hold.
+    #[error("{channels} channels at {sample_rate_hz} Hz cannot be recorded")]
+    Format {
+        /// Channels.
+        channels: u16,
+        /// Sample rate, Hz.
+        sample_rate_hz: u32,
+    },
+    /// The WAV format ends at 4 GiB.
+    #[error(
+        "the recording would exceed the {limit_frames} frames ({limit_s:.0} s) that fit into a WAV file; end the trial earlier or record fewer channels"
+    )]
+    TooLong {
+        /// Most frames.
+        limit_frames: u64,
+        /// The same in seconds.
+        limit_s: f64,
+    },
+    /// A block whose length is no multiple of the channels.
+    #[error("a block of {samples} samples is no whole number of frames of {channels} channels")]
+    PartialFrame {
+        /// Samples in the block.
+        samples: usize,
+        /// Channels.
+        channels: u16,
+    },
+    /// A row without a time.
+    #[error("{file}: time {time_s} is no finite number")]
+    Time {
+        /// The file.
+        file: &'static str,
+        /// The time, s.
+        time_s: f64,
+    },
+}
+
+/// What a recording holds on disk.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct OnDisk {
+    /// Frames in `signals.wav`.
+    pub frames: u64,
+    /// Bytes in the three data files.
+    pub bytes: u64,
+}
+
+/// A recording that could not be ended as it should: why, and what of it is safe.
+#[derive(Debug, thiserror::Error)]
+#[error("{error}; {} frames of the recording are kept", kept.frames)]
+pub struct Unfinished {
+    /// What went wrong.
+    #[source]
+    pub error: WriteError,
+    /// What is on disk and synced.
+    pub kept: OnDisk,
+}
+
+/// How a recording is to end.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Ending {
+    /// All of the trial is in it.
+    Completed,
+    /// It was broken off.
+    Interrupted {
+        /// Why.
+        reason: String,
+    },
+}
+
+impl From<&protocols::TrialEnd> for Ending {
+    fn from(end: &protocols::TrialEnd) -> Self {
+        match end {
+            protocols::TrialEnd::Completed => Self::Completed,
+            protocols::TrialEnd::Interrupted { interruption } => Self::Interrupted {
+                reason: interruption.to_string(),
+            },
+        }
+    }
+}
+
+/// Writes one recording.
+///
+/// Nothing is saved before [`sync`](Self::sync) or [`finish`](Self::finish) says so. A writer dropped without `finish` leaves
+/// a recording without `end`, as a killed process does.
+#[derive(Debug)]
+pub struct RecordingWriter {
+    folder: PathBuf,
+    manifest: Manifest,
+    manifest_changed: bool,
+    format: AudioFormat,
+    signals: AppendFile,
+    frames: u64,
+    force: CsvFile,
+    position: CsvFile,
+    on_disk: OnDisk,
+}
+
+impl RecordingWriter {
+    /// Creates the folder with `recording.toml` and the headers of the other files, all on disk on return.
+    ///
+    /// # Errors
+    /// [`WriteError::Exists`] if there is anything at `folder`; its parent must exist.
+    pub fn create(
+        folder: &Path,
+        manifest: Manifest,
+        format: AudioFormat,
+    ) -> Result<Self, WriteError> {
+        if !format.fits_a_header() {
+            return Err(WriteError::Format {
+                channels: format.channels,
+                sample_rate_hz: format.sample_rate_hz,
+            });
+        }
+        let text = manifest.to_toml()?;
+        manifest.validate_audio(format.sample_rate_hz, format.channels)?;
+        fs::create_dir(folder).map_err(|source| {
+            if source.kind() == std::io::ErrorKind::AlreadyExists {
+                WriteError::Exists {
+                    path: folder.to_owned(),
+                }
+            } else {
+                DiskError {
+                    action: "create",
+                    path: folder.to_owned(),
+                    source,
+                }
+                .into()
+            }
+        })?;
+        if let Some(parent) = folder.parent() {
+            disk::sync_folder(parent)?;
+        }
+        let signals = AppendFile::create(
+            folder.join(SIGNALS_FILE),
+            &wav::header(format, 0),
+            Records::Bytes(format.frame_bytes() as usize),
+        )?;
+        let mut writer = Self {
+            folder: folder.to_owned(),
+            manifest,
+            manifest_changed: false,
+            format,
+            signals,
+            frames: 0,
+            force: CsvFile::create::<ForceRow>(folder, FORCE_FILE)?,
+            position: CsvFile::create::<PositionRow>(folder, POSITION_FILE)?,
+            on_disk: OnDisk::default(),
+        };
+        writer.sync()?;
+        // Last and whole: a folder without it is no recording, and a recording has all of its files.
+        disk::replace_file(&folder.join(MANIFEST_FILE), text.as_bytes())?;
+        Ok(writer)
+    }
+
+    /// The folder.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Sample rate and channels.
+    #[must_use]
+    pub fn format(&self) -> AudioFormat {
+        self.format
+    }
+
+    /// Frames written, gaps included, on disk or not; also the index of the next frame.
+    #[must_use]
+    pub fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// What the last sync put on disk.
+    #[must_use]
+    pub fn on_disk(&self) -> OnDisk {
+        self.on_disk
+    }
+
+    /// Appends interleaved samples.
+    ///
+    /// # Errors
+    /// [`WriteError::TooLong`] before anything of the block is written.
+    pub fn write_audio(&mut self, interleaved: &[f32]) -> Result<(), WriteError> {
+        let channels = usize::from(self.format.channels);
+        if !interleaved.len().is_multiple_of(channels) {
+            return Err(WriteError::PartialFrame {
+                samples: interleaved.len(),
+                channels: self.format.channels,
+            });
+        }
+        let frames = (interleaved.len() / channels) as u64;
+        self.require_room(frames)?;
+        self.signals.append(|bytes| {
+            let start = bytes.len();
+            bytes.resize(start + interleaved.len() * SAMPLE_BYTES as usize, 0);
+            let (places, _) = bytes[start..].as_chunks_mut();
+            for (place, sample) in places.iter_mut().zip(interleaved) {
+                *place = sample.to_le_bytes();
+            }
+        })?;
+        self.frames += frames;
+        Ok(())
+    }
+
+    /// Appends exactly `frames` frames of NaN for samples that were lost, and a `gap` event.
+    ///
+    /// # Errors
+    /// As [`write_audio`](Self::write_audio).
+    pub fn write_gap(&mut self, frames: u64) -> Result<(), WriteError> {
+        if frames == 0 {
+            return Ok(());
+        }
+        self.require_room(frames)?;
+        self.add_event(Event {
+            kind: EventKind::Gap,
+            sample: self.frames,
+            frames: Some(frames),
+            text: None,
+        });
+        let mut left = frames;
+        while left > 0 {
+            let batch = left.min(GAP_BATCH_FRAMES);
+            let samples = batch * u64::from(self.format.channels);
+            self.signals.append(|bytes| {
+                for _ in 0..samples {
+                    bytes.extend(f32::NAN.to_le_bytes());
+                }
+            })?;
+            left -= batch;
+        }
+        self.frames += frames;
+        Ok(())
+    }
+
+    fn require_room(&self, frames: u64) -> Result<(), WriteError> {
+        let limit_frames = self.format.max_frames();
+        if frames > limit_frames.saturating_sub(self.frames) {
+            return Err(WriteError::TooLong {
+                limit_frames,
+                limit_s: limit_frames as f64 / f64::from(self.format.sample_rate_hz),
+            });
+        }
+        Ok(())
+    }
+
+    /// Appends rows to `force.csv`. A time that does not increase is written and marked by a `time_disorder` event.
+    ///
+    /// # Errors
+    /// The operating system's, and [`WriteError::Time`].
+    pub fn write_force(&mut self, rows: &[ForceRow]) -> Result<(), WriteError> {
+        let disorder = self.force.write(rows)?;
+        self.add_disorder(disorder);
+        Ok(())
+    }
+
+    /// Appends rows to `position.csv`. A time that does not increase is written and marked by a `time_disorder` event.
+    ///
+    /// # Errors
+    /// The operating system's, and [`WriteError::Time`].
+    pub fn write_position(&mut self, rows: &[PositionRow]) -> Result<(), WriteError> {
+        let disorder = self.position.write(rows)?;
+        self.add_disorder(disorder);
+        Ok(())
+    }
+
+    fn add_disorder(&mut self, text: Option<String>) {
+        if text.is_some() {
+            self.add_event(Event {
+                kind: EventKind::TimeDisorder,
+                sample: self.frames,
+                frames: None,
+                text,
+            });
+        }
+    }
+
+    /// Notes an event; on disk with the next sync.
+    pub fn add_event(&mut self, event: Event) {
+        self.manifest.events.push(event);
+        self.manifest_changed = true;
+    }
+
+    /// Notes an event in the place of what was noted of its kind at its sample; on disk with the next sync.
+    pub fn renew_event(&mut self, event: Event) {
+        let known = self
+            .manifest
+            .events
+            .iter_mut()
+            .find(|known| known.kind == event.kind && known.sample == event.sample);
+        match known {
+            Some(known) => *known = event,
+            None => self.manifest.events.push(event),
+        }
+        self.manifest_changed = true;
+    }
+
+    /// Notes an interval; on disk with the next sync.
+    ///
+    /// # Errors
+    /// An interval that the manifest's rules refuse; it is not noted.
+    pub fn add_interval(&mut self, interval: Interval) -> Result<(), WriteError> {
+        interval.validate(self.manifest.intervals.len())?;
+        self.manifest.intervals.push(interval);
+        self.manifest_changed = true;
+        Ok(())
+    }
+
+    /// Returns once all that was written is on disk, and says what that is.
+    ///
+    /// # Errors
+    /// The operating system's, also if the files have been removed; then only what an earlier sync returned is saved.
+    pub fn sync(&mut self) -> Result<OnDisk, WriteError> {
+        self.signals
+            .set_head(&wav::header(self.format, self.frames))?;
+        self.signals.sync()?;
+        self.force.file.sync()?;
+        self.position.file.sync()?;
+        if self.manifest_changed {
+            let text = self.manifest.to_toml()?;
+            disk::replace_file(&self.folder.join(MANIFEST_FILE), text.as_bytes())?;
+            self.manifest_changed = false;
+        }
+        self.on_disk = OnDisk {
+            frames: self.frames,
+            bytes: self.bytes(),
+        };
+        Ok(self.on_disk)
+    }
+
+    fn bytes(&self) -> u64 {
+        self.signals.bytes() + self.force.file.bytes() + self.position.file.bytes()
+    }
+
+    /// Ends the recording; it is saved if and only if this returns `Ok`.
+    ///
+    /// # Errors
+    /// [`Unfinished`] says what went wrong and how much is kept.
+    pub fn finish(mut self, ending: Ending) -> Result<OnDisk, Box<Unfinished>> {
+        self.set_end(ending);
+        self.sync().map_err(|error| {
+            Box::new(Unfinished {
+                error,
+                kept: self.salvage(),
+            })
+        })
+    }
+
+    /// After an error: cuts the files to whole frames and rows, brings the WAV header up to date, marks the trial interrupted for
+    /// `reason`, each as far as the disk still allows. Returns what is readable.
+    #[must_use]
+    pub fn abandon(mut self, reason: String) -> OnDisk {
+        self.set_end(Ending::Interrupted { reason });
+        self.salvage()
+    }
+
+    fn set_end(&mut self, ending: Ending) {
+        if let Some(trial) = &mut self.manifest.trial {
+            (trial.end, trial.interruption) = match ending {
+                Ending::Completed => (Some(End::Completed), None),
+                Ending::Interrupted { reason } => (Some(End::Interrupted), Some(reason)),
+            };
+            self.manifest_changed = true;
+        }
+    }
+
+    fn salvage(&mut self) -> OnDisk {
+        let format = self.format;
+        let frames = |bytes: u64| bytes.saturating_sub(wav::HEADER_BYTES) / format.frame_bytes();
+        let signals = self
+            .signals
+            .salvage(|bytes| wav::header(format, frames(bytes)).to_vec());
+        let force = self.force.file.salvage(|_| Vec::new());
+        let position = self.position.file.salvage(|_| Vec::new());
+        // Last, for it needs room that a full disk does not have.
+        if let Ok(text) = self.manifest.to_toml() {
+            let _ = disk::replace_file(&self.folder.join(MANIFEST_FILE), text.as_bytes());
+        }
+        match signals {
+            Ok(bytes) => OnDisk {
+                frames: frames(bytes),
+                bytes: bytes + force.unwrap_or(0) + position.unwrap_or(0),
+            },
+            Err(_) if self.folder.join(SIGNALS_FILE).exists() => self.on_disk,
+            Err(_) => OnDisk::default(),
+        }
+    }
+}
+
+/// A CSV file with a fixed header and rising times.
+#[derive(Debug)]
+struct CsvFile {
+    name: &'static str,
+    file: AppendFile,
+    rows: u64,
+    last_time_s: f64,
+    disordered: bool,
+}
+
+impl CsvFile {
+    fn create<R: Row>(folder: &Path, name: &'static str) -> Result<Self, DiskError> {
+        let head = R::COLUMNS.join(",") + "\n";
+        Ok(Self {
+            name,
+            file: AppendFile::create(folder.join(name), head.as_bytes(), Records::Lines)?,
+            rows: 0,
+            last_time_s: f64::NEG_INFINITY,
+            disordered: false,
+        })
+    }
+
+    /// Returns a text for an event the first time that a row's time does not increase.
+    fn write<R: Row>(&mut self, rows: &[R]) -> Result<Option<String>, WriteError> {
+        let mut disorder = None;
+        for row in rows {
+            let time_s = row.time_s();
+            if !time_s.is_finite() {
+                return Err(WriteError::Time {
+                    file: self.name,
+                    time_s,
+                });
+            }
+            self.rows += 1;
+            if time_s <= self.last_time_s && !self.disordered {
+                self.disordered = true;
+                disorder = Some(format!(
+                    "{}: row {}: {time_s} s after {} s",
+                    self.name, self.rows, self.last_time_s
+                ));
+            }
+            self.last_time_s = time_s;
+            self.file.append(|line| row.write_line(line))?;
+        }
+        Ok(disorder)
+    }
+}

@@ -1,0 +1,80 @@
+//! The bench's digital lines through embedded-hal 1.0: any pin that speaks it will do, simulated or real.
+
+use embedded_hal::digital::{Error as _, InputPin, OutputPin};
+
+/// A line could not be read or driven.
+#[derive(Debug, thiserror::Error)]
+#[error("GPIO line {line}: {kind}")]
+pub struct GpioError {
+    /// Which line.
+    pub line: &'static str,
+    /// The backend's error kind.
+    pub kind: embedded_hal::digital::ErrorKind,
+}
+
+/// An input line, whatever its backend.
+pub trait Input: Send {
+    /// Level now.
+    ///
+    /// # Errors
+    /// When the backend cannot read the line.
+    fn is_high(&mut self) -> Result<bool, GpioError>;
+}
+
+/// An output line, whatever its backend.
+pub trait Output: Send {
+    /// Drives the line.
+    ///
+    /// # Errors
+    /// When the backend cannot drive the line.
+    fn set(&mut self, high: bool) -> Result<(), GpioError>;
+}
+
+struct Named<P> {
+    line: &'static str,
+    pin: P,
+}
+
+impl<P: InputPin + Send> Input for Named<P> {
+    fn is_high(&mut self) -> Result<bool, GpioError> {
+        self.pin.is_high().map_err(|error| GpioError {
+            line: self.line,
+            kind: error.kind(),
+        })
+    }
+}
+
+impl<P: OutputPin + Send> Output for Named<P> {
+    fn set(&mut self, high: bool) -> Result<(), GpioError> {
+        let set = if high {
+            self.pin.set_high()
+        } else {
+            self.pin.set_low()
+        };
+        set.map_err(|error| GpioError {
+            line: self.line,
+            kind: error.kind(),
+        })
+    }
+}
+
+/// Names an embedded-hal input pin for the bench.
+pub fn input(line: &'static str, pin: impl InputPin + Send + 'static) -> Box<dyn Input> {
+    Box::new(Named { line, pin })
+}
+
+/// Names an embedded-hal output pin for the bench.
+pub fn output(line: &'static str, pin: impl OutputPin + Send + 'static) -> Box<dyn Output> {
+    Box::new(Named { line, pin })
+}
+
+/// Lines that belong to the watch alone; a line that is not wired is `None`.
+#[derive(Default)]
+pub struct SafetyLines {
+    /// Emergency stop: a closed loop reads high, pressed or cut reads low.
+    pub estop: Option<Box<dyn Input>>,
+    /// Amplifier enable, high = on.
+    pub enable: Option<Box<dyn Output>>,
+    /// Heartbeat into the amplifier's retriggerable one-shot.
+    pub heartbeat: Option<Box<dyn Output>>,
+}

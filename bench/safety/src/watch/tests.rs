@@ -1,0 +1,439 @@
+//! The watch on a drive, lines and readings that the test sets.
+
+use super::*;
+use crate::lines::{input, output};
+use crate::signals::DriveReading;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use embedded_hal_mock::eh1::digital::{Mock, State, Transaction};
+
+const LIMITS: SafetyLimits = SafetyLimits {
+    max_normal_n: 3.0,
+    max_lateral_n: 2.0,
+    readback_tolerance: 0.2,
+    readback_floor_v: 0.5,
+    loop_latency_ns: 50_000_000,
+    rate_hz: 192e3,
+    silence_ns: 50_000_000,
+};
+
+#[derive(Clone)]
+struct Card {
+    kills: Arc<AtomicU64>,
+    frames: Arc<AtomicU64>,
+    commanded_v: Arc<tasks::Slot<f64>>,
+}
+
+impl DriveGuard for Card {
+    fn kill(&self) {
+        self.kills.fetch_add(1, Ordering::Relaxed);
+    }
+    fn kills(&self) -> u64 {
+        self.kills.load(Ordering::Relaxed)
+    }
+    fn commanded(&self) -> Option<Commanded> {
+        self.commanded_v.get().map(|envelope_v| Commanded {
+            frame: self.frames.load(Ordering::Relaxed),
+            envelope_v,
+        })
+    }
+    fn callbacks(&self) -> (u64, u64) {
+        let frames = self.frames.load(Ordering::Relaxed);
+        (frames, frames)
+    }
+    fn lost(&self) -> bool {
+        false
+    }
+}
+
+fn press(normal_n: f64, at_ns: u64) -> Press {
+    Press {
+        normal_n,
+        lateral_n: 0.3,
+        raw_n: [normal_n, 0.3],
+        saturated: false,
+        at_ns,
+    }
+}
+
+struct Rig {
+    watch: Watch,
+    card: Card,
+    signals: Arc<Signals>,
+    ask: crossbeam_channel::Sender<SafetyCommand>,
+    now_ms: u64,
+    /// The force sensor says nothing that can be read.
+    mute: bool,
+}
+
+impl Rig {
+    fn new(lines: SafetyLines) -> Self {
+        let card = Card {
+            kills: Arc::default(),
+            frames: Arc::default(),
+            commanded_v: Arc::default(),
+        };
+        card.commanded_v.set(0.0);
+        let signals = Arc::new(Signals::default());
+        let (ask, commands) = crossbeam_channel::unbounded();
+        let watch = Watch::new(
+            LIMITS,
+            lines,
+            Box::new(card.clone()),
+            true,
+            signals.clone(),
+            commands,
+        );
+        let mut rig = Self {
+            watch,
+            card,
+            signals,
+            ask,
+            now_ms: 0,
+            mute: false,
+        };
+        rig.pass(10, |_| ());
+        rig
+    }
+
+    fn read_back(&self, volts: f64) {
+        self.signals.readback.set(DriveReading {
+            volts,
+            sample: self.card.frames.load(Ordering::Relaxed),
+            at_ns: self.now_ms * 1_000_000,
+        });
+    }
+
+    /// Lets time pass with everything alive but for what `change` does each millisecond.
+    fn pass(&mut self, ms: u64, change: impl Fn(&Self)) {
+        for _ in 0..ms {
+            self.now_ms += 1;
+            let now_ns = self.now_ms * 1_000_000;
+            self.card.frames.fetch_add(192, Ordering::Relaxed);
+            self.signals.force_polled_ns.set(now_ns);
+            if !self.mute {
+                self.signals.press.set(press(0.65, now_ns));
+            }
+            let commanded_v = self.card.commanded_v.get().unwrap_or(0.0);
+            self.read_back(commanded_v);
+            change(self);
+            self.watch.poll(now_ns).unwrap();
+        }
+    }
+
+    fn armed(lines: SafetyLines) -> Self {
+        let mut rig = Self::new(lines);
+        rig.ask.send(SafetyCommand::Arm).unwrap();
+        rig.card.commanded_v.set(20.0);
+        rig.pass(100, |_| ());
+        assert_eq!(rig.watch.state, SafetyState::Armed);
+        rig
+    }
+
+    fn trip(&self) -> Option<Trip> {
+        match &self.watch.state {
+            SafetyState::Tripped { trip } => Some(trip.clone()),
+            _ => None,
+        }
+    }
+}
+
+#[test]
+fn a_wrong_readback_stops_the_drive_within_50_ms() {
+    let mut rig = Rig::armed(SafetyLines::default());
+    let dead = |rig: &Rig| rig.read_back(0.0);
+    rig.pass(15, dead);
+    assert_eq!(rig.trip(), None);
+    rig.pass(15, dead);
+    assert!(matches!(rig.trip(), Some(Trip::Readback { .. })));
+    assert!(rig.card.kills() > 0);
+}
+
+#[test]
+fn modulation_within_the_loops_latency_is_not_a_wrong_readback() {
+    let mut rig = Rig::armed(SafetyLines::default());
+    for ms in 0..400u64 {
+        let volts =
+            |ms: u64| 20.0 * (1.0 + 0.95 * (std::f64::consts::TAU * 6.0 * ms as f64 * 1e-3).sin());
+        rig.card.commanded_v.set(volts(ms + 40));
+        rig.pass(1, |rig| rig.read_back(volts(ms)));
+    }
+    assert_eq!(rig.trip(), None);
+}
+
+#[test]
+fn a_drive_that_is_alive_while_disarmed_is_an_alarm() {
+    let mut rig = Rig::new(SafetyLines::default());
+    rig.pass(60, |rig| rig.read_back(12.0));
+    assert!(matches!(rig.trip(), Some(Trip::AliveWhileDisarmed { .. })));
+}
+
+#[test]
+fn silence_of_the_force_sensor_or_of_the_card_stops_the_drive() {
+    let mut rig = Rig::armed(SafetyLines::default());
+    rig.pass(60, |rig| {
+        rig.signals.press.set(press(0.6, 100_000_000));
+    });
+    assert_eq!(rig.trip(), Some(Trip::ForceSilent));
+
+    let mut rig = Rig::armed(SafetyLines::default());
+    let frames = rig.card.frames.load(Ordering::Relaxed);
+    rig.pass(60, |rig| rig.card.frames.store(frames, Ordering::Relaxed));
+    assert_eq!(rig.trip(), Some(Trip::AudioSilent));
+}
+
+#[test]
+fn a_force_sensor_that_never_speaks_stops_the_drive_after_a_second() {
+    let mut rig = Rig::new(SafetyLines::default());
+    rig.signals = Arc::new(Signals::default());
+    rig.watch.signals = rig.signals.clone();
+    rig.mute = true;
+    rig.pass(2000, |_| ());
+    assert_eq!(rig.trip(), None, "nothing is armed");
+    rig.ask.send(SafetyCommand::Arm).unwrap();
+    rig.pass(1000, |_| ());
+    assert_eq!(rig.watch.state, SafetyState::Armed);
+    rig.pass(2, |_| ());
+    assert_eq!(rig.trip(), Some(Trip::ForceSilent));
+}
+
+#[test]
+fn too_much_force_stops_the_drive_and_only_the_operator_releases_it() {
+    let mut rig = Rig::armed(SafetyLines::default());
+    rig.pass(1, |rig| {
+        rig.signals.press.set(press(3.5, rig.now_ms * 1_000_000));
+    });
+    assert_eq!(
+        rig.trip(),
+        Some(Trip::ForceLimit {
+            normal_n: 3.5,
+            limit_n: 3.0
+        })
+    );
+    rig.card.commanded_v.set(0.0);
+    rig.ask.send(SafetyCommand::Arm).unwrap();
+    rig.pass(100, |_| ());
+    assert!(rig.trip().is_some(), "arming must not release a trip");
+    rig.ask.send(SafetyCommand::Rearm).unwrap();
+    rig.pass(1, |_| ());
+    assert_eq!(rig.watch.state, SafetyState::Disarmed);
+}
+
+#[test]
+fn too_much_lateral_force_stops_the_drive_whichever_way_it_pulls() {
+    for sign in [1.0, -1.0] {
+        let mut rig = Rig::armed(SafetyLines::default());
+        let pulled = |lateral_n: f64| {
+            move |rig: &Rig| {
+                rig.signals.press.set(Press {
+                    lateral_n,
+                    ..press(0.6, rig.now_ms * 1_000_000)
+                });
+            }
+        };
+        rig.pass(10, pulled(sign * 1.99));
+        assert_eq!(rig.trip(), None, "the normal limit is another");
+        rig.pass(1, pulled(sign * 2.01));
+        let trip = rig.trip().unwrap();
+        assert_eq!(
+            trip,
+            Trip::LateralForceLimit {
+                lateral_n: sign * 2.01,
+                limit_n: 2.0
+            }
+        );
+        let said = trip.to_string();
+        assert!(
+            said.contains("lateral force") && said.contains("2.01 N"),
+            "{said}"
+        );
+        rig.pass(100, |_| ());
+        assert!(rig.trip().is_some(), "it latches");
+    }
+}
+
+#[test]
+fn a_wrong_calibration_or_a_sensor_at_its_end_hides_no_press() {
+    let hidden = |raw_n: [f64; 2]| {
+        move |rig: &Rig| {
+            rig.signals.press.set(Press {
+                raw_n,
+                ..press(0.5, rig.now_ms * 1_000_000)
+            });
+        }
+    };
+    // Twice the limits of 3 N and of 2 N.
+    for (under_n, over_n, axis, raw_n, limit_n) in [
+        ([5.9, 0.0], [6.1, 0.0], "normal", 6.1, 6.0),
+        ([0.5, 3.9], [0.5, 4.1], "lateral", 4.1, 4.0),
+        ([0.5, -3.9], [0.5, -4.1], "lateral", -4.1, 4.0),
+    ] {
+        let mut rig = Rig::armed(SafetyLines::default());
+        rig.pass(10, hidden(under_n));
+        assert_eq!(rig.trip(), None);
+        rig.pass(1, hidden(over_n));
+        assert_eq!(
+            rig.trip(),
+            Some(Trip::RawForceLimit {
+                axis,
+                raw_n,
+                limit_n
+            })
+        );
+    }
+
+    let mut rig = Rig::armed(SafetyLines::default());
+    rig.pass(1, |rig| {
+        rig.signals.press.set(Press {
+            saturated: true,
+            ..press(2.0, rig.now_ms * 1_000_000)
+        });
+    });
+    assert_eq!(rig.trip(), Some(Trip::ForceSaturated));
+}
+
+#[test]
+fn a_watch_that_was_frozen_does_not_go_on_as_if_nothing_had_been() {
+    let mut rig = Rig::armed(SafetyLines::default());
+    rig.now_ms += 90;
+    rig.pass(1, |_| ());
+    assert_eq!(rig.trip(), None, "the one-shot still waits");
+    rig.now_ms += 300;
+    rig.pass(1, |_| ());
+    assert!(matches!(rig.trip(), Some(Trip::Frozen { for_s }) if (for_s - 0.301).abs() < 1e-9));
+    rig.pass(1000, |_| ());
+    assert!(rig.trip().is_some(), "it latches");
+}
+
+#[test]
+fn a_kill_by_another_latches_armed_or_not() {
+    for mut rig in [
+        Rig::armed(SafetyLines::default()),
+        Rig::new(SafetyLines::default()),
+    ] {
+        rig.card.kill();
+        rig.pass(1, |_| ());
+        assert_eq!(rig.trip(), Some(Trip::Killed));
+        rig.card.commanded_v.set(0.0);
+        rig.pass(100, |_| ());
+        rig.ask.send(SafetyCommand::Rearm).unwrap();
+        rig.pass(100, |_| ());
+        assert_eq!(rig.trip(), None, "its own kills are known to the watch");
+    }
+}
+
+#[test]
+fn a_drive_that_is_not_read_back_any_more_is_stopped() {
+    let mut rig = Rig::armed(SafetyLines::default());
+    let last = rig.signals.readback.get();
+    rig.pass(300, |rig| rig.signals.readback.set(last.unwrap()));
+    assert_eq!(rig.trip(), Some(Trip::ReadbackMissing));
+}
+
+#[test]
+fn a_pressed_e_stop_outlasts_the_operators_rearming_and_raises_no_enable() {
+    let estop = Mock::new(&[
+        Transaction::get(State::Low),  // rearm asked for
+        Transaction::get(State::Low),  // watched
+        Transaction::get(State::High), // rearm asked for again
+        Transaction::get(State::High), // watched
+        Transaction::get(State::Low),  // arm asked for
+        Transaction::get(State::Low),  // watched
+    ]);
+    let enable = Mock::new(&[Transaction::set(State::Low)]);
+    let mut rig = Rig::new(SafetyLines::default());
+    rig.ask.send(SafetyCommand::Trip(Trip::Operator)).unwrap();
+    rig.pass(1, |_| ());
+    let mut pins = (estop.clone(), enable.clone());
+    rig.watch.lines.estop = Some(input("e-stop", estop));
+    rig.watch.lines.enable = Some(output("enable", enable));
+    rig.ask.send(SafetyCommand::Rearm).unwrap();
+    rig.pass(1, |_| ());
+    assert_eq!(rig.trip(), Some(Trip::Operator));
+    rig.ask.send(SafetyCommand::Rearm).unwrap();
+    rig.pass(1, |_| ());
+    assert_eq!(rig.trip(), None);
+    rig.ask.send(SafetyCommand::Arm).unwrap();
+    rig.now_ms += 30;
+    rig.pass(1, |_| ());
+    assert_eq!(rig.trip(), Some(Trip::EmergencyStop));
+    rig.watch.lines.estop = None;
+    rig.pass(20, |_| ());
+    pins.0.done();
+    pins.1.done();
+}
+
+#[test]
+fn an_e_stop_line_that_cannot_be_read_takes_the_amplifier_off_all_the_same() {
+    use embedded_hal_mock::eh1::MockError;
+    let unplugged = || MockError::Io(std::io::ErrorKind::NotConnected);
+    let reads: Vec<Transaction> = (0..40)
+        .map(|_| Transaction::get(State::High).with_error(unplugged()))
+        .collect();
+    let estop = Mock::new(&reads);
+    let lows: Vec<Transaction> = (0..20).map(|_| Transaction::set(State::Low)).collect();
+    let enable = Mock::new(&lows);
+    let mut rig = Rig::armed(SafetyLines::default());
+    let mut pins = (estop.clone(), enable.clone());
+    rig.watch.lines.estop = Some(input("e-stop", estop));
+    rig.watch.lines.enable = Some(output("enable", enable));
+    rig.pass(40, |_| ());
+    assert!(matches!(rig.trip(), Some(Trip::Gpio { .. })));
+    pins.0.done();
+    pins.1.done();
+}
+
+#[test]
+fn a_cut_e_stop_wire_stops_heartbeat_and_enable() {
+    let estop = Mock::new(
+        &[
+            State::High,
+            State::High,
+            State::High,
+            State::Low,
+            State::Low,
+        ]
+        .map(Transaction::get),
+    );
+    let enable = Mock::new(&[State::High, State::Low].map(Transaction::set));
+    // One beat, then none.
+    let heartbeat = Mock::new(&[Transaction::set(State::High)]);
+    let pins = (estop.clone(), enable.clone(), heartbeat.clone());
+    let lines = SafetyLines {
+        estop: Some(input("e-stop", estop)),
+        enable: Some(output("enable", enable)),
+        heartbeat: Some(output("heartbeat", heartbeat)),
+    };
+    let signals = Arc::new(Signals::default());
+    let (ask, commands) = crossbeam_channel::unbounded();
+    let card = Card {
+        kills: Arc::default(),
+        frames: Arc::default(),
+        commanded_v: Arc::default(),
+    };
+    card.commanded_v.set(0.0);
+    let mut watch = Watch::new(
+        LIMITS,
+        lines,
+        Box::new(card.clone()),
+        false,
+        signals,
+        commands,
+    );
+    watch.poll(0).unwrap();
+    ask.send(SafetyCommand::Arm).unwrap();
+    watch.poll(1_000_000).unwrap();
+    watch.poll(2_000_000).unwrap();
+    assert_eq!(
+        watch.state,
+        SafetyState::Tripped {
+            trip: Trip::EmergencyStop
+        }
+    );
+    assert!(card.kills() > 0);
+    watch.poll(30_000_000).unwrap();
+    let (mut estop, mut enable, mut heartbeat) = pins;
+    estop.done();
+    enable.done();
+    heartbeat.done();
+}

@@ -1,0 +1,407 @@
+//! The `calibrate` commands, from flags to the file and the lines printed at the end.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use serde::Serialize;
+
+use ::figures::Figure;
+use calibration::channels::{self, ChannelsProcedure};
+use calibration::clear::ClearPlate;
+use calibration::force::{self, ForceProcedure};
+use calibration::guided::Guided;
+use calibration::judged::{Calibrates, Judged};
+use calibration::known::{self, Instrument, Known};
+use calibration::operator::Axis;
+use calibration::pickup::{self, PickupProcedure};
+use calibration::plate::{self, PlateProcedure};
+use calibration::rig::{self, Attendance};
+use calibration::unattended::Unattended;
+use config::{
+    Calibration, CalibrationError, CalibrationFileError, Config, Effective, Identity, Quantity,
+};
+use recording::disk;
+use tasks::StopFlag;
+
+use crate::apparatus::Apparatus;
+use crate::cli;
+
+/// Name of the calibration file where none is given.
+pub const DEFAULT_PATH: &str = "calibration.toml";
+
+/// What was measured, for a person and for scripts.
+#[derive(Debug, Serialize)]
+pub struct Report {
+    /// What was calibrated.
+    pub calibrated: &'static str,
+    /// Whether it holds and was written.
+    pub passed: bool,
+    /// The values, by name.
+    pub values: Vec<(&'static str, Quantity)>,
+    /// Further figures, a line each.
+    pub remarks: Vec<String>,
+    /// Why it does not pass.
+    pub faults: Vec<String>,
+    /// Files that were written.
+    pub written: Vec<PathBuf>,
+}
+
+impl Report {
+    /// For a person.
+    #[must_use]
+    pub fn to_text(&self) -> String {
+        let mut lines = vec![format!("calibrate {}", self.calibrated)];
+        for (name, quantity) in &self.values {
+            lines.push(format!("  {name:<16} {quantity}  (95 %)"));
+        }
+        lines.extend(self.remarks.iter().map(|remark| format!("  {remark}")));
+        lines.extend(self.faults.iter().map(|fault| format!("FAILED  {fault}")));
+        let verdict = if self.passed {
+            "passed"
+        } else {
+            "FAILED  nothing was put in force"
+        };
+        lines.push(verdict.to_owned());
+        lines.extend(
+            self.written
+                .iter()
+                .map(|path| format!("wrote {}", path.display())),
+        );
+        lines.join("\n") + "\n"
+    }
+
+    /// As JSON.
+    ///
+    /// # Errors
+    /// Never for what was measured.
+    pub fn to_json(&self) -> anyhow::Result<String> {
+        Ok(serde_json::to_string_pretty(self)? + "\n")
+    }
+}
+
+/// Returns where the calibration of these options lies.
+#[must_use]
+pub fn path(options: &cli::Hardware) -> PathBuf {
+    options
+        .calibration
+        .clone()
+        .unwrap_or_else(|| DEFAULT_PATH.into())
+}
+
+/// Returns the bench of these options: with the calibration in force, or as `bench.toml` alone describes it where the operator
+/// decided so. A simulated bench has a calibration only where one is named.
+///
+/// # Errors
+/// When the calibration cannot be put in force.
+pub fn effective(
+    config: Config,
+    options: &cli::Hardware,
+    uncalibrated: bool,
+) -> Result<Effective, CalibrationError> {
+    let none_named = options.mock.is_some() && options.calibration.is_none();
+    if uncalibrated || none_named {
+        return Ok(Effective::uncalibrated(config));
+    }
+    Effective::calibrated(config, &path(options))
+}
+
+/// What was calibrated before on the bench of `config`; devices are compared once they are open. What is about to be
+/// measured anew on the force sensor may have been measured on another one.
+fn before(path: &Path, config: &Config, new_sensor: bool) -> anyhow::Result<Calibration> {
+    match Calibration::read(path) {
+        Ok((mut calibration, _)) => {
+            if new_sensor {
+                (calibration.force, calibration.identity.force_sensor) = (None, None);
+            }
+            let same_devices = Identity::of(
+                config,
+                calibration.identity.input_device.clone(),
+                calibration.identity.output_device.clone(),
+            );
+            calibration
+                .identity
+                .require(&same_devices)
+                .with_context(|| other_bench(path))?;
+            Ok(calibration)
+        }
+        Err(CalibrationFileError::Absent { .. }) => Ok(Calibration::of(Identity::of(
+            config,
+            String::new(),
+            String::new(),
+        ))),
+        Err(error) => Err(error.into()),
+    }
+}
+
+fn other_bench(path: &Path) -> String {
+    format!(
+        "{} belongs to another bench: name another file with --calibration, or move it away",
+        path.display()
+    )
+}
+
+/// Puts the identity of the opened bench into `calibration`, unless it is another's.
+fn own(calibration: &mut Calibration, identity: Identity, path: &Path) -> anyhow::Result<()> {
+    if calibration.identity.input_device.is_empty() {
+        calibration.identity = Identity {
+            force_sensor: None,
+            ..identity
+        };
+        return Ok(());
+    }
+    calibration
+        .identity
+        .require(&identity)
+        .with_context(|| other_bench(path))
+}
+
+/// What takes minutes to measure must have a place to go to.
+fn require_writable(path: &Path) -> anyhow::Result<()> {
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let probe = folder.join(format!(".friction-bench-{}", std::process::id()));
+    std::fs::File::create_new(&probe)
+        .and_then(|_| std::fs::remove_file(&probe))
+        .with_context(|| {
+            format!(
+                "nothing can be written beside {}: name a file in a folder of yours with --calibration",
+                path.display()
+            )
+        })
+}
+
+/// Puts the points of `what`, and their figure if there is one, beside the calibration at `path`.
+fn write_beside(
+    path: &Path,
+    what: &str,
+    points: &str,
+    figure: Option<&Figure>,
+) -> anyhow::Result<Vec<PathBuf>> {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let beside = path.with_file_name(format!("{stem}-{what}"));
+    let table = path.with_file_name(format!("{stem}-{what}.csv"));
+    std::fs::write(&table, points).with_context(|| format!("cannot write {}", table.display()))?;
+    let mut written = vec![table];
+    if let Some(figure) = figure {
+        written.extend(::figures::write_one(figure, &beside)?);
+    }
+    Ok(written)
+}
+
+/// A calibration about to be made.
+struct Begun<'a> {
+    /// The bench, with what has been calibrated on it so far.
+    bench: Effective,
+    calibration: Calibration,
+    path: PathBuf,
+    measure: &'a cli::Measure,
+    /// An operator is guided on the dashboard.
+    attended: bool,
+}
+
+impl<'a> Begun<'a> {
+    fn new(config: Config, measure: &'a cli::Measure) -> anyhow::Result<Self> {
+        Self::on_sensor(config, measure, false)
+    }
+
+    fn on_sensor(
+        config: Config,
+        measure: &'a cli::Measure,
+        new_sensor: bool,
+    ) -> anyhow::Result<Self> {
+        if measure.operator.trim().is_empty() {
+            bail!("who measures? --operator NAME; it is kept in the calibration");
+        }
+        let path = path(&measure.hardware);
+        require_writable(&path)?;
+        let calibration = before(&path, &config, new_sensor)?;
+        Ok(Self {
+            bench: Effective::under_calibration(config, &calibration),
+            calibration,
+            path,
+            attended: measure.attended(),
+            measure,
+        })
+    }
+
+    /// Measures, judges, and writes what passes.
+    fn run<C: Calibrates>(
+        mut self,
+        apparatus: Apparatus,
+        instrument: Option<Instrument>,
+        procedure: C,
+    ) -> anyhow::Result<Report> {
+        let Apparatus {
+            hardware, hands, ..
+        } = apparatus;
+        let (title, simulated) = (format!("calibrate {}", C::NAME), hardware.simulated);
+        let attended = self.attended;
+        let attend = |stop: &StopFlag| -> anyhow::Result<Attendance> {
+            if !attended {
+                return Ok((Box::new(Unattended::new(std::io::stderr())), None));
+            }
+            let (guided, screen) = Guided::open(title, simulated, stop.clone())?;
+            Ok((Box::new(guided), Some(screen)))
+        };
+        let outcome = rig::run(&self.bench, hardware, hands, instrument, attend, procedure)?;
+        own(&mut self.calibration, outcome.identity, &self.path)?;
+        let Judged {
+            part,
+            values,
+            mut remarks,
+            faults,
+            stem,
+            table,
+            figure,
+        } = outcome
+            .procedure
+            .judge(outcome.date, &self.measure.operator)?;
+        remarks.push(format!("driven for       {:.1} s", outcome.driven_s));
+        let mut written = write_beside(&self.path, stem, &table, figure.as_ref())?;
+        let passed = faults.is_empty();
+        if passed {
+            remarks.extend(part.put_into(&mut self.calibration));
+            disk::replace_file(&self.path, self.calibration.to_text()?.as_bytes())
+                .context("cannot write the calibration")?;
+            written.push(self.path);
+        }
+        Ok(Report {
+            calibrated: C::NAME,
+            passed,
+            values,
+            remarks,
+            faults,
+            written,
+        })
+    }
+}
+
+/// `calibrate plate`
+///
+/// # Errors
+/// When the bench cannot measure; a measurement that does not pass is a [`Report`].
+pub fn plate(
+    config: Config,
+    options: &cli::CalibratePlate,
+    open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
+) -> anyhow::Result<Report> {
+    let begun = Begun::new(config, &options.measure)?;
+    let mut setup = plate::Setup::new(begun.bench.config(), &begun.calibration, options.drive_v)?;
+    if let Some(about_hz) = options.about_hz {
+        setup.about_hz = about_hz;
+    }
+    let apparatus = open(begun.bench.config())?;
+    let plate = ClearPlate::new(
+        PlateProcedure::new(setup),
+        begun.bench.config(),
+        begun.attended,
+    );
+    begun.run(apparatus, None, plate)
+}
+
+/// `calibrate channels`
+///
+/// # Errors
+/// When the bench cannot measure; a measurement that does not pass is a [`Report`].
+pub fn channels(
+    config: Config,
+    options: &cli::CalibrateChannels,
+    open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
+) -> anyhow::Result<Report> {
+    let begun = Begun::new(config, &options.measure)?;
+    let setup = channels::Setup::new(begun.bench.config(), &begun.calibration);
+    let apparatus = open(begun.bench.config())?;
+    begun.run(apparatus, None, ChannelsProcedure::new(setup))
+}
+
+/// `calibrate pickup`
+///
+/// # Errors
+/// When the bench cannot measure; a measurement that does not pass is a [`Report`].
+pub fn pickup(
+    config: Config,
+    options: &cli::CalibratePickup,
+    open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
+) -> anyhow::Result<Report> {
+    let begun = Begun::new(config, &options.measure)?;
+    let known = if !options.known_um.is_empty() {
+        Known::Values(known::from_um(&options.known_um))
+    } else if let Some(table) = &options.known_csv {
+        Known::Table(known::read_table(table)?)
+    } else if begun.attended && options.instrument.is_none() {
+        Known::Typed
+    } else {
+        Known::Instrument
+    };
+    let setup = pickup::Setup::new(
+        begun.bench.config(),
+        &begun.calibration,
+        options.levels_v.clone(),
+        known.clone(),
+        options.known_accuracy,
+    )?;
+    let apparatus = open(begun.bench.config())?;
+    // Typed amplitudes are read off the simulated instrument's display.
+    let port = options
+        .instrument
+        .clone()
+        .or_else(|| apparatus.vibrometer_port.clone());
+    let instrument = match (known, port) {
+        (Known::Values(_) | Known::Table(_), _) | (Known::Typed, None) => None,
+        (Known::Instrument, None) => {
+            bail!("known amplitudes are needed: --known-um, --known-csv or --instrument")
+        }
+        (Known::Instrument | Known::Typed, Some(port)) => {
+            Some(Instrument::open(&port, options.instrument_baud)?)
+        }
+    };
+    let pickup = ClearPlate::new(
+        PickupProcedure::new(setup),
+        begun.bench.config(),
+        begun.attended,
+    );
+    begun.run(apparatus, instrument, pickup)
+}
+
+/// `calibrate force`
+///
+/// # Errors
+/// When the bench cannot measure; a measurement that does not pass is a [`Report`].
+pub fn force(
+    config: Config,
+    options: &cli::CalibrateForce,
+    open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
+) -> anyhow::Result<Report> {
+    let mut begun = Begun::on_sensor(config, &options.measure, !options.tare)?;
+    let setup = if options.tare {
+        let kept = begun.calibration.force.clone().context(
+            "there is no calibrated force sensor to tare: run `friction-bench calibrate force` with known masses first",
+        )?;
+        force::Setup::retare(begun.bench.config(), kept)?
+    } else {
+        let accuracy = force::Accuracy {
+            masses: options.mass_accuracy,
+            pulley: options.pulley_accuracy,
+        };
+        let masses = match &options.masses_csv {
+            Some(table) => force::read_table(table)?,
+            None => [
+                force::from_g(Axis::Normal, &options.normal_g),
+                force::from_g(Axis::Lateral, &options.lateral_g),
+            ]
+            .concat(),
+        };
+        if begun.attended && options.masses_csv.is_none() && masses.is_empty() {
+            force::Setup::to_be_named(begun.bench.config(), accuracy, options.gravity)?
+        } else {
+            force::Setup::new(begun.bench.config(), masses, accuracy, options.gravity)?
+        }
+    };
+    // The sensor's own readings are what is calibrated.
+    begun.bench = begun.bench.with_raw_forces();
+    let apparatus = open(begun.bench.config())?;
+    let procedure = ForceProcedure::new(setup, begun.attended);
+    begun.run(apparatus, None, procedure)
+}

@@ -1,0 +1,141 @@
+//! What the live panels show: the newest values, and how the machinery does.
+
+use analysis::record::SMOOTHING_HZ;
+use devices::Gauges;
+use devices::field::POSITION_HZ;
+use impedance::ZmFrame;
+use impedance::smoothing::{Causal, LowPass};
+use recording::PositionRow;
+use recording::pipeline::{Account, Batch};
+use recording::recorder::RecorderGauge;
+use tui::event::{Health, Live};
+
+use crate::screen_words;
+
+/// Health is reported this often, ns.
+const PERIOD_NS: u64 = 500_000_000;
+
+/// Collects what a session or a monitor shows.
+#[derive(Debug, Default)]
+pub struct LiveMeter {
+    frame: Option<ZmFrame>,
+    normal_n: Option<f64>,
+    lateral_n: Option<f64>,
+    position_m: Option<f64>,
+    velocity: Velocity,
+    due_ns: u64,
+    last: Option<(u64, u64, u64)>,
+}
+
+/// Velocity of the finger: positions through a causal second-order 100 Hz Butterworth filter, differentiated; late by 2.3 ms.
+#[derive(Debug)]
+struct Velocity {
+    filter: Option<Causal<f64>>,
+    before: Option<PositionRow>,
+    m_per_s: Option<f64>,
+}
+
+impl Default for Velocity {
+    fn default() -> Self {
+        let filter = LowPass::new(SMOOTHING_HZ, POSITION_HZ)
+            .map(Causal::new)
+            .ok();
+        Self {
+            filter,
+            before: None,
+            m_per_s: None,
+        }
+    }
+}
+
+impl Velocity {
+    fn take(&mut self, row: &PositionRow) {
+        if row.position_m.is_nan() {
+            // It would stay in the filter.
+            *self = Self::default();
+            return;
+        }
+        let Some(filter) = &mut self.filter else {
+            return;
+        };
+        let now = PositionRow {
+            time_s: row.time_s,
+            position_m: filter.run(row.position_m),
+        };
+        if let Some(before) = self.before.replace(now) {
+            self.m_per_s =
+                Some((now.position_m - before.position_m) / (now.time_s - before.time_s));
+        }
+    }
+}
+
+impl LiveMeter {
+    /// Takes what was acquired.
+    pub fn take(&mut self, batch: &Batch) {
+        self.frame = batch.frames.last().copied().or(self.frame);
+        if let Some(row) = batch.force.last() {
+            self.normal_n = Some(row.normal_n);
+            self.lateral_n = Some(row.lateral_n);
+        }
+        if let Some(row) = batch.position.last() {
+            self.position_m = Some(row.position_m).filter(|position_m| position_m.is_finite());
+        }
+        for row in &batch.position {
+            self.velocity.take(row);
+        }
+    }
+
+    /// Where the finger is, m.
+    pub fn position_m(&self) -> Option<f64> {
+        self.position_m
+    }
+
+    /// The newest values; `None` before the first frame.
+    pub fn live(&self, slider_m: Option<f64>) -> Option<Live> {
+        Some(Live {
+            normal_n: self.normal_n,
+            lateral_n: self.lateral_n,
+            position_m: self.position_m,
+            velocity_m_per_s: self.velocity.m_per_s,
+            slider_m,
+            ..screen_words::live(self.frame.as_ref()?)
+        })
+    }
+
+    /// How the machinery does, twice a second.
+    pub fn health(
+        &mut self,
+        now_ns: u64,
+        account: &Account,
+        gauges: &Gauges,
+        recorder: Option<&RecorderGauge>,
+        rate_hz: u32,
+        disk_free_bytes: impl FnOnce() -> Option<u64>,
+    ) -> Option<Health> {
+        if now_ns < self.due_ns {
+            return None;
+        }
+        self.due_ns = now_ns + PERIOD_NS;
+        let field = gauges.field.get().unwrap_or_default();
+        let now = (now_ns, account.frames, field.force_samples);
+        let since = self.last.replace(now);
+        let per_second = |count: u64, since_ns: u64| {
+            count as f64 / (now_ns.saturating_sub(since_ns).max(1) as f64 * 1e-9)
+        };
+        Some(Health {
+            xruns_in: account.input_xruns,
+            xruns_out: account.output_xruns,
+            ring_fill: gauges.ring_fill.get().unwrap_or_default(),
+            clock_drift_ppm: field.drift_ppm,
+            recorder_lag_s: recorder.map_or(0.0, RecorderGauge::lag_s),
+            frames: account.frames,
+            lost_frames: account.lost_frames,
+            force_rate_hz: since
+                .map(|(at_ns, _, samples)| per_second(field.force_samples - samples, at_ns)),
+            speed: since.map_or(1.0, |(at_ns, frames, _)| {
+                per_second(account.frames - frames, at_ns) / f64::from(rate_hz)
+            }),
+            disk_free_bytes: disk_free_bytes(),
+        })
+    }
+}

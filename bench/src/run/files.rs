@@ -1,0 +1,243 @@
+//! What a session has on disk: its folder, the log that it is resumed from, and the manifest of each recording.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::bail;
+use config::{Config, Effective};
+use devices::Life;
+use devices::drive::carrier_hz;
+use protocols::{Session, SessionEventKind, TrialKey, records_from_events};
+use recording::AudioFormat;
+use recording::manifest::{self, Manifest};
+use recording::recorder::Begin;
+use recording::study::event_log::Document;
+use recording::study::{self, Study, TrialLabel};
+use signalgen::Direction;
+
+use super::plan::{NAME, Plan, VERSION};
+use crate::session::BeginRecording;
+
+/// Opens the participant's next session, or the one that `--resume` goes on with: its number, its folder, and whether it is
+/// resumed.
+///
+/// # Errors
+/// Names what already exists, or what does not, and what to do.
+pub(super) fn open_session(
+    study: &Study,
+    plan: &Plan,
+    date: &str,
+) -> anyhow::Result<(u32, study::Session, bool)> {
+    let participant = &plan.participant;
+    let next = study.next_session(participant)?;
+    if plan.resume {
+        let last = next - 1;
+        if last == 0 {
+            bail!(
+                "{participant} has no session in {} to go on with",
+                study.folder().display()
+            );
+        }
+        let session = study.resume_session(participant, last)?;
+        require_same_order(plan, &session)?;
+        return Ok((last, session, true));
+    }
+    if next > 1 && !plan.new_session {
+        bail!(
+            "{participant} already has {} in {}: --resume goes on with it, --new-session begins another",
+            study.session_folder(participant, next - 1).display(),
+            study.folder().display()
+        );
+    }
+    Ok((
+        next,
+        study.begin_session(participant, next, date, &plan.protocol.name)?,
+        false,
+    ))
+}
+
+/// A session goes on in the order that it began with, or not at all.
+fn require_same_order(plan: &Plan, session: &study::Session) -> anyhow::Result<()> {
+    let began = session
+        .log_before()
+        .documents
+        .iter()
+        .find_map(|document| match document {
+            Document::Start(start) => Some(start),
+            _ => None,
+        });
+    let Some(began) = began else { return Ok(()) };
+    if began.protocol != plan.protocol.name {
+        bail!(
+            "{} was begun with the protocol {}, not with {}: name it with --protocol, or begin another session with --new-session",
+            session.folder().display(),
+            began.protocol,
+            plan.protocol.name
+        );
+    }
+    if began.seed != plan.seed {
+        bail!(
+            "{} was begun with the seed {}, not with {}, and would go on in another order: add --seed {}, or begin another session with --new-session",
+            session.folder().display(),
+            began.seed,
+            plan.seed,
+            began.seed
+        );
+    }
+    Ok(())
+}
+
+/// Returns the state machine, after what an interrupted session's log tells of.
+pub(super) fn machine(plan: &Plan, session: &study::Session) -> anyhow::Result<Session> {
+    let events: Vec<SessionEventKind> = session
+        .log_before()
+        .documents
+        .iter()
+        .filter_map(|document| match document {
+            Document::Event(event) => {
+                serde_json::from_value(serde_json::Value::Object(event.data.clone())).ok()
+            }
+            _ => None,
+        })
+        .collect();
+    let records = records_from_events(&events);
+    let mut machine = Session::resume(
+        plan.protocol.clone(),
+        plan.participant.clone(),
+        plan.seed,
+        &records,
+    )?;
+    if plan.resume {
+        // A recording may have been begun that the log did not come to tell of.
+        for label in session.recorded_labels()? {
+            let number = label.number_in_session(plan.protocol.trials.practice);
+            machine.leave_out(number, label.attempt);
+        }
+    }
+    Ok(machine)
+}
+
+/// Returns what makes the manifest and the folder of each attempt's recording. Its provenance is that of the effective bench.
+pub(super) fn begin_recording(
+    plan: &Plan,
+    session: u32,
+    folder: PathBuf,
+    life: &Life,
+) -> BeginRecording {
+    let bench = plan.bench.clone();
+    let (protocol, participant, seed) = (
+        plan.protocol.name.clone(),
+        plan.participant.to_string(),
+        plan.seed,
+    );
+    let practice_trials = plan.protocol.trials.practice;
+    let format = AudioFormat {
+        sample_rate_hz: bench.config().audio.rate_hz,
+        channels: bench.config().audio.input_channels,
+    };
+    let hardware = recorded_hardware(&bench, life);
+    Box::new(move |key: &TrialKey, drive: &protocols::Drive| {
+        let config = bench.config();
+        Ok(Begin {
+            folder: trial_folder(&folder, key, practice_trials)?,
+            format,
+            manifest: Manifest {
+                format: manifest::FORMAT,
+                carrier_hz: carrier_hz(drive.carrier, config),
+                modulation_hz: drive.modulation_hz,
+                modulation_index: drive.modulation_index,
+                channels: recorded_channels(config),
+                plate: recorded_plate(config),
+                intervals: Vec::new(),
+                participant: Some(manifest::Participant {
+                    id: participant.clone(),
+                    session,
+                }),
+                trial: Some(manifest::Trial {
+                    number: TrialLabel::new(key, practice_trials).number,
+                    attempt: key.attempt,
+                    practice: key.practice,
+                    condition: key.condition.clone(),
+                    protocol: protocol.clone(),
+                    seed,
+                    end: None,
+                    interruption: None,
+                }),
+                hardware: Some(hardware.clone()),
+                software: Some(manifest::Software {
+                    name: NAME.to_owned(),
+                    version: VERSION.to_owned(),
+                }),
+                events: Vec::new(),
+            },
+        })
+    })
+}
+
+fn trial_folder(session: &Path, key: &TrialKey, practice_trials: u32) -> anyhow::Result<PathBuf> {
+    let path = session.join(TrialLabel::new(key, practice_trials).to_string());
+    if path.exists() {
+        bail!(
+            "{} exists: nothing is overwritten; go on with --resume",
+            path.display()
+        );
+    }
+    Ok(path)
+}
+
+fn recorded_channels(config: &Config) -> manifest::Channels {
+    let (drive, pickup) = (&config.channels.drive, &config.channels.pickup);
+    manifest::Channels {
+        drive: manifest::DriveChannel {
+            index: drive.index,
+            volts_per_unit: drive.volts_per_unit,
+            clip_units: Some(drive.clip_units),
+        },
+        pickup: manifest::PickupChannel {
+            index: pickup.index,
+            metres_per_unit: pickup.metres_per_unit,
+            phase_rad: pickup.phase_rad,
+            clip_units: Some(pickup.clip_units),
+        },
+    }
+}
+
+fn recorded_plate(config: &Config) -> manifest::Plate {
+    manifest::Plate {
+        resonance_hz: config.plate.resonance_hz,
+        modal_mass_kg: config.plate.modal_mass_kg,
+        force_factor_n_per_v: config.plate.force_factor_n_per_v,
+        centre_m: config.plate.centre_m,
+    }
+}
+
+fn recorded_hardware(bench: &Effective, life: &Life) -> manifest::Hardware {
+    let config = bench.config();
+    let mut channel_names: Vec<String> = (0..config.audio.input_channels)
+        .map(|index| format!("input {index}"))
+        .collect();
+    channel_names[usize::from(config.channels.drive.index)] = "drive".to_owned();
+    channel_names[usize::from(config.channels.pickup.index)] = "pickup".to_owned();
+    manifest::Hardware {
+        input_device: life.device(Direction::Input),
+        output_device: life.device(Direction::Output),
+        sample_rate_hz: config.audio.rate_hz,
+        sample_format: format!("{:?}", config.audio.sample_format).to_lowercase(),
+        channel_names,
+        force_sensor: config
+            .force
+            .as_ref()
+            .map(|force| format!("serial, {:?}", force.protocol).to_lowercase()),
+        position_sensor: config
+            .encoder
+            .as_ref()
+            .map(|_| "quadrature encoder".to_owned()),
+        uncalibrated: bench.calibration().is_none(),
+        calibration: bench
+            .calibration()
+            .map(|calibration| manifest::Calibration {
+                label: calibration.label().to_owned(),
+                hash: calibration.hash().to_owned(),
+                force: calibration.force_label(),
+            }),
+    }
+}

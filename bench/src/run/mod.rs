@@ -1,0 +1,245 @@
+//! `run`: a participant's session, from the files to the last line of the summary.
+
+mod files;
+mod plan;
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::Path;
+
+use anyhow::Context;
+use config::Config;
+use console::{Dashboard, DashboardThread, Front, Headless};
+use contact::AssumedConstants;
+use devices::Bench;
+use devices::drive::waveform;
+use devices::sound::Sound;
+use jiff::tz::TimeZone;
+use protocols::{ParticipantId, Protocol};
+use recording::study::event_log::Start;
+use recording::study::{self, GeneratedBy, Study};
+use signalgen::Direction;
+use tasks::StopFlag;
+
+use crate::apparatus::{Apparatus, Watcher};
+use crate::journal::Journal;
+use crate::readiness::Readiness;
+use crate::refit::Refit;
+use crate::session::{Report, SessionTask, Wiring, summary_lines};
+use files::{begin_recording, machine, open_session};
+use plan::{NAME, VERSION};
+
+pub use plan::{Plan, read_protocol, session_bytes};
+
+/// Runs the session to its end.
+///
+/// # Errors
+/// When a part of the bench is missing or fails; a session that ends early for reasons of its own is a [`Report`].
+pub fn run(
+    plan: Plan,
+    apparatus: Apparatus,
+    out: impl Write + Send + 'static,
+) -> anyhow::Result<Report> {
+    let Apparatus {
+        hardware,
+        watchers,
+        hands: _,
+        vibrometer_port: _,
+    } = apparatus;
+    let simulated = hardware.simulated;
+    let effective = plan.bench.clone();
+    let config = effective.config();
+    let bench = Bench::open(&effective, plan.carrier_hz, hardware)?;
+    bench.require_calibration_holds(&effective)?;
+    let stop = bench.stop().clone();
+    let Bench {
+        life,
+        drive,
+        batches,
+        recording,
+        notices,
+        gauge,
+        button,
+        has_position,
+        signals,
+        gauges,
+        before,
+        after,
+    } = bench;
+    let clock = life.clock().clone();
+
+    let generated_by = GeneratedBy {
+        name: NAME.to_owned(),
+        version: VERSION.to_owned(),
+    };
+    let study = Study::open_or_create(&plan.study, generated_by)?;
+    study::require_room(&plan.study, session_bytes(config, &plan.protocol))?;
+    let date = clock.utc().to_zoned(TimeZone::UTC).date().to_string();
+    let (number, session, resumed) = open_session(&study, &plan, &date)?;
+    let machine = machine(&plan, &session)?;
+    let mut session = session;
+    session.snapshot(&format!("{}.toml", plan.protocol.name), &plan.protocol_text)?;
+    session.snapshot("bench.toml", &config.to_toml()?)?;
+    if let Some(calibration) = effective.calibration() {
+        session.snapshot("calibration.toml", calibration.text())?;
+    }
+    session.log().start(Start {
+        time: clock.utc().to_string(),
+        resumed,
+        participant: plan.participant.to_string(),
+        session: number,
+        protocol: plan.protocol.name.clone(),
+        seed: plan.seed,
+        software: NAME.to_owned(),
+        version: VERSION.to_owned(),
+        devices: BTreeMap::from([
+            ("audio input".to_owned(), life.device(Direction::Input)),
+            ("audio output".to_owned(), life.device(Direction::Output)),
+            ("simulated".to_owned(), simulated.to_string()),
+        ]),
+        calibration: effective
+            .calibration()
+            .map(|calibration| format!("{}, sha256 {}", calibration.label(), calibration.hash())),
+        configuration: serde_json::to_value(config)?,
+    })?;
+    let begin = begin_recording(&plan, number, session.folder().to_owned(), &life);
+
+    let (mut front, dashboard) = front(&plan, stop.clone(), out)?;
+    front.show(tui::Event::Session(tui::event::Session {
+        participant: Some(plan.participant.to_string()),
+        protocol: Some(plan.protocol.name.clone()),
+        study: Some(plan.study.display().to_string()),
+        calibration_label: effective
+            .calibration()
+            .map(|calibration| calibration.label().to_owned()),
+        uncalibrated: effective.calibration().is_none(),
+        simulated,
+        plate_length_m: config.plate.length_m,
+        kept_m: Some(kept(config, &plan.protocol)),
+    }));
+    front.show(tui::Event::ForceBand {
+        min_n: plan.protocol.force.min_n,
+        max_n: plan.protocol.force.max_n,
+    });
+    if !has_position {
+        let text = "no encoder: positions are not recorded, and no stretch can be selected live";
+        front.show(warning(text.to_owned()));
+    }
+    if button.is_none() {
+        let text = "no button: a finger at rest on the plate for a second counts as ready";
+        front.show(warning(text.to_owned()));
+    }
+    let sound = match Sound::open(life.host(), &config.sound) {
+        Ok(sound) => sound,
+        Err(error) => {
+            front.show(warning(format!(
+                "no sound for the participant: {error:#}; the session goes on without"
+            )));
+            None
+        }
+    };
+
+    let (entries, journal_entries) = crossbeam_channel::unbounded();
+    let (reports, report) = crossbeam_channel::bounded(1);
+    let (refits, fits, refit) = Refit::new(plan.carrier_hz, AssumedConstants::ESTIMATION);
+    let admit = {
+        let (effective, settings) = (effective.clone(), plan.settings);
+        Box::new(move |drive: &protocols::Drive| {
+            Ok(settings.admit(waveform(drive, effective.config()))?)
+        })
+    };
+    let wiring = Wiring {
+        batches,
+        recording,
+        notices,
+        gauge,
+        study_folder: plan.study.clone(),
+        drive,
+        readiness: Readiness::new(button),
+        front,
+        watchers,
+        sound,
+        journal: entries,
+        refits,
+        fits,
+        signals,
+        gauges,
+        stop,
+    };
+    let task = SessionTask::new(
+        machine,
+        effective,
+        admit,
+        begin,
+        wiring,
+        plan.consent_by.clone(),
+        plan.headless,
+        reports,
+    );
+    let journal = Journal::new(session, journal_entries, clock.clone())?;
+
+    let mut tasks = before;
+    tasks.push(Box::new(task));
+    tasks.push(Box::new(refit));
+    tasks.extend(after);
+    tasks.push(Box::new(journal));
+    life.run(tasks, || dashboard.map_or(Ok(()), DashboardThread::join))?;
+    report
+        .try_recv()
+        .context("the session ended without a report")
+}
+
+fn warning(text: String) -> tui::Event {
+    tui::Event::Log {
+        level: tui::event::Level::Warning,
+        text,
+    }
+}
+
+fn front(
+    plan: &Plan,
+    stop: StopFlag,
+    out: impl Write + Send + 'static,
+) -> anyhow::Result<(Box<dyn Front>, Option<DashboardThread>)> {
+    if plan.headless {
+        return Ok((Box::new(Headless::new(out)), None));
+    }
+    let (dashboard, thread) = Dashboard::open(stop)?;
+    Ok((Box::new(dashboard), Some(thread)))
+}
+
+fn kept(config: &Config, protocol: &Protocol) -> (f64, f64) {
+    let half_m = protocol.selection.central_m / 2.0;
+    (
+        config.plate.centre_m - half_m,
+        config.plate.centre_m + half_m,
+    )
+}
+
+/// The lines printed at the end.
+pub fn report_lines(report: &Report, study: &Path, participant: &ParticipantId) -> Vec<String> {
+    let mut lines = summary_lines(&report.summary, &report.account);
+    let folder = study.join(participant.as_str());
+    lines.push(format!("recordings        {}", folder.display()));
+    match &report.reason {
+        Some(reason) => {
+            lines.push(format!("ended early       {reason}"));
+            lines.push("to go on          the same command with --resume".to_owned());
+        }
+        None => lines.push(format!(
+            "to results        friction-bench analyze {} --table --figures figures",
+            folder.display()
+        )),
+    }
+    lines
+}
+
+/// Adds a watcher to the hardware's: the participant's own terminal.
+///
+/// # Errors
+/// When the device is no terminal or cannot be opened.
+pub fn participant_display(path: &Path) -> anyhow::Result<Watcher> {
+    let theme = tui::Theme::from_no_color(std::env::var_os("NO_COLOR").as_deref());
+    let display = tui::ParticipantDisplay::open(path, theme)?;
+    Ok(Box::new(move |view, _, _| display.show(view.clone())))
+}

@@ -1,0 +1,149 @@
+//! What a session is to be, checked as far as it can be without hardware.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use anyhow::{Context, bail};
+use config::{Config, Effective};
+use devices::drive::{carrier_hz, settings, waveform};
+use protocols::{ParticipantId, Protocol};
+use recording::AudioFormat;
+use recording::study::DataRates;
+use signalgen::DriveSettings;
+
+pub(super) const NAME: &str = "friction-bench";
+pub(super) const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// What the operator asks for, checked as far as it can be without hardware.
+pub struct Plan {
+    /// The bench.
+    pub bench: Arc<Effective>,
+    /// Protocol and the text that it was read from.
+    pub protocol: Protocol,
+    /// The protocol's file as it was read.
+    pub protocol_text: String,
+    /// Who takes part.
+    pub participant: ParticipantId,
+    /// Study folder.
+    pub study: PathBuf,
+    /// Who holds the signed consent.
+    pub consent_by: Option<String>,
+    /// Go on with the last session.
+    pub resume: bool,
+    /// Begin another session of a participant who has one.
+    pub new_session: bool,
+    /// Seed of every random choice.
+    pub seed: u64,
+    /// No dashboard.
+    pub headless: bool,
+    pub(super) settings: DriveSettings,
+    pub(super) carrier_hz: f64,
+}
+
+/// Reads a protocol by the name of a built-in one or by its path.
+///
+/// # Errors
+/// When there is none, or it cannot be used.
+pub fn read_protocol(name: &str) -> anyhow::Result<(Protocol, String)> {
+    let (text, file) = match protocols::built_in(name) {
+        Some(text) => (text.to_owned(), format!("{name}.toml (built in)")),
+        None => {
+            let text = std::fs::read_to_string(name).with_context(|| {
+                let built_in: Vec<_> = protocols::BUILT_IN.iter().map(|(name, _)| *name).collect();
+                format!(
+                    "cannot read the protocol {name}; built-in protocols are {}",
+                    built_in.join(", ")
+                )
+            })?;
+            (text, name.to_owned())
+        }
+    };
+    Ok((Protocol::parse(&text, &file)?, text))
+}
+
+impl Plan {
+    /// Checks protocol against hardware, participant and consent: nothing is opened, made or driven.
+    ///
+    /// # Errors
+    /// Names what to change.
+    pub fn new(bench: Effective, options: &crate::cli::Run) -> anyhow::Result<Self> {
+        let Some(participant) = &options.participant else {
+            bail!("who takes part? name the participant, such as --participant sub-01");
+        };
+        let participant: ParticipantId = participant.parse()?;
+        if options.headless && options.consent_by.is_none() {
+            bail!(
+                "no consent: nothing is driven before it is recorded that {participant} has consented; \
+                 name the operator who holds the signed form: --consent-by NAME"
+            );
+        }
+        if options
+            .consent_by
+            .as_ref()
+            .is_some_and(|name| name.trim().is_empty())
+        {
+            bail!("--consent-by is empty: name the operator who holds the signed form");
+        }
+        let (protocol, protocol_text) = read_protocol(&options.protocol)?;
+        let config = bench.config();
+        if config.force.is_none() {
+            bail!("a participant's session needs [force] in bench.toml; `monitor` runs without it");
+        }
+        let settings = settings(config)?;
+        for condition in &protocol.conditions {
+            settings
+                .admit(waveform(&condition.drive, config))
+                .with_context(|| {
+                    format!("condition {} of protocol {}", condition.name, protocol.name)
+                })?;
+        }
+        let carriers: Vec<f64> = protocol
+            .conditions
+            .iter()
+            .map(|condition| carrier_hz(condition.drive.carrier, config))
+            .collect();
+        if let Some(other) = carriers.iter().find(|&&hz| hz != carriers[0]) {
+            bail!(
+                "protocol {} drives at {} Hz and at {other} Hz: one session has one carrier",
+                protocol.name,
+                carriers[0]
+            );
+        }
+        devices::impedance_chain(config, carriers[0])?;
+        Ok(Self {
+            carrier_hz: carriers[0],
+            bench: Arc::new(bench),
+            seed: options.hardware.seed.unwrap_or(protocol.trials.seed),
+            protocol,
+            protocol_text,
+            participant,
+            study: options.study.clone(),
+            consent_by: options.consent_by.clone(),
+            resume: options.resume,
+            new_session: options.new_session,
+            headless: options.headless,
+            settings,
+        })
+    }
+}
+
+/// Disk space that a session may take, bytes: every trial twice, half a minute each beside the slider's own time.
+#[must_use]
+pub fn session_bytes(config: &Config, protocol: &Protocol) -> u64 {
+    let slide_s = protocol
+        .exploration
+        .slider(protocols::Direction::LeftToRight)
+        .duration_s();
+    let explorations = protocol.exploration.directions.len() as f64;
+    let timing = &protocol.timing;
+    let trial_s = 10.0 + explorations * (slide_s + timing.countdown_s + timing.feedback_s + 5.0);
+    let rates = DataRates {
+        audio: AudioFormat {
+            sample_rate_hz: config.audio.rate_hz,
+            channels: config.audio.input_channels,
+        },
+        force_hz: 10_000.0,
+        position_hz: 1_000.0,
+    };
+    rates.bytes(trial_s * 1.5 * f64::from(protocol.planned_trials()))
+}

@@ -1,0 +1,225 @@
+//! The protocol's words in the screen's words. Neither crate knows the other.
+
+use impedance::{Mask, ZmFrame};
+use num_complex::Complex64;
+use protocols::{
+    Direction, ParticipantView, Phase, Progress, Protocol, Stretch, TrialAnalysis, TrialKey,
+    Verdict,
+};
+use tui::event::{Crop, Estimate, Impedance, Live, PhaseKind};
+
+use analysis::live::ContactReading;
+use analysis::record::Record;
+use config::Config;
+use contact::live::Uncertain;
+use recording::study::TrialLabel;
+
+/// The kind of phase that the operator sees.
+pub fn phase_kind(phase: Phase) -> PhaseKind {
+    match phase {
+        Phase::Consent => PhaseKind::Consent,
+        Phase::Welcome => PhaseKind::Idle,
+        Phase::Baseline => PhaseKind::Baseline,
+        Phase::Ready => PhaseKind::Ready,
+        Phase::Countdown => PhaseKind::Countdown,
+        Phase::Exploration => PhaseKind::Exploration,
+        Phase::Lift | Phase::Feedback | Phase::Analysing | Phase::Verdict => PhaseKind::Feedback,
+        Phase::Rest => PhaseKind::Rest,
+        Phase::Paused | Phase::Fault => PhaseKind::Paused,
+        Phase::Finished | Phase::Aborted => PhaseKind::Finished,
+    }
+}
+
+/// What the operator should know or do in a phase.
+pub fn advice(phase: Phase) -> Option<&'static str> {
+    Some(match phase {
+        Phase::Consent => "consent is not recorded: c",
+        Phase::Welcome => "the participant's button or Enter begins",
+        Phase::Baseline => "no finger on the plate",
+        Phase::Ready => "the participant places the finger and presses the button",
+        Phase::Fault => "stopped: find the cause, x re-arms, p goes on",
+        Phase::Verdict => "r repeats the trial",
+        Phase::Lift => "the participant lifts the finger",
+        _ => return None,
+    })
+}
+
+/// Where the session stands.
+pub fn phase(session: &protocols::Session, view: &ParticipantView) -> tui::event::Phase {
+    let protocol = session.protocol();
+    let mut shown = tui::event::Phase::new(phase_kind(session.phase()));
+    if let Some(Progress {
+        trial,
+        exploration,
+        explorations,
+        practice,
+        attempt,
+        ..
+    }) = view.progress
+    {
+        let practices = protocol.trials.practice;
+        shown.practice = practice;
+        shown.trial = if practice { trial } else { trial - practices };
+        shown.trials = if practice {
+            practices
+        } else {
+            protocol.planned_trials() - practices
+        };
+        shown.attempt = attempt;
+        shown.exploration = exploration;
+        shown.explorations = explorations;
+    }
+    shown.countdown = view.countdown_s.map(whole_seconds);
+    shown.message = advice(session.phase()).map(str::to_owned);
+    shown
+}
+
+fn whole_seconds(seconds: f64) -> u32 {
+    seconds.max(0.0).ceil() as u32
+}
+
+/// What the participant sees.
+pub fn participant(
+    view: &ParticipantView,
+    protocol: &Protocol,
+    config: &Config,
+) -> tui::ParticipantView {
+    use protocols::Instruction as From;
+    use tui::Instruction as To;
+    let slider = protocol
+        .exploration
+        .slider(view.direction.unwrap_or(Direction::LeftToRight));
+    let resting = view.instruction == From::Rest;
+    tui::ParticipantView {
+        instruction: match view.instruction {
+            From::Wait => To::Wait,
+            From::Welcome => To::Welcome,
+            From::LiftFinger => To::LiftFinger,
+            From::PlaceFinger => To::PlaceFinger,
+            From::GetReady => To::GetReady,
+            From::FollowSlider => To::FollowSlider,
+            From::Feedback => To::Feedback,
+            From::Rest => To::Rest,
+            From::Paused => To::Paused,
+            From::Finished => To::Finished,
+        },
+        slider_m: view.slider_m,
+        plate_m: config.plate.length_m,
+        start_m: slider.from_m,
+        end_m: slider.to_m,
+        countdown: if resting {
+            None
+        } else {
+            view.countdown_s.map(whole_seconds)
+        },
+        mean_force_n: view.mean_force_n,
+        force_band_n: Some((view.force_band.min_n, view.force_band.max_n)),
+        trial: view.progress.map_or(0, |progress| progress.trial),
+        trials: view.progress.map_or(0, |progress| progress.trials),
+        rest_s: if resting { view.countdown_s } else { None },
+    }
+}
+
+fn impedance(z: Complex64) -> Option<Impedance> {
+    z.is_finite().then_some(Impedance {
+        re_n_s_per_m: z.re,
+        im_n_s_per_m: z.im,
+    })
+}
+
+/// An impedance frame as live values; the rest is the caller's.
+pub fn live(frame: &ZmFrame) -> Live {
+    Live {
+        t_s: frame.time_s,
+        z_m_n_s_per_m: impedance(frame.corrected_n_s_per_m),
+        z_plain_n_s_per_m: impedance(frame.plain_n_s_per_m),
+        amplitude_m: (!frame.mask.contains(Mask::LOST_SAMPLES)).then_some(frame.amplitude_m),
+        drive_v: frame.drive_v.is_finite().then(|| frame.drive_v.norm()),
+        ..Live::default()
+    }
+}
+
+/// Returns `live` with gap, friction and self-sensed force as the contact was last read.
+pub fn with_contact(live: Live, reading: Option<&ContactReading>) -> Live {
+    let estimate = |uncertain: Uncertain| Estimate {
+        value: uncertain.value,
+        std: uncertain.std,
+    };
+    Live {
+        gap_m: reading.map(|reading| estimate(reading.gap_m)),
+        mu: reading.map(|reading| estimate(reading.mu)),
+        sensed_normal_n: reading
+            .and_then(|reading| reading.self_sensed_normal_n)
+            .map(estimate),
+        ..live
+    }
+}
+
+/// Points of the crop's curves: more than a terminal is wide.
+const CROP_POINTS: usize = 400;
+
+/// The crop of a trial, or of one exploration, over all that `record` holds.
+pub fn crop(
+    number: u32,
+    practice: bool,
+    attempt: u32,
+    stretches: &[Stretch],
+    record: &Record,
+) -> Crop {
+    let (from_s, to_s) = record.span_s();
+    let at = |i: usize| from_s + (to_s - from_s) * i as f64 / (CROP_POINTS - 1) as f64;
+    Crop {
+        trial: number,
+        practice,
+        attempt,
+        duration_s: to_s - from_s,
+        amplitude_m: (0..CROP_POINTS)
+            .map(|i| record.amplitude_m(at(i)))
+            .collect(),
+        normal_n: (0..CROP_POINTS).map(|i| record.normal_n(at(i))).collect(),
+        stretches: stretches
+            .iter()
+            .map(|stretch| {
+                let shown = stretch.instance();
+                tui::event::Stretch {
+                    start_s: shown.map_or(stretch.start_s, |instance| instance.start_s) - from_s,
+                    end_s: shown.map_or(stretch.end_s, |instance| instance.end_s) - from_s,
+                    accepted: shown.is_some(),
+                    reason: stretch.rejection().map(|rejection| rejection.to_string()),
+                }
+            })
+            .collect(),
+    }
+}
+
+/// The judgement of a trial.
+pub fn verdict(
+    key: &TrialKey,
+    protocol: &Protocol,
+    verdict: &Verdict,
+    analysis: Option<&TrialAnalysis>,
+) -> tui::event::Verdict {
+    let reasons = match verdict {
+        Verdict::Accepted => Vec::new(),
+        Verdict::Redo { reasons } => reasons.iter().map(ToString::to_string).collect(),
+    };
+    let forces: Vec<f64> = analysis
+        .map(|analysis| {
+            analysis
+                .explorations
+                .iter()
+                .filter_map(|exploration| exploration.mean_normal_n)
+                .collect()
+        })
+        .unwrap_or_default();
+    tui::event::Verdict {
+        trial: TrialLabel::new(key, protocol.trials.practice).number,
+        practice: key.practice,
+        attempt: key.attempt,
+        accepted: reasons.is_empty(),
+        reasons,
+        instances: analysis.map_or(0, |analysis| analysis.instances() as u32),
+        mean_normal_n: (!forces.is_empty())
+            .then(|| forces.iter().sum::<f64>() / forces.len() as f64),
+    }
+}

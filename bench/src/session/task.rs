@@ -1,0 +1,599 @@
+//! The task that steps the protocol.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::Duration;
+
+use analysis::live::LiveContact;
+use analysis::record::Record;
+use analysis::trial_fit::{FitRequest, Selected};
+use analysis::{trial, unloaded};
+use config::Effective;
+use console::safety_event;
+use crossbeam_channel::Sender;
+use devices::acquisition::RecordingCommand;
+use devices::sound::Tone;
+use protocols::{
+    Action, DriveRequest, Interruption, Interval, IntervalKind, Observation, OperatorCommand,
+    ParticipantView, Phase, Safety, SelectionRules, SessionEvent, SessionEventKind, SessionOutcome,
+    Stretch, TrialAnalysis, TrialEnd, TrialKey, Verdict,
+};
+use recording::manifest::EventKind;
+use recording::pipeline::Account;
+use recording::recorder::RecorderNotice;
+use recording::study::TrialLabel;
+use recording::study::event_log::ExitStatus;
+use recording::writer::Ending;
+use safety::{SafetyState, Trip};
+use tasks::Task;
+use tui::event::Level;
+
+use super::report::{Report, summary_lines};
+use super::wiring::{Admit, BeginRecording, Wiring};
+use crate::journal::Entry;
+use crate::live_meter::LiveMeter;
+use crate::screen_words;
+
+/// A completed trial whose last data are still on their way.
+struct Due {
+    key: TrialKey,
+    intervals: Vec<Interval>,
+    at_s: f64,
+}
+
+/// The task.
+pub struct SessionTask {
+    machine: protocols::Session,
+    bench: Arc<Effective>,
+    admit: Admit,
+    begin: BeginRecording,
+    wiring: Wiring,
+    /// One operator for the whole session, with nobody to ask.
+    unattended: bool,
+    commands: VecDeque<OperatorCommand>,
+    record: Record,
+    collecting: bool,
+    account: Account,
+    account_at_begin: Account,
+    due: Option<Due>,
+    analysed: Option<TrialAnalysis>,
+    audio_s: f64,
+    normal_n: Option<f64>,
+    view: Option<ParticipantView>,
+    phase: Option<tui::event::Phase>,
+    safety: SafetyState,
+    /// What the next trial comes after, when it is no other trial.
+    resumed: Option<&'static str>,
+    screen_due_ns: u64,
+    meter: LiveMeter,
+    contact: LiveContact,
+    open: bool,
+    ended: Option<SessionOutcome>,
+    report: Sender<Report>,
+}
+
+/// Data of the last exploration arrive within this time after its end: a force sensor's burst, the demodulator's delay, s.
+const DATA_DELAY_S: f64 = 0.06;
+/// The screen is fed this often, ns.
+const SCREEN_PERIOD_NS: u64 = 16_000_000;
+
+impl SessionTask {
+    /// A session about to take its first step. `consent_by` is the operator who holds the signed consent, if anybody does yet.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the composition root names each once"
+    )]
+    pub fn new(
+        machine: protocols::Session,
+        bench: Arc<Effective>,
+        admit: Admit,
+        begin: BeginRecording,
+        wiring: Wiring,
+        consent_by: Option<String>,
+        unattended: bool,
+        report: Sender<Report>,
+    ) -> Self {
+        let contact = LiveContact::new(machine.protocol().force.contact_n);
+        Self {
+            machine,
+            bench,
+            admit,
+            begin,
+            wiring,
+            unattended,
+            commands: consent_by
+                .map(|by| OperatorCommand::ConsentGiven { by })
+                .into_iter()
+                .collect(),
+            record: Record::default(),
+            collecting: false,
+            account: Account::default(),
+            account_at_begin: Account::default(),
+            due: None,
+            analysed: None,
+            audio_s: 0.0,
+            normal_n: None,
+            view: None,
+            phase: None,
+            safety: SafetyState::Disarmed,
+            resumed: None,
+            screen_due_ns: 0,
+            meter: LiveMeter::default(),
+            contact,
+            open: false,
+            ended: None,
+            report,
+        }
+    }
+
+    fn log(&mut self, level: Level, text: impl Into<String>) {
+        self.wiring.front.show(tui::Event::Log {
+            level,
+            text: text.into(),
+        });
+    }
+
+    fn journal(&self, event: SessionEvent) {
+        // The journal's end is seen by its own task.
+        let _ = self.wiring.journal.send(Entry::Event(event));
+    }
+
+    fn take_batches(&mut self) {
+        for batch in self.wiring.batches.try_iter() {
+            self.audio_s = batch.audio_s;
+            self.account = batch.account;
+            self.normal_n = batch.force.last().map(|row| row.normal_n).or(self.normal_n);
+            self.meter.take(&batch);
+            self.contact.take(&batch, |_| {});
+            for text in batch.warnings {
+                self.wiring.front.show(tui::Event::Log {
+                    level: Level::Warning,
+                    text,
+                });
+            }
+            if self.collecting {
+                self.record.frames.extend(batch.frames);
+                self.record.force.extend(batch.force);
+                self.record.position.extend(batch.position);
+                for at_s in batch.saturated_s {
+                    self.record.saturate(at_s);
+                }
+            }
+        }
+    }
+
+    fn take_notices(&mut self) {
+        while let Ok(notice) = self.wiring.notices.try_recv() {
+            match notice {
+                RecorderNotice::Began { .. } => {}
+                RecorderNotice::Saved { folder, .. } => {
+                    self.open = false;
+                    let _ = self.wiring.journal.send(Entry::Saved {
+                        t_s: self.audio_s,
+                        folder,
+                    });
+                }
+                RecorderNotice::Failed {
+                    folder,
+                    error,
+                    kept,
+                } => {
+                    self.open = false;
+                    let message = format!(
+                        "the recording {} failed: {error}; {:.1} s of it are readable",
+                        folder.display(),
+                        kept.frames as f64 / f64::from(self.bench.config().audio.rate_hz)
+                    );
+                    self.log(Level::Error, &message);
+                    self.wiring.drive.trip(Trip::Fault { message });
+                }
+            }
+        }
+    }
+
+    fn take_actions(&mut self) {
+        while let Some(action) = self.wiring.front.action() {
+            let command = match action {
+                tui::Action::Start | tui::Action::Ready => OperatorCommand::Continue,
+                tui::Action::Consent => OperatorCommand::ConsentGiven {
+                    by: "operator at the dashboard".to_owned(),
+                },
+                tui::Action::Pause => OperatorCommand::Pause,
+                tui::Action::Resume => OperatorCommand::Resume,
+                tui::Action::Redo => OperatorCommand::Redo,
+                tui::Action::Abort => OperatorCommand::Abort,
+                tui::Action::EmergencyStop => {
+                    self.wiring.drive.trip(Trip::Operator);
+                    continue;
+                }
+                tui::Action::Rearm => {
+                    self.wiring.drive.rearm();
+                    continue;
+                }
+                tui::Action::Quit | tui::Action::Interrupt => {
+                    self.wiring.stop.raise();
+                    continue;
+                }
+                // Nothing is calibrated here.
+                tui::Action::Answer(_) => continue,
+            };
+            self.commands.push_back(command);
+        }
+    }
+
+    /// Analyses a completed trial as soon as all of its data are here.
+    fn analyse(&mut self) {
+        let Some(due) = self
+            .due
+            .take_if(|due| self.audio_s >= due.at_s + DATA_DELAY_S)
+        else {
+            return;
+        };
+        self.collecting = false;
+        self.send(RecordingCommand::End(Ending::Completed));
+        let rules = self
+            .machine
+            .protocol()
+            .selection_rules(self.bench.config().plate.centre_m);
+        let mut analysis = trial::analyse(&due.key, &due.intervals, &self.record, &rules);
+        let before = self.account_at_begin;
+        analysis.clipped_frames = self.account.clipped_frames - before.clipped_frames;
+        analysis.lost_frames = self.account.lost_frames - before.lost_frames;
+        analysis.input_xruns = self.account.input_xruns - before.input_xruns;
+        analysis.output_xruns = self.account.output_xruns - before.output_xruns;
+        let stretches: Vec<Stretch> = analysis
+            .explorations
+            .iter()
+            .flat_map(|exploration| exploration.stretches.iter().copied())
+            .collect();
+        let number = TrialLabel::new(&due.key, self.machine.protocol().trials.practice).number;
+        let crop = screen_words::crop(
+            number,
+            due.key.practice,
+            due.key.attempt,
+            &stretches,
+            &self.record,
+        );
+        self.wiring.front.show(tui::Event::Crop(crop));
+        self.ask_for_a_fit(&due, &analysis, rules);
+        self.analysed = Some(analysis);
+    }
+
+    /// The fit takes longer than a step may; it comes back by [`SessionTask::take_fits`].
+    fn ask_for_a_fit(&mut self, due: &Due, analysis: &TrialAnalysis, rules: SelectionRules) {
+        let sort = if due.key.practice {
+            "practice"
+        } else {
+            "trial"
+        };
+        let number = TrialLabel::new(&due.key, self.machine.protocol().trials.practice).number;
+        let record = std::mem::take(&mut self.record);
+        let unloaded: Vec<(f64, f64)> = due
+            .intervals
+            .iter()
+            .filter(|interval| interval.kind == IntervalKind::Unloaded)
+            .map(|interval| (interval.start_s, interval.end_s))
+            .collect();
+        // The corrected impedance, alone used live, averages over any span.
+        let plate = unloaded::read(&record, &unloaded, 0.0, rules.contact_n / 2.0);
+        let request = FitRequest {
+            label: format!("{sort} {number}"),
+            plate: plate.map(|reading| reading.plate),
+            record,
+            explorations: Selected::of(&due.intervals, analysis),
+            rules,
+        };
+        // The fitting task ends before the session only when it failed, and that stops the bench.
+        let _ = self.wiring.refits.send(request);
+    }
+
+    fn take_fits(&mut self) {
+        while let Ok(report) = self.wiring.fits.try_recv() {
+            if let Ok(fit) = &report.fit {
+                self.contact.refit(fit);
+            }
+            for line in report.lines() {
+                self.log(Level::Info, line);
+            }
+        }
+    }
+
+    fn step(&mut self) -> anyhow::Result<()> {
+        let observation = Observation {
+            t_s: self.audio_s,
+            normal_n: self.normal_n,
+            button_pressed: self.wiring.readiness.said(
+                self.audio_s,
+                self.view.as_ref(),
+                self.normal_n,
+            ),
+            command: self.commands.pop_front(),
+            safety: match &self.safety {
+                SafetyState::Tripped { trip } => Safety::Tripped(trip.to_string()),
+                SafetyState::Armed | SafetyState::Disarmed => Safety::Ok,
+            },
+            analysis: self.analysed.clone(),
+        };
+        let mut tone = None;
+        let halted = |phase| matches!(phase, Phase::Paused | Phase::Fault);
+        let before = self.machine.phase();
+        let actions = self.machine.step(&observation);
+        if halted(before) && !halted(self.machine.phase()) {
+            self.resumed = Some(match before {
+                Phase::Fault => "after a fault",
+                _ => "after a pause",
+            });
+        }
+        for action in actions {
+            match action {
+                Action::BeginTrial { key, drive, .. } => self.begin_trial(&key, &drive)?,
+                Action::Drive(DriveRequest::On(drive)) => {
+                    let program = (self.admit)(&drive)?;
+                    self.wiring.drive.start(program);
+                    self.mask(true);
+                }
+                Action::Drive(DriveRequest::Off) => {
+                    self.wiring.drive.stop();
+                    self.mask(false);
+                }
+                Action::Mark(interval) => self.send(RecordingCommand::Interval(interval)),
+                Action::EndTrial { end, .. } => self.end_trial(&end),
+                Action::AnalyseTrial { key, intervals } => {
+                    self.due = Some(Due {
+                        key,
+                        intervals,
+                        at_s: self.audio_s,
+                    });
+                }
+                Action::Verdict { key, verdict } => self.judged(&key, &verdict),
+                Action::Cue(cue) => {
+                    let cue = match cue {
+                        protocols::Cue::Start => Tone::Start,
+                        protocols::Cue::End => Tone::End,
+                    };
+                    if let Some(sound) = &self.wiring.sound {
+                        sound.play(cue);
+                    }
+                    tone = Some(cue);
+                }
+                Action::Log(event) => self.tell(event),
+                Action::Show(view) => self.show(view, tone.take()),
+                Action::Finished(outcome) => {
+                    self.wiring.drive.disarm();
+                    self.wiring.front.show(tui::Event::Finished {
+                        summary: summary_lines(&self.machine.summary(), &self.account),
+                    });
+                    self.ended = Some(outcome);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn send(&self, command: RecordingCommand) {
+        // The acquisition ends before the session only when it failed, and that stops the bench.
+        let _ = self.wiring.recording.send(command);
+    }
+
+    /// Keeps an event in the open recording, if there is one.
+    fn mark(&self, kind: EventKind, text: impl Into<String>) {
+        self.send(RecordingCommand::Event(kind, Some(text.into())));
+    }
+
+    fn mask(&self, on: bool) {
+        if let Some(sound) = &self.wiring.sound {
+            sound.mask(on);
+        }
+    }
+
+    fn begin_trial(&mut self, key: &TrialKey, drive: &protocols::Drive) -> anyhow::Result<()> {
+        let begin = (self.begin)(key, drive)?;
+        self.send(RecordingCommand::Begin(Box::new(begin)));
+        if let Some(text) = self.resumed.take() {
+            self.mark(EventKind::Resume, text);
+        }
+        if key.attempt > 1 {
+            self.mark(EventKind::Redo, format!("attempt {}", key.attempt));
+        }
+        self.open = true;
+        self.record = Record::default();
+        self.collecting = true;
+        self.account_at_begin = self.account;
+        self.analysed = None;
+        Ok(())
+    }
+
+    fn end_trial(&mut self, end: &TrialEnd) {
+        // A completed trial's recording goes on until its last data are in.
+        if let TrialEnd::Interrupted { interruption } = end {
+            self.collecting = false;
+            self.due = None;
+            let kind = match interruption {
+                Interruption::Paused => EventKind::Pause,
+                Interruption::Redo => EventKind::Redo,
+                _ => EventKind::Abort,
+            };
+            self.mark(kind, interruption.to_string());
+            self.send(RecordingCommand::End(end.into()));
+        }
+    }
+
+    fn judged(&mut self, key: &TrialKey, verdict: &Verdict) {
+        let analysis = self.analysed.take();
+        let shown = screen_words::verdict(key, self.machine.protocol(), verdict, analysis.as_ref());
+        self.wiring.front.show(tui::Event::Verdict(shown));
+    }
+
+    fn tell(&mut self, event: SessionEvent) {
+        match &event.kind {
+            SessionEventKind::SessionStarted {
+                resumed_attempts: 1..,
+                ..
+            } => self.resumed = Some("after the program's end"),
+            SessionEventKind::CommandRefused { because, .. } => {
+                self.log(Level::Warning, format!("not now: {because}"))
+            }
+            SessionEventKind::FingerLiftedEarly => {
+                self.log(Level::Info, "finger lifted during the countdown")
+            }
+            SessionEventKind::FingerNotLifted => {
+                self.log(Level::Warning, "the finger stayed on the plate")
+            }
+            SessionEventKind::SafetyTripped { reason } => {
+                let text = format!("drive stopped: {reason}");
+                self.mark(stop_kind(&self.safety), reason);
+                self.log(Level::Error, text);
+            }
+            _ => {}
+        }
+        self.journal(event);
+    }
+
+    fn show(&mut self, view: ParticipantView, tone: Option<Tone>) {
+        let phase = screen_words::phase(&self.machine, &view);
+        if self.phase.as_ref() != Some(&phase) {
+            self.wiring.front.show(tui::Event::Phase(phase.clone()));
+            self.phase = Some(phase);
+        }
+        if tone.is_some() || self.view.as_ref() != Some(&view) {
+            let shown =
+                screen_words::participant(&view, self.machine.protocol(), self.bench.config());
+            for watcher in &mut self.wiring.watchers {
+                watcher(&shown, view.button, tone);
+            }
+            self.wiring.front.show(tui::Event::Participant(shown));
+            self.view = Some(view);
+        }
+    }
+
+    fn feed_screen(&mut self, now_ns: u64) {
+        if now_ns >= self.screen_due_ns {
+            self.screen_due_ns = now_ns + SCREEN_PERIOD_NS;
+            let slider_m = self.view.as_ref().and_then(|view| view.slider_m);
+            if let Some(live) = self.meter.live(slider_m) {
+                let live = screen_words::with_contact(live, self.contact.latest());
+                self.wiring.front.show(tui::Event::Live(live));
+            }
+        }
+        let Wiring {
+            gauges,
+            gauge,
+            study_folder,
+            ..
+        } = &self.wiring;
+        let free = || recording::study::free_bytes(study_folder).ok();
+        let rate_hz = self.bench.config().audio.rate_hz;
+        if let Some(health) =
+            self.meter
+                .health(now_ns, &self.account, gauges, Some(gauge), rate_hz, free)
+        {
+            self.wiring.front.show(tui::Event::Health(health));
+            let shown = safety_event(&self.safety, self.wiring.drive.sounds());
+            self.wiring.front.show(shown);
+        }
+    }
+
+    /// A session without an operator ends where one would be needed.
+    fn nobody_to_ask(&mut self) {
+        if !self.unattended || self.ended.is_some() {
+            return;
+        }
+        match self.machine.phase() {
+            Phase::Fault | Phase::Paused => self.wiring.stop.raise(),
+            Phase::Consent if self.commands.is_empty() => self.wiring.stop.raise(),
+            _ => {}
+        }
+    }
+
+    fn reason(&self) -> Option<String> {
+        if let Some(failure) = self.wiring.stop.failure() {
+            return Some(failure.to_owned());
+        }
+        match (&self.safety, &self.ended) {
+            (_, Some(SessionOutcome::Completed { .. })) => None,
+            (SafetyState::Tripped { trip }, _) => Some(trip.to_string()),
+            (_, Some(SessionOutcome::Aborted { .. })) => Some("aborted by the operator".to_owned()),
+            (_, None) => Some(match self.machine.phase() {
+                Phase::Paused => {
+                    "the participant did not do as told in time, and nobody was there to go on"
+                        .to_owned()
+                }
+                _ => "stopped before its end".to_owned(),
+            }),
+        }
+    }
+}
+
+/// The event of a stop, by its reason.
+fn stop_kind(safety: &SafetyState) -> EventKind {
+    match safety {
+        SafetyState::Tripped {
+            trip: Trip::EmergencyStop | Trip::Operator,
+        } => EventKind::EmergencyStop,
+        SafetyState::Tripped {
+            trip: Trip::Readback { .. } | Trip::ReadbackMissing | Trip::AliveWhileDisarmed { .. },
+        } => EventKind::ReadbackMismatch,
+        _ => EventKind::Safe,
+    }
+}
+
+impl Task for SessionTask {
+    fn name(&self) -> &'static str {
+        "session"
+    }
+
+    fn period(&self) -> Duration {
+        Duration::from_millis(2)
+    }
+
+    fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        let safety = self.wiring.signals.state.get().unwrap_or_default();
+        if safety != self.safety {
+            self.safety = safety;
+            let shown = safety_event(&self.safety, self.wiring.drive.sounds());
+            self.wiring.front.show(shown);
+        }
+        self.wiring.drive.poll(&self.safety);
+        self.take_batches();
+        self.take_notices();
+        self.take_fits();
+        self.take_actions();
+        self.analyse();
+        self.step()?;
+        self.feed_screen(now_ns);
+        self.nobody_to_ask();
+        if self.ended.is_some() && self.unattended && !self.open {
+            self.wiring.stop.raise();
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self) -> anyhow::Result<()> {
+        self.wiring.drive.stop();
+        if self.open {
+            let reason = self.reason().unwrap_or_default();
+            self.send(RecordingCommand::End(Ending::Interrupted { reason }));
+        }
+        let reason = self.reason();
+        let completed = matches!(self.ended, Some(SessionOutcome::Completed { .. }));
+        let status = match (&self.ended, &self.safety) {
+            (Some(SessionOutcome::Completed { .. }), _) => ExitStatus::Success,
+            _ if self.wiring.stop.failure().is_some() => ExitStatus::Fail,
+            (_, SafetyState::Tripped { .. }) => ExitStatus::Fail,
+            _ => ExitStatus::Abort,
+        };
+        let _ = self.wiring.journal.send(Entry::Stop {
+            status,
+            reason: reason.clone(),
+        });
+        self.wiring.front.show(tui::Event::Close);
+        let summary = self.machine.summary();
+        let _ = self.report.send(Report {
+            summary,
+            account: self.account,
+            completed,
+            reason,
+        });
+        Ok(())
+    }
+}

@@ -1,0 +1,65 @@
+//! What a session is wired to.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use analysis::trial_fit::{FitReport, FitRequest};
+use console::Front;
+use crossbeam_channel::{Receiver, Sender};
+use devices::Gauges;
+use devices::acquisition::RecordingCommand;
+use devices::drive::Drive;
+use devices::sound::Sound;
+use protocols::TrialKey;
+use recording::pipeline::Batch;
+use recording::recorder::{Begin, RecorderGauge, RecorderNotice};
+use safety::Signals;
+use signalgen::Program;
+use tasks::StopFlag;
+
+use crate::apparatus::Watcher;
+use crate::journal::Entry;
+use crate::readiness::Readiness;
+
+/// Makes the manifest and the folder of an attempt's recording.
+pub type BeginRecording =
+    Box<dyn FnMut(&TrialKey, &protocols::Drive) -> anyhow::Result<Begin> + Send>;
+
+/// Makes a program of a protocol's drive.
+pub type Admit = Box<dyn Fn(&protocols::Drive) -> anyhow::Result<Program> + Send>;
+
+/// What a session is wired to.
+pub struct Wiring {
+    /// From the acquisition.
+    pub batches: Receiver<Batch>,
+    /// To the acquisition.
+    pub recording: Sender<RecordingCommand>,
+    /// From the recorder.
+    pub notices: Receiver<RecorderNotice>,
+    /// The recorder's gauge.
+    pub gauge: RecorderGauge,
+    /// Where the study is, whose disk fills.
+    pub study_folder: PathBuf,
+    /// The drive.
+    pub drive: Drive,
+    /// How the participant says "ready".
+    pub readiness: Readiness,
+    /// The operator.
+    pub front: Box<dyn Front>,
+    /// The participant's eyes and ears.
+    pub watchers: Vec<Watcher>,
+    /// The participant's loudspeaker.
+    pub sound: Option<Sound>,
+    /// The session's log.
+    pub journal: Sender<Entry>,
+    /// Fits what a trial says about the contact.
+    pub refits: Sender<FitRequest>,
+    /// What came of it.
+    pub fits: Receiver<FitReport>,
+    /// What the safety watch judges.
+    pub signals: Arc<Signals>,
+    /// Gauges for the screen.
+    pub gauges: Arc<Gauges>,
+    /// Ends the bench.
+    pub stop: StopFlag,
+}

@@ -45,8 +45,9 @@ impl Found {
     }
 }
 
-/// Modules and names that are being looked up: globs and imports may lead back to them.
-type Seen = BTreeSet<(usize, String)>;
+/// Modules and names that are being looked up, and whether a path goes on after the name: globs and imports may lead back to
+/// them. `pub use gap::gap` takes a function of the name that its first step has as a module.
+type Seen = BTreeSet<(usize, String, bool)>;
 
 /// Returns the edges between the crate's files, and the paths that lead to nothing known.
 ///
@@ -205,8 +206,9 @@ fn walk(
     seen: &mut Seen,
     function: Option<usize>,
 ) -> Found {
-    let first = look_up(tree, module, &path[0], seen, function);
-    if path.len() == 1 {
+    let goes_on = path.len() > 1;
+    let first = look_up(tree, module, (&path[0], goes_on), seen, function);
+    if !goes_on {
         return first;
     }
     let mut found = Found {
@@ -232,12 +234,13 @@ fn walk(
 fn look_up(
     tree: &Tree,
     index: usize,
-    name: &str,
+    (name, goes_on): (&str, bool),
     seen: &mut Seen,
     function: Option<usize>,
 ) -> Found {
     let mut found = Found::default();
-    if !seen.insert((index, name.to_owned())) {
+    let looking = (index, name.to_owned(), goes_on);
+    if !seen.insert(looking.clone()) {
         return found;
     }
     let module = &tree.modules[index];
@@ -264,14 +267,20 @@ fn look_up(
     }
     if found.is_empty() {
         for import in imports().filter(|import| import.name.is_none()) {
-            found.add(through_glob(tree, index, import, name, seen));
+            found.add(through_glob(tree, index, import, (name, goes_on), seen));
         }
     }
-    seen.remove(&(index, name.to_owned()));
+    seen.remove(&looking);
     found
 }
 
-fn through_glob(tree: &Tree, from: usize, glob: &Import, name: &str, seen: &mut Seen) -> Found {
+fn through_glob(
+    tree: &Tree,
+    from: usize,
+    glob: &Import,
+    name: (&str, bool),
+    seen: &mut Seen,
+) -> Found {
     // The glob's own path is looked up afresh: it may pass the very name that is looked for.
     let from_where = resolve(tree, from, &glob.path, &mut seen.clone());
     let mut found = Found {
@@ -284,7 +293,7 @@ fn through_glob(tree: &Tree, from: usize, glob: &Import, name: &str, seen: &mut 
             Target::Item { file, name: of } => {
                 let has_variant = tree.modules.iter().any(|module| {
                     let variants = module.body.items.get(&of).filter(|_| module.file == file);
-                    variants.is_some_and(|variants| variants.iter().any(|v| v == name))
+                    variants.is_some_and(|variants| variants.iter().any(|v| v == name.0))
                 });
                 if has_variant {
                     found.targets.insert(Target::Item { file, name: of });

@@ -93,6 +93,23 @@ fn a_re_export_leads_to_the_file_that_defines() {
 }
 
 #[test]
+fn a_function_of_its_modules_name_is_found_through_its_re_export() {
+    let ties = only_circle(&[
+        ("lib.rs", "mod a;\nmod figures;"),
+        (
+            "a.rs",
+            "use crate::figures;\npub struct A;\npub fn f() { figures::model(&A) }",
+        ),
+        ("figures/mod.rs", "mod model;\npub use model::model;"),
+        (
+            "figures/model.rs",
+            "use crate::a::A;\npub fn model(_: &A) {}",
+        ),
+    ]);
+    assert_eq!(ties, ["a.rs > model.rs: model", "model.rs > a.rs: A"]);
+}
+
+#[test]
 fn a_parent_that_re_exports_closes_no_circle() {
     no_circle(&[
         ("lib.rs", "mod house;\npub use house::*;"),

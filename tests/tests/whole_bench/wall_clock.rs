@@ -113,7 +113,8 @@ fn hardware(set: &'static [(f64, i64)]) -> Hardware {
 
 /// Holds a session and returns its folder.
 fn session(study: &Path, set: &'static [(f64, i64)]) -> PathBuf {
-    let config = Config::parse(include_str!("../../bench/mock-bench.toml"), "bench.toml").unwrap();
+    let config =
+        Config::parse(include_str!("../../../bench/mock-bench.toml"), "bench.toml").unwrap();
     let options = cli::Run {
         hardware: cli::Hardware {
             config: None,

@@ -13,8 +13,6 @@ use std::time::Duration;
 use bench_tests::program::bench;
 use bench_tests::running::{Running, until};
 use bench_tests::session::{SessionFolder, config_with, demo_with, finish, text, unattended};
-use config::Config;
-use devices::claim::Claim;
 use recording::RecordingReader;
 use rustix::process::Signal;
 use tempfile::TempDir;
@@ -22,13 +20,13 @@ use tempfile::TempDir;
 const MINUTE: Duration = Duration::from_secs(60);
 
 /// A folder to try things in, with no `bench.toml`.
-fn room() -> (TempDir, PathBuf) {
+pub fn room() -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let study = folder.path().join("study");
     (folder, study)
 }
 
-fn refused(output: &Output, words: &[&str]) {
+pub fn refused(output: &Output, words: &[&str]) {
     let printed = text(output);
     let code = output.status.code();
     assert!(
@@ -49,13 +47,13 @@ fn refused(output: &Output, words: &[&str]) {
 }
 
 /// Refused, and the study not even begun.
-fn refused_before_anything_is_made(command: &mut Command, study: &Path, words: &[&str]) {
+pub fn refused_before_anything_is_made(command: &mut Command, study: &Path, words: &[&str]) {
     refused(&finish(command), words);
     assert!(!study.exists(), "{} was made", study.display());
 }
 
 /// A session on what `config` describes, with all that a session needs.
-fn uncalibrated(study: &Path, config: &Path) -> Command {
+pub fn uncalibrated(study: &Path, config: &Path) -> Command {
     let mut run = bench();
     run.args(["run", "--headless", "--uncalibrated"])
         .args(["--participant", "sub-01", "--consent-by", "K", "--study"])
@@ -537,87 +535,6 @@ fn monitor_drives_only_what_passes_the_preflight() {
     }
     let printed = text(&monitor(&[], &drive));
     assert!(!printed.contains("preflight"), "{printed}");
-}
-
-#[test]
-fn a_second_instance_on_the_same_study() {
-    let (folder, study) = room();
-    // Of ten minutes, and not in real time, where a starved computer may end it.
-    let protocol = Path::new(env!("CARGO_MANIFEST_DIR")).join("protocols/long.toml");
-    let mut first = unattended(&study, "sub-01", protocol);
-    let mut first = Running::start(&mut first, &folder.path().join("output"));
-    let log = study.join("sub-01/ses-01/events.jsonl");
-    let began = first.wait_for(MINUTE, || log.is_file().then_some(()));
-    assert!(began.is_some(), "{}", first.output());
-    let second = finish(&mut unattended(&study, "sub-02", "demo"));
-    refused(&second, &["in use", &first.pid().to_string()]);
-    assert!(!study.join("sub-02").exists());
-    assert!(first.ended().is_none(), "the first one goes on");
-}
-
-#[test]
-fn a_second_instance_on_the_same_hardware() {
-    let (folder, study) = room();
-    let own = folder.path().file_name().unwrap().to_string_lossy();
-    let card = format!("\"hw:CARD=Absent{own}\"");
-    let port = format!("\"{}\"", folder.path().join("port").display());
-    let changes = [
-        ("\"sim\"", &*card),
-        ("\"sim\"", &*card),
-        ("\"/dev/ttyUSB0\"", &*port),
-    ];
-    let config = config_with(folder.path(), &changes);
-    // The other instance is this test: on the same card with another sensor, then on the same sensor with another card.
-    let first = |changed: &str| {
-        let text = fs::read_to_string(&config).unwrap();
-        let other = text.replace(changed, &changed.replacen('"', "\"x", 1));
-        Claim::take(&Config::parse(&other, "bench.toml").unwrap()).unwrap()
-    };
-    let me = format!("(process {})", std::process::id());
-    for (changed, words) in [
-        (&port, ["the sound card hw:CARD=Absent", &me]),
-        (&card, ["the force sensor's port", &me]),
-    ] {
-        let held = first(changed);
-        let mut run = uncalibrated(&study, &config);
-        refused_before_anything_is_made(&mut run, &study, &words);
-        let mut check = bench();
-        check.args(["check", "--quick", "--config"]).arg(&config);
-        let checked = finish(&mut check);
-        assert_eq!(checked.status.code(), Some(1));
-        let printed = text(&checked);
-        assert!(
-            printed.contains("FAILED  hardware") && printed.contains(words[0]),
-            "{printed}"
-        );
-        drop(held);
-    }
-    // A simulated bench is everybody's own, whatever its description names.
-    let simulated = folder.path().join("simulated");
-    fs::create_dir(&simulated).unwrap();
-    let simulated = config_with(&simulated, &changes[2..]);
-    let text_of = fs::read_to_string(&simulated).unwrap();
-    let held =
-        Claim::take(&Config::parse(&text_of.replace("\"sim\"", &card), "bench.toml").unwrap());
-    let mut monitor = bench();
-    monitor
-        .args(["monitor", "--mock", "--headless", "--speed", "max"])
-        .args(["--duration-s", "0.1", "--config"])
-        .arg(&simulated);
-    let output = finish(&mut monitor);
-    assert!(output.status.success(), "{}", text(&output));
-    drop(held.unwrap());
-    // It goes with its holder.
-    let words = ["no output device matches", "hw:CARD=Absent"];
-    let mut run = uncalibrated(&study, &config);
-    refused_before_anything_is_made(&mut run, &study, &words);
-    for entry in fs::read_dir(devices::claim::folder()).unwrap() {
-        let path = entry.unwrap().path();
-        let name = path.to_string_lossy().into_owned();
-        if name.contains("friction-bench-") && name.contains(&*own) {
-            fs::remove_file(path).unwrap();
-        }
-    }
 }
 
 #[test]

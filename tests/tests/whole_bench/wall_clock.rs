@@ -16,7 +16,7 @@ use devices::sound::Tone;
 use friction_bench::cli;
 use friction_bench::gpio::{Lines, input, output};
 use friction_bench::run::{Plan, run};
-use friction_bench::session::Watcher;
+use friction_bench::apparatus::Watcher;
 use jiff::{SignedDuration, Timestamp};
 use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig, Senses};
 use mock_hw::clock::Pace;
@@ -113,7 +113,8 @@ fn hardware(set: &'static [(f64, i64)]) -> Hardware {
 
 /// Holds a session and returns its folder.
 fn session(study: &Path, set: &'static [(f64, i64)]) -> PathBuf {
-    let config = Config::parse(include_str!("../../bench/mock-bench.toml"), "bench.toml").unwrap();
+    let config =
+        Config::parse(include_str!("../../../bench/mock-bench.toml"), "bench.toml").unwrap();
     let options = cli::Run {
         hardware: cli::Hardware {
             config: None,

@@ -3,15 +3,17 @@
 
 use std::path::Path;
 
-use analysis::estimate::{Estimated, Method};
-use analysis::model_check::quantile;
-use analysis::{Settings, analyse, find};
+use bench_tests::campaign;
 use bench_tests::program::{bench, protocol};
 use bench_tests::session::{finish, text};
 use bench_tests::truth::Skin;
+use analysis::estimate::{Estimated, Method};
+use analysis::model_check::quantile;
+use analysis::{Settings, analyse, find};
 use rayon::prelude::*;
 
-const PARTICIPANTS: u64 = 50;
+/// Participants in every test run; `FRICTION_BENCH_PARTICIPANTS` asks for more.
+const PARTICIPANTS: usize = 50;
 /// Levitation lag of the simulated film at rest, s (`film.lag_s` of the scenario).
 const TAU_S: f64 = 1e-3;
 
@@ -84,7 +86,8 @@ fn quantiles(errors: &[Errors], of: impl Fn(&Errors) -> f64) -> (f64, f64) {
 #[test]
 fn both_methods_meet_their_error_quantiles_over_fifty_participants() {
     let folder = tempfile::tempdir().expect("a folder");
-    let found: Vec<_> = (1..=PARTICIPANTS)
+    let participants = campaign::repeats("FRICTION_BENCH_PARTICIPANTS", PARTICIPANTS);
+    let found: Vec<_> = (1..=participants as u64)
         .into_par_iter()
         .map(|seed| participant(seed, folder.path()))
         .collect();
@@ -107,7 +110,26 @@ fn both_methods_meet_their_error_quantiles_over_fifty_participants() {
         );
     }
 
-    assert!(with_instances >= 50, "{with_instances} participants");
+    let text = |name: &str, of: fn(&Errors) -> f64| {
+        let (median, p90) = quantiles(&dynamic, of);
+        format!("{name} {median:.2e}, {p90:.2e}")
+    };
+    campaign::found(
+        "virtual participants",
+        participants,
+        &format!(
+            "{with_instances} with instances, {} instances; errors of `dynamic`, median and 90th percentile: {}; {}; {}; {}",
+            dynamic.len(),
+            text("sigma_t", |e| e.sigma_t),
+            text("Z_t", |e| e.z_t),
+            text("tau (s)", |e| e.tau_s),
+            text("mu", |e| e.mu),
+        ),
+    );
+    assert!(
+        with_instances >= participants,
+        "{with_instances} participants"
+    );
     assert!(
         dynamic.len() >= 5 * with_instances,
         "{} instances",

@@ -368,9 +368,11 @@ fn an_operator_is_guided_through_the_pickups_calibration_and_measures_a_point_ag
     terminal.shows(&["calibrate pickup", "passed", "wrote calibration.toml"]);
     let (calibration, _) = Calibration::read(&folder.join("calibration.toml")).unwrap();
     let measured = calibration.pickup.unwrap();
-    let truth = Scenario::parse(include_str!("../../mock-hw/scenarios/bench-unknown.toml"))
-        .unwrap()
-        .realised(SEED);
+    let truth = Scenario::parse(include_str!(
+        "../../../mock-hw/scenarios/bench-unknown.toml"
+    ))
+    .unwrap()
+    .realised(SEED);
     let error = measured.metres_per_unit.value / truth.pickup.metres_per_unit - 1.0;
     assert!(error.abs() < 3e-3, "{error}");
     assert_eq!(measured.points, 4);

@@ -8,13 +8,16 @@ use std::path::Path;
 use std::process::{Command, ExitStatus};
 use std::time::Duration;
 
+use bench_tests::campaign;
 use bench_tests::program::{bench, friction_bench, protocol};
 use bench_tests::recorded::Recording;
 use bench_tests::running::Running;
 use bench_tests::session::{SessionFolder, demo_with, finish, patient_config, text, unattended};
 use recording::manifest::End;
-use recording::study::event_log::ExitStatus as Ended;
 use recording::{RecordingReader, SIGNALS_FILE};
+use recording::study::event_log::ExitStatus as Ended;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 
 const MINUTE: Duration = Duration::from_secs(60);
@@ -64,10 +67,31 @@ fn one_trial(study: &Path) -> Command {
 #[test]
 fn a_file_size_limit_in_a_trial_stops_the_drive_and_keeps_what_is_recorded() {
     // A frame of 16 bytes does not divide it.
-    const LIMIT: u64 = 16_001;
+    filled_up(16_001);
+}
+
+/// Full disks at random moments in every test run; `FRICTION_BENCH_FULL_DISKS` asks for more.
+const FULL_DISKS: usize = 2;
+
+#[test]
+fn a_file_size_limit_at_a_random_moment_of_a_trial_does_too() {
+    let disks = campaign::repeats("FRICTION_BENCH_FULL_DISKS", FULL_DISKS);
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let recorded_s = (0..disks).map(|_| filled_up(rng.random_range(8_000..28_000)));
+    let (least, greatest) = recorded_s.fold((f64::INFINITY, 0.0_f64), |(least, greatest), s| {
+        (least.min(s), greatest.max(s))
+    });
+    let text = format!(
+        "each kept what was recorded, {least:.1} to {greatest:.1} s, and the session was resumed"
+    );
+    campaign::found("full disks at random moments", disks, &text);
+}
+
+/// Holds a session whose files may have `limit` units to stopping and keeping what is recorded; the seconds of it.
+fn filled_up(limit: u64) -> f64 {
     let folder = tempfile::tempdir().unwrap();
     let study = folder.path().join("study");
-    let output = finish(&mut limited(&one_trial(&study), LIMIT));
+    let output = finish(&mut limited(&one_trial(&study), limit));
     let printed = text(&output);
     let words = ["STOPPED", "failed", "a limit on file sizes", "ended early"];
     failed(output.status, &printed, &words);
@@ -91,7 +115,7 @@ fn a_file_size_limit_in_a_trial_stops_the_drive_and_keeps_what_is_recorded() {
     // As many whole frames as the limit lets in.
     let frame_bytes = 4 * recording.channels as u64;
     let bytes = broken.join(SIGNALS_FILE).metadata().unwrap().len();
-    let limit_bytes = LIMIT * LIMIT_UNIT;
+    let limit_bytes = limit * LIMIT_UNIT;
     assert!(
         (bytes..bytes + frame_bytes).contains(&limit_bytes),
         "{bytes}"
@@ -107,6 +131,7 @@ fn a_file_size_limit_in_a_trial_stops_the_drive_and_keeps_what_is_recorded() {
     assert!(output.status.success(), "{}", text(&output));
     let session = SessionFolder::read(&study, "sub-01").unwrap();
     assert_eq!(saved(&session), ["trial-001_attempt-2"]);
+    recording.duration_s()
 }
 
 /// All rows of a recording's force can be read, and the last are of the end of its audio.

@@ -11,6 +11,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
+use bench_tests::campaign;
 use bench_tests::running::Running;
 use bench_tests::session::{SessionFolder, demo_with, finish, text, unattended};
 use rand::{RngExt, SeedableRng};
@@ -25,6 +26,7 @@ use rustix::process::Signal;
 use serde_json::Value;
 use tempfile::TempDir;
 
+/// Kills in every test run; `FRICTION_BENCH_KILLS` asks for more.
 const KILLS: usize = 150;
 /// A kill takes no more than this of a recording.
 const LOSS_S: f64 = 1.0;
@@ -165,6 +167,7 @@ fn kills_at_random_moments_take_at_most_a_second_each() {
     // Resumed sessions reach the rest of it.
     let longest = begin.elapsed() / 2;
 
+    let wanted = campaign::repeats("FRICTION_BENCH_KILLS", KILLS);
     let (kills, seen) = (AtomicUsize::new(0), Mutex::new(Seen::default()));
     let cores = std::thread::available_parallelism().unwrap().get();
     std::thread::scope(|scope| {
@@ -172,7 +175,7 @@ fn kills_at_random_moments_take_at_most_a_second_each() {
             let (kills, seen, order) = (&kills, &seen, &order);
             scope.spawn(move || {
                 let mut rng = ChaCha8Rng::seed_from_u64(seed);
-                while kills.load(Ordering::Relaxed) < KILLS {
+                while kills.load(Ordering::Relaxed) < wanted {
                     let place = Place::new();
                     while killed(&place, Moment::random(&mut rng, longest), seen) {
                         kills.fetch_add(1, Ordering::Relaxed);
@@ -184,11 +187,12 @@ fn kills_at_random_moments_take_at_most_a_second_each() {
         }
     });
     let (kills, seen) = (kills.into_inner(), seen.into_inner().unwrap());
-    println!(
-        "{kills} kills in {:.0} s: {seen:?}",
-        begin.elapsed().as_secs_f64()
+    campaign::found(
+        "kills at random moments",
+        kills,
+        &format!("{seen:?} in {:.0} s", begin.elapsed().as_secs_f64()),
     );
-    assert!(seen.in_a_recording > KILLS / 10, "{seen:?}");
+    assert!(seen.in_a_recording > wanted / 10, "{seen:?}");
 }
 
 /// Starts or resumes the session and kills it, which must leave it readable; false when it came to its end before.

@@ -1,0 +1,160 @@
+//! The modules of a crate, read from its root file down through every `mod`.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use super::code::{Body, Declared};
+
+/// A crate's modules and the files that they stand in.
+#[derive(Debug)]
+pub struct Tree {
+    /// Files, the root first.
+    pub files: Vec<PathBuf>,
+    /// Modules, the root first.
+    pub modules: Vec<Module>,
+}
+
+/// One module.
+#[derive(Debug)]
+pub struct Module {
+    /// The module that declares it; `None` for the root.
+    pub parent: Option<usize>,
+    /// The file that holds its code.
+    pub file: usize,
+    /// Whether it is compiled for tests alone.
+    pub test: bool,
+    /// Modules that it declares, by name: several where `cfg` chooses one of them.
+    pub children: BTreeMap<String, Vec<usize>>,
+    /// Its code.
+    pub body: Body,
+}
+
+/// A source tree that cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum Unreadable {
+    /// A file or folder cannot be read.
+    #[error("cannot read {path}: {error}")]
+    Disk {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        error: std::io::Error,
+    },
+    /// A file is not Rust.
+    #[error("cannot parse {path}: {error}")]
+    NotRust {
+        /// The file.
+        path: PathBuf,
+        /// What the parser said.
+        error: syn::Error,
+    },
+    /// A module's file does not exist.
+    #[error("{file} declares `mod {name};`, which has no file")]
+    NoFile {
+        /// The declaring file.
+        file: PathBuf,
+        /// The module.
+        name: String,
+    },
+}
+
+impl Tree {
+    /// Reads the crate whose root file is `root`.
+    ///
+    /// # Errors
+    /// When a file cannot be read or parsed, or a declared module has no file.
+    pub fn read(root: &Path) -> Result<Self, Unreadable> {
+        let mut tree = Self {
+            files: Vec::new(),
+            modules: Vec::new(),
+        };
+        let folder = root.parent().unwrap_or(Path::new("")).to_owned();
+        tree.file(root, &folder, None, false)?;
+        Ok(tree)
+    }
+
+    /// Reads a module's file, whose own modules lie in `folder`.
+    fn file(
+        &mut self,
+        path: &Path,
+        folder: &Path,
+        parent: Option<usize>,
+        test: bool,
+    ) -> Result<usize, Unreadable> {
+        let text = std::fs::read_to_string(path).map_err(|error| Unreadable::Disk {
+            path: path.to_owned(),
+            error,
+        })?;
+        let parsed = syn::parse_file(&text).map_err(|error| Unreadable::NotRust {
+            path: path.to_owned(),
+            error,
+        })?;
+        let file = self.files.len();
+        self.files.push(path.to_owned());
+        self.module(Body::new(&parsed.items), file, folder, parent, test)
+    }
+
+    fn module(
+        &mut self,
+        mut body: Body,
+        file: usize,
+        folder: &Path,
+        parent: Option<usize>,
+        test: bool,
+    ) -> Result<usize, Unreadable> {
+        let declared = std::mem::take(&mut body.modules);
+        let index = self.modules.len();
+        self.modules.push(Module {
+            parent,
+            file,
+            test,
+            children: BTreeMap::new(),
+            body,
+        });
+        for child in declared {
+            let name = child.name.clone();
+            let children = self.declared(child, index, file, folder)?;
+            let known = self.modules[index].children.entry(name).or_default();
+            known.extend(children);
+        }
+        Ok(index)
+    }
+
+    /// Reads what `mod name;` or `mod name { … }` declares: several modules where `cfg` chooses among files.
+    fn declared(
+        &mut self,
+        child: Declared,
+        parent: usize,
+        file: usize,
+        folder: &Path,
+    ) -> Result<Vec<usize>, Unreadable> {
+        let test = child.test || self.modules[parent].test;
+        let below = folder.join(&child.name);
+        if let Some(body) = child.body {
+            let module = self.module(body, file, &below, Some(parent), test)?;
+            return Ok(vec![module]);
+        }
+        let declaring = self.files[file].clone();
+        let beside = declaring.parent().unwrap_or(Path::new(""));
+        // With the folder of the file's own modules.
+        let mut candidates: Vec<_> = child.paths.iter().map(|path| beside.join(path)).collect();
+        candidates.push(below.join("mod.rs"));
+        let mut candidates: Vec<_> = candidates
+            .into_iter()
+            .map(|path| (path.parent().unwrap_or(Path::new("")).to_owned(), path))
+            .collect();
+        let named = folder.join(format!("{}.rs", child.name));
+        candidates.push((below, named));
+        candidates.retain(|(_, path)| path.is_file());
+        if candidates.is_empty() {
+            return Err(Unreadable::NoFile {
+                file: declaring,
+                name: child.name,
+            });
+        }
+        candidates
+            .iter()
+            .map(|(below, path)| self.file(path, below, Some(parent), test))
+            .collect()
+    }
+}

@@ -1,0 +1,268 @@
+//! Packages of the workspace, what they use, and the table of ARCHITECTURE.md that says what they may.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use cargo_metadata::{DependencyKind, MetadataCommand};
+
+/// A package of the workspace.
+#[derive(Debug, Clone)]
+pub struct Package {
+    /// Its name.
+    pub name: String,
+    /// Where its Cargo.toml lies.
+    pub folder: PathBuf,
+    /// Root file of its library, if it has one.
+    pub library: Option<PathBuf>,
+    /// Root files of its binaries.
+    pub binaries: Vec<PathBuf>,
+    /// Packages of the workspace that it uses.
+    pub uses: BTreeSet<String>,
+    /// Packages of the workspace that only its tests, benchmarks and examples use.
+    pub tests_use: BTreeSet<String>,
+    /// All packages that it is built of, in any kind of target.
+    pub built_of: BTreeSet<String>,
+}
+
+impl Package {
+    /// Returns the folder of its source files.
+    pub fn source(&self) -> PathBuf {
+        self.folder.join("src")
+    }
+
+    /// Returns the root files of its library and binaries.
+    pub fn roots(&self) -> impl Iterator<Item = &Path> {
+        let roots = self.library.iter().chain(&self.binaries);
+        roots.map(PathBuf::as_path)
+    }
+}
+
+/// Returns the packages of the workspace in `folder`.
+///
+/// # Errors
+/// When cargo cannot read their manifests.
+pub fn packages(folder: &Path) -> Result<Vec<Package>, cargo_metadata::Error> {
+    let metadata = MetadataCommand::new()
+        .manifest_path(folder.join("Cargo.toml"))
+        .no_deps()
+        .exec()?;
+    let package = |package: &cargo_metadata::Package| {
+        let roots = |wanted: fn(&cargo_metadata::Target) -> bool| {
+            let targets = package.targets.iter().filter(move |target| wanted(target));
+            targets.map(|target| target.src_path.clone().into_std_path_buf())
+        };
+        let used = |test: bool, of_workspace: bool| {
+            package
+                .dependencies
+                .iter()
+                .filter(|used| (used.kind == DependencyKind::Development) == test)
+                .filter(|used| !of_workspace || used.path.is_some())
+                .map(|used| used.name.clone())
+                .collect::<BTreeSet<_>>()
+        };
+        let manifest = package.manifest_path.as_std_path();
+        let uses = used(false, true);
+        Package {
+            name: package.name.to_string(),
+            folder: manifest.parent().unwrap_or(Path::new("")).to_owned(),
+            library: roots(cargo_metadata::Target::is_lib).next(),
+            binaries: roots(cargo_metadata::Target::is_bin).collect(),
+            tests_use: used(true, true).difference(&uses).cloned().collect(),
+            uses,
+            built_of: used(false, false),
+        }
+    };
+    Ok(metadata.packages.iter().map(package).collect())
+}
+
+/// One row of the table "Allowed edges".
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Row {
+    /// The package.
+    pub package: String,
+    /// Packages that it may use.
+    pub uses: BTreeSet<String>,
+    /// Packages that its tests, benchmarks and examples may use too, from an optional third column.
+    pub tests_use: BTreeSet<String>,
+}
+
+/// An edge, row or package that the table and the workspace disagree on.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum Fault {
+    /// A package is not in the table.
+    #[error("`{package}` is missing from the table")]
+    NotInTable {
+        /// The package.
+        package: String,
+    },
+    /// The table has a row or names a package that the workspace does not have.
+    #[error("the table names `{package}`, which is no package of the workspace")]
+    NoSuchPackage {
+        /// The package.
+        package: String,
+    },
+    /// A package has two rows.
+    #[error("`{package}` has more than one row")]
+    Twice {
+        /// The package.
+        package: String,
+    },
+    /// A package uses what its row does not allow.
+    #[error("`{package}` uses `{used}`, which its row does not allow")]
+    NotAllowed {
+        /// The package.
+        package: String,
+        /// What it uses.
+        used: String,
+    },
+    /// The tests of a package use what its row allows neither to it nor to them.
+    #[error("the tests of `{package}` use `{used}`, which its row does not allow")]
+    NotAllowedInTests {
+        /// The package.
+        package: String,
+        /// What its tests use.
+        used: String,
+    },
+    /// A row allows a package that stands below it.
+    #[error("`{package}` may use `{used}`, which stands below it in the table")]
+    Upward {
+        /// The package.
+        package: String,
+        /// The package below.
+        used: String,
+    },
+}
+
+/// Returns the first names between backquotes of each cell of the table after the line `heading`.
+fn table(text: &str, heading: &str) -> Vec<Vec<String>> {
+    text.lines()
+        .skip_while(|line| *line != heading)
+        .skip_while(|line| !line.starts_with("| ---"))
+        .skip(1)
+        .take_while(|line| line.starts_with('|'))
+        .map(|line| line.split('|').skip(1).map(str::to_owned).collect())
+        .collect()
+}
+
+/// Returns the texts between backquotes.
+fn quoted(cell: &str) -> impl Iterator<Item = String> {
+    cell.split('`').skip(1).step_by(2).map(str::to_owned)
+}
+
+/// Reads the table "Allowed edges" of ARCHITECTURE.md.
+pub fn rows(architecture: &str) -> Vec<Row> {
+    let names = |cells: &[String], at: usize| -> BTreeSet<String> {
+        cells.get(at).into_iter().flat_map(|c| quoted(c)).collect()
+    };
+    table(architecture, "## Allowed edges")
+        .iter()
+        .map(|cells| Row {
+            package: quoted(&cells[0]).next().unwrap_or_default(),
+            uses: names(cells, 1),
+            tests_use: names(cells, 2),
+        })
+        .collect()
+}
+
+/// Returns the packages that the first table of ARCHITECTURE.md calls pure without reserve.
+pub fn pure_packages(architecture: &str) -> BTreeSet<String> {
+    table(architecture, "# Architecture")
+        .iter()
+        .filter(|cells| cells.get(3).is_some_and(|pure| pure.trim() == "yes"))
+        .filter_map(|cells| quoted(&cells[1]).next())
+        .collect()
+}
+
+/// Compares the table with the workspace. The table's order is that of the packages: each may use those above it alone.
+pub fn faults(rows: &[Row], packages: &[Package]) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    let exists = |name: &str| packages.iter().any(|package| package.name == name);
+    let mut above = BTreeSet::new();
+    for row in rows {
+        let package = row.package.clone();
+        if !exists(&package) {
+            let package = package.clone();
+            faults.push(Fault::NoSuchPackage { package });
+        }
+        for used in row.uses.union(&row.tests_use) {
+            let (package, used) = (package.clone(), used.clone());
+            if !exists(&used) {
+                faults.push(Fault::NoSuchPackage { package: used });
+            } else if !above.contains(&used) {
+                faults.push(Fault::Upward { package, used });
+            }
+        }
+        if !above.insert(package.clone()) {
+            faults.push(Fault::Twice { package });
+        }
+    }
+    for Package {
+        name,
+        uses,
+        tests_use,
+        ..
+    } in packages
+    {
+        let Some(row) = rows.iter().find(|row| row.package == *name) else {
+            let package = name.clone();
+            faults.push(Fault::NotInTable { package });
+            continue;
+        };
+        for used in uses.difference(&row.uses) {
+            let (package, used) = (name.clone(), used.clone());
+            faults.push(Fault::NotAllowed { package, used });
+        }
+        for used in tests_use.difference(&row.uses) {
+            if !row.tests_use.contains(used) {
+                let (package, used) = (name.clone(), used.clone());
+                faults.push(Fault::NotAllowedInTests { package, used });
+            }
+        }
+    }
+    faults
+}
+
+/// What each package of Cargo.lock is built of, on any system: name → names, all versions of a package as one.
+#[derive(Debug)]
+pub struct Lock(BTreeMap<String, BTreeSet<String>>);
+
+impl Lock {
+    /// Reads the text of Cargo.lock.
+    ///
+    /// # Errors
+    /// When it is not TOML.
+    pub fn parse(text: &str) -> Result<Self, toml::de::Error> {
+        let document: toml::Table = toml::from_str(text)?;
+        let mut lock = BTreeMap::<_, BTreeSet<_>>::new();
+        let packages = document.get("package").and_then(toml::Value::as_array);
+        for package in packages.into_iter().flatten() {
+            let Some(name) = package.get("name").and_then(toml::Value::as_str) else {
+                continue;
+            };
+            let built_of = package.get("dependencies").and_then(toml::Value::as_array);
+            // "name", or "name version" where there are several.
+            let names = built_of.into_iter().flatten();
+            let names = names.filter_map(|name| name.as_str()?.split(' ').next());
+            let known = lock.entry(name.to_owned()).or_default();
+            known.extend(names.map(str::to_owned));
+        }
+        Ok(Self(lock))
+    }
+
+    /// Returns everything that `package` is built of, its tests aside, directly or through others; each with the one before.
+    pub fn tree(&self, package: &str, packages: &[Package]) -> BTreeMap<String, String> {
+        let (mut tree, mut next) = (BTreeMap::new(), vec![package.to_owned()]);
+        while let Some(name) = next.pop() {
+            // Cargo.lock has what the tests of the workspace's own packages use too.
+            let own = packages.iter().find(|package| package.name == name);
+            let built_of = own.map_or_else(|| self.0.get(&name), |own| Some(&own.built_of));
+            for used in built_of.into_iter().flatten() {
+                if !tree.contains_key(used) {
+                    tree.insert(used.clone(), name.clone());
+                    next.push(used.clone());
+                }
+            }
+        }
+        tree
+    }
+}

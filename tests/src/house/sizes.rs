@@ -1,0 +1,82 @@
+//! Sizes of packages and files: every line of every `.rs` file counts, blank ones, comments and tests too.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// A package or file that is over its limit.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{path} has {lines} lines; the limit is {limit}")]
+pub struct TooLong {
+    /// The file, or the package's folder of source files.
+    pub path: PathBuf,
+    /// Its lines.
+    pub lines: usize,
+    /// The most it may have.
+    pub limit: usize,
+}
+
+/// Returns the `.rs` files in and below `folder`, without hidden folders and those in which cargo builds.
+///
+/// # Errors
+/// When a folder cannot be read.
+pub fn rust_files(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    let (mut files, mut folders) = (Vec::new(), vec![folder.to_owned()]);
+    while let Some(folder) = folders.pop() {
+        // Cargo marks its folder so.
+        if folder.join("CACHEDIR.TAG").exists() || folder.ends_with("target") {
+            continue;
+        }
+        for entry in std::fs::read_dir(&folder)? {
+            let path = entry?.path();
+            let hidden = path
+                .file_name()
+                .is_none_or(|name| name.to_string_lossy().starts_with('.'));
+            if path.is_dir() && !path.is_symlink() && !hidden {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                files.push(path);
+            }
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+/// Returns the lines of a file.
+///
+/// # Errors
+/// When it cannot be read.
+pub fn lines(file: &Path) -> io::Result<usize> {
+    Ok(std::fs::read_to_string(file)?.lines().count())
+}
+
+/// Returns the files in and below `folder` that have more than `limit` lines.
+///
+/// # Errors
+/// When one cannot be read.
+pub fn long_files(folder: &Path, limit: usize) -> io::Result<Vec<TooLong>> {
+    let mut found = Vec::new();
+    for path in rust_files(folder)? {
+        let lines = lines(&path)?;
+        if lines > limit {
+            found.push(TooLong { path, lines, limit });
+        }
+    }
+    Ok(found)
+}
+
+/// Returns the package's source folder when its files have more than `limit` lines together.
+///
+/// # Errors
+/// When one cannot be read.
+pub fn large_package(source: &Path, limit: usize) -> io::Result<Option<TooLong>> {
+    let mut all = 0;
+    for file in rust_files(source)? {
+        all += lines(&file)?;
+    }
+    Ok((all > limit).then(|| TooLong {
+        path: source.to_owned(),
+        lines: all,
+        limit,
+    }))
+}

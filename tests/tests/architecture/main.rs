@@ -1,0 +1,263 @@
+//! The rules of ARCHITECTURE.md, held to by the workspace as it is; and the checker itself, on small trees that break each rule.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+mod checker;
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use bench_tests::house::circles::survey;
+use bench_tests::house::packages::{Lock, Package, Row, faults, packages, pure_packages, rows};
+use bench_tests::house::sizes::{large_package, long_files, rust_files};
+use bench_tests::program::workspace;
+
+/// The most lines that the files in a package's `src` may have together, tests among them included.
+const PACKAGE_LINES: usize = 8_000;
+/// The most lines of any Rust file.
+const FILE_LINES: usize = 600;
+
+/// Packages that build on any machine, without sound, serial port or GPIO; `./dev portable` builds them.
+const PORTABLE: [&str; 8] = [
+    "strict",
+    "figures",
+    "impedance",
+    "metrology",
+    "contact",
+    "protocols",
+    "recording",
+    "analysis",
+];
+/// Libraries that reach the hardware.
+const HARDWARE: [&str; 6] = [
+    "alsa-sys",
+    "jack-sys",
+    "cpal",
+    "serialport",
+    "gpiocdev",
+    "rppal",
+];
+/// Packages that stand in for hardware and people, or test the whole.
+const AROUND: [&str; 2] = ["mock-hw", "bench-tests"];
+
+fn architecture() -> String {
+    std::fs::read_to_string(workspace().join("ARCHITECTURE.md")).unwrap()
+}
+
+fn all() -> Vec<Package> {
+    packages(workspace()).unwrap()
+}
+
+fn package(name: &str) -> Package {
+    let found = all().into_iter().find(|package| package.name == name);
+    found.unwrap_or_else(|| panic!("the workspace has no package `{name}`"))
+}
+
+/// `path` as seen from the workspace's folder.
+fn short(path: &Path) -> String {
+    let path = path.strip_prefix(workspace()).unwrap_or(path);
+    path.display().to_string()
+}
+
+/// Fails with all that was found wrong.
+fn none(found: Vec<String>) {
+    let place = format!("{}/", workspace().display());
+    let list = found.join("\n").replace(&place, "");
+    assert!(found.is_empty(), "{} found:\n{list}", found.len());
+}
+
+#[test]
+fn packages_use_only_what_the_table_allows_and_only_those_above_them() {
+    let rows = rows(&architecture());
+    assert!(!rows.is_empty(), "ARCHITECTURE.md has no table of edges");
+    let faults = faults(&rows, &all());
+    none(faults.iter().map(ToString::to_string).collect());
+}
+
+#[test]
+fn no_package_has_a_circle_of_files() {
+    let mut found = Vec::new();
+    for package in all() {
+        for root in package.roots() {
+            let survey = survey(root).unwrap_or_else(|error| panic!("{}: {error}", package.name));
+            let circles = survey.circles.iter().map(ToString::to_string);
+            found.extend(circles.map(|circle| format!("{}: {circle}", package.name)));
+            found.extend(survey.unresolved.iter().map(ToString::to_string));
+        }
+    }
+    none(found);
+}
+
+#[test]
+fn every_source_file_belongs_to_a_module() {
+    let mut found = Vec::new();
+    for package in all() {
+        let mut reached = BTreeSet::new();
+        for root in package.roots() {
+            reached.extend(survey(root).unwrap().files);
+        }
+        let files = rust_files(&package.source()).unwrap();
+        let strays = files.iter().filter(|file| !reached.contains(*file));
+        found.extend(strays.map(|file| format!("{}: no `mod` names it", short(file))));
+    }
+    none(found);
+}
+
+#[test]
+fn no_package_and_no_file_is_too_long() {
+    let mut found = long_files(workspace(), FILE_LINES).unwrap();
+    for package in all() {
+        found.extend(large_package(&package.source(), PACKAGE_LINES).unwrap());
+    }
+    none(found.iter().map(ToString::to_string).collect());
+}
+
+#[test]
+fn the_safety_watch_uses_tasks_alone() {
+    let safety = package("safety");
+    assert_eq!(safety.uses, ["tasks".to_owned()].into());
+    let allowed = |row: &Row| row.package == "safety" && row.uses == safety.uses;
+    assert!(rows(&architecture()).iter().any(allowed));
+}
+
+#[test]
+fn portable_packages_are_built_without_hardware() {
+    let lock = std::fs::read_to_string(workspace().join("Cargo.lock")).unwrap();
+    let (lock, all) = (Lock::parse(&lock).unwrap(), all());
+    let program = lock.tree("friction-bench", &all);
+    let mut found = Vec::new();
+    for library in HARDWARE {
+        assert!(program.contains_key(library), "nothing uses {library}");
+        for name in PORTABLE.map(package).map(|package| package.name) {
+            if let Some(through) = lock.tree(&name, &all).get(library) {
+                found.push(format!("`{name}` is built of {library}, through {through}"));
+            }
+        }
+    }
+    none(found);
+}
+
+#[test]
+fn clippy_keeps_pure_packages_from_input_and_output() {
+    let pure = pure_packages(&architecture());
+    assert!(pure.contains("impedance") && pure.contains("contact"));
+    let mut found = Vec::new();
+    for package in pure.iter().map(|name| package(name)) {
+        let file = package.folder.join("clippy.toml");
+        let Ok(text) = std::fs::read_to_string(&file) else {
+            found.push(format!("{}: the file does not exist", short(&file)));
+            continue;
+        };
+        let settings: toml::Table = toml::from_str(&text).unwrap();
+        let disallowed: BTreeSet<&str> = ["disallowed-methods", "disallowed-types"]
+            .iter()
+            .filter_map(|list| settings.get(*list)?.as_array())
+            .flatten()
+            .filter_map(|entry| entry.as_str().or_else(|| entry.get("path")?.as_str()))
+            .collect();
+        for module in ["fs", "net", "thread", "process", "time", "env"] {
+            let path = format!("std::{module}::");
+            if !disallowed.iter().any(|entry| entry.starts_with(&path)) {
+                found.push(format!("{}: disallows nothing of {path}", short(&file)));
+            }
+        }
+    }
+    none(found);
+}
+
+/// Source files of every package of the program.
+fn program_files() -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for package in all() {
+        if !AROUND.contains(&package.name.as_str()) {
+            files.extend(rust_files(&package.source()).unwrap());
+        }
+    }
+    files
+}
+
+/// Those of `files` whose code, comments aside, has one of `words` that no letter or digit precedes.
+fn having(files: Vec<PathBuf>, words: &[&str]) -> Vec<String> {
+    let part_of_a_name = |c: char| c.is_alphanumeric() || c == '_';
+    let has = |line: &str| {
+        let code = line.split("//").next().unwrap_or_default();
+        words.iter().any(|word| {
+            code.match_indices(word)
+                .any(|(at, _)| !code[..at].ends_with(part_of_a_name))
+        })
+    };
+    let files = files.into_iter().filter(|file| {
+        let text = std::fs::read_to_string(file).unwrap();
+        text.lines().any(has)
+    });
+    files.map(|file| short(&file)).collect()
+}
+
+#[test]
+fn the_simulated_apparatus_and_the_gpio_libraries_are_named_by_the_binary_alone() {
+    let program = package("friction-bench");
+    let library = survey(program.library.as_deref().unwrap()).unwrap().files;
+    let library: BTreeSet<_> = library.iter().map(|file| short(file)).collect();
+    let mut binary = BTreeSet::new();
+    for root in &program.binaries {
+        let files = survey(root).unwrap().files;
+        binary.extend(files.iter().map(|file| short(file)));
+    }
+    for name in ["mock_hw", "rppal", "gpiocdev", "gpiocdev_embedded_hal"] {
+        let files = having(program_files(), &[&format!("{name}::")]);
+        assert!(!files.is_empty(), "nothing uses {name}");
+        for file in files {
+            let alone = binary.contains(&file) && !library.contains(&file);
+            assert!(alone, "{file} names {name}");
+        }
+    }
+    for Package { name, uses, .. } in all() {
+        assert!(
+            !uses.contains("mock-hw") || ["friction-bench", "bench-tests"].contains(&name.as_str()),
+            "{name} uses mock-hw"
+        );
+    }
+}
+
+#[test]
+fn cpal_is_named_by_the_sound_card_of_signalgen_alone() {
+    let source = short(&package("signalgen").source());
+    let (file, folder) = (format!("{source}/audio.rs"), format!("{source}/audio/"));
+    let files = having(program_files(), &["cpal::"]);
+    assert!(!files.is_empty(), "nothing uses cpal");
+    for name in files {
+        assert!(
+            name == file || name.starts_with(&folder),
+            "{name} names cpal"
+        );
+    }
+}
+
+#[test]
+fn the_wall_clock_is_read_in_one_place_and_asked_by_those_who_write_dates() {
+    let readers = [
+        "SystemTime",
+        "Timestamp::now",
+        "Zoned::now",
+        "UtcDateTime",
+        "chrono::",
+    ];
+    let simulated = rust_files(&package("mock-hw").source()).unwrap();
+    let files = having([program_files(), simulated].concat(), &readers);
+    let [clock] = &files[..] else {
+        panic!("the wall clock is read in {files:?}");
+    };
+    assert!(clock.ends_with("clock.rs"), "{clock}");
+    // The calibration's age and date, the session's folder and log.
+    let dates = ["held.rs", "rig.rs", "journal.rs", "run.rs"];
+    for file in program_files() {
+        let text = std::fs::read_to_string(&file).unwrap();
+        let code = text.lines().map(|line| line.split("//").next().unwrap());
+        if code.into_iter().any(|code| code.contains(".utc()")) {
+            let writes_dates = dates.iter().any(|name| file.ends_with(name));
+            assert!(writes_dates, "{} asks for the date", short(&file));
+        }
+    }
+}

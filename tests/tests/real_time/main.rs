@@ -1,0 +1,5 @@
+//! The whole bench on simulated hardware in real time, as a person meets it: terminals, signals, a program that was frozen.
+
+mod frozen;
+mod signals;
+mod terminal;

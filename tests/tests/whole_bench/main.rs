@@ -1,0 +1,17 @@
+//! The whole bench on simulated hardware that runs free: one program of tests, so that they share the cores.
+
+mod calibrated_session;
+mod calibration;
+mod calibration_channels;
+mod calibration_force;
+mod disk;
+mod impedance_live;
+mod kills;
+mod long;
+mod opens_in_python;
+mod population;
+mod refusals;
+mod second_instance;
+mod session;
+mod wall_clock;
+mod wrong_bench;

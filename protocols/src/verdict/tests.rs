@@ -1,7 +1,7 @@
 use super::*;
 use crate::protocol::{Protocol, built_in};
-use crate::selection::{Instance, Rejection, StretchOutcome};
-use crate::trial::Interruption;
+use crate::stretch::{Instance, Rejection, Stretch, StretchOutcome};
+use crate::trial::{Direction, TrialKey};
 
 fn rules() -> VerdictRules {
     Protocol::parse(built_in("huloux2021").unwrap(), "huloux2021.toml")
@@ -176,70 +176,4 @@ fn all_reasons_are_given() {
         .len(),
         4
     );
-}
-
-#[test]
-fn the_summary_counts_kept_trials_and_all_drop_outs() {
-    let record = |number, attempt, practice, outcome, lost_frames| {
-        let mut analysis = good();
-        analysis.key = TrialKey {
-            number,
-            attempt,
-            practice,
-            condition: "am".to_owned(),
-        };
-        analysis.lost_frames = lost_frames;
-        TrialRecord {
-            key: analysis.key.clone(),
-            outcome,
-            analysis: Some(analysis),
-        }
-    };
-    let redo = TrialOutcome::Redo {
-        reasons: vec![RedoReason::NotAnalysed],
-    };
-    let mut interrupted = record(
-        3,
-        1,
-        false,
-        TrialOutcome::Interrupted {
-            interruption: Interruption::Paused,
-        },
-        0,
-    );
-    interrupted.analysis = None;
-    let summary = SessionSummary::new(
-        4,
-        &[
-            record(1, 1, true, TrialOutcome::Accepted, 0),
-            record(2, 1, false, redo, 7),
-            record(2, 2, false, TrialOutcome::Accepted, 0),
-            interrupted,
-            record(
-                3,
-                2,
-                false,
-                TrialOutcome::AcceptedAnyway { reasons: vec![] },
-                2,
-            ),
-            record(4, 1, false, TrialOutcome::GivenUp { reasons: vec![] }, 1),
-        ],
-    );
-    assert!((summary.mean_normal_n.unwrap() - 0.65).abs() < 1e-12);
-    let expected = SessionSummary {
-        planned: 4,
-        practice: 1,
-        accepted: 1,
-        accepted_anyway: 1,
-        given_up: 1,
-        redone: 1,
-        interrupted: 1,
-        instances: 24,
-        mean_normal_n: summary.mean_normal_n,
-        lost_frames: 10,
-        clipped_frames: 0,
-        xruns: 0,
-    };
-    assert_eq!(summary, expected);
-    assert_eq!(SessionSummary::new(4, &[]).mean_normal_n, None);
 }

@@ -38,7 +38,7 @@ const BELOW_NOISE_PART: f64 = 0.1;
 /// };
 /// let stretches = select(&series, &SelectionRules::published(0.0525))?;
 /// let instances: Vec<_> = stretches.iter().filter_map(|stretch| stretch.instance()).collect();
-/// assert_eq!(instances.len(), 6);
+/// assert_eq!(instances.len(), 7);
 /// assert!(instances.iter().all(|instance| (instance.end_s - instance.start_s - 0.060).abs() < 1e-9));
 /// # Ok::<(), protocols::selection::SelectionError>(())
 /// ```

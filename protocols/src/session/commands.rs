@@ -30,7 +30,7 @@ pub(super) enum Refusal {
     NotArmed,
     #[error("no repetition is left")]
     NoRepetitionLeft,
-    #[error("no trial is running or has just been judged")]
+    #[error("no trial is running, and none has just been judged")]
     NoTrial,
     #[error("the trial is already accepted")]
     AlreadyAccepted,

@@ -43,7 +43,7 @@ pub enum RecordMismatch {
         due: u32,
     },
     /// The trial has another condition, or only one of the two is a practice trial.
-    #[error("the trial is {condition}{} here", if *.practice { ", practice," } else { "" })]
+    #[error("the trial's condition is {condition}{}", if *.practice { " (practice)" } else { "" })]
     Condition {
         /// Name of the trial's condition in this session.
         condition: String,
@@ -53,7 +53,7 @@ pub enum RecordMismatch {
     /// The attempt occurs twice.
     #[error("attempt {next} was due")]
     Attempt {
-        /// The first attempt not made before it, from 1.
+        /// Lowest number of an attempt that may follow, from 1.
         next: u32,
     },
 }

@@ -1,36 +1,49 @@
 //! Participant protocols: files, session state machine, crop and selection, verdicts.
 //!
 //! Everything here is a pure function of its arguments: no clock, no thread, no file, no device.
-//! Times are seconds of the audio clock, positions metres along the plate, forces newtons (positive when the
-//! finger presses), amplitudes peak metres, drive amplitudes peak volts across the actuators.
+//! Times are seconds of the audio clock, positions metres along the plate from its left end, forces newtons (positive
+//! when the finger presses), amplitudes peak metres, drive amplitudes peak volts across the actuators.
 //!
 //! - [`Protocol`] is a validated protocol file.
 //! - [`Session`] turns [`Observation`]s into [`Action`]s.
 //! - [`selection`] finds the rising stretches of an exploration and the instances in them.
-//! - [`verdict`] accepts a trial or says why it must be repeated.
+//! - [`verdict`] accepts a trial, or gives the reasons to repeat it.
 
+mod analysis;
 mod order;
 mod participant;
 mod protocol;
+mod record;
+mod redo_reason;
+mod rules;
 pub mod selection;
 mod session;
+mod stretch;
+mod summary;
 mod trial;
 pub mod verdict;
 
+pub use analysis::{ExplorationAnalysis, TrialAnalysis};
 pub use participant::{ParticipantId, ParticipantIdError};
 pub use protocol::{
-    BUILT_IN, Carrier, Condition, Drive, Exploration, ForceBand, Order, Protocol, ProtocolError,
-    Quality, RedoLimits, Rest, Selection, Slider, Timeouts, Timing, Trials, built_in,
+    BUILT_IN, BrokenRule, Carrier, Condition, Drive, Exploration, OffPlateError, Order, Protocol,
+    ProtocolError, RedoLimits, Rest, Selection, Slider, Timeouts, Timing, Trials, built_in,
+    nearest_built_in,
 };
-pub use selection::{ExplorationSeries, Instance, Rejection, SelectionRules, Stretch, Validity};
+pub use record::{TrialOutcome, TrialRecord};
+pub use redo_reason::RedoReason;
+pub use rules::{ForceBand, Quality, SelectionRules, VerdictRules};
+pub use selection::{ExplorationSeries, Validity};
 pub use session::{
     Action, Cue, DriveRequest, Instruction, Observation, OperatorCommand, ParticipantView, Phase,
-    Progress, Safety, Session, SessionError, SessionEvent, SessionEventKind, SessionOutcome,
-    records_from_events,
+    Progress, RecordMismatch, Safety, Session, SessionError, SessionEvent, SessionEventKind,
+    SessionOutcome, records_from_events,
 };
-pub use trial::{
-    Direction, Interruption, Interval, IntervalKind, TrialEnd, TrialKey, TrialOutcome, TrialRecord,
-};
-pub use verdict::{
-    ExplorationAnalysis, RedoReason, SessionSummary, TrialAnalysis, Verdict, VerdictRules,
-};
+pub use stretch::{Instance, Rejection, Stretch};
+pub use summary::SessionSummary;
+pub use trial::{Direction, Interruption, Interval, IntervalKind, TrialEnd, TrialKey};
+pub use verdict::Verdict;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,11 +1,11 @@
-//! The order of conditions in a session.
+//! Orders of conditions: fixed, randomised, counterbalanced.
 
 use crate::protocol::Order;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-/// Indices of conditions for `blocks` blocks, each of which holds every condition once.
+/// Returns the indices of the conditions in `blocks` blocks, each of which holds every condition once.
 ///
 /// `participant` selects the row of a counterbalanced design; `stream` keeps participants of one seed apart in a
 /// randomised one.
@@ -42,8 +42,8 @@ pub(crate) fn conditions(
     }
 }
 
-/// A Williams design: over its rows each condition stands in each place equally often and follows each other
-/// condition equally often. `n` rows for even `n`, 2`n` (the rows and their mirror images) for odd.
+/// Returns a Williams design: over its rows each condition stands in each place equally often and follows each
+/// other condition equally often. `n` rows for even `n`, 2`n` (the rows and their mirror images) for odd.
 ///
 /// E. J. Williams, Experimental designs balanced for the estimation of residual effects of treatments,
 /// Aust. J. Sci. Res. A 2, 1949.
@@ -69,7 +69,7 @@ fn williams(n: usize) -> Vec<Vec<usize>> {
     .collect()
 }
 
-/// FNV-1a of the participant's identifier: a stream number that never changes between versions.
+/// Returns the FNV-1a hash of the participant's identifier: a stream number that is the same in every version.
 pub(crate) fn stream(participant: &str) -> u64 {
     participant
         .bytes()

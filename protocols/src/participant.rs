@@ -7,11 +7,20 @@ use std::str::FromStr;
 /// A participant's identifier in the BIDS form `sub-<label>`, the label 1 to 32 ASCII letters or digits.
 ///
 /// It can be used as a folder name: no separator, dot or space passes.
+///
+/// ```
+/// use protocols::ParticipantId;
+///
+/// let participant: ParticipantId = "sub-07".parse()?;
+/// assert_eq!(participant.number(), Some(7));
+/// assert!("../sub-07".parse::<ParticipantId>().is_err());
+/// # Ok::<(), protocols::ParticipantIdError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct ParticipantId(String);
 
-/// Longest label after `sub-`.
+/// Most characters of a label, after `sub-`.
 const MAX_LABEL: usize = 32;
 const PREFIX: &str = "sub-";
 
@@ -29,12 +38,12 @@ pub struct ParticipantIdError {
 }
 
 impl ParticipantId {
-    /// The identifier with its prefix, `sub-01`.
+    /// Returns the identifier with its prefix, `sub-01`.
     pub fn as_str(&self) -> &str {
         &self.0
     }
 
-    /// The number that ends the label (`sub-01` and `sub-P01` give 1), which places the participant in a
+    /// Returns the number that ends the label (`sub-01` and `sub-P01` give 1), which places the participant in a
     /// counterbalanced design. `None` if the label does not end in a digit or the number exceeds `u32`.
     pub fn number(&self) -> Option<u32> {
         let digits_from = self

@@ -1,10 +1,9 @@
-//! What a trial is called, what is marked in it, and how it ended.
+//! The names of trials, the intervals marked in them, and how their recordings end.
 
-use crate::verdict::{RedoReason, TrialAnalysis};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Which way the finger slides; positions increase from left to right.
+/// Direction in which the finger slides; positions increase from left to right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Direction {
@@ -15,7 +14,7 @@ pub enum Direction {
 }
 
 impl Direction {
-    /// +1 towards increasing position, −1 towards decreasing.
+    /// Returns +1 towards increasing position, −1 towards decreasing.
     pub fn sign(self) -> f64 {
         match self {
             Self::LeftToRight => 1.0,
@@ -36,9 +35,9 @@ impl fmt::Display for Direction {
 /// One attempt at one trial. `number` and `attempt` together occur once in a session.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct TrialKey {
-    /// Place in the session's order, from 1, practice trials first.
+    /// Position in the session's order, from 1, practice trials first.
     pub number: u32,
-    /// From 1; grows with each repetition, whatever its cause.
+    /// Attempt at this trial, from 1; grows with each repetition, whatever its cause.
     pub attempt: u32,
     /// Whether this is a practice trial.
     pub practice: bool,
@@ -46,15 +45,15 @@ pub struct TrialKey {
     pub condition: String,
 }
 
-/// What an interval of a recording holds.
+/// What the finger does in an interval of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum IntervalKind {
-    /// Drive on and settled, no finger: where Z_p is read.
+    /// Drive on and settled, finger off the plate: Z_p is measured here.
     Unloaded,
     /// The slider moves and the finger follows.
     Exploration {
-        /// Which way.
+        /// Direction of the slider.
         direction: Direction,
     },
 }
@@ -62,7 +61,7 @@ pub enum IntervalKind {
 /// A marked interval, in seconds of the audio clock.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Interval {
-    /// What it holds.
+    /// What happens in it.
     #[serde(flatten)]
     pub kind: IntervalKind,
     /// Start, s.
@@ -87,17 +86,17 @@ pub enum Interruption {
     /// A safety device tripped.
     #[error("safety tripped: {reason}")]
     Safety {
-        /// What tripped, as the safety thread said it.
+        /// What tripped, as the safety watch reports it.
         reason: String,
     },
     /// The finger stayed on the plate when it should have been off.
     #[error("finger not lifted in time")]
     FingerNotLifted,
-    /// The finger or the ready button did not come.
+    /// The finger was not placed, or the ready button not pressed, in time.
     #[error("finger not placed or ready button not pressed in time")]
     FingerNotPlaced,
-    /// The programme ended in the middle of the trial.
-    #[error("the programme ended during the trial")]
+    /// The program ended during the trial.
+    #[error("the program ended during the trial")]
     Crash,
 }
 
@@ -105,62 +104,12 @@ pub enum Interruption {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "end", rename_all = "snake_case")]
 pub enum TrialEnd {
-    /// All explorations were made; the trial can be analysed.
+    /// Every exploration was made; the trial can be analysed.
     Completed,
     /// It was cut short and will be repeated.
     Interrupted {
-        /// Why.
+        /// What cut it short.
         #[serde(flatten)]
         interruption: Interruption,
     },
-}
-
-/// What became of an attempt.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "outcome", rename_all = "snake_case")]
-pub enum TrialOutcome {
-    /// Judged good.
-    Accepted,
-    /// Judged bad, kept by the operator or because it is a practice trial; `reasons` say what was wrong.
-    AcceptedAnyway {
-        /// What the verdict held against it.
-        reasons: Vec<RedoReason>,
-    },
-    /// To be repeated. Empty `reasons` mean that the operator alone wanted it.
-    Redo {
-        /// What the verdict held against it.
-        reasons: Vec<RedoReason>,
-    },
-    /// Judged bad with no repetition left.
-    GivenUp {
-        /// What the verdict held against it.
-        reasons: Vec<RedoReason>,
-    },
-    /// Cut short; to be repeated without counting against the redo limits.
-    Interrupted {
-        /// Why.
-        #[serde(flatten)]
-        interruption: Interruption,
-    },
-}
-
-impl TrialOutcome {
-    /// Whether the session goes on to the next trial after this outcome.
-    pub fn settles(&self) -> bool {
-        matches!(
-            self,
-            Self::Accepted | Self::AcceptedAnyway { .. } | Self::GivenUp { .. }
-        )
-    }
-}
-
-/// One attempt as the event log keeps it; enough to resume a session from.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct TrialRecord {
-    /// Which attempt.
-    pub key: TrialKey,
-    /// What became of it.
-    pub outcome: TrialOutcome,
-    /// What the bench measured, absent when the attempt was not analysed.
-    pub analysis: Option<TrialAnalysis>,
 }

@@ -1,4 +1,4 @@
-//! The one rule for a number's range.
+//! The range rule for numbers and counts.
 
 use std::fmt;
 
@@ -9,11 +9,11 @@ pub struct OutOfRange {
     pub key: String,
     /// The number given.
     pub value: f64,
-    /// Least number allowed.
+    /// Smallest number allowed.
     pub low: f64,
-    /// Greatest number allowed.
+    /// Largest number allowed.
     pub high: f64,
-    /// Unit of all three; empty for a pure number.
+    /// Unit of `value`, `low` and `high`; empty for a pure number.
     pub unit: String,
 }
 
@@ -40,6 +40,12 @@ impl fmt::Display for OutOfRange {
 ///
 /// # Errors
 /// [`OutOfRange`] for any other value; NaN lies in no range.
+///
+/// ```
+/// assert!(strict::within("drive.modulation_index", 0.95, 0.0, 1.0, "").is_ok());
+/// let refused = strict::within("drive.modulation_hz", 600.0, 0.1, 50.0, "Hz").unwrap_err();
+/// assert_eq!((refused.value, refused.high), (600.0, 50.0));
+/// ```
 pub fn within(key: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<(), OutOfRange> {
     if (low..=high).contains(&value) {
         return Ok(());
@@ -53,6 +59,23 @@ pub fn within(key: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<
     })
 }
 
+/// Requires a count to lie from `low` to `high`, both included.
+///
+/// # Errors
+/// [`OutOfRange`] for any other count.
+pub fn count_within(key: &str, count: u64, low: u64, high: u64) -> Result<(), OutOfRange> {
+    if (low..=high).contains(&count) {
+        return Ok(());
+    }
+    Err(OutOfRange {
+        key: key.to_owned(),
+        value: count as f64,
+        low: low as f64,
+        high: high as f64,
+        unit: String::new(),
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -63,6 +86,16 @@ mod tests {
         assert_eq!(within("a", 2.0, 1.0, 2.0, "m"), Ok(()));
         assert!(within("a", f64::NAN, 1.0, 2.0, "m").is_err());
         assert!(within("a", 2.0 + 1e-15, 1.0, 2.0, "m").is_err());
+    }
+
+    #[test]
+    fn a_count_is_compared_as_a_whole_number() {
+        assert_eq!(count_within("n", 3, 3, 5), Ok(()));
+        assert_eq!(count_within("n", 5, 3, 5), Ok(()));
+        let refused = count_within("n", 2, 3, 5).unwrap_err();
+        assert_eq!((refused.value, refused.low, refused.high), (2.0, 3.0, 5.0));
+        // As an f64 it would equal the limit.
+        assert!(count_within("n", (1 << 53) + 1, 0, 1 << 53).is_err());
     }
 
     #[test]

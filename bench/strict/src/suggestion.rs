@@ -4,7 +4,13 @@
 const LIKE_ENOUGH: f64 = 0.7;
 
 /// Returns the word of `known` most like `word`: the one spelt most like it, or else the only one that contains it or is
-/// contained in it. `None` if no word is like it at all.
+/// contained in it. `None` if no word is like it.
+///
+/// ```
+/// let known = ["huloux2021", "demo"];
+/// assert_eq!(strict::nearest("2021", &known).as_deref(), Some("huloux2021"));
+/// assert_eq!(strict::nearest("xyzzy", &known), None);
+/// ```
 pub fn nearest<S: AsRef<str>>(word: &str, known: &[S]) -> Option<String> {
     let spelt = known
         .iter()
@@ -16,6 +22,8 @@ pub fn nearest<S: AsRef<str>>(word: &str, known: &[S]) -> Option<String> {
     spelt.or_else(|| containing(word, known)).map(str::to_owned)
 }
 
+/// Returns the only word of `known` that contains `word` or is contained in it. Words under three letters are part of
+/// too many others to count.
 fn containing<'a, S: AsRef<str>>(word: &str, known: &'a [S]) -> Option<&'a str> {
     const SHORTEST: usize = 3;
     if word.len() < SHORTEST {

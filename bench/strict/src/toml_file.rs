@@ -1,133 +1,46 @@
-//! Configuration files, read strictly: an unknown key is an error that names the key, its line and the nearest
-//! known key.
-//!
-//! The types must carry `#[serde(deny_unknown_fields)]` and no `flatten` or `untagged`, which hide keys from serde.
+//! Reading TOML files strictly, and explaining what stands in the way.
+
+use std::ops::Range;
 
 use serde::de::DeserializeOwned;
-use toml::de::{DeTable, DeValue};
 
+use crate::place::line_at;
 use crate::suggestion::nearest;
+use crate::toml_error::TomlError;
+use crate::wrong_value::{self, WrongValue};
 
-/// Why a file could not be read. Lines count from 1.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum TomlError {
-    /// A key that no table of this kind has.
-    #[error("{file}, line {line}: unknown key `{key}`{}; known here: {}", did_you_mean(.nearest), quoted(.known))]
-    UnknownKey {
-        /// The file, as the caller named it.
-        file: String,
-        /// Where the key stands.
-        line: usize,
-        /// The key as written.
-        key: String,
-        /// The known key that is most like it, if any is like it at all.
-        nearest: Option<String>,
-        /// All keys known in that place.
-        known: Vec<String>,
-    },
-    /// A word where one of a few others must stand.
-    #[error("{file}, line {line}: unknown value `{value}`{}; allowed: {}", did_you_mean(.nearest), quoted(.allowed))]
-    UnknownValue {
-        /// The file, as the caller named it.
-        file: String,
-        /// Where the value stands.
-        line: usize,
-        /// The value as written.
-        value: String,
-        /// The allowed value that is most like it, if any is like it at all.
-        nearest: Option<String>,
-        /// All values allowed in that place.
-        allowed: Vec<String>,
-    },
-    /// A key that must be there is not.
-    #[error("{file}{}: key `{key}` is missing", in_table(.table))]
-    MissingKey {
-        /// The file, as the caller named it.
-        file: String,
-        /// Dotted path of the table that lacks it; `None` for the top of the file.
-        table: Option<String>,
-        /// The missing key.
-        key: String,
-    },
-    /// Not TOML, or a value of the wrong type or form.
-    #[error("{file}, line {line}{}: {message}", .key.as_ref().map(|key| format!(", key `{key}`")).unwrap_or_default())]
-    Invalid {
-        /// The file, as the caller named it.
-        file: String,
-        /// Where it was noticed.
-        line: usize,
-        /// Dotted path of the key, where it is known.
-        key: Option<String>,
-        /// What is wrong.
-        message: String,
-    },
-}
-
-fn did_you_mean(nearest: &Option<String>) -> String {
-    nearest
-        .as_ref()
-        .map(|n| format!(", did you mean `{n}`?"))
-        .unwrap_or_default()
-}
-
-fn in_table(table: &Option<String>) -> String {
-    table
-        .as_ref()
-        .map(|t| format!(", table [{t}]"))
-        .unwrap_or_default()
-}
-
-fn quoted(words: &[String]) -> String {
-    words
-        .iter()
-        .map(|w| format!("`{w}`"))
-        .collect::<Vec<_>>()
-        .join(", ")
-}
-
-/// Reads `text` into `T`; `file` is only used to name the file in errors.
+/// Reads `text` into `T`; `file` only names the file in errors.
+///
+/// `T` and the types in it must carry `#[serde(deny_unknown_fields)]` and no `flatten` or `untagged`, which hide keys
+/// from serde.
 ///
 /// # Errors
-/// [`TomlError`], for anything that is not a `T` written to the letter.
+/// [`TomlError`] for an unknown or missing key, a value of the wrong type, and for text that is not TOML.
+///
+/// ```
+/// use strict::TomlError;
+///
+/// #[derive(Debug, serde::Deserialize)]
+/// #[serde(deny_unknown_fields)]
+/// struct Audio {
+///     rate_hz: u32,
+/// }
+///
+/// let audio: Audio = strict::parse("rate_hz = 192000", "bench.toml")?;
+/// assert_eq!(audio.rate_hz, 192_000);
+///
+/// let error = strict::parse::<Audio>("rate_hz = \"192000\"", "bench.toml").unwrap_err();
+/// assert!(matches!(error, TomlError::QuotedNumber { line: 1, .. }));
+/// # Ok::<(), TomlError>(())
+/// ```
 pub fn parse<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, TomlError> {
     toml::from_str(text).map_err(|error| explain(error, text, file))
 }
 
-/// The line, from 1, on which the key at a dotted `path` stands; elements of arrays by index from 0:
-/// `drive.modulation_hz`, `conditions.1.name`. `None` if there is no such key or `text` is not TOML.
-///
-/// For errors about values that parsed well but are out of range.
-pub fn line_of(text: &str, path: &str) -> Option<usize> {
-    let root = DeTable::parse(text).ok()?;
-    let mut parts = path.split('.');
-    let first = parts.next()?;
-    let (key, mut value) = root.get_ref().get_key_value(first)?;
-    let mut at = key.span().start;
-    for part in parts {
-        value = match value.get_ref() {
-            DeValue::Table(table) => {
-                let (key, value) = table.get_key_value(part)?;
-                at = key.span().start;
-                value
-            }
-            DeValue::Array(array) => {
-                let value = array.get(part.parse::<usize>().ok()?)?;
-                at = value.span().start;
-                value
-            }
-            _ => return None,
-        };
-    }
-    Some(line_at(text, at))
-}
-
-fn line_at(text: &str, offset: usize) -> usize {
-    1 + text.bytes().take(offset).filter(|&b| b == b'\n').count()
-}
-
 fn explain(mut error: toml::de::Error, text: &str, file: &str) -> TomlError {
     let file = file.to_owned();
-    let line = error.span().map_or(1, |span| line_at(text, span.start));
+    let span = error.span();
+    let line = span.as_ref().map_or(1, |span| line_at(text, span.start));
     let message = error.message().trim_end().to_owned();
     // The path of keys shows only in the text of an error that has lost its input.
     error.set_input(None);
@@ -160,11 +73,76 @@ fn explain(mut error: toml::de::Error, text: &str, file: &str) -> TomlError {
             key: key.trim_matches('`').to_owned(),
         };
     }
-    TomlError::Invalid {
-        file,
-        line,
-        key: path,
-        message,
+    if let Some(wrong) = wrong_value::from_message(&message) {
+        return wrong_type(wrong, file, line, path);
+    }
+    not_toml(message, text, span, file, line, path)
+}
+
+fn wrong_type(wrong: WrongValue, file: String, line: usize, key: Option<String>) -> TomlError {
+    match wrong {
+        WrongValue::QuotedNumber(number) => TomlError::QuotedNumber {
+            file,
+            line,
+            key,
+            number,
+        },
+        WrongValue::NumberWithUnit(value) => TomlError::NumberWithUnit {
+            file,
+            line,
+            key,
+            value,
+        },
+        WrongValue::Type { found, wanted } => TomlError::WrongType {
+            file,
+            line,
+            key,
+            found,
+            wanted,
+        },
+    }
+}
+
+/// Explains an error that only the text itself can: a number with a unit is not TOML.
+fn not_toml(
+    message: String,
+    text: &str,
+    span: Option<Range<usize>>,
+    file: String,
+    line: usize,
+    path: Option<String>,
+) -> TomlError {
+    /// The parser's message for most words outside quotes and for a missing value.
+    const BARE_WORD: &str = "string values must be quoted";
+    let unreadable = span.and_then(|span| wrong_value::unreadable(text, span.start));
+    match unreadable {
+        Some(found) if found.is_number_with_unit() => TomlError::NumberWithUnit {
+            file,
+            line,
+            value: found.value.to_owned(),
+            key: found.key,
+        },
+        Some(found) if found.is_bare_word() || message.starts_with(BARE_WORD) => {
+            TomlError::Invalid {
+                file,
+                line,
+                message: match found.value {
+                    "" => "the value is missing".to_owned(),
+                    value => {
+                        format!(
+                            "`{value}` is neither a number, `true` or `false`, nor text in quotes"
+                        )
+                    }
+                },
+                key: found.key,
+            }
+        }
+        _ => TomlError::Invalid {
+            file,
+            line,
+            key: path,
+            message,
+        },
     }
 }
 
@@ -304,13 +282,124 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_type_is_named_with_its_line() {
-        let error = failure(&GOOD.replace("0.05", "\"50 mm\""));
-        assert!(
-            matches!(&error, TomlError::Invalid { line: 5, .. }),
-            "{error:?}"
+    fn a_number_in_quotes_is_to_lose_them() {
+        let error = failure(&GOOD.replace("35e3", "\"35_000.0\""));
+        assert_eq!(
+            error,
+            TomlError::QuotedNumber {
+                file: "bench.toml".to_owned(),
+                line: 1,
+                key: Some("carrier_hz".to_owned()),
+                number: "35_000.0".to_owned(),
+            }
         );
-        assert!(error.to_string().contains("50 mm"), "{error}");
+        assert_eq!(
+            error.to_string(),
+            "bench.toml, line 1, key `carrier_hz`: \"35_000.0\" is text; write the number without quotes"
+        );
+    }
+
+    #[test]
+    fn a_number_with_a_unit_is_to_lose_it() {
+        let with_unit = |line, key: &str, value: &str| TomlError::NumberWithUnit {
+            file: "bench.toml".to_owned(),
+            line,
+            key: Some(key.to_owned()),
+            value: value.to_owned(),
+        };
+        for value in [
+            "6.0 Hz",
+            "20g",
+            "95%",
+            "20 µm",
+            "-6.0e-3m",
+            "35kHz   # comment",
+        ] {
+            let bare = value.split('#').next().unwrap().trim_end();
+            assert_eq!(
+                failure(&GOOD.replace("35e3", value)),
+                with_unit(1, "carrier_hz", bare)
+            );
+            assert_eq!(
+                failure(&GOOD.replace("0.05", value)),
+                with_unit(5, "plate.centre_m", bare)
+            );
+        }
+        assert_eq!(
+            failure(&GOOD.replace("0.05", "\"50 mm\"")),
+            with_unit(5, "plate.centre_m", "50 mm")
+        );
+        let inline = "carrier_hz = 1\norder = \"fixed\"\nplate = [{ centre_m = 50 mm }]\n";
+        assert_eq!(failure(inline), with_unit(3, "plate.centre_m", "50 mm"));
+        assert_eq!(
+            failure("carrier_hz = 20g\n").to_string(),
+            "bench.toml, line 1, key `carrier_hz`: `20g` has a unit; write a number without a unit; \
+             the unit is in the key's name"
+        );
+    }
+
+    #[test]
+    fn a_number_with_a_unit_on_a_line_of_its_own_is_found_without_its_key() {
+        assert_eq!(
+            failure("plate = [\n  1.0,\n  2 m,\n]\n"),
+            TomlError::NumberWithUnit {
+                file: "bench.toml".to_owned(),
+                line: 3,
+                key: None,
+                value: "2 m".to_owned(),
+            }
+        );
+    }
+
+    #[test]
+    fn a_wrong_type_says_what_to_write() {
+        for (written, found, wanted) in [
+            ("carrier_hz = true", "`true`", "a number"),
+            ("carrier_hz = \"fast\"", "the text \"fast\"", "a number"),
+            ("carrier_hz = [1.0]", "a list", "a number"),
+        ] {
+            assert_eq!(
+                failure(&GOOD.replace("carrier_hz = 35e3", written)),
+                TomlError::WrongType {
+                    file: "bench.toml".to_owned(),
+                    line: 1,
+                    key: Some("carrier_hz".to_owned()),
+                    found: found.to_owned(),
+                    wanted: wanted.to_owned(),
+                }
+            );
+        }
+        #[derive(Debug, Deserialize)]
+        struct Rate {
+            #[expect(dead_code, reason = "only its type is looked at")]
+            rate_hz: u32,
+        }
+        for (written, found) in [("-1", "`-1`"), ("6.5", "`6.5`")] {
+            let error = parse::<Rate>(&format!("rate_hz = {written}"), "bench.toml").unwrap_err();
+            assert_eq!(
+                error.to_string(),
+                format!(
+                    "bench.toml, line 1, key `rate_hz`: {found} is not allowed; \
+                     write a whole number from 0 to 4294967295"
+                )
+            );
+        }
+    }
+
+    #[test]
+    fn a_word_without_quotes_and_a_missing_value_are_named() {
+        let invalid = |text: &str| match failure(text) {
+            TomlError::Invalid {
+                line, key, message, ..
+            } => (line, key, message),
+            other => panic!("{other:?}"),
+        };
+        let (line, key, message) = invalid(&GOOD.replace("\"fixed\"", "fixed"));
+        assert_eq!((line, key.as_deref()), (2, Some("order")));
+        assert!(message.starts_with("`fixed` is neither"), "{message}");
+        let (line, key, message) = invalid(&GOOD.replace("0.05", ""));
+        assert_eq!((line, key.as_deref()), (5, Some("plate.centre_m")));
+        assert_eq!(message, "the value is missing");
     }
 
     #[test]
@@ -329,13 +418,5 @@ mod tests {
             matches!(&error, TomlError::Invalid { line: 2, .. }),
             "{error:?}"
         );
-    }
-
-    #[test]
-    fn finds_the_line_of_a_key_by_its_path() {
-        assert_eq!(line_of(GOOD, "carrier_hz"), Some(1));
-        assert_eq!(line_of(GOOD, "plate.0.centre_m"), Some(5));
-        assert_eq!(line_of(GOOD, "plate.1.centre_m"), None);
-        assert_eq!(line_of(GOOD, "order.x"), None);
     }
 }

@@ -1,4 +1,7 @@
 use super::*;
+use crate::rules::SelectionRules;
+use crate::trial::Direction;
+use strict::{InFile, OutOfRange, TomlError};
 
 fn text() -> &'static str {
     built_in("huloux2021").unwrap()
@@ -7,6 +10,14 @@ fn text() -> &'static str {
 fn with(from: &str, to: &str) -> Result<Protocol, ProtocolError> {
     assert!(text().contains(from), "{from}");
     Protocol::parse(&text().replace(from, to), "p.toml")
+}
+
+/// The rule that a text breaks.
+fn rule(read: Result<Protocol, ProtocolError>) -> InFile<BrokenRule> {
+    match read {
+        Err(ProtocolError::Rule(placed)) => placed,
+        other => panic!("{other:?}"),
+    }
 }
 
 #[test]
@@ -33,256 +44,260 @@ fn every_built_in_protocol_reads_under_its_own_name() {
     assert_eq!(built_in("none"), None);
 }
 
-/// Each rule: an accepted and a rejected replacement of a line, and the key and range that the message must name.
-const RULES: [(&str, &str, &str, &str, &str); 31] = [
-    (
-        "name = \"huloux2021\"",
-        "name = \"my_study-2\"",
-        "name = \"../x\"",
-        "`name`",
-        "a-z, 0-9",
-    ),
-    (
-        "carrier = \"plate resonance\"",
-        "carrier = 35000",
-        "carrier = 35",
-        "`drive.carrier`",
-        "1000 to 200000 Hz",
-    ),
-    (
-        "mean_amplitude_v = 24.0",
-        "mean_amplitude_v = 0",
-        "mean_amplitude_v = 240.0",
-        "`drive.mean_amplitude_v`",
-        "0 to 100 V",
-    ),
-    (
-        "modulation_hz = 6.0",
-        "modulation_hz = 50",
-        "modulation_hz = 0.0",
-        "`drive.modulation_hz`",
-        "0.1 to 50 Hz",
-    ),
-    (
-        "modulation_index = 0.95",
-        "modulation_index = 1.0",
-        "modulation_index = 95",
-        "`drive.modulation_index`",
-        "0 to 1",
-    ),
-    (
-        "name = \"am-6hz-95\"",
-        "name = \"a\"\nmodulation_hz = 2.0",
-        "name = \"a\"\nmodulation_hz = 200.0",
-        "`conditions.0.modulation_hz`",
-        "0.1 to 50 Hz",
-    ),
-    (
-        "name = \"am-6hz-95\"",
-        "name = \"a\"\n[[conditions]]\nname = \"b\"",
-        "name = \"a\"\n[[conditions]]\nname = \"a\"",
-        "`conditions.1.name`",
-        "no other",
-    ),
-    (
-        "name = \"am-6hz-95\"",
-        "name = \"a\"",
-        "name = \"A b\"",
-        "`conditions.0.name`",
-        "a-z, 0-9",
-    ),
-    (
-        "practice = 2",
-        "practice = 0",
-        "practice = 101",
-        "`trials.practice`",
-        "0 to 100",
-    ),
-    (
-        "per_condition = 10",
-        "per_condition = 1",
-        "per_condition = 0",
-        "`trials.per_condition`",
-        "1 to 1000",
-    ),
-    (
-        "order = \"fixed\"",
-        "order = \"randomised\"",
-        "order = \"counterbalanced\"",
-        "`trials.order`",
-        "single condition",
-    ),
-    (
-        "directions = [\"left_to_right\", \"right_to_left\"]",
-        "directions = [\"left_to_right\"]",
-        "directions = []",
-        "`exploration.directions`",
-        "1 to 20",
-    ),
-    (
-        "from_m = 0.010",
-        "from_m = -0.04",
-        "from_m = -10",
-        "`exploration.from_m`",
-        "-1 to 1 m",
-    ),
-    (
-        "to_m = 0.095",
-        "to_m = 0.1",
-        "to_m = 95.0",
-        "`exploration.to_m`",
-        "-1 to 1 m",
-    ),
-    (
-        "to_m = 0.095",
-        "to_m = 0.09",
-        "to_m = 0.005",
-        "`exploration.to_m`",
-        "at least 0.01 m beyond",
-    ),
-    (
-        "speed_m_per_s = 0.050",
-        "speed_m_per_s = 0.1",
-        "speed_m_per_s = 50",
-        "`exploration.speed_m_per_s`",
-        "0.001 to 1 m/s",
-    ),
-    (
-        "settle_s = 0.2",
-        "settle_s = 1",
-        "settle_s = 0",
-        "`timing.settle_s`",
-        "0.1 to 60 s",
-    ),
-    (
-        "baseline_s = 0.8",
-        "baseline_s = 2",
-        "baseline_s = 0.1",
-        "`timing.baseline_s`",
-        "0.2 to 60 s",
-    ),
-    (
-        "countdown_s = 3.0",
-        "countdown_s = 0",
-        "countdown_s = -1",
-        "`timing.countdown_s`",
-        "0 to 60 s",
-    ),
-    (
-        "feedback_s = 3.0",
-        "feedback_s = 0",
-        "feedback_s = nan",
-        "`timing.feedback_s`",
-        "0 to 60 s",
-    ),
-    (
-        "verdict_s = 2.0",
-        "verdict_s = 0",
-        "verdict_s = inf",
-        "`timing.verdict_s`",
-        "0 to 60 s",
-    ),
-    (
-        "min_n = 0.5",
-        "min_n = 0.3",
-        "min_n = 0.05",
-        "`force.contact_n`",
-        "less than `min_n` = 0.05 N",
-    ),
-    (
-        "max_n = 0.8",
-        "max_n = 0.9",
-        "max_n = 0.4",
-        "`force.max_n`",
-        "more than `min_n` = 0.5 N",
-    ),
-    (
-        "max_n = 0.8",
-        "max_n = 20",
-        "max_n = 800",
-        "`force.max_n`",
-        "0.02 to 20 N",
-    ),
-    (
-        "contact_n = 0.1",
-        "contact_n = 0.05",
-        "contact_n = 0.001",
-        "`force.contact_n`",
-        "0.01 to 5 N",
-    ),
-    (
-        "min_s = 60.0",
-        "min_s = 0",
-        "min_s = 60000",
-        "`rest.min_s`",
-        "0 to 3600 s",
-    ),
-    (
-        "max_per_trial = 3",
-        "max_per_trial = 0",
-        "max_per_trial = 1001",
-        "`redo.max_per_trial`",
-        "0 to 1000",
-    ),
-    (
-        "central_m = 0.060",
-        "central_m = 0.085",
-        "central_m = 0.1",
-        "`selection.central_m`",
-        "travel of 0.0850 m",
-    ),
-    (
-        "speed_tolerance = 0.25",
-        "speed_tolerance = 0.1",
-        "speed_tolerance = 25",
-        "`selection.speed_tolerance`",
-        "0.01 to 0.9",
-    ),
-    (
-        "instance_s = 0.060",
-        "instance_s = 0.03",
-        "instance_s = 60",
-        "`selection.instance_s`",
-        "0.005 to 1 s",
-    ),
-    (
-        "place_finger_s = 60.0",
-        "place_finger_s = 1",
-        "place_finger_s = 0.5",
-        "`timeouts.place_finger_s`",
-        "1 to 3600 s",
-    ),
-];
+fn range(key: &str, value: f64, low: f64, high: f64, unit: &str) -> BrokenRule {
+    BrokenRule::OutOfRange(OutOfRange {
+        key: key.to_owned(),
+        value,
+        low,
+        high,
+        unit: unit.to_owned(),
+    })
+}
+
+/// Each rule: a line, an accepted and a rejected replacement of it, and the rule that the rejected one breaks.
+fn rules() -> Vec<(&'static str, &'static str, &'static str, BrokenRule)> {
+    vec![
+        (
+            "name = \"huloux2021\"",
+            "name = \"my_study-2\"",
+            "name = \"../x\"",
+            BrokenRule::Name {
+                key: "name".to_owned(),
+                name: "../x".to_owned(),
+            },
+        ),
+        (
+            "carrier = \"plate resonance\"",
+            "carrier = 35000",
+            "carrier = 35",
+            range("drive.carrier", 35.0, 1000.0, 200000.0, "Hz"),
+        ),
+        (
+            "mean_amplitude_v = 24.0",
+            "mean_amplitude_v = 0",
+            "mean_amplitude_v = 240.0",
+            range("drive.mean_amplitude_v", 240.0, 0.0, 100.0, "V"),
+        ),
+        (
+            "modulation_hz = 6.0",
+            "modulation_hz = 50",
+            "modulation_hz = 0.0",
+            range("drive.modulation_hz", 0.0, 0.1, 50.0, "Hz"),
+        ),
+        (
+            "modulation_index = 0.95",
+            "modulation_index = 1.0",
+            "modulation_index = 95",
+            range("drive.modulation_index", 95.0, 0.0, 1.0, ""),
+        ),
+        (
+            "name = \"am-6hz-95\"",
+            "name = \"a\"\nmodulation_hz = 2.0",
+            "name = \"a\"\nmodulation_hz = 200.0",
+            range("conditions.0.modulation_hz", 200.0, 0.1, 50.0, "Hz"),
+        ),
+        (
+            "name = \"am-6hz-95\"",
+            "name = \"a\"\n[[conditions]]\nname = \"b\"",
+            "name = \"a\"\n[[conditions]]\nname = \"a\"",
+            BrokenRule::RepeatedName {
+                key: "conditions.1.name".to_owned(),
+                name: "a".to_owned(),
+            },
+        ),
+        (
+            "name = \"am-6hz-95\"",
+            "name = \"a\"",
+            "name = \"A b\"",
+            BrokenRule::Name {
+                key: "conditions.0.name".to_owned(),
+                name: "A b".to_owned(),
+            },
+        ),
+        (
+            "practice = 2",
+            "practice = 0",
+            "practice = 101",
+            range("trials.practice", 101.0, 0.0, 100.0, ""),
+        ),
+        (
+            "per_condition = 10",
+            "per_condition = 1",
+            "per_condition = 0",
+            range("trials.per_condition", 0.0, 1.0, 1000.0, ""),
+        ),
+        (
+            "order = \"fixed\"",
+            "order = \"randomised\"",
+            "order = \"counterbalanced\"",
+            BrokenRule::CounterbalancedSingle,
+        ),
+        (
+            "directions = [\"left_to_right\", \"right_to_left\"]",
+            "directions = [\"left_to_right\"]",
+            "directions = []",
+            range("exploration.directions", 0.0, 1.0, 20.0, ""),
+        ),
+        (
+            "from_m = 0.010",
+            "from_m = -0.04",
+            "from_m = -10",
+            range("exploration.from_m", -10.0, -1.0, 1.0, "m"),
+        ),
+        (
+            "to_m = 0.095",
+            "to_m = 0.1",
+            "to_m = 95.0",
+            range("exploration.to_m", 95.0, -1.0, 1.0, "m"),
+        ),
+        (
+            "to_m = 0.095",
+            "to_m = 0.09",
+            "to_m = 0.005",
+            BrokenRule::Travel {
+                from_m: 0.010,
+                to_m: 0.005,
+            },
+        ),
+        (
+            "speed_m_per_s = 0.050",
+            "speed_m_per_s = 0.1",
+            "speed_m_per_s = 50",
+            range("exploration.speed_m_per_s", 50.0, 0.001, 1.0, "m/s"),
+        ),
+        (
+            "settle_s = 0.2",
+            "settle_s = 1",
+            "settle_s = 0",
+            range("timing.settle_s", 0.0, 0.1, 60.0, "s"),
+        ),
+        (
+            "baseline_s = 0.8",
+            "baseline_s = 2",
+            "baseline_s = 0.1",
+            range("timing.baseline_s", 0.1, 0.2, 60.0, "s"),
+        ),
+        (
+            "countdown_s = 3.0",
+            "countdown_s = 0",
+            "countdown_s = -1",
+            range("timing.countdown_s", -1.0, 0.0, 60.0, "s"),
+        ),
+        (
+            "feedback_s = 3.0",
+            "feedback_s = 0",
+            "feedback_s = -0.5",
+            range("timing.feedback_s", -0.5, 0.0, 60.0, "s"),
+        ),
+        (
+            "verdict_s = 2.0",
+            "verdict_s = 0",
+            "verdict_s = inf",
+            range("timing.verdict_s", f64::INFINITY, 0.0, 60.0, "s"),
+        ),
+        (
+            "min_n = 0.5",
+            "min_n = 0.3",
+            "min_n = 0.05",
+            BrokenRule::ContactInBand {
+                contact_n: 0.1,
+                min_n: 0.05,
+            },
+        ),
+        (
+            "max_n = 0.8",
+            "max_n = 0.9",
+            "max_n = 0.4",
+            BrokenRule::EmptyBand {
+                min_n: 0.5,
+                max_n: 0.4,
+            },
+        ),
+        (
+            "max_n = 0.8",
+            "max_n = 20",
+            "max_n = 800",
+            range("force.max_n", 800.0, 0.02, 20.0, "N"),
+        ),
+        (
+            "contact_n = 0.1",
+            "contact_n = 0.05",
+            "contact_n = 0.001",
+            range("force.contact_n", 0.001, 0.01, 5.0, "N"),
+        ),
+        (
+            "min_s = 60.0",
+            "min_s = 0",
+            "min_s = 60000",
+            range("rest.min_s", 60000.0, 0.0, 3600.0, "s"),
+        ),
+        (
+            "max_per_trial = 3",
+            "max_per_trial = 0",
+            "max_per_trial = 1001",
+            range("redo.max_per_trial", 1001.0, 0.0, 1000.0, ""),
+        ),
+        (
+            "central_m = 0.060",
+            "central_m = 0.085",
+            "central_m = 0.1",
+            BrokenRule::CentralBeyondTravel {
+                central_m: 0.1,
+                travel_m: 0.095 - 0.010,
+            },
+        ),
+        (
+            "speed_tolerance = 0.25",
+            "speed_tolerance = 0.1",
+            "speed_tolerance = 25",
+            range("selection.speed_tolerance", 25.0, 0.01, 0.9, ""),
+        ),
+        (
+            "instance_s = 0.060",
+            "instance_s = 0.03",
+            "instance_s = 60",
+            range("selection.instance_s", 60.0, 0.005, 1.0, "s"),
+        ),
+        (
+            "place_finger_s = 60.0",
+            "place_finger_s = 1",
+            "place_finger_s = 0.5",
+            range("timeouts.place_finger_s", 0.5, 1.0, 3600.0, "s"),
+        ),
+    ]
+}
 
 #[test]
-fn each_rule_accepts_and_rejects_and_names_key_and_range() {
-    for (line, accepted, rejected, key, allowed) in RULES {
+fn each_rule_accepts_and_rejects_and_names_key_value_and_limit() {
+    for (line, accepted, rejected, broken) in rules() {
         with(line, accepted).unwrap_or_else(|error| panic!("{accepted}: {error}"));
-        let error = with(line, rejected).expect_err(rejected);
-        let message = error.to_string();
-        assert!(message.contains(key), "{message} does not name {key}");
-        assert!(
-            message.contains(allowed),
-            "{message} does not say {allowed}"
-        );
-        assert!(
-            matches!(error, ProtocolError::Value { line: Some(_), .. }),
-            "{message}"
-        );
+        let placed = rule(with(line, rejected));
+        assert_eq!(placed.error, broken, "{rejected}");
+        assert!(placed.line.is_some(), "{rejected}");
     }
 }
 
 #[test]
+fn not_a_number_is_in_no_range() {
+    let placed = rule(with("feedback_s = 3.0", "feedback_s = nan"));
+    assert!(
+        matches!(&placed.error, BrokenRule::OutOfRange(refused) if refused.value.is_nan()),
+        "{placed}"
+    );
+}
+
+#[test]
 fn a_range_error_names_the_line() {
-    let error = with("speed_m_per_s = 0.050", "speed_m_per_s = 50").unwrap_err();
+    let placed = rule(with("speed_m_per_s = 0.050", "speed_m_per_s = 50"));
     let line = 1 + text()
         .lines()
         .position(|l| l.starts_with("speed_m_per_s"))
         .unwrap();
+    assert_eq!(placed.line, Some(line));
     assert_eq!(
-        error.to_string(),
+        placed.to_string(),
         format!(
-            "p.toml, line {line}: `exploration.speed_m_per_s` = 50 m/s is not allowed; allowed: 0.001 to 1 m/s"
+            "p.toml, line {line}: exploration.speed_m_per_s = 50 m/s is outside the allowed range of 0.001 to 1 m/s"
         )
     );
 }
@@ -306,35 +321,100 @@ fn a_condition_overrides_what_it_names_and_keeps_the_rest() {
     assert!((drive.peak_amplitude_v() - 46.8).abs() < 1e-12);
 }
 
+fn toml(read: Result<Protocol, ProtocolError>) -> TomlError {
+    match read {
+        Err(ProtocolError::Toml(error)) => error,
+        other => panic!("{other:?}"),
+    }
+}
+
 #[test]
-fn another_word_for_the_carrier_is_an_error_that_says_which_is_right() {
-    let message = with("\"plate resonance\"", "\"resonance\"")
-        .unwrap_err()
-        .to_string();
+fn another_word_for_the_carrier_is_an_error_that_says_what_to_write() {
+    let error = toml(with("\"plate resonance\"", "\"resonance\""));
+    let TomlError::WrongType { key, wanted, .. } = &error else {
+        panic!("{error}")
+    };
+    assert_eq!(key.as_deref(), Some("drive.carrier"));
+    assert_eq!(wanted, "\"plate resonance\" or a number in Hz");
+}
+
+#[test]
+fn a_quoted_number_and_a_number_with_a_unit_say_what_to_write() {
+    let error = toml(with("\"plate resonance\"", "\"35000\""));
     assert!(
-        message.contains("plate resonance") && message.contains("line "),
-        "{message}"
+        matches!(&error, TomlError::QuotedNumber { key: Some(key), .. } if key == "drive.carrier"),
+        "{error:?}"
+    );
+    let error = toml(with("modulation_hz = 6.0", "modulation_hz = 6.0 Hz"));
+    assert!(
+        matches!(
+            &error,
+            TomlError::NumberWithUnit { key: Some(key), value, .. }
+                if key == "drive.modulation_hz" && value == "6.0 Hz"
+        ),
+        "{error:?}"
     );
 }
 
 #[test]
 fn a_typing_error_names_the_nearest_key() {
-    let message = with("baseline_s", "base_line_s").unwrap_err().to_string();
-    assert!(message.contains("did you mean `baseline_s`?"), "{message}");
+    let error = toml(with("baseline_s", "base_line_s"));
+    assert!(
+        matches!(&error, TomlError::UnknownKey { nearest: Some(nearest), .. } if nearest == "baseline_s"),
+        "{error:?}"
+    );
 }
 
 #[test]
 fn a_missing_section_is_named() {
-    let message = with("[quality]", "").unwrap_err().to_string();
-    assert!(
-        message.contains("line") && message.contains("unknown key"),
-        "{message}"
-    );
+    let error = toml(with("[quality]", ""));
+    assert!(matches!(error, TomlError::UnknownKey { .. }), "{error:?}");
     let cut = text().find("[timeouts]").unwrap();
-    let message = Protocol::parse(&text()[..cut], "p.toml")
-        .unwrap_err()
-        .to_string();
-    assert_eq!(message, "p.toml: key `timeouts` is missing");
+    assert_eq!(
+        toml(Protocol::parse(&text()[..cut], "p.toml")),
+        TomlError::MissingKey {
+            file: "p.toml".to_owned(),
+            table: None,
+            key: "timeouts".to_owned()
+        }
+    );
+}
+
+#[test]
+fn a_slider_that_leaves_the_plate_is_refused() {
+    let plate_length_m = 0.105;
+    let on_plate = |from_m: f64, to_m: f64| {
+        let mut protocol = Protocol::parse(text(), "p.toml").unwrap();
+        protocol.exploration.from_m = from_m;
+        protocol.exploration.to_m = to_m;
+        protocol.require_on_plate(plate_length_m)
+    };
+    assert_eq!(on_plate(0.010, 0.095), Ok(()));
+    assert_eq!(on_plate(0.0, 0.105), Ok(()));
+    for (from_m, to_m) in [(-0.001, 0.095), (0.2, 0.3)] {
+        assert_eq!(
+            on_plate(from_m, to_m),
+            Err(OffPlateError::From {
+                from_m,
+                plate_length_m
+            })
+        );
+    }
+    let error = on_plate(0.010, 0.95).unwrap_err();
+    assert_eq!(
+        error,
+        OffPlateError::To {
+            to_m: 0.95,
+            plate_length_m
+        }
+    );
+    assert_eq!(error.key(), "exploration.to_m");
+    assert_eq!(
+        error.to_string(),
+        "exploration.to_m = 0.95 m is not on the plate, which reaches from 0 to plate.length_m = 0.105 m"
+    );
+    let protocol = Protocol::parse(text(), "p.toml").unwrap();
+    assert!(protocol.require_on_plate(f64::NAN).is_err());
 }
 
 #[test]

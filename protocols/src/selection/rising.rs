@@ -4,27 +4,32 @@
 //!    around it.
 //! 2. The amplitude is smoothed by a centred Hann window of 5 ms, which leaves a 50 Hz modulation 0.9 of its depth.
 //! 3. Turning points alternate; each is confirmed when the amplitude has come back from it by a fifth of the range
-//!    (2nd to 98th percentile), at least by 5 % of the amplitude: noise turns nothing, and an unmodulated amplitude
+//!    (2nd to 98th percentile), at least by 5 % of the amplitude: noise confirms no turning point, and an unmodulated amplitude
 //!    has no rising stretch.
 //! 4. A turning point's time is the middle of the time around it that the amplitude spends within 5 % of its swing,
 //!    which noise moves far less than the extreme frame itself.
 
-use super::{ExplorationSeries, Validity};
+use super::series::{ExplorationSeries, Validity};
 use std::f64::consts::TAU;
 
 /// A stretch of rising amplitude, from a minimum to the next maximum.
 pub(super) struct Rising {
     pub start_s: f64,
     pub end_s: f64,
-    /// The series began after its minimum or ended before its maximum.
+    /// Whether the series began after the minimum or ended before the maximum.
     pub cut_off: bool,
 }
 
+/// Length of the smoothing window, s.
 const SMOOTHING_S: f64 = 0.005;
+/// Fraction of the amplitude's range by which it must come back to confirm a turning point.
 const TURN_PART_OF_RANGE: f64 = 0.2;
+/// Fraction of the amplitude by which it must at least come back.
 const TURN_PART_OF_AMPLITUDE: f64 = 0.05;
+/// Fraction of the swing within which the amplitude counts as at its turning point.
 const TIP_PART_OF_SWING: f64 = 0.05;
 
+/// Returns the rising stretches in order.
 pub(super) fn stretches(series: &ExplorationSeries<'_>) -> Vec<Rising> {
     let time_s = series.time_s;
     let Some(bridged) = bridge(series) else {
@@ -44,13 +49,13 @@ pub(super) fn stretches(series: &ExplorationSeries<'_>) -> Vec<Rising> {
         .map(|pair| Rising {
             start_s: tip_s(&smooth, time_s, pair[0], &turns),
             end_s: tip_s(&smooth, time_s, pair[1], &turns),
-            // Within the smoothing window of an end an extreme may be the end's own doing.
+            // Within the smoothing window of an end, an extreme may come from the end itself.
             cut_off: pair[0] <= half || pair[1] + half >= last,
         })
         .collect()
 }
 
-/// The amplitude with unusable frames replaced by the straight line between their neighbours; `None` if no frame is
+/// Returns the amplitude with unusable frames replaced by the straight line between their neighbours; `None` if no frame is
 /// usable.
 fn bridge(series: &ExplorationSeries<'_>) -> Option<Vec<f64>> {
     let usable = |i: usize| {
@@ -75,7 +80,7 @@ fn bridge(series: &ExplorationSeries<'_>) -> Option<Vec<f64>> {
     Some(bridged)
 }
 
-/// Centred Hann window of `2 half + 1` frames; at the ends, what of it lies inside, normalised.
+/// Smooths by a centred Hann window of `2 half + 1` frames; at the ends, by the normalised part of it that lies inside.
 fn smooth(x: &[f64], half: usize) -> Vec<f64> {
     let weight = |offset: usize| 0.5 + 0.5 * (TAU * offset as f64 / (2 * half + 2) as f64).cos();
     let weights: Vec<f64> = (0..=half).map(weight).collect();
@@ -91,6 +96,7 @@ fn smooth(x: &[f64], half: usize) -> Vec<f64> {
         .collect()
 }
 
+/// Returns the change of amplitude that confirms a turning point, m.
 fn swing_that_turns(x: &[f64]) -> f64 {
     let mut sorted = x.to_vec();
     sorted.sort_unstable_by(f64::total_cmp);
@@ -99,7 +105,7 @@ fn swing_that_turns(x: &[f64]) -> f64 {
     (TURN_PART_OF_RANGE * (high - low)).max(TURN_PART_OF_AMPLITUDE * high)
 }
 
-/// Indices of alternating minima and maxima that differ by at least `swing`; the first and last are the extremes
+/// Returns the indices of alternating minima and maxima that differ by at least `swing`; the first and last are the extremes
 /// before the first and after the last confirmed turn.
 fn turning_points(x: &[f64], swing: f64) -> Vec<usize> {
     #[derive(PartialEq)]
@@ -136,6 +142,7 @@ fn turning_points(x: &[f64], swing: f64) -> Vec<usize> {
     turns
 }
 
+/// Returns the time of a turning point, s.
 fn tip_s(x: &[f64], time_s: &[f64], turn: usize, turns: &[usize]) -> f64 {
     let at = turns.partition_point(|&t| t < turn);
     let previous = at.checked_sub(1).map(|i| turns[i]);

@@ -1,12 +1,15 @@
 //! Explorations whose selection is known in closed form.
 
+use super::series::between;
 use super::*;
+use crate::trial::Direction;
 use proptest::num::f64::ANY;
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::PI;
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 const FRAME_HZ: f64 = 2000.0;
 const CENTRE_M: f64 = 0.0525;

@@ -1,27 +1,30 @@
-//! What the session leaves in the event log.
+//! What a session writes to the event log.
 
-use super::interface::{OperatorCommand, Phase, SessionOutcome};
+use super::observation::OperatorCommand;
+use super::phase::Phase;
 use crate::participant::ParticipantId;
-use crate::trial::{Interruption, Interval, TrialKey, TrialOutcome, TrialRecord};
+use crate::record::{TrialOutcome, TrialRecord};
+use crate::summary::SessionSummary;
+use crate::trial::{Interruption, Interval, TrialKey};
 use serde::{Deserialize, Serialize};
 
-/// An event and when it happened.
+/// An event of a session and its time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SessionEvent {
     /// Time on the audio clock, s.
     pub t_s: f64,
-    /// What happened.
+    /// Kind of event.
     #[serde(flatten)]
     pub kind: SessionEventKind,
 }
 
-/// What happened.
+/// Kind of an event of a session.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum SessionEventKind {
     /// The first step of a session or of its continuation.
     SessionStarted {
-        /// Who takes part.
+        /// The participant.
         participant: ParticipantId,
         /// Name of the protocol.
         protocol: String,
@@ -29,32 +32,32 @@ pub enum SessionEventKind {
         seed: u64,
         /// Conditions of all trials in order, practice included.
         order: Vec<String>,
-        /// Attempts taken over from an earlier part of the session.
+        /// Number of attempts restored from an earlier part of the session.
         resumed_attempts: usize,
     },
     /// The consent was recorded.
     ConsentGiven {
-        /// By whom.
+        /// Name of the person who recorded it.
         by: String,
     },
-    /// The session went into another phase.
+    /// The session entered another phase.
     Phase {
-        /// Which.
+        /// The phase entered.
         phase: Phase,
     },
     /// A recording was opened.
     TrialBegan {
-        /// Of which attempt.
+        /// The attempt.
         key: TrialKey,
     },
     /// An interval was marked in the open recording.
     Marked {
-        /// Which.
+        /// The interval.
         interval: Interval,
     },
-    /// It is decided what became of an attempt.
+    /// An attempt was settled.
     TrialSettled {
-        /// What became of it.
+        /// The attempt and its outcome.
         record: TrialRecord,
     },
     /// The finger left the plate during the countdown.
@@ -63,25 +66,41 @@ pub enum SessionEventKind {
     FingerNotLifted,
     /// The safety chain tripped.
     SafetyTripped {
-        /// Why.
+        /// What tripped.
         reason: String,
     },
-    /// The operator asked for what cannot be done now.
+    /// A command of the operator was refused.
     CommandRefused {
-        /// What was asked for.
+        /// The command.
         command: OperatorCommand,
-        /// Why not.
+        /// Why it was refused.
         because: String,
     },
     /// The session ended.
     SessionEnded {
-        /// How.
+        /// How it ended.
         outcome: SessionOutcome,
     },
 }
 
-/// The attempts that an event log tells of, to resume from. An attempt that began and was never settled, because the
-/// programme ended, becomes an interrupted one.
+/// How a session ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "end", rename_all = "snake_case")]
+pub enum SessionOutcome {
+    /// Every trial is settled.
+    Completed {
+        /// Counts and means over its attempts.
+        summary: SessionSummary,
+    },
+    /// The operator ended it.
+    Aborted {
+        /// Counts and means over its attempts.
+        summary: SessionSummary,
+    },
+}
+
+/// Returns the attempts in an event log, to resume the session from. An attempt that began and was never settled,
+/// because the program ended, becomes an interrupted one.
 pub fn records_from_events<'a>(
     events: impl IntoIterator<Item = &'a SessionEventKind>,
 ) -> Vec<TrialRecord> {

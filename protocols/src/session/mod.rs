@@ -1,14 +1,32 @@
 //! The session as a state machine: observations in, actions out.
+//!
+//! Each file takes from those before it: [`observation`], [`event`] and [`action`] are the machine's input and output,
+//! [`plan`] the order of trials, [`attempts`] what was made of them, [`state`] and [`machine`] the state,
+//! [`trial_steps`] and [`settling`] its transitions, [`commands`] the operator's, [`show`] the participant's view, and
+//! [`step`] one turn of all of it.
 
+mod action;
+mod attempts;
+mod commands;
+mod error;
 mod event;
-mod interface;
 mod machine;
+mod observation;
+mod participant_view;
+mod phase;
+mod plan;
+mod settling;
+mod show;
+mod state;
+mod step;
 #[cfg(test)]
 mod tests;
+mod trial_steps;
 
-pub use event::{SessionEvent, SessionEventKind, records_from_events};
-pub use interface::{
-    Action, Cue, DriveRequest, Instruction, Observation, OperatorCommand, ParticipantView, Phase,
-    Progress, Safety, SessionOutcome,
-};
-pub use machine::{Session, SessionError};
+pub use action::{Action, Cue, DriveRequest};
+pub use error::{RecordMismatch, SessionError};
+pub use event::{SessionEvent, SessionEventKind, SessionOutcome, records_from_events};
+pub use machine::Session;
+pub use observation::{Observation, OperatorCommand, Safety};
+pub use participant_view::{Instruction, ParticipantView, Progress};
+pub use phase::Phase;

@@ -1,7 +1,7 @@
 use super::*;
 use crate::protocol::{Protocol, built_in};
-use crate::selection::{Instance, Rejection, StretchOutcome};
-use crate::trial::Interruption;
+use crate::stretch::{Instance, Rejection, Stretch, StretchOutcome};
+use crate::trial::{Direction, TrialKey};
 
 fn rules() -> VerdictRules {
     Protocol::parse(built_in("huloux2021").unwrap(), "huloux2021.toml")
@@ -50,89 +50,120 @@ fn good() -> TrialAnalysis {
     }
 }
 
-/// The messages of the verdict on a good trial with a change.
-fn messages(change: impl FnOnce(&mut TrialAnalysis)) -> Vec<String> {
+/// The verdict's reasons against a good trial with a change.
+fn reasons(change: impl FnOnce(&mut TrialAnalysis)) -> Vec<RedoReason> {
     let mut analysis = good();
     change(&mut analysis);
     match judge(&analysis, &rules()) {
         Verdict::Accepted => Vec::new(),
         Verdict::Redo { reasons } => {
             assert!(!reasons.is_empty());
-            reasons.iter().map(ToString::to_string).collect()
+            reasons
         }
     }
 }
 
 #[test]
 fn a_good_trial_is_accepted() {
-    assert_eq!(messages(|_| {}), [""; 0]);
+    assert_eq!(reasons(|_| {}), []);
 }
 
 #[test]
 fn the_force_band_includes_its_ends() {
     for normal_n in [0.5, 0.8] {
         assert_eq!(
-            messages(|a| a.explorations[0].mean_normal_n = Some(normal_n)),
-            [""; 0]
+            reasons(|a| a.explorations[0].mean_normal_n = Some(normal_n)),
+            []
         );
     }
     assert_eq!(
-        messages(|a| a.explorations[1].mean_normal_n = Some(0.81)),
-        ["exploration 2: mean normal force 0.81 N, outside 0.50 to 0.80 N"]
+        reasons(|a| a.explorations[1].mean_normal_n = Some(0.81)),
+        [RedoReason::ForceOutOfBand {
+            exploration: 2,
+            mean_n: 0.81,
+            min_n: 0.5,
+            max_n: 0.8
+        }]
     );
 }
 
 #[test]
-fn a_wrong_speed_is_said_in_mm_per_s() {
-    assert_eq!(
-        messages(|a| a.explorations[0].mean_speed_m_per_s = Some(0.030)),
-        ["exploration 1: mean speed 30 mm/s, outside 38 to 62 mm/s"]
-    );
+fn a_wrong_speed_is_given_with_its_limits() {
+    let reasons = reasons(|a| a.explorations[0].mean_speed_m_per_s = Some(0.030));
+    let [
+        RedoReason::SpeedOutOfBand {
+            exploration: 1,
+            speed_m_per_s: 0.030,
+            min_m_per_s,
+            max_m_per_s,
+        },
+    ] = reasons[..]
+    else {
+        panic!("{reasons:?}")
+    };
+    assert!((min_m_per_s - 0.0375).abs() < 1e-12);
+    assert!((max_m_per_s - 0.0625).abs() < 1e-12);
 }
 
 #[test]
 fn an_exploration_that_was_not_measured_is_named_once() {
     assert_eq!(
-        messages(|a| {
+        reasons(|a| {
             a.explorations[0].mean_normal_n = None;
             a.explorations[0].mean_speed_m_per_s = None;
         }),
-        ["exploration 1: no valid force or position on the plate's central part"]
+        [RedoReason::NotMeasured { exploration: 1 }]
     );
 }
 
 #[test]
 fn a_mean_that_is_no_number_was_not_measured() {
-    let said = "exploration 1: no valid force or position on the plate's central part";
+    let not_measured = [RedoReason::NotMeasured { exploration: 1 }];
     let nan = Some(f64::NAN);
-    assert_eq!(messages(|a| a.explorations[0].mean_normal_n = nan), [said]);
     assert_eq!(
-        messages(|a| a.explorations[0].mean_speed_m_per_s = nan),
-        [said]
+        reasons(|a| a.explorations[0].mean_normal_n = nan),
+        not_measured
     );
-    assert_eq!(messages(|a| a.unloaded_mean_normal_n = nan).len(), 1);
+    assert_eq!(
+        reasons(|a| a.explorations[0].mean_speed_m_per_s = nan),
+        not_measured
+    );
+    assert_eq!(
+        reasons(|a| a.unloaded_mean_normal_n = nan),
+        [RedoReason::BaselineNotMeasured]
+    );
 }
 
 #[test]
 fn drop_outs_are_counted_against_their_limits() {
     assert_eq!(
-        messages(|a| {
+        reasons(|a| {
             a.clipped_frames = 3;
             a.lost_frames = 480;
             a.input_xruns = 1;
             a.output_xruns = 2;
         }),
         [
-            "3 clipped frames, 0 allowed: lower the input gain or the amplitude",
-            "480 lost frames, 0 allowed",
-            "1 input and 2 output xruns, 0 allowed",
+            RedoReason::Clipped {
+                frames: 3,
+                limit: 0
+            },
+            RedoReason::LostSamples {
+                frames: 480,
+                limit: 0
+            },
+            RedoReason::Xruns {
+                input: 1,
+                output: 2,
+                limit: 0
+            },
         ]
     );
 }
 
 #[test]
 fn too_few_instances_name_the_commonest_rejection() {
-    assert_eq!(messages(|a| a.explorations[0].stretches.clear()), [""; 0]);
+    assert_eq!(reasons(|a| a.explorations[0].stretches.clear()), []);
     let slow = Rejection::Speed {
         speed_m_per_s: 0.02,
         min_m_per_s: 0.0375,
@@ -140,106 +171,76 @@ fn too_few_instances_name_the_commonest_rejection() {
     };
     let other = Rejection::NoContact { least_n: 0.0 };
     assert_eq!(
-        messages(|a| {
+        reasons(|a| {
             a.explorations[0].stretches = vec![accepted(); 4];
             a.explorations[1].stretches = [other, slow, slow]
                 .map(|r| stretch(StretchOutcome::Rejected(r)))
                 .to_vec();
         }),
-        ["4 instances, 5 needed; most other stretches: speed outside the tolerance"]
+        [RedoReason::TooFewInstances {
+            found: 4,
+            needed: 5,
+            mostly: Some(slow.kind().to_owned())
+        }]
     );
 }
 
 #[test]
 fn a_finger_on_the_plate_during_the_baseline_is_noticed() {
     assert_eq!(
-        messages(|a| a.unloaded_mean_normal_n = Some(0.3)),
-        [
-            "finger on the plate during the baseline: mean normal force 0.30 N, less than 0.10 N needed"
-        ]
+        reasons(|a| a.unloaded_mean_normal_n = Some(0.3)),
+        [RedoReason::FingerOnPlate {
+            mean_n: 0.3,
+            limit_n: 0.1
+        }]
     );
     assert_eq!(
-        messages(|a| a.unloaded_mean_normal_n = None),
-        ["the normal force of the baseline was not measured"]
+        reasons(|a| a.unloaded_mean_normal_n = None),
+        [RedoReason::BaselineNotMeasured]
     );
 }
 
 #[test]
 fn all_reasons_are_given() {
-    assert_eq!(
-        messages(|a| {
-            a.unloaded_mean_normal_n = Some(0.3);
-            a.explorations[0].mean_normal_n = Some(0.2);
-            a.explorations[0].mean_speed_m_per_s = Some(0.2);
-            a.lost_frames = 1;
-        })
-        .len(),
-        4
+    let reasons = reasons(|a| {
+        a.unloaded_mean_normal_n = Some(0.3);
+        a.explorations[0].mean_normal_n = Some(0.2);
+        a.explorations[0].mean_speed_m_per_s = Some(0.2);
+        a.lost_frames = 1;
+    });
+    assert!(
+        matches!(
+            reasons[..],
+            [
+                RedoReason::FingerOnPlate { .. },
+                RedoReason::ForceOutOfBand { exploration: 1, .. },
+                RedoReason::SpeedOutOfBand { exploration: 1, .. },
+                RedoReason::LostSamples { frames: 1, .. },
+            ]
+        ),
+        "{reasons:?}"
     );
 }
 
 #[test]
-fn the_summary_counts_kept_trials_and_all_drop_outs() {
-    let record = |number, attempt, practice, outcome, lost_frames| {
-        let mut analysis = good();
-        analysis.key = TrialKey {
-            number,
-            attempt,
-            practice,
-            condition: "am".to_owned(),
-        };
-        analysis.lost_frames = lost_frames;
-        TrialRecord {
-            key: analysis.key.clone(),
-            outcome,
-            analysis: Some(analysis),
-        }
+fn the_operator_reads_values_and_limits_in_handy_units() {
+    let speed = RedoReason::SpeedOutOfBand {
+        exploration: 1,
+        speed_m_per_s: 0.030,
+        min_m_per_s: 0.0375,
+        max_m_per_s: 0.0625,
     };
-    let redo = TrialOutcome::Redo {
-        reasons: vec![RedoReason::NotAnalysed],
-    };
-    let mut interrupted = record(
-        3,
-        1,
-        false,
-        TrialOutcome::Interrupted {
-            interruption: Interruption::Paused,
-        },
-        0,
+    assert_eq!(
+        speed.to_string(),
+        "exploration 1: mean speed 30 mm/s, outside 38 to 62 mm/s"
     );
-    interrupted.analysis = None;
-    let summary = SessionSummary::new(
-        4,
-        &[
-            record(1, 1, true, TrialOutcome::Accepted, 0),
-            record(2, 1, false, redo, 7),
-            record(2, 2, false, TrialOutcome::Accepted, 0),
-            interrupted,
-            record(
-                3,
-                2,
-                false,
-                TrialOutcome::AcceptedAnyway { reasons: vec![] },
-                2,
-            ),
-            record(4, 1, false, TrialOutcome::GivenUp { reasons: vec![] }, 1),
-        ],
-    );
-    assert!((summary.mean_normal_n.unwrap() - 0.65).abs() < 1e-12);
-    let expected = SessionSummary {
-        planned: 4,
-        practice: 1,
-        accepted: 1,
-        accepted_anyway: 1,
-        given_up: 1,
-        redone: 1,
-        interrupted: 1,
-        instances: 24,
-        mean_normal_n: summary.mean_normal_n,
-        lost_frames: 10,
-        clipped_frames: 0,
-        xruns: 0,
+    let few = RedoReason::TooFewInstances {
+        found: 4,
+        needed: 5,
+        mostly: Some("too short".to_owned()),
     };
-    assert_eq!(summary, expected);
-    assert_eq!(SessionSummary::new(4, &[]).mean_normal_n, None);
+    assert_eq!(
+        few.to_string(),
+        "4 instances, 5 needed; most other stretches: too short"
+    );
 }

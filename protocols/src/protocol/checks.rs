@@ -1,23 +1,19 @@
-//! What a protocol's values may be: one rule, one function, one message.
+//! The rules for a protocol's values, a function each.
 //!
 //! Ranges are this project's, wide enough for any study of friction modulation and narrow enough to catch a wrong
 //! unit (50 for 50 mm/s, 35 for 35 kHz) or a slipped decimal point.
 
+use super::definition::Protocol;
+use super::drive::{Carrier, Condition, Drive};
+use super::error::{BrokenRule, MIN_TRAVEL_M};
 use super::raw::{RawCondition, RawProtocol};
-use super::{Carrier, Condition, Drive, Order, Protocol};
+use super::sections::Order;
 use std::collections::BTreeSet;
 
-/// A broken rule.
-#[derive(Debug)]
-pub(super) struct Broken {
-    pub key: String,
-    pub value: String,
-    pub allowed: String,
-}
+type Checked = Result<(), BrokenRule>;
 
-type Checked = Result<(), Broken>;
-
-pub(super) fn validate(raw: RawProtocol) -> Result<Protocol, Broken> {
+/// Checks every value of a protocol file and gives each condition its whole drive.
+pub(super) fn validate(raw: RawProtocol) -> Result<Protocol, BrokenRule> {
     short_name("name", &raw.name)?;
     drive("drive", &raw.drive)?;
     let conditions = conditions(&raw.drive, raw.conditions)?;
@@ -67,25 +63,12 @@ pub(super) fn validate(raw: RawProtocol) -> Result<Protocol, Broken> {
     })
 }
 
-fn within(key: &str, value: f64, min: f64, max: f64, unit: &str) -> Checked {
-    // NaN is in no range.
-    if (min..=max).contains(&value) {
-        return Ok(());
-    }
-    let unit = if unit.is_empty() {
-        String::new()
-    } else {
-        format!(" {unit}")
-    };
-    Err(Broken {
-        key: key.to_owned(),
-        value: format!("{value}{unit}"),
-        allowed: format!("{min} to {max}{unit}"),
-    })
+fn within(key: &str, value: f64, low: f64, high: f64, unit: &str) -> Checked {
+    Ok(strict::within(key, value, low, high, unit)?)
 }
 
-fn count_within(key: &str, value: usize, min: usize, max: usize) -> Checked {
-    within(key, value as f64, min as f64, max as f64, "")
+fn count_within(key: &str, count: u64, low: u64, high: u64) -> Checked {
+    Ok(strict::count_within(key, count, low, high)?)
 }
 
 fn short_name(key: &str, name: &str) -> Checked {
@@ -93,10 +76,9 @@ fn short_name(key: &str, name: &str) -> Checked {
     if (1..=64).contains(&name.len()) && name.bytes().all(allowed) {
         return Ok(());
     }
-    Err(Broken {
+    Err(BrokenRule::Name {
         key: key.to_owned(),
-        value: format!("{name:?}"),
-        allowed: "1 to 64 of a-z, 0-9, `-`, `_`".to_owned(),
+        name: name.to_owned(),
     })
 }
 
@@ -114,7 +96,8 @@ fn carrier(key: &str, carrier: Carrier) -> Checked {
     }
 }
 
-/// The bench's own limits, compiled in and configured, are tighter and checked when it is armed.
+/// Requires a plausible amplitude. The bench's own limits, compiled in and configured, are tighter and checked when it
+/// is armed.
 fn mean_amplitude(key: &str, volts: f64) -> Checked {
     within(key, volts, 0.0, 100.0, "V")
 }
@@ -127,8 +110,8 @@ fn index(key: &str, index: f64) -> Checked {
     within(key, index, 0.0, 1.0, "")
 }
 
-fn conditions(base: &Drive, raw: Vec<RawCondition>) -> Result<Vec<Condition>, Broken> {
-    count_within("conditions", raw.len(), 1, 64)?;
+fn conditions(base: &Drive, raw: Vec<RawCondition>) -> Result<Vec<Condition>, BrokenRule> {
+    count_within("conditions", raw.len() as u64, 1, 64)?;
     let mut names = BTreeSet::new();
     raw.into_iter()
         .enumerate()
@@ -155,34 +138,29 @@ fn unique(key: &str, name: &str, names: &mut BTreeSet<String>) -> Checked {
     if names.insert(name.to_owned()) {
         return Ok(());
     }
-    Err(Broken {
+    Err(BrokenRule::RepeatedName {
         key: key.to_owned(),
-        value: format!("{name:?}"),
-        allowed: "a name that no other condition has".to_owned(),
+        name: name.to_owned(),
     })
 }
 
 fn practice(trials: u32) -> Checked {
-    count_within("trials.practice", trials as usize, 0, 100)
+    count_within("trials.practice", u64::from(trials), 0, 100)
 }
 
 fn per_condition(trials: u32) -> Checked {
-    count_within("trials.per_condition", trials as usize, 1, 1000)
+    count_within("trials.per_condition", u64::from(trials), 1, 1000)
 }
 
 fn williams_size(order: Order, conditions: usize) -> Checked {
     if order != Order::Counterbalanced || conditions >= 2 {
         return Ok(());
     }
-    Err(Broken {
-        key: "trials.order".to_owned(),
-        value: "\"counterbalanced\"".to_owned(),
-        allowed: "`fixed` or `randomised` with a single condition".to_owned(),
-    })
+    Err(BrokenRule::CounterbalancedSingle)
 }
 
 fn directions(explorations: usize) -> Checked {
-    count_within("exploration.directions", explorations, 1, 20)
+    count_within("exploration.directions", explorations as u64, 1, 20)
 }
 
 fn slider_end(key: &str, position_m: f64) -> Checked {
@@ -190,16 +168,10 @@ fn slider_end(key: &str, position_m: f64) -> Checked {
 }
 
 fn travel(from_m: f64, to_m: f64) -> Checked {
-    if to_m - from_m >= 0.010 {
+    if to_m - from_m >= MIN_TRAVEL_M {
         return Ok(());
     }
-    Err(Broken {
-        key: "exploration.to_m".to_owned(),
-        value: format!("{to_m} m"),
-        allowed: format!(
-            "at least 0.01 m beyond `from_m` = {from_m} m; `directions` says which way the slider goes"
-        ),
-    })
+    Err(BrokenRule::Travel { from_m, to_m })
 }
 
 fn speed(m_per_s: f64) -> Checked {
@@ -226,22 +198,14 @@ fn greatest_force(min_n: f64, max_n: f64) -> Checked {
     if max_n > min_n {
         return within("force.max_n", max_n, 0.02, 20.0, "N");
     }
-    Err(Broken {
-        key: "force.max_n".to_owned(),
-        value: format!("{max_n} N"),
-        allowed: format!("more than `min_n` = {min_n} N"),
-    })
+    Err(BrokenRule::EmptyBand { min_n, max_n })
 }
 
 fn contact(contact_n: f64, min_n: f64) -> Checked {
     if contact_n < min_n {
         return within("force.contact_n", contact_n, 0.01, 5.0, "N");
     }
-    Err(Broken {
-        key: "force.contact_n".to_owned(),
-        value: format!("{contact_n} N"),
-        allowed: format!("less than `min_n` = {min_n} N"),
-    })
+    Err(BrokenRule::ContactInBand { contact_n, min_n })
 }
 
 fn rest_length(s: f64) -> Checked {
@@ -249,17 +213,16 @@ fn rest_length(s: f64) -> Checked {
 }
 
 fn redo(key: &str, times: u32) -> Checked {
-    count_within(key, times as usize, 0, 1000)
+    count_within(key, u64::from(times), 0, 1000)
 }
 
 fn central(central_m: f64, travel_m: f64) -> Checked {
     if central_m <= travel_m {
         return within("selection.central_m", central_m, 0.005, 2.0, "m");
     }
-    Err(Broken {
-        key: "selection.central_m".to_owned(),
-        value: format!("{central_m} m"),
-        allowed: format!("at most the slider's travel of {travel_m:.4} m"),
+    Err(BrokenRule::CentralBeyondTravel {
+        central_m,
+        travel_m,
     })
 }
 
@@ -272,7 +235,7 @@ fn instance(s: f64) -> Checked {
 }
 
 fn min_instances(n: u32) -> Checked {
-    count_within("selection.min_instances", n as usize, 1, 1000)
+    count_within("selection.min_instances", u64::from(n), 1, 1000)
 }
 
 fn timeout(key: &str, s: f64) -> Checked {

@@ -1,0 +1,240 @@
+//! Values that cannot be read: what stands there, and what should.
+
+/// What is wrong with a value.
+#[derive(Debug, PartialEq)]
+pub(crate) enum WrongValue {
+    /// A number between quotes where a number is expected.
+    QuotedNumber(String),
+    /// A number and a unit.
+    NumberWithUnit(String),
+    /// Another type, or a whole number outside the type's range.
+    Type { found: String, wanted: String },
+}
+
+/// Takes serde's "invalid type: string \"5\", expected f64" apart; `None` for any other message.
+pub(crate) fn from_message(message: &str) -> Option<WrongValue> {
+    let rest = message
+        .strip_prefix("invalid type: ")
+        .or_else(|| message.strip_prefix("invalid value: "))?;
+    let (found, wanted) = rest.rsplit_once(", expected ")?;
+    let text = found
+        .strip_prefix("string \"")
+        .and_then(|text| text.strip_suffix('"'));
+    if let Some(text) = text.filter(|_| is_number_wanted(wanted)) {
+        let (number, unit) = split_number(text);
+        if !number.is_empty() && unit.is_empty() {
+            return Some(WrongValue::QuotedNumber(text.to_owned()));
+        }
+        if !number.is_empty() && is_unit(unit) {
+            return Some(WrongValue::NumberWithUnit(text.to_owned()));
+        }
+    }
+    Some(WrongValue::Type {
+        found: found_in_words(found),
+        wanted: wanted_in_words(wanted),
+    })
+}
+
+/// A value that is not TOML, as it stands in the text.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Unreadable<'a> {
+    /// Dotted path of its key, where the key stands on the value's line.
+    pub(crate) key: Option<String>,
+    /// The value as written; may be empty.
+    pub(crate) value: &'a str,
+}
+
+impl Unreadable<'_> {
+    /// Whether the value is a number and a unit.
+    pub(crate) fn is_number_with_unit(&self) -> bool {
+        let (number, unit) = split_number(self.value);
+        !number.is_empty() && is_unit(unit)
+    }
+
+    /// Whether the value of a key is a word without quotes.
+    pub(crate) fn is_bare_word(&self) -> bool {
+        self.key.is_some()
+            && self.value.starts_with(char::is_alphabetic)
+            && self.value.chars().all(|c| c.is_alphanumeric() || c == '_')
+    }
+}
+
+/// Finds the value around `offset`, where a parser stopped. `None` if no value stands there.
+pub(crate) fn unreadable(text: &str, offset: usize) -> Option<Unreadable<'_>> {
+    let before = text.get(..offset)?;
+    let line_start = before.rfind('\n').map_or(0, |at| at + 1);
+    let line = text[line_start..].lines().next()?;
+    let offset = (offset - line_start).min(line.len());
+    // A value begins after the sign before it, or with its line; a comment is no value.
+    let opening = line[..offset].rfind(['=', '[', ',', '#']);
+    if opening.is_some_and(|at| line.as_bytes()[at] == b'#') {
+        return None;
+    }
+    let (opened, rest) = line.split_at(opening.map_or(0, |at| at + 1));
+    let value = rest
+        .find([',', ']', '}', '#'])
+        .map_or(rest, |end| &rest[..end]);
+    Some(Unreadable {
+        key: key_before(text, line_start, opened),
+        value: value.trim(),
+    })
+}
+
+/// The dotted path of the key that `line` begins with: the table's header above it, the key, and the key within an
+/// inline table.
+fn key_before(text: &str, line_start: usize, line: &str) -> Option<String> {
+    let (first, rest) = line.split_once('=')?;
+    let header = text[..line_start].lines().rev().find_map(|line| {
+        let line = line.split('#').next().unwrap_or_default().trim();
+        let name = line.strip_prefix('[')?.strip_suffix(']')?;
+        Some(name.trim_matches(['[', ']', ' ']))
+    });
+    let inner = rest
+        .trim_end()
+        .strip_suffix('=')
+        .and_then(|rest| rest.rsplit(['{', ',', '=']).next());
+    let parts = header.into_iter().chain([first.trim()]);
+    let parts: Vec<_> = parts.chain(inner.map(str::trim)).collect();
+    Some(parts.join("."))
+}
+
+/// Splits "6.0 Hz" into "6.0" and "Hz"; the number is empty if none stands first.
+fn split_number(text: &str) -> (&str, &str) {
+    let text = text.trim();
+    let mut end = 0;
+    let bytes = text.as_bytes();
+    let digits = |from: usize| {
+        bytes[from..]
+            .iter()
+            .take_while(|b| b.is_ascii_digit() || **b == b'_')
+            .count()
+    };
+    if matches!(bytes.first(), Some(b'+' | b'-')) {
+        end += 1;
+    }
+    let whole = digits(end);
+    end += whole;
+    let mut any = whole > 0;
+    if bytes.get(end) == Some(&b'.') {
+        let fraction = digits(end + 1);
+        any |= fraction > 0;
+        end += 1 + fraction;
+    }
+    if !any {
+        return ("", text);
+    }
+    if matches!(bytes.get(end), Some(b'e' | b'E')) {
+        let sign = usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
+        let exponent = digits((end + 1 + sign).min(bytes.len()));
+        if exponent > 0 {
+            end += 1 + sign + exponent;
+        }
+    }
+    (&text[..end], text[end..].trim_start())
+}
+
+/// Whether `text` reads as a unit: a letter, `%` or `°`, then no sign but those of powers, products and ratios.
+fn is_unit(text: &str) -> bool {
+    let begins = text.starts_with(|c: char| c.is_alphabetic() || matches!(c, '%' | '°'));
+    let sign = |c: char| {
+        c.is_alphanumeric() || matches!(c, '%' | '°' | '/' | '^' | '·' | '*' | '-' | '⁻' | ' ')
+    };
+    begins && text.chars().all(sign)
+}
+
+const WHOLE_NUMBERS: [(&str, &str); 10] = [
+    ("u8", "a whole number from 0 to 255"),
+    ("u16", "a whole number from 0 to 65535"),
+    ("u32", "a whole number from 0 to 4294967295"),
+    ("u64", "a whole number from 0"),
+    ("usize", "a whole number from 0"),
+    ("i8", "a whole number from -128 to 127"),
+    ("i16", "a whole number from -32768 to 32767"),
+    ("i32", "a whole number from -2147483648 to 2147483647"),
+    ("i64", "a whole number"),
+    ("isize", "a whole number"),
+];
+
+fn is_number_wanted(wanted: &str) -> bool {
+    matches!(wanted, "f32" | "f64")
+        || WHOLE_NUMBERS.iter().any(|(name, _)| *name == wanted)
+        || wanted.contains("number")
+}
+
+/// Returns serde's name of an expected type in a user's words.
+fn wanted_in_words(wanted: &str) -> String {
+    let words = match wanted {
+        "f32" | "f64" => "a number",
+        "a boolean" => "`true` or `false`",
+        "a string" | "a borrowed string" => "text in quotes",
+        "a sequence" => "a list in brackets",
+        "a map" => "a table",
+        _ if wanted.starts_with("struct ") => "a table",
+        _ => WHOLE_NUMBERS
+            .iter()
+            .find(|(name, _)| *name == wanted)
+            .map_or(wanted, |(_, words)| words),
+    };
+    words.to_owned()
+}
+
+/// Returns serde's description of an unexpected value in a user's words.
+fn found_in_words(found: &str) -> String {
+    for kind in ["integer ", "floating point ", "boolean "] {
+        if let Some(value) = found.strip_prefix(kind) {
+            return value.to_owned();
+        }
+    }
+    match found {
+        "sequence" => "a list".to_owned(),
+        "map" => "a table".to_owned(),
+        _ => match found.strip_prefix("string ") {
+            Some(text) => format!("the text {text}"),
+            None => found.to_owned(),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_is_split_from_what_follows_it() {
+        for (text, number, unit) in [
+            ("6.0 Hz", "6.0", "Hz"),
+            ("20g", "20", "g"),
+            ("-6.0e-3m", "-6.0e-3", "m"),
+            ("192_000", "192_000", ""),
+            ("5e", "5", "e"),
+            (".5 m/s", ".5", "m/s"),
+            ("Hz", "", "Hz"),
+            ("-", "", "-"),
+            ("", "", ""),
+        ] {
+            assert_eq!(split_number(text), (number, unit), "{text}");
+        }
+    }
+
+    #[test]
+    fn units_are_told_from_other_text() {
+        for unit in ["Hz", "%", "µm", "m/s", "N·s/m", "°C", "m s^-1"] {
+            assert!(is_unit(unit), "{unit}");
+        }
+        for other in ["", "3", ".k", "/s", "m = 3", "\"m\""] {
+            assert!(!is_unit(other), "{other}");
+        }
+    }
+
+    #[test]
+    fn only_complaints_about_types_are_taken_apart() {
+        assert_eq!(from_message("invalid length 2, expected 3"), None);
+        assert_eq!(
+            from_message("invalid type: string \"true\", expected a boolean"),
+            Some(WrongValue::Type {
+                found: "the text \"true\"".to_owned(),
+                wanted: "`true` or `false`".to_owned()
+            })
+        );
+    }
+}

@@ -1,0 +1,388 @@
+//! A session without hardware: an ideal participant follows a protocol, and the timeline is printed.
+//!
+//! `cargo run -p protocols --example dry_run -- PROTOCOL [PARTICIPANT]`, where PROTOCOL is a built-in name or a path
+//! and PARTICIPANT is `sub-01` unless given. The participant follows the slider exactly, presses with the middle of the
+//! force band, and obeys each instruction within a second. The bench answers with a synthetic vibration of the
+//! condition's modulation, selected by the protocol's rules about the middle of the slider's travel, so a protocol that
+//! yields too few instances is seen to repeat its trials.
+
+use std::fmt;
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use protocols::selection::{SelectionError, analyse_exploration};
+use protocols::{
+    Action, Drive, DriveRequest, ExplorationSeries, Instruction, Interval, IntervalKind,
+    Observation, OperatorCommand, ParticipantId, ParticipantIdError, ParticipantView, Phase,
+    Protocol, ProtocolError, Session, SessionError, SessionEvent, SessionEventKind, SessionOutcome,
+    TrialAnalysis, TrialKey, Validity, Verdict,
+};
+
+const USAGE: &str = "usage: dry_run PROTOCOL [PARTICIPANT]";
+/// Time between observations, s.
+const STEP_S: f64 = 0.02;
+/// Time that the participant takes to follow an instruction, s.
+const REACTION_S: f64 = 0.5;
+/// Rate of the synthetic frames, Hz.
+const FRAME_HZ: f64 = 2000.0;
+/// Mean of the synthetic vibration amplitude, m.
+const AMPLITUDE_M: f64 = 2e-6;
+/// Longest session, s; a longer one waits for something that never comes.
+const LONGEST_S: f64 = 24.0 * 3600.0;
+
+/// Why there is no dry run.
+#[derive(Debug, thiserror::Error)]
+enum DryRunError {
+    #[error("{USAGE}")]
+    Usage,
+    #[error("cannot read the protocol {name}: {cause}{}", .nearest.map(|n| format!("; did you mean the built-in `{n}`?")).unwrap_or_default())]
+    Unreadable {
+        name: String,
+        cause: io::Error,
+        nearest: Option<&'static str>,
+    },
+    #[error(transparent)]
+    Protocol(#[from] ProtocolError),
+    #[error(transparent)]
+    Participant(#[from] ParticipantIdError),
+    #[error(transparent)]
+    Session(#[from] SessionError),
+    #[error(transparent)]
+    Selection(#[from] SelectionError),
+    #[error("the session did not end within {LONGEST_S} s")]
+    Endless,
+    #[error("cannot write: {0}")]
+    Output(#[from] io::Error),
+}
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let mut out = io::stdout().lock();
+    match dry_run(&arguments, &mut out).and_then(|()| Ok(out.flush()?)) {
+        Ok(()) => ExitCode::SUCCESS,
+        // A reader such as `head` has seen enough.
+        Err(DryRunError::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            // Nothing is left to report to if standard error is closed, too.
+            let _ = writeln!(io::stderr(), "error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn dry_run(arguments: &[String], out: &mut impl Write) -> Result<(), DryRunError> {
+    let (name, participant) = match arguments {
+        [help] if help == "--help" || help == "-h" => return Ok(writeln!(out, "{USAGE}")?),
+        [name] => (name, "sub-01"),
+        [name, participant] => (name, participant.as_str()),
+        _ => return Err(DryRunError::Usage),
+    };
+    let protocol = read_protocol(name)?;
+    let participant: ParticipantId = participant.parse()?;
+    let seed = protocol.trials.seed;
+    let session = Session::new(protocol.clone(), participant.clone(), seed)?;
+    writeln!(
+        out,
+        "protocol {}, participant {participant}, seed {seed}, {} trials\n",
+        protocol.name,
+        protocol.planned_trials()
+    )?;
+    writeln!(
+        out,
+        "{:>9}  {:<11}  {:<13}  what happens",
+        "time/s", "phase", "instruction"
+    )?;
+    DryRun::new(protocol, session).run(out)
+}
+
+fn read_protocol(name: &str) -> Result<Protocol, DryRunError> {
+    if let Some(text) = protocols::built_in(name) {
+        return Ok(Protocol::parse(text, name)?);
+    }
+    let text = std::fs::read_to_string(name).map_err(|cause| DryRunError::Unreadable {
+        name: name.to_owned(),
+        cause,
+        nearest: protocols::nearest_built_in(name),
+    })?;
+    Ok(Protocol::parse(&text, name)?)
+}
+
+/// A session with its participant and its bench.
+struct DryRun {
+    protocol: Protocol,
+    session: Session,
+    t_s: f64,
+    view: Option<ParticipantView>,
+    /// Time at which the present instruction appeared, s.
+    instructed_s: f64,
+    finger_on: bool,
+    /// Drive of the last trial.
+    drive: Option<Drive>,
+    analysis: Option<TrialAnalysis>,
+    /// Phase and instruction printed last.
+    printed: Option<(Phase, Instruction)>,
+}
+
+impl DryRun {
+    fn new(protocol: Protocol, session: Session) -> Self {
+        Self {
+            protocol,
+            session,
+            t_s: 0.0,
+            view: None,
+            instructed_s: 0.0,
+            finger_on: false,
+            drive: None,
+            analysis: None,
+            printed: None,
+        }
+    }
+
+    fn run(mut self, out: &mut impl Write) -> Result<(), DryRunError> {
+        for step in 0..(LONGEST_S / STEP_S) as u64 {
+            self.t_s = step as f64 * STEP_S;
+            let observation = self.observe();
+            let actions = self.session.step(&observation);
+            // The view comes last; each line is printed with the instruction that holds from this step on.
+            if let Some(Action::Show(view)) = actions.last() {
+                self.show(view.clone());
+            }
+            for action in actions {
+                self.act(action, out)?;
+            }
+            if matches!(self.session.phase(), Phase::Finished | Phase::Aborted) {
+                let minutes = (self.t_s / 60.0).floor();
+                writeln!(
+                    out,
+                    "\ntotal duration {:.1} s ({minutes:.0} min {:.0} s)",
+                    self.t_s,
+                    self.t_s - 60.0 * minutes
+                )?;
+                return Ok(());
+            }
+        }
+        Err(DryRunError::Endless)
+    }
+
+    /// What the bench observes of the participant, who does as the screen says.
+    fn observe(&mut self) -> Observation {
+        let reacted = self.t_s - self.instructed_s >= REACTION_S;
+        let mut button_pressed = false;
+        if let Some(view) = &self.view {
+            match view.instruction {
+                Instruction::PlaceFinger if reacted => self.finger_on = true,
+                Instruction::LiftFinger if reacted => self.finger_on = false,
+                _ => {}
+            }
+            button_pressed = view.button && reacted;
+        }
+        let force = self.protocol.force;
+        let consent = || OperatorCommand::ConsentGiven {
+            by: "dry run".to_owned(),
+        };
+        Observation {
+            t_s: self.t_s,
+            normal_n: Some(if self.finger_on {
+                0.5 * (force.min_n + force.max_n)
+            } else {
+                0.0
+            }),
+            button_pressed,
+            command: (self.session.phase() == Phase::Consent).then(consent),
+            analysis: self.analysis.take(),
+            ..Observation::default()
+        }
+    }
+
+    /// Takes over the participant's screen.
+    fn show(&mut self, view: ParticipantView) {
+        if self.view.as_ref().map(|view| view.instruction) != Some(view.instruction) {
+            self.instructed_s = self.t_s;
+        }
+        self.view = Some(view);
+    }
+
+    /// Does what the session asks of the bench, and prints it.
+    fn act(&mut self, action: Action, out: &mut impl Write) -> Result<(), DryRunError> {
+        match action {
+            Action::BeginTrial { key, drive, .. } => {
+                self.drive = Some(drive);
+                self.print(out, &format!("begin {}", Trial(&key)))?;
+            }
+            Action::Drive(DriveRequest::On(drive)) => self.print(
+                out,
+                &format!(
+                    "drive on: mean {} V, modulated {} % at {} Hz",
+                    drive.mean_amplitude_v,
+                    100.0 * drive.modulation_index,
+                    drive.modulation_hz
+                ),
+            )?,
+            Action::Drive(DriveRequest::Off) => self.print(out, "drive off")?,
+            Action::Mark(interval) => {
+                let what = match interval.kind {
+                    IntervalKind::Unloaded => "baseline".to_owned(),
+                    IntervalKind::Exploration { direction } => format!("exploration {direction}"),
+                };
+                self.print(
+                    out,
+                    &format!(
+                        "{what} from {:.2} to {:.2} s",
+                        interval.start_s, interval.end_s
+                    ),
+                )?;
+            }
+            Action::AnalyseTrial { key, intervals } => {
+                self.analysis = Some(self.analyse(key, &intervals)?);
+            }
+            Action::Verdict { verdict, .. } => match verdict {
+                Verdict::Accepted => self.print(out, "verdict: accepted")?,
+                Verdict::Redo { reasons } => {
+                    for reason in reasons {
+                        self.print(out, &format!("verdict: redo: {reason}"))?;
+                    }
+                }
+            },
+            Action::Show(view) => {
+                if self.printed != Some((self.session.phase(), view.instruction)) {
+                    self.print(out, "")?;
+                }
+            }
+            Action::Finished(outcome) => {
+                let (how, summary) = match outcome {
+                    SessionOutcome::Completed { summary } => ("completed", summary),
+                    SessionOutcome::Aborted { summary } => ("aborted", summary),
+                };
+                self.print(
+                    out,
+                    &format!(
+                        "{how}: {} of {} trials accepted, {} given up, {} repetitions, {} instances",
+                        summary.accepted,
+                        summary.planned,
+                        summary.given_up,
+                        summary.redone,
+                        summary.instances
+                    ),
+                )?;
+            }
+            Action::Log(SessionEvent {
+                kind: SessionEventKind::SessionStarted { order, .. },
+                ..
+            }) => self.print(out, &format!("order of trials: {}", order.join(", ")))?,
+            Action::EndTrial { .. } | Action::Cue(_) | Action::Log(_) => {}
+        }
+        Ok(())
+    }
+
+    /// Prints a line of the timeline; phase and instruction only where they changed.
+    fn print(&mut self, out: &mut impl Write, what: &str) -> io::Result<()> {
+        let phase = self.session.phase();
+        let shown = self
+            .view
+            .as_ref()
+            .map_or(Instruction::Wait, |view| view.instruction);
+        let (phase_name, instruction) = if self.printed == Some((phase, shown)) {
+            (String::new(), "")
+        } else {
+            (format!("{phase:?}").to_lowercase(), in_words(shown))
+        };
+        self.printed = Some((phase, shown));
+        let line = format!(
+            "{:>9.2}  {phase_name:<11}  {instruction:<13}  {what}",
+            self.t_s
+        );
+        writeln!(out, "{}", line.trim_end())
+    }
+
+    /// Analyses a trial whose finger was always where the slider was.
+    fn analyse(
+        &self,
+        key: TrialKey,
+        intervals: &[Interval],
+    ) -> Result<TrialAnalysis, SelectionError> {
+        let exploration = &self.protocol.exploration;
+        let centre_m = 0.5 * (exploration.from_m + exploration.to_m);
+        let rules = self.protocol.selection_rules(centre_m);
+        let mut explorations = Vec::new();
+        for interval in intervals {
+            let IntervalKind::Exploration { direction } = interval.kind else {
+                continue;
+            };
+            let slider = exploration.slider(direction);
+            let frames = ((interval.end_s - interval.start_s) * FRAME_HZ) as u32;
+            let elapsed_s: Vec<f64> = (0..frames).map(|i| f64::from(i) / FRAME_HZ).collect();
+            let time_s: Vec<f64> = elapsed_s.iter().map(|t| interval.start_s + t).collect();
+            let force = self.protocol.force;
+            let n = time_s.len();
+            let series = ExplorationSeries {
+                direction,
+                time_s: &time_s,
+                amplitude_m: &time_s
+                    .iter()
+                    .map(|t| self.amplitude_m(*t))
+                    .collect::<Vec<_>>(),
+                position_m: &elapsed_s
+                    .iter()
+                    .map(|t| slider.position_m(*t))
+                    .collect::<Vec<_>>(),
+                velocity_m_per_s: &vec![direction.sign() * slider.speed_m_per_s; n],
+                normal_n: &vec![0.5 * (force.min_n + force.max_n); n],
+                validity: &vec![Validity::Valid; n],
+            };
+            explorations.push(analyse_exploration(&series, &rules)?);
+        }
+        Ok(TrialAnalysis {
+            key,
+            explorations,
+            unloaded_mean_normal_n: Some(0.0),
+            clipped_frames: 0,
+            lost_frames: 0,
+            input_xruns: 0,
+            output_xruns: 0,
+        })
+    }
+
+    /// Vibration amplitude of the last trial's drive, m.
+    fn amplitude_m(&self, t_s: f64) -> f64 {
+        let modulation = self.drive.map_or(0.0, |drive| {
+            drive.modulation_index * (std::f64::consts::TAU * drive.modulation_hz * t_s).sin()
+        });
+        AMPLITUDE_M * (1.0 + modulation)
+    }
+}
+
+/// A trial in a line of the timeline.
+struct Trial<'a>(&'a TrialKey);
+
+impl fmt::Display for Trial<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let TrialKey {
+            number,
+            attempt,
+            practice,
+            condition,
+        } = self.0;
+        let practice = if *practice { ", practice" } else { "" };
+        write!(
+            f,
+            "trial {number}, attempt {attempt}, {condition}{practice}"
+        )
+    }
+}
+
+fn in_words(instruction: Instruction) -> &'static str {
+    match instruction {
+        Instruction::Wait => "wait",
+        Instruction::Welcome => "press button",
+        Instruction::LiftFinger => "lift finger",
+        Instruction::PlaceFinger => "place finger",
+        Instruction::GetReady => "get ready",
+        Instruction::FollowSlider => "follow slider",
+        Instruction::Feedback => "see force",
+        Instruction::Rest => "rest",
+        Instruction::Paused => "paused",
+        Instruction::Finished => "finished",
+    }
+}

@@ -1,0 +1,57 @@
+//! What the bench measured in an attempt at a trial.
+
+use crate::stretch::Stretch;
+use crate::trial::{Direction, TrialKey};
+use serde::{Deserialize, Serialize};
+
+/// What was measured in one exploration.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ExplorationAnalysis {
+    /// Direction in which the finger slid.
+    pub direction: Direction,
+    /// Mean normal force over the plate's central part, N; `None` without a valid frame there.
+    pub mean_normal_n: Option<f64>,
+    /// Mean speed along the direction over the plate's central part, m/s; `None` without a valid frame there.
+    pub mean_speed_m_per_s: Option<f64>,
+    /// All rising stretches in order, accepted and rejected.
+    pub stretches: Vec<Stretch>,
+}
+
+impl ExplorationAnalysis {
+    /// Returns the number of accepted stretches.
+    pub fn instances(&self) -> usize {
+        self.stretches
+            .iter()
+            .filter(|s| s.instance().is_some())
+            .count()
+    }
+}
+
+/// What was measured in one attempt.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TrialAnalysis {
+    /// The attempt.
+    pub key: TrialKey,
+    /// Its explorations, in order.
+    pub explorations: Vec<ExplorationAnalysis>,
+    /// Mean normal force of the baseline, when no finger should be on the plate, N; `None` if it was not measured.
+    pub unloaded_mean_normal_n: Option<f64>,
+    /// Input frames at the converter's limit.
+    pub clipped_frames: u64,
+    /// Input frames lost, written as NaN.
+    pub lost_frames: u64,
+    /// Overruns of the input.
+    pub input_xruns: u64,
+    /// Underruns of the output.
+    pub output_xruns: u64,
+}
+
+impl TrialAnalysis {
+    /// Returns the number of accepted stretches of all explorations.
+    pub fn instances(&self) -> usize {
+        self.explorations
+            .iter()
+            .map(ExplorationAnalysis::instances)
+            .sum()
+    }
+}

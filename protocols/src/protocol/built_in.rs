@@ -1,0 +1,41 @@
+//! The protocols that come with the bench.
+
+/// Names and texts of the built-in protocols: `huloux2021` is the published one, `demo` a short form of it.
+pub const BUILT_IN: [(&str, &str); 2] = [
+    ("huloux2021", include_str!("../../huloux2021.toml")),
+    ("demo", include_str!("../../demo.toml")),
+];
+
+/// Returns the text of the built-in protocol `name`, `None` for any other name.
+pub fn built_in(name: &str) -> Option<&'static str> {
+    BUILT_IN
+        .iter()
+        .find(|(known, _)| *known == name)
+        .map(|(_, text)| *text)
+}
+
+/// Returns the name of the built-in protocol that `name` was probably meant to be: the one spelt most like it, or the
+/// only one that contains it or is contained in it. `None` if none is like it.
+///
+/// ```
+/// assert_eq!(protocols::nearest_built_in("huloux"), Some("huloux2021"));
+/// ```
+pub fn nearest_built_in(name: &str) -> Option<&'static str> {
+    let names = BUILT_IN.map(|(known, _)| known);
+    let nearest = strict::nearest(name, &names)?;
+    names.into_iter().find(|known| *known == nearest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_misspelt_or_shortened_name_suggests_the_protocol() {
+        for name in ["huloux", "huloux2012", "hulox2021", "2021"] {
+            assert_eq!(nearest_built_in(name), Some("huloux2021"), "{name}");
+        }
+        assert_eq!(nearest_built_in("dmeo"), Some("demo"));
+        assert_eq!(nearest_built_in("study-7.toml"), None);
+    }
+}

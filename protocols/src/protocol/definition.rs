@@ -1,0 +1,79 @@
+//! A protocol: what is driven, explored, judged and repeated.
+
+use super::drive::Condition;
+use super::exploration::Exploration;
+use super::sections::{RedoLimits, Rest, Selection, Timeouts, Timing, Trials};
+use crate::rules::{ForceBand, Quality, SelectionRules, VerdictRules};
+use serde::Serialize;
+
+/// A validated protocol. The fields are those of the file, see `huloux2021.toml`.
+///
+/// ```
+/// use protocols::{Direction, Protocol, built_in};
+///
+/// let text = built_in("huloux2021").expect("a built-in protocol");
+/// let protocol = Protocol::parse(text, "huloux2021.toml")?;
+/// assert_eq!(protocol.planned_trials(), 12);
+/// let slider = protocol.exploration.slider(Direction::LeftToRight);
+/// assert!((slider.duration_s() - 1.7).abs() < 1e-9);
+/// # Ok::<(), protocols::ProtocolError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Protocol {
+    /// Short name, used in file names: lower case letters, digits, `-`, `_`.
+    pub name: String,
+    /// Purpose, for the reader.
+    pub description: String,
+    /// Publication that it comes from; may be empty.
+    pub citation: String,
+    /// Conditions, at least one, each with its whole drive.
+    pub conditions: Vec<Condition>,
+    /// Number and order of the trials.
+    pub trials: Trials,
+    /// Explorations of a trial.
+    pub exploration: Exploration,
+    /// Durations of the steps of a trial.
+    pub timing: Timing,
+    /// Normal forces that the participant is asked for.
+    pub force: ForceBand,
+    /// Breaks between trials.
+    pub rest: Rest,
+    /// Limits of repetitions because of a verdict.
+    pub redo: RedoLimits,
+    /// Limits of an instance.
+    pub selection: Selection,
+    /// Limits of clipped and lost samples.
+    pub quality: Quality,
+    /// Times after which the session stops waiting.
+    pub timeouts: Timeouts,
+}
+
+impl Protocol {
+    /// Returns the number of trials in a session without repetitions, practice included.
+    pub fn planned_trials(&self) -> u32 {
+        self.trials.practice + self.trials.per_condition * self.conditions.len() as u32
+    }
+
+    /// Returns the selection rules on a plate whose centre lies at `centre_m`.
+    pub fn selection_rules(&self, centre_m: f64) -> SelectionRules {
+        SelectionRules {
+            centre_m,
+            central_m: self.selection.central_m,
+            speed_m_per_s: self.exploration.speed_m_per_s,
+            speed_tolerance: self.selection.speed_tolerance,
+            instance_s: self.selection.instance_s,
+            contact_n: self.force.contact_n,
+        }
+    }
+
+    /// Returns the rules of this protocol's verdicts.
+    pub fn verdict_rules(&self) -> VerdictRules {
+        VerdictRules {
+            force: self.force,
+            speed_m_per_s: self.exploration.speed_m_per_s,
+            speed_tolerance: self.selection.speed_tolerance,
+            min_instances: self.selection.min_instances,
+            quality: self.quality,
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! The slider that the participant follows.
+
+use crate::trial::Direction;
+use serde::{Deserialize, Serialize};
+
+/// Explorations of a trial: the slider's travel, speed and directions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Exploration {
+    /// Direction of each exploration, in their order.
+    pub directions: Vec<Direction>,
+    /// Left end of the slider's travel along the plate, m.
+    pub from_m: f64,
+    /// Right end of the slider's travel along the plate, m.
+    pub to_m: f64,
+    /// The slider's speed, m/s.
+    pub speed_m_per_s: f64,
+    /// Whether sounds mark the slider's start and end.
+    pub cues: bool,
+}
+
+impl Exploration {
+    /// Returns the slider of an exploration in `direction`.
+    pub fn slider(&self, direction: Direction) -> Slider {
+        let (from_m, to_m) = match direction {
+            Direction::LeftToRight => (self.from_m, self.to_m),
+            Direction::RightToLeft => (self.to_m, self.from_m),
+        };
+        Slider {
+            from_m,
+            to_m,
+            speed_m_per_s: self.speed_m_per_s,
+        }
+    }
+}
+
+/// The slider that the finger follows.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Slider {
+    /// Position where it starts, m.
+    pub from_m: f64,
+    /// Position where it stops, m.
+    pub to_m: f64,
+    /// Its speed, m/s, positive in either direction.
+    pub speed_m_per_s: f64,
+}
+
+impl Slider {
+    /// Returns the time that it moves for, s.
+    pub fn duration_s(&self) -> f64 {
+        (self.to_m - self.from_m).abs() / self.speed_m_per_s
+    }
+
+    /// Returns its position `elapsed_s` after its start, m. Before and after its travel it rests at the ends.
+    pub fn position_m(&self, elapsed_s: f64) -> f64 {
+        let part = (elapsed_s / self.duration_s()).clamp(0.0, 1.0);
+        (1.0 - part) * self.from_m + part * self.to_m
+    }
+}

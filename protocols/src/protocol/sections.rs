@@ -1,0 +1,91 @@
+//! The sections of a protocol file about trials, times and repetitions.
+
+use serde::{Deserialize, Serialize};
+
+/// Order of the conditions in a session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Order {
+    /// As listed, repeated.
+    Fixed,
+    /// Blocks of all conditions, each shuffled by seed and participant.
+    Randomised,
+    /// Rows of a Williams design, by the participant's number.
+    Counterbalanced,
+}
+
+/// Number and order of the trials.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Trials {
+    /// Number of practice trials, before the others.
+    pub practice: u32,
+    /// Number of trials of each condition.
+    pub per_condition: u32,
+    /// Order of the conditions.
+    pub order: Order,
+    /// Seed of the order, unless the operator gives another.
+    pub seed: u64,
+}
+
+/// Durations of the steps of a trial, s.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Timing {
+    /// Shortest time from drive on to the start of the baseline.
+    pub settle_s: f64,
+    /// Length of the baseline, without finger.
+    pub baseline_s: f64,
+    /// Length of the countdown before the slider moves.
+    pub countdown_s: f64,
+    /// Time for which the mean force is shown.
+    pub feedback_s: f64,
+    /// Time within which the operator may overrule a verdict.
+    pub verdict_s: f64,
+}
+
+/// Breaks between trials.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rest {
+    /// Number of trials between breaks, practice not counted; 0 for no breaks.
+    pub every_trials: u32,
+    /// Time after which the participant's button ends a break, s; the operator ends it at any time.
+    pub min_s: f64,
+}
+
+/// Limits of repetitions because of a verdict. Interruptions (pause, safety, timeouts) do not count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RedoLimits {
+    /// Largest number of repetitions of one trial.
+    pub max_per_trial: u32,
+    /// Largest number of repetitions in the session.
+    pub max_total: u32,
+}
+
+/// Limits of an instance.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Selection {
+    /// Length about the plate's centre that is kept, m.
+    pub central_m: f64,
+    /// Allowed deviation from the slider's speed, as a fraction of it.
+    pub speed_tolerance: f64,
+    /// Length of an instance, s.
+    pub instance_s: f64,
+    /// Smallest number of instances in a trial.
+    pub min_instances: u32,
+}
+
+/// Times after which the session stops waiting, s.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Timeouts {
+    /// Time for the finger to leave the plate.
+    pub lift_finger_s: f64,
+    /// Time for the finger to be placed and the ready button pressed.
+    pub place_finger_s: f64,
+    /// Time for the analysis of a finished trial.
+    pub analysis_s: f64,
+}

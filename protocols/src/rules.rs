@@ -1,0 +1,79 @@
+//! The limits that explorations are selected and trials judged by.
+
+use serde::{Deserialize, Serialize};
+
+/// Normal forces that the participant is asked for, N.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ForceBand {
+    /// Smallest mean normal force of an exploration.
+    pub min_n: f64,
+    /// Largest mean normal force of an exploration.
+    pub max_n: f64,
+    /// Force at and above which the finger is on the plate; below half of it the finger is off.
+    pub contact_n: f64,
+}
+
+/// Limits of clipped and lost samples in a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Quality {
+    /// Clipped input frames allowed in a trial.
+    pub max_clipped_frames: u64,
+    /// Lost input frames allowed in a trial.
+    pub max_lost_frames: u64,
+    /// Sum of input and output xruns allowed in a trial.
+    pub max_xruns: u64,
+}
+
+/// Conditions under which a rising stretch holds an instance.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SelectionRules {
+    /// Position of the plate's centre, m.
+    pub centre_m: f64,
+    /// Length about the centre that is kept, m.
+    pub central_m: f64,
+    /// The slider's speed, m/s.
+    pub speed_m_per_s: f64,
+    /// Allowed deviation from the slider's speed, as a fraction of it.
+    pub speed_tolerance: f64,
+    /// Length of an instance, s.
+    pub instance_s: f64,
+    /// Smallest normal force of a finger in contact, N.
+    pub contact_n: f64,
+}
+
+impl SelectionRules {
+    /// Returns the published rules (60 mm, 50 mm/s, 60 ms) for a plate whose centre lies at `centre_m`; the tolerance of
+    /// ±25 % and the contact force of 0.1 N are this project's.
+    pub fn published(centre_m: f64) -> Self {
+        Self {
+            centre_m,
+            central_m: 0.060,
+            speed_m_per_s: 0.050,
+            speed_tolerance: 0.25,
+            instance_s: 0.060,
+            contact_n: 0.1,
+        }
+    }
+
+    /// Whether `position_m` lies in the central part that is kept.
+    pub(crate) fn is_central(&self, position_m: f64) -> bool {
+        (position_m - self.centre_m).abs() <= self.central_m / 2.0
+    }
+}
+
+/// Limits that a trial is judged by.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct VerdictRules {
+    /// Band of the mean normal force, and the contact force.
+    pub force: ForceBand,
+    /// The slider's speed, m/s.
+    pub speed_m_per_s: f64,
+    /// Allowed deviation from the slider's speed, as a fraction of it.
+    pub speed_tolerance: f64,
+    /// Smallest number of instances in a trial.
+    pub min_instances: u32,
+    /// Limits of clipped and lost samples.
+    pub quality: Quality,
+}

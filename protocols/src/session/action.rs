@@ -1,0 +1,100 @@
+//! What a session asks of the bench.
+
+use super::event::{SessionEvent, SessionEventKind, SessionOutcome};
+use super::participant_view::ParticipantView;
+use crate::protocol::Drive;
+use crate::trial::{Interval, TrialEnd, TrialKey};
+use crate::verdict::Verdict;
+use serde::{Deserialize, Serialize};
+
+/// Request of the session to the bench. The actions of a step are carried out in their order.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Action {
+    /// Open a recording.
+    BeginTrial {
+        /// The attempt.
+        key: TrialKey,
+        /// The drive of its condition.
+        drive: Drive,
+        /// Time on the audio clock, s.
+        at_s: f64,
+    },
+    /// Ramp the drive in or out; in only within a trial.
+    Drive(DriveRequest),
+    /// Mark an interval of the open recording; it has just ended.
+    Mark(Interval),
+    /// Close the recording.
+    EndTrial {
+        /// The attempt.
+        key: TrialKey,
+        /// Whether it was completed, or what cut it short.
+        end: TrialEnd,
+        /// Time on the audio clock, s.
+        at_s: f64,
+    },
+    /// Analyse a completed attempt and answer by [`Observation::analysis`](crate::Observation::analysis).
+    AnalyseTrial {
+        /// The attempt.
+        key: TrialKey,
+        /// The intervals marked in it.
+        intervals: Vec<Interval>,
+    },
+    /// Announce a verdict, which the operator may overrule until the session moves on.
+    Verdict {
+        /// The attempt.
+        key: TrialKey,
+        /// The verdict.
+        verdict: Verdict,
+    },
+    /// Play a sound.
+    Cue(Cue),
+    /// Write an event to the log.
+    Log(SessionEvent),
+    /// Show the participant this view. Last in every step.
+    Show(ParticipantView),
+    /// End the session. Comes once.
+    Finished(SessionOutcome),
+}
+
+/// Request to the drive.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DriveRequest {
+    /// Ramp in.
+    On(Drive),
+    /// Ramp out.
+    Off,
+}
+
+/// A sound for the participant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Cue {
+    /// The slider starts.
+    Start,
+    /// The slider has stopped.
+    End,
+}
+
+/// The actions of one step so far.
+pub(super) struct StepActions {
+    pub(super) actions: Vec<Action>,
+    /// Time of the step on the audio clock, s.
+    pub(super) t_s: f64,
+}
+
+impl StepActions {
+    /// Adds an action.
+    pub(super) fn push(&mut self, action: Action) {
+        self.actions.push(action);
+    }
+
+    /// Adds an event for the log.
+    pub(super) fn log(&mut self, kind: SessionEventKind) {
+        self.push(Action::Log(SessionEvent {
+            t_s: self.t_s,
+            kind,
+        }));
+    }
+}

@@ -1,0 +1,142 @@
+//! The attempts made at the trials of a session, and the next one.
+
+use super::error::{RecordMismatch, SessionError};
+use super::plan::PlannedTrial;
+use crate::protocol::{Condition, RedoLimits, Rest};
+use crate::record::{TrialOutcome, TrialRecord};
+use crate::trial::TrialKey;
+use std::collections::BTreeMap;
+
+/// The trials of a session and the attempts made at them.
+#[derive(Clone, Debug)]
+pub(super) struct Attempts {
+    plan: Vec<PlannedTrial>,
+    records: Vec<TrialRecord>,
+    /// Last attempt not to be made, by trial number.
+    left_out: BTreeMap<u32, u32>,
+    /// Index in `plan` of the trial that is next or running.
+    cursor: usize,
+}
+
+impl Attempts {
+    /// Returns a session's trials with no attempt made.
+    pub(super) fn new(plan: Vec<PlannedTrial>) -> Self {
+        Self {
+            plan,
+            records: Vec::new(),
+            left_out: BTreeMap::new(),
+            cursor: 0,
+        }
+    }
+
+    /// Adds an attempt of an earlier part of the session.
+    ///
+    /// # Errors
+    /// [`SessionError::ForeignRecord`] if the attempt is not the one that was due.
+    pub(super) fn restore(&mut self, record: &TrialRecord) -> Result<(), SessionError> {
+        let foreign = |because| {
+            Err(SessionError::ForeignRecord {
+                key: record.key.clone(),
+                because,
+            })
+        };
+        if self.all_settled() {
+            return foreign(RecordMismatch::AllSettled {
+                trials: self.plan.len(),
+            });
+        }
+        let due = self.next_key();
+        if record.key.number != due.number {
+            return foreign(RecordMismatch::Trial { due: due.number });
+        }
+        if record.key.condition != due.condition || record.key.practice != due.practice {
+            return foreign(RecordMismatch::Condition {
+                condition: due.condition,
+                practice: due.practice,
+            });
+        }
+        if record.key.attempt < due.attempt {
+            return foreign(RecordMismatch::Attempt { next: due.attempt });
+        }
+        self.add(record.clone());
+        Ok(())
+    }
+
+    /// Excludes the attempts up to `attempt` at trial `number`.
+    pub(super) fn leave_out(&mut self, number: u32, attempt: u32) {
+        let last = self.left_out.entry(number).or_default();
+        *last = attempt.max(*last);
+    }
+
+    /// Adds an attempt; one that settles its trial moves on to the next.
+    pub(super) fn add(&mut self, record: TrialRecord) {
+        self.cursor += usize::from(record.outcome.settles());
+        self.records.push(record);
+    }
+
+    /// Returns the attempts made, restored ones included.
+    pub(super) fn records(&self) -> &[TrialRecord] {
+        &self.records
+    }
+
+    /// Returns all trials in order.
+    pub(super) fn plan(&self) -> &[PlannedTrial] {
+        &self.plan
+    }
+
+    /// Whether no trial is left.
+    pub(super) fn all_settled(&self) -> bool {
+        self.cursor == self.plan.len()
+    }
+
+    /// Returns the condition of the trial that is next or running.
+    ///
+    /// # Panics
+    /// If every trial is settled.
+    pub(super) fn condition(&self) -> &Condition {
+        &self.plan[self.cursor].condition
+    }
+
+    /// Returns the key of the next attempt.
+    ///
+    /// # Panics
+    /// If every trial is settled.
+    pub(super) fn next_key(&self) -> TrialKey {
+        let planned = &self.plan[self.cursor];
+        let number = self.cursor as u32 + 1;
+        let made = self
+            .records
+            .iter()
+            .filter(|r| r.key.number == number)
+            .map(|r| r.key.attempt);
+        let last = made.chain(self.left_out.get(&number).copied());
+        TrialKey {
+            number,
+            attempt: last.max().unwrap_or(0) + 1,
+            practice: planned.practice,
+            condition: planned.condition.name.clone(),
+        }
+    }
+
+    /// Whether a verdict may repeat trial `number` once more.
+    pub(super) fn redo_left(&self, number: u32, limits: RedoLimits) -> bool {
+        let redone = |of_trial: bool| {
+            self.records
+                .iter()
+                .filter(|r| matches!(r.outcome, TrialOutcome::Redo { .. }))
+                .filter(|r| !of_trial || r.key.number == number)
+                .count()
+        };
+        redone(true) < limits.max_per_trial as usize && redone(false) < limits.max_total as usize
+    }
+
+    /// Whether a break comes before the next trial.
+    pub(super) fn rest_is_due(&self, rest: Rest) -> bool {
+        let practice = self.plan.iter().filter(|trial| trial.practice).count();
+        let every = rest.every_trials as usize;
+        every > 0
+            && self.cursor > practice
+            && !self.all_settled()
+            && (self.cursor - practice).is_multiple_of(every)
+    }
+}

@@ -1,0 +1,239 @@
+//! Commands of the operator, and the safety chain.
+
+use super::action::{Action, DriveRequest, StepActions};
+use super::event::SessionEventKind;
+use super::machine::Session;
+use super::observation::{Observation, OperatorCommand, Safety};
+use super::phase::Phase;
+use super::state::{AfterHalt, State};
+use crate::record::TrialOutcome;
+use crate::trial::Interruption;
+
+/// Why a command of the operator is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub(super) enum Refusal {
+    #[error("consent is not awaited")]
+    ConsentNotAwaited,
+    #[error("name who recorded the consent")]
+    ConsentByNobody,
+    #[error("the finger is not on the plate")]
+    NoFinger,
+    #[error("the session is not waiting to continue")]
+    NotWaiting,
+    #[error("the session has not begun")]
+    NotBegun,
+    #[error("the session is already paused")]
+    AlreadyPaused,
+    #[error("the session is not paused")]
+    NotPaused,
+    #[error("the safety chain is not armed again")]
+    NotArmed,
+    #[error("no repetition is left")]
+    NoRepetitionLeft,
+    #[error("no trial is running, and none has just been judged")]
+    NoTrial,
+    #[error("the trial is already accepted")]
+    AlreadyAccepted,
+    #[error("no trial has just been judged")]
+    NotJudged,
+    #[error("the session is over")]
+    Over,
+}
+
+impl Session {
+    /// Halts on a tripped safety chain; returns whether that used the step up.
+    pub(super) fn safety(&mut self, observation: &Observation, out: &mut StepActions) -> bool {
+        let Safety::Tripped(reason) = &observation.safety else {
+            return false;
+        };
+        if matches!(
+            self.state,
+            State::Finished { .. } | State::Halted { fault: true, .. }
+        ) {
+            return false;
+        }
+        out.log(SessionEventKind::SafetyTripped {
+            reason: reason.clone(),
+        });
+        self.halt(
+            true,
+            Interruption::Safety {
+                reason: reason.clone(),
+            },
+            out,
+        );
+        true
+    }
+
+    /// Executes the operator's command; returns whether that used the step up.
+    pub(super) fn command(&mut self, observation: &Observation, out: &mut StepActions) -> bool {
+        let Some(command) = &observation.command else {
+            return false;
+        };
+        match self.execute(command, &observation.safety, out) {
+            // The state that awaits the command acts on it.
+            Ok(()) => *command != OperatorCommand::Continue,
+            Err(because) => {
+                out.log(SessionEventKind::CommandRefused {
+                    command: command.clone(),
+                    because: because.to_string(),
+                });
+                false
+            }
+        }
+    }
+
+    fn execute(
+        &mut self,
+        command: &OperatorCommand,
+        safety: &Safety,
+        out: &mut StepActions,
+    ) -> Result<(), Refusal> {
+        match command {
+            OperatorCommand::ConsentGiven { by } => self.consent(by, out),
+            OperatorCommand::Continue => match self.phase() {
+                Phase::Ready if self.finger != Some(true) => Err(Refusal::NoFinger),
+                Phase::Welcome | Phase::Ready | Phase::Rest => Ok(()),
+                _ => Err(Refusal::NotWaiting),
+            },
+            OperatorCommand::Pause => match self.state {
+                State::Consent => Err(Refusal::NotBegun),
+                State::Halted { .. } => Err(Refusal::AlreadyPaused),
+                State::Finished { .. } => Err(Refusal::Over),
+                _ => {
+                    self.halt(false, Interruption::Paused, out);
+                    Ok(())
+                }
+            },
+            OperatorCommand::Resume => self.leave_halt(safety, out),
+            OperatorCommand::Redo => self.redo(out),
+            OperatorCommand::AcceptAnyway => self.accept_anyway(out),
+            OperatorCommand::Abort => self.abort(out),
+        }
+    }
+
+    fn consent(&mut self, by: &str, out: &mut StepActions) -> Result<(), Refusal> {
+        if !matches!(self.state, State::Consent) {
+            return Err(Refusal::ConsentNotAwaited);
+        }
+        if by.trim().is_empty() {
+            return Err(Refusal::ConsentByNobody);
+        }
+        out.log(SessionEventKind::ConsentGiven { by: by.to_owned() });
+        self.state = State::Welcome;
+        Ok(())
+    }
+
+    fn halt(&mut self, fault: bool, interruption: Interruption, out: &mut StepActions) {
+        if fault {
+            out.push(Action::Drive(DriveRequest::Off));
+        }
+        let then = match self.take_state() {
+            State::Trial { open, .. } => {
+                self.interrupt(open, interruption, out);
+                AfterHalt::Trial
+            }
+            State::Halted { then, .. } => then,
+            other => AfterHalt::State(Box::new(other)),
+        };
+        self.state = State::Halted { fault, then };
+    }
+
+    fn leave_halt(&mut self, safety: &Safety, out: &mut StepActions) -> Result<(), Refusal> {
+        let State::Halted { fault, then } = &self.state else {
+            return Err(Refusal::NotPaused);
+        };
+        if *fault && *safety != Safety::Ok {
+            return Err(Refusal::NotArmed);
+        }
+        self.state = match then.clone() {
+            AfterHalt::Trial => self.begin_trial(out),
+            AfterHalt::State(state) => self.restarted(*state),
+        };
+        Ok(())
+    }
+
+    /// Returns a halted state with its waiting begun anew; a break goes on while the session is paused.
+    fn restarted(&self, mut state: State) -> State {
+        if let State::Analysing { since_s, .. } | State::Judged { since_s, .. } = &mut state {
+            *since_s = self.now_s;
+        }
+        state
+    }
+
+    fn redo(&mut self, out: &mut StepActions) -> Result<(), Refusal> {
+        match &self.state {
+            State::Trial { .. } => {}
+            State::Judged { key, .. }
+                if self.attempts.redo_left(key.number, self.protocol.redo) => {}
+            State::Judged { .. } => return Err(Refusal::NoRepetitionLeft),
+            _ => return Err(Refusal::NoTrial),
+        }
+        self.state = match self.take_state() {
+            State::Trial { open, .. } => {
+                self.interrupt(open, Interruption::Redo, out);
+                self.begin_trial(out)
+            }
+            State::Judged {
+                key,
+                analysis,
+                reasons,
+                ..
+            } => self.settle(key, analysis, TrialOutcome::Redo { reasons }, out),
+            other => other,
+        };
+        Ok(())
+    }
+
+    fn accept_anyway(&mut self, out: &mut StepActions) -> Result<(), Refusal> {
+        match &self.state {
+            State::Judged { reasons, .. } if reasons.is_empty() => {
+                return Err(Refusal::AlreadyAccepted);
+            }
+            State::Judged { .. } => {}
+            _ => return Err(Refusal::NotJudged),
+        }
+        self.state = match self.take_state() {
+            State::Judged {
+                key,
+                analysis,
+                reasons,
+                ..
+            } => self.settle(key, analysis, TrialOutcome::AcceptedAnyway { reasons }, out),
+            other => other,
+        };
+        Ok(())
+    }
+
+    fn abort(&mut self, out: &mut StepActions) -> Result<(), Refusal> {
+        if matches!(self.state, State::Finished { .. }) {
+            return Err(Refusal::Over);
+        }
+        let state = match self.take_state() {
+            State::Halted {
+                then: AfterHalt::State(state),
+                ..
+            } => *state,
+            other => other,
+        };
+        match state {
+            State::Trial { open, .. } => self.interrupt(open, Interruption::Aborted, out),
+            State::Analysing { key, .. } => {
+                let interruption = Interruption::Aborted;
+                self.record(key, None, TrialOutcome::Interrupted { interruption }, out);
+            }
+            State::Judged {
+                key,
+                analysis,
+                reasons,
+                ..
+            } => {
+                let outcome = self.outcome(&key, reasons);
+                self.record(key, analysis, outcome, out);
+            }
+            _ => {}
+        }
+        self.state = State::Finished { aborted: true };
+        Ok(())
+    }
+}

@@ -1,0 +1,56 @@
+//! What a session observes: time, force, button, operator, safety and analyses.
+
+use crate::analysis::TrialAnalysis;
+use serde::{Deserialize, Serialize};
+
+/// State of the bench at one moment; what is not known is `None`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Observation {
+    /// Time on the audio clock, s. A time before that of an earlier observation, or not finite, counts as the earlier.
+    pub t_s: f64,
+    /// Latest normal force, N; `None` (or NaN) without a recent one: the finger then counts as neither on nor off
+    /// the plate, and no baseline completes.
+    pub normal_n: Option<f64>,
+    /// Whether the participant's button went down since the last observation.
+    pub button_pressed: bool,
+    /// Command that the operator gave since the last observation.
+    pub command: Option<OperatorCommand>,
+    /// State of the safety chain.
+    pub safety: Safety,
+    /// The answer to [`Action::AnalyseTrial`](crate::Action::AnalyseTrial).
+    pub analysis: Option<TrialAnalysis>,
+}
+
+/// State of the safety chain.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Safety {
+    /// Armed, or ready to be armed.
+    #[default]
+    Ok,
+    /// Tripped and latched, with the reason.
+    Tripped(String),
+}
+
+/// Commands of the operator.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OperatorCommand {
+    /// The participant has consented.
+    ConsentGiven {
+        /// Who recorded it.
+        by: String,
+    },
+    /// Continue where the participant's button would: welcome, ready, end of rest (even before its time).
+    Continue,
+    /// Pause the session; an open trial is cut short and repeated later.
+    Pause,
+    /// Resume after a pause, or after a fault once the safety chain is armed again.
+    Resume,
+    /// Repeat the running trial, or the one just judged.
+    Redo,
+    /// Keep the trial just judged although its verdict rejects it.
+    AcceptAnyway,
+    /// End the session.
+    Abort,
+}

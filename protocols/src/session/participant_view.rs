@@ -1,0 +1,69 @@
+//! What the participant's screen shows.
+
+use crate::rules::ForceBand;
+use crate::trial::Direction;
+use serde::{Deserialize, Serialize};
+
+/// Instruction to the participant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Instruction {
+    /// Wait.
+    Wait,
+    /// Press the button to begin.
+    Welcome,
+    /// Take the finger off the plate.
+    LiftFinger,
+    /// Put the finger where the slider stands and press the button.
+    PlaceFinger,
+    /// The slider is about to move.
+    GetReady,
+    /// Follow the slider.
+    FollowSlider,
+    /// See how hard you pressed.
+    Feedback,
+    /// Have a break.
+    Rest,
+    /// The session is paused.
+    Paused,
+    /// The session is over.
+    Finished,
+}
+
+/// Progress of the participant through the session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Progress {
+    /// The trial, from 1, practice included.
+    pub trial: u32,
+    /// Number of trials, practice included.
+    pub trials: u32,
+    /// The exploration within the trial, from 1; 0 before the first.
+    pub exploration: u32,
+    /// Number of explorations in a trial.
+    pub explorations: u32,
+    /// Whether this is a practice trial.
+    pub practice: bool,
+    /// Attempt at the trial, from 1; grows when it is repeated.
+    pub attempt: u32,
+}
+
+/// Contents of the participant's screen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParticipantView {
+    /// Instruction shown.
+    pub instruction: Instruction,
+    /// Position of the slider along the plate, m; `None` when it is not shown.
+    pub slider_m: Option<f64>,
+    /// Direction in which the slider will move or moves.
+    pub direction: Option<Direction>,
+    /// Time until the slider moves, or until the button ends a break, s.
+    pub countdown_s: Option<f64>,
+    /// Mean normal force of the last exploration, N; only with [`Instruction::Feedback`].
+    pub mean_force_n: Option<f64>,
+    /// Normal forces that the participant is asked for.
+    pub force_band: ForceBand,
+    /// Whether the session waits for the button.
+    pub button: bool,
+    /// Progress through the session; `None` outside trials.
+    pub progress: Option<Progress>,
+}

@@ -1,0 +1,39 @@
+//! The phases of a session.
+
+use serde::{Deserialize, Serialize};
+
+/// Phase of a session, for the operator's screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Phase {
+    /// The consent is awaited; nothing is driven before it is recorded.
+    Consent,
+    /// The participant is welcomed.
+    Welcome,
+    /// The plate is driven without finger.
+    Baseline,
+    /// The finger on the plate and the button are awaited.
+    Ready,
+    /// The slider is about to move.
+    Countdown,
+    /// The slider moves.
+    Exploration,
+    /// The finger should leave the plate.
+    Lift,
+    /// The mean force is shown.
+    Feedback,
+    /// The bench analyses the trial.
+    Analysing,
+    /// The operator can overrule the verdict.
+    Verdict,
+    /// The participant has a break.
+    Rest,
+    /// The operator paused, or the session timed out waiting for the participant.
+    Paused,
+    /// A safety device tripped.
+    Fault,
+    /// Every trial is settled.
+    Finished,
+    /// The operator ended the session.
+    Aborted,
+}

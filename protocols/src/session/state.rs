@@ -1,0 +1,132 @@
+//! The states of a session.
+
+use super::phase::Phase;
+use crate::analysis::TrialAnalysis;
+use crate::redo_reason::RedoReason;
+use crate::trial::{Interval, TrialKey};
+
+/// State of a session; `since_s` is the time at which it was entered, s.
+#[derive(Clone, Debug)]
+pub(super) enum State {
+    Consent,
+    Welcome,
+    Trial {
+        open: OpenTrial,
+        step: TrialStep,
+        since_s: f64,
+    },
+    Analysing {
+        key: TrialKey,
+        since_s: f64,
+    },
+    Judged {
+        key: TrialKey,
+        analysis: Option<TrialAnalysis>,
+        /// Why the verdict rejected the trial; empty if it accepted it.
+        reasons: Vec<RedoReason>,
+        since_s: f64,
+    },
+    Rest {
+        since_s: f64,
+    },
+    Halted {
+        /// Whether a safety device tripped; otherwise the session is paused.
+        fault: bool,
+        then: AfterHalt,
+    },
+    Finished {
+        aborted: bool,
+    },
+}
+
+/// A trial whose recording is open.
+#[derive(Clone, Debug)]
+pub(super) struct OpenTrial {
+    pub(super) key: TrialKey,
+    /// Intervals marked so far.
+    pub(super) intervals: Vec<Interval>,
+}
+
+/// Step of a trial; explorations count from 0.
+#[derive(Clone, Debug)]
+pub(super) enum TrialStep {
+    Baseline {
+        /// Time since which the drive has been settled and the finger off, s.
+        off_since_s: Option<f64>,
+    },
+    Ready {
+        exploration: usize,
+    },
+    Countdown {
+        exploration: usize,
+    },
+    Exploration {
+        exploration: usize,
+        /// Normal force while the finger is on the plate, N.
+        force: Mean,
+    },
+    Lift {
+        exploration: usize,
+        /// Mean normal force of the exploration, N.
+        mean_n: Option<f64>,
+    },
+    Feedback {
+        exploration: usize,
+        /// Mean normal force of the exploration, N.
+        mean_n: Option<f64>,
+    },
+}
+
+/// What a session resumes with after a halt.
+#[derive(Clone, Debug)]
+pub(super) enum AfterHalt {
+    /// A new attempt at the trial.
+    Trial,
+    /// The state that was halted.
+    State(Box<State>),
+}
+
+/// A running mean.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Mean {
+    sum: f64,
+    n: u32,
+}
+
+impl Mean {
+    /// Adds a value.
+    pub(super) fn push(&mut self, x: f64) {
+        self.sum += x;
+        self.n += 1;
+    }
+
+    /// Returns the mean of the values added, `None` without any.
+    pub(super) fn value(self) -> Option<f64> {
+        (self.n > 0).then(|| self.sum / f64::from(self.n))
+    }
+}
+
+impl State {
+    /// Returns the phase that the operator's screen names.
+    pub(super) fn phase(&self) -> Phase {
+        match self {
+            Self::Consent => Phase::Consent,
+            Self::Welcome => Phase::Welcome,
+            Self::Trial { step, .. } => match step {
+                TrialStep::Baseline { .. } => Phase::Baseline,
+                TrialStep::Ready { .. } => Phase::Ready,
+                TrialStep::Countdown { .. } => Phase::Countdown,
+                TrialStep::Exploration { .. } => Phase::Exploration,
+                TrialStep::Lift { .. } => Phase::Lift,
+                TrialStep::Feedback { .. } => Phase::Feedback,
+            },
+            Self::Analysing { .. } => Phase::Analysing,
+            Self::Judged { .. } => Phase::Verdict,
+            Self::Rest { .. } => Phase::Rest,
+            Self::Halted { fault: true, .. } => Phase::Fault,
+            Self::Halted { fault: false, .. } => Phase::Paused,
+            Self::Finished { aborted: false } => Phase::Finished,
+            Self::Finished { aborted: true } => Phase::Aborted,
+        }
+    }
+}

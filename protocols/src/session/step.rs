@@ -1,0 +1,115 @@
+//! One step of a session: observe, obey safety and operator, advance, show.
+
+use super::action::{Action, StepActions};
+use super::event::{SessionEventKind, SessionOutcome};
+use super::machine::Session;
+use super::observation::{Observation, OperatorCommand};
+use super::phase::Phase;
+use super::plan::PlannedTrial;
+use super::state::State;
+
+impl Session {
+    /// Takes an observation and returns the actions that the bench carries out, in their order.
+    pub fn step(&mut self, observation: &Observation) -> Vec<Action> {
+        let mut out = StepActions {
+            actions: Vec::new(),
+            t_s: self.observe(observation),
+        };
+        let phase = self.phase();
+        if !self.started {
+            self.started = true;
+            out.log(self.start_event());
+            out.log(SessionEventKind::Phase { phase });
+        }
+        let tripped = self.safety(observation, &mut out);
+        let commanded = self.command(observation, &mut out);
+        if !tripped && !commanded {
+            self.advance(observation, &mut out);
+        }
+        if self.phase() != phase {
+            out.log(SessionEventKind::Phase {
+                phase: self.phase(),
+            });
+        }
+        if let State::Finished { aborted } = self.state
+            && !matches!(phase, Phase::Finished | Phase::Aborted)
+        {
+            self.finish(aborted, &mut out);
+        }
+        out.push(Action::Show(self.view()));
+        out.actions
+    }
+
+    /// Takes over time, finger and analysis; returns the time of the step, s.
+    fn observe(&mut self, observation: &Observation) -> f64 {
+        if observation.t_s.is_finite() && observation.t_s > self.now_s {
+            self.now_s = observation.t_s;
+        }
+        let contact_n = self.protocol.force.contact_n;
+        self.finger = match observation.normal_n {
+            Some(normal_n) if normal_n >= contact_n => Some(true),
+            Some(normal_n) if normal_n < 0.5 * contact_n => Some(false),
+            Some(normal_n) if normal_n.is_finite() => self.finger,
+            _ => None,
+        };
+        if let Some(analysis) = &observation.analysis
+            && self.awaited.as_ref() == Some(&analysis.key)
+        {
+            self.awaited = None;
+            self.analysis = Some(analysis.clone());
+        }
+        self.now_s
+    }
+
+    /// Lets time, finger and button act on the state.
+    fn advance(&mut self, observation: &Observation, out: &mut StepActions) {
+        let continued = observation.command == Some(OperatorCommand::Continue);
+        let go_on = continued || observation.button_pressed;
+        self.state = match self.take_state() {
+            State::Welcome if go_on => self.next_trial(out),
+            State::Trial {
+                open,
+                step,
+                since_s,
+            } => self.advance_trial(open, step, since_s, go_on, observation.normal_n, out),
+            State::Analysing { key, since_s } => self.advance_analysis(key, since_s, out),
+            State::Judged {
+                key,
+                analysis,
+                reasons,
+                since_s,
+            } if self.elapsed_s(since_s) >= self.protocol.timing.verdict_s => {
+                let outcome = self.outcome(&key, reasons);
+                self.settle(key, analysis, outcome, out)
+            }
+            State::Rest { since_s } if continued || (go_on && self.rest_left_s(since_s) <= 0.0) => {
+                self.next_trial(out)
+            }
+            other => other,
+        };
+    }
+
+    fn finish(&self, aborted: bool, out: &mut StepActions) {
+        let summary = self.summary();
+        let outcome = if aborted {
+            SessionOutcome::Aborted { summary }
+        } else {
+            SessionOutcome::Completed { summary }
+        };
+        out.log(SessionEventKind::SessionEnded {
+            outcome: outcome.clone(),
+        });
+        out.push(Action::Finished(outcome));
+    }
+
+    fn start_event(&self) -> SessionEventKind {
+        let name = |trial: &PlannedTrial| trial.condition.name.clone();
+        SessionEventKind::SessionStarted {
+            participant: self.participant.clone(),
+            protocol: self.protocol.name.clone(),
+            seed: self.seed,
+            order: self.attempts.plan().iter().map(name).collect(),
+            resumed_attempts: self.resumed_attempts,
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! Sessions under arbitrary observations.
+
+use super::rig::*;
+use crate::session::*;
+use proptest::prelude::*;
+
+#[test]
+fn every_action_survives_json() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.until_main(Phase::Exploration);
+    rig.step(|o| o.safety = Safety::Tripped("e-stop".to_owned()));
+    rig.tell(OperatorCommand::Resume);
+    rig.normal_n = 1.2;
+    rig.until(Phase::Verdict);
+    rig.tell(OperatorCommand::Abort);
+    for action in rig.actions() {
+        let text = serde_json::to_string(action).unwrap();
+        let back: Action = serde_json::from_str(&text).unwrap();
+        assert_eq!(back, *action, "{text}");
+    }
+}
+
+/// One step of a participant, operator and bench who do anything.
+#[derive(Clone, Debug)]
+enum Move {
+    /// Do as the screen says, for a while, under an operator who ends a pause or does not.
+    Follow {
+        steps: u8,
+        resume: bool,
+    },
+    Anything {
+        dt_s: f64,
+        normal_n: Option<f64>,
+        button: bool,
+        command: Option<OperatorCommand>,
+    },
+    Trip,
+    Analyse {
+        normal_n: f64,
+    },
+}
+
+fn a_move() -> impl Strategy<Value = Move> {
+    let command = prop_oneof![
+        Just(consent()),
+        Just(OperatorCommand::Continue),
+        Just(OperatorCommand::Pause),
+        Just(OperatorCommand::Resume),
+        Just(OperatorCommand::Redo),
+        Just(OperatorCommand::AcceptAnyway),
+    ];
+    // Rare, or few sessions would get far.
+    let command = prop_oneof![100 => command, 1 => Just(OperatorCommand::Abort)];
+    let dt_s = prop_oneof![Just(0.0), -1.0..3.0, Just(40.0), Just(f64::NAN)];
+    let normal_n = prop::option::of(prop_oneof![Just(0.0), -0.1..1.5, Just(f64::NAN)]);
+    prop_oneof![
+        12 => (1u8..200, any::<bool>()).prop_map(|(steps, resume)| Move::Follow { steps, resume }),
+        4 => (dt_s, normal_n, any::<bool>(), prop::option::of(command))
+            .prop_map(|(dt_s, normal_n, button, command)| Move::Anything { dt_s, normal_n, button, command }),
+        1 => Just(Move::Trip),
+        2 => (0.1..1.5).prop_map(|normal_n| Move::Analyse { normal_n }),
+    ]
+}
+
+proptest! {
+    #[test]
+    fn invariants_hold_whatever_is_observed(
+        consented: bool, moves in prop::collection::vec(a_move(), 1..150),
+    ) {
+        let mut rig = Rig::new(demo());
+        if consented {
+            rig.tell(consent());
+        }
+        for a_move in moves {
+            match a_move {
+                Move::Follow { steps, resume } => {
+                    if resume {
+                        rig.tell(OperatorCommand::Resume);
+                    }
+                    for _ in 0..steps {
+                        rig.step(|_| {});
+                    }
+                }
+                Move::Anything { dt_s, normal_n, button, command } => {
+                    rig.step(|o| {
+                        o.t_s += dt_s;
+                        o.normal_n = normal_n;
+                        o.button_pressed = button;
+                        o.command = command;
+                    });
+                    if rig.t_s.is_nan() {
+                        rig.t_s = 1e3;
+                    }
+                }
+                Move::Trip => {
+                    rig.step(|o| o.safety = Safety::Tripped("any".to_owned()));
+                }
+                Move::Analyse { normal_n } => rig.normal_n = normal_n,
+            }
+        }
+        rig.check();
+        let records = records_from_events(&rig.events());
+        let known = rig.session.records();
+        prop_assert_eq!(&records[..known.len()], known);
+        let resumed = Session::resume(demo(), sub("sub-01"), 7, &records);
+        prop_assert!(resumed.is_ok(), "{:?}", resumed);
+    }
+}

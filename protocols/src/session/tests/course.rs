@@ -1,0 +1,254 @@
+//! The course of a session: trials, steps and breaks.
+
+use super::rig::*;
+use crate::record::TrialOutcome;
+use crate::session::commands::Refusal;
+use crate::session::*;
+use crate::trial::*;
+
+#[test]
+fn a_whole_session_runs_as_the_protocol_says() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.until(Phase::Finished);
+    rig.check();
+    assert_eq!(rig.begun().len(), 5);
+    assert!(rig.begun()[0].practice && !rig.begun()[1].practice);
+    assert!(rig.ends().iter().all(|e| *e == TrialEnd::Completed));
+    let summary = rig.session.summary();
+    assert_eq!(
+        (summary.planned, summary.practice, summary.accepted),
+        (4, 1, 4)
+    );
+    assert_eq!(summary.instances, 4 * 2 * 6);
+    approx_eq(summary.mean_normal_n.unwrap(), 0.65);
+    let cues = rig
+        .actions()
+        .filter(|a| matches!(a, Action::Cue(_)))
+        .count();
+    assert_eq!(cues, 5 * 2 * 2);
+    let rests = rig
+        .events()
+        .iter()
+        .filter(|e| is_phase(e, Phase::Rest))
+        .count();
+    assert_eq!(rests, 1, "after two of four trials, and not after the last");
+    assert_eq!(
+        rig.actions()
+            .filter(|a| matches!(a, Action::Finished(_)))
+            .count(),
+        1
+    );
+}
+
+#[test]
+fn intervals_have_the_protocols_lengths_and_directions() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.until(Phase::Analysing);
+    let intervals: Vec<Interval> = rig
+        .actions()
+        .find_map(|a| match a {
+            Action::AnalyseTrial { intervals, .. } => Some(intervals.clone()),
+            _ => None,
+        })
+        .unwrap();
+    let kinds: Vec<IntervalKind> = intervals.iter().map(|i| i.kind).collect();
+    assert_eq!(
+        kinds,
+        [
+            IntervalKind::Unloaded,
+            IntervalKind::Exploration {
+                direction: Direction::LeftToRight
+            },
+            IntervalKind::Exploration {
+                direction: Direction::RightToLeft
+            },
+        ]
+    );
+    let lengths: Vec<f64> = intervals.iter().map(|i| i.end_s - i.start_s).collect();
+    for (length, expected) in lengths.iter().zip([0.8, 1.7, 1.7]) {
+        approx_eq(*length, expected);
+    }
+}
+
+#[test]
+fn the_slider_is_a_function_of_time() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.until(Phase::Exploration);
+    let start_s = rig.t_s;
+    let mut seen = 0;
+    while rig.session.phase() == Phase::Exploration {
+        let view = rig.view.clone().unwrap();
+        approx_eq(view.slider_m.unwrap(), 0.010 + 0.050 * (rig.t_s - start_s));
+        assert_eq!(view.direction, Some(Direction::LeftToRight));
+        seen += 1;
+        rig.step(|_| {});
+    }
+    assert!(seen > 80);
+}
+
+#[test]
+fn the_participant_is_told_the_mean_force_of_the_exploration() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.until(Phase::Feedback);
+    let view = rig.view.clone().unwrap();
+    assert_eq!(view.instruction, Instruction::Feedback);
+    approx_eq(view.mean_force_n.unwrap(), 0.65);
+}
+
+#[test]
+fn nothing_happens_before_the_consent() {
+    let mut rig = Rig::new(demo());
+    for command in [
+        OperatorCommand::Continue,
+        OperatorCommand::Pause,
+        OperatorCommand::Redo,
+    ] {
+        rig.tell(command);
+    }
+    rig.tell(OperatorCommand::ConsentGiven {
+        by: "  ".to_owned(),
+    });
+    for _ in 0..100 {
+        rig.step(|o| o.button_pressed = true);
+    }
+    assert_eq!(rig.session.phase(), Phase::Consent);
+    assert!(rig.begun().is_empty());
+    let refused = rig
+        .events()
+        .iter()
+        .filter(|e| matches!(e, SessionEventKind::CommandRefused { .. }))
+        .count();
+    assert_eq!(refused, 4);
+}
+
+#[test]
+fn a_finger_on_the_plate_holds_the_baseline_up() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.until(Phase::Baseline);
+    rig.lifts = false;
+    for _ in 0..200 {
+        rig.step(|_| {});
+    }
+    assert_eq!(rig.session.phase(), Phase::Baseline);
+    assert_eq!(
+        rig.view.as_ref().unwrap().instruction,
+        Instruction::LiftFinger
+    );
+    rig.lifts = true;
+    let lifted_s = rig.t_s;
+    rig.until(Phase::Ready);
+    let baseline = rig.actions().find_map(|a| match a {
+        Action::Mark(interval) => Some(*interval),
+        _ => None,
+    });
+    assert!(baseline.unwrap().start_s > lifted_s);
+    rig.check();
+}
+
+#[test]
+fn an_unknown_force_is_not_a_lifted_finger() {
+    let mut rig = Rig::new(demo()).consented();
+    for _ in 0..200 {
+        rig.step(|o| o.normal_n = None);
+    }
+    assert_eq!(rig.session.phase(), Phase::Baseline);
+}
+
+#[test]
+fn a_finger_lifted_during_the_countdown_goes_back_to_ready() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.until(Phase::Countdown);
+    rig.step(|o| o.normal_n = Some(0.0));
+    assert_eq!(rig.session.phase(), Phase::Ready);
+    assert!(rig.events().contains(&SessionEventKind::FingerLiftedEarly));
+    rig.until(Phase::Finished);
+    rig.check();
+}
+
+#[test]
+fn the_button_counts_only_with_the_finger_on_the_plate() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.until(Phase::Ready);
+    rig.step(|o| {
+        o.normal_n = Some(0.0);
+        o.button_pressed = true;
+        o.command = Some(OperatorCommand::Continue);
+    });
+    assert_eq!(rig.session.phase(), Phase::Ready);
+    let refused = SessionEventKind::CommandRefused {
+        command: OperatorCommand::Continue,
+        because: Refusal::NoFinger.to_string(),
+    };
+    assert!(rig.events().contains(&refused));
+}
+
+#[test]
+fn the_operator_can_press_on_for_a_participant_without_button() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.presses = false;
+    rig.tell(OperatorCommand::Continue);
+    for _ in 0..2 {
+        rig.until(Phase::Ready);
+        rig.step(|_| {});
+        rig.tell(OperatorCommand::Continue);
+    }
+    rig.until(Phase::Verdict);
+    rig.check();
+}
+
+fn timed_out(set: impl FnOnce(&mut Rig), expected: Interruption) {
+    let mut rig = Rig::new(demo()).consented();
+    rig.until(Phase::Baseline);
+    set(&mut rig);
+    rig.until(Phase::Paused);
+    assert_eq!(
+        rig.ends(),
+        [TrialEnd::Interrupted {
+            interruption: expected
+        }]
+    );
+    rig.lifts = true;
+    rig.presses = true;
+    rig.tell(OperatorCommand::Resume);
+    rig.until(Phase::Finished);
+    assert_eq!((rig.begun()[1].number, rig.begun()[1].attempt), (1, 2));
+    rig.check();
+}
+
+#[test]
+fn a_finger_that_stays_on_the_plate_pauses_the_session() {
+    timed_out(|rig| rig.lifts = false, Interruption::FingerNotLifted);
+}
+
+#[test]
+fn a_button_that_comes_too_late_pauses_the_session() {
+    timed_out(|rig| rig.presses = false, Interruption::FingerNotPlaced);
+}
+
+#[test]
+fn a_finger_that_stays_after_an_exploration_does_not_cost_the_trial() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.until(Phase::Lift);
+    rig.lifts = false;
+    rig.until(Phase::Feedback);
+    assert!(rig.events().contains(&SessionEventKind::FingerNotLifted));
+    rig.lifts = true;
+    rig.until(Phase::Rest);
+    assert!(rig.ends().iter().all(|end| *end == TrialEnd::Completed));
+    assert_eq!(rig.outcomes(), vec![TrialOutcome::Accepted; 3]);
+    assert!(rig.begun().iter().all(|key| key.attempt == 1));
+    rig.check();
+}
+
+#[test]
+fn a_break_is_as_long_as_the_protocol_says_or_as_the_operator_wants() {
+    let mut rig = rig_in(Phase::Rest);
+    let began_s = rig.t_s;
+    while rig.session.phase() == Phase::Rest {
+        rig.step(|o| o.button_pressed = true);
+    }
+    assert!(rig.t_s - began_s >= rig.protocol.rest.min_s);
+    let mut rig = rig_in(Phase::Rest);
+    rig.tell(OperatorCommand::Continue);
+    assert_eq!(rig.session.phase(), Phase::Baseline);
+}

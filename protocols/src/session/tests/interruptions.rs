@@ -1,0 +1,146 @@
+//! Pauses, safety trips, aborts and a wrong clock.
+
+use super::rig::*;
+use crate::session::*;
+use crate::trial::*;
+
+#[test]
+fn a_pause_in_any_phase_stops_the_drive_and_the_session_still_completes() {
+    for phase in RUNNING {
+        let mut rig = rig_in(phase);
+        let begun = rig.begun().len();
+        rig.tell(OperatorCommand::Pause);
+        assert_eq!(rig.session.phase(), Phase::Paused);
+        assert_eq!(rig.view.as_ref().unwrap().instruction, Instruction::Paused);
+        for _ in 0..500 {
+            rig.step(|_| {});
+        }
+        assert_eq!(rig.begun().len(), begun, "{phase:?}");
+        rig.tell(OperatorCommand::Resume);
+        if in_trial(phase) {
+            assert_eq!(rig.session.phase(), Phase::Baseline, "{phase:?}");
+            let keys = rig.begun();
+            assert_eq!(keys[begun].number, keys[begun - 1].number);
+        } else if phase != Phase::Paused {
+            assert_eq!(rig.session.phase(), phase);
+        }
+        rig.until(Phase::Finished);
+        rig.check();
+        assert_eq!(rig.session.summary().accepted, 4, "{phase:?}");
+    }
+}
+
+#[test]
+fn a_safety_trip_in_any_phase_stops_the_drive_until_the_operator_goes_on() {
+    for phase in RUNNING {
+        let mut rig = rig_in(phase);
+        let begun = rig.begun().len();
+        rig.safety = Safety::Tripped("e-stop".to_owned());
+        let actions = rig.step(|_| {});
+        let stopped = actions
+            .iter()
+            .position(|a| *a == Action::Drive(DriveRequest::Off));
+        assert!(stopped.is_some(), "{phase:?}");
+        assert_eq!(rig.session.phase(), Phase::Fault);
+        rig.tell(OperatorCommand::Resume);
+        assert_eq!(rig.session.phase(), Phase::Fault, "resumed while tripped");
+        rig.safety = Safety::Ok;
+        for _ in 0..500 {
+            rig.step(|o| o.button_pressed = true);
+        }
+        assert_eq!(
+            rig.session.phase(),
+            Phase::Fault,
+            "it must not go on by itself"
+        );
+        assert_eq!(rig.begun().len(), begun);
+        rig.tell(OperatorCommand::Resume);
+        rig.until(Phase::Finished);
+        rig.check();
+        let tripped = TrialEnd::Interrupted {
+            interruption: Interruption::Safety {
+                reason: "e-stop".to_owned(),
+            },
+        };
+        assert_eq!(rig.ends().contains(&tripped), in_trial(phase), "{phase:?}");
+        assert_eq!(rig.session.summary().accepted, 4, "{phase:?}");
+    }
+}
+
+#[test]
+fn a_trip_before_the_consent_leads_back_to_the_consent() {
+    let mut rig = Rig::new(demo());
+    rig.safety = Safety::Tripped("e-stop".to_owned());
+    rig.tell(consent());
+    assert_eq!(rig.session.phase(), Phase::Fault);
+    assert!(
+        rig.events()
+            .iter()
+            .any(|e| matches!(e, SessionEventKind::CommandRefused { .. }))
+    );
+    rig.safety = Safety::Ok;
+    rig.tell(OperatorCommand::Resume);
+    assert_eq!(rig.session.phase(), Phase::Consent);
+}
+
+#[test]
+fn an_abort_in_any_phase_ends_the_session_once() {
+    for phase in RUNNING.into_iter().chain([Phase::Consent, Phase::Fault]) {
+        let mut rig = match phase {
+            Phase::Consent => Rig::new(demo()),
+            Phase::Fault => {
+                let mut rig = rig_in(Phase::Exploration);
+                rig.step(|o| o.safety = Safety::Tripped("e-stop".to_owned()));
+                rig
+            }
+            _ => rig_in(phase),
+        };
+        rig.tell(OperatorCommand::Abort);
+        assert_eq!(rig.session.phase(), Phase::Aborted);
+        let begun = rig.begun().len();
+        for _ in 0..100 {
+            rig.step(|o| o.button_pressed = true);
+        }
+        rig.tell(OperatorCommand::Resume);
+        rig.tell(OperatorCommand::Abort);
+        rig.check();
+        assert_eq!(rig.begun().len(), begun, "{phase:?}");
+        assert_eq!(
+            rig.session.records().len(),
+            begun,
+            "{phase:?}: every attempt is accounted for"
+        );
+        let finished = rig
+            .actions()
+            .filter(|a| matches!(a, Action::Finished(_)))
+            .count();
+        assert_eq!(finished, 1, "{phase:?}");
+    }
+}
+
+#[test]
+fn an_analysis_that_arrives_during_a_pause_is_kept() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.until(Phase::Analysing);
+    rig.tell(OperatorCommand::Pause);
+    rig.step(|_| {});
+    rig.analyses = false;
+    rig.tell(OperatorCommand::Resume);
+    rig.step(|_| {});
+    assert_eq!(rig.session.phase(), Phase::Verdict);
+}
+
+#[test]
+fn a_clock_that_stands_or_goes_back_does_no_harm() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.until(Phase::Exploration);
+    let before = rig.t_s;
+    let slider = rig.view.as_ref().unwrap().slider_m;
+    for t_s in [before - 5.0, f64::NAN, f64::NEG_INFINITY, f64::INFINITY] {
+        rig.step(|o| o.t_s = t_s);
+        assert_eq!(rig.view.as_ref().unwrap().slider_m, slider);
+    }
+    rig.t_s = before;
+    rig.until(Phase::Finished);
+    rig.check();
+}

@@ -1,0 +1,8 @@
+//! Whole sessions with a scripted participant, and invariants over arbitrary observations.
+
+mod any_observation;
+mod course;
+mod interruptions;
+mod repetitions;
+mod resuming;
+mod rig;

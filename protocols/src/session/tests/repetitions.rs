@@ -1,0 +1,155 @@
+//! Verdicts, and the repetitions that follow from them.
+
+use super::rig::*;
+use crate::record::{TrialOutcome, TrialRecord};
+use crate::redo_reason::RedoReason;
+use crate::session::*;
+use crate::trial::*;
+use crate::verdict::Verdict;
+
+#[test]
+fn a_bad_trial_is_repeated_with_its_reasons_until_the_limit() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.until_main(Phase::Baseline);
+    rig.normal_n = 1.2;
+    let limit = rig.protocol.redo.max_per_trial;
+    while rig.begun().last().unwrap().number == 2 {
+        rig.step(|_| {});
+    }
+    rig.normal_n = 0.65;
+    rig.until(Phase::Finished);
+    rig.check();
+    let of_two: Vec<TrialRecord> = rig
+        .session
+        .records()
+        .iter()
+        .filter(|r| r.key.number == 2)
+        .cloned()
+        .collect();
+    assert_eq!(of_two.len() as u32, limit + 1);
+    for (i, record) in of_two.iter().enumerate() {
+        assert_eq!(record.key.attempt as usize, i + 1);
+        let reasons = match &record.outcome {
+            TrialOutcome::Redo { reasons } => reasons,
+            TrialOutcome::GivenUp { reasons } if i as u32 == limit => reasons,
+            other => panic!("{other:?}"),
+        };
+        assert!(matches!(
+            reasons[0],
+            RedoReason::ForceOutOfBand { exploration: 1, .. }
+        ));
+    }
+    let summary = rig.session.summary();
+    assert_eq!(
+        (summary.accepted, summary.redone, summary.given_up),
+        (3, limit, 1)
+    );
+}
+
+#[test]
+fn the_sessions_limit_of_repetitions_holds_over_all_trials() {
+    let mut protocol = demo();
+    protocol.redo.max_total = 4;
+    let mut rig = Rig::new(protocol).consented();
+    rig.normal_n = 0.2;
+    rig.until(Phase::Finished);
+    rig.check();
+    let summary = rig.session.summary();
+    assert_eq!(
+        (summary.redone, summary.given_up, summary.accepted),
+        (4, 4, 0)
+    );
+}
+
+#[test]
+fn a_bad_practice_trial_is_not_repeated() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.normal_n = 1.2;
+    rig.until_main(Phase::Baseline);
+    assert!(matches!(
+        rig.outcomes()[..],
+        [TrialOutcome::AcceptedAnyway { .. }]
+    ));
+}
+
+#[test]
+fn the_operator_can_keep_a_bad_trial() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.normal_n = 1.2;
+    rig.until_main(Phase::Verdict);
+    rig.tell(OperatorCommand::AcceptAnyway);
+    assert!(matches!(
+        rig.outcomes().last(),
+        Some(TrialOutcome::AcceptedAnyway { reasons }) if reasons.len() == 2
+    ));
+    assert_eq!(rig.begun().last().unwrap().number, 3);
+}
+
+#[test]
+fn the_operator_can_repeat_a_good_trial_and_a_running_one() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.until_main(Phase::Verdict);
+    rig.tell(OperatorCommand::Redo);
+    rig.until(Phase::Exploration);
+    rig.tell(OperatorCommand::Redo);
+    assert_eq!(rig.session.phase(), Phase::Baseline);
+    rig.until(Phase::Finished);
+    rig.check();
+    let of_two: Vec<TrialOutcome> = rig
+        .session
+        .records()
+        .iter()
+        .filter(|r| r.key.number == 2)
+        .map(|r| r.outcome.clone())
+        .collect();
+    assert_eq!(
+        of_two,
+        [
+            TrialOutcome::Redo { reasons: vec![] },
+            TrialOutcome::Interrupted {
+                interruption: Interruption::Redo
+            },
+            TrialOutcome::Accepted,
+        ]
+    );
+}
+
+#[test]
+fn a_trial_that_is_never_analysed_is_repeated() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.until_main(Phase::Lift);
+    rig.analyses = false;
+    rig.until(Phase::Verdict);
+    rig.analyses = true;
+    rig.to_analyse = None;
+    rig.until(Phase::Finished);
+    let not_analysed = TrialOutcome::Redo {
+        reasons: vec![RedoReason::NotAnalysed],
+    };
+    assert!(rig.outcomes().contains(&not_analysed));
+    assert_eq!(rig.session.summary().accepted, 4);
+    rig.check();
+}
+
+#[test]
+fn an_analysis_of_another_attempt_is_ignored() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.until(Phase::Analysing);
+    let mut key = rig.to_analyse.take().unwrap();
+    key.attempt += 1;
+    let foreign = analysis(&key, &rig.protocol, 0.65);
+    rig.step(|o| o.analysis = Some(foreign));
+    assert_eq!(rig.session.phase(), Phase::Analysing);
+}
+
+#[test]
+fn a_verdict_is_announced_before_it_takes_hold() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.until(Phase::Verdict);
+    let announced = rig.actions().find_map(|a| match a {
+        Action::Verdict { key, verdict } => Some((key.clone(), verdict.clone())),
+        _ => None,
+    });
+    assert_eq!(announced, Some((rig.begun()[0].clone(), Verdict::Accepted)));
+    assert!(rig.session.records().is_empty());
+}

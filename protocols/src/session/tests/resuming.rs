@@ -1,0 +1,192 @@
+//! Orders of trials, and sessions resumed from their log.
+
+use super::rig::*;
+use crate::protocol::{Protocol, built_in};
+use crate::record::{TrialOutcome, TrialRecord};
+use crate::session::*;
+use crate::trial::*;
+
+fn many_conditions(order: &str) -> Protocol {
+    let base = built_in("demo").unwrap();
+    let text = base
+        .replace(
+            "[[conditions]]",
+            "[[conditions]]\nname = \"slow\"\nmodulation_hz = 2.0\n[[conditions]]\nname = \"weak\"\nmean_amplitude_v = 5.0\n[[conditions]]",
+        )
+        .replace("order = \"fixed\"", &format!("order = \"{order}\""));
+    Protocol::parse(&text, "many.toml").unwrap()
+}
+
+fn order_of(protocol: &Protocol, id: &str, seed: u64) -> Vec<String> {
+    let mut session = Session::new(protocol.clone(), sub(id), seed).unwrap();
+    let actions = session.step(&Observation::default());
+    let Action::Log(SessionEvent {
+        kind: SessionEventKind::SessionStarted { order, .. },
+        ..
+    }) = &actions[0]
+    else {
+        panic!("{actions:?}")
+    };
+    order.clone()
+}
+
+#[test]
+fn a_randomised_order_is_reproducible_and_balanced() {
+    let protocol = many_conditions("randomised");
+    let order = order_of(&protocol, "sub-01", 3);
+    assert_eq!(order, order_of(&protocol, "sub-01", 3));
+    assert_ne!(order, order_of(&protocol, "sub-01", 4));
+    assert_ne!(order, order_of(&protocol, "sub-02", 3));
+    for name in ["slow", "weak", "am-6hz-95"] {
+        assert_eq!(order[1..].iter().filter(|n| *n == name).count(), 4);
+    }
+}
+
+#[test]
+fn a_counterbalanced_order_depends_on_the_participants_number_alone() {
+    let protocol = many_conditions("counterbalanced");
+    assert_eq!(
+        order_of(&protocol, "sub-01", 3),
+        order_of(&protocol, "sub-A1", 9)
+    );
+    assert_ne!(
+        order_of(&protocol, "sub-01", 3),
+        order_of(&protocol, "sub-02", 3)
+    );
+    assert_eq!(
+        Session::new(protocol, sub("sub-anna"), 3).unwrap_err(),
+        SessionError::NoParticipantNumber {
+            participant: sub("sub-anna")
+        }
+    );
+}
+
+#[test]
+fn a_session_resumed_from_its_log_keeps_its_order_and_counts() {
+    let protocol = many_conditions("randomised");
+    let whole = {
+        let mut rig = Rig::new(protocol.clone()).consented();
+        rig.until(Phase::Finished);
+        rig.begun()
+    };
+    // Killed in the middle of the fifth trial.
+    let mut rig = Rig::new(protocol.clone()).consented();
+    while rig.begun().len() < 5 {
+        rig.step(|_| {});
+    }
+    rig.until(Phase::Exploration);
+    let text: Vec<String> = rig
+        .events()
+        .iter()
+        .map(|e| serde_json::to_string(e).unwrap())
+        .collect();
+    let events: Vec<SessionEventKind> = text
+        .iter()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    let records = records_from_events(&events);
+    assert_eq!(records.len(), 5);
+    assert_eq!(
+        records[4].outcome,
+        TrialOutcome::Interrupted {
+            interruption: Interruption::Crash
+        }
+    );
+    let resumed = Session::resume(protocol.clone(), sub("sub-01"), 7, &records).unwrap();
+    let mut rig = Rig::with(protocol.clone(), resumed).consented();
+    rig.until(Phase::Finished);
+    rig.check();
+    let begun = rig.begun();
+    assert_eq!((begun[0].number, begun[0].attempt), (5, 2));
+    let names = |keys: &[TrialKey]| keys.iter().map(|k| k.condition.clone()).collect::<Vec<_>>();
+    assert_eq!(names(&begun), names(&whole[4..]));
+    assert_eq!(rig.session.summary().accepted, 12);
+
+    let SessionError::ForeignRecord { because, .. } =
+        Session::resume(protocol, sub("sub-01"), 8, &records).unwrap_err()
+    else {
+        panic!("another error")
+    };
+    assert!(
+        matches!(because, RecordMismatch::Condition { .. }),
+        "{because}"
+    );
+}
+
+#[test]
+fn repetitions_before_a_crash_still_count() {
+    let protocol = demo();
+    let mut rig = Rig::new(protocol.clone()).consented();
+    rig.until_main(Phase::Baseline);
+    rig.normal_n = 1.2;
+    while rig.session.summary().redone < 2 {
+        rig.step(|_| {});
+    }
+    let resumed = Session::resume(
+        protocol.clone(),
+        sub("sub-01"),
+        7,
+        &records_from_events(&rig.events()),
+    )
+    .unwrap();
+    let mut rig = Rig::with(protocol, resumed).consented();
+    rig.normal_n = 1.2;
+    while rig.session.summary().given_up == 0 {
+        rig.step(|_| {});
+    }
+    assert_eq!(rig.session.summary().redone, 3);
+}
+
+#[test]
+fn attempts_that_are_left_out_are_not_made() {
+    let protocol = demo();
+    let mut session = Session::new(protocol.clone(), sub("sub-01"), 7).unwrap();
+    session.leave_out(2, 3);
+    session.leave_out(2, 1);
+    let mut rig = Rig::with(protocol, session).consented();
+    rig.until(Phase::Finished);
+    let attempts: Vec<_> = rig
+        .begun()
+        .iter()
+        .map(|key| (key.number, key.attempt))
+        .collect();
+    assert_eq!(attempts[..3], [(1, 1), (2, 4), (3, 1)]);
+    assert_eq!(rig.session.summary().redone, 0);
+}
+
+#[test]
+fn a_finished_session_cannot_be_gone_beyond() {
+    let protocol = demo();
+    let mut rig = Rig::new(protocol.clone()).consented();
+    rig.until(Phase::Finished);
+    let records = records_from_events(&rig.events());
+    let mut resumed = Rig::with(
+        protocol.clone(),
+        Session::resume(protocol.clone(), sub("sub-01"), 7, &records).unwrap(),
+    )
+    .consented();
+    resumed.until(Phase::Finished);
+    assert!(resumed.begun().is_empty());
+    let mismatch = |records: &[TrialRecord]| match Session::resume(
+        protocol.clone(),
+        sub("sub-01"),
+        7,
+        records,
+    )
+    .unwrap_err()
+    {
+        SessionError::ForeignRecord { because, .. } => because,
+        other => panic!("{other}"),
+    };
+    assert_eq!(
+        mismatch(&[records.clone(), records.clone()].concat()),
+        RecordMismatch::AllSettled { trials: 5 }
+    );
+    assert_eq!(mismatch(&records[1..]), RecordMismatch::Trial { due: 1 });
+    let mut again = records[0].clone();
+    again.outcome = TrialOutcome::Redo { reasons: vec![] };
+    assert_eq!(
+        mismatch(&[again.clone(), again]),
+        RecordMismatch::Attempt { next: 2 }
+    );
+}

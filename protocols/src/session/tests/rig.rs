@@ -1,0 +1,335 @@
+//! A session with a scripted participant, and what must hold of it whatever happens.
+
+use crate::analysis::{ExplorationAnalysis, TrialAnalysis};
+use crate::participant::ParticipantId;
+use crate::protocol::{Protocol, built_in};
+use crate::record::TrialOutcome;
+use crate::session::*;
+use crate::stretch::{Instance, Stretch, StretchOutcome};
+use crate::trial::*;
+use std::collections::HashSet;
+
+pub(super) const STEP_S: f64 = 0.02;
+
+pub(super) fn demo() -> Protocol {
+    Protocol::parse(built_in("demo").unwrap(), "demo.toml").unwrap()
+}
+
+pub(super) fn sub(id: &str) -> ParticipantId {
+    id.parse().unwrap()
+}
+
+pub(super) fn consent() -> OperatorCommand {
+    OperatorCommand::ConsentGiven {
+        by: "NH".to_owned(),
+    }
+}
+
+/// What the bench would find in a trial where each exploration was pressed with `normal_n`.
+pub(super) fn analysis(key: &TrialKey, protocol: &Protocol, normal_n: f64) -> TrialAnalysis {
+    let instance = Instance {
+        start_s: 1.0,
+        end_s: 1.06,
+    };
+    let stretch = Stretch {
+        start_s: 0.99,
+        end_s: 1.07,
+        outcome: StretchOutcome::Accepted(instance),
+    };
+    let exploration = |&direction: &Direction| ExplorationAnalysis {
+        direction,
+        mean_normal_n: Some(normal_n),
+        mean_speed_m_per_s: Some(0.05),
+        stretches: vec![stretch; 6],
+    };
+    TrialAnalysis {
+        key: key.clone(),
+        explorations: protocol
+            .exploration
+            .directions
+            .iter()
+            .map(exploration)
+            .collect(),
+        unloaded_mean_normal_n: Some(0.0),
+        clipped_frames: 0,
+        lost_frames: 0,
+        input_xruns: 0,
+        output_xruns: 0,
+    }
+}
+
+/// A session, a participant who does as the screen says, and a bench that answers.
+pub(super) struct Rig {
+    pub(super) protocol: Protocol,
+    pub(super) session: Session,
+    pub(super) t_s: f64,
+    pub(super) view: Option<ParticipantView>,
+    pub(super) steps: Vec<Vec<Action>>,
+    pub(super) to_analyse: Option<TrialKey>,
+    pub(super) safety: Safety,
+    pub(super) lifts: bool,
+    pub(super) presses: bool,
+    pub(super) analyses: bool,
+    pub(super) normal_n: f64,
+}
+
+impl Rig {
+    pub(super) fn new(protocol: Protocol) -> Self {
+        let session = Session::new(protocol.clone(), sub("sub-01"), 7).unwrap();
+        Self::with(protocol, session)
+    }
+
+    pub(super) fn with(protocol: Protocol, session: Session) -> Self {
+        Self {
+            protocol,
+            session,
+            t_s: 10.0,
+            view: None,
+            steps: Vec::new(),
+            to_analyse: None,
+            safety: Safety::Ok,
+            lifts: true,
+            presses: true,
+            analyses: true,
+            normal_n: 0.65,
+        }
+    }
+
+    pub(super) fn observation(&mut self) -> Observation {
+        let instruction = self
+            .view
+            .as_ref()
+            .map_or(Instruction::Wait, |v| v.instruction);
+        let on = matches!(
+            instruction,
+            Instruction::PlaceFinger | Instruction::GetReady | Instruction::FollowSlider
+        );
+        let button = self.view.as_ref().is_some_and(|v| v.button);
+        let key = if self.analyses {
+            self.to_analyse.take()
+        } else {
+            None
+        };
+        Observation {
+            t_s: self.t_s,
+            normal_n: Some(if on || !self.lifts {
+                self.normal_n
+            } else {
+                0.0
+            }),
+            button_pressed: button && self.presses,
+            command: None,
+            safety: self.safety.clone(),
+            analysis: key.map(|key| analysis(&key, &self.protocol, self.normal_n)),
+        }
+    }
+
+    pub(super) fn step(&mut self, change: impl FnOnce(&mut Observation)) -> &[Action] {
+        self.t_s += STEP_S;
+        let mut observation = self.observation();
+        change(&mut observation);
+        self.t_s = observation.t_s;
+        let actions = self.session.step(&observation);
+        for action in &actions {
+            match action {
+                Action::Show(view) => self.view = Some(view.clone()),
+                Action::AnalyseTrial { key, .. } => self.to_analyse = Some(key.clone()),
+                _ => {}
+            }
+        }
+        self.steps.push(actions);
+        self.steps.last().unwrap()
+    }
+
+    pub(super) fn tell(&mut self, command: OperatorCommand) -> &[Action] {
+        self.step(|o| o.command = Some(command))
+    }
+
+    pub(super) fn consented(mut self) -> Self {
+        self.tell(consent());
+        self
+    }
+
+    /// Steps until `phase`, for at most ten minutes of session.
+    pub(super) fn until(&mut self, phase: Phase) -> &mut Self {
+        for _ in 0..(600.0 / STEP_S) as usize {
+            if self.session.phase() == phase {
+                return self;
+            }
+            self.step(|_| {});
+        }
+        panic!("{phase:?} never came, now in {:?}", self.session.phase());
+    }
+
+    /// Like [`Self::until`], in the first trial that is not practice.
+    pub(super) fn until_main(&mut self, phase: Phase) -> &mut Self {
+        loop {
+            self.until(phase);
+            let practice = self.protocol.trials.practice;
+            if self.begun().last().is_some_and(|key| key.number > practice) {
+                return self;
+            }
+            while self.session.phase() == phase {
+                self.step(|_| {});
+            }
+        }
+    }
+
+    pub(super) fn actions(&self) -> impl Iterator<Item = &Action> {
+        self.steps.iter().flatten()
+    }
+
+    pub(super) fn begun(&self) -> Vec<TrialKey> {
+        self.actions()
+            .filter_map(|a| match a {
+                Action::BeginTrial { key, .. } => Some(key.clone()),
+                _ => None,
+            })
+            .collect()
+    }
+
+    pub(super) fn ends(&self) -> Vec<TrialEnd> {
+        self.actions()
+            .filter_map(|a| match a {
+                Action::EndTrial { end, .. } => Some(end.clone()),
+                _ => None,
+            })
+            .collect()
+    }
+
+    pub(super) fn events(&self) -> Vec<SessionEventKind> {
+        self.actions()
+            .filter_map(|a| match a {
+                Action::Log(event) => Some(event.kind.clone()),
+                _ => None,
+            })
+            .collect()
+    }
+
+    pub(super) fn outcomes(&self) -> Vec<TrialOutcome> {
+        self.session
+            .records()
+            .iter()
+            .map(|r| r.outcome.clone())
+            .collect()
+    }
+
+    pub(super) fn check(&self) {
+        check_invariants(&self.steps, &self.protocol);
+    }
+}
+
+/// Everything that must hold whatever is observed.
+pub(super) fn check_invariants(steps: &[Vec<Action>], protocol: &Protocol) {
+    let mut consented = false;
+    let mut driven = false;
+    let mut finished = false;
+    let mut open: Option<(TrialKey, f64, Vec<Interval>)> = None;
+    let mut keys = HashSet::new();
+    let mut redone: Vec<u32> = Vec::new();
+    for step in steps {
+        assert!(matches!(step.last(), Some(Action::Show(_))));
+        assert_eq!(
+            step.iter().filter(|a| matches!(a, Action::Show(_))).count(),
+            1
+        );
+        for action in step {
+            match action {
+                Action::Log(SessionEvent {
+                    kind: SessionEventKind::ConsentGiven { .. },
+                    ..
+                }) => {
+                    consented = true;
+                }
+                Action::Log(SessionEvent {
+                    kind: SessionEventKind::TrialSettled { record },
+                    ..
+                }) if matches!(record.outcome, TrialOutcome::Redo { .. }) => {
+                    redone.push(record.key.number);
+                    let of_trial = redone.iter().filter(|n| **n == record.key.number).count();
+                    assert!(of_trial <= protocol.redo.max_per_trial as usize);
+                    assert!(redone.len() <= protocol.redo.max_total as usize);
+                }
+                Action::BeginTrial { key, at_s, .. } => {
+                    assert!(consented, "a trial before the consent");
+                    assert!(!finished && !driven && open.is_none());
+                    assert!(keys.insert((key.number, key.attempt)), "{key:?} twice");
+                    open = Some((key.clone(), *at_s, Vec::new()));
+                }
+                Action::Drive(DriveRequest::On(_)) => {
+                    assert!(open.is_some(), "driven outside a trial");
+                    driven = true;
+                }
+                Action::Drive(DriveRequest::Off) => driven = false,
+                Action::Mark(interval) => {
+                    let (_, begin_s, intervals) = open.as_mut().expect("marked outside a trial");
+                    assert!(interval.start_s >= *begin_s && interval.end_s > interval.start_s);
+                    if let Some(last) = intervals.last() {
+                        assert!(interval.start_s >= last.end_s, "intervals overlap");
+                    }
+                    intervals.push(*interval);
+                }
+                Action::EndTrial { key, end, at_s } => {
+                    assert!(!driven, "a recording ended while driven");
+                    let (begun, _, intervals) = open.take().expect("ended twice");
+                    assert_eq!(begun, *key);
+                    assert!(intervals.iter().all(|i| i.end_s <= *at_s));
+                    if *end == TrialEnd::Completed {
+                        let all = 1 + protocol.exploration.directions.len();
+                        assert_eq!(intervals.len(), all);
+                    }
+                }
+                Action::Finished(_) => {
+                    assert!(!finished && open.is_none());
+                    finished = true;
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+pub(super) fn is_phase(event: &SessionEventKind, wanted: Phase) -> bool {
+    matches!(event, SessionEventKind::Phase { phase } if *phase == wanted)
+}
+
+pub(super) fn approx_eq(a: f64, b: f64) {
+    assert!((a - b).abs() < 1e-9, "{a} is not {b}");
+}
+
+pub(super) const RUNNING: [Phase; 11] = [
+    Phase::Welcome,
+    Phase::Baseline,
+    Phase::Ready,
+    Phase::Countdown,
+    Phase::Exploration,
+    Phase::Lift,
+    Phase::Feedback,
+    Phase::Analysing,
+    Phase::Verdict,
+    Phase::Rest,
+    Phase::Paused,
+];
+
+pub(super) fn in_trial(phase: Phase) -> bool {
+    matches!(
+        phase,
+        Phase::Baseline
+            | Phase::Ready
+            | Phase::Countdown
+            | Phase::Exploration
+            | Phase::Lift
+            | Phase::Feedback
+    )
+}
+
+pub(super) fn rig_in(phase: Phase) -> Rig {
+    let mut rig = Rig::new(demo()).consented();
+    if phase == Phase::Paused {
+        rig.until(Phase::Exploration);
+        rig.tell(OperatorCommand::Pause);
+    } else {
+        rig.until(phase);
+    }
+    rig
+}

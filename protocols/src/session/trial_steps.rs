@@ -1,0 +1,286 @@
+//! The steps of a trial: baseline, then ready, countdown, exploration, lift and feedback for each exploration.
+
+use super::action::{Action, Cue, DriveRequest, StepActions};
+use super::event::SessionEventKind;
+use super::machine::Session;
+use super::state::{AfterHalt, Mean, OpenTrial, State, TrialStep};
+use crate::analysis::TrialAnalysis;
+use crate::record::{TrialOutcome, TrialRecord};
+use crate::trial::{Interruption, Interval, IntervalKind, TrialEnd, TrialKey};
+
+/// What follows a step of a trial.
+enum Next {
+    /// The same step goes on.
+    Stay(TrialStep),
+    /// The next step begins.
+    Step(TrialStep),
+    /// The trial is cut short.
+    TimeOut(Interruption),
+    /// All explorations are made.
+    Complete,
+}
+
+impl Session {
+    /// Opens the recording of the next attempt and starts its drive.
+    pub(super) fn begin_trial(&mut self, out: &mut StepActions) -> State {
+        let key = self.attempts.next_key();
+        let drive = self.attempts.condition().drive;
+        out.push(Action::BeginTrial {
+            key: key.clone(),
+            drive,
+            at_s: self.now_s,
+        });
+        out.log(SessionEventKind::TrialBegan { key: key.clone() });
+        out.push(Action::Drive(DriveRequest::On(drive)));
+        State::Trial {
+            open: OpenTrial {
+                key,
+                intervals: Vec::new(),
+            },
+            step: TrialStep::Baseline { off_since_s: None },
+            since_s: self.now_s,
+        }
+    }
+
+    /// Lets time, finger and button act on a trial. `go_on` is the button or the operator's command to continue.
+    pub(super) fn advance_trial(
+        &mut self,
+        mut open: OpenTrial,
+        step: TrialStep,
+        since_s: f64,
+        go_on: bool,
+        normal_n: Option<f64>,
+        out: &mut StepActions,
+    ) -> State {
+        match self.next_step(&mut open, step, since_s, go_on, normal_n, out) {
+            Next::Stay(step) => State::Trial {
+                open,
+                step,
+                since_s,
+            },
+            Next::Step(step) => State::Trial {
+                open,
+                step,
+                since_s: self.now_s,
+            },
+            Next::TimeOut(interruption) => self.time_out(open, interruption, out),
+            Next::Complete => self.complete(open, out),
+        }
+    }
+
+    fn next_step(
+        &self,
+        open: &mut OpenTrial,
+        step: TrialStep,
+        since_s: f64,
+        go_on: bool,
+        normal_n: Option<f64>,
+        out: &mut StepActions,
+    ) -> Next {
+        let timing = self.protocol.timing;
+        let timeouts = self.protocol.timeouts;
+        let elapsed_s = self.elapsed_s(since_s);
+        let on = self.finger == Some(true);
+        let off = self.finger == Some(false);
+        match step {
+            TrialStep::Baseline { off_since_s } => self.baseline(open, off_since_s, since_s, out),
+            TrialStep::Ready { exploration } if on && go_on => {
+                Next::Step(TrialStep::Countdown { exploration })
+            }
+            TrialStep::Ready { .. } if elapsed_s > timeouts.place_finger_s => {
+                Next::TimeOut(Interruption::FingerNotPlaced)
+            }
+            TrialStep::Countdown { exploration } if off => {
+                out.log(SessionEventKind::FingerLiftedEarly);
+                Next::Step(TrialStep::Ready { exploration })
+            }
+            TrialStep::Countdown { exploration } if elapsed_s >= timing.countdown_s => {
+                self.cue(Cue::Start, out);
+                Next::Step(TrialStep::Exploration {
+                    exploration,
+                    force: Mean::default(),
+                })
+            }
+            TrialStep::Exploration {
+                exploration,
+                mut force,
+            } => {
+                if let (true, Some(normal_n)) = (on, normal_n) {
+                    force.push(normal_n);
+                }
+                self.exploration(open, exploration, force, since_s, out)
+            }
+            TrialStep::Lift {
+                exploration,
+                mean_n,
+            } if off => Next::Step(TrialStep::Feedback {
+                exploration,
+                mean_n,
+            }),
+            TrialStep::Lift {
+                exploration,
+                mean_n,
+            } if elapsed_s > timeouts.lift_finger_s => {
+                out.log(SessionEventKind::FingerNotLifted);
+                Next::Step(TrialStep::Feedback {
+                    exploration,
+                    mean_n,
+                })
+            }
+            TrialStep::Feedback { exploration, .. } if elapsed_s >= timing.feedback_s => {
+                let next = exploration + 1;
+                if next == self.protocol.exploration.directions.len() {
+                    return Next::Complete;
+                }
+                Next::Step(TrialStep::Ready { exploration: next })
+            }
+            step => Next::Stay(step),
+        }
+    }
+
+    /// Waits until the drive has been settled and the finger off for the length of the baseline.
+    fn baseline(
+        &self,
+        open: &mut OpenTrial,
+        off_since_s: Option<f64>,
+        since_s: f64,
+        out: &mut StepActions,
+    ) -> Next {
+        let timing = self.protocol.timing;
+        let longest_s = timing.settle_s + timing.baseline_s + self.protocol.timeouts.lift_finger_s;
+        let settled_s = since_s + timing.settle_s;
+        let off = self.finger == Some(false);
+        let off_since_s = off.then(|| off_since_s.unwrap_or(self.now_s.max(settled_s)));
+        match off_since_s {
+            Some(start_s) if self.elapsed_s(start_s) >= timing.baseline_s => {
+                let end_s = start_s + timing.baseline_s;
+                self.mark(open, IntervalKind::Unloaded, start_s, end_s, out);
+                Next::Step(TrialStep::Ready { exploration: 0 })
+            }
+            _ if self.elapsed_s(since_s) > longest_s => {
+                Next::TimeOut(Interruption::FingerNotLifted)
+            }
+            _ => Next::Stay(TrialStep::Baseline { off_since_s }),
+        }
+    }
+
+    /// Marks the exploration once the slider has stopped.
+    fn exploration(
+        &self,
+        open: &mut OpenTrial,
+        exploration: usize,
+        force: Mean,
+        since_s: f64,
+        out: &mut StepActions,
+    ) -> Next {
+        let duration_s = self.slider(exploration).duration_s();
+        if self.elapsed_s(since_s) < duration_s {
+            return Next::Stay(TrialStep::Exploration { exploration, force });
+        }
+        self.cue(Cue::End, out);
+        let direction = self.direction(exploration);
+        let kind = IntervalKind::Exploration { direction };
+        self.mark(open, kind, since_s, since_s + duration_s, out);
+        Next::Step(TrialStep::Lift {
+            exploration,
+            mean_n: force.value(),
+        })
+    }
+
+    /// Cuts an attempt short: stops the drive, closes the recording, records the attempt.
+    pub(super) fn interrupt(
+        &mut self,
+        open: OpenTrial,
+        interruption: Interruption,
+        out: &mut StepActions,
+    ) {
+        let end = TrialEnd::Interrupted {
+            interruption: interruption.clone(),
+        };
+        self.end_trial(&open.key, end, out);
+        self.record(
+            open.key,
+            None,
+            TrialOutcome::Interrupted { interruption },
+            out,
+        );
+    }
+
+    /// Records how an attempt was settled.
+    pub(super) fn record(
+        &mut self,
+        key: TrialKey,
+        analysis: Option<TrialAnalysis>,
+        outcome: TrialOutcome,
+        out: &mut StepActions,
+    ) {
+        let record = TrialRecord {
+            key,
+            outcome,
+            analysis,
+        };
+        self.attempts.add(record.clone());
+        out.log(SessionEventKind::TrialSettled { record });
+    }
+
+    /// Cuts an attempt short and pauses the session.
+    fn time_out(
+        &mut self,
+        open: OpenTrial,
+        interruption: Interruption,
+        out: &mut StepActions,
+    ) -> State {
+        self.interrupt(open, interruption, out);
+        State::Halted {
+            fault: false,
+            then: AfterHalt::Trial,
+        }
+    }
+
+    fn complete(&mut self, open: OpenTrial, out: &mut StepActions) -> State {
+        self.end_trial(&open.key, TrialEnd::Completed, out);
+        out.push(Action::AnalyseTrial {
+            key: open.key.clone(),
+            intervals: open.intervals,
+        });
+        self.awaited = Some(open.key.clone());
+        State::Analysing {
+            key: open.key,
+            since_s: self.now_s,
+        }
+    }
+
+    fn end_trial(&self, key: &TrialKey, end: TrialEnd, out: &mut StepActions) {
+        out.push(Action::Drive(DriveRequest::Off));
+        out.push(Action::EndTrial {
+            key: key.clone(),
+            end,
+            at_s: self.now_s,
+        });
+    }
+
+    fn mark(
+        &self,
+        open: &mut OpenTrial,
+        kind: IntervalKind,
+        start_s: f64,
+        end_s: f64,
+        out: &mut StepActions,
+    ) {
+        // `start + (now − start)` may round to just after now, where the recording ends.
+        let interval = Interval {
+            kind,
+            start_s,
+            end_s: end_s.min(self.now_s),
+        };
+        open.intervals.push(interval);
+        out.push(Action::Mark(interval));
+        out.log(SessionEventKind::Marked { interval });
+    }
+
+    fn cue(&self, cue: Cue, out: &mut StepActions) {
+        if self.protocol.exploration.cues {
+            out.push(Action::Cue(cue));
+        }
+    }
+}

@@ -19,7 +19,7 @@ use bench_tests::session::{SessionFolder, config_with, finish, text};
 use friction_bench::calibration::Calibration;
 use friction_bench::study::LOCK_FILE;
 use friction_bench::study::event_log::ExitStatus;
-use mock_hw::scenario::Scenario;
+use mock_hw::scenario::built_in;
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 
@@ -368,9 +368,7 @@ fn an_operator_is_guided_through_the_pickups_calibration_and_measures_a_point_ag
     terminal.shows(&["calibrate pickup", "passed", "wrote calibration.toml"]);
     let (calibration, _) = Calibration::read(&folder.join("calibration.toml")).unwrap();
     let measured = calibration.pickup.unwrap();
-    let truth = Scenario::parse(include_str!("../../mock-hw/scenarios/bench-unknown.toml"))
-        .unwrap()
-        .realised(SEED);
+    let truth = built_in("bench-unknown").unwrap().realised(SEED);
     let error = measured.metres_per_unit.value / truth.pickup.metres_per_unit - 1.0;
     assert!(error.abs() < 3e-3, "{error}");
     assert_eq!(measured.points, 4);

@@ -18,8 +18,8 @@ use friction_bench::recording::{AudioFormat, RecordingReader};
 use friction_bench::safety::SafetyState;
 use jiff::Timestamp;
 use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig};
-use mock_hw::clock::Pace;
 use mock_hw::scenario::Scenario;
+use mock_hw::world_clock::Pace;
 use signalgen::Waveform;
 
 pub const RATE_HZ: u32 = 192_000;
@@ -140,7 +140,7 @@ impl Rig {
             heartbeat: Some(output("heartbeat", pins.heartbeat)),
             ..Lines::default()
         };
-        let port = Some(apparatus.force_port().to_owned());
+        let port = Some(apparatus.force_port().unwrap().to_owned());
         let clock = clock(&apparatus);
         let bench = Bench::open(&config, 35_000.0, &apparatus.host(), lines, port, &clock).unwrap();
         bench.streams.play().unwrap();

@@ -1,13 +1,13 @@
-//! The skin of one person: drawn from the published population or pinned by the scenario.
+//! The skin of one person, drawn from the published population or pinned by the scenario.
 
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::Serialize;
 
-use crate::scenario::{ParticipantScenario, Population};
+use crate::scenario::{ParticipantTable, PopulationTable};
 use crate::seed;
 
-/// Skin properties at the start of a session.
+/// Skin of a fingertip at the beginning of a session.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Fingertip {
     /// Asperity scale σ_t, m.
@@ -19,14 +19,25 @@ pub struct Fingertip {
 }
 
 impl Fingertip {
-    /// The fingertip of `seed`: pinned values as pinned, the others drawn.
+    /// Draws the fingertip of `seed`; pinned values replace drawn ones.
     ///
-    /// σ_t and Z_t are normal, cut to what is physical; μ0 has the published Spearman correlation with Im Z_t
+    /// ```
+    /// use mock_hw::fingertip::Fingertip;
+    /// use mock_hw::scenario::built_in;
+    ///
+    /// let pinned = built_in("nominal")?.participant;
+    /// assert_eq!(Fingertip::draw(&pinned, 1), Fingertip::draw(&pinned, 2));
+    /// let drawn = built_in("population")?.participant;
+    /// assert_ne!(Fingertip::draw(&drawn, 1), Fingertip::draw(&drawn, 2));
+    /// # Ok::<(), mock_hw::scenario::ScenarioError>(())
+    /// ```
+    ///
+    /// σ_t and Z_t are normal, truncated to physical values; μ0 has the published Spearman correlation ρ_S with Im Z_t
     /// through a Gaussian copula, whose Pearson correlation is 2 sin(π ρ_S/6).
     #[must_use]
-    pub fn draw(participant: &ParticipantScenario, seed: u64) -> Self {
+    pub fn draw(participant: &ParticipantTable, seed: u64) -> Self {
         let mut rng = seed::stream(seed, seed::Stream::Fingertip);
-        let Population {
+        let PopulationTable {
             sigma_t_m,
             re_z_t_n_s_per_m,
             im_z_t_n_s_per_m,
@@ -49,7 +60,7 @@ impl Fingertip {
     }
 }
 
-/// A normal value within limits, by rejection, and its standard score.
+/// Draws a normal value within limits, by rejection; returns it and its standard score.
 fn drawn(rng: &mut impl Rng, [mean, sd]: [f64; 2], low: f64, high: f64) -> (f64, f64) {
     loop {
         let score: f64 = StandardNormal.sample(rng);
@@ -86,7 +97,7 @@ mod tests {
     #[test]
     fn the_population_has_the_published_moments_and_correlation() {
         let people: Vec<Fingertip> = (0..4000)
-            .map(|seed| Fingertip::draw(&ParticipantScenario::default(), seed))
+            .map(|seed| Fingertip::draw(&ParticipantTable::default(), seed))
             .collect();
         let mean = |f: fn(&Fingertip) -> f64| people.iter().map(f).sum::<f64>() / 4000.0;
         assert!((mean(|p| p.sigma_t_m) - 1.7e-6).abs() < 0.03e-6);
@@ -106,10 +117,10 @@ mod tests {
 
     #[test]
     fn pinned_values_hold_and_leave_the_others_as_they_were() {
-        let free = Fingertip::draw(&ParticipantScenario::default(), 3);
-        let pinned = ParticipantScenario {
+        let free = Fingertip::draw(&ParticipantTable::default(), 3);
+        let pinned = ParticipantTable {
             z_t_n_s_per_m: Some([0.5, 3.0]),
-            ..ParticipantScenario::default()
+            ..ParticipantTable::default()
         };
         let held = Fingertip::draw(&pinned, 3);
         assert_eq!(held.z_t_n_s_per_m, [0.5, 3.0]);

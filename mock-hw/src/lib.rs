@@ -1,15 +1,15 @@
-//! Simulated apparatus behind the real hardware interfaces.
+#![doc = include_str!("../README.md")]
 
 pub mod apparatus;
-pub mod clock;
 pub mod fingertip;
 pub mod host;
 pub mod person;
 pub mod pins;
 pub mod plant;
+pub mod run_truth;
 pub mod scenario;
 mod seed;
 pub mod serial;
 mod sound_layer;
-pub mod truth;
 mod vibrometer;
+pub mod world_clock;

@@ -21,8 +21,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use embedded_hal::digital::{Error, ErrorKind, ErrorType, InputPin, OutputPin};
 
-use crate::clock::{Pace, WorldClock};
 use crate::scenario::Scenario;
+use crate::world_clock::{Pace, WorldClock};
 
 /// In real time the encoder shows where the carriage was this long ago, ns: the world advances in
 /// bursts, and a reader faster than them must still see every state.

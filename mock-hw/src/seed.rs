@@ -1,9 +1,11 @@
-//! One seed, many independent random streams.
+//! Independent random streams of one seed.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// Who draws; each has its own stream, so that one does not shift another's numbers.
+/// Users of random numbers; each has a stream, so that the draws of one do not shift those of another.
+///
+/// The numbers of the streams are part of every seeded result: new ones go to the end.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Stream {
     Jitter = 1,
@@ -18,6 +20,7 @@ pub(crate) enum Stream {
     Masses,
 }
 
+/// Returns the generator of one stream of `seed`.
 pub(crate) fn stream(seed: u64, stream: Stream) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(stream as u64);

@@ -2,7 +2,7 @@
 //! that falls behind.
 
 use crate::plant::reconstruction::kaiser_sinc;
-use crate::scenario::{Slip, SoundLayer as Settings};
+use crate::scenario::{ChannelSlip, SoundLayerTable};
 
 /// Zero crossings of the interpolation kernel to either side.
 const CROSSINGS: f64 = 32.0;
@@ -25,13 +25,13 @@ pub(crate) struct SoundLayer {
 
 #[derive(Debug)]
 struct Slipping {
-    slip: Slip,
+    slip: ChannelSlip,
     /// The last samples of its channel.
     ring: Vec<f32>,
 }
 
 impl SoundLayer {
-    pub fn new(settings: &Settings, channels: usize, rate_hz: f64) -> Self {
+    pub fn new(settings: &SoundLayerTable, channels: usize, rate_hz: f64) -> Self {
         let resampler = settings.rate_hz.map(|layer_hz| {
             let ratio = rate_hz / layer_hz;
             let cutoff = if settings.anti_alias {
@@ -162,7 +162,7 @@ mod tests {
     const RATE_HZ: f64 = 192e3;
 
     /// Peak amplitude at `heard_hz` when a tone of `played_hz` is played.
-    fn heard(settings: &Settings, played_hz: f64, heard_hz: f64) -> f64 {
+    fn heard(settings: &SoundLayerTable, played_hz: f64, heard_hz: f64) -> f64 {
         let mut layer = SoundLayer::new(settings, 2, RATE_HZ);
         let mut drive: Vec<f32> = (0..38_400)
             .map(|n| (0.5 * (TAU * played_hz * f64::from(n) / RATE_HZ).sin()) as f32)
@@ -183,9 +183,9 @@ mod tests {
 
     #[test]
     fn a_48_khz_layer_takes_the_carrier_away() {
-        let settings = Settings {
+        let settings = SoundLayerTable {
             rate_hz: Some(48e3),
-            ..Settings::default()
+            ..SoundLayerTable::default()
         };
         assert!(heard(&settings, 35e3, 35e3) < 1e-5);
         assert!(heard(&settings, 35e3, 13e3) < 1e-5);
@@ -196,10 +196,10 @@ mod tests {
     #[test]
     fn without_a_filter_it_folds_the_carrier_back() {
         for (layer_hz, folded_hz) in [(48e3, 13e3), (44_100.0, 9_100.0), (32e3, 3e3)] {
-            let settings = Settings {
+            let settings = SoundLayerTable {
                 rate_hz: Some(layer_hz),
                 anti_alias: false,
-                ..Settings::default()
+                ..SoundLayerTable::default()
             };
             assert!(heard(&settings, 35e3, 35e3) < 1e-3, "{layer_hz}");
             let folded = heard(&settings, 35e3, folded_hz);
@@ -209,14 +209,14 @@ mod tests {
 
     #[test]
     fn inputs_change_places_and_one_falls_behind() {
-        let settings = Settings {
+        let settings = SoundLayerTable {
             inputs: vec![1, 0],
-            slip: Some(Slip {
+            slip: Some(ChannelSlip {
                 channel: 1,
                 samples: 2,
                 after_s: 4.0 / RATE_HZ,
             }),
-            ..Settings::default()
+            ..SoundLayerTable::default()
         };
         let mut layer = SoundLayer::new(&settings, 3, RATE_HZ);
         let mut inputs: Vec<f32> = (1..=8u8)

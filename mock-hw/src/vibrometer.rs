@@ -1,4 +1,4 @@
-//! A vibrometer on the plate: an instrument of its own that sends the peak amplitude in micrometres as lines of text.
+//! A vibrometer on the plate: a separate instrument that sends the peak amplitude in micrometres as lines of text.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -6,15 +6,15 @@ use std::path::Path;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
+use crate::run_truth::TruthSample;
 use crate::seed;
 use crate::serial::SerialLine;
-use crate::truth::TruthSample;
 
-/// Truth samples, one a millisecond, that one line averages: 100 lines a second.
+/// Number of truth samples, one a millisecond, that one line averages: 100 lines a second.
 const SAMPLES_PER_LINE: usize = 10;
-/// Standard deviation of its own calibration, relative (0.05 %, a good laser vibrometer with its certificate).
+/// Relative standard deviation of the instrument's calibration (assumed: 0.05 %, a laser vibrometer with certificate).
 const SCALE_SD: f64 = 5e-4;
-/// Noise of one line, µm.
+/// Standard deviation of the noise of one line, µm.
 const NOISE_UM: f64 = 5e-4;
 
 /// The instrument and its serial line.
@@ -24,15 +24,15 @@ pub(crate) struct Vibrometer {
     rng: ChaCha8Rng,
     sum_m: f64,
     samples: usize,
-    /// The line on its way; kept, so that a running world allocates nothing.
+    /// Text of the line being sent; kept, so that a running simulation does not allocate.
     text: Vec<u8>,
 }
 
-/// Longer than any line.
+/// Length that no line exceeds, bytes.
 const LINE_BYTES: usize = 64;
 
 impl Vibrometer {
-    /// The instrument of `seed`; a `synchronous` line has every byte readable when it was sent.
+    /// Draws the instrument by `seed`. On a `synchronous` line every byte sent is readable before the simulation goes on.
     pub(crate) fn open(seed: u64, synchronous: bool) -> io::Result<Self> {
         let mut rng = seed::stream(seed, seed::Stream::Vibrometer);
         let off: f64 = StandardNormal.sample(&mut rng);
@@ -46,11 +46,12 @@ impl Vibrometer {
         })
     }
 
-    pub(crate) fn path(&self) -> &Path {
+    /// Returns the serial port, to be opened by path.
+    pub(crate) fn path(&self) -> Option<&Path> {
         self.line.path()
     }
 
-    /// Measures what has happened up to true time `now_s`.
+    /// Measures the samples of a period that ended at true time `now_s`, and sends the lines that are due.
     pub(crate) fn watch(&mut self, truth: &[TruthSample], now_s: f64) -> io::Result<()> {
         for sample in truth {
             self.sum_m += sample.amplitude_m;

@@ -3,9 +3,9 @@
 use std::f64::consts::TAU;
 
 use mock_hw::person::{Instruction, Percept, Person};
-use mock_hw::plant::{ForceSample, Plant};
-use mock_hw::scenario::Scenario;
-use mock_hw::truth::TruthSample;
+use mock_hw::plant::{Plant, SensorSample};
+use mock_hw::run_truth::TruthSample;
+use mock_hw::scenario::{Scenario, built_in};
 
 const RATE_HZ: f64 = 192e3;
 const PERIOD: usize = 384;
@@ -14,7 +14,7 @@ const MEAN_V: f64 = 24.0;
 
 struct Exploration {
     truth: Vec<TruthSample>,
-    forces: Vec<ForceSample>,
+    forces: Vec<SensorSample>,
     /// Largest magnitude on drive read-back and pickup.
     peaks: [f32; 2],
 }
@@ -70,8 +70,7 @@ fn sliding(truth: &[TruthSample]) -> Vec<&TruthSample> {
 
 #[test]
 fn the_published_drive_modulates_the_friction_of_the_nominal_person_without_clipping() {
-    let text = include_str!("../scenarios/nominal.toml");
-    let nominal = Scenario::parse(text).unwrap();
+    let nominal = built_in("nominal").unwrap();
     let run = explore(&nominal, 1);
     assert!(
         run.peaks.iter().all(|p| (0.6..0.9).contains(p)),

@@ -4,10 +4,10 @@ use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use cpal::traits::{DeviceTrait, HostTrait, StreamTrait};
 use cpal::{BufferSize, Data, DeviceId, HostId, SampleFormat, StreamConfig};
 use mock_hw::apparatus::{Apparatus, ApparatusConfig};
-use mock_hw::clock::Pace;
 use mock_hw::host::{BENCH_ID, SPEAKERS_ID};
 use mock_hw::person::{Instruction, Percept};
 use mock_hw::scenario::Scenario;
+use mock_hw::world_clock::Pace;
 
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;

@@ -1,34 +1,34 @@
 //! Every scenario that is shipped reads, says what it is for, and makes the bench it promises.
 #![expect(clippy::unwrap_used, reason = "a failing test should panic")]
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use mock_hw::fingertip::Fingertip;
 use mock_hw::person::FingerState;
 use mock_hw::plant::Plant;
-use mock_hw::scenario::Scenario;
-use mock_hw::truth::TruthWriter;
+use mock_hw::run_truth::TruthWriter;
+use mock_hw::scenario::{Scenario, built_in_names};
 
 fn shipped(name: &str) -> Scenario {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("scenarios")
         .join(name);
-    Scenario::parse(&std::fs::read_to_string(path).unwrap()).unwrap()
+    Scenario::parse(&std::fs::read_to_string(path).unwrap(), name).unwrap()
 }
 
 #[test]
 fn every_scenario_reads_and_says_what_it_is_for() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
-    let mut read = 0;
+    let mut files = BTreeSet::new();
     for entry in std::fs::read_dir(folder).unwrap() {
         let name = entry.unwrap().file_name();
-        assert!(
-            !shipped(name.to_str().unwrap()).purpose.is_empty(),
-            "{name:?}"
-        );
-        read += 1;
+        let name = name.to_str().unwrap();
+        assert!(!shipped(name).purpose.is_empty(), "{name}");
+        files.insert(name.to_owned());
     }
-    assert!(read >= 5);
+    let built_in: BTreeSet<String> = built_in_names().map(|name| format!("{name}.toml")).into();
+    assert_eq!(files, built_in, "every file is built in");
 }
 
 #[test]

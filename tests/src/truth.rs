@@ -63,7 +63,7 @@ pub struct Bench {
 impl Bench {
     /// The bench of `scenario` as `seed` realises it.
     pub fn of(scenario: &str, seed: u64) -> Self {
-        let real = Scenario::parse(scenario)
+        let real = Scenario::parse(scenario, "scenario")
             .expect("a scenario")
             .realised(seed);
         let omega = real.plate.omega_rad_per_s();

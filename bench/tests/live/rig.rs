@@ -11,7 +11,6 @@ use devices::Bench;
 use friction_bench::gpio::{GpioError, Input, Lines, input, output};
 use jiff::Timestamp;
 use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig};
-use mock_hw::clock::Pace;
 use mock_hw::scenario::Scenario;
 use recording::manifest::{Event, EventKind, Manifest};
 use recording::pipeline::Account;
@@ -19,6 +18,7 @@ use recording::recorder::{Begin, RecorderNotice};
 use recording::writer::Ending;
 use recording::{AudioFormat, RecordingReader};
 use safety::SafetyState;
+use mock_hw::world_clock::Pace;
 use signalgen::Waveform;
 use tasks::Clock;
 
@@ -140,7 +140,7 @@ impl Rig {
             heartbeat: Some(output("heartbeat", pins.heartbeat)),
             ..Lines::default()
         };
-        let port = Some(apparatus.force_port().to_owned());
+        let port = Some(apparatus.force_port().unwrap().to_owned());
         let clock = clock(&apparatus);
         let bench = Bench::open(&config, 35_000.0, &apparatus.host(), lines, port, &clock).unwrap();
         bench.streams.play().unwrap();

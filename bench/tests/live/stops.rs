@@ -88,7 +88,7 @@ impl Rig {
             heartbeat: Some(Box::new(heartbeat)),
             ..Lines::default()
         };
-        let port = Some(apparatus.force_port().to_owned());
+        let port = Some(apparatus.force_port().unwrap().to_owned());
         let clock = clock(&apparatus);
         let bench = Bench::open(&config, 35_000.0, &apparatus.host(), lines, port, &clock).unwrap();
         bench.streams.play().unwrap();

@@ -1,11 +1,12 @@
-//! The apparatus as outboard equipment: somebody else's audio server paces it, nobody shows its
-//! person anything, and there is no GPIO. The amplifier is always on; the finger keeps a timetable
-//! that begins whenever the drive comes on.
+//! The apparatus as outboard equipment of another audio server.
+//!
+//! The server sets the pace, nobody shows the person anything, and GPIO does not exist: the amplifier is always on, and
+//! the finger follows a timetable that begins whenever the drive comes on.
 
 use std::path::PathBuf;
 
-use super::ApparatusError;
-use super::world::ForceSide;
+use super::apparatus_error::ApparatusError;
+use super::force_side::ForceSide;
 use crate::person::FingerState;
 use crate::plant::Plant;
 use crate::scenario::Scenario;
@@ -13,30 +14,30 @@ use crate::serial::DeviceStart;
 
 /// Generator output above this counts as drive, full scale 1.
 const DRIVEN: f32 = 1e-3;
-/// The drive is off when it was silent for this long, s.
+/// Silence after which the drive counts as off, s.
 const SILENCE_S: f64 = 0.5;
-/// How fast the finger lands and lifts, s.
+/// Time in which the normal force rises to its full value, s.
 const LANDING_S: f64 = 0.1;
 
 /// What the finger does each time the drive comes on, until it goes off.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Visit {
-    /// It lands this long after the drive came on, s.
+pub struct Timetable {
+    /// Time from the beginning of the drive to the landing of the finger, s.
     pub touch_after_s: f64,
-    /// And slides off this long after landing, s.
+    /// Time from landing to the beginning of the slide, s.
     pub slide_after_s: f64,
-    /// Where it lands, m along the plate.
+    /// Position at which the finger lands, m along the plate.
     pub from_m: f64,
-    /// Where it turns round, m along the plate.
+    /// Position at which the finger turns round, m along the plate.
     pub to_m: f64,
-    /// How fast it slides, back and forth, m/s.
+    /// Speed of the slide in both directions, m/s.
     pub speed_m_per_s: f64,
-    /// How hard it presses, N.
+    /// Normal force of the finger, N.
     pub normal_n: f64,
 }
 
-impl Default for Visit {
-    /// The published exploration, after a second without the finger.
+impl Default for Timetable {
+    /// Returns the published exploration, after 1.5 s without the finger.
     fn default() -> Self {
         Self {
             touch_after_s: 1.5,
@@ -49,8 +50,8 @@ impl Default for Visit {
     }
 }
 
-impl Visit {
-    /// The finger `driven_s` after the drive came on.
+impl Timetable {
+    /// Returns the finger's state `driven_s` after the drive came on.
     fn finger(&self, driven_s: f64) -> FingerState {
         let on_plate_s = driven_s - self.touch_after_s;
         if on_plate_s <= 0.0 {
@@ -81,19 +82,19 @@ impl Visit {
     }
 }
 
-/// An apparatus between the two directions of an audio server.
+/// An apparatus between the output and the input of an audio server.
 pub struct Outboard {
     plant: Plant,
     force: ForceSide,
-    visit: Visit,
+    timetable: Timetable,
     interval_s: f64,
     frame: u64,
-    /// First and last frame of the drive's present stretch.
+    /// First and last frame of the present stretch of drive.
     driven: Option<(u64, u64)>,
 }
 
 impl Outboard {
-    /// An apparatus at the audio server's rate, with its force sensor's serial line.
+    /// Builds an apparatus at the audio server's rate, with the serial line of its force sensor.
     ///
     /// # Errors
     /// [`ApparatusError::Serial`] when the system gives no pseudo-terminal.
@@ -101,30 +102,34 @@ impl Outboard {
         scenario: &Scenario,
         seed: u64,
         rate_hz: u32,
-        visit: Visit,
+        timetable: Timetable,
     ) -> Result<Self, ApparatusError> {
         let start = DeviceStart::draw(seed);
         let clock_rate = 1.0 + 1e-6 * scenario.converter.clock_ppm;
         Ok(Self {
             plant: Plant::new(scenario, seed, f64::from(rate_hz)),
             force: ForceSide::open(&scenario.force_sensor, start, false)?,
-            visit,
+            timetable,
             interval_s: 1.0 / (f64::from(rate_hz) * clock_rate),
             frame: 0,
             driven: None,
         })
     }
 
-    /// Number of input channels.
+    /// Returns the number of input channels.
     #[must_use]
     pub fn channels(&self) -> usize {
         self.plant.channels()
     }
 
-    /// The force sensor's serial port.
-    #[must_use]
-    pub fn force_port(&self) -> PathBuf {
-        self.force.path()
+    /// Returns the force sensor's serial port, to be opened by path.
+    ///
+    /// # Errors
+    /// [`ApparatusError::NoSerialPort`] where the operating system has no pseudo-terminals.
+    pub fn force_port(&self) -> Result<PathBuf, ApparatusError> {
+        self.force.path().ok_or(ApparatusError::NoSerialPort {
+            device: "force sensor",
+        })
     }
 
     /// Whether the finger is on the plate.
@@ -133,14 +138,13 @@ impl Outboard {
         self.finger().touching
     }
 
-    /// One period: generator samples in, interleaved inputs out. Allocates nothing and never
-    /// waits.
+    /// Simulates one period: generator samples in, interleaved inputs out. Neither allocates nor waits.
     ///
     /// # Errors
     /// [`ApparatusError::Serial`] when the serial line has failed.
     ///
     /// # Panics
-    /// When `inputs` is not `drive.len() · channels()` long.
+    /// If `inputs` is not `drive.len() · channels()` long.
     pub fn process(&mut self, drive: &[f32], inputs: &mut [f32]) -> Result<(), ApparatusError> {
         self.listen(drive);
         self.frame += drive.len() as u64;
@@ -166,7 +170,7 @@ impl Outboard {
         let driven_s = self.driven.map_or(0.0, |(since, _)| {
             (self.frame - since) as f64 * self.interval_s
         });
-        self.visit.finger(driven_s)
+        self.timetable.finger(driven_s)
     }
 }
 
@@ -176,8 +180,8 @@ mod tests {
 
     #[test]
     fn the_finger_lands_slides_and_turns_round() {
-        let visit = Visit::default();
-        let at = |driven_s| visit.finger(driven_s);
+        let timetable = Timetable::default();
+        let at = |driven_s| timetable.finger(driven_s);
         assert!(!at(1.4).touching);
         assert!((at(1.55).normal_n - 0.325).abs() < 1e-9, "landing");
         assert_eq!((at(1.9).velocity_m_per_s, at(1.9).position_m), (0.0, 0.010));
@@ -190,7 +194,7 @@ mod tests {
     #[test]
     fn the_timetable_begins_with_the_drive_and_ends_with_it() {
         let mut outboard =
-            Outboard::new(&Scenario::default(), 1, 192_000, Visit::default()).unwrap();
+            Outboard::new(&Scenario::default(), 1, 192_000, Timetable::default()).unwrap();
         let mut inputs = vec![0.0; 1_920 * outboard.channels()];
         let mut pass = |level: f32, seconds: f64| {
             for _ in 0..(100.0 * seconds) as usize {

@@ -1,22 +1,22 @@
-//! The cables between the bench and the sound card's inputs.
+//! The cables to the sound card's inputs, to be connected from any thread.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::plant::Wiring;
+use crate::plant::InputWiring;
 
-/// Where the inputs' cables are plugged; any thread may hold a clone and replug them while the world runs.
+/// Handle that connects the cables of the inputs; any thread may hold a clone and reconnect them during a run.
 #[derive(Debug, Clone, Default)]
-pub struct Patchbay(Arc<Mutex<Wiring>>);
+pub struct Patchbay(Arc<Mutex<InputWiring>>);
 
 impl Patchbay {
-    /// Plugs the cables; they stay so until plugged again. Takes effect with the next period.
-    pub fn wire(&self, wiring: Wiring) {
+    /// Connects the cables from the next period on.
+    pub fn wire(&self, wiring: InputWiring) {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = wiring;
     }
 
-    /// How they are plugged.
+    /// Returns how the cables are connected.
     #[must_use]
-    pub fn wiring(&self) -> Wiring {
+    pub fn wiring(&self) -> InputWiring {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

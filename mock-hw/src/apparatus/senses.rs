@@ -1,15 +1,15 @@
-//! What the participant sees and hears, handed from the bench's screen to the person.
+//! What the participant sees and hears, passed from the bench's screen to the simulated person.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::person::Percept;
 
-/// The participant's eyes and ears; any thread may hold a clone.
+/// Handle that shows percepts to the simulated person; any thread may hold a clone.
 #[derive(Debug, Clone, Default)]
 pub struct Senses(Arc<Mutex<Percept>>);
 
 impl Senses {
-    /// Shows a percept; the person acts on it in the next period and until another is shown.
+    /// Shows a percept; the person acts on it from the next period on until another is shown.
     ///
     /// A cue sounds once, and is heard even if the next percept comes within the same period.
     pub fn show(&self, percept: Percept) {
@@ -19,7 +19,7 @@ impl Senses {
         shown.cue = percept.cue.or(unheard);
     }
 
-    /// What is perceived in the period that begins.
+    /// Returns what is perceived in the period that begins.
     pub(super) fn perceive(&self) -> Percept {
         let mut shown = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let percept = *shown;

@@ -1,12 +1,12 @@
-//! The simulated apparatus as a JACK client, between the output and the input of a bench that
-//! records over a real audio server.
+//! The simulated apparatus as a JACK client, between the output and the input of a bench that records over a real audio
+//! server.
 //!
-//! It wires itself to any cpal client that turns up, now or later. Without GPIO there is no
-//! amplifier gate, encoder, button or emergency stop: the finger keeps a timetable that begins
-//! when the drive comes on. It ends when the server stops calling it.
+//! It connects itself to every cpal client, now or later. It has no GPIO, hence no amplifier gate, encoder, button or
+//! emergency stop: the finger follows a timetable that begins when the drive comes on. It ends when the server stops
+//! calling it.
 #![expect(
     clippy::print_stdout,
-    reason = "tells whoever started it how far it is"
+    reason = "reports its progress to the program that started it"
 )]
 
 use std::path::{Path, PathBuf};
@@ -17,10 +17,10 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use jack::{AsyncClient, AudioIn, AudioOut, Client, ClientOptions, Control, PortFlags};
-use mock_hw::apparatus::{Outboard, Visit};
+use mock_hw::apparatus::{Outboard, Timetable};
 use mock_hw::scenario::Scenario;
 
-/// The server lets no client wait longer between two periods.
+/// Time without a period after which the server counts as stopped.
 const SILENCE: Duration = Duration::from_secs(2);
 const CLIENT: &str = "apparatus";
 
@@ -34,20 +34,20 @@ struct Cli {
     /// Seed of everything random.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Where to put a link to the force sensor's serial port.
+    /// Path at which to create a link to the force sensor's serial port.
     #[arg(long, value_name = "PATH")]
     force_link: PathBuf,
     /// How long to wait for a server, s.
     #[arg(long, default_value_t = 10.0)]
     server_within_s: f64,
-    /// The finger lands this long after the drive came on, s.
-    #[arg(long, default_value_t = Visit::default().touch_after_s)]
+    /// Time from the beginning of the drive to the landing of the finger, s.
+    #[arg(long, default_value_t = Timetable::default().touch_after_s)]
     touch_after_s: f64,
-    /// The finger slides this long after landing, s.
-    #[arg(long, default_value_t = Visit::default().slide_after_s)]
+    /// Time from landing to the beginning of the slide, s.
+    #[arg(long, default_value_t = Timetable::default().slide_after_s)]
     slide_after_s: f64,
     /// Normal force of the finger, N.
-    #[arg(long, default_value_t = Visit::default().normal_n)]
+    #[arg(long, default_value_t = Timetable::default().normal_n)]
     normal_n: f64,
 }
 
@@ -55,7 +55,13 @@ fn main() -> ExitCode {
     match run(&Cli::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            println!("{CLIENT}: {error}");
+            let mut causes = Vec::new();
+            let mut next = error.source();
+            while let Some(cause) = next {
+                causes.push(format!(": {cause}"));
+                next = cause.source();
+            }
+            println!("{CLIENT}: {error}{}", causes.concat());
             ExitCode::FAILURE
         }
     }
@@ -64,33 +70,37 @@ fn main() -> ExitCode {
 fn run(cli: &Cli) -> Result<(), Box<dyn std::error::Error>> {
     jack::set_logger(jack::LoggerType::None);
     let scenario = match &cli.scenario {
-        Some(path) => Scenario::parse(&std::fs::read_to_string(path)?)?,
+        Some(path) => {
+            let text = std::fs::read_to_string(path)?;
+            Scenario::parse(&text, &path.display().to_string())?
+        }
         None => Scenario::default(),
     };
-    let visit = Visit {
+    let timetable = Timetable {
         touch_after_s: cli.touch_after_s,
         slide_after_s: cli.slide_after_s,
         normal_n: cli.normal_n,
-        ..Visit::default()
+        ..Timetable::default()
     };
     let client = connect(Duration::from_secs_f64(cli.server_within_s))?;
     let rate_hz = client.sample_rate();
-    let apparatus = Outboard::new(&scenario, cli.seed, rate_hz, visit)?;
-    link(&apparatus.force_port(), &cli.force_link)?;
+    let apparatus = Outboard::new(&scenario, cli.seed, rate_hz, timetable)?;
+    link(&apparatus.force_port()?, &cli.force_link)?;
     let channels = apparatus.channels();
-    let state = Arc::new(State::default());
-    let client = activate(client, apparatus, &state)?;
+    let progress = Arc::new(Progress::default());
+    let client = activate(client, apparatus, &progress)?;
     println!("{CLIENT}: ready at {rate_hz} Hz, {channels} channels");
-    attend(&client, channels, &state)
+    run_until_the_server_stops(&client, channels, &progress)
 }
 
-/// What the process callback tells the main thread.
+/// Progress of the process callback, read by the main thread.
 #[derive(Default)]
-struct State {
+struct Progress {
     periods: AtomicU64,
     failed: AtomicBool,
 }
 
+/// Waits for a JACK server and becomes its client.
 fn connect(within: Duration) -> Result<Client, jack::Error> {
     let begin = Instant::now();
     loop {
@@ -102,7 +112,8 @@ fn connect(within: Duration) -> Result<Client, jack::Error> {
     }
 }
 
-/// Replaces a link that an earlier run left behind, but nothing else.
+/// Creates a link to `port`, replacing one that an earlier run left behind but nothing else.
+#[cfg(unix)]
 fn link(port: &Path, at: &Path) -> std::io::Result<()> {
     if at.symlink_metadata().is_ok_and(|m| m.is_symlink()) {
         std::fs::remove_file(at)?;
@@ -110,10 +121,17 @@ fn link(port: &Path, at: &Path) -> std::io::Result<()> {
     std::os::unix::fs::symlink(port, at)
 }
 
+/// Fails: without pseudo-terminals there is no port to link to.
+#[cfg(not(unix))]
+fn link(_port: &Path, _at: &Path) -> std::io::Result<()> {
+    Err(std::io::ErrorKind::Unsupported.into())
+}
+
+/// Lets the server call the apparatus every period.
 fn activate(
     client: Client,
     mut apparatus: Outboard,
-    state: &Arc<State>,
+    progress: &Arc<Progress>,
 ) -> Result<AsyncClient<(), impl jack::ProcessHandler>, jack::Error> {
     let channels = apparatus.channels();
     let drive = client.register_port("drive", AudioIn::default())?;
@@ -121,15 +139,15 @@ fn activate(
         .map(|channel| client.register_port(&sensor(channel), AudioOut::default()))
         .collect::<Result<Vec<_>, _>>()?;
     let mut inputs = vec![0.0; client.buffer_size() as usize * channels];
-    let state = Arc::clone(state);
+    let progress = Arc::clone(progress);
     let process = jack::contrib::ClosureProcessHandler::new(move |_: &Client, scope: &_| {
         let drive = drive.as_slice(scope);
         let Some(inputs) = inputs.get_mut(..drive.len() * channels) else {
-            state.failed.store(true, Ordering::Release);
+            progress.failed.store(true, Ordering::Release);
             return Control::Quit;
         };
         if apparatus.process(drive, inputs).is_err() {
-            state.failed.store(true, Ordering::Release);
+            progress.failed.store(true, Ordering::Release);
             return Control::Quit;
         }
         for (channel, port) in outputs.iter_mut().enumerate() {
@@ -138,7 +156,7 @@ fn activate(
                 *to = *from;
             }
         }
-        state.periods.fetch_add(1, Ordering::Release);
+        progress.periods.fetch_add(1, Ordering::Release);
         Control::Continue
     });
     client.activate_async((), process)
@@ -148,21 +166,23 @@ fn sensor(channel: usize) -> String {
     format!("sensor_{channel}")
 }
 
-/// Wires cpal clients as they come, until the server is gone.
-fn attend<P>(
+/// Connects cpal clients as they come, until the server stops.
+fn run_until_the_server_stops<P>(
     client: &AsyncClient<(), P>,
     channels: usize,
-    state: &State,
+    progress: &Progress,
 ) -> Result<(), Box<dyn std::error::Error>> {
     let (mut seen, mut since) = (0, Instant::now());
     while since.elapsed() < SILENCE {
-        if state.failed.load(Ordering::Acquire) {
-            return Err("the serial line has failed, or the server changed its period".into());
+        if progress.failed.load(Ordering::Acquire) {
+            return Err(
+                "the serial line has failed, or the server has lengthened its period".into(),
+            );
         }
-        let periods = state.periods.load(Ordering::Acquire);
+        let periods = progress.periods.load(Ordering::Acquire);
         if periods != seen {
             (seen, since) = (periods, Instant::now());
-            wire(client.as_client(), channels);
+            connect_ports(client.as_client(), channels);
         }
         std::thread::sleep(Duration::from_millis(20));
     }
@@ -170,7 +190,8 @@ fn attend<P>(
     Ok(())
 }
 
-fn wire(client: &Client, channels: usize) {
+/// Connects the ports of all cpal clients to those of the apparatus.
+fn connect_ports(client: &Client, channels: usize) {
     let ports = |pattern: &str| client.ports(Some(pattern), None, PortFlags::empty());
     let mut pairs = Vec::new();
     for output in ports("^cpal_client_[0-9]+_out:out_0$") {

@@ -14,7 +14,7 @@ pub(super) type InputCallback = Box<dyn FnMut(&Data, &InputCallbackInfo) + Send>
 pub(super) type ErrorCallback = Box<dyn FnMut(Error) + Send>;
 
 /// Interleaved samples in the stream's own format.
-enum Samples {
+enum StreamSamples {
     F32(Vec<f32>),
     I32(Vec<i32>),
     I16(Vec<i16>),
@@ -23,7 +23,7 @@ enum Samples {
 const I32_SCALE: f64 = 2_147_483_648.0;
 const I16_SCALE: f32 = 32_768.0;
 
-impl Samples {
+impl StreamSamples {
     fn new(format: SampleFormat, len: usize) -> Option<Self> {
         match format {
             SampleFormat::F32 => Some(Self::F32(vec![0.0; len])),
@@ -65,7 +65,7 @@ impl Samples {
 
 /// What the two kinds of streams have in common.
 pub(super) struct Buffer {
-    samples: Samples,
+    samples: StreamSamples,
     channels: usize,
     frames: usize,
     /// Frame that is played or filled next.
@@ -85,7 +85,7 @@ impl Buffer {
     ) -> Option<Self> {
         let (channels, frames) = (usize::from(channels), frames as usize);
         Some(Self {
-            samples: Samples::new(format, channels * frames)?,
+            samples: StreamSamples::new(format, channels * frames)?,
             channels,
             frames,
             cursor: 0,
@@ -320,7 +320,7 @@ mod tests {
             (SampleFormat::I32, 2f32.powi(-24)),
             (SampleFormat::I16, 2f32.powi(-15)),
         ] {
-            let mut samples = Samples::new(format, 1).unwrap();
+            let mut samples = StreamSamples::new(format, 1).unwrap();
             for value in [-1.0, -0.3, 0.0, 1e-3, 0.7] {
                 samples.set(0, value);
                 let error = (samples.get(0) - value).abs();
@@ -330,6 +330,6 @@ mod tests {
             let clipped = samples.get(0);
             assert_eq!(clipped > 1.0, format == SampleFormat::F32, "{format}");
         }
-        assert!(Samples::new(SampleFormat::F64, 1).is_none());
+        assert!(StreamSamples::new(SampleFormat::F64, 1).is_none());
     }
 }

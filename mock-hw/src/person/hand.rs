@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::gaze::Pursued;
-use crate::scenario::Behaviour;
+use crate::scenario::BehaviourTable;
 
 /// Reaching through the air, and creeping to the mark while touching, m/s.
 const REACH_M_PER_S: f64 = 0.25;
@@ -36,7 +36,7 @@ pub(crate) struct Hand {
 }
 
 impl Hand {
-    pub fn new(behaviour: &Behaviour, position_m: f64, speed_score: f64) -> Self {
+    pub fn new(behaviour: &BehaviourTable, position_m: f64, speed_score: f64) -> Self {
         Self {
             position_m,
             velocity: 0.0,

@@ -1,20 +1,20 @@
 //! The virtual participant: sees and hears what a participant would, moves one finger and presses a button.
 
-mod force;
 mod gaze;
 mod hand;
 mod percept;
+mod pressing;
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use force::Press;
 use gaze::Gaze;
 use hand::Hand;
 pub use percept::{Act, Cue, FingerState, Instruction, Percept};
+use pressing::Pressing;
 
-use crate::scenario::{Behaviour, ParticipantScenario};
+use crate::scenario::{BehaviourTable, ParticipantTable};
 use crate::seed;
 
 /// Motion and force are integrated in steps no longer than this, s.
@@ -33,11 +33,11 @@ const IMPATIENCE_S: f64 = 2.0;
 /// One simulated participant.
 #[derive(Debug, Clone)]
 pub struct Person {
-    behaviour: Behaviour,
+    behaviour: BehaviourTable,
     rng: ChaCha8Rng,
     gaze: Gaze,
     hand: Hand,
-    press: Press,
+    press: Pressing,
     /// The instruction being acted on.
     doing: Instruction,
     /// What has been seen but not reacted to yet, and when the reaction comes.
@@ -53,11 +53,11 @@ pub struct Person {
 impl Person {
     /// The person of `seed`.
     #[must_use]
-    pub fn draw(participant: &ParticipantScenario, seed: u64) -> Self {
+    pub fn draw(participant: &ParticipantTable, seed: u64) -> Self {
         let behaviour = participant.behaviour.clone();
         let mut rng = seed::stream(seed, seed::Stream::Person);
         let mut score = || -> f64 { StandardNormal.sample(&mut rng) };
-        let press = Press::new(&behaviour, score());
+        let press = Pressing::new(&behaviour, score());
         let hand = Hand::new(&behaviour, IDLE_POSITION_M, score());
         Self {
             behaviour,

@@ -37,7 +37,7 @@ pub enum Instruction {
     Wait,
     /// Take the finger off the plate.
     LiftFinger,
-    /// Press the button to go on, finger off the plate.
+    /// Pressing the button to go on, finger off the plate.
     PressButton,
     /// Touch the plate at the start mark and press the button when ready.
     PlaceFinger,

@@ -3,7 +3,7 @@
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::scenario::Converter as ConverterScenario;
+use crate::scenario::ConverterTable;
 use crate::seed;
 
 /// Where within the sample interval a channel is read, and how many whole samples later it is handed out.
@@ -73,7 +73,7 @@ pub(crate) struct Converter {
 }
 
 impl Converter {
-    pub fn new(scenario: &ConverterScenario, rate_hz: f64, seed: u64) -> Self {
+    pub fn new(scenario: &ConverterTable, rate_hz: f64, seed: u64) -> Self {
         Self {
             gains: (0..scenario.channels).map(|ch| scenario.gain(ch)).collect(),
             crosstalk: scenario.crosstalk,
@@ -137,12 +137,12 @@ mod tests {
 
     #[test]
     fn quantises_to_its_bits_and_clips() {
-        let scenario = ConverterScenario {
+        let scenario = ConverterTable {
             bits: 8,
             clip_units: 0.9,
             noise_units_per_sqrt_hz: 0.0,
             crosstalk: 0.5,
-            ..ConverterScenario::default()
+            ..ConverterTable::default()
         };
         let mut converter = Converter::new(&scenario, 192e3, 1);
         let mut out = [0.0; 4];
@@ -152,12 +152,12 @@ mod tests {
 
     #[test]
     fn each_input_has_its_gain_and_leaks_what_it_reads() {
-        let scenario = ConverterScenario {
+        let scenario = ConverterTable {
             gains: vec![2.0, -0.5],
             bits: 32,
             noise_units_per_sqrt_hz: 0.0,
             crosstalk: 0.25,
-            ..ConverterScenario::default()
+            ..ConverterTable::default()
         };
         let mut converter = Converter::new(&scenario, 192e3, 1);
         let mut out = [0.0; 4];
@@ -167,9 +167,9 @@ mod tests {
 
     #[test]
     fn noise_has_its_density() {
-        let scenario = ConverterScenario {
+        let scenario = ConverterTable {
             noise_units_per_sqrt_hz: 1e-5,
-            ..ConverterScenario::default()
+            ..ConverterTable::default()
         };
         let mut converter = Converter::new(&scenario, 200e3, 1);
         let (mut out, mut sum) = ([0.0f32; 1], 0.0);

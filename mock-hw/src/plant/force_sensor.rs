@@ -4,12 +4,12 @@ use nalgebra::{Matrix2, Matrix4, Vector2};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::scenario::ForceSensor as ForceScenario;
+use crate::scenario::ForceSensorTable;
 use crate::seed;
 
 /// One sample as it leaves the sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ForceSample {
+pub struct SensorSample {
     /// When it was taken, in seconds of true time; input frame 0 is time 0.
     pub time_s: f64,
     /// The same moment on the device's clock, s since the device started with the simulation.
@@ -29,7 +29,7 @@ pub(crate) type Forces = [f64; 2];
 
 #[derive(Debug, Clone)]
 pub(crate) struct ForceSensor {
-    scenario: ForceScenario,
+    scenario: ForceSensorTable,
     mount: Mount,
     axes: [Vector2<f64>; 2],
     crept_n: Forces,
@@ -42,7 +42,7 @@ pub(crate) struct ForceSensor {
 }
 
 impl ForceSensor {
-    pub fn new(scenario: &ForceScenario, start_s: f64, seed: u64) -> Self {
+    pub fn new(scenario: &ForceSensorTable, start_s: f64, seed: u64) -> Self {
         Self {
             scenario: scenario.clone(),
             mount: Mount::new(scenario),
@@ -58,7 +58,7 @@ impl ForceSensor {
     }
 
     /// Takes all samples up to `time_s`, when `forces` act; forces run straight between calls.
-    pub fn advance(&mut self, time_s: f64, forces: Forces, out: &mut Vec<ForceSample>) {
+    pub fn advance(&mut self, time_s: f64, forces: Forces, out: &mut Vec<SensorSample>) {
         let (from_s, from) = self.previous.unwrap_or((time_s, forces));
         loop {
             let device_time_s = self.taken as f64 / self.scenario.rate_hz;
@@ -89,7 +89,7 @@ impl ForceSensor {
         self.previous = Some((time_s, forces));
     }
 
-    fn read(&mut self, time_s: f64, device_time_s: f64) -> ForceSample {
+    fn read(&mut self, time_s: f64, device_time_s: f64) -> SensorSample {
         let s = &self.scenario;
         let [normal, lateral] = [0, 1].map(|axis| self.axes[axis].x + s.creep * self.crept_n[axis]);
         let noise: [f64; 2] = [(); 2].map(|()| StandardNormal.sample(&mut self.rng));
@@ -107,7 +107,7 @@ impl ForceSensor {
             + s.lateral_drift_n_per_min * minutes
             + self.wander.now_n[1]
             + s.noise_n * noise[1];
-        ForceSample {
+        SensorSample {
             time_s,
             device_time_s,
             normal_n: normal_read.clamp(-s.range_n, s.range_n),
@@ -128,7 +128,7 @@ struct Wander {
 }
 
 impl Wander {
-    fn new(scenario: &ForceScenario, seed: u64) -> Self {
+    fn new(scenario: &ForceSensorTable, seed: u64) -> Self {
         let keep = (-1.0 / (scenario.wander_time_s * scenario.rate_hz)).exp();
         Self {
             now_n: [0.0; 2],
@@ -158,7 +158,7 @@ struct Mount {
 }
 
 impl Mount {
-    fn new(scenario: &ForceScenario) -> Self {
+    fn new(scenario: &ForceSensorTable) -> Self {
         // time in units of the sampling interval; states: reading, its rate, input, input's rate
         let omega = std::f64::consts::TAU * scenario.resonance_hz / scenario.rate_hz;
         let damping = 2.0 * scenario.damping_ratio * omega;
@@ -190,11 +190,11 @@ mod tests {
 
     use super::*;
 
-    fn quiet() -> ForceScenario {
-        ForceScenario {
+    fn quiet() -> ForceSensorTable {
+        ForceSensorTable {
             noise_n: 0.0,
             clock_ppm: 100.0,
-            ..ForceScenario::default()
+            ..ForceSensorTable::default()
         }
     }
 
@@ -236,7 +236,7 @@ mod tests {
     }
 
     /// Readings of a second, ten seconds after `forces` began to act.
-    fn settled(scenario: &ForceScenario, forces: Forces) -> Vec<ForceSample> {
+    fn settled(scenario: &ForceSensorTable, forces: Forces) -> Vec<SensorSample> {
         let mut sensor = ForceSensor::new(scenario, 0.0, 1);
         let mut out = Vec::new();
         for second in 0..=11 {
@@ -248,7 +248,7 @@ mod tests {
 
     #[test]
     fn gains_and_crosstalk_are_the_response() {
-        let scenario = ForceScenario {
+        let scenario = ForceSensorTable {
             normal_gain: 1.2,
             lateral_gain: 0.9,
             lateral_to_normal: 0.05,
@@ -269,7 +269,7 @@ mod tests {
 
     #[test]
     fn drift_creep_and_wander_are_slow() {
-        let drifting = ForceScenario {
+        let drifting = ForceSensorTable {
             normal_drift_n_per_min: 0.6,
             ..quiet()
         };
@@ -277,7 +277,7 @@ mod tests {
         let rise_n = out[out.len() - 1].normal_n - out[0].normal_n;
         assert!((rise_n - 0.01).abs() < 1e-4, "{rise_n} N in a second");
 
-        let creeping = ForceScenario {
+        let creeping = ForceSensorTable {
             creep: 0.01,
             creep_time_s: 5.0,
             ..quiet()
@@ -286,7 +286,7 @@ mod tests {
         let expected = 1.0 + 0.01 * (1.0 - (-11.0f64 / 5.0).exp());
         assert!((last[last.len() - 1].normal_n - expected).abs() < 1e-4);
 
-        let wandering = ForceScenario {
+        let wandering = ForceSensorTable {
             wander_n: 0.01,
             wander_time_s: 1.0,
             ..quiet()

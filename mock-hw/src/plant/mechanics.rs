@@ -8,9 +8,9 @@
 use nalgebra::Complex;
 
 use super::reconstruction::{ORDER, Polynomial};
-use crate::scenario::Plate;
+use crate::scenario::PlateTable;
 
-/// State variables: velocity and ω0·displacement of both plate modes and of the skin, all in m/s.
+/// PlateState variables: velocity and ω0·displacement of both plate modes and of the skin, all in m/s.
 pub(crate) const STATES: usize = 6;
 const LANES: usize = 8;
 const MAX_TERMS: usize = 96;
@@ -28,7 +28,7 @@ pub(crate) struct Tissue {
 
 /// Spring and damper between plate and skin.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct Contact {
+pub(crate) struct SkinContact {
     pub stiffness_n_per_m: f64,
     pub damping_n_s_per_m: f64,
 }
@@ -60,7 +60,7 @@ pub(crate) struct Modes {
 }
 
 impl Modes {
-    pub fn new(plate: &Plate) -> Self {
+    pub fn new(plate: &PlateTable) -> Self {
         let second = &plate.second_mode;
         let second_omega = std::f64::consts::TAU * second.resonance_hz;
         Self {
@@ -99,11 +99,11 @@ impl Modes {
     }
 }
 
-/// State of plate and skin.
+/// PlateState of plate and skin.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct State([f64; STATES]);
+pub(crate) struct PlateState([f64; STATES]);
 
-impl State {
+impl PlateState {
     /// Displacement of the plate under the finger, m.
     #[inline]
     pub fn surface(&self, modes: &Modes) -> f64 {
@@ -192,7 +192,7 @@ impl Propagator {
     }
 
     /// Recomputes the step for other contact and tissue constants.
-    pub fn set(&mut self, contact: Contact, tissue: Tissue) {
+    pub fn set(&mut self, contact: SkinContact, tissue: Tissue) {
         let matrix = self.matrix(contact, tissue);
         let norm = matrix
             .iter()
@@ -264,7 +264,7 @@ impl Propagator {
 
     /// Advances the state by one interval under `voltage`.
     #[inline]
-    pub fn step(&self, state: &mut State, voltage: &Polynomial) -> Outputs {
+    pub fn step(&self, state: &mut PlateState, voltage: &Polynomial) -> Outputs {
         let mut out = [0.0; LANES];
         let (of_state, of_voltage) = self.columns.split_at(STATES);
         for (column, &z) in of_state.iter().zip(&state.0) {
@@ -281,7 +281,7 @@ impl Propagator {
     }
 
     /// A·T of ż = A z + B U for the contact spring e = x_1 + c x_2 − x_t.
-    fn matrix(&self, contact: Contact, tissue: Tissue) -> [[f64; LANES]; STATES] {
+    fn matrix(&self, contact: SkinContact, tissue: Tissue) -> [[f64; LANES]; STATES] {
         let omega0 = self.modes.modes[0].omega_rad_per_s;
         let ratio = self.modes.modes[1].contact_ratio;
         let elongation = [1.0, ratio, -1.0];
@@ -333,13 +333,13 @@ mod tests {
         stiffness_n_per_m: 2e3,
         damping_n_s_per_m: 0.47,
     };
-    const CONTACT: Contact = Contact {
+    const CONTACT: SkinContact = SkinContact {
         stiffness_n_per_m: 3e5,
         damping_n_s_per_m: 0.4,
     };
 
     fn propagator(interval_s: f64) -> Propagator {
-        let mut propagator = Propagator::new(Modes::new(&Plate::default()), interval_s, 0.5);
+        let mut propagator = Propagator::new(Modes::new(&PlateTable::default()), interval_s, 0.5);
         propagator.set(CONTACT, TISSUE);
         propagator
     }
@@ -364,7 +364,7 @@ mod tests {
             propagator(interval_s / f64::from(parts)),
         );
         let polynomial: Polynomial = [1.0, -2.0, 0.5, 3.0, -1.0, 0.25, 2.0, -0.7];
-        let start = State([0.3, -0.2, 0.1, 0.05, -0.4, 0.6]);
+        let start = PlateState([0.3, -0.2, 0.1, 0.05, -0.4, 0.6]);
         let mut once = start;
         long.step(&mut once, &polynomial);
         let mut many = start;
@@ -391,12 +391,12 @@ mod tests {
     fn outputs_are_read_at_their_moments() {
         let whole = propagator(1.0 / 96e3);
         let half = propagator(0.5 / 96e3);
-        let start = State([0.3, -0.2, 0.1, 0.05, -0.4, 0.6]);
+        let start = PlateState([0.3, -0.2, 0.1, 0.05, -0.4, 0.6]);
         let voltage = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         let read = whole.step(&mut start.clone(), &voltage);
         let mut middle = start;
         half.step(&mut middle, &voltage);
-        let plate = Plate::default();
+        let plate = PlateTable::default();
         let pickup_m =
             (middle.0[1] + plate.second_mode.pickup_ratio * middle.0[3]) / plate.omega_rad_per_s();
         assert!((read.pickup_m / pickup_m - 1.0).abs() < 1e-10);
@@ -408,7 +408,7 @@ mod tests {
     fn work_of_the_actuators_is_dissipated_or_stored() {
         let interval_s = 1.0 / 3.84e6;
         let fine = propagator(interval_s);
-        let plate = Plate::default();
+        let plate = PlateTable::default();
         let omega0 = plate.omega_rad_per_s();
         let omega = TAU * 35e3;
         let [first, second] = Modes::new(&plate).modes;
@@ -434,7 +434,7 @@ mod tests {
                 + CONTACT.damping_n_s_per_m * (z[0] + ratio * z[2] - z[4]).powi(2);
             (work, loss)
         };
-        let mut state = State::default();
+        let mut state = PlateState::default();
         let (mut work_j, mut loss_j) = (0.0, 0.0);
         let mut before = (0.0, 0.0);
         for n in 0..20_000 {
@@ -455,7 +455,7 @@ mod tests {
     #[test]
     fn without_drive_energy_only_falls() {
         let step = propagator(1.0 / 192e3);
-        let mut state = State([0.3, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let mut state = PlateState([0.3, 0.0, 0.0, 0.0, 0.0, 0.0]);
         let mut peaks = Vec::new();
         for _ in 0..20 {
             let mut peak: f64 = 0.0;

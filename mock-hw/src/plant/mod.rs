@@ -7,32 +7,32 @@
 //! one, at 96 and 192 kHz; friction under 6 Hz modulation within 4e-4 of a run with four times finer slow steps.
 
 mod converter;
-mod film;
 mod force_sensor;
-mod masses;
+mod known_masses;
 mod mechanics;
 mod moisture;
 mod patch;
 pub(crate) mod reconstruction;
+mod squeeze_film;
 #[cfg(test)]
 mod tests;
 
 use converter::{Converter, Delay, LATENCY, Tap};
-use film::Film;
-pub use force_sensor::ForceSample;
 use force_sensor::ForceSensor;
-pub use masses::Axis;
-use masses::Masses;
-use mechanics::{Contact, Modes, Propagator, State, Tissue};
+pub use force_sensor::SensorSample;
+pub use known_masses::Axis;
+use known_masses::KnownMasses;
+use mechanics::{Modes, PlateState, Propagator, SkinContact, Tissue};
 use moisture::Moisture;
+pub use patch::InputWiring;
 use patch::Patch;
-pub use patch::Wiring;
 use reconstruction::{History, Polynomial, Reconstruction, evaluate};
+use squeeze_film::SqueezeFilm;
 
 use crate::fingertip::Fingertip;
 use crate::person::FingerState;
+use crate::run_truth::{TruthConstants, TruthSample};
 use crate::scenario::Scenario;
-use crate::truth::{TruthConstants, TruthSample};
 
 /// Film, friction and forces are brought up to date this often, s.
 const SLOW_STEP_S: f64 = 1e-4;
@@ -69,7 +69,7 @@ pub struct Plant {
     converter: Converter,
 
     propagator: Propagator,
-    state: State,
+    state: PlateState,
     mean_square: [f64; 2],
     mean_square_rate: f64,
 
@@ -78,7 +78,7 @@ pub struct Plant {
     contact: Option<FilmContact>,
     bristle_m: f64,
     force_sensor: ForceSensor,
-    masses: Masses,
+    masses: KnownMasses,
 
     seed: u64,
     /// True time of frame 0 at the present rate.
@@ -86,7 +86,7 @@ pub struct Plant {
     frame: u64,
     frames_per_slow_step: u32,
     until_slow_step: u32,
-    forces: Vec<ForceSample>,
+    forces: Vec<SensorSample>,
     /// How many of them have been taken by the end of the last step.
     forces_due: usize,
     truth: Vec<TruthSample>,
@@ -173,7 +173,7 @@ impl Plant {
         let mut propagator =
             Propagator::new(Modes::new(&scenario.plate), interval_s, taps[1].moment);
         propagator.set(
-            Contact::default(),
+            SkinContact::default(),
             tissue(fingertip.z_t_n_s_per_m, omega_rad_per_s),
         );
         Self {
@@ -188,7 +188,7 @@ impl Plant {
             ideal: vec![0.0; scenario.converter.channels],
             converter: Converter::new(&scenario.converter, rate_hz, seed),
             propagator,
-            state: State::default(),
+            state: PlateState::default(),
             mean_square: [0.0; 2],
             mean_square_rate: 1.0 - (-interval_s / MEAN_SQUARE_S).exp(),
             moisture: Moisture::new(&scenario.participant.moisture, seed),
@@ -196,7 +196,7 @@ impl Plant {
             contact: None,
             bristle_m: 0.0,
             force_sensor: ForceSensor::new(&scenario.force_sensor, 0.0, seed),
-            masses: Masses::new(&scenario.masses, seed),
+            masses: KnownMasses::new(&scenario.masses, seed),
             seed,
             epoch_s: 0.0,
             frame: 0,
@@ -269,7 +269,7 @@ impl Plant {
     }
 
     /// Plugs the inputs' cables in another way, between two periods.
-    pub fn wire(&mut self, wiring: Wiring) {
+    pub fn wire(&mut self, wiring: InputWiring) {
         if wiring != self.patch.wiring() {
             self.patch.wire(wiring);
             self.delays.iter_mut().for_each(Delay::clear);
@@ -291,7 +291,7 @@ impl Plant {
 
     /// Samples that the force sensor took during the last [`Self::step`].
     #[must_use]
-    pub fn forces(&self) -> &[ForceSample] {
+    pub fn forces(&self) -> &[SensorSample] {
         &self.forces[..self.forces_due]
     }
 
@@ -326,7 +326,7 @@ impl Plant {
             self.gate = amplifier;
         }
         let (mut readback, mut pickup, mut line, mut middle_m) = (0.0, 0.0, 0.0, 0.0);
-        let on_bench = self.patch.wiring() == Wiring::Bench;
+        let on_bench = self.patch.wiring() == InputWiring::Bench;
         let driven = !self.history.is_silent();
         if driven && on_bench {
             line = dot(&self.line_weights, self.history.newest_first());
@@ -376,7 +376,7 @@ impl Plant {
             self.mean_square = [0.0; 2];
         }
         let skin = self.moisture.advance(dt_s, &self.fingertip);
-        let film = Film::new(&self.scenario.film, skin.sigma_t_m);
+        let film = SqueezeFilm::new(&self.scenario.film, skin.sigma_t_m);
         let normal_n = self.finger.normal_n;
         let amplitude2 = 2.0 * self.mean_square[1];
         let tissue = tissue(skin.z_t_n_s_per_m, self.omega_rad_per_s);
@@ -411,7 +411,7 @@ impl Plant {
             // the stiffness that holds until the next slow step is that of its middle
             let ahead_m = target_m + (gap_m - target_m) * (-0.5 * dt_s / film.lag(gap_m)).exp();
             let k_c = film.stiffness(ahead_m, amplitude2);
-            let contact = Contact {
+            let contact = SkinContact {
                 stiffness_n_per_m: k_c,
                 damping_n_s_per_m: film.loss_factor() * k_c / self.omega_rad_per_s,
             };
@@ -424,7 +424,7 @@ impl Plant {
             now.lateral_n = now.mu * normal_n * self.slide(dt_s);
         } else {
             if self.contact.take().is_some() {
-                self.propagator.set(Contact::default(), tissue);
+                self.propagator.set(SkinContact::default(), tissue);
             }
             self.bristle_m = 0.0;
         }

@@ -4,7 +4,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::fingertip::Fingertip;
-use crate::scenario::Moisture as MoistureScenario;
+use crate::scenario::MoistureTable;
 use crate::seed;
 
 /// Z_t and σ_t change by these shares of the relative change of μ0: wet skin rubs more and is softer.
@@ -21,7 +21,7 @@ pub(crate) struct Moisture {
 }
 
 impl Moisture {
-    pub fn new(scenario: &MoistureScenario, seed: u64) -> Self {
+    pub fn new(scenario: &MoistureTable, seed: u64) -> Self {
         Self {
             relative_sd: scenario.relative_sd,
             time_s: scenario.time_s,

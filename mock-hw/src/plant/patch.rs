@@ -2,11 +2,11 @@
 
 use super::converter::{Delay, Tap};
 use super::reconstruction::{Polynomial, evaluate};
-use crate::scenario::Converter;
+use crate::scenario::ConverterTable;
 
 /// How the inputs' cables are plugged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Wiring {
+pub enum InputWiring {
     /// Drive read-back, pickup, line: the bench.
     #[default]
     Bench,
@@ -19,27 +19,27 @@ pub enum Wiring {
 /// The inputs as they see the patched voltage: each at its own moment, without the pickup's delay.
 #[derive(Debug, Clone)]
 pub(super) struct Patch {
-    wiring: Wiring,
+    wiring: InputWiring,
     inputs: Vec<(f64, Delay)>,
 }
 
 impl Patch {
-    pub fn new(converter: &Converter) -> Self {
+    pub fn new(converter: &ConverterTable) -> Self {
         let input = |channel| {
             let tap = Tap::new(converter.skew(channel));
             (tap.moment, Delay::new(tap))
         };
         Self {
-            wiring: Wiring::default(),
+            wiring: InputWiring::default(),
             inputs: (0..converter.channels).map(input).collect(),
         }
     }
 
-    pub fn wiring(&self) -> Wiring {
+    pub fn wiring(&self) -> InputWiring {
         self.wiring
     }
 
-    pub fn wire(&mut self, wiring: Wiring) {
+    pub fn wire(&mut self, wiring: InputWiring) {
         self.wiring = wiring;
         self.inputs.iter_mut().for_each(|(_, delay)| delay.clear());
     }
@@ -47,7 +47,7 @@ impl Patch {
     /// What each input sees of the voltage of one sample interval.
     #[inline]
     pub fn feed(&mut self, voltage: &Polynomial, divider: f64, ideal: &mut [f64]) {
-        let all = self.wiring == Wiring::AllInputs;
+        let all = self.wiring == InputWiring::AllInputs;
         for (channel, ((moment, delay), input)) in self.inputs.iter_mut().zip(ideal).enumerate() {
             let plugged = all || channel == 0;
             *input = delay.push(if plugged {

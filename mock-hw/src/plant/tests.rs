@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Complex, Matrix3, Vector3};
 
 use super::*;
-use crate::scenario::ParticipantScenario;
+use crate::scenario::ParticipantTable;
 
 type C = Complex<f64>;
 
@@ -17,11 +17,11 @@ fn ideal() -> Scenario {
     s.converter.noise_units_per_sqrt_hz = 0.0;
     s.converter.crosstalk = 0.0;
     s.converter.bits = 32;
-    s.participant = ParticipantScenario {
+    s.participant = ParticipantTable {
         sigma_t_m: Some(1.7e-6),
         z_t_n_s_per_m: Some([0.47, 3.16]),
         mu0: Some(0.8),
-        ..ParticipantScenario::default()
+        ..ParticipantTable::default()
     };
     s.participant.moisture.relative_sd = 0.0;
     s.force_sensor.noise_n = 0.0;
@@ -164,7 +164,7 @@ fn loaded_steady_state_equals_the_harmonic_solution() {
             let measured = measured_impedance(&plant, &kept, carrier_hz);
 
             let truth = plant.truth.last().unwrap();
-            let film = Film::new(&plant.scenario.film, 1.7e-6);
+            let film = SqueezeFilm::new(&plant.scenario.film, 1.7e-6);
             let gap_m = film.equilibrium(0.65, truth.amplitude_m.powi(2), 0.0);
             assert!(
                 (truth.gap_m / gap_m - 1.0).abs() < 1e-3,
@@ -510,17 +510,17 @@ fn a_patched_signal_reaches_the_inputs_and_not_the_plate() {
         let heard = [0, 1, 2, 3].map(tone);
         (heard, plant.truth().last().map(|truth| truth.amplitude_m))
     };
-    let (all, amplitude_m) = heard(Wiring::AllInputs);
+    let (all, amplitude_m) = heard(InputWiring::AllInputs);
     assert_eq!(amplitude_m, Some(0.0));
     for (channel, gain, skew) in [(1, 0.5, 0.4), (2, 1.0, -1.3), (3, -1.0, 0.0)] {
         let expected = gain * C::from_polar(1.0, turn * skew);
         let off = (all[channel] / all[0] - expected).norm();
         assert!(off < 1e-5, "{channel}: off by {off}");
     }
-    let (alone, _) = heard(Wiring::DriveOnly);
+    let (alone, _) = heard(InputWiring::DriveOnly);
     assert!((alone[0] / all[0] - 1.0).norm() < 1e-6);
     assert!(alone[1..].iter().all(|tone| tone.norm() < 1e-8));
-    let (bench, amplitude_m) = heard(Wiring::Bench);
+    let (bench, amplitude_m) = heard(InputWiring::Bench);
     assert!((bench[0] / all[0] - 1.0).norm() < 1e-6);
     assert!(amplitude_m.is_some_and(|amplitude_m| amplitude_m > 1e-7));
 }

@@ -1,10 +1,10 @@
 use embedded_hal::digital::{InputPin, OutputPin};
 use mock_hw::apparatus::{Apparatus, ApparatusConfig};
-use mock_hw::clock::Pace;
 use mock_hw::host::BENCH_ID;
 use mock_hw::scenario::Scenario;
+use mock_hw::world_clock::Pace;
 
-use crate::bench::{amplitude_at, device, pass, play_sine, record, stepped, stream_config};
+use crate::streams::{amplitude_at, device, pass, play_sine, record, stepped, stream_config};
 
 /// Reads the voltage across the actuators back.
 const READBACK: usize = 0;

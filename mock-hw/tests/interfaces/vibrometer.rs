@@ -4,15 +4,18 @@ use std::time::Duration;
 
 use mock_hw::scenario::Scenario;
 
-use crate::bench::{pass, read_available, stepped};
+use crate::streams::{pass, read_available, stepped};
 
 #[test]
 fn a_vibrometer_sends_a_hundred_micrometre_lines_a_second() {
     let mut apparatus = stepped(Scenario::default(), 1);
-    let mut port = serialport::new(apparatus.vibrometer_port().to_str().unwrap(), 115_200)
-        .timeout(Duration::from_millis(20))
-        .open()
-        .unwrap();
+    let mut port = serialport::new(
+        apparatus.vibrometer_port().unwrap().to_str().unwrap(),
+        115_200,
+    )
+    .timeout(Duration::from_millis(20))
+    .open()
+    .unwrap();
     pass(&mut apparatus, 0.1);
     read_available(&mut *port);
     let mut text = String::new();

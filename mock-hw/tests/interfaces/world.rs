@@ -1,15 +1,15 @@
 use embedded_hal::digital::InputPin;
 use mock_hw::apparatus::{Apparatus, ApparatusConfig, ApparatusError};
-use mock_hw::clock::Pace;
 use mock_hw::host::BENCH_ID;
 use mock_hw::person::{Instruction, Percept};
 use mock_hw::scenario::Scenario;
+use mock_hw::world_clock::Pace;
 
-use crate::bench::{
+use crate::force_line::frames;
+use crate::streams::{
     Recorded, device, open_force_port, pass, play_sine, read_available, record, stepped,
     stream_config,
 };
-use crate::force::frames;
 
 /// A second of drive, touch and slide: what the bench was given, audio and force.
 fn run(seed: u64) -> (Recorded, Vec<u8>) {

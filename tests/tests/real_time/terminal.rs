@@ -17,7 +17,7 @@ use bench_tests::recorded::interrupted_in_good_order;
 use bench_tests::running::until;
 use bench_tests::session::{SessionFolder, config_with, finish, text};
 use calibration::Calibration;
-use mock_hw::scenario::Scenario;
+use mock_hw::scenario::built_in;
 use recording::study::LOCK_FILE;
 use recording::study::event_log::ExitStatus;
 use rustix::process::{Pid, Signal, kill_process};
@@ -368,11 +368,7 @@ fn an_operator_is_guided_through_the_pickups_calibration_and_measures_a_point_ag
     terminal.shows(&["calibrate pickup", "passed", "wrote calibration.toml"]);
     let (calibration, _) = Calibration::read(&folder.join("calibration.toml")).unwrap();
     let measured = calibration.pickup.unwrap();
-    let truth = Scenario::parse(include_str!(
-        "../../../mock-hw/scenarios/bench-unknown.toml"
-    ))
-    .unwrap()
-    .realised(SEED);
+    let truth = built_in("bench-unknown").unwrap().realised(SEED);
     let error = measured.metres_per_unit.value / truth.pickup.metres_per_unit - 1.0;
     assert!(error.abs() < 3e-3, "{error}");
     assert_eq!(measured.points, 4);

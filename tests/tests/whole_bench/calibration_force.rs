@@ -38,7 +38,7 @@ fn misses(seed: u64) -> ([(f64, f64); 4], f64) {
     let known = ["--mass-accuracy", "1e-4", "--pulley-accuracy", "2e-3"];
     room.succeed(&[&WEIGH[..], &known[..]].concat());
     let force = kept(&room);
-    let truth = Scenario::parse(&scenario)
+    let truth = Scenario::parse(&scenario, "scenario")
         .unwrap()
         .realised(seed)
         .force_sensor;

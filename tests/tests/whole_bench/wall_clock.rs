@@ -19,9 +19,9 @@ use friction_bench::run::{Plan, run};
 use friction_bench::apparatus::Watcher;
 use jiff::{SignedDuration, Timestamp};
 use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig, Senses};
-use mock_hw::clock::Pace;
 use mock_hw::person::{Cue, Instruction, Percept};
 use mock_hw::scenario::Scenario;
+use mock_hw::world_clock::Pace;
 use serde_json::Value;
 use tasks::{Clock, later};
 use tasks::{Pacer, Schedule};
@@ -100,7 +100,7 @@ fn hardware(set: &'static [(f64, i64)]) -> Hardware {
             enable: Some(output("enable", pins.amplifier_enable)),
             heartbeat: Some(output("heartbeat", pins.heartbeat)),
         },
-        force_port: Some(apparatus.force_port().to_owned()),
+        force_port: Some(apparatus.force_port().unwrap().to_owned()),
         vibrometer_port: None,
         clock: Arc::new(clock),
         watchers: vec![participant(apparatus.senses())],

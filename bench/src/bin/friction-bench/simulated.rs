@@ -11,49 +11,17 @@ use friction_bench::apparatus::{Apparatus, Watcher};
 use friction_bench::cli::Speed;
 use jiff::Timestamp;
 use mock_hw::apparatus::{
-    Apparatus as SimulatedApparatus, ApparatusClock, ApparatusConfig, Masses, Patchbay, Senses,
+    Apparatus as SimulatedApparatus, ApparatusClock, ApparatusConfig, MassSet, Patchbay, Senses,
 };
-use mock_hw::clock::Pace;
 use mock_hw::person::{Cue, Instruction, Percept};
-use mock_hw::plant::{Axis, Wiring};
-use mock_hw::scenario::Scenario;
+use mock_hw::plant::{Axis, InputWiring};
+use mock_hw::scenario::{Scenario, ScenarioError, built_in};
+use mock_hw::world_clock::Pace;
 use safety::{input, output};
 use tasks::{Clock, Pacer, Schedule, SystemClock, later};
 
 /// What a bench on simulated hardware assumes of it; the scenario's truth differs where real hardware would.
 pub const CONFIG: &str = include_str!("../../../mock-bench.toml");
-
-/// Scenarios by name.
-const BUILT_IN: [(&str, &str); 7] = [
-    (
-        "nominal",
-        include_str!("../../../../mock-hw/scenarios/nominal.toml"),
-    ),
-    (
-        "steady",
-        include_str!("../../../../mock-hw/scenarios/steady.toml"),
-    ),
-    (
-        "noisy",
-        include_str!("../../../../mock-hw/scenarios/noisy.toml"),
-    ),
-    (
-        "population",
-        include_str!("../../../../mock-hw/scenarios/population.toml"),
-    ),
-    (
-        "participant-late",
-        include_str!("../../../../mock-hw/scenarios/participant-late.toml"),
-    ),
-    (
-        "bench-unknown",
-        include_str!("../../../../mock-hw/scenarios/bench-unknown.toml"),
-    ),
-    (
-        "arduino",
-        include_str!("../../../../mock-hw/scenarios/arduino.toml"),
-    ),
-];
 
 /// A free-running apparatus lives on this date, so that the same seed gives the same files.
 const FREE_RUNNING_DATE: &str = "2026-01-01T09:00:00Z";
@@ -91,8 +59,8 @@ pub fn apparatus(
     };
     let (host, force_port, vibrometer_port, clock) = (
         apparatus.host(),
-        apparatus.force_port().to_owned(),
-        apparatus.vibrometer_port().to_owned(),
+        apparatus.force_port()?.to_owned(),
+        apparatus.vibrometer_port()?.to_owned(),
         apparatus.clock(),
     );
     let watchers = vec![participant(apparatus.senses())];
@@ -131,20 +99,22 @@ pub fn apparatus(
     })
 }
 
+/// Reads a built-in scenario by its name, or any other by its path.
 fn read(name: &str) -> anyhow::Result<Scenario> {
-    let text = match BUILT_IN.iter().find(|(known, _)| *known == name) {
-        Some((_, text)) => (*text).to_owned(),
-        None => {
-            let names: Vec<_> = BUILT_IN.iter().map(|(name, _)| *name).collect();
-            std::fs::read_to_string(name).with_context(|| {
+    let path = Path::new(name);
+    let is_path = path.components().count() > 1 || path.extension().is_some() || path.exists();
+    match built_in(name) {
+        Err(ScenarioError::UnknownName { known, .. }) if is_path => {
+            let text = std::fs::read_to_string(path).with_context(|| {
                 format!(
-                    "cannot read the scenario {name}; built-in scenarios are {}",
-                    names.join(", ")
+                    "cannot read the scenario {name}; built-in scenarios: {}",
+                    known.join(", ")
                 )
-            })?
+            })?;
+            Ok(Scenario::parse(&text, name)?)
         }
-    };
-    Scenario::parse(&text).with_context(|| format!("scenario {name}"))
+        scenario => Ok(scenario?),
+    }
 }
 
 /// Lets the simulated person see and hear what the participant does.
@@ -179,7 +149,7 @@ fn participant(senses: Senses) -> Watcher {
 }
 
 /// Does at the apparatus what a calibration asks of its operator.
-fn hands(masses: Masses, patchbay: Patchbay) -> Hands {
+fn hands(masses: MassSet, patchbay: Patchbay) -> Hands {
     Box::new(move |request| match *request {
         Request::Load { axis, mass_kg } => {
             let axis = match axis {
@@ -190,9 +160,9 @@ fn hands(masses: Masses, patchbay: Patchbay) -> Hands {
         }
         Request::Unload => masses.remove(),
         Request::Connect(cabling) => patchbay.wire(match cabling {
-            Cabling::AllInputs => Wiring::AllInputs,
-            Cabling::DriveOnly => Wiring::DriveOnly,
-            Cabling::Bench => Wiring::Bench,
+            Cabling::AllInputs => InputWiring::AllInputs,
+            Cabling::DriveOnly => InputWiring::DriveOnly,
+            Cabling::Bench => InputWiring::Bench,
         }),
         Request::NameMass { .. } | Request::KnownAmplitude { .. } | Request::Review => {}
     })

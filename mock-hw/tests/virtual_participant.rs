@@ -1,7 +1,7 @@
 //! The virtual participant does what the screen says, as a person would: late, imprecisely, and learning.
 
 use mock_hw::person::{Act, Cue, Instruction, Percept, Person};
-use mock_hw::scenario::{Behaviour, ParticipantScenario};
+use mock_hw::scenario::{BehaviourTable, ParticipantTable};
 
 const DT_S: f64 = 2e-3;
 const START_M: f64 = 0.01;
@@ -15,10 +15,10 @@ struct Session {
 }
 
 impl Session {
-    fn new(behaviour: Behaviour, seed: u64) -> Self {
-        let participant = ParticipantScenario {
+    fn new(behaviour: BehaviourTable, seed: u64) -> Self {
+        let participant = ParticipantTable {
             behaviour,
-            ..ParticipantScenario::default()
+            ..ParticipantTable::default()
         };
         Self {
             person: Person::draw(&participant, seed),
@@ -75,11 +75,11 @@ fn mark(instruction: Instruction) -> Percept {
 }
 
 /// A person without lapses.
-fn attentive() -> Behaviour {
-    Behaviour {
+fn attentive() -> BehaviourTable {
+    BehaviourTable {
         late_start_probability: 0.0,
         lift_off_probability: 0.0,
-        ..Behaviour::default()
+        ..BehaviourTable::default()
     }
 }
 
@@ -196,7 +196,7 @@ fn learns_the_force_from_the_mean_that_is_shown() {
     let people: u32 = 30;
     let (mut first, mut fourth) = (0.0, 0.0);
     for seed in 0..people {
-        let behaviour = Behaviour {
+        let behaviour = BehaviourTable {
             force_misjudgement: 0.4,
             ..attentive()
         };
@@ -265,17 +265,17 @@ fn hears_the_end_and_lifts() {
 
 #[test]
 fn lapses_come_as_often_as_the_scenario_says() {
-    let acts = |behaviour: &Behaviour, seed| {
+    let acts = |behaviour: &BehaviourTable, seed| {
         let mut session = Session::new(behaviour.clone(), seed);
         session.get_ready();
         session.explore()
     };
-    let late = Behaviour {
+    let late = BehaviourTable {
         late_start_probability: 0.3,
         late_start_s: 1.0,
         ..attentive()
     };
-    let lifting = Behaviour {
+    let lifting = BehaviourTable {
         lift_off_probability: 0.3,
         ..attentive()
     };
@@ -295,7 +295,7 @@ fn lapses_come_as_often_as_the_scenario_says() {
 #[test]
 fn the_same_seed_is_the_same_person() {
     let acts = |seed| {
-        let mut session = Session::new(Behaviour::default(), seed);
+        let mut session = Session::new(BehaviourTable::default(), seed);
         session.get_ready();
         session.explore()
     };

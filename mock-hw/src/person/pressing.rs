@@ -4,7 +4,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::hand::Tremor;
-use crate::scenario::Behaviour;
+use crate::scenario::BehaviourTable;
 
 const TREMOR_HZ: f64 = 10.0;
 /// The finger lands and lifts with this time constant, s.
@@ -16,7 +16,7 @@ const LEAST_SHARE: f64 = 0.1;
 
 /// The pressing finger.
 #[derive(Debug, Clone)]
-pub(crate) struct Press {
+pub(crate) struct Pressing {
     aim_n: f64,
     /// Force exerted per force meant, less one.
     misjudgement: f64,
@@ -30,8 +30,8 @@ pub(crate) struct Press {
     landed: f64,
 }
 
-impl Press {
-    pub fn new(behaviour: &Behaviour, misjudgement_score: f64) -> Self {
+impl Pressing {
+    pub fn new(behaviour: &BehaviourTable, misjudgement_score: f64) -> Self {
         Self {
             aim_n: behaviour.force_aim_n,
             misjudgement: (behaviour.force_misjudgement * misjudgement_score).max(-0.6),

@@ -6,8 +6,8 @@ use std::time::Duration;
 use cpal::traits::{DeviceTrait, HostTrait, StreamTrait};
 use cpal::{BufferSize, Data, DeviceId, HostId, SampleFormat, StreamConfig};
 use mock_hw::apparatus::{Apparatus, ApparatusConfig};
-use mock_hw::clock::Pace;
 use mock_hw::scenario::Scenario;
+use mock_hw::world_clock::Pace;
 use serialport::SerialPort;
 
 pub fn stepped(scenario: Scenario, seed: u64) -> Apparatus {
@@ -141,7 +141,7 @@ pub fn amplitude_at(signal: &[f64], frequency_hz: f64, rate_hz: f64) -> f64 {
 }
 
 pub fn open_force_port(apparatus: &Apparatus) -> Box<dyn SerialPort> {
-    serialport::new(apparatus.force_port().to_str().unwrap(), 2_000_000)
+    serialport::new(apparatus.force_port().unwrap().to_str().unwrap(), 2_000_000)
         .timeout(Duration::from_millis(20))
         .open()
         .unwrap()

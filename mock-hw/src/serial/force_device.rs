@@ -1,32 +1,33 @@
-//! The force sensor's firmware: stamps, counts, encodes and sends in bursts
-//! (`docs/force-protocol.md`).
+//! The force sensor's firmware: it stamps, counts and encodes samples and sends them in bursts (`docs/force-protocol.md`).
 
 use std::io::Write;
 
 use crc::{CRC_16_IBM_3740, Crc};
 use rand::RngExt;
 
-use crate::plant::ForceSample;
-use crate::scenario::{ForceProtocol, ForceSensor};
+use crate::plant::SensorSample;
+use crate::scenario::{ForceProtocol, ForceSensorTable};
 use crate::seed;
 
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
+/// Version of the frame format.
 const VERSION: u8 = 1;
 const NORMAL_SATURATED: u8 = 1;
 const LATERAL_SATURATED: u8 = 2;
-/// Payload of a binary frame, CRC included.
+/// Length of a binary frame before COBS encoding, CRC included, bytes.
 const FRAME_BYTES: usize = 18;
 
-/// What the device's counters show when the world begins.
+/// Counters of the device at the beginning of the simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DeviceStart {
-    /// Device time, µs; wraps at 2³².
+    /// Device time, µs; it wraps at 2³².
     pub clock_us: u32,
     /// Number of the first frame.
     pub sequence: u16,
 }
 
 impl DeviceStart {
+    /// Draws the counters by `seed`.
     pub(crate) fn draw(seed: u64) -> Self {
         let mut rng = seed::stream(seed, seed::Stream::ForceCounters);
         Self {
@@ -36,19 +37,20 @@ impl DeviceStart {
     }
 }
 
-/// What can go wrong between the sensor and the wire.
+/// A fault between the sensor and the serial line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ForceFault {
-    /// The next so many frames are never sent.
+    /// Number of coming frames that are never sent.
     Drop(u32),
-    /// The next so many frames are sent with a wrong bit.
+    /// Number of coming frames that are sent with a wrong bit.
     Corrupt(u32),
-    /// The next so many frames are sent twice.
+    /// Number of coming frames that are sent twice.
     Repeat(u32),
-    /// Nothing is sent while this holds; the device goes on counting.
+    /// Whether nothing is sent, though the device goes on counting.
     Silent(bool),
 }
 
+/// Faults that are still to be shown.
 #[derive(Debug, Default)]
 struct Faults {
     drop: u32,
@@ -57,6 +59,7 @@ struct Faults {
     silent: bool,
 }
 
+/// The device between the force sensor and its serial line.
 #[derive(Debug)]
 pub(crate) struct ForceDevice {
     protocol: ForceProtocol,
@@ -70,7 +73,8 @@ pub(crate) struct ForceDevice {
 }
 
 impl ForceDevice {
-    pub(crate) fn new(sensor: &ForceSensor, start: DeviceStart) -> Self {
+    /// Powers the device up.
+    pub(crate) fn new(sensor: &ForceSensorTable, start: DeviceStart) -> Self {
         let longest = match sensor.protocol {
             ForceProtocol::Frames => FRAME_BYTES + 2,
             ForceProtocol::Lines => 48,
@@ -89,7 +93,8 @@ impl ForceDevice {
         }
     }
 
-    pub(crate) fn lay(&mut self, fault: ForceFault) {
+    /// Lets the device show a fault.
+    pub(crate) fn inject(&mut self, fault: ForceFault) {
         match fault {
             ForceFault::Drop(frames) => self.faults.drop += frames,
             ForceFault::Corrupt(frames) => self.faults.corrupt += frames,
@@ -98,16 +103,16 @@ impl ForceDevice {
         }
     }
 
-    /// Encodes one reading for the next burst.
-    pub(crate) fn sample(&mut self, reading: &ForceSample) {
-        let elapsed_us = (1e6 * reading.device_time_s).round() as u64;
+    /// Encodes one sample for the next burst.
+    pub(crate) fn sample(&mut self, sample: &SensorSample) {
+        let elapsed_us = (1e6 * sample.device_time_s).round() as u64;
         let device_us = self.start_us.wrapping_add(elapsed_us as u32);
         let sequence = self.sequence;
         self.sequence = self.sequence.wrapping_add(1);
         if self.faults.silent || take_one(&mut self.faults.drop) {
             return;
         }
-        self.encode(device_us, sequence, reading);
+        self.encode(device_us, sequence, sample);
         if take_one(&mut self.faults.corrupt) {
             let middle = self.frame.len() / 2;
             self.frame[middle] ^= 0x40;
@@ -118,7 +123,7 @@ impl ForceDevice {
         }
     }
 
-    /// What leaves the device by true time `now_s`: a whole burst or nothing.
+    /// Returns the burst that leaves the device by true time `now_s`, if one is due.
     pub(crate) fn burst(&mut self, now_s: f64) -> Option<&[u8]> {
         if now_s < self.next_burst_s {
             return None;
@@ -129,12 +134,13 @@ impl ForceDevice {
         (!self.outbox.is_empty()).then_some(self.outbox.as_slice())
     }
 
-    /// Empties the outbox after its bytes went out or were lost.
+    /// Empties the outbox after its bytes were sent or lost.
     pub(crate) fn sent(&mut self) {
         self.outbox.clear();
     }
 
-    fn encode(&mut self, device_us: u32, sequence: u16, reading: &ForceSample) {
+    /// Encodes one sample into `frame`.
+    fn encode(&mut self, device_us: u32, sequence: u16, sample: &SensorSample) {
         self.frame.clear();
         match self.protocol {
             ForceProtocol::Frames => {
@@ -142,9 +148,9 @@ impl ForceDevice {
                 raw[0] = VERSION;
                 raw[1..3].copy_from_slice(&sequence.to_le_bytes());
                 raw[3..7].copy_from_slice(&device_us.to_le_bytes());
-                raw[7..11].copy_from_slice(&micronewtons(reading.normal_n).to_le_bytes());
-                raw[11..15].copy_from_slice(&micronewtons(reading.lateral_n).to_le_bytes());
-                raw[15] = status(reading);
+                raw[7..11].copy_from_slice(&micronewtons(sample.normal_n).to_le_bytes());
+                raw[11..15].copy_from_slice(&micronewtons(sample.lateral_n).to_le_bytes());
+                raw[15] = status(sample);
                 let crc = CRC.checksum(&raw[..16]);
                 raw[16..].copy_from_slice(&crc.to_le_bytes());
                 let mut stuffed = [0; FRAME_BYTES + 1];
@@ -157,17 +163,17 @@ impl ForceDevice {
                 let _ = writeln!(
                     self.frame,
                     "{device_us},{:.3},{:.3}",
-                    1e3 * reading.normal_n,
-                    1e3 * reading.lateral_n
+                    1e3 * sample.normal_n,
+                    1e3 * sample.lateral_n
                 );
             }
         }
     }
 }
 
-fn status(reading: &ForceSample) -> u8 {
-    let normal = u8::from(reading.normal_saturated) * NORMAL_SATURATED;
-    let lateral = u8::from(reading.lateral_saturated) * LATERAL_SATURATED;
+fn status(sample: &SensorSample) -> u8 {
+    let normal = u8::from(sample.normal_saturated) * NORMAL_SATURATED;
+    let lateral = u8::from(sample.lateral_saturated) * LATERAL_SATURATED;
     normal | lateral
 }
 
@@ -175,7 +181,7 @@ fn micronewtons(force_n: f64) -> i32 {
     (1e6 * force_n).round() as i32
 }
 
-/// Whether there was one left to take.
+/// Takes one of `count`; returns whether there was one left.
 fn take_one(count: &mut u32) -> bool {
     let left = *count > 0;
     *count = count.saturating_sub(1);

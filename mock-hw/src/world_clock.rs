@@ -1,50 +1,50 @@
-//! World time: who advances it, and how far it has come.
+//! Simulated time: who advances it, and how far it has come.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// Rate of the finest audio clock the apparatus offers; world periods are counted in its frames.
+/// Highest sample rate of the sound cards, Hz; periods are counted in its frames.
 pub const BASE_RATE_HZ: u32 = 192_000;
 
 /// Who advances the simulated world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pace {
-    /// Its own thread keeps the world level with the machine's monotonic clock.
+    /// A thread of the apparatus keeps the simulation level with the machine's monotonic clock.
     RealTime,
-    /// Nothing moves but by [`Apparatus::step`](crate::apparatus::Apparatus::step); the same seed
-    /// and the same calls give the same bits.
+    /// Time passes only in `Apparatus::step`; the same seed and the same calls give the same bits.
     Stepped,
 }
 
-/// How well a real-time world kept up with the machine's clock.
+/// How well a real-time simulation kept up with the machine's clock.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Lateness {
-    /// Steps that ended more than 5 ms after they were due.
+    /// Number of steps that ended more than 5 ms after they were due.
     pub late_steps: u64,
     /// Greatest delay between a step's due time and its end, ns.
     pub worst_ns: u64,
 }
 
-/// A step that ends later than this after its due time counts as late.
+/// Delay after its due time from which a step counts as late.
 const LATE: Duration = Duration::from_millis(5);
 
-/// One frame at 1 µHz, ns.
+/// Duration of one frame at 1 µHz, ns.
 const FRAME: u128 = 1_000_000_000_000_000;
 
-/// World time: counted in periods, so that no rounding builds up.
+/// Simulated time, counted in periods so that no rounding builds up.
 #[derive(Debug)]
 pub(crate) struct WorldClock {
     period_frames: u32,
-    /// True value of [`BASE_RATE_HZ`], µHz: the sample clock's own error is part of the world.
+    /// True value of [`BASE_RATE_HZ`], µHz: it includes the error of the sample clock.
     base_rate_uhz: u128,
     steps: AtomicU64,
-    /// Machine time of world time 0; `None` when the world is stepped.
+    /// Machine time of simulated time 0; `None` when the simulation is stepped.
     epoch: Option<Instant>,
     late_steps: AtomicU64,
     worst_ns: AtomicU64,
 }
 
 impl WorldClock {
+    /// Starts a clock whose sample clock runs `clock_ppm` too fast.
     pub(crate) fn new(pace: Pace, period_frames: u32, clock_ppm: f64) -> Self {
         let base_rate_hz = f64::from(BASE_RATE_HZ) * (1.0 + 1e-6 * clock_ppm);
         Self {
@@ -57,6 +57,7 @@ impl WorldClock {
         }
     }
 
+    /// Returns who advances the simulation.
     pub(crate) fn pace(&self) -> Pace {
         match self.epoch {
             Some(_) => Pace::RealTime,
@@ -64,22 +65,22 @@ impl WorldClock {
         }
     }
 
-    /// Frames of a stream at `rate_hz` in one world period.
+    /// Returns the number of frames of a stream at `rate_hz` in one period.
     pub(crate) fn period_frames_at(&self, rate_hz: u32) -> usize {
         (u64::from(self.period_frames) * u64::from(rate_hz) / u64::from(BASE_RATE_HZ)) as usize
     }
 
-    /// Length of a world period, s.
+    /// Returns the length of a period, s.
     pub(crate) fn period_s(&self) -> f64 {
         1e6 * f64::from(self.period_frames) / self.base_rate_uhz as f64
     }
 
-    /// World time up to which everything has been simulated, ns.
+    /// Returns the time up to which everything has been simulated, ns.
     pub(crate) fn simulated_ns(&self) -> u64 {
         self.ns_of(self.steps.load(Ordering::Acquire))
     }
 
-    /// World time now, ns: the machine's clock in real time, the end of the last step otherwise.
+    /// Returns the simulated time, ns: by the machine's clock in real time, the end of the last step otherwise.
     pub(crate) fn now_ns(&self) -> u64 {
         match self.epoch {
             Some(epoch) => epoch.elapsed().as_nanos() as u64,
@@ -87,12 +88,12 @@ impl WorldClock {
         }
     }
 
-    /// Start of step number `step`, ns.
+    /// Returns the start of step number `step`, ns.
     pub(crate) fn ns_of(&self, step: u64) -> u64 {
         (u128::from(step) * u128::from(self.period_frames) * FRAME / self.base_rate_uhz) as u64
     }
 
-    /// Number of the step that covers `ns`.
+    /// Returns the number of the step that covers `ns`.
     pub(crate) fn step_at(&self, ns: u64) -> u64 {
         (u128::from(ns) * self.base_rate_uhz / (u128::from(self.period_frames) * FRAME)) as u64
     }
@@ -112,7 +113,7 @@ impl WorldClock {
         }
     }
 
-    /// How long a real-time world may sleep before its next period is complete.
+    /// Returns how long a real-time simulation may sleep before its next period is complete.
     pub(crate) fn until_due(&self) -> Duration {
         let due = Duration::from_nanos(self.ns_of(self.steps.load(Ordering::Acquire) + 1));
         match self.epoch {
@@ -121,6 +122,7 @@ impl WorldClock {
         }
     }
 
+    /// Returns how well real time was kept.
     pub(crate) fn lateness(&self) -> Lateness {
         Lateness {
             late_steps: self.late_steps.load(Ordering::Relaxed),

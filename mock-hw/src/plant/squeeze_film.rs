@@ -1,13 +1,13 @@
 //! Squeeze film and asperities under the finger: mean gap, stiffness, friction (`Huloux 2021`, Eqs. 13–19).
 
-use crate::scenario::Film as FilmScenario;
+use crate::scenario::FilmTable;
 
-/// Gap at which [`FilmScenario::lag_s`] holds, m.
+/// Gap at which [`FilmTable::lag_s`] holds, m.
 const LAG_REFERENCE_GAP_M: f64 = 10e-6;
 
 /// The film for one asperity scale σ_t.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Film {
+pub(crate) struct SqueezeFilm {
     sigma_m: f64,
     /// p_c S, N: the force at zero gap.
     asperity_n: f64,
@@ -18,8 +18,8 @@ pub(crate) struct Film {
     lag_gap_exponent: f64,
 }
 
-impl Film {
-    pub fn new(film: &FilmScenario, sigma_m: f64) -> Self {
+impl SqueezeFilm {
+    pub fn new(film: &FilmTable, sigma_m: f64) -> Self {
         let modulus_pa = film.youngs_modulus_pa / (1.0 - film.poisson_ratio.powi(2));
         let asperity_pa = 0.375 * film.q0_rad_per_m * sigma_m * modulus_pa;
         Self {
@@ -97,16 +97,16 @@ mod tests {
 
     use super::*;
 
-    fn published() -> Film {
-        let scenario = FilmScenario {
+    fn published() -> SqueezeFilm {
+        let scenario = FilmTable {
             contact_area_m2: 314e-6,
-            ..FilmScenario::default()
+            ..FilmTable::default()
         };
-        Film::new(&scenario, 2e-6)
+        SqueezeFilm::new(&scenario, 2e-6)
     }
 
     /// Independent of Newton: bisection on the force balance.
-    fn bisected(film: &Film, normal_n: f64, amplitude2: f64) -> f64 {
+    fn bisected(film: &SqueezeFilm, normal_n: f64, amplitude2: f64) -> f64 {
         let (mut low, mut high) = (film.rest_gap(normal_n), 1e-2);
         for _ in 0..200 {
             let middle = 0.5 * (low + high);

@@ -1,4 +1,4 @@
-//! What really happened in a run: written beside it for tests, never read by the bench.
+//! The truth of a run, written for tests; the bench never reads it.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -9,16 +9,16 @@ use serde::Serialize;
 use crate::fingertip::Fingertip;
 use crate::scenario::Scenario;
 
-/// What does not change in a run.
+/// Constants of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TruthConstants {
     /// Audio frames per second of true time.
     pub frames_per_s: f64,
-    /// What an ideal instrument reads as γU/ṽ at the pickup, no finger, at the plate's resonance: real and imaginary part.
+    /// Impedance γU/ṽ at the pickup without a finger, at the plate's resonance: real and imaginary part, N·s/m.
     pub z_p_n_s_per_m: [f64; 2],
-    /// The skin at the start; the series follow its drift.
+    /// The skin at the beginning; the series follows its drift.
     pub fingertip: Fingertip,
-    /// The scenario with its constants as realised by the seed.
+    /// The scenario, with the constants that the seed has drawn.
     pub scenario: Scenario,
 }
 
@@ -27,7 +27,7 @@ pub struct TruthConstants {
 pub struct TruthSample {
     /// True time since the simulation began, s.
     pub time_s: f64,
-    /// Input frame at that moment, counted since the audio rate was last set.
+    /// Number of the input frame at that moment, from when the audio rate was last set.
     pub frame: u64,
     /// Asperity scale σ_t, m.
     pub sigma_t_m: f64,
@@ -35,19 +35,19 @@ pub struct TruthSample {
     pub z_t_n_s_per_m: [f64; 2],
     /// Friction coefficient without vibration.
     pub mu0: f64,
-    /// Mean gap, m; NaN when the finger is off the plate.
+    /// Mean gap, m; NaN while the finger is off the plate.
     pub gap_m: f64,
-    /// Contact stiffness k_c, N/m; 0 when the finger is off the plate.
+    /// Contact stiffness k_c, N/m; 0 while the finger is off the plate.
     pub k_c_n_per_m: f64,
-    /// Friction coefficient of full sliding; NaN when the finger is off the plate.
+    /// Friction coefficient of full sliding; NaN while the finger is off the plate.
     pub mu: f64,
     /// Normal force, N.
     pub normal_n: f64,
     /// Lateral force, N, positive towards increasing position.
     pub lateral_n: f64,
-    /// Finger along the plate, m.
+    /// Position of the finger along the plate, m.
     pub position_m: f64,
-    /// Finger along the plate, m/s.
+    /// Velocity of the finger along the plate, m/s.
     pub velocity_m_per_s: f64,
     /// Peak amplitude of the plate under the finger, averaged over some carrier periods, m.
     pub amplitude_m: f64,
@@ -60,10 +60,10 @@ pub struct TruthWriter {
 }
 
 impl TruthWriter {
-    /// Starts both files in `folder`, which must exist and must not hold them yet.
+    /// Creates both files in `folder`, which must exist and must not hold them yet.
     ///
     /// # Errors
-    /// When a file exists or cannot be written.
+    /// `AlreadyExists` when a file exists, and other errors of the file system.
     pub fn create(folder: &Path, constants: &TruthConstants) -> io::Result<Self> {
         let mut json = File::create_new(folder.join("truth.json"))?;
         serde_json::to_writer_pretty(&mut json, constants)?;
@@ -76,10 +76,10 @@ impl TruthWriter {
         Ok(Self { series })
     }
 
-    /// Appends samples.
+    /// Appends samples to the series.
     ///
     /// # Errors
-    /// When the file cannot be written.
+    /// Errors of the file system.
     pub fn record(&mut self, samples: &[TruthSample]) -> io::Result<()> {
         for s in samples {
             let [re, im] = s.z_t_n_s_per_m;
@@ -106,7 +106,7 @@ impl TruthWriter {
     /// Writes what is still buffered.
     ///
     /// # Errors
-    /// When the file cannot be written.
+    /// Errors of the file system.
     pub fn finish(mut self) -> io::Result<()> {
         self.series.flush()
     }

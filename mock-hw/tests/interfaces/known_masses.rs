@@ -3,8 +3,8 @@
 use mock_hw::plant::Axis;
 use mock_hw::scenario::Scenario;
 
-use crate::bench::{open_force_port, pass, read_available, stepped};
-use crate::force::frames;
+use crate::force_line::frames;
+use crate::streams::{open_force_port, pass, read_available, stepped};
 
 #[test]
 fn a_mass_is_read_with_gain_crosstalk_and_offset_and_goes_again() {

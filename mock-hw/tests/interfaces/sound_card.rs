@@ -4,11 +4,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use cpal::traits::{DeviceTrait, HostTrait, StreamTrait};
 use cpal::{BufferSize, Data, ErrorKind, SampleFormat};
 use mock_hw::apparatus::ApparatusConfig;
-use mock_hw::clock::Pace;
 use mock_hw::host::{BENCH_ID, Direction, SPEAKERS_ID, SPEAKERS_RATE_HZ};
 use mock_hw::scenario::Scenario;
+use mock_hw::world_clock::Pace;
 
-use crate::bench::{amplitude_at, device, pass, play_sine, record, stepped, stream_config};
+use crate::streams::{amplitude_at, device, pass, play_sine, record, stepped, stream_config};
 
 /// Reads the generator's output back without the amplifier.
 const GENERATOR: usize = 2;

@@ -1,4 +1,4 @@
-//! The serial port: a pseudo-terminal whose far end the bench opens by path.
+//! The serial line as a pseudo-terminal, whose far end the bench opens by path.
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -10,38 +10,43 @@ use rustix::fs::{Mode, OFlags};
 use rustix::pty::OpenptFlags;
 use rustix::termios::{OptionalActions, QueueSelector};
 
-/// Bytes that the terminal's reading side holds; more wait behind it, where nobody can count them.
+/// Bytes that the reading side of the terminal holds; further ones wait behind it and cannot be counted.
 const READABLE_BYTES: u64 = 4095;
 
-/// A port that nobody has read for this long counts as not open, and what it holds as lost.
+/// Time without a read after which a port counts as not open, and the bytes in it as lost, s.
 const UNATTENDED_S: f64 = 0.3;
 
-/// How long a stepped world waits for the kernel to carry a burst across.
+/// Longest time that a synchronous line waits for the kernel to carry a burst across.
 const CARRY_LIMIT: Duration = Duration::from_secs(20);
 
+/// A serial line, from its device to the port that the bench opens.
 #[derive(Debug)]
 pub(crate) struct SerialLine {
     path: PathBuf,
     ends: Option<Ends>,
-    /// What a reader had before it at the last burst if it took nothing since, bytes.
+    /// Bytes that a reader would find if it took nothing since the last burst.
     untouched_bytes: u64,
     last_read_s: f64,
     dropped_bytes: u64,
-    /// Every written byte must be readable before the world goes on.
+    /// Whether every written byte must be readable before the simulation goes on.
     synchronous: bool,
 }
 
+/// Both ends of the pseudo-terminal.
 #[derive(Debug)]
 struct Ends {
     device: File,
-    /// Held open so that a bench that closes the port hangs nothing up.
+    /// Held open so that the line survives a bench that closes the port.
     bench: OwnedFd,
 }
 
 impl SerialLine {
+    /// Opens a pseudo-terminal. On a `synchronous` line every byte sent is readable before the simulation goes on.
+    ///
+    /// # Errors
+    /// Errors of the operating system, which may have no pseudo-terminal left.
     pub(crate) fn open(synchronous: bool) -> io::Result<Self> {
-        let device =
-            rustix::pty::openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
+        let device = open_device()?;
         rustix::pty::grantpt(&device)?;
         rustix::pty::unlockpt(&device)?;
         let name = rustix::pty::ptsname(&device, Vec::new())?
@@ -70,21 +75,25 @@ impl SerialLine {
         })
     }
 
-    pub(crate) fn path(&self) -> &Path {
-        &self.path
+    /// Returns the port that the bench opens.
+    pub(crate) fn path(&self) -> Option<&Path> {
+        Some(&self.path)
     }
 
-    /// Bytes lost because nobody took them in time, as a UART loses them.
+    /// Returns the number of bytes lost because nobody read them in time, as a UART loses them.
     pub(crate) fn dropped_bytes(&self) -> u64 {
         self.dropped_bytes
     }
 
-    /// Pulls the plug: the bench's reads end with a hang-up.
+    /// Disconnects the line for good: the bench's reads end with a hang-up.
     pub(crate) fn unplug(&mut self) {
         self.ends = None;
     }
 
-    /// Sends a burst at true time `now_s`. Never blocks: what does not fit is lost.
+    /// Sends a burst at true time `now_s` without blocking; bytes that do not fit are lost.
+    ///
+    /// # Errors
+    /// Errors of the pseudo-terminal, and `TimedOut` when a synchronous line does not carry the burst across.
     pub(crate) fn send(&mut self, burst: &[u8], now_s: f64) -> io::Result<()> {
         let Some(ends) = &mut self.ends else {
             return Ok(());
@@ -93,7 +102,7 @@ impl SerialLine {
         if waiting < self.untouched_bytes {
             self.last_read_s = now_s;
         } else if now_s - self.last_read_s > UNATTENDED_S {
-            // Whoever opens the port finds fresh samples, not what the kernel kept.
+            // A bench that opens the port finds fresh samples, not those that the kernel kept.
             rustix::termios::tcflush(&ends.device, QueueSelector::OFlush)?;
             rustix::termios::tcflush(&ends.bench, QueueSelector::IFlush)?;
             waiting = 0;
@@ -112,7 +121,23 @@ impl SerialLine {
     }
 }
 
-/// A pseudo-terminal hands bytes over in a kernel worker: waits until `bytes` have arrived.
+/// Opens the device's end of a new pseudo-terminal, not to be inherited by child processes.
+#[cfg(any(target_os = "linux", target_os = "android", target_os = "freebsd"))]
+fn open_device() -> rustix::io::Result<OwnedFd> {
+    rustix::pty::openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)
+}
+
+/// Opens the device's end of a new pseudo-terminal, not to be inherited by child processes.
+///
+/// This system accepts close-on-exec only on an open descriptor: a child started in between inherits it.
+#[cfg(not(any(target_os = "linux", target_os = "android", target_os = "freebsd")))]
+fn open_device() -> rustix::io::Result<OwnedFd> {
+    let device = rustix::pty::openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
+    rustix::io::fcntl_setfd(&device, rustix::io::FdFlags::CLOEXEC)?;
+    Ok(device)
+}
+
+/// Waits until `bytes` have arrived at the bench's end; a kernel worker carries them across.
 fn wait_for(bench: &OwnedFd, bytes: u64) -> io::Result<()> {
     let begin = Instant::now();
     while rustix::io::ioctl_fionread(bench)? < bytes {

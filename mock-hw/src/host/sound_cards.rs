@@ -1,22 +1,13 @@
-//! The simulated sound cards, as a cpal host.
-//!
-//! Two devices: `sim`, the bench's converter with both directions on one sample clock, and
-//! `sim-speakers`, an ordinary output for cue sounds that discards what it plays. The world takes
-//! from the output stream, lets the plant answer and gives to the input stream; callbacks run
-//! on whichever thread advances the world, as a real backend's do.
-
-mod device;
-mod stream;
+//! State of the simulated sound cards, shared by their cpal devices and the simulation that plays and feeds them.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use cpal::{ErrorKind, SampleFormat};
 
-use crate::clock::{BASE_RATE_HZ, WorldClock};
-use crate::scenario::{self, Converter};
-pub use device::{Device, Host, Stream};
-use stream::{InputStream, OutputStream, Track};
+use super::stream::{InputStream, OutputStream, Track};
+use crate::scenario::{self, ConverterTable};
+use crate::world_clock::{BASE_RATE_HZ, WorldClock};
 
 /// Id of the bench's converter.
 pub const BENCH_ID: &str = "sim";
@@ -38,17 +29,19 @@ pub enum Direction {
     Input,
 }
 
-/// What the devices share with the world that plays and feeds them.
-pub(crate) struct Audio {
-    clock: Arc<WorldClock>,
-    inputs: u16,
-    formats: Vec<SampleFormat>,
-    bench: Mutex<Bench>,
-    speakers: Mutex<Track<OutputStream>>,
+/// Both sound cards, with their open streams.
+pub(crate) struct SoundCards {
+    pub(super) clock: Arc<WorldClock>,
+    /// Input channels of the bench's converter.
+    pub(super) inputs: u16,
+    /// Sample formats of the bench's converter.
+    pub(super) formats: Vec<SampleFormat>,
+    pub(super) bench: Mutex<BenchCard>,
+    pub(super) speakers: Mutex<Track<OutputStream>>,
     speaker_frames: AtomicU64,
 }
 
-fn of(format: scenario::SampleFormat) -> SampleFormat {
+fn cpal_format(format: scenario::SampleFormat) -> SampleFormat {
     match format {
         scenario::SampleFormat::F32 => SampleFormat::F32,
         scenario::SampleFormat::I32 => SampleFormat::I32,
@@ -58,20 +51,25 @@ fn of(format: scenario::SampleFormat) -> SampleFormat {
     }
 }
 
-struct Bench {
-    /// That of the stream opened last.
-    rate_hz: u32,
-    output: Track<OutputStream>,
-    input: Track<InputStream>,
+/// The bench's converter.
+pub(super) struct BenchCard {
+    /// Rate of the stream opened last, Hz.
+    pub(super) rate_hz: u32,
+    pub(super) output: Track<OutputStream>,
+    pub(super) input: Track<InputStream>,
 }
 
-impl Audio {
-    pub(crate) fn new(clock: Arc<WorldClock>, converter: &Converter) -> Arc<Self> {
+impl SoundCards {
+    pub(crate) fn new(clock: Arc<WorldClock>, converter: &ConverterTable) -> Arc<Self> {
         Arc::new(Self {
             clock,
             inputs: converter.channels as u16,
-            formats: converter.formats.iter().map(|format| of(*format)).collect(),
-            bench: Mutex::new(Bench {
+            formats: converter
+                .formats
+                .iter()
+                .map(|format| cpal_format(*format))
+                .collect(),
+            bench: Mutex::new(BenchCard {
                 rate_hz: BASE_RATE_HZ,
                 output: Track::default(),
                 input: Track::default(),
@@ -79,11 +77,6 @@ impl Audio {
             speakers: Mutex::default(),
             speaker_frames: AtomicU64::new(0),
         })
-    }
-
-    pub(crate) fn host(self: &Arc<Self>) -> cpal::Host {
-        let host = Host::new(Arc::clone(self));
-        cpal::Host::from(cpal::platform::CustomHost::from_host(host))
     }
 
     /// Rate at which the bench's converter runs now, Hz.
@@ -158,7 +151,7 @@ impl Audio {
     }
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     // A callback that panicked has spoilt its own stream, not the world.
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

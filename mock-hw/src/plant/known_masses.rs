@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::force_sensor::Forces;
-use crate::scenario::Masses as MassesScenario;
+use crate::scenario::MassesTable;
 use crate::seed;
 
 /// Where a mass goes.
@@ -33,15 +33,15 @@ impl Settling {
 }
 
 #[derive(Debug, Clone)]
-pub(crate) struct Masses {
-    scenario: MassesScenario,
+pub(crate) struct KnownMasses {
+    scenario: MassesTable,
     seed: u64,
     on_plate: Settling,
     on_pulley: Settling,
 }
 
-impl Masses {
-    pub fn new(scenario: &MassesScenario, seed: u64) -> Self {
+impl KnownMasses {
+    pub fn new(scenario: &MassesTable, seed: u64) -> Self {
         Self {
             scenario: scenario.clone(),
             seed,
@@ -101,16 +101,16 @@ impl Masses {
 mod tests {
     use super::*;
 
-    fn exact() -> MassesScenario {
-        MassesScenario {
+    fn exact() -> MassesTable {
+        MassesTable {
             error: 0.0,
-            ..MassesScenario::default()
+            ..MassesTable::default()
         }
     }
 
     #[test]
     fn a_mass_bounces_and_comes_to_rest_at_its_weight() {
-        let mut masses = Masses::new(&exact(), 1);
+        let mut masses = KnownMasses::new(&exact(), 1);
         masses.place(Axis::Normal, 0.1, 2.0);
         assert_eq!(masses.forces(2.0), [0.0, 0.0]);
         let most = (0..200)
@@ -126,12 +126,12 @@ mod tests {
 
     #[test]
     fn tilt_turns_weight_into_pull_and_the_pulley_keeps_its_share() {
-        let scenario = MassesScenario {
+        let scenario = MassesTable {
             tilt_rad: 0.02,
             pulley_friction: 0.1,
             ..exact()
         };
-        let mut masses = Masses::new(&scenario, 1);
+        let mut masses = KnownMasses::new(&scenario, 1);
         masses.place(Axis::Normal, 0.1, 0.0);
         let [normal_n, lateral_n] = masses.forces(10.0);
         assert!((lateral_n / normal_n - 0.02f64.tan()).abs() < 1e-12);
@@ -144,7 +144,7 @@ mod tests {
 
     #[test]
     fn a_mark_names_one_mass() {
-        let masses = Masses::new(&MassesScenario::default(), 5);
+        let masses = KnownMasses::new(&MassesTable::default(), 5);
         let off = |kg: f64| masses.true_mass_kg(kg) / kg - 1.0;
         assert_eq!(off(0.05), off(0.05));
         assert_ne!(off(0.05), off(0.1));

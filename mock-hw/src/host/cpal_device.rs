@@ -14,8 +14,11 @@ use cpal::{
     SupportedStreamConfigRange,
 };
 
+use super::sound_cards::{
+    BENCH_ID, BENCH_OUTPUTS, BENCH_RATES_HZ, BenchCard, SPEAKERS_ID, SPEAKERS_RATE_HZ, SoundCards,
+    lock,
+};
 use super::stream::{Buffer, ErrorCallback, InputStream, OutputStream};
-use super::{Audio, BENCH_ID, BENCH_OUTPUTS, BENCH_RATES_HZ, SPEAKERS_ID, SPEAKERS_RATE_HZ, lock};
 
 const SPEAKERS_OUTPUTS: u16 = 2;
 const SPEAKERS_FORMATS: [SampleFormat; 3] =
@@ -24,16 +27,18 @@ const BUFFER_FRAMES: std::ops::RangeInclusive<u32> = 16..=65_536;
 
 /// The host that offers the simulated devices; wrapped in a [`cpal::Host`] by the apparatus.
 #[derive(Clone)]
-pub struct Host(Arc<Audio>);
+pub struct Host(Arc<SoundCards>);
+
+/// Wraps the sound cards in a cpal host.
+pub(crate) fn cpal_host(cards: &Arc<SoundCards>) -> cpal::Host {
+    let host = Host(Arc::clone(cards));
+    cpal::Host::from(cpal::platform::CustomHost::from_host(host))
+}
 
 impl Host {
-    pub(super) fn new(audio: Arc<Audio>) -> Self {
-        Self(audio)
-    }
-
     fn device(&self, card: Card) -> Device {
         Device {
-            audio: Arc::clone(&self.0),
+            cards: Arc::clone(&self.0),
             card,
         }
     }
@@ -77,13 +82,13 @@ enum Port {
 /// A simulated sound card.
 #[derive(Clone)]
 pub struct Device {
-    audio: Arc<Audio>,
+    cards: Arc<SoundCards>,
     card: Card,
 }
 
 impl PartialEq for Device {
     fn eq(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.audio, &other.audio) && self.card == other.card
+        Arc::ptr_eq(&self.cards, &other.cards) && self.card == other.card
     }
 }
 
@@ -91,7 +96,7 @@ impl Eq for Device {}
 
 impl Hash for Device {
     fn hash<H: Hasher>(&self, state: &mut H) {
-        Arc::as_ptr(&self.audio).hash(state);
+        Arc::as_ptr(&self.cards).hash(state);
         self.card.hash(state);
     }
 }
@@ -115,7 +120,7 @@ impl Device {
     /// Channels, by direction: outputs and inputs.
     fn channels(&self) -> (u16, u16) {
         match self.card {
-            Card::Bench => (BENCH_OUTPUTS, self.audio.inputs),
+            Card::Bench => (BENCH_OUTPUTS, self.cards.inputs),
             Card::Speakers => (SPEAKERS_OUTPUTS, 0),
         }
     }
@@ -129,7 +134,7 @@ impl Device {
 
     fn formats(&self) -> &[SampleFormat] {
         match self.card {
-            Card::Bench => &self.audio.formats,
+            Card::Bench => &self.cards.formats,
             Card::Speakers => &SPEAKERS_FORMATS,
         }
     }
@@ -202,7 +207,7 @@ impl Device {
         }
         let frames = match (config.buffer_size, self.card) {
             (BufferSize::Fixed(frames), _) => frames,
-            (BufferSize::Default, Card::Bench) => self.audio.clock.period_frames_at(rate_hz) as u32,
+            (BufferSize::Default, Card::Bench) => self.cards.clock.period_frames_at(rate_hz) as u32,
             (BufferSize::Default, Card::Speakers) => 512,
         };
         if !BUFFER_FRAMES.contains(&frames) {
@@ -218,7 +223,7 @@ impl Device {
 
     fn stream(&self, port: Port, running: Arc<AtomicBool>, frames: FrameCount) -> Stream {
         Stream {
-            audio: Arc::clone(&self.audio),
+            cards: Arc::clone(&self.cards),
             port,
             running,
             frames,
@@ -304,7 +309,7 @@ impl DeviceTrait for Device {
             &running,
             Box::new(error_callback),
         )?;
-        let mut bench = lock(&self.audio.bench);
+        let mut bench = lock(&self.cards.bench);
         if bench.input.is_open() {
             return Err(self.busy());
         }
@@ -341,7 +346,7 @@ impl DeviceTrait for Device {
         let stream = OutputStream::new(buffer, Box::new(data_callback));
         let port = match self.card {
             Card::Bench => {
-                let mut bench = lock(&self.audio.bench);
+                let mut bench = lock(&self.cards.bench);
                 if bench.output.is_open() {
                     return Err(self.busy());
                 }
@@ -353,7 +358,7 @@ impl DeviceTrait for Device {
                 Port::BenchOutput
             }
             Card::Speakers => {
-                let mut speakers = lock(&self.audio.speakers);
+                let mut speakers = lock(&self.cards.speakers);
                 if speakers.is_open() {
                     return Err(self.busy());
                 }
@@ -367,7 +372,7 @@ impl DeviceTrait for Device {
 
 /// An open stream; dropping it closes the device's direction.
 pub struct Stream {
-    audio: Arc<Audio>,
+    cards: Arc<SoundCards>,
     port: Port,
     running: Arc<AtomicBool>,
     frames: FrameCount,
@@ -392,7 +397,7 @@ impl StreamTrait for Stream {
     }
 
     fn now(&self) -> StreamInstant {
-        StreamInstant::from_nanos(self.audio.clock.now_ns())
+        StreamInstant::from_nanos(self.cards.clock.now_ns())
     }
 }
 
@@ -400,16 +405,16 @@ impl Drop for Stream {
     fn drop(&mut self) {
         // The callbacks are dropped after the lock: they may own another stream.
         match self.port {
-            Port::BenchOutput => drop(close(&self.audio, |b| b.output.close(&self.running))),
-            Port::BenchInput => drop(close(&self.audio, |b| b.input.close(&self.running))),
+            Port::BenchOutput => drop(close(&self.cards, |b| b.output.close(&self.running))),
+            Port::BenchInput => drop(close(&self.cards, |b| b.input.close(&self.running))),
             Port::Speakers => {
-                let stream = lock(&self.audio.speakers).close(&self.running);
+                let stream = lock(&self.cards.speakers).close(&self.running);
                 drop(stream);
             }
         }
     }
 }
 
-fn close<S>(audio: &Audio, take: impl FnOnce(&mut super::Bench) -> Option<S>) -> Option<S> {
-    take(&mut lock(&audio.bench))
+fn close<S>(cards: &SoundCards, take: impl FnOnce(&mut BenchCard) -> Option<S>) -> Option<S> {
+    take(&mut lock(&cards.bench))
 }

@@ -3,11 +3,11 @@
 use std::io::{ErrorKind, Read};
 
 use mock_hw::apparatus::{Apparatus, ApparatusConfig};
-use mock_hw::clock::Pace;
 use mock_hw::scenario::{ForceProtocol, Scenario};
 use mock_hw::serial::{DeviceStart, ForceFault};
+use mock_hw::world_clock::Pace;
 
-use crate::bench::{open_force_port, pass, read_available, stepped};
+use crate::streams::{open_force_port, pass, read_available, stepped};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {
@@ -246,7 +246,7 @@ fn faults_on_the_wire_are_seen_as_what_they_are() {
 fn the_port_behaves_like_a_serial_port() {
     let mut apparatus = stepped(Scenario::default(), 3);
     let mut port = open_force_port(&apparatus);
-    let path = apparatus.force_port().to_str().unwrap().to_owned();
+    let path = apparatus.force_port().unwrap().to_str().unwrap().to_owned();
     assert!(serialport::new(&path, 2_000_000).open().is_err(), "locked");
     let mut byte = [0];
     assert_eq!(

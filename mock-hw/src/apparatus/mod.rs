@@ -1,0 +1,27 @@
+//! The whole simulated apparatus: plate, person and sensors behind a sound card, two serial ports and GPIO pins.
+//!
+//! In [`Pace::Stepped`](crate::world_clock::Pace::Stepped) one [`Apparatus::step`] lets one period pass, synchronously
+//! and in this order: the person acts on the percept last shown, the output callback is asked for the drive, the plant
+//! answers, the input callback is given the samples, force samples that are due become readable on the serial port, the
+//! pins take their new levels. The same seed, scenario and calls give the same bits. In
+//! [`Pace::RealTime`](crate::world_clock::Pace::RealTime) a thread does the same, level with the machine's clock.
+
+mod apparatus_error;
+mod fault_panel;
+mod force_side;
+mod mass_set;
+mod outboard;
+mod patchbay;
+mod senses;
+mod settings;
+mod simulation;
+mod world;
+
+pub use apparatus_error::ApparatusError;
+pub use fault_panel::FaultPanel;
+pub use mass_set::MassSet;
+pub use outboard::{Outboard, Timetable};
+pub use patchbay::Patchbay;
+pub use senses::Senses;
+pub use settings::ApparatusConfig;
+pub use simulation::{Apparatus, ApparatusClock};

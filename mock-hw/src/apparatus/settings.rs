@@ -1,0 +1,43 @@
+//! What apparatus to simulate, and how.
+
+use std::path::PathBuf;
+
+use crate::scenario::Scenario;
+use crate::serial::DeviceStart;
+use crate::world_clock::Pace;
+
+/// What apparatus to simulate, and how.
+#[derive(Debug, Clone)]
+pub struct ApparatusConfig {
+    /// What is true of bench and participant.
+    pub scenario: Scenario,
+    /// Seed of everything random about the bench, its noise included.
+    pub seed: u64,
+    /// Seed of the person's skin and habits; `seed` when absent.
+    pub participant_seed: Option<u64>,
+    /// Who advances the simulation.
+    pub pace: Pace,
+    /// Length of a period, frames at 192 kHz: a multiple of 4 from 16 to 1920.
+    pub period_frames: u32,
+    /// Where the force sensor's counters begin; drawn by `seed` when absent.
+    pub force_start: Option<DeviceStart>,
+    /// An existing folder for `truth.json` and `truth.csv`, which are written from the first period on in which a stream
+    /// of the bench's converter is open; nothing is written when absent.
+    pub truth_path: Option<PathBuf>,
+}
+
+impl ApparatusConfig {
+    /// Returns the settings of an apparatus with the default period and without truth files.
+    #[must_use]
+    pub fn new(scenario: Scenario, seed: u64, pace: Pace) -> Self {
+        Self {
+            scenario,
+            seed,
+            participant_seed: None,
+            pace,
+            period_frames: 64,
+            force_start: None,
+            truth_path: None,
+        }
+    }
+}

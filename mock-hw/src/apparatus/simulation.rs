@@ -1,0 +1,301 @@
+//! The assembled apparatus, and who lets its time pass.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use super::apparatus_error::ApparatusError;
+use super::fault_panel::FaultPanel;
+use super::force_side::ForceSide;
+use super::mass_set::MassSet;
+use super::patchbay::Patchbay;
+use super::senses::Senses;
+use super::settings::ApparatusConfig;
+use super::world::World;
+use crate::host::{SoundCards, cpal_host};
+use crate::pins::{PinBoard, Pins};
+use crate::serial::DeviceStart;
+use crate::vibrometer::Vibrometer;
+use crate::world_clock::{Lateness, Pace, WorldClock};
+
+/// Longest sleep of the real-time thread; it then makes up for several periods at once.
+const LONGEST_SLEEP: Duration = Duration::from_millis(1);
+
+/// Periods, in frames at 192 kHz, that hold whole frames at every rate of the sound cards.
+const PERIOD_FRAMES: std::ops::RangeInclusive<u32> = 16..=1920;
+const PERIOD_MULTIPLE: u32 = 4;
+
+/// Who lets time pass.
+enum Driver {
+    Stepped(Box<World>),
+    RealTime(Option<JoinHandle<Result<(), ApparatusError>>>),
+}
+
+/// A simulated apparatus; it exists until dropped.
+///
+/// ```
+/// use cpal::traits::{DeviceTrait, HostTrait};
+/// use mock_hw::apparatus::{Apparatus, ApparatusConfig, ApparatusError};
+/// use mock_hw::scenario::built_in;
+/// use mock_hw::world_clock::Pace;
+///
+/// let scenario = built_in("nominal").expect("a built-in scenario");
+/// let mut apparatus = Apparatus::new(ApparatusConfig::new(scenario, 1, Pace::Stepped))?;
+/// let cards: Vec<_> = apparatus.host().devices().expect("devices").collect();
+/// assert_eq!(cards.len(), 2);
+/// assert!(cards[0].default_input_config().is_ok());
+///
+/// // Three thousand periods of 64 frames at 192 kHz make a second.
+/// for _ in 0..3_000 {
+///     apparatus.step()?;
+/// }
+/// assert_eq!(apparatus.now_ns(), 1_000_000_000);
+/// apparatus.finish()?;
+/// # Ok::<(), ApparatusError>(())
+/// ```
+pub struct Apparatus {
+    clock: Arc<WorldClock>,
+    cards: Arc<SoundCards>,
+    board: Arc<PinBoard>,
+    force: ForceSide,
+    senses: Senses,
+    patchbay: Patchbay,
+    masses: MassSet,
+    pins: Option<Pins>,
+    force_port: Option<PathBuf>,
+    vibrometer_port: Option<PathBuf>,
+    stop: Arc<AtomicBool>,
+    driver: Driver,
+}
+
+impl Apparatus {
+    /// Builds the apparatus; in real time it starts at once.
+    ///
+    /// # Errors
+    /// [`ApparatusError`] when the period fits no sound card, the folder for the truth does not exist, or a pseudo-terminal
+    /// or the real-time thread cannot be had from the operating system.
+    pub fn new(config: ApparatusConfig) -> Result<Self, ApparatusError> {
+        let frames = config.period_frames;
+        if !PERIOD_FRAMES.contains(&frames) || !frames.is_multiple_of(PERIOD_MULTIPLE) {
+            return Err(ApparatusError::Period {
+                frames,
+                multiple: PERIOD_MULTIPLE,
+                low: *PERIOD_FRAMES.start(),
+                high: *PERIOD_FRAMES.end(),
+            });
+        }
+        if let Some(path) = config.truth_path.as_ref().filter(|path| !path.is_dir()) {
+            return Err(ApparatusError::NoTruthFolder { path: path.clone() });
+        }
+        let scenario = &config.scenario;
+        let clock = Arc::new(WorldClock::new(
+            config.pace,
+            frames,
+            scenario.converter.clock_ppm,
+        ));
+        let cards = SoundCards::new(Arc::clone(&clock), &scenario.converter);
+        let board = PinBoard::new(scenario, Arc::clone(&clock));
+        let senses = Senses::default();
+        let force = ForceSide::open(
+            &scenario.force_sensor,
+            config
+                .force_start
+                .unwrap_or_else(|| DeviceStart::draw(config.seed)),
+            config.pace == Pace::Stepped,
+        )?;
+        let force_port = force.path();
+        let vibrometer = Vibrometer::open(config.seed, config.pace == Pace::Stepped)
+            .map_err(ApparatusError::Serial)?;
+        let vibrometer_port = vibrometer.path().map(Path::to_owned);
+        let world = Box::new(World::new(
+            &config, &clock, &cards, &board, &force, &senses, vibrometer,
+        ));
+        let patchbay = world.patchbay();
+        let masses = world.masses();
+        let stop = Arc::new(AtomicBool::new(false));
+        let driver = match config.pace {
+            Pace::Stepped => Driver::Stepped(world),
+            Pace::RealTime => Driver::RealTime(Some(keep_pace(world, &clock, &stop)?)),
+        };
+        Ok(Self {
+            pins: Some(board.pins()),
+            clock,
+            cards,
+            board,
+            force,
+            senses,
+            patchbay,
+            masses,
+            force_port,
+            vibrometer_port,
+            stop,
+            driver,
+        })
+    }
+
+    /// Returns the cpal host with the simulated sound cards.
+    #[must_use]
+    pub fn host(&self) -> cpal::Host {
+        cpal_host(&self.cards)
+    }
+
+    /// Returns the force sensor's serial port, to be opened by path.
+    ///
+    /// In a stepped apparatus only the thread that steps may read it: a step waits until its burst is readable, and fails
+    /// after a while when another thread has taken it.
+    ///
+    /// # Errors
+    /// [`ApparatusError::NoSerialPort`] where the operating system has no pseudo-terminals.
+    pub fn force_port(&self) -> Result<&Path, ApparatusError> {
+        port(&self.force_port, "force sensor")
+    }
+
+    /// Returns the serial port of a vibrometer on the plate, to be opened by path.
+    ///
+    /// The vibrometer sends a hundred lines a second, each the peak amplitude in µm. In a stepped apparatus only the
+    /// thread that steps may read them.
+    ///
+    /// # Errors
+    /// [`ApparatusError::NoSerialPort`] where the operating system has no pseudo-terminals.
+    pub fn vibrometer_port(&self) -> Result<&Path, ApparatusError> {
+        port(&self.vibrometer_port, "vibrometer")
+    }
+
+    /// Takes the digital lines; `None` after the first call.
+    pub fn pins(&mut self) -> Option<Pins> {
+        self.pins.take()
+    }
+
+    /// Returns a handle that shows percepts to the simulated person.
+    #[must_use]
+    pub fn senses(&self) -> Senses {
+        self.senses.clone()
+    }
+
+    /// Returns a handle that connects the cables of the inputs.
+    #[must_use]
+    pub fn patchbay(&self) -> Patchbay {
+        self.patchbay.clone()
+    }
+
+    /// Returns a handle that places known masses on the force sensor.
+    #[must_use]
+    pub fn masses(&self) -> MassSet {
+        self.masses.clone()
+    }
+
+    /// Returns a handle that injects faults.
+    #[must_use]
+    pub fn faults(&self) -> FaultPanel {
+        FaultPanel::new(&self.cards, &self.board, &self.force)
+    }
+
+    /// Returns a clock of the simulated time for other threads.
+    #[must_use]
+    pub fn clock(&self) -> ApparatusClock {
+        ApparatusClock(Arc::clone(&self.clock))
+    }
+
+    /// Returns the simulated time, ns.
+    #[must_use]
+    pub fn now_ns(&self) -> u64 {
+        self.clock.now_ns()
+    }
+
+    /// Returns how well real time was kept.
+    #[must_use]
+    pub fn lateness(&self) -> Lateness {
+        self.clock.lateness()
+    }
+
+    /// Returns the number of frames that the speakers have played.
+    #[must_use]
+    pub fn speaker_frames(&self) -> u64 {
+        self.cards.speaker_frames()
+    }
+
+    /// Returns the number of the force sensor's bytes that were lost because nobody read them in time.
+    #[must_use]
+    pub fn force_bytes_dropped(&self) -> u64 {
+        self.force.dropped_bytes()
+    }
+
+    /// Lets one period of a stepped apparatus pass.
+    ///
+    /// # Errors
+    /// [`ApparatusError::NotStepped`] in real time; [`ApparatusError::Serial`] or [`ApparatusError::Truth`] when a serial
+    /// line or a truth file fails.
+    pub fn step(&mut self) -> Result<(), ApparatusError> {
+        match &mut self.driver {
+            Driver::Stepped(world) => world.step(),
+            Driver::RealTime(_) => Err(ApparatusError::NotStepped),
+        }
+    }
+
+    /// Ends the simulation and completes the truth files.
+    ///
+    /// # Errors
+    /// The error that ended a real-time simulation early, or [`ApparatusError::Truth`].
+    pub fn finish(mut self) -> Result<(), ApparatusError> {
+        self.end()
+    }
+
+    fn end(&mut self) -> Result<(), ApparatusError> {
+        self.stop.store(true, Ordering::Release);
+        match &mut self.driver {
+            Driver::Stepped(world) => world.finish(),
+            Driver::RealTime(thread) => match thread.take() {
+                Some(thread) => thread.join().unwrap_or(Err(ApparatusError::Panicked)),
+                None => Ok(()),
+            },
+        }
+    }
+}
+
+impl Drop for Apparatus {
+    fn drop(&mut self) {
+        // A caller that wants the error calls `finish`.
+        let _ = self.end();
+    }
+}
+
+/// Clock of the simulated time, for threads that do not hold the apparatus.
+#[derive(Debug, Clone)]
+pub struct ApparatusClock(Arc<WorldClock>);
+
+impl ApparatusClock {
+    /// Returns the simulated time, ns.
+    #[must_use]
+    pub fn now_ns(&self) -> u64 {
+        self.0.now_ns()
+    }
+}
+
+fn port<'a>(path: &'a Option<PathBuf>, device: &'static str) -> Result<&'a Path, ApparatusError> {
+    path.as_deref()
+        .ok_or(ApparatusError::NoSerialPort { device })
+}
+
+/// Starts the thread that keeps the simulation level with the machine's clock.
+fn keep_pace(
+    mut world: Box<World>,
+    clock: &Arc<WorldClock>,
+    stop: &Arc<AtomicBool>,
+) -> Result<JoinHandle<Result<(), ApparatusError>>, ApparatusError> {
+    let (clock, stop) = (Arc::clone(clock), Arc::clone(stop));
+    std::thread::Builder::new()
+        .name("apparatus".into())
+        .spawn(move || {
+            while !stop.load(Ordering::Acquire) {
+                if clock.until_due().is_zero() {
+                    world.step()?;
+                } else {
+                    std::thread::sleep(clock.until_due().max(LONGEST_SLEEP));
+                }
+            }
+            world.finish()
+        })
+        .map_err(ApparatusError::Thread)
+}

@@ -1,0 +1,51 @@
+//! `[amplifier]`: the amplifier between generator and actuators.
+
+use serde::{Deserialize, Serialize};
+use strict::{OutOfRange, within};
+
+/// Generator output to actuator voltage.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct AmplifierTable {
+    /// Actuator volts per full-scale unit of generator output, at frequencies far below the roll-off.
+    pub volts_per_unit: f64,
+    /// First-order roll-off, Hz.
+    pub bandwidth_hz: f64,
+    /// The amplifier stays enabled this long after a heartbeat edge, s.
+    pub one_shot_s: f64,
+    /// Its relay never opens, whatever enable, heartbeat and e-stop say.
+    pub relay_welded: bool,
+}
+
+impl Default for AmplifierTable {
+    fn default() -> Self {
+        Self {
+            volts_per_unit: 60.0,
+            bandwidth_hz: 200_000.0,
+            one_shot_s: 0.1,
+            relay_welded: false,
+        }
+    }
+}
+
+impl AmplifierTable {
+    /// Requires every number of the table to lie in its range.
+    pub(super) fn check(&self) -> Result<(), OutOfRange> {
+        within(
+            "amplifier.volts_per_unit",
+            self.volts_per_unit,
+            0.1,
+            1e3,
+            "V",
+        )?;
+        within(
+            "amplifier.bandwidth_hz",
+            self.bandwidth_hz,
+            40e3,
+            10e6,
+            "Hz",
+        )?;
+        within("amplifier.one_shot_s", self.one_shot_s, 1e-3, 0.1, "s")?;
+        Ok(())
+    }
+}

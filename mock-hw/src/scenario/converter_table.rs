@@ -1,0 +1,129 @@
+//! `[converter]`: the inputs of the sound card.
+
+use serde::{Deserialize, Serialize};
+use strict::{OutOfRange, within};
+
+/// The sound card's inputs. Channel 0 reads the actuator voltage back, 1 the pickup, 2 the generator's output, others are quiet.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ConverterTable {
+    /// Number of input channels.
+    pub channels: usize,
+    /// Sample formats that it offers in either direction.
+    pub formats: Vec<SampleFormat>,
+    /// Actuator volts per sample value on channel 0.
+    pub readback_volts_per_unit: f64,
+    /// Resolution, bits; full scale is ±1.
+    pub bits: u32,
+    /// Magnitude at which the input clips.
+    pub clip_units: f64,
+    /// White noise, one-sided density, sample units per √Hz.
+    pub noise_units_per_sqrt_hz: f64,
+    /// Constant offset of every channel, sample units.
+    pub offset_units: f64,
+    /// Sensitivity of each channel relative to nominal; negative where its wires are exchanged; missing entries are 1.
+    pub gains: Vec<f64>,
+    /// Fraction of what channel 0 reads that leaks into the other channels.
+    pub crosstalk: f64,
+    /// How much later than nominal each channel samples, in samples; missing entries are 0.
+    pub skew_samples: Vec<f64>,
+    /// How much faster than nominal the sample clock runs, ppm.
+    pub clock_ppm: f64,
+}
+
+impl Default for ConverterTable {
+    fn default() -> Self {
+        Self {
+            channels: 4,
+            formats: vec![SampleFormat::F32, SampleFormat::I32, SampleFormat::I16],
+            readback_volts_per_unit: 60.0,
+            bits: 24,
+            clip_units: 1.0,
+            noise_units_per_sqrt_hz: 3.0e-8,
+            offset_units: 0.0,
+            gains: Vec::new(),
+            crosstalk: 1.0e-4,
+            skew_samples: Vec::new(),
+            clock_ppm: 0.0,
+        }
+    }
+}
+
+/// Sample formats that a sound card may offer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[expect(missing_docs, reason = "the names say it")]
+pub enum SampleFormat {
+    F32,
+    I32,
+    I16,
+    U8,
+    I64,
+}
+
+impl ConverterTable {
+    /// Sensitivity of channel `index` relative to nominal.
+    #[must_use]
+    pub fn gain(&self, index: usize) -> f64 {
+        self.gains.get(index).copied().unwrap_or(1.0)
+    }
+
+    /// How much later than nominal channel `index` samples, in samples.
+    #[must_use]
+    pub fn skew(&self, index: usize) -> f64 {
+        self.skew_samples.get(index).copied().unwrap_or(0.0)
+    }
+
+    /// Requires every number of the table to lie in its range, and no list to be longer than there are channels.
+    pub(super) fn check(&self) -> Result<(), OutOfRange> {
+        let channels = self.channels as f64;
+        within("converter.channels", channels, 2.0, 32.0, "")?;
+        within(
+            "converter.readback_volts_per_unit",
+            self.readback_volts_per_unit,
+            0.1,
+            1e4,
+            "V",
+        )?;
+        within("converter.bits", f64::from(self.bits), 8.0, 32.0, "")?;
+        within("converter.clip_units", self.clip_units, 1e-3, 1.0, "")?;
+        within(
+            "converter.noise_units_per_sqrt_hz",
+            self.noise_units_per_sqrt_hz,
+            0.0,
+            1e-3,
+            "1/√Hz",
+        )?;
+        within("converter.offset_units", self.offset_units, -1.0, 1.0, "")?;
+        within("converter.crosstalk", self.crosstalk, -1.0, 1.0, "")?;
+        within("converter.clock_ppm", self.clock_ppm, -1e3, 1e3, "ppm")?;
+        for &gain in &self.gains {
+            within("converter.gains", gain, -100.0, 100.0, "")?;
+        }
+        for &skew in &self.skew_samples {
+            within("converter.skew_samples", skew, -4.0, 4.0, "samples")?;
+        }
+        let entries = |of: &[f64]| of.len() as f64;
+        within(
+            "converter.gains (entries)",
+            entries(&self.gains),
+            0.0,
+            channels,
+            "",
+        )?;
+        within(
+            "converter.skew_samples (entries)",
+            entries(&self.skew_samples),
+            0.0,
+            channels,
+            "",
+        )?;
+        within(
+            "converter.formats (entries)",
+            self.formats.len() as f64,
+            1.0,
+            5.0,
+            "",
+        )
+    }
+}

@@ -1,0 +1,84 @@
+//! `[film]`: squeeze film and asperities, without what belongs to a person.
+
+use serde::{Deserialize, Serialize};
+use strict::{OutOfRange, within};
+
+/// Squeeze film and asperities (`Huloux 2021`, Eqs. 13–18).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FilmTable {
+    /// Ambient pressure p0, Pa.
+    pub ambient_pressure_pa: f64,
+    /// Apparent contact area S, m².
+    pub contact_area_m2: f64,
+    /// Roughness cut-off q0, rad/m (assumed: 2π over a 0.45 mm ridge).
+    pub q0_rad_per_m: f64,
+    /// Young's modulus E, Pa.
+    pub youngs_modulus_pa: f64,
+    /// Poisson's ratio ν.
+    pub poisson_ratio: f64,
+    /// Loss factor of the contact: b_c = η k_c/ω.
+    pub loss_factor: f64,
+    /// Time constant of levitation at a gap of 10 µm, s.
+    pub lag_s: f64,
+    /// The time constant goes as gap to this power.
+    pub lag_gap_exponent: f64,
+    /// Sliding distance over which friction builds up, m.
+    pub presliding_m: f64,
+}
+
+impl Default for FilmTable {
+    fn default() -> Self {
+        Self {
+            ambient_pressure_pa: 101_325.0,
+            contact_area_m2: 300.0e-6,
+            q0_rad_per_m: 1.4e4,
+            youngs_modulus_pa: 20.0e6,
+            poisson_ratio: 0.5,
+            loss_factor: 0.3,
+            lag_s: 1.0e-3,
+            lag_gap_exponent: 0.2,
+            presliding_m: 0.3e-3,
+        }
+    }
+}
+
+impl FilmTable {
+    /// Requires every number of the table to lie in its range.
+    pub(super) fn check(&self) -> Result<(), OutOfRange> {
+        within(
+            "film.ambient_pressure_pa",
+            self.ambient_pressure_pa,
+            1e3,
+            1e6,
+            "Pa",
+        )?;
+        within(
+            "film.contact_area_m2",
+            self.contact_area_m2,
+            10e-6,
+            1e-3,
+            "m²",
+        )?;
+        within("film.q0_rad_per_m", self.q0_rad_per_m, 1e3, 1e6, "rad/m")?;
+        within(
+            "film.youngs_modulus_pa",
+            self.youngs_modulus_pa,
+            1e5,
+            1e9,
+            "Pa",
+        )?;
+        within("film.poisson_ratio", self.poisson_ratio, 0.0, 0.5, "")?;
+        within("film.loss_factor", self.loss_factor, 0.0, 1.0, "")?;
+        within("film.lag_s", self.lag_s, 2e-4, 0.1, "s")?;
+        within(
+            "film.lag_gap_exponent",
+            self.lag_gap_exponent,
+            -1.0,
+            1.0,
+            "",
+        )?;
+        within("film.presliding_m", self.presliding_m, 1e-5, 5e-3, "m")?;
+        Ok(())
+    }
+}

@@ -1,0 +1,201 @@
+//! `[force_sensor]`: the two-axis force sensor and its serial device.
+
+use serde::{Deserialize, Serialize};
+use strict::{OutOfRange, within};
+
+/// Format of the force sensor's serial line (`docs/force-protocol.md`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ForceProtocol {
+    /// Binary COBS frames.
+    Frames,
+    /// Lines of text.
+    Lines,
+}
+
+/// The two-axis force sensor and its serial device.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ForceSensorTable {
+    /// Samples per second of the device's own clock, Hz.
+    pub rate_hz: f64,
+    /// White noise per sample, N RMS, each axis.
+    pub noise_n: f64,
+    /// Mechanical resonance of the mount, Hz.
+    pub resonance_hz: f64,
+    /// Damping ratio of that resonance.
+    pub damping_ratio: f64,
+    /// Each axis saturates at ± this reading, N.
+    pub range_n: f64,
+    /// What the normal axis reads per newton on it.
+    pub normal_gain: f64,
+    /// What the lateral axis reads per newton on it.
+    pub lateral_gain: f64,
+    /// Reading of the normal axis without load, N.
+    pub normal_offset_n: f64,
+    /// Reading of the lateral axis without load, N.
+    pub lateral_offset_n: f64,
+    /// Steady drift of the normal axis, N/min.
+    pub normal_drift_n_per_min: f64,
+    /// Steady drift of the lateral axis, N/min.
+    pub lateral_drift_n_per_min: f64,
+    /// Standard deviation of the slow random drift of each axis beside it, N.
+    pub wander_n: f64,
+    /// Correlation time of that wander, s.
+    pub wander_time_s: f64,
+    /// Creep: share of a load that its reading still gains, and keeps for as long when the load is gone.
+    pub creep: f64,
+    /// Time constant of creep, s.
+    pub creep_time_s: f64,
+    /// Fraction of the lateral force that the normal axis reads.
+    pub lateral_to_normal: f64,
+    /// Fraction of the normal force that the lateral axis reads.
+    pub normal_to_lateral: f64,
+    /// How much faster than true time the device's clock runs, ppm.
+    pub clock_ppm: f64,
+    /// Samples leave the device in bursts of this period, s.
+    pub burst_period_s: f64,
+    /// What is spoken on the serial line.
+    pub protocol: ForceProtocol,
+}
+
+impl Default for ForceSensorTable {
+    fn default() -> Self {
+        Self {
+            rate_hz: 10_000.0,
+            noise_n: 0.002,
+            resonance_hz: 3_000.0,
+            damping_ratio: 0.4,
+            range_n: 10.0,
+            normal_gain: 1.0,
+            lateral_gain: 1.0,
+            normal_offset_n: 0.0,
+            lateral_offset_n: 0.0,
+            normal_drift_n_per_min: 0.0,
+            lateral_drift_n_per_min: 0.0,
+            wander_n: 0.0,
+            wander_time_s: 20.0,
+            creep: 0.0,
+            creep_time_s: 30.0,
+            lateral_to_normal: 0.0,
+            normal_to_lateral: 0.0,
+            clock_ppm: 30.0,
+            burst_period_s: 0.004,
+            protocol: ForceProtocol::Frames,
+        }
+    }
+}
+
+impl ForceSensorTable {
+    /// Readings, normal and lateral, per force on the sensor: a dimensionless matrix in rows.
+    #[must_use]
+    pub fn response(&self) -> [[f64; 2]; 2] {
+        let (normal, lateral) = (self.normal_gain, self.lateral_gain);
+        [
+            [normal, normal * self.lateral_to_normal],
+            [lateral * self.normal_to_lateral, lateral],
+        ]
+    }
+
+    /// Requires every number of the table to lie in its range.
+    pub(super) fn check(&self) -> Result<(), OutOfRange> {
+        within("force_sensor.rate_hz", self.rate_hz, 500.0, 20e3, "Hz")?;
+        within("force_sensor.noise_n", self.noise_n, 0.0, 1.0, "N")?;
+        within(
+            "force_sensor.resonance_hz",
+            self.resonance_hz,
+            100.0,
+            20e3,
+            "Hz",
+        )?;
+        within(
+            "force_sensor.damping_ratio",
+            self.damping_ratio,
+            0.05,
+            2.0,
+            "",
+        )?;
+        within("force_sensor.range_n", self.range_n, 0.1, 1e3, "N")?;
+        within(
+            "force_sensor.normal_gain",
+            self.normal_gain,
+            -10.0,
+            10.0,
+            "",
+        )?;
+        within(
+            "force_sensor.lateral_gain",
+            self.lateral_gain,
+            -10.0,
+            10.0,
+            "",
+        )?;
+        within(
+            "force_sensor.normal_offset_n",
+            self.normal_offset_n,
+            -10.0,
+            10.0,
+            "N",
+        )?;
+        within(
+            "force_sensor.lateral_offset_n",
+            self.lateral_offset_n,
+            -10.0,
+            10.0,
+            "N",
+        )?;
+        within(
+            "force_sensor.normal_drift_n_per_min",
+            self.normal_drift_n_per_min,
+            -10.0,
+            10.0,
+            "N/min",
+        )?;
+        within(
+            "force_sensor.lateral_drift_n_per_min",
+            self.lateral_drift_n_per_min,
+            -10.0,
+            10.0,
+            "N/min",
+        )?;
+        within("force_sensor.wander_n", self.wander_n, 0.0, 1.0, "N")?;
+        within(
+            "force_sensor.wander_time_s",
+            self.wander_time_s,
+            0.1,
+            1e4,
+            "s",
+        )?;
+        within("force_sensor.creep", self.creep, 0.0, 0.2, "")?;
+        within(
+            "force_sensor.creep_time_s",
+            self.creep_time_s,
+            0.1,
+            1e4,
+            "s",
+        )?;
+        within(
+            "force_sensor.lateral_to_normal",
+            self.lateral_to_normal,
+            -0.5,
+            0.5,
+            "",
+        )?;
+        within(
+            "force_sensor.normal_to_lateral",
+            self.normal_to_lateral,
+            -0.5,
+            0.5,
+            "",
+        )?;
+        within("force_sensor.clock_ppm", self.clock_ppm, -1e3, 1e3, "ppm")?;
+        within(
+            "force_sensor.burst_period_s",
+            self.burst_period_s,
+            1e-4,
+            0.1,
+            "s",
+        )?;
+        Ok(())
+    }
+}

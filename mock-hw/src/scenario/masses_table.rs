@@ -1,0 +1,63 @@
+//! `[masses]`: known masses on the plate or over a pulley.
+
+use serde::{Deserialize, Serialize};
+use strict::{OutOfRange, within};
+
+/// Known masses: on the plate they press, over the pulley they pull towards increasing position. They load the sensor but not
+/// the plate's vibration: they are for a plate at rest.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MassesTable {
+    /// Acceleration of gravity where the bench stands, m/s².
+    pub gravity_m_per_s2: f64,
+    /// Standard deviation of a mass from what is written on it, relative.
+    pub error: f64,
+    /// How much lower the plate lies at increasing position, rad; the string to the pulley stays level.
+    pub tilt_rad: f64,
+    /// Share of the pull that the pulley keeps for itself.
+    pub pulley_friction: f64,
+    /// A mass placed on the plate bounces at this frequency, Hz.
+    pub bounce_hz: f64,
+    /// Time constant in which that dies down, s.
+    pub bounce_time_s: f64,
+    /// A mass on its string swings at this frequency, Hz.
+    pub swing_hz: f64,
+    /// Time constant in which that dies down, s.
+    pub swing_time_s: f64,
+}
+
+impl Default for MassesTable {
+    fn default() -> Self {
+        Self {
+            gravity_m_per_s2: 9.806_65,
+            error: 5.0e-5,
+            tilt_rad: 0.0,
+            pulley_friction: 0.0,
+            bounce_hz: 12.0,
+            bounce_time_s: 0.08,
+            swing_hz: 2.5,
+            swing_time_s: 0.2,
+        }
+    }
+}
+
+impl MassesTable {
+    /// Requires every number of the table to lie in its range.
+    pub(super) fn check(&self) -> Result<(), OutOfRange> {
+        within(
+            "masses.gravity_m_per_s2",
+            self.gravity_m_per_s2,
+            9.76,
+            9.84,
+            "m/s²",
+        )?;
+        within("masses.error", self.error, 0.0, 0.1, "")?;
+        within("masses.tilt_rad", self.tilt_rad, -0.2, 0.2, "rad")?;
+        within("masses.pulley_friction", self.pulley_friction, 0.0, 0.5, "")?;
+        within("masses.bounce_hz", self.bounce_hz, 0.5, 100.0, "Hz")?;
+        within("masses.bounce_time_s", self.bounce_time_s, 0.01, 100.0, "s")?;
+        within("masses.swing_hz", self.swing_hz, 0.5, 100.0, "Hz")?;
+        within("masses.swing_time_s", self.swing_time_s, 0.01, 100.0, "s")?;
+        Ok(())
+    }
+}

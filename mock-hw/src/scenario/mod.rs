@@ -1,0 +1,41 @@
+//! Scenario files: what is true of the simulated bench and of its participant.
+//!
+//! Every key has a default, so an empty file is the nominal bench of `Huloux 2021`, section "apparatus". The bench
+//! reads none of this: it knows only its own configuration and calibration. One file of this folder holds one table of
+//! a scenario file, with the ranges of its numbers.
+
+mod amplifier_table;
+mod behaviour_table;
+mod built_in;
+mod converter_table;
+mod encoder_table;
+mod film_table;
+mod force_sensor_table;
+mod jitter_table;
+mod masses_table;
+mod moisture_table;
+mod participant_table;
+mod pickup_table;
+mod plate_table;
+mod population_table;
+mod scenario_error;
+mod scenario_file;
+mod sound_layer_table;
+
+pub use amplifier_table::AmplifierTable;
+pub use behaviour_table::BehaviourTable;
+pub use built_in::{built_in, built_in_names};
+pub use converter_table::{ConverterTable, SampleFormat};
+pub use encoder_table::EncoderTable;
+pub use film_table::FilmTable;
+pub use force_sensor_table::{ForceProtocol, ForceSensorTable};
+pub use jitter_table::JitterTable;
+pub use masses_table::MassesTable;
+pub use moisture_table::MoistureTable;
+pub use participant_table::ParticipantTable;
+pub use pickup_table::PickupTable;
+pub use plate_table::{PlateTable, SecondModeTable};
+pub use population_table::PopulationTable;
+pub use scenario_error::ScenarioError;
+pub use scenario_file::Scenario;
+pub use sound_layer_table::{ChannelSlip, SoundLayerTable};

@@ -1,0 +1,38 @@
+//! `[participant.moisture]`: slow change of the skin.
+
+use serde::{Deserialize, Serialize};
+use strict::{OutOfRange, within};
+
+/// Moisture of the skin: one slow random walk about its mean that moves σ_t, Z_t and μ0 together.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MoistureTable {
+    /// Standard deviation of the relative change of μ0; Z_t changes by −0.7 and σ_t by −0.3 of it.
+    pub relative_sd: f64,
+    /// Correlation time, s.
+    pub time_s: f64,
+}
+
+impl Default for MoistureTable {
+    fn default() -> Self {
+        Self {
+            relative_sd: 0.03,
+            time_s: 20.0,
+        }
+    }
+}
+
+impl MoistureTable {
+    /// Requires every number of the table to lie in its range.
+    pub(super) fn check(&self) -> Result<(), OutOfRange> {
+        within(
+            "participant.moisture.relative_sd",
+            self.relative_sd,
+            0.0,
+            0.2,
+            "",
+        )?;
+        within("participant.moisture.time_s", self.time_s, 0.1, 1e4, "s")?;
+        Ok(())
+    }
+}

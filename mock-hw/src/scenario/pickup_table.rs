@@ -1,0 +1,38 @@
+//! `[pickup]`: the pickup disc.
+
+use serde::{Deserialize, Serialize};
+use strict::{OutOfRange, within};
+
+/// Plate displacement to sample value.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PickupTable {
+    /// Metres of plate displacement per sample value.
+    pub metres_per_unit: f64,
+    /// x̃ = metres_per_unit · sample · exp(+i·phase_rad) at the plate's resonance; a pure delay of phase_rad/ω.
+    pub phase_rad: f64,
+}
+
+impl Default for PickupTable {
+    fn default() -> Self {
+        Self {
+            metres_per_unit: 5.0e-6,
+            phase_rad: 0.2,
+        }
+    }
+}
+
+impl PickupTable {
+    /// Requires every number of the table to lie in its range.
+    pub(super) fn check(&self) -> Result<(), OutOfRange> {
+        within(
+            "pickup.metres_per_unit",
+            self.metres_per_unit,
+            1e-9,
+            1e-3,
+            "m",
+        )?;
+        within("pickup.phase_rad", self.phase_rad, -3.15, 3.15, "rad")?;
+        Ok(())
+    }
+}

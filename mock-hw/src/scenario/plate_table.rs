@@ -1,0 +1,135 @@
+//! `[plate]`: the glass plate with its actuators.
+
+use serde::{Deserialize, Serialize};
+use strict::{OutOfRange, within};
+
+/// The plate's carrier mode and a further one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PlateTable {
+    /// Resonance of the carrier mode, Hz.
+    pub resonance_hz: f64,
+    /// Modal mass m_p, kg.
+    pub modal_mass_kg: f64,
+    /// Damping b_p, N·s/m.
+    pub damping_n_s_per_m: f64,
+    /// Force factor γ of the actuators on the carrier mode, N/V.
+    pub force_factor_n_per_v: f64,
+    /// A mode the bench's estimator does not know of.
+    pub second_mode: SecondModeTable,
+}
+
+impl Default for PlateTable {
+    fn default() -> Self {
+        Self {
+            resonance_hz: 35_000.0,
+            modal_mass_kg: 0.008,
+            damping_n_s_per_m: 7.01,
+            force_factor_n_per_v: 0.13,
+            second_mode: SecondModeTable::default(),
+        }
+    }
+}
+
+/// A further flexural mode; ratios are its mode shape relative to the carrier mode's.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SecondModeTable {
+    /// Resonance, Hz.
+    pub resonance_hz: f64,
+    /// Modal mass, kg.
+    pub modal_mass_kg: f64,
+    /// Quality factor.
+    pub quality: f64,
+    /// At the actuators: multiplies γ.
+    pub actuator_ratio: f64,
+    /// At the pickup.
+    pub pickup_ratio: f64,
+    /// Under the finger.
+    pub contact_ratio: f64,
+}
+
+impl Default for SecondModeTable {
+    fn default() -> Self {
+        Self {
+            resonance_hz: 41_200.0,
+            modal_mass_kg: 0.02,
+            quality: 180.0,
+            actuator_ratio: 0.6,
+            pickup_ratio: 0.7,
+            contact_ratio: 0.8,
+        }
+    }
+}
+
+impl PlateTable {
+    /// Angular resonance of the carrier mode, rad/s.
+    #[must_use]
+    pub fn omega_rad_per_s(&self) -> f64 {
+        std::f64::consts::TAU * self.resonance_hz
+    }
+
+    /// Requires every number of the table to lie in its range.
+    pub(super) fn check(&self) -> Result<(), OutOfRange> {
+        within("plate.resonance_hz", self.resonance_hz, 20e3, 45e3, "Hz")?;
+        within("plate.modal_mass_kg", self.modal_mass_kg, 1e-4, 1.0, "kg")?;
+        within(
+            "plate.damping_n_s_per_m",
+            self.damping_n_s_per_m,
+            0.01,
+            1e3,
+            "N·s/m",
+        )?;
+        within(
+            "plate.force_factor_n_per_v",
+            self.force_factor_n_per_v,
+            1e-4,
+            10.0,
+            "N/V",
+        )?;
+        self.second_mode.check()
+    }
+}
+
+impl SecondModeTable {
+    /// Requires every number of the table to lie in its range.
+    pub(super) fn check(&self) -> Result<(), OutOfRange> {
+        within(
+            "plate.second_mode.resonance_hz",
+            self.resonance_hz,
+            5e3,
+            80e3,
+            "Hz",
+        )?;
+        within(
+            "plate.second_mode.modal_mass_kg",
+            self.modal_mass_kg,
+            1e-4,
+            1.0,
+            "kg",
+        )?;
+        within("plate.second_mode.quality", self.quality, 1.0, 1e4, "")?;
+        within(
+            "plate.second_mode.actuator_ratio",
+            self.actuator_ratio,
+            -2.0,
+            2.0,
+            "",
+        )?;
+        within(
+            "plate.second_mode.pickup_ratio",
+            self.pickup_ratio,
+            -2.0,
+            2.0,
+            "",
+        )?;
+        within(
+            "plate.second_mode.contact_ratio",
+            self.contact_ratio,
+            -2.0,
+            2.0,
+            "",
+        )?;
+        Ok(())
+    }
+}

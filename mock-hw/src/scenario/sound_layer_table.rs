@@ -1,0 +1,79 @@
+//! `[sound_layer]`: the software between program and sound card.
+
+use serde::{Deserialize, Serialize};
+use strict::{OutOfRange, within};
+
+/// What lies between the program and the sound card: a server or a plug-in that changes samples without a word.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SoundLayerTable {
+    /// Rate that the output is brought down to and up from again, Hz; untouched when absent.
+    pub rate_hz: Option<f64>,
+    /// Whether what that rate cannot carry is filtered off before; it folds back otherwise.
+    pub anti_alias: bool,
+    /// Converter channel that each channel of the input stream carries; missing entries carry their own.
+    pub inputs: Vec<usize>,
+    /// A channel that falls behind the others.
+    pub slip: Option<ChannelSlip>,
+}
+
+impl Default for SoundLayerTable {
+    fn default() -> Self {
+        Self {
+            rate_hz: None,
+            anti_alias: true,
+            inputs: Vec::new(),
+            slip: None,
+        }
+    }
+}
+
+/// A channel of the input stream that falls behind, and stays there.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ChannelSlip {
+    /// Channel of the input stream.
+    pub channel: usize,
+    /// By how many samples.
+    pub samples: usize,
+    /// When, s after the sound card was switched on or its rate set.
+    pub after_s: f64,
+}
+
+impl SoundLayerTable {
+    /// Requires every number of the table to lie in its range; channels must be some of the converter's `channels`.
+    pub(super) fn check(&self, channels: usize) -> Result<(), OutOfRange> {
+        let last = channels.saturating_sub(1) as f64;
+        if let Some(rate_hz) = self.rate_hz {
+            within("sound_layer.rate_hz", rate_hz, 8e3, 192e3, "Hz")?;
+        }
+        within(
+            "sound_layer.inputs (entries)",
+            self.inputs.len() as f64,
+            0.0,
+            channels as f64,
+            "",
+        )?;
+        for &input in &self.inputs {
+            within("sound_layer.inputs", input as f64, 0.0, last, "")?;
+        }
+        if let Some(slip) = &self.slip {
+            within(
+                "sound_layer.slip.channel",
+                slip.channel as f64,
+                0.0,
+                last,
+                "",
+            )?;
+            within(
+                "sound_layer.slip.samples",
+                slip.samples as f64,
+                1.0,
+                16.0,
+                "samples",
+            )?;
+            within("sound_layer.slip.after_s", slip.after_s, 0.0, 1e4, "s")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,39 @@
+//! The serial line where the operating system has no pseudo-terminals: nothing is connected to it.
+
+use std::io;
+use std::path::Path;
+
+/// A serial line without a port: what is sent is discarded.
+#[derive(Debug)]
+pub(crate) struct SerialLine;
+
+impl SerialLine {
+    /// Returns a line without a port.
+    ///
+    /// # Errors
+    /// Never; the pseudo-terminal of other systems may fail here.
+    pub(crate) fn open(_synchronous: bool) -> io::Result<Self> {
+        Ok(Self)
+    }
+
+    /// Returns `None`: nobody can open the line.
+    pub(crate) fn path(&self) -> Option<&Path> {
+        None
+    }
+
+    /// Returns 0: bytes that nobody could have read do not count as lost.
+    pub(crate) fn dropped_bytes(&self) -> u64 {
+        0
+    }
+
+    /// Does nothing: the line is disconnected from the beginning.
+    pub(crate) fn unplug(&mut self) {}
+
+    /// Discards a burst.
+    ///
+    /// # Errors
+    /// Never; the pseudo-terminal of other systems may fail here.
+    pub(crate) fn send(&mut self, _burst: &[u8], _now_s: f64) -> io::Result<()> {
+        Ok(())
+    }
+}

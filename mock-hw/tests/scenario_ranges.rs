@@ -1,0 +1,188 @@
+//! The range of every number in a scenario file: both ends are accepted, what lies beyond them is not.
+#![expect(clippy::unwrap_used, reason = "a failing test should panic")]
+
+use mock_hw::scenario::{Scenario, ScenarioError};
+
+/// Dotted path of a key, and the least and greatest number that it accepts.
+const RANGES: &[(&str, f64, f64)] = &[
+    ("plate.resonance_hz", 20e3, 45e3),
+    ("plate.modal_mass_kg", 1e-4, 1.0),
+    ("plate.damping_n_s_per_m", 0.01, 1e3),
+    ("plate.force_factor_n_per_v", 1e-4, 10.0),
+    ("plate.second_mode.resonance_hz", 5e3, 80e3),
+    ("plate.second_mode.modal_mass_kg", 1e-4, 1.0),
+    ("plate.second_mode.quality", 1.0, 1e4),
+    ("plate.second_mode.actuator_ratio", -2.0, 2.0),
+    ("plate.second_mode.pickup_ratio", -2.0, 2.0),
+    ("plate.second_mode.contact_ratio", -2.0, 2.0),
+    ("amplifier.volts_per_unit", 0.1, 1e3),
+    ("amplifier.bandwidth_hz", 40e3, 10e6),
+    ("amplifier.one_shot_s", 1e-3, 0.1),
+    ("pickup.metres_per_unit", 1e-9, 1e-3),
+    ("pickup.phase_rad", -3.15, 3.15),
+    ("converter.readback_volts_per_unit", 0.1, 1e4),
+    ("converter.clip_units", 1e-3, 1.0),
+    ("converter.noise_units_per_sqrt_hz", 0.0, 1e-3),
+    ("converter.offset_units", -1.0, 1.0),
+    ("converter.crosstalk", -1.0, 1.0),
+    ("converter.clock_ppm", -1e3, 1e3),
+    ("film.ambient_pressure_pa", 1e3, 1e6),
+    ("film.contact_area_m2", 10e-6, 1e-3),
+    ("film.q0_rad_per_m", 1e3, 1e6),
+    ("film.youngs_modulus_pa", 1e5, 1e9),
+    ("film.poisson_ratio", 0.0, 0.5),
+    ("film.loss_factor", 0.0, 1.0),
+    ("film.lag_s", 2e-4, 0.1),
+    ("film.lag_gap_exponent", -1.0, 1.0),
+    ("film.presliding_m", 1e-5, 5e-3),
+    ("force_sensor.rate_hz", 500.0, 20e3),
+    ("force_sensor.noise_n", 0.0, 1.0),
+    ("force_sensor.resonance_hz", 100.0, 20e3),
+    ("force_sensor.damping_ratio", 0.05, 2.0),
+    ("force_sensor.range_n", 0.1, 1e3),
+    ("force_sensor.normal_gain", -10.0, 10.0),
+    ("force_sensor.lateral_gain", -10.0, 10.0),
+    ("force_sensor.normal_offset_n", -10.0, 10.0),
+    ("force_sensor.lateral_offset_n", -10.0, 10.0),
+    ("force_sensor.normal_drift_n_per_min", -10.0, 10.0),
+    ("force_sensor.lateral_drift_n_per_min", -10.0, 10.0),
+    ("force_sensor.wander_n", 0.0, 1.0),
+    ("force_sensor.wander_time_s", 0.1, 1e4),
+    ("force_sensor.creep", 0.0, 0.2),
+    ("force_sensor.creep_time_s", 0.1, 1e4),
+    ("force_sensor.lateral_to_normal", -0.5, 0.5),
+    ("force_sensor.normal_to_lateral", -0.5, 0.5),
+    ("force_sensor.clock_ppm", -1e3, 1e3),
+    ("force_sensor.burst_period_s", 1e-4, 0.1),
+    ("masses.gravity_m_per_s2", 9.76, 9.84),
+    ("masses.error", 0.0, 0.1),
+    ("masses.tilt_rad", -0.2, 0.2),
+    ("masses.pulley_friction", 0.0, 0.5),
+    ("masses.bounce_hz", 0.5, 100.0),
+    ("masses.bounce_time_s", 0.01, 100.0),
+    ("masses.swing_hz", 0.5, 100.0),
+    ("masses.swing_time_s", 0.01, 100.0),
+    ("encoder.counts_per_m", 1e3, 1e7),
+    ("participant.moisture.relative_sd", 0.0, 0.2),
+    ("participant.moisture.time_s", 0.1, 1e4),
+    ("participant.behaviour.force_aim_n", 0.05, 5.0),
+    ("participant.behaviour.force_misjudgement", 0.0, 1.0),
+    ("participant.behaviour.force_learning", 0.0, 1.0),
+    ("participant.behaviour.force_drift_n", 0.0, 1.0),
+    ("participant.behaviour.force_drift_time_s", 0.01, 1e3),
+    ("participant.behaviour.tremor_n", 0.0, 1.0),
+    ("participant.behaviour.tremor_m", 0.0, 1e-3),
+    ("participant.behaviour.reaction_s", 0.05, 2.0),
+    ("participant.behaviour.speed_error", 0.0, 0.5),
+    ("participant.behaviour.speed_wander", 0.0, 0.5),
+    ("participant.behaviour.tracking_hz", 0.2, 10.0),
+    ("participant.behaviour.late_start_probability", 0.0, 1.0),
+    ("participant.behaviour.late_start_s", 0.0, 10.0),
+    ("participant.behaviour.lift_off_probability", 0.0, 1.0),
+    ("participant.behaviour.lift_off_s", 0.0, 10.0),
+    ("jitter.pickup_sensitivity", 0.0, 0.9),
+    ("jitter.pickup_phase_rad", 0.0, 3.15),
+    ("jitter.resonance_hz", 0.0, 3e3),
+    ("jitter.force_factor", 0.0, 0.9),
+    ("jitter.skew_samples", 0.0, 4.0),
+    ("jitter.force_gain", 0.0, 0.9),
+    ("jitter.force_crosstalk", 0.0, 0.3),
+    ("jitter.force_offset_n", 0.0, 5.0),
+    ("jitter.force_drift_n_per_min", 0.0, 1.0),
+    ("jitter.pulley_friction", 0.0, 0.3),
+    ("participant.sigma_t_m", 0.3e-6, 6e-6),
+    ("participant.mu0", 0.05, 3.0),
+    ("participant.population.spearman_mu0_im_z_t", -1.0, 1.0),
+];
+
+fn parse(path: &str, value: &str) -> Result<Scenario, ScenarioError> {
+    let (table, key) = path.rsplit_once('.').unwrap();
+    Scenario::parse(&format!("[{table}]\n{key} = {value}\n"), "test.toml")
+}
+
+/// Requires that `value` is rejected for the key of that path, on its line and with both limits.
+fn rejected(path: &str, value: &str, limits: (f64, f64)) {
+    match parse(path, value) {
+        Err(ScenarioError::OutOfRange { line, range, .. }) => {
+            assert_eq!((line, range.key.as_str()), (Some(2), path));
+            assert_eq!((range.low, range.high), limits, "{path}");
+        }
+        other => panic!("{path} = {value}: {other:?}"),
+    }
+}
+
+/// Dotted paths of all numbers in a table.
+fn numbers(table: &toml::Table, path: &str) -> Vec<String> {
+    let dotted = |key: &str| format!("{path}{key}");
+    table
+        .iter()
+        .flat_map(|(key, value)| match value {
+            toml::Value::Table(inner) => numbers(inner, &format!("{}.", dotted(key))),
+            toml::Value::Float(_) => vec![dotted(key)],
+            _ => Vec::new(),
+        })
+        .collect()
+}
+
+#[test]
+fn no_number_is_without_a_range() {
+    let table = toml::Table::try_from(Scenario::default()).unwrap();
+    let numbers = numbers(&table, "");
+    assert!(numbers.len() > 70, "{}", numbers.len());
+    for path in numbers {
+        assert!(RANGES.iter().any(|(known, ..)| *known == path), "{path}");
+    }
+}
+
+#[test]
+fn both_ends_of_a_range_are_accepted_and_what_lies_beyond_is_not() {
+    for &(path, low, high) in RANGES {
+        let beyond = 1e-3 * (high - low);
+        for end in [low, high] {
+            assert!(parse(path, &format!("{end:?}")).is_ok(), "{path} = {end}");
+        }
+        for value in [low - beyond, high + beyond] {
+            rejected(path, &format!("{value:?}"), (low, high));
+        }
+    }
+}
+
+#[test]
+fn counts_have_ranges_too() {
+    for (path, low, high) in [("converter.channels", 2, 32), ("converter.bits", 8, 32)] {
+        for end in [low, high] {
+            assert!(parse(path, &end.to_string()).is_ok(), "{path} = {end}");
+        }
+        for value in [low - 1, high + 1] {
+            rejected(path, &value.to_string(), (f64::from(low), f64::from(high)));
+        }
+    }
+}
+
+#[test]
+fn a_standard_deviation_of_the_population_is_at_most_its_mean() {
+    for (key, mean, low, high) in [
+        ("sigma_t_m", 1.7e-6, 0.5e-6, 4e-6),
+        ("re_z_t_n_s_per_m", 0.5, 0.1, 50.0),
+        ("im_z_t_n_s_per_m", 3.0, 1.0, 50.0),
+        ("mu0", 0.8, 0.3, 1.5),
+    ] {
+        let path = format!("participant.population.{key}");
+        assert!(parse(&path, &format!("[{mean:?}, {mean:?}]")).is_ok());
+        rejected(
+            &path,
+            &format!("[{mean:?}, {:?}]", 1.01 * mean),
+            (0.0, mean),
+        );
+        rejected(&path, &format!("[{:?}, 0.0]", 0.99 * low), (low, high));
+        rejected(&path, &format!("[{:?}, 0.0]", 1.01 * high), (low, high));
+    }
+}
+
+#[test]
+fn the_quality_factors_of_the_jitter_ascend() {
+    assert!(parse("jitter.quality", "[10.0, 1e4]").is_ok());
+    rejected("jitter.quality", "[300.0, 200.0]", (10.0, 200.0));
+    rejected("jitter.quality", "[9.0, 200.0]", (10.0, 200.0));
+    rejected("jitter.quality", "[20.0, 1.1e4]", (20.0, 1e4));
+}

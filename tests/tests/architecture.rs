@@ -140,7 +140,7 @@ fn cpal_is_named_by_one_file_of_the_bench() {
 fn having(words: &[&str]) -> Vec<String> {
     let root = root();
     let folders = ["bench", "signalgen", "protocols", "tui", "mock-hw"];
-    let crates = ["impedance", "contact"].map(|name| format!("bench/{name}"));
+    let crates = ["impedance", "metrology", "contact"].map(|name| format!("bench/{name}"));
     let folders = folders.map(str::to_owned).into_iter().chain(crates);
     let mut files = Vec::new();
     for file in folders.flat_map(|folder| rust_files(&root.join(folder).join("src"))) {
@@ -185,7 +185,12 @@ fn the_wall_clock_is_read_in_one_place_and_asked_by_those_who_write_dates() {
 
 #[test]
 fn pure_crates_do_no_input_or_output() {
-    for folder in ["bench/impedance/src", "bench/contact/src", "protocols/src"] {
+    for folder in [
+        "bench/impedance/src",
+        "bench/metrology/src",
+        "bench/contact/src",
+        "protocols/src",
+    ] {
         for module in ["fs", "net", "thread", "process", "time", "env"] {
             for file in rust_files(&root().join(folder)) {
                 let text = std::fs::read_to_string(&file).expect("a source file");

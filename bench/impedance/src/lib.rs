@@ -4,10 +4,7 @@
 //! No input or output, no threads.
 
 mod carrier;
-pub mod channel_fit;
-pub mod clipping;
 pub mod clock;
-pub mod crosstalk;
 mod demodulator;
 mod filter;
 mod flaws;
@@ -15,13 +12,8 @@ pub mod gap;
 mod kernel;
 mod mask;
 mod noise;
-pub mod path;
 mod phase;
-pub mod plate_fit;
-pub mod regression;
 pub mod smoothing;
-pub mod spectrum;
-pub mod tone;
 mod transient;
 mod window;
 mod zm;

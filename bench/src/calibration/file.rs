@@ -5,8 +5,8 @@ use std::fmt;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use impedance::plate_fit::CHANNEL_MATCH;
 use jiff::Timestamp;
+use metrology::plate_fit::CHANNEL_MATCH;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use statrs::distribution::{ContinuousCDF, StudentsT};

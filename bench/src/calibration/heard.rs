@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use anyhow::bail;
-use impedance::tone::{Tone, ToneError};
+use metrology::tone::{Tone, ToneError};
 use signalgen::Waveform;
 
 /// One tone within what was heard, at full amplitude throughout.

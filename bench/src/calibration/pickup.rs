@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context, bail};
-use impedance::plate_fit::find_resonance;
-use impedance::regression::{Line, LineError, Point};
+use metrology::plate_fit::find_resonance;
+use metrology::regression::{Line, LineError, Point};
 use signalgen::{ToneList, Waveform};
 
 use super::clear::LISTEN_S;

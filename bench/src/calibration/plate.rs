@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context, bail};
-use impedance::plate_fit::{Estimate, PlateFit, Response, find_resonance};
-use impedance::tone::Tone;
+use metrology::plate_fit::{Estimate, PlateFit, Response, find_resonance};
+use metrology::tone::Tone;
 use num_complex::Complex64;
 use signalgen::{ToneList, Waveform};
 use std::f64::consts::{PI, TAU};

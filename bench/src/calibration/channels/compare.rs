@@ -1,7 +1,7 @@
 //! Are the inputs what they were at the calibration? What silence and one tone at the carrier tell, the bench wired as always.
 
-use impedance::spectrum::{Spectrum, SpectrumError};
-use impedance::tone::{Tone, ToneError};
+use metrology::spectrum::{Spectrum, SpectrumError};
+use metrology::tone::{Tone, ToneError};
 
 use super::fault::ChannelsFault;
 use super::{NOISE_BAND_HZ, NOISE_RESOLUTION_HZ};
@@ -97,7 +97,7 @@ pub fn compare(
                 expected: drive,
                 found: input.index,
             },
-            None => ChannelsFault::Path(impedance::path::PathFault::Silent {
+            None => ChannelsFault::Path(metrology::path::PathFault::Silent {
                 share: read / commanded_units,
             }),
         });
@@ -150,7 +150,7 @@ mod tests {
         assert!(matches!(
             compare(&calibrated(), 0, 0.0333, &silent),
             Err(ChannelsFault::Path(
-                impedance::path::PathFault::Silent { .. }
+                metrology::path::PathFault::Silent { .. }
             ))
         ));
         let mut noisy = present();

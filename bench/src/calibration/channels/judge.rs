@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
 use anyhow::Context;
-use impedance::channel_fit::{ChannelFit, Reading, find_slip};
-use impedance::plate_fit::Estimate;
-use impedance::spectrum::{NoiseDensity, Spectrum};
 use jiff::Timestamp;
+use metrology::channel_fit::{ChannelFit, Reading, find_slip};
+use metrology::plate_fit::Estimate;
+use metrology::spectrum::{NoiseDensity, Spectrum};
 use num_complex::Complex64;
 
 use super::fault::ChannelsFault;

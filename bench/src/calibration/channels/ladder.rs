@@ -1,7 +1,7 @@
 //! The level ladder: every input at rising levels, as far as it is straight and to where its peaks are cut off.
 
-use impedance::clipping::Peaks;
-use impedance::regression::{Line, LineError, Point};
+use metrology::clipping::Peaks;
+use metrology::regression::{Line, LineError, Point};
 
 /// One input at one level.
 #[derive(Debug, Clone, Copy, PartialEq)]

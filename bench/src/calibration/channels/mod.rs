@@ -10,10 +10,10 @@ mod judge;
 pub mod ladder;
 
 use anyhow::Context;
-use impedance::clipping::Peaks;
-use impedance::path::{self, Answer, COMES_BACK, PathFault};
-use impedance::spectrum::{NoiseDensity, Peak, Spectrum};
-use impedance::tone::Tone;
+use metrology::clipping::Peaks;
+use metrology::path::{self, Answer, COMES_BACK, PathFault};
+use metrology::spectrum::{NoiseDensity, Peak, Spectrum};
+use metrology::tone::Tone;
 use num_complex::Complex64;
 use signalgen::{ToneList, Waveform};
 

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use anyhow::Context;
-use impedance::crosstalk::Crosstalk;
-use impedance::regression::{Line, Point};
+use metrology::crosstalk::Crosstalk;
+use metrology::regression::{Line, Point};
 
 use super::plateau::{Plateau, WINDOW_S};
 use super::procedure::ForceProcedure;

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use contact::fit::{DynamicFit, FitError, dynamic};
-use contact::live::Uncertain;
+use contact::live_estimator::Uncertain;
 use contact::{AssumedConstants, FittedFinger, self_sensed};
 use crossbeam_channel::{Receiver, Sender};
 use num_complex::Complex64;
@@ -171,7 +171,7 @@ pub fn fit(
 ) -> Result<TrialFit, NoFit> {
     let plate = request.plate?;
     let conditions = plate.conditions(assumed, carrier_hz);
-    let options = dynamic::Options::default();
+    let options = dynamic::DynamicOptions::default();
     let series: Vec<Series> = request
         .explorations
         .iter()

@@ -1,13 +1,13 @@
 //! One channel beside another that carries the same signal: gain, phase, delay, and whether it kept its place.
 
-use crate::plate_fit::Estimate;
-use crate::regression::{Line, LineError, Point};
+use crate::fitted_value::FittedValue;
+use crate::regression::{Line, LineError, LinePoint};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
 /// The ratio of the two channels' envelopes at one tone.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading {
+pub struct RatioReading {
     /// The tone, Hz.
     pub frequency_hz: f64,
     /// Channel over reference.
@@ -20,12 +20,12 @@ pub struct Reading {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChannelFit {
     /// |ratio| at the carrier.
-    pub gain: Estimate,
+    pub gain: FittedValue,
     /// Phase of the ratio at the carrier, −π to π, rad.
-    pub phase_rad: Estimate,
+    pub phase_rad: FittedValue,
     /// How much later than the reference the channel shows the same, s: minus the slope of the phase, unambiguous as long as
     /// neighbouring tones differ by less than half a turn.
-    pub delay_s: Estimate,
+    pub delay_s: FittedValue,
     /// By how much the slope's delay is more than that of the phase at the carrier, s: 0 for a pure delay. Filters and the
     /// images of converters make it.
     pub excess_s: f64,
@@ -40,7 +40,7 @@ pub struct ChannelFit {
 
 /// A channel that fell behind during the measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Slip {
+pub struct SampleSlip {
     /// By how many samples; negative when the reference did.
     pub samples: i32,
     /// The first reading after it.
@@ -56,7 +56,7 @@ impl ChannelFit {
     ///
     /// # Errors
     /// When the readings determine no line.
-    pub fn fit(readings: &[Reading], carrier_hz: f64) -> Result<Self, LineError> {
+    pub fn fit(readings: &[RatioReading], carrier_hz: f64) -> Result<Self, LineError> {
         let mut sorted = readings.to_vec();
         sorted.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
         let mut phase = 0.0;
@@ -67,11 +67,11 @@ impl ChannelFit {
             before = reading.ratio;
             phases.push(phase);
         }
-        let points = |value: &dyn Fn(usize) -> (f64, f64)| -> Vec<Point> {
+        let points = |value: &dyn Fn(usize) -> (f64, f64)| -> Vec<LinePoint> {
             (0..sorted.len())
                 .map(|i| {
                     let (y, sigma) = value(i);
-                    Point {
+                    LinePoint {
                         x: sorted[i].frequency_hz - carrier_hz,
                         y,
                         sigma,
@@ -91,15 +91,15 @@ impl ChannelFit {
         let half_turn = if inverted { PI } else { 0.0 };
         let excess_s = wrap(unexplained_rad - half_turn) / (TAU * carrier_hz);
         let mut fit = Self {
-            gain: Estimate {
+            gain: FittedValue {
                 value: gain,
                 standard_error: size.offset_error,
             },
-            phase_rad: Estimate {
+            phase_rad: FittedValue {
                 value: wrap(turning.offset),
                 standard_error: turning.offset_error,
             },
-            delay_s: Estimate {
+            delay_s: FittedValue {
                 value: delay_s,
                 standard_error: turning.slope_error / TAU,
             },
@@ -119,7 +119,7 @@ impl ChannelFit {
     /// By how much a reading departs from a constant gain and the pure delay of the carrier's phase, relative: the real part in
     /// size, the imaginary part in phase, rad.
     #[must_use]
-    pub fn departure_of(&self, reading: &Reading, carrier_hz: f64) -> Complex64 {
+    pub fn departure_of(&self, reading: &RatioReading, carrier_hz: f64) -> Complex64 {
         let off_hz = reading.frequency_hz - carrier_hz;
         let pure_delay_s = self.delay_s.value - self.excess_s;
         let angle = self.phase_rad.value - TAU * off_hz * pure_delay_s;
@@ -136,8 +136,12 @@ const EXPLAINED: f64 = 0.1;
 
 /// Whether the channel slipped by whole samples at some moment of `readings`, which are in the order of time.
 #[must_use]
-pub fn find_slip(readings: &[Reading], carrier_hz: f64, sample_rate_hz: f64) -> Option<Slip> {
-    let ragged = |readings: &[Reading]| {
+pub fn find_slip(
+    readings: &[RatioReading],
+    carrier_hz: f64,
+    sample_rate_hz: f64,
+) -> Option<SampleSlip> {
+    let ragged = |readings: &[RatioReading]| {
         ChannelFit::fit(readings, carrier_hz).map_or(f64::INFINITY, |fit| fit.departure)
     };
     let whole = ragged(readings);
@@ -146,7 +150,7 @@ pub fn find_slip(readings: &[Reading], carrier_hz: f64, sample_rate_hz: f64) -> 
     }
     let slips = (-MOST_SLIP..=MOST_SLIP).filter(|&samples| samples != 0);
     let best = slips
-        .flat_map(|samples| (1..readings.len()).map(move |reading| Slip { samples, reading }))
+        .flat_map(|samples| (1..readings.len()).map(move |reading| SampleSlip { samples, reading }))
         .map(|slip| {
             let mut undone = readings.to_vec();
             for reading in &mut undone[slip.reading..] {
@@ -176,7 +180,7 @@ mod tests {
     const RATE_HZ: f64 = 192e3;
 
     /// 41 tones upwards and again downwards.
-    fn readings(gain: f64, delay_s: f64, sigma: f64, seed: u64) -> Vec<Reading> {
+    fn readings(gain: f64, delay_s: f64, sigma: f64, seed: u64) -> Vec<RatioReading> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let up = (0..41).map(|i| CARRIER_HZ - 2e3 + 100.0 * f64::from(i));
         up.clone()
@@ -185,7 +189,7 @@ mod tests {
                 let mut white = || -> f64 { StandardNormal.sample(&mut rng) };
                 let noise = sigma * Complex64::new(white(), white());
                 let turned = Complex64::cis(-TAU * frequency_hz * delay_s);
-                Reading {
+                RatioReading {
                     frequency_hz,
                     ratio: gain * turned * (1.0 + noise),
                     sigma,
@@ -247,7 +251,7 @@ mod tests {
             let found = find_slip(&slipped, CARRIER_HZ, RATE_HZ);
             assert_eq!(
                 found,
-                Some(Slip {
+                Some(SampleSlip {
                     samples,
                     reading: at
                 })

@@ -20,14 +20,14 @@ pub struct Loading {
 
 /// An entry of the matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Entry {
+pub struct MatrixEntry {
     /// Its value, N per unit of reading.
     pub value: f64,
     /// Its standard error by the scatter of either axis' readings.
     pub errors: [f64; 2],
 }
 
-impl Entry {
+impl MatrixEntry {
     /// Its standard error by all scatter.
     #[must_use]
     pub fn standard_error(&self) -> f64 {
@@ -41,7 +41,7 @@ pub struct Crosstalk {
     /// A: reading = A · force, in rows.
     pub response: [[f64; 2]; 2],
     /// M = A⁻¹: force = M · reading, in rows.
-    pub matrix: [[Entry; 2]; 2],
+    pub matrix: [[MatrixEntry; 2]; 2],
     /// Known force less M · reading of each loading, N.
     pub residuals_n: Vec<[f64; 2]>,
     /// Largest |residual| of either axis over its largest known force.
@@ -100,7 +100,7 @@ impl Crosstalk {
             return Err(CrosstalkError::TooFew { count });
         }
         let degrees_of_freedom = count - 2;
-        let rows = [0, 1].map(|axis| Row::fit(loadings, axis));
+        let rows = [0, 1].map(|axis| AxisResponse::fit(loadings, axis));
         let [first, second] = rows;
         let (first, second) = (first?, second?);
         let response =
@@ -119,7 +119,7 @@ impl Crosstalk {
                 let variance = (along.transpose() * covariances[row] * along).x;
                 birge_ratio[row].max(1.0) * inverse[(i, row)].abs() * variance.sqrt()
             };
-            Entry {
+            MatrixEntry {
                 value: inverse[(i, j)],
                 errors: [part(0), part(1)],
             }
@@ -147,13 +147,13 @@ impl Crosstalk {
 }
 
 /// One axis' answer to both forces.
-struct Row {
+struct AxisResponse {
     response: Vector2<f64>,
     covariance: Matrix2<f64>,
     chi_squared: f64,
 }
 
-impl Row {
+impl AxisResponse {
     fn fit(loadings: &[Loading], axis: usize) -> Result<Self, CrosstalkError> {
         let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
         for loading in loadings {

@@ -4,8 +4,8 @@
 //! | --- | --- |
 //! | amplitude and phase of a tone, with their errors | [`tone`] |
 //! | power density, noise, and the tones in a silent recording | [`spectrum`] |
-//! | whether a generated carrier comes back, and as itself | [`path`] |
-//! | whether a converter cuts a tone's peaks off | [`clipping`] |
+//! | whether a generated carrier comes back, and as itself | [`signal_path`] |
+//! | whether a converter cuts a tone's peaks off | [`tone_clipping`] |
 //! | a straight line with its errors | [`regression`] |
 //! | gain, phase and delay between two channels | [`channel_fit`] |
 //! | the plate's resonance, quality and static response | [`plate_fit`] |
@@ -15,10 +15,13 @@
 //! No input or output, no threads.
 
 pub mod channel_fit;
-pub mod clipping;
 pub mod crosstalk;
-pub mod path;
+mod fitted_value;
 pub mod plate_fit;
 pub mod regression;
+pub mod signal_path;
 pub mod spectrum;
 pub mod tone;
+pub mod tone_clipping;
+
+pub use fitted_value::FittedValue;

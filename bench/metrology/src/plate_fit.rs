@@ -12,6 +12,7 @@
 //! φ/(2Q). With x̃ = M e^{+iφ}·sample and f̃ = γ V·sample the constants follow: k_p = (2πf₀)² m_p, b_p = 2πf₀ m_p/Q,
 //! γ = A k_p M/V.
 
+use crate::fitted_value::FittedValue;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn};
@@ -27,26 +28,17 @@ pub struct Response {
     pub ratio: Complex64,
 }
 
-/// A value and its standard error.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
-    /// The value.
-    pub value: f64,
-    /// Its standard error.
-    pub standard_error: f64,
-}
-
 /// The fitted resonance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlateFit {
     /// Resonance f₀, Hz.
-    pub resonance_hz: Estimate,
+    pub resonance_hz: FittedValue,
     /// Quality factor Q.
-    pub quality: Estimate,
+    pub quality: FittedValue,
     /// Static response A of the mode, pickup units per drive unit.
-    pub static_ratio: Estimate,
+    pub static_ratio: FittedValue,
     /// φ: x̃ = metres_per_unit · sample · exp(+iφ), rad, −π to π.
-    pub pickup_phase_rad: Estimate,
+    pub pickup_phase_rad: FittedValue,
     /// The fitted response at each frequency.
     pub model: Vec<Complex64>,
     /// Root mean square of |measured − fitted| over the largest |measured|.
@@ -122,20 +114,20 @@ impl PlateFit {
             .sum();
         let (quality, static_ratio) = (p[1].exp(), p[2].exp());
         Ok(Self {
-            resonance_hz: Estimate {
+            resonance_hz: FittedValue {
                 value: f0,
                 // The resonance is where the phase is, and the phase turns by 2Q/f₀ per hertz there.
                 standard_error: full.reference_hz * error(0, channel_match / (2.0 * quality)),
             },
-            quality: Estimate {
+            quality: FittedValue {
                 value: quality,
                 standard_error: quality * error(1, channel_match),
             },
-            static_ratio: Estimate {
+            static_ratio: FittedValue {
                 value: static_ratio,
                 standard_error: static_ratio * error(2, channel_match),
             },
-            pickup_phase_rad: Estimate {
+            pickup_phase_rad: FittedValue {
                 value: wrap(p[3]),
                 standard_error: error(3, channel_match),
             },
@@ -156,13 +148,13 @@ pub fn find_resonance(responses: &[Response]) -> Result<(f64, f64), PlateFitErro
 }
 
 #[derive(Clone, Copy)]
-struct Start {
+struct CoarseResonance {
     resonance_hz: f64,
     quality: f64,
     peak: Complex64,
 }
 
-fn coarse(responses: &[Response]) -> Result<Start, PlateFitError> {
+fn coarse(responses: &[Response]) -> Result<CoarseResonance, PlateFitError> {
     let count = responses.len();
     if count < LEAST_TONES {
         return Err(PlateFitError::TooFew { count });
@@ -208,14 +200,14 @@ fn coarse(responses: &[Response]) -> Result<Start, PlateFitError> {
     } else {
         resonance_hz / (f3 - f1)
     };
-    Ok(Start {
+    Ok(CoarseResonance {
         resonance_hz,
         quality,
         peak: responses[peak].ratio,
     })
 }
 
-struct Solution {
+struct PlateSolution {
     reference_hz: f64,
     /// f₀/reference − 1, ln Q, ln A, φ, C₀, C₁.
     parameters: [f64; PARAMETERS],
@@ -223,7 +215,7 @@ struct Solution {
     model: Vec<Complex64>,
 }
 
-impl Solution {
+impl PlateSolution {
     fn resonance_hz(&self) -> f64 {
         self.reference_hz * (1.0 + self.parameters[0])
     }
@@ -231,9 +223,9 @@ impl Solution {
 
 fn solve(
     responses: &[Response],
-    start: Start,
+    start: CoarseResonance,
     with_slope: bool,
-) -> Result<Solution, PlateFitError> {
+) -> Result<PlateSolution, PlateFitError> {
     // At resonance the mode is A Q e^{−i(φ + π/2)}.
     let parameters = [
         0.0,
@@ -250,7 +242,7 @@ fn solve(
     } else {
         PARAMETERS - 2
     };
-    let problem = Problem {
+    let problem = PlateProblem {
         responses,
         reference_hz: start.resonance_hz,
         parameters,
@@ -283,7 +275,7 @@ fn solve(
     if !sane {
         return Err(PlateFitError::NoFit);
     }
-    Ok(Solution {
+    Ok(PlateSolution {
         reference_hz: start.resonance_hz,
         parameters: problem.parameters,
         variance,
@@ -294,14 +286,14 @@ fn solve(
     })
 }
 
-struct Problem<'a> {
+struct PlateProblem<'a> {
     responses: &'a [Response],
     reference_hz: f64,
     parameters: [f64; PARAMETERS],
     free: usize,
 }
 
-impl Problem<'_> {
+impl PlateProblem<'_> {
     /// The model and its slopes by each parameter.
     fn model(&self, frequency_hz: f64) -> (Complex64, [Complex64; PARAMETERS]) {
         let [
@@ -351,7 +343,7 @@ impl Problem<'_> {
     }
 }
 
-impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
+impl LeastSquaresProblem<f64, Dyn, Dyn> for PlateProblem<'_> {
     type ResidualStorage = Owned<f64, Dyn>;
     type JacobianStorage = Owned<f64, Dyn, Dyn>;
     type ParameterStorage = Owned<f64, Dyn>;
@@ -398,7 +390,7 @@ mod tests {
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
 
-    const TRUTH: Truth = Truth {
+    const TRUTH: TruePlate = TruePlate {
         f0: 35_123.4,
         quality: 250.0,
         a: 0.004,
@@ -406,14 +398,14 @@ mod tests {
     };
 
     #[derive(Clone, Copy)]
-    struct Truth {
+    struct TruePlate {
         f0: f64,
         quality: f64,
         a: f64,
         phase: f64,
     }
 
-    impl Truth {
+    impl TruePlate {
         /// By the equation of motion, not by the fit's own model: one mode, a further one, a delay and crosstalk.
         fn ratio(self, f: f64) -> Complex64 {
             let i = Complex64::I;
@@ -438,7 +430,7 @@ mod tests {
         }
     }
 
-    fn covers(estimate: Estimate, truth: f64, times: f64) -> bool {
+    fn covers(estimate: FittedValue, truth: f64, times: f64) -> bool {
         (estimate.value - truth).abs() <= times * estimate.standard_error
     }
 
@@ -481,7 +473,7 @@ mod tests {
     #[test]
     fn the_coarse_look_finds_any_plate_from_quality_50_to_500() {
         for quality in [50.0, 150.0, 250.0, 500.0] {
-            let truth = Truth { quality, ..TRUTH };
+            let truth = TruePlate { quality, ..TRUTH };
             let (f0, q) = find_resonance(&truth.responses(41, 1600.0)).unwrap();
             assert!((f0 - truth.f0).abs() < 0.2 * truth.f0 / quality, "{f0}");
             assert_relative_eq!(q, quality, max_relative = 0.1);
@@ -490,7 +482,7 @@ mod tests {
 
     #[test]
     fn slopes_are_derivatives() {
-        let problem = |parameters| Problem {
+        let problem = |parameters| PlateProblem {
             responses: &[],
             reference_hz: 35e3,
             parameters,

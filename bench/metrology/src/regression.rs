@@ -2,7 +2,7 @@
 
 /// One point: y was known with standard deviation `sigma`, x without error.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
+pub struct LinePoint {
     /// What the sensor read.
     pub x: f64,
     /// What it should have read.
@@ -70,21 +70,21 @@ impl Line {
     ///
     /// # Errors
     /// When there are fewer than three points, no spread, or a value that is no number.
-    pub fn fit(points: &[Point]) -> Result<Self, LineError> {
-        let bad = |p: &Point| {
+    pub fn fit(points: &[LinePoint]) -> Result<Self, LineError> {
+        let bad = |p: &LinePoint| {
             !(p.x.is_finite() && p.y.is_finite() && p.sigma.is_finite() && p.sigma > 0.0)
         };
         if let Some(index) = points.iter().position(bad) {
-            let Point { x, y, sigma } = points[index];
+            let LinePoint { x, y, sigma } = points[index];
             return Err(LineError::NotFinite { index, x, y, sigma });
         }
         let count = points.len();
         if count < 3 {
             return Err(LineError::TooFew { count });
         }
-        let weight = |p: &Point| p.sigma.powi(-2);
+        let weight = |p: &LinePoint| p.sigma.powi(-2);
         let total: f64 = points.iter().map(weight).sum();
-        let mean = |value: &dyn Fn(&Point) -> f64| {
+        let mean = |value: &dyn Fn(&LinePoint) -> f64| {
             points.iter().map(|p| weight(p) * value(p)).sum::<f64>() / total
         };
         let (x_mean, y_mean) = (mean(&|p| p.x), mean(&|p| p.y));
@@ -136,14 +136,14 @@ mod tests {
     #[test]
     fn agrees_with_the_normal_equations() {
         // (AᵀWA)⁻¹ AᵀWy in exact rational arithmetic (Python's fractions).
-        let points: Vec<Point> = [
+        let points: Vec<LinePoint> = [
             (1.0, 1.1, 0.1),
             (2.0, 1.9, 0.1),
             (3.0, 3.2, 0.2),
             (4.0, 3.9, 0.2),
             (5.0, 5.3, 0.3),
         ]
-        .map(|(x, y, sigma)| Point { x, y, sigma })
+        .map(|(x, y, sigma)| LinePoint { x, y, sigma })
         .into();
         let line = Line::fit(&points).unwrap();
         assert_relative_eq!(line.slope, 0.999_426_699_426_7, max_relative = 1e-12);
@@ -172,11 +172,11 @@ mod tests {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
         let mut held = 0;
         for _ in 0..2000 {
-            let points: Vec<Point> = (1..=10)
+            let points: Vec<LinePoint> = (1..=10)
                 .map(|i| {
                     let (x, sigma) = (0.1 * f64::from(i), 0.01 * f64::from(i));
                     let white: f64 = StandardNormal.sample(&mut rng);
-                    Point {
+                    LinePoint {
                         x,
                         y: 0.3 + 5.0 * x + sigma * white,
                         sigma,
@@ -191,7 +191,7 @@ mod tests {
 
     #[test]
     fn what_is_no_line_is_refused() {
-        let p = |x, y| Point { x, y, sigma: 1.0 };
+        let p = |x, y| LinePoint { x, y, sigma: 1.0 };
         assert_eq!(
             Line::fit(&[p(0.0, 0.0), p(1.0, 1.0)]),
             Err(LineError::TooFew { count: 2 })

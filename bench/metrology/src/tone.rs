@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 /// The tone's complex envelope X̃ in one channel: x(t) = Re[X̃ exp(+iωt)], t from the first sample of the stretch, under a
 /// Hann window, together with what is left of the channel without it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tone {
+pub struct SteadyTone {
     /// X̃ in sample units, peak.
     pub value: Complex64,
     /// Largest |sample|.
@@ -51,7 +51,7 @@ pub enum ToneError {
 /// Cycles from which on the Hann window's sidelobes keep the tone's mirror image and DC under 1e-5.
 const LEAST_CYCLES: f64 = 50.0;
 
-impl Tone {
+impl SteadyTone {
     /// Reads the tone at `carrier_hz` in `channel` of an interleaved stretch of `stream_channels` channels.
     ///
     /// DC, mains hum and the tone's own mirror image are rejected as the cube of their distance in cycles per stretch: a 50 ms
@@ -138,7 +138,7 @@ mod tests {
                 [0.0, (tone + 0.2 + 0.1 * (TAU * 50.0 * t).sin()) as f32]
             })
             .collect();
-        let tone = Tone::read(&samples, 2, 1, carrier, rate).unwrap();
+        let tone = SteadyTone::read(&samples, 2, 1, carrier, rate).unwrap();
         assert!((tone.value - truth).norm() < 1e-8, "{}", tone.value - truth);
         assert!((tone.rest_rms - 0.1 / 2f64.sqrt()).abs() < 2e-3);
         assert!((0.5..0.601).contains(&tone.peak));
@@ -146,7 +146,7 @@ mod tests {
 
     #[test]
     fn what_cannot_be_read_is_refused() {
-        let read = |samples: &[f32], hz| Tone::read(samples, 1, 0, hz, 192_000.0);
+        let read = |samples: &[f32], hz| SteadyTone::read(samples, 1, 0, hz, 192_000.0);
         assert!(matches!(
             read(&[0.0; 100], 35e3),
             Err(ToneError::TooShort { .. })

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use anyhow::{Context, bail};
 use metrology::plate_fit::find_resonance;
-use metrology::regression::{Line, LineError, Point};
+use metrology::regression::{Line, LineError, LinePoint};
 use signalgen::{ToneList, Waveform};
 
 use super::clear::LISTEN_S;
@@ -485,10 +485,10 @@ impl Calibrates for PickupProcedure {
 impl PickupProcedure {
     /// The line through the points.
     fn line(&self) -> Result<Line, LineError> {
-        let points: Vec<Point> = self
+        let points: Vec<LinePoint> = self
             .rungs
             .iter()
-            .map(|rung| Point {
+            .map(|rung| LinePoint {
                 x: rung.reading,
                 y: rung.known_m,
                 sigma: rung.sigma_m,

@@ -3,8 +3,9 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context, bail};
-use metrology::plate_fit::{Estimate, PlateFit, Response, find_resonance};
-use metrology::tone::Tone;
+use metrology::FittedValue;
+use metrology::plate_fit::{PlateFit, Response, find_resonance};
+use metrology::tone::SteadyTone;
 use num_complex::Complex64;
 use signalgen::{ToneList, Waveform};
 use std::f64::consts::{PI, TAU};
@@ -183,8 +184,8 @@ pub(super) fn highest_level_v(units_per_v: f64, metres_per_unit: f64, config: &C
 
 /// Refuses saturated inputs.
 pub(super) fn require_unsaturated(
-    drive: &Tone,
-    pickup: &Tone,
+    drive: &SteadyTone,
+    pickup: &SteadyTone,
     channels: &Channels,
     carrier_hz: f64,
 ) -> anyhow::Result<()> {
@@ -294,7 +295,7 @@ fn point_read(fit: &PlateFit) -> PointRead {
 }
 
 fn findings(fit: &PlateFit) -> Vec<String> {
-    let with_error = |name: &str, estimate: Estimate, decimals: usize, unit: &str| {
+    let with_error = |name: &str, estimate: FittedValue, decimals: usize, unit: &str| {
         format!(
             "{name:<10}{:.decimals$} ± {:.decimals$}{unit}",
             estimate.value, estimate.standard_error
@@ -315,10 +316,10 @@ impl Calibrates for PlateProcedure {
         let setup = &self.setup;
         let config = &setup.config;
         let n = fit.degrees_of_freedom;
-        let quantity = |estimate: Estimate, unit| {
+        let quantity = |estimate: FittedValue, unit| {
             Quantity::new(estimate.value, estimate.standard_error, n, unit)
         };
-        let relative = |estimate: Estimate| estimate.standard_error / estimate.value;
+        let relative = |estimate: FittedValue| estimate.standard_error / estimate.value;
         let (f0, quality) = (fit.resonance_hz, fit.quality);
         let omega = TAU * f0.value;
         let mass_kg = config.plate.modal_mass_kg;

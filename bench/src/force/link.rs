@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::Context;
-use impedance::clock::LowerEnvelope;
+use impedance::clock_alignment::LowerEnvelope;
 
 use super::{Correction, Decoder, ForceProtocol, ForceSample, LineFaults};
 

@@ -1,7 +1,7 @@
 //! Are the inputs what they were at the calibration? What silence and one tone at the carrier tell, the bench wired as always.
 
 use metrology::spectrum::{Spectrum, SpectrumError};
-use metrology::tone::{Tone, ToneError};
+use metrology::tone::{SteadyTone, ToneError};
 
 use super::fault::ChannelsFault;
 use super::{NOISE_BAND_HZ, NOISE_RESOLUTION_HZ};
@@ -52,7 +52,7 @@ impl Present {
                 Spectrum::read(silence, channels, channel, rate_hz, NOISE_RESOLUTION_HZ)?;
             let [from_hz, to_hz] = noise_band(carrier_hz, rate_hz);
             present.noise.push(spectrum.noise(from_hz, to_hz).value);
-            let tone = Tone::read(tone, channels, channel, carrier_hz, rate_hz)?;
+            let tone = SteadyTone::read(tone, channels, channel, carrier_hz, rate_hz)?;
             present.levels.push(tone.value.norm());
         }
         Ok(present)
@@ -97,7 +97,7 @@ pub fn compare(
                 expected: drive,
                 found: input.index,
             },
-            None => ChannelsFault::Path(metrology::path::PathFault::Silent {
+            None => ChannelsFault::Path(metrology::signal_path::PathFault::Silent {
                 share: read / commanded_units,
             }),
         });
@@ -150,7 +150,7 @@ mod tests {
         assert!(matches!(
             compare(&calibrated(), 0, 0.0333, &silent),
             Err(ChannelsFault::Path(
-                metrology::path::PathFault::Silent { .. }
+                metrology::signal_path::PathFault::Silent { .. }
             ))
         ));
         let mut noisy = present();

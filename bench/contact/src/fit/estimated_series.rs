@@ -1,10 +1,34 @@
+//! Stiffness, gap and friction of an instance from its measured impedance.
+
 use nalgebra::SVector;
 use num_complex::Complex64;
 
-use super::{Agreement, EstimatedSeries, FitConditions, FitError, Sensitivities, Sensitivity};
-use crate::assumed::AssumedConstants;
 use crate::contact::InversionCounts;
 use crate::inversion::{Dependent, Inversion};
+
+/// Stiffness, gap and friction over one instance, from the measured impedance, with standard errors by the delta method:
+/// parameter covariance, and each sample's own impedance noise as the residuals show it. NaN where a sample has no gap.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EstimatedSeries {
+    /// Time, s.
+    pub time_s: Vec<f64>,
+    /// k_c by Eq. 12, N/m.
+    pub k_c_n_per_m: Vec<f64>,
+    /// Standard error of `k_c_n_per_m`.
+    pub k_c_std_n_per_m: Vec<f64>,
+    /// ⟨x_t⟩ by Eq. 18, m.
+    pub gap_m: Vec<f64>,
+    /// Standard error of `gap_m`.
+    pub gap_std_m: Vec<f64>,
+    /// μ by Eq. 19 with the instance's μ0.
+    pub mu: Vec<f64>,
+    /// Standard error of `mu`.
+    pub mu_std: Vec<f64>,
+    /// The impedance that the fitted model gives, N·s/m.
+    pub z_m_model_n_s_per_m: Vec<Complex64>,
+    /// Samples whose inversion was not plain.
+    pub inversion: InversionCounts,
+}
 
 /// Which form of Eq. 18 leads from stiffness to gap.
 #[derive(Clone, Copy)]
@@ -26,7 +50,7 @@ pub(super) struct FrictionAtRest<const N: usize> {
 }
 
 /// The samples that a series is estimated from.
-pub(super) struct Measured<'a> {
+pub(super) struct MeasuredSamples<'a> {
     pub(super) time_s: &'a [f64],
     pub(super) z_m: &'a [Complex64],
     /// Standard deviation of one component of each.
@@ -39,7 +63,7 @@ pub(super) fn estimate<const N: usize>(
     inversion: &Inversion<N>,
     law: GapLaw,
     friction: &FrictionAtRest<N>,
-    measured: &Measured<'_>,
+    measured: &MeasuredSamples<'_>,
     z_m_model: Vec<Complex64>,
 ) -> EstimatedSeries {
     let n = measured.time_s.len();
@@ -85,64 +109,4 @@ pub(super) fn estimate<const N: usize>(
         }
     }
     series
-}
-
-pub(super) fn agreement(z_m: &[Complex64], mu: &[f64], series: &EstimatedSeries) -> Agreement {
-    let n = z_m.len() as f64;
-    let mean = z_m.iter().sum::<Complex64>() / n;
-    let squares: f64 = z_m
-        .iter()
-        .zip(&series.z_m_model_n_s_per_m)
-        .map(|(a, b)| (a - b).norm_sqr())
-        .sum();
-    let spread: f64 = z_m.iter().map(|z| (z - mean).norm_sqr()).sum();
-    let apart = series
-        .mu
-        .iter()
-        .zip(mu)
-        .map(|(a, b)| a - b)
-        .filter(|d| !d.is_nan());
-    let (count, mu_squares) = apart.fold((0u32, 0.0), |(count, sum), d| (count + 1, sum + d * d));
-    Agreement {
-        r2_impedance: 1.0 - squares / spread,
-        rms_impedance_n_s_per_m: (squares / n).sqrt(),
-        rms_mu: (mu_squares / f64::from(count)).sqrt(),
-    }
-}
-
-/// Central differences of refits; `refit` gives ln σ_t, Z_t and τ. Asperities know q0, E and ν only through q0 E/(1 − ν²).
-pub(super) fn sensitivities(
-    conditions: &FitConditions,
-    refit: impl Fn(&FitConditions) -> Result<(f64, Complex64, f64), FitError>,
-) -> Result<Sensitivities, FitError> {
-    const STEP: f64 = 0.01;
-    let central = |vary: fn(&mut AssumedConstants, f64)| {
-        let at = |factor: f64| {
-            let mut varied = *conditions;
-            vary(&mut varied.assumed, factor);
-            refit(&varied)
-        };
-        let (above, below) = (at(STEP.exp())?, at((-STEP).exp())?);
-        let slope = |a: f64, b: f64| (a - b) / (2.0 * STEP);
-        Ok::<_, FitError>(Sensitivity {
-            ln_sigma_t: slope(above.0, below.0),
-            ln_abs_z_t: slope(above.1.norm().ln(), below.1.norm().ln()),
-            tau_s: slope(above.2, below.2),
-        })
-    };
-    let q0 = central(|assumed, factor| assumed.q0_rad_per_m *= factor)?;
-    let contact_area = central(|assumed, factor| assumed.contact_area_m2 *= factor)?;
-    let nu_squared = conditions.assumed.poisson_ratio.powi(2);
-    let per_nu = 2.0 * nu_squared / (1.0 - nu_squared);
-    let poisson_ratio = Sensitivity {
-        ln_sigma_t: q0.ln_sigma_t * per_nu,
-        ln_abs_z_t: q0.ln_abs_z_t * per_nu,
-        tau_s: q0.tau_s * per_nu,
-    };
-    Ok(Sensitivities {
-        q0,
-        young_modulus: q0,
-        poisson_ratio,
-        contact_area,
-    })
 }

@@ -50,38 +50,38 @@ pub enum ClockError {
 #[derive(Clone, Debug, Default)]
 pub struct LowerEnvelope {
     /// All else counts from the first observation, so that hours of uptime cost no digits.
-    origin: Option<Pair>,
+    origin: Option<ClockPair>,
     last_source_s: f64,
-    open: Option<Point>,
-    closed: VecDeque<Point>,
-    line: Line,
+    open: Option<Observation>,
+    closed: VecDeque<Observation>,
+    line: DelayLine,
     settled: bool,
     /// The map's corners, oldest first; it goes on from the last one at `rate`.
-    corners: VecDeque<Pair>,
+    corners: VecDeque<ClockPair>,
     rate: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Pair {
+struct ClockPair {
     source_s: f64,
     host_s: f64,
 }
 
 /// Source time and delay, both from the origin.
 #[derive(Clone, Copy, Debug)]
-struct Point {
+struct Observation {
     source_s: f64,
     delay_s: f64,
 }
 
 /// delay = offset + slope·source.
 #[derive(Clone, Copy, Debug, Default)]
-struct Line {
+struct DelayLine {
     offset_s: f64,
     slope: f64,
 }
 
-impl Line {
+impl DelayLine {
     fn at(self, source_s: f64) -> f64 {
         self.offset_s + self.slope * source_s
     }
@@ -108,12 +108,12 @@ impl LowerEnvelope {
             }
         }
         let Some(origin) = self.origin else {
-            self.origin = Some(Pair {
+            self.origin = Some(ClockPair {
                 source_s,
                 host_s: arrival_s,
             });
             self.last_source_s = source_s;
-            self.open = Some(Point {
+            self.open = Some(Observation {
                 source_s: 0.0,
                 delay_s: 0.0,
             });
@@ -129,7 +129,7 @@ impl LowerEnvelope {
         self.last_source_s = source_s;
 
         let source = source_s - origin.source_s;
-        let point = Point {
+        let point = Observation {
             source_s: source,
             delay_s: (arrival_s - origin.host_s) - source,
         };
@@ -187,13 +187,13 @@ impl LowerEnvelope {
         self.settled
     }
 
-    fn lateness(&self, point: Point) -> f64 {
+    fn lateness(&self, point: Observation) -> f64 {
         point.delay_s - self.line.at(point.source_s)
     }
 
     /// The edge of the lower hull above the middle of the observations: of all lines under them, the nearest.
     fn fit(&mut self) {
-        let mut hull: Vec<Point> = vec![];
+        let mut hull: Vec<Observation> = vec![];
         for &c in &self.closed {
             while let [.., a, b] = hull[..]
                 && (b.delay_s - a.delay_s) * (c.source_s - a.source_s)
@@ -224,7 +224,7 @@ impl LowerEnvelope {
         let rate = 1.0 + self.line.slope;
         if !self.settled || self.corners.is_empty() {
             self.corners.clear();
-            self.corners.push_back(Pair {
+            self.corners.push_back(ClockPair {
                 source_s,
                 host_s: target,
             });
@@ -232,7 +232,7 @@ impl LowerEnvelope {
             return;
         }
         let host_s = self.map(source_s);
-        self.corners.push_back(Pair { source_s, host_s });
+        self.corners.push_back(ClockPair { source_s, host_s });
         self.rate = rate + ((target - host_s) / SLEW_S).clamp(-FASTEST_SLEW, FASTEST_SLEW);
         while self
             .corners
@@ -249,7 +249,7 @@ impl LowerEnvelope {
     }
 
     /// The corner and the rate that hold after the last corner that has `passed`; the first segment goes back for ever.
-    fn segment(&self, passed: impl Fn(&Pair) -> bool) -> (Pair, f64) {
+    fn segment(&self, passed: impl Fn(&ClockPair) -> bool) -> (ClockPair, f64) {
         let index = self.corners.partition_point(passed).saturating_sub(1);
         let from = self.corners[index];
         let rate = self.corners.get(index + 1).map_or(self.rate, |to| {
@@ -259,7 +259,7 @@ impl LowerEnvelope {
     }
 }
 
-fn bucket(point: Point) -> i64 {
+fn bucket(point: Observation) -> i64 {
     (point.source_s / BUCKET_S).floor() as i64
 }
 

@@ -7,7 +7,7 @@ use crate::spectrum::Peak;
 
 /// What came back of one tone.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Answer {
+pub struct ToneAnswer {
     /// Frequency played, Hz.
     pub played_hz: f64,
     /// Amplitude at that frequency, of the amplitude expected.
@@ -72,13 +72,13 @@ const IMAGE: f64 = 1e-2;
 /// # Errors
 /// Names what the path does.
 pub fn judge(
-    answers: &[Answer],
+    answers: &[ToneAnswer],
     carrier_hz: f64,
     band_hz: f64,
     sample_rate_hz: f64,
     resolution_hz: f64,
 ) -> Result<(), PathFault> {
-    let near: Vec<&Answer> = answers
+    let near: Vec<&ToneAnswer> = answers
         .iter()
         .filter(|answer| (answer.played_hz - carrier_hz).abs() <= band_hz)
         .collect();
@@ -88,7 +88,7 @@ pub fn judge(
     if near.iter().all(|answer| answer.share >= COMES_BACK) {
         return Ok(());
     }
-    let mut by_frequency: Vec<&Answer> = answers.iter().collect();
+    let mut by_frequency: Vec<&ToneAnswer> = answers.iter().collect();
     by_frequency.sort_by(|a, b| a.played_hz.total_cmp(&b.played_hz));
     let lost = by_frequency
         .iter()
@@ -124,10 +124,10 @@ pub fn judge(
 }
 
 /// The rate about which every tone is folded by the same law.
-fn aliased(near: &[&Answer], sample_rate_hz: f64, resolution_hz: f64) -> Option<PathFault> {
+fn aliased(near: &[&ToneAnswer], sample_rate_hz: f64, resolution_hz: f64) -> Option<PathFault> {
     let first = near.first()?;
     let close = |a: f64, b: f64| (a - b).abs() <= resolution_hz;
-    let strong = |answer: &Answer, at_hz: f64| {
+    let strong = |answer: &ToneAnswer, at_hz: f64| {
         answer
             .peaks
             .iter()
@@ -162,12 +162,12 @@ mod tests {
 
     /// A path that makes of each tone the pairs of frequency and share of `law`.
     fn path(law: impl Fn(f64) -> Vec<(f64, f64)>) -> Result<(), PathFault> {
-        let answers: Vec<Answer> = TONES_HZ
+        let answers: Vec<ToneAnswer> = TONES_HZ
             .iter()
             .map(|&played_hz| {
                 let heard = law(played_hz);
                 let share = heard.iter().find(|(hz, _)| *hz == played_hz);
-                Answer {
+                ToneAnswer {
                     played_hz,
                     share: share.map_or(1e-6, |(_, share)| *share),
                     peaks: heard

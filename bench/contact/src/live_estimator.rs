@@ -18,7 +18,7 @@ const FRAMES: usize = 5;
 
 /// One demodulated frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Frame {
+pub struct LiveFrame {
     /// Envelope-corrected Z_m, N·s/m.
     pub z_m_corrected_n_s_per_m: Complex64,
     /// |x̃_p|, peak, m.
@@ -38,7 +38,7 @@ pub struct Uncertain {
 
 /// What one frame says about the contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Estimate {
+pub struct LiveEstimate {
     /// k_c, N/m.
     pub k_c_n_per_m: Uncertain,
     /// ⟨x_t⟩, m.
@@ -85,7 +85,7 @@ impl LiveEstimator {
     ///
     /// # Errors
     /// If the frame has no gap; earlier frames are then forgotten.
-    pub fn update(&mut self, frame: &Frame) -> Result<Estimate, ModelError> {
+    pub fn update(&mut self, frame: &LiveFrame) -> Result<LiveEstimate, ModelError> {
         let reading = match self
             .finger
             .read(frame.z_m_corrected_n_s_per_m, frame.amplitude_m)
@@ -120,7 +120,7 @@ impl LiveEstimator {
             value: quantity.value,
             std: self.finger.inversion.std(&quantity),
         };
-        Ok(Estimate {
+        Ok(LiveEstimate {
             k_c_n_per_m: uncertain(reading.k_c),
             gap_m: uncertain(reading.gap),
             mu_ratio: ratio.map(uncertain),

@@ -1,6 +1,6 @@
 //! Is the carrier in the signal at all?
 
-use crate::demodulator::{Demodulator, DemodulatorError, Input};
+use crate::demodulator::{Demodulator, DemodulatorError, InputChannel};
 use crate::filter::Filter;
 use crate::mask::Mask;
 
@@ -54,7 +54,7 @@ impl CarrierLevel {
         stream_channels: usize,
         channel: usize,
     ) -> Result<Self, CarrierError> {
-        let input = Input {
+        let input = InputChannel {
             channel,
             clip_level: f32::INFINITY,
         };

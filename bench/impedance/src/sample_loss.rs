@@ -1,6 +1,6 @@
 //! How many samples an overrun lost, from the drive channel's phase.
 
-use crate::phase::CarrierPhase;
+use crate::carrier_phase::CarrierPhase;
 use std::f64::consts::{PI, TAU};
 
 /// How far the phase of the drive's envelope jumped across the loss, when demodulated as if nothing were lost.
@@ -23,7 +23,7 @@ pub struct TimestampEstimate {
 
 /// A loss that phase and timestamps cannot number.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum GapError {
+pub enum SampleLossError {
     /// More than one number of frames explains both.
     #[error(
         "{first} and {second} lost frames both explain a phase jump of {jump_rad} ± {tolerance_rad} rad"
@@ -85,7 +85,7 @@ pub fn lost_frames(
     sample_rate_hz: u32,
     jump: PhaseJump,
     estimate: TimestampEstimate,
-) -> Result<u64, GapError> {
+) -> Result<u64, SampleLossError> {
     let PhaseJump {
         jump_rad,
         tolerance_rad,
@@ -102,7 +102,7 @@ pub fn lost_frames(
         ("uncertainty_frames", uncertainty_frames, true),
     ] {
         if !value.is_finite() || (non_negative && value < 0.0) {
-            return Err(GapError::Input {
+            return Err(SampleLossError::Input {
                 name,
                 value,
                 non_negative,
@@ -112,7 +112,7 @@ pub fn lost_frames(
     let lowest = (frames - uncertainty_frames).ceil().max(0.0) as u64;
     let highest = (frames + uncertainty_frames).floor().max(0.0) as u64;
     if highest.saturating_sub(lowest) > MOST_CANDIDATES {
-        return Err(GapError::TooVague {
+        return Err(SampleLossError::TooVague {
             span: 2.0 * uncertainty_frames,
         });
     }
@@ -125,14 +125,14 @@ pub fn lost_frames(
         off <= tolerance_rad
     });
     match (fitting.next(), fitting.next()) {
-        (Some(first), Some(second)) => Err(GapError::Ambiguous {
+        (Some(first), Some(second)) => Err(SampleLossError::Ambiguous {
             first,
             second,
             jump_rad,
             tolerance_rad,
         }),
         (Some(only), None) => Ok(only),
-        (None, _) => Err(GapError::Unexplained {
+        (None, _) => Err(SampleLossError::Unexplained {
             lowest,
             highest,
             jump_rad,
@@ -175,7 +175,7 @@ mod tests {
         fn timestamps_that_span_a_period_are_ambiguous(lost in 200u64..2_000_000) {
             let jump = PhaseJump { jump_rad: turned(35_000.0, 192_000, lost), tolerance_rad: 0.01 };
             let estimate = TimestampEstimate { frames: lost as f64, uncertainty_frames: 192.0 };
-            let ambiguous = matches!(lost_frames(35_000.0, 192_000, jump, estimate), Err(GapError::Ambiguous { .. }));
+            let ambiguous = matches!(lost_frames(35_000.0, 192_000, jump, estimate), Err(SampleLossError::Ambiguous { .. }));
             prop_assert!(ambiguous);
         }
 
@@ -201,7 +201,7 @@ mod tests {
         assert!(
             matches!(
                 error,
-                GapError::Unexplained {
+                SampleLossError::Unexplained {
                     lowest: 10,
                     highest: 190,
                     ..
@@ -221,10 +221,13 @@ mod tests {
             frames: 0.0,
             uncertainty_frames: 0.0,
         };
-        let error = lost_frames(35_000.0, 192_000, jump, estimate).unwrap_err();
         assert_eq!(
-            error.to_string(),
-            "tolerance_rad is -1, but must be finite and not negative"
+            lost_frames(35_000.0, 192_000, jump, estimate),
+            Err(SampleLossError::Input {
+                name: "tolerance_rad",
+                value: -1.0,
+                non_negative: true
+            })
         );
         let jump = PhaseJump {
             jump_rad: 0.0,
@@ -236,7 +239,7 @@ mod tests {
         };
         assert!(matches!(
             lost_frames(35_000.0, 192_000, jump, estimate),
-            Err(GapError::TooVague { .. })
+            Err(SampleLossError::TooVague { .. })
         ));
     }
 }

@@ -2,7 +2,7 @@
 
 use contact::fit::paper::RestReading;
 use contact::fit::{
-    Agreement, EstimatedSeries, FitConditions, FitError, Sensitivities, Verdict, dynamic, paper,
+    Agreement, EstimatedSeries, FitConditions, FitError, FitVerdict, Sensitivities, dynamic, paper,
 };
 use contact::{Contact, FittedFinger};
 use num_complex::Complex64;
@@ -118,7 +118,7 @@ pub struct InstanceSamples {
 #[derive(Debug, Clone)]
 pub struct Estimated {
     /// Whether the parameters mean anything.
-    pub verdict: Verdict,
+    pub verdict: FitVerdict,
     /// σ_t, m.
     pub sigma_t_m: f64,
     /// Its standard error.
@@ -164,7 +164,7 @@ pub enum EstimateError {
         /// Of which method.
         method: Method,
         /// What it says of itself.
-        verdict: Verdict,
+        verdict: FitVerdict,
     },
 }
 
@@ -284,7 +284,7 @@ impl Edges {
 
 /// What both fits tell of themselves; values with their standard errors.
 struct Fitted {
-    verdict: Verdict,
+    verdict: FitVerdict,
     sigma_t: (f64, f64),
     z_t: (Complex64, Complex64),
     tau_s: Option<(f64, f64)>,

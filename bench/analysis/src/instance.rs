@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use contact::AssumedConstants;
-use contact::fit::{FitConditions, FitError, InstanceSeries, Samples};
+use contact::fit::{FitConditions, FitError, InstanceSamples, InstanceSeries};
 use impedance::smoothing::LowPass;
 use impedance::{Mask, ZmFrame};
 use num_complex::Complex64;
@@ -63,7 +63,7 @@ impl PreparedInstance {
     /// # Errors
     /// When a sample is missing or makes no sense.
     pub fn series(&self) -> Result<InstanceSeries<'_>, FitError> {
-        let samples = Samples {
+        let samples = InstanceSamples {
             time_s: &self.time_s,
             z_m_plain_n_s_per_m: &self.plain_n_s_per_m,
             z_m_corrected_n_s_per_m: &self.corrected_n_s_per_m,

@@ -5,7 +5,7 @@
 
 use std::collections::VecDeque;
 
-use contact::live::{Frame, LiveEstimator, Uncertain};
+use contact::live_estimator::{LiveEstimator, LiveFrame, Uncertain};
 use impedance::ZmFrame;
 
 use crate::trial_fit::TrialFit;
@@ -107,7 +107,7 @@ impl LiveContact {
         // A frame without a gap is one that the model has no answer for: nothing is shown.
         let estimate = fit
             .estimator
-            .update(&Frame {
+            .update(&LiveFrame {
                 z_m_corrected_n_s_per_m: frame.corrected_n_s_per_m,
                 amplitude_m: frame.amplitude_m,
                 normal_n: Some(force.normal_n),

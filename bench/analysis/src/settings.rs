@@ -47,7 +47,10 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         let assumed = AssumedConstants::ESTIMATION;
-        let (paper, dynamic) = (paper::Options::default(), dynamic::Options::default());
+        let (paper, dynamic) = (
+            paper::PaperOptions::default(),
+            dynamic::DynamicOptions::default(),
+        );
         let rules = SelectionRules::published(0.0);
         Self {
             sigma_q0_rad_per_m: assumed.q0_rad_per_m,
@@ -238,16 +241,16 @@ impl Settings {
     }
 
     /// As the `paper` fit takes them.
-    pub fn paper(&self) -> paper::Options {
-        paper::Options {
+    pub fn paper(&self) -> paper::PaperOptions {
+        paper::PaperOptions {
             rest_amplitude_m: self.rest_amplitude_m,
             lowest_s: self.rest_lowest_s,
         }
     }
 
     /// As the `dynamic` fit takes them.
-    pub fn dynamic(&self) -> dynamic::Options {
-        dynamic::Options {
+    pub fn dynamic(&self) -> dynamic::DynamicOptions {
+        dynamic::DynamicOptions {
             lead_in_s: self.lead_in_s,
         }
     }

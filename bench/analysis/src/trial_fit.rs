@@ -1,7 +1,7 @@
 //! The participant's contact, fitted to a trial.
 
 use contact::fit::{DynamicFit, FitError, dynamic};
-use contact::live::Uncertain;
+use contact::live_estimator::Uncertain;
 use contact::{AssumedConstants, FittedFinger, self_sensed};
 use num_complex::Complex64;
 use protocols::{
@@ -167,7 +167,7 @@ pub fn fit(
 ) -> Result<TrialFit, NoFit> {
     let plate = request.plate?;
     let conditions = plate.conditions(assumed, carrier_hz);
-    let options = dynamic::Options::default();
+    let options = dynamic::DynamicOptions::default();
     let series: Vec<Series> = request
         .explorations
         .iter()

@@ -1,6 +1,6 @@
 //! The figures of calibrations: what was measured, the law fitted to it, and what is left between the two.
 
-use impedance::crosstalk::{Crosstalk, Loading};
+use metrology::crosstalk::{Crosstalk, Loading};
 use num_complex::Complex64;
 
 use ::figures::{Axis, Dash, Figure, Ink, Key, Marker, Panel, Series, Width};

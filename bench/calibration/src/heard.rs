@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use anyhow::bail;
-use impedance::tone::{Tone, ToneError};
+use metrology::tone::{SteadyTone, ToneError};
 use signalgen::Waveform;
 
 /// One tone within what was heard, at full amplitude throughout.
@@ -45,9 +45,14 @@ impl Heard {
     ///
     /// # Errors
     /// When what is left of it is too short.
-    pub fn tone(&self, dwell: &Dwell, channel: u16, settle_s: f64) -> Result<Tone, ToneError> {
+    pub fn tone(
+        &self,
+        dwell: &Dwell,
+        channel: u16,
+        settle_s: f64,
+    ) -> Result<SteadyTone, ToneError> {
         let window = self.settled(dwell, settle_s);
-        Tone::read(
+        SteadyTone::read(
             &self.samples[window.start * self.channels..window.end * self.channels],
             self.channels,
             usize::from(channel),

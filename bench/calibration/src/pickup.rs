@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context, bail};
-use impedance::plate_fit::{CHANNEL_MATCH, find_resonance};
-use impedance::regression::{Line, LineError, Point};
+use metrology::plate_fit::{CHANNEL_MATCH, find_resonance};
+use metrology::regression::{Line, LineError, LinePoint};
 use signalgen::{ToneList, Waveform};
 
 use crate::clear::LISTEN_S;
@@ -469,10 +469,10 @@ impl Calibrates for PickupProcedure {
 impl PickupProcedure {
     /// The line through the points.
     fn line(&self) -> Result<Line, LineError> {
-        let points: Vec<Point> = self
+        let points: Vec<LinePoint> = self
             .rungs
             .iter()
-            .map(|rung| Point {
+            .map(|rung| LinePoint {
                 x: rung.reading,
                 y: rung.known_m,
                 sigma: rung.sigma_m,

@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context, bail};
-use impedance::plate_fit::{CHANNEL_MATCH, Estimate, PlateFit, Response, find_resonance};
+use metrology::FittedValue;
+use metrology::plate_fit::{CHANNEL_MATCH, PlateFit, Response, find_resonance};
 use num_complex::Complex64;
 use signalgen::{ToneList, Waveform};
 use std::f64::consts::{PI, TAU};
@@ -203,7 +204,7 @@ fn point_read(fit: &PlateFit) -> PointRead {
 }
 
 fn findings(fit: &PlateFit) -> Vec<String> {
-    let with_error = |name: &str, estimate: Estimate, decimals: usize, unit: &str| {
+    let with_error = |name: &str, estimate: FittedValue, decimals: usize, unit: &str| {
         format!(
             "{name:<10}{:.decimals$} ± {:.decimals$}{unit}",
             estimate.value, estimate.standard_error
@@ -224,10 +225,10 @@ impl Calibrates for PlateProcedure {
         let setup = &self.setup;
         let config = &setup.config;
         let n = fit.degrees_of_freedom;
-        let quantity = |estimate: Estimate, unit| {
+        let quantity = |estimate: FittedValue, unit| {
             Quantity::new(estimate.value, estimate.standard_error, n, unit)
         };
-        let relative = |estimate: Estimate| estimate.standard_error / estimate.value;
+        let relative = |estimate: FittedValue| estimate.standard_error / estimate.value;
         let (f0, quality) = (fit.resonance_hz, fit.quality);
         let omega = TAU * f0.value;
         let mass_kg = config.plate.modal_mass_kg;

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use anyhow::bail;
 use config::{Channels, Config};
-use impedance::plate_fit::Response;
-use impedance::tone::Tone;
+use metrology::plate_fit::Response;
+use metrology::tone::SteadyTone;
 use signalgen::{ToneList, Waveform};
 
 use crate::heard::Heard;
@@ -59,8 +59,8 @@ pub(super) fn highest_level_v(units_per_v: f64, metres_per_unit: f64, config: &C
 
 /// Refuses saturated inputs.
 pub(super) fn require_unsaturated(
-    drive: &Tone,
-    pickup: &Tone,
+    drive: &SteadyTone,
+    pickup: &SteadyTone,
     channels: &Channels,
     carrier_hz: f64,
 ) -> anyhow::Result<()> {

@@ -6,7 +6,7 @@ use std::hint::black_box;
 
 use contact::FittedFinger;
 use contact::fit::{dynamic, paper};
-use contact::live::{Frame, LiveEstimator};
+use contact::live_estimator::{LiveEstimator, LiveFrame};
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use record::{CARRIER_HZ, Record, Z_P, Z_T, amplitude_m, contact, normal_n};
 
@@ -51,7 +51,7 @@ fn fits(c: &mut Criterion) {
             paper::fit(
                 black_box(&sixty.series()),
                 &conditions,
-                &paper::Options::default(),
+                &paper::PaperOptions::default(),
             )
         });
     });
@@ -61,7 +61,7 @@ fn fits(c: &mut Criterion) {
             dynamic::fit(
                 black_box(&at_frame_rate.series()),
                 &conditions,
-                &dynamic::Options::default(),
+                &dynamic::DynamicOptions::default(),
             )
         });
     });
@@ -71,11 +71,11 @@ fn live(c: &mut Criterion) {
     let finger = FittedFinger::with_parameters(contact(), Z_T, 1e-3, Z_P, CARRIER_HZ)
         .expect("physical finger");
     let record = Record::at_rate(2000.0);
-    let frames: Vec<Frame> = record
+    let frames: Vec<LiveFrame> = record
         .z_m
         .iter()
         .zip(&record.amplitude_m)
-        .map(|(&z_m, &amplitude_m)| Frame {
+        .map(|(&z_m, &amplitude_m)| LiveFrame {
             z_m_corrected_n_s_per_m: z_m,
             amplitude_m,
             normal_n: None,

@@ -1,6 +1,12 @@
 //! Demodulation, gap solutions and a fit beside numpy and scipy, in the same run. `./dev bench --vs-python` names the Python and
 //! prints the ratios; without a Python only our side is measured.
 
+#![expect(
+    clippy::disallowed_methods,
+    clippy::disallowed_types,
+    reason = "a benchmark against another program starts it and is told where it is; the library does not"
+)]
+
 mod record;
 
 use std::f64::consts::TAU;
@@ -14,7 +20,9 @@ use criterion::measurement::WallTime;
 use criterion::{
     BenchmarkGroup, Criterion, SamplingMode, Throughput, criterion_group, criterion_main,
 };
-use impedance::{Channels, Demodulator, Filter, Input, PlateConstants, Settings, Zm, ZmFrame};
+use impedance::{
+    ChannelScales, Demodulator, Filter, FilterSettings, InputChannel, PlateConstants, Zm, ZmFrame,
+};
 use record::{CARRIER_HZ, Record};
 
 const RATE_HZ: u32 = 192_000;
@@ -79,7 +87,7 @@ fn demodulation(criterion: &mut Criterion) {
     group.sample_size(10).sampling_mode(SamplingMode::Flat);
     group.throughput(Throughput::Elements(u64::from(SECONDS * RATE_HZ)));
     let samples = signals();
-    let settings = Settings {
+    let settings = FilterSettings {
         sample_rate_hz: RATE_HZ,
         carrier_hz: CARRIER_HZ,
         output_rate_hz: 2000,
@@ -90,13 +98,13 @@ fn demodulation(criterion: &mut Criterion) {
         modal_mass_kg: 0.008,
         force_factor_n_per_v: 0.13,
     };
-    let channels = Channels {
+    let channels = ChannelScales {
         drive_volts_per_unit: 60.0,
         pickup_metres_per_unit: 5e-6,
         pickup_phase_rad: 0.0,
     };
     let zm = Zm::new(plate, channels, &filter).expect("positive constants");
-    let input = |channel| Input {
+    let input = |channel| InputChannel {
         channel,
         clip_level: 1.0,
     };
@@ -161,7 +169,7 @@ fn fit(criterion: &mut Criterion) {
         paper::fit(
             black_box(&sixty.series()),
             &conditions,
-            &paper::Options::default(),
+            &paper::PaperOptions::default(),
         )
         .expect("an instance that the model allows")
     };

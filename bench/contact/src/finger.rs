@@ -3,8 +3,8 @@ use num_complex::Complex64;
 
 use crate::contact::Contact;
 use crate::error::{ModelError, not_negative, positive};
-use crate::fit::residual_noise::ResidualNoise;
 use crate::inversion::{Dependent, Inversion};
+use crate::residual_noise::ResidualNoise;
 
 /// Parameters in the order ln σ_t, Re Z_t, Im Z_t, τ in ms.
 pub(crate) const PARAMETERS: usize = 4;
@@ -28,7 +28,7 @@ pub struct FittedFinger {
 
 /// Gap and what follows from it at one sample, with everything they depend on.
 #[derive(Clone, Copy)]
-pub(crate) struct Reading {
+pub(crate) struct SampleReading {
     pub(crate) k_c: Dependent<PARAMETERS>,
     pub(crate) gap: Dependent<PARAMETERS>,
 }
@@ -88,12 +88,16 @@ impl FittedFinger {
         })
     }
 
-    pub(crate) fn read(&self, z_m: Complex64, amplitude_m: f64) -> Result<Reading, ModelError> {
+    pub(crate) fn read(
+        &self,
+        z_m: Complex64,
+        amplitude_m: f64,
+    ) -> Result<SampleReading, ModelError> {
         let k_c = self
             .inversion
             .stiffness(z_m, self.z_m_noise.std(amplitude_m.recip()));
         let gap = self.inversion.gap(&k_c, amplitude_m)?;
-        Ok(Reading { k_c, gap })
+        Ok(SampleReading { k_c, gap })
     }
 
     /// f_c = p_c S e^(−x_eq/σ_t) + (5/4) p0 S |x̃_p|²/x_eq² with x_eq = x + τ dx/dt, the slope being Σ weight · gap/interval over the

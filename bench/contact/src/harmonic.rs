@@ -76,14 +76,14 @@ pub fn skin_velocity_m_per_s(
 
 /// Velocities of plate and skin under a harmonic force.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motion {
+pub struct HarmonicMotion {
     /// ṽ_p, m/s.
     pub plate_m_per_s: Complex64,
     /// ṽ_t, m/s.
     pub skin_m_per_s: Complex64,
 }
 
-impl Motion {
+impl HarmonicMotion {
     /// The two degrees of freedom (Z_p + Z_c) ṽ_p − Z_c ṽ_t = f̃_a, (Z_t + Z_c) ṽ_t = Z_c ṽ_p (Huloux 2021, Eqs. 7, 8) under the
     /// actuator force `f_a_n`.
     pub fn under_force(f_a_n: Complex64, z_p: Complex64, z_t: Complex64, z_c: Complex64) -> Self {

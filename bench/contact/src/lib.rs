@@ -19,7 +19,7 @@
 //! | σ_t as published | | [`fit::paper`] |
 //! | σ_t, Z_t and τ jointly, with the levitation lag | | [`fit::dynamic`] |
 //! | normal force without a sensor | | [`self_sensed`] |
-//! | frame by frame | | [`live`] |
+//! | frame by frame | | [`live_estimator`] |
 //!
 //! # Conventions
 //! SI units, named in identifiers. Envelopes are peak values with exp(+iωt); impedance is force over velocity, N·s/m. A gap is ⟨x_t⟩,
@@ -32,7 +32,8 @@ mod finger;
 pub mod fit;
 pub mod harmonic;
 mod inversion;
-pub mod live;
+pub mod live_estimator;
+mod residual_noise;
 mod root;
 pub mod self_sensed;
 

@@ -5,9 +5,10 @@ use std::f64::consts::TAU;
 
 use approx::assert_relative_eq;
 use contact::fit::{
-    FitConditions, FitError, InstanceSeries, Parameter, Samples, Verdict, dynamic, paper,
+    FitConditions, FitError, FitParameter, FitVerdict, InstanceSamples, InstanceSeries, dynamic,
+    paper,
 };
-use contact::live::{Frame, LiveEstimator};
+use contact::live_estimator::{LiveEstimator, LiveFrame};
 use contact::{AssumedConstants, ModelError, self_sensed};
 use num_complex::Complex64;
 use rand_chacha::ChaCha8Rng;
@@ -146,8 +147,8 @@ struct Record {
 }
 
 impl Record {
-    fn samples(&self) -> Samples<'_> {
-        Samples {
+    fn samples(&self) -> InstanceSamples<'_> {
+        InstanceSamples {
             time_s: &self.time_s,
             z_m_plain_n_s_per_m: &self.plain,
             z_m_corrected_n_s_per_m: &self.corrected,
@@ -186,13 +187,18 @@ fn fit_dynamic(record: &Record) -> dynamic::DynamicFit {
     dynamic::fit(
         &record.series(),
         &conditions(),
-        &dynamic::Options::default(),
+        &dynamic::DynamicOptions::default(),
     )
     .unwrap()
 }
 
 fn fit_paper(record: &Record) -> paper::PaperFit {
-    paper::fit(&record.series(), &conditions(), &paper::Options::default()).unwrap()
+    paper::fit(
+        &record.series(),
+        &conditions(),
+        &paper::PaperOptions::default(),
+    )
+    .unwrap()
 }
 
 /// To 2e-6: the fit interpolates the equilibrium gap by cubics between samples 0.5 ms apart.
@@ -225,7 +231,7 @@ fn dynamic_recovers_what_made_the_record() {
     for truth in others {
         let record = truth.record();
         let fit = fit_dynamic(&record);
-        assert_eq!(fit.verdict, Verdict::Converged);
+        assert_eq!(fit.verdict, FitVerdict::Converged);
         assert_relative_eq!(fit.sigma_t_m, truth.sigma_t_m, max_relative = 2e-6);
         assert_relative_eq!(
             (fit.z_t_n_s_per_m - truth.z_t).norm(),
@@ -304,7 +310,7 @@ fn paper_is_right_without_lag_without_envelope_bias_and_with_a_true_rest() {
     };
     let mut record = truth.record();
     record.plain.clone_from(&record.corrected);
-    let options = paper::Options {
+    let options = paper::PaperOptions {
         rest_amplitude_m: 2e-8,
         lowest_s: 5e-4,
     };
@@ -326,7 +332,7 @@ fn paper_is_right_without_lag_without_envelope_bias_and_with_a_true_rest() {
     }
     let series = InstanceSeries::new(record.samples(), lowest).unwrap();
     let fit = paper::fit(&series, &conditions(), &options).unwrap();
-    assert_eq!(fit.verdict, Verdict::Converged);
+    assert_eq!(fit.verdict, FitVerdict::Converged);
     assert!(fit.rest.below_threshold, "{:?}", fit.rest);
     assert_relative_eq!(fit.sigma_t_m, truth.sigma_t_m, max_relative = 2e-3);
     assert_relative_eq!((fit.z_t_n_s_per_m - truth.z_t).norm(), 0.0, epsilon = 1e-2);
@@ -387,7 +393,7 @@ fn a_lag_at_its_bound_says_so() {
     record.corrected[last] = ahead.corrected[last];
     let fit = fit_dynamic(&record);
     assert!(fit.verdict.to_string().contains("tau held at its bound"));
-    let Verdict::LagAtBound { unbounded_tau_s } = fit.verdict else {
+    let FitVerdict::LagAtBound { unbounded_tau_s } = fit.verdict else {
         panic!("{:?}", fit.verdict)
     };
     assert!(
@@ -432,7 +438,7 @@ fn constant_amplitude_identifies_nothing() {
     assert!(
         matches!(
             fit.verdict,
-            Verdict::NotIdentifiable { .. } | Verdict::NotConverged { .. }
+            FitVerdict::NotIdentifiable { .. } | FitVerdict::NotConverged { .. }
         ),
         "{:?}",
         fit.verdict
@@ -450,11 +456,11 @@ fn a_finger_that_hardly_lifts_is_not_identified() {
     .record()
     .with_noise(2, 1e-4);
     let fit = fit_dynamic(&record);
-    let Verdict::NotIdentifiable { parameter, std } = fit.verdict else {
+    let FitVerdict::NotIdentifiable { parameter, std } = fit.verdict else {
         panic!("{:?}", fit.verdict)
     };
     assert!(
-        std > 0.5 || parameter == Parameter::Tau && std > 2e-3,
+        std > 0.5 || parameter == FitParameter::Tau && std > 2e-3,
         "{parameter:?} {std}"
     );
 }
@@ -463,7 +469,7 @@ fn a_finger_that_hardly_lifts_is_not_identified() {
 #[test]
 fn sensitivities_are_those_of_wider_refits() {
     let record = TRUTH.record();
-    let options = dynamic::Options::default();
+    let options = dynamic::DynamicOptions::default();
     let found = dynamic::sensitivities(&record.series(), &conditions(), &options).unwrap();
     let refit = |factor: f64| {
         let mut conditions = conditions();
@@ -486,8 +492,12 @@ fn sensitivities_are_those_of_wider_refits() {
     );
     assert!(above.agreement.rms_mu < 0.005 && below.agreement.rms_mu < 0.005);
 
-    let paper =
-        paper::sensitivities(&record.series(), &conditions(), &paper::Options::default()).unwrap();
+    let paper = paper::sensitivities(
+        &record.series(),
+        &conditions(),
+        &paper::PaperOptions::default(),
+    )
+    .unwrap();
     assert!(
         paper.q0.ln_sigma_t < 0.0 && paper.q0.tau_s == 0.0,
         "{paper:?}"
@@ -511,7 +521,7 @@ fn the_normal_force_is_sensed_and_friction_is_live() {
     assert!(sensed.normal_n[1].is_nan() && sensed.normal_n[n - 2].is_nan());
     let mut live = LiveEstimator::new(finger, interval_s).unwrap();
     for i in 0..n {
-        let frame = Frame {
+        let frame = LiveFrame {
             z_m_corrected_n_s_per_m: record.corrected[i],
             amplitude_m: record.amplitude_m[i],
             normal_n: Some(record.normal_n[i]),
@@ -531,7 +541,7 @@ fn the_normal_force_is_sensed_and_friction_is_live() {
             assert_relative_eq!(sensed.mu_ratio[i], record.mu[i] / TRUTH.mu0, epsilon = 2e-3);
         }
     }
-    let without_gap = Frame {
+    let without_gap = LiveFrame {
         z_m_corrected_n_s_per_m: Z_P,
         amplitude_m: 1e-6,
         normal_n: None,
@@ -540,7 +550,7 @@ fn the_normal_force_is_sensed_and_friction_is_live() {
         live.update(&without_gap),
         Err(ModelError::NoGapForStiffness { .. })
     ));
-    let frame = Frame {
+    let frame = LiveFrame {
         z_m_corrected_n_s_per_m: record.corrected[0],
         amplitude_m: record.amplitude_m[0],
         normal_n: None,
@@ -579,16 +589,26 @@ fn records_that_cannot_be_fitted_are_refused_by_name() {
         "{short}"
     );
     let no_lead = InstanceSeries::new(record.samples(), 39).unwrap();
-    let error = dynamic::fit(&no_lead, &conditions(), &dynamic::Options::default()).unwrap_err();
+    let error =
+        dynamic::fit(&no_lead, &conditions(), &dynamic::DynamicOptions::default()).unwrap_err();
     assert!(matches!(error, FitError::LeadInTooShort { .. }), "{error}");
 
     let mut heavy = record.clone();
     heavy.normal_n.fill(5000.0);
-    let error =
-        dynamic::fit(&heavy.series(), &conditions(), &dynamic::Options::default()).unwrap_err();
+    let error = dynamic::fit(
+        &heavy.series(),
+        &conditions(),
+        &dynamic::DynamicOptions::default(),
+    )
+    .unwrap_err();
     assert_eq!(error, FitError::NoStart);
     assert_eq!(
-        paper::fit(&heavy.series(), &conditions(), &paper::Options::default()).unwrap_err(),
+        paper::fit(
+            &heavy.series(),
+            &conditions(),
+            &paper::PaperOptions::default()
+        )
+        .unwrap_err(),
         FitError::NoStart
     );
 }

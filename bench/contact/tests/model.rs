@@ -141,7 +141,7 @@ fn harmonic_motion_agrees_with_the_observed_impedance() {
             0.3 * k_c / CARRIER_RAD_PER_S,
             max_relative = 1e-12
         );
-        let motion = harmonic::Motion::under_force(force, z_p, z_t, z_c);
+        let motion = harmonic::HarmonicMotion::under_force(force, z_p, z_t, z_c);
         let z_m = harmonic::observed(z_p, z_t, z_c);
         assert_relative_eq!(
             (force / motion.plate_m_per_s - z_m).norm(),

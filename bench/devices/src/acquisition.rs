@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use anyhow::bail;
 use crossbeam_channel::{Receiver, Sender};
-use impedance::clock::LowerEnvelope;
+use impedance::clock_alignment::LowerEnvelope;
 use signalgen::{BlockHeader, InputReader};
 
 use crate::field::FieldReading;

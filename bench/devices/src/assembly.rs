@@ -7,7 +7,9 @@ use std::sync::atomic::AtomicBool;
 use anyhow::Context;
 use config::{CalibrationError, Config, Effective, SampleFormat};
 use crossbeam_channel::{Receiver, Sender};
-use impedance::{Channels, Demodulator, Filter, Input, OUTPUT_RATE_HZ, PlateConstants, Zm};
+use impedance::{
+    ChannelScales, Demodulator, Filter, InputChannel, OUTPUT_RATE_HZ, PlateConstants, Zm,
+};
 use recording::pipeline::{Batch, Pipeline};
 use recording::recorder::{RecorderGauge, RecorderNotice, RecorderTask, recorder};
 use safety::{SafetyLimits, SafetyLines, Signals, Watch};
@@ -192,7 +194,7 @@ impl Bench {
             gauges,
             tasks: before,
         } = OpenHardware::open(bench, hardware)?;
-        let clipping = |index: u16, clip_units: f64| Input {
+        let clipping = |index: u16, clip_units: f64| InputChannel {
             channel: usize::from(index),
             clip_level: clip_units as f32,
         };
@@ -277,7 +279,7 @@ const FEWEST_BLOCK_FRAMES: u32 = 32;
 /// # Errors
 /// When rate and carrier do not go together.
 pub fn impedance_chain(config: &Config, carrier_hz: f64) -> anyhow::Result<(Filter, Zm)> {
-    let filter = Filter::new(impedance::Settings {
+    let filter = Filter::new(impedance::FilterSettings {
         sample_rate_hz: config.audio.rate_hz,
         carrier_hz,
         output_rate_hz: OUTPUT_RATE_HZ,
@@ -287,7 +289,7 @@ pub fn impedance_chain(config: &Config, carrier_hz: f64) -> anyhow::Result<(Filt
         modal_mass_kg: config.plate.modal_mass_kg,
         force_factor_n_per_v: config.plate.force_factor_n_per_v,
     };
-    let channels = Channels {
+    let channels = ChannelScales {
         drive_volts_per_unit: config.channels.drive.volts_per_unit,
         pickup_metres_per_unit: config.channels.pickup.metres_per_unit,
         pickup_phase_rad: config.channels.pickup.phase_rad,

@@ -3,7 +3,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use impedance::gap::{PhaseJump, TimestampEstimate, lost_frames};
+use impedance::sample_loss::{PhaseJump, TimestampEstimate, lost_frames};
 use num_complex::Complex64;
 use signalgen::BlockHeader;
 

@@ -3,7 +3,7 @@
 //! `cargo bench -p impedance`; throughput is in stereo frames.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use impedance::{Demodulator, Filter, Input, OUTPUT_RATE_HZ, Settings};
+use impedance::{Demodulator, Filter, FilterSettings, InputChannel, OUTPUT_RATE_HZ};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 use std::hint::black_box;
@@ -25,7 +25,7 @@ fn recording(seconds: u32) -> Vec<f32> {
 }
 
 fn demodulate(filter: &Filter, samples: &[f32]) -> Complex64 {
-    let input = |channel| Input {
+    let input = |channel| InputChannel {
         channel,
         clip_level: 0.999,
     };
@@ -68,7 +68,7 @@ fn lock_in(samples: &[f32]) -> Complex64 {
 }
 
 fn compare(c: &mut Criterion) {
-    let settings = Settings {
+    let settings = FilterSettings {
         sample_rate_hz: RATE,
         carrier_hz: CARRIER_HZ,
         output_rate_hz: OUTPUT_RATE_HZ,

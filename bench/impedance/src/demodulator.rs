@@ -12,7 +12,7 @@ const CHUNK: usize = 4096;
 
 /// One channel of the interleaved stream.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Input {
+pub struct InputChannel {
     /// Its place in the interleaved frame.
     pub channel: usize,
     /// |sample| from which on the converter is taken to clip, in sample units: just under 1 for a sound card, infinite
@@ -23,7 +23,7 @@ pub struct Input {
 /// A channel's complex envelope X̃ at one instant: x(t) = Re[X̃ exp(+iωt)], peak amplitude, phase referred to sample 0
 /// of the stream. NaN where `mask` tells of lost samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Envelope {
+pub struct ChannelEnvelope {
     /// X̃ in sample units.
     pub value: Complex64,
     /// dX̃/dt in sample units per second.
@@ -42,16 +42,16 @@ pub struct Envelope {
 
 /// The envelopes of `N` channels at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame<const N: usize> {
+pub struct EnvelopeFrame<const N: usize> {
     /// The sample of the stream at the window's centre: the instant that the envelopes belong to.
     pub sample: u64,
     /// The same in seconds.
     pub time_s: f64,
     /// In the order of the inputs.
-    pub envelopes: [Envelope; N],
+    pub envelopes: [ChannelEnvelope; N],
 }
 
-impl<const N: usize> Frame<N> {
+impl<const N: usize> EnvelopeFrame<N> {
     /// The reasons of all channels.
     #[must_use]
     pub fn mask(&self) -> Mask {
@@ -61,16 +61,16 @@ impl<const N: usize> Frame<N> {
     }
 }
 
-impl Frame<2> {
+impl EnvelopeFrame<2> {
     /// The drive voltage's envelope, of [`Demodulator::drive_and_pickup`].
     #[must_use]
-    pub fn drive(&self) -> &Envelope {
+    pub fn drive(&self) -> &ChannelEnvelope {
         &self.envelopes[0]
     }
 
     /// The pickup's envelope, of [`Demodulator::drive_and_pickup`].
     #[must_use]
-    pub fn pickup(&self) -> &Envelope {
+    pub fn pickup(&self) -> &ChannelEnvelope {
         &self.envelopes[1]
     }
 }
@@ -117,8 +117,8 @@ pub enum DemodulatorError {
 pub struct Demodulator<const N: usize> {
     filter: Filter,
     stream_channels: usize,
-    inputs: [Input; N],
-    channels: [Channel; N],
+    inputs: [InputChannel; N],
+    channels: [ChannelState; N],
     /// Samples taken so far.
     taken: u64,
     /// First-stage outputs computed so far; output j is centred on sample j·decimation.
@@ -128,7 +128,7 @@ pub struct Demodulator<const N: usize> {
 }
 
 #[derive(Clone, Debug)]
-struct Channel {
+struct ChannelState {
     /// Samples not yet used up by the first stage; lost ones are zero here and known to `flaws`.
     samples: Vec<f64>,
     /// First-stage outputs, turned to phase 0 of the stream, not yet used up by the second.
@@ -146,8 +146,8 @@ impl Demodulator<2> {
     pub fn drive_and_pickup(
         filter: Filter,
         stream_channels: usize,
-        drive: Input,
-        pickup: Input,
+        drive: InputChannel,
+        pickup: InputChannel,
     ) -> Result<Self, DemodulatorError> {
         Self::new(filter, stream_channels, [drive, pickup])
     }
@@ -161,10 +161,10 @@ impl<const N: usize> Demodulator<N> {
     pub fn new(
         filter: Filter,
         stream_channels: usize,
-        inputs: [Input; N],
+        inputs: [InputChannel; N],
     ) -> Result<Self, DemodulatorError> {
         const { assert!(N > 0, "a demodulator needs an input") };
-        for Input {
+        for InputChannel {
             channel,
             clip_level,
         } in inputs
@@ -182,7 +182,7 @@ impl<const N: usize> Demodulator<N> {
                 });
             }
         }
-        let channel = Channel {
+        let channel = ChannelState {
             // Silence before the stream lets both stages start at sample 0; no frame's window reaches into it but with taps of 0.
             samples: vec![0.0; filter.first.lead],
             re: vec![0.0; filter.second.lead],
@@ -227,7 +227,7 @@ impl<const N: usize> Demodulator<N> {
     pub fn push(
         &mut self,
         interleaved: &[f32],
-        mut emit: impl FnMut(&Frame<N>),
+        mut emit: impl FnMut(&EnvelopeFrame<N>),
     ) -> Result<(), DemodulatorError> {
         if !interleaved.len().is_multiple_of(self.stream_channels) {
             return Err(DemodulatorError::TornBlock {
@@ -294,7 +294,7 @@ impl<const N: usize> Demodulator<N> {
     }
 
     /// Runs the second stage as far as the first one's outputs reach.
-    fn emit_frames(&mut self, emit: &mut impl FnMut(&Frame<N>)) {
+    fn emit_frames(&mut self, emit: &mut impl FnMut(&EnvelopeFrame<N>)) {
         let second = &self.filter.second;
         let (half, decimation) = (second.half as u64, second.decimation as u64);
         let held = self.channels.first().map_or(0, |c| c.re.len());
@@ -310,7 +310,7 @@ impl<const N: usize> Demodulator<N> {
                 .channels
                 .each_mut()
                 .map(|channel| channel.envelope(&self.filter, sample, window.clone()));
-            emit(&Frame {
+            emit(&EnvelopeFrame {
                 sample,
                 time_s: sample as f64 / f64::from(self.filter.settings().sample_rate_hz),
                 envelopes,
@@ -328,9 +328,9 @@ impl<const N: usize> Demodulator<N> {
     }
 }
 
-impl Channel {
+impl ChannelState {
     /// Deinterleaves, notes lost and clipped samples.
-    fn take(&mut self, chunk: &[f32], stride: usize, input: Input, at: u64) {
+    fn take(&mut self, chunk: &[f32], stride: usize, input: InputChannel, at: u64) {
         let start = self.samples.len();
         let sound = Deinterleave {
             interleaved: chunk,
@@ -359,7 +359,7 @@ impl Channel {
         filter: &Filter,
         sample: u64,
         window: std::ops::Range<usize>,
-    ) -> Envelope {
+    ) -> ChannelEnvelope {
         let touched = sample - filter.half_support()..sample + filter.half_support() + 1;
         let lost = self.flaws.lost_within(&touched);
         let clipped = self.flaws.clipped_within(&touched);
@@ -381,7 +381,7 @@ impl Channel {
             let [re, im] = kernel::inner_products([re, im], taps);
             std::array::from_fn(|i| Complex64::new(re[i], im[i]))
         };
-        Envelope {
+        ChannelEnvelope {
             value,
             slope_per_s,
             curvature_per_s2,

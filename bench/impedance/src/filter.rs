@@ -1,7 +1,7 @@
 //! The one filter that every channel passes.
 
+use crate::carrier_phase::CarrierPhase;
 use crate::kernel::LANES;
-use crate::phase::CarrierPhase;
 use crate::window::Kaiser;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -28,7 +28,7 @@ pub(crate) const PROBE_PAIRS: usize = 2;
 
 /// What the demodulator is asked to do.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
+pub struct FilterSettings {
     /// Rate of the audio samples.
     pub sample_rate_hz: u32,
     /// The carrier's frequency; need not be a whole number.
@@ -98,7 +98,7 @@ pub enum FilterError {
 /// droop of a shorter smooth window has (2 ms Hann: 9e-5 at 6 Hz, 2.5 % at 100 Hz); it pays with 5 ms of samples around a gap.
 #[derive(Clone, Debug)]
 pub struct Filter {
-    settings: Settings,
+    settings: FilterSettings,
     pub(crate) phase: CarrierPhase,
     pub(crate) first: FirstStage,
     pub(crate) second: SecondStage,
@@ -142,8 +142,8 @@ impl Filter {
     ///
     /// # Errors
     /// When the rates are not in a whole ratio of at least 8, or the carrier does not fit.
-    pub fn new(settings: Settings) -> Result<Self, FilterError> {
-        let Settings {
+    pub fn new(settings: FilterSettings) -> Result<Self, FilterError> {
+        let FilterSettings {
             sample_rate_hz,
             carrier_hz,
             output_rate_hz,
@@ -193,7 +193,7 @@ impl Filter {
 
     /// What it was designed for.
     #[must_use]
-    pub fn settings(&self) -> Settings {
+    pub fn settings(&self) -> FilterSettings {
         self.settings
     }
 
@@ -275,7 +275,7 @@ impl SecondStage {
         first: &[f64],
         first_decimation: u32,
         hop: u32,
-        settings: Settings,
+        settings: FilterSettings,
     ) -> (Self, Impulse) {
         let decimation = hop / first_decimation;
         let rate = f64::from(settings.sample_rate_hz);

@@ -1,35 +1,41 @@
 //! From sampled voltages to the plate's mechanical impedance: IQ demodulation, Z_m, smoothing, clock alignment.
 //!
+//! | what | where |
+//! | --- | --- |
+//! | the one demodulation filter and its measured response | [`Filter`] |
+//! | interleaved samples → complex envelopes of drive and pickup | [`Demodulator`] |
+//! | envelopes → Z_m, as published and corrected for envelope dynamics | [`Zm`] |
+//! | why a frame must not be used | [`Mask`] |
+//! | whether the carrier is in a signal at all | [`CarrierLevel`] |
+//! | a pickup's phase and delay from the unloaded plate's response to the modulation | [`Transient`] |
+//! | Butterworth low-pass, zero-phase and causal | [`smoothing`] |
+//! | another device's clock on the host's | [`clock_alignment`] |
+//! | how many samples an overrun lost | [`sample_loss`] |
+//!
 //! Conventions, for the whole crate: exp(+iωt), peak amplitudes, SI units named in identifiers.
-//! No input or output, no threads.
+//! No input or output, no threads: `clippy.toml` beside this crate's `Cargo.toml` disallows them.
 
-mod carrier;
-pub mod channel_fit;
-pub mod clipping;
-pub mod clock;
-pub mod crosstalk;
+mod carrier_level;
+mod carrier_phase;
+pub mod clock_alignment;
 mod demodulator;
 mod filter;
 mod flaws;
-pub mod gap;
 mod kernel;
 mod mask;
 mod noise;
-pub mod path;
-mod phase;
-pub mod plate_fit;
-pub mod regression;
+pub mod sample_loss;
 pub mod smoothing;
-pub mod spectrum;
-pub mod tone;
 mod transient;
 mod window;
 mod zm;
 
-pub use carrier::{CarrierError, CarrierLevel};
-pub use demodulator::{Demodulator, DemodulatorError, Envelope, Frame, Input};
-pub use filter::{Filter, FilterError, OUTPUT_RATE_HZ, Settings};
+pub use carrier_level::{CarrierError, CarrierLevel};
+pub use demodulator::{
+    ChannelEnvelope, Demodulator, DemodulatorError, EnvelopeFrame, InputChannel,
+};
+pub use filter::{Filter, FilterError, FilterSettings, OUTPUT_RATE_HZ};
 pub use flaws::{ChannelFlaws, Flawed};
 pub use mask::Mask;
 pub use transient::Transient;
-pub use zm::{Channels, ConstantError, NULL_SIGMAS, PlateConstants, Zm, ZmFrame};
+pub use zm::{ChannelScales, ConstantError, NULL_SIGMAS, PlateConstants, Zm, ZmFrame};

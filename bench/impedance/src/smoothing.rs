@@ -19,16 +19,16 @@ mod sealed {
     use super::{Biquad, Coefficients, DirectForm2Transposed};
 
     pub trait Section: Sized {
-        type Filter: Biquad<f64, Self> + Clone + std::fmt::Debug;
+        type State: Biquad<f64, Self> + Clone + std::fmt::Debug;
         /// A section in the steady state that a constant input of `level` leads to.
-        fn settled(coefficients: Coefficients<f64>, level: Self) -> Self::Filter;
+        fn settled(coefficients: Coefficients<f64>, level: Self) -> Self::State;
     }
 
     macro_rules! section {
         ($($value:ty),*) => {$(
             impl Section for $value {
-                type Filter = DirectForm2Transposed<f64, $value>;
-                fn settled(c: Coefficients<f64>, level: Self) -> Self::Filter {
+                type State = DirectForm2Transposed<f64, $value>;
+                fn settled(c: Coefficients<f64>, level: Self) -> Self::State {
                     let mut section = DirectForm2Transposed::new(c);
                     section.s1 = level * (1.0 - c.b0);
                     section.s2 = level * (c.b2 - c.a2);
@@ -148,7 +148,7 @@ impl LowPass {
 #[derive(Clone, Debug)]
 pub struct Causal<T: Smoothable> {
     low_pass: LowPass,
-    section: Option<T::Filter>,
+    section: Option<T::State>,
 }
 
 impl<T: Smoothable> Causal<T> {
@@ -344,11 +344,22 @@ mod tests {
 
     #[test]
     fn what_cannot_be_smoothed_is_named() {
+        let cut_off = |cutoff_hz| LowPass::new(cutoff_hz, 2000.0).map(|_| ()).unwrap_err();
         assert_eq!(
-            LowPass::new(1000.0, 2000.0).unwrap_err().to_string(),
-            "cut-off 1000 Hz is outside 0..1000 Hz, half the rate of 2000 Hz"
+            cut_off(1000.0),
+            SmoothingError::CutOff {
+                cutoff_hz: 1000.0,
+                rate_hz: 2000.0,
+                nyquist_hz: 1000.0
+            }
         );
-        assert!(LowPass::new(f64::NAN, 2000.0).is_err());
+        assert!(matches!(
+            cut_off(f64::NAN),
+            SmoothingError::CutOff {
+                rate_hz: 2000.0,
+                ..
+            }
+        ));
         assert_eq!(
             low_pass().zero_phase::<f64>(&[]),
             Err(SmoothingError::TooShort { values: 0 })

@@ -26,7 +26,7 @@
 //! noise the mean over a 2 s record has 1.01 times the variance of least squares over all its samples, which attains the
 //! Cramér–Rao bound (`mean_impedance_attains_the_cramer_rao_bound`).
 
-use crate::demodulator::Frame;
+use crate::demodulator::EnvelopeFrame;
 use crate::filter::Filter;
 use crate::mask::Mask;
 use num_complex::Complex64;
@@ -58,7 +58,7 @@ impl PlateConstants {
 
 /// How sample values become volts and metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Channels {
+pub struct ChannelScales {
     /// Actuator volts per sample value.
     pub drive_volts_per_unit: f64,
     /// Plate displacement per sample value at the carrier.
@@ -135,7 +135,7 @@ impl Zm {
     /// When a constant is not positive, or the phase not finite.
     pub fn new(
         plate: PlateConstants,
-        channels: Channels,
+        channels: ChannelScales,
         filter: &Filter,
     ) -> Result<Self, ConstantError> {
         for (name, value) in [
@@ -193,7 +193,7 @@ impl Zm {
 
     /// The impedance of one frame.
     #[must_use]
-    pub fn read(&self, frame: &Frame<2>) -> ZmFrame {
+    pub fn read(&self, frame: &EnvelopeFrame<2>) -> ZmFrame {
         let (drive, pickup) = (frame.drive(), frame.pickup());
         let Self {
             omega,

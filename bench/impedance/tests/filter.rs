@@ -5,10 +5,10 @@
     reason = "a test that cannot go on should stop with the error"
 )]
 
-use impedance::{Filter, FilterError, OUTPUT_RATE_HZ, Settings};
+use impedance::{Filter, FilterError, FilterSettings, OUTPUT_RATE_HZ};
 
 fn filter(sample_rate_hz: u32) -> Filter {
-    Filter::new(Settings {
+    Filter::new(FilterSettings {
         sample_rate_hz,
         carrier_hz: sample_rate_hz as f64 * 0.3,
         output_rate_hz: OUTPUT_RATE_HZ,
@@ -59,7 +59,7 @@ fn passband_is_flat_and_the_rest_rejected() {
 #[test]
 fn dc_and_hum_vanish_under_the_carrier() {
     for sample_rate_hz in [96_000, 100_000, 192_000] {
-        let settings = Settings {
+        let settings = FilterSettings {
             sample_rate_hz,
             carrier_hz: 35_000.0,
             output_rate_hz: OUTPUT_RATE_HZ,
@@ -78,7 +78,7 @@ fn dc_and_hum_vanish_under_the_carrier() {
 
 #[test]
 fn rates_without_a_whole_ratio_and_carriers_without_room_are_named() {
-    let settings = Settings {
+    let settings = FilterSettings {
         sample_rate_hz: 44_100,
         carrier_hz: 10_000.0,
         output_rate_hz: 2000,
@@ -88,7 +88,7 @@ fn rates_without_a_whole_ratio_and_carriers_without_room_are_named() {
         error.to_string(),
         "sample rate 44100 Hz is not an integer multiple of the output rate 2000 Hz"
     );
-    let settings = Settings {
+    let settings = FilterSettings {
         sample_rate_hz: 48_000,
         carrier_hz: 35_000.0,
         output_rate_hz: 2000,
@@ -97,7 +97,7 @@ fn rates_without_a_whole_ratio_and_carriers_without_room_are_named() {
         Filter::new(settings),
         Err(FilterError::CarrierOutOfBand { .. })
     ));
-    let settings = Settings {
+    let settings = FilterSettings {
         sample_rate_hz: 96_000,
         carrier_hz: f64::NAN,
         output_rate_hz: 2000,
@@ -106,7 +106,7 @@ fn rates_without_a_whole_ratio_and_carriers_without_room_are_named() {
         Filter::new(settings),
         Err(FilterError::CarrierOutOfBand { .. })
     ));
-    let settings = Settings {
+    let settings = FilterSettings {
         sample_rate_hz: 8_000,
         carrier_hz: 3000.0,
         output_rate_hz: 2000,
@@ -115,7 +115,7 @@ fn rates_without_a_whole_ratio_and_carriers_without_room_are_named() {
         Filter::new(settings),
         Err(FilterError::TooFewSamplesPerFrame { .. })
     ));
-    let settings = Settings {
+    let settings = FilterSettings {
         sample_rate_hz: 8_000,
         carrier_hz: 3000.0,
         output_rate_hz: 0,

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 use std::ops::RangeInclusive;
 
 use impedance::{
-    ChannelFlaws, Channels, ConstantError, Demodulator, DemodulatorError, Filter, FilterError,
-    Input, Mask, OUTPUT_RATE_HZ, Settings, Zm, ZmFrame,
+    ChannelFlaws, ChannelScales, ConstantError, Demodulator, DemodulatorError, Filter, FilterError,
+    FilterSettings, InputChannel, Mask, OUTPUT_RATE_HZ, Zm, ZmFrame,
 };
 
 use crate::manifest::Manifest;
@@ -144,7 +144,7 @@ impl Pipeline {
         format: AudioFormat,
         unstated: &Unstated,
     ) -> Result<Self, RecordedError> {
-        let filter = Filter::new(Settings {
+        let filter = Filter::new(FilterSettings {
             sample_rate_hz: format.sample_rate_hz,
             carrier_hz: manifest.carrier_hz,
             output_rate_hz: frame_rate_hz(format.sample_rate_hz)?,
@@ -157,7 +157,7 @@ impl Pipeline {
         } else {
             f64::INFINITY
         };
-        let input = |index: u16, clip_units: Option<f64>, seen: f32| Input {
+        let input = |index: u16, clip_units: Option<f64>, seen: f32| InputChannel {
             channel: usize::from(index),
             clip_level: seen.min(clip_units.unwrap_or(unsaid) as f32),
         };
@@ -282,7 +282,7 @@ fn recorded_zm(
     let inverted = signs.iter().filter(|value| **value < 0.0).count() % 2 == 1;
     let zm = Zm::new(
         plate.constants(),
-        Channels {
+        ChannelScales {
             drive_volts_per_unit: channels.drive.volts_per_unit.abs(),
             pickup_metres_per_unit: channels.pickup.metres_per_unit.abs(),
             pickup_phase_rad: channels.pickup.phase_rad

@@ -12,7 +12,8 @@ use bench_tests::program::bench;
 use bench_tests::recorded::Recording;
 use bench_tests::session::{SessionFolder, demo_with, finish, text, unattended};
 use impedance::{
-    Channels, Demodulator, Filter, Input, OUTPUT_RATE_HZ, PlateConstants, Settings, Zm, ZmFrame,
+    ChannelScales, Demodulator, Filter, FilterSettings, InputChannel, OUTPUT_RATE_HZ,
+    PlateConstants, Zm, ZmFrame,
 };
 use num_complex::Complex64;
 use recording::manifest::IntervalKind;
@@ -32,7 +33,7 @@ fn true_z_p(truth: &Path) -> Complex64 {
 /// Impedance frames of a recording, by nothing but what the recording holds.
 fn frames(recording: &Recording) -> Vec<ZmFrame> {
     let manifest = &recording.manifest;
-    let filter = Filter::new(Settings {
+    let filter = Filter::new(FilterSettings {
         sample_rate_hz: recording.rate_hz,
         carrier_hz: manifest.carrier_hz,
         output_rate_hz: OUTPUT_RATE_HZ,
@@ -43,13 +44,13 @@ fn frames(recording: &Recording) -> Vec<ZmFrame> {
         modal_mass_kg: manifest.plate.modal_mass_kg,
         force_factor_n_per_v: manifest.plate.force_factor_n_per_v,
     };
-    let channels = Channels {
+    let channels = ChannelScales {
         drive_volts_per_unit: manifest.channels.drive.volts_per_unit,
         pickup_metres_per_unit: manifest.channels.pickup.metres_per_unit,
         pickup_phase_rad: manifest.channels.pickup.phase_rad,
     };
     let zm = Zm::new(plate, channels, &filter).unwrap();
-    let input = |channel: u16| Input {
+    let input = |channel: u16| InputChannel {
         channel: usize::from(channel),
         clip_level: 0.999,
     };

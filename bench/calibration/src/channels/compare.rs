@@ -1,7 +1,7 @@
 //! Are the inputs what they were at the calibration? What silence and one tone at the carrier tell, the bench wired as always.
 
-use impedance::spectrum::{Spectrum, SpectrumError};
-use impedance::tone::{Tone, ToneError};
+use metrology::spectrum::{Spectrum, SpectrumError};
+use metrology::tone::{SteadyTone, ToneError};
 
 use super::fault::ChannelsFault;
 use super::noise::{NOISE_RESOLUTION_HZ, noise_band};
@@ -51,7 +51,7 @@ impl Present {
                 Spectrum::read(silence, channels, channel, rate_hz, NOISE_RESOLUTION_HZ)?;
             let [from_hz, to_hz] = noise_band(carrier_hz, rate_hz);
             present.noise.push(spectrum.noise(from_hz, to_hz).value);
-            let tone = Tone::read(tone, channels, channel, carrier_hz, rate_hz)?;
+            let tone = SteadyTone::read(tone, channels, channel, carrier_hz, rate_hz)?;
             present.levels.push(tone.value.norm());
         }
         Ok(present)
@@ -88,7 +88,7 @@ pub fn compare(
                 expected: drive,
                 found: input.index,
             },
-            None => ChannelsFault::Path(impedance::path::PathFault::Silent {
+            None => ChannelsFault::Path(metrology::signal_path::PathFault::Silent {
                 share: read / commanded_units,
             }),
         });
@@ -141,7 +141,7 @@ mod tests {
         assert!(matches!(
             compare(&calibrated(), 0, 0.0333, &silent),
             Err(ChannelsFault::Path(
-                impedance::path::PathFault::Silent { .. }
+                metrology::signal_path::PathFault::Silent { .. }
             ))
         ));
         let mut noisy = present();

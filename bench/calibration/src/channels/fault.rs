@@ -1,6 +1,6 @@
 //! What can be wrong with the channels, each by its name, with what to do.
 
-use impedance::path::PathFault;
+use metrology::signal_path::PathFault;
 
 /// A fault of an input, of the cables, or of the way from the generator to them.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

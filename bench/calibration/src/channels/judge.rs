@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
 use anyhow::Context;
-use impedance::channel_fit::{ChannelFit, Reading, find_slip};
-use impedance::plate_fit::Estimate;
-use impedance::spectrum::{NoiseDensity, Spectrum};
 use jiff::Timestamp;
+use metrology::FittedValue;
+use metrology::channel_fit::{ChannelFit, RatioReading, find_slip};
+use metrology::spectrum::{NoiseDensity, Spectrum};
 use num_complex::Complex64;
 
 use super::fault::ChannelsFault;
@@ -79,7 +79,12 @@ fn db(ratio: f64) -> f64 {
 
 impl ChannelsProcedure {
     /// The input's ratio to the drive's at each tone, in the order of time, less `leaked`.
-    fn ratios(&self, tones: &Tones, input: usize, leaked: Option<&[Reading]>) -> Vec<Reading> {
+    fn ratios(
+        &self,
+        tones: &Tones,
+        input: usize,
+        leaked: Option<&[RatioReading]>,
+    ) -> Vec<RatioReading> {
         let drive = usize::from(self.drive());
         tones
             .iter()
@@ -94,7 +99,7 @@ impl ChannelsProcedure {
                     absolute = absolute.hypot(leak.sigma * leak.ratio.norm());
                 }
                 let ratio = ratio - leak.map_or(Complex64::ZERO, |leak| leak.ratio);
-                Reading {
+                RatioReading {
                     frequency_hz: *frequency_hz,
                     ratio,
                     sigma: absolute / ratio.norm(),
@@ -133,7 +138,7 @@ impl ChannelsProcedure {
 
     /// What the input reads of the drive with only the drive's cable in, over the drive's reading: mean and standard error of
     /// the tones' magnitudes about their mean.
-    fn crosstalk(&self, leaked: &[Reading]) -> Quantity {
+    fn crosstalk(&self, leaked: &[RatioReading]) -> Quantity {
         let n = leaked.len() as f64;
         let mean = leaked.iter().map(|leak| leak.ratio).sum::<Complex64>() / n;
         let squares: f64 = leaked
@@ -211,7 +216,7 @@ impl ChannelsProcedure {
         // The other way the crosstalk is not measured: it is taken to be as large, in any phase, and to change over the band
         // as a delay like this channel's makes it.
         let back = crosstalk.value;
-        let quantity = |estimate: Estimate, scale: f64, unseen: f64, unit: &str| {
+        let quantity = |estimate: FittedValue, scale: f64, unseen: f64, unit: &str| {
             let observed = scale * estimate.standard_error;
             Quantity::combined(
                 scale * estimate.value,

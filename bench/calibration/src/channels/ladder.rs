@@ -1,7 +1,7 @@
 //! The level ladder: every input at rising levels, as far as it is straight and to where its peaks are cut off.
 
-use impedance::clipping::Peaks;
-use impedance::regression::{Line, LineError, Point};
+use metrology::regression::{Line, LineError, LinePoint};
+use metrology::tone_clipping::Peaks;
 
 /// One input at one level.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,9 +65,9 @@ fn first_cut(rungs: &[Rung]) -> Option<usize> {
 pub fn straightness(rungs: &[Rung], noise: f64) -> Result<Straightness, LineError> {
     let cut = first_cut(rungs);
     let clean = &rungs[..cut.unwrap_or(rungs.len())];
-    let points: Vec<Point> = clean
+    let points: Vec<LinePoint> = clean
         .iter()
-        .map(|rung| Point {
+        .map(|rung| LinePoint {
             x: rung.drive_v,
             y: rung.amplitude,
             sigma: noise.max(f64::MIN_POSITIVE),

@@ -1,10 +1,10 @@
 //! The steps of `calibrate channels`.
 
 use anyhow::Context;
-use impedance::clipping::Peaks;
-use impedance::path::{self, Answer, COMES_BACK, PathFault};
-use impedance::spectrum::{NoiseDensity, Peak, Spectrum};
-use impedance::tone::Tone;
+use metrology::signal_path::{self, COMES_BACK, PathFault, ToneAnswer};
+use metrology::spectrum::{NoiseDensity, Peak, Spectrum};
+use metrology::tone::SteadyTone;
+use metrology::tone_clipping::Peaks;
 use num_complex::Complex64;
 use signalgen::{ToneList, Waveform};
 
@@ -224,7 +224,7 @@ impl ChannelsProcedure {
         dwell: &Dwell,
         drive_v: f64,
         cabling: &'static str,
-    ) -> anyhow::Result<Vec<Tone>> {
+    ) -> anyhow::Result<Vec<SteadyTone>> {
         (0..self.inputs())
             .map(|input| {
                 let tone = heard.tone(dwell, input, SETTLE_S)?;
@@ -283,7 +283,7 @@ impl ChannelsProcedure {
     /// The drive's path, judged on the input where it is, or should be, heard.
     pub(super) fn require_path(&self, heard: &Heard, input: u16) -> anyhow::Result<()> {
         let expected = self.expected(self.faint_v());
-        let answers: Vec<Answer> = heard
+        let answers: Vec<ToneAnswer> = heard
             .dwells
             .iter()
             .map(|dwell| {
@@ -299,14 +299,14 @@ impl ChannelsProcedure {
                     amplitude: peak.amplitude / expected,
                     ..peak
                 });
-                Ok(Answer {
+                Ok(ToneAnswer {
                     played_hz: dwell.carrier_hz,
                     share: heard.tone(dwell, input, SETTLE_S)?.value.norm() / expected,
                     peaks: peaks.collect(),
                 })
             })
             .collect::<anyhow::Result<_>>()?;
-        path::judge(
+        signal_path::judge(
             &answers,
             self.setup.carrier_hz,
             1.5 * LOOK_STEP_HZ,

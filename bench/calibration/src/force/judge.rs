@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use anyhow::Context;
-use impedance::crosstalk::Crosstalk;
-use impedance::regression::{Line, Point};
+use metrology::crosstalk::Crosstalk;
+use metrology::regression::{Line, LinePoint};
 
 use super::common::{AXES, LEAST_SIGMA_N, TARE_WINDOWS};
 use super::plateau::{Plateau, WINDOW_S};
@@ -24,10 +24,10 @@ impl ForceProcedure {
     fn drift(&self, fit: &Crosstalk, axis: usize) -> anyhow::Result<Drift> {
         let row = fit.matrix[axis];
         let newtons = |of: [f64; 2]| row[0].value * of[0] + row[1].value * of[1];
-        let points: Vec<Point> = self
+        let points: Vec<LinePoint> = self
             .zeros
             .iter()
-            .map(|zero| Point {
+            .map(|zero| LinePoint {
                 x: zero.at_s / 60.0,
                 y: newtons(zero.mean),
                 sigma: (row[0].value * zero.error[0])
@@ -51,10 +51,10 @@ impl ForceProcedure {
     fn tare(&self, axis: usize) -> anyhow::Result<Quantity> {
         let last = self.zeros.last().context("no zero was read")?;
         let (wander, freedom) = if self.zeros.len() >= 3 {
-            let points: Vec<Point> = self
+            let points: Vec<LinePoint> = self
                 .zeros
                 .iter()
-                .map(|zero| Point {
+                .map(|zero| LinePoint {
                     x: zero.at_s,
                     y: zero.mean[axis],
                     sigma: zero.error[axis].max(LEAST_SIGMA_N),

@@ -2,7 +2,7 @@
 //! mass that was not placed, still swings or is another one is asked for again; crossed wires end it.
 
 use anyhow::bail;
-use impedance::crosstalk::{Crosstalk, Loading};
+use metrology::crosstalk::{Crosstalk, Loading};
 
 use super::common::{AXES, LEAST_SIGMA_N, TARE_WINDOWS};
 use super::masses::Mass;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use contact::fit::{FitConditions, InstanceSeries, Samples};
+use contact::fit::{FitConditions, InstanceSamples, InstanceSeries};
 use contact::{AssumedConstants, Contact, harmonic};
 use num_complex::Complex64;
 
@@ -81,7 +81,7 @@ impl Record {
 
     /// As the fits read it.
     pub fn series(&self) -> InstanceSeries<'_> {
-        let samples = Samples {
+        let samples = InstanceSamples {
             time_s: &self.time_s,
             z_m_plain_n_s_per_m: &self.z_m,
             z_m_corrected_n_s_per_m: &self.z_m,

@@ -13,14 +13,16 @@
 
 use num_complex::Complex64;
 
-use super::estimate::{FrictionAtRest, GapLaw, Measured, agreement, estimate};
+use super::conditions::FitConditions;
+use super::estimated_series::{EstimatedSeries, FrictionAtRest, GapLaw, MeasuredSamples, estimate};
+use super::fit_agreement::{Agreement, agreement};
+use super::fit_error::FitError;
+use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD};
 use super::lag::Lag;
 use super::least_squares::{ImpedanceModel, Minimum, best_start, minimise};
-use super::series::{cubic_through, mean};
-use super::{
-    Agreement, EstimatedSeries, FitConditions, FitError, IDENTIFIABLE_RELATIVE_STD, InstanceSeries,
-    Parameter, Samples, Sensitivities, Verdict,
-};
+use super::sensitivity::{self, Sensitivities};
+use super::series::{InstanceSamples, InstanceSeries, cubic_through, mean};
+use super::sigma_search::sigma_starts;
 use crate::contact::Contact;
 use crate::finger::{FittedFinger, MS, Z_T_SLOPES};
 use crate::harmonic::observed;
@@ -28,12 +30,12 @@ use crate::inversion::{Dependent, Inversion};
 
 /// How the joint fit is set up.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Options {
+pub struct DynamicOptions {
     /// How long before the instance the gap is integrated, s. Default 20 ms, some ten τ.
     pub lead_in_s: f64,
 }
 
-impl Default for Options {
+impl Default for DynamicOptions {
     fn default() -> Self {
         Self { lead_in_s: 0.02 }
     }
@@ -43,7 +45,7 @@ impl Default for Options {
 #[derive(Debug, Clone, PartialEq)]
 pub struct DynamicFit {
     /// Whether the parameters mean anything.
-    pub verdict: Verdict,
+    pub verdict: FitVerdict,
     /// σ_t, m.
     pub sigma_t_m: f64,
     /// Standard error of `sigma_t_m`; infinite if not identifiable.
@@ -66,7 +68,7 @@ pub struct DynamicFit {
     pub agreement: Agreement,
     /// Stiffness, gap and friction in time.
     pub series: EstimatedSeries,
-    /// The fitted parameters with their covariance, for samples beyond this instance: [`crate::self_sensed`], [`crate::live`].
+    /// The fitted parameters with their covariance, for samples beyond this instance: [`crate::self_sensed`], [`crate::live_estimator`].
     pub finger: FittedFinger,
 }
 
@@ -83,9 +85,9 @@ const IDENTIFIABLE_TAU_STD_S: f64 = 2e-3;
 pub fn fit(
     instance: &InstanceSeries<'_>,
     conditions: &FitConditions,
-    options: &Options,
+    options: &DynamicOptions,
 ) -> Result<DynamicFit, FitError> {
-    let mut model = Model::new(instance, conditions, options)?;
+    let mut model = DynamicModel::new(instance, conditions, options)?;
     let solution = model.solve()?;
     model.report(&instance.instance(), solution)
 }
@@ -97,22 +99,22 @@ pub fn fit(
 pub fn sensitivities(
     instance: &InstanceSeries<'_>,
     conditions: &FitConditions,
-    options: &Options,
+    options: &DynamicOptions,
 ) -> Result<Sensitivities, FitError> {
-    super::estimate::sensitivities(conditions, |conditions| {
-        let solution = Model::new(instance, conditions, options)?.solve()?;
+    sensitivity::sensitivities(conditions, |conditions| {
+        let solution = DynamicModel::new(instance, conditions, options)?.solve()?;
         let [ln_sigma_t, re, im, tau_ms] = solution.minimum.parameters;
         Ok((ln_sigma_t, Complex64::new(re, im), tau_ms * MS))
     })
 }
 
-struct Solution {
+struct JointSolution {
     minimum: Minimum<N>,
     /// Where τ would go, if the bound holds it.
     unbounded_tau_s: Option<f64>,
 }
 
-struct Model<'a> {
+struct DynamicModel<'a> {
     conditions: &'a FitConditions,
     carrier_rad_per_s: f64,
     interval_s: f64,
@@ -130,11 +132,11 @@ struct Model<'a> {
     gap_by_tau: Vec<f64>,
 }
 
-impl<'a> Model<'a> {
+impl<'a> DynamicModel<'a> {
     fn new(
         instance: &InstanceSeries<'a>,
         conditions: &'a FitConditions,
-        options: &Options,
+        options: &DynamicOptions,
     ) -> Result<Self, FitError> {
         conditions.assumed.validated()?;
         let (samples, lead) = instance.with_lead_in(options.lead_in_s)?;
@@ -198,7 +200,7 @@ impl<'a> Model<'a> {
     }
 
     fn start(&mut self, tau_ms: f64) -> Option<[f64; N]> {
-        let candidates: Vec<[f64; N]> = super::sigma_starts()
+        let candidates: Vec<[f64; N]> = sigma_starts()
             .filter_map(|sigma| {
                 let contact = self.follow(sigma.ln(), tau_ms)?;
                 let z_t = self.tissue_given_gap(&contact);
@@ -208,23 +210,23 @@ impl<'a> Model<'a> {
         best_start(self, candidates)
     }
 
-    fn solve(&mut self) -> Result<Solution, FitError> {
+    fn solve(&mut self) -> Result<JointSolution, FitError> {
         let starts: Vec<[f64; N]> = TAU_STARTS_MS
             .iter()
             .filter_map(|&tau_ms| self.start(tau_ms))
             .collect();
-        let mut solutions: Vec<Solution> = Vec::with_capacity(starts.len());
+        let mut solutions: Vec<JointSolution> = Vec::with_capacity(starts.len());
         for start in starts {
             let free = minimise(self, start);
             let [ln_sigma_t, re, im, tau_ms] = free.parameters;
             solutions.push(if tau_ms >= 0.0 {
-                Solution {
+                JointSolution {
                     minimum: free,
                     unbounded_tau_s: None,
                 }
             } else {
                 let bound = minimise(&mut WithoutLag(self), [ln_sigma_t, re, im]);
-                Solution {
+                JointSolution {
                     minimum: bound.extended(0.0),
                     unbounded_tau_s: Some(tau_ms * MS),
                 }
@@ -244,10 +246,10 @@ impl<'a> Model<'a> {
 
     fn report(
         &mut self,
-        samples: &Samples<'_>,
-        solution: Solution,
+        samples: &InstanceSamples<'_>,
+        solution: JointSolution,
     ) -> Result<DynamicFit, FitError> {
-        let Solution {
+        let JointSolution {
             minimum,
             unbounded_tau_s,
         } = solution;
@@ -279,7 +281,7 @@ impl<'a> Model<'a> {
             slopes: friction.slopes.into(),
             noise: friction.std,
         });
-        let measured = Measured {
+        let measured = MeasuredSamples {
             time_s: samples.time_s,
             z_m: self.z_m,
             z_m_std: &z_m_std,
@@ -315,32 +317,32 @@ impl<'a> Model<'a> {
         })
     }
 
-    fn verdict(&self, minimum: &Minimum<N>, unbounded_tau_s: Option<f64>) -> Verdict {
+    fn verdict(&self, minimum: &Minimum<N>, unbounded_tau_s: Option<f64>) -> FitVerdict {
         if let Some(reason) = &minimum.failure {
-            return Verdict::NotConverged {
+            return FitVerdict::NotConverged {
                 reason: reason.clone(),
             };
         }
         let std = |i: usize| minimum.std(i);
         let [_, re, im, _] = minimum.parameters;
         let weak = [
-            (Parameter::SigmaT, std(0), IDENTIFIABLE_RELATIVE_STD),
+            (FitParameter::SigmaT, std(0), IDENTIFIABLE_RELATIVE_STD),
             (
-                Parameter::ZT,
+                FitParameter::ZT,
                 std(1).hypot(std(2)) / re.hypot(im),
                 IDENTIFIABLE_RELATIVE_STD,
             ),
-            (Parameter::Tau, std(3) * MS, IDENTIFIABLE_TAU_STD_S),
+            (FitParameter::Tau, std(3) * MS, IDENTIFIABLE_TAU_STD_S),
         ];
         let worst = weak
             .into_iter()
             .max_by(|a, b| (a.1 / a.2).total_cmp(&(b.1 / b.2)));
         match (worst, unbounded_tau_s) {
             (Some((parameter, std, limit)), _) if std > limit || std.is_nan() => {
-                Verdict::NotIdentifiable { parameter, std }
+                FitVerdict::NotIdentifiable { parameter, std }
             }
-            (_, Some(unbounded_tau_s)) => Verdict::LagAtBound { unbounded_tau_s },
-            _ => Verdict::Converged,
+            (_, Some(unbounded_tau_s)) => FitVerdict::LagAtBound { unbounded_tau_s },
+            _ => FitVerdict::Converged,
         }
     }
 
@@ -376,7 +378,7 @@ impl<'a> Model<'a> {
     }
 }
 
-impl ImpedanceModel<N> for Model<'_> {
+impl ImpedanceModel<N> for DynamicModel<'_> {
     fn measured(&self) -> &[Complex64] {
         self.z_m
     }
@@ -421,7 +423,7 @@ impl ImpedanceModel<N> for Model<'_> {
 }
 
 /// The model with τ at its bound, 0.
-struct WithoutLag<'m, 'a>(&'m mut Model<'a>);
+struct WithoutLag<'m, 'a>(&'m mut DynamicModel<'a>);
 
 impl ImpedanceModel<3> for WithoutLag<'_, '_> {
     fn measured(&self) -> &[Complex64] {
@@ -457,7 +459,8 @@ mod tests {
     fn slopes_are_derivatives() {
         with_instance(|instance| {
             let conditions = FitConditions::with_plate(Complex64::new(7.01, 0.1));
-            let mut model = Model::new(instance, &conditions, &Options::default()).unwrap();
+            let mut model =
+                DynamicModel::new(instance, &conditions, &DynamicOptions::default()).unwrap();
             for tau_ms in [-0.2, 0.05, 1.2] {
                 assert_slopes_are_derivatives(&mut model, [1.7e-6_f64.ln(), 0.47, 3.16, tau_ms]);
             }

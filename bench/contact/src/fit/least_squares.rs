@@ -3,7 +3,7 @@ use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn, SMatrix, SVector};
 use num_complex::Complex64;
 
-use super::residual_noise::ResidualNoise;
+use crate::residual_noise::ResidualNoise;
 
 /// A model of the complex impedance of every sample of an instance, with N real parameters.
 pub(crate) trait ImpedanceModel<const N: usize> {
@@ -66,7 +66,7 @@ impl Minimum<3> {
     }
 }
 
-struct Problem<'a, M, const N: usize> {
+struct ImpedanceProblem<'a, M, const N: usize> {
     model: &'a mut M,
     parameters: [f64; N],
     z_m: Vec<Complex64>,
@@ -74,7 +74,7 @@ struct Problem<'a, M, const N: usize> {
     in_domain: bool,
 }
 
-impl<M: ImpedanceModel<N>, const N: usize> Problem<'_, M, N> {
+impl<M: ImpedanceModel<N>, const N: usize> ImpedanceProblem<'_, M, N> {
     fn evaluate(&mut self) {
         self.in_domain = self
             .model
@@ -89,7 +89,7 @@ impl<M: ImpedanceModel<N>, const N: usize> Problem<'_, M, N> {
 }
 
 impl<M: ImpedanceModel<N>, const N: usize> LeastSquaresProblem<f64, Dyn, Dyn>
-    for Problem<'_, M, N>
+    for ImpedanceProblem<'_, M, N>
 {
     type ResidualStorage = Owned<f64, Dyn>;
     type JacobianStorage = Owned<f64, Dyn, Dyn>;
@@ -160,7 +160,7 @@ pub(crate) fn minimise<M: ImpedanceModel<N>, const N: usize>(
 ) -> Minimum<N> {
     let n = model.measured().len();
     let zero = Complex64::ZERO;
-    let mut problem = Problem {
+    let mut problem = ImpedanceProblem {
         model,
         parameters: start,
         z_m: vec![zero; n],
@@ -184,7 +184,7 @@ pub(crate) fn minimise<M: ImpedanceModel<N>, const N: usize>(
 }
 
 fn summarise<M: ImpedanceModel<N>, const N: usize>(
-    problem: Problem<'_, M, N>,
+    problem: ImpedanceProblem<'_, M, N>,
     failure: Option<String>,
 ) -> Minimum<N> {
     let residuals: Vec<Complex64> = (0..problem.z_m.len())

@@ -9,27 +9,29 @@
 
 use num_complex::Complex64;
 
-use super::estimate::{FrictionAtRest, GapLaw, Measured, agreement, estimate};
-use super::least_squares::{ImpedanceModel, Minimum, minimise};
-use super::series::mean;
-use super::{
-    Agreement, EstimatedSeries, FitConditions, FitError, IDENTIFIABLE_RELATIVE_STD, InstanceSeries,
-    Parameter, Samples, Sensitivities, Verdict,
-};
+use super::conditions::FitConditions;
+use super::estimated_series::{EstimatedSeries, FrictionAtRest, GapLaw, MeasuredSamples, estimate};
+use super::fit_agreement::{Agreement, agreement};
+use super::fit_error::FitError;
+use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD};
+use super::least_squares::{ImpedanceModel, Minimum, best_start, minimise};
+use super::sensitivity::{self, Sensitivities};
+use super::series::{InstanceSamples, InstanceSeries, mean};
+use super::sigma_search::sigma_starts;
 use crate::contact::Contact;
 use crate::harmonic::{contact_impedance, observed, tissue_from_observed};
 use crate::inversion::Inversion;
 
 /// Where the tissue impedance and μ0 are read.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Options {
+pub struct PaperOptions {
     /// Amplitudes below this count as rest, m. Default 0.2 µm (Huloux 2021; elsewhere it says 2 µm).
     pub rest_amplitude_m: f64,
     /// How much of an instance that never goes below is used instead, its lowest amplitudes, s. Default 5 ms.
     pub lowest_s: f64,
 }
 
-impl Default for Options {
+impl Default for PaperOptions {
     fn default() -> Self {
         Self {
             rest_amplitude_m: 0.2e-6,
@@ -41,7 +43,7 @@ impl Default for Options {
 /// Where Z_m⁰ was read, and μ0 too if the whole rise never goes below the threshold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RestReading {
-    /// Whether the instance goes below [`Options::rest_amplitude_m`]; if not, its lowest amplitudes were taken.
+    /// Whether the instance goes below [`PaperOptions::rest_amplitude_m`]; if not, its lowest amplitudes were taken.
     pub below_threshold: bool,
     /// Samples used.
     pub samples: usize,
@@ -53,7 +55,7 @@ pub struct RestReading {
 #[derive(Debug, Clone, PartialEq)]
 pub struct PaperFit {
     /// Whether the parameters mean anything.
-    pub verdict: Verdict,
+    pub verdict: FitVerdict,
     /// σ_t, m.
     pub sigma_t_m: f64,
     /// Standard error of `sigma_t_m`; infinite if not identifiable.
@@ -83,11 +85,11 @@ pub struct PaperFit {
 pub fn fit(
     instance: &InstanceSeries<'_>,
     conditions: &FitConditions,
-    options: &Options,
+    options: &PaperOptions,
 ) -> Result<PaperFit, FitError> {
     let samples = instance.instance();
-    let at_rest = AtRest::read(instance, options);
-    let mut model = Model::new(&samples, conditions, at_rest.z_m)?;
+    let at_rest = InstanceAtRest::read(instance, options);
+    let mut model = PaperModel::new(&samples, conditions, at_rest.z_m)?;
     let minimum = model.fitted()?;
     model.report(&samples, minimum, &at_rest)
 }
@@ -99,12 +101,12 @@ pub fn fit(
 pub fn sensitivities(
     instance: &InstanceSeries<'_>,
     conditions: &FitConditions,
-    options: &Options,
+    options: &PaperOptions,
 ) -> Result<Sensitivities, FitError> {
-    super::estimate::sensitivities(conditions, |conditions| {
+    sensitivity::sensitivities(conditions, |conditions| {
         let samples = instance.instance();
-        let at_rest = AtRest::read(instance, options);
-        let mut model = Model::new(&samples, conditions, at_rest.z_m)?;
+        let at_rest = InstanceAtRest::read(instance, options);
+        let mut model = PaperModel::new(&samples, conditions, at_rest.z_m)?;
         let minimum = model.fitted()?;
         Ok((
             minimum.parameters[0],
@@ -114,14 +116,14 @@ pub fn sensitivities(
     })
 }
 
-struct AtRest {
+struct InstanceAtRest {
     z_m: Complex64,
     friction: FrictionAtRest<1>,
     reading: RestReading,
 }
 
-impl AtRest {
-    fn read(instance: &InstanceSeries<'_>, options: &Options) -> Self {
+impl InstanceAtRest {
+    fn read(instance: &InstanceSeries<'_>, options: &PaperOptions) -> Self {
         let samples = instance.instance();
         let amplitude = samples.amplitude_m;
         let mut at: Vec<usize> = (0..amplitude.len())
@@ -166,7 +168,7 @@ impl AtRest {
     }
 }
 
-struct Model<'a> {
+struct PaperModel<'a> {
     conditions: &'a FitConditions,
     carrier_rad_per_s: f64,
     z_m: &'a [Complex64],
@@ -177,9 +179,9 @@ struct Model<'a> {
     gap_m: Vec<f64>,
 }
 
-impl<'a> Model<'a> {
+impl<'a> PaperModel<'a> {
     fn new(
-        samples: &Samples<'a>,
+        samples: &InstanceSamples<'a>,
         conditions: &'a FitConditions,
         z_m_at_rest: Complex64,
     ) -> Result<Self, FitError> {
@@ -214,29 +216,28 @@ impl<'a> Model<'a> {
 
     fn fitted(&mut self) -> Result<Minimum<1>, FitError> {
         let start =
-            super::least_squares::best_start(self, super::sigma_starts().map(|sigma| [sigma.ln()]))
-                .ok_or(FitError::NoStart)?;
+            best_start(self, sigma_starts().map(|sigma| [sigma.ln()])).ok_or(FitError::NoStart)?;
         Ok(minimise(self, start))
     }
 
     fn report(
         &self,
-        samples: &Samples<'_>,
+        samples: &InstanceSamples<'_>,
         minimum: Minimum<1>,
-        at_rest: &AtRest,
+        at_rest: &InstanceAtRest,
     ) -> Result<PaperFit, FitError> {
         let sigma_t_m = minimum.parameters[0].exp();
         let (z_t, z_t_slope) = self.tissue(minimum.parameters[0]);
         let ln_std = minimum.std(0);
         let verdict = if let Some(reason) = minimum.failure {
-            Verdict::NotConverged { reason }
+            FitVerdict::NotConverged { reason }
         } else if ln_std > IDENTIFIABLE_RELATIVE_STD {
-            Verdict::NotIdentifiable {
-                parameter: Parameter::SigmaT,
+            FitVerdict::NotIdentifiable {
+                parameter: FitParameter::SigmaT,
                 std: ln_std,
             }
         } else {
-            Verdict::Converged
+            FitVerdict::Converged
         };
         let inversion = Inversion {
             contact: Contact::new(&self.conditions.assumed, sigma_t_m)?,
@@ -246,7 +247,7 @@ impl<'a> Model<'a> {
             z_t_slopes: [z_t_slope],
             covariance: minimum.covariance,
         };
-        let measured = Measured {
+        let measured = MeasuredSamples {
             time_s: samples.time_s,
             z_m: self.z_m,
             z_m_std: &vec![minimum.noise.std(1.0); self.z_m.len()],
@@ -279,7 +280,7 @@ impl<'a> Model<'a> {
     }
 }
 
-impl ImpedanceModel<1> for Model<'_> {
+impl ImpedanceModel<1> for PaperModel<'_> {
     fn measured(&self) -> &[Complex64] {
         self.z_m
     }
@@ -329,7 +330,8 @@ mod tests {
         with_instance(|instance| {
             let conditions = FitConditions::with_plate(Complex64::new(7.01, 0.1));
             let mut model =
-                Model::new(&instance.instance(), &conditions, Complex64::new(9.5, -2.0)).unwrap();
+                PaperModel::new(&instance.instance(), &conditions, Complex64::new(9.5, -2.0))
+                    .unwrap();
             for sigma_t_m in [0.8e-6_f64, 1.7e-6, 5e-6] {
                 assert_slopes_are_derivatives(&mut model, [sigma_t_m.ln()]);
             }

@@ -1,7 +1,7 @@
 use nalgebra::{Matrix4, Vector4};
 use num_complex::Complex64;
 
-use super::FitError;
+use super::fit_error::FitError;
 use crate::error::{ModelError, not_negative, positive, same_length};
 
 /// Largest departure from an even grid, as a share of the sampling interval.
@@ -11,7 +11,7 @@ const FEWEST_SAMPLES: usize = 8;
 
 /// Simultaneous samples of one stretch of an exploration, evenly spaced (2 kHz on this bench).
 #[derive(Debug, Clone, Copy)]
-pub struct Samples<'a> {
+pub struct InstanceSamples<'a> {
     /// Time, s.
     pub time_s: &'a [f64],
     /// f̃_a/ṽ_p as it comes, N·s/m; the `paper` method's, low-passed as Huloux 2021 does it.
@@ -30,7 +30,7 @@ pub struct Samples<'a> {
 /// One instance with the samples that lead into it: what a fit reads.
 #[derive(Debug, Clone, Copy)]
 pub struct InstanceSeries<'a> {
-    samples: Samples<'a>,
+    samples: InstanceSamples<'a>,
     start: usize,
     interval_s: f64,
 }
@@ -41,7 +41,7 @@ impl<'a> InstanceSeries<'a> {
     /// # Errors
     /// If slices differ in length, time is not even, a sample is not finite or not physical, or the instance is too short. Of the
     /// lead-in amplitude and force alone are needed; its friction is used where it is finite.
-    pub fn new(samples: Samples<'a>, start: usize) -> Result<Self, FitError> {
+    pub fn new(samples: InstanceSamples<'a>, start: usize) -> Result<Self, FitError> {
         let n = samples.time_s.len();
         same_length("z_m_plain", samples.z_m_plain_n_s_per_m.len(), n)?;
         same_length("z_m_corrected", samples.z_m_corrected_n_s_per_m.len(), n)?;
@@ -107,12 +107,12 @@ impl<'a> InstanceSeries<'a> {
     }
 
     /// The instance without its lead-in.
-    pub fn instance(&self) -> Samples<'a> {
+    pub fn instance(&self) -> InstanceSamples<'a> {
         self.from(self.start)
     }
 
     /// The instance and what of its lead-in belongs to the same rise of the amplitude: from the least of it on.
-    pub(crate) fn rise(&self) -> Samples<'a> {
+    pub(crate) fn rise(&self) -> InstanceSamples<'a> {
         let lead_in = &self.samples.amplitude_m[..=self.start];
         let least = (0..=self.start).min_by(|&a, &b| lead_in[a].total_cmp(&lead_in[b]));
         self.from(least.unwrap_or(self.start))
@@ -122,7 +122,10 @@ impl<'a> InstanceSeries<'a> {
     ///
     /// # Errors
     /// If fewer samples than that were given.
-    pub(crate) fn with_lead_in(&self, lead_in_s: f64) -> Result<(Samples<'a>, usize), FitError> {
+    pub(crate) fn with_lead_in(
+        &self,
+        lead_in_s: f64,
+    ) -> Result<(InstanceSamples<'a>, usize), FitError> {
         let needed = (lead_in_s / self.interval_s).round() as usize;
         if needed > self.start {
             return Err(FitError::LeadInTooShort {
@@ -133,9 +136,9 @@ impl<'a> InstanceSeries<'a> {
         Ok((self.from(self.start - needed), needed))
     }
 
-    fn from(&self, first: usize) -> Samples<'a> {
+    fn from(&self, first: usize) -> InstanceSamples<'a> {
         let s = &self.samples;
-        Samples {
+        InstanceSamples {
             time_s: &s.time_s[first..],
             z_m_plain_n_s_per_m: &s.z_m_plain_n_s_per_m[first..],
             z_m_corrected_n_s_per_m: &s.z_m_corrected_n_s_per_m[first..],
@@ -191,7 +194,7 @@ pub(crate) mod tests {
             .collect();
         let normal_n: Vec<f64> = time_s.iter().map(|t| 0.65 + 0.3 * t).collect();
         let z_m = vec![Complex64::new(9.3, -2.4); time_s.len()];
-        let samples = Samples {
+        let samples = InstanceSamples {
             time_s: &time_s,
             z_m_plain_n_s_per_m: &z_m,
             z_m_corrected_n_s_per_m: &z_m,

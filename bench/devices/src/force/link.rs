@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::Context;
-use impedance::clock::LowerEnvelope;
+use impedance::clock_alignment::LowerEnvelope;
 
 use super::frames::FrameDecoder;
 use super::lines::LineDecoder;

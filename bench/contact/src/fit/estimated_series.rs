@@ -1,0 +1,112 @@
+//! Stiffness, gap and friction of an instance from its measured impedance.
+
+use nalgebra::SVector;
+use num_complex::Complex64;
+
+use crate::contact::InversionCounts;
+use crate::inversion::{Dependent, Inversion};
+
+/// Stiffness, gap and friction over one instance, from the measured impedance, with standard errors by the delta method:
+/// parameter covariance, and each sample's own impedance noise as the residuals show it. NaN where a sample has no gap.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EstimatedSeries {
+    /// Time, s.
+    pub time_s: Vec<f64>,
+    /// k_c by Eq. 12, N/m.
+    pub k_c_n_per_m: Vec<f64>,
+    /// Standard error of `k_c_n_per_m`.
+    pub k_c_std_n_per_m: Vec<f64>,
+    /// ⟨x_t⟩ by Eq. 18, m.
+    pub gap_m: Vec<f64>,
+    /// Standard error of `gap_m`.
+    pub gap_std_m: Vec<f64>,
+    /// μ by Eq. 19 with the instance's μ0.
+    pub mu: Vec<f64>,
+    /// Standard error of `mu`.
+    pub mu_std: Vec<f64>,
+    /// The impedance that the fitted model gives, N·s/m.
+    pub z_m_model_n_s_per_m: Vec<Complex64>,
+    /// Samples whose inversion was not plain.
+    pub inversion: InversionCounts,
+}
+
+/// Which form of Eq. 18 leads from stiffness to gap.
+#[derive(Clone, Copy)]
+pub(super) enum GapLaw {
+    /// In force balance at the sample's normal force: `paper`.
+    Balance,
+    /// From the sample's amplitude, whether or not the forces balance: `dynamic`.
+    Amplitude,
+}
+
+/// μ0 with what it depends on.
+#[derive(Clone, Copy)]
+pub(super) struct FrictionAtRest<const N: usize> {
+    pub(super) mu0: f64,
+    /// ∂μ0/∂parameter.
+    pub(super) slopes: [f64; N],
+    /// What the measured friction's scatter adds.
+    pub(super) std: f64,
+}
+
+/// The samples that a series is estimated from.
+pub(super) struct MeasuredSamples<'a> {
+    pub(super) time_s: &'a [f64],
+    pub(super) z_m: &'a [Complex64],
+    /// Standard deviation of one component of each.
+    pub(super) z_m_std: &'a [f64],
+    pub(super) amplitude_m: &'a [f64],
+    pub(super) normal_n: &'a [f64],
+}
+
+pub(super) fn estimate<const N: usize>(
+    inversion: &Inversion<N>,
+    law: GapLaw,
+    friction: &FrictionAtRest<N>,
+    measured: &MeasuredSamples<'_>,
+    z_m_model: Vec<Complex64>,
+) -> EstimatedSeries {
+    let n = measured.time_s.len();
+    let empty = || Vec::with_capacity(n);
+    let mut series = EstimatedSeries {
+        time_s: measured.time_s.to_vec(),
+        k_c_n_per_m: empty(),
+        k_c_std_n_per_m: empty(),
+        gap_m: empty(),
+        gap_std_m: empty(),
+        mu: empty(),
+        mu_std: empty(),
+        z_m_model_n_s_per_m: z_m_model,
+        inversion: InversionCounts::default(),
+    };
+    for index in 0..n {
+        let k_c = inversion.stiffness(measured.z_m[index], measured.z_m_std[index]);
+        let normal_n = measured.normal_n[index];
+        let gap = match law {
+            GapLaw::Balance => inversion.balance_gap(&k_c, normal_n).map(|(gap, branch)| {
+                series.inversion.count(branch);
+                gap
+            }),
+            GapLaw::Amplitude => inversion.gap(&k_c, measured.amplitude_m[index]),
+        };
+        let gap = gap.unwrap_or_else(|_| {
+            series.inversion.without_gap += 1;
+            Dependent::unknown()
+        });
+        let ratio = inversion.friction_ratio(&gap, normal_n);
+        let mu = Dependent {
+            value: friction.mu0 * ratio.value,
+            slopes: ratio.slopes * friction.mu0 + SVector::from(friction.slopes) * ratio.value,
+            noise: (friction.mu0 * ratio.noise).hypot(ratio.value * friction.std),
+        };
+        for (quantity, values, stds) in [
+            (k_c, &mut series.k_c_n_per_m, &mut series.k_c_std_n_per_m),
+            (gap, &mut series.gap_m, &mut series.gap_std_m),
+            (mu, &mut series.mu, &mut series.mu_std),
+        ] {
+            values.push(quantity.value);
+            stds.push(inversion.std(&quantity));
+        }
+    }
+    series
+}

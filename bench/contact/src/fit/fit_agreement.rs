@@ -1,0 +1,39 @@
+//! How well a fit agrees with what was measured.
+
+use num_complex::Complex64;
+
+use super::estimated_series::EstimatedSeries;
+
+/// How far fitted and measured are apart over an instance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Agreement {
+    /// 1 − Σ|Z_m − Ẑ_m|²/Σ|Z_m − mean Z_m|², complex.
+    pub r2_impedance: f64,
+    /// RMS of |Z_m − Ẑ_m|, N·s/m.
+    pub rms_impedance_n_s_per_m: f64,
+    /// RMS of estimated − measured μ over the samples that have a gap.
+    pub rms_mu: f64,
+}
+
+pub(super) fn agreement(z_m: &[Complex64], mu: &[f64], series: &EstimatedSeries) -> Agreement {
+    let n = z_m.len() as f64;
+    let mean = z_m.iter().sum::<Complex64>() / n;
+    let squares: f64 = z_m
+        .iter()
+        .zip(&series.z_m_model_n_s_per_m)
+        .map(|(a, b)| (a - b).norm_sqr())
+        .sum();
+    let spread: f64 = z_m.iter().map(|z| (z - mean).norm_sqr()).sum();
+    let apart = series
+        .mu
+        .iter()
+        .zip(mu)
+        .map(|(a, b)| a - b)
+        .filter(|d| !d.is_nan());
+    let (count, mu_squares) = apart.fold((0u32, 0.0), |(count, sum), d| (count + 1, sum + d * d));
+    Agreement {
+        r2_impedance: 1.0 - squares / spread,
+        rms_impedance_n_s_per_m: (squares / n).sqrt(),
+        rms_mu: (mu_squares / f64::from(count)).sqrt(),
+    }
+}

@@ -1,0 +1,88 @@
+//! Whether a fit's parameters may be used.
+
+use std::fmt;
+
+/// A standard error beyond this share of the value is no identification.
+pub(super) const IDENTIFIABLE_RELATIVE_STD: f64 = 0.5;
+
+/// Whether a fit's parameters mean anything.
+#[derive(Debug, Clone, PartialEq)]
+pub enum FitVerdict {
+    /// A minimum, every parameter identified.
+    Converged,
+    /// The data ask for τ < 0; τ is held at 0 and the other parameters fitted with it there.
+    LagAtBound {
+        /// Where τ would go unbounded, s.
+        unbounded_tau_s: f64,
+    },
+    /// A minimum, but the data hardly depend on a parameter.
+    NotIdentifiable {
+        /// The worst one.
+        parameter: FitParameter,
+        /// Its standard error: relative for σ_t and |Z_t|, s for τ; infinite if the data do not depend on it at all.
+        std: f64,
+    },
+    /// Not a minimum.
+    NotConverged {
+        /// What the optimiser said.
+        reason: String,
+    },
+}
+
+impl FitVerdict {
+    /// Whether the parameters may be used.
+    pub fn is_usable(&self) -> bool {
+        matches!(self, Self::Converged | Self::LagAtBound { .. })
+    }
+}
+
+/// A fitted parameter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FitParameter {
+    /// σ_t
+    SigmaT,
+    /// Z_t
+    ZT,
+    /// τ
+    Tau,
+}
+
+impl fmt::Display for FitParameter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::SigmaT => "sigma_t",
+            Self::ZT => "Z_t",
+            Self::Tau => "tau",
+        })
+    }
+}
+
+impl fmt::Display for FitVerdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Converged => write!(f, "converged"),
+            Self::LagAtBound { unbounded_tau_s } => {
+                write!(
+                    f,
+                    "tau held at its bound 0 s; unbounded it would be {unbounded_tau_s:.1e} s"
+                )
+            }
+            Self::NotIdentifiable {
+                parameter: FitParameter::Tau,
+                std,
+            } => {
+                write!(
+                    f,
+                    "the data do not determine tau: standard error {std:.1e} s"
+                )
+            }
+            Self::NotIdentifiable { parameter, std } => {
+                write!(
+                    f,
+                    "the data do not determine {parameter}: relative standard error {std:.2}"
+                )
+            }
+            Self::NotConverged { reason } => write!(f, "not converged: {reason}"),
+        }
+    }
+}

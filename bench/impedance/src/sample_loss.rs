@@ -1,0 +1,245 @@
+//! How many samples an overrun lost, from the drive channel's phase.
+
+use crate::carrier_phase::CarrierPhase;
+use std::f64::consts::{PI, TAU};
+
+/// How far the phase of the drive's envelope jumped across the loss, when demodulated as if nothing were lost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PhaseJump {
+    /// Phase after less phase before.
+    pub jump_rad: f64,
+    /// The largest error that it may have.
+    pub tolerance_rad: f64,
+}
+
+/// How many frames the timestamps say are missing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimestampEstimate {
+    /// Best estimate.
+    pub frames: f64,
+    /// The largest error that it may have.
+    pub uncertainty_frames: f64,
+}
+
+/// A loss that phase and timestamps cannot number.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum SampleLossError {
+    /// More than one number of frames explains both.
+    #[error(
+        "{first} and {second} lost frames both explain a phase jump of {jump_rad} ± {tolerance_rad} rad"
+    )]
+    Ambiguous {
+        /// The smallest number that fits.
+        first: u64,
+        /// The next one.
+        second: u64,
+        /// The jump.
+        jump_rad: f64,
+        /// Its tolerance.
+        tolerance_rad: f64,
+    },
+    /// No number of frames explains both: the drive itself has jumped, or an estimate is wrong.
+    #[error(
+        "no loss of {lowest} to {highest} frames explains a phase jump of {jump_rad} ± {tolerance_rad} rad; the nearest is off by {nearest_rad} rad"
+    )]
+    Unexplained {
+        /// Fewest frames that the timestamps allow.
+        lowest: u64,
+        /// Most frames that the timestamps allow.
+        highest: u64,
+        /// The jump.
+        jump_rad: f64,
+        /// Its tolerance.
+        tolerance_rad: f64,
+        /// Smallest difference from the jump that any of them leaves.
+        nearest_rad: f64,
+    },
+    /// A number that cannot be.
+    #[error("{name} is {value}, but must be finite{}", if *.non_negative { " and not negative" } else { "" })]
+    Input {
+        /// Its name.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// Whether it must not be negative.
+        non_negative: bool,
+    },
+    /// The timestamps leave more frames open than the carrier's phase could ever tell apart.
+    #[error("timestamps leave {span} frames open, more than the limit of {MOST_CANDIDATES}")]
+    TooVague {
+        /// Width of the range that they leave.
+        span: f64,
+    },
+}
+
+/// One minute at 192 kHz.
+const MOST_CANDIDATES: u64 = 60 * 192_000;
+
+/// The exact number k of frames lost at the converter's input: k lost frames turn the envelope's phase by
+/// 2π·k·carrier/rate, which fixes k modulo the carrier's period, and the timestamps say which period.
+///
+/// # Errors
+/// When more than one k, or none, fits both; when an input is not finite or a tolerance is negative.
+pub fn lost_frames(
+    carrier_hz: f64,
+    sample_rate_hz: u32,
+    jump: PhaseJump,
+    estimate: TimestampEstimate,
+) -> Result<u64, SampleLossError> {
+    let PhaseJump {
+        jump_rad,
+        tolerance_rad,
+    } = jump;
+    let TimestampEstimate {
+        frames,
+        uncertainty_frames,
+    } = estimate;
+    for (name, value, non_negative) in [
+        ("carrier_hz", carrier_hz, true),
+        ("jump_rad", jump_rad, false),
+        ("tolerance_rad", tolerance_rad, true),
+        ("frames", frames, false),
+        ("uncertainty_frames", uncertainty_frames, true),
+    ] {
+        if !value.is_finite() || (non_negative && value < 0.0) {
+            return Err(SampleLossError::Input {
+                name,
+                value,
+                non_negative,
+            });
+        }
+    }
+    let lowest = (frames - uncertainty_frames).ceil().max(0.0) as u64;
+    let highest = (frames + uncertainty_frames).floor().max(0.0) as u64;
+    if highest.saturating_sub(lowest) > MOST_CANDIDATES {
+        return Err(SampleLossError::TooVague {
+            span: 2.0 * uncertainty_frames,
+        });
+    }
+
+    let phase = CarrierPhase::new(carrier_hz, sample_rate_hz);
+    let mut nearest_rad = PI;
+    let mut fitting = (lowest..=highest).filter(|&k| {
+        let off = wrap(jump_rad - phase.at(k).arg()).abs();
+        nearest_rad = nearest_rad.min(off);
+        off <= tolerance_rad
+    });
+    match (fitting.next(), fitting.next()) {
+        (Some(first), Some(second)) => Err(SampleLossError::Ambiguous {
+            first,
+            second,
+            jump_rad,
+            tolerance_rad,
+        }),
+        (Some(only), None) => Ok(only),
+        (None, _) => Err(SampleLossError::Unexplained {
+            lowest,
+            highest,
+            jump_rad,
+            tolerance_rad,
+            nearest_rad,
+        }),
+    }
+}
+
+/// The same angle in −π..π.
+fn wrap(angle_rad: f64) -> f64 {
+    angle_rad - TAU * (angle_rad / TAU).round()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn turned(carrier_hz: f64, rate: u32, k: u64) -> f64 {
+        wrap(TAU * (carrier_hz * k as f64 / f64::from(rate)).fract())
+    }
+
+    proptest! {
+        #[test]
+        fn the_number_lost_is_exact(
+            (rate, period) in prop_oneof![Just((192_000u32, 192u64)), Just((96_000, 96)), Just((100_000, 20))],
+            lost in 0u64..2_000_000,
+            error in -0.45f64..0.45,
+            noise in -0.4f64..0.4,
+        ) {
+            // At 35 kHz the phases of one period are 2π/period apart.
+            let spacing = TAU / period as f64;
+            let jump = PhaseJump { jump_rad: turned(35_000.0, rate, lost) + noise * spacing, tolerance_rad: 0.45 * spacing };
+            let estimate = TimestampEstimate { frames: lost as f64 + error * period as f64, uncertainty_frames: 0.49 * period as f64 };
+            prop_assert_eq!(lost_frames(35_000.0, rate, jump, estimate), Ok(lost));
+        }
+
+        #[test]
+        fn timestamps_that_span_a_period_are_ambiguous(lost in 200u64..2_000_000) {
+            let jump = PhaseJump { jump_rad: turned(35_000.0, 192_000, lost), tolerance_rad: 0.01 };
+            let estimate = TimestampEstimate { frames: lost as f64, uncertainty_frames: 192.0 };
+            let ambiguous = matches!(lost_frames(35_000.0, 192_000, jump, estimate), Err(SampleLossError::Ambiguous { .. }));
+            prop_assert!(ambiguous);
+        }
+
+        #[test]
+        fn a_detuned_carrier_is_followed(lost in 0u64..1_000_000) {
+            let jump = PhaseJump { jump_rad: turned(35_012.7, 192_000, lost), tolerance_rad: 1e-4 };
+            let estimate = TimestampEstimate { frames: lost as f64 + 5.0, uncertainty_frames: 300.0 };
+            prop_assert_eq!(lost_frames(35_012.7, 192_000, jump, estimate), Ok(lost));
+        }
+    }
+
+    #[test]
+    fn a_jump_of_the_drive_itself_is_not_taken_for_a_loss() {
+        let jump = PhaseJump {
+            jump_rad: 0.016,
+            tolerance_rad: 0.005,
+        };
+        let estimate = TimestampEstimate {
+            frames: 100.0,
+            uncertainty_frames: 90.0,
+        };
+        let error = lost_frames(35_000.0, 192_000, jump, estimate).unwrap_err();
+        assert!(
+            matches!(
+                error,
+                SampleLossError::Unexplained {
+                    lowest: 10,
+                    highest: 190,
+                    ..
+                }
+            ),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn impossible_inputs_are_named() {
+        let jump = PhaseJump {
+            jump_rad: 0.0,
+            tolerance_rad: -1.0,
+        };
+        let estimate = TimestampEstimate {
+            frames: 0.0,
+            uncertainty_frames: 0.0,
+        };
+        assert_eq!(
+            lost_frames(35_000.0, 192_000, jump, estimate),
+            Err(SampleLossError::Input {
+                name: "tolerance_rad",
+                value: -1.0,
+                non_negative: true
+            })
+        );
+        let jump = PhaseJump {
+            jump_rad: 0.0,
+            tolerance_rad: 0.1,
+        };
+        let estimate = TimestampEstimate {
+            frames: 0.0,
+            uncertainty_frames: 1e9,
+        };
+        assert!(matches!(
+            lost_frames(35_000.0, 192_000, jump, estimate),
+            Err(SampleLossError::TooVague { .. })
+        ));
+    }
+}

@@ -1,0 +1,27 @@
+//! What the calibrations of a bench compute from tones, silence and known loads: each value with its standard error.
+//!
+//! | what is measured | where |
+//! | --- | --- |
+//! | amplitude and phase of a tone, with their errors | [`tone`] |
+//! | power density, noise, and the tones in a silent recording | [`spectrum`] |
+//! | whether a generated carrier comes back, and as itself | [`signal_path`] |
+//! | whether a converter cuts a tone's peaks off | [`tone_clipping`] |
+//! | a straight line with its errors | [`regression`] |
+//! | gain, phase and delay between two channels | [`channel_fit`] |
+//! | the plate's resonance, quality and static response | [`plate_fit`] |
+//! | the matrix of a two-axis force sensor | [`crosstalk`] |
+//!
+//! Conventions, for the whole crate: exp(+iωt), peak amplitudes, SI units named in identifiers.
+//! No input or output, no threads.
+
+pub mod channel_fit;
+pub mod crosstalk;
+mod fitted_value;
+pub mod plate_fit;
+pub mod regression;
+pub mod signal_path;
+pub mod spectrum;
+pub mod tone;
+pub mod tone_clipping;
+
+pub use fitted_value::FittedValue;

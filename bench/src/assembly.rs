@@ -8,7 +8,7 @@ use anyhow::Context;
 use crossbeam_channel::{Receiver, Sender};
 use impedance::{Channels, Demodulator, Filter, Input, OUTPUT_RATE_HZ, PlateConstants, Zm};
 use signalgen::audio::{Duplex, DuplexConfig, Host, StreamChoice, Streams};
-use signalgen::{Direction, Generator, Health, InputReader, KillSwitch};
+use signalgen::{Generator, InputReader, KillSwitch, StreamDirection, StreamHealth};
 
 use crate::acquisition::{Acquisition, RecordingCommand, Wiring};
 use crate::calibration::operator::Request;
@@ -59,7 +59,7 @@ pub struct Bench {
     /// Closed when dropped.
     pub streams: Streams,
     /// Counters of the card.
-    pub health: Health,
+    pub health: StreamHealth,
     /// Starts and stops the drive.
     pub drive: Drive,
     /// Stops it from anywhere.
@@ -91,7 +91,7 @@ pub struct OpenHardware {
     /// Closed when dropped.
     pub streams: Streams,
     /// Counters of the card.
-    pub health: Health,
+    pub health: StreamHealth,
     /// Samples.
     pub input: InputReader,
     /// Starts and stops the drive.
@@ -230,7 +230,7 @@ impl Bench {
         let (batches, acquired) = crossbeam_channel::unbounded();
         let block_frames = f64::from(
             streams
-                .buffer_frames(Direction::Input)
+                .buffer_frames(StreamDirection::Input)
                 .unwrap_or(FEWEST_BLOCK_FRAMES),
         );
         let blocks_per_s = f64::from(config.audio.rate_hz) / block_frames;

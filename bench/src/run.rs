@@ -11,7 +11,7 @@ use jiff::tz::TimeZone;
 use protocols::{
     ParticipantId, Protocol, Session, SessionEventKind, TrialKey, records_from_events,
 };
-use signalgen::{Direction, DriveSettings};
+use signalgen::{DriveSettings, StreamDirection};
 
 use crate::assembly::{Bench, Hardware};
 use crate::calibration::Held;
@@ -242,8 +242,8 @@ pub fn run(
         software: NAME.to_owned(),
         version: VERSION.to_owned(),
         devices: BTreeMap::from([
-            ("audio input".to_owned(), device(Direction::Input)),
-            ("audio output".to_owned(), device(Direction::Output)),
+            ("audio input".to_owned(), device(StreamDirection::Input)),
+            ("audio output".to_owned(), device(StreamDirection::Output)),
             ("simulated".to_owned(), simulated.to_string()),
         ]),
         calibration: plan
@@ -592,8 +592,8 @@ fn recorded_hardware(
     channel_names[usize::from(config.channels.drive.index)] = "drive".to_owned();
     channel_names[usize::from(config.channels.pickup.index)] = "pickup".to_owned();
     manifest::Hardware {
-        input_device: streams.device(Direction::Input).to_string(),
-        output_device: streams.device(Direction::Output).to_string(),
+        input_device: streams.device(StreamDirection::Input).to_string(),
+        output_device: streams.device(StreamDirection::Output).to_string(),
         sample_rate_hz: config.audio.rate_hz,
         sample_format: format!("{:?}", config.audio.sample_format).to_lowercase(),
         channel_names,

@@ -1,7 +1,7 @@
 //! What a calibration was measured on.
 
 use serde::{Deserialize, Serialize};
-use signalgen::Direction;
+use signalgen::StreamDirection;
 use signalgen::audio::Streams;
 
 use crate::config::{Config, Force};
@@ -80,7 +80,11 @@ impl Identity {
     #[must_use]
     pub fn opened(config: &Config, streams: &Streams) -> Self {
         let device = |direction| streams.device(direction).to_string();
-        Self::of(config, device(Direction::Input), device(Direction::Output))
+        Self::of(
+            config,
+            device(StreamDirection::Input),
+            device(StreamDirection::Output),
+        )
     }
 
     /// The first thing in which `present` differs; the force sensor only where something was measured with one.

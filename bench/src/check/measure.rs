@@ -148,7 +148,7 @@ pub(super) fn measure(
         measured: Measured {
             device: bench
                 .streams
-                .device(signalgen::Direction::Input)
+                .device(signalgen::StreamDirection::Input)
                 .to_string(),
             estop_wired,
             heartbeat_wired,

@@ -306,6 +306,7 @@ fn duplex(config: &Config) -> DuplexConfig {
     let format = match audio.sample_format {
         SampleFormat::F32 => signalgen::SampleFormat::F32,
         SampleFormat::I32 => signalgen::SampleFormat::I32,
+        SampleFormat::I24 => signalgen::SampleFormat::I24,
         SampleFormat::I16 => signalgen::SampleFormat::I16,
     };
     let stream = |device: &str, channels| StreamChoice {

@@ -4,8 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use serde::Serialize;
-use signalgen::audio::{AudioError, Host, list_devices};
-use signalgen::{Capability, DeviceInfo, summarise};
+use signalgen::audio::{AudioError, DeviceInfo, Host, Offer, list_devices};
 
 /// Everything that a `bench.toml` can name.
 #[derive(Debug, Serialize)]
@@ -38,6 +37,8 @@ pub struct AudioDevice {
     pub name: String,
     /// No sound layer resamples in between.
     pub raw: bool,
+    /// Whether a sound card is behind it, not software alone.
+    pub sound_card: bool,
     /// What its output offers.
     pub output: Option<String>,
     /// What its input offers.
@@ -62,11 +63,12 @@ pub fn audio(host: &'static str, opened: Result<&Host, &AudioError>) -> AudioHos
 }
 
 fn device(info: &DeviceInfo) -> AudioDevice {
-    let line = |offered: &Option<Vec<Capability>>| offered.as_deref().map(summarise);
+    let line = |offer: &Option<Offer>| offer.as_ref().map(Offer::to_string);
     AudioDevice {
         id: info.id.clone(),
         name: info.name.clone(),
         raw: info.is_raw,
+        sound_card: info.is_sound_card,
         output: line(&info.output),
         input: line(&info.input),
     }
@@ -103,7 +105,13 @@ impl Listing {
                 let _ = writeln!(text, "  no devices");
             }
             for device in &host.devices {
-                let raw = if device.raw { "" } else { "  (may resample)" };
+                let raw = match device {
+                    AudioDevice {
+                        sound_card: false, ..
+                    } => "  (not a sound card)",
+                    AudioDevice { raw: false, .. } => "  (may resample)",
+                    _ => "",
+                };
                 let _ = writeln!(text, "  {}  {}{raw}", device.id, device.name);
                 for (direction, offers) in [("out", &device.output), ("in", &device.input)] {
                     if let Some(offer) = offers {

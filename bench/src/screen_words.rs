@@ -11,7 +11,7 @@ use tui::event::{Crop, Estimate, Impedance, Live, PhaseKind};
 use analysis::live::ContactReading;
 use analysis::record::Record;
 use config::Config;
-use contact::live::Uncertain;
+use contact::live_estimator::Uncertain;
 use recording::study::TrialLabel;
 
 /// The kind of phase that the operator sees.

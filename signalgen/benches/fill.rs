@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use signalgen::{Command, DriveConfig, DriveSettings, Generator, SweepLaw, Waveform};
+use signalgen::{DriveCommand, DriveConfig, DriveSettings, Generator, SweepLaw, Waveform};
 
 const BLOCK_FRAMES: usize = 1024;
 
@@ -41,7 +41,7 @@ fn fill(c: &mut Criterion) {
     group.throughput(Throughput::Elements(BLOCK_FRAMES as u64));
     for (name, waveform) in waveforms {
         let mut generator = Generator::new(settings);
-        generator.apply(Command::Start(
+        generator.apply(DriveCommand::Start(
             settings.admit(waveform).expect("waveform in range"),
         ));
         let mut block = [0.0_f32; BLOCK_FRAMES];

@@ -3,49 +3,50 @@
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use crate::{
-    drive::DriveMonitor,
+    drive_handle::DriveMonitor,
     generator::DriveState,
-    health::{Direction, Health},
     sample::ConverterSample,
+    stream_health::{StreamDirection, StreamHealth},
+    stream_layout::{LayoutError, nonzero},
 };
 
-/// When a block was taken, on the stream's clock, ns. Its origin is not that of another stream's.
+/// Time of a block on the stream's own clock, ns. Clocks of different streams need not share an origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BlockTime {
-    /// When the callback was invoked.
+    /// Time at which the callback was invoked.
     pub callback_ns: u64,
-    /// When the first frame was captured, as the backend estimates it.
+    /// Time at which the first frame was captured, as the backend estimates it.
     pub capture_ns: u64,
 }
 
-/// What came with a block of frames.
+/// The account of a block of frames: position, losses, times, and the state of the drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlockHeader {
-    /// Index of the first frame among all frames delivered to the input callback, the dropped ones
-    /// included: where it is more than the end of the block before, the ring was full between.
-    /// Frames lost in an xrun are not counted; no backend says how many they are.
+    /// Index of the first frame among all frames delivered to the input callback, dropped ones included: where it
+    /// exceeds the end of the block before, the ring was full in between. Frames lost in an xrun are not counted, for
+    /// no backend reports how many they are.
     pub first_frame: u64,
-    /// Frames in the block.
+    /// Number of frames in the block.
     pub frames: u32,
-    /// Frames dropped so far for want of room in the ring.
+    /// Number of frames dropped so far for want of room in the ring.
     pub dropped_frames: u64,
     /// Time on the stream's clock.
     pub time: BlockTime,
-    /// Time of arrival on the monotonic clock of [`Health::now_ns`].
+    /// Time of arrival on the monotonic clock of [`StreamHealth::now_ns`].
     pub arrived_ns: u64,
-    /// Xruns of the input so far.
+    /// Number of xruns of the input so far.
     pub input_xruns: u64,
-    /// Xruns of the output so far.
+    /// Number of xruns of the output so far.
     pub output_xruns: u64,
-    /// The drive as last published when the block arrived.
+    /// State of the drive as last published when the block arrived.
     pub drive: DriveState,
 }
 
-/// The body of the input callback.
-pub(crate) struct InputCallback {
+/// The body of the input callback: passes blocks of samples with their headers to its [`InputReader`].
+pub struct InputWriter {
     samples: Producer<f32>,
     headers: Producer<BlockHeader>,
-    health: Health,
+    health: StreamHealth,
     drive: DriveMonitor,
     last_drive: DriveState,
     channels: usize,
@@ -53,7 +54,7 @@ pub(crate) struct InputCallback {
     dropped_frames: u64,
 }
 
-/// The reading side of the input; one owner.
+/// The reading side of the input, with one owner.
 #[derive(Debug)]
 pub struct InputReader {
     samples: Consumer<f32>,
@@ -61,42 +62,48 @@ pub struct InputReader {
     channels: usize,
 }
 
-/// The two ends of the input direction, with room for `ring_frames` frames in blocks of no fewer
-/// than `fewest_frames`; smaller ones fill the ring sooner.
-pub(crate) fn connect(
-    channels: usize,
-    ring_frames: usize,
-    fewest_frames: usize,
-    health: Health,
-    drive: DriveMonitor,
-) -> (InputCallback, InputReader) {
-    let (sample_producer, sample_consumer) = RingBuffer::new(ring_frames * channels);
-    let (header_producer, header_consumer) =
-        RingBuffer::new(ring_frames.div_ceil(fewest_frames).max(2));
-    let callback = InputCallback {
-        samples: sample_producer,
-        headers: header_producer,
-        health,
-        drive,
-        last_drive: DriveState::default(),
-        channels,
-        frames: 0,
-        dropped_frames: 0,
-    };
-    let reader = InputReader {
-        samples: sample_consumer,
-        headers: header_consumer,
-        channels,
-    };
-    (callback, reader)
-}
+impl InputWriter {
+    /// Connects a writer to a reader with room for `ring_frames` frames in blocks of no fewer than `fewest_frames`;
+    /// smaller blocks fill the ring sooner. Allocates the ring.
+    ///
+    /// # Errors
+    /// If any of the numbers is 0.
+    pub fn connect(
+        channels: usize,
+        ring_frames: usize,
+        fewest_frames: usize,
+        health: StreamHealth,
+        drive: DriveMonitor,
+    ) -> Result<(Self, InputReader), LayoutError> {
+        nonzero("input.channels", channels)?;
+        nonzero("ring_frames", ring_frames)?;
+        nonzero("fewest_frames", fewest_frames)?;
+        let (sample_producer, sample_consumer) = RingBuffer::new(ring_frames * channels);
+        let (header_producer, header_consumer) =
+            RingBuffer::new(ring_frames.div_ceil(fewest_frames).max(2));
+        let writer = Self {
+            samples: sample_producer,
+            headers: header_producer,
+            health,
+            drive,
+            last_drive: DriveState::default(),
+            channels,
+            frames: 0,
+            dropped_frames: 0,
+        };
+        let reader = InputReader {
+            samples: sample_consumer,
+            headers: header_consumer,
+            channels,
+        };
+        Ok((writer, reader))
+    }
 
-impl InputCallback {
-    /// Passes one block of interleaved samples to the reader, or drops and counts it whole if the
-    /// ring has no room for it. Neither allocates, locks, logs nor panics; asserted by
-    /// `tests/duplex.rs`.
-    pub(crate) fn take<T: ConverterSample>(&mut self, block: &[T], time: BlockTime) {
-        let arrived_ns = self.health.beat(Direction::Input);
+    /// Passes one block of interleaved samples to the reader, or drops and counts it whole if the ring has no room.
+    ///
+    /// Neither allocates, locks, logs nor panics; asserted by `tests/real_time.rs` and, through cpal, `tests/duplex`.
+    pub fn take<T: ConverterSample>(&mut self, block: &[T], time: BlockTime) {
+        let arrived_ns = self.health.beat(StreamDirection::Input);
         let frames = block.len() / self.channels;
         let first_frame = self.frames;
         self.frames += frames as u64;
@@ -113,15 +120,15 @@ impl InputCallback {
             dropped_frames: self.dropped_frames,
             time,
             arrived_ns,
-            input_xruns: self.health.xruns(Direction::Input),
-            output_xruns: self.health.xruns(Direction::Output),
+            input_xruns: self.health.xruns(StreamDirection::Input),
+            output_xruns: self.health.xruns(StreamDirection::Output),
             drive: self.last_drive,
         };
-        // Room was seen in `push`, and nobody else fills it.
+        // `push` saw room, and this writer alone fills it.
         let _ = self.headers.push(header);
     }
 
-    /// Whether the samples went in; the header's place is made sure of first.
+    /// Pushes the samples if there is room for them and for a header; returns whether it did.
     fn push<T: ConverterSample>(&mut self, samples: &[T]) -> bool {
         if self.headers.is_full() {
             return false;
@@ -137,8 +144,8 @@ impl InputCallback {
 }
 
 impl InputReader {
-    /// Takes the oldest block: its interleaved samples, in units of full scale, replace the content
-    /// of `samples`. `None` if no block is waiting. Lock-free.
+    /// Takes the oldest block, or returns `None` if no block is waiting. Its interleaved samples, in units of full
+    /// scale, replace the content of `samples`. Lock-free.
     pub fn pop_block(&mut self, samples: &mut Vec<f32>) -> Option<BlockHeader> {
         let header = self.headers.pop().ok()?;
         samples.clear();
@@ -155,13 +162,13 @@ impl InputReader {
         Some(header)
     }
 
-    /// Samples per frame.
+    /// Returns the number of samples per frame.
     #[must_use]
     pub fn channels(&self) -> usize {
         self.channels
     }
 
-    /// How full the ring is, 0 to 1.
+    /// Returns how full the ring is, 0 to 1.
     #[must_use]
     pub fn ring_fill(&self) -> f64 {
         let filled = |slots: usize, capacity: usize| slots as f64 / capacity as f64;
@@ -171,9 +178,39 @@ impl InputReader {
         ))
     }
 
-    /// Whether the input stream is closed; blocks may still be waiting.
+    /// Returns whether the input stream is closed; blocks may still be waiting.
     #[must_use]
     pub fn is_closed(&self) -> bool {
         self.headers.is_abandoned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drive_handle::DriveHandle;
+
+    #[test]
+    fn layouts_without_channels_or_frames_are_refused() {
+        let (drive, ..) = DriveHandle::connect();
+        let connect = |channels, ring_frames, fewest_frames| {
+            let health = StreamHealth::new();
+            InputWriter::connect(
+                channels,
+                ring_frames,
+                fewest_frames,
+                health,
+                drive.monitor(),
+            )
+            .map(|_| ())
+        };
+        assert_eq!(connect(1, 1, 1), Ok(()));
+        for (refused, parameter) in [
+            (connect(0, 1, 1), "input.channels"),
+            (connect(1, 0, 1), "ring_frames"),
+            (connect(1, 1, 0), "fewest_frames"),
+        ] {
+            assert_eq!(refused, Err(LayoutError::Zero { parameter }));
+        }
     }
 }

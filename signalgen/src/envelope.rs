@@ -1,30 +1,33 @@
 //! The amplitude-modulation envelope, A(t) = A_mean · (1 + m · sin(2π f_m t + φ0)).
 
-use crate::phase::{Phase, PhaseStep, SineTable};
+use crate::{
+    phase_accumulator::{PhaseAccumulator, PhaseStep},
+    sine_table::SineTable,
+};
 
 /// Amplitude of the carrier over time, volts peak across the actuators.
 #[derive(Clone, Copy, Debug)]
-pub struct Envelope {
+pub struct AmplitudeEnvelope {
     mean_v: f64,
     depth_v: f64,
-    phase: Phase,
+    phase: PhaseAccumulator,
     step: PhaseStep,
 }
 
-impl Envelope {
-    /// Constant amplitude.
+impl AmplitudeEnvelope {
+    /// Makes an envelope of constant amplitude, V peak.
     #[must_use]
     pub fn constant(amplitude_v: f64, sample_rate_hz: u32) -> Self {
         Self {
             mean_v: amplitude_v,
             depth_v: 0.0,
-            phase: Phase::default(),
+            phase: PhaseAccumulator::default(),
             step: PhaseStep::new(0.0, sample_rate_hz),
         }
     }
 
-    /// Sinusoidal modulation of `modulation_index` (0 to 1) about `mean_v`, the phase of the first
-    /// frame being `start_phase_rad`.
+    /// Makes an envelope of sinusoidal modulation of `modulation_index` (0 to 1) about `mean_v` (V peak), with phase
+    /// `start_phase_rad` at the first frame.
     #[must_use]
     pub fn modulated(
         mean_v: f64,
@@ -36,18 +39,18 @@ impl Envelope {
         Self {
             mean_v,
             depth_v: mean_v * modulation_index,
-            phase: Phase::from_rad(start_phase_rad),
+            phase: PhaseAccumulator::from_rad(start_phase_rad),
             step: PhaseStep::new(modulation_hz, sample_rate_hz),
         }
     }
 
-    /// Whether it has a modulation, be its index 0.
+    /// Returns whether the envelope has a modulation frequency, even at index 0.
     #[must_use]
     pub fn is_modulated(&self) -> bool {
         !self.step.is_zero()
     }
 
-    /// The same envelope with the modulation phase of `other`.
+    /// Returns this envelope with the modulation phase of `other`.
     #[must_use]
     pub fn in_phase_with(self, other: &Self) -> Self {
         Self {
@@ -56,14 +59,14 @@ impl Envelope {
         }
     }
 
-    /// Amplitude at this frame, V peak.
+    /// Returns the amplitude at this frame, V peak.
     #[inline]
     #[must_use]
     pub fn value_v(&self, table: &SineTable) -> f64 {
         self.mean_v + self.depth_v * table.sin(self.phase.turns())
     }
 
-    /// Goes on by one frame.
+    /// Advances by one frame.
     #[inline]
     pub fn advance(&mut self) {
         self.phase.advance(self.step);

@@ -1,41 +1,41 @@
-//! The generator: programs and commands in, samples and a state out.
+//! The generator: renders programs sample by sample under commands, and keeps the state of the drive.
 
 use crate::{
-    carrier::Carrier,
-    envelope::Envelope,
+    drive_program::{DriveSettings, Program, Waveform},
+    envelope::AmplitudeEnvelope,
     limiter::TripCause,
-    phase::SineTable,
-    program::{DriveSettings, Program, Waveform},
+    oscillator::CarrierOscillator,
     ramp::Ramp,
-    sweep::{Glide, Motion, Steps, Timeline},
+    sine_table::SineTable,
+    sweep::{CarrierMotion, Glide, Steps, Timeline},
 };
 
-/// What a generator can be told.
+/// A command to the generator.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Command {
-    /// Ramps from whatever sounds to this program, from the program's beginning.
+pub enum DriveCommand {
+    /// Ramps from the present output to this program, from the program's beginning.
     Start(Program),
-    /// The same, but a modulated program goes on with the present modulation phase instead of its
-    /// start phase: for changing amplitude, index or frequency under way.
+    /// Ramps as [`DriveCommand::Start`] does, but a modulated program continues at the present modulation phase instead
+    /// of its start phase: for a change of amplitude, index or frequency under way.
     Adjust(Program),
     /// Ramps to silence.
     Stop,
-    /// Ramps to silence in [`crate::EMERGENCY_RAMP_S`] and latches: only [`Command::Rearm`] makes
-    /// it obey again.
+    /// Ramps to silence in [`crate::EMERGENCY_RAMP_S`] and latches: from then on every command but
+    /// [`DriveCommand::Rearm`] is refused.
     EmergencyStop,
     /// Releases the latch of an emergency stop or a trip, once the drive is silent; starts nothing.
     Rearm,
 }
 
-/// Where the drive is between silence and full amplitude.
+/// Phase of the drive between silence and full amplitude.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DrivePhase {
-    /// No drive; ready for a program.
+    /// Silent, ready for a program.
     #[default]
     Silent,
     /// Ramping from silence or the last program to the program.
     RampingIn,
-    /// The program at its full amplitude.
+    /// Rendering the program at its full amplitude.
     Steady,
     /// Ramping to silence.
     RampingOut,
@@ -48,7 +48,7 @@ pub enum DrivePhase {
 }
 
 impl DrivePhase {
-    /// Whether the drive refuses programs until re-armed.
+    /// Returns whether the drive refuses programs until re-armed.
     #[must_use]
     pub fn is_latched(self) -> bool {
         matches!(
@@ -57,7 +57,7 @@ impl DrivePhase {
         )
     }
 
-    /// Whether the commanded amplitude is zero.
+    /// Returns whether the commanded amplitude is zero.
     #[must_use]
     pub fn is_silent(self) -> bool {
         matches!(
@@ -67,10 +67,10 @@ impl DrivePhase {
     }
 }
 
-/// Which tone of a stepped program sounds at full amplitude.
+/// The tone of a stepped program that sounds at full amplitude.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepState {
-    /// Index into the program's tones.
+    /// Index of the tone in the program's list.
     pub index: u16,
     /// Output frame of the tone's first sample.
     pub first_frame: u64,
@@ -79,7 +79,7 @@ pub struct StepState {
 /// State of the drive after a block of frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DriveState {
-    /// Frames rendered since the generator was made; the index of the next frame.
+    /// Number of frames rendered since the generator was made; the index of the next frame.
     pub frames: u64,
     /// Phase of the drive from the next frame on.
     pub phase: DrivePhase,
@@ -87,27 +87,51 @@ pub struct DriveState {
     pub envelope_v: f64,
     /// Carrier frequency at the last rendered frame, Hz; 0 before the first program.
     pub carrier_hz: f64,
-    /// The current step of a stepped program; `None` during its ramps and for other programs.
+    /// Current step of a stepped program; `None` during its ramps and for other programs.
     pub step: Option<StepState>,
-    /// Programs accepted so far: tells that a [`Command::Start`] or [`Command::Adjust`] was taken.
+    /// Number of programs accepted so far: rises with each accepted [`DriveCommand::Start`] or
+    /// [`DriveCommand::Adjust`].
     pub programs: u32,
-    /// Commands refused because of a latch.
+    /// Number of commands refused because of a latch.
     pub refused: u32,
 }
 
 /// Renders the drive in units of output full scale.
 ///
 /// The envelope is continuous through every command: a new program is blended in from the
-/// amplitude of the last frame by a raised cosine, so between two frames it changes by at most
+/// amplitude of the last frame by a raised cosine. Between two frames it therefore changes by at most
 /// `Δ·π/(2N)` for the ramp (Δ the larger of the amplitudes on its two sides, N its frames) plus the
-/// program's own modulation slope. Asserted by `envelope_never_steps` in `tests/generator.rs`.
-/// A trip alone goes to zero at once.
+/// program's own modulation slope; asserted by `envelope_never_steps` in `tests/generator`.
+/// Only a trip goes to zero at once.
+///
+/// ```
+/// use signalgen::{DriveCommand, DriveConfig, DrivePhase, DriveSettings, Generator, Waveform};
+///
+/// let settings = DriveSettings::new(DriveConfig {
+///     sample_rate_hz: 192_000,
+///     volts_per_unit: 100.0,
+///     limit_v: 80.0,
+///     ramp_s: 0.05,
+/// })?;
+/// let mut generator = Generator::new(settings);
+/// let tone = Waveform::Tone { carrier_hz: 35_000.0, amplitude_v: 40.0 };
+/// generator.apply(DriveCommand::Start(settings.admit(tone)?));
+///
+/// let mut samples = vec![0.0; 19_200];
+/// generator.fill(&mut samples);
+/// assert_eq!(generator.state().phase, DrivePhase::Steady);
+/// // 40 V peak of 100 V full scale, after a ramp of 50 ms from silence.
+/// let peak = samples.iter().fold(0.0_f32, |peak, s| peak.max(s.abs()));
+/// assert_eq!(samples[0], 0.0);
+/// assert!((peak - 0.4).abs() < 1e-3);
+/// # Ok::<(), signalgen::ProgramError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Generator {
     settings: DriveSettings,
     table: SineTable,
-    carrier: Carrier,
-    envelope: Envelope,
+    carrier: CarrierOscillator,
+    envelope: AmplitudeEnvelope,
     timeline: Timeline,
     ramp: Ramp,
     ramp_from_v: f64,
@@ -115,15 +139,15 @@ pub struct Generator {
 }
 
 impl Generator {
-    /// A silent generator.
+    /// Makes a silent generator.
     #[must_use]
     pub fn new(settings: DriveSettings) -> Self {
         let rate = settings.sample_rate_hz();
         Self {
             settings,
             table: SineTable::new(),
-            carrier: Carrier::new(0.0, rate),
-            envelope: Envelope::constant(0.0, rate),
+            carrier: CarrierOscillator::new(0.0, rate),
+            envelope: AmplitudeEnvelope::constant(0.0, rate),
             timeline: Timeline::Constant,
             ramp: Ramp::new(settings.ramp_frames()),
             ramp_from_v: 0.0,
@@ -131,13 +155,13 @@ impl Generator {
         }
     }
 
-    /// The settings that programs must be admitted under.
+    /// Returns the settings that programs must be admitted under.
     #[must_use]
     pub fn settings(&self) -> &DriveSettings {
         &self.settings
     }
 
-    /// The state after the last rendered frame.
+    /// Returns the state after the last rendered frame.
     #[must_use]
     pub fn state(&self) -> DriveState {
         self.state
@@ -145,15 +169,15 @@ impl Generator {
 
     /// Takes a command, in force from the next frame on. Neither allocates nor blocks.
     ///
-    /// While latched, everything but [`Command::Rearm`] is refused and counted; so is a re-arming
-    /// before the emergency ramp is over. A program of other settings trips the drive.
-    pub fn apply(&mut self, command: Command) {
+    /// While latched, the generator refuses and counts every command that starts a program, and a re-arming before the
+    /// emergency ramp is over. A program of other settings trips the drive.
+    pub fn apply(&mut self, command: DriveCommand) {
         match command {
-            Command::Start(program) => self.start(&program, false),
-            Command::Adjust(program) => self.start(&program, true),
-            Command::Stop => self.stop(),
-            Command::EmergencyStop => self.emergency_stop(),
-            Command::Rearm => self.rearm(),
+            DriveCommand::Start(program) => self.start(&program, false),
+            DriveCommand::Adjust(program) => self.start(&program, true),
+            DriveCommand::Stop => self.stop(),
+            DriveCommand::EmergencyStop => self.emergency_stop(),
+            DriveCommand::Rearm => self.rearm(),
         }
     }
 
@@ -175,7 +199,7 @@ impl Generator {
         }
         self.state.programs = self.state.programs.wrapping_add(1);
         let rate = self.settings.sample_rate_hz();
-        let constant = |amplitude_v| Envelope::constant(amplitude_v, rate);
+        let constant = |amplitude_v| AmplitudeEnvelope::constant(amplitude_v, rate);
         let (carrier_hz, envelope, timeline) = match *program.waveform() {
             Waveform::Silence => {
                 self.stop();
@@ -192,7 +216,7 @@ impl Generator {
                 modulation_index,
                 start_phase_rad,
             } => {
-                let envelope = Envelope::modulated(
+                let envelope = AmplitudeEnvelope::modulated(
                     mean_amplitude_v,
                     modulation_hz,
                     modulation_index,
@@ -239,7 +263,7 @@ impl Generator {
             DrivePhase::RampingIn | DrivePhase::Steady => {
                 self.ramp_to_silence(self.settings.ramp_frames(), DrivePhase::RampingOut);
             }
-            // Already silent, or on the way there: a second ramp would only delay it.
+            // Already silent or on the way there, so a second ramp would only delay it.
             DrivePhase::Silent
             | DrivePhase::RampingOut
             | DrivePhase::EmergencyRamp
@@ -274,7 +298,7 @@ impl Generator {
         self.state.refused = self.state.refused.wrapping_add(1);
     }
 
-    fn ramp_to(&mut self, envelope: Envelope, frames: u32, phase: DrivePhase) {
+    fn ramp_to(&mut self, envelope: AmplitudeEnvelope, frames: u32, phase: DrivePhase) {
         self.ramp_from_v = self.state.envelope_v;
         self.ramp = Ramp::new(frames);
         self.envelope = envelope;
@@ -285,7 +309,7 @@ impl Generator {
     fn ramp_to_silence(&mut self, frames: u32, phase: DrivePhase) {
         self.timeline = Timeline::Constant;
         self.carrier.hold();
-        let silence = Envelope::constant(0.0, self.settings.sample_rate_hz());
+        let silence = AmplitudeEnvelope::constant(0.0, self.settings.sample_rate_hz());
         self.ramp_to(silence, frames, phase);
     }
 
@@ -309,18 +333,18 @@ impl Generator {
         let motion = if self.state.phase == DrivePhase::Steady {
             self.timeline.advance()
         } else {
-            Motion::Hold
+            CarrierMotion::Hold
         };
         match motion {
-            Motion::Hold | Motion::Glide(_) => {}
-            Motion::Jump(frequency_hz) => {
+            CarrierMotion::Hold | CarrierMotion::Glide(_) => {}
+            CarrierMotion::Jump(frequency_hz) => {
                 self.carrier.set_frequency(frequency_hz);
                 self.state.step = self.timeline.step_index().map(|index| StepState {
                     index,
                     first_frame: frame,
                 });
             }
-            Motion::Over(frequency_hz) => {
+            CarrierMotion::Over(frequency_hz) => {
                 self.carrier.set_frequency(frequency_hz);
                 self.stop();
             }
@@ -346,8 +370,10 @@ impl Generator {
         self.envelope.advance();
         self.advance_ramp();
         match motion {
-            Motion::Glide(mean_hz) => self.carrier.glide(mean_hz),
-            Motion::Hold | Motion::Jump(_) | Motion::Over(_) => self.carrier.advance(),
+            CarrierMotion::Glide(mean_hz) => self.carrier.glide(mean_hz),
+            CarrierMotion::Hold | CarrierMotion::Jump(_) | CarrierMotion::Over(_) => {
+                self.carrier.advance()
+            }
         }
         self.state.carrier_hz = self.carrier.frequency_hz();
         (volts / self.settings.volts_per_unit()) as f32
@@ -369,7 +395,7 @@ impl Generator {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::program::DriveConfig;
+    use crate::drive_program::DriveConfig;
 
     /// A generator at 60 V of a limit of 80 V.
     fn steady() -> Generator {
@@ -385,13 +411,13 @@ mod tests {
             amplitude_v: 60.0,
         };
         let mut generator = Generator::new(settings);
-        generator.apply(Command::Start(settings.admit(tone).unwrap()));
+        generator.apply(DriveCommand::Start(settings.admit(tone).unwrap()));
         generator.fill(&mut [0.0; 10_000]);
         assert_eq!(generator.state().phase, DrivePhase::Steady);
         generator
     }
 
-    /// FAULTS 8, past every check: the amplitude itself goes bad under way.
+    /// FAULTS 8: past every check, the amplitude itself goes bad under way.
     #[test]
     fn bad_amplitudes_reach_zero_and_latch() {
         for (amplitude_v, cause) in [
@@ -401,7 +427,7 @@ mod tests {
             (1e6, TripCause::OverRange),
         ] {
             let mut generator = steady();
-            let envelope = Envelope::constant(amplitude_v, 192_000);
+            let envelope = AmplitudeEnvelope::constant(amplitude_v, 192_000);
             generator.ramp_to(envelope, 1, DrivePhase::RampingIn);
             let mut out = [1.0_f32; 1_000];
             generator.fill(&mut out);
@@ -414,13 +440,13 @@ mod tests {
                 amplitude_v: 60.0,
             };
             let program = generator.settings().admit(tone).unwrap();
-            generator.apply(Command::Start(program));
+            generator.apply(DriveCommand::Start(program));
             generator.fill(&mut out);
             assert_eq!(out, [0.0; 1_000]);
             assert_eq!(generator.state().refused, 1);
 
-            generator.apply(Command::Rearm);
-            generator.apply(Command::Start(program));
+            generator.apply(DriveCommand::Rearm);
+            generator.apply(DriveCommand::Start(program));
             generator.fill(&mut [0.0; 10_000]);
             assert_eq!(generator.state().phase, DrivePhase::Steady);
             assert!((generator.state().envelope_v - 60.0).abs() < 1e-9);

@@ -1,41 +1,58 @@
-//! Drive signal of the plate and the sound card's two directions.
+//! Drive signal of an ultrasonic plate, and the two directions of the sound card that carries it.
 //!
-//! Voltages are volts **peak** across the actuators; samples are in units of converter full scale;
-//! phases follow exp(+iωt). [`Generator`] is pure; [`audio`] alone meets the hardware.
+//! Voltages are volts **peak** across the actuators, samples are in units of converter full scale, and phases follow
+//! exp(+iωt).
 //!
-//! A waveform is admitted under checked settings ([`DriveSettings::admit`]), travels as a
-//! [`Command`] over a lock-free ring ([`DriveHandle::send`]) and is rendered in the output callback.
+//! A [`Waveform`] is admitted under checked settings ([`DriveSettings::admit`]) and thereby becomes a [`Program`]. It
+//! travels as a [`DriveCommand`] over a lock-free ring ([`DriveHandle::send`]) to the [`DriveRenderer`], which renders
+//! it in the output callback. The input callback hands its blocks to an [`InputWriter`]; an [`InputReader`] takes them
+//! out on another thread. Neither callback allocates, locks, logs or panics (`tests/real_time.rs`).
+//!
+//! Cargo features:
+//!
+//! - `sound-card`: the module `audio`, which opens a sound card through cpal (ALSA, CoreAudio, WASAPI) and runs both
+//!   callbacks on it. Everything else is free of input and output and builds for any target of the standard library.
+//! - `jack`: in addition, a JACK server as the host of the sound card.
 
+#[cfg(feature = "sound-card")]
 pub mod audio;
 mod capture;
-mod carrier;
-mod device;
-mod drive;
+mod drive_handle;
+mod drive_program;
 mod envelope;
 mod generator;
-mod health;
 mod limiter;
-mod phase;
-mod program;
-mod published;
-mod quiet;
+mod oscillator;
+mod phase_accumulator;
 mod ramp;
+mod renderer;
 mod sample;
+mod seqlock;
+mod sine_table;
+mod stream_health;
+mod stream_layout;
 mod sweep;
 
-pub use capture::{BlockHeader, BlockTime, InputReader};
-pub use carrier::Carrier;
-pub use device::{Capability, ChoiceError, DeviceInfo, summarise};
-pub use drive::{DriveHandle, DriveMonitor, KillSwitch, SendError};
-pub use envelope::Envelope;
-pub use generator::{Command, DrivePhase, DriveState, Generator, StepState};
-pub use health::{Direction, DirectionHealth, Health, StreamFault};
-pub use limiter::{HARD_LIMIT_V, LimitError, Limiter, TripCause};
-pub use phase::{Phase, PhaseStep, SineTable};
-pub use program::{
+pub use capture::{BlockHeader, BlockTime, InputReader, InputWriter};
+pub use drive_handle::{CommandError, DriveHandle, DriveMonitor, KillSwitch};
+pub use drive_program::{
     DEFAULT_RAMP_S, DriveConfig, DriveSettings, EMERGENCY_RAMP_S, LONGEST_RAMP_S, Program,
     ProgramError, Waveform,
 };
+pub use envelope::AmplitudeEnvelope;
+pub use generator::{DriveCommand, DrivePhase, DriveState, Generator, StepState};
+pub use limiter::{HARD_LIMIT_V, LimitError, Limiter, TripCause};
+pub use oscillator::CarrierOscillator;
+pub use phase_accumulator::{PhaseAccumulator, PhaseStep};
 pub use ramp::Ramp;
-pub use sample::{ConverterSample, SampleFormat, UnknownFormat};
+pub use renderer::DriveRenderer;
+pub use sample::{ConverterSample, I24, SampleFormat, UnknownFormat};
+pub use sine_table::SineTable;
+pub use stream_health::{DirectionHealth, StreamDirection, StreamFault, StreamHealth};
+pub use stream_layout::LayoutError;
 pub use sweep::{MAX_TONES, SweepLaw, ToneCountError, ToneList};
+
+/// The README's example, run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

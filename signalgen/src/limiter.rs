@@ -1,34 +1,34 @@
-//! The last word on the drive voltage.
+//! The limiter: the last check of every voltage before the converter.
 
 use thiserror::Error;
 
 /// Hard limit of the drive, volts peak across the actuators: no configuration raises it.
 ///
-/// An assumption, for the piezo discs are not specified in the paper: the ×20 amplifier of
-/// SCIENCE.md section 1 fed with ±7.5 V, three quarters of a common ±10 V output.
+/// An assumption, for the paper does not specify the piezo discs: the ×20 amplifier of SCIENCE.md section 1 fed with
+/// ±7.5 V, three quarters of a common ±10 V output.
 pub const HARD_LIMIT_V: f64 = 150.0;
 
-/// Excess over the limit that counts as rounding.
+/// Excess over the limit that counts as rounding, as a factor.
 const ROUNDING: f64 = 1.0 + 1e-9;
 
-/// Why the limiter cut the drive off.
+/// Cause of a trip, which cuts the drive off at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum TripCause {
-    /// A voltage that is no number, or infinite.
+    /// A voltage is not a number, or infinite.
     #[error("drive voltage is not a finite number")]
     NotFinite,
-    /// A voltage beyond the configured limit.
+    /// A voltage is beyond the configured limit.
     #[error("drive voltage beyond the configured limit")]
     OverRange,
-    /// A program admitted under other settings than the generator's.
+    /// A program was admitted under other settings than the generator's.
     #[error("program was admitted under other drive settings")]
     ForeignProgram,
 }
 
-/// A limit that cannot be used.
+/// A limit that the limiter refuses.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum LimitError {
-    /// Beyond the compiled-in limit.
+    /// The limit is beyond [`HARD_LIMIT_V`].
     #[error(
         "drive limit {limit_v} V peak is above the hard limit of {HARD_LIMIT_V} V peak: lower limit_v"
     )]
@@ -36,7 +36,7 @@ pub enum LimitError {
         /// The limit asked for, V peak.
         limit_v: f64,
     },
-    /// Zero, negative or no number.
+    /// The limit is zero, negative or not a number.
     #[error("drive limit {limit_v} V peak must be above 0 and at most {HARD_LIMIT_V} V peak")]
     NotPositive {
         /// The limit asked for, V peak.
@@ -45,16 +45,26 @@ pub enum LimitError {
 }
 
 /// Passes voltages within the configured limit, and nothing else.
+///
+/// ```
+/// use signalgen::{Limiter, TripCause};
+///
+/// let limiter = Limiter::new(80.0)?;
+/// assert_eq!(limiter.check(-79.0), Ok(-79.0));
+/// assert_eq!(limiter.check(80.1), Err(TripCause::OverRange));
+/// assert_eq!(limiter.check(f64::NAN), Err(TripCause::NotFinite));
+/// # Ok::<(), signalgen::LimitError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limiter {
     limit_v: f64,
 }
 
 impl Limiter {
-    /// A limiter at `limit_v` volts peak.
+    /// Makes a limiter at `limit_v` volts peak.
     ///
     /// # Errors
-    /// If the limit is not in 0 < limit ≤ [`HARD_LIMIT_V`]. It is rejected, never clamped.
+    /// If the limit is not in 0 < limit ≤ [`HARD_LIMIT_V`]: it is rejected, never clamped.
     pub fn new(limit_v: f64) -> Result<Self, LimitError> {
         if limit_v > HARD_LIMIT_V {
             Err(LimitError::AboveHardLimit { limit_v })
@@ -65,17 +75,16 @@ impl Limiter {
         }
     }
 
-    /// The configured limit, V peak.
+    /// Returns the configured limit, V peak.
     #[must_use]
     pub fn limit_v(&self) -> f64 {
         self.limit_v
     }
 
-    /// Whether `volts` may go out.
+    /// Returns `volts` if they may go out.
     ///
     /// # Errors
-    /// If it may not; the caller puts out zero and latches. An excess below 1e-9 of the limit is
-    /// rounding and passes.
+    /// If they may not: the caller puts out zero and latches. An excess below 1e-9 of the limit is rounding and passes.
     #[inline]
     pub fn check(&self, volts: f64) -> Result<f64, TripCause> {
         if volts.abs() <= self.limit_v * ROUNDING {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use crate::phase::SineTable;
+use crate::sine_table::SineTable;
 
 const HALF_TURN: u64 = 1 << 63;
 
@@ -17,7 +17,7 @@ pub struct Ramp {
 }
 
 impl Ramp {
-    /// A ramp at its beginning; at least one frame long.
+    /// Makes a ramp at its beginning, at least one frame long.
     #[must_use]
     pub fn new(frames: u32) -> Self {
         let frames = frames.max(1);
@@ -28,7 +28,7 @@ impl Ramp {
         }
     }
 
-    /// The weight at this frame; exactly 1 once the ramp is over.
+    /// Returns the weight at this frame; exactly 1 once the ramp is over.
     #[inline]
     #[must_use]
     pub fn weight(&self, table: &SineTable) -> f64 {
@@ -39,20 +39,20 @@ impl Ramp {
         }
     }
 
-    /// Goes on by one frame.
+    /// Advances by one frame.
     #[inline]
     pub fn advance(&mut self) {
         self.elapsed = (self.elapsed + 1).min(self.frames);
     }
 
-    /// Whether the weight has reached 1.
+    /// Returns whether the weight has reached 1.
     #[inline]
     #[must_use]
     pub fn is_over(&self) -> bool {
         self.elapsed == self.frames
     }
 
-    /// Upper bound of the weight's change from one frame to the next.
+    /// Returns an upper bound of the weight's change from one frame to the next.
     #[must_use]
     pub fn steepest_per_frame(frames: u32) -> f64 {
         FRAC_PI_2 / f64::from(frames.max(1))

@@ -5,14 +5,28 @@ use std::{fmt, str::FromStr};
 use thiserror::Error;
 
 /// Sample format of a stream.
+///
+/// ```
+/// use signalgen::SampleFormat;
+///
+/// assert_eq!("i24".parse(), Ok(SampleFormat::I24));
+/// assert!("s24_3le".parse::<SampleFormat>().is_err());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SampleFormat {
     /// 32-bit float.
     F32,
     /// 32-bit integer.
     I32,
+    /// 24-bit integer in a container of 32 bits, least significant bits used; see [`I24`].
+    I24,
     /// 16-bit integer.
     I16,
+}
+
+impl SampleFormat {
+    /// Every sample format.
+    pub const ALL: [Self; 4] = [Self::F32, Self::I32, Self::I24, Self::I16];
 }
 
 impl fmt::Display for SampleFormat {
@@ -20,14 +34,15 @@ impl fmt::Display for SampleFormat {
         f.write_str(match self {
             Self::F32 => "f32",
             Self::I32 => "i32",
+            Self::I24 => "i24",
             Self::I16 => "i16",
         })
     }
 }
 
-/// A name of no sample format.
+/// A name that no sample format has.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("sample format {name:?} is not one of f32, i32, i16")]
+#[error("sample format {name:?} is not one of f32, i32, i24, i16")]
 pub struct UnknownFormat {
     /// The name given.
     pub name: String,
@@ -37,14 +52,45 @@ impl FromStr for SampleFormat {
     type Err = UnknownFormat;
 
     fn from_str(name: &str) -> Result<Self, Self::Err> {
-        match name {
-            "f32" => Ok(Self::F32),
-            "i32" => Ok(Self::I32),
-            "i16" => Ok(Self::I16),
-            _ => Err(UnknownFormat {
+        Self::ALL
+            .into_iter()
+            .find(|format| format.to_string() == name)
+            .ok_or_else(|| UnknownFormat {
                 name: name.to_owned(),
-            }),
-        }
+            })
+    }
+}
+
+/// A sample of 24 bits in the low bits of a 32-bit container.
+///
+/// Writing sign-extends into the top byte. Reading ignores the top byte, which some drivers leave at 0 for negative
+/// samples.
+///
+/// ```
+/// use signalgen::{ConverterSample, I24};
+///
+/// assert_eq!(I24::from_unit(-0.5).container(), -(1 << 22));
+/// assert_eq!(I24::from_container(0x00C0_0000).to_unit(), -0.5);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct I24(i32);
+
+impl I24 {
+    /// Largest sample, 2²³ − 1.
+    pub const MAX: Self = Self((1 << 23) - 1);
+    /// Smallest sample, −2²³.
+    pub const MIN: Self = Self(-(1 << 23));
+
+    /// Reads a sample from the low 24 bits of its container.
+    #[must_use]
+    pub fn from_container(container: i32) -> Self {
+        Self((container << 8) >> 8)
+    }
+
+    /// Returns the sample in its container, sign-extended.
+    #[must_use]
+    pub fn container(self) -> i32 {
+        self.0
     }
 }
 
@@ -53,10 +99,10 @@ pub trait ConverterSample: Copy + Send + 'static {
     /// Silence.
     const ZERO: Self;
 
-    /// From units of full scale; beyond ±1 it saturates.
+    /// Converts from units of full scale; integers saturate beyond ±1.
     fn from_unit(value: f32) -> Self;
 
-    /// To units of full scale.
+    /// Converts to units of full scale.
     fn to_unit(self) -> f32;
 }
 
@@ -72,7 +118,7 @@ impl ConverterSample for f32 {
     }
 }
 
-// A full scale of 2³¹ and 2¹⁵ makes reading exact but for rounding to f32; `as` saturates +1.0.
+// A full scale of 2³¹, 2²³ and 2¹⁵ makes reading exact but for rounding to f32; +1.0 saturates.
 impl ConverterSample for i32 {
     const ZERO: Self = 0;
 
@@ -82,6 +128,19 @@ impl ConverterSample for i32 {
 
     fn to_unit(self) -> f32 {
         self as f32 / 2_147_483_648.0
+    }
+}
+
+impl ConverterSample for I24 {
+    const ZERO: Self = Self(0);
+
+    fn from_unit(value: f32) -> Self {
+        let nearest = (value * 8_388_608.0).round() as i32;
+        Self(nearest.clamp(Self::MIN.0, Self::MAX.0))
+    }
+
+    fn to_unit(self) -> f32 {
+        self.0 as f32 / 8_388_608.0
     }
 }
 
@@ -102,12 +161,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_go_in_and_out() {
-        for format in [SampleFormat::F32, SampleFormat::I32, SampleFormat::I16] {
+    fn format_names_parse_back_and_others_are_refused() {
+        for format in SampleFormat::ALL {
             assert_eq!(format.to_string().parse(), Ok(format));
         }
-        let error = "i24".parse::<SampleFormat>().unwrap_err();
-        assert!(error.to_string().contains("\"i24\""), "{error}");
+        let name = "u8".to_owned();
+        assert_eq!(name.parse::<SampleFormat>(), Err(UnknownFormat { name }));
     }
 
     #[test]
@@ -115,9 +174,49 @@ mod tests {
         for raw in i16::MIN..=i16::MAX {
             assert_eq!(i16::from_unit(raw.to_unit()), raw);
         }
+        for raw in I24::MIN.container()..=I24::MAX.container() {
+            let sample = I24::from_container(raw);
+            assert_eq!(sample.container(), raw);
+            assert_eq!(I24::from_unit(sample.to_unit()), sample);
+        }
         // f32 holds 24 bits, which is what the best converters have.
         for raw in (i32::MIN..=i32::MAX - 255).step_by(256 * 4_099) {
             assert_eq!(i32::from_unit(raw.to_unit()), raw);
+        }
+    }
+
+    #[test]
+    fn samples_round_to_the_nearest_of_24_bits() {
+        let step = 2.0_f32.powi(-23);
+        for (value, expected) in [
+            (0.49, 0),
+            (0.51, 1),
+            (-0.49, 0),
+            (-0.51, -1),
+            (1_000.4, 1_000),
+            (-1_000.6, -1_001),
+        ] {
+            let sample = I24::from_unit(value * step);
+            assert_eq!(sample.container(), expected, "{value}");
+        }
+    }
+
+    #[test]
+    fn full_scale_of_24_bits_is_two_to_the_23rd() {
+        assert_eq!(I24::MIN.to_unit(), -1.0);
+        assert_eq!(I24::MAX.to_unit(), 1.0 - 2.0_f32.powi(-23));
+        assert_eq!(I24::from_unit(1.0), I24::MAX);
+        assert_eq!(I24::from_unit(-1.0), I24::MIN);
+        assert_eq!(I24::from_unit(0.25).container(), 1 << 21);
+    }
+
+    #[test]
+    fn the_top_byte_of_a_24_bit_container_is_ignored() {
+        for top in [0x00_u32, 0x5A, 0xFF] {
+            let container = |low: u32| (top << 24 | low) as i32;
+            assert_eq!(I24::from_container(container(0x00FF_FFFF)).container(), -1);
+            assert_eq!(I24::from_container(container(0x0080_0000)), I24::MIN);
+            assert_eq!(I24::from_container(container(0x007F_FFFF)), I24::MAX);
         }
     }
 
@@ -127,7 +226,11 @@ mod tests {
         assert_eq!(i16::from_unit(-1.5), i16::MIN);
         assert_eq!(i32::from_unit(1.0), i32::MAX);
         assert_eq!(i32::from_unit(-1.5), i32::MIN);
+        for (value, limit) in [(1.5, I24::MAX), (f32::INFINITY, I24::MAX), (-1.5, I24::MIN)] {
+            assert_eq!(I24::from_unit(value), limit);
+        }
         assert_eq!(i16::from_unit(f32::NAN), 0);
+        assert_eq!(I24::from_unit(f32::NAN), I24::ZERO);
         assert_eq!(i32::from_unit(f32::NAN), 0);
     }
 }

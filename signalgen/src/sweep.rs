@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// How the frequency of a sweep goes from one end to the other.
+/// Law by which the frequency of a sweep passes from one end to the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SweepLaw {
     /// Equal hertz per second.
@@ -11,19 +11,28 @@ pub enum SweepLaw {
     Logarithmic,
 }
 
-/// Most tones that a program holds: they travel to the audio callback by value, for a list on the
-/// heap would be freed there.
+/// Largest number of tones in a program. They travel to the audio callback by value, for a list on the heap would be
+/// freed there.
 pub const MAX_TONES: usize = 128;
 
-/// A list with no tones or too many.
+/// A list with no tones, or with more than [`MAX_TONES`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error("{count} tones: a stepped program holds 1 to {MAX_TONES}")]
 pub struct ToneCountError {
-    /// Tones in the list.
+    /// Number of tones in the list.
     pub count: usize,
 }
 
 /// Frequencies of a stepped-tone program, 1 to [`MAX_TONES`] of them.
+///
+/// ```
+/// use signalgen::{ToneCountError, ToneList};
+///
+/// let tones = ToneList::new(&[34_900.0, 35_000.0, 35_100.0])?;
+/// assert_eq!(tones.first_hz(), 34_900.0);
+/// assert_eq!(ToneList::new(&[]), Err(ToneCountError { count: 0 }));
+/// # Ok::<(), ToneCountError>(())
+/// ```
 #[derive(Clone, Copy, PartialEq)]
 pub struct ToneList {
     frequencies_hz: [f64; MAX_TONES],
@@ -31,10 +40,10 @@ pub struct ToneList {
 }
 
 impl ToneList {
-    /// The tones in the order in which they sound.
+    /// Makes a list of the tones in the order in which they sound, Hz.
     ///
     /// # Errors
-    /// If there are none, or more than [`MAX_TONES`].
+    /// If the list is empty or longer than [`MAX_TONES`].
     pub fn new(frequencies_hz: &[f64]) -> Result<Self, ToneCountError> {
         let count = frequencies_hz.len();
         let mut held = [0.0; MAX_TONES];
@@ -48,13 +57,13 @@ impl ToneList {
         })
     }
 
-    /// The frequencies, Hz.
+    /// Returns the frequencies, Hz.
     #[must_use]
     pub fn as_slice(&self) -> &[f64] {
         &self.frequencies_hz[..self.count]
     }
 
-    /// The first tone, Hz.
+    /// Returns the frequency of the first tone, Hz.
     #[must_use]
     pub fn first_hz(&self) -> f64 {
         self.frequencies_hz[0]
@@ -71,16 +80,16 @@ impl std::fmt::Debug for ToneList {
     }
 }
 
-/// What the carrier does in the next frame.
+/// Motion of the carrier's frequency in the next frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Motion {
-    /// Stays at its frequency.
+pub(crate) enum CarrierMotion {
+    /// Holds the frequency.
     Hold,
-    /// Changes to a frequency and stays there.
+    /// Changes to this frequency, Hz, and stays there.
     Jump(f64),
-    /// Passes through a frame whose mean frequency this is.
+    /// Glides through a frame of this mean frequency, Hz.
     Glide(f64),
-    /// Has come to the end of the program, at this frequency.
+    /// Ends the program, at this frequency, Hz.
     Over(f64),
 }
 
@@ -93,16 +102,16 @@ pub(crate) enum Motion {
 pub(crate) enum Timeline {
     /// One frequency for as long as the program lasts.
     Constant,
-    /// See [`Glide`].
+    /// A sweep.
     Sweep(Glide),
-    /// See [`Steps`].
+    /// Tones in turn.
     Steps(Steps),
 }
 
 impl Timeline {
-    pub(crate) fn advance(&mut self) -> Motion {
+    pub(crate) fn advance(&mut self) -> CarrierMotion {
         match self {
-            Self::Constant => Motion::Hold,
+            Self::Constant => CarrierMotion::Hold,
             Self::Sweep(glide) => glide.advance(),
             Self::Steps(steps) => steps.advance(),
         }
@@ -116,7 +125,7 @@ impl Timeline {
     }
 }
 
-/// A sweep: frame `n` begins at the law's frequency at time n/rate.
+/// A sweep whose frame `n` begins at the law's frequency at time n/rate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Glide {
     course: Course,
@@ -125,8 +134,7 @@ pub(crate) struct Glide {
     elapsed: u64,
 }
 
-/// The law of a sweep as mean frequency over frame `n`, so that the phase follows the law's integral
-/// and not a staircase.
+/// Law of a sweep as the mean frequency over frame `n`, so that the phase follows the law's integral, not a staircase.
 #[derive(Clone, Copy, Debug)]
 enum Course {
     /// `first_mean_hz + n · hz_per_frame`.
@@ -173,13 +181,13 @@ impl Glide {
         }
     }
 
-    fn advance(&mut self) -> Motion {
+    fn advance(&mut self) -> CarrierMotion {
         if self.elapsed == self.frames {
-            return Motion::Over(self.to_hz);
+            return CarrierMotion::Over(self.to_hz);
         }
         let n = self.elapsed as f64;
         self.elapsed += 1;
-        Motion::Glide(match self.course {
+        CarrierMotion::Glide(match self.course {
             Course::Linear {
                 first_mean_hz,
                 hz_per_frame,
@@ -192,7 +200,7 @@ impl Glide {
     }
 }
 
-/// Tones one after the other, each for `dwell_frames`.
+/// Tones one after the other, each for `dwell_frames` frames.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Steps {
     tones: ToneList,
@@ -213,21 +221,21 @@ impl Steps {
         }
     }
 
-    fn advance(&mut self) -> Motion {
+    fn advance(&mut self) -> CarrierMotion {
         if self.left_frames > 0 {
             self.left_frames -= 1;
-            return Motion::Hold;
+            return CarrierMotion::Hold;
         }
         match self.tones.as_slice().get(self.next) {
             Some(&frequency_hz) => {
                 self.sounding = u16::try_from(self.next).ok();
                 self.next += 1;
                 self.left_frames = self.dwell_frames - 1;
-                Motion::Jump(frequency_hz)
+                CarrierMotion::Jump(frequency_hz)
             }
             None => {
                 self.sounding = None;
-                Motion::Over(self.tones.last_hz())
+                CarrierMotion::Over(self.tones.last_hz())
             }
         }
     }

@@ -21,6 +21,7 @@ pub enum AudioHost {
 pub enum SampleFormat {
     F32,
     I32,
+    I24,
     I16,
 }
 

@@ -14,7 +14,7 @@ use recording::pipeline::{Batch, Pipeline};
 use recording::recorder::{RecorderGauge, RecorderNotice, RecorderTask, recorder};
 use safety::{SafetyLimits, SafetyLines, Signals, Watch};
 use signalgen::audio::{Duplex, DuplexConfig, Host, StreamChoice};
-use signalgen::{Direction, Generator, InputReader};
+use signalgen::{StreamDirection, Generator, InputReader};
 use tasks::{Clock, Schedule, StopFlag, Task};
 
 use crate::acquisition::{Acquisition, RecordingCommand, Wiring};
@@ -210,7 +210,7 @@ impl Bench {
         let (batches, acquired) = crossbeam_channel::unbounded();
         let block_frames = f64::from(
             life.streams()
-                .buffer_frames(Direction::Input)
+                .buffer_frames(StreamDirection::Input)
                 .unwrap_or(FEWEST_BLOCK_FRAMES),
         );
         let blocks_per_s = f64::from(config.audio.rate_hz) / block_frames;
@@ -258,8 +258,8 @@ impl Bench {
     /// As [`Effective::require_calibration_holds`].
     pub fn require_calibration_holds(&self, bench: &Effective) -> Result<(), CalibrationError> {
         bench.require_calibration_holds(
-            self.life.device(Direction::Input),
-            self.life.device(Direction::Output),
+            self.life.device(StreamDirection::Input),
+            self.life.device(StreamDirection::Output),
             self.life.clock().utc(),
         )
     }
@@ -303,6 +303,7 @@ fn duplex(config: &Config) -> DuplexConfig {
     let format = match audio.sample_format {
         SampleFormat::F32 => signalgen::SampleFormat::F32,
         SampleFormat::I32 => signalgen::SampleFormat::I32,
+        SampleFormat::I24 => signalgen::SampleFormat::I24,
         SampleFormat::I16 => signalgen::SampleFormat::I16,
     };
     let stream = |device: &str, channels| StreamChoice {

@@ -2,8 +2,8 @@
 
 use crossbeam_channel::Sender;
 use signalgen::{
-    Command, Direction, DriveHandle, DriveMonitor, DrivePhase, DriveSettings, Health, KillSwitch,
-    Program, Waveform,
+    DriveCommand, DriveHandle, DriveMonitor, DrivePhase, DriveSettings, KillSwitch, Program,
+    StreamDirection, StreamHealth, Waveform,
 };
 
 use config::Config;
@@ -70,13 +70,13 @@ impl Drive {
     pub fn sound_disarmed(&mut self, program: Program) {
         let kills_known = self.handle.kill_switch().kills();
         let _ = self.handle.rearm_knowing(kills_known);
-        self.send(Command::Start(program));
+        self.send(DriveCommand::Start(program));
     }
 
     /// Ramps to silence.
     pub fn stop(&mut self) {
         self.wanted = None;
-        self.send(Command::Stop);
+        self.send(DriveCommand::Stop);
     }
 
     /// Ramps to silence and takes the amplifier off.
@@ -101,7 +101,7 @@ impl Drive {
             SafetyState::Armed => {
                 if let Some((program, kills_known)) = self.wanted.take() {
                     let _ = self.handle.rearm_knowing(kills_known);
-                    self.send(Command::Start(program));
+                    self.send(DriveCommand::Start(program));
                 }
             }
             SafetyState::Tripped { .. } => self.wanted = None,
@@ -120,7 +120,7 @@ impl Drive {
     }
 
     /// The card takes no command when it is gone; the watch sees that by itself.
-    fn send(&mut self, command: Command) {
+    fn send(&mut self, command: DriveCommand) {
         let _ = self.handle.send(command);
     }
 
@@ -133,12 +133,12 @@ impl Drive {
 pub struct Guard {
     kill: KillSwitch,
     monitor: DriveMonitor,
-    health: Health,
+    health: StreamHealth,
 }
 
 impl Guard {
     /// A guard over the drive of these streams.
-    pub fn new(handle: &DriveHandle, health: Health) -> Self {
+    pub fn new(handle: &DriveHandle, health: StreamHealth) -> Self {
         Self {
             kill: handle.kill_switch(),
             monitor: handle.monitor(),
@@ -166,13 +166,13 @@ impl DriveGuard for Guard {
 
     fn callbacks(&self) -> (u64, u64) {
         (
-            self.health.read(Direction::Output).callbacks,
-            self.health.read(Direction::Input).callbacks,
+            self.health.read(StreamDirection::Output).callbacks,
+            self.health.read(StreamDirection::Input).callbacks,
         )
     }
 
     fn lost(&self) -> bool {
-        self.health.read(Direction::Output).device_lost
-            || self.health.read(Direction::Input).device_lost
+        self.health.read(StreamDirection::Output).device_lost
+            || self.health.read(StreamDirection::Input).device_lost
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use signalgen::audio::{Host, Streams};
-use signalgen::{Direction, KillSwitch};
+use signalgen::{StreamDirection, KillSwitch};
 use tasks::{Clock, Schedule, StopFlag, Task};
 
 /// An opened bench that has not run yet. Whatever panics from here on first silences the drive; signals ask for an orderly
@@ -68,7 +68,7 @@ impl Life {
 
     /// Returns the name of the device opened in a direction.
     #[must_use]
-    pub fn device(&self, direction: Direction) -> String {
+    pub fn device(&self, direction: StreamDirection) -> String {
         self.streams.device(direction).to_string()
     }
 

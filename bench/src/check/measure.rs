@@ -126,7 +126,7 @@ pub(super) fn measure(
         },
         began: Instant::now(),
         measured: Measured {
-            device: bench.life.device(signalgen::Direction::Input),
+            device: bench.life.device(signalgen::StreamDirection::Input),
             estop_wired,
             heartbeat_wired,
             enable_wired,

@@ -12,7 +12,7 @@ use recording::manifest::{self, Manifest};
 use recording::recorder::Begin;
 use recording::study::event_log::Document;
 use recording::study::{self, Study, TrialLabel};
-use signalgen::Direction;
+use signalgen::StreamDirection;
 
 use super::plan::{NAME, Plan, VERSION};
 use crate::session::BeginRecording;
@@ -218,8 +218,8 @@ fn recorded_hardware(bench: &Effective, life: &Life) -> manifest::Hardware {
     channel_names[usize::from(config.channels.drive.index)] = "drive".to_owned();
     channel_names[usize::from(config.channels.pickup.index)] = "pickup".to_owned();
     manifest::Hardware {
-        input_device: life.device(Direction::Input),
-        output_device: life.device(Direction::Output),
+        input_device: life.device(StreamDirection::Input),
+        output_device: life.device(StreamDirection::Output),
         sample_rate_hz: config.audio.rate_hz,
         sample_format: format!("{:?}", config.audio.sample_format).to_lowercase(),
         channel_names,

@@ -18,7 +18,7 @@ use jiff::tz::TimeZone;
 use protocols::{ParticipantId, Protocol};
 use recording::study::event_log::Start;
 use recording::study::{self, GeneratedBy, Study};
-use signalgen::Direction;
+use signalgen::StreamDirection;
 use tasks::StopFlag;
 
 use crate::apparatus::{Apparatus, Watcher};
@@ -93,8 +93,8 @@ pub fn run(
         software: NAME.to_owned(),
         version: VERSION.to_owned(),
         devices: BTreeMap::from([
-            ("audio input".to_owned(), life.device(Direction::Input)),
-            ("audio output".to_owned(), life.device(Direction::Output)),
+            ("audio input".to_owned(), life.device(StreamDirection::Input)),
+            ("audio output".to_owned(), life.device(StreamDirection::Output)),
             ("simulated".to_owned(), simulated.to_string()),
         ]),
         calibration: effective

@@ -311,7 +311,13 @@ fn channels_or_a_sample_format_that_the_card_has_not_are_refused_with_those_it_h
     ];
     refused_before_anything_is_made(&mut configured(&outputs), &study, &words);
     let format = [("sample_format = \"i32\"", "sample_format = \"i24\"")];
-    let words = ["line", "`i24`", "`f32`, `i32`, `i16`"];
+    let words = [
+        "does not offer 2 channels of i24 at 192000 Hz",
+        "1–2 ch i32",
+    ];
+    refused_before_anything_is_made(&mut configured(&format), &study, &words);
+    let format = [("sample_format = \"i32\"", "sample_format = \"i20\"")];
+    let words = ["line", "`i20`", "`f32`, `i32`, `i24`, `i16`"];
     refused_before_anything_is_made(&mut configured(&format), &study, &words);
 
     let scenario = folder.path().join("scenario.toml");

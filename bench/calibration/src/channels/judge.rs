@@ -172,7 +172,7 @@ impl ChannelsProcedure {
         let clips_at = straight.clips_at.map(|(level, scatter)| {
             let step = match self.setup.config.audio.sample_format {
                 SampleFormat::I16 => 2f64.powi(-15),
-                SampleFormat::I32 | SampleFormat::F32 => 2f64.powi(-23),
+                SampleFormat::I32 | SampleFormat::I24 | SampleFormat::F32 => 2f64.powi(-23),
             };
             let error = scatter.hypot(step / 12f64.sqrt());
             Quantity::new(level, error, 9, "full scale")

@@ -1,4 +1,4 @@
-//! The drive's state, published by the output callback for any thread to read.
+//! A sequence lock: the output callback publishes the drive's state, and any thread reads it whole.
 
 use std::sync::{
     Arc,
@@ -10,37 +10,38 @@ use crate::{
     limiter::TripCause,
 };
 
-/// A sequence lock over atomics: the writer never waits, a reader that meets a write tries again.
+/// The published state, field by field in atomics: the writer never waits, a reader that meets a write tries again.
 #[derive(Debug, Default)]
 struct Slot {
-    /// Odd while a write is under way.
+    /// Number of half-writes: odd while a write is under way.
     sequence: AtomicU64,
     frames: AtomicU64,
     phase: AtomicU32,
     envelope_v: AtomicU64,
     carrier_hz: AtomicU64,
-    /// Index of the step plus one; 0 for none.
+    /// Index of the step plus one; 0 without a step.
     step: AtomicU32,
     step_first_frame: AtomicU64,
     programs: AtomicU32,
     refused: AtomicU32,
 }
 
-/// The writing side; one only.
+/// The one writing side.
 #[derive(Debug)]
-pub(crate) struct Publisher(Arc<Slot>);
+pub(crate) struct StatePublisher(Arc<Slot>);
 
-/// The reading side.
+/// A reading side; clones read the same state.
 #[derive(Clone, Debug)]
-pub(crate) struct Published(Arc<Slot>);
+pub(crate) struct PublishedState(Arc<Slot>);
 
-pub(crate) fn channel() -> (Publisher, Published) {
+/// Returns the two sides of a state that is [`DriveState::default`] until the first publication.
+pub(crate) fn channel() -> (StatePublisher, PublishedState) {
     let slot = Arc::new(Slot::default());
-    (Publisher(Arc::clone(&slot)), Published(slot))
+    (StatePublisher(Arc::clone(&slot)), PublishedState(slot))
 }
 
-impl Publisher {
-    /// Takes `&mut self`, for two writers at once would tear the state.
+impl StatePublisher {
+    /// Publishes a state. Takes `&mut self`, for two writers at once would tear the state.
     pub(crate) fn publish(&mut self, state: &DriveState) {
         let slot = &*self.0;
         let sequence = slot.sequence.load(Ordering::Relaxed);
@@ -67,8 +68,8 @@ impl Publisher {
     }
 }
 
-impl Published {
-    /// The last state published, whole; waits out a write under way.
+impl PublishedState {
+    /// Returns the last state published, whole; waits out a write under way.
     pub(crate) fn read(&self) -> DriveState {
         loop {
             if let Some(state) = self.try_read() {
@@ -78,8 +79,7 @@ impl Published {
         }
     }
 
-    /// The last state published, or `None` if a write is under way: for callbacks, which must not
-    /// wait.
+    /// Returns the last state published, or `None` while a write is under way: for callbacks, which must not wait.
     pub(crate) fn try_read(&self) -> Option<DriveState> {
         let slot = &*self.0;
         let before = slot.sequence.load(Ordering::Acquire);
@@ -139,7 +139,7 @@ fn decode_phase(code: u32) -> DrivePhase {
 mod tests {
     use super::*;
 
-    /// Every field a function of one number, so that a torn read shows.
+    /// A state whose every field follows from one number, so that a torn read shows.
     fn state(n: u64) -> DriveState {
         DriveState {
             frames: n,

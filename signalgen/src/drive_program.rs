@@ -1,4 +1,4 @@
-//! What the drive can be asked for, and the settings that it is admitted under.
+//! Waveforms of the drive, and the settings that they are admitted under.
 
 use thiserror::Error;
 
@@ -23,7 +23,7 @@ pub const LONGEST_RAMP_S: f64 = 10.0;
     reason = "a boxed tone list would be freed in the audio callback"
 )]
 pub enum Waveform {
-    /// Nothing.
+    /// No drive.
     Silence,
     /// A carrier of constant amplitude.
     Tone {
@@ -32,8 +32,8 @@ pub enum Waveform {
         /// Amplitude, V peak.
         amplitude_v: f64,
     },
-    /// The amplitude-modulated carrier of the protocol: A_mean (1 + m sin(2π f_m t + φ0)), t from
-    /// the first frame of the program, ramp included (Huloux 2021, section IV: 35 kHz, 6 Hz, 95 %).
+    /// The amplitude-modulated carrier of the protocol, of amplitude A_mean (1 + m sin(2π f_m t + φ0)) with t from the
+    /// first frame of the program, ramp included (Huloux 2021, section IV: 35 kHz, 6 Hz, 95 %).
     Modulated {
         /// Carrier frequency, Hz.
         carrier_hz: f64,
@@ -46,8 +46,8 @@ pub enum Waveform {
         /// Start phase φ0, rad.
         start_phase_rad: f64,
     },
-    /// A frequency sweep. The start frequency is held while the amplitude ramps in and the end
-    /// frequency while it ramps out, so that the whole sweep is at full amplitude; then silence.
+    /// A frequency sweep at full amplitude, then silence. The start frequency is held while the amplitude ramps in, and
+    /// the end frequency while it ramps out.
     Sweep {
         /// Start frequency, Hz.
         from_hz: f64,
@@ -55,15 +55,15 @@ pub enum Waveform {
         to_hz: f64,
         /// Duration between the ramps, s.
         duration_s: f64,
-        /// Linear or logarithmic.
+        /// Law of the sweep, linear or logarithmic.
         law: SweepLaw,
         /// Amplitude, V peak.
         amplitude_v: f64,
     },
-    /// Tones in turn at one amplitude, the phase continuous from each to the next; the first dwell
-    /// starts when the ramp in is over, and the ramp out follows the last; then silence.
+    /// Tones in turn at one amplitude, the phase continuous from each to the next, then silence. The first dwell starts
+    /// when the ramp in is over, and the ramp out follows the last.
     SteppedTones {
-        /// The frequencies.
+        /// Frequencies of the tones.
         tones: ToneList,
         /// Duration of each tone, s.
         dwell_s: f64,
@@ -72,22 +72,23 @@ pub enum Waveform {
     },
 }
 
-/// A waveform or setting that the bench cannot or must not render.
+/// A waveform or setting that cannot or must not be rendered.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum ProgramError {
-    /// A parameter is no number, or outside its range.
+    /// A parameter is not a number, or outside its range.
     #[error("{parameter} = {value} must be {allowed}")]
     OutOfRange {
         /// Name of the parameter.
         parameter: &'static str,
-        /// Its value.
+        /// Value of the parameter.
         value: f64,
-        /// What is allowed, in words.
+        /// Allowed values, in words.
         allowed: &'static str,
     },
     /// The sample rate cannot carry the signal.
     #[error(
-        "sample rate {sample_rate_hz} Hz is not above 2 × (carrier {carrier_hz} Hz + modulation {modulation_hz} Hz) = {needed_hz} Hz: choose a higher rate or a lower carrier"
+        "sample rate {sample_rate_hz} Hz is not above 2 × (carrier {carrier_hz} Hz + modulation {modulation_hz} Hz) \
+         = {needed_hz} Hz: choose a higher rate or a lower carrier"
     )]
     RateTooLow {
         /// Sample rate, Hz.
@@ -106,12 +107,13 @@ pub enum ProgramError {
     AboveLimit {
         /// Peak amplitude A_mean (1 + m), V.
         peak_v: f64,
-        /// The configured limit, V peak.
+        /// Configured limit, V peak.
         limit_v: f64,
     },
-    /// The peak amplitude exceeds what the converter can put out.
+    /// The peak amplitude exceeds the converter's full scale.
     #[error(
-        "peak amplitude {peak_v} V exceeds the output's full scale of {full_scale_v} V: lower the amplitude or check volts_per_unit"
+        "peak amplitude {peak_v} V exceeds the output's full scale of {full_scale_v} V: lower the amplitude or check \
+         volts_per_unit"
     )]
     BeyondFullScale {
         /// Peak amplitude A_mean (1 + m), V.
@@ -124,21 +126,46 @@ pub enum ProgramError {
     Limit(#[from] LimitError),
 }
 
-/// What a drive is configured with; becomes [`DriveSettings`].
+/// Unchecked configuration of a drive, which [`DriveSettings::new`] checks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriveConfig {
     /// Sample rate of the output, Hz.
     pub sample_rate_hz: u32,
     /// Volts across the actuators at output full scale (sample value 1).
     pub volts_per_unit: f64,
-    /// Configured limit, V peak across the actuators; at most [`crate::HARD_LIMIT_V`].
+    /// Limit of the drive, V peak across the actuators; at most [`crate::HARD_LIMIT_V`].
     pub limit_v: f64,
-    /// Length of every ramp but the emergency stop's, s; [`DEFAULT_RAMP_S`].
+    /// Length of every ramp but the emergency stop's, s; [`DEFAULT_RAMP_S`] by default.
     pub ramp_s: f64,
 }
 
 /// Checked settings of a drive. Programs are admitted under them and rendered by a
 /// [`crate::Generator`] of the same settings.
+///
+/// ```
+/// use signalgen::{DriveConfig, DriveSettings, ProgramError, Waveform};
+///
+/// let settings = DriveSettings::new(DriveConfig {
+///     sample_rate_hz: 192_000,
+///     volts_per_unit: 100.0,
+///     limit_v: 80.0,
+///     ramp_s: 0.05,
+/// })?;
+/// let modulated = |mean_amplitude_v| Waveform::Modulated {
+///     carrier_hz: 35_000.0,
+///     mean_amplitude_v,
+///     modulation_hz: 6.0,
+///     modulation_index: 0.95,
+///     start_phase_rad: 0.0,
+/// };
+/// settings.admit(modulated(40.0))?;
+/// // 60 V (1 + 0.95) is above the limit: refused, never clamped.
+/// assert!(matches!(
+///     settings.admit(modulated(60.0)),
+///     Err(ProgramError::AboveLimit { limit_v: 80.0, .. })
+/// ));
+/// # Ok::<(), ProgramError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriveSettings {
     sample_rate_hz: u32,
@@ -186,31 +213,31 @@ impl DriveSettings {
         })
     }
 
-    /// Sample rate, Hz.
+    /// Returns the sample rate, Hz.
     #[must_use]
     pub fn sample_rate_hz(&self) -> u32 {
         self.sample_rate_hz
     }
 
-    /// Volts across the actuators at full scale.
+    /// Returns the volts across the actuators at full scale.
     #[must_use]
     pub fn volts_per_unit(&self) -> f64 {
         self.volts_per_unit
     }
 
-    /// Configured limit, V peak.
+    /// Returns the configured limit, V peak.
     #[must_use]
     pub fn limit_v(&self) -> f64 {
         self.limiter.limit_v()
     }
 
-    /// Length of a ramp, frames.
+    /// Returns the length of a ramp, frames.
     #[must_use]
     pub fn ramp_frames(&self) -> u32 {
         self.ramp_frames
     }
 
-    /// Length of the emergency stop's ramp, frames.
+    /// Returns the length of the emergency stop's ramp, frames.
     #[must_use]
     pub fn emergency_ramp_frames(&self) -> u32 {
         self.emergency_ramp_frames
@@ -220,15 +247,15 @@ impl DriveSettings {
         self.limiter
     }
 
-    /// Duration in whole frames, at least one.
+    /// Returns a duration in whole frames, at least one.
     pub(crate) fn frames(&self, seconds: f64) -> u64 {
         ((seconds * f64::from(self.sample_rate_hz)).round() as u64).max(1)
     }
 
-    /// Admits a waveform: the only way to a [`Program`].
+    /// Admits a waveform, which is the only way to a [`Program`].
     ///
     /// # Errors
-    /// If a parameter is no number or out of range, the sample rate is not above
+    /// If a parameter is not a number or out of range, the sample rate is not above
     /// 2 · (carrier + modulation), or the peak exceeds the configured limit or full scale.
     pub fn admit(&self, waveform: Waveform) -> Result<Program, ProgramError> {
         match waveform {
@@ -353,13 +380,13 @@ pub struct Program {
 }
 
 impl Program {
-    /// The waveform.
+    /// Returns the waveform.
     #[must_use]
     pub fn waveform(&self) -> &Waveform {
         &self.waveform
     }
 
-    /// The settings that it was admitted under.
+    /// Returns the settings that the program was admitted under.
     #[must_use]
     pub fn settings(&self) -> &DriveSettings {
         &self.settings

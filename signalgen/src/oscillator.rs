@@ -1,65 +1,68 @@
-//! The carrier: a sine whose phase is continuous through every change of frequency.
+//! The carrier's oscillator: a sine whose phase is continuous through every change of frequency.
 
-use crate::phase::{Phase, PhaseStep, SineTable};
+use crate::{
+    phase_accumulator::{PhaseAccumulator, PhaseStep},
+    sine_table::SineTable,
+};
 
-/// Sine oscillator on an exact phase; phase 0 (a rising zero) at frame 0.
+/// Sine oscillator on an exact phase, which is 0 (a rising zero) at frame 0.
 #[derive(Clone, Debug)]
-pub struct Carrier {
+pub struct CarrierOscillator {
     sample_rate_hz: u32,
     frequency_hz: f64,
-    phase: Phase,
+    phase: PhaseAccumulator,
     step: PhaseStep,
 }
 
-impl Carrier {
-    /// A carrier of `frequency_hz`, rounded to the nearest nanohertz.
+impl CarrierOscillator {
+    /// Makes a carrier of `frequency_hz`, rounded to the nearest nanohertz.
     #[must_use]
     pub fn new(frequency_hz: f64, sample_rate_hz: u32) -> Self {
         Self {
             sample_rate_hz,
             frequency_hz,
-            phase: Phase::default(),
+            phase: PhaseAccumulator::default(),
             step: PhaseStep::new(frequency_hz, sample_rate_hz),
         }
     }
 
-    /// Changes the frequency from the next frame on; the phase goes on from where it is.
+    /// Changes the frequency from the next frame on; the phase is continuous.
     pub fn set_frequency(&mut self, frequency_hz: f64) {
         self.frequency_hz = frequency_hz;
         self.step = PhaseStep::new(frequency_hz, self.sample_rate_hz);
     }
 
-    /// The frequency in force, Hz.
+    /// Returns the frequency in force, Hz.
     #[must_use]
     pub fn frequency_hz(&self) -> f64 {
         self.frequency_hz
     }
 
-    /// The phase of the next frame.
+    /// Returns the phase of the next frame.
     #[must_use]
-    pub fn phase(&self) -> Phase {
+    pub fn phase(&self) -> PhaseAccumulator {
         self.phase
     }
 
-    /// The carrier at this frame, −1 to 1.
+    /// Returns the carrier at this frame, −1 to 1.
     #[inline]
     #[must_use]
     pub fn value(&self, table: &SineTable) -> f64 {
         table.sin(self.phase.turns())
     }
 
-    /// Goes on by one frame at the constant frequency.
+    /// Advances by one frame at the constant frequency.
     #[inline]
     pub fn advance(&mut self) {
         self.phase.advance(self.step);
     }
 
-    /// Stays at the frequency in force; ends a glide.
+    /// Holds the frequency in force, which ends a glide.
     pub fn hold(&mut self) {
         self.set_frequency(self.frequency_hz);
     }
 
-    /// Goes on by one frame over which the frequency averages `mean_hz`.
+    /// Advances by one frame over which the frequency averages `mean_hz`.
     #[inline]
     pub fn glide(&mut self, mean_hz: f64) {
         self.frequency_hz = mean_hz;

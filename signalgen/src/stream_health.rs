@@ -1,4 +1,4 @@
-//! What the streams report about themselves: xruns, faults, age of the last callback.
+//! Health of the two streams: xruns, faults, age of the last callback.
 
 use std::{
     sync::{
@@ -10,7 +10,7 @@ use std::{
 
 use thiserror::Error;
 
-/// What a stream's error callback reported.
+/// A fault that a stream's error callback reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum StreamFault {
     /// A buffer under- or overrun: frames were lost.
@@ -28,7 +28,7 @@ pub enum StreamFault {
     /// Real-time scheduling was refused; the stream goes on.
     #[error("real-time scheduling refused")]
     RealtimeDenied,
-    /// Anything else.
+    /// Any other error of the backend.
     #[error("audio backend error")]
     Backend,
 }
@@ -42,19 +42,19 @@ const FAULTS: [StreamFault; 6] = [
     StreamFault::Backend,
 ];
 
-/// No callback or fault yet.
+/// Time of the last callback while there has been none.
 const NEVER: u64 = u64::MAX;
 
-/// Direction of a stream.
+/// StreamDirection of a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Direction {
-    /// To the converter.
+pub enum StreamDirection {
+    /// Samples go to the converter.
     Output,
-    /// From the converter.
+    /// Samples come from the converter.
     Input,
 }
 
-impl std::fmt::Display for Direction {
+impl std::fmt::Display for StreamDirection {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::Output => "output",
@@ -92,27 +92,47 @@ struct Shared {
     input: Counters,
 }
 
-/// Counters of both directions, written by the callbacks and read by anyone; lock-free.
+/// Counters of both directions, written by the callbacks and read from any thread; lock-free.
+///
+/// Clones share the counters.
+///
+/// ```
+/// use signalgen::{StreamDirection, StreamFault, StreamHealth};
+///
+/// let health = StreamHealth::new();
+/// health.report(StreamDirection::Input, StreamFault::Xrun);
+/// let input = health.read(StreamDirection::Input);
+/// assert_eq!((input.xruns, input.last_fault), (1, Some(StreamFault::Xrun)));
+/// assert_eq!(health.read(StreamDirection::Output).xruns, 0);
+/// ```
 #[derive(Clone, Debug)]
-pub struct Health(Arc<Shared>);
+pub struct StreamHealth(Arc<Shared>);
 
-/// One direction's counters at one moment.
+/// Counters of one direction at one moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DirectionHealth {
-    /// Callbacks so far.
+    /// Number of callbacks so far.
     pub callbacks: u64,
     /// Age of the last callback on the monotonic clock; `None` before the first.
     pub callback_age: Option<Duration>,
-    /// Xruns reported so far. How many frames each lost is not reported by any backend.
+    /// Number of xruns reported so far. No backend reports how many frames each lost.
     pub xruns: u64,
-    /// The last fault reported.
+    /// Last fault reported.
     pub last_fault: Option<StreamFault>,
     /// Whether the device was lost or the stream invalidated: it will not call back again.
     pub device_lost: bool,
 }
 
-impl Health {
-    pub(crate) fn new() -> Self {
+impl Default for StreamHealth {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl StreamHealth {
+    /// Starts both directions' counters at 0 and the clock of [`Self::now_ns`] now.
+    #[must_use]
+    pub fn new() -> Self {
         Self(Arc::new(Shared {
             epoch: Instant::now(),
             output: Counters::new(),
@@ -120,9 +140,9 @@ impl Health {
         }))
     }
 
-    /// Counters of one direction.
+    /// Returns the counters of one direction.
     #[must_use]
-    pub fn read(&self, direction: Direction) -> DirectionHealth {
+    pub fn read(&self, direction: StreamDirection) -> DirectionHealth {
         let counters = self.counters(direction);
         let last_ns = counters.last_callback_ns.load(Ordering::Acquire);
         let fault = counters.last_fault.load(Ordering::Acquire);
@@ -138,19 +158,20 @@ impl Health {
         }
     }
 
-    /// Nanoseconds of the monotonic clock since the streams were opened: the clock of
-    /// [`crate::BlockHeader::arrived_ns`].
+    /// Returns the nanoseconds of the monotonic clock since these counters were made, before the streams were opened:
+    /// the clock of [`crate::BlockHeader::arrived_ns`].
     #[must_use]
     pub fn now_ns(&self) -> u64 {
         u64::try_from(self.0.epoch.elapsed().as_nanos()).unwrap_or(NEVER - 1)
     }
 
-    pub(crate) fn xruns(&self, direction: Direction) -> u64 {
+    /// Returns the number of xruns of one direction so far.
+    pub(crate) fn xruns(&self, direction: StreamDirection) -> u64 {
         self.counters(direction).xruns.load(Ordering::Acquire)
     }
 
-    /// Called by the data callbacks; returns the time of the callback.
-    pub(crate) fn beat(&self, direction: Direction) -> u64 {
+    /// Counts a data callback; returns its time on the clock of [`Self::now_ns`].
+    pub(crate) fn beat(&self, direction: StreamDirection) -> u64 {
         let now_ns = self.now_ns();
         let counters = self.counters(direction);
         counters.last_callback_ns.store(now_ns, Ordering::Release);
@@ -158,8 +179,8 @@ impl Health {
         now_ns
     }
 
-    /// Called by the error callbacks.
-    pub(crate) fn report(&self, direction: Direction, fault: StreamFault) {
+    /// Counts a fault that a stream's error callback received. Neither allocates nor blocks.
+    pub fn report(&self, direction: StreamDirection, fault: StreamFault) {
         let counters = self.counters(direction);
         match fault {
             StreamFault::Xrun => {
@@ -174,10 +195,10 @@ impl Health {
         counters.last_fault.store(code as u8, Ordering::Release);
     }
 
-    fn counters(&self, direction: Direction) -> &Counters {
+    fn counters(&self, direction: StreamDirection) -> &Counters {
         match direction {
-            Direction::Output => &self.0.output,
-            Direction::Input => &self.0.input,
+            StreamDirection::Output => &self.0.output,
+            StreamDirection::Input => &self.0.input,
         }
     }
 }

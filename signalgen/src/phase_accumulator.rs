@@ -1,25 +1,37 @@
-//! Exact phase: a 64-bit accumulator that neither drifts nor rounds, and the sine table that reads it.
+//! Exact phase: a 64-bit accumulator that neither drifts nor rounds.
 
 use std::f64::consts::TAU;
 
-/// Frequencies are whole numbers of nanohertz.
+/// Steps of frequency per hertz: frequencies are whole numbers of nanohertz.
 const STEPS_PER_HZ: f64 = 1e9;
 const STEPS_PER_HZ_EXACT: u64 = 1_000_000_000;
-/// 2⁶⁴, one turn of the accumulator.
-const TURN: f64 = 18_446_744_073_709_551_616.0;
+/// One turn of the accumulator, 2⁶⁴.
+pub(crate) const TURN: f64 = 18_446_744_073_709_551_616.0;
 
 /// Phase as a fraction of a turn in units of 2⁻⁶⁴, with the exact remainder below that.
 ///
 /// The remainder counts in units of 2⁻⁶⁴ / (rate · 10⁹), so that advancing by any [`PhaseStep`] of
 /// the same rate, any number of times, makes no rounding error at all.
+///
+/// ```
+/// use signalgen::{PhaseAccumulator, PhaseStep};
+///
+/// // 6.1 Hz at 192 kHz returns to phase 0 after ten seconds: 61 turns in 1 920 000 frames.
+/// let step = PhaseStep::new(6.1, 192_000);
+/// let mut phase = PhaseAccumulator::default();
+/// for _ in 0..1_920_000 {
+///     phase.advance(step);
+/// }
+/// assert_eq!(phase, PhaseAccumulator::default());
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Phase {
+pub struct PhaseAccumulator {
     turns: u64,
     remainder: u64,
 }
 
-impl Phase {
-    /// Phase at `rad` radians, any finite number of turns.
+impl PhaseAccumulator {
+    /// Makes the phase of `rad` radians, any finite number of turns.
     #[must_use]
     pub fn from_rad(rad: f64) -> Self {
         let fraction = (rad / TAU).rem_euclid(1.0);
@@ -31,13 +43,13 @@ impl Phase {
         }
     }
 
-    /// Phase in units of 2⁻⁶⁴ of a turn.
+    /// Returns the phase in units of 2⁻⁶⁴ of a turn.
     #[must_use]
     pub fn turns(self) -> u64 {
         self.turns
     }
 
-    /// Phase in radians, `0 ≤ rad < 2π`.
+    /// Returns the phase in radians, `0 ≤ rad < 2π`.
     #[must_use]
     pub fn rad(self) -> f64 {
         // Dropping the bits that f64 cannot hold keeps the result below 2π.
@@ -72,11 +84,10 @@ pub struct PhaseStep {
 }
 
 impl PhaseStep {
-    /// Advance per frame of `frequency_hz` at `sample_rate_hz`.
+    /// Makes the advance per frame of `frequency_hz` at `sample_rate_hz`.
     ///
-    /// The frequency is rounded to the nearest nanohertz; the advance is then exact. Aliases
-    /// (frequencies of the rate and above) wrap, and negative frequencies give none: programs are
-    /// checked against the rate before they come here.
+    /// The frequency is rounded to the nearest nanohertz; the advance is then exact. Aliases (frequencies of the rate
+    /// and above) wrap, and negative frequencies do not advance: programs are checked against the rate beforehand.
     #[must_use]
     pub fn new(frequency_hz: f64, sample_rate_hz: u32) -> Self {
         let modulus = u64::from(sample_rate_hz.max(1)) * STEPS_PER_HZ_EXACT;
@@ -89,63 +100,10 @@ impl PhaseStep {
         }
     }
 
-    /// Whether the phase stands still.
+    /// Returns whether the phase stands still.
     #[must_use]
     pub fn is_zero(self) -> bool {
         self.turns == 0 && self.remainder == 0
-    }
-}
-
-const TABLE_BITS: u32 = 10;
-const TABLE_LENGTH: usize = 1 << TABLE_BITS;
-
-/// Sine of a [`Phase`]: 1024 points per turn, interpolated by the addition theorem.
-///
-/// Largest error 5e-12 (−226 dB of full scale), so that spurs stay below −220 dB; measured by
-/// `sine_is_exact_to_5e_12` below.
-#[derive(Clone, Debug)]
-pub struct SineTable {
-    points: Box<[f64; TABLE_LENGTH]>,
-}
-
-impl SineTable {
-    /// Computes the table; allocates 8 KiB.
-    #[must_use]
-    pub fn new() -> Self {
-        let mut points = Box::new([0.0; TABLE_LENGTH]);
-        for (k, point) in points.iter_mut().enumerate() {
-            *point = (TAU * k as f64 / TABLE_LENGTH as f64).sin();
-        }
-        Self { points }
-    }
-
-    /// sin(2π · turns / 2⁶⁴).
-    #[inline]
-    #[must_use]
-    pub fn sin(&self, turns: u64) -> f64 {
-        const RESIDUE_BITS: u32 = 64 - TABLE_BITS;
-        const HALF: u64 = 1 << (RESIDUE_BITS - 1);
-        let nearest = turns.wrapping_add(HALF) >> RESIDUE_BITS;
-        let index = nearest as usize % TABLE_LENGTH;
-        let residue = turns.wrapping_sub(nearest << RESIDUE_BITS) as i64;
-        let d = residue as f64 * (TAU / TURN);
-        let sine = self.points[index];
-        let cosine = self.points[(index + TABLE_LENGTH / 4) % TABLE_LENGTH];
-        let d2 = d * d;
-        sine * (1.0 - 0.5 * d2) + cosine * d * (1.0 - d2 / 6.0)
-    }
-
-    /// cos(2π · turns / 2⁶⁴).
-    #[inline]
-    #[must_use]
-    pub fn cos(&self, turns: u64) -> f64 {
-        self.sin(turns.wrapping_add(1 << 62))
-    }
-}
-
-impl Default for SineTable {
-    fn default() -> Self {
-        Self::new()
     }
 }
 
@@ -158,12 +116,12 @@ mod tests {
     #[test]
     fn rational_frequency_closes_exactly() {
         let step = PhaseStep::new(35_000.0, 192_000);
-        let mut phase = Phase::default();
+        let mut phase = PhaseAccumulator::default();
         for period in 0..10_000 {
             for _ in 0..192 {
                 phase.advance(step);
             }
-            assert_eq!(phase, Phase::default(), "period {period}");
+            assert_eq!(phase, PhaseAccumulator::default(), "period {period}");
         }
     }
 
@@ -171,56 +129,31 @@ mod tests {
     fn decimal_frequency_closes_exactly() {
         // 6.1 Hz at 192 kHz: 61 turns in 1 920 000 frames.
         let step = PhaseStep::new(6.1, 192_000);
-        let mut phase = Phase::default();
+        let mut phase = PhaseAccumulator::default();
         for _ in 0..1_920_000 {
             phase.advance(step);
         }
-        assert_eq!(phase, Phase::default());
+        assert_eq!(phase, PhaseAccumulator::default());
     }
 
     #[test]
     fn phase_continues_exactly_through_frequency_changes() {
-        let mut phase = Phase::default();
+        let mut phase = PhaseAccumulator::default();
         for frequency_hz in [35_000.0, 1.0, 34_999.0] {
             for _ in 0..192_000 {
                 phase.advance(PhaseStep::new(frequency_hz, 192_000));
             }
         }
-        assert_eq!(phase, Phase::default());
+        assert_eq!(phase, PhaseAccumulator::default());
     }
 
     #[test]
     fn radians_go_in_and_out() {
         for rad in [0.0, 1.0, 3.0, 6.2, -1.0, 100.0, -1e-30] {
-            let back = Phase::from_rad(rad).rad();
+            let back = PhaseAccumulator::from_rad(rad).rad();
             assert!((0.0..TAU).contains(&back), "{rad} gave {back}");
             let error = (back - rad + std::f64::consts::PI).rem_euclid(TAU);
             assert!((error - std::f64::consts::PI).abs() < 1e-13, "{rad}");
-        }
-    }
-
-    #[test]
-    fn sine_is_exact_to_5e_12() {
-        let table = SineTable::new();
-        let mut worst = 0.0_f64;
-        let mut turns = 0_u64;
-        for _ in 0..2_000_000 {
-            // The golden ratio visits the circle evenly and hits no table point.
-            turns = turns.wrapping_add(0x9E37_79B9_7F4A_7C15);
-            let angle = TAU * (turns as f64 / TURN);
-            worst = worst
-                .max((table.sin(turns) - angle.sin()).abs())
-                .max((table.cos(turns) - angle.cos()).abs());
-        }
-        assert!(worst < 5e-12, "{worst:e}");
-    }
-
-    #[test]
-    fn sine_meets_the_axes() {
-        let table = SineTable::new();
-        for (quarter, expected) in [0.0, 1.0, 0.0, -1.0].into_iter().enumerate() {
-            let value = table.sin((quarter as u64) << 62);
-            assert!((value - expected).abs() < 1e-15, "{quarter}: {value}");
         }
     }
 }

@@ -1,0 +1,103 @@
+//! The callbacks of both streams, bound to cpal.
+
+use std::time::Duration;
+
+use cpal::{
+    Device, ErrorKind, InputCallbackInfo, OutputCallbackInfo, SizedSample, Stream, StreamConfig,
+    StreamInstant, traits::DeviceTrait,
+};
+
+use crate::{
+    capture::{BlockTime, InputWriter},
+    renderer::DriveRenderer,
+    sample::{ConverterSample, SampleFormat},
+    stream_health::{StreamDirection, StreamFault, StreamHealth},
+};
+
+/// How long JACK may take to open a stream, and how often ALSA checks whether a silent one is lost.
+const BACKEND_TIMEOUT: Duration = Duration::from_secs(2);
+
+/// Opens an output stream, paused, whose callback renders the drive.
+pub(super) fn open_output(
+    device: &Device,
+    config: StreamConfig,
+    format: SampleFormat,
+    renderer: DriveRenderer,
+    health: &StreamHealth,
+) -> Result<Stream, cpal::Error> {
+    match format {
+        SampleFormat::F32 => output_of::<f32>(device, config, renderer, health),
+        SampleFormat::I32 => output_of::<i32>(device, config, renderer, health),
+        SampleFormat::I24 => output_of::<cpal::I24>(device, config, renderer, health),
+        SampleFormat::I16 => output_of::<i16>(device, config, renderer, health),
+    }
+}
+
+/// Opens an input stream, paused, whose callback hands its blocks to `writer`.
+pub(super) fn open_input(
+    device: &Device,
+    config: StreamConfig,
+    format: SampleFormat,
+    writer: InputWriter,
+    health: &StreamHealth,
+) -> Result<Stream, cpal::Error> {
+    match format {
+        SampleFormat::F32 => input_of::<f32>(device, config, writer, health),
+        SampleFormat::I32 => input_of::<i32>(device, config, writer, health),
+        SampleFormat::I24 => input_of::<cpal::I24>(device, config, writer, health),
+        SampleFormat::I16 => input_of::<i16>(device, config, writer, health),
+    }
+}
+
+fn output_of<T: ConverterSample + SizedSample>(
+    device: &Device,
+    config: StreamConfig,
+    mut renderer: DriveRenderer,
+    health: &StreamHealth,
+) -> Result<Stream, cpal::Error> {
+    let health = health.clone();
+    device.build_output_stream(
+        config,
+        move |out: &mut [T], _: &OutputCallbackInfo| renderer.render(out),
+        move |error: cpal::Error| health.report(StreamDirection::Output, fault(error.kind())),
+        Some(BACKEND_TIMEOUT),
+    )
+}
+
+fn input_of<T: ConverterSample + SizedSample>(
+    device: &Device,
+    config: StreamConfig,
+    mut writer: InputWriter,
+    health: &StreamHealth,
+) -> Result<Stream, cpal::Error> {
+    let health = health.clone();
+    device.build_input_stream(
+        config,
+        move |block: &[T], info: &InputCallbackInfo| {
+            let timestamp = info.timestamp();
+            let time = BlockTime {
+                callback_ns: nanos(timestamp.callback),
+                capture_ns: nanos(timestamp.capture),
+            };
+            writer.take(block, time);
+        },
+        move |error: cpal::Error| health.report(StreamDirection::Input, fault(error.kind())),
+        Some(BACKEND_TIMEOUT),
+    )
+}
+
+/// Returns the nanoseconds of an instant; they wrap after 584 years.
+fn nanos(instant: StreamInstant) -> u64 {
+    instant.as_nanos() as u64
+}
+
+fn fault(kind: ErrorKind) -> StreamFault {
+    match kind {
+        ErrorKind::Xrun => StreamFault::Xrun,
+        ErrorKind::DeviceNotAvailable | ErrorKind::HostUnavailable => StreamFault::DeviceLost,
+        ErrorKind::StreamInvalidated => StreamFault::Invalidated,
+        ErrorKind::DeviceChanged => StreamFault::Rerouted,
+        ErrorKind::RealtimeDenied => StreamFault::RealtimeDenied,
+        _ => StreamFault::Backend,
+    }
+}

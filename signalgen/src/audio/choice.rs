@@ -1,0 +1,223 @@
+//! The device that a name in a configuration means.
+
+use thiserror::Error;
+
+use super::sound_device::DeviceInfo;
+use crate::stream_health::StreamDirection;
+
+/// A device name that matches no device, or several.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum ChoiceError {
+    /// No device has this id or name, or part of it.
+    #[error("no {direction} device matches {wanted:?}; there are: {}", list(.available))]
+    NoMatch {
+        /// The name asked for.
+        wanted: String,
+        /// The direction wanted.
+        direction: StreamDirection,
+        /// Every device that has the direction.
+        available: Vec<String>,
+    },
+    /// Several devices have it.
+    #[error("{wanted:?} could be any of these {direction} devices: {}; give the whole id", list(.matches))]
+    Ambiguous {
+        /// The name asked for.
+        wanted: String,
+        /// The direction wanted.
+        direction: StreamDirection,
+        /// The devices that have the name.
+        matches: Vec<String>,
+    },
+}
+
+fn list(devices: &[String]) -> String {
+    if devices.is_empty() {
+        "none".to_owned()
+    } else {
+        devices.join(", ")
+    }
+}
+
+/// Returns the index in `devices` of the device that `wanted` names for `direction`.
+///
+/// An exact id (with or without its host) or name goes before part of one, whatever the case. Among several matches raw
+/// devices go before others, even when another program holds them: a layer that resamples never takes their place. Of
+/// one raw device under several ids (ALSA names a card by name and by number) the first is taken.
+///
+/// # Errors
+/// If nothing matches, or several different devices do.
+pub(super) fn choose(
+    devices: &[DeviceInfo],
+    wanted: &str,
+    direction: StreamDirection,
+) -> Result<usize, ChoiceError> {
+    let everything: Vec<usize> = (0..devices.len()).collect();
+    let lower_case = wanted.to_lowercase();
+    let exact = narrow(&everything, |index| is_called(&devices[index], wanted));
+    let called = if exact.is_empty() {
+        narrow(&everything, |index| contains(&devices[index], &lower_case))
+    } else {
+        exact
+    };
+    let has_direction = |index: usize| devices[index].offer(direction).is_some();
+    let matches = narrow(&called, has_direction);
+    let raw = prefer(matches, |index| devices[index].is_raw);
+    let preferred = prefer(raw, |index| {
+        devices[index]
+            .offer(direction)
+            .is_some_and(|offer| !offer.capabilities().is_empty())
+    });
+    let names = |indices: &[usize]| indices.iter().map(|&i| devices[i].to_string()).collect();
+    match preferred.as_slice() {
+        [] => Err(ChoiceError::NoMatch {
+            wanted: wanted.to_owned(),
+            direction,
+            available: names(&narrow(&everything, has_direction)),
+        }),
+        [first, others @ ..] if others.iter().all(|&o| same(&devices[*first], &devices[o])) => {
+            Ok(*first)
+        }
+        several => Err(ChoiceError::Ambiguous {
+            wanted: wanted.to_owned(),
+            direction,
+            matches: names(several),
+        }),
+    }
+}
+
+/// Returns whether `wanted` is the whole id (with or without its host) or the whole name.
+fn is_called(device: &DeviceInfo, wanted: &str) -> bool {
+    let local_id = device
+        .id
+        .split_once(':')
+        .map_or(device.id.as_str(), |(_, local)| local);
+    device.id == wanted || local_id == wanted || device.name == wanted
+}
+
+fn contains(device: &DeviceInfo, lower_case: &str) -> bool {
+    device.id.to_lowercase().contains(lower_case) || device.name.to_lowercase().contains(lower_case)
+}
+
+fn narrow(indices: &[usize], keep: impl Fn(usize) -> bool) -> Vec<usize> {
+    indices.iter().copied().filter(|&i| keep(i)).collect()
+}
+
+/// Returns the indices that have a quality, or all of them if none has.
+fn prefer(indices: Vec<usize>, has_quality: impl Fn(usize) -> bool) -> Vec<usize> {
+    let preferred = narrow(&indices, has_quality);
+    if preferred.is_empty() {
+        indices
+    } else {
+        preferred
+    }
+}
+
+/// Returns whether two raw devices are one: the same name and the same device number on the card.
+fn same(a: &DeviceInfo, b: &DeviceInfo) -> bool {
+    let device_number = |d: &DeviceInfo| d.id.rsplit_once(",DEV=").map(|(_, dev)| dev.to_owned());
+    a.is_raw
+        && b.is_raw
+        && a.name == b.name
+        && device_number(a).is_some()
+        && device_number(a) == device_number(b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::audio::sound_device::{Capability, Offer, RateRange};
+
+    fn device(id: &str, name: &str) -> DeviceInfo {
+        let capability = Capability {
+            channels: 2,
+            rates: RateRange::new(44_100, 192_000),
+            format: "i32".to_owned(),
+        };
+        DeviceInfo {
+            id: id.to_owned(),
+            name: name.to_owned(),
+            is_raw: id.starts_with("alsa:hw:"),
+            is_sound_card: true,
+            output: Some(Offer::Listed(vec![capability.clone()])),
+            input: Some(Offer::Listed(vec![capability])),
+        }
+    }
+
+    /// The devices that ALSA lists for one interface and the machine's own sound.
+    fn alsa() -> Vec<DeviceInfo> {
+        vec![
+            device("alsa:default", "Default Audio Device"),
+            device("alsa:sysdefault:CARD=USB", "Fireface, USB Audio"),
+            device("alsa:plughw:CARD=USB,DEV=0", "Fireface, USB Audio"),
+            device("alsa:hw:CARD=USB,DEV=0", "Fireface, USB Audio"),
+            device("alsa:hw:CARD=1,DEV=0", "Fireface, USB Audio"),
+            device("alsa:hw:CARD=PCH,DEV=0", "HDA Intel, ALC1220"),
+            device("alsa:hw:CARD=PCH,DEV=1", "HDA Intel, ALC1220"),
+        ]
+    }
+
+    fn chosen(wanted: &str) -> Result<String, ChoiceError> {
+        let devices = alsa();
+        choose(&devices, wanted, StreamDirection::Output).map(|index| devices[index].id.clone())
+    }
+
+    #[test]
+    fn exact_ids_win_whatever_else_matches() {
+        for wanted in ["alsa:plughw:CARD=USB,DEV=0", "plughw:CARD=USB,DEV=0"] {
+            assert_eq!(chosen(wanted).unwrap(), "alsa:plughw:CARD=USB,DEV=0");
+        }
+        assert_eq!(chosen("default").unwrap(), "alsa:default");
+    }
+
+    #[test]
+    fn names_and_parts_of_them_mean_the_raw_device() {
+        for wanted in ["Fireface, USB Audio", "fireface", "FIREFACE", "card=usb"] {
+            assert_eq!(
+                chosen(wanted).unwrap(),
+                "alsa:hw:CARD=USB,DEV=0",
+                "{wanted}"
+            );
+        }
+    }
+
+    #[test]
+    fn two_devices_of_one_card_are_ambiguous() {
+        let error = chosen("intel").unwrap_err();
+        let message = error.to_string();
+        assert!(matches!(error, ChoiceError::Ambiguous { .. }));
+        assert!(message.contains("hw:CARD=PCH,DEV=0"), "{message}");
+        assert!(message.contains("hw:CARD=PCH,DEV=1"), "{message}");
+    }
+
+    #[test]
+    fn an_unknown_name_is_answered_with_what_there_is() {
+        let message = chosen("Babyface").unwrap_err().to_string();
+        for device in alsa() {
+            assert!(message.contains(&device.id), "{message}");
+        }
+        let none = choose(&[], "Babyface", StreamDirection::Input).unwrap_err();
+        assert!(none.to_string().ends_with("there are: none"), "{none}");
+    }
+
+    #[test]
+    fn devices_without_the_direction_do_not_count() {
+        let mut devices = alsa();
+        devices[5].input = None;
+        let index = choose(&devices, "intel", StreamDirection::Input).unwrap();
+        assert_eq!(devices[index].id, "alsa:hw:CARD=PCH,DEV=1");
+    }
+
+    #[test]
+    fn a_raw_device_is_never_replaced_by_a_layer_that_resamples() {
+        // Held by another program, it does not report its capabilities.
+        let mut devices = alsa();
+        devices[3].input = Some(Offer::Unreported);
+        devices[4].input = Some(Offer::Unreported);
+        for wanted in ["fireface", "hw:CARD=USB,DEV=0"] {
+            let index = choose(&devices, wanted, StreamDirection::Input).unwrap();
+            assert_eq!(devices[index].id, "alsa:hw:CARD=USB,DEV=0");
+        }
+        devices[3].input = None;
+        choose(&devices, "hw:CARD=USB,DEV=0", StreamDirection::Input).unwrap_err();
+    }
+}

@@ -1,0 +1,188 @@
+//! The commanding side of the drive: commands, kills and the published state, all lock-free.
+
+use std::sync::{
+    Arc,
+    atomic::{AtomicU64, Ordering},
+};
+
+use rtrb::{Consumer, Producer, PushError, RingBuffer};
+use thiserror::Error;
+
+use crate::{
+    generator::{DriveCommand, DriveState},
+    seqlock::{self, PublishedState, StatePublisher},
+};
+
+/// Commands that can wait for the next output callback.
+const COMMAND_RING: usize = 64;
+
+/// Why the drive did not take a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum CommandError {
+    /// The ring is full: the output callback has not run for a while.
+    #[error(
+        "{COMMAND_RING} commands are waiting and the output does not take them: the stream is not running"
+    )]
+    RingFull,
+    /// The output stream is gone.
+    #[error("the output stream is closed")]
+    Closed,
+}
+
+/// A command together with the number of kills that its sender knew of when sending it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SentCommand {
+    pub(crate) command: DriveCommand,
+    pub(crate) kills_known: u64,
+}
+
+/// The commanding side of the drive, with one owner.
+///
+/// When it is dropped, as a panic's unwinding does, the drive makes an emergency stop.
+///
+/// ```
+/// use signalgen::{
+///     DriveCommand, DriveConfig, DrivePhase, DriveRenderer, DriveSettings, Generator, StreamHealth, Waveform,
+/// };
+///
+/// let settings = DriveSettings::new(DriveConfig {
+///     sample_rate_hz: 192_000,
+///     volts_per_unit: 100.0,
+///     limit_v: 80.0,
+///     ramp_s: 0.005,
+/// })?;
+/// // One output channel, which is the drive's. A sound card calls `render`; here the example does.
+/// let (mut renderer, mut drive) =
+///     DriveRenderer::connect(Generator::new(settings), 1, 0, StreamHealth::new())?;
+/// let mut block = [0.0_f32; 1_920];
+///
+/// let tone = settings.admit(Waveform::Tone { carrier_hz: 35_000.0, amplitude_v: 40.0 })?;
+/// drive.send(DriveCommand::Start(tone))?;
+/// renderer.render(&mut block);
+/// assert_eq!(drive.published().phase, DrivePhase::Steady);
+///
+/// drive.kill_switch().kill();
+/// renderer.render(&mut block);
+/// assert_eq!(drive.published().phase, DrivePhase::EmergencyStopped);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct DriveHandle {
+    commands: Producer<SentCommand>,
+    kill_switch: KillSwitch,
+    monitor: DriveMonitor,
+}
+
+impl DriveHandle {
+    /// Returns a handle, the commands it sends, its kill switch, and where to publish the state that it reads.
+    pub(crate) fn connect() -> (Self, Consumer<SentCommand>, KillSwitch, StatePublisher) {
+        let (producer, consumer) = RingBuffer::new(COMMAND_RING);
+        let (publisher, published) = seqlock::channel();
+        let kill_switch = KillSwitch::default();
+        let handle = Self {
+            commands: producer,
+            kill_switch: kill_switch.clone(),
+            monitor: DriveMonitor(published),
+        };
+        (handle, consumer, kill_switch, publisher)
+    }
+
+    /// Sends a command, in force from the next output callback on. Lock-free.
+    ///
+    /// A [`DriveCommand::Rearm`] releases only kills that had happened when it was sent.
+    ///
+    /// # Errors
+    /// If the output stream is closed or does not run.
+    pub fn send(&mut self, command: DriveCommand) -> Result<(), CommandError> {
+        let kills_known = self.kill_switch.kills();
+        self.send_knowing(command, kills_known)
+    }
+
+    fn send_knowing(
+        &mut self,
+        command: DriveCommand,
+        kills_known: u64,
+    ) -> Result<(), CommandError> {
+        if self.commands.is_abandoned() {
+            return Err(CommandError::Closed);
+        }
+        let sent = SentCommand {
+            command,
+            kills_known,
+        };
+        self.commands
+            .push(sent)
+            .map_err(|PushError::Full(_)| CommandError::RingFull)
+    }
+
+    /// Sends [`DriveCommand::Rearm`], which releases the latch and starts nothing.
+    ///
+    /// # Errors
+    /// As [`Self::send`].
+    pub fn rearm(&mut self) -> Result<(), CommandError> {
+        self.send(DriveCommand::Rearm)
+    }
+
+    /// Re-arms on a decision made when there had been `kills_known` kills ([`KillSwitch::kills`]): a later kill stays
+    /// in force.
+    ///
+    /// # Errors
+    /// As [`Self::send`].
+    pub fn rearm_knowing(&mut self, kills_known: u64) -> Result<(), CommandError> {
+        self.send_knowing(DriveCommand::Rearm, kills_known)
+    }
+
+    /// Returns the state published by the last output callback.
+    #[must_use]
+    pub fn published(&self) -> DriveState {
+        self.monitor.published()
+    }
+
+    /// Returns a monitor for another thread.
+    #[must_use]
+    pub fn monitor(&self) -> DriveMonitor {
+        self.monitor.clone()
+    }
+
+    /// Returns a kill switch for another thread.
+    #[must_use]
+    pub fn kill_switch(&self) -> KillSwitch {
+        self.kill_switch.clone()
+    }
+}
+
+/// Reads the drive's published state from any thread, lock-free.
+#[derive(Clone, Debug)]
+pub struct DriveMonitor(PublishedState);
+
+impl DriveMonitor {
+    /// Returns the state published by the last output callback.
+    #[must_use]
+    pub fn published(&self) -> DriveState {
+        self.0.read()
+    }
+
+    /// Returns the published state, or `None` while it is being written: for callbacks, which must not wait.
+    pub(crate) fn try_published(&self) -> Option<DriveState> {
+        self.0.try_read()
+    }
+}
+
+/// Stops the drive from any thread without passing through the session; lock-free.
+///
+/// Kills are counted, not flagged: a re-arming decided before a kill cannot undo it.
+#[derive(Clone, Debug, Default)]
+pub struct KillSwitch(Arc<AtomicU64>);
+
+impl KillSwitch {
+    /// Makes an emergency stop at the next output callback, latched until [`DriveHandle::rearm`].
+    pub fn kill(&self) {
+        self.0.fetch_add(1, Ordering::AcqRel);
+    }
+
+    /// Returns the number of kills so far.
+    #[must_use]
+    pub fn kills(&self) -> u64 {
+        self.0.load(Ordering::Acquire)
+    }
+}

@@ -1,0 +1,135 @@
+//! The output direction: commands in through a ring, the generator rendered in the callback.
+
+use rtrb::Consumer;
+
+use crate::{
+    drive_handle::{DriveHandle, KillSwitch, SentCommand},
+    generator::{DriveCommand, Generator},
+    sample::ConverterSample,
+    seqlock::StatePublisher,
+    stream_health::{StreamDirection, StreamHealth},
+    stream_layout::{LayoutError, nonzero},
+};
+
+/// Frames rendered at a time.
+const CHUNK_FRAMES: usize = 256;
+
+/// The body of the output callback: obeys the commands of its [`DriveHandle`] and renders the drive into one channel.
+#[derive(Debug)]
+pub struct DriveRenderer {
+    generator: Generator,
+    commands: Consumer<SentCommand>,
+    kill_switch: KillSwitch,
+    kills_obeyed: u64,
+    publisher: StatePublisher,
+    health: StreamHealth,
+    channels: usize,
+    drive_channel: usize,
+}
+
+impl DriveRenderer {
+    /// Connects `generator` to a handle. The drive goes to channel `drive_channel` (from 0) of `channels`; every other
+    /// channel is silent.
+    ///
+    /// # Errors
+    /// If there is no channel, or `drive_channel` is not among them.
+    pub fn connect(
+        generator: Generator,
+        channels: usize,
+        drive_channel: usize,
+        health: StreamHealth,
+    ) -> Result<(Self, DriveHandle), LayoutError> {
+        nonzero("output.channels", channels)?;
+        if drive_channel >= channels {
+            return Err(LayoutError::DriveChannel {
+                drive_channel,
+                channels,
+            });
+        }
+        let (handle, commands, kill_switch, publisher) = DriveHandle::connect();
+        let renderer = Self {
+            generator,
+            commands,
+            kill_switch,
+            kills_obeyed: 0,
+            publisher,
+            health,
+            channels,
+            drive_channel,
+        };
+        Ok((renderer, handle))
+    }
+
+    /// Obeys the waiting commands, renders the interleaved `out` and publishes the state.
+    ///
+    /// Neither allocates, locks, logs nor panics; asserted by `tests/real_time.rs` and, through cpal, `tests/duplex`.
+    pub fn render<T: ConverterSample>(&mut self, out: &mut [T]) {
+        self.health.beat(StreamDirection::Output);
+        self.obey();
+        let mut drive = [0.0_f32; CHUNK_FRAMES];
+        for chunk in out.chunks_mut(CHUNK_FRAMES * self.channels) {
+            let frames = chunk.len() / self.channels;
+            let drive = &mut drive[..frames];
+            self.generator.fill(drive);
+            chunk.fill(T::ZERO);
+            for (frame, &value) in chunk.chunks_exact_mut(self.channels).zip(drive.iter()) {
+                frame[self.drive_channel] = T::from_unit(value);
+            }
+        }
+        self.publisher.publish(&self.generator.state());
+    }
+
+    fn obey(&mut self) {
+        while let Ok(sent) = self.commands.pop() {
+            self.obey_kills();
+            if sent.command == DriveCommand::Rearm && sent.kills_known != self.kills_obeyed {
+                continue;
+            }
+            self.generator.apply(sent.command);
+        }
+        self.obey_kills();
+        if self.commands.is_abandoned() {
+            self.generator.apply(DriveCommand::EmergencyStop);
+        }
+    }
+
+    fn obey_kills(&mut self) {
+        let kills = self.kill_switch.kills();
+        if kills != self.kills_obeyed {
+            self.kills_obeyed = kills;
+            self.generator.apply(DriveCommand::EmergencyStop);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drive_program::{DriveConfig, DriveSettings};
+
+    #[test]
+    fn layouts_without_the_drives_channel_are_refused() {
+        let settings = DriveSettings::new(DriveConfig {
+            sample_rate_hz: 192_000,
+            volts_per_unit: 100.0,
+            limit_v: 80.0,
+            ramp_s: 0.05,
+        })
+        .unwrap();
+        let connect = |channels, drive_channel| {
+            let generator = Generator::new(settings);
+            DriveRenderer::connect(generator, channels, drive_channel, StreamHealth::new())
+                .map(|_| ())
+        };
+        assert_eq!(connect(2, 1), Ok(()));
+        assert_eq!(
+            connect(2, 2),
+            Err(LayoutError::DriveChannel {
+                drive_channel: 2,
+                channels: 2
+            })
+        );
+        let parameter = "output.channels";
+        assert_eq!(connect(0, 0), Err(LayoutError::Zero { parameter }));
+    }
+}

@@ -1,0 +1,13 @@
+//! Both directions over a stepped host: the very callbacks that a sound card calls, under an allocator that aborts the
+//! process if one of them allocates.
+
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
+mod callbacks;
+mod devices_refused;
+mod stepped_card;
+mod streams;
+
+#[cfg(debug_assertions)]
+#[global_allocator]
+static ALLOCATOR: assert_no_alloc::AllocDisabler = assert_no_alloc::AllocDisabler;

@@ -2,7 +2,7 @@
 
 use impedance::ZmFrame;
 use impedance::smoothing::{Causal, LowPass};
-use tui::event::{Health, Live};
+use tui::event::{Live, SystemHealth};
 
 use crate::analysis::record::SMOOTHING_HZ;
 use crate::field::POSITION_HZ;
@@ -111,7 +111,7 @@ impl LiveMeter {
         recorder: Option<&RecorderGauge>,
         rate_hz: u32,
         disk_free_bytes: impl FnOnce() -> Option<u64>,
-    ) -> Option<Health> {
+    ) -> Option<SystemHealth> {
         if now_ns < self.due_ns {
             return None;
         }
@@ -122,7 +122,7 @@ impl LiveMeter {
         let per_second = |count: u64, since_ns: u64| {
             count as f64 / (now_ns.saturating_sub(since_ns).max(1) as f64 * 1e-9)
         };
-        Some(Health {
+        Some(SystemHealth {
             xruns_in: account.input_xruns,
             xruns_out: account.output_xruns,
             ring_fill: shared.ring_fill.get().unwrap_or_default(),

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 
 use contact::live::{Frame, LiveEstimator, Uncertain};
 use impedance::ZmFrame;
-use tui::event::{Estimate, Live};
+use tui::event::{Live, ValueAndStd};
 
 use crate::pipeline::Batch;
 use crate::recording::ForceRow;
@@ -136,7 +136,7 @@ impl LiveContact {
 
     /// `live` with gap, friction and self-sensed force.
     pub fn shown(&self, live: Live) -> Live {
-        let estimate = |uncertain: Uncertain| Estimate {
+        let estimate = |uncertain: Uncertain| ValueAndStd {
             value: uncertain.value,
             std: uncertain.std,
         };

@@ -7,7 +7,7 @@ use std::time::Duration;
 use anyhow::Context;
 use crossbeam_channel::{Receiver, Sender};
 use signalgen::{Program, Waveform};
-use tui::event::{Level, Phase, PhaseKind};
+use tui::event::{LogLevel, PhaseKind, PhaseView};
 
 use crate::assembly::{Bench, Hardware};
 use crate::calibration::Held;
@@ -119,17 +119,17 @@ pub fn run(
         let (dashboard, thread) = Dashboard::open(bench.stop.clone())?;
         (Box::new(dashboard), Some(thread))
     };
-    front.show(tui::Event::Session(tui::event::Session {
+    front.show(tui::Event::Session(tui::event::SessionHeader {
         calibration_label: calibration.as_ref().map(|held| held.label.clone()),
         uncalibrated: calibration.is_none(),
         simulated,
         plate_length_m: config.plate.length_m,
-        ..tui::event::Session::default()
+        ..tui::event::SessionHeader::default()
     }));
-    front.show(tui::Event::Phase(Phase::new(PhaseKind::Monitoring)));
+    front.show(tui::Event::Phase(PhaseView::new(PhaseKind::Monitoring)));
     if program.is_none() {
         front.show(tui::Event::Log {
-            level: Level::Info,
+            level: LogLevel::Info,
             text: "watching without a preflight, for nothing is driven: --drive-v drives a bench that passes it"
                 .to_owned(),
         });
@@ -193,7 +193,7 @@ impl MonitorTask {
     /// Paused is only what would be driven.
     fn show_phase(&mut self, kind: PhaseKind) {
         if self.program.is_some() || kind == PhaseKind::Monitoring {
-            self.front.show(tui::Event::Phase(Phase::new(kind)));
+            self.front.show(tui::Event::Phase(PhaseView::new(kind)));
         }
     }
 
@@ -234,7 +234,7 @@ impl MonitorTask {
         let Some(live) = self.meter.live(None) else {
             return;
         };
-        let impedance = |z: Option<tui::event::Impedance>| {
+        let impedance = |z: Option<tui::event::ComplexImpedance>| {
             z.map_or_else(
                 || "masked".to_owned(),
                 |z| format!("{:.3} {:+.3}i", z.re_n_s_per_m, z.im_n_s_per_m),
@@ -252,7 +252,7 @@ impl MonitorTask {
             self.account.lost_frames,
         );
         self.front.show(tui::Event::Log {
-            level: Level::Info,
+            level: LogLevel::Info,
             text,
         });
     }
@@ -281,7 +281,7 @@ impl Task for MonitorTask {
             self.meter.take(&batch);
             for text in batch.warnings {
                 self.front.show(tui::Event::Log {
-                    level: Level::Warning,
+                    level: LogLevel::Warning,
                     text,
                 });
             }

@@ -12,7 +12,7 @@ use protocols::{
     SessionSummary, Stretch, TrialAnalysis, TrialEnd, TrialKey, Verdict,
 };
 use signalgen::Program;
-use tui::event::Level;
+use tui::event::LogLevel;
 
 use crate::acquisition::RecordingCommand;
 use crate::analysis::record::Record;
@@ -119,7 +119,7 @@ pub struct SessionTask {
     audio_s: f64,
     normal_n: Option<f64>,
     view: Option<ParticipantView>,
-    phase: Option<tui::event::Phase>,
+    phase: Option<tui::event::PhaseView>,
     safety: SafetyState,
     /// What the next trial comes after, when it is no other trial.
     resumed: Option<&'static str>,
@@ -185,7 +185,7 @@ impl SessionTask {
         }
     }
 
-    fn log(&mut self, level: Level, text: impl Into<String>) {
+    fn log(&mut self, level: LogLevel, text: impl Into<String>) {
         self.wiring.front.show(tui::Event::Log {
             level,
             text: text.into(),
@@ -206,7 +206,7 @@ impl SessionTask {
             self.contact.take(&batch, |_| {});
             for text in batch.warnings {
                 self.wiring.front.show(tui::Event::Log {
-                    level: Level::Warning,
+                    level: LogLevel::Warning,
                     text,
                 });
             }
@@ -243,7 +243,7 @@ impl SessionTask {
                         folder.display(),
                         kept.frames as f64 / f64::from(self.config.audio.rate_hz)
                     );
-                    self.log(Level::Error, &message);
+                    self.log(LogLevel::Error, &message);
                     self.wiring.drive.trip(Trip::Fault { message });
                 }
             }
@@ -352,7 +352,7 @@ impl SessionTask {
                 self.contact.refit(fit);
             }
             for line in report.lines() {
-                self.log(Level::Info, line);
+                self.log(LogLevel::Info, line);
             }
         }
     }
@@ -490,18 +490,18 @@ impl SessionTask {
                 ..
             } => self.resumed = Some("after the program's end"),
             SessionEventKind::CommandRefused { because, .. } => {
-                self.log(Level::Warning, format!("not now: {because}"))
+                self.log(LogLevel::Warning, format!("not now: {because}"))
             }
             SessionEventKind::FingerLiftedEarly => {
-                self.log(Level::Info, "finger lifted during the countdown")
+                self.log(LogLevel::Info, "finger lifted during the countdown")
             }
             SessionEventKind::FingerNotLifted => {
-                self.log(Level::Warning, "the finger stayed on the plate")
+                self.log(LogLevel::Warning, "the finger stayed on the plate")
             }
             SessionEventKind::SafetyTripped { reason } => {
                 let text = format!("drive stopped: {reason}");
                 self.mark(stop_kind(&self.safety), reason);
-                self.log(Level::Error, text);
+                self.log(LogLevel::Error, text);
             }
             _ => {}
         }

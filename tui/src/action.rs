@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::Answer;
+use crate::calibration_page::Reply;
 
 /// One wish of the operator. The bench decides what becomes of it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -23,7 +23,7 @@ pub enum Action {
     /// Abort the session. Confirmed.
     Abort,
     /// Answer what a calibration asks.
-    Answer(Answer),
+    Answer(Reply),
     /// Stop the drive at once. Never asks for confirmation.
     EmergencyStop,
     /// Re-arm after a trip. Confirmed.

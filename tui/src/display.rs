@@ -15,7 +15,7 @@ use ratatui::layout::Rect;
 use ratatui::{Terminal, TerminalOptions, Viewport};
 use rustix::fs::OFlags;
 
-use crate::participant::{self, ParticipantView};
+use crate::participant_screen::{self, ParticipantView};
 use crate::theme::Theme;
 
 const FRAME: Duration = Duration::from_millis(16);
@@ -175,7 +175,7 @@ fn draw_until_closed(device: File, slot: &Slot, theme: Theme) -> io::Result<()> 
         shown = news.or(shown);
         if let (true, Some(view)) = (fresh || resized, &shown) {
             terminal.draw(|frame| {
-                participant::view(view, theme, frame.area(), frame.buffer_mut());
+                participant_screen::view(view, theme, frame.area(), frame.buffer_mut());
             })?;
         }
         thread::sleep(FRAME);

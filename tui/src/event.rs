@@ -5,8 +5,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::{Calibration, Reading};
-use crate::participant::ParticipantView;
+use crate::calibration_page::{CalibrationPage, CalibrationReadings};
+use crate::participant_screen::ParticipantView;
 
 /// One message from the bench to the screen.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -18,9 +18,9 @@ pub enum Event {
         now_s: f64,
     },
     /// Who is measured, with what.
-    Session(Session),
+    Session(SessionHeader),
     /// Where the session stands.
-    Phase(Phase),
+    Phase(PhaseView),
     /// The normal force asked of the participant.
     ForceBand {
         /// Lower limit.
@@ -33,9 +33,9 @@ pub enum Event {
     /// The last trial, cropped.
     Crop(Crop),
     /// The judgement on a trial.
-    Verdict(Verdict),
+    Verdict(TrialVerdict),
     /// How the machinery does, about once a second.
-    Health(Health),
+    Health(SystemHealth),
     /// The safety supervisor's state, on every change and at least once a second.
     Safety {
         /// The state.
@@ -46,16 +46,16 @@ pub enum Event {
     /// A line for the operator.
     Log {
         /// How grave.
-        level: Level,
+        level: LogLevel,
         /// One line.
         text: String,
     },
     /// What the participant's screen shows.
     Participant(ParticipantView),
     /// How far a calibration has come: its page takes the dashboard's place.
-    Calibration(Calibration),
+    Calibration(CalibrationPage),
     /// What a calibration reads just now.
-    Reading(Reading),
+    CalibrationReadings(CalibrationReadings),
     /// The session is over.
     Finished {
         /// The lines of the summary.
@@ -67,7 +67,7 @@ pub enum Event {
 
 /// Who is measured, with what.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Session {
+pub struct SessionHeader {
     /// Participant's id; `None` in `monitor` and `replay`.
     pub participant: Option<String>,
     /// Protocol's name; `None` without a protocol.
@@ -88,7 +88,7 @@ pub struct Session {
 
 /// Where the session stands.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Phase {
+pub struct PhaseView {
     /// The kind of phase.
     pub kind: PhaseKind,
     /// Number of the trial, from 1, counted apart for practice; 0 before the first.
@@ -111,7 +111,7 @@ pub struct Phase {
     pub message: Option<String>,
 }
 
-impl Phase {
+impl PhaseView {
     /// A phase of that kind outside any trial.
     #[must_use]
     pub fn new(kind: PhaseKind) -> Self {
@@ -160,7 +160,7 @@ pub enum PhaseKind {
 
 /// A complex impedance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Impedance {
+pub struct ComplexImpedance {
     /// Real part.
     pub re_n_s_per_m: f64,
     /// Imaginary part.
@@ -169,7 +169,7 @@ pub struct Impedance {
 
 /// An estimate with its standard deviation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Estimate {
+pub struct ValueAndStd {
     /// The value.
     pub value: f64,
     /// Its standard deviation.
@@ -182,9 +182,9 @@ pub struct Live {
     /// Time on the audio clock.
     pub t_s: f64,
     /// Z_m, corrected for envelope dynamics; `None` where masked.
-    pub z_m_n_s_per_m: Option<Impedance>,
+    pub z_m_n_s_per_m: Option<ComplexImpedance>,
     /// Z_m, the plain ratio; `None` where masked.
-    pub z_plain_n_s_per_m: Option<Impedance>,
+    pub z_plain_n_s_per_m: Option<ComplexImpedance>,
     /// Peak vibration amplitude of the plate.
     pub amplitude_m: Option<f64>,
     /// Normal force.
@@ -198,11 +198,11 @@ pub struct Live {
     /// The slider that it follows.
     pub slider_m: Option<f64>,
     /// Estimated gap.
-    pub gap_m: Option<Estimate>,
+    pub gap_m: Option<ValueAndStd>,
     /// Estimated friction coefficient.
-    pub mu: Option<Estimate>,
+    pub mu: Option<ValueAndStd>,
     /// Normal force by impedance and amplitude alone, to be compared with the measured one.
-    pub sensed_normal_n: Option<Estimate>,
+    pub sensed_normal_n: Option<ValueAndStd>,
     /// Peak drive voltage at the actuators, read back.
     pub drive_v: Option<f64>,
 }
@@ -223,12 +223,12 @@ pub struct Crop {
     /// Normal force, evenly spaced.
     pub normal_n: Vec<Option<f64>>,
     /// The judged stretches.
-    pub stretches: Vec<Stretch>,
+    pub stretches: Vec<CropStretch>,
 }
 
 /// One stretch of a trial that the selection looked at.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Stretch {
+pub struct CropStretch {
     /// Start, from the start of the crop's series.
     pub start_s: f64,
     /// End.
@@ -241,7 +241,7 @@ pub struct Stretch {
 
 /// The judgement on a trial.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Verdict {
+pub struct TrialVerdict {
     /// Number of the trial.
     pub trial: u32,
     /// A practice trial.
@@ -260,7 +260,7 @@ pub struct Verdict {
 
 /// How the machinery does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Health {
+pub struct SystemHealth {
     /// Xruns of the input direction.
     pub xruns_in: u64,
     /// Xruns of the output direction.
@@ -300,7 +300,7 @@ pub enum SafetyState {
 /// How grave a line for the operator is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Level {
+pub enum LogLevel {
     /// For information.
     Info,
     /// Something is not as it should be; the session goes on.

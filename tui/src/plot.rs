@@ -12,20 +12,20 @@ use crate::theme::Theme;
 const GUTTER: u16 = 7;
 
 /// A curve; `None` breaks it.
-pub(crate) struct Curve {
+pub(crate) struct Trace {
     pub(crate) points: Vec<(f64, Option<f64>)>,
     pub(crate) style: Style,
 }
 
 /// A value axis with round limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Axis {
+pub(crate) struct ValueAxis {
     low: f64,
     high: f64,
     step: f64,
 }
 
-impl Axis {
+impl ValueAxis {
     /// The smallest axis of at most four round steps around `values`.
     pub(crate) fn around(values: impl Iterator<Item = f64>) -> Option<Self> {
         let (low, high) = values
@@ -81,11 +81,11 @@ fn round_up(value: f64) -> f64 {
 /// Curves over a common axis.
 pub(crate) struct Plot {
     pub(crate) x: (f64, f64),
-    pub(crate) axis: Axis,
+    pub(crate) axis: ValueAxis,
     /// A range of values to mark behind the curves.
     pub(crate) band: Option<(f64, f64)>,
     /// Later curves lie over earlier ones.
-    pub(crate) curves: Vec<Curve>,
+    pub(crate) curves: Vec<Trace>,
 }
 
 impl Plot {
@@ -167,7 +167,7 @@ impl Plot {
         }
     }
 
-    fn curve(&self, curve: &Curve, body: Rect, buf: &mut Buffer) {
+    fn curve(&self, curve: &Trace, body: Rect, buf: &mut Buffer) {
         let mut scratch = Buffer::empty(body);
         Canvas::default()
             .marker(Marker::Braille)
@@ -206,7 +206,7 @@ mod tests {
     #[test]
     fn the_axis_has_round_limits() {
         let labels = |values: &[f64]| {
-            let axis = Axis::around(values.iter().copied()).unwrap();
+            let axis = ValueAxis::around(values.iter().copied()).unwrap();
             axis.ticks().map(|v| axis.label(v)).collect::<Vec<_>>()
         };
         assert_eq!(labels(&[6.8, 13.9]), ["6", "8", "10", "12", "14"]);
@@ -216,7 +216,10 @@ mod tests {
 
     #[test]
     fn nothing_finite_has_no_axis() {
-        assert_eq!(Axis::around([f64::NAN, f64::INFINITY].into_iter()), None);
+        assert_eq!(
+            ValueAxis::around([f64::NAN, f64::INFINITY].into_iter()),
+            None
+        );
     }
 
     proptest! {
@@ -224,7 +227,7 @@ mod tests {
         fn the_axis_holds_its_values_and_wastes_little(
             values in proptest::collection::vec(-1e6..1e6f64, 1..20)
         ) {
-            let axis = Axis::around(values.iter().copied()).unwrap();
+            let axis = ValueAxis::around(values.iter().copied()).unwrap();
             let low = values.iter().copied().fold(f64::INFINITY, f64::min);
             let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             prop_assert!(axis.low <= low && high <= axis.high);

@@ -12,9 +12,9 @@ use ratatui::{Frame, Terminal};
 use rustix::event::{PollFd, PollFlags, Timespec};
 
 use crate::action::Action;
+use crate::dashboard::view;
 use crate::event::Event;
-use crate::key::key;
-use crate::screen::view;
+use crate::keyboard::key;
 use crate::state::State;
 use crate::theme::Theme;
 
@@ -227,7 +227,7 @@ mod tests {
     use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
     use super::*;
-    use crate::event::{Phase, PhaseKind, SafetyState};
+    use crate::event::{PhaseKind, PhaseView, SafetyState};
 
     /// Types one key a frame, then waits for ever.
     struct Typed(std::vec::IntoIter<char>);
@@ -267,9 +267,9 @@ mod tests {
         let (bench, events) = mpsc::channel();
         let (operator, actions) = mpsc::channel();
         bench
-            .send(Event::Phase(Phase {
+            .send(Event::Phase(PhaseView {
                 trial: 1,
-                ..Phase::new(PhaseKind::Exploration)
+                ..PhaseView::new(PhaseKind::Exploration)
             }))
             .unwrap();
         let answering = std::thread::spawn(move || {

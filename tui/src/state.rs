@@ -5,12 +5,12 @@ use std::collections::VecDeque;
 use serde::{Deserialize, Serialize};
 
 use crate::action::Action;
-use crate::calibration::{Calibration, Reading};
+use crate::calibration_page::{CalibrationPage, CalibrationReadings};
 use crate::event::{
-    Crop, Estimate, Event, Health, Impedance, Level, Live, Phase, PhaseKind, SafetyState, Session,
-    Verdict,
+    ComplexImpedance, Crop, Event, Live, LogLevel, PhaseKind, PhaseView, SafetyState,
+    SessionHeader, SystemHealth, TrialVerdict, ValueAndStd,
 };
-use crate::participant::ParticipantView;
+use crate::participant_screen::ParticipantView;
 use crate::theme::Theme;
 
 /// How much of the live values is kept for the strip charts.
@@ -33,9 +33,9 @@ pub struct State {
     /// When the last live values came.
     pub live_heard_s: Option<f64>,
     /// Who is measured, with what.
-    pub session: Session,
+    pub session: SessionHeader,
     /// Where the session stands.
-    pub phase: Phase,
+    pub phase: PhaseView,
     /// The normal force asked for, from and to.
     pub force_band_n: Option<(f64, f64)>,
     /// The last [`HISTORY_S`] of live values, oldest first.
@@ -45,9 +45,9 @@ pub struct State {
     /// The last trial, cropped.
     pub crop: Option<Crop>,
     /// The last verdict.
-    pub verdict: Option<Verdict>,
+    pub verdict: Option<TrialVerdict>,
     /// How the machinery does.
-    pub health: Option<Health>,
+    pub health: Option<SystemHealth>,
     /// The safety state; `None` until the bench has said it.
     pub safety: Option<SafetyState>,
     /// Why the safety state is what it is.
@@ -57,9 +57,9 @@ pub struct State {
     /// What the participant sees.
     pub participant: Option<ParticipantView>,
     /// The calibration under way.
-    pub calibration: Option<Calibration>,
+    pub calibration: Option<CalibrationPage>,
     /// What it reads just now.
-    pub reading: Option<Reading>,
+    pub reading: Option<CalibrationReadings>,
     /// The summary of a finished session.
     pub summary: Option<Vec<String>>,
     /// The bench asked to close the screen.
@@ -80,14 +80,14 @@ pub struct TrialLine {
     /// The condition.
     pub condition: Option<String>,
     /// The judgement; `None` while it runs.
-    pub verdict: Option<Verdict>,
+    pub verdict: Option<TrialVerdict>,
 }
 
 /// A line for the operator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LogLine {
     /// How grave.
-    pub level: Level,
+    pub level: LogLevel,
     /// The line.
     pub text: String,
     /// How often it came in a row.
@@ -181,8 +181,8 @@ impl State {
             began_s: None,
             heard_s: None,
             live_heard_s: None,
-            session: Session::default(),
-            phase: Phase::new(PhaseKind::Idle),
+            session: SessionHeader::default(),
+            phase: PhaseView::new(PhaseKind::Idle),
             force_band_n: None,
             history: VecDeque::new(),
             trials: Vec::new(),
@@ -239,7 +239,7 @@ impl State {
             Event::Log { level, text } => self.push_log(*level, text),
             Event::Participant(view) => self.participant = Some(view.clone()),
             Event::Calibration(calibration) => self.calibration = Some(calibration.clone()),
-            Event::Reading(reading) => {
+            Event::CalibrationReadings(reading) => {
                 self.live_heard_s = Some(self.now_s);
                 self.reading = Some(reading.finite_only());
             }
@@ -298,7 +298,7 @@ impl State {
         (age_s > STALE_AFTER_S).then_some(age_s)
     }
 
-    fn enter(&mut self, phase: &Phase) {
+    fn enter(&mut self, phase: &PhaseView) {
         self.phase = phase.clone();
         let listed = self.trials.iter().rev().any(|line| {
             (line.trial, line.practice, line.attempt)
@@ -315,7 +315,7 @@ impl State {
         }
     }
 
-    fn judge(&mut self, verdict: &Verdict) {
+    fn judge(&mut self, verdict: &TrialVerdict) {
         let same = |line: &&mut TrialLine| {
             (line.trial, line.practice, line.attempt)
                 == (verdict.trial, verdict.practice, verdict.attempt)
@@ -353,7 +353,7 @@ impl State {
         }
     }
 
-    fn push_log(&mut self, level: Level, text: &str) {
+    fn push_log(&mut self, level: LogLevel, text: &str) {
         match self.log.back_mut() {
             Some(last) if last.level == level && last.text == text => {
                 last.count = last.count.saturating_add(1);
@@ -372,11 +372,11 @@ impl State {
 
 fn finite_only(live: &Live) -> Live {
     let number = |value: Option<f64>| value.filter(|v| v.is_finite());
-    let complex = |value: Option<Impedance>| {
+    let complex = |value: Option<ComplexImpedance>| {
         value.filter(|z| z.re_n_s_per_m.is_finite() && z.im_n_s_per_m.is_finite())
     };
     let estimate =
-        |value: Option<Estimate>| value.filter(|e| e.value.is_finite() && e.std.is_finite());
+        |value: Option<ValueAndStd>| value.filter(|e| e.value.is_finite() && e.std.is_finite());
     Live {
         t_s: live.t_s,
         z_m_n_s_per_m: complex(live.z_m_n_s_per_m),

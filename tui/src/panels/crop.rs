@@ -5,9 +5,10 @@ use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::{TO_MICRO, note, rows, titled};
-use crate::event::{Crop, Verdict};
-use crate::plot::{Axis, Curve, Plot};
+use super::live_values::TO_MICRO;
+use super::panel::{note, rows, titled};
+use crate::event::{Crop, TrialVerdict};
+use crate::plot::{Plot, Trace, ValueAxis};
 use crate::state::State;
 use crate::words::wrap;
 
@@ -66,7 +67,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
 }
 
 /// The last verdict, if it is on this crop.
-fn verdict<'a>(state: &'a State, crop: &Crop) -> Option<&'a Verdict> {
+fn verdict<'a>(state: &'a State, crop: &Crop) -> Option<&'a TrialVerdict> {
     state
         .verdict
         .as_ref()
@@ -93,7 +94,7 @@ fn series(
     area: Rect,
     buf: &mut Buffer,
 ) {
-    let Some(axis) = Axis::around(values.iter().flatten().copied().chain([0.0])) else {
+    let Some(axis) = ValueAxis::around(values.iter().flatten().copied().chain([0.0])) else {
         return;
     };
     let last = values.len().saturating_sub(1).max(1) as f64;
@@ -106,7 +107,7 @@ fn series(
         x: (0.0, 1.0),
         axis,
         band,
-        curves: vec![Curve { points, style }],
+        curves: vec![Trace { points, style }],
     }
     .render(state.ui.theme, area, buf);
 }

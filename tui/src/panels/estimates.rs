@@ -6,8 +6,8 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::{TO_MICRO, live_style, signed};
-use crate::event::Estimate;
+use super::live_values::{TO_MICRO, live_style, signed};
+use crate::event::ValueAndStd;
 use crate::state::State;
 use crate::words::render_line;
 
@@ -17,8 +17,8 @@ const PARTED: f64 = 0.1;
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     let live = state.live().copied().unwrap_or_default();
-    let value = |estimate: Option<Estimate>, scale: f64, unit: &str| match estimate {
-        Some(Estimate { value, std }) => {
+    let value = |estimate: Option<ValueAndStd>, scale: f64, unit: &str| match estimate {
+        Some(ValueAndStd { value, std }) => {
             format!("{:.2} ± {:.2}{unit}", value * scale, std * scale)
         }
         None => "–".to_owned(),

@@ -5,7 +5,7 @@ use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Widget};
 
-use super::rows;
+use super::panel::rows;
 use crate::state::State;
 
 const KEYS: [(&str, &str); 12] = [

@@ -4,20 +4,22 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
-use super::{Series, aside, live_style, number, stale, strip, titled};
+use super::live_values::{aside, live_style, number, stale};
+use super::panel::titled;
+use super::strip_chart::{StripSeries, strip};
 use crate::event::Live;
 use crate::state::State;
 
 /// Which part of Z_m.
 #[derive(Clone, Copy)]
-pub(crate) enum Part {
+pub(crate) enum ImpedancePart {
     Re,
     Im,
 }
 
 type Reading = fn(&Live) -> Option<f64>;
 
-impl Part {
+impl ImpedancePart {
     /// Corrected and plain.
     fn curves(self) -> (Reading, Reading) {
         match self {
@@ -33,13 +35,13 @@ impl Part {
     }
 }
 
-pub(crate) fn render(state: &State, part: Part, area: Rect, buf: &mut Buffer) {
+pub(crate) fn render(state: &State, part: ImpedancePart, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     let (corrected, plain) = part.curves();
     let value = |reading: Reading| number(state.live().and_then(reading), 1.0, 2);
     let name = match part {
-        Part::Re => "Re Z_m",
-        Part::Im => "Im Z_m",
+        ImpedancePart::Re => "Re Z_m",
+        ImpedancePart::Im => "Im Z_m",
     };
     let title = Line::from(vec![
         Span::styled(name, theme.strong()),
@@ -51,20 +53,20 @@ pub(crate) fn render(state: &State, part: Part, area: Rect, buf: &mut Buffer) {
     ]);
     let span_s = state.ui.window.seconds();
     let right = match part {
-        Part::Re => [
+        ImpedancePart::Re => [
             stale(state),
             Line::styled(format!("last {span_s} s"), theme.faint()),
             Line::styled(format!("{span_s} s"), theme.faint()),
         ],
-        Part::Im => [stale(state), Line::default(), Line::default()],
+        ImpedancePart::Im => [stale(state), Line::default(), Line::default()],
     };
     let body = titled(state, title, &right, area, buf);
     let series = [
-        Series {
+        StripSeries {
             value: plain,
             style: theme.faint(),
         },
-        Series {
+        StripSeries {
             value: corrected,
             style: theme.first_curve(),
         },

@@ -5,8 +5,8 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::{rows, titled};
-use crate::event::Level;
+use super::panel::{rows, titled};
+use crate::event::LogLevel;
 use crate::state::{LogLine, State};
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
@@ -20,9 +20,9 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
 pub(crate) fn entry<'a>(state: &State, line: &'a LogLine) -> Line<'a> {
     let theme = state.ui.theme;
     let (symbol, style) = match line.level {
-        Level::Info => ("  ", Style::new()),
-        Level::Warning => ("! ", theme.warning()),
-        Level::Error => ("✗ ", theme.bad()),
+        LogLevel::Info => ("  ", Style::new()),
+        LogLevel::Warning => ("! ", theme.warning()),
+        LogLevel::Error => ("✗ ", theme.bad()),
     };
     let mut spans = vec![
         Span::styled(symbol, style),

@@ -5,7 +5,8 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::{TO_MICRO, TO_MILLI, live_style, number, rows, signed, stale};
+use super::live_values::{TO_MICRO, TO_MILLI, live_style, number, signed, stale};
+use super::panel::rows;
 use crate::state::State;
 
 pub(crate) const ROWS: u16 = 5;

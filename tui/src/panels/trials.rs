@@ -4,7 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
-use super::{note, rows, titled};
+use super::panel::{note, rows, titled};
 use crate::state::{State, TrialLine};
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {

@@ -19,6 +19,7 @@ pub mod participant_screen;
 mod plot;
 pub mod shell;
 mod state;
+mod terminal_keys;
 mod theme;
 mod words;
 

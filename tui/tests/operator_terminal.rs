@@ -1,6 +1,7 @@
 //! The operator's terminal is put back however the dashboard ends. Each case runs in a process of its own, because a
 //! terminal and a panic hook belong to a process: the test starts itself again, on a pseudo-terminal.
 
+#![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod pty;

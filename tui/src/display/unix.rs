@@ -1,9 +1,10 @@
-//! The participant's screen on a terminal of its own, for example a second monitor's `/dev/tty2`.
+//! The participant's screen on a Unix terminal device.
 
+use std::cell::Cell;
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
 use std::os::unix::fs::OpenOptionsExt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::mpsc::{self, Receiver};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread;
@@ -15,61 +16,38 @@ use ratatui::layout::Rect;
 use ratatui::{Terminal, TerminalOptions, Viewport};
 use rustix::fs::OFlags;
 
+use super::error::DisplayError;
 use crate::participant_screen::{self, ParticipantView};
 use crate::theme::Theme;
 
+/// Shortest time between two drawings.
 const FRAME: Duration = Duration::from_millis(16);
-/// A resize is noticed after this long even when nothing new is shown.
-const LOOK_AGAIN: Duration = Duration::from_millis(250);
-/// How long `drop` waits for the terminal to be put back; one that stands still must not hold the bench.
-const FAREWELL: Duration = Duration::from_millis(200);
-
-/// Why the participant's screen could not be opened.
-#[derive(Debug, thiserror::Error)]
-pub enum DisplayError {
-    /// The device could not be opened.
-    #[error(
-        "participant screen {path}: {source}; give a terminal device that this user may write to"
-    )]
-    Open {
-        /// The device.
-        path: PathBuf,
-        /// The system's reason.
-        #[source]
-        source: io::Error,
-    },
-    /// The device is not a terminal.
-    #[error(
-        "participant screen {path} is not a terminal; give one such as /dev/tty2 or /dev/pts/7"
-    )]
-    NotATerminal {
-        /// The device.
-        path: PathBuf,
-    },
-    /// The system would not start a thread.
-    #[error("participant screen: no thread: {0}")]
-    Thread(#[source] io::Error),
-}
+/// Longest time until a new size of the terminal is noticed while no new view comes.
+const SIZE_CHECK: Duration = Duration::from_millis(250);
+/// Longest time that `drop` waits for the terminal to be restored; a blocked one must not hold the bench.
+const RESTORE_WAIT: Duration = Duration::from_millis(200);
 
 /// The participant's screen on a terminal of its own. It reads no keys.
 ///
-/// A thread of its own draws the latest view; [`show`](Self::show) only leaves it there and never blocks. When the
-/// terminal goes away the thread ends, and [`is_alive`](Self::is_alive) tells so.
+/// A thread of its own draws the latest view; [`show`](Self::show) hands the view over and never blocks. When the
+/// terminal goes away the thread ends, and [`is_alive`](Self::is_alive) returns `false`. Dropping the display restores
+/// the terminal.
 #[derive(Debug)]
 pub struct ParticipantDisplay {
-    slot: Arc<Slot>,
+    latest: Arc<LatestView>,
     ended: Receiver<()>,
-    alive: std::cell::Cell<bool>,
+    alive: Cell<bool>,
 }
 
+/// The newest view, handed from the bench to the thread that draws.
 #[derive(Debug, Default)]
-struct Slot {
-    latest: Mutex<Latest>,
+struct LatestView {
+    pending: Mutex<Pending>,
     changed: Condvar,
 }
 
 #[derive(Debug, Default)]
-struct Latest {
+struct Pending {
     view: Option<ParticipantView>,
     closed: bool,
 }
@@ -78,7 +56,8 @@ impl ParticipantDisplay {
     /// Opens the terminal device at `path` and starts drawing on it.
     ///
     /// # Errors
-    /// When the device cannot be opened or is not a terminal.
+    /// [`DisplayError::Open`] when the device cannot be opened, [`DisplayError::NotATerminal`] when it is something else,
+    /// [`DisplayError::Thread`] when the system refuses a thread.
     pub fn open(path: &Path, theme: Theme) -> Result<Self, DisplayError> {
         let noctty = i32::try_from(OFlags::NOCTTY.bits()).unwrap_or_default();
         let device = OpenOptions::new()
@@ -94,30 +73,30 @@ impl ParticipantDisplay {
                 path: path.to_owned(),
             });
         }
-        let slot = Arc::new(Slot::default());
+        let latest = Arc::new(LatestView::default());
         let (ending, ended) = mpsc::sync_channel(1);
-        let shown = Arc::clone(&slot);
+        let shown = Arc::clone(&latest);
         thread::Builder::new()
             .name("participant-screen".to_owned())
             .spawn(move || {
-                // A terminal that is gone shows nothing more; the operator sees it by `is_alive`.
+                // The terminal is gone: the operator is told by `is_alive`.
                 let _ = draw_until_closed(device, &shown, theme);
                 let _ = ending.try_send(());
             })
             .map_err(DisplayError::Thread)?;
         Ok(Self {
-            slot,
+            latest,
             ended,
-            alive: std::cell::Cell::new(true),
+            alive: Cell::new(true),
         })
     }
 
-    /// Shows `view` as soon as the terminal takes it; an older one not yet drawn is forgotten.
+    /// Shows `view` as soon as the terminal takes it; an older view not yet drawn is dropped.
     pub fn show(&self, view: ParticipantView) {
-        self.slot.update(|latest| latest.view = Some(view));
+        self.latest.update(|pending| pending.view = Some(view));
     }
 
-    /// The terminal still takes what is drawn.
+    /// Whether the terminal still takes what is drawn.
     #[must_use]
     pub fn is_alive(&self) -> bool {
         if self.alive.get() && !matches!(self.ended.try_recv(), Err(mpsc::TryRecvError::Empty)) {
@@ -129,39 +108,43 @@ impl ParticipantDisplay {
 
 impl Drop for ParticipantDisplay {
     fn drop(&mut self) {
-        self.slot.update(|latest| latest.closed = true);
+        self.latest.update(|pending| pending.closed = true);
         if self.alive.get() {
-            let _ = self.ended.recv_timeout(FAREWELL);
+            let _ = self.ended.recv_timeout(RESTORE_WAIT);
         }
     }
 }
 
-impl Slot {
-    fn update(&self, change: impl FnOnce(&mut Latest)) {
-        // Nothing is left half-done under this lock, so a poisoned one is as good as any.
-        change(&mut self.latest.lock().unwrap_or_else(PoisonError::into_inner));
+impl LatestView {
+    fn update(&self, change: impl FnOnce(&mut Pending)) {
+        // No panic can leave this lock's content half-changed, so a poisoned one is valid.
+        change(&mut self.pending.lock().unwrap_or_else(PoisonError::into_inner));
         self.changed.notify_one();
     }
 
-    /// Waits a while for news; the newest view if there is one, and whether to close.
+    /// Waits up to `timeout` for a change. Returns the newest view, if one was not yet taken, and whether to close.
     fn take(&self, timeout: Duration) -> (Option<ParticipantView>, bool) {
-        let latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
-        let (mut latest, _) = self
+        let pending = self.pending.lock().unwrap_or_else(PoisonError::into_inner);
+        let (mut pending, _) = self
             .changed
-            .wait_timeout_while(latest, timeout, |l| l.view.is_none() && !l.closed)
+            .wait_timeout_while(pending, timeout, |p| p.view.is_none() && !p.closed)
             .unwrap_or_else(PoisonError::into_inner);
-        (latest.view.take(), latest.closed)
+        (pending.view.take(), pending.closed)
     }
 }
 
-fn draw_until_closed(device: File, slot: &Slot, theme: Theme) -> io::Result<()> {
-    let mut farewell = Farewell(device.try_clone()?);
-    execute!(farewell.0, terminal::EnterAlternateScreen, cursor::Hide)?;
+/// Draws each new view, and the last one again at each new size, until closed. Restores the terminal at the end.
+///
+/// # Errors
+/// When the terminal cannot be written to, usually because it is gone.
+fn draw_until_closed(device: File, latest: &LatestView, theme: Theme) -> io::Result<()> {
+    let mut restored = RestoreOnDrop(device.try_clone()?);
+    execute!(restored.0, terminal::EnterAlternateScreen, cursor::Hide)?;
     let mut area = size(&device)?;
     let mut terminal = blank(&device, area)?;
     let mut shown: Option<ParticipantView> = None;
     loop {
-        let (news, closed) = slot.take(LOOK_AGAIN);
+        let (new, closed) = latest.take(SIZE_CHECK);
         if closed {
             return Ok(());
         }
@@ -171,9 +154,9 @@ fn draw_until_closed(device: File, slot: &Slot, theme: Theme) -> io::Result<()> 
             area = now;
             terminal = blank(&device, area)?;
         }
-        let fresh = news.is_some();
-        shown = news.or(shown);
-        if let (true, Some(view)) = (fresh || resized, &shown) {
+        let changed = resized || new.is_some();
+        shown = new.or(shown);
+        if let (true, Some(view)) = (changed, &shown) {
             terminal.draw(|frame| {
                 participant_screen::view(view, theme, frame.area(), frame.buffer_mut());
             })?;
@@ -182,8 +165,8 @@ fn draw_until_closed(device: File, slot: &Slot, theme: Theme) -> io::Result<()> 
     }
 }
 
-/// Clears the screen for a fresh start. A fixed viewport, and a new one for each size, because ratatui would ask for
-/// the size and the cursor of the operator's terminal instead.
+/// Clears the screen and returns a terminal of that size. Its viewport is fixed, and made anew for each size, because
+/// ratatui would otherwise ask for the size and the cursor of the operator's terminal.
 fn blank(device: &File, area: Rect) -> io::Result<Terminal<CrosstermBackend<File>>> {
     let mut device = device.try_clone()?;
     execute!(device, terminal::Clear(terminal::ClearType::All))?;
@@ -191,18 +174,20 @@ fn blank(device: &File, area: Rect) -> io::Result<Terminal<CrosstermBackend<File
     Terminal::with_options(CrosstermBackend::new(device), TerminalOptions { viewport })
 }
 
+/// Returns the terminal's size, or 80 × 24 where it is not known.
 fn size(device: &File) -> io::Result<Rect> {
     let size = rustix::termios::tcgetwinsize(device)?;
-    // A line without a known size, such as a serial terminal, says 0 × 0.
+    // A terminal that does not know its size, such as a serial one, reports 0 × 0.
     if size.ws_col == 0 || size.ws_row == 0 {
         return Ok(Rect::new(0, 0, 80, 24));
     }
     Ok(Rect::new(0, 0, size.ws_col, size.ws_row))
 }
 
-struct Farewell(File);
+/// Leaves the alternate screen and shows the cursor when dropped.
+struct RestoreOnDrop(File);
 
-impl Drop for Farewell {
+impl Drop for RestoreOnDrop {
     fn drop(&mut self) {
         let _ = execute!(self.0, terminal::LeaveAlternateScreen, cursor::Show);
         let _ = self.0.flush();

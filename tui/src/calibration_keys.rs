@@ -1,4 +1,4 @@
-//! What a key does on a calibration's page.
+//! The effect of a key on a calibration's page.
 
 use ratatui::crossterm::event::KeyCode;
 
@@ -6,10 +6,10 @@ use crate::action::Action;
 use crate::calibration_page::{CalibrationPage, Question, Reply};
 use crate::state::{State, Ui};
 
-/// More than anybody types of a number.
+/// Largest number of characters of a typed number.
 const LONGEST: usize = 12;
 
-/// Changes `ui` by `code`; perhaps asks something of the bench.
+/// Applies `code` to `ui`. Returns the action that it requests, if any.
 pub(crate) fn key(
     state: &State,
     calibration: &CalibrationPage,
@@ -27,13 +27,13 @@ pub(crate) fn key(
         KeyCode::Up => ui.chosen = state.chosen_point().map(|i| i.saturating_sub(1)),
         KeyCode::Down => ui.chosen = state.chosen_point().map(|i| i + 1),
         KeyCode::Enter => return enter(calibration, ui),
-        KeyCode::Char('r') if redoes(state, calibration) => {
+        KeyCode::Char('r') if can_redo(state, calibration) => {
             let point = state.chosen_point()?;
             ui.chosen = None;
             ui.typed.clear();
             return Some(Action::Answer(Reply::Redo(point)));
         }
-        KeyCode::Char('r') => ui.note = Some("no point to measure again now".to_owned()),
+        KeyCode::Char('r') => ui.note = Some("no point to select now".to_owned()),
         KeyCode::Char('?' | 'h') => ui.help = true,
         KeyCode::Char('q') if calibration.failed => return Some(Action::Quit),
         KeyCode::Char('q') => ui.confirm = Some(Action::Quit),
@@ -42,11 +42,12 @@ pub(crate) fn key(
     None
 }
 
+/// Replies to the calibration's question with what is typed.
 fn enter(calibration: &CalibrationPage, ui: &mut Ui) -> Option<Action> {
     let answer = match &calibration.asked {
         None if calibration.failed => return Some(Action::Quit),
         None => {
-            ui.note = Some("nothing is asked now: the bench works by itself".to_owned());
+            ui.note = Some("no input is needed now: the bench is working".to_owned());
             return None;
         }
         Some(Question::Done | Question::Review) => Reply::Ready,
@@ -58,7 +59,10 @@ fn enter(calibration: &CalibrationPage, ui: &mut Ui) -> Option<Action> {
                 return None;
             }
             _ => {
-                ui.note = Some(format!("{} is no number: backspace corrects it", ui.typed));
+                ui.note = Some(format!(
+                    "{} is not a number: backspace deletes the last character",
+                    ui.typed
+                ));
                 return None;
             }
         },
@@ -68,8 +72,8 @@ fn enter(calibration: &CalibrationPage, ui: &mut Ui) -> Option<Action> {
     Some(Action::Answer(answer))
 }
 
-/// Whether a point can be measured again just now.
-pub(crate) fn redoes(state: &State, calibration: &CalibrationPage) -> bool {
+/// Whether [`Reply::Redo`] is possible now.
+pub(crate) fn can_redo(state: &State, calibration: &CalibrationPage) -> bool {
     let asked = matches!(
         calibration.asked,
         Some(Question::Number { .. } | Question::Review)

@@ -1,115 +1,115 @@
-//! A calibration as the operator's screen knows it: one instruction, what is read just now, what was measured so far.
+//! The page of a calibration: one instruction, the current readings, the points measured so far.
 //!
-//! SI units, named in the fields, but for what is typed, which has the unit that it is asked in.
+//! Fields are in the SI unit that they name. A typed number has the unit of its question.
 
 use serde::{Deserialize, Serialize};
 
-/// How far a calibration has come, and what is asked of the operator.
+/// What the page of a calibration shows: its progress, and its question to the operator.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationPage {
-    /// What is calibrated.
+    /// Name of the calibration, such as `calibrate pickup`.
     pub title: String,
-    /// Number of the step, from 1.
+    /// Number of the current step, from 1.
     pub step: u32,
-    /// How many steps there are.
+    /// Number of steps; 0 hides them.
     pub steps: u32,
-    /// The one thing that the operator should do now, or that the bench does by itself.
+    /// What the operator should do now, or what the bench is doing; after a failure, its cause.
     pub instruction: String,
-    /// Why it is asked again, or what else should be known.
+    /// Why the question is repeated, or another remark.
     pub note: Option<String>,
-    /// The answer that is waited for; `None` while the bench works by itself.
+    /// The question to the operator; `None` while the bench works without one.
     pub asked: Option<Question>,
-    /// The reading that matters now, shown large.
+    /// The reading that is shown large.
     pub watched: MainReading,
     /// The points measured so far.
     pub points: Vec<PointLine>,
-    /// The points as a curve.
+    /// The points as a chart.
     pub curve: Option<Chart>,
-    /// What has come out so far, a line each.
+    /// Results so far, one line each.
     pub findings: Vec<String>,
-    /// It has failed: the instruction says why, and nothing more will be asked.
+    /// Whether the calibration has failed. The instruction then gives the cause, and no question follows.
     pub failed: bool,
 }
 
-/// The kinds of answer.
+/// What the calibration asks for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Question {
-    /// That it is done.
+    /// Confirmation that the instruction was carried out.
     Done,
     /// A number.
     Number {
-        /// Unit in which it is typed.
+        /// Unit of the typed number.
         unit: String,
-        /// About what it should be, in that unit.
+        /// Predicted value, in that unit.
         expected: Option<f64>,
-        /// Enter alone says that there is none.
+        /// Whether Enter alone ends a list of numbers.
         optional: bool,
     },
-    /// To keep what was measured, or a point to be measured again.
+    /// Acceptance of the points, or the choice of one to remeasure.
     Review,
 }
 
-/// A reading that can be shown large.
+/// The reading that is shown large.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MainReading {
-    /// The plate's amplitude by the pickup.
+    /// Peak amplitude of the plate, by the pickup.
     #[default]
     Amplitude,
-    /// The normal force.
+    /// Normal force.
     NormalForce,
-    /// The lateral force.
+    /// Lateral force.
     LateralForce,
-    /// The largest signal on any input.
+    /// Largest sample of any input, in percent of full scale.
     Level,
 }
 
-/// One measured point, in words.
+/// One measured point, as text.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PointLine {
-    /// Where it was taken, with its unit.
+    /// Where the point was taken, with its unit.
     pub at: String,
-    /// What was read, with its unit.
+    /// What was measured, with its unit.
     pub value: String,
-    /// By how much it departs from the fit, with its unit.
+    /// Residual of the fit, with its unit.
     pub residual: Option<String>,
-    /// It departs most.
+    /// Whether the residual is the largest.
     pub worst: bool,
 }
 
-/// Points over an axis, and what was fitted to them.
+/// Points over an axis, and the curve fitted to them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Chart {
-    /// What lies along, with its unit.
+    /// Title of the horizontal axis, with its unit.
     pub x: String,
-    /// What lies up, with its unit.
+    /// Title of the vertical axis, with its unit.
     pub y: String,
-    /// The points.
+    /// Measured points, in the units of the axes.
     pub points: Vec<(f64, f64)>,
-    /// The fit, as a line through these.
+    /// Fitted curve, as a line through these points.
     pub fit: Vec<(f64, f64)>,
 }
 
-/// What is read just now, some twenty times a second; values that are not finite are taken as `None`.
+/// Current readings during a calibration, about twenty times a second. Values that are not finite count as `None`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationReadings {
-    /// Normal force.
+    /// Normal force, N.
     pub normal_n: Option<f64>,
-    /// Lateral force, signed.
+    /// Lateral force, signed, N.
     pub lateral_n: Option<f64>,
-    /// Peak drive voltage at the actuators, read back.
+    /// Peak drive voltage at the actuators, read back, V.
     pub drive_v: Option<f64>,
-    /// Peak amplitude of the plate by the pickup's sensitivity in force.
+    /// Peak amplitude of the plate by the pickup, with the sensitivity of the effective calibration, m.
     pub amplitude_m: Option<f64>,
-    /// Peak amplitude by the instrument that it is compared with.
+    /// Peak amplitude by the reference instrument, m.
     pub known_m: Option<f64>,
-    /// Largest sample of any input, of full scale.
+    /// Largest sample of any input, as a fraction of full scale.
     pub level: Option<f64>,
 }
 
 impl CalibrationReadings {
-    /// Without what is no number.
+    /// Returns the readings with `None` for each value that is not finite.
     pub(crate) fn finite_only(self) -> Self {
         let number = |value: Option<f64>| value.filter(|v| v.is_finite());
         Self {
@@ -123,14 +123,14 @@ impl CalibrationReadings {
     }
 }
 
-/// What the operator answers.
+/// The operator's reply to a [`Question`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reply {
-    /// It is done; at a review: keep.
+    /// Done; at a review, accept the points.
     Ready,
-    /// The number, in the unit that was asked for.
+    /// The typed number, in the question's unit.
     Number(f64),
-    /// Measure this point again, counted from 0.
+    /// Remeasure this point, counted from 0; under an optional [`Question::Number`], remove it from the list.
     Redo(usize),
 }

@@ -1,4 +1,4 @@
-//! The dashboard's layouts.
+//! The layouts of the operator's screen.
 
 use ratatui::Frame;
 use ratatui::buffer::Buffer;
@@ -14,19 +14,32 @@ use crate::panels::{
 use crate::participant_screen;
 use crate::state::{Page, State};
 
-/// Columns and rows from which on there are two columns of panels; below it, a list.
+/// Smallest columns and rows for two columns of panels; a smaller screen shows a list.
 pub const TWO_COLUMNS: (u16, u16) = (78, 22);
-/// From this size on the panels have room to breathe.
+/// Smallest columns and rows for spaced panels.
 const WIDE: (u16, u16) = (120, 35);
 
-/// Draws the operator's screen: a pure function of `state`.
+/// Draws the operator's screen, a pure function of `state`.
 ///
-/// The first row always tells the safety state, at any size that has a row.
+/// The first row always shows the safety state, at any size that has a row.
+///
+/// ```
+/// use ratatui::{Terminal, backend::TestBackend};
+/// use tui::{State, Theme, view};
+///
+/// let state = State::new(Theme::Mono);
+/// let mut terminal = Terminal::new(TestBackend::new(40, 10))?;
+/// terminal.draw(|frame| view(&state, frame))?;
+/// let first: String = (0..40).map(|x| terminal.backend().buffer()[(x, 0)].symbol()).collect();
+/// assert_eq!(first.trim(), "UNKNOWN");
+/// # Ok::<(), std::convert::Infallible>(())
+/// ```
 pub fn view(state: &State, frame: &mut Frame) {
     let area = frame.area();
     draw(state, area, frame.buffer_mut());
 }
 
+/// Draws the screen into `area`.
 fn draw(state: &State, area: Rect, buf: &mut Buffer) {
     let [top, rest] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(area);
     safety_line::render(state, top, buf);
@@ -50,16 +63,18 @@ fn draw(state: &State, area: Rect, buf: &mut Buffer) {
     }
 }
 
+/// Draws what the participant sees.
 fn preview(state: &State, body: Rect, buf: &mut Buffer) {
     match &state.participant {
         Some(shown) => participant_screen::view(shown, state.ui.theme, body, buf),
         None => {
             let style = state.ui.theme.faint();
-            note("the participant sees nothing yet", style, body, buf);
+            note("nothing is shown to the participant yet", style, body, buf);
         }
     }
 }
 
+/// Draws the dashboard in two columns of panels.
 fn two_columns(state: &State, area: Rect, body: Rect, buf: &mut Buffer) {
     let wide = area.width >= WIDE.0 && area.height >= WIDE.1;
     let [head, stand, estimated, _, body] = Layout::vertical([
@@ -102,6 +117,7 @@ fn two_columns(state: &State, area: Rect, body: Rect, buf: &mut Buffer) {
     log::render(state, lines, buf);
 }
 
+/// Draws the left column: strip charts above the plate.
 fn curves(state: &State, wide: bool, area: Rect, buf: &mut Buffer) {
     let plate_rows = if wide { 5 } else { 3 };
     let [re, im, vibration, forces, drawing] = Layout::vertical([
@@ -119,7 +135,7 @@ fn curves(state: &State, wide: bool, area: Rect, buf: &mut Buffer) {
     plate_drawing::render(state, drawing, buf);
 }
 
-/// What matters most comes first; what does not fit is left out.
+/// Draws the dashboard as a list, the most important first; what does not fit is left out.
 fn list(state: &State, body: Rect, buf: &mut Buffer) {
     let strip_rows = if body.width >= 30 && body.height >= 2 + readings::ROWS + 4 {
         body.height - 2 - readings::ROWS

@@ -1,4 +1,4 @@
-//! What a key does: a pure function of the state and the key.
+//! The effect of a key: a pure function of the state and the key.
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
@@ -7,19 +7,34 @@ use crate::calibration_keys;
 use crate::event::{PhaseKind, SafetyState};
 use crate::state::{Page, State, Ui};
 
-/// What a key does: the view settings after it, and at most one action.
+/// The effect of a key: the view settings after it, and at most one action.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reaction {
-    /// The view settings from now on.
+    /// View settings after the key.
     pub ui: Ui,
-    /// What to ask of the bench.
+    /// Request to the bench.
     pub action: Option<Action>,
 }
 
-/// What `key` does in `state`.
+/// Returns the effect of `key` in `state`.
 ///
 /// `e` stops the drive and Ctrl-C ends the session from anywhere, also from a question or the help. Escape only
-/// closes what lies on top: it is pressed by habit, and a habit must neither cost a trial nor look like a stop.
+/// dismisses a question or the help: it is pressed by habit, and must neither cost a trial nor look like a stop.
+///
+/// ```
+/// use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+/// use tui::{Action, State, Theme, key};
+///
+/// let mut state = State::new(Theme::Mono);
+/// let press = |code| KeyEvent::new(KeyCode::Char(code), KeyModifiers::NONE);
+/// assert_eq!(key(&state, press('e')).action, Some(Action::EmergencyStop));
+///
+/// // No session runs: a remark on the last row says that there is nothing to pause.
+/// let reaction = key(&state, press('p'));
+/// assert_eq!(reaction.action, None);
+/// assert!(reaction.ui.note.is_some());
+/// state.ui = reaction.ui;
+/// ```
 #[must_use]
 pub fn key(state: &State, key: KeyEvent) -> Reaction {
     let mut ui = state.ui.clone();
@@ -46,7 +61,7 @@ pub fn key(state: &State, key: KeyEvent) -> Reaction {
             action: Some(Action::EmergencyStop),
         };
     }
-    // A held key must not answer the question that it raised, nor toggle pause.
+    // A key held down must neither answer the question that it raised nor toggle pause.
     if key.kind == KeyEventKind::Repeat {
         return Reaction { ui, action: None };
     }
@@ -63,6 +78,7 @@ pub fn key(state: &State, key: KeyEvent) -> Reaction {
     Reaction { ui, action }
 }
 
+/// Answers the question whether `asked` is confirmed.
 fn answer(ui: &mut Ui, asked: Action, code: KeyCode) -> Option<Action> {
     match code {
         KeyCode::Char('y') => {
@@ -77,6 +93,7 @@ fn answer(ui: &mut Ui, asked: Action, code: KeyCode) -> Option<Action> {
     }
 }
 
+/// Applies a key of the dashboard.
 fn command(state: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
     match code {
         KeyCode::Char('?' | 'h') => ui.help = true,
@@ -99,14 +116,19 @@ fn command(state: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
     None
 }
 
-/// What a letter asks for, given where the session stands.
+/// The effect of a letter in the current phase.
 pub(crate) enum KeyEffect {
+    /// Requests the action at once.
     Do(Action),
+    /// Requests the action after confirmation.
     Ask(Action),
+    /// Tells why the letter has no effect.
     Explain(&'static str),
+    /// The letter has no meaning.
     Nothing,
 }
 
+/// Returns the effect of `letter` in the current phase.
 pub(crate) fn letter_effect(state: &State, letter: char) -> KeyEffect {
     let kind = state.phase.kind;
     let tripped = state.safety == Some(SafetyState::Tripped);
@@ -115,14 +137,14 @@ pub(crate) fn letter_effect(state: &State, letter: char) -> KeyEffect {
             _ if tripped => KeyEffect::Explain("tripped: remove the cause, then re-arm with x"),
             PhaseKind::Idle => KeyEffect::Do(Action::Start),
             PhaseKind::Ready | PhaseKind::Rest => KeyEffect::Do(Action::Ready),
-            PhaseKind::Consent => KeyEffect::Explain("consent comes first: c"),
+            PhaseKind::Consent => KeyEffect::Explain("record the consent first: c"),
             PhaseKind::Paused => KeyEffect::Explain("paused: resume with p"),
-            PhaseKind::Finished => KeyEffect::Explain("the session is over"),
+            PhaseKind::Finished => KeyEffect::Explain("the session has finished"),
             _ => KeyEffect::Explain("already running"),
         },
         'c' => match kind {
             PhaseKind::Consent => KeyEffect::Ask(Action::Consent),
-            _ => KeyEffect::Explain("no consent is asked for now"),
+            _ => KeyEffect::Explain("consent is not needed now"),
         },
         'p' => match kind {
             PhaseKind::Paused if tripped => {
@@ -130,12 +152,12 @@ pub(crate) fn letter_effect(state: &State, letter: char) -> KeyEffect {
             }
             PhaseKind::Paused => KeyEffect::Do(Action::Resume),
             PhaseKind::Idle | PhaseKind::Consent | PhaseKind::Finished => {
-                KeyEffect::Explain("nothing runs that could be paused")
+                KeyEffect::Explain("nothing to pause")
             }
             _ => KeyEffect::Do(Action::Pause),
         },
         'r' if state.phase.trial > 0 && state.is_running() => KeyEffect::Ask(Action::Redo),
-        'r' => KeyEffect::Explain("no trial to do again"),
+        'r' => KeyEffect::Explain("no trial to repeat"),
         'a' if state.in_session() => KeyEffect::Ask(Action::Abort),
         'a' => KeyEffect::Explain("no session to abort"),
         'x' if tripped => KeyEffect::Ask(Action::Rearm),

@@ -1,4 +1,4 @@
-//! The participant's screen: large, plain, and silent about the force while the finger moves.
+//! The participant's screen: large and plain, without the force while the finger moves.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Flex, Layout, Rect};
@@ -11,11 +11,11 @@ use crate::plot::put;
 use crate::theme::Theme;
 use crate::words::wrap;
 
-/// What the participant is to do.
+/// The instruction to the participant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Instruction {
-    /// Nothing yet.
+    /// Wait.
     Wait,
     /// Press the button to begin.
     Welcome,
@@ -23,22 +23,22 @@ pub enum Instruction {
     LiftFinger,
     /// Put the finger on the start mark.
     PlaceFinger,
-    /// The countdown runs.
+    /// Get ready: the countdown runs.
     GetReady,
     /// Follow the slider.
     FollowSlider,
-    /// See the mean force of the exploration.
+    /// Read the mean force of the exploration.
     Feedback,
-    /// Have a break.
+    /// Take a break.
     Rest,
-    /// The operator has paused.
+    /// Lift the finger: the session is paused.
     Paused,
-    /// It is over.
+    /// Nothing more: the session has finished.
     Finished,
 }
 
 impl Instruction {
-    /// The words on the screen.
+    /// Returns the words on the screen.
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {
@@ -56,30 +56,55 @@ impl Instruction {
     }
 }
 
-/// All that the participant sees.
+/// The content of the participant's screen.
+///
+/// ```
+/// use ratatui::{buffer::Buffer, layout::Rect};
+/// use tui::participant_screen::view;
+/// use tui::{Instruction, ParticipantView, Theme};
+///
+/// let shown = ParticipantView {
+///     instruction: Instruction::PlaceFinger,
+///     slider_m: Some(0.005),
+///     plate_m: 0.105,
+///     start_m: 0.005,
+///     end_m: 0.1,
+///     countdown: None,
+///     mean_force_n: None,
+///     force_band_n: Some((0.5, 0.8)),
+///     trial: 1,
+///     trials: 10,
+///     rest_s: None,
+/// };
+/// let area = Rect::new(0, 0, 60, 20);
+/// let mut buffer = Buffer::empty(area);
+/// view(&shown, Theme::Mono, area, &mut buffer);
+/// let first: String = (0..60).map(|x| buffer[(x, 0)].symbol()).collect();
+/// assert_eq!(first.trim(), "trial 1 of 10");
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParticipantView {
-    /// What to do.
+    /// Instruction in words.
     pub instruction: Instruction,
-    /// The slider along the plate; `None` hides it.
+    /// Position of the slider along the plate, m; `None` hides the slider.
     pub slider_m: Option<f64>,
-    /// Length of the plate.
+    /// Length of the plate, m.
     pub plate_m: f64,
-    /// Where the exploration starts.
+    /// Position where the exploration starts, m.
     pub start_m: f64,
-    /// Where it ends; below `start_m` when it goes from right to left.
+    /// Position where the exploration ends, m; below `start_m` when it goes from right to left.
     pub end_m: f64,
-    /// Seconds to the start.
+    /// Seconds until the start.
     pub countdown: Option<u32>,
-    /// Mean normal force of the last exploration; shown only under [`Instruction::Feedback`].
+    /// Mean normal force of the last exploration, N; shown only under [`Instruction::Feedback`].
     pub mean_force_n: Option<f64>,
-    /// The force asked for, from and to.
+    /// Limits of the normal force that the participant should keep, N.
     pub force_band_n: Option<(f64, f64)>,
-    /// Number of the trial, from 1; 0 hides the progress.
+    /// Number of the trial, from 1; 0 hides it.
     pub trial: u32,
-    /// How many trials there are.
+    /// Number of trials.
     pub trials: u32,
-    /// What is left of the break.
+    /// Time left of the break, s.
     pub rest_s: Option<f64>,
 }
 
@@ -94,7 +119,7 @@ pub fn view(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer)
         Constraint::Length(TRACK_ROWS.min(area.height.saturating_sub(2))),
     ])
     .areas(area);
-    // With a row or two the instruction matters most.
+    // One row or two hold the instruction alone.
     let [progress, middle] = if area.height < 3 {
         [Rect::ZERO, area]
     } else {
@@ -112,6 +137,7 @@ pub fn view(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer)
     slider(shown, theme, track, buf);
 }
 
+/// Draws the instruction, with the countdown or the feedback below it.
 fn instruction(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
     let words = wrap(shown.instruction.words(), area.width);
     let words_rows = u16::try_from(words.len()).unwrap_or(u16::MAX);
@@ -151,10 +177,11 @@ fn instruction(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buff
     }
 }
 
+/// Returns the seconds that are counted down under the instruction, if any.
 fn seconds(shown: &ParticipantView) -> Option<u32> {
     match shown.instruction {
         Instruction::GetReady => shown.countdown,
-        // Saturating by the language: a break is not longer than u32 seconds.
+        // The cast saturates.
         Instruction::Rest => shown
             .rest_s
             .filter(|s| s.is_finite())
@@ -163,8 +190,10 @@ fn seconds(shown: &ParticipantView) -> Option<u32> {
     }
 }
 
+/// Rows of the plate with its slider.
 const TRACK_ROWS: u16 = 5;
 
+/// Draws seconds in large digits, or in one row where these do not fit.
 fn number(seconds: u32, theme: Theme, area: Rect, buf: &mut Buffer) {
     let words = seconds.to_string();
     let columns = digits::columns(&words);
@@ -181,6 +210,7 @@ fn number(seconds: u32, theme: Theme, area: Rect, buf: &mut Buffer) {
     digits::render(&words, theme.strong(), middle, buf);
 }
 
+/// Draws the mean force with its judgement, and a bar with the band where it fits.
 fn feedback(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
     let Some(mean_n) = shown.mean_force_n.filter(|n| n.is_finite()) else {
         Line::styled("not measured", theme.faint())
@@ -209,7 +239,7 @@ fn feedback(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer)
         return;
     }
     let left = area.x + (area.width - columns) / 2;
-    // The band's middle lies in the bar's middle, so that too light and too hard look alike.
+    // The band's middle is the bar's middle, so that too light and too hard look alike.
     let at = |n: f64| left + column(n / (min_n + max_n), columns);
     buf.set_string(at(mean_n), area.y + 1, "▼", theme.strong());
     for x in left..left + columns {
@@ -226,6 +256,7 @@ fn feedback(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer)
     buf.set_string(at(max_n).saturating_sub(1), area.y + 3, high, theme.faint());
 }
 
+/// Draws the plate with its marks and the slider.
 fn slider(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
     let moves = matches!(
         shown.instruction,
@@ -262,7 +293,7 @@ fn slider(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
     }
 }
 
-/// The column of a fraction of a bar, kept within it.
+/// Returns the column at a fraction of a bar, clamped to the bar.
 fn column(fraction: f64, columns: u16) -> u16 {
     let last = columns.saturating_sub(1);
     (fraction * f64::from(last))

@@ -9,6 +9,7 @@ use ratatui::widgets::canvas::{Canvas, Line};
 
 use crate::theme::Theme;
 
+/// Columns of the axis with its labels.
 const GUTTER: u16 = 7;
 
 /// A curve; `None` breaks it.
@@ -26,7 +27,7 @@ pub(crate) struct ValueAxis {
 }
 
 impl ValueAxis {
-    /// The smallest axis of at most four round steps around `values`.
+    /// Returns the smallest axis of at most four round steps around `values`; `None` without a finite value.
     pub(crate) fn around(values: impl Iterator<Item = f64>) -> Option<Self> {
         let (low, high) = values
             .filter(|v| v.is_finite() && v.abs() < 1e12)
@@ -53,7 +54,7 @@ impl ValueAxis {
         }
     }
 
-    /// Both ends and the steps between them.
+    /// Returns both ends and the steps between them.
     fn ticks(self) -> impl Iterator<Item = f64> {
         let steps = ((self.high - self.low) / self.step).round() as u32;
         // Multiples of the step, so that zero is exactly zero.
@@ -61,6 +62,7 @@ impl ValueAxis {
         (0..=steps).map(move |k| (first + f64::from(k)) * self.step)
     }
 
+    /// Returns the label of `value`.
     fn label(self, value: f64) -> String {
         let decimals = (-self.step.log10()).ceil().clamp(0.0, 6.0) as usize;
         // Adding zero turns −0 into 0.
@@ -68,7 +70,7 @@ impl ValueAxis {
     }
 }
 
-/// The next 1, 2 or 5 times a power of ten that is not below `value`.
+/// Returns the smallest 1, 2 or 5 times a power of ten that is not below `value`.
 fn round_up(value: f64) -> f64 {
     let decade = 10f64.powf(value.log10().floor());
     [1.0, 2.0, 5.0, 10.0]
@@ -89,7 +91,7 @@ pub(crate) struct Plot {
 }
 
 impl Plot {
-    /// Where the curves lie within `area`: right of the axis.
+    /// Returns the part of `area` that holds the curves: right of the axis.
     pub(crate) fn body(area: Rect) -> Rect {
         let gutter = GUTTER.min(area.width);
         Rect {
@@ -113,7 +115,7 @@ impl Plot {
         }
     }
 
-    /// The cell of a point within `body`; `None` when it lies outside.
+    /// Returns the cell of a point within `body`; `None` when the point lies outside.
     pub(crate) fn position(&self, (x, y): (f64, f64), body: Rect) -> Option<Position> {
         if body.is_empty() {
             return None;
@@ -190,7 +192,7 @@ impl Plot {
     }
 }
 
-/// Replaces a cell: whatever was drawn there before leaves no colour or modifier behind.
+/// Replaces a cell, with its colours and modifiers.
 pub(crate) fn put(buf: &mut Buffer, position: impl Into<Position>, symbol: &str, style: Style) {
     let position = position.into();
     buf[position].reset();

@@ -50,8 +50,8 @@ fn failed(doing: &'static str) -> impl FnOnce(io::Error) -> ShellError {
 /// [`install_panic_hook`] for panics elsewhere and [`restore`] for signals.
 ///
 /// # Errors
-/// [`ShellError::NoTerminal`] when standard input or output is not a terminal, [`ShellError::Terminal`] when the terminal
-/// fails later. The caller should treat the latter as the operator's absence and stop in an orderly way.
+/// [`ShellError::NoTerminal`] when standard input or output is not a terminal, [`ShellError::Terminal`] when it fails
+/// later. The caller should treat the latter as the operator's absence and stop in an orderly way.
 pub fn run_operator(events: &Receiver<Event>, actions: &Sender<Action>) -> Result<(), ShellError> {
     let theme = Theme::from_no_color(std::env::var_os("NO_COLOR").as_deref());
     let _screen = OperatorScreen::enter()?;
@@ -85,8 +85,8 @@ pub fn size() -> Option<(u16, u16)> {
     }
 }
 
-/// Restores the operator's terminal. Harmless when called twice, from any thread, or when the dashboard was never shown.
-/// Errors are ignored: the terminal is the only place to report them.
+/// Restores the operator's terminal. Harmless when called twice, from any thread, or when the dashboard was never
+/// shown. Errors are ignored: the terminal is the only place to report them.
 pub fn restore() {
     if !SHOWN.swap(false, Ordering::SeqCst) {
         return;

@@ -183,7 +183,7 @@ fn stale_values_are_grey_and_say_their_age() {
             .iter()
             .all(|cell| cell.fg == Color::Magenta)
     );
-    assert!(row(&screen, 0).contains("no word from the bench for 3 s"));
+    assert!(row(&screen, 0).contains("no data from the bench for 3 s"));
     assert!(row(&buffer(&stale, 80, 24), 4).contains("stale 3 s"));
     // The live panels are on the left; the safety word above them keeps its colour, and so does the last trial.
     for y in 4..43 {
@@ -237,6 +237,51 @@ fn the_participants_page_keeps_the_safety_line() {
     let screen = drawn(&state, 80, 24);
     assert!(row(screen.backend().buffer(), 0).contains("DRIVING"));
     insta::assert_snapshot!("page_participant_80x24", screen.backend());
+}
+
+/// Draws every state on every page, with and without the help and a question, at all sizes up to 60 × 30.
+#[test]
+fn every_small_size_in_every_state_is_drawn_with_the_safety_word_first() {
+    for (name, state) in states() {
+        let word = match state.safety {
+            None => " UNKNOWN",
+            Some(SafetyState::Disarmed) => " DISARMED",
+            Some(SafetyState::Armed) => " ARMED",
+            Some(SafetyState::Driving) => " DRIVING",
+            Some(SafetyState::Tripped) => " TRIPPED",
+        };
+        for (page, help, confirm) in [
+            (Page::Dashboard, false, None),
+            (Page::Dashboard, true, None),
+            (Page::Participant, false, Some(Action::Abort)),
+        ] {
+            let mut state = state.clone();
+            state.ui.page = page;
+            state.ui.help = help;
+            state.ui.confirm = confirm;
+            state.ui.note = None;
+            for (columns, rows) in (0..=60).flat_map(|c| (0..=30).map(move |r| (c, r))) {
+                let screen = buffer(&state, columns, rows);
+                let at = format!("{name} {columns}x{rows}");
+                if let Some(uncut) = columns.checked_sub(1).filter(|_| rows > 0) {
+                    let shown = &word[..word.len().min(uncut.into())];
+                    let first = row(&screen, 0);
+                    assert!(first.starts_with(shown), "{at}: {first:?}");
+                }
+                let last = rows
+                    .checked_sub(1)
+                    .map_or(String::new(), |y| row(&screen, y));
+                if columns >= 6 && rows >= 4 {
+                    let wanted = if confirm.is_some() {
+                        " Abort"
+                    } else {
+                        "e STOP"
+                    };
+                    assert!(last.starts_with(wanted), "{at}: {last:?}");
+                }
+            }
+        }
+    }
 }
 
 fn value() -> impl Strategy<Value = Option<f64>> {

@@ -7,8 +7,9 @@ use ratatui::style::Color;
 use tui::participant_screen::view;
 use tui::{Instruction, ParticipantView, Theme};
 
-const ALL: [Instruction; 9] = [
+const ALL: [Instruction; 10] = [
     Instruction::Wait,
+    Instruction::Welcome,
     Instruction::LiftFinger,
     Instruction::PlaceFinger,
     Instruction::GetReady,
@@ -67,6 +68,20 @@ fn a_small_screen_still_instructs() {
         let screen = text(&drawn(&shown(instruction), 20, 3));
         let first = instruction.words().split(' ').next().unwrap();
         assert!(screen.contains(first), "{screen}");
+    }
+}
+
+#[test]
+fn every_small_size_shows_the_instruction() {
+    for instruction in ALL {
+        let first = instruction.words().split(' ').next().unwrap();
+        for (columns, rows) in (0..=60).flat_map(|c| (0..=30).map(move |r| (c, r))) {
+            let screen = drawn(&shown(instruction), columns, rows);
+            if columns >= 9 && rows >= 1 {
+                let screen = text(&screen);
+                assert!(screen.contains(first), "{columns}x{rows}: {screen}");
+            }
+        }
     }
 }
 
@@ -143,7 +158,7 @@ fn the_slider_keeps_to_its_place() {
 proptest! {
     #[test]
     fn any_view_at_any_size_is_drawn_without_panic(
-        which in 0..9usize,
+        which in 0..10usize,
         columns in 0..=200u16,
         rows in 0..=60u16,
         value in prop_oneof![Just(f64::NAN), Just(f64::INFINITY), Just(-1e300), -1.0..1.0f64],

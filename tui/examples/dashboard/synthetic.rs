@@ -75,7 +75,7 @@ pub fn finish() -> Vec<Event> {
         Event::Phase(PhaseView::new(PhaseKind::Finished)),
         Event::Finished {
             summary: vec![
-                "4 of 4 trials accepted, 1 done again".to_owned(),
+                "4 of 4 trials accepted, 1 repeated".to_owned(),
                 "mean normal force 0.68 N, 31 instances".to_owned(),
                 "no samples lost".to_owned(),
                 "recorded in studies/pilot/sub-01".to_owned(),

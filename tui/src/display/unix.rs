@@ -56,7 +56,7 @@ impl ParticipantDisplay {
     /// Opens the terminal device at `path` and starts drawing on it.
     ///
     /// # Errors
-    /// [`DisplayError::Open`] when the device cannot be opened, [`DisplayError::NotATerminal`] when it is something else,
+    /// [`DisplayError::Open`] when the device cannot be opened, [`DisplayError::NotATerminal`] when it is not a terminal,
     /// [`DisplayError::Thread`] when the system refuses a thread.
     pub fn open(path: &Path, theme: Theme) -> Result<Self, DisplayError> {
         let noctty = i32::try_from(OFlags::NOCTTY.bits()).unwrap_or_default();

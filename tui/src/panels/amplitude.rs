@@ -1,4 +1,4 @@
-//! The plate's vibration amplitude.
+//! Strip chart of the plate's vibration amplitude.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;

@@ -1,4 +1,4 @@
-//! The page of a calibration: one instruction, the reading that matters, the points so far.
+//! The layout of a calibration's page: one instruction, the main reading, the points so far.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect, Spacing};
@@ -12,9 +12,9 @@ use crate::digits;
 use crate::state::State;
 use crate::words::{render_line, wrap};
 
-/// From this width on the points and their plot stand side by side.
+/// Width from which the points and their chart stand side by side.
 const TWO_COLUMNS: u16 = 60;
-/// Fewest rows of the points that are worth large digits above them.
+/// Rows that large digits must leave for the points.
 const LEAST_POINTS: u16 = 4;
 
 pub(crate) fn render(state: &State, calibration: &CalibrationPage, area: Rect, buf: &mut Buffer) {
@@ -79,6 +79,7 @@ pub(crate) fn render(state: &State, calibration: &CalibrationPage, area: Rect, b
     calibration_points::chart(state, calibration, right, buf);
 }
 
+/// Draws the calibration's name, its step, and the age of stale readings.
 fn title(state: &State, calibration: &CalibrationPage, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     let mut spans = vec![Span::styled(calibration.title.clone(), theme.strong())];
@@ -101,18 +102,18 @@ fn title(state: &State, calibration: &CalibrationPage, area: Rect, buf: &mut Buf
     render_line(Line::from(spans), area, buf);
 }
 
-/// The line that is typed into, or the key that goes on.
+/// Returns the line that is typed into, or the key that confirms.
 fn asked<'a>(state: &'a State, calibration: &'a CalibrationPage) -> Line<'a> {
     let theme = state.ui.theme;
     let spans = match &calibration.asked {
         None => Vec::new(),
         Some(Question::Done) => vec![
             Span::styled("▸ ", theme.driving()),
-            Span::raw(" Enter when it is done"),
+            Span::raw(" press Enter when done"),
         ],
         Some(Question::Review) => vec![
             Span::styled("▸ ", theme.driving()),
-            Span::raw(" Enter keeps them; ↑ ↓ choose a point, r measures it again"),
+            Span::raw(" Enter accepts the points; ↑ ↓ select one, r remeasures it"),
         ],
         Some(Question::Number { unit, expected, .. }) => {
             let mut spans = vec![
@@ -123,7 +124,7 @@ fn asked<'a>(state: &'a State, calibration: &'a CalibrationPage) -> Line<'a> {
             ];
             if let Some(expected) = expected {
                 spans.push(Span::styled(
-                    format!("   about {expected:.3} {unit} expected"),
+                    format!("   predicted {expected:.3} {unit}"),
                     theme.faint(),
                 ));
             }

@@ -9,6 +9,7 @@ use crate::calibration_page::{CalibrationPage, Chart, PointLine, Question};
 use crate::plot::{Plot, Trace, ValueAxis, put};
 use crate::state::State;
 
+/// Draws the list of points, and the results below it.
 pub(crate) fn list(state: &State, calibration: &CalibrationPage, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     let count = match calibration.points.len() {
@@ -23,7 +24,7 @@ pub(crate) fn list(state: &State, calibration: &CalibrationPage, area: Rect, buf
         buf,
     );
     if calibration.points.is_empty() && calibration.findings.is_empty() {
-        note("none yet", theme.faint(), body, buf);
+        note("no points yet", theme.faint(), body, buf);
         return;
     }
     let findings: Vec<Line> = calibration
@@ -37,7 +38,7 @@ pub(crate) fn list(state: &State, calibration: &CalibrationPage, area: Rect, buf
     rows(findings, foot, buf);
     let chosen = state.chosen_point().unwrap_or_default();
     let room = usize::from(list.height);
-    // The chosen point stays in sight, the last ones when there is a choice.
+    // The selected point is always shown; beyond that, the last points.
     let first = calibration.points.len().saturating_sub(room).min(chosen);
     let chooses = matches!(
         calibration.asked,
@@ -76,6 +77,7 @@ pub(crate) fn list(state: &State, calibration: &CalibrationPage, area: Rect, buf
     rows(lines.collect(), list, buf);
 }
 
+/// Draws the points as a chart, with the fit.
 pub(crate) fn chart(state: &State, calibration: &CalibrationPage, area: Rect, buf: &mut Buffer) {
     let Some(curve) = &calibration.curve else {
         return;
@@ -107,7 +109,7 @@ pub(crate) fn chart(state: &State, calibration: &CalibrationPage, area: Rect, bu
     }
 }
 
-/// What the curve spans along; `None` without two different finite ends.
+/// Returns the range of the horizontal axis; `None` without two different finite values.
 fn span(curve: &Chart) -> Option<(f64, f64)> {
     let (from, to) = curve
         .points

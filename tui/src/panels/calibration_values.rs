@@ -19,6 +19,7 @@ struct NamedValue {
     unit: &'static str,
 }
 
+/// Returns one reading as text.
 fn named_value(reading: &CalibrationReadings, watched: MainReading) -> NamedValue {
     let (name, value, unit) = match watched {
         MainReading::Amplitude => ("pickup", number(reading.amplitude_m, TO_MICRO, 3), "µm"),
@@ -29,9 +30,9 @@ fn named_value(reading: &CalibrationReadings, watched: MainReading) -> NamedValu
     NamedValue { name, value, unit }
 }
 
-/// All readings, the watched one first.
+/// Returns all readings, the main one first.
 fn values(state: &State, watched: MainReading) -> Vec<NamedValue> {
-    let reading = state.reading.unwrap_or_default();
+    let reading = state.readings.unwrap_or_default();
     let mut figures: Vec<NamedValue> = [
         MainReading::Amplitude,
         MainReading::NormalForce,
@@ -64,6 +65,7 @@ fn values(state: &State, watched: MainReading) -> Vec<NamedValue> {
     figures
 }
 
+/// Draws the main reading in large digits with the others beside it, or all in one row where the width is too small.
 pub(crate) fn large(state: &State, calibration: &CalibrationPage, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     let figures = values(state, calibration.watched);
@@ -105,6 +107,7 @@ pub(crate) fn large(state: &State, calibration: &CalibrationPage, area: Rect, bu
     rows(lines.collect(), list, buf);
 }
 
+/// Draws all readings in one row.
 pub(crate) fn small(state: &State, calibration: &CalibrationPage, area: Rect, buf: &mut Buffer) {
     if area.is_empty() {
         return;

@@ -1,4 +1,4 @@
-//! Normal force with the band asked for, and lateral force.
+//! Strip chart of the normal force with its band, and of the lateral force.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;

@@ -1,4 +1,4 @@
-//! Live Z_m: corrected over plain, real and imaginary part each in a strip of its own.
+//! Strip charts of Z_m: real and imaginary part, each with the corrected curve over the plain one.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -10,18 +10,19 @@ use super::strip_chart::{StripSeries, strip};
 use crate::event::Live;
 use crate::state::State;
 
-/// Which part of Z_m.
+/// The real or the imaginary part of Z_m.
 #[derive(Clone, Copy)]
 pub(crate) enum ImpedancePart {
     Re,
     Im,
 }
 
-type Reading = fn(&Live) -> Option<f64>;
+/// Selects one value among the live values.
+type Select = fn(&Live) -> Option<f64>;
 
 impl ImpedancePart {
-    /// Corrected and plain.
-    fn curves(self) -> (Reading, Reading) {
+    /// Selects the corrected and the plain value.
+    fn curves(self) -> (Select, Select) {
         match self {
             Self::Re => (
                 |l| l.z_m_n_s_per_m.map(|z| z.re_n_s_per_m),
@@ -38,7 +39,7 @@ impl ImpedancePart {
 pub(crate) fn render(state: &State, part: ImpedancePart, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     let (corrected, plain) = part.curves();
-    let value = |reading: Reading| number(state.live().and_then(reading), 1.0, 2);
+    let value = |select: Select| number(state.live().and_then(select), 1.0, 2);
     let name = match part {
         ImpedancePart::Re => "Re Z_m",
         ImpedancePart::Im => "Im Z_m",

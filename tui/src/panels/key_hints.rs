@@ -1,4 +1,4 @@
-//! The last row: the question that waits, the answer to the last key, or the keys that do something now.
+//! The last row: the question that waits for confirmation, the remark on the last key, or the keys that have an effect.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -6,7 +6,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Widget;
 
 use crate::action::Action;
-use crate::calibration_keys::redoes;
+use crate::calibration_keys::can_redo;
 use crate::calibration_page::{CalibrationPage, Question};
 use crate::event::PhaseKind;
 use crate::keyboard::{KeyEffect, letter_effect};
@@ -38,7 +38,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     Line::from(spans).render(area, buf);
 }
 
-/// The keys that do something now, and what.
+/// Returns the keys that have an effect now, with their effect in a word.
 fn hints(state: &State) -> Vec<(&'static str, &'static str)> {
     if let Some(calibration) = &state.calibration {
         return calibration_hints(state, calibration);
@@ -56,7 +56,7 @@ fn hints(state: &State) -> Vec<(&'static str, &'static str)> {
         ('c', "c", "consent"),
         ('x', "x", "re-arm"),
         ('p', "p", pause),
-        ('r', "r", "redo"),
+        ('r', "r", "repeat"),
         ('a', "a", "abort"),
         ('q', "q", "quit"),
     ];
@@ -80,38 +80,46 @@ fn hints(state: &State) -> Vec<(&'static str, &'static str)> {
         .collect()
 }
 
+/// Returns the keys that have an effect on a calibration's page.
 fn calibration_hints(
     state: &State,
     calibration: &CalibrationPage,
 ) -> Vec<(&'static str, &'static str)> {
     let mut hints = match &calibration.asked {
-        Some(Question::Number { .. }) => vec![("0–9", "type"), ("enter", "take it")],
-        Some(Question::Review) => vec![("enter", "keep")],
+        Some(Question::Number { .. }) => vec![("0–9", "type"), ("enter", "confirm")],
+        Some(Question::Review) => vec![("enter", "accept")],
         Some(Question::Done) => vec![("enter", "done")],
         None => Vec::new(),
     };
-    if redoes(state, calibration) {
-        hints.extend([("↑ ↓", "point"), ("r", "again")]);
+    if can_redo(state, calibration) {
+        let redo = match calibration.asked {
+            Some(Question::Number { optional: true, .. }) => "remove",
+            _ => "remeasure",
+        };
+        hints.extend([("↑ ↓", "point"), ("r", redo)]);
     }
-    hints.extend([("q", "leave"), ("?", "help")]);
+    hints.extend([("q", "quit"), ("?", "help")]);
     hints
 }
 
+/// Returns the question that confirms `asked`.
 fn question(state: &State, asked: Action) -> &'static str {
     match asked {
-        Action::Quit if state.calibration.is_some() => "Leave? Nothing will be written.",
+        Action::Quit if state.calibration.is_some() => {
+            "Quit the calibration? Nothing will be written."
+        }
         Action::Consent => "Has the participant given consent?",
-        Action::Redo => "Do this trial again?",
+        Action::Redo => "Repeat this trial?",
         Action::Abort => "Abort the session?",
         Action::Rearm => "Cause removed, finger off the plate? Re-arm?",
-        Action::Quit if !state.in_session() => "Stop watching?",
-        Action::Quit => "A session runs. Quit?",
+        Action::Quit if !state.in_session() => "Stop and quit?",
+        Action::Quit => "A session is running. Quit?",
         Action::Start
         | Action::Ready
         | Action::Pause
         | Action::Resume
         | Action::Answer(_)
         | Action::EmergencyStop
-        | Action::Interrupt => "Sure?",
+        | Action::Interrupt => "Confirm?",
     }
 }

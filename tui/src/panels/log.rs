@@ -1,4 +1,4 @@
-//! The last lines for the operator.
+//! The last lines of the log.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -17,6 +17,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     rows(lines.collect(), body, buf);
 }
 
+/// Returns one line with its symbol and count.
 pub(crate) fn entry<'a>(state: &State, line: &'a LogLine) -> Line<'a> {
     let theme = state.ui.theme;
     let (symbol, style) = match line.level {

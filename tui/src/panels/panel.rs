@@ -9,8 +9,7 @@ use ratatui::widgets::Widget;
 use crate::state::State;
 use crate::words::render_line;
 
-/// Draws a panel's title on a thin rule and returns what is left for its content. Of `right` the first that fits
-/// is drawn.
+/// Draws a panel's title on a thin rule and returns the area below it. Of `right`, the first line that fits is drawn.
 pub(crate) fn titled(
     state: &State,
     left: Line,
@@ -29,7 +28,7 @@ pub(crate) fn titled(
     left.push_span(Span::raw(" "));
     let left_columns = left.width();
     blank(row, 0, left_columns, buf);
-    // A line's style fills the area it is given: each gets no more than its own columns.
+    // A line's style fills its whole area, so each line gets only its own columns.
     let start = Rect {
         width: u16::try_from(left_columns).map_or(row.width, |w| w.min(row.width)),
         ..row
@@ -57,6 +56,7 @@ pub(crate) fn titled(
     }
 }
 
+/// Clears `columns` cells of a row.
 fn blank(row: Rect, from: u16, columns: usize, buf: &mut Buffer) {
     let to = usize::from(from) + columns;
     for x in (from..row.width).take_while(|x| usize::from(*x) < to) {
@@ -64,7 +64,7 @@ fn blank(row: Rect, from: u16, columns: usize, buf: &mut Buffer) {
     }
 }
 
-/// A few words in the middle of an area with nothing to show.
+/// Draws a few words in the middle of an empty area.
 pub(crate) fn note(words: &str, style: Style, area: Rect, buf: &mut Buffer) {
     if area.is_empty() {
         return;
@@ -77,6 +77,7 @@ pub(crate) fn note(words: &str, style: Style, area: Rect, buf: &mut Buffer) {
     Line::styled(words, style).centered().render(row, buf);
 }
 
+/// Draws one line per row, as many as fit.
 pub(crate) fn rows(lines: Vec<Line>, area: Rect, buf: &mut Buffer) {
     for (row, line) in area.rows().zip(lines) {
         render_line(line, row, buf);

@@ -35,7 +35,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let body = titled(state, title, &[stale(state)], area, buf);
     let plate_m = state.session.plate_length_m;
     if !(plate_m.is_finite() && plate_m > 0.0) {
-        note("no plate yet", theme.faint(), body, buf);
+        note("plate length unknown", theme.faint(), body, buf);
         return;
     }
     if body.height < 2 || body.width < 10 {
@@ -80,6 +80,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     }
 }
 
+/// Draws the scale below the plate.
 fn scale(state: &State, plate_m: f64, row: Rect, buf: &mut Buffer) {
     let faint = state.ui.theme.faint();
     let end = format!("{:.0} mm", plate_m * TO_MILLI);

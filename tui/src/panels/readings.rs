@@ -9,6 +9,7 @@ use super::live_values::{TO_MICRO, TO_MILLI, live_style, number, signed, stale};
 use super::panel::rows;
 use crate::state::State;
 
+/// Rows of the list.
 pub(crate) const ROWS: u16 = 5;
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {

@@ -27,10 +27,10 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     };
     let mut spans = vec![Span::styled(format!(" {word} "), style)];
     let faint = theme.faint();
-    // What follows is dropped first where the row is short.
+    // The end of the line is cut first where the row is short.
     if let Some(silent_s) = state.silent_s() {
         spans.push(Span::styled(
-            format!(" no word from the bench for {silent_s:.0} s"),
+            format!(" no data from the bench for {silent_s:.0} s"),
             theme.bad(),
         ));
     } else if let Some(reason) = &state.safety_reason {
@@ -42,7 +42,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         spans.push(Span::styled(format!(" {reason}"), style));
     }
     if state.safety == Some(SafetyState::Tripped) && state.calibration.is_none() {
-        spans.push(Span::styled(" · x re-arms", faint));
+        spans.push(Span::styled(" · x to re-arm", faint));
     }
     let line = Line::from(spans);
     let told = u16::try_from(line.width()).unwrap_or(u16::MAX);
@@ -59,6 +59,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     }
 }
 
+/// Returns the marks at the right end: simulated, uncalibrated.
 fn flags(state: &State) -> Line<'static> {
     let theme = state.ui.theme;
     let mut spans = Vec::new();

@@ -1,4 +1,4 @@
-//! Who is measured, by which protocol, how far.
+//! The participant, the protocol, the study and the calibration, in one line.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;

@@ -1,4 +1,4 @@
-//! Where the session stands, in one line.
+//! The current phase of the session, in one line.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -42,6 +42,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     render_line(Line::from(spans), area, buf);
 }
 
+/// Returns the phase in words.
 fn words(kind: PhaseKind) -> &'static str {
     match kind {
         PhaseKind::Idle => "idle",

@@ -15,7 +15,8 @@ pub(crate) struct StripSeries {
     pub(crate) style: Style,
 }
 
-/// Draws the last seconds of some series, scaled by `scale`, with their last `Ui::window`.
+/// Draws the series over the last `Ui::window`, multiplied by `scale`. The axis always includes the scaled values
+/// `always`; the unscaled `band` is shaded.
 pub(crate) fn strip(
     state: &State,
     series: &[StripSeries],
@@ -34,7 +35,7 @@ pub(crate) fn strip(
         .map(|value| value * scale)
         .chain(always.iter().copied());
     let (Some(last), Some(axis)) = (state.live(), ValueAxis::around(values)) else {
-        note("no values yet", theme.faint(), area, buf);
+        note("no data yet", theme.faint(), area, buf);
         return;
     };
     let from_s = last.t_s - state.ui.window.seconds();

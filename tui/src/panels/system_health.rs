@@ -1,4 +1,4 @@
-//! How the machinery does.
+//! System health: audio, clocks, recorder and disk.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -9,28 +9,29 @@ use super::panel::{note, titled};
 use crate::event::SystemHealth;
 use crate::state::State;
 
-/// From here on a ring is about to overflow.
+/// Fill from which a ring buffer is about to overflow.
 const RING_FULL: f64 = 0.5;
-/// Beyond this something else than a crystal is at work (FAULTS 24 asks for ±100 ppm).
+/// Clock drift beyond that of crystals, ppm (FAULTS 24 asks for ±100 ppm).
 const DRIFT_PPM: f64 = 200.0;
-/// What is promised to be on disk is at most this old.
+/// Lag of the recorder from which its data come too late to disk, s.
 const RECORDER_LAG_S: f64 = 1.0;
-/// About ten minutes of four channels of 32-bit samples at 192 kHz.
+/// Disk space for about ten minutes of four channels of 32-bit samples at 192 kHz.
 const DISK_LOW_BYTES: u64 = 2_000_000_000;
 
-const FIGURES: u16 = 9;
+/// Number of values.
+const VALUES: u16 = 9;
 
-/// How many rows the panel needs at that width.
+/// Returns the number of rows that the panel needs at `width`.
 pub(crate) fn height(width: u16) -> u16 {
-    1 + FIGURES.div_ceil(columns(width))
+    1 + VALUES.div_ceil(columns(width))
 }
 
 fn columns(width: u16) -> u16 {
     (width / 17).clamp(1, 3)
 }
 
-/// One figure; `bad` is told by a symbol as well as by colour.
-struct Figure {
+/// One value; a bad one is marked by a symbol as well as by colour.
+struct HealthValue {
     name: &'static str,
     value: String,
     bad: bool,
@@ -38,10 +39,10 @@ struct Figure {
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
-    let title = Line::styled("health", theme.strong());
+    let title = Line::styled("system health", theme.strong());
     let Some(health) = &state.health else {
         let body = titled(state, title, &[], area, buf);
-        note("not known yet", theme.faint(), body, buf);
+        note("no data yet", theme.faint(), body, buf);
         return;
     };
     let frames = Line::styled(
@@ -49,26 +50,26 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         theme.faint(),
     );
     let body = titled(state, title, &[frames], area, buf);
-    let figures = figures(health);
+    let values = values(health);
     let columns = columns(body.width);
     let cell = body.width / columns;
-    for (i, figure) in (0u16..).zip(figures) {
+    for (i, shown) in (0u16..).zip(values) {
         let (row, column) = (i / columns, i % columns);
         if row >= body.height {
             break;
         }
         let area = Rect::new(body.x + column * cell, body.y + row, cell, 1);
-        let style = if figure.bad {
+        let style = if shown.bad {
             theme.bad()
         } else {
             theme.faint()
         };
-        let sign = if figure.bad { "!" } else { " " };
+        let sign = if shown.bad { "!" } else { " " };
         Line::from(vec![
-            Span::styled(format!("{:<9}", figure.name), style),
+            Span::styled(format!("{:<9}", shown.name), style),
             Span::styled(
-                format!("{}{sign}", figure.value),
-                if figure.bad {
+                format!("{}{sign}", shown.value),
+                if shown.bad {
                     style
                 } else {
                     ratatui::style::Style::new()
@@ -79,31 +80,31 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     }
 }
 
-fn figures(health: &SystemHealth) -> [Figure; FIGURES as usize] {
-    let figure = |name, value, bad| Figure { name, value, bad };
+fn values(health: &SystemHealth) -> [HealthValue; VALUES as usize] {
+    let entry = |name, value, bad| HealthValue { name, value, bad };
     [
-        figure("xrun in", health.xruns_in.to_string(), health.xruns_in > 0),
-        figure(
+        entry("xrun in", health.xruns_in.to_string(), health.xruns_in > 0),
+        entry(
             "xrun out",
             health.xruns_out.to_string(),
             health.xruns_out > 0,
         ),
-        figure(
+        entry(
             "lost",
             thousands(health.lost_frames),
             health.lost_frames > 0,
         ),
-        figure(
-            "recorder",
+        entry(
+            "rec lag",
             format!("{:.2} s", health.recorder_lag_s),
             health.recorder_lag_s > RECORDER_LAG_S,
         ),
-        figure(
-            "ring",
+        entry(
+            "buffer",
             format!("{:.0} %", 100.0 * health.ring_fill),
             health.ring_fill > RING_FULL,
         ),
-        figure(
+        entry(
             "drift",
             health
                 .clock_drift_ppm
@@ -112,15 +113,15 @@ fn figures(health: &SystemHealth) -> [Figure; FIGURES as usize] {
                 .clock_drift_ppm
                 .is_some_and(|ppm| ppm.abs() > DRIFT_PPM),
         ),
-        figure("speed", format!("{:.1} ×", health.speed), false),
-        figure(
+        entry("speed", format!("{:.1} ×", health.speed), false),
+        entry(
             "force",
             health
                 .force_rate_hz
                 .map_or("–".to_owned(), |hz| format!("{:.1} kHz", hz / 1e3)),
             false,
         ),
-        figure(
+        entry(
             "disk",
             health.disk_free_bytes.map_or("–".to_owned(), |bytes| {
                 format!("{:.0} GB", bytes as f64 / 1e9)
@@ -132,6 +133,7 @@ fn figures(health: &SystemHealth) -> [Figure; FIGURES as usize] {
     ]
 }
 
+/// Returns `count` with its digits in groups of three.
 fn thousands(count: u64) -> String {
     let digits = count.to_string();
     let mut grouped = String::new();

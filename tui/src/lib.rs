@@ -1,10 +1,6 @@
-//! Operator dashboard and participant screen.
+//! Operator's dashboard and participant's screen.
 //!
-//! The screen is a pure function of [`State`], which is the fold of one serialisable stream of [`Event`]s; its only
-//! effects are [`Action`]s. Threads, terminals and clocks live in [`shell`] and [`display`] alone.
-//!
-//! Values are SI with the unit in the name, amplitudes are peak values, impedances follow exp(+iωt);
-//! µm, mm and N·s/m appear on the screen only.
+#![doc = include_str!("../README.md")]
 
 mod action;
 mod calibration_keys;

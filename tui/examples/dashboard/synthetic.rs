@@ -1,4 +1,4 @@
-//! A made-up session as a stream of events: the same every time, for looking at the screen and for its tests.
+//! A made-up session as a stream of events, the same every time: for the example and for the tests of the screen.
 
 use std::f64::consts::TAU;
 
@@ -13,7 +13,7 @@ const SPEED_M_PER_S: f64 = 0.05;
 const TRIALS: u32 = 4;
 const LIVE_HZ: f64 = 100.0;
 
-/// Events with the time at which each happens, in order.
+/// Returns the events of the session with their times in s, in order.
 pub fn session() -> Vec<(f64, Event)> {
     let mut script = Script {
         now_s: 0.0,
@@ -49,7 +49,7 @@ pub fn session() -> Vec<(f64, Event)> {
     script.events
 }
 
-/// What follows when the force gets too high.
+/// Returns the events of a trip by a force over its limit.
 #[allow(dead_code, reason = "the tests use it, the example does not")]
 pub fn trip() -> Vec<Event> {
     vec![
@@ -65,7 +65,7 @@ pub fn trip() -> Vec<Event> {
     ]
 }
 
-/// The end of the session.
+/// Returns the events that end the session.
 pub fn finish() -> Vec<Event> {
     vec![
         Event::Safety {

@@ -8,7 +8,7 @@ use impedance::smoothing::{Causal, LowPass};
 use recording::PositionRow;
 use recording::pipeline::{Account, Batch};
 use recording::recorder::RecorderGauge;
-use tui::event::{Health, Live};
+use tui::event::{SystemHealth, Live};
 
 use crate::screen_words;
 
@@ -111,7 +111,7 @@ impl LiveMeter {
         recorder: Option<&RecorderGauge>,
         rate_hz: u32,
         disk_free_bytes: impl FnOnce() -> Option<u64>,
-    ) -> Option<Health> {
+    ) -> Option<SystemHealth> {
         if now_ns < self.due_ns {
             return None;
         }
@@ -122,7 +122,7 @@ impl LiveMeter {
         let per_second = |count: u64, since_ns: u64| {
             count as f64 / (now_ns.saturating_sub(since_ns).max(1) as f64 * 1e-9)
         };
-        Some(Health {
+        Some(SystemHealth {
             xruns_in: account.input_xruns,
             xruns_out: account.output_xruns,
             ring_fill: gauges.ring_fill.get().unwrap_or_default(),

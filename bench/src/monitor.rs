@@ -7,7 +7,7 @@ use std::time::Duration;
 use anyhow::Context;
 use crossbeam_channel::{Receiver, Sender};
 use signalgen::{Program, Waveform};
-use tui::event::{Level, Phase, PhaseKind};
+use tui::event::{LogLevel, PhaseKind, PhaseView};
 
 use config::Effective;
 use console::{Dashboard, DashboardThread, Front, Headless, safety_event};
@@ -96,19 +96,19 @@ pub fn run(
         let (dashboard, thread) = Dashboard::open(stop.clone())?;
         (Box::new(dashboard), Some(thread))
     };
-    front.show(tui::Event::Session(tui::event::Session {
+    front.show(tui::Event::Session(tui::event::SessionHeader {
         calibration_label: effective
             .calibration()
             .map(|calibration| calibration.label().to_owned()),
         uncalibrated: effective.calibration().is_none(),
         simulated,
         plate_length_m: config.plate.length_m,
-        ..tui::event::Session::default()
+        ..tui::event::SessionHeader::default()
     }));
-    front.show(tui::Event::Phase(Phase::new(PhaseKind::Monitoring)));
+    front.show(tui::Event::Phase(PhaseView::new(PhaseKind::Monitoring)));
     if program.is_none() {
         front.show(tui::Event::Log {
-            level: Level::Info,
+            level: LogLevel::Info,
             text: "watching without a preflight, for nothing is driven: --drive-v drives a bench that passes it"
                 .to_owned(),
         });
@@ -168,7 +168,7 @@ impl MonitorTask {
     /// Paused is only what would be driven.
     fn show_phase(&mut self, kind: PhaseKind) {
         if self.program.is_some() || kind == PhaseKind::Monitoring {
-            self.front.show(tui::Event::Phase(Phase::new(kind)));
+            self.front.show(tui::Event::Phase(PhaseView::new(kind)));
         }
     }
 
@@ -209,7 +209,7 @@ impl MonitorTask {
         let Some(live) = self.meter.live(None) else {
             return;
         };
-        let impedance = |z: Option<tui::event::Impedance>| {
+        let impedance = |z: Option<tui::event::ComplexImpedance>| {
             z.map_or_else(
                 || "masked".to_owned(),
                 |z| format!("{:.3} {:+.3}i", z.re_n_s_per_m, z.im_n_s_per_m),
@@ -227,7 +227,7 @@ impl MonitorTask {
             self.account.lost_frames,
         );
         self.front.show(tui::Event::Log {
-            level: Level::Info,
+            level: LogLevel::Info,
             text,
         });
     }
@@ -256,7 +256,7 @@ impl Task for MonitorTask {
             self.meter.take(&batch);
             for text in batch.warnings {
                 self.front.show(tui::Event::Log {
-                    level: Level::Warning,
+                    level: LogLevel::Warning,
                     text,
                 });
             }

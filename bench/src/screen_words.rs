@@ -6,7 +6,7 @@ use protocols::{
     Direction, ParticipantView, Phase, Progress, Protocol, Stretch, TrialAnalysis, TrialKey,
     Verdict,
 };
-use tui::event::{Crop, Estimate, Impedance, Live, PhaseKind};
+use tui::event::{Crop, ValueAndStd, ComplexImpedance, Live, PhaseKind};
 
 use analysis::live::ContactReading;
 use analysis::record::Record;
@@ -45,9 +45,9 @@ pub fn advice(phase: Phase) -> Option<&'static str> {
 }
 
 /// Where the session stands.
-pub fn phase(session: &protocols::Session, view: &ParticipantView) -> tui::event::Phase {
+pub fn phase(session: &protocols::Session, view: &ParticipantView) -> tui::event::PhaseView {
     let protocol = session.protocol();
-    let mut shown = tui::event::Phase::new(phase_kind(session.phase()));
+    let mut shown = tui::event::PhaseView::new(phase_kind(session.phase()));
     if let Some(Progress {
         trial,
         exploration,
@@ -120,8 +120,8 @@ pub fn participant(
     }
 }
 
-fn impedance(z: Complex64) -> Option<Impedance> {
-    z.is_finite().then_some(Impedance {
+fn impedance(z: Complex64) -> Option<ComplexImpedance> {
+    z.is_finite().then_some(ComplexImpedance {
         re_n_s_per_m: z.re,
         im_n_s_per_m: z.im,
     })
@@ -141,7 +141,7 @@ pub fn live(frame: &ZmFrame) -> Live {
 
 /// Returns `live` with gap, friction and self-sensed force as the contact was last read.
 pub fn with_contact(live: Live, reading: Option<&ContactReading>) -> Live {
-    let estimate = |uncertain: Uncertain| Estimate {
+    let estimate = |uncertain: Uncertain| ValueAndStd {
         value: uncertain.value,
         std: uncertain.std,
     };
@@ -181,7 +181,7 @@ pub fn crop(
             .iter()
             .map(|stretch| {
                 let shown = stretch.instance();
-                tui::event::Stretch {
+                tui::event::CropStretch {
                     start_s: shown.map_or(stretch.start_s, |instance| instance.start_s) - from_s,
                     end_s: shown.map_or(stretch.end_s, |instance| instance.end_s) - from_s,
                     accepted: shown.is_some(),
@@ -198,7 +198,7 @@ pub fn verdict(
     protocol: &Protocol,
     verdict: &Verdict,
     analysis: Option<&TrialAnalysis>,
-) -> tui::event::Verdict {
+) -> tui::event::TrialVerdict {
     let reasons = match verdict {
         Verdict::Accepted => Vec::new(),
         Verdict::Redo { reasons } => reasons.iter().map(ToString::to_string).collect(),
@@ -212,7 +212,7 @@ pub fn verdict(
                 .collect()
         })
         .unwrap_or_default();
-    tui::event::Verdict {
+    tui::event::TrialVerdict {
         trial: TrialLabel::new(key, protocol.trials.practice).number,
         practice: key.practice,
         attempt: key.attempt,

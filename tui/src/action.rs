@@ -1,35 +1,44 @@
-//! What the operator asks of the bench: the screen's only effects.
+//! Requests of the operator to the bench: the screen's only effects.
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::Answer;
+use crate::calibration_page::Reply;
 
-/// One wish of the operator. The bench decides what becomes of it.
+/// One request of the operator. The bench decides whether it is granted.
+///
+/// ```
+/// use tui::Action;
+/// use tui::calibration_page::Reply;
+///
+/// let typed = Action::Answer(Reply::Number(1.25));
+/// assert_eq!(serde_json::to_string(&typed)?, r#"{"answer":{"number":1.25}}"#);
+/// # Ok::<(), serde_json::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Action {
-    /// Start the session, or the drive in `monitor`.
+    /// Start the session; in `monitor`, start the drive.
     Start,
-    /// The participant's consent is given and may be recorded. Confirmed.
+    /// Record that the participant has given consent. Needs confirmation.
     Consent,
-    /// The participant is in place: go on. Also ends a rest.
+    /// Continue: the participant is in place. Also ends a rest.
     Ready,
-    /// Pause.
+    /// Pause the session.
     Pause,
-    /// Resume.
+    /// Resume the paused session.
     Resume,
-    /// Do the present trial again. Confirmed.
+    /// Repeat the current trial. Needs confirmation.
     Redo,
-    /// Abort the session. Confirmed.
+    /// Abort the session. Needs confirmation.
     Abort,
-    /// Answer what a calibration asks.
-    Answer(Answer),
-    /// Stop the drive at once. Never asks for confirmation.
+    /// Reply to a calibration's question.
+    Answer(Reply),
+    /// Stop the drive at once, without confirmation.
     EmergencyStop,
-    /// Re-arm after a trip. Confirmed.
+    /// Re-arm after a trip. Needs confirmation.
     Rearm,
-    /// Leave; confirmed while a session or a calibration runs.
+    /// Quit. Needs confirmation while a session or a calibration runs.
     Quit,
-    /// Ctrl-C: what SIGINT would ask, an orderly stop without further questions.
+    /// Stop in an orderly way without confirmation, as on SIGINT (Ctrl-C).
     Interrupt,
 }

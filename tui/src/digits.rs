@@ -1,4 +1,4 @@
-//! Numbers to be read across the room.
+//! Large digits, legible across the room.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -7,7 +7,7 @@ use ratatui::style::Style;
 /// Rows of a digit.
 pub(crate) const ROWS: u16 = 5;
 
-/// Three by five cells a digit, drawn two columns wide: nearly square on most terminals.
+/// Digits of three by five cells. A cell is drawn two columns wide, nearly square on most terminals.
 const DIGITS: [[&str; 5]; 10] = [
     ["###", "# #", "# #", "# #", "###"],
     ["  #", "  #", "  #", "  #", "  #"],
@@ -31,12 +31,12 @@ fn glyph(symbol: char) -> [&'static str; 5] {
     }
 }
 
-/// With the gap after it.
+/// Returns the columns of a symbol, with the gap after it.
 fn glyph_columns(symbol: char) -> u16 {
     2 * (glyph(symbol)[0].len() as u16 + 1)
 }
 
-/// Columns that `number` takes.
+/// Returns the columns that `number` takes.
 pub(crate) fn columns(number: &str) -> u16 {
     number
         .chars()

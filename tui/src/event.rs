@@ -1,118 +1,129 @@
-//! What the bench tells the screen. Everything shown comes from here, so a stored stream replays the session.
+//! Messages from the bench to the screen. Everything shown comes from them, so a stored stream replays the session.
 //!
-//! SI units, named in the fields. Amplitudes are peak values; impedances follow exp(+iωt).
-//! `None` means *not measured now*, and is drawn as a gap; values that are not finite are taken as `None`.
+//! Fields are in the SI unit that they name. Amplitudes are peak values; impedances follow exp(+iωt).
+//! `None` means *not measured now* and is drawn as a gap; values that are not finite count as `None`.
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::{Calibration, Reading};
-use crate::participant::ParticipantView;
+use crate::calibration_page::{CalibrationPage, CalibrationReadings};
+use crate::participant_screen::ParticipantView;
 
 /// One message from the bench to the screen.
+///
+/// ```
+/// use tui::Event;
+/// use tui::event::LogLevel;
+///
+/// let event = Event::Log { level: LogLevel::Warning, text: "1 input xrun".to_owned() };
+/// let line = serde_json::to_string(&event)?;
+/// assert_eq!(line, r#"{"event":"log","level":"warning","text":"1 input xrun"}"#);
+/// assert_eq!(serde_json::from_str::<Event>(&line)?, event);
+/// # Ok::<(), serde_json::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum Event {
-    /// The screen's own clock; sent by the shell, in a replay by the replayer. Ages are counted on it.
+    /// The screen's clock, sent by the shell. Ages are counted on it.
     Tick {
-        /// Monotonic, any origin.
+        /// Monotonic time from any origin, s.
         now_s: f64,
     },
-    /// Who is measured, with what.
-    Session(Session),
-    /// Where the session stands.
-    Phase(Phase),
-    /// The normal force asked of the participant.
+    /// The participant, the protocol and the bench.
+    Session(SessionHeader),
+    /// The current phase of the session.
+    Phase(PhaseView),
+    /// The normal force that the participant should keep.
     ForceBand {
-        /// Lower limit.
+        /// Lower limit, N.
         min_n: f64,
-        /// Upper limit.
+        /// Upper limit, N.
         max_n: f64,
     },
     /// The newest measured values, 30 to 200 times a second.
     Live(Live),
-    /// The last trial, cropped.
+    /// The crop of the last trial.
     Crop(Crop),
-    /// The judgement on a trial.
-    Verdict(Verdict),
-    /// How the machinery does, about once a second.
-    Health(Health),
-    /// The safety supervisor's state, on every change and at least once a second.
+    /// The verdict on a trial.
+    Verdict(TrialVerdict),
+    /// The system's health, about once a second.
+    Health(SystemHealth),
+    /// The safety watch's state, on every change and at least once a second.
     Safety {
-        /// The state.
+        /// State of the safety watch.
         state: SafetyState,
-        /// Why, when it says more than the state.
+        /// Cause of the state, where it has one.
         reason: Option<String>,
     },
     /// A line for the operator.
     Log {
-        /// How grave.
-        level: Level,
-        /// One line.
+        /// Severity.
+        level: LogLevel,
+        /// Text of one line.
         text: String,
     },
     /// What the participant's screen shows.
     Participant(ParticipantView),
-    /// How far a calibration has come: its page takes the dashboard's place.
-    Calibration(Calibration),
-    /// What a calibration reads just now.
-    Reading(Reading),
-    /// The session is over.
+    /// The page of a calibration, shown in place of the dashboard.
+    Calibration(CalibrationPage),
+    /// The current readings of a calibration.
+    CalibrationReadings(CalibrationReadings),
+    /// The session has finished.
     Finished {
-        /// The lines of the summary.
+        /// Lines of the summary.
         summary: Vec<String>,
     },
-    /// Close the screen.
+    /// The screen closes.
     Close,
 }
 
-/// Who is measured, with what.
+/// The participant, the protocol and the bench of a session.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Session {
-    /// Participant's id; `None` in `monitor` and `replay`.
+pub struct SessionHeader {
+    /// Participant's identifier; `None` in `monitor` and `replay`.
     pub participant: Option<String>,
-    /// Protocol's name; `None` without a protocol.
+    /// Name of the protocol; `None` without one.
     pub protocol: Option<String>,
-    /// The study's folder or title.
+    /// Folder or title of the study.
     pub study: Option<String>,
-    /// Which calibration holds, for example its date.
+    /// Label of the effective calibration, such as its date.
     pub calibration_label: Option<String>,
-    /// The operator chose to run without a valid calibration.
+    /// Whether the operator chose to run without a valid calibration.
     pub uncalibrated: bool,
-    /// The hardware is simulated.
+    /// Whether the hardware is simulated.
     pub simulated: bool,
-    /// Length of the plate.
+    /// Length of the plate, m.
     pub plate_length_m: f64,
-    /// The part of the plate whose data are kept, from and to.
+    /// Limits along the plate between which data are kept, m.
     pub kept_m: Option<(f64, f64)>,
 }
 
-/// Where the session stands.
+/// The current phase of the session.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Phase {
-    /// The kind of phase.
+pub struct PhaseView {
+    /// Kind of phase.
     pub kind: PhaseKind,
-    /// Number of the trial, from 1, counted apart for practice; 0 before the first.
+    /// Number of the trial, from 1; 0 before the first. Practice trials are numbered separately.
     pub trial: u32,
-    /// How many trials there are of this sort (practice or not).
+    /// Number of trials, or of practice trials during practice.
     pub trials: u32,
-    /// Which attempt at this trial, from 1.
+    /// Number of the attempt at this trial, from 1.
     pub attempt: u32,
-    /// A practice trial.
+    /// Whether the trial is practice.
     pub practice: bool,
     /// Number of the exploration within the trial, from 1; 0 before the first.
     pub exploration: u32,
-    /// Explorations in a trial.
+    /// Number of explorations in a trial.
     pub explorations: u32,
-    /// What is counted down just now: seconds to the start, or of rest.
+    /// Seconds left until the start, or of the rest.
     pub countdown: Option<u32>,
-    /// The condition under test.
+    /// Condition under test.
     pub condition: Option<String>,
-    /// What the operator should know or do.
+    /// Advice to the operator.
     pub message: Option<String>,
 }
 
-impl Phase {
-    /// A phase of that kind outside any trial.
+impl PhaseView {
+    /// Returns a phase of `kind` outside any trial.
     #[must_use]
     pub fn new(kind: PhaseKind) -> Self {
         Self {
@@ -134,177 +145,177 @@ impl Phase {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PhaseKind {
-    /// Nothing runs; `Start` starts.
+    /// Nothing runs; [`Action::Start`](crate::Action::Start) starts.
     Idle,
-    /// Waits for the recorded consent.
+    /// The session waits until consent is recorded.
     Consent,
-    /// The plate is read without a finger.
+    /// The plate is measured without a finger.
     Baseline,
-    /// Waits for the participant.
+    /// The session waits for the participant.
     Ready,
-    /// Counts down to an exploration.
+    /// The countdown to an exploration runs.
     Countdown,
     /// The participant follows the slider.
     Exploration,
-    /// The participant is told the mean force.
+    /// The participant sees the mean force.
     Feedback,
-    /// A break.
+    /// The participant rests.
     Rest,
-    /// Paused by the operator.
+    /// The session is paused.
     Paused,
-    /// Drives and shows, without a protocol.
+    /// The dashboard is shown without a protocol.
     Monitoring,
-    /// Over.
+    /// The session has finished.
     Finished,
 }
 
-/// A complex impedance.
+/// A complex mechanical impedance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Impedance {
-    /// Real part.
+pub struct ComplexImpedance {
+    /// Real part, N·s/m.
     pub re_n_s_per_m: f64,
-    /// Imaginary part.
+    /// Imaginary part, N·s/m.
     pub im_n_s_per_m: f64,
 }
 
-/// An estimate with its standard deviation.
+/// An estimate with its standard deviation, in the unit that the field's name gives.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Estimate {
-    /// The value.
+pub struct ValueAndStd {
+    /// Estimated value.
     pub value: f64,
-    /// Its standard deviation.
+    /// Standard deviation of the value.
     pub std: f64,
 }
 
 /// The newest measured values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Live {
-    /// Time on the audio clock.
+    /// Time on the audio clock, s.
     pub t_s: f64,
     /// Z_m, corrected for envelope dynamics; `None` where masked.
-    pub z_m_n_s_per_m: Option<Impedance>,
+    pub z_m_n_s_per_m: Option<ComplexImpedance>,
     /// Z_m, the plain ratio; `None` where masked.
-    pub z_plain_n_s_per_m: Option<Impedance>,
-    /// Peak vibration amplitude of the plate.
+    pub z_plain_n_s_per_m: Option<ComplexImpedance>,
+    /// Peak vibration amplitude of the plate, m.
     pub amplitude_m: Option<f64>,
-    /// Normal force.
+    /// Normal force, N.
     pub normal_n: Option<f64>,
-    /// Lateral force, signed.
+    /// Lateral force, signed, N.
     pub lateral_n: Option<f64>,
-    /// The finger along the plate.
+    /// Position of the finger along the plate, m.
     pub position_m: Option<f64>,
-    /// Its velocity.
+    /// Velocity of the finger, m/s.
     pub velocity_m_per_s: Option<f64>,
-    /// The slider that it follows.
+    /// Position of the slider that the finger follows, m.
     pub slider_m: Option<f64>,
-    /// Estimated gap.
-    pub gap_m: Option<Estimate>,
+    /// Estimated gap, m.
+    pub gap_m: Option<ValueAndStd>,
     /// Estimated friction coefficient.
-    pub mu: Option<Estimate>,
-    /// Normal force by impedance and amplitude alone, to be compared with the measured one.
-    pub sensed_normal_n: Option<Estimate>,
-    /// Peak drive voltage at the actuators, read back.
+    pub mu: Option<ValueAndStd>,
+    /// Normal force estimated from impedance and amplitude alone, N, for comparison with `normal_n`.
+    pub sensed_normal_n: Option<ValueAndStd>,
+    /// Peak drive voltage at the actuators, read back, V.
     pub drive_v: Option<f64>,
 }
 
-/// The last trial, cropped: two evenly spaced series over its duration, and the stretches that were judged.
+/// The crop of a trial: two evenly spaced series over its duration, and its stretches with their judgement.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Crop {
     /// Number of the trial.
     pub trial: u32,
-    /// A practice trial.
+    /// Whether the trial is practice.
     pub practice: bool,
-    /// Which attempt.
+    /// Number of the attempt, from 1.
     pub attempt: u32,
-    /// What the series span.
+    /// Duration that the series span, s.
     pub duration_s: f64,
-    /// Peak amplitude, evenly spaced; a few hundred values do.
+    /// Peak amplitude, m, evenly spaced; a few hundred values suffice.
     pub amplitude_m: Vec<Option<f64>>,
-    /// Normal force, evenly spaced.
+    /// Normal force, N, evenly spaced.
     pub normal_n: Vec<Option<f64>>,
-    /// The judged stretches.
-    pub stretches: Vec<Stretch>,
+    /// Stretches, kept and rejected.
+    pub stretches: Vec<CropStretch>,
 }
 
-/// One stretch of a trial that the selection looked at.
+/// One stretch of a trial that the selection kept or rejected.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Stretch {
-    /// Start, from the start of the crop's series.
+pub struct CropStretch {
+    /// Start, counted from the start of the crop's series, s.
     pub start_s: f64,
-    /// End.
+    /// End, counted from the start of the crop's series, s.
     pub end_s: f64,
-    /// Kept as an instance.
+    /// Whether the stretch is kept as an instance.
     pub accepted: bool,
-    /// Why not, when rejected.
+    /// Why the stretch is rejected.
     pub reason: Option<String>,
 }
 
-/// The judgement on a trial.
+/// The verdict on a trial.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Verdict {
+pub struct TrialVerdict {
     /// Number of the trial.
     pub trial: u32,
-    /// A practice trial.
+    /// Whether the trial is practice.
     pub practice: bool,
-    /// Which attempt was judged.
+    /// Number of the attempt, from 1.
     pub attempt: u32,
-    /// Accepted, or to be done again.
+    /// Whether the trial is accepted; a rejected trial is repeated.
     pub accepted: bool,
-    /// Why it is to be done again.
+    /// Why the trial is rejected.
     pub reasons: Vec<String>,
-    /// Instances found.
+    /// Number of instances found.
     pub instances: u32,
-    /// Mean normal force.
+    /// Mean normal force, N.
     pub mean_normal_n: Option<f64>,
 }
 
-/// How the machinery does.
+/// Health of the system: audio, clocks, recorder and disk.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Health {
-    /// Xruns of the input direction.
+pub struct SystemHealth {
+    /// Number of input xruns.
     pub xruns_in: u64,
-    /// Xruns of the output direction.
+    /// Number of output xruns.
     pub xruns_out: u64,
-    /// Fill of the fullest ring, 0 to 1.
+    /// Fill of the fullest ring buffer, 0 to 1.
     pub ring_fill: f64,
-    /// Force sensor's clock against the audio clock; `None` until estimated.
+    /// Drift of the force sensor's clock relative to the audio clock, ppm; `None` until estimated.
     pub clock_drift_ppm: Option<f64>,
-    /// How far the recorder is behind the audio.
+    /// Time by which the recorder lags the audio, s.
     pub recorder_lag_s: f64,
-    /// Audio frames read.
+    /// Number of audio frames read.
     pub frames: u64,
-    /// Audio frames lost.
+    /// Number of audio frames lost.
     pub lost_frames: u64,
-    /// Force frames per second.
+    /// Rate of the force sensor's frames, Hz.
     pub force_rate_hz: Option<f64>,
-    /// Audio seconds per second; 1 on real hardware.
+    /// Audio seconds per second of the clock; 1 on real hardware.
     pub speed: f64,
-    /// Space left for the study; `None` when nothing is recorded.
+    /// Free space on the study's disk, bytes; `None` when nothing is recorded.
     pub disk_free_bytes: Option<u64>,
 }
 
-/// The safety supervisor's state.
+/// State of the safety watch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SafetyState {
     /// The amplifier is off.
     Disarmed,
-    /// The amplifier is on, the plate is not driven.
+    /// The amplifier is on; the plate is not driven.
     Armed,
     /// The plate is driven.
     Driving,
-    /// A fault stopped the drive; latched until the operator re-arms.
+    /// A fault stopped the drive; the state is latched until the operator re-arms.
     Tripped,
 }
 
-/// How grave a line for the operator is.
+/// Severity of a line in the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Level {
-    /// For information.
+pub enum LogLevel {
+    /// Information.
     Info,
-    /// Something is not as it should be; the session goes on.
+    /// A problem that does not stop the session.
     Warning,
-    /// Something failed.
+    /// A failure.
     Error,
 }

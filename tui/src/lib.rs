@@ -1,33 +1,30 @@
-//! Operator dashboard and participant screen.
+//! Operator's dashboard and participant's screen.
 //!
-//! The screen is a pure function of [`State`], which is the fold of one serialisable stream of [`Event`]s; its only
-//! effects are [`Action`]s. Threads, terminals and clocks live in [`shell`] and [`display`] alone.
-//!
-//! Values are SI with the unit in the name, amplitudes are peak values, impedances follow exp(+iωt);
-//! µm, mm and N·s/m appear on the screen only.
+#![doc = include_str!("../README.md")]
 
 mod action;
-mod answering;
-pub mod calibration;
+mod calibration_keys;
+pub mod calibration_page;
+mod dashboard;
 mod digits;
 pub mod display;
 pub mod event;
-mod key;
+mod keyboard;
 mod panels;
-pub mod participant;
+pub mod participant_screen;
 mod plot;
-mod screen;
 pub mod shell;
 mod state;
+mod terminal_keys;
 mod theme;
 mod words;
 
 pub use action::Action;
+pub use dashboard::{TWO_COLUMNS, view};
 pub use display::ParticipantDisplay;
 pub use event::Event;
-pub use key::{Reaction, key};
-pub use participant::{Instruction, ParticipantView};
-pub use screen::{TWO_COLUMNS, view};
+pub use keyboard::{Reaction, key};
+pub use participant_screen::{Instruction, ParticipantView};
 pub use shell::{ShellError, install_panic_hook, restore, run_operator};
 pub use state::{HISTORY_S, LogLine, Page, STALE_AFTER_S, State, TrialLine, Ui, Window};
 pub use theme::Theme;

@@ -9,24 +9,25 @@ use ratatui::widgets::canvas::{Canvas, Line};
 
 use crate::theme::Theme;
 
+/// Columns of the axis with its labels.
 const GUTTER: u16 = 7;
 
 /// A curve; `None` breaks it.
-pub(crate) struct Curve {
+pub(crate) struct Trace {
     pub(crate) points: Vec<(f64, Option<f64>)>,
     pub(crate) style: Style,
 }
 
 /// A value axis with round limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Axis {
+pub(crate) struct ValueAxis {
     low: f64,
     high: f64,
     step: f64,
 }
 
-impl Axis {
-    /// The smallest axis of at most four round steps around `values`.
+impl ValueAxis {
+    /// Returns the smallest axis of at most four round steps around `values`; `None` without a finite value.
     pub(crate) fn around(values: impl Iterator<Item = f64>) -> Option<Self> {
         let (low, high) = values
             .filter(|v| v.is_finite() && v.abs() < 1e12)
@@ -53,7 +54,7 @@ impl Axis {
         }
     }
 
-    /// Both ends and the steps between them.
+    /// Returns both ends and the steps between them.
     fn ticks(self) -> impl Iterator<Item = f64> {
         let steps = ((self.high - self.low) / self.step).round() as u32;
         // Multiples of the step, so that zero is exactly zero.
@@ -61,6 +62,7 @@ impl Axis {
         (0..=steps).map(move |k| (first + f64::from(k)) * self.step)
     }
 
+    /// Returns the label of `value`.
     fn label(self, value: f64) -> String {
         let decimals = (-self.step.log10()).ceil().clamp(0.0, 6.0) as usize;
         // Adding zero turns −0 into 0.
@@ -68,7 +70,7 @@ impl Axis {
     }
 }
 
-/// The next 1, 2 or 5 times a power of ten that is not below `value`.
+/// Returns the smallest 1, 2 or 5 times a power of ten that is not below `value`.
 fn round_up(value: f64) -> f64 {
     let decade = 10f64.powf(value.log10().floor());
     [1.0, 2.0, 5.0, 10.0]
@@ -81,15 +83,15 @@ fn round_up(value: f64) -> f64 {
 /// Curves over a common axis.
 pub(crate) struct Plot {
     pub(crate) x: (f64, f64),
-    pub(crate) axis: Axis,
+    pub(crate) axis: ValueAxis,
     /// A range of values to mark behind the curves.
     pub(crate) band: Option<(f64, f64)>,
     /// Later curves lie over earlier ones.
-    pub(crate) curves: Vec<Curve>,
+    pub(crate) curves: Vec<Trace>,
 }
 
 impl Plot {
-    /// Where the curves lie within `area`: right of the axis.
+    /// Returns the part of `area` that holds the curves: right of the axis.
     pub(crate) fn body(area: Rect) -> Rect {
         let gutter = GUTTER.min(area.width);
         Rect {
@@ -113,7 +115,7 @@ impl Plot {
         }
     }
 
-    /// The cell of a point within `body`; `None` when it lies outside.
+    /// Returns the cell of a point within `body`; `None` when the point lies outside.
     pub(crate) fn position(&self, (x, y): (f64, f64), body: Rect) -> Option<Position> {
         if body.is_empty() {
             return None;
@@ -167,7 +169,7 @@ impl Plot {
         }
     }
 
-    fn curve(&self, curve: &Curve, body: Rect, buf: &mut Buffer) {
+    fn curve(&self, curve: &Trace, body: Rect, buf: &mut Buffer) {
         let mut scratch = Buffer::empty(body);
         Canvas::default()
             .marker(Marker::Braille)
@@ -190,7 +192,7 @@ impl Plot {
     }
 }
 
-/// Replaces a cell: whatever was drawn there before leaves no colour or modifier behind.
+/// Replaces a cell, with its colours and modifiers.
 pub(crate) fn put(buf: &mut Buffer, position: impl Into<Position>, symbol: &str, style: Style) {
     let position = position.into();
     buf[position].reset();
@@ -206,7 +208,7 @@ mod tests {
     #[test]
     fn the_axis_has_round_limits() {
         let labels = |values: &[f64]| {
-            let axis = Axis::around(values.iter().copied()).unwrap();
+            let axis = ValueAxis::around(values.iter().copied()).unwrap();
             axis.ticks().map(|v| axis.label(v)).collect::<Vec<_>>()
         };
         assert_eq!(labels(&[6.8, 13.9]), ["6", "8", "10", "12", "14"]);
@@ -216,7 +218,10 @@ mod tests {
 
     #[test]
     fn nothing_finite_has_no_axis() {
-        assert_eq!(Axis::around([f64::NAN, f64::INFINITY].into_iter()), None);
+        assert_eq!(
+            ValueAxis::around([f64::NAN, f64::INFINITY].into_iter()),
+            None
+        );
     }
 
     proptest! {
@@ -224,7 +229,7 @@ mod tests {
         fn the_axis_holds_its_values_and_wastes_little(
             values in proptest::collection::vec(-1e6..1e6f64, 1..20)
         ) {
-            let axis = Axis::around(values.iter().copied()).unwrap();
+            let axis = ValueAxis::around(values.iter().copied()).unwrap();
             let low = values.iter().copied().fold(f64::INFINITY, f64::min);
             let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             prop_assert!(axis.low <= low && high <= axis.high);

@@ -1,23 +1,24 @@
-//! The operator's terminal: set up, drawn to at most 30 times a second, read for keys, and put back as it was.
+//! The operator's terminal: set up, drawn to at most 30 times a second, read for keys, and restored.
 
-use std::io;
+use std::io::{self, IsTerminal};
 use std::mem::ManuallyDrop;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError};
 use std::time::{Duration, Instant};
 
 use ratatui::backend::{Backend, CrosstermBackend};
-use ratatui::crossterm::{self, cursor, event as input, execute, terminal};
+use ratatui::crossterm::{cursor, execute, terminal};
 use ratatui::{Frame, Terminal};
 
-use rustix::event::{PollFd, PollFlags, Timespec};
-
 use crate::action::Action;
+use crate::dashboard::view;
 use crate::event::Event;
-use crate::key::key;
-use crate::screen::view;
+use crate::keyboard::key;
 use crate::state::State;
+use crate::terminal_keys::{Keys, TerminalKeys};
 use crate::theme::Theme;
 
+/// Time between two drawings.
 const FRAME: Duration = Duration::from_millis(33);
 
 /// Why the operator's screen could not go on.
@@ -41,22 +42,23 @@ fn failed(doing: &'static str) -> impl FnOnce(io::Error) -> ShellError {
     move |source| ShellError::Terminal { doing, source }
 }
 
-/// Shows the dashboard on this process's terminal and returns when [`Event::Close`] comes or all senders of events
-/// are gone. Blocks the calling thread; nobody who drives the plate should wait for it.
+/// Shows the dashboard on this process's terminal. Returns when [`Event::Close`] comes, when all senders of events are
+/// gone, or when nothing receives actions. Blocks the calling thread: what drives the plate must not wait for it.
 ///
-/// `events` should be bounded (`sync_channel` and `try_send`), so that a terminal that stands still costs no memory.
-/// `NO_COLOR` is respected. The terminal is put back on return, on error and when this thread panics; see
+/// `events` should be bounded (`sync_channel` and `try_send`), so that a terminal that blocks costs no memory.
+/// `NO_COLOR` is respected. The terminal is restored on return, on error and when this thread panics; see
 /// [`install_panic_hook`] for panics elsewhere and [`restore`] for signals.
 ///
 /// # Errors
-/// [`ShellError::NoTerminal`] when there is none, [`ShellError::Terminal`] when it fails later. The caller should
-/// take the latter as the operator's absence and stop in good order.
+/// [`ShellError::NoTerminal`] when standard input or output is not a terminal, [`ShellError::Terminal`] when it fails
+/// later. The caller should treat the latter as the operator's absence and stop in an orderly way.
 pub fn run_operator(events: &Receiver<Event>, actions: &Sender<Action>) -> Result<(), ShellError> {
     let theme = Theme::from_no_color(std::env::var_os("NO_COLOR").as_deref());
     let _screen = OperatorScreen::enter()?;
     let terminal =
         Terminal::new(CrosstermBackend::new(io::stdout())).map_err(failed("reading its size"))?;
-    // Its own drop would say on standard error that the cursor cannot be shown: a panic where that is the terminal that was closed.
+    // Never dropped: its drop prints to standard error when the cursor cannot be shown, and panics where standard error
+    // is the terminal that was closed.
     let mut terminal = ManuallyDrop::new(terminal);
     operate(
         &mut terminal,
@@ -68,24 +70,32 @@ pub fn run_operator(events: &Receiver<Event>, actions: &Sender<Action>) -> Resul
     .map(drop)
 }
 
-/// Columns and rows of the terminal on standard output; `None` where that is none.
+/// Returns columns and rows of the terminal on standard output; `None` when standard output is not a terminal.
 #[must_use]
 pub fn size() -> Option<(u16, u16)> {
-    let size = rustix::termios::tcgetwinsize(io::stdout()).ok()?;
-    Some((size.ws_col, size.ws_row))
+    #[cfg(unix)]
+    {
+        let size = rustix::termios::tcgetwinsize(io::stdout()).ok()?;
+        Some((size.ws_col, size.ws_row))
+    }
+    #[cfg(not(unix))]
+    {
+        let shown = io::stdout().is_terminal();
+        shown.then(|| terminal::size().ok()).flatten()
+    }
 }
 
-/// Puts the operator's terminal back as it was. Does no harm when called twice, from any thread, or when the
-/// dashboard was never shown; errors are ignored because there is nobody left to tell.
+/// Restores the operator's terminal. Harmless when called twice, from any thread, or when the dashboard was never
+/// shown. Errors are ignored: the terminal is the only place to report them.
 pub fn restore() {
-    if !SHOWN.swap(false, std::sync::atomic::Ordering::SeqCst) {
+    if !SHOWN.swap(false, Ordering::SeqCst) {
         return;
     }
     let _ = terminal::disable_raw_mode();
     let _ = execute!(io::stdout(), terminal::LeaveAlternateScreen, cursor::Show);
 }
 
-/// On a panic in any thread: first `make_safe`, then [`restore`], then the hook installed before, which prints the
+/// Makes a panic in any thread call `make_safe`, then [`restore`], then the hook installed before, which prints the
 /// message where it can be read.
 ///
 /// Call it once, early. `make_safe` comes first because writing to a terminal can block.
@@ -98,20 +108,21 @@ pub fn install_panic_hook(make_safe: impl Fn() + Send + Sync + 'static) {
     }));
 }
 
-static SHOWN: std::sync::atomic::AtomicBool = std::sync::atomic::AtomicBool::new(false);
+/// Whether the dashboard has the terminal in raw mode and on the alternate screen.
+static SHOWN: AtomicBool = AtomicBool::new(false);
 
+/// The terminal while the dashboard is shown on it; restored when dropped.
 struct OperatorScreen;
 
 impl OperatorScreen {
     fn enter() -> Result<Self, ShellError> {
-        use std::io::IsTerminal;
         if !io::stdin().is_terminal() || !io::stdout().is_terminal() {
             return Err(ShellError::NoTerminal(io::Error::from(
                 io::ErrorKind::NotFound,
             )));
         }
         terminal::enable_raw_mode().map_err(ShellError::NoTerminal)?;
-        SHOWN.store(true, std::sync::atomic::Ordering::SeqCst);
+        SHOWN.store(true, Ordering::SeqCst);
         let screen = Self;
         execute!(
             io::stdout(),
@@ -130,45 +141,10 @@ impl Drop for OperatorScreen {
     }
 }
 
-/// Where keys come from.
-trait Keys {
-    /// Waits for a key until `timeout`; `Ok(None)` when none came, or when something else did.
-    fn next(&mut self, timeout: Duration) -> io::Result<Option<input::KeyEvent>>;
-}
-
-struct TerminalKeys;
-
-impl Keys for TerminalKeys {
-    fn next(&mut self, timeout: Duration) -> io::Result<Option<input::KeyEvent>> {
-        wait_for_input(timeout)?;
-        // Asked even when nothing came: earlier input may hold several keys.
-        if !input::poll(Duration::ZERO)? {
-            return Ok(None);
-        }
-        Ok(match input::read()? {
-            crossterm::event::Event::Key(key) => Some(key),
-            // A resize is picked up by the next draw.
-            _ => None,
-        })
-    }
-}
-
-/// Waits for input, or for the terminal to go away: crossterm's own waiting would then never return.
-fn wait_for_input(timeout: Duration) -> io::Result<()> {
-    let stdin = io::stdin();
-    let mut polled = [PollFd::new(&stdin, PollFlags::IN)];
-    let timeout = Timespec::try_from(timeout).map_err(io::Error::other)?;
-    match rustix::event::poll(&mut polled, Some(&timeout)) {
-        Ok(_) | Err(rustix::io::Errno::INTR) => {}
-        Err(error) => return Err(error.into()),
-    }
-    let gone = PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL;
-    if polled[0].revents().intersects(gone) {
-        return Err(io::Error::from(io::ErrorKind::BrokenPipe));
-    }
-    Ok(())
-}
-
+/// Applies events, draws and reads keys until the bench closes the screen or is gone; returns the last state.
+///
+/// # Errors
+/// [`ShellError::Terminal`] when drawing or reading keys fails.
 fn operate<B: Backend<Error = io::Error>>(
     terminal: &mut Terminal<B>,
     keys: &mut impl Keys,
@@ -227,9 +203,9 @@ mod tests {
     use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
     use super::*;
-    use crate::event::{Phase, PhaseKind, SafetyState};
+    use crate::event::{PhaseKind, PhaseView, SafetyState};
 
-    /// Types one key a frame, then waits for ever.
+    /// Types one key a frame, then none.
     struct Typed(std::vec::IntoIter<char>);
 
     impl Keys for Typed {
@@ -267,9 +243,9 @@ mod tests {
         let (bench, events) = mpsc::channel();
         let (operator, actions) = mpsc::channel();
         bench
-            .send(Event::Phase(Phase {
+            .send(Event::Phase(PhaseView {
                 trial: 1,
-                ..Phase::new(PhaseKind::Exploration)
+                ..PhaseView::new(PhaseKind::Exploration)
             }))
             .unwrap();
         let answering = std::thread::spawn(move || {

@@ -1,135 +1,152 @@
-//! All that the screen knows: the fold of the events, and the operator's own view settings.
+//! The state of the screen: the fold of the events, and the operator's view settings.
 
 use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 
 use crate::action::Action;
-use crate::calibration::{Calibration, Reading};
+use crate::calibration_page::{CalibrationPage, CalibrationReadings};
 use crate::event::{
-    Crop, Estimate, Event, Health, Impedance, Level, Live, Phase, PhaseKind, SafetyState, Session,
-    Verdict,
+    ComplexImpedance, Crop, Event, Live, LogLevel, PhaseKind, PhaseView, SafetyState,
+    SessionHeader, SystemHealth, TrialVerdict, ValueAndStd,
 };
-use crate::participant::ParticipantView;
+use crate::participant_screen::ParticipantView;
 use crate::theme::Theme;
 
-/// How much of the live values is kept for the strip charts.
+/// Length of the history of live values for the strip charts, s.
 pub const HISTORY_S: f64 = 10.0;
-/// Bounds memory whatever the rate of the live values.
+/// Largest number of live values kept: bounds memory at any rate.
 const HISTORY_MAX: usize = 4000;
+/// Largest number of log lines kept.
 const LOG_MAX: usize = 200;
-/// Values older than this are shown as stale.
+/// Age from which live values are shown as stale, s.
 pub const STALE_AFTER_S: f64 = 1.0;
 
-/// All that the screen knows.
+/// The state of the screen: the fold of the events, and the operator's view settings.
+///
+/// ```
+/// use tui::event::{Live, SafetyState};
+/// use tui::{Event, State, Theme};
+///
+/// let mut state = State::new(Theme::Mono);
+/// state.apply(&Event::Tick { now_s: 10.0 });
+/// state.apply(&Event::Safety { state: SafetyState::Armed, reason: None });
+/// state.apply(&Event::Live(Live { t_s: 0.2, normal_n: Some(0.65), ..Live::default() }));
+/// assert_eq!(state.safety, Some(SafetyState::Armed));
+/// assert_eq!(state.live().and_then(|live| live.normal_n), Some(0.65));
+///
+/// // Nothing for 2.5 s: the values are stale.
+/// state.apply(&Event::Tick { now_s: 12.5 });
+/// assert_eq!(state.live_stale_s(), Some(2.5));
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
-    /// The screen's clock, from [`Event::Tick`].
+    /// Time on the screen's clock, from [`Event::Tick`], s.
     pub now_s: f64,
-    /// When the first event was applied: ages count from here until there is something younger.
+    /// Time of the first tick, s: ages count from it until an event comes.
     pub began_s: Option<f64>,
-    /// When the bench last said anything.
+    /// Time of the last event of any kind, s.
     pub heard_s: Option<f64>,
-    /// When the last live values came.
+    /// Time of the last live values, s.
     pub live_heard_s: Option<f64>,
-    /// Who is measured, with what.
-    pub session: Session,
-    /// Where the session stands.
-    pub phase: Phase,
-    /// The normal force asked for, from and to.
+    /// The participant, the protocol and the bench.
+    pub session: SessionHeader,
+    /// The current phase of the session.
+    pub phase: PhaseView,
+    /// Limits of the normal force that the participant should keep, N.
     pub force_band_n: Option<(f64, f64)>,
-    /// The last [`HISTORY_S`] of live values, oldest first.
+    /// Live values of the last [`HISTORY_S`], oldest first.
     pub history: VecDeque<Live>,
-    /// The trials so far, in the order in which they were begun.
+    /// Attempts at trials so far, in the order in which they began.
     pub trials: Vec<TrialLine>,
-    /// The last trial, cropped.
+    /// Crop of the last trial.
     pub crop: Option<Crop>,
-    /// The last verdict.
-    pub verdict: Option<Verdict>,
-    /// How the machinery does.
-    pub health: Option<Health>,
-    /// The safety state; `None` until the bench has said it.
+    /// Verdict on the last trial.
+    pub verdict: Option<TrialVerdict>,
+    /// Health of the system.
+    pub health: Option<SystemHealth>,
+    /// State of the safety watch; `None` until its first event.
     pub safety: Option<SafetyState>,
-    /// Why the safety state is what it is.
+    /// Cause of the safety state.
     pub safety_reason: Option<String>,
-    /// Lines for the operator, oldest first.
+    /// Log lines, oldest first.
     pub log: VecDeque<LogLine>,
-    /// What the participant sees.
+    /// What the participant's screen shows.
     pub participant: Option<ParticipantView>,
-    /// The calibration under way.
-    pub calibration: Option<Calibration>,
-    /// What it reads just now.
-    pub reading: Option<Reading>,
-    /// The summary of a finished session.
+    /// Page of the running calibration.
+    pub calibration: Option<CalibrationPage>,
+    /// Current readings of the calibration.
+    pub readings: Option<CalibrationReadings>,
+    /// Summary of the finished session.
     pub summary: Option<Vec<String>>,
-    /// The bench asked to close the screen.
+    /// Whether the bench has closed the screen.
     pub closed: bool,
-    /// The operator's own view settings.
+    /// The operator's view settings.
     pub ui: Ui,
 }
 
-/// One attempt at a trial, in the list.
+/// One attempt at a trial, as a line of the list.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrialLine {
-    /// Number of the trial.
+    /// Number of the trial, from 1.
     pub trial: u32,
-    /// A practice trial.
+    /// Whether the trial is practice.
     pub practice: bool,
-    /// Which attempt.
+    /// Number of the attempt, from 1.
     pub attempt: u32,
-    /// The condition.
+    /// Condition under test.
     pub condition: Option<String>,
-    /// The judgement; `None` while it runs.
-    pub verdict: Option<Verdict>,
+    /// Verdict; `None` until the trial is judged.
+    pub verdict: Option<TrialVerdict>,
 }
 
-/// A line for the operator.
+/// A line of the log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LogLine {
-    /// How grave.
-    pub level: Level,
-    /// The line.
+    /// Severity.
+    pub level: LogLevel,
+    /// Text of the line.
     pub text: String,
-    /// How often it came in a row.
+    /// Number of times in a row that the line came.
     pub count: u32,
 }
 
-/// The operator's own view settings. They change by keys, not by events.
+/// The operator's view settings. Keys change them, events do not.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ui {
-    /// Which page is shown.
+    /// Page shown.
     pub page: Page,
-    /// The help lies over it.
+    /// Whether the help lies over the page.
     pub help: bool,
-    /// The action that waits for a yes.
+    /// Action that waits for confirmation.
     pub confirm: Option<Action>,
-    /// What the strip charts span.
+    /// Time that the strip charts span.
     pub window: Window,
-    /// What is typed, of a number that a calibration asks for.
+    /// Digits typed so far of the number that a calibration asks for.
     pub typed: String,
-    /// The point of a calibration that is chosen to be measured again.
+    /// Selected point of a calibration, counted from 0.
     pub chosen: Option<usize>,
-    /// An answer to the last key, when it did nothing.
+    /// Why the last key had no effect.
     pub note: Option<String>,
     /// Colours, or none.
     pub theme: Theme,
 }
 
-/// The pages.
+/// The pages of the operator's screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Page {
-    /// The operator's dashboard.
+    /// The dashboard.
     Dashboard,
-    /// What the participant sees.
+    /// What the participant's screen shows.
     Participant,
 }
 
-/// What the strip charts span.
+/// Time that the strip charts span.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Window {
-    /// One second: single periods of the modulation.
+    /// One second, which resolves single periods of the modulation.
     One,
     /// Two seconds.
     Two,
@@ -140,7 +157,7 @@ pub enum Window {
 }
 
 impl Window {
-    /// The span in seconds.
+    /// Returns the span in seconds.
     #[must_use]
     pub fn seconds(self) -> f64 {
         match self {
@@ -151,7 +168,7 @@ impl Window {
         }
     }
 
-    /// The next wider one.
+    /// Returns the next wider window.
     #[must_use]
     pub fn wider(self) -> Self {
         match self {
@@ -161,7 +178,7 @@ impl Window {
         }
     }
 
-    /// The next narrower one.
+    /// Returns the next narrower window.
     #[must_use]
     pub fn narrower(self) -> Self {
         match self {
@@ -173,7 +190,7 @@ impl Window {
 }
 
 impl State {
-    /// Knows nothing yet.
+    /// Returns the state before the first event.
     #[must_use]
     pub fn new(theme: Theme) -> Self {
         Self {
@@ -181,8 +198,8 @@ impl State {
             began_s: None,
             heard_s: None,
             live_heard_s: None,
-            session: Session::default(),
-            phase: Phase::new(PhaseKind::Idle),
+            session: SessionHeader::default(),
+            phase: PhaseView::new(PhaseKind::Idle),
             force_band_n: None,
             history: VecDeque::new(),
             trials: Vec::new(),
@@ -194,7 +211,7 @@ impl State {
             log: VecDeque::new(),
             participant: None,
             calibration: None,
-            reading: None,
+            readings: None,
             summary: None,
             closed: false,
             ui: Ui {
@@ -210,7 +227,7 @@ impl State {
         }
     }
 
-    /// Takes one event in.
+    /// Applies one event.
     pub fn apply(&mut self, event: &Event) {
         if let Event::Tick { now_s } = event {
             if now_s.is_finite() {
@@ -239,34 +256,34 @@ impl State {
             Event::Log { level, text } => self.push_log(*level, text),
             Event::Participant(view) => self.participant = Some(view.clone()),
             Event::Calibration(calibration) => self.calibration = Some(calibration.clone()),
-            Event::Reading(reading) => {
+            Event::CalibrationReadings(readings) => {
                 self.live_heard_s = Some(self.now_s);
-                self.reading = Some(reading.finite_only());
+                self.readings = Some(readings.finite_only());
             }
             Event::Finished { summary } => self.summary = Some(summary.clone()),
             Event::Close => self.closed = true,
         }
     }
 
-    /// The last live values, however old.
+    /// Returns the last live values, of any age.
     #[must_use]
     pub fn live(&self) -> Option<&Live> {
         self.history.back()
     }
 
-    /// How old the live values are, once they are stale.
+    /// Returns the age of the live values in s once it is above [`STALE_AFTER_S`].
     #[must_use]
     pub fn live_stale_s(&self) -> Option<f64> {
         self.stale_since(self.live_heard_s)
     }
 
-    /// How long the bench has been silent, once that is too long.
+    /// Returns the time since the last event in s once it is above [`STALE_AFTER_S`].
     #[must_use]
     pub fn silent_s(&self) -> Option<f64> {
         self.stale_since(self.heard_s)
     }
 
-    /// A session or a calibration runs: leaving it wants a confirmation.
+    /// Whether a session or a calibration runs, so that quitting needs confirmation.
     #[must_use]
     pub fn is_running(&self) -> bool {
         if let Some(calibration) = &self.calibration {
@@ -275,7 +292,7 @@ impl State {
         !matches!(self.phase.kind, PhaseKind::Idle | PhaseKind::Finished)
     }
 
-    /// A participant's session runs: `monitor` and calibrations are none.
+    /// Whether a participant's session runs, as opposed to `monitor` and calibrations.
     #[must_use]
     pub fn in_session(&self) -> bool {
         let watching = self.phase.trial == 0
@@ -284,7 +301,8 @@ impl State {
         self.calibration.is_none() && self.is_running() && !watching
     }
 
-    /// The point of a calibration that would be measured again: the chosen one, else the worst, else the last.
+    /// Returns the point of a calibration that would be remeasured, counted from 0: the selected one, else the one with
+    /// the largest residual, else the last.
     #[must_use]
     pub fn chosen_point(&self) -> Option<usize> {
         let points = &self.calibration.as_ref()?.points;
@@ -293,12 +311,14 @@ impl State {
         Some(self.ui.chosen.or(worst).unwrap_or(last).min(last))
     }
 
+    /// Returns the age of something last heard at `heard_s`, once it is stale.
     fn stale_since(&self, heard_s: Option<f64>) -> Option<f64> {
         let age_s = self.now_s - heard_s.or(self.began_s)?;
         (age_s > STALE_AFTER_S).then_some(age_s)
     }
 
-    fn enter(&mut self, phase: &Phase) {
+    /// Enters a phase, and lists its attempt when it is new.
+    fn enter(&mut self, phase: &PhaseView) {
         self.phase = phase.clone();
         let listed = self.trials.iter().rev().any(|line| {
             (line.trial, line.practice, line.attempt)
@@ -315,7 +335,8 @@ impl State {
         }
     }
 
-    fn judge(&mut self, verdict: &Verdict) {
+    /// Attaches a verdict to its attempt, and lists the attempt when it was never announced.
+    fn judge(&mut self, verdict: &TrialVerdict) {
         let same = |line: &&mut TrialLine| {
             (line.trial, line.practice, line.attempt)
                 == (verdict.trial, verdict.practice, verdict.attempt)
@@ -338,7 +359,7 @@ impl State {
             return;
         }
         self.live_heard_s = Some(self.now_s);
-        // A replay that starts over, or another session: the old curve has no place on the new axis.
+        // A replay that starts over, or another session: the old curve does not belong on the new axis.
         if self.history.back().is_some_and(|last| last.t_s > live.t_s) {
             self.history.clear();
         }
@@ -353,7 +374,7 @@ impl State {
         }
     }
 
-    fn push_log(&mut self, level: Level, text: &str) {
+    fn push_log(&mut self, level: LogLevel, text: &str) {
         match self.log.back_mut() {
             Some(last) if last.level == level && last.text == text => {
                 last.count = last.count.saturating_add(1);
@@ -370,13 +391,14 @@ impl State {
     }
 }
 
+/// Returns `live` with `None` for each value that is not finite.
 fn finite_only(live: &Live) -> Live {
     let number = |value: Option<f64>| value.filter(|v| v.is_finite());
-    let complex = |value: Option<Impedance>| {
+    let complex = |value: Option<ComplexImpedance>| {
         value.filter(|z| z.re_n_s_per_m.is_finite() && z.im_n_s_per_m.is_finite())
     };
     let estimate =
-        |value: Option<Estimate>| value.filter(|e| e.value.is_finite() && e.std.is_finite());
+        |value: Option<ValueAndStd>| value.filter(|e| e.value.is_finite() && e.std.is_finite());
     Live {
         t_s: live.t_s,
         z_m_n_s_per_m: complex(live.z_m_n_s_per_m),

@@ -1,5 +1,5 @@
-//! Styles by meaning. Only the terminal's own foreground, background and six mid-tone ANSI colours are used, so
-//! both light and dark backgrounds read well; nothing is told by colour alone.
+//! Styles by meaning. Only the terminal's own foreground and background and mid-tone ANSI colours are used, so that
+//! light and dark backgrounds are legible; no meaning is carried by colour alone.
 
 use ratatui::style::{Color, Modifier, Style};
 use serde::{Deserialize, Serialize};
@@ -15,7 +15,7 @@ pub enum Theme {
 }
 
 impl Theme {
-    /// The theme asked for by the value of the environment variable `NO_COLOR` (<https://no-color.org>).
+    /// Returns the theme that suits the value of the environment variable `NO_COLOR` (<https://no-color.org>).
     #[must_use]
     pub fn from_no_color(value: Option<&std::ffi::OsStr>) -> Self {
         match value {
@@ -36,12 +36,12 @@ impl Theme {
         self.paint(Color::Red, Modifier::BOLD)
     }
 
-    /// Filled: for what must be seen across the room.
+    /// Returns a filled style, visible across the room.
     pub(crate) fn alarm(self) -> Style {
         self.paint(Color::Red, Modifier::BOLD | Modifier::REVERSED)
     }
 
-    /// The plate moves under somebody's finger.
+    /// Returns the style of a driven plate.
     pub(crate) fn driving(self) -> Style {
         self.paint(Color::Blue, Modifier::BOLD | Modifier::REVERSED)
     }
@@ -62,7 +62,7 @@ impl Theme {
         Style::new().add_modifier(Modifier::BOLD)
     }
 
-    /// Marks a range behind a curve.
+    /// Returns the style of a range behind a curve.
     pub(crate) fn band(self) -> Style {
         self.paint(Color::Green, Modifier::DIM)
     }

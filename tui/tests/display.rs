@@ -1,5 +1,6 @@
 //! The participant's screen on a terminal of its own.
 
+#![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod pty;

@@ -1,7 +1,7 @@
 //! What each key does where the session stands.
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
-use tui::event::{Event, Phase, PhaseKind, SafetyState};
+use tui::event::{Event, PhaseKind, PhaseView, SafetyState};
 use tui::{Action, Page, State, Theme, Window, key};
 
 const PHASES: [PhaseKind; 11] = [
@@ -20,9 +20,9 @@ const PHASES: [PhaseKind; 11] = [
 
 fn state(kind: PhaseKind, safety: SafetyState, trial: u32) -> State {
     let mut state = State::new(Theme::Colour);
-    state.apply(&Event::Phase(Phase {
+    state.apply(&Event::Phase(PhaseView {
         trial,
-        ..Phase::new(kind)
+        ..PhaseView::new(kind)
     }));
     state.apply(&Event::Safety {
         state: safety,

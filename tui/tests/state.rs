@@ -6,7 +6,7 @@ mod synthetic;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
-use tui::event::{Event, Impedance, Level, Live, SafetyState, Verdict};
+use tui::event::{ComplexImpedance, Event, Live, LogLevel, SafetyState, TrialVerdict};
 use tui::{HISTORY_S, State, Theme, view};
 
 fn live(t_s: f64) -> Event {
@@ -73,7 +73,7 @@ fn what_is_not_finite_is_not_measured() {
         t_s: 1.0,
         normal_n: Some(f64::NAN),
         amplitude_m: Some(1e-6),
-        z_m_n_s_per_m: Some(Impedance {
+        z_m_n_s_per_m: Some(ComplexImpedance {
             re_n_s_per_m: 7.0,
             im_n_s_per_m: f64::INFINITY,
         }),
@@ -95,7 +95,7 @@ fn values_grow_stale_by_the_screens_clock_not_by_their_own() {
     // The bench still speaks, only the values have stopped.
     let mut speaking = stale;
     speaking.apply(&Event::Log {
-        level: Level::Warning,
+        level: LogLevel::Warning,
         text: "no audio".to_owned(),
     });
     assert_eq!(speaking.silent_s(), None);
@@ -128,11 +128,11 @@ fn attempts_and_practice_are_listed_apart() {
 
 #[test]
 fn a_verdict_on_a_trial_that_was_never_announced_is_listed() {
-    let verdict = Verdict {
+    let verdict = TrialVerdict {
         trial: 9,
         attempt: 1,
         accepted: true,
-        ..Verdict::default()
+        ..TrialVerdict::default()
     };
     let state = after([Event::Verdict(verdict.clone())]);
     assert_eq!(state.trials.len(), 1);
@@ -142,7 +142,7 @@ fn a_verdict_on_a_trial_that_was_never_announced_is_listed() {
 #[test]
 fn a_repeated_line_is_counted_and_the_log_is_bounded() {
     let line = |text: &str| Event::Log {
-        level: Level::Info,
+        level: LogLevel::Info,
         text: text.to_owned(),
     };
     let state = after([line("a"), line("b"), line("b"), line("b")]);

@@ -1,6 +1,8 @@
 //! The operator at the dashboard's page of a calibration.
 
-use tui::calibration::{Asked, Calibration, Curve, Point, Watched};
+use tui::calibration_page::{
+    CalibrationPage, CalibrationReadings, Chart, MainReading, PointLine, Question, Reply,
+};
 use tui::{Action, Event};
 
 use crate::operator::{Answer, Axis, Operator, Progress, Reading, Request, Wish};
@@ -17,7 +19,7 @@ pub struct Guided<F> {
     title: String,
     asked: Option<Request>,
     progress: Progress,
-    watched: Watched,
+    watched: MainReading,
     failed: Option<String>,
     safety: Option<(SafetyState, bool)>,
     safety_told_s: f64,
@@ -40,9 +42,9 @@ impl Guided<Dashboard> {
 
 impl<F: Front> Guided<F> {
     fn new(mut front: F, title: String, simulated: bool) -> Self {
-        front.show(Event::Session(tui::event::Session {
+        front.show(Event::Session(tui::event::SessionHeader {
             simulated,
-            ..tui::event::Session::default()
+            ..tui::event::SessionHeader::default()
         }));
         let mut guided = Self {
             front,
@@ -52,7 +54,7 @@ impl<F: Front> Guided<F> {
                 doing: "The bench comes to rest.".to_owned(),
                 ..Progress::default()
             },
-            watched: Watched::default(),
+            watched: MainReading::default(),
             failed: None,
             safety: None,
             safety_told_s: 0.0,
@@ -68,7 +70,7 @@ impl<F: Front> Guided<F> {
             (None, Some(request)) => request.words(),
             (None, None) => progress.doing.clone(),
         };
-        self.front.show(Event::Calibration(Calibration {
+        self.front.show(Event::Calibration(CalibrationPage {
             title: self.title.clone(),
             step: progress.step as u32,
             steps: progress.steps as u32,
@@ -79,7 +81,7 @@ impl<F: Front> Guided<F> {
             points: progress
                 .points
                 .iter()
-                .map(|point| Point {
+                .map(|point| PointLine {
                     at: point.at.clone(),
                     value: point.value.replace('-', "−"),
                     residual: point
@@ -89,7 +91,7 @@ impl<F: Front> Guided<F> {
                     worst: point.worst,
                 })
                 .collect(),
-            curve: progress.curve.as_ref().map(|curve| Curve {
+            curve: progress.curve.as_ref().map(|curve| Chart {
                 x: curve.x.clone(),
                 y: curve.y.clone(),
                 points: curve.points.clone(),
@@ -100,22 +102,22 @@ impl<F: Front> Guided<F> {
         }));
     }
 
-    fn answered(&mut self, answer: tui::calibration::Answer) -> Answer {
+    fn answered(&mut self, answer: Reply) -> Answer {
         let si_per_unit = self
             .asked
             .and_then(|request| request.input())
             .map_or(1.0, |input| input.si_per_unit);
         match answer {
-            tui::calibration::Answer::Ready => Answer::Ready,
-            tui::calibration::Answer::Number(number) => Answer::Number(number * si_per_unit),
-            tui::calibration::Answer::Redo(point) => Answer::Redo(point),
+            Reply::Ready => Answer::Ready,
+            Reply::Number(number) => Answer::Number(number * si_per_unit),
+            Reply::Redo(point) => Answer::Redo(point),
         }
     }
 }
 
-fn asked(request: &Request) -> Asked {
+fn asked(request: &Request) -> Question {
     match (request, request.input()) {
-        (_, Some(input)) => Asked::Number {
+        (_, Some(input)) => Question::Number {
             unit: input.unit.to_owned(),
             expected: match request {
                 Request::KnownAmplitude { expected_m, .. } => *expected_m,
@@ -124,23 +126,23 @@ fn asked(request: &Request) -> Asked {
             .map(|expected| expected / input.si_per_unit),
             optional: input.optional,
         },
-        (Request::Review, None) => Asked::Review,
-        (_, None) => Asked::Done,
+        (Request::Review, None) => Question::Review,
+        (_, None) => Question::Done,
     }
 }
 
 /// What to watch while `request` is carried out; `None` leaves it as it was.
-fn watched(request: &Request) -> Option<Watched> {
+fn watched(request: &Request) -> Option<MainReading> {
     match request {
         Request::Load {
             axis: Axis::Lateral,
             ..
-        } => Some(Watched::LateralForce),
+        } => Some(MainReading::LateralForce),
         Request::NameMass { .. } | Request::Load { .. } | Request::Unload => {
-            Some(Watched::NormalForce)
+            Some(MainReading::NormalForce)
         }
-        Request::Connect(_) => Some(Watched::Level),
-        Request::KnownAmplitude { .. } => Some(Watched::Amplitude),
+        Request::Connect(_) => Some(MainReading::Level),
+        Request::KnownAmplitude { .. } => Some(MainReading::Amplitude),
         Request::Review => None,
     }
 }
@@ -161,14 +163,15 @@ impl<F: Front> Operator for Guided<F> {
     }
 
     fn show(&mut self, now: &Reading) {
-        self.front.show(Event::Reading(tui::calibration::Reading {
-            normal_n: now.normal_n,
-            lateral_n: now.lateral_n,
-            drive_v: Some(now.drive_v),
-            amplitude_m: Some(now.amplitude_m),
-            known_m: now.known_m,
-            level: Some(now.level),
-        }));
+        self.front
+            .show(Event::CalibrationReadings(CalibrationReadings {
+                normal_n: now.normal_n,
+                lateral_n: now.lateral_n,
+                drive_v: Some(now.drive_v),
+                amplitude_m: Some(now.amplitude_m),
+                known_m: now.known_m,
+                level: Some(now.level),
+            }));
         let safety = (now.safety.clone(), now.sounds);
         let due = now.t_s - self.safety_told_s >= SAFETY_S;
         if due || self.safety.as_ref() != Some(&safety) {

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use tui::event::{Level, PhaseKind};
+use tui::event::{LogLevel, PhaseKind};
 use tui::{Action, Event};
 
 use crate::front::Front;
@@ -77,9 +77,9 @@ impl<W: Write + Send> Front for Headless<W> {
                 self.line(format_args!("  STOPPED: {why}"));
             }
             Event::Log { level, text } => match level {
-                Level::Info => self.line(format_args!("  {text}")),
-                Level::Warning => self.line(format_args!("  warning: {text}")),
-                Level::Error => self.line(format_args!("  error: {text}")),
+                LogLevel::Info => self.line(format_args!("  {text}")),
+                LogLevel::Warning => self.line(format_args!("  warning: {text}")),
+                LogLevel::Error => self.line(format_args!("  error: {text}")),
             },
             _ => {}
         }

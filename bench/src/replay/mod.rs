@@ -16,7 +16,7 @@ use contact::AssumedConstants;
 use crossbeam_channel::{Receiver, Sender};
 use protocols::selection::analyse_exploration;
 use protocols::{Direction, SelectionRules, Stretch};
-use tui::event::{Level, Phase, PhaseKind, SafetyState};
+use tui::event::{LogLevel, PhaseKind, PhaseView, SafetyState, SystemHealth};
 
 use analysis::instance::PlateReading;
 use analysis::live::LiveContact;
@@ -123,7 +123,7 @@ fn opening(plan: &Plan) -> Vec<tui::Event> {
     let hardware = manifest.hardware.as_ref();
     let calibration = hardware.and_then(|hardware| hardware.calibration.as_ref());
     vec![
-        tui::Event::Session(tui::event::Session {
+        tui::Event::Session(tui::event::SessionHeader {
             participant: manifest
                 .participant
                 .as_ref()
@@ -138,7 +138,7 @@ fn opening(plan: &Plan) -> Vec<tui::Event> {
             kept_m: Some((centre_m - half_m, centre_m + half_m)),
         }),
         tui::Event::Log {
-            level: Level::Info,
+            level: LogLevel::Info,
             text: format!("{:.2} s of {}", plan.source.duration_s(), plan.name),
         },
     ]
@@ -166,7 +166,7 @@ struct Replay {
     frames: u64,
     audio_s: f64,
     screen_due_s: f64,
-    phase: Option<Phase>,
+    phase: Option<PhaseView>,
     /// Still to come or open, in time order.
     intervals: VecDeque<Interval>,
     record: Record,
@@ -233,7 +233,7 @@ impl Replay {
         }
     }
 
-    fn log(&mut self, level: Level, text: String) {
+    fn log(&mut self, level: LogLevel, text: String) {
         self.front.show(tui::Event::Log { level, text });
     }
 
@@ -303,11 +303,14 @@ impl Replay {
         match &self.plate {
             Ok(plate) => {
                 let z = plate.corrected_n_s_per_m;
-                self.log(Level::Info, format!("Z_p {:.2} {:+.2}i N·s/m", z.re, z.im));
+                self.log(
+                    LogLevel::Info,
+                    format!("Z_p {:.2} {:+.2}i N·s/m", z.re, z.im),
+                );
             }
             Err(error) => {
                 let text = error.to_string();
-                self.log(Level::Warning, text);
+                self.log(LogLevel::Warning, text);
             }
         }
     }
@@ -326,7 +329,7 @@ impl Replay {
         let force = mean_n.map_or(String::new(), |n| format!(", mean force {n:.2} N"));
         let label = format!("exploration {}", self.explored);
         self.log(
-            Level::Info,
+            LogLevel::Info,
             format!(
                 "{label} of {}, {direction}: {instances} instances in {} rising stretches{force}",
                 self.planned,
@@ -359,7 +362,7 @@ impl Replay {
                 self.contact.refit(fit);
             }
             for line in report.lines() {
-                self.log(Level::Info, line);
+                self.log(LogLevel::Info, line);
             }
         }
     }
@@ -384,7 +387,7 @@ impl Replay {
         }
     }
 
-    fn phase(&self) -> Phase {
+    fn phase(&self) -> PhaseView {
         let kind = match self.open().map(|interval| interval.kind) {
             _ if self.finished => PhaseKind::Finished,
             _ if self.paused => PhaseKind::Paused,
@@ -393,11 +396,11 @@ impl Replay {
             None => PhaseKind::Monitoring,
         };
         let exploring = u32::from(kind == PhaseKind::Exploration);
-        Phase {
+        PhaseView {
             exploration: (self.explored + exploring).min(self.planned),
             explorations: self.planned,
             message: Some("replay".to_owned()),
-            ..Phase::new(kind)
+            ..PhaseView::new(kind)
         }
     }
 
@@ -420,7 +423,7 @@ impl Replay {
             self.meter
                 .health(wall_ns, &self.account, &gauges, None, rate_hz, || None)
         {
-            self.front.show(tui::Event::Health(tui::event::Health {
+            self.front.show(tui::Event::Health(SystemHealth {
                 force_rate_hz: None,
                 ..health
             }));

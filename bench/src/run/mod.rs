@@ -105,7 +105,7 @@ pub fn run(
     let begin = begin_recording(&plan, number, session.folder().to_owned(), &life);
 
     let (mut front, dashboard) = front(&plan, stop.clone(), out)?;
-    front.show(tui::Event::Session(tui::event::Session {
+    front.show(tui::Event::Session(tui::event::SessionHeader {
         participant: Some(plan.participant.to_string()),
         protocol: Some(plan.protocol.name.clone()),
         study: Some(plan.study.display().to_string()),
@@ -191,7 +191,7 @@ pub fn run(
 
 fn warning(text: String) -> tui::Event {
     tui::Event::Log {
-        level: tui::event::Level::Warning,
+        level: tui::event::LogLevel::Warning,
         text,
     }
 }

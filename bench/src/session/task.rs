@@ -26,7 +26,7 @@ use recording::study::event_log::ExitStatus;
 use recording::writer::Ending;
 use safety::{SafetyState, Trip};
 use tasks::Task;
-use tui::event::Level;
+use tui::event::LogLevel;
 
 use super::report::{Report, summary_lines};
 use super::wiring::{Admit, BeginRecording, Wiring};
@@ -60,7 +60,7 @@ pub struct SessionTask {
     audio_s: f64,
     normal_n: Option<f64>,
     view: Option<ParticipantView>,
-    phase: Option<tui::event::Phase>,
+    phase: Option<tui::event::PhaseView>,
     safety: SafetyState,
     /// What the next trial comes after, when it is no other trial.
     resumed: Option<&'static str>,
@@ -126,7 +126,7 @@ impl SessionTask {
         }
     }
 
-    fn log(&mut self, level: Level, text: impl Into<String>) {
+    fn log(&mut self, level: LogLevel, text: impl Into<String>) {
         self.wiring.front.show(tui::Event::Log {
             level,
             text: text.into(),
@@ -147,7 +147,7 @@ impl SessionTask {
             self.contact.take(&batch, |_| {});
             for text in batch.warnings {
                 self.wiring.front.show(tui::Event::Log {
-                    level: Level::Warning,
+                    level: LogLevel::Warning,
                     text,
                 });
             }
@@ -184,7 +184,7 @@ impl SessionTask {
                         folder.display(),
                         kept.frames as f64 / f64::from(self.bench.config().audio.rate_hz)
                     );
-                    self.log(Level::Error, &message);
+                    self.log(LogLevel::Error, &message);
                     self.wiring.drive.trip(Trip::Fault { message });
                 }
             }
@@ -293,7 +293,7 @@ impl SessionTask {
                 self.contact.refit(fit);
             }
             for line in report.lines() {
-                self.log(Level::Info, line);
+                self.log(LogLevel::Info, line);
             }
         }
     }
@@ -431,18 +431,18 @@ impl SessionTask {
                 ..
             } => self.resumed = Some("after the program's end"),
             SessionEventKind::CommandRefused { because, .. } => {
-                self.log(Level::Warning, format!("not now: {because}"))
+                self.log(LogLevel::Warning, format!("not now: {because}"))
             }
             SessionEventKind::FingerLiftedEarly => {
-                self.log(Level::Info, "finger lifted during the countdown")
+                self.log(LogLevel::Info, "finger lifted during the countdown")
             }
             SessionEventKind::FingerNotLifted => {
-                self.log(Level::Warning, "the finger stayed on the plate")
+                self.log(LogLevel::Warning, "the finger stayed on the plate")
             }
             SessionEventKind::SafetyTripped { reason } => {
                 let text = format!("drive stopped: {reason}");
                 self.mark(stop_kind(&self.safety), reason);
-                self.log(Level::Error, text);
+                self.log(LogLevel::Error, text);
             }
             _ => {}
         }

@@ -22,7 +22,7 @@ use mock_hw::serial::ForceFault;
 use protocols::{Session, TrialKey, TrialOutcome, TrialRecord};
 use recording::manifest::EventKind;
 use tasks::Task;
-use tui::event::{Level, PhaseKind};
+use tui::event::{LogLevel, PhaseKind};
 
 use crate::rig::{RATE_HZ, apparatus, begin, clock, config, events};
 
@@ -190,9 +190,9 @@ impl Rig {
             match event {
                 tui::Event::Phase(phase) => self.phase = Some(phase.kind),
                 tui::Event::Log { level, text } => match level {
-                    Level::Info => {}
-                    Level::Warning => self.warnings.push(text),
-                    Level::Error => self.errors.push(text),
+                    LogLevel::Info => {}
+                    LogLevel::Warning => self.warnings.push(text),
+                    LogLevel::Error => self.errors.push(text),
                 },
                 _ => {}
             }

@@ -331,7 +331,7 @@ fn an_operator_is_guided_through_the_pickups_calibration_and_measures_a_point_ag
         "the safety line comes first:\n{screen}"
     );
     terminal.type_amplitude(10.0, 1.0);
-    terminal.shows(&["10.00 V", "step 4 of 7", "expected"]);
+    terminal.shows(&["10.00 V", "step 4 of 7", "predicted"]);
     // Twice as much as the plate can have done: asked for again.
     terminal.type_amplitude(20.0, 2.0);
     terminal.shows(&["peak, not RMS", "step 4 of 7"]);
@@ -404,7 +404,7 @@ fn the_stop_key_ends_a_guided_calibration_in_good_order() {
     terminal.plate_is_clear();
     terminal.shows(&["type it", "DRIVING"]);
     terminal.press(&["e"]);
-    let screen = terminal.shows(&["TRIPPED", "stopped by the operator", "written.", "leave"]);
+    let screen = terminal.shows(&["TRIPPED", "stopped by the operator", "written.", "quit"]);
     assert!(
         screen.lines().next().unwrap().contains("TRIPPED"),
         "{screen}"
@@ -447,7 +447,7 @@ impl Terminal {
             if screen.contains(what) {
                 return Some(screen);
             }
-            if screen.contains("Enter when it is done") {
+            if screen.contains("Enter when done") {
                 self.press(&["Enter"]);
             }
             None
@@ -459,7 +459,7 @@ impl Terminal {
 #[test]
 fn an_operator_names_the_masses_and_is_guided_through_the_force_sensors_calibration() {
     let terminal = Terminal::calibrate(80, 24, "force");
-    terminal.shows(&["calibrate force", "put on the plate", "none yet"]);
+    terminal.shows(&["calibrate force", "put on the plate", "no points yet"]);
     terminal.press(&["100", "Enter"]);
     terminal.shows(&["100 g normal"]);
     terminal.press(&["2000", "Enter"]);

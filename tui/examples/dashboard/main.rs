@@ -1,6 +1,6 @@
-//! Plays a made-up session to the operator's dashboard, at its own pace, to look at.
+//! Plays a made-up session to the operator's dashboard, in real time.
 //!
-//! `cargo run -p tui --example dashboard [PARTICIPANT_TERMINAL]`; `tty` in that terminal tells its path.
+//! `cargo run -p tui --example dashboard [PARTICIPANT_TERMINAL]`; `tty` in that terminal prints its path. `q` quits.
 
 use std::sync::mpsc;
 use std::thread;
@@ -25,6 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
+/// Sends each event at its time, until the session or the operator ends it.
 fn play(
     screen: &mpsc::SyncSender<Event>,
     actions: &mpsc::Receiver<Action>,
@@ -50,6 +51,7 @@ fn play(
     let _ = screen.send(Event::Close);
 }
 
+/// Whether the operator quits, aborts or is gone.
 fn wants_to_leave(asked: Result<Action, mpsc::RecvTimeoutError>) -> bool {
     match asked {
         Ok(action) => matches!(action, Action::Quit | Action::Abort | Action::Interrupt),

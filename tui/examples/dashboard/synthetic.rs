@@ -1,10 +1,10 @@
-//! A made-up session as a stream of events: the same every time, for looking at the screen and for its tests.
+//! A made-up session as a stream of events, the same every time: for the example and for the tests of the screen.
 
 use std::f64::consts::TAU;
 
 use tui::event::{
-    Crop, Estimate, Event, Health, Impedance, Level, Live, Phase, PhaseKind, SafetyState, Session,
-    Stretch, Verdict,
+    ComplexImpedance, Crop, CropStretch, Event, Live, LogLevel, PhaseKind, PhaseView, SafetyState,
+    SessionHeader, SystemHealth, TrialVerdict, ValueAndStd,
 };
 use tui::{Instruction, ParticipantView};
 
@@ -13,13 +13,13 @@ const SPEED_M_PER_S: f64 = 0.05;
 const TRIALS: u32 = 4;
 const LIVE_HZ: f64 = 100.0;
 
-/// Events with the time at which each happens, in order.
+/// Returns the events of the session with their times in s, in order.
 pub fn session() -> Vec<(f64, Event)> {
     let mut script = Script {
         now_s: 0.0,
         events: Vec::new(),
     };
-    script.say(Event::Session(Session {
+    script.say(Event::Session(SessionHeader {
         participant: Some("sub-01".to_owned()),
         protocol: Some("huloux2021".to_owned()),
         study: Some("studies/pilot".to_owned()),
@@ -35,13 +35,13 @@ pub fn session() -> Vec<(f64, Event)> {
     });
     script.health(0);
     script.safety(SafetyState::Armed, None);
-    script.log(Level::Info, "carrier 35.000 kHz, Q 251");
+    script.log(LogLevel::Info, "carrier 35.000 kHz, Q 251");
     script.baseline();
     script.trial(1, 1, true, 0.66);
     script.trial(1, 1, false, 0.64);
     script.trial(2, 1, false, 0.93);
     script.trial(2, 2, false, 0.71);
-    script.say(Event::Phase(Phase {
+    script.say(Event::Phase(PhaseView {
         countdown: Some(30),
         ..phase(PhaseKind::Rest, 2, 2, false)
     }));
@@ -49,7 +49,7 @@ pub fn session() -> Vec<(f64, Event)> {
     script.events
 }
 
-/// What follows when the force gets too high.
+/// Returns the events of a trip by a force over its limit.
 #[allow(dead_code, reason = "the tests use it, the example does not")]
 pub fn trip() -> Vec<Event> {
     vec![
@@ -59,23 +59,23 @@ pub fn trip() -> Vec<Event> {
         },
         Event::Phase(phase(PhaseKind::Paused, 2, 1, false)),
         Event::Log {
-            level: Level::Error,
+            level: LogLevel::Error,
             text: "drive stopped: normal force 5.3 N over the limit of 5.0 N".to_owned(),
         },
     ]
 }
 
-/// The end of the session.
+/// Returns the events that end the session.
 pub fn finish() -> Vec<Event> {
     vec![
         Event::Safety {
             state: SafetyState::Disarmed,
             reason: None,
         },
-        Event::Phase(Phase::new(PhaseKind::Finished)),
+        Event::Phase(PhaseView::new(PhaseKind::Finished)),
         Event::Finished {
             summary: vec![
-                "4 of 4 trials accepted, 1 done again".to_owned(),
+                "4 of 4 trials accepted, 1 repeated".to_owned(),
                 "mean normal force 0.68 N, 31 instances".to_owned(),
                 "no samples lost".to_owned(),
                 "recorded in studies/pilot/sub-01".to_owned(),
@@ -96,14 +96,14 @@ struct Script {
     events: Vec<(f64, Event)>,
 }
 
-fn phase(kind: PhaseKind, trial: u32, attempt: u32, practice: bool) -> Phase {
-    Phase {
+fn phase(kind: PhaseKind, trial: u32, attempt: u32, practice: bool) -> PhaseView {
+    PhaseView {
         trial,
         trials: if practice { 1 } else { TRIALS },
         attempt,
         practice,
         explorations: 2,
-        ..Phase::new(kind)
+        ..PhaseView::new(kind)
     }
 }
 
@@ -112,7 +112,7 @@ impl Script {
         self.events.push((self.now_s, event));
     }
 
-    fn log(&mut self, level: Level, text: &str) {
+    fn log(&mut self, level: LogLevel, text: &str) {
         self.say(Event::Log {
             level,
             text: text.to_owned(),
@@ -127,7 +127,7 @@ impl Script {
     }
 
     fn health(&mut self, lost_frames: u64) {
-        self.say(Event::Health(Health {
+        self.say(Event::Health(SystemHealth {
             xruns_in: u64::from(lost_frames > 0),
             xruns_out: 0,
             ring_fill: 0.04,
@@ -143,15 +143,15 @@ impl Script {
 
     fn baseline(&mut self) {
         self.safety(SafetyState::Driving, None);
-        self.say(Event::Phase(Phase::new(PhaseKind::Baseline)));
+        self.say(Event::Phase(PhaseView::new(PhaseKind::Baseline)));
         self.tell(Instruction::LiftFinger, (0, 0), None, None);
         self.run(2.0, Finger::Away, 0.0);
-        self.log(Level::Info, "unloaded plate 7.02 − 0.03i N·s/m");
+        self.log(LogLevel::Info, "unloaded plate 7.02 − 0.03i N·s/m");
     }
 
     fn trial(&mut self, trial: u32, attempt: u32, practice: bool, force_n: f64) {
         let at = |kind, exploration, countdown| {
-            Event::Phase(Phase {
+            Event::Phase(PhaseView {
                 exploration,
                 countdown,
                 ..phase(kind, trial, attempt, practice)
@@ -176,7 +176,7 @@ impl Script {
         }
         let accepted = force_n <= 0.8;
         self.say(Event::Crop(crop(trial, attempt, practice, force_n)));
-        self.say(Event::Verdict(Verdict {
+        self.say(Event::Verdict(TrialVerdict {
             trial,
             practice,
             attempt,
@@ -190,7 +190,7 @@ impl Script {
             mean_normal_n: Some(force_n),
         }));
         if !accepted {
-            self.log(Level::Warning, "1 input xrun, 1 024 frames lost");
+            self.log(LogLevel::Warning, "1 input xrun, 1 024 frames lost");
             self.health(1024);
         }
     }
@@ -263,14 +263,14 @@ fn live(t_s: f64, slider_m: f64, finger: Finger, force_n: f64) -> Live {
     let bias = 1.1 * (TAU * 6.0 * t_s).cos() * 0.5e-6 / (amplitude_m + 0.2e-6);
     let seen = amplitude_m > 0.15e-6;
     let impedance = |re, im| {
-        seen.then_some(Impedance {
+        seen.then_some(ComplexImpedance {
             re_n_s_per_m: re,
             im_n_s_per_m: im,
         })
     };
     let mu = 0.25 + 0.6 * (-amplitude_m / 1.0e-6).exp();
     let moving = matches!(finger, Finger::Moving);
-    let estimate = |value, std| (force_n > 0.0 && seen).then_some(Estimate { value, std });
+    let estimate = |value, std| (force_n > 0.0 && seen).then_some(ValueAndStd { value, std });
     Live {
         t_s,
         z_m_n_s_per_m: impedance(re, im),
@@ -305,7 +305,7 @@ fn crop(trial: u32, attempt: u32, practice: bool, force_n: f64) -> Crop {
             4 => Some("speed not constant"),
             _ => None,
         };
-        Stretch {
+        CropStretch {
             start_s,
             end_s,
             accepted: reason.is_none(),

@@ -1,10 +1,12 @@
-//! The plate's vibration amplitude.
+//! Strip chart of the plate's vibration amplitude.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
-use super::{Series, TO_MICRO, aside, live_style, number, stale, strip, titled};
+use super::live_values::{TO_MICRO, aside, live_style, number, stale};
+use super::panel::titled;
+use super::strip_chart::{StripSeries, strip};
 use crate::state::State;
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
@@ -21,7 +23,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         aside(state, format!("  drive {drive:>5} V"), theme.faint()),
     ]);
     let body = titled(state, title, &[stale(state)], area, buf);
-    let series = [Series {
+    let series = [StripSeries {
         value: |l| l.amplitude_m,
         style: theme.first_curve(),
     }];

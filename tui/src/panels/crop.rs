@@ -1,13 +1,14 @@
-//! The last trial, cropped: its amplitude, the stretches kept and rejected, and why.
+//! The crop of the last trial: its amplitude, the stretches kept and rejected, and why.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::{TO_MICRO, note, rows, titled};
-use crate::event::{Crop, Verdict};
-use crate::plot::{Axis, Curve, Plot};
+use super::live_values::TO_MICRO;
+use super::panel::{note, rows, titled};
+use crate::event::{Crop, TrialVerdict};
+use crate::plot::{Plot, Trace, ValueAxis};
 use crate::state::State;
 use crate::words::wrap;
 
@@ -16,7 +17,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let title = Line::styled("last trial", theme.strong());
     let Some(crop) = &state.crop else {
         let body = titled(state, title, &[], area, buf);
-        note("none yet", theme.faint(), body, buf);
+        note("no trial yet", theme.faint(), body, buf);
         return;
     };
     let judged = match verdict(state, crop) {
@@ -25,8 +26,8 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
             Line::styled("✓", theme.good()),
         ],
         Some(_) => [
-            Line::styled("✗ to be done again", theme.bad()),
-            Line::styled("✗ again", theme.bad()),
+            Line::styled("✗ rejected: repeat", theme.bad()),
+            Line::styled("✗ rejected", theme.bad()),
         ],
         None => [Line::default(), Line::default()],
     };
@@ -39,12 +40,15 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     ]);
     let body = titled(state, title, &judged, area, buf);
     let mut reasons = reasons(state, crop, body.width);
-    // Reasons get up to half of the panel, the picture the rest.
+    // The reasons take at most half of the panel.
     let most = usize::from(body.height / 2);
     if reasons.len() > most && most > 0 {
         let more = reasons.len() - (most - 1);
         reasons.truncate(most - 1);
-        reasons.push(Line::styled(format!("and {more} more"), theme.faint()));
+        reasons.push(Line::styled(
+            format!("and {more} more reasons"),
+            theme.faint(),
+        ));
     }
     let told = u16::try_from(reasons.len()).unwrap_or(u16::MAX);
     let [picture, marks, text] = Layout::vertical([
@@ -65,26 +69,29 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     rows(reasons, text, buf);
 }
 
-/// The last verdict, if it is on this crop.
-fn verdict<'a>(state: &'a State, crop: &Crop) -> Option<&'a Verdict> {
+/// Returns the last verdict, if it is on this crop.
+fn verdict<'a>(state: &'a State, crop: &Crop) -> Option<&'a TrialVerdict> {
     state
         .verdict
         .as_ref()
         .filter(|v| (v.trial, v.practice, v.attempt) == (crop.trial, crop.practice, crop.attempt))
 }
 
+/// Draws the amplitude in µm.
 fn vibration(state: &State, crop: &Crop, area: Rect, buf: &mut Buffer) {
     let micrometres = crop.amplitude_m.iter().map(|a| a.map(|a| a * TO_MICRO));
     let style = state.ui.theme.first_curve();
     series(state, micrometres.collect(), None, style, area, buf);
 }
 
+/// Draws the normal force with its band.
 fn normal_force(state: &State, crop: &Crop, area: Rect, buf: &mut Buffer) {
     let style = state.ui.theme.second_curve();
     let band = state.force_band_n;
     series(state, crop.normal_n.clone(), band, style, area, buf);
 }
 
+/// Draws evenly spaced values over the whole width.
 fn series(
     state: &State,
     values: Vec<Option<f64>>,
@@ -93,7 +100,7 @@ fn series(
     area: Rect,
     buf: &mut Buffer,
 ) {
-    let Some(axis) = Axis::around(values.iter().flatten().copied().chain([0.0])) else {
+    let Some(axis) = ValueAxis::around(values.iter().flatten().copied().chain([0.0])) else {
         return;
     };
     let last = values.len().saturating_sub(1).max(1) as f64;
@@ -106,11 +113,12 @@ fn series(
         x: (0.0, 1.0),
         axis,
         band,
-        curves: vec![Curve { points, style }],
+        curves: vec![Trace { points, style }],
     }
     .render(state.ui.theme, area, buf);
 }
 
+/// Marks the stretches below the curves: kept ones over rejected ones.
 fn mark(state: &State, crop: &Crop, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     let body = Plot::body(area);
@@ -136,7 +144,7 @@ fn mark(state: &State, crop: &Crop, area: Rect, buf: &mut Buffer) {
     }
 }
 
-/// First why the trial is to be done again, then why stretches were rejected, the most frequent first.
+/// Returns why the trial is rejected, then why stretches are rejected, the most frequent reason first.
 fn reasons<'a>(state: &State, crop: &Crop, columns: u16) -> Vec<Line<'a>> {
     let theme = state.ui.theme;
     let mut lines = Vec::new();
@@ -156,7 +164,7 @@ fn reasons<'a>(state: &State, crop: &Crop, columns: u16) -> Vec<Line<'a>> {
     }
     let mut counts: Vec<(&str, usize)> = Vec::new();
     for stretch in crop.stretches.iter().filter(|s| !s.accepted) {
-        let reason = stretch.reason.as_deref().unwrap_or("no reason given");
+        let reason = stretch.reason.as_deref().unwrap_or("unknown reason");
         match counts.iter_mut().find(|(known, _)| *known == reason) {
             Some((_, count)) => *count += 1,
             None => counts.push((reason, 1)),

@@ -1,37 +1,37 @@
-//! The keys, explained.
+//! The help: what each key does.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Widget};
 
-use super::rows;
+use super::panel::rows;
 use crate::state::State;
 
 const KEYS: [(&str, &str); 12] = [
-    ("e", "stop the drive at once, without a question"),
-    ("space", "start; the participant is ready; end a rest"),
+    ("e", "stop the drive at once, without confirmation"),
+    ("space", "start; participant is ready; end a rest"),
     ("c", "record the participant's consent"),
-    ("p", "pause and resume"),
-    ("r", "do the present trial again"),
+    ("p", "pause, resume"),
+    ("r", "repeat the current trial"),
     ("a", "abort the session"),
     ("x", "re-arm after a trip"),
-    ("tab", "what the participant sees, and back"),
-    ("+ -", "shorter or longer strip charts"),
+    ("tab", "participant's screen, and back"),
+    ("+ -", "shorter or longer time span of the charts"),
     ("q", "quit"),
-    ("Ctrl-C", "stop in good order and leave"),
-    ("esc", "close a question or this help"),
+    ("Ctrl-C", "orderly stop, then quit"),
+    ("esc", "dismiss a question or this help"),
 ];
 
 const CALIBRATION_KEYS: [(&str, &str); 8] = [
-    ("e", "stop the drive at once, without a question"),
-    ("enter", "it is done; take the number; keep the points"),
-    ("0–9 .", "type the number that is asked for"),
-    ("bksp", "correct it"),
-    ("↑ ↓", "choose a point"),
-    ("r", "measure the chosen point again"),
-    ("q", "leave; nothing is written"),
-    ("Ctrl-C", "stop in good order and leave"),
+    ("e", "stop the drive at once, without confirmation"),
+    ("enter", "confirm the step, the number or the points"),
+    ("0–9 .", "type the requested number"),
+    ("bksp", "delete the last character"),
+    ("↑ ↓", "select a point"),
+    ("r", "remeasure the selected point, remove a mass"),
+    ("q", "quit; nothing is written"),
+    ("Ctrl-C", "orderly stop, then quit"),
 ];
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {

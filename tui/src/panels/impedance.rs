@@ -1,25 +1,28 @@
-//! Live Z_m: corrected over plain, real and imaginary part each in a strip of its own.
+//! Strip charts of Z_m: real and imaginary part, each with the corrected curve over the plain one.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
-use super::{Series, aside, live_style, number, stale, strip, titled};
+use super::live_values::{aside, live_style, number, stale};
+use super::panel::titled;
+use super::strip_chart::{StripSeries, strip};
 use crate::event::Live;
 use crate::state::State;
 
-/// Which part of Z_m.
+/// The real or the imaginary part of Z_m.
 #[derive(Clone, Copy)]
-pub(crate) enum Part {
+pub(crate) enum ImpedancePart {
     Re,
     Im,
 }
 
-type Reading = fn(&Live) -> Option<f64>;
+/// Selects one value among the live values.
+type Select = fn(&Live) -> Option<f64>;
 
-impl Part {
-    /// Corrected and plain.
-    fn curves(self) -> (Reading, Reading) {
+impl ImpedancePart {
+    /// Selects the corrected and the plain value.
+    fn curves(self) -> (Select, Select) {
         match self {
             Self::Re => (
                 |l| l.z_m_n_s_per_m.map(|z| z.re_n_s_per_m),
@@ -33,13 +36,13 @@ impl Part {
     }
 }
 
-pub(crate) fn render(state: &State, part: Part, area: Rect, buf: &mut Buffer) {
+pub(crate) fn render(state: &State, part: ImpedancePart, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     let (corrected, plain) = part.curves();
-    let value = |reading: Reading| number(state.live().and_then(reading), 1.0, 2);
+    let value = |select: Select| number(state.live().and_then(select), 1.0, 2);
     let name = match part {
-        Part::Re => "Re Z_m",
-        Part::Im => "Im Z_m",
+        ImpedancePart::Re => "Re Z_m",
+        ImpedancePart::Im => "Im Z_m",
     };
     let title = Line::from(vec![
         Span::styled(name, theme.strong()),
@@ -51,20 +54,20 @@ pub(crate) fn render(state: &State, part: Part, area: Rect, buf: &mut Buffer) {
     ]);
     let span_s = state.ui.window.seconds();
     let right = match part {
-        Part::Re => [
+        ImpedancePart::Re => [
             stale(state),
             Line::styled(format!("last {span_s} s"), theme.faint()),
             Line::styled(format!("{span_s} s"), theme.faint()),
         ],
-        Part::Im => [stale(state), Line::default(), Line::default()],
+        ImpedancePart::Im => [stale(state), Line::default(), Line::default()],
     };
     let body = titled(state, title, &right, area, buf);
     let series = [
-        Series {
+        StripSeries {
             value: plain,
             style: theme.faint(),
         },
-        Series {
+        StripSeries {
             value: corrected,
             style: theme.first_curve(),
         },

@@ -1,12 +1,12 @@
-//! The last lines for the operator.
+//! The last lines of the log.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::{rows, titled};
-use crate::event::Level;
+use super::panel::{rows, titled};
+use crate::event::LogLevel;
 use crate::state::{LogLine, State};
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
@@ -17,12 +17,13 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     rows(lines.collect(), body, buf);
 }
 
+/// Returns one line with its symbol and count.
 pub(crate) fn entry<'a>(state: &State, line: &'a LogLine) -> Line<'a> {
     let theme = state.ui.theme;
     let (symbol, style) = match line.level {
-        Level::Info => ("  ", Style::new()),
-        Level::Warning => ("! ", theme.warning()),
-        Level::Error => ("✗ ", theme.bad()),
+        LogLevel::Info => ("  ", Style::new()),
+        LogLevel::Warning => ("! ", theme.warning()),
+        LogLevel::Error => ("✗ ", theme.bad()),
     };
     let mut spans = vec![
         Span::styled(symbol, style),

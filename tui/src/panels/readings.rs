@@ -5,9 +5,11 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::{TO_MICRO, TO_MILLI, live_style, number, rows, signed, stale};
+use super::live_values::{TO_MICRO, TO_MILLI, live_style, number, signed, stale};
+use super::panel::rows;
 use crate::state::State;
 
+/// Rows of the list.
 pub(crate) const ROWS: u16 = 5;
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {

@@ -4,7 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::Line;
 
-use super::{rows, titled};
+use super::panel::{rows, titled};
 use crate::state::State;
 use crate::words::wrap;
 

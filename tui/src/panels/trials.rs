@@ -1,10 +1,10 @@
-//! The list of trials: done, to be done again, running.
+//! The list of trials: accepted, rejected, running.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
-use super::{note, rows, titled};
+use super::panel::{note, rows, titled};
 use crate::state::{State, TrialLine};
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
@@ -21,15 +21,15 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
             })
             .count()
     };
-    let again = judged(false);
-    let count = Line::raw(match again {
+    let rejected = judged(false);
+    let count = Line::raw(match rejected {
         0 => format!("{} accepted", judged(true)),
-        _ => format!("{} accepted, {again} again", judged(true)),
+        _ => format!("{} accepted, {rejected} rejected", judged(true)),
     });
     let title = Line::styled("trials", theme.strong());
     let body = titled(state, title, &[count], area, buf);
     if state.trials.is_empty() {
-        note("none yet", theme.faint(), body, buf);
+        note("no trials yet", theme.faint(), body, buf);
         return;
     }
     let first = state.trials.len().saturating_sub(body.height.into());
@@ -37,11 +37,13 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     rows(lines.collect(), body, buf);
 }
 
+/// Whether the attempt is the running one.
 fn runs(state: &State, line: &TrialLine) -> bool {
     let phase = &state.phase;
     (line.trial, line.practice, line.attempt) == (phase.trial, phase.practice, phase.attempt)
 }
 
+/// Returns the line of one attempt.
 fn entry<'a>(state: &State, line: &'a TrialLine) -> Line<'a> {
     let theme = state.ui.theme;
     let name = if line.practice {
@@ -62,7 +64,7 @@ fn entry<'a>(state: &State, line: &'a TrialLine) -> Line<'a> {
             )));
         }
         Some(verdict) => {
-            spans.push(Span::styled("✗ again", theme.bad()));
+            spans.push(Span::styled("✗ rejected", theme.bad()));
             let why = verdict.reasons.first().map_or("", String::as_str);
             spans.push(Span::raw(format!("  {why}")));
         }

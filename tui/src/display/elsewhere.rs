@@ -1,0 +1,35 @@
+//! The participant's screen on a system without Unix terminal devices: opening it always fails.
+
+use std::convert::Infallible;
+use std::path::Path;
+
+use super::error::DisplayError;
+use crate::participant_screen::ParticipantView;
+use crate::theme::Theme;
+
+/// The participant's screen on a terminal of its own; on this system none can be opened.
+#[derive(Debug)]
+pub struct ParticipantDisplay(Infallible);
+
+impl ParticipantDisplay {
+    /// Opens nothing: a second terminal needs Unix.
+    ///
+    /// # Errors
+    /// Always [`DisplayError::NeedsUnix`].
+    pub fn open(path: &Path, _: Theme) -> Result<Self, DisplayError> {
+        Err(DisplayError::NeedsUnix {
+            path: path.to_owned(),
+        })
+    }
+
+    /// Shows `view`.
+    pub fn show(&self, _: ParticipantView) {
+        match self.0 {}
+    }
+
+    /// Whether the terminal still takes what is drawn.
+    #[must_use]
+    pub fn is_alive(&self) -> bool {
+        match self.0 {}
+    }
+}

@@ -1,0 +1,39 @@
+//! Why the participant's screen could not be opened.
+
+use std::io;
+use std::path::PathBuf;
+
+/// Why the participant's screen could not be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum DisplayError {
+    /// The device could not be opened.
+    #[error(
+        "participant screen {path}: {source}; give a terminal device that this user may write to"
+    )]
+    Open {
+        /// The device.
+        path: PathBuf,
+        /// The system's reason.
+        #[source]
+        source: io::Error,
+    },
+    /// The device is not a terminal.
+    #[error(
+        "participant screen {path} is not a terminal; give one such as /dev/tty2 or /dev/pts/7"
+    )]
+    NotATerminal {
+        /// The device.
+        path: PathBuf,
+    },
+    /// The thread that draws could not be started.
+    #[error("participant screen: cannot start its thread: {0}")]
+    Thread(#[source] io::Error),
+    /// This system has no terminal devices: a second terminal needs Unix (Linux, macOS).
+    #[error(
+        "participant screen {path}: a second terminal needs a Unix system such as Linux or macOS; run without it"
+    )]
+    NeedsUnix {
+        /// The device asked for.
+        path: PathBuf,
+    },
+}

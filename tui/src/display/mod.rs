@@ -1,0 +1,16 @@
+//! The participant's screen on a terminal of its own, for example a second monitor's `/dev/tty2`.
+//!
+//! It needs a Unix terminal device. Elsewhere the crate compiles, and [`ParticipantDisplay::open`] returns
+//! [`DisplayError::NeedsUnix`].
+
+#[cfg(not(unix))]
+mod elsewhere;
+mod error;
+#[cfg(unix)]
+mod unix;
+
+#[cfg(not(unix))]
+pub use elsewhere::ParticipantDisplay;
+pub use error::DisplayError;
+#[cfg(unix)]
+pub use unix::ParticipantDisplay;

@@ -1,0 +1,135 @@
+//! The layout of a calibration's page: one instruction, the main reading, the points so far.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::{Constraint, Layout, Rect, Spacing};
+use ratatui::text::{Line, Span};
+
+use super::live_values::stale;
+use super::panel::rows;
+use super::{calibration_points, calibration_values};
+use crate::calibration_page::{CalibrationPage, Question};
+use crate::digits;
+use crate::state::State;
+use crate::words::{render_line, wrap};
+
+/// Width from which the points and their chart stand side by side.
+const TWO_COLUMNS: u16 = 60;
+/// Rows that large digits must leave for the points.
+const LEAST_POINTS: u16 = 4;
+
+pub(crate) fn render(state: &State, calibration: &CalibrationPage, area: Rect, buf: &mut Buffer) {
+    let theme = state.ui.theme;
+    let (columns, air) = if area.height >= 33 {
+        (area.width, 1)
+    } else {
+        (area.width, 0)
+    };
+    let words = wrap(&calibration.instruction, columns);
+    let words_rows = words.len() as u16;
+    let remarks = wrap(calibration.note.as_deref().unwrap_or_default(), columns);
+    let remarks_rows = remarks.len() as u16;
+    let typing = u16::from(calibration.asked.is_some());
+    let told = 1 + 2 * air + words_rows + remarks_rows + typing;
+    let large = area.height >= told + digits::ROWS + 1 + LEAST_POINTS;
+    let reading_rows = if large { digits::ROWS + 1 } else { 1 };
+    let [head, _, instruction, remark, answer, _, reading, rest] = Layout::vertical([
+        Constraint::Length(1),
+        Constraint::Length(air),
+        Constraint::Length(words_rows),
+        Constraint::Length(remarks_rows),
+        Constraint::Length(typing),
+        Constraint::Length(air),
+        Constraint::Length(reading_rows),
+        Constraint::Fill(1),
+    ])
+    .areas(area);
+    title(state, calibration, head, buf);
+    let style = if calibration.failed {
+        theme.bad()
+    } else {
+        theme.strong()
+    };
+    let lines = words.into_iter().map(|line| Line::styled(line, style));
+    rows(lines.collect(), instruction, buf);
+    let lines = remarks
+        .into_iter()
+        .map(|line| Line::styled(line, theme.warning()));
+    rows(lines.collect(), remark, buf);
+    if !answer.is_empty() {
+        render_line(asked(state, calibration), answer, buf);
+    }
+    if large {
+        let body = Rect {
+            height: digits::ROWS,
+            y: reading.y + u16::from(reading.height > digits::ROWS),
+            ..reading
+        };
+        calibration_values::large(state, calibration, body, buf);
+    } else {
+        calibration_values::small(state, calibration, reading, buf);
+    }
+    let [left, right] = if rest.width >= TWO_COLUMNS && calibration.curve.is_some() {
+        Layout::horizontal([Constraint::Fill(6), Constraint::Fill(5)])
+            .spacing(Spacing::Space(2))
+            .areas(rest)
+    } else {
+        [rest, Rect::default()]
+    };
+    calibration_points::list(state, calibration, left, buf);
+    calibration_points::chart(state, calibration, right, buf);
+}
+
+/// Draws the calibration's name, its step, and the age of stale readings.
+fn title(state: &State, calibration: &CalibrationPage, area: Rect, buf: &mut Buffer) {
+    let theme = state.ui.theme;
+    let mut spans = vec![Span::styled(calibration.title.clone(), theme.strong())];
+    if calibration.steps > 0 {
+        spans.push(Span::styled(" · ", theme.faint()));
+        spans.push(Span::raw(format!(
+            "step {} of {}",
+            calibration.step, calibration.steps
+        )));
+    }
+    if state.live_stale_s().is_some() {
+        spans.push(Span::styled(" · ", theme.faint()));
+        spans.extend(
+            stale(state)
+                .spans
+                .into_iter()
+                .map(|span| span.style(theme.warning())),
+        );
+    }
+    render_line(Line::from(spans), area, buf);
+}
+
+/// Returns the line that is typed into, or the key that confirms.
+fn asked<'a>(state: &'a State, calibration: &'a CalibrationPage) -> Line<'a> {
+    let theme = state.ui.theme;
+    let spans = match &calibration.asked {
+        None => Vec::new(),
+        Some(Question::Done) => vec![
+            Span::styled("▸ ", theme.driving()),
+            Span::raw(" press Enter when done"),
+        ],
+        Some(Question::Review) => vec![
+            Span::styled("▸ ", theme.driving()),
+            Span::raw(" Enter accepts the points; ↑ ↓ select one, r remeasures it"),
+        ],
+        Some(Question::Number { unit, expected, .. }) => {
+            let mut spans = vec![
+                Span::styled("▸ ", theme.driving()),
+                Span::styled(format!(" {}", state.ui.typed), theme.strong()),
+                Span::styled("▏", theme.strong()),
+                Span::raw(format!(" {unit}")),
+            ];
+            if let Some(expected) = expected {
+                spans.push(Span::styled(
+                    format!("   predicted {expected:.3} {unit}"),
+                    theme.faint(),
+                ));
+            }
+            spans
+        }
+    };
+    Line::from(spans)
+}

@@ -1,0 +1,124 @@
+//! A calibration's measured points: as a list with their residuals, and as a chart with the fit.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::text::{Line, Span};
+
+use super::panel::{note, rows, titled};
+use crate::calibration_page::{CalibrationPage, Chart, PointLine, Question};
+use crate::plot::{Plot, Trace, ValueAxis, put};
+use crate::state::State;
+
+/// Draws the list of points, and the results below it.
+pub(crate) fn list(state: &State, calibration: &CalibrationPage, area: Rect, buf: &mut Buffer) {
+    let theme = state.ui.theme;
+    let count = match calibration.points.len() {
+        0 => Line::default(),
+        n => Line::raw(n.to_string()),
+    };
+    let body = titled(
+        state,
+        Line::styled("points", theme.strong()),
+        &[count],
+        area,
+        buf,
+    );
+    if calibration.points.is_empty() && calibration.findings.is_empty() {
+        note("no points yet", theme.faint(), body, buf);
+        return;
+    }
+    let findings: Vec<Line> = calibration
+        .findings
+        .iter()
+        .map(|line| Line::raw(line.as_str()))
+        .collect();
+    let findings_rows = (findings.len() as u16).min(body.height);
+    let [list, foot] =
+        Layout::vertical([Constraint::Fill(1), Constraint::Length(findings_rows)]).areas(body);
+    rows(findings, foot, buf);
+    let chosen = state.chosen_point().unwrap_or_default();
+    let room = usize::from(list.height);
+    // The selected point is always shown; beyond that, the last points.
+    let first = calibration.points.len().saturating_sub(room).min(chosen);
+    let chooses = matches!(
+        calibration.asked,
+        Some(Question::Review | Question::Number { .. })
+    );
+    let wide =
+        |text: fn(&PointLine) -> usize| calibration.points.iter().map(text).max().unwrap_or(0);
+    let at_columns = wide(|point| point.at.chars().count());
+    let value_columns = wide(|point| point.value.chars().count());
+    let lines = calibration
+        .points
+        .iter()
+        .enumerate()
+        .skip(first)
+        .map(|(i, point)| {
+            let mark = if chooses && i == chosen { "▸" } else { " " };
+            let mut spans = vec![
+                Span::styled(mark, theme.strong()),
+                Span::styled(format!("{:>2} ", i + 1), theme.faint()),
+                Span::raw(format!(
+                    "{:>at_columns$}  {:>value_columns$}",
+                    point.at, point.value
+                )),
+            ];
+            if let Some(residual) = &point.residual {
+                let style = if point.worst {
+                    theme.warning()
+                } else {
+                    theme.faint()
+                };
+                let worst = if point.worst { " worst" } else { "" };
+                spans.push(Span::styled(format!("  {residual}{worst}"), style));
+            }
+            Line::from(spans)
+        });
+    rows(lines.collect(), list, buf);
+}
+
+/// Draws the points as a chart, with the fit.
+pub(crate) fn chart(state: &State, calibration: &CalibrationPage, area: Rect, buf: &mut Buffer) {
+    let Some(curve) = &calibration.curve else {
+        return;
+    };
+    let theme = state.ui.theme;
+    let title = Line::styled(curve.y.clone(), theme.strong());
+    let along = Line::styled(curve.x.clone(), theme.faint());
+    let body = titled(state, title, &[along], area, buf);
+    let all = || curve.points.iter().chain(&curve.fit);
+    let Some(axis) = ValueAxis::around(all().map(|(_, y)| *y)) else {
+        return;
+    };
+    let Some(x) = span(curve) else { return };
+    let plot = Plot {
+        x,
+        axis,
+        band: None,
+        curves: vec![Trace {
+            points: curve.fit.iter().map(|(x, y)| (*x, Some(*y))).collect(),
+            style: theme.first_curve(),
+        }],
+    };
+    plot.render(theme, body, buf);
+    let inside = Plot::body(body);
+    for point in &curve.points {
+        if let Some(position) = plot.position(*point, inside) {
+            put(buf, position, "●", theme.second_curve());
+        }
+    }
+}
+
+/// Returns the range of the horizontal axis; `None` without two different finite values.
+fn span(curve: &Chart) -> Option<(f64, f64)> {
+    let (from, to) = curve
+        .points
+        .iter()
+        .chain(&curve.fit)
+        .map(|(x, _)| *x)
+        .filter(|x| x.is_finite() && x.abs() < 1e12)
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), x| {
+            (from.min(x), to.max(x))
+        });
+    (from < to).then_some((from, to))
+}

@@ -1,0 +1,130 @@
+//! A calibration's live readings: the main one large where there is room, the others beside it.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+
+use super::live_values::{TO_MICRO, live_style, number};
+use super::panel::rows;
+use crate::calibration_page::{CalibrationPage, CalibrationReadings, MainReading};
+use crate::digits;
+use crate::state::State;
+use crate::words::render_line;
+
+/// A reading with its name, value and unit.
+struct NamedValue {
+    name: &'static str,
+    value: String,
+    unit: &'static str,
+}
+
+/// Returns one reading as text.
+fn named_value(reading: &CalibrationReadings, watched: MainReading) -> NamedValue {
+    let (name, value, unit) = match watched {
+        MainReading::Amplitude => ("pickup", number(reading.amplitude_m, TO_MICRO, 3), "µm"),
+        MainReading::NormalForce => ("normal", number(reading.normal_n, 1.0, 3), "N"),
+        MainReading::LateralForce => ("lateral", number(reading.lateral_n, 1.0, 3), "N"),
+        MainReading::Level => ("level", number(reading.level, 100.0, 1), "%"),
+    };
+    NamedValue { name, value, unit }
+}
+
+/// Returns all readings, the main one first.
+fn values(state: &State, watched: MainReading) -> Vec<NamedValue> {
+    let reading = state.readings.unwrap_or_default();
+    let mut figures: Vec<NamedValue> = [
+        MainReading::Amplitude,
+        MainReading::NormalForce,
+        MainReading::LateralForce,
+        MainReading::Level,
+    ]
+    .into_iter()
+    .filter(|other| *other != watched)
+    .map(|other| named_value(&reading, other))
+    .collect();
+    figures.insert(0, named_value(&reading, watched));
+    figures.insert(
+        1,
+        NamedValue {
+            name: "drive",
+            value: number(reading.drive_v, 1.0, 2),
+            unit: "V",
+        },
+    );
+    if reading.known_m.is_some() {
+        figures.insert(
+            1,
+            NamedValue {
+                name: "instrument",
+                value: number(reading.known_m, TO_MICRO, 4),
+                unit: "µm",
+            },
+        );
+    }
+    figures
+}
+
+/// Draws the main reading in large digits with the others beside it, or all in one row where the width is too small.
+pub(crate) fn large(state: &State, calibration: &CalibrationPage, area: Rect, buf: &mut Buffer) {
+    let theme = state.ui.theme;
+    let figures = values(state, calibration.watched);
+    let Some((watched, others)) = figures.split_first() else {
+        return;
+    };
+    let columns = digits::columns(&watched.value);
+    let beside = columns + 12;
+    if area.width < beside + 24 {
+        return small(state, calibration, area, buf);
+    }
+    let style = live_style(state, theme.first_curve());
+    digits::render(&watched.value, style, area, buf);
+    let name = Rect {
+        x: area.x + columns,
+        width: beside - columns,
+        ..area
+    };
+    let unit = [
+        Line::styled(watched.name, theme.faint()),
+        Line::default(),
+        Line::default(),
+        Line::default(),
+        Line::styled(watched.unit, style),
+    ];
+    rows(unit.into(), name, buf);
+    let list = Rect {
+        x: area.x + beside,
+        width: area.width - beside,
+        ..area
+    };
+    let style = live_style(state, Style::new());
+    let lines = others.iter().map(|figure| {
+        Line::from(vec![
+            Span::styled(format!("{:<11}", figure.name), theme.faint()),
+            Span::styled(format!("{:>8} {}", figure.value, figure.unit), style),
+        ])
+    });
+    rows(lines.collect(), list, buf);
+}
+
+/// Draws all readings in one row.
+pub(crate) fn small(state: &State, calibration: &CalibrationPage, area: Rect, buf: &mut Buffer) {
+    if area.is_empty() {
+        return;
+    }
+    let theme = state.ui.theme;
+    let mut spans = Vec::new();
+    for (i, figure) in values(state, calibration.watched).iter().enumerate() {
+        let style = if i == 0 {
+            live_style(state, theme.first_curve())
+        } else {
+            live_style(state, Style::new())
+        };
+        spans.push(Span::styled(format!("{} ", figure.name), theme.faint()));
+        spans.push(Span::styled(
+            format!("{} {}   ", figure.value, figure.unit),
+            style,
+        ));
+    }
+    render_line(Line::from(spans), area, buf);
+}

@@ -1,0 +1,53 @@
+//! Live values as text: numbers with a sign and a dash where nothing was measured, and how stale values are marked.
+
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+
+use crate::state::State;
+
+/// Factor from m to µm.
+pub(crate) const TO_MICRO: f64 = 1e6;
+/// Factor from m to mm.
+pub(crate) const TO_MILLI: f64 = 1e3;
+
+/// Returns `value` times `scale` as text, or a dash for `None`.
+pub(crate) fn number(value: Option<f64>, scale: f64, decimals: usize) -> String {
+    match value {
+        Some(value) => signed(format!("{:.decimals$}", value * scale)),
+        None => "–".to_owned(),
+    }
+}
+
+/// Returns `digits` with a typographic minus sign, and none before a zero.
+pub(crate) fn signed(digits: String) -> String {
+    match digits.strip_prefix('-') {
+        Some(rest) if rest.bytes().all(|b| b == b'0' || b == b'.') => rest.to_owned(),
+        Some(rest) => format!("−{rest}"),
+        None => digits,
+    }
+}
+
+/// Returns `style`, or the faint one once live values are stale.
+pub(crate) fn live_style(state: &State, style: Style) -> Style {
+    if state.live_stale_s().is_some() {
+        state.ui.theme.faint()
+    } else {
+        style
+    }
+}
+
+/// Returns a title's secondary text, or nothing once live values are stale: their age needs the room.
+pub(crate) fn aside(state: &State, words: String, style: Style) -> Span<'static> {
+    match state.live_stale_s() {
+        Some(_) => Span::default(),
+        None => Span::styled(words, style),
+    }
+}
+
+/// Returns the age of live values once they are stale.
+pub(crate) fn stale(state: &State) -> Line<'static> {
+    match state.live_stale_s() {
+        Some(age_s) => Line::styled(format!("stale {age_s:.0} s"), state.ui.theme.warning()),
+        None => Line::default(),
+    }
+}

@@ -1,0 +1,76 @@
+//! The safety line: the first row of every screen.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Widget;
+
+use crate::event::SafetyState;
+use crate::state::State;
+use crate::words::render_line;
+
+pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
+    let row = Rect {
+        height: area.height.min(1),
+        ..area
+    };
+    if row.is_empty() {
+        return;
+    }
+    let theme = state.ui.theme;
+    let (word, style) = match state.safety {
+        None => ("UNKNOWN", theme.warning()),
+        Some(SafetyState::Disarmed) => ("DISARMED", theme.strong()),
+        Some(SafetyState::Armed) => ("ARMED", theme.warning()),
+        Some(SafetyState::Driving) => ("DRIVING", theme.driving()),
+        Some(SafetyState::Tripped) => ("TRIPPED", theme.alarm()),
+    };
+    let mut spans = vec![Span::styled(format!(" {word} "), style)];
+    let faint = theme.faint();
+    // The end of the line is cut first where the row is short.
+    if let Some(silent_s) = state.silent_s() {
+        spans.push(Span::styled(
+            format!(" no data from the bench for {silent_s:.0} s"),
+            theme.bad(),
+        ));
+    } else if let Some(reason) = &state.safety_reason {
+        let style = if state.safety == Some(SafetyState::Tripped) {
+            theme.bad()
+        } else {
+            faint
+        };
+        spans.push(Span::styled(format!(" {reason}"), style));
+    }
+    if state.safety == Some(SafetyState::Tripped) && state.calibration.is_none() {
+        spans.push(Span::styled(" · x to re-arm", faint));
+    }
+    let line = Line::from(spans);
+    let told = u16::try_from(line.width()).unwrap_or(u16::MAX);
+    render_line(line, row, buf);
+    let flags = flags(state);
+    let flags_columns = u16::try_from(flags.width()).unwrap_or(u16::MAX);
+    if told.saturating_add(2).saturating_add(flags_columns) <= row.width {
+        let end = Rect {
+            x: row.right() - flags_columns,
+            width: flags_columns,
+            ..row
+        };
+        flags.render(end, buf);
+    }
+}
+
+/// Returns the marks at the right end: simulated, uncalibrated.
+fn flags(state: &State) -> Line<'static> {
+    let theme = state.ui.theme;
+    let mut spans = Vec::new();
+    if state.session.simulated {
+        spans.push(Span::styled("simulated", theme.faint()));
+    }
+    if state.session.uncalibrated {
+        if !spans.is_empty() {
+            spans.push(Span::raw("  "));
+        }
+        spans.push(Span::styled("UNCALIBRATED", theme.warning()));
+    }
+    Line::from(spans)
+}

@@ -1,0 +1,64 @@
+//! Keys as the operator's terminal delivers them.
+
+use std::io;
+use std::time::Duration;
+
+use ratatui::crossterm::event::{self, KeyEvent};
+
+/// A source of keys.
+pub(crate) trait Keys {
+    /// Waits for a key until `timeout`. Returns `Ok(None)` when no key came, or something else than a key.
+    ///
+    /// # Errors
+    /// When the terminal fails or is gone.
+    fn next(&mut self, timeout: Duration) -> io::Result<Option<KeyEvent>>;
+}
+
+/// The keys of this process's terminal.
+pub(crate) struct TerminalKeys;
+
+impl Keys for TerminalKeys {
+    fn next(&mut self, timeout: Duration) -> io::Result<Option<KeyEvent>> {
+        wait_for_input(timeout)?;
+        // Asked even when nothing came: earlier input may hold several keys.
+        if !event::poll(Duration::ZERO)? {
+            return Ok(None);
+        }
+        Ok(match event::read()? {
+            event::Event::Key(key) => Some(key),
+            // A resize is picked up by the next drawing.
+            _ => None,
+        })
+    }
+}
+
+/// Waits for input, or for the terminal to go away, which crossterm's own waiting would never notice.
+///
+/// # Errors
+/// [`io::ErrorKind::BrokenPipe`] when the terminal is gone.
+#[cfg(unix)]
+fn wait_for_input(timeout: Duration) -> io::Result<()> {
+    use rustix::event::{PollFd, PollFlags, Timespec, poll};
+
+    let stdin = io::stdin();
+    let mut polled = [PollFd::new(&stdin, PollFlags::IN)];
+    let timeout = Timespec::try_from(timeout).map_err(io::Error::other)?;
+    match poll(&mut polled, Some(&timeout)) {
+        Ok(_) | Err(rustix::io::Errno::INTR) => {}
+        Err(error) => return Err(error.into()),
+    }
+    let gone = PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL;
+    if polled[0].revents().intersects(gone) {
+        return Err(io::Error::from(io::ErrorKind::BrokenPipe));
+    }
+    Ok(())
+}
+
+/// Waits for input.
+///
+/// # Errors
+/// When the terminal fails.
+#[cfg(not(unix))]
+fn wait_for_input(timeout: Duration) -> io::Result<()> {
+    event::poll(timeout).map(drop)
+}

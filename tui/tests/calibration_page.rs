@@ -1,0 +1,409 @@
+//! A calibration's page: what it shows at two sizes and in every kind of state, and what each key does there.
+
+use proptest::prelude::*;
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use tui::calibration_page::{
+    CalibrationPage, CalibrationReadings, Chart, MainReading, PointLine, Question, Reply,
+};
+use tui::event::{SafetyState, SessionHeader};
+use tui::{Action, Event, State, Theme, key, view};
+
+/// Levels, V, known amplitudes, µm, and what they depart from their line by, nm, of a ladder of six.
+const LADDER: [(f64, f64, f64); 6] = [
+    (5.07, 0.3372, 0.12),
+    (12.66, 0.8430, -0.31),
+    (20.26, 1.3488, 0.22),
+    (27.86, 1.8547, -4.18),
+    (35.46, 2.3604, 0.35),
+    (43.06, 2.8664, 0.28),
+];
+
+fn points(count: usize) -> Vec<PointLine> {
+    LADDER[..count]
+        .iter()
+        .map(|(drive_v, known_um, residual_nm)| PointLine {
+            at: format!("{drive_v:.2} V"),
+            value: format!("{known_um:.4} µm"),
+            residual: (count > 2).then(|| format!("{residual_nm:+.1} nm").replace('-', "−")),
+            worst: count > 2 && residual_nm.abs() > 1.0,
+        })
+        .collect()
+}
+
+fn typing() -> CalibrationPage {
+    CalibrationPage {
+        title: "calibrate pickup".to_owned(),
+        step: 5,
+        steps: 10,
+        instruction: "Read the plate's peak amplitude on your instrument and type it.".to_owned(),
+        asked: Some(Question::Number {
+            unit: "µm".to_owned(),
+            expected: Some(1.3488),
+            optional: false,
+        }),
+        points: points(2),
+        curve: Some(Chart {
+            x: "drive, V".to_owned(),
+            y: "known, µm".to_owned(),
+            points: LADDER[..2].iter().map(|at| (at.0, at.1)).collect(),
+            fit: Vec::new(),
+        }),
+        ..CalibrationPage::default()
+    }
+}
+
+fn naming() -> CalibrationPage {
+    let point = |at: &str, value: &str| PointLine {
+        at: at.to_owned(),
+        value: value.to_owned(),
+        ..PointLine::default()
+    };
+    CalibrationPage {
+        title: "calibrate force".to_owned(),
+        instruction: "Type the masses that you will put on the plate, one at a time; Enter alone when these are all, \
+            r takes the chosen one out."
+            .to_owned(),
+        note: Some("400 g weigh 3.92 N, more than safety.max_normal_n = 3 N allows on the sensor: \
+            use masses up to 305 g"
+            .to_owned()),
+        asked: Some(Question::Number {
+            unit: "g".to_owned(),
+            expected: None,
+            optional: true,
+        }),
+        watched: MainReading::NormalForce,
+        points: vec![point("20 g normal", "0.196 N"), point("50 g normal", "0.490 N")],
+        ..CalibrationPage::default()
+    }
+}
+
+fn review() -> CalibrationPage {
+    CalibrationPage {
+        step: 9,
+        instruction: "Look at the points. Keep them, or measure one of them again.".to_owned(),
+        note: Some(
+            "the points depart from a line by 0.15 % of the largest amplitude: repeat the worst one"
+                .to_owned(),
+        ),
+        asked: Some(Question::Review),
+        points: points(6),
+        curve: Some(Chart {
+            x: "drive, V".to_owned(),
+            y: "off the line, nm".to_owned(),
+            points: LADDER.iter().map(|at| (at.0, at.2)).collect(),
+            fit: vec![(0.0, 0.0), (43.06, 0.0)],
+        }),
+        findings: vec![
+            "sensitivity 4.9963 µm/unit ± 0.11 %".to_owned(),
+            "off a line by 0.146 % at most".to_owned(),
+        ],
+        ..typing()
+    }
+}
+
+fn state(calibration: CalibrationPage) -> State {
+    let mut state = State::new(Theme::Colour);
+    let driven = matches!(
+        calibration.asked,
+        Some(Question::Number {
+            optional: false,
+            ..
+        })
+    );
+    for event in [
+        Event::Tick { now_s: 0.0 },
+        Event::Session(SessionHeader {
+            simulated: true,
+            ..SessionHeader::default()
+        }),
+        Event::Calibration(calibration),
+        Event::CalibrationReadings(CalibrationReadings {
+            normal_n: Some(0.002),
+            lateral_n: Some(-0.0011),
+            drive_v: Some(if driven { 20.26 } else { 0.0 }),
+            amplitude_m: Some(if driven { 1.3491e-6 } else { 1e-10 }),
+            known_m: Some(1.34877e-6),
+            level: Some(0.338),
+        }),
+        Event::Safety {
+            state: if driven {
+                SafetyState::Driving
+            } else {
+                SafetyState::Armed
+            },
+            reason: None,
+        },
+    ] {
+        state.apply(&event);
+    }
+    state
+}
+
+fn states() -> Vec<(&'static str, State)> {
+    let mut typed = state(typing());
+    press(&mut typed, "1.3");
+    let mut stale = state(typing());
+    stale.apply(&Event::Tick { now_s: 4.2 });
+    let mut empty = State::new(Theme::Colour);
+    empty.apply(&Event::Calibration(CalibrationPage {
+        title: "calibrate plate".to_owned(),
+        instruction: "The bench comes to rest.".to_owned(),
+        ..CalibrationPage::default()
+    }));
+    let mut failed = state(CalibrationPage {
+        instruction: "the safety watch stopped the calibration: normal force 5.30 N over the limit of 3.00 N. \
+            Nothing was written."
+            .to_owned(),
+        asked: None,
+        failed: true,
+        ..typing()
+    });
+    failed.apply(&Event::Safety {
+        state: SafetyState::Tripped,
+        reason: Some("normal force 5.30 N over the limit of 3.00 N".to_owned()),
+    });
+    let mut leaving = state(review());
+    press(&mut leaving, "q");
+    let load = state(CalibrationPage {
+        title: "calibrate force".to_owned(),
+        instruction: "Put 200 g on the middle of the plate, and nothing else.".to_owned(),
+        asked: Some(Question::Done),
+        watched: MainReading::NormalForce,
+        points: Vec::new(),
+        curve: None,
+        ..typing()
+    });
+    let mut help = state(review());
+    press(&mut help, "?");
+    vec![
+        ("empty", empty),
+        ("typing", typed),
+        ("review", state(review())),
+        ("load", load),
+        ("naming", state(naming())),
+        ("stale", stale),
+        ("failed", failed),
+        ("leaving", leaving),
+        ("help", help),
+    ]
+}
+
+fn drawn(state: &State, columns: u16, rows: u16) -> Terminal<TestBackend> {
+    let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
+    terminal.draw(|frame| view(state, frame)).unwrap();
+    terminal
+}
+
+fn row(state: &State, columns: u16, rows: u16, y: u16) -> String {
+    let terminal = drawn(state, columns, rows);
+    let buffer = terminal.backend().buffer();
+    (0..columns).map(|x| buffer[(x, y)].symbol()).collect()
+}
+
+#[test]
+fn every_state_at_two_sizes() {
+    for (name, state) in states() {
+        for (columns, rows) in [(80, 24), (120, 40)] {
+            let screen = drawn(&state, columns, rows);
+            insta::assert_snapshot!(format!("{name}_{columns}x{rows}"), screen.backend());
+        }
+    }
+}
+
+#[test]
+fn small_terminals_keep_the_instruction_and_the_answer() {
+    for (columns, rows) in [(40, 10), (20, 5)] {
+        let (_, typed) = states().swap_remove(1);
+        let screen = drawn(&typed, columns, rows);
+        insta::assert_snapshot!(format!("typing_{columns}x{rows}"), screen.backend());
+    }
+}
+
+#[test]
+fn every_small_size_in_every_state_is_drawn_with_the_instruction() {
+    for (name, state) in states() {
+        let page = state.calibration.as_ref().unwrap();
+        let first_word = page.instruction.split(' ').next().unwrap();
+        for (columns, rows) in (0..=60).flat_map(|c| (0..=30).map(move |r| (c, r))) {
+            let screen = drawn(&state, columns, rows);
+            let buffer = screen.backend().buffer();
+            // The help lies over the instruction on a small screen.
+            if columns >= 15 && rows >= 8 && !state.ui.help {
+                let shown = (0..rows).any(|y| {
+                    let row: String = (0..columns).map(|x| buffer[(x, y)].symbol()).collect();
+                    row.starts_with(first_word)
+                });
+                assert!(shown, "{name} {columns}x{rows}: no {first_word:?}");
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_size_in_any_state_shows_the_safety_word(
+        columns in 0..=200u16,
+        rows in 0..=60u16,
+        which in 0..9usize,
+    ) {
+        let state = STATES.with(|states| states[which].1.clone());
+        let terminal = drawn(&state, columns, rows);
+        if columns >= 10 && rows >= 1 {
+            let word = match state.safety {
+                None => "UNKNOWN",
+                Some(SafetyState::Disarmed) => "DISARMED",
+                Some(SafetyState::Armed) => "ARMED",
+                Some(SafetyState::Driving) => "DRIVING",
+                Some(SafetyState::Tripped) => "TRIPPED",
+            };
+            let buffer = terminal.backend().buffer();
+            let first: String = (0..columns).map(|x| buffer[(x, 0)].symbol()).collect();
+            prop_assert!(first.contains(word), "{first:?}");
+        }
+    }
+
+    #[test]
+    fn any_values_are_drawn_without_panic(
+        values in proptest::collection::vec(
+            prop_oneof![Just(f64::NAN), Just(f64::INFINITY), Just(-f64::MAX), Just(0.0), -1e9..1e9f64],
+            8,
+        ),
+        columns in 0..=160u16,
+        rows in 0..=50u16,
+        watched in prop_oneof![Just(MainReading::Amplitude), Just(MainReading::Level), Just(MainReading::LateralForce)],
+    ) {
+        let pairs: Vec<(f64, f64)> = values.windows(2).map(|pair| (pair[0], pair[1])).collect();
+        let mut state = state(CalibrationPage {
+            watched,
+            curve: Some(Chart {
+                points: pairs.clone(),
+                fit: pairs,
+                ..Chart::default()
+            }),
+            ..review()
+        });
+        state.apply(&Event::CalibrationReadings(CalibrationReadings {
+            normal_n: Some(values[0]),
+            lateral_n: Some(values[1]),
+            drive_v: Some(values[2]),
+            amplitude_m: Some(values[3]),
+            known_m: Some(values[4]),
+            level: Some(values[5]),
+        }));
+        let _ = drawn(&state, columns, rows);
+    }
+}
+
+thread_local! {
+    static STATES: Vec<(&'static str, State)> = states();
+}
+
+fn code(letter: char) -> KeyCode {
+    match letter {
+        '\n' => KeyCode::Enter,
+        '\u{8}' => KeyCode::Backspace,
+        '↑' => KeyCode::Up,
+        '↓' => KeyCode::Down,
+        other => KeyCode::Char(other),
+    }
+}
+
+/// Presses the keys one after the other; the actions asked for.
+fn press(state: &mut State, keys: &str) -> Vec<Action> {
+    let mut actions = Vec::new();
+    for letter in keys.chars() {
+        let reaction = key(state, KeyEvent::new(code(letter), KeyModifiers::NONE));
+        state.ui = reaction.ui;
+        actions.extend(reaction.action);
+    }
+    actions
+}
+
+#[test]
+fn keys_by_what_is_asked() {
+    let number = |value| Action::Answer(Reply::Number(value));
+    let redo = |point| Action::Answer(Reply::Redo(point));
+    let ready = Action::Answer(Reply::Ready);
+    let working = CalibrationPage {
+        asked: None,
+        ..typing()
+    };
+    let done = CalibrationPage {
+        asked: Some(Question::Done),
+        ..typing()
+    };
+    let naming = naming();
+    let failed = CalibrationPage {
+        failed: true,
+        ..working.clone()
+    };
+    let table: &[(&CalibrationPage, &str, &[Action])] = &[
+        (&typing(), "1.25\n", &[number(1.25)]),
+        (&typing(), "1,25\n", &[number(1.25)]),
+        (&typing(), "1.255\u{8}\n", &[number(1.25)]),
+        (&typing(), "\n", &[]),
+        (&typing(), "1.2.5\n", &[]),
+        (&typing(), "1.2\n1.2\n", &[number(1.2), number(1.2)]),
+        (&naming, "\n", &[ready]),
+        (&naming, "50\n\n", &[number(50.0), ready]),
+        (&naming, ".\n", &[]),
+        (&typing(), "r", &[redo(1)]),
+        (&typing(), "↑r", &[redo(0)]),
+        (&typing(), "e", &[Action::EmergencyStop]),
+        (&typing(), "q", &[]),
+        (&typing(), "qn", &[]),
+        (&typing(), "qy", &[Action::Quit]),
+        (&typing(), "pac ", &[]),
+        (&review(), "\n", &[ready]),
+        (&review(), "r", &[redo(3)]),
+        (&review(), "↓↓↓↓r", &[redo(5)]),
+        (&review(), "↑↑↑↑↑↑r", &[redo(0)]),
+        (&review(), "12", &[]),
+        (&done, "\n", &[ready]),
+        (&done, "r", &[]),
+        (&working, "\n", &[]),
+        (&working, "5\n", &[]),
+        (&working, "r", &[]),
+        (&working, "e", &[Action::EmergencyStop]),
+        (&failed, "q", &[Action::Quit]),
+        (&failed, "\n", &[Action::Quit]),
+    ];
+    for (calibration, keys, expected) in table {
+        let mut state = state((*calibration).clone());
+        let asked = press(&mut state, keys);
+        assert_eq!(asked, *expected, "{keys:?} at {:?}", calibration.asked);
+    }
+}
+
+#[test]
+fn what_is_typed_is_seen_and_a_slip_is_told() {
+    let mut state = state(typing());
+    press(&mut state, "1.2.");
+    assert!(row(&state, 80, 24, 3).contains("1.2.▏ µm"));
+    press(&mut state, "\n");
+    assert!(row(&state, 80, 24, 23).contains("1.2. is not a number"));
+    press(&mut state, "\u{8}5\n");
+    assert_eq!(state.ui.typed, "");
+}
+
+#[test]
+fn the_chosen_point_is_marked_and_the_worst_is_named() {
+    let mut state = state(review());
+    let screen: String = (0..24).map(|y| row(&state, 80, 24, y) + "\n").collect();
+    let worst = screen
+        .lines()
+        .find(|line| line.contains("nm worst"))
+        .unwrap();
+    assert!(worst.starts_with("▸ 4"), "{worst}");
+    press(&mut state, "↑");
+    let screen: String = (0..24).map(|y| row(&state, 80, 24, y) + "\n").collect();
+    let chosen = screen
+        .lines()
+        .find(|line| line.starts_with('▸') && line.contains(" V "))
+        .unwrap();
+    assert!(chosen.starts_with("▸ 3"), "{chosen}");
+}

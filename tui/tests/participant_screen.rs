@@ -1,0 +1,182 @@
+//! What the participant sees, and what not.
+
+use proptest::prelude::*;
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Color;
+use tui::participant_screen::view;
+use tui::{Instruction, ParticipantView, Theme};
+
+const ALL: [Instruction; 10] = [
+    Instruction::Wait,
+    Instruction::Welcome,
+    Instruction::LiftFinger,
+    Instruction::PlaceFinger,
+    Instruction::GetReady,
+    Instruction::FollowSlider,
+    Instruction::Feedback,
+    Instruction::Rest,
+    Instruction::Paused,
+    Instruction::Finished,
+];
+
+fn shown(instruction: Instruction) -> ParticipantView {
+    ParticipantView {
+        instruction,
+        slider_m: Some(0.042),
+        plate_m: 0.105,
+        start_m: 0.005,
+        end_m: 0.1,
+        countdown: Some(3),
+        mean_force_n: Some(0.87),
+        force_band_n: Some((0.5, 0.8)),
+        trial: 3,
+        trials: 10,
+        rest_s: Some(41.2),
+    }
+}
+
+fn drawn(shown: &ParticipantView, columns: u16, rows: u16) -> Buffer {
+    let area = Rect::new(0, 0, columns, rows);
+    let mut buffer = Buffer::empty(area);
+    view(shown, Theme::Colour, area, &mut buffer);
+    buffer
+}
+
+fn text(buffer: &Buffer) -> String {
+    buffer
+        .content()
+        .chunks(usize::from(buffer.area.width).max(1))
+        .map(|row| {
+            let row: String = row.iter().map(|cell| cell.symbol()).collect();
+            row.trim_end().to_owned() + "\n"
+        })
+        .collect()
+}
+
+#[test]
+fn every_instruction() {
+    for instruction in ALL {
+        let screen = text(&drawn(&shown(instruction), 80, 24));
+        insta::assert_snapshot!(format!("{instruction:?}"), screen);
+    }
+}
+
+#[test]
+fn a_small_screen_still_instructs() {
+    for instruction in ALL {
+        let screen = text(&drawn(&shown(instruction), 20, 3));
+        let first = instruction.words().split(' ').next().unwrap();
+        assert!(screen.contains(first), "{screen}");
+    }
+}
+
+#[test]
+fn every_small_size_shows_the_instruction() {
+    for instruction in ALL {
+        let first = instruction.words().split(' ').next().unwrap();
+        for (columns, rows) in (0..=60).flat_map(|c| (0..=30).map(move |r| (c, r))) {
+            let screen = drawn(&shown(instruction), columns, rows);
+            if columns >= 9 && rows >= 1 {
+                let screen = text(&screen);
+                assert!(screen.contains(first), "{columns}x{rows}: {screen}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_force_shows_under_feedback_alone() {
+    for instruction in ALL {
+        let with = shown(instruction);
+        let without = ParticipantView {
+            mean_force_n: None,
+            force_band_n: None,
+            ..with.clone()
+        };
+        let same = drawn(&with, 80, 24) == drawn(&without, 80, 24);
+        assert_eq!(
+            same,
+            instruction != Instruction::Feedback,
+            "{instruction:?}"
+        );
+    }
+}
+
+#[test]
+fn feedback_judges_the_force_in_words_and_colour() {
+    for (mean_n, words, color) in [
+        (0.42, "0.42 N  too light", Color::Magenta),
+        (0.5, "0.50 N  just right", Color::Green),
+        (0.8, "0.80 N  just right", Color::Green),
+        (0.81, "0.81 N  too hard", Color::Magenta),
+    ] {
+        let screen = drawn(
+            &ParticipantView {
+                mean_force_n: Some(mean_n),
+                ..shown(Instruction::Feedback)
+            },
+            80,
+            24,
+        );
+        assert!(text(&screen).contains(words));
+        let value = format!("{mean_n:.2}");
+        let start = screen.content().windows(4).position(|cells| {
+            cells
+                .iter()
+                .map(|cell| cell.symbol())
+                .eq(value.split("").filter(|s| !s.is_empty()))
+        });
+        assert_eq!(screen.content()[start.unwrap()].fg, color);
+    }
+}
+
+#[test]
+fn the_slider_keeps_to_its_place() {
+    let left = |slider_m| {
+        let screen = drawn(
+            &ParticipantView {
+                slider_m: Some(slider_m),
+                ..shown(Instruction::FollowSlider)
+            },
+            80,
+            24,
+        );
+        screen
+            .content()
+            .iter()
+            .position(|cell| cell.symbol() == "█")
+            .unwrap()
+            % 80
+    };
+    assert_eq!(left(-1.0), left(0.0));
+    assert_eq!(left(0.0525), 39);
+    assert_eq!(left(0.105), left(7.0));
+    assert!(left(0.0) < left(0.03) && left(0.03) < left(0.06) && left(0.06) < left(0.105));
+}
+
+proptest! {
+    #[test]
+    fn any_view_at_any_size_is_drawn_without_panic(
+        which in 0..10usize,
+        columns in 0..=200u16,
+        rows in 0..=60u16,
+        value in prop_oneof![Just(f64::NAN), Just(f64::INFINITY), Just(-1e300), -1.0..1.0f64],
+        other in prop_oneof![Just(f64::NAN), Just(0.0), Just(f64::MAX), 0.0..1.0f64],
+        count in any::<u32>(),
+    ) {
+        let view = ParticipantView {
+            slider_m: Some(value),
+            plate_m: other,
+            start_m: value,
+            end_m: other,
+            countdown: Some(count),
+            mean_force_n: Some(value),
+            force_band_n: Some((value, other)),
+            trial: count,
+            rest_s: Some(other),
+            ..shown(ALL[which])
+        };
+        let _ = drawn(&view, columns, rows);
+    }
+}

@@ -35,7 +35,7 @@ const LONGEST_S: f64 = 24.0 * 3600.0;
 enum DryRunError {
     #[error("{USAGE}")]
     Usage,
-    #[error("cannot read the protocol {name}: {cause}{}", .nearest.map(|n| format!("; did you mean the built-in `{n}`?")).unwrap_or_default())]
+    #[error("cannot read the protocol {name}: {cause}{}", did_you_mean(.nearest))]
     Unreadable {
         name: String,
         cause: io::Error,
@@ -55,15 +55,25 @@ enum DryRunError {
     Output(#[from] io::Error),
 }
 
+impl DryRunError {
+    /// Whether the reader of the output, such as `head`, has seen enough.
+    fn is_closed_pipe(&self) -> bool {
+        matches!(self, Self::Output(error) if error.kind() == io::ErrorKind::BrokenPipe)
+    }
+}
+
+fn did_you_mean(nearest: &Option<&str>) -> String {
+    nearest
+        .map(|name| format!("; did you mean the built-in protocol `{name}`?"))
+        .unwrap_or_default()
+}
+
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let mut out = io::stdout().lock();
     match dry_run(&arguments, &mut out).and_then(|()| Ok(out.flush()?)) {
         Ok(()) => ExitCode::SUCCESS,
-        // A reader such as `head` has seen enough.
-        Err(DryRunError::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
-            ExitCode::SUCCESS
-        }
+        Err(error) if error.is_closed_pipe() => ExitCode::SUCCESS,
         Err(error) => {
             // Nothing is left to report to if standard error is closed, too.
             let _ = writeln!(io::stderr(), "error: {error}");
@@ -384,5 +394,76 @@ fn in_words(instruction: Instruction) -> &'static str {
         Instruction::Rest => "rest",
         Instruction::Paused => "paused",
         Instruction::Finished => "finished",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn printed(arguments: &[&str]) -> Result<String, DryRunError> {
+        let arguments: Vec<String> = arguments.iter().map(ToString::to_string).collect();
+        let mut out = Vec::new();
+        dry_run(&arguments, &mut out)?;
+        Ok(String::from_utf8(out).unwrap())
+    }
+
+    #[test]
+    fn the_published_protocol_completes_in_the_time_of_its_steps() {
+        let text = printed(&["huloux2021", "sub-07"]).unwrap();
+        assert!(text.contains("10 of 10 trials accepted"), "{text}");
+        let total_s: f64 = text
+            .split_once("total duration ")
+            .and_then(|(_, rest)| rest.split(' ').next())
+            .and_then(|number| number.parse().ok())
+            .unwrap();
+        // 12 trials and one break of 60 s. A trial: 1 s of settling and baseline, 2 s of verdict, and twice 0.5 s to
+        // place the finger, 3 s of countdown, 1.7 s of exploration, 0.5 s to lift it, 3 s of feedback.
+        let trial_s = 1.0 + 2.0 + 2.0 * (0.5 + 3.0 + 1.7 + 0.5 + 3.0);
+        // Each of the about 11 steps of a trial may end one observation late.
+        let expected_s = 60.0 + 12.0 * trial_s;
+        assert!(
+            (expected_s..expected_s + 12.0 * 11.0 * STEP_S + 1.0).contains(&total_s),
+            "{total_s} s, expected {expected_s} s"
+        );
+    }
+
+    #[test]
+    fn an_unknown_protocol_suggests_a_built_in_one() {
+        let error = printed(&["huloux"]).unwrap_err();
+        assert!(
+            matches!(
+                error,
+                DryRunError::Unreadable {
+                    nearest: Some("huloux2021"),
+                    ..
+                }
+            ),
+            "{error}"
+        );
+        assert!(matches!(printed(&[]), Err(DryRunError::Usage)));
+        assert!(matches!(
+            printed(&["demo", "../x"]),
+            Err(DryRunError::Participant(_))
+        ));
+    }
+
+    /// A pipe whose reader is gone.
+    struct Closed;
+
+    impl Write for Closed {
+        fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+            Err(io::ErrorKind::BrokenPipe.into())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_closed_pipe_is_no_failure() {
+        let error = dry_run(&["demo".to_owned()], &mut Closed).unwrap_err();
+        assert!(error.is_closed_pipe(), "{error}");
     }
 }

@@ -27,7 +27,8 @@ const PREFIX: &str = "sub-";
 /// Why a text is not a participant's identifier.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "participant `{}` is not allowed: {fault}; the form is `sub-` and 1 to {MAX_LABEL} of A-Z, a-z, 0-9, for example `sub-01`",
+    "participant `{}` is not allowed: {fault}; the form is `sub-` and 1 to {MAX_LABEL} of A-Z, a-z, 0-9, \
+     for example `sub-01`",
     .given.chars().take(40).collect::<String>().escape_debug()
 )]
 pub struct ParticipantIdError {

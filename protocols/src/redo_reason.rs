@@ -21,7 +21,12 @@ pub enum RedoReason {
         max_n: f64,
     },
     /// The mean speed of an exploration was not the slider's.
-    #[error("exploration {exploration}: mean speed {:.0} mm/s, outside {:.0} to {:.0} mm/s", .speed_m_per_s * 1e3, .min_m_per_s * 1e3, .max_m_per_s * 1e3)]
+    #[error(
+        "exploration {exploration}: mean speed {:.0} mm/s, outside {:.0} to {:.0} mm/s",
+        .speed_m_per_s * 1e3,
+        .min_m_per_s * 1e3,
+        .max_m_per_s * 1e3
+    )]
     SpeedOutOfBand {
         /// The exploration, from 1.
         exploration: usize,
@@ -65,7 +70,10 @@ pub enum RedoReason {
         limit: u64,
     },
     /// A trial holds too few instances to estimate from.
-    #[error("{found} instances, {needed} needed{}", .mostly.as_ref().map(|m| format!("; most other stretches: {m}")).unwrap_or_default())]
+    #[error(
+        "{found} instances, {needed} needed{}",
+        .mostly.as_ref().map(|m| format!("; most other stretches: {m}")).unwrap_or_default()
+    )]
     TooFewInstances {
         /// Number of accepted stretches.
         found: usize,

@@ -75,7 +75,12 @@ pub enum Rejection {
         speed_m_per_s: f64,
     },
     /// The finger was too slow or too fast.
-    #[error("speed {:.0} mm/s, outside {:.0} to {:.0} mm/s", .speed_m_per_s * 1e3, .min_m_per_s * 1e3, .max_m_per_s * 1e3)]
+    #[error(
+        "speed {:.0} mm/s, outside {:.0} to {:.0} mm/s",
+        .speed_m_per_s * 1e3,
+        .min_m_per_s * 1e3,
+        .max_m_per_s * 1e3
+    )]
     Speed {
         /// The speed farthest from the slider's, m/s.
         speed_m_per_s: f64,

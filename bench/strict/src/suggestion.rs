@@ -3,8 +3,8 @@
 /// Similarity below which a suggestion would mislead.
 const LIKE_ENOUGH: f64 = 0.7;
 
-/// Returns the word of `known` most like `word`: the one spelt most like it, or else the only one that contains it or is
-/// contained in it. `None` if no word is like it.
+/// Returns the word of `known` most like `word`: the one spelt most like it, or else the only one that contains it or
+/// is contained in it. `None` if no word is like it.
 ///
 /// ```
 /// let known = ["huloux2021", "demo"];

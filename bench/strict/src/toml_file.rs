@@ -419,4 +419,19 @@ mod tests {
             "{error:?}"
         );
     }
+
+    #[test]
+    fn no_slip_of_a_character_makes_it_panic() {
+        let lines = GOOD.replace('\n', "\r\n");
+        for text in [GOOD, &lines] {
+            for (at, c) in text.char_indices() {
+                for slip in ["", "µ", "\"", "=", "[", "#", ",", "\n", "1 m", "\u{feff}"] {
+                    let slipped = format!("{}{slip}{}", &text[..at], &text[at + c.len_utf8()..]);
+                    if let Err(error) = parse::<Outer>(&slipped, "bench.toml") {
+                        assert!(error.to_string().starts_with("bench.toml"), "{error}");
+                    }
+                }
+            }
+        }
+    }
 }

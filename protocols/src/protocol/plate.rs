@@ -7,7 +7,8 @@ use super::definition::Protocol;
 pub enum OffPlateError {
     /// The left end lies before the plate's, or behind its right one.
     #[error(
-        "exploration.from_m = {from_m} m is not on the plate, which reaches from 0 to plate.length_m = {plate_length_m} m"
+        "exploration.from_m = {from_m} m is not on the plate, which reaches from 0 to \
+         plate.length_m = {plate_length_m} m"
     )]
     From {
         /// Left end of the slider's travel, m.
@@ -17,7 +18,8 @@ pub enum OffPlateError {
     },
     /// The right end lies behind the plate's, or before its left one.
     #[error(
-        "exploration.to_m = {to_m} m is not on the plate, which reaches from 0 to plate.length_m = {plate_length_m} m"
+        "exploration.to_m = {to_m} m is not on the plate, which reaches from 0 to \
+         plate.length_m = {plate_length_m} m"
     )]
     To {
         /// Right end of the slider's travel, m.

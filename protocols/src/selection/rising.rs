@@ -4,8 +4,8 @@
 //!    around it.
 //! 2. The amplitude is smoothed by a centred Hann window of 5 ms, which leaves a 50 Hz modulation 0.9 of its depth.
 //! 3. Turning points alternate; each is confirmed when the amplitude has come back from it by a fifth of the range
-//!    (2nd to 98th percentile), at least by 5 % of the amplitude: noise confirms no turning point, and an unmodulated amplitude
-//!    has no rising stretch.
+//!    (2nd to 98th percentile), at least by 5 % of the amplitude: noise confirms no turning point, and an unmodulated
+//!    amplitude has no rising stretch.
 //! 4. A turning point's time is the middle of the time around it that the amplitude spends within 5 % of its swing,
 //!    which noise moves far less than the extreme frame itself.
 
@@ -55,8 +55,8 @@ pub(super) fn stretches(series: &ExplorationSeries<'_>) -> Vec<Rising> {
         .collect()
 }
 
-/// Returns the amplitude with unusable frames replaced by the straight line between their neighbours; `None` if no frame is
-/// usable.
+/// Returns the amplitude with unusable frames replaced by the straight line between their neighbours; `None` if no
+/// frame is usable.
 fn bridge(series: &ExplorationSeries<'_>) -> Option<Vec<f64>> {
     let usable = |i: usize| {
         series.amplitude_m[i].is_finite()
@@ -105,8 +105,8 @@ fn swing_that_turns(x: &[f64]) -> f64 {
     (TURN_PART_OF_RANGE * (high - low)).max(TURN_PART_OF_AMPLITUDE * high)
 }
 
-/// Returns the indices of alternating minima and maxima that differ by at least `swing`; the first and last are the extremes
-/// before the first and after the last confirmed turn.
+/// Returns the indices of alternating minima and maxima that differ by at least `swing`; the first and last are the
+/// extremes before the first and after the last confirmed turn.
 fn turning_points(x: &[f64], swing: f64) -> Vec<usize> {
     #[derive(PartialEq)]
     enum Trend {

@@ -52,7 +52,8 @@ pub enum SelectionError {
         /// Length of `time_s`.
         expected: usize,
     },
-    /// A time that does not follow the one before by the frames' spacing, or is not finite. Lost samples are frames too.
+    /// A time that does not follow the one before by the frames' spacing, or is not finite. Lost samples are frames,
+    /// too.
     #[error("`time_s` is not evenly spaced at frame {frame}")]
     Time {
         /// Index of the later frame.

@@ -8,7 +8,8 @@ use crate::trial::TrialKey;
 pub enum SessionError {
     /// A counterbalanced order needs a participant number.
     #[error(
-        "participant `{participant}` has no number, which a counterbalanced order needs: end the identifier in digits, for example `sub-01`"
+        "participant `{participant}` has no number, which a counterbalanced order needs: end the identifier in digits, \
+         for example `sub-01`"
     )]
     NoParticipantNumber {
         /// The identifier.
@@ -16,7 +17,8 @@ pub enum SessionError {
     },
     /// An attempt of the earlier part of the session is not one of this session.
     #[error(
-        "trial {}, attempt {} ({}) of the earlier part does not belong to this protocol, participant and seed: {because}",
+        "trial {}, attempt {} ({}) of the earlier part does not belong to this protocol, participant and seed: \
+         {because}",
         .key.number, .key.attempt, .key.condition
     )]
     ForeignRecord {

@@ -183,6 +183,48 @@ fn the_button_counts_only_with_the_finger_on_the_plate() {
 }
 
 #[test]
+fn a_command_that_does_not_fit_the_phase_is_refused() {
+    let phases = [
+        (OperatorCommand::Pause, Phase::Consent, Refusal::NotBegun),
+        (consent(), Phase::Welcome, Refusal::ConsentNotAwaited),
+        (OperatorCommand::Redo, Phase::Welcome, Refusal::NoTrial),
+        (OperatorCommand::Continue, Phase::Lift, Refusal::NotWaiting),
+        (OperatorCommand::Resume, Phase::Lift, Refusal::NotPaused),
+        (
+            OperatorCommand::AcceptAnyway,
+            Phase::Lift,
+            Refusal::NotJudged,
+        ),
+        (
+            OperatorCommand::AcceptAnyway,
+            Phase::Verdict,
+            Refusal::AlreadyAccepted,
+        ),
+        (OperatorCommand::Pause, Phase::Finished, Refusal::Over),
+        (OperatorCommand::Abort, Phase::Finished, Refusal::Over),
+    ];
+    for (command, phase, refusal) in phases {
+        let mut rig = Rig::new(demo());
+        if phase != Phase::Consent {
+            rig.tell(consent());
+        }
+        rig.until(phase);
+        // The finger rests and no button is pressed, so that nothing but the command could act.
+        rig.step(|o| {
+            o.command = Some(command.clone());
+            o.button_pressed = false;
+            o.normal_n = Some(0.65);
+        });
+        assert_eq!(rig.session.phase(), phase, "{command:?}");
+        let refused = SessionEventKind::CommandRefused {
+            command,
+            because: refusal.to_string(),
+        };
+        assert_eq!(rig.events().last(), Some(&refused));
+    }
+}
+
+#[test]
 fn the_operator_can_press_on_for_a_participant_without_button() {
     let mut rig = Rig::new(demo()).consented();
     rig.presses = false;

@@ -11,7 +11,8 @@ fn many_conditions(order: &str) -> Protocol {
     let text = base
         .replace(
             "[[conditions]]",
-            "[[conditions]]\nname = \"slow\"\nmodulation_hz = 2.0\n[[conditions]]\nname = \"weak\"\nmean_amplitude_v = 5.0\n[[conditions]]",
+            "[[conditions]]\nname = \"slow\"\nmodulation_hz = 2.0\n\
+             [[conditions]]\nname = \"weak\"\nmean_amplitude_v = 5.0\n[[conditions]]",
         )
         .replace("order = \"fixed\"", &format!("order = \"{order}\""));
     Protocol::parse(&text, "many.toml").unwrap()

@@ -6,9 +6,8 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use calibration::Calibration;
-use config::Config;
-use devices::force::{ForceProtocol, ForceSample};
+use config::{Calibration, Config, ForceProtocol};
+use devices::force::{ForceSample, decoder};
 use protocols::Protocol;
 use recording::wav::{AudioFormat, WavReader, header};
 use recording::{
@@ -127,7 +126,7 @@ fn force_line(protocol: ForceProtocol, bytes: &[u8]) -> bool {
         return false;
     };
     let decode = |cut: usize| -> (Vec<ForceSample>, _) {
-        let (mut decoder, mut samples) = (protocol.decoder(), Vec::new());
+        let (mut decoder, mut samples) = (decoder(protocol), Vec::new());
         for piece in bytes.chunks(cut) {
             decoder.decode(piece, &mut samples);
         }

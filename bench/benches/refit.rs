@@ -6,7 +6,7 @@
 use std::hint::black_box;
 use std::path::Path;
 
-use analysis::trial_fit::{self, FitRequest, Selected};
+use analysis::trial_fit::{FitRequest, Selected, fit};
 use analysis::{Settings, reading, unloaded};
 use contact::AssumedConstants;
 use criterion::{Criterion, criterion_group, criterion_main};
@@ -52,11 +52,11 @@ fn trial() -> anyhow::Result<(FitRequest, f64)> {
 
 fn refit(criterion: &mut Criterion) {
     let (request, carrier_hz) = trial().unwrap_or_else(|error| panic!("{error:#}"));
-    let fit = || refit::fit(&request, carrier_hz, AssumedConstants::ESTIMATION);
-    let usable = fit().map(|fit| fit.usable);
+    let refit = || fit(&request, carrier_hz, AssumedConstants::ESTIMATION);
+    let usable = refit().map(|fit| fit.usable);
     assert_eq!(usable, Ok(14), "every instance of the reference is fitted");
     criterion.bench_function("refit of 14 instances", |bencher| {
-        bencher.iter(|| black_box(fit()));
+        bencher.iter(|| black_box(refit()));
     });
 }
 

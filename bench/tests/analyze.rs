@@ -14,7 +14,8 @@ use std::sync::OnceLock;
 use analysis::analysed::RecordingFindings;
 use analysis::flaw::{Channel, Flaw};
 use analysis::unloaded::UnloadedError;
-use analysis::{RecordingAnalysis, Settings, find, recording};
+use analysis::recording::analyse;
+use analysis::{RecordingAnalysis, Settings, find};
 use num_complex::Complex64;
 use recording::RecordingReader;
 use recording::manifest::IntervalKind;
@@ -80,7 +81,7 @@ fn copied() -> (tempfile::TempDir, PathBuf) {
 fn damaged(damage: impl FnOnce(&Path)) -> RecordingAnalysis {
     let (_folder, copy) = copied();
     damage(&copy);
-    recording::analyse(&copy, &Settings::default())
+    analyse(&copy, &Settings::default())
 }
 
 fn edit(path: PathBuf, change: impl FnOnce(String) -> String) {
@@ -440,7 +441,7 @@ fn a_finger_that_leaves_late_costs_only_its_time() {
     let (_folder, copy) = copied();
     let unloaded_s = unloaded_s(&copy);
     touch(&copy, unloaded_s.0 + 0.3);
-    let found = recording::analyse(&copy, &Settings::default())
+    let found = analyse(&copy, &Settings::default())
         .found
         .unwrap();
     let touched = found.flaws.iter().find_map(|f| match f {
@@ -537,7 +538,7 @@ fn assert_reference(folder: &Path, name: &str, published: &Published) -> Recordi
     let number = |key: &str| truth[key].as_f64().unwrap();
     let part = |at: usize| truth["z_t"][at].as_f64().unwrap();
     let z_t = Complex64::new(part(0), part(1));
-    let analysis = recording::analyse(folder, &Settings::default());
+    let analysis = analyse(folder, &Settings::default());
     let found = analysis.found.unwrap();
     assert_eq!(found.instances.len(), 7);
     for instance in &found.instances {

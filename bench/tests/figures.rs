@@ -10,11 +10,11 @@ use analysis::analysed::RecordingFindings;
 use analysis::estimate::{InstanceAnalysis, estimate};
 use analysis::exploration::Exploration;
 use analysis::record::Series;
-use analysis::{Analysed, RecordingAnalysis, Settings};
+use analysis::{Analysed, RecordingAnalysis, Settings, measured};
 use clap::Parser;
 use contact::fit::FitConditions;
 use contact::{AssumedConstants, Contact, harmonic};
-use figures::{self, Figure, Mark};
+use figures::{Figure, Mark};
 use friction_bench::cli::{Cli, Command};
 use friction_bench::model::{self, Curves, Parameters};
 use impedance::{Mask, ZmFrame};
@@ -107,7 +107,7 @@ fn options(arguments: &[&str]) -> friction_bench::cli::Model {
 
 fn model_figures() -> Vec<Figure> {
     let parameters = Parameters::from(&options(&[]).assume);
-    figures::model(&parameters, &Curves::compute(&parameters).unwrap())
+    model::draw(&parameters, &Curves::compute(&parameters).unwrap())
 }
 
 /// The text written in an SVG, in order.
@@ -178,7 +178,7 @@ fn model_figures_keep_their_curves_and_units() {
 
 #[test]
 fn measured_figures_keep_their_curves_and_units() {
-    let figures = figures::measured(&analysed());
+    let figures = measured(&analysed());
     assert_eq!(figures.len(), MEASURED.len());
     for (figure, expected) in figures.iter().zip(&MEASURED) {
         assert_shows(figure, expected);
@@ -197,9 +197,9 @@ fn measured_figures_keep_their_curves_and_units() {
 #[test]
 fn the_same_figure_is_the_same_bytes() {
     let (mut once, mut again) = (model_figures(), model_figures());
-    let measured = analysed();
-    once.extend(figures::measured(&measured));
-    again.extend(figures::measured(&measured));
+    let analysed = analysed();
+    once.extend(measured(&analysed));
+    again.extend(measured(&analysed));
     for (once, again) in once.iter().zip(&again) {
         assert_eq!(
             once.to_svg().unwrap(),
@@ -313,11 +313,11 @@ fn what_was_not_found_is_not_drawn() {
         .unwrap()
         .instances
         .clear();
-    let figures = figures::measured(&nothing);
+    let figures = measured(&nothing);
     assert_eq!(figures.len(), 1, "the trial in time remains");
     figures[0].to_svg().unwrap();
     nothing.recordings.clear();
-    assert_eq!(figures::measured(&nothing), []);
+    assert_eq!(measured(&nothing), []);
 }
 
 const CARRIER_HZ: f64 = 35e3;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
 
-use calibration::Calibration;
+use config::Calibration;
 
 use crate::program::bench;
 use crate::session::{finish, text};
@@ -100,9 +100,8 @@ impl Room {
         let (mut calibration, _) =
             Calibration::read(&self.calibration()).expect("a room of its own");
         change(&mut calibration);
-        calibration
-            .write(&self.calibration())
-            .expect("a room of its own");
+        let text = calibration.to_text().expect("a calibration that was read");
+        fs::write(self.calibration(), text).expect("a room of its own");
     }
 }
 

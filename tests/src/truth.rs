@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use calibration::Calibration;
+use config::Calibration;
 use mock_hw::scenario::Scenario;
 use num_complex::Complex64;
 

@@ -17,8 +17,8 @@ const STYLES: [(Ink, Dash); 4] = [
     (Ink::Green, Dash::Dotted),
 ];
 
-/// All of them.
-pub fn model(parameters: &Parameters, curves: &Curves) -> Vec<Figure> {
+/// Draws the model's figures, in the paper's order.
+pub fn draw(parameters: &Parameters, curves: &Curves) -> Vec<Figure> {
     vec![
         impedance_by_stiffness(parameters, curves),
         balance(parameters, curves),

@@ -13,6 +13,7 @@ use anyhow::Context;
 use crate::cli;
 
 pub use curves::Curves;
+pub use figures::draw;
 pub use parameters::Parameters;
 pub use rows::{
     Balance, Friction, Gap, Impedance, ImpedanceByStiffness, Motion, Squeeze, Stiffness,
@@ -30,7 +31,7 @@ pub fn run(options: &cli::Model) -> anyhow::Result<Vec<PathBuf>> {
     let mut written = curves.write(&options.out)?;
     if !options.csv_only {
         written.extend(::figures::write(
-            &figures::model(&parameters, &curves),
+            &draw(&parameters, &curves),
             &options.out,
         )?);
     }

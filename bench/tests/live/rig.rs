@@ -5,10 +5,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use analysis::record::Record;
-use config::Config;
+use config::{Config, Effective};
 use devices::acquisition::RecordingCommand;
-use devices::Bench;
-use friction_bench::gpio::{GpioError, Input, Lines, input, output};
+use devices::{Bench, Hardware, Lines};
 use jiff::Timestamp;
 use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig};
 use mock_hw::scenario::Scenario;
@@ -17,10 +16,10 @@ use recording::pipeline::Account;
 use recording::recorder::{Begin, RecorderNotice};
 use recording::writer::Ending;
 use recording::{AudioFormat, RecordingReader};
-use safety::SafetyState;
+use safety::{GpioError, Input, SafetyState, input, output};
 use mock_hw::world_clock::Pace;
 use signalgen::Waveform;
-use tasks::Clock;
+use tasks::{Clock, Schedule};
 
 pub const RATE_HZ: u32 = 192_000;
 pub const CHANNELS: u16 = 4;
@@ -55,6 +54,22 @@ impl Clock for HostClock {
 /// The clock of a bench on `apparatus`.
 pub fn clock(apparatus: &Apparatus) -> Arc<dyn Clock> {
     Arc::new(HostClock(apparatus.clock()))
+}
+
+/// The bench of `config` on `apparatus`, opened and played; the test itself steps its tasks.
+pub fn open(apparatus: &Apparatus, config: Config, lines: Lines) -> Bench {
+    let hardware = Hardware {
+        host: apparatus.host(),
+        lines,
+        force_port: Some(apparatus.force_port().unwrap().to_owned()),
+        clock: clock(apparatus),
+        schedule: Schedule::Threads,
+        guard: Box::new(()),
+        simulated: true,
+    };
+    let bench = Bench::open(&Effective::uncalibrated(config), 35_000.0, hardware).unwrap();
+    bench.life.streams().play().unwrap();
+    bench
 }
 
 /// A recording in `folder` of all inputs at `rate_hz`.
@@ -140,10 +155,8 @@ impl Rig {
             heartbeat: Some(output("heartbeat", pins.heartbeat)),
             ..Lines::default()
         };
-        let port = Some(apparatus.force_port().unwrap().to_owned());
-        let clock = clock(&apparatus);
-        let bench = Bench::open(&config, 35_000.0, &apparatus.host(), lines, port, &clock).unwrap();
-        bench.streams.play().unwrap();
+        let rate_hz = config.audio.rate_hz;
+        let bench = open(&apparatus, config, lines);
         Self {
             apparatus,
             bench,
@@ -152,7 +165,7 @@ impl Rig {
             warnings: Vec::new(),
             ticks: 0,
             disk_stalls: false,
-            rate_hz: config.audio.rate_hz,
+            rate_hz,
             held_up: (u64::MAX, 0),
             temp: tempfile::tempdir().unwrap(),
         }
@@ -200,7 +213,7 @@ impl Rig {
                 task.poll(now_ns)?;
             }
         }
-        let safety = self.bench.shared.safety.get().unwrap_or_default();
+        let safety = self.bench.signals.state.get().unwrap_or_default();
         self.bench.drive.poll(&safety);
         for batch in self.bench.batches.try_iter() {
             self.record.frames.extend(batch.frames);

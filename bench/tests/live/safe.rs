@@ -192,7 +192,7 @@ fn a_bouncing_e_stop_stops_once_and_only_the_operator_brings_the_drive_back() {
 fn a_kill_from_anywhere_latches() {
     let mut rig = Rig::driven();
     rig.pass(0.3);
-    rig.bench.kill.kill();
+    rig.bench.life.kill_switch().kill();
     let state = loop {
         let state = rig.tick();
         if state != SafetyState::Armed {

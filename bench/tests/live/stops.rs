@@ -5,14 +5,14 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
-use analysis::trial_fit::Refit;
 use console::Front;
 use contact::AssumedConstants;
 use crossbeam_channel::{Receiver, Sender};
-use devices::Bench;
+use config::Effective;
 use devices::drive::{settings, waveform};
-use friction_bench::gpio::{GpioError, Lines, Output, input, output};
+use devices::{Bench, Life, Lines};
 use friction_bench::readiness::Readiness;
+use friction_bench::refit::Refit;
 use friction_bench::run::read_protocol;
 use friction_bench::session::{SessionTask, Wiring};
 use mock_hw::apparatus::Apparatus;
@@ -21,10 +21,11 @@ use mock_hw::scenario::Scenario;
 use mock_hw::serial::ForceFault;
 use protocols::{Session, TrialKey, TrialOutcome, TrialRecord};
 use recording::manifest::EventKind;
+use safety::{GpioError, Output, input, output};
 use tasks::Task;
 use tui::event::{LogLevel, PhaseKind};
 
-use crate::rig::{RATE_HZ, apparatus, begin, clock, config, events};
+use crate::rig::{RATE_HZ, apparatus, begin, config, events, open};
 
 /// A heartbeat whose wire can be cut.
 struct Cuttable {
@@ -68,13 +69,13 @@ struct Rig {
     warnings: Vec<String>,
     errors: Vec<String>,
     begun: Arc<Mutex<Vec<PathBuf>>>,
-    _streams: signalgen::audio::Streams,
+    _life: Life,
     _temp: tempfile::TempDir,
 }
 
 impl Rig {
     fn new(records: &[TrialRecord]) -> Self {
-        let config = Arc::new(config(&[]));
+        let config = config(&[]);
         let mut apparatus = apparatus(Scenario::default());
         let pins = apparatus.pins().unwrap();
         let heartbeat_cut = Arc::new(AtomicBool::new(false));
@@ -88,22 +89,19 @@ impl Rig {
             heartbeat: Some(Box::new(heartbeat)),
             ..Lines::default()
         };
-        let port = Some(apparatus.force_port().unwrap().to_owned());
-        let clock = clock(&apparatus);
-        let bench = Bench::open(&config, 35_000.0, &apparatus.host(), lines, port, &clock).unwrap();
-        bench.streams.play().unwrap();
+        let bench = open(&apparatus, config.clone(), lines);
         let Bench {
-            streams,
+            life,
             drive,
             batches,
             recording,
             notices,
             gauge,
             button,
-            shared,
+            signals,
+            gauges,
             before,
             after,
-            stop,
             ..
         } = bench;
 
@@ -138,14 +136,15 @@ impl Rig {
             journal: crossbeam_channel::unbounded().0,
             refits,
             fits,
-            shared,
-            stop,
+            signals,
+            gauges,
+            stop: life.stop().clone(),
         };
         let (protocol, _) = read_protocol("demo").unwrap();
         let machine = Session::resume(protocol, "sub-01".parse().unwrap(), 1, records).unwrap();
         let session = SessionTask::new(
             machine,
-            config,
+            Arc::new(Effective::uncalibrated(config)),
             admit,
             begin,
             wiring,
@@ -167,7 +166,7 @@ impl Rig {
             warnings: Vec::new(),
             errors: Vec::new(),
             begun,
-            _streams: streams,
+            _life: life,
             _temp: temp,
         };
         rig.until(PhaseKind::Idle);

@@ -16,7 +16,7 @@ use bench_tests::program::{friction_bench, installed};
 use bench_tests::recorded::interrupted_in_good_order;
 use bench_tests::running::until;
 use bench_tests::session::{SessionFolder, config_with, finish, text};
-use calibration::Calibration;
+use config::Calibration;
 use mock_hw::scenario::built_in;
 use recording::study::LOCK_FILE;
 use recording::study::event_log::ExitStatus;

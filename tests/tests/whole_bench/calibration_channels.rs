@@ -360,14 +360,15 @@ fn the_measured_clipping_level_is_flagged_in_its_place() {
     let channels = room.channels();
     let clips_at = channels.inputs[1].clips_at.clone().unwrap().value;
     assert!((clips_at - 0.5).abs() < 1e-6, "{clips_at}");
-    let mut config = config::Config::parse(
+    let config = config::Config::parse(
         &text(&finish(bench().args(["run", "--mock", "--print-config"]))),
         "bench.toml",
     )
     .unwrap();
     let (calibration, _) = Calibration::read(&room.calibration()).unwrap();
     assert!((config.channels.pickup.clip_units - 0.999).abs() < 1e-12);
-    config::held::apply(&calibration, &mut config);
+    let bench = config::Effective::under_calibration(config, &calibration);
+    let config = bench.config();
     assert!((config.channels.pickup.clip_units - 0.4995).abs() < 1e-6);
     assert!((config.channels.drive.clip_units - 0.4995).abs() < 1e-6);
     // What the plate's calibration would have taken for sound is now refused.

@@ -10,21 +10,20 @@ use std::sync::Arc;
 
 use bench_tests::program::protocol;
 use bench_tests::session::SessionFolder;
-use config::Config;
-use devices::Hardware;
+use config::{Config, Effective};
+use devices::{Hardware, Lines};
 use devices::sound::Tone;
+use friction_bench::apparatus::{Apparatus as Bench, Watcher};
 use friction_bench::cli;
-use friction_bench::gpio::{Lines, input, output};
 use friction_bench::run::{Plan, run};
-use friction_bench::apparatus::Watcher;
 use jiff::{SignedDuration, Timestamp};
 use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig, Senses};
 use mock_hw::person::{Cue, Instruction, Percept};
 use mock_hw::scenario::Scenario;
 use mock_hw::world_clock::Pace;
+use safety::{input, output};
 use serde_json::Value;
-use tasks::{Clock, later};
-use tasks::{Pacer, Schedule};
+use tasks::{Clock, Pacer, Schedule, later};
 
 /// An apparatus's clock whose date is set by an hour back and forth.
 struct SetClock {
@@ -80,7 +79,7 @@ fn participant(senses: Senses) -> Watcher {
     })
 }
 
-fn hardware(set: &'static [(f64, i64)]) -> Hardware {
+fn apparatus(set: &'static [(f64, i64)]) -> Bench {
     let config = ApparatusConfig::new(Scenario::default(), 1, Pace::Stepped);
     let mut apparatus = Apparatus::new(config).unwrap();
     let pins = apparatus.pins().unwrap();
@@ -88,7 +87,8 @@ fn hardware(set: &'static [(f64, i64)]) -> Hardware {
         clock: apparatus.clock(),
         set,
     };
-    Hardware {
+    let watchers = vec![participant(apparatus.senses())];
+    let hardware = Hardware {
         host: apparatus.host(),
         lines: Lines {
             encoder: Some([
@@ -101,13 +101,16 @@ fn hardware(set: &'static [(f64, i64)]) -> Hardware {
             heartbeat: Some(output("heartbeat", pins.heartbeat)),
         },
         force_port: Some(apparatus.force_port().unwrap().to_owned()),
-        vibrometer_port: None,
         clock: Arc::new(clock),
-        watchers: vec![participant(apparatus.senses())],
-        hands: None,
-        claim: None,
+        guard: Box::new(()),
         simulated: true,
         schedule: Schedule::Lockstep(Box::new(Stepper(apparatus))),
+    };
+    Bench {
+        hardware,
+        watchers,
+        hands: None,
+        vibrometer_port: None,
     }
 }
 
@@ -135,8 +138,8 @@ fn session(study: &Path, set: &'static [(f64, i64)]) -> PathBuf {
         mock_truth: None,
         participant_display: None,
     };
-    let plan = Plan::new(config, &options).unwrap();
-    let report = run(plan, hardware(set), std::io::sink()).unwrap();
+    let plan = Plan::new(Effective::uncalibrated(config), &options).unwrap();
+    let report = run(plan, apparatus(set), std::io::sink()).unwrap();
     assert!(report.completed, "{:?}", report.reason);
     SessionFolder::read(study, "sub-01").unwrap().path
 }

@@ -1,19 +1,19 @@
-//! The apparatus' digital lines, as embedded-hal 1.0 pins.
+//! The digital lines of the apparatus, as embedded-hal 1.0 pins.
 //!
 //! | line | direction, seen from the bench | meaning |
 //! | --- | --- | --- |
-//! | encoder A, B | in | quadrature of the finger's carriage, 25 µm a count by default; B leads A towards increasing position |
+//! | encoder A, B | in | quadrature of the finger's carriage, 25 µm a count; B leads A towards increasing position |
 //! | e-stop loop | in | normally closed: high is healthy, low is pressed or a cut wire |
 //! | button | in | high while the participant presses it |
 //! | amplifier enable | out | high asks for power |
 //! | heartbeat | out | any edge, rising or falling, retriggers a hardware one-shot of 100 ms |
 //!
-//! The amplifier passes the drive only while enable is high, the one-shot runs and the e-stop loop
-//! is healthy: a bench that hangs with its lines driven loses the drive all the same.
+//! The amplifier passes the drive only while enable is high, the one-shot runs and the e-stop loop is healthy: a bench
+//! that hangs with its lines driven loses the drive all the same.
 //!
-//! The encoder shows its states one at a time: the next comes when both lines have been read. A
-//! poller that the operating system, or the world's period, holds up sees late counts, never wrong
-//! ones, as behind a hardware counter.
+//! The encoder shows its states one at a time, the next one when both lines have been read. A poller that is delayed by
+//! the operating system or by the period of the simulation sees late counts but no wrong ones, as behind a hardware
+//! counter.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -24,11 +24,11 @@ use embedded_hal::digital::{Error, ErrorKind, ErrorType, InputPin, OutputPin};
 use crate::scenario::Scenario;
 use crate::world_clock::{Pace, WorldClock};
 
-/// In real time the encoder shows where the carriage was this long ago, ns: the world advances in
-/// bursts, and a reader faster than them must still see every state.
+/// Latency of the encoder in real time, ns: the simulation advances in bursts, and a reader faster than them must still
+/// see every state.
 pub const ENCODER_LATENCY_NS: u64 = 10_000_000;
 
-/// Positions kept for readers: a third of a second at the default period.
+/// Number of positions kept for readers: a third of a second at the default period.
 const HISTORY: u64 = 1024;
 
 /// Levels of A and B in four successive states towards increasing position.
@@ -37,8 +37,8 @@ const QUADRATURE: [[bool; 2]; 4] = [[false, false], [false, true], [true, true],
 /// Why a simulated pin could not be read or driven.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum PinError {
-    /// The fault panel took the GPIO chip away.
-    #[error("the GPIO chip has gone")]
+    /// The GPIO chip was removed.
+    #[error("the GPIO chip is no longer present")]
     Gone,
 }
 
@@ -48,7 +48,7 @@ impl Error for PinError {
     }
 }
 
-/// An input line, by what is wired to it.
+/// Input lines, by the device at their other end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum InputLine {
     EncoderA,
@@ -57,7 +57,7 @@ enum InputLine {
     Button,
 }
 
-/// An output line, by what is wired to it.
+/// Output lines, by the device at their other end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum OutputLine {
     AmplifierEnable,
@@ -78,7 +78,7 @@ pub struct SimOutput {
     board: Arc<PinBoard>,
 }
 
-/// All lines of the apparatus, to be taken apart.
+/// All lines of the apparatus.
 #[derive(Debug)]
 pub struct Pins {
     /// Encoder channel A.
@@ -95,7 +95,7 @@ pub struct Pins {
     pub heartbeat: SimOutput,
 }
 
-/// State behind the pins, shared by the world, the bench's pins and the fault panel.
+/// State behind the pins, shared by the simulation, the bench's pins and the fault panel.
 #[derive(Debug)]
 pub(crate) struct PinBoard {
     clock: Arc<WorldClock>,
@@ -109,7 +109,7 @@ pub(crate) struct PinBoard {
     heartbeat: AtomicBool,
     one_shot: Mutex<OneShot>,
     relay_welded: bool,
-    /// Carriage position at the end of step k in slot k mod [`HISTORY`], as bits.
+    /// Bits of the carriage positions, m; that of the end of step k is in slot k mod [`HISTORY`].
     positions_m: Box<[AtomicU64]>,
     /// Number of positions written.
     written: AtomicU64,
@@ -125,6 +125,7 @@ struct Shown {
 }
 
 impl PinBoard {
+    /// Returns the lines of an apparatus that is off.
     pub(crate) fn new(scenario: &Scenario, clock: Arc<WorldClock>) -> Arc<Self> {
         Arc::new(Self {
             clock,
@@ -144,6 +145,7 @@ impl PinBoard {
         })
     }
 
+    /// Returns the bench's ends of the lines.
     pub(crate) fn pins(self: &Arc<Self>) -> Pins {
         let input = |line| SimInput {
             line,
@@ -163,7 +165,7 @@ impl PinBoard {
         }
     }
 
-    /// Whether the amplifier passes the drive at world time `ns`.
+    /// Whether the amplifier passes the drive at simulated time `ns`.
     pub(crate) fn amplifier_on(&self, ns: u64) -> bool {
         let closed = lock(&self.one_shot).runs_at(ns)
             && self.enable.load(Ordering::Acquire)
@@ -203,7 +205,7 @@ impl PinBoard {
         f64::from_bits(self.positions_m[slot(index)].load(Ordering::Relaxed))
     }
 
-    /// Carriage position at the encoder when the world's clock shows `now_ns`, m.
+    /// Returns the carriage position at the encoder at simulated time `now_ns`, m.
     fn carriage_m(&self, now_ns: u64) -> f64 {
         loop {
             let written = self.written.load(Ordering::Acquire);
@@ -226,14 +228,14 @@ impl PinBoard {
             let start_ns = self.clock.ns_of(before + 1);
             let length_ns = self.clock.ns_of(before + 2) - start_ns;
             let part = shown_ns.saturating_sub(start_ns) as f64 / length_ns as f64;
-            // Half the history is the writer's margin: only a reader that slept through it retries.
+            // Half the history is a margin for the writer: only a reader that was suspended for longer retries.
             if self.written.load(Ordering::Acquire) - written < HISTORY / 2 {
                 return from + (to - from) * part.min(1.0);
             }
         }
     }
 
-    /// Level of line A (0) or B (1).
+    /// Returns the level of line A (0) or B (1), and notes that it was read.
     fn encoder(&self, line: usize, now_ns: u64) -> bool {
         let carriage = (self.carriage_m(now_ns) * self.counts_per_m).floor() as i64;
         let mut shown = lock(&self.shown);
@@ -280,10 +282,10 @@ impl PinBoard {
     }
 }
 
-/// Retriggerable: it runs for a fixed time after the last edge.
+/// Retriggerable one-shot, which runs for a fixed time after the last edge.
 ///
-/// It remembers when its run began, because a real-time world that was frozen makes up for time in
-/// which no edge came, and an edge of today must not keep the amplifier on yesterday.
+/// The beginning of the run is kept, because a real-time simulation that was suspended makes up for time in which no
+/// edge came: an edge after the suspension must not keep the amplifier on during it.
 #[derive(Debug)]
 struct OneShot {
     length_ns: u64,
@@ -478,7 +480,7 @@ mod tests {
         let (mut simulated, mut previous_m) = (0, 0.0);
         for poll in 0..5_000u64 {
             let now_ns = 200_000 * poll;
-            // The world wakes every 8 ms and makes up for all that is due.
+            // The simulation wakes every 8 ms and makes up for all that is due.
             while clock.ns_of(simulated + 1) <= now_ns / 8_000_000 * 8_000_000 {
                 simulated += 1;
                 let end_s = 1e-9 * clock.ns_of(simulated) as f64;

@@ -71,7 +71,8 @@ impl TruthWriter {
         let mut series = BufWriter::new(File::create_new(folder.join("truth.csv"))?);
         writeln!(
             series,
-            "time_s,frame,sigma_t_m,re_z_t_n_s_per_m,im_z_t_n_s_per_m,mu0,gap_m,k_c_n_per_m,mu,normal_n,lateral_n,position_m,velocity_m_per_s,amplitude_m"
+            "time_s,frame,sigma_t_m,re_z_t_n_s_per_m,im_z_t_n_s_per_m,mu0,gap_m,k_c_n_per_m,mu,normal_n,lateral_n,\
+             position_m,velocity_m_per_s,amplitude_m"
         )?;
         Ok(Self { series })
     }

@@ -1,36 +1,39 @@
-//! What lies between the program and the sound card and says nothing of it: a resampler, a wrong order of channels, a channel
-//! that falls behind.
+//! Software between the program and the sound card that changes samples without reporting it: a resampler, a wrong
+//! order of channels, a channel that falls behind.
 
 use crate::plant::reconstruction::kaiser_sinc;
 use crate::scenario::{ChannelSlip, SoundLayerTable};
 
-/// Zero crossings of the interpolation kernel to either side.
+/// Number of zero crossings of the interpolation kernel to either side.
 const CROSSINGS: f64 = 32.0;
-/// Where the filter before a lower rate ends, of half that rate; its slope is a tenth of that rate wide.
+/// Centre of the slope of the anti-alias filter, as a share of half the lower rate. The slope is a tenth of the lower
+/// rate wide.
 const PASS: f64 = 0.9;
-/// Kernel values per input sample; read with linear interpolation, to 1e-5.
+/// Number of kernel values per input sample; linear interpolation between them is true to 1e-5.
 const FINENESS: f64 = 512.0;
 
-/// The layer on the way out and on the way in.
+/// The layer in both directions.
 #[derive(Debug)]
 pub(crate) struct SoundLayer {
     resampler: Option<[Stage; 2]>,
     inputs: Vec<usize>,
     slip: Option<Slipping>,
-    /// One frame before it is reordered.
+    /// A frame before it is reordered.
     frame: Vec<f32>,
     rate_hz: f64,
     frames: u64,
 }
 
+/// The channel that falls behind.
 #[derive(Debug)]
 struct Slipping {
     slip: ChannelSlip,
-    /// The last samples of its channel.
+    /// The last samples of the channel.
     ring: Vec<f32>,
 }
 
 impl SoundLayer {
+    /// Builds the layer for a sound card of `channels` inputs at `rate_hz`.
     pub fn new(settings: &SoundLayerTable, channels: usize, rate_hz: f64) -> Self {
         let resampler = settings.rate_hz.map(|layer_hz| {
             let ratio = rate_hz / layer_hz;
@@ -57,7 +60,7 @@ impl SoundLayer {
         }
     }
 
-    /// What becomes of the drive on its way to the card.
+    /// Changes the drive on its way to the card.
     pub fn play(&mut self, drive: &mut [f32]) {
         let Some([down, up]) = &mut self.resampler else {
             return;
@@ -71,7 +74,7 @@ impl SoundLayer {
         }
     }
 
-    /// What becomes of the inputs on their way to the program.
+    /// Changes the interleaved inputs on their way to the program.
     pub fn record(&mut self, interleaved: &mut [f32]) {
         let channels = self.frame.len();
         for inputs in interleaved.chunks_exact_mut(channels) {
@@ -91,10 +94,10 @@ impl SoundLayer {
     }
 }
 
-/// A stream of samples at one rate read at another: a Kaiser-windowed sinc about every output instant.
+/// Change of the sample rate, by a Kaiser-windowed sinc about every output instant.
 #[derive(Debug)]
 struct Stage {
-    /// Input samples per output sample.
+    /// Number of input samples per output sample.
     step: f64,
     /// Reach of the kernel, input samples.
     half: f64,
@@ -106,7 +109,7 @@ struct Stage {
 }
 
 impl Stage {
-    /// Passes what is below `cutoff`, of half the input's rate.
+    /// Builds a stage that passes frequencies below `cutoff`, as a share of half the input's rate.
     fn new(step: f64, cutoff: f64) -> Self {
         let half = CROSSINGS / cutoff;
         let kernel = (0..=(half * FINENESS) as usize + 1)
@@ -129,10 +132,10 @@ impl Stage {
         self.taken += 1;
     }
 
-    /// The next output sample, once every input that it rests on is there.
+    /// Returns the next output sample, once all inputs that it depends on have come.
     fn pull(&mut self) -> Option<f64> {
         let at = self.made as f64 * self.step;
-        // Two samples in hand at the beginning, so that uneven arrivals leave no holes later.
+        // Two samples in hand at the beginning, so that no output is missing when inputs arrive unevenly.
         let in_hand = if self.primed { 0.0 } else { 2.0 };
         if (self.taken as f64) < at + self.half + 1.0 + in_hand {
             return None;

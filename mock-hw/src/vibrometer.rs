@@ -32,7 +32,9 @@ pub(crate) struct Vibrometer {
 const LINE_BYTES: usize = 64;
 
 impl Vibrometer {
-    /// Draws the instrument by `seed`. On a `synchronous` line every byte sent is readable before the simulation goes on.
+    /// Draws the instrument by `seed`.
+    ///
+    /// On a `synchronous` line every byte sent is readable before the simulation goes on.
     pub(crate) fn open(seed: u64, synchronous: bool) -> io::Result<Self> {
         let mut rng = seed::stream(seed, seed::Stream::Vibrometer);
         let off: f64 = StandardNormal.sample(&mut rng);

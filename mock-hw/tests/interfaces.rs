@@ -1,8 +1,12 @@
 //! The simulated apparatus seen from outside: through cpal, a serial port and embedded-hal pins.
+//!
+//! Where the operating system has no pseudo-terminals, only sound cards and pins are tested.
 #![expect(clippy::unwrap_used, reason = "a failing test should panic")]
 
+#[cfg(unix)]
 #[path = "interfaces/force_line.rs"]
 mod force_line;
+#[cfg(unix)]
 #[path = "interfaces/known_masses.rs"]
 mod known_masses;
 #[path = "interfaces/pins.rs"]
@@ -11,7 +15,9 @@ mod pins;
 mod sound_card;
 #[path = "interfaces/streams.rs"]
 mod streams;
+#[cfg(unix)]
 #[path = "interfaces/vibrometer.rs"]
 mod vibrometer;
+#[cfg(unix)]
 #[path = "interfaces/world.rs"]
 mod world;

@@ -1,4 +1,4 @@
-//! A period of the running simulated world allocates nothing, however many streams and ports are open.
+//! A period of a running simulation allocates nothing, however many streams and ports are open.
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use cpal::traits::{DeviceTrait, HostTrait, StreamTrait};

@@ -1,4 +1,4 @@
-//! Every scenario that is shipped reads, says what it is for, and makes the bench it promises.
+//! Every scenario file reads, states its purpose and makes the bench that it describes.
 #![expect(clippy::unwrap_used, reason = "a failing test should panic")]
 
 use std::collections::BTreeSet;
@@ -18,7 +18,7 @@ fn shipped(name: &str) -> Scenario {
 }
 
 #[test]
-fn every_scenario_reads_and_says_what_it_is_for() {
+fn every_scenario_file_reads_states_its_purpose_and_is_built_in() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
     let mut files = BTreeSet::new();
     for entry in std::fs::read_dir(folder).unwrap() {
@@ -67,7 +67,7 @@ fn the_truth_of_a_run_is_written_once_and_reads_back() {
         serde_json::from_slice(&std::fs::read(folder.path().join("truth.json")).unwrap()).unwrap();
     assert_eq!(constants["fingertip"]["sigma_t_m"], 1.7e-6);
     assert_eq!(constants["scenario"]["plate"]["resonance_hz"], 35e3);
-    // the second mode changes the nominal 7.01 N·s/m by little
+    // The second mode changes the nominal 7.01 N·s/m by little
     let re = constants["z_p_n_s_per_m"][0].as_f64().unwrap();
     assert!((re / 7.01 - 1.0).abs() < 5e-3, "{re}");
 

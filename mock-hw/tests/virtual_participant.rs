@@ -1,4 +1,4 @@
-//! The virtual participant does what the screen says, as a person would: late, imprecisely, and learning.
+//! The virtual participant follows the screen as a person would: late, imprecisely, and learning.
 
 use mock_hw::person::{Act, Cue, Instruction, Percept, Person};
 use mock_hw::scenario::{BehaviourTable, ParticipantTable};
@@ -44,7 +44,7 @@ impl Session {
         })
     }
 
-    /// Places the finger, waits for the button, counts down; returns when the button came, s.
+    /// Places the finger, waits for the button, counts down; returns the time of the button, s.
     fn get_ready(&mut self) -> Option<f64> {
         let placed = self.watch(4.0, |_| mark(Instruction::PlaceFinger));
         self.watch(1.0, |_| mark(Instruction::GetReady));
@@ -54,7 +54,7 @@ impl Session {
             .map(|i| i as f64 * DT_S)
     }
 
-    /// One exploration from left to right; its acts.
+    /// Explores once from left to right; returns the acts.
     fn explore(&mut self) -> Vec<Act> {
         let seconds = (END_M - START_M) / SPEED_M_PER_S;
         self.watch(seconds, |t| Percept {
@@ -88,7 +88,7 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
     sum / n
 }
 
-/// Acts within the central 60 mm.
+/// Returns the acts within the central 60 mm.
 fn central(acts: &[Act]) -> impl Iterator<Item = &Act> {
     acts.iter()
         .filter(|a| (0.0225..=0.0825).contains(&a.finger.position_m))

@@ -31,8 +31,8 @@ impl FaultPanel {
         self.cards.inject(direction, kind);
     }
 
-    /// Lets the converter lose frames without reporting it, from the end of the buffer in progress: the output is silent
-    /// for as long, or the input samples never arrive and the next buffer's time is later.
+    /// Lets the converter lose frames without reporting it, from the end of the buffer in progress: the output is
+    /// silent for as long, or the input samples never arrive and the next buffer's time is later.
     pub fn skip_frames(&self, direction: Direction, frames: u64) {
         self.cards.skip_frames(direction, frames);
     }

@@ -21,8 +21,8 @@ pub struct ApparatusConfig {
     pub period_frames: u32,
     /// Where the force sensor's counters begin; drawn by `seed` when absent.
     pub force_start: Option<DeviceStart>,
-    /// An existing folder for `truth.json` and `truth.csv`, which are written from the first period on in which a stream
-    /// of the bench's converter is open; nothing is written when absent.
+    /// An existing folder for `truth.json` and `truth.csv`; they are not written when absent. They begin with the first
+    /// period in which a stream of the bench's converter is open.
     pub truth_path: Option<PathBuf>,
 }
 

@@ -74,8 +74,8 @@ impl Apparatus {
     /// Builds the apparatus; in real time it starts at once.
     ///
     /// # Errors
-    /// [`ApparatusError`] when the period fits no sound card, the folder for the truth does not exist, or a pseudo-terminal
-    /// or the real-time thread cannot be had from the operating system.
+    /// [`ApparatusError`] when the period fits no sound card, the folder for the truth does not exist, or the operating
+    /// system refuses a pseudo-terminal or the real-time thread.
     pub fn new(config: ApparatusConfig) -> Result<Self, ApparatusError> {
         let frames = config.period_frames;
         if !PERIOD_FRAMES.contains(&frames) || !frames.is_multiple_of(PERIOD_MULTIPLE) {
@@ -143,8 +143,8 @@ impl Apparatus {
 
     /// Returns the force sensor's serial port, to be opened by path.
     ///
-    /// In a stepped apparatus only the thread that steps may read it: a step waits until its burst is readable, and fails
-    /// after a while when another thread has taken it.
+    /// In a stepped apparatus only the thread that steps may read it: a step waits until its burst is readable, and
+    /// times out when another thread has taken it.
     ///
     /// # Errors
     /// [`ApparatusError::NoSerialPort`] where the operating system has no pseudo-terminals.
@@ -225,8 +225,8 @@ impl Apparatus {
     /// Lets one period of a stepped apparatus pass.
     ///
     /// # Errors
-    /// [`ApparatusError::NotStepped`] in real time; [`ApparatusError::Serial`] or [`ApparatusError::Truth`] when a serial
-    /// line or a truth file fails.
+    /// [`ApparatusError::NotStepped`] in real time; [`ApparatusError::Serial`] or [`ApparatusError::Truth`] when a
+    /// serial line or a truth file fails.
     pub fn step(&mut self) -> Result<(), ApparatusError> {
         match &mut self.driver {
             Driver::Stepped(world) => world.step(),

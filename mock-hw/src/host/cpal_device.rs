@@ -60,7 +60,7 @@ impl HostTrait for Host {
         Some(self.device(Card::Bench))
     }
 
-    /// The speakers, as on any machine: the bench's converter must be asked for.
+    /// Returns the speakers, as on any machine: the bench's converter must be asked for by its id.
     fn default_output_device(&self) -> Option<Device> {
         Some(self.device(Card::Speakers))
     }
@@ -117,7 +117,7 @@ impl fmt::Display for Device {
 }
 
 impl Device {
-    /// Channels, by direction: outputs and inputs.
+    /// Returns the numbers of output and of input channels.
     fn channels(&self) -> (u16, u16) {
         match self.card {
             Card::Bench => (BENCH_OUTPUTS, self.cards.inputs),
@@ -174,7 +174,10 @@ impl Device {
         ))
     }
 
-    /// The buffer of a stream that the device supports, or what it does not support.
+    /// Returns the buffer of a stream and its length, frames.
+    ///
+    /// # Errors
+    /// `UnsupportedConfig`, with what the device does not support.
     fn buffer(
         &self,
         config: &StreamConfig,
@@ -234,7 +237,7 @@ impl Device {
         Error::with_message(ErrorKind::DeviceBusy, format!("{self} is already open"))
     }
 
-    /// Both directions run on one clock.
+    /// Returns the error of a rate that differs from the other direction's: both directions run on one clock.
     fn other_rate(&self, wanted_hz: u32, running_hz: u32) -> Error {
         Error::with_message(
             ErrorKind::UnsupportedConfig,

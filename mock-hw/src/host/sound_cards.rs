@@ -20,12 +20,12 @@ pub const BENCH_OUTPUTS: u16 = 2;
 /// Sample rate of the speakers, Hz.
 pub const SPEAKERS_RATE_HZ: u32 = 48_000;
 
-/// One direction of the bench's converter, for fault injection.
+/// Direction of the bench's converter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {
-    /// From the bench to the plate.
+    /// Output, from the bench to the plate.
     Output,
-    /// From the sensors to the bench.
+    /// Input, from the sensors to the bench.
     Input,
 }
 
@@ -41,6 +41,7 @@ pub(crate) struct SoundCards {
     speaker_frames: AtomicU64,
 }
 
+/// Returns cpal's name of a sample format.
 fn cpal_format(format: scenario::SampleFormat) -> SampleFormat {
     match format {
         scenario::SampleFormat::F32 => SampleFormat::F32,
@@ -60,6 +61,7 @@ pub(super) struct BenchCard {
 }
 
 impl SoundCards {
+    /// Returns both sound cards with no stream open.
     pub(crate) fn new(clock: Arc<WorldClock>, converter: &ConverterTable) -> Arc<Self> {
         Arc::new(Self {
             clock,
@@ -79,7 +81,7 @@ impl SoundCards {
         })
     }
 
-    /// Rate at which the bench's converter runs now, Hz.
+    /// Returns the present rate of the bench's converter, Hz.
     pub(crate) fn rate_hz(&self) -> u32 {
         lock(&self.bench).rate_hz
     }
@@ -90,12 +92,12 @@ impl SoundCards {
         bench.output.is_open() || bench.input.is_open()
     }
 
-    /// Frames that the speakers have played.
+    /// Returns the number of frames that the speakers have played.
     pub(crate) fn speaker_frames(&self) -> u64 {
         self.speaker_frames.load(Ordering::Relaxed)
     }
 
-    /// Fills `drive` with the first output channel from world time `start_ns` on.
+    /// Fills `drive` with the first output channel from simulated time `start_ns` on.
     pub(crate) fn play(&self, start_ns: u64, rate_hz: u32, drive: &mut [f32]) {
         drive.fill(0.0);
         lock(&self.bench)
@@ -105,22 +107,21 @@ impl SoundCards {
             });
     }
 
-    /// Gives the input stream what its converter sampled from `start_ns` on: interleaved, all
-    /// channels of the device.
+    /// Gives the input stream the samples from simulated time `start_ns` on, interleaved, all channels of the device.
     pub(crate) fn record(&self, start_ns: u64, rate_hz: u32, inputs: &[f32]) {
         lock(&self.bench)
             .input
             .record(start_ns, rate_hz, inputs, usize::from(self.inputs));
     }
 
-    /// Plays one world period on the speakers.
+    /// Plays one period on the speakers.
     pub(crate) fn play_speakers(&self, start_ns: u64) {
         let frames = self.clock.period_frames_at(SPEAKERS_RATE_HZ);
         let played = lock(&self.speakers).play(start_ns, SPEAKERS_RATE_HZ, frames, |_, _| {});
         self.speaker_frames.fetch_add(played, Ordering::Relaxed);
     }
 
-    /// The next period reports `kind` to the stream of that direction.
+    /// Reports `kind` to the stream of a direction in the next period.
     pub(crate) fn inject(&self, direction: Direction, kind: ErrorKind) {
         match direction {
             Direction::Output => lock(&self.bench).output.inject(kind),
@@ -128,8 +129,8 @@ impl SoundCards {
         }
     }
 
-    /// From the next buffer on, `frames` frames are lost: silence is played without asking for
-    /// it, or samples never arrive.
+    /// Loses `frames` frames from the next buffer on: the output plays silence in their place, or the input never
+    /// delivers them.
     pub(crate) fn skip_frames(&self, direction: Direction, frames: u64) {
         match direction {
             Direction::Output => lock(&self.bench).output.skip(frames),
@@ -137,12 +138,12 @@ impl SoundCards {
         }
     }
 
-    /// The next `frames` frames of the input are not numbers.
+    /// Makes the next `frames` frames of the input NaN.
     pub(crate) fn spoil_frames(&self, frames: u64) {
         lock(&self.bench).input.spoil(frames);
     }
 
-    /// Callbacks of that direction stop coming, or come again.
+    /// Stops the callbacks of a direction, or resumes them.
     pub(crate) fn halt(&self, direction: Direction, halted: bool) {
         match direction {
             Direction::Output => lock(&self.bench).output.halt(halted),
@@ -151,7 +152,8 @@ impl SoundCards {
     }
 }
 
+/// Locks a part of the sound cards' state.
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // A callback that panicked has spoilt its own stream, not the world.
+    // A callback that panicked has damaged its own stream only.
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -63,19 +63,19 @@ impl StreamSamples {
     }
 }
 
-/// What the two kinds of streams have in common.
+/// Buffer of a stream in either direction.
 pub(super) struct Buffer {
     samples: StreamSamples,
     channels: usize,
     frames: usize,
-    /// Frame that is played or filled next.
+    /// Index of the frame that is played or filled next.
     cursor: usize,
     running: Arc<AtomicBool>,
     on_error: ErrorCallback,
 }
 
 impl Buffer {
-    /// `None` if the format is none of the device's.
+    /// Returns an empty buffer; `None` for a format that is not simulated.
     pub(super) fn new(
         format: SampleFormat,
         channels: u16,
@@ -103,7 +103,7 @@ pub(super) struct OutputStream {
 pub(super) struct InputStream {
     buffer: Buffer,
     callback: InputCallback,
-    /// When the first frame in the buffer was sampled.
+    /// Simulated time at which the first frame in the buffer was sampled, ns.
     first_ns: u64,
 }
 
@@ -145,7 +145,7 @@ impl InputStream {
 
 pub(super) trait Opened {
     fn buffer(&mut self) -> &mut Buffer;
-    /// Forgets what a stopped stream has half played or half filled.
+    /// Discards a buffer that a stopped stream has half played or half filled.
     fn rewind(&mut self);
 }
 
@@ -169,12 +169,13 @@ impl Opened for InputStream {
     }
 }
 
-/// A direction of a device: at most one stream, and the faults laid on it.
+/// A direction of a device: at most one stream, and the faults injected into it.
 pub(super) struct Track<S> {
     stream: Option<S>,
     errors: VecDeque<ErrorKind>,
+    /// Number of coming frames that are lost.
     skip: u64,
-    /// Frames to come that are not numbers.
+    /// Number of coming frames that are NaN.
     spoilt: u64,
     halted: bool,
 }
@@ -200,7 +201,7 @@ impl<S: Opened> Track<S> {
         self.stream = Some(stream);
     }
 
-    /// Takes out the stream whose handle carries `running`.
+    /// Removes the stream whose handle holds `running`.
     pub(super) fn close(&mut self, running: &Arc<AtomicBool>) -> Option<S> {
         self.stream
             .take_if(|stream| Arc::ptr_eq(&stream.buffer().running, running))
@@ -222,7 +223,7 @@ impl<S: Opened> Track<S> {
         self.halted = halted;
     }
 
-    /// The stream if it runs, after its errors were told.
+    /// Reports pending errors, then returns the stream if it runs.
     fn running(&mut self) -> Option<(&mut S, &mut u64)> {
         let stream = self.stream.as_mut()?;
         while let Some(kind) = self.errors.pop_front() {
@@ -241,8 +242,7 @@ fn frame_ns(start_ns: u64, frame: usize, rate_hz: u32) -> u64 {
 }
 
 impl Track<OutputStream> {
-    /// Plays `frames` frames into `first_channel(frame, sample)`; returns how many were asked
-    /// for from the callback's buffers.
+    /// Plays `frames` frames into `first_channel(frame, sample)`; returns how many came from the callback's buffers.
     pub(super) fn play(
         &mut self,
         start_ns: u64,
@@ -272,7 +272,7 @@ impl Track<OutputStream> {
 }
 
 impl Track<InputStream> {
-    /// Records interleaved frames of `device_channels`, of which the stream takes its first ones.
+    /// Records interleaved frames of `device_channels`, of which the stream takes the first ones.
     pub(super) fn record(
         &mut self,
         start_ns: u64,

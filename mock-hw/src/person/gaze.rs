@@ -1,26 +1,26 @@
-//! What the eyes have seen of the slider: its past, and the guess of its present that smooth pursuit makes.
+//! The slider as the eyes have seen it, and its present position as smooth pursuit predicts it.
 
 use std::collections::VecDeque;
 
-/// From the eye to the hand in smooth pursuit, s.
+/// Delay from eye to hand in smooth pursuit, s.
 const VISUAL_DELAY_S: f64 = 0.1;
-/// The eyes judge speed over this long, s.
+/// Time over which the eyes judge speed, s.
 const SPEED_WINDOW_S: f64 = 0.1;
-/// How far back anything is remembered, s.
+/// Time after which a seen position is forgotten, s.
 const MEMORY_S: f64 = 1.0;
-/// The eyes are sampled no oftener than this, s.
+/// Least time between two seen positions, s.
 const GLANCE_S: f64 = 5e-3;
 const GLANCES: usize = 256;
-/// Share of the visual delay that prediction makes up for.
+/// Share of the visual delay for which prediction compensates.
 const PREDICTION: f64 = 0.8;
 
-/// The seen past of the slider.
+/// Positions of the slider that were seen.
 #[derive(Debug, Clone)]
 pub(crate) struct Gaze {
     seen: VecDeque<(f64, f64)>,
 }
 
-/// What the hand is to follow: position, m, and velocity, m/s.
+/// Position, m, and velocity, m/s, for the hand to follow.
 pub(crate) type Pursued = Option<(f64, f64)>;
 
 impl Gaze {
@@ -30,6 +30,7 @@ impl Gaze {
         }
     }
 
+    /// Takes in the slider's position at `t_s`; all positions are forgotten when it is not shown.
     pub fn see(&mut self, t_s: f64, slider_m: Option<f64>) {
         let Some(position_m) = slider_m else {
             self.seen.clear();
@@ -52,12 +53,12 @@ impl Gaze {
         self.seen.push_back((t_s, position_m));
     }
 
-    /// The slider where it is now (for a mark that stands still).
+    /// Returns the position seen last, m, for a mark at rest.
     pub fn latest(&self) -> Option<f64> {
         self.seen.back().map(|(_, position_m)| *position_m)
     }
 
-    /// The slider as it is pursued at `t_s`.
+    /// Returns the slider's position and velocity as pursued at `t_s`.
     pub fn pursued(&self, t_s: f64) -> Pursued {
         let now_s = t_s - VISUAL_DELAY_S;
         let position_m = self.at(now_s)?;
@@ -74,6 +75,7 @@ impl Gaze {
         ))
     }
 
+    /// Returns the position seen at `t_s`, interpolated, m.
     fn at(&self, t_s: f64) -> Option<f64> {
         let after = self.seen.partition_point(|(then_s, _)| *then_s <= t_s);
         let (from_s, from_m) = *self.seen.get(after.checked_sub(1)?)?;

@@ -8,14 +8,16 @@ use rand_distr::{Distribution, StandardNormal};
 use super::gaze::Pursued;
 use crate::scenario::BehaviourTable;
 
-/// Reaching through the air, and creeping to the mark while touching, m/s.
+/// Speed of the hand in the air, m/s.
 const REACH_M_PER_S: f64 = 0.25;
+/// Speed towards the mark while the finger touches, m/s.
 const CREEP_M_PER_S: f64 = 0.02;
-/// Within this distance the mark is reached, m.
+/// Distance within which the mark counts as reached, m.
 const ON_MARK_M: f64 = 1e-3;
 const REACH_TIME_S: f64 = 0.1;
-/// A lag behind the slider is made up for at this rate, 1/s, but by no more than this share of its speed.
+/// Rate at which a lag behind the slider is caught up, 1/s.
 const CATCH_UP_PER_S: f64 = 1.0;
+/// Greatest speed of catching up, as a share of the slider's speed.
 const CATCH_UP_SHARE: f64 = 0.05;
 const LEAST_CATCH_UP_M_PER_S: f64 = 2e-3;
 /// Correlation time of fluctuating speed error, s.
@@ -23,7 +25,7 @@ const WANDER_TIME_S: f64 = 0.3;
 const TREMOR_HZ: f64 = 9.5;
 const TREMOR_COHERENCE_S: f64 = 0.3;
 
-/// A hand that follows, reaches and rests, with speed error and tremor.
+/// The exploring hand, with speed error and tremor.
 #[derive(Debug, Clone)]
 pub(crate) struct Hand {
     position_m: f64,
@@ -48,7 +50,7 @@ impl Hand {
         }
     }
 
-    /// Position, m, and velocity, m/s, tremor included.
+    /// Returns position, m, and velocity, m/s, with tremor.
     pub fn motion(&self) -> (f64, f64) {
         (
             self.position_m + self.tremor.value(),
@@ -56,14 +58,14 @@ impl Hand {
         )
     }
 
-    /// Stays where it is.
+    /// Comes to rest at its present position.
     pub fn rest(&mut self, h_s: f64, rng: &mut ChaCha8Rng) {
         self.velocity *= (-h_s / REACH_TIME_S).exp();
         self.position_m += self.velocity * h_s;
         self.tremor.advance(h_s, rng);
     }
 
-    /// Goes to a mark; says whether it is there.
+    /// Moves towards a mark; returns whether it has arrived.
     pub fn reach(&mut self, mark_m: f64, touching: bool, h_s: f64, rng: &mut ChaCha8Rng) -> bool {
         let fastest = if touching {
             CREEP_M_PER_S
@@ -77,7 +79,7 @@ impl Hand {
         (mark_m - self.position_m).abs() < ON_MARK_M
     }
 
-    /// Follows what is pursued: its speed promptly, its position at leisure.
+    /// Follows the slider: its speed promptly, its position slowly.
     pub fn pursue(&mut self, pursued: Pursued, h_s: f64, rng: &mut ChaCha8Rng) {
         let Some((target_m, target_velocity)) = pursued else {
             self.rest(h_s, rng);
@@ -96,7 +98,7 @@ impl Hand {
     }
 }
 
-/// Narrow-band oscillation: a rotating phasor that forgets its phase.
+/// Narrow-band oscillation: a rotating phasor that loses its phase coherence.
 #[derive(Debug, Clone)]
 pub(crate) struct Tremor {
     omega: f64,

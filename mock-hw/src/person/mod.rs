@@ -1,4 +1,4 @@
-//! The virtual participant: sees and hears what a participant would, moves one finger and presses a button.
+//! The virtual participant, who sees and hears as a participant would, moves one finger and presses a button.
 
 mod gaze;
 mod hand;
@@ -17,20 +17,40 @@ use pressing::Pressing;
 use crate::scenario::{BehaviourTable, ParticipantTable};
 use crate::seed;
 
-/// Motion and force are integrated in steps no longer than this, s.
+/// Longest step of the integration of motion and force, s.
 const LONGEST_STEP_S: f64 = 1e-3;
-/// Where the idle hand hovers before it has seen a start mark, m.
+/// Position of the idle hand before it has seen a start mark, m.
 const IDLE_POSITION_M: f64 = 0.0;
-/// From being ready to pressing the button, s.
+/// Time from being ready to pressing the button, s.
 const SETTLE_S: f64 = 0.5;
-/// A lapse lifts the finger at a random moment of this span after the exploration began, s.
+/// Earliest time of an erroneous lift, s after the beginning of the exploration.
 const LIFT_FROM_S: f64 = 0.4;
+/// Span of time within which an erroneous lift begins, s.
 const LIFT_WITHIN_S: f64 = 0.8;
+/// Time for which the button is held down, s.
 const BUTTON_HOLD_S: f64 = 0.15;
-/// When nothing happens the button is pressed again after this long, s.
+/// Time after which the button is pressed again when nothing has happened, s.
 const IMPATIENCE_S: f64 = 2.0;
 
 /// One simulated participant.
+///
+/// ```
+/// use mock_hw::person::{Instruction, Percept, Person};
+/// use mock_hw::scenario::Scenario;
+///
+/// let mut person = Person::draw(&Scenario::default().participant, 1);
+/// let percept = Percept {
+///     instruction: Instruction::PlaceFinger,
+///     slider_m: Some(0.01),
+///     ..Percept::default()
+/// };
+/// let acts: Vec<_> = (0..400)
+///     .map(|n| person.step(0.01 * f64::from(n), 0.01, &percept))
+///     .collect();
+/// assert!(!acts[0].finger.touching);
+/// assert!(acts[399].finger.touching);
+/// assert!(acts.iter().any(|act| act.button_pressed));
+/// ```
 #[derive(Debug, Clone)]
 pub struct Person {
     behaviour: BehaviourTable,
@@ -40,18 +60,18 @@ pub struct Person {
     press: Pressing,
     /// The instruction being acted on.
     doing: Instruction,
-    /// What has been seen but not reacted to yet, and when the reaction comes.
+    /// Instruction that has been seen but not reacted to yet, and the time of the reaction, s.
     noticed: Option<(Instruction, f64)>,
     settled_since_s: Option<f64>,
     button_until_s: f64,
     lift_at_s: Option<f64>,
     learnt_from_feedback: bool,
-    /// The end was heard; the slider that may still be shown is over.
+    /// Whether the end of the exploration was heard; a slider that is still shown is then ignored.
     heard_end: bool,
 }
 
 impl Person {
-    /// The person of `seed`.
+    /// Draws the person of `seed`.
     #[must_use]
     pub fn draw(participant: &ParticipantTable, seed: u64) -> Self {
         let behaviour = participant.behaviour.clone();
@@ -75,7 +95,7 @@ impl Person {
         }
     }
 
-    /// What the person does until `t_s + dt_s`, having seen `percept` at `t_s`.
+    /// Shows `percept` at `t_s` and returns what the person does at `t_s + dt_s`.
     pub fn step(&mut self, t_s: f64, dt_s: f64, percept: &Percept) -> Act {
         self.gaze.see(t_s, percept.slider_m);
         self.notice(t_s, percept);
@@ -87,8 +107,9 @@ impl Person {
         self.act(t_s + dt_s)
     }
 
+    /// Takes in a percept and schedules the reaction to a new instruction.
     fn notice(&mut self, t_s: f64, percept: &Percept) {
-        // the end cue is quicker than reading the screen
+        // The end cue is perceived sooner than the screen.
         let following = percept.instruction == Instruction::FollowSlider;
         self.heard_end = following && (self.heard_end || percept.cue == Some(Cue::End));
         let seen = if self.heard_end {
@@ -118,6 +139,7 @@ impl Person {
         self.noticed = Some((seen, at_s));
     }
 
+    /// Draws the reaction time to an instruction, s.
     fn reaction_s(&mut self, to: Instruction) -> f64 {
         let white: f64 = StandardNormal.sample(&mut self.rng);
         let usual = self.behaviour.reaction_s * (0.2 * white).exp();
@@ -131,6 +153,7 @@ impl Person {
             }
     }
 
+    /// Begins to act on an instruction.
     fn begin(&mut self, instruction: Instruction, t_s: f64) {
         self.doing = instruction;
         self.settled_since_s = None;
@@ -144,6 +167,7 @@ impl Person {
         }
     }
 
+    /// Integrates motion and force over `h_s`.
     fn advance(&mut self, t_s: f64, h_s: f64) {
         if let Some((instruction, at_s)) = self.noticed
             && t_s >= at_s
@@ -191,7 +215,7 @@ impl Person {
         self.press.advance(h_s, &mut self.rng);
     }
 
-    /// Goes to the mark with the finger up, lands, settles, presses the button.
+    /// Moves to the mark with the finger up, then lands, settles and presses the button.
     fn place(&mut self, t_s: f64, h_s: f64) {
         let Some(mark_m) = self.gaze.latest() else {
             self.hand.rest(h_s, &mut self.rng);
@@ -210,7 +234,7 @@ impl Person {
         self.press_button_once_settled(t_s);
     }
 
-    /// Presses the button after a moment, and again when nothing comes of it.
+    /// Presses the button after a moment, and again when nothing has happened.
     fn press_button_once_settled(&mut self, t_s: f64) {
         let since_s = *self.settled_since_s.get_or_insert(t_s);
         if t_s - since_s >= SETTLE_S {
@@ -219,6 +243,7 @@ impl Person {
         }
     }
 
+    /// Returns what the person does at `t_s`.
     fn act(&self, t_s: f64) -> Act {
         let normal_n = self.press.force_n();
         let (position_m, velocity_m_per_s) = self.hand.motion();

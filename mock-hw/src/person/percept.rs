@@ -1,19 +1,19 @@
-//! What a participant sees and hears, and what the hand then does.
+//! Percepts and acts of a participant.
 
-/// Everything a participant can know of the experiment at one moment.
+/// Everything that a participant sees and hears at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Percept {
-    /// What the screen tells the participant to do.
+    /// Instruction on the screen.
     pub instruction: Instruction,
-    /// The slider (or the start mark) along the plate, m; `None` when it is not shown.
+    /// Position of the slider or of the start mark along the plate, m; `None` when none is shown.
     pub slider_m: Option<f64>,
-    /// The number of a countdown on the screen.
+    /// Number of the countdown on the screen.
     pub countdown: Option<u32>,
-    /// Mean normal force of the exploration just made, N, as shown.
+    /// Mean normal force of the last exploration as shown, N.
     pub mean_force_n: Option<f64>,
-    /// The band of normal force that the screen asks for, N, from and to.
+    /// Least and greatest normal force that the screen asks for, N.
     pub force_band_n: Option<(f64, f64)>,
-    /// A sound that begins now.
+    /// Sound that begins now.
     pub cue: Option<Cue>,
 }
 
@@ -30,20 +30,20 @@ impl Default for Percept {
     }
 }
 
-/// What the screen tells the participant to do.
+/// Instruction to the participant on the screen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Instruction {
-    /// Nothing yet.
+    /// Wait.
     Wait,
     /// Take the finger off the plate.
     LiftFinger,
-    /// Pressing the button to go on, finger off the plate.
+    /// Press the button to continue, finger off the plate.
     PressButton,
     /// Touch the plate at the start mark and press the button when ready.
     PlaceFinger,
     /// Keep still: the countdown runs.
     GetReady,
-    /// Slide after the slider.
+    /// Follow the slider.
     FollowSlider,
     /// Read the mean force.
     Feedback,
@@ -55,7 +55,7 @@ pub enum Instruction {
     Finished,
 }
 
-/// A sound.
+/// Cue sound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cue {
     /// An exploration starts.
@@ -64,23 +64,23 @@ pub enum Cue {
     End,
 }
 
-/// The finger at one moment.
+/// State of the finger at one moment.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FingerState {
-    /// Along the plate, m, 0 at its left end.
+    /// Position along the plate, m, 0 at its left end.
     pub position_m: f64,
-    /// Along the plate, m/s.
+    /// Velocity along the plate, m/s.
     pub velocity_m_per_s: f64,
-    /// Normal force on the plate, N; 0 when it does not touch.
+    /// Normal force on the plate, N; 0 off the plate.
     pub normal_n: f64,
-    /// Whether it touches the plate.
+    /// Whether the finger touches the plate.
     pub touching: bool,
 }
 
-/// What a person does: one hand's finger on the plate, the other hand on the button.
+/// Act of a person, with one hand's finger on the plate and the other hand on the button.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Act {
-    /// The exploring finger.
+    /// State of the exploring finger.
     pub finger: FingerState,
     /// Whether the button is held down.
     pub button_pressed: bool,

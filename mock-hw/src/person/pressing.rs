@@ -1,4 +1,4 @@
-//! Normal force: what the person aims at, misjudges, learns, and cannot hold still.
+//! Normal force of the person: its aim, misjudgement, learning, wander and tremor.
 
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -7,18 +7,18 @@ use super::hand::Tremor;
 use crate::scenario::BehaviourTable;
 
 const TREMOR_HZ: f64 = 10.0;
-/// The finger lands and lifts with this time constant, s.
+/// Time constant with which the finger lands and lifts, s.
 const LANDING_S: f64 = 0.03;
-/// Less than this share of the aim and the finger is in the air.
+/// Share of the aim below which the finger is off the plate.
 const LIFTED: f64 = 0.01;
-/// A touching person presses at least this share of the aim.
+/// Least share of the aim with which a touching finger presses.
 const LEAST_SHARE: f64 = 0.1;
 
 /// The pressing finger.
 #[derive(Debug, Clone)]
 pub(crate) struct Pressing {
     aim_n: f64,
-    /// Force exerted per force meant, less one.
+    /// Relative excess of the exerted force over the intended one.
     misjudgement: f64,
     learning: f64,
     wander_n: f64,
@@ -26,7 +26,7 @@ pub(crate) struct Pressing {
     wander_time_s: f64,
     tremor: Tremor,
     down: bool,
-    /// 0 in the air, 1 fully on the plate.
+    /// Progress of landing, from 0 in the air to 1 on the plate.
     landed: f64,
 }
 
@@ -49,7 +49,7 @@ impl Pressing {
         self.aim_n = aim_n;
     }
 
-    /// Corrects part of the error that the shown mean force reveals.
+    /// Corrects part of the error of the mean force that was shown.
     pub fn learn(&mut self, mean_n: f64) {
         if mean_n > 0.0 {
             self.misjudgement -= self.learning * (mean_n / self.aim_n - 1.0);
@@ -79,7 +79,7 @@ impl Pressing {
         self.landed += (goal - self.landed) * (1.0 - (-h_s / LANDING_S).exp());
     }
 
-    /// Force on the plate, N; 0 in the air.
+    /// Returns the force on the plate, N; 0 in the air.
     pub fn force_n(&self) -> f64 {
         if !self.is_touching() {
             return 0.0;

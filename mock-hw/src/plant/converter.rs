@@ -6,20 +6,21 @@ use rand_distr::{Distribution, StandardNormal};
 use crate::scenario::ConverterTable;
 use crate::seed;
 
-/// Where within the sample interval a channel is read, and how many whole samples later it is handed out.
+/// Moment at which a channel is read, and the delay until it is handed out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Tap {
-    /// 0 to 1.
+    /// Position within the sample interval, 0 to 1.
     pub moment: f64,
+    /// Delay, whole samples.
     pub samples: usize,
 }
 
-/// Inputs come this many samples after the interval that makes them, so that channels may lead as well as lag.
+/// Delay of the inputs behind the interval that makes them, samples, so that channels may lead as well as lag.
 pub(crate) const LATENCY: usize = 8;
 const DEPTH: usize = 32;
 
 impl Tap {
-    /// `offset_samples` > 0 reads later in time; |offset| < [`LATENCY`].
+    /// Returns the tap of a channel that reads `offset_samples` later than nominal; |offset| must be below [`LATENCY`].
     pub fn new(offset_samples: f64) -> Self {
         let total = offset_samples - LATENCY as f64;
         Self {
@@ -29,7 +30,7 @@ impl Tap {
     }
 }
 
-/// One channel's delay by whole samples.
+/// Delay line of one channel, in whole samples.
 #[derive(Debug, Clone)]
 pub(crate) struct Delay {
     ring: [f64; DEPTH],
@@ -46,7 +47,7 @@ impl Delay {
         }
     }
 
-    /// Forgets what is under way.
+    /// Discards the samples in the line.
     pub fn clear(&mut self) {
         self.ring = [0.0; DEPTH];
     }
@@ -60,7 +61,7 @@ impl Delay {
     }
 }
 
-/// Ideal channel values in, sample values out.
+/// Makes sample values of ideal channel values.
 #[derive(Debug, Clone)]
 pub(crate) struct Converter {
     gains: Vec<f64>,
@@ -85,10 +86,10 @@ impl Converter {
         }
     }
 
-    /// Converts one frame of at most the converter's channels; those beyond `ideal` are quiet.
+    /// Converts one frame; channels beyond `ideal` are quiet.
     #[inline]
     pub fn frame(&mut self, ideal: &[f64], out: &mut [f32]) {
-        // adding and subtracting 1.5·2⁵² rounds to nearest even
+        // Adding and subtracting 1.5·2⁵² rounds to nearest even
         const ROUND: f64 = 6_755_399_441_055_744.0;
         let aggressor = self.gains[0] * ideal[0];
         for (channel, (sample, gain)) in out.iter_mut().zip(&self.gains).enumerate() {

@@ -1,4 +1,4 @@
-//! The two-axis force sensor: a resonant mount sampled by a clock of its own.
+//! The two-axis force sensor: a resonant mount, sampled by a clock of its own.
 
 use nalgebra::{Matrix2, Matrix4, Vector2};
 use rand_chacha::ChaCha8Rng;
@@ -7,26 +7,27 @@ use rand_distr::{Distribution, StandardNormal};
 use crate::scenario::ForceSensorTable;
 use crate::seed;
 
-/// One sample as it leaves the sensor.
+/// A sample as it leaves the force sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorSample {
-    /// When it was taken, in seconds of true time; input frame 0 is time 0.
+    /// True time of the sample, s; input frame 0 is time 0.
     pub time_s: f64,
-    /// The same moment on the device's clock, s since the device started with the simulation.
+    /// Time of the sample by the device's clock, s since the beginning of the simulation.
     pub device_time_s: f64,
-    /// Normal force as read, N, positive when the finger presses.
+    /// Reading of the normal axis, N, positive when the finger presses.
     pub normal_n: f64,
-    /// Lateral force as read, N, positive towards increasing position.
+    /// Reading of the lateral axis, N, positive towards increasing position.
     pub lateral_n: f64,
-    /// The normal axis is at the end of its range.
+    /// Whether the normal axis is at the end of its range.
     pub normal_saturated: bool,
-    /// The lateral axis is at the end of its range.
+    /// Whether the lateral axis is at the end of its range.
     pub lateral_saturated: bool,
 }
 
-/// Forces of finger on plate at one moment: normal, lateral, N.
+/// Normal and lateral force on the plate at one moment, N.
 pub(crate) type Forces = [f64; 2];
 
+/// The force sensor with its state.
 #[derive(Debug, Clone)]
 pub(crate) struct ForceSensor {
     scenario: ForceSensorTable,
@@ -57,7 +58,7 @@ impl ForceSensor {
         }
     }
 
-    /// Takes all samples up to `time_s`, when `forces` act; forces run straight between calls.
+    /// Takes all samples up to `time_s`, when `forces` act; between calls forces change linearly.
     pub fn advance(&mut self, time_s: f64, forces: Forces, out: &mut Vec<SensorSample>) {
         let (from_s, from) = self.previous.unwrap_or((time_s, forces));
         loop {
@@ -149,7 +150,7 @@ impl Wander {
     }
 }
 
-/// Second-order mount, exact for an input that runs straight between samples.
+/// Second-order mount, exact for an input that changes linearly between samples.
 #[derive(Debug, Clone)]
 struct Mount {
     state: Matrix2<f64>,
@@ -159,7 +160,7 @@ struct Mount {
 
 impl Mount {
     fn new(scenario: &ForceSensorTable) -> Self {
-        // time in units of the sampling interval; states: reading, its rate, input, input's rate
+        // Time in units of the sampling interval; states: reading, its rate, input, input's rate
         let omega = std::f64::consts::TAU * scenario.resonance_hz / scenario.rate_hz;
         let damping = 2.0 * scenario.damping_ratio * omega;
         #[rustfmt::skip]

@@ -8,16 +8,17 @@ use super::force_sensor::Forces;
 use crate::scenario::MassesTable;
 use crate::seed;
 
-/// Where a mass goes.
+/// Axis of the force sensor that a known mass loads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
-    /// On the plate: it presses.
+    /// The normal axis: the mass lies on the plate.
     Normal,
-    /// Over the pulley: it pulls towards increasing position, a negative mass over one at the other end the other way.
+    /// The lateral axis: the mass hangs over the pulley and pulls towards increasing position. A negative mass hangs
+    /// over a pulley at the other end and pulls the other way.
     Lateral,
 }
 
-/// A weight on its way to rest: from what it was to what it will be.
+/// A weight that comes to rest after a change.
 #[derive(Debug, Clone, Copy, Default)]
 struct Settling {
     from_n: f64,
@@ -26,12 +27,14 @@ struct Settling {
 }
 
 impl Settling {
+    /// Returns the weight at `time_s` for oscillations of frequency `hz` and decay time `decay_s`, N.
     fn at(&self, time_s: f64, hz: f64, decay_s: f64) -> f64 {
         let t = (time_s - self.since_s).max(0.0);
         self.to_n + (self.from_n - self.to_n) * (-t / decay_s).exp() * (TAU * hz * t).cos()
     }
 }
 
+/// The known masses on the plate and over the pulley.
 #[derive(Debug, Clone)]
 pub(crate) struct KnownMasses {
     scenario: MassesTable,
@@ -50,7 +53,7 @@ impl KnownMasses {
         }
     }
 
-    /// A hand puts the mass that is marked `mass_kg` in place of whatever lies or hangs there.
+    /// Puts the mass that is marked `mass_kg` in the place of the one that lies or hangs there.
     pub fn place(&mut self, axis: Axis, mass_kg: f64, time_s: f64) {
         let weight_n = self.true_mass_kg(mass_kg) * self.scenario.gravity_m_per_s2;
         let (on_plate_n, on_pulley_n) = self.weights_n(time_s);
@@ -65,14 +68,14 @@ impl KnownMasses {
         };
     }
 
-    /// A hand takes everything away.
+    /// Removes all masses.
     pub fn remove(&mut self, time_s: f64) {
         for axis in [Axis::Normal, Axis::Lateral] {
             self.place(axis, 0.0, time_s);
         }
     }
 
-    /// Forces on the sensor, normal and lateral, N.
+    /// Returns the normal and lateral force of the masses on the sensor at `time_s`, N.
     pub fn forces(&self, time_s: f64) -> Forces {
         let (weight_n, hanging_n) = self.weights_n(time_s);
         let pull_n = hanging_n * (1.0 - self.scenario.pulley_friction);
@@ -80,6 +83,7 @@ impl KnownMasses {
         [weight_n * cos - pull_n * sin, weight_n * sin + pull_n * cos]
     }
 
+    /// Returns the weight on the plate and that over the pulley at `time_s`, N.
     fn weights_n(&self, time_s: f64) -> (f64, f64) {
         let s = &self.scenario;
         (
@@ -88,7 +92,7 @@ impl KnownMasses {
         )
     }
 
-    /// The same mark is always the same mass.
+    /// Returns the true mass of the one marked `marked_kg`, always the same for the same mark, kg.
     fn true_mass_kg(&self, marked_kg: f64) -> f64 {
         let milligrams = (1e6 * marked_kg.abs()).round() as u64;
         let mut rng = seed::stream(self.seed ^ milligrams.rotate_left(32), seed::Stream::Masses);

@@ -10,9 +10,11 @@ use nalgebra::Complex;
 use super::reconstruction::{ORDER, Polynomial};
 use crate::scenario::PlateTable;
 
-/// PlateState variables: velocity and ω0·displacement of both plate modes and of the skin, all in m/s.
+/// Number of state variables: velocity and ω0·displacement of both plate modes and of the skin, all in m/s.
 pub(crate) const STATES: usize = 6;
+/// State variables and outputs, computed together.
 const LANES: usize = 8;
+/// Taylor terms at most; the sum ends earlier once its terms are negligible.
 const MAX_TERMS: usize = 96;
 const PICKUP_LANE: usize = STATES;
 const SURFACE_LANE: usize = STATES + 1;
@@ -33,6 +35,7 @@ pub(crate) struct SkinContact {
     pub damping_n_s_per_m: f64,
 }
 
+/// One flexural mode.
 #[derive(Debug, Clone, Copy)]
 struct Mode {
     mass_kg: f64,
@@ -53,7 +56,7 @@ impl Mode {
     }
 }
 
-/// The plate's two modes.
+/// The two modes of the plate.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Modes {
     modes: [Mode; 2],
@@ -85,7 +88,7 @@ impl Modes {
         }
     }
 
-    /// What an ideal instrument reads as γU/ṽ at the pickup with no finger on the plate, N·s/m.
+    /// Returns the impedance γU/ṽ at the pickup without a finger on the plate, N·s/m.
     pub fn unloaded_impedance(&self, omega: f64) -> Complex<f64> {
         let gamma = self.modes[0].force_factor_n_per_v;
         let admittance: Complex<f64> = self
@@ -99,19 +102,19 @@ impl Modes {
     }
 }
 
-/// PlateState of plate and skin.
+/// State of plate and skin.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct PlateState([f64; STATES]);
 
 impl PlateState {
-    /// Displacement of the plate under the finger, m.
+    /// Returns the displacement of the plate under the finger, m.
     #[inline]
     pub fn surface(&self, modes: &Modes) -> f64 {
         let [first, second] = &modes.modes;
         (self.0[1] + second.contact_ratio * self.0[3]) / first.omega_rad_per_s
     }
 
-    /// Zeroes a state that is too small for any converter to see, before it decays into denormal numbers.
+    /// Zeroes a state below any converter's resolution, before it decays into denormal numbers.
     pub fn flush(&mut self) {
         const INVISIBLE_M_PER_S: f64 = 1e-20;
         if self.0.iter().all(|z| z.abs() < INVISIBLE_M_PER_S) {
@@ -127,9 +130,9 @@ impl PlateState {
 /// Displacements within the interval just passed, m.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Outputs {
-    /// At the pickup, at its moment.
+    /// Displacement at the pickup, at the moment at which the pickup is read, m.
     pub pickup_m: f64,
-    /// Of the plate under the finger, in the middle of the interval.
+    /// Displacement of the plate under the finger, in the middle of the interval, m.
     pub surface_m: f64,
 }
 
@@ -141,7 +144,7 @@ pub(crate) struct Propagator {
     whole: Weights,
     at_pickup: Weights,
     at_middle: Weights,
-    /// Column per state, then per polynomial coefficient; lanes are the next state and the outputs.
+    /// One column per state variable, then one per polynomial coefficient; lanes are the next state and the outputs.
     columns: [[f64; LANES]; STATES + ORDER],
 }
 
@@ -175,7 +178,7 @@ impl Weights {
 }
 
 impl Propagator {
-    /// `pickup_at` is the moment within the interval, 0 to 1, at which the pickup is read.
+    /// Prepares the system; the pickup is read at `pickup_at` within the interval, 0 to 1.
     pub fn new(modes: Modes, interval_s: f64, pickup_at: f64) -> Self {
         Self {
             modes,
@@ -280,7 +283,7 @@ impl Propagator {
         }
     }
 
-    /// A·T of ż = A z + B U for the contact spring e = x_1 + c x_2 − x_t.
+    /// Returns A·T of ż = A z + B U for the contact spring e = x_1 + c x_2 − x_t.
     fn matrix(&self, contact: SkinContact, tissue: Tissue) -> [[f64; LANES]; STATES] {
         let omega0 = self.modes.modes[0].omega_rad_per_s;
         let ratio = self.modes.modes[1].contact_ratio;

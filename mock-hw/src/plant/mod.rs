@@ -1,10 +1,10 @@
 //! The physics of the bench in the time domain: plate, fingertip, film, force sensor, converters.
 //!
-//! Time: input frame `n` shows the plate at true time `n / (rate·(1 + clock_ppm))` since the rate was set. Generator samples reach the
-//! actuators [`Plant::loop_latency_frames`] later, as through a real converter's filters.
+//! Input frame `n` shows the plate at true time `n / (rate·(1 + 1e-6·clock_ppm))` since the rate was set. A generator
+//! sample reaches the actuators [`Plant::loop_latency_frames`] later, as through the filters of a real converter.
 //!
-//! Accuracy (tests of this module): Z_m from samples within 2e-5 of the harmonic solution without a finger and 5e-4 with
-//! one, at 96 and 192 kHz; friction under 6 Hz modulation within 4e-4 of a run with four times finer slow steps.
+//! Accuracy (tests of this module): Z_m from samples within 2e-5 of the harmonic solution without a finger and 5e-4
+//! with one, at 96 and 192 kHz; friction under 6 Hz modulation within 4e-4 of a run with four times finer slow steps.
 
 mod converter;
 mod force_sensor;
@@ -34,21 +34,37 @@ use crate::person::FingerState;
 use crate::run_truth::{TruthConstants, TruthSample};
 use crate::scenario::Scenario;
 
-/// Film, friction and forces are brought up to date this often, s.
+/// Period of the updates of film, friction and forces, s.
 const SLOW_STEP_S: f64 = 1e-4;
-/// Each of the two first-order averages over the squared surface motion, s.
+/// Time constant of each of the two first-order averages over the squared surface motion, s.
 const MEAN_SQUARE_S: f64 = 1e-4;
-/// The amplifier's output stage opens and closes this fast, s.
+/// Time constant with which the output stage of the amplifier opens and closes, s.
 const GATE_S: f64 = 50e-6;
-/// Below this force the finger counts as off the plate, N.
+/// Force below which the finger counts as off the plate, N.
 const LEAST_CONTACT_N: f64 = 1e-3;
-/// Static stiffness of the tissues, N/m: makes 0.01 N·s/m at the carrier, but holds the skin in place.
+/// Static stiffness of the tissues, N/m, which holds the skin in place; its reactance at the carrier is 0.01 N·s/m.
 const TISSUE_STIFFNESS_N_PER_M: f64 = 2e3;
-/// Mean square motion too small to matter, set to zero before it decays into denormal numbers, m².
+/// Mean square motion that is set to zero before it decays into denormal numbers, m².
 const INVISIBLE_M2: f64 = 1e-50;
+/// Period of the truth samples, s.
 const TRUTH_STEP_S: f64 = 1e-3;
 
-/// The simulated apparatus but for its interfaces.
+/// The simulated apparatus without its interfaces.
+///
+/// ```
+/// use mock_hw::person::FingerState;
+/// use mock_hw::plant::Plant;
+/// use mock_hw::scenario::Scenario;
+///
+/// let mut plant = Plant::new(&Scenario::default(), 1, 192e3);
+/// let drive: Vec<f32> = (0..1_920)
+///     .map(|n| (0.3 * (std::f64::consts::TAU * 35e3 * f64::from(n) / 192e3).sin()) as f32)
+///     .collect();
+/// let mut inputs = vec![0.0; drive.len() * plant.channels()];
+/// plant.step(&drive, true, &FingerState::default(), &mut inputs);
+/// let pickup = inputs.iter().skip(1).step_by(plant.channels());
+/// assert!(pickup.copied().fold(0.0, f32::max) > 0.1);
+/// ```
 #[derive(Debug, Clone)]
 pub struct Plant {
     scenario: Scenario,
@@ -64,7 +80,7 @@ pub struct Plant {
     readback_moment: f64,
     delays: [Delay; 3],
     patch: Patch,
-    /// What the inputs see in this frame.
+    /// Voltages at the inputs in this frame, before conversion.
     ideal: Vec<f64>,
     converter: Converter,
 
@@ -81,13 +97,13 @@ pub struct Plant {
     masses: KnownMasses,
 
     seed: u64,
-    /// True time of frame 0 at the present rate.
+    /// True time of frame 0 at the present rate, s.
     epoch_s: f64,
     frame: u64,
     frames_per_slow_step: u32,
     until_slow_step: u32,
     forces: Vec<SensorSample>,
-    /// How many of them have been taken by the end of the last step.
+    /// Number of `forces` that have been taken by the end of the last step.
     forces_due: usize,
     truth: Vec<TruthSample>,
     next_truth_s: f64,
@@ -101,15 +117,16 @@ struct FilmContact {
 }
 
 impl Plant {
-    /// The apparatus of `scenario` as `seed` realises it, at `rate_hz` audio frames per second by its own clock,
-    /// explored by the fingertip of the same seed.
+    /// Builds the apparatus of `scenario` as drawn by `seed`, with the fingertip of the same seed.
+    ///
+    /// It runs at `rate_hz` audio frames per second by its own clock.
     #[must_use]
     pub fn new(scenario: &Scenario, seed: u64, rate_hz: f64) -> Self {
         let fingertip = Fingertip::draw(&scenario.participant, seed);
         Self::with_fingertip(scenario, fingertip, seed, rate_hz)
     }
 
-    /// The apparatus of `seed`, explored by anyone's fingertip.
+    /// Builds the apparatus of `scenario` as drawn by `seed`, with a given fingertip.
     #[must_use]
     pub fn with_fingertip(
         scenario: &Scenario,
@@ -126,7 +143,8 @@ impl Plant {
         )
     }
 
-    /// Changes the audio frame rate, as a card reopened: skin, finger, sensor and time go on, the plate comes to rest.
+    /// Changes the audio frame rate, as a card that is reopened: skin, finger, sensor and time continue, the plate
+    /// comes to rest.
     pub fn set_rate(&mut self, rate_hz: f64) {
         let fresh = Self::build(
             self.scenario.clone(),
@@ -213,24 +231,24 @@ impl Plant {
         }
     }
 
-    /// Number of input channels.
+    /// Returns the number of input channels.
     #[must_use]
     pub fn channels(&self) -> usize {
         self.scenario.converter.channels
     }
 
-    /// Frames from a generator sample to the same sample on the line loop (channel 2).
+    /// Returns the number of frames from a generator sample to the same sample on the line loop (channel 2).
     #[must_use]
     pub fn loop_latency_frames() -> usize {
         Reconstruction::DAC_LATENCY + LATENCY
     }
 
-    /// One period: generator samples in, interleaved inputs out, of any length from one frame.
+    /// Simulates one period of any length from one frame: generator samples in, interleaved inputs out.
     ///
-    /// `finger` is where the finger is at the end of the period; it moves there evenly from where it was.
+    /// `finger` is the finger's state at the end of the period, to which it changes linearly from its last one.
     ///
     /// # Panics
-    /// When `inputs` is not `drive.len() · channels()` long.
+    /// If `inputs` is not `drive.len() · channels()` long.
     pub fn step(
         &mut self,
         drive: &[f32],
@@ -268,7 +286,7 @@ impl Plant {
         self.forces_due = self.forces.partition_point(|s| s.time_s <= end_s);
     }
 
-    /// Plugs the inputs' cables in another way, between two periods.
+    /// Connects the cables of the inputs in another way, between two periods.
     pub fn wire(&mut self, wiring: InputWiring) {
         if wiring != self.patch.wiring() {
             self.patch.wire(wiring);
@@ -283,25 +301,25 @@ impl Plant {
         self.masses.place(axis, mass_kg, now_s);
     }
 
-    /// Takes all masses away.
+    /// Removes all masses.
     pub fn remove_masses(&mut self) {
         let now_s = self.end_s();
         self.masses.remove(now_s);
     }
 
-    /// Samples that the force sensor took during the last [`Self::step`].
+    /// Returns the samples that the force sensor took during the last [`Self::step`].
     #[must_use]
     pub fn forces(&self) -> &[SensorSample] {
         &self.forces[..self.forces_due]
     }
 
-    /// The truth during the last [`Self::step`], once a millisecond.
+    /// Returns the truth during the last [`Self::step`], one sample a millisecond.
     #[must_use]
     pub fn truth(&self) -> &[TruthSample] {
         &self.truth
     }
 
-    /// What does not change in a run.
+    /// Returns the constants of the run.
     #[must_use]
     pub fn constants(&self) -> TruthConstants {
         let z_p = Modes::new(&self.scenario.plate).unloaded_impedance(self.omega_rad_per_s);
@@ -313,7 +331,7 @@ impl Plant {
         }
     }
 
-    /// True time at the end of the last step, s.
+    /// Returns the true time at the end of the last step, s.
     fn end_s(&self) -> f64 {
         self.epoch_s + self.frame as f64 * self.interval_s
     }
@@ -350,7 +368,7 @@ impl Plant {
             pickup = passed.pickup_m / self.scenario.pickup.metres_per_unit;
             middle_m = passed.surface_m;
         }
-        // twice an interval, so that the square of a 35 kHz motion does not alias at 96 kHz
+        // Twice an interval, so that the square of a 35 kHz motion does not alias at 96 kHz
         let end_m = self.state.surface(self.propagator.modes());
         let square = 0.5 * (middle_m * middle_m + end_m * end_m);
         let [first, second] = &mut self.mean_square;
@@ -381,7 +399,7 @@ impl Plant {
         let amplitude2 = 2.0 * self.mean_square[1];
         let tissue = tissue(skin.z_t_n_s_per_m, self.omega_rad_per_s);
 
-        // the converter shows this moment in a later frame, and frames are what time is counted by
+        // The converter shows this moment in a later frame, and time is counted in frames.
         let shown_frame = self.frame + LATENCY as u64;
         let time_s = self.epoch_s + shown_frame as f64 * self.interval_s;
         let mut now = TruthSample {
@@ -408,7 +426,7 @@ impl Plant {
             });
             self.contact = Some(FilmContact { gap_m, target_m });
 
-            // the stiffness that holds until the next slow step is that of its middle
+            // The stiffness until the next slow step is that of the middle of the step.
             let ahead_m = target_m + (gap_m - target_m) * (-0.5 * dt_s / film.lag(gap_m)).exp();
             let k_c = film.stiffness(ahead_m, amplitude2);
             let contact = SkinContact {
@@ -438,7 +456,7 @@ impl Plant {
         }
     }
 
-    /// Share of full friction, −1 to 1, after Dahl: it builds up over the presliding distance.
+    /// Returns the share of full friction, −1 to 1, which builds up over the presliding distance (Dahl's model).
     fn slide(&mut self, dt_s: f64) -> f64 {
         let reach = self.scenario.film.presliding_m;
         let travel = self.finger.velocity_m_per_s * dt_s;
@@ -448,7 +466,7 @@ impl Plant {
     }
 }
 
-/// What a DAC makes of a sample: full scale is ±1, and there is no NaN volt.
+/// Returns the output of a DAC for a sample: full scale is ±1, and NaN gives 0.
 #[inline]
 fn dac(sample: f32) -> f64 {
     if sample.is_nan() {
@@ -458,6 +476,7 @@ fn dac(sample: f32) -> f64 {
     }
 }
 
+/// Returns the tissue whose impedance at `omega` is Z_t.
 fn tissue(z_t_n_s_per_m: [f64; 2], omega: f64) -> Tissue {
     let [damping_n_s_per_m, im] = z_t_n_s_per_m;
     Tissue {
@@ -467,6 +486,7 @@ fn tissue(z_t_n_s_per_m: [f64; 2], omega: f64) -> Tissue {
     }
 }
 
+/// Returns the finger's state a `share` of the way from one to another.
 fn between(from: &FingerState, to: &FingerState, share: f64) -> FingerState {
     let mix = |a: f64, b: f64| a + share * (b - a);
     FingerState {

@@ -1,4 +1,4 @@
-//! Slow change of the skin: moisture drifts about its mean.
+//! Slow change of the skin as its moisture drifts about the mean.
 
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -7,8 +7,9 @@ use crate::fingertip::Fingertip;
 use crate::scenario::MoistureTable;
 use crate::seed;
 
-/// Z_t and σ_t change by these shares of the relative change of μ0: wet skin rubs more and is softer.
+/// Relative change of Z_t per relative change of μ0 (assumed: wet skin rubs more and is softer).
 const TISSUE_SHARE: f64 = -0.7;
+/// Relative change of σ_t per relative change of μ0 (assumed likewise).
 const ROUGHNESS_SHARE: f64 = -0.3;
 
 /// An Ornstein–Uhlenbeck process that starts at its mean.
@@ -30,7 +31,7 @@ impl Moisture {
         }
     }
 
-    /// The skin of `fingertip` as it is `dt_s` later.
+    /// Lets `dt_s` pass and returns the skin of `fingertip` after it.
     pub fn advance(&mut self, dt_s: f64, fingertip: &Fingertip) -> Fingertip {
         let kept = (-dt_s / self.time_s).exp();
         let white: f64 = StandardNormal.sample(&mut self.rng);

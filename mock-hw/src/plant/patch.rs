@@ -1,22 +1,22 @@
-//! A patch cable in the place of the plate: the amplifier's output, through the read-back's divider, to the inputs themselves.
+//! A patch cable in the place of the plate, from the amplifier's output through the read-back's divider to the inputs.
 
 use super::converter::{Delay, Tap};
 use super::reconstruction::{Polynomial, evaluate};
 use crate::scenario::ConverterTable;
 
-/// How the inputs' cables are plugged.
+/// Connection of the cables of the inputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum InputWiring {
-    /// Drive read-back, pickup, line: the bench.
+    /// Drive read-back, pickup and line to channels 0, 1 and 2, as the bench needs it.
     #[default]
     Bench,
-    /// The divided drive voltage to every input; the plate is not driven.
+    /// Divided drive voltage to every input; the plate is not driven.
     AllInputs,
-    /// The divided drive voltage to channel 0 alone, the other inputs terminated; the plate is not driven.
+    /// Divided drive voltage to channel 0, the other inputs terminated; the plate is not driven.
     DriveOnly,
 }
 
-/// The inputs as they see the patched voltage: each at its own moment, without the pickup's delay.
+/// The patched inputs, each read at its own moment and without the pickup's delay.
 #[derive(Debug, Clone)]
 pub(super) struct Patch {
     wiring: InputWiring,
@@ -44,7 +44,7 @@ impl Patch {
         self.inputs.iter_mut().for_each(|(_, delay)| delay.clear());
     }
 
-    /// What each input sees of the voltage of one sample interval.
+    /// Writes the values of all inputs for the voltage of one sample interval.
     #[inline]
     pub fn feed(&mut self, voltage: &Polynomial, divider: f64, ideal: &mut [f64]) {
         let all = self.wiring == InputWiring::AllInputs;

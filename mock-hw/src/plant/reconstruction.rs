@@ -1,4 +1,4 @@
-//! From generator samples to the continuous voltage across the actuators.
+//! Reconstruction of the continuous voltage across the actuators from generator samples.
 //!
 //! The DAC's reconstruction filter is a Kaiser-windowed sinc, the amplifier a first-order low-pass; both together are
 //! one impulse response, tabulated as a polynomial in time for every sample interval (a Farrow structure). Holding or
@@ -10,9 +10,10 @@ use nalgebra::{SMatrix, SVector};
 /// Coefficients of a polynomial over one sample interval.
 pub(crate) const ORDER: usize = 8;
 
-/// Value at time s within an interval, 0 to 1: Σ c_j s^j.
+/// Polynomial over one sample interval: Σ c_j s^j at time s, 0 to 1.
 pub(crate) type Polynomial = [f64; ORDER];
 
+/// Returns the value of a polynomial at time `at` within its interval.
 #[inline]
 pub(crate) fn evaluate(polynomial: &Polynomial, at: f64) -> f64 {
     polynomial.iter().rev().fold(0.0, |sum, c| sum * at + c)
@@ -21,25 +22,25 @@ pub(crate) fn evaluate(polynomial: &Polynomial, at: f64) -> f64 {
 const TAPS: usize = 32;
 
 impl Reconstruction {
-    /// Whole samples by which the bare DAC is late.
+    /// Delay of the DAC without an amplifier, whole samples.
     pub const DAC_LATENCY: usize = TAPS / 2;
 }
 const KAISER_BETA: f64 = 10.0;
 
-/// Samples in, polynomial of the current interval out.
+/// Makes the polynomial of the current interval from past samples.
 #[derive(Debug, Clone)]
 pub(crate) struct Reconstruction {
-    /// Per sample of the past, newest first.
+    /// One polynomial per sample of the past, newest first.
     table: Vec<Polynomial>,
 }
 
 impl Reconstruction {
-    /// The bare DAC.
+    /// Returns the reconstruction of the DAC without an amplifier.
     pub fn dac() -> Self {
         Self::tabulate(TAPS, windowed_sinc)
     }
 
-    /// The DAC and a first-order low-pass behind it.
+    /// Returns the reconstruction of the DAC with a first-order low-pass behind it.
     pub fn dac_and_amplifier(bandwidth_hz: f64, rate_hz: f64) -> Self {
         const DECAY: f64 = 24.0;
         const STEPS: usize = 480;
@@ -84,12 +85,12 @@ impl Reconstruction {
         Self { table }
     }
 
-    /// How many samples of the past count.
+    /// Returns the number of past samples that count.
     pub fn taps(&self) -> usize {
         self.table.len()
     }
 
-    /// The voltage over the interval that begins now; `newest_first` holds at least [`Self::taps`] samples.
+    /// Returns the voltage over the interval that begins now; `newest_first` must hold at least [`Self::taps`] samples.
     #[inline]
     pub fn interval(&self, newest_first: &[f64]) -> Polynomial {
         let mut out = [0.0; ORDER];
@@ -101,7 +102,7 @@ impl Reconstruction {
         out
     }
 
-    /// Weights of the past samples for the value at one moment of the interval.
+    /// Returns the weights of the past samples for the value at one moment of the interval.
     pub fn taps_at(&self, moment: f64) -> Vec<f64> {
         self.table.iter().map(|c| evaluate(c, moment)).collect()
     }
@@ -147,7 +148,7 @@ impl History {
         &self.samples[self.newest..self.newest + self.length]
     }
 
-    /// All samples are zero.
+    /// Whether all samples are zero.
     #[inline]
     pub fn is_silent(&self) -> bool {
         self.silent_for >= self.length
@@ -158,7 +159,7 @@ fn windowed_sinc(t: f64) -> f64 {
     kaiser_sinc(t, TAPS as f64 / 2.0)
 }
 
-/// sinc(t) under a Kaiser window that ends at ±`half`; sidelobes are below 1e-5.
+/// Returns sinc(t) under a Kaiser window that ends at ±`half`; sidelobes are below 1e-5.
 pub(crate) fn kaiser_sinc(t: f64, half: f64) -> f64 {
     if t.abs() >= half {
         return 0.0;
@@ -170,7 +171,7 @@ pub(crate) fn kaiser_sinc(t: f64, half: f64) -> f64 {
     sinc * window
 }
 
-/// Modified Bessel function of the first kind, order 0, by its power series.
+/// Returns the modified Bessel function of the first kind, order 0, by its power series.
 fn bessel_i0(x: f64) -> f64 {
     let quarter = 0.25 * x * x;
     let (mut term, mut sum, mut k) = (1.0, 1.0, 1.0);

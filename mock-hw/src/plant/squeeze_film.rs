@@ -9,9 +9,9 @@ const LAG_REFERENCE_GAP_M: f64 = 10e-6;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SqueezeFilm {
     sigma_m: f64,
-    /// p_c S, N: the force at zero gap.
+    /// Asperity force p_c S at zero gap, N.
     asperity_n: f64,
-    /// (5/4) p0 S, N: levitation where amplitude equals gap.
+    /// Levitation force (5/4) p0 S where the amplitude equals the gap, N.
     squeeze_n: f64,
     loss_factor: f64,
     lag_s: f64,
@@ -32,22 +32,22 @@ impl SqueezeFilm {
         }
     }
 
-    /// Force carried by the asperities, N.
+    /// Returns the force carried by the asperities, N.
     pub fn asperity_force(&self, gap_m: f64) -> f64 {
         self.asperity_n * (-gap_m / self.sigma_m).exp()
     }
 
-    /// Levitation force, N, for a squared peak amplitude.
+    /// Returns the levitation force for a squared peak amplitude, N.
     pub fn squeeze_force(&self, gap_m: f64, amplitude2_m2: f64) -> f64 {
         self.squeeze_n * amplitude2_m2 / gap_m.powi(2)
     }
 
-    /// Gap without vibration, m.
+    /// Returns the gap without vibration, m.
     pub fn rest_gap(&self, normal_n: f64) -> f64 {
         self.sigma_m * (self.asperity_n / normal_n).ln()
     }
 
-    /// Gap at which both forces together carry `normal_n`, m; `guess_m` only saves iterations.
+    /// Returns the gap at which both forces together carry `normal_n`, m; a good `guess_m` saves iterations.
     ///
     /// Force falls convexly with gap, so Newton's method from the left of the root never oversteps it.
     pub fn equilibrium(&self, normal_n: f64, amplitude2_m2: f64, guess_m: f64) -> f64 {
@@ -69,23 +69,23 @@ impl SqueezeFilm {
         gap
     }
 
-    /// Contact stiffness k_c, N/m.
+    /// Returns the contact stiffness k_c, N/m.
     pub fn stiffness(&self, gap_m: f64, amplitude2_m2: f64) -> f64 {
         self.asperity_force(gap_m) / self.sigma_m
             + 2.0 * self.squeeze_force(gap_m, amplitude2_m2) / gap_m
     }
 
-    /// Loss factor η of the contact.
+    /// Returns the loss factor η of the contact.
     pub fn loss_factor(&self) -> f64 {
         self.loss_factor
     }
 
-    /// The gap's time constant, s.
+    /// Returns the time constant of the gap, s.
     pub fn lag(&self, gap_m: f64) -> f64 {
         self.lag_s * (gap_m / LAG_REFERENCE_GAP_M).powf(self.lag_gap_exponent)
     }
 
-    /// Friction relative to rest: the share of the normal force that asperities carry, at most its value at the rest gap.
+    /// Returns friction relative to rest: the share of the normal force that asperities carry, at most 1.
     pub fn relative_friction(&self, gap_m: f64, normal_n: f64) -> f64 {
         (self.asperity_force(gap_m) / normal_n).min(1.0)
     }

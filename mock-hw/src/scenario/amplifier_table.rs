@@ -3,17 +3,17 @@
 use serde::{Deserialize, Serialize};
 use strict::{OutOfRange, within};
 
-/// Generator output to actuator voltage.
+/// The amplifier, from generator output to actuator voltage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct AmplifierTable {
     /// Actuator volts per full-scale unit of generator output, at frequencies far below the roll-off.
     pub volts_per_unit: f64,
-    /// First-order roll-off, Hz.
+    /// Corner frequency of the first-order roll-off, Hz.
     pub bandwidth_hz: f64,
-    /// The amplifier stays enabled this long after a heartbeat edge, s.
+    /// Time for which the amplifier stays enabled after a heartbeat edge, s.
     pub one_shot_s: f64,
-    /// Its relay never opens, whatever enable, heartbeat and e-stop say.
+    /// Whether the relay is welded, so that it never opens, whatever enable, heartbeat and e-stop say.
     pub relay_welded: bool,
 }
 

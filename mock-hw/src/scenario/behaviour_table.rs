@@ -15,7 +15,7 @@ pub struct BehaviourTable {
     pub force_learning: f64,
     /// Standard deviation of slow force wander, N.
     pub force_drift_n: f64,
-    /// Correlation time of that wander, s.
+    /// Correlation time of the force wander, s.
     pub force_drift_time_s: f64,
     /// RMS of force tremor (8–12 Hz), N.
     pub tremor_n: f64,
@@ -35,9 +35,9 @@ pub struct BehaviourTable {
     pub late_start_s: f64,
     /// Probability of lifting off during an exploration.
     pub lift_off_probability: f64,
-    /// How long such a lift lasts, s.
+    /// Duration of a lift during an exploration, s.
     pub lift_off_s: f64,
-    /// Rests the finger on the plate while nothing is asked.
+    /// Whether the finger rests on the plate while no instruction is shown.
     pub rests_unasked: bool,
 }
 

@@ -86,8 +86,8 @@ mod tests {
         assert_eq!(suggested("xyzzy"), None);
         assert_eq!(
             built_in("nominl").unwrap_err().to_string(),
-            "unknown scenario `nominl`, did you mean `nominal`?; built-in scenarios: nominal, steady, noisy, population, \
-             participant-late, bench-unknown, arduino"
+            "unknown scenario `nominl`, did you mean `nominal`?; built-in scenarios: nominal, steady, noisy, \
+             population, participant-late, bench-unknown, arduino"
         );
     }
 }

@@ -3,13 +3,15 @@
 use serde::{Deserialize, Serialize};
 use strict::{OutOfRange, within};
 
-/// The sound card's inputs. Channel 0 reads the actuator voltage back, 1 the pickup, 2 the generator's output, others are quiet.
+/// The sound card's inputs.
+///
+/// Channel 0 reads the actuator voltage back, channel 1 the pickup, channel 2 the generator's output; others are quiet.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ConverterTable {
     /// Number of input channels.
     pub channels: usize,
-    /// Sample formats that it offers in either direction.
+    /// Sample formats that the card offers in either direction.
     pub formats: Vec<SampleFormat>,
     /// Actuator volts per sample value on channel 0.
     pub readback_volts_per_unit: f64,
@@ -17,17 +19,17 @@ pub struct ConverterTable {
     pub bits: u32,
     /// Magnitude at which the input clips.
     pub clip_units: f64,
-    /// White noise, one-sided density, sample units per √Hz.
+    /// One-sided density of white noise, sample units per √Hz.
     pub noise_units_per_sqrt_hz: f64,
     /// Constant offset of every channel, sample units.
     pub offset_units: f64,
-    /// Sensitivity of each channel relative to nominal; negative where its wires are exchanged; missing entries are 1.
+    /// Sensitivity of each channel relative to nominal, negative where its wires are exchanged; missing entries are 1.
     pub gains: Vec<f64>,
-    /// Fraction of what channel 0 reads that leaks into the other channels.
+    /// Fraction of the signal of channel 0 that leaks into the other channels.
     pub crosstalk: f64,
-    /// How much later than nominal each channel samples, in samples; missing entries are 0.
+    /// Delay of each channel's sampling instant from nominal, in samples; missing entries are 0.
     pub skew_samples: Vec<f64>,
-    /// How much faster than nominal the sample clock runs, ppm.
+    /// Excess of the sample clock's rate over nominal, ppm.
     pub clock_ppm: f64,
 }
 
@@ -62,13 +64,13 @@ pub enum SampleFormat {
 }
 
 impl ConverterTable {
-    /// Sensitivity of channel `index` relative to nominal.
+    /// Returns the sensitivity of channel `index` relative to nominal.
     #[must_use]
     pub fn gain(&self, index: usize) -> f64 {
         self.gains.get(index).copied().unwrap_or(1.0)
     }
 
-    /// How much later than nominal channel `index` samples, in samples.
+    /// Returns the delay of the sampling instant of channel `index` from nominal, in samples.
     #[must_use]
     pub fn skew(&self, index: usize) -> f64 {
         self.skew_samples.get(index).copied().unwrap_or(0.0)

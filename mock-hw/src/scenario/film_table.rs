@@ -21,7 +21,7 @@ pub struct FilmTable {
     pub loss_factor: f64,
     /// Time constant of levitation at a gap of 10 µm, s.
     pub lag_s: f64,
-    /// The time constant goes as gap to this power.
+    /// Exponent of the gap in the time constant of levitation.
     pub lag_gap_exponent: f64,
     /// Sliding distance over which friction builds up, m.
     pub presliding_m: f64,

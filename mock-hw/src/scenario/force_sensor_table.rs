@@ -17,19 +17,19 @@ pub enum ForceProtocol {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ForceSensorTable {
-    /// Samples per second of the device's own clock, Hz.
+    /// Sample rate by the device's clock, Hz.
     pub rate_hz: f64,
-    /// White noise per sample, N RMS, each axis.
+    /// White noise of each axis per sample, N RMS.
     pub noise_n: f64,
     /// Mechanical resonance of the mount, Hz.
     pub resonance_hz: f64,
-    /// Damping ratio of that resonance.
+    /// Damping ratio of the mount.
     pub damping_ratio: f64,
-    /// Each axis saturates at ± this reading, N.
+    /// Reading at which each axis saturates in either direction, N.
     pub range_n: f64,
-    /// What the normal axis reads per newton on it.
+    /// Reading of the normal axis per newton of normal force.
     pub normal_gain: f64,
-    /// What the lateral axis reads per newton on it.
+    /// Reading of the lateral axis per newton of lateral force.
     pub lateral_gain: f64,
     /// Reading of the normal axis without load, N.
     pub normal_offset_n: f64,
@@ -39,11 +39,11 @@ pub struct ForceSensorTable {
     pub normal_drift_n_per_min: f64,
     /// Steady drift of the lateral axis, N/min.
     pub lateral_drift_n_per_min: f64,
-    /// Standard deviation of the slow random drift of each axis beside it, N.
+    /// Standard deviation of the slow random drift of each axis, N.
     pub wander_n: f64,
-    /// Correlation time of that wander, s.
+    /// Correlation time of the random drift, s.
     pub wander_time_s: f64,
-    /// Creep: share of a load that its reading still gains, and keeps for as long when the load is gone.
+    /// Creep: share of a load by which the reading still rises, and falls again after unloading.
     pub creep: f64,
     /// Time constant of creep, s.
     pub creep_time_s: f64,
@@ -51,11 +51,11 @@ pub struct ForceSensorTable {
     pub lateral_to_normal: f64,
     /// Fraction of the normal force that the lateral axis reads.
     pub normal_to_lateral: f64,
-    /// How much faster than true time the device's clock runs, ppm.
+    /// Excess of the rate of the device's clock over true time, ppm.
     pub clock_ppm: f64,
-    /// Samples leave the device in bursts of this period, s.
+    /// Period of the bursts in which samples leave the device, s.
     pub burst_period_s: f64,
-    /// What is spoken on the serial line.
+    /// Format of the serial line.
     pub protocol: ForceProtocol,
 }
 
@@ -87,7 +87,7 @@ impl Default for ForceSensorTable {
 }
 
 impl ForceSensorTable {
-    /// Readings, normal and lateral, per force on the sensor: a dimensionless matrix in rows.
+    /// Returns the readings, normal and lateral, per newton of normal and of lateral force: a matrix by rows, N/N.
     #[must_use]
     pub fn response(&self) -> [[f64; 2]; 2] {
         let (normal, lateral) = (self.normal_gain, self.lateral_gain);

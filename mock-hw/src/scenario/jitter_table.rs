@@ -3,33 +3,33 @@
 use serde::{Deserialize, Serialize};
 use strict::{OutOfRange, within};
 
-/// Spread of the true constants from seed to seed. Off by default.
+/// Spread of the true constants from seed to seed; off by default.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct JitterTable {
-    /// Whether [`Scenario::realised`] changes anything.
+    /// Whether the constants differ from seed to seed.
     pub enabled: bool,
-    /// Pickup sensitivity, ± relative.
+    /// Half width of the range of the pickup's sensitivity, relative.
     pub pickup_sensitivity: f64,
-    /// Pickup phase, ± rad.
+    /// Half width of the range of the pickup's phase, rad.
     pub pickup_phase_rad: f64,
-    /// Plate resonance, ± Hz.
+    /// Half width of the range of the plate's resonance, Hz.
     pub resonance_hz: f64,
-    /// Quality factor of the carrier mode, from and to.
+    /// Least and greatest quality factor of the carrier mode.
     pub quality: [f64; 2],
-    /// Force factor, ± relative.
+    /// Half width of the range of the force factor, relative.
     pub force_factor: f64,
-    /// Skew of each channel but the first, 0 to this many samples.
+    /// Greatest skew of each channel but the first, samples; the least is 0.
     pub skew_samples: f64,
-    /// Gain of each axis of the force sensor, ± relative.
+    /// Half width of the range of the gain of each force axis, relative.
     pub force_gain: f64,
-    /// Crosstalk between its axes, ± fraction.
+    /// Half width of the range of the crosstalk between the force axes, as a fraction.
     pub force_crosstalk: f64,
-    /// Readings without load, ± N.
+    /// Half width of the range of each axis' reading without load, N.
     pub force_offset_n: f64,
-    /// Steady drift of each axis, ± N/min.
+    /// Half width of the range of each axis' steady drift, N/min.
     pub force_drift_n_per_min: f64,
-    /// Share that the pulley keeps, 0 to this.
+    /// Greatest share of the pull that the pulley's friction takes; the least is 0.
     pub pulley_friction: f64,
 }
 

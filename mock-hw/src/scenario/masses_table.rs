@@ -3,26 +3,27 @@
 use serde::{Deserialize, Serialize};
 use strict::{OutOfRange, within};
 
-/// Known masses: on the plate they press, over the pulley they pull towards increasing position. They load the sensor but not
-/// the plate's vibration: they are for a plate at rest.
+/// Known masses, which press on the plate or pull over the pulley towards increasing position.
+///
+/// They load the sensor but do not change the plate's vibration: they are for a plate at rest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MassesTable {
-    /// Acceleration of gravity where the bench stands, m/s².
+    /// Acceleration of gravity at the bench, m/s².
     pub gravity_m_per_s2: f64,
-    /// Standard deviation of a mass from what is written on it, relative.
+    /// Standard deviation of a mass from its nominal value, relative.
     pub error: f64,
-    /// How much lower the plate lies at increasing position, rad; the string to the pulley stays level.
+    /// Tilt of the plate, rad, positive where it slopes down towards increasing position; the string stays level.
     pub tilt_rad: f64,
-    /// Share of the pull that the pulley keeps for itself.
+    /// Share of the pull that the pulley's friction takes.
     pub pulley_friction: f64,
-    /// A mass placed on the plate bounces at this frequency, Hz.
+    /// Frequency at which a mass placed on the plate bounces, Hz.
     pub bounce_hz: f64,
-    /// Time constant in which that dies down, s.
+    /// Time constant of the decay of the bouncing, s.
     pub bounce_time_s: f64,
-    /// A mass on its string swings at this frequency, Hz.
+    /// Frequency at which a mass hung over the pulley swings, Hz.
     pub swing_hz: f64,
-    /// Time constant in which that dies down, s.
+    /// Time constant of the decay of the swinging, s.
     pub swing_time_s: f64,
 }
 

@@ -3,13 +3,13 @@
 use serde::{Deserialize, Serialize};
 use strict::{OutOfRange, within};
 
-/// Moisture of the skin: one slow random walk about its mean that moves σ_t, Z_t and μ0 together.
+/// Moisture of the skin: a slow random walk about its mean, common to σ_t, Z_t and μ0.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MoistureTable {
     /// Standard deviation of the relative change of μ0; Z_t changes by −0.7 and σ_t by −0.3 of it.
     pub relative_sd: f64,
-    /// Correlation time, s.
+    /// Correlation time of the walk, s.
     pub time_s: f64,
 }
 

@@ -17,7 +17,7 @@ pub struct ParticipantTable {
     pub z_t_n_s_per_m: Option<[f64; 2]>,
     /// Friction coefficient without vibration; drawn when absent.
     pub mu0: Option<f64>,
-    /// What is drawn from.
+    /// Distributions from which absent values are drawn.
     pub population: PopulationTable,
     /// Slow change of the skin within a session.
     pub moisture: MoistureTable,

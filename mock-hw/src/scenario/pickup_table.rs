@@ -3,13 +3,14 @@
 use serde::{Deserialize, Serialize};
 use strict::{OutOfRange, within};
 
-/// Plate displacement to sample value.
+/// The pickup, from plate displacement to sample value.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PickupTable {
     /// Metres of plate displacement per sample value.
     pub metres_per_unit: f64,
-    /// x̃ = metres_per_unit · sample · exp(+i·phase_rad) at the plate's resonance; a pure delay of phase_rad/ω.
+    /// Phase by which the samples lag the displacement at the plate's resonance, rad, from a pure delay of phase_rad/ω:
+    /// x̃ = metres_per_unit · sample · exp(+i·phase_rad).
     pub phase_rad: f64,
 }
 

@@ -3,19 +3,19 @@
 use serde::{Deserialize, Serialize};
 use strict::{OutOfRange, within};
 
-/// The plate's carrier mode and a further one.
+/// The plate as its carrier mode and a second mode.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlateTable {
     /// Resonance of the carrier mode, Hz.
     pub resonance_hz: f64,
-    /// Modal mass m_p, kg.
+    /// Modal mass m_p of the carrier mode, kg.
     pub modal_mass_kg: f64,
-    /// Damping b_p, N·s/m.
+    /// Damping b_p of the carrier mode, N·s/m.
     pub damping_n_s_per_m: f64,
     /// Force factor γ of the actuators on the carrier mode, N/V.
     pub force_factor_n_per_v: f64,
-    /// A mode the bench's estimator does not know of.
+    /// A mode that the bench's estimator does not model.
     pub second_mode: SecondModeTable,
 }
 
@@ -31,7 +31,7 @@ impl Default for PlateTable {
     }
 }
 
-/// A further flexural mode; ratios are its mode shape relative to the carrier mode's.
+/// A second flexural mode; its ratios are values of its mode shape relative to the carrier mode's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SecondModeTable {
@@ -41,11 +41,11 @@ pub struct SecondModeTable {
     pub modal_mass_kg: f64,
     /// Quality factor.
     pub quality: f64,
-    /// At the actuators: multiplies γ.
+    /// Ratio at the actuators, by which the force factor γ is multiplied.
     pub actuator_ratio: f64,
-    /// At the pickup.
+    /// Ratio at the pickup.
     pub pickup_ratio: f64,
-    /// Under the finger.
+    /// Ratio under the finger.
     pub contact_ratio: f64,
 }
 
@@ -63,7 +63,7 @@ impl Default for SecondModeTable {
 }
 
 impl PlateTable {
-    /// Angular resonance of the carrier mode, rad/s.
+    /// Returns the angular resonance frequency of the carrier mode, rad/s.
     #[must_use]
     pub fn omega_rad_per_s(&self) -> f64 {
         std::f64::consts::TAU * self.resonance_hz

@@ -18,7 +18,7 @@ use super::scenario_error::ScenarioError;
 use super::sound_layer_table::SoundLayerTable;
 use crate::seed;
 
-/// A simulated bench with its participant. All constants are the truth, not what the bench assumes.
+/// A simulated bench with its participant: the truth, which may differ from what the bench assumes.
 ///
 /// ```
 /// use mock_hw::scenario::{Scenario, ScenarioError};
@@ -34,7 +34,7 @@ use crate::seed;
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Scenario {
-    /// What the scenario is for, in one line.
+    /// Purpose of the scenario, in one line.
     pub purpose: String,
     /// The glass plate and its actuators.
     pub plate: PlateTable,
@@ -44,19 +44,19 @@ pub struct Scenario {
     pub pickup: PickupTable,
     /// The sound card's inputs.
     pub converter: ConverterTable,
-    /// What lies between the program and the sound card.
+    /// The software between the program and the sound card.
     pub sound_layer: SoundLayerTable,
-    /// The squeeze film and asperities, but for what belongs to a person.
+    /// The squeeze film and asperities, without the skin of the person.
     pub film: FilmTable,
     /// The two-axis force sensor and its serial device.
     pub force_sensor: ForceSensorTable,
-    /// Known masses that are placed on the plate, or hung over a pulley beside it.
+    /// Known masses that are placed on the plate or hung over a pulley beside it.
     pub masses: MassesTable,
     /// The pulley encoder.
     pub encoder: EncoderTable,
     /// The person.
     pub participant: ParticipantTable,
-    /// How far the constants differ from seed to seed.
+    /// Spread of the constants from seed to seed.
     pub jitter: JitterTable,
 }
 
@@ -64,8 +64,8 @@ impl Scenario {
     /// Reads a scenario strictly; `file` only names the file in errors.
     ///
     /// # Errors
-    /// [`ScenarioError::Toml`] for text that is not a scenario to the letter, [`ScenarioError::OutOfRange`] for a number
-    /// that the simulation cannot represent.
+    /// [`ScenarioError::Toml`] for text that is not TOML or has keys or values that no scenario has,
+    /// [`ScenarioError::OutOfRange`] for a number that the simulation cannot represent.
     pub fn parse(text: &str, file: &str) -> Result<Self, ScenarioError> {
         let scenario: Self = strict::parse(text, file)?;
         scenario
@@ -78,7 +78,9 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// The scenario with its constants jittered by `seed`; unchanged unless `jitter.enabled`, which it no longer is.
+    /// Returns the scenario with constants drawn by `seed`.
+    ///
+    /// Its jitter is then disabled, so that a second call changes nothing. A scenario whose jitter is disabled is returned unchanged.
     #[must_use]
     pub fn realised(&self, seed: u64) -> Self {
         let mut out = self.clone();
@@ -118,6 +120,7 @@ impl Scenario {
         out
     }
 
+    /// Requires every number to lie in its range.
     fn check(&self) -> Result<(), OutOfRange> {
         self.plate.check()?;
         self.amplifier.check()?;
@@ -133,7 +136,7 @@ impl Scenario {
     }
 }
 
-/// Line of a key, whose path may end with a note in brackets about which part of the value is meant.
+/// Returns the line of a key, whose path may be followed by a note in brackets about a part of its value.
 fn line_of(text: &str, key: &str) -> Option<usize> {
     let path = key.split_once(' ').map_or(key, |(path, _)| path);
     strict::line_of(text, path)

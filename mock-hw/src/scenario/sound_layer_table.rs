@@ -3,17 +3,17 @@
 use serde::{Deserialize, Serialize};
 use strict::{OutOfRange, within};
 
-/// What lies between the program and the sound card: a server or a plug-in that changes samples without a word.
+/// A server or plug-in between the program and the sound card that changes samples without reporting it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SoundLayerTable {
-    /// Rate that the output is brought down to and up from again, Hz; untouched when absent.
+    /// Rate to which the output is resampled and from which it is resampled back, Hz; it is not resampled when absent.
     pub rate_hz: Option<f64>,
-    /// Whether what that rate cannot carry is filtered off before; it folds back otherwise.
+    /// Whether frequencies above half that rate are filtered off before; otherwise they fold back.
     pub anti_alias: bool,
     /// Converter channel that each channel of the input stream carries; missing entries carry their own.
     pub inputs: Vec<usize>,
-    /// A channel that falls behind the others.
+    /// A channel that falls behind the others during a run.
     pub slip: Option<ChannelSlip>,
 }
 
@@ -28,15 +28,15 @@ impl Default for SoundLayerTable {
     }
 }
 
-/// A channel of the input stream that falls behind, and stays there.
+/// A permanent delay of one channel of the input stream.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ChannelSlip {
-    /// Channel of the input stream.
+    /// The channel of the input stream, from 0.
     pub channel: usize,
-    /// By how many samples.
+    /// Delay, samples.
     pub samples: usize,
-    /// When, s after the sound card was switched on or its rate set.
+    /// Beginning of the delay, s after the sound card was switched on or its rate set.
     pub after_s: f64,
 }
 

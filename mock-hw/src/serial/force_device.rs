@@ -1,4 +1,5 @@
-//! The force sensor's firmware: it stamps, counts and encodes samples and sends them in bursts (`docs/force-protocol.md`).
+//! The force sensor's firmware, which stamps, counts and encodes samples and sends them in bursts
+//! (`docs/force-protocol.md`).
 
 use std::io::Write;
 

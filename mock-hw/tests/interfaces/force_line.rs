@@ -72,7 +72,7 @@ fn decode(block: &[u8]) -> Option<Frame> {
     })
 }
 
-/// Whole frames of a stream: what decodes, and how many do not.
+/// Returns the frames of a stream that decode, and the number of those that do not.
 pub fn frames(bytes: &[u8]) -> (Vec<Frame>, usize) {
     let blocks: Vec<_> = bytes.split_inclusive(|b| *b == 0).collect();
     let decoded: Vec<_> = blocks

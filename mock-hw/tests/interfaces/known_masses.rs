@@ -1,4 +1,4 @@
-//! Known masses, as the force sensor's serial line tells of them.
+//! Known masses, as read from the force sensor's serial line.
 
 use mock_hw::plant::Axis;
 use mock_hw::scenario::Scenario;

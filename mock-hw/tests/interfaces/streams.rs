@@ -1,4 +1,4 @@
-//! What a bench has in its hands: streams, a serial port, and a way to let time pass.
+//! The bench's side of the interfaces: streams, a serial port, and a way to let time pass.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -36,7 +36,7 @@ pub fn stream_config(channels: u16, rate_hz: u32) -> StreamConfig {
     }
 }
 
-/// What an input stream was given.
+/// Samples and errors that an input stream was given.
 #[derive(Debug, Default, Clone, PartialEq)]
 pub struct Recorded {
     /// Interleaved, as raw bytes of the stream's format.
@@ -129,7 +129,7 @@ pub fn play_sine(
     stream
 }
 
-/// Amplitude of the component at `frequency_hz`, over whole periods.
+/// Returns the amplitude of the component at `frequency_hz`, over whole periods.
 pub fn amplitude_at(signal: &[f64], frequency_hz: f64, rate_hz: f64) -> f64 {
     let (mut re, mut im) = (0.0, 0.0);
     for (n, value) in signal.iter().enumerate() {
@@ -147,7 +147,7 @@ pub fn open_force_port(apparatus: &Apparatus) -> Box<dyn SerialPort> {
         .unwrap()
 }
 
-/// All bytes that are readable now.
+/// Reads all bytes that are readable now.
 pub fn read_available(port: &mut dyn SerialPort) -> Vec<u8> {
     let mut bytes = vec![0; port.bytes_to_read().unwrap() as usize];
     if !bytes.is_empty() {

@@ -190,3 +190,32 @@ impl Clock for FreeClock {
         later(self.date, self.clock.now_ns())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scenario_is_read_by_its_name_or_by_its_path() {
+        assert_eq!(read("nominal").unwrap(), built_in("nominal").unwrap());
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("light");
+        std::fs::write(&path, "[participant]\nmu0 = 0.5\n").unwrap();
+        assert_eq!(
+            read(path.to_str().unwrap()).unwrap().participant.mu0,
+            Some(0.5)
+        );
+    }
+
+    #[test]
+    fn an_unknown_name_suggests_the_nearest_scenario_and_an_absent_file_is_an_error_of_its_own() {
+        let unknown = read("nominl").unwrap_err();
+        assert!(matches!(
+            unknown.downcast_ref(),
+            Some(ScenarioError::UnknownName { nearest: Some(name), .. }) if name == "nominal"
+        ));
+        let absent = read("absent.toml").unwrap_err();
+        let cause = absent.downcast_ref::<std::io::Error>().unwrap();
+        assert_eq!(cause.kind(), std::io::ErrorKind::NotFound);
+    }
+}

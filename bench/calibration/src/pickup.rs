@@ -240,7 +240,7 @@ impl PickupProcedure {
             .filter(|expected_m| surprise(*expected_m))?;
         (self.refused_m != Some(known_m)).then(|| {
             format!(
-                "{:.4} µm, where the other points let expect {:.4} µm: peak, not RMS or peak to peak? Type it again to insist.",
+                "{:.4} µm, but the other points predict {:.4} µm: peak, not RMS or peak to peak? Type it again to insist.",
                 known_m * 1e6,
                 expected_m * 1e6
             )

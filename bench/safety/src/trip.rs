@@ -84,7 +84,7 @@ impl fmt::Display for Trip {
             Self::Operator => f.write_str("stopped by the operator"),
             Self::EmergencyStop => f.write_str("e-stop pressed or its wire cut"),
             Self::Gpio { message } => f.write_str(message),
-            Self::AudioSilent => f.write_str("the sound card stopped calling"),
+            Self::AudioSilent => f.write_str("audio callbacks stopped"),
             Self::AudioLost => f.write_str("the sound card is gone"),
             Self::ForceSilent => f.write_str("the force sensor is silent"),
             Self::ForceLimit { normal_n, limit_n } => {

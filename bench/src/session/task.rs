@@ -515,8 +515,7 @@ impl SessionTask {
             (_, Some(SessionOutcome::Aborted { .. })) => Some("aborted by the operator".to_owned()),
             (_, None) => Some(match self.machine.phase() {
                 Phase::Paused => {
-                    "the participant did not do as told in time, and nobody was there to go on"
-                        .to_owned()
+                    "timed out waiting for the participant; no operator to resume".to_owned()
                 }
                 _ => "stopped before its end".to_owned(),
             }),

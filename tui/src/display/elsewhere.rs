@@ -33,3 +33,16 @@ impl ParticipantDisplay {
         match self.0 {}
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_terminal_can_be_opened_and_the_error_names_it() {
+        let refused = ParticipantDisplay::open(Path::new("COM7"), Theme::Mono);
+        assert!(
+            matches!(&refused, Err(DisplayError::NeedsUnix { path }) if path == Path::new("COM7"))
+        );
+    }
+}

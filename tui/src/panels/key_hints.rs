@@ -11,16 +11,24 @@ use crate::calibration_page::{CalibrationPage, Question};
 use crate::event::PhaseKind;
 use crate::keyboard::{KeyEffect, letter_effect};
 use crate::state::{Page, State};
+use crate::words::render_line;
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     if let Some(asked) = state.ui.confirm {
-        let question = format!(" {}  y yes · n no ", question(state, asked));
-        Line::styled(question, theme.alarm()).render(area, buf);
+        let words = question(state, asked);
+        let question = Line::styled(format!(" {words}  y yes · n no "), theme.alarm());
+        // The keys must not be what is cut.
+        let question = if question.width() > area.width.into() {
+            Line::styled(format!(" y/n: {words} "), theme.alarm())
+        } else {
+            question
+        };
+        render_line(question, area, buf);
         return;
     }
     if let Some(note) = &state.ui.note {
-        Line::styled(note.as_str(), theme.warning()).render(area, buf);
+        render_line(Line::styled(note.as_str(), theme.warning()), area, buf);
         return;
     }
     let mut spans = vec![Span::styled("e STOP", theme.bad())];
@@ -113,7 +121,7 @@ fn question(state: &State, asked: Action) -> &'static str {
         Action::Abort => "Abort the session?",
         Action::Rearm => "Cause removed, finger off the plate? Re-arm?",
         Action::Quit if !state.in_session() => "Stop and quit?",
-        Action::Quit => "A session is running. Quit?",
+        Action::Quit => "Session running. Quit?",
         Action::Start
         | Action::Ready
         | Action::Pause

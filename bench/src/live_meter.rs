@@ -8,7 +8,7 @@ use impedance::smoothing::{Causal, LowPass};
 use recording::PositionRow;
 use recording::pipeline::{Account, Batch};
 use recording::recorder::RecorderGauge;
-use tui::event::{SystemHealth, Live};
+use tui::event::{Live, SystemHealth};
 
 use crate::screen_words;
 

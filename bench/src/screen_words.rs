@@ -6,7 +6,7 @@ use protocols::{
     Direction, ParticipantView, Phase, Progress, Protocol, Stretch, TrialAnalysis, TrialKey,
     Verdict,
 };
-use tui::event::{Crop, ValueAndStd, ComplexImpedance, Live, PhaseKind};
+use tui::event::{ComplexImpedance, Crop, Live, PhaseKind, ValueAndStd};
 
 use analysis::live::ContactReading;
 use analysis::record::Record;

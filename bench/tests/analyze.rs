@@ -13,8 +13,8 @@ use std::sync::OnceLock;
 
 use analysis::analysed::RecordingFindings;
 use analysis::flaw::{Channel, Flaw};
-use analysis::unloaded::UnloadedError;
 use analysis::recording::analyse;
+use analysis::unloaded::UnloadedError;
 use analysis::{RecordingAnalysis, Settings, find};
 use num_complex::Complex64;
 use recording::RecordingReader;
@@ -441,9 +441,7 @@ fn a_finger_that_leaves_late_costs_only_its_time() {
     let (_folder, copy) = copied();
     let unloaded_s = unloaded_s(&copy);
     touch(&copy, unloaded_s.0 + 0.3);
-    let found = analyse(&copy, &Settings::default())
-        .found
-        .unwrap();
+    let found = analyse(&copy, &Settings::default()).found.unwrap();
     let touched = found.flaws.iter().find_map(|f| match f {
         Flaw::Touched { touched_s } => Some(*touched_s),
         _ => None,

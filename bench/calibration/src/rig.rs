@@ -14,7 +14,7 @@ use devices::field::FieldReading;
 use devices::{Hardware, OpenHardware};
 use jiff::Timestamp;
 use safety::{DriveReading, SafetyState, Signals, Trip};
-use signalgen::{BlockHeader, StreamDirection, DrivePhase, InputReader, Waveform};
+use signalgen::{BlockHeader, DrivePhase, InputReader, StreamDirection, Waveform};
 use tasks::{StopFlag, Task};
 
 use crate::heard::{Heard, dwells, held_tone};
@@ -56,7 +56,11 @@ pub fn run<P: Procedure>(
     let settings = settings(config)?;
     let open = OpenHardware::open(bench, hardware)?;
     let device = |direction| open.life.device(direction);
-    let identity = Identity::of(config, device(StreamDirection::Input), device(StreamDirection::Output));
+    let identity = Identity::of(
+        config,
+        device(StreamDirection::Input),
+        device(StreamDirection::Output),
+    );
     let stop = open.life.stop().clone();
     let (operator, screen) = attend(&stop)?;
     let (done, outcome) = crossbeam_channel::bounded(1);

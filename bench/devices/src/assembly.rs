@@ -14,7 +14,7 @@ use recording::pipeline::{Batch, Pipeline};
 use recording::recorder::{RecorderGauge, RecorderNotice, RecorderTask, recorder};
 use safety::{SafetyLimits, SafetyLines, Signals, Watch};
 use signalgen::audio::{Duplex, DuplexConfig, Host, StreamChoice};
-use signalgen::{StreamDirection, Generator, InputReader};
+use signalgen::{Generator, InputReader, StreamDirection};
 use tasks::{Clock, Schedule, StopFlag, Task};
 
 use crate::acquisition::{Acquisition, RecordingCommand, Wiring};

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use signalgen::audio::{Host, Streams};
-use signalgen::{StreamDirection, KillSwitch};
+use signalgen::{KillSwitch, StreamDirection};
 use tasks::{Clock, Schedule, StopFlag, Task};
 
 /// An opened bench that has not run yet. Whatever panics from here on first silences the drive; signals ask for an orderly

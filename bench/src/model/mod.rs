@@ -30,10 +30,7 @@ pub fn run(options: &cli::Model) -> anyhow::Result<Vec<PathBuf>> {
         .with_context(|| format!("cannot make the folder {}", options.out.display()))?;
     let mut written = curves.write(&options.out)?;
     if !options.csv_only {
-        written.extend(::figures::write(
-            &draw(&parameters, &curves),
-            &options.out,
-        )?);
+        written.extend(::figures::write(&draw(&parameters, &curves), &options.out)?);
     }
     Ok(written)
 }

@@ -93,8 +93,14 @@ pub fn run(
         software: NAME.to_owned(),
         version: VERSION.to_owned(),
         devices: BTreeMap::from([
-            ("audio input".to_owned(), life.device(StreamDirection::Input)),
-            ("audio output".to_owned(), life.device(StreamDirection::Output)),
+            (
+                "audio input".to_owned(),
+                life.device(StreamDirection::Input),
+            ),
+            (
+                "audio output".to_owned(),
+                life.device(StreamDirection::Output),
+            ),
             ("simulated".to_owned(), simulated.to_string()),
         ]),
         calibration: effective

@@ -11,13 +11,13 @@ use devices::{Bench, Hardware, Lines};
 use jiff::Timestamp;
 use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig};
 use mock_hw::scenario::Scenario;
+use mock_hw::world_clock::Pace;
 use recording::manifest::{Event, EventKind, Manifest};
 use recording::pipeline::Account;
 use recording::recorder::{Begin, RecorderNotice};
 use recording::writer::Ending;
 use recording::{AudioFormat, RecordingReader};
 use safety::{GpioError, Input, SafetyState, input, output};
-use mock_hw::world_clock::Pace;
 use signalgen::Waveform;
 use tasks::{Clock, Schedule};
 

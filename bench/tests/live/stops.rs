@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
+use config::Effective;
 use console::Front;
 use contact::AssumedConstants;
 use crossbeam_channel::{Receiver, Sender};
-use config::Effective;
 use devices::drive::{settings, waveform};
 use devices::{Bench, Life, Lines};
 use friction_bench::readiness::Readiness;

@@ -10,7 +10,7 @@ use std::path::Path;
 use bench_tests::room::{Room, refused};
 use bench_tests::session::{finish, text};
 use bench_tests::truth::Bench;
-use calibration::Calibration;
+use config::Calibration;
 use config::Quantity;
 use rayon::prelude::*;
 

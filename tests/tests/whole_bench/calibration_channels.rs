@@ -11,8 +11,8 @@ use std::process::Command;
 
 use bench_tests::program::bench;
 use bench_tests::session::{finish, text};
-use calibration::Calibration;
-use config::{Channels, Quantity};
+use config::Calibration;
+use config::{MeasuredChannels, Quantity};
 
 const CARRIER_HZ: f64 = 35e3;
 const RATE_HZ: f64 = 192e3;
@@ -66,7 +66,7 @@ impl Room {
         (text(&output), calibration)
     }
 
-    fn channels(&self) -> Channels {
+    fn channels(&self) -> MeasuredChannels {
         self.succeed("channels").1.channels.unwrap()
     }
 

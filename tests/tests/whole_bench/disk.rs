@@ -13,11 +13,11 @@ use bench_tests::program::{bench, friction_bench, protocol};
 use bench_tests::recorded::Recording;
 use bench_tests::running::Running;
 use bench_tests::session::{SessionFolder, demo_with, finish, patient_config, text, unattended};
-use recording::manifest::End;
-use recording::{RecordingReader, SIGNALS_FILE};
-use recording::study::event_log::ExitStatus as Ended;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use recording::manifest::End;
+use recording::study::event_log::ExitStatus as Ended;
+use recording::{RecordingReader, SIGNALS_FILE};
 use serde_json::Value;
 
 const MINUTE: Duration = Duration::from_secs(60);

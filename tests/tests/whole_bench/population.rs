@@ -3,13 +3,13 @@
 
 use std::path::Path;
 
+use analysis::estimate::{Estimated, Method};
+use analysis::model_check::quantile;
+use analysis::{Settings, analyse, find};
 use bench_tests::campaign;
 use bench_tests::program::{bench, protocol};
 use bench_tests::session::{finish, text};
 use bench_tests::truth::Skin;
-use analysis::estimate::{Estimated, Method};
-use analysis::model_check::quantile;
-use analysis::{Settings, analyse, find};
 use rayon::prelude::*;
 
 /// Participants in every test run; `FRICTION_BENCH_PARTICIPANTS` asks for more.

@@ -7,8 +7,8 @@ use std::time::Duration;
 use bench_tests::program::bench;
 use bench_tests::running::Running;
 use bench_tests::session::{config_with, finish, text, unattended};
-use devices::claim::Claim;
 use config::Config;
+use devices::claim::Claim;
 
 use super::refusals::{refused, refused_before_anything_is_made, room, uncalibrated};
 

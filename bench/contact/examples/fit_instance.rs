@@ -25,6 +25,9 @@ use contact::fit::paper::{self, PaperOptions};
 use contact::fit::{FitConditions, InstanceSamples, InstanceSeries};
 use contact::{AssumedConstants, Contact, ModelError, harmonic};
 use num_complex::Complex64;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
 
 const USAGE: &str = "\
 usage: fit_instance [--write FILE.csv]
@@ -56,6 +59,10 @@ const TRUTH: FingerTruth = FingerTruth {
 const RATE_HZ: f64 = 2000.0;
 const LEAD_IN_S: f64 = 0.02;
 const MODAL_MASS_KG: f64 = 0.008;
+/// Standard deviation of each part of Z_m at an amplitude of 1 µm, N·s/m; it goes as 1/amplitude.
+const NOISE_AT_1_UM: f64 = 0.005;
+/// Standard deviation of the measured friction.
+const MU_NOISE: f64 = 0.002;
 
 /// One instance with its lead-in.
 #[derive(Default)]
@@ -70,7 +77,8 @@ struct Recorded {
 
 impl Recorded {
     /// 20 ms of lead-in and 60 ms of a rising amplitude, 6 Hz at 95 %; the gap follows its equilibrium as a first-order
-    /// lag, integrated in small steps from rest 100 ms earlier.
+    /// lag, integrated in small steps from rest 100 ms earlier. Impedance and friction are noisy, the same at every
+    /// run.
     fn synthesised(conditions: &FitConditions) -> Result<Self, ModelError> {
         let contact = Contact::new(&conditions.assumed, TRUTH.sigma_t_m)?;
         let omega = conditions.carrier_rad_per_s()?;
@@ -82,22 +90,26 @@ impl Recorded {
         let first_s = -0.03 - LEAD_IN_S;
         let at = |i: i32, j: i32| first_s + f64::from(i) / RATE_HZ + f64::from(j) * step_s;
         let mut gap_m = contact.rest_gap_m(normal_n(at(-before, 0)))?;
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
         let mut recorded = Self::default();
         for i in -before..samples {
             if i >= 0 {
                 let t = at(i, 0);
                 let (a, n) = (amplitude_m(t), normal_n(t));
                 let z_c = contact.impedance_n_s_per_m(contact.stiffness_n_per_m(gap_m, a), omega);
-                let z_m = harmonic::observed(conditions.z_p_corrected_n_s_per_m, TRUTH.z_t, z_c);
+                let noise = NOISE_AT_1_UM * (1e-6 / a) * Complex64::new(normal(), normal());
+                let z_m =
+                    harmonic::observed(conditions.z_p_corrected_n_s_per_m, TRUTH.z_t, z_c) + noise;
                 let growth = 1.95e-6 * 0.95 * modulation * (modulation * t).cos() / a;
                 recorded.time_s.push(t);
                 recorded.corrected.push(z_m);
                 recorded.plain.push(z_m + 2.0 * MODAL_MASS_KG * growth);
                 recorded.amplitude_m.push(a);
                 recorded.normal_n.push(n);
-                recorded
-                    .mu
-                    .push(TRUTH.mu0 * contact.friction_ratio(gap_m, n));
+                recorded.mu.push(
+                    (TRUTH.mu0 * contact.friction_ratio(gap_m, n) + MU_NOISE * normal()).abs(),
+                );
             }
             for j in 0..substeps {
                 // Midpoint rule.

@@ -1,5 +1,5 @@
-//! Demodulation, gap solutions and a fit beside numpy and scipy, in the same run. `./dev bench --vs-python` names the Python and
-//! prints the ratios; without a Python only our side is measured.
+//! Demodulation, gap solutions and a fit beside numpy and scipy, in the same run. `./dev bench --vs-python` names the
+//! Python and prints the ratios; without a Python only our side is measured.
 
 #![expect(
     clippy::disallowed_methods,

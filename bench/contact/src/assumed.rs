@@ -1,21 +1,21 @@
 use crate::error::{ModelError, positive};
 
-/// What the method takes as known about finger and air. σ_t, Z_t and τ are conditional on these; friction hardly is
+/// Constants of finger and air that the method assumes. σ_t, Z_t and τ are conditional on these; friction hardly is
 /// (see [`crate::fit::Sensitivities`]). Every result prints them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AssumedConstants {
-    /// q0, rad/m: wave vector of the coarsest roughness in Persson's pressure. Default 1.4e4, 2π over a fingerprint ridge of 0.45 mm;
-    /// an assumption, the paper does not give it.
+    /// q0, rad/m: wave number of the coarsest roughness in Persson's pressure. Default 1.4e4, 2π over a fingerprint
+    /// ridge of 0.45 mm; an assumption, the paper does not give it.
     pub q0_rad_per_m: f64,
-    /// ν. Default 0.5, incompressible tissue; an assumption, the paper does not give it.
+    /// Poisson's ratio ν. Default 0.5, incompressible tissue; an assumption, the paper does not give it.
     pub poisson_ratio: f64,
-    /// E, Pa. Default 20 MPa (Huloux 2021, stratum corneum).
+    /// Young's modulus E, Pa. Default 20 MPa (Huloux 2021, stratum corneum).
     pub young_modulus_pa: f64,
-    /// S, m²: apparent contact area. Default 300 mm² for estimation, 314 mm² for the model figures (both Huloux 2021).
+    /// Apparent contact area S, m². Default 300 mm² for estimation, 314 mm² for the model figures (both Huloux 2021).
     pub contact_area_m2: f64,
-    /// p0, Pa. Default 101 325.
+    /// Ambient pressure p0, Pa. Default 101 325.
     pub ambient_pressure_pa: f64,
-    /// η: b_c = η k_c/ω. Default 0.3 (Huloux 2021, "damping factor 0.3").
+    /// Loss factor η of the contact: b_c = η k_c/ω. Default 0.3 (Huloux 2021, "damping factor 0.3").
     pub loss_factor: f64,
 }
 
@@ -35,13 +35,13 @@ impl AssumedConstants {
         ..Self::ESTIMATION
     };
 
-    /// p_c S/σ_t in N/m: with p_c = 0.375 q0 σ_t E/(1 − ν²) (Huloux 2021, Eq. 15) it does not depend on σ_t.
+    /// Returns p_c S/σ_t, N/m: with p_c = 0.375 q0 σ_t E/(1 − ν²) (Huloux 2021, Eq. 15) it does not depend on σ_t.
     pub(crate) fn asperity_scale_n_per_m(&self) -> f64 {
         0.375 * self.q0_rad_per_m * self.young_modulus_pa * self.contact_area_m2
             / (1.0 - self.poisson_ratio.powi(2))
     }
 
-    /// (5/4) p0 S in N (Huloux 2021, Eq. 14).
+    /// Returns (5/4) p0 S, N (Huloux 2021, Eq. 14).
     pub(crate) fn squeeze_scale_n(&self) -> f64 {
         1.25 * self.ambient_pressure_pa * self.contact_area_m2
     }

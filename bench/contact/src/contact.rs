@@ -4,12 +4,29 @@ use crate::assumed::AssumedConstants;
 use crate::error::{ModelError, not_negative, positive, same_length};
 use crate::root::{Jet, increasing_root};
 
-/// Just above (1 − 1/e)^(−1/2): a film that leaves the asperities 1/e or less needs a gap no larger than this times √load.
+/// Just above (1 − 1/e)^(−1/2): a film that leaves the asperities 1/e or less needs a gap no larger than this times
+/// √load.
 const LIFTED: f64 = 1.257_767;
 
 /// A contact with known σ_t: the slow model of Huloux 2021, Eqs. 13–19.
 ///
 /// Gaps are ⟨x_t⟩ in m, amplitudes the plate's peak displacement |x̃_p| in m, normal forces ⟨f_c⟩ in N.
+///
+/// ```
+/// use contact::{AssumedConstants, Contact};
+///
+/// let contact = Contact::new(&AssumedConstants::ESTIMATION, 1.7e-6)?;
+/// let rest_m = contact.rest_gap_m(0.65)?;
+/// let gap_m = contact.equilibrium_gap_m(2e-6, 0.65)?;
+/// assert!(gap_m > rest_m);
+/// // In equilibrium asperities and film carry the finger.
+/// let carried_n = contact.asperity_force_n(gap_m) + contact.squeeze_force_n(gap_m, 2e-6);
+/// assert!((carried_n - 0.65).abs() < 1e-9);
+/// // From the stiffness the gap follows, without the normal force.
+/// let k_c = contact.stiffness_n_per_m(gap_m, 2e-6);
+/// assert!((contact.gap_from_stiffness_m(k_c, 2e-6)? - gap_m).abs() < 1e-15);
+/// # Ok::<(), contact::ModelError>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
     assumed: AssumedConstants,
@@ -23,29 +40,31 @@ pub struct Contact {
 /// The gap that [`Contact::gap_from_balance_stiffness`] found, and how far it can be trusted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InvertedGap {
-    /// ⟨x_t⟩, m.
+    /// Gap ⟨x_t⟩, m.
     pub gap_m: f64,
-    /// Where on the stiffness curve it lies.
+    /// Where on the stiffness curve the gap lies.
     pub branch: StiffnessBranch,
 }
 
-/// Eq. 18 with the force balance put in falls monotonically in the gap wherever x > 2 σ_t. Only a finger pressed so hard that
-/// x_t⁰ < 2 σ_t knows anything else: there the stiffness first rises from ⟨f_c⟩/σ_t to a maximum at some x < 2 σ_t, then falls.
+/// Where on the curve of stiffness over gap an inverted gap lies.
+///
+/// Eq. 18 in force balance falls monotonically in the gap wherever x > 2 σ_t. Only for a finger pressed so hard that
+/// x_t⁰ < 2 σ_t does it not: there the stiffness first rises from ⟨f_c⟩/σ_t to a maximum at some x < 2 σ_t, then falls.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum StiffnessBranch {
     /// The only gap with this stiffness.
     Unique,
     /// Two gaps have this stiffness; the larger, on the falling branch, is reported.
     Ambiguous {
-        /// The other one, m, between x_t⁰ and the maximum.
+        /// The other gap, m, between x_t⁰ and the maximum.
         smaller_gap_m: f64,
     },
-    /// Stiffer than the model allows at this normal force: the gap of the greatest stiffness is reported, which is x_t⁰ unless
-    /// x_t⁰ < 2 σ_t. Noise near rest does this.
+    /// Stiffer than the model allows at this normal force: the gap of the greatest stiffness is reported, which is x_t⁰
+    /// unless x_t⁰ < 2 σ_t. Noise near rest does this.
     AboveMaximum,
 }
 
-/// What [`Contact::gaps_from_balance_stiffness`] met on its way.
+/// Counts of the samples whose gap is not unique, or does not exist.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct InversionCounts {
     /// Samples with [`StiffnessBranch::Ambiguous`].
@@ -67,6 +86,8 @@ impl InversionCounts {
 }
 
 impl Contact {
+    /// Creates a contact of known σ_t, m.
+    ///
     /// # Errors
     /// If σ_t or an assumed constant is out of its physical range.
     pub fn new(assumed: &AssumedConstants, sigma_t_m: f64) -> Result<Self, ModelError> {
@@ -80,32 +101,32 @@ impl Contact {
         })
     }
 
-    /// σ_t, m.
+    /// Returns σ_t, m.
     pub fn sigma_t_m(&self) -> f64 {
         self.sigma_t_m
     }
 
-    /// What it was built with.
+    /// Returns the assumed constants.
     pub fn assumed(&self) -> &AssumedConstants {
         &self.assumed
     }
 
-    /// p_c S in N: the force that the asperities would carry at zero gap (Huloux 2021, Eq. 15).
+    /// Returns p_c S, N: the force that the asperities would carry at zero gap (Huloux 2021, Eq. 15).
     pub fn asperity_limit_n(&self) -> f64 {
         self.asperity_n_per_m * self.sigma_t_m
     }
 
-    /// f_r = p_c S exp(−x/σ_t) (Huloux 2021, Eq. 15).
+    /// Returns the asperities' force f_r = p_c S exp(−x/σ_t), N (Huloux 2021, Eq. 15).
     pub fn asperity_force_n(&self, gap_m: f64) -> f64 {
         self.asperity_limit_n() * (-gap_m / self.sigma_t_m).exp()
     }
 
-    /// f_s = (5/4) p0 S |x̃_p|²/x² (Huloux 2021, Eq. 14).
+    /// Returns the squeeze film's force f_s = (5/4) p0 S |x̃_p|²/x², N (Huloux 2021, Eq. 14).
     pub fn squeeze_force_n(&self, gap_m: f64, amplitude_m: f64) -> f64 {
         self.squeeze_n * (amplitude_m / gap_m).powi(2)
     }
 
-    /// x_t⁰ = σ_t ln(p_c S/⟨f_c⟩) (Huloux 2021, Eq. 16).
+    /// Returns the gap at rest x_t⁰ = σ_t ln(p_c S/⟨f_c⟩), m (Huloux 2021, Eq. 16).
     ///
     /// # Errors
     /// If the force is not positive, or so great that the asperity law would need a gap at or below zero.
@@ -124,15 +145,16 @@ impl Contact {
         }
     }
 
-    /// k_c⁰ = ⟨f_c⟩/σ_t.
+    /// Returns the stiffness at rest k_c⁰ = ⟨f_c⟩/σ_t, N/m.
     pub fn rest_stiffness_n_per_m(&self, normal_n: f64) -> f64 {
         normal_n / self.sigma_t_m
     }
 
-    /// **The gap equation** (Huloux 2021, Eq. 17): the x ≥ x_t⁰ with
+    /// Solves **the gap equation** (Huloux 2021, Eq. 17): returns the x ≥ x_t⁰, m, with
     /// ⟨f_c⟩ \[1 − exp((x_t⁰ − x)/σ_t)\] = (5/4) p0 S |x̃_p|²/x².
     ///
-    /// One root for every x_t⁰ > 0, on a bracket in closed form; found to 1e-12 relative (`tests/model.rs`, against scipy's `brentq`; `tests/properties.rs`, against bisection).
+    /// There is one root for every x_t⁰ > 0, on a bracket in closed form; it is found to 1e-12 relative
+    /// (`tests/model.rs`, against scipy's `brentq`; `tests/properties.rs`, against bisection).
     ///
     /// # Errors
     /// As [`rest_gap_m`](Self::rest_gap_m), or if the amplitude is negative or not finite.
@@ -140,10 +162,11 @@ impl Contact {
         self.equilibrium_gap_from(amplitude_m, normal_n, f64::NAN)
     }
 
-    /// [`equilibrium_gap_m`](Self::equilibrium_gap_m) for each sample of a record, each started from the two before.
+    /// Solves [`equilibrium_gap_m`](Self::equilibrium_gap_m) for each sample of a record, each started from the two
+    /// before.
     ///
     /// # Errors
-    /// The first sample's that has no gap, with its index; `gap_m` is then filled up to it.
+    /// The error of the first sample without a gap, with its index; `gap_m` is then filled up to it.
     pub fn equilibrium_gaps_m(
         &self,
         amplitude_m: &[f64],
@@ -166,7 +189,7 @@ impl Contact {
         Ok(())
     }
 
-    /// NaN is no start.
+    /// Solves the gap equation from `start_m`; NaN starts from an estimate in closed form.
     #[inline]
     fn equilibrium_gap_from(
         &self,
@@ -216,7 +239,8 @@ impl Contact {
         carried * (1.0 + u) * u / (carried * u + 2.0 * (1.0 - carried))
     }
 
-    /// k_c = p_c S e^(−x/σ_t)/σ_t + 2 · (5/4) p0 S |x̃_p|²/x³ (Huloux 2021, Eqs. 14, 15, 18), whether or not the forces balance.
+    /// Returns k_c = p_c S e^(−x/σ_t)/σ_t + 2 · (5/4) p0 S |x̃_p|²/x³, N/m (Huloux 2021, Eqs. 14, 15, 18), whether or
+    /// not the forces balance.
     pub fn stiffness_n_per_m(&self, gap_m: f64, amplitude_m: f64) -> f64 {
         self.asperity_n_per_m * (-gap_m / self.sigma_t_m).exp()
             + 2.0 * self.squeeze_force_n(gap_m, amplitude_m) / gap_m
@@ -228,7 +252,7 @@ impl Contact {
         -asperity / self.sigma_t_m - 6.0 * self.squeeze_force_n(gap_m, amplitude_m) / gap_m.powi(2)
     }
 
-    /// k_c = f_r/σ_t + 2 f_s/x with f_s = ⟨f_c⟩ − f_r: Eq. 18 in force balance, which needs no amplitude.
+    /// Returns k_c = f_r/σ_t + 2 f_s/x, N/m, with f_s = ⟨f_c⟩ − f_r: Eq. 18 in force balance, which needs no amplitude.
     pub fn balance_stiffness_n_per_m(&self, gap_m: f64, normal_n: f64) -> f64 {
         let asperity_n = self.asperity_force_n(gap_m);
         asperity_n / self.sigma_t_m + 2.0 * (normal_n - asperity_n) / gap_m
@@ -247,14 +271,15 @@ impl Contact {
         self.asperity_n_per_m * (-u).exp() * u
     }
 
-    /// ∂k_c/∂ln σ_t of [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m) at constant gap and normal force, N/m.
+    /// ∂k_c/∂ln σ_t of [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m) at constant gap and normal force,
+    /// N/m.
     pub(crate) fn balance_stiffness_by_ln_sigma_n_per_m(&self, gap_m: f64) -> f64 {
         let u = gap_m / self.sigma_t_m;
         self.asperity_n_per_m * (-u).exp() * (u - 2.0 * (1.0 + u) / u)
     }
 
-    /// The gap whose [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m) is `k_c_n_per_m`: the published way from measured
-    /// stiffness to gap, which assumes a steady state.
+    /// Returns the gap whose [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m) is `k_c_n_per_m`: the
+    /// published way from measured stiffness to gap, which assumes a steady state.
     ///
     /// # Errors
     /// As [`rest_gap_m`](Self::rest_gap_m), or if the stiffness is not positive.
@@ -317,8 +342,8 @@ impl Contact {
         found(u, StiffnessBranch::Unique)
     }
 
-    /// [`gap_from_balance_stiffness`](Self::gap_from_balance_stiffness) for each sample of a record at one normal force;
-    /// a sample without a gap becomes NaN and is counted.
+    /// Inverts as [`gap_from_balance_stiffness`](Self::gap_from_balance_stiffness) each sample of a record at one
+    /// normal force; a sample without a gap becomes NaN and is counted.
     ///
     /// # Errors
     /// If the normal force has no gap at rest, or the slices differ in length.
@@ -346,11 +371,12 @@ impl Contact {
         Ok(counts)
     }
 
-    /// The gap whose [`stiffness_n_per_m`](Self::stiffness_n_per_m) at this amplitude is `k_c_n_per_m`: no normal force and no steady state
-    /// needed, and one gap for every stiffness.
+    /// Returns the gap whose [`stiffness_n_per_m`](Self::stiffness_n_per_m) at this amplitude is `k_c_n_per_m`, m: no
+    /// normal force and no steady state needed, and one gap for every stiffness.
     ///
     /// # Errors
-    /// If the amplitude is negative, the stiffness not positive, or, at zero amplitude, the stiffness not below p_c S/σ_t.
+    /// If the amplitude is negative, the stiffness not positive, or, at zero amplitude, the stiffness not below p_c
+    /// S/σ_t.
     pub fn gap_from_stiffness_m(
         &self,
         k_c_n_per_m: f64,
@@ -387,18 +413,18 @@ impl Contact {
         Ok(u * self.sigma_t_m)
     }
 
-    /// μ/μ0 = exp((x_t⁰ − x)/σ_t), the share of the normal force that asperities carry (Huloux 2021, Eq. 19).
+    /// Returns μ/μ0 = exp((x_t⁰ − x)/σ_t), the share of the normal force that asperities carry (Huloux 2021, Eq. 19).
     pub fn friction_ratio(&self, gap_m: f64, normal_n: f64) -> f64 {
         self.asperity_force_n(gap_m) / normal_n
     }
 
-    /// Z_c = k_c/(iω) + b_c with b_c = η k_c/ω, in N·s/m at the angular frequency `carrier_rad_per_s`.
+    /// Returns Z_c = k_c/(iω) + b_c with b_c = η k_c/ω, N·s/m, at the angular frequency `carrier_rad_per_s`.
     pub fn impedance_n_s_per_m(&self, k_c_n_per_m: f64, carrier_rad_per_s: f64) -> Complex64 {
         crate::harmonic::contact_impedance(k_c_n_per_m, self.assumed.loss_factor, carrier_rad_per_s)
     }
 }
 
-/// The gap of greatest stiffness in force balance, both in σ_t: rest itself, or short of 2 when rest is.
+/// Returns the gap of greatest stiffness in force balance, both in σ_t: rest itself, or short of 2 when rest is.
 fn stiffest_gap(rest: f64) -> f64 {
     if rest >= 2.0 {
         return rest;

@@ -7,16 +7,17 @@ pub enum ModelError {
     /// A parameter or a sample lies outside what it can physically be.
     #[error("{name} = {value} {unit}: must be {limit}")]
     OutOfRange {
-        /// The quantity.
+        /// Name of the quantity.
         name: &'static str,
-        /// Its value, in `unit`.
+        /// Value of the quantity, in `unit`.
         value: f64,
         /// SI unit of `value`.
         unit: &'static str,
-        /// What would be accepted.
+        /// Values that are accepted.
         limit: &'static str,
     },
-    /// x_t⁰ ≤ 0: the exponential asperity law (Huloux 2021, Eq. 15) carries at most p_c S, and the finger presses harder.
+    /// x_t⁰ ≤ 0: the exponential asperity law (Huloux 2021, Eq. 15) carries at most p_c S, and the finger presses
+    /// harder.
     #[error(
         "normal force {normal_n} N is not below p_c S = {limit_n} N, the most that the asperities carry \
          (Huloux 2021, Eq. 15): the gap at rest would be {rest_gap_m} m; sigma_t, q0, E or S is too small"
@@ -26,7 +27,7 @@ pub enum ModelError {
         normal_n: f64,
         /// p_c S, N.
         limit_n: f64,
-        /// σ_t ln(p_c S/⟨f_c⟩), m.
+        /// Gap at rest that would follow, σ_t ln(p_c S/⟨f_c⟩), m.
         rest_gap_m: f64,
     },
     /// No positive gap has this stiffness: the measured k_c is not positive, or exceeds the asperities' p_c S/σ_t.
@@ -37,25 +38,25 @@ pub enum ModelError {
     NoGapForStiffness {
         /// The stiffness asked for, N/m.
         k_c_n_per_m: f64,
-        /// The stiffest contact that the model knows, N/m.
+        /// Greatest stiffness of the contact model, N/m.
         limit_n_per_m: f64,
     },
     /// Slices that describe the same samples differ in length.
     #[error("{name} has {got} samples, expected {expected}")]
     LengthMismatch {
-        /// The slice.
+        /// Name of the slice.
         name: &'static str,
-        /// Its length.
+        /// Length of the slice.
         got: usize,
-        /// The length of the others.
+        /// Length of the other slices.
         expected: usize,
     },
     /// An error of one sample of a record.
     #[error("sample {index}: {source}")]
     AtSample {
-        /// Index into the record.
+        /// Index of the sample.
         index: usize,
-        /// What is wrong there.
+        /// Error of that sample.
         source: Box<ModelError>,
     },
 }

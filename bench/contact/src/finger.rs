@@ -22,7 +22,7 @@ pub(crate) const Z_T_SLOPES: [Complex64; PARAMETERS] = [
 pub struct FittedFinger {
     pub(crate) inversion: Inversion<PARAMETERS>,
     pub(crate) tau_s: f64,
-    /// Of one component of Z_m, the shape being 1/amplitude.
+    /// Noise of one component of Z_m; its shape is 1/amplitude.
     pub(crate) z_m_noise: ResidualNoise,
 }
 
@@ -34,7 +34,7 @@ pub(crate) struct SampleReading {
 }
 
 impl FittedFinger {
-    /// From known parameters instead of a fit: standard errors are then unknown and read infinite.
+    /// Creates a finger from known parameters instead of a fit: standard errors are unknown and read infinite.
     ///
     /// # Errors
     /// If τ is negative or the carrier frequency not positive.
@@ -60,27 +60,28 @@ impl FittedFinger {
         })
     }
 
-    /// The contact with the fitted σ_t.
+    /// Returns the contact with the fitted σ_t.
     pub fn contact(&self) -> &Contact {
         &self.inversion.contact
     }
 
-    /// Z_t, N·s/m.
+    /// Returns Z_t, N·s/m.
     pub fn z_t_n_s_per_m(&self) -> Complex64 {
         self.inversion.z_t
     }
 
-    /// Z_p of the unloaded plate, envelope-corrected, N·s/m.
+    /// Returns Z_p of the unloaded plate, envelope-corrected, N·s/m.
     pub fn z_p_n_s_per_m(&self) -> Complex64 {
         self.inversion.z_p
     }
 
-    /// τ, s.
+    /// Returns τ, s.
     pub fn tau_s(&self) -> f64 {
         self.tau_s
     }
 
-    /// Covariance of (σ_t in m, Re Z_t, Im Z_t in N·s/m, τ in s); `None` if a combination of them is not identified.
+    /// Returns the covariance of (σ_t in m, Re Z_t, Im Z_t in N·s/m, τ in s); `None` if a combination of them is not
+    /// identified.
     pub fn covariance(&self) -> Option<[[f64; 4]; 4]> {
         let units = [self.contact().sigma_t_m(), 1.0, 1.0, MS];
         self.inversion.covariance.map(|c| {
@@ -100,8 +101,8 @@ impl FittedFinger {
         Ok(SampleReading { k_c, gap })
     }
 
-    /// f_c = p_c S e^(−x_eq/σ_t) + (5/4) p0 S |x̃_p|²/x_eq² with x_eq = x + τ dx/dt, the slope being Σ weight · gap/interval over the
-    /// samples of `history`. The last argument says which of them is now.
+    /// Returns f_c = p_c S e^(−x_eq/σ_t) + (5/4) p0 S |x̃_p|²/x_eq² with x_eq = x + τ dx/dt, the slope being Σ weight ·
+    /// gap/interval over the samples of `history`. `now` is the index of the current one.
     pub(crate) fn normal_force(
         &self,
         history: &[Dependent<PARAMETERS>],

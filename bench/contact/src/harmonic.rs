@@ -11,16 +11,16 @@ use num_complex::Complex64;
 /// A mass, a spring and a damper moving together: iω m + k/(iω) + b (Huloux 2021, Eqs. 4–6).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resonator {
-    /// kg
+    /// Mass m, kg.
     pub mass_kg: f64,
-    /// N/m
+    /// Stiffness k, N/m.
     pub stiffness_n_per_m: f64,
-    /// N·s/m
+    /// Damping b, N·s/m.
     pub damping_n_s_per_m: f64,
 }
 
 impl Resonator {
-    /// Its impedance at the angular frequency.
+    /// Returns the impedance at an angular frequency, N·s/m.
     pub fn impedance_n_s_per_m(&self, carrier_rad_per_s: f64) -> Complex64 {
         let reactance =
             carrier_rad_per_s * self.mass_kg - self.stiffness_n_per_m / carrier_rad_per_s;
@@ -28,43 +28,54 @@ impl Resonator {
     }
 }
 
-/// Z_c = k_c/(iω) + η k_c/ω (Huloux 2021, Eq. 6; η is a loss factor).
+/// Returns Z_c = k_c/(iω) + η k_c/ω, N·s/m (Huloux 2021, Eq. 6; η is a loss factor).
 pub fn contact_impedance(k_c_n_per_m: f64, loss_factor: f64, carrier_rad_per_s: f64) -> Complex64 {
     Complex64::new(loss_factor, -1.0) * (k_c_n_per_m / carrier_rad_per_s)
 }
 
-/// k_c = −ω Im Z_c, N/m.
+/// Returns k_c = −ω Im Z_c, N/m.
 pub fn stiffness_n_per_m(z_c: Complex64, carrier_rad_per_s: f64) -> f64 {
     -carrier_rad_per_s * z_c.im
 }
 
-/// b_c = Re Z_c, N·s/m.
+/// Returns b_c = Re Z_c, N·s/m.
 pub fn damping_n_s_per_m(z_c: Complex64) -> f64 {
     z_c.re
 }
 
-/// Z_m = Z_p + Z_t Z_c/(Z_t + Z_c) (Huloux 2021, Eq. 9).
+/// Returns Z_m = Z_p + Z_t Z_c/(Z_t + Z_c), N·s/m (Huloux 2021, Eq. 9).
 pub fn observed(z_p: Complex64, z_t: Complex64, z_c: Complex64) -> Complex64 {
     z_p + z_t * z_c / (z_t + z_c)
 }
 
-/// Z_c = (Z_m − Z_p) Z_t/(Z_t − Z_m + Z_p) (Huloux 2021, Eq. 12).
+/// Returns Z_c = (Z_m − Z_p) Z_t/(Z_t − Z_m + Z_p), N·s/m (Huloux 2021, Eq. 12), the inverse of [`observed`].
+///
+/// ```
+/// use contact::harmonic::{contact_from_observed, observed};
+/// use num_complex::Complex64;
+///
+/// let (z_p, z_t) = (Complex64::new(7.0, 0.0), Complex64::new(0.47, 3.16));
+/// let z_c = Complex64::new(0.5, -1.7);
+/// let z_m = observed(z_p, z_t, z_c);
+/// assert!((contact_from_observed(z_m, z_p, z_t) - z_c).norm() < 1e-12);
+/// ```
 pub fn contact_from_observed(z_m: Complex64, z_p: Complex64, z_t: Complex64) -> Complex64 {
     let finger = z_m - z_p;
     finger * z_t / (z_t - finger)
 }
 
-/// Z_t = (Z_m⁰ − Z_p) Z_c⁰/(Z_c⁰ − Z_m⁰ + Z_p) (Huloux 2021, Eq. 21): Eq. 12 with contact and tissue exchanged.
+/// Returns Z_t = (Z_m⁰ − Z_p) Z_c⁰/(Z_c⁰ − Z_m⁰ + Z_p), N·s/m (Huloux 2021, Eq. 21): Eq. 12 with contact and tissue
+/// exchanged.
 pub fn tissue_from_observed(z_m0: Complex64, z_p: Complex64, z_c0: Complex64) -> Complex64 {
     contact_from_observed(z_m0, z_p, z_c0)
 }
 
-/// f̃_c = (Z_m − Z_p) ṽ_p, N (Huloux 2021, Eq. 10).
+/// Returns f̃_c = (Z_m − Z_p) ṽ_p, N (Huloux 2021, Eq. 10).
 pub fn contact_force_n(z_m: Complex64, z_p: Complex64, v_p_m_per_s: Complex64) -> Complex64 {
     (z_m - z_p) * v_p_m_per_s
 }
 
-/// ṽ_t = (Z_m − Z_p)/Z_t · ṽ_p, m/s (Huloux 2021, Eq. 11).
+/// Returns ṽ_t = (Z_m − Z_p)/Z_t · ṽ_p, m/s (Huloux 2021, Eq. 11).
 pub fn skin_velocity_m_per_s(
     z_m: Complex64,
     z_p: Complex64,
@@ -77,15 +88,15 @@ pub fn skin_velocity_m_per_s(
 /// Velocities of plate and skin under a harmonic force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HarmonicMotion {
-    /// ṽ_p, m/s.
+    /// Velocity of the plate ṽ_p, m/s.
     pub plate_m_per_s: Complex64,
-    /// ṽ_t, m/s.
+    /// Velocity of the skin ṽ_t, m/s.
     pub skin_m_per_s: Complex64,
 }
 
 impl HarmonicMotion {
-    /// The two degrees of freedom (Z_p + Z_c) ṽ_p − Z_c ṽ_t = f̃_a, (Z_t + Z_c) ṽ_t = Z_c ṽ_p (Huloux 2021, Eqs. 7, 8) under the
-    /// actuator force `f_a_n`.
+    /// Solves the two degrees of freedom (Z_p + Z_c) ṽ_p − Z_c ṽ_t = f̃_a, (Z_t + Z_c) ṽ_t = Z_c ṽ_p (Huloux 2021, Eqs.
+    /// 7, 8) under the actuator force `f_a_n`.
     pub fn under_force(f_a_n: Complex64, z_p: Complex64, z_t: Complex64, z_c: Complex64) -> Self {
         let determinant = (z_p + z_c) * (z_t + z_c) - z_c * z_c;
         Self {
@@ -94,7 +105,7 @@ impl HarmonicMotion {
         }
     }
 
-    /// ṽ_t/ṽ_p.
+    /// Returns the transmission ṽ_t/ṽ_p.
     pub fn transmission(&self) -> Complex64 {
         self.skin_m_per_s / self.plate_m_per_s
     }

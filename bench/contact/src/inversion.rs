@@ -1,3 +1,5 @@
+//! From a sample's impedance to stiffness, gap and friction, with standard errors by the delta method.
+
 use nalgebra::{SMatrix, SVector};
 use num_complex::Complex64;
 
@@ -5,8 +7,8 @@ use crate::contact::{Contact, StiffnessBranch};
 use crate::error::ModelError;
 use crate::harmonic::{contact_from_observed, stiffness_n_per_m};
 
-/// A quantity of one sample with what it depends on: the fitted parameters, the first of them ln σ_t, and the noise of that
-/// sample's impedance.
+/// A quantity of one sample with what it depends on: the fitted parameters, the first of them ln σ_t, and the noise of
+/// that sample's impedance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Dependent<const N: usize> {
     pub(crate) value: f64,
@@ -33,7 +35,7 @@ pub(crate) struct Inversion<const N: usize> {
     pub(crate) z_t: Complex64,
     /// ∂Z_t/∂parameter.
     pub(crate) z_t_slopes: [Complex64; N],
-    /// `None` if unknown or infinite.
+    /// Covariance of the parameters; `None` if unknown or infinite.
     pub(crate) covariance: Option<SMatrix<f64, N, N>>,
 }
 
@@ -44,7 +46,7 @@ impl<const N: usize> Inversion<N> {
         })
     }
 
-    /// k_c by Eq. 12; `z_m_std` is the standard deviation of one component of Z_m.
+    /// Returns k_c by Eq. 12, N/m; `z_m_std` is the standard deviation of one component of Z_m.
     pub(crate) fn stiffness(&self, z_m: Complex64, z_m_std: f64) -> Dependent<N> {
         let finger = z_m - self.z_p;
         let rest = self.z_t - finger;
@@ -62,7 +64,7 @@ impl<const N: usize> Inversion<N> {
         }
     }
 
-    /// The gap from stiffness and amplitude.
+    /// Returns the gap from stiffness and amplitude, m.
     pub(crate) fn gap(
         &self,
         k_c: &Dependent<N>,
@@ -78,7 +80,7 @@ impl<const N: usize> Inversion<N> {
         ))
     }
 
-    /// The gap from stiffness in force balance.
+    /// Returns the gap from stiffness in force balance, m.
     pub(crate) fn balance_gap(
         &self,
         k_c: &Dependent<N>,
@@ -99,7 +101,7 @@ impl<const N: usize> Inversion<N> {
         ))
     }
 
-    /// μ/μ0.
+    /// Returns the friction ratio μ/μ0.
     pub(crate) fn friction_ratio(&self, gap: &Dependent<N>, normal_n: f64) -> Dependent<N> {
         let sigma = self.contact.sigma_t_m();
         let value = self.contact.friction_ratio(gap.value, normal_n);
@@ -113,7 +115,7 @@ impl<const N: usize> Inversion<N> {
     }
 }
 
-/// The gap that a stiffness implies, where the stiffness also depends on ln σ_t.
+/// Returns the gap that a stiffness implies, where the stiffness also depends on ln σ_t.
 fn implicit<const N: usize>(
     gap_m: f64,
     k_c: &Dependent<N>,

@@ -1,5 +1,5 @@
-//! Contact and levitation of a fingertip on an ultrasonic plate: the model, its inversion, and the fits that turn measured
-//! mechanical impedance into contact stiffness, levitation gap and friction.
+//! Contact and levitation of a fingertip on an ultrasonic plate: the model, its inversion, and the fits that turn
+//! measured mechanical impedance into contact stiffness, levitation gap and friction.
 //!
 //! N. Huloux, C. Bernard, M. Wiertlewski, "Estimating Friction Modulation From the Ultrasonic Mechanical Impedance",
 //! IEEE Trans. Haptics 14(2), 2021, doi 10.1109/TOH.2020.3038937; cited as `Huloux 2021, Eq. n`.
@@ -8,7 +8,7 @@
 //! ```text
 //!  ⟨f_c⟩ [1 − exp((x_t⁰ − x)/σ_t)] = (5/4) p0 S |x̃_p|² / x²        Huloux 2021, Eq. 17
 //! ```
-//! What the asperities no longer carry, the squeeze film does. It is solved by [`Contact::equilibrium_gap_m`].
+//! The squeeze film carries what the asperities no longer do. [`Contact::equilibrium_gap_m`] solves the equation.
 //!
 //! | what | equation | where |
 //! | --- | --- | --- |
@@ -22,8 +22,9 @@
 //! | frame by frame | | [`live_estimator`] |
 //!
 //! # Conventions
-//! SI units, named in identifiers. Envelopes are peak values with exp(+iωt); impedance is force over velocity, N·s/m. A gap is ⟨x_t⟩,
-//! averaged over a carrier period, m. No I/O, no threads; nothing is random.
+//! SI units, named in identifiers. Envelopes are peak values with exp(+iωt); impedance is force over velocity, N·s/m. A
+//! gap is ⟨x_t⟩, averaged over a carrier period, m. No input or output, no threads: `clippy.toml` beside this crate's
+//! `Cargo.toml` disallows them. Nothing is random.
 
 mod assumed;
 mod contact;
@@ -41,3 +42,8 @@ pub use assumed::AssumedConstants;
 pub use contact::{Contact, InversionCounts, InvertedGap, StiffnessBranch};
 pub use error::ModelError;
 pub use finger::FittedFinger;
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

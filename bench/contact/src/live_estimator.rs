@@ -19,9 +19,9 @@ const FRAMES: usize = 5;
 /// One demodulated frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LiveFrame {
-    /// Envelope-corrected Z_m, N·s/m.
+    /// Z_m corrected for envelope dynamics, N·s/m.
     pub z_m_corrected_n_s_per_m: Complex64,
-    /// |x̃_p|, peak, m.
+    /// Vibration amplitude |x̃_p|, peak, m.
     pub amplitude_m: f64,
     /// Measured normal force, N, if there is a sensor: μ/μ0 then refers to it, else to the self-sensed force.
     pub normal_n: Option<f64>,
@@ -32,24 +32,50 @@ pub struct LiveFrame {
 pub struct Uncertain {
     /// The value.
     pub value: f64,
-    /// Its standard error; infinite if the parameters' is unknown.
+    /// Standard error of the value; infinite if that of the parameters is unknown.
     pub std: f64,
 }
 
-/// What one frame says about the contact.
+/// Stiffness, gap, friction and force at one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LiveEstimate {
-    /// k_c, N/m.
+    /// Contact stiffness k_c, N/m.
     pub k_c_n_per_m: Uncertain,
-    /// ⟨x_t⟩, m.
+    /// Levitation gap ⟨x_t⟩, m.
     pub gap_m: Uncertain,
-    /// μ/μ0; `None` without a force sensor until five frames are in.
+    /// Friction ratio μ/μ0; `None` without a force sensor until five frames are in.
     pub mu_ratio: Option<Uncertain>,
     /// Self-sensed normal force, N; `None` until five frames are in.
     pub self_sensed_normal_n: Option<Uncertain>,
 }
 
-/// Estimates each frame from it and the four before; allocates nothing.
+/// Estimator of stiffness, gap and friction at each frame from that frame and the four before; allocates nothing.
+///
+/// ```
+/// use contact::live_estimator::{LiveEstimator, LiveFrame};
+/// use contact::{AssumedConstants, Contact, FittedFinger, harmonic};
+/// use num_complex::Complex64;
+///
+/// let contact = Contact::new(&AssumedConstants::ESTIMATION, 1.7e-6)?;
+/// let (z_p, z_t) = (Complex64::new(7.0, 0.0), Complex64::new(0.47, 3.16));
+/// let finger = FittedFinger::with_parameters(contact, z_t, 1e-3, z_p, 35e3)?;
+/// let mut live = LiveEstimator::new(finger, 0.5e-3)?;
+///
+/// let gap_m = contact.equilibrium_gap_m(2e-6, 0.65)?;
+/// let k_c = contact.stiffness_n_per_m(gap_m, 2e-6);
+/// let z_c = contact.impedance_n_s_per_m(k_c, std::f64::consts::TAU * 35e3);
+/// let frame = LiveFrame {
+///     z_m_corrected_n_s_per_m: harmonic::observed(z_p, z_t, z_c),
+///     amplitude_m: 2e-6,
+///     normal_n: None,
+/// };
+/// for _ in 0..4 {
+///     assert_eq!(live.update(&frame)?.self_sensed_normal_n, None);
+/// }
+/// let sensed = live.update(&frame)?.self_sensed_normal_n.expect("five frames are in");
+/// assert!((sensed.value - 0.65).abs() < 1e-6);
+/// # Ok::<(), contact::ModelError>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct LiveEstimator {
     finger: FittedFinger,
@@ -59,6 +85,8 @@ pub struct LiveEstimator {
 }
 
 impl LiveEstimator {
+    /// Creates an estimator for frames that are `interval_s` apart.
+    ///
     /// # Errors
     /// If the frame interval is not positive.
     pub fn new(finger: FittedFinger, interval_s: f64) -> Result<Self, ModelError> {
@@ -70,18 +98,18 @@ impl LiveEstimator {
         })
     }
 
-    /// From now on with the parameters of a newer fit.
+    /// Continues with the parameters of a newer fit; earlier frames are forgotten.
     pub fn refit(&mut self, finger: FittedFinger) {
         self.finger = finger;
         self.reset();
     }
 
-    /// Forgets earlier frames: call it when frames were lost or the finger was lifted.
+    /// Forgets earlier frames: to be called when frames were lost or the finger was lifted.
     pub fn reset(&mut self) {
         self.filled = 0;
     }
 
-    /// Takes the next frame.
+    /// Estimates the next frame.
     ///
     /// # Errors
     /// If the frame has no gap; earlier frames are then forgotten.
@@ -128,7 +156,7 @@ impl LiveEstimator {
         })
     }
 
-    /// μ/μ0 where the normal force is itself an estimate.
+    /// Returns μ/μ0 where the normal force is itself an estimate.
     fn ratio_of(
         &self,
         gap: &Dependent<PARAMETERS>,

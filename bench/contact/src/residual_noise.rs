@@ -1,15 +1,16 @@
-//! What the residuals of an impedance are made of.
+//! Noise and model error in the residuals of an impedance.
 
 use num_complex::Complex64;
 
-/// Standard deviation of one component of a residual: √(floor² + (scale·shape)²), where the shape is how noise goes with the sample
-/// (white noise on force and velocity goes as 1/|ṽ_p|) and the floor is the model's own error, alike for all. With the noise
-/// alone, a model error of 0.1 % of Z_m would pass for a noise that drowns the smallest amplitudes, of which σ_t and Z_t hang.
+/// Standard deviation of one component of a residual: √(floor² + (scale·shape)²), where the shape is how noise goes
+/// with the sample (white noise on force and velocity goes as 1/|ṽ_p|) and the floor is the model's own error, alike
+/// for all. With the noise alone, a model error of 0.1 % of Z_m would pass for a noise that drowns the smallest
+/// amplitudes, on which σ_t and Z_t depend.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct ResidualNoise {
-    /// In N·s/m.
+    /// Model error, alike for all samples, N·s/m.
     pub(crate) floor: f64,
-    /// In N·s/m per unit of the shape.
+    /// Noise, N·s/m per unit of the shape.
     pub(crate) scale: f64,
 }
 
@@ -24,8 +25,8 @@ impl ResidualNoise {
         self.floor.hypot(self.scale * shape)
     }
 
-    /// By maximum likelihood of normal residuals (Fisher scoring: the squares in weighted least squares on 1 and shape²), after a fit
-    /// of as many real `parameters`.
+    /// Estimates both by maximum likelihood of normal residuals (Fisher scoring: the squares in weighted least squares
+    /// on 1 and shape²), after a fit of as many real `parameters`.
     pub(crate) fn of(residuals: &[Complex64], shapes: &[f64], parameters: usize) -> Self {
         let n = residuals.len() as f64;
         let freedom = (2.0 * n - parameters as f64).max(1.0);

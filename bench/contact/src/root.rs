@@ -1,18 +1,22 @@
-/// Halley's iteration converges cubically: after a step this small, relative to the root, the error is at rounding level.
+//! The root of an increasing function on a bracket.
+
+/// Step after which the iteration stops. Halley's iteration converges cubically: after a step this small, relative to
+/// the root, the error is at rounding level.
 const LAST_STEP: f64 = 1e-6;
 
-/// How much of the slope the curvature may use up over that step. Where a slope all but vanishes, as at the greatest stiffness,
-/// steps are small far from any root.
+/// Share of the slope that the curvature may use up over that step. Where a slope all but vanishes, as at the greatest
+/// stiffness, steps are small far from any root.
 const LAST_BEND: f64 = 1e-3;
 
-/// Halving alone takes a bracket of any two doubles of like size to rounding in fewer; only overflow gets here.
+/// Most steps of the iteration. Halving alone takes a bracket of any two doubles of like size to rounding in fewer;
+/// only overflow gets here.
 const MOST_STEPS: usize = 200;
 
 /// Value, slope and curvature at a point.
 pub(crate) type Jet = (f64, f64, f64);
 
-/// The root of an increasing function on a bracket, by Halley's method (Newton's with the curvature) that bisects where a step
-/// would leave the bracket. `f(lo) ≤ 0 ≤ f(hi)`, `0 < lo ≤ hi`.
+/// Returns the root of an increasing function on a bracket, by Halley's method (Newton's with the curvature) that
+/// bisects where a step would leave the bracket. `f(lo) ≤ 0 ≤ f(hi)`, `0 < lo ≤ hi`.
 #[inline]
 pub(crate) fn increasing_root(mut lo: f64, mut hi: f64, start: f64, f: impl Fn(f64) -> Jet) -> f64 {
     let mut u = start.clamp(lo, hi);

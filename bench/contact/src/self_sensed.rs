@@ -1,9 +1,9 @@
 //! Normal force without a force sensor.
 //!
-//! From Z_m alone follows k_c (Eq. 12), from k_c and amplitude the gap x (Eqs. 14, 15, 18), and from x the force that its equilibrium
-//! x_eq = x + τ dx/dt would balance. Beside the measured force this tests the model on every recording: where the two part, the model is
-//! wrong. On two independent time-domain simulations, with the parameters of the first instance alone, 90 % of all samples of the
-//! exploration were within 0.5 % of the simulated sensor.
+//! From Z_m alone follows k_c (Eq. 12), from k_c and amplitude the gap x (Eqs. 14, 15, 18), and from x the force that
+//! its equilibrium x_eq = x + τ dx/dt would balance. Compared with the measured force it tests the model on every
+//! recording: where the two differ, the model is wrong. On two independent time-domain simulations, with the parameters
+//! of the first instance alone, 90 % of all samples of the exploration were within 0.5 % of the simulated sensor.
 
 use num_complex::Complex64;
 
@@ -18,13 +18,13 @@ const MIDDLE: usize = 2;
 /// The self-sensed record; NaN where a sample or one of its two neighbours on either side has no gap.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SelfSensed {
-    /// ⟨x_t⟩, m.
+    /// Levitation gap ⟨x_t⟩, m.
     pub gap_m: Vec<f64>,
-    /// ⟨f_c⟩, N.
+    /// Normal force ⟨f_c⟩, N.
     pub normal_n: Vec<f64>,
-    /// Standard error of `normal_n`.
+    /// Standard error of `normal_n`, N.
     pub normal_std_n: Vec<f64>,
-    /// μ/μ0 from the self-sensed force.
+    /// Friction ratio μ/μ0 from the self-sensed force.
     pub mu_ratio: Vec<f64>,
 }
 

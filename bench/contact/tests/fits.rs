@@ -339,7 +339,8 @@ fn paper_is_right_without_lag_without_envelope_bias_and_with_a_true_rest() {
     assert!(fit.agreement.rms_mu < 1e-3, "{:?}", fit.agreement);
 }
 
-/// Lag and envelope push the published fit the way they do in time-domain simulations: σ_t up, |Z_t| down, Re Z_t below zero.
+/// Lag and envelope push the published fit the way they do in time-domain simulations: σ_t up, |Z_t| down, Re Z_t below
+/// zero.
 #[test]
 fn paper_is_biased_by_envelope_and_lag() {
     let record = TRUTH.record();

@@ -1,10 +1,10 @@
-//! Is the carrier in the signal at all?
+//! Whether the carrier is in the signal at all.
 
 use crate::demodulator::{Demodulator, DemodulatorError, InputChannel};
 use crate::filter::Filter;
 use crate::mask::Mask;
 
-/// The carrier's level in one channel of a block, beside all that is not within the demodulator's band.
+/// The carrier's level in one channel of a block, beside what lies outside the demodulator's band.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CarrierLevel {
     /// Root mean square of the envelope: the peak amplitude of a steady carrier of the same power, in sample units.
@@ -13,7 +13,7 @@ pub struct CarrierLevel {
     pub rest_rms: f64,
 }
 
-/// A carrier that cannot be seen.
+/// Why a block shows no carrier.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum CarrierError {
     /// The block cannot be read.
@@ -27,27 +27,27 @@ pub enum CarrierError {
         /// Samples that one frame needs.
         needed: u64,
     },
-    /// The carrier does not stand out.
+    /// The carrier does not exceed the rest by enough.
     #[error(
         "carrier of {carrier_hz} Hz is not in the signal: {ratio_db:.1} dB above the rest, at least {least_db} dB wanted"
     )]
     Missing {
-        /// The carrier.
+        /// Carrier frequency, Hz.
         carrier_hz: f64,
-        /// Its power over that of the rest.
+        /// Power of the carrier over that of the rest, dB.
         ratio_db: f64,
-        /// The limit.
+        /// Smallest ratio accepted, dB.
         least_db: f64,
     },
 }
 
 impl CarrierLevel {
-    /// Measures one channel of an interleaved block, leaving out what lost samples touch.
+    /// Measures one channel of an interleaved block, leaving out frames that lost samples touch.
     ///
     /// A steady or slowly modulated carrier alone reads above 60 dB (`a_clean_carrier_stands_out`).
     ///
     /// # Errors
-    /// When the block is torn, lacks the channel or is nowhere sound.
+    /// When the block does not hold whole frames, lacks the channel, or has no stretch without losses.
     pub fn measure(
         filter: &Filter,
         interleaved: &[f32],
@@ -88,7 +88,7 @@ impl CarrierLevel {
         })
     }
 
-    /// The carrier's power over that of the rest.
+    /// Returns the carrier's power over that of the rest, dB; −∞ without a carrier.
     #[must_use]
     pub fn ratio_db(&self) -> f64 {
         if self.amplitude == 0.0 {
@@ -97,10 +97,10 @@ impl CarrierLevel {
         10.0 * (self.amplitude.powi(2) / 2.0 / self.rest_rms.powi(2)).log10()
     }
 
-    /// Fails when the carrier is less than `least_db` above the rest.
+    /// Rejects a carrier that is less than `least_db` above the rest.
     ///
     /// # Errors
-    /// [`CarrierError::Missing`], which names the numbers.
+    /// [`CarrierError::Missing`], with the ratio and the limit.
     pub fn require(&self, filter: &Filter, least_db: f64) -> Result<(), CarrierError> {
         let ratio_db = self.ratio_db();
         if ratio_db >= least_db {

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 /// Above this period the phasors are computed when asked for instead of tabulated.
 const LONGEST_TABLE: u64 = 4096;
 
-/// The phase of exp(+iωt) at sample n, the same after hours as at the start.
+/// The phase of exp(+iωt) at any sample, as exact after hours as at the start.
 ///
 /// A carrier of a whole number of hertz repeats every `rate / gcd(carrier, rate)` samples (192 for 35 kHz at 192 kHz):
 /// its phase is an exact fraction, read from a table when that is short. Any other carrier runs on a 64-bit
@@ -22,7 +22,7 @@ enum Turns {
 }
 
 impl CarrierPhase {
-    /// `carrier_hz` must be positive and below `sample_rate_hz`.
+    /// Prepares the phase; `carrier_hz` must be positive and below `sample_rate_hz`.
     pub(crate) fn new(carrier_hz: f64, sample_rate_hz: u32) -> Self {
         let rate = u64::from(sample_rate_hz);
         if carrier_hz.fract() == 0.0 {
@@ -42,7 +42,7 @@ impl CarrierPhase {
         })
     }
 
-    /// exp(+iω·sample / rate).
+    /// Returns exp(+iω·sample / rate).
     pub(crate) fn at(&self, sample: u64) -> Complex64 {
         match &self.0 {
             Turns::Table(table) => table[(sample % table.len() as u64) as usize],
@@ -57,7 +57,7 @@ impl CarrierPhase {
     }
 }
 
-/// exp(2πi·numerator/denominator).
+/// Returns exp(2πi·numerator/denominator).
 fn fraction(numerator: u64, denominator: u64) -> Complex64 {
     Complex64::cis(TAU * (numerator as f64 / denominator as f64))
 }

@@ -1,12 +1,12 @@
-//! Places another device's clock on the host's, from bursty arrivals.
+//! Another device's clock on the host's, estimated from arrivals in bursts.
 
 use std::collections::VecDeque;
 
-/// Observations are thinned to the promptest one in each of these, in the source's time.
+/// Length of the buckets, in the source's time, of which each keeps only its promptest observation, s.
 const BUCKET_S: f64 = 0.25;
-/// How far back the envelope reaches.
+/// How far back observations count, s.
 const HORIZON_S: f64 = 60.0;
-/// Span of observations after which the map is trusted.
+/// Span of observations after which the map is trusted, s.
 const SETTLING_S: f64 = 5.0;
 /// Crystals are within ±100 ppm; a steeper line is an artefact of few observations.
 const STEEPEST: f64 = 500e-6;
@@ -14,23 +14,23 @@ const STEEPEST: f64 = 500e-6;
 const SLEW_S: f64 = 1.0;
 const FASTEST_SLEW: f64 = 1e-3;
 
-/// An observation that cannot be.
+/// Why an observation is refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ClockError {
     /// The source's clock did not advance.
     #[error("source time {source_s} s does not follow {last_s} s")]
     NotLater {
-        /// The time observed.
+        /// Source time observed, s.
         source_s: f64,
-        /// The one before it.
+        /// Source time of the observation before, s.
         last_s: f64,
     },
     /// A time is NaN or infinite.
     #[error("{name} is {value}, not a time")]
     NotFinite {
-        /// Its name.
+        /// Which of the two times.
         name: &'static str,
-        /// Its value.
+        /// Value given, s.
         value: f64,
     },
 }
@@ -39,17 +39,33 @@ pub enum ClockError {
 ///
 /// Arrivals are late by a delay that varies (USB bursts, scheduling) but has a floor. The map is the line under all
 /// observations of the last minute that lies nearest to them: an edge of the lower convex hull of the delays
-/// (Moon, Skelly & Towsley, INFOCOM 1999). A least-squares line would follow the bursts instead. The delay's floor itself
+/// (Moon, Skelly & Towsley, INFOCOM 1999). A least-squares line would follow the bursts instead. The least delay
 /// cannot be observed and stays in the offset, and so does the time that the newest sample of every burst waits for it:
 /// up to one sampling period of the source, when its samples are locked to the bursts.
 ///
 /// Once [`settled`](Self::settled) the map is continuous and monotone and never changes for times already passed: a new
-/// estimate is approached at no more than 1 ms a second. In ten minutes of 16 ms bursts, 0.5 ms mean
-/// jitter, ±100 ppm, the error stays under 0.1 ms at 10 kHz; at 1 kHz under 0.25 ms for half a minute, then under 0.1 ms
+/// estimate is approached at no more than 1 ms a second. In ten minutes of 16 ms bursts, 0.5 ms mean jitter, ±100 ppm,
+/// the error stays under 0.1 ms at 10 kHz; at 1 kHz under 0.25 ms for half a minute, then under 0.1 ms
 /// (`bursts_and_drift_over_ten_minutes`). Memory is bounded, an observation takes amortised constant time.
+///
+/// ```
+/// use impedance::clock_alignment::LowerEnvelope;
+///
+/// // A sensor whose clock began 100 s before the host's, each sample 1 to 4 ms under way.
+/// let mut clock = LowerEnvelope::new();
+/// for k in 0..1000 {
+///     let source_s = 100.0 + 0.01 * f64::from(k);
+///     let delay_s = 1e-3 * f64::from(1 + k % 4);
+///     clock.observe(source_s, source_s - 100.0 + delay_s)?;
+/// }
+/// assert!(clock.settled());
+/// let host_s = clock.to_host_s(109.0).expect("observed");
+/// assert!((host_s - 9.001).abs() < 1e-4);
+/// # Ok::<(), impedance::clock_alignment::ClockError>(())
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct LowerEnvelope {
-    /// All else counts from the first observation, so that hours of uptime cost no digits.
+    /// The first observation, from which all else counts, so that hours of uptime cost no digits.
     origin: Option<ClockPair>,
     last_source_s: f64,
     open: Option<Observation>,
@@ -88,15 +104,15 @@ impl DelayLine {
 }
 
 impl LowerEnvelope {
-    /// Knows nothing yet.
+    /// Creates a map without observations.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Notes that what was sampled at `source_s` of the source's clock arrived at `arrival_s` of the host's.
-    /// One call a burst, with its newest sample, is enough; more do no harm. An arrival may be stated late, never early: it is
-    /// to be read off the clock after the data, because one that is too early pulls the map down for a minute.
+    /// Notes that what was sampled at `source_s` of the source's clock arrived at `arrival_s` of the host's. One call a
+    /// burst, with its newest sample, is enough; more do no harm. An arrival may be stated late, never early: it is to
+    /// be read off the clock after the data, because one that is too early pulls the map down for a minute.
     ///
     /// # Errors
     /// When the source's time does not advance or a time is not finite; nothing is noted then. A source that has been
@@ -141,7 +157,8 @@ impl LowerEnvelope {
             }
             Some(open) => {
                 self.closed.push_back(open);
-                // The newest stays however long the silence after it: with the drift known so far it still tells the offset.
+                // The newest stays however long the silence after it: with the drift known so far it still tells the
+                // offset.
                 while self.closed.len() > 1
                     && self
                         .closed
@@ -159,14 +176,14 @@ impl LowerEnvelope {
         Ok(())
     }
 
-    /// The host's time at `source_s` of the source's; `None` before the first observation.
+    /// Returns the host's time at `source_s` of the source's clock, s; `None` before the first observation.
     #[must_use]
     pub fn to_host_s(&self, source_s: f64) -> Option<f64> {
         let origin = self.origin?;
         Some(origin.host_s + self.map(source_s - origin.source_s))
     }
 
-    /// The source's time at `host_s` of the host's; `None` before the first observation.
+    /// Returns the source's time at `host_s` of the host's clock, s; `None` before the first observation.
     #[must_use]
     pub fn to_source_s(&self, host_s: f64) -> Option<f64> {
         let origin = self.origin?;
@@ -175,13 +192,13 @@ impl LowerEnvelope {
         Some(origin.source_s + from.source_s + (host - from.host_s) / rate)
     }
 
-    /// How much faster the host's clock runs than the source's, in parts per million.
+    /// Returns how much faster the host's clock runs than the source's, parts per million.
     #[must_use]
     pub fn drift_ppm(&self) -> f64 {
         self.line.slope * 1e6
     }
 
-    /// True once the observations span 5 s; before that the map may still jump.
+    /// Whether the observations span 5 s; before that the map may still jump.
     #[must_use]
     pub fn settled(&self) -> bool {
         self.settled
@@ -209,7 +226,8 @@ impl LowerEnvelope {
             let slope = (b.delay_s - a.delay_s) / (b.source_s - a.source_s);
             self.line.slope = slope.clamp(-STEEPEST, STEEPEST);
         }
-        // With the slope clamped, or kept from before a long silence, the edge may not support the line: lower it until all lie above.
+        // With the slope clamped, or kept from before a long silence, the edge may not support the line: lower it until
+        // all lie above.
         let slope = self.line.slope;
         let offsets = hull.iter().map(|p| p.delay_s - slope * p.source_s);
         self.line.offset_s = offsets.fold(f64::INFINITY, f64::min);

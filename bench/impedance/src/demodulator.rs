@@ -13,9 +13,9 @@ const CHUNK: usize = 4096;
 /// One channel of the interleaved stream.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InputChannel {
-    /// Its place in the interleaved frame.
+    /// Position of the channel in the interleaved frame, from 0.
     pub channel: usize,
-    /// |sample| from which on the converter is taken to clip, in sample units: just under 1 for a sound card, infinite
+    /// Magnitude from which on the converter is taken to clip, in sample units: just under 1 for a sound card, infinite
     /// for a recording in volts whose range is unknown.
     pub clip_level: f32,
 }
@@ -31,8 +31,8 @@ pub struct ChannelEnvelope {
     /// d²X̃/dt² in sample units per second squared.
     pub curvature_per_s2: Complex64,
     /// Standard deviation of each quadrature of `value` from noise, in sample units, estimated 4 and 6 kHz (at 2 kHz
-    /// output) to either side of the carrier over the last half second: the median of the four averages, so that one foreign
-    /// tone does not pass for noise. Infinite before anything could be observed.
+    /// output) to either side of the carrier over the last half second: the median of the four averages, so that one
+    /// foreign tone does not pass for noise. Infinite before anything could be observed.
     pub noise: f64,
     /// Samples at or above the clip level within the filter's window.
     pub clipped: u32,
@@ -45,14 +45,14 @@ pub struct ChannelEnvelope {
 pub struct EnvelopeFrame<const N: usize> {
     /// The sample of the stream at the window's centre: the instant that the envelopes belong to.
     pub sample: u64,
-    /// The same in seconds.
+    /// Time of that sample, s.
     pub time_s: f64,
-    /// In the order of the inputs.
+    /// Envelopes, in the order of the inputs.
     pub envelopes: [ChannelEnvelope; N],
 }
 
 impl<const N: usize> EnvelopeFrame<N> {
-    /// The reasons of all channels.
+    /// Returns the reasons of all channels together.
     #[must_use]
     pub fn mask(&self) -> Mask {
         self.envelopes
@@ -62,20 +62,20 @@ impl<const N: usize> EnvelopeFrame<N> {
 }
 
 impl EnvelopeFrame<2> {
-    /// The drive voltage's envelope, of [`Demodulator::drive_and_pickup`].
+    /// Returns the drive voltage's envelope, of a frame of [`Demodulator::drive_and_pickup`].
     #[must_use]
     pub fn drive(&self) -> &ChannelEnvelope {
         &self.envelopes[0]
     }
 
-    /// The pickup's envelope, of [`Demodulator::drive_and_pickup`].
+    /// Returns the pickup's envelope, of a frame of [`Demodulator::drive_and_pickup`].
     #[must_use]
     pub fn pickup(&self) -> &ChannelEnvelope {
         &self.envelopes[1]
     }
 }
 
-/// A stream that cannot be demodulated as asked.
+/// Why a stream cannot be demodulated.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum DemodulatorError {
     /// An input names a channel that the stream does not have.
@@ -108,11 +108,33 @@ pub enum DemodulatorError {
 
 /// Demodulates `N` channels of an interleaved stream, block by block, into frames at the output rate.
 ///
-/// A frame is emitted for each multiple of the hop whose whole window lies in the stream. The result does not depend on how
-/// the stream is cut into blocks. A NaN or infinite sample invalidates the frames whose window touches it, and no other.
+/// A frame is emitted for each multiple of the hop whose whole window lies in the stream. The result does not depend on
+/// how the stream is cut into blocks. A NaN or infinite sample invalidates the frames whose window touches it, and no
+/// other.
 ///
-/// Measured (`tests/demodulation.rs`): envelopes to 1e-6 of full scale from f32 samples, slopes to 2e-5, curvatures to 3e-4 of a
-/// 90 Hz sideband's. `benches/demodulate.rs` times it beside a plain lock-in.
+/// Measured (`tests/demodulation.rs`): envelopes to 1e-6 of full scale from f32 samples, slopes to 2e-5, curvatures to
+/// 3e-4 of a 90 Hz sideband's. `benches/demodulate.rs` times it beside a plain lock-in.
+///
+/// ```
+/// use impedance::{Demodulator, Filter, FilterSettings, InputChannel};
+/// use std::f64::consts::TAU;
+///
+/// let filter = Filter::new(FilterSettings {
+///     sample_rate_hz: 192_000,
+///     carrier_hz: 35e3,
+///     output_rate_hz: 2000,
+/// })?;
+/// let tone: Vec<f32> = (0..19_200)
+///     .map(|n| (0.5 * (TAU * 35e3 * f64::from(n) / 192e3).cos()) as f32)
+///     .collect();
+/// let input = InputChannel { channel: 0, clip_level: 0.999 };
+/// let mut demodulator = Demodulator::new(filter, 1, [input])?;
+/// let mut amplitudes = Vec::new();
+/// demodulator.push(&tone, |frame| amplitudes.push(frame.envelopes[0].value.norm()))?;
+/// assert!(amplitudes.iter().all(|amplitude| (amplitude - 0.5).abs() < 1e-6));
+/// # assert!(amplitudes.len() > 180);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Demodulator<const N: usize> {
     filter: Filter,
@@ -139,7 +161,7 @@ struct ChannelState {
 }
 
 impl Demodulator<2> {
-    /// For the drive voltage and the pickup, in this order whatever their channels.
+    /// Creates a demodulator of the drive voltage and the pickup, in this order whatever their channels.
     ///
     /// # Errors
     /// As [`Demodulator::new`].
@@ -154,7 +176,7 @@ impl Demodulator<2> {
 }
 
 impl<const N: usize> Demodulator<N> {
-    /// `inputs` of a stream of `stream_channels` interleaved channels.
+    /// Creates a demodulator of `inputs`, channels of a stream of `stream_channels` interleaved ones.
     ///
     /// # Errors
     /// When an input's channel does not exist or its clip level is not positive.
@@ -183,7 +205,8 @@ impl<const N: usize> Demodulator<N> {
             }
         }
         let channel = ChannelState {
-            // Silence before the stream lets both stages start at sample 0; no frame's window reaches into it but with taps of 0.
+            // Silence before the stream lets both stages start at sample 0; no frame's window reaches into it but with
+            // taps of 0.
             samples: vec![0.0; filter.first.lead],
             re: vec![0.0; filter.second.lead],
             im: vec![0.0; filter.second.lead],
@@ -201,26 +224,26 @@ impl<const N: usize> Demodulator<N> {
         })
     }
 
-    /// The filter that all channels pass.
+    /// Returns the filter that all channels pass.
     #[must_use]
     pub fn filter(&self) -> &Filter {
         &self.filter
     }
 
-    /// Samples per channel taken so far: the next block's first sample index.
+    /// Returns the number of samples per channel taken so far: the index of the next block's first sample.
     #[must_use]
     pub fn samples_taken(&self) -> u64 {
         self.taken
     }
 
-    /// The flawed samples among those taken since this was last asked, in the order of the inputs.
+    /// Returns the flawed samples among those taken since the last call, in the order of the inputs.
     pub fn take_flaws(&mut self) -> [ChannelFlaws; N] {
         self.channels
             .each_mut()
             .map(|channel| channel.flaws.take_fresh())
     }
 
-    /// Takes a block of any length and emits the frames that it completes, in order.
+    /// Demodulates a block of any length and emits the frames that it completes, in order.
     ///
     /// # Errors
     /// When the block does not hold whole frames; nothing is taken then.
@@ -298,7 +321,8 @@ impl<const N: usize> Demodulator<N> {
         let second = &self.filter.second;
         let (half, decimation) = (second.half as u64, second.decimation as u64);
         let held = self.channels.first().map_or(0, |c| c.re.len());
-        // Where the window of a frame begins among the outputs held. Sums first, for the window of frame 0 begins before output 0.
+        // Where the window of a frame begins among the outputs held. Sums first, for the window of frame 0 begins
+        // before output 0.
         let window_start = |frame: u64| {
             (frame * decimation + held as u64 - second.lead as u64 - self.mixed) as usize
         };

@@ -1,4 +1,4 @@
-//! The one filter that every channel passes.
+//! The demodulation filter that every channel passes.
 
 use crate::carrier_phase::CarrierPhase;
 use crate::kernel::LANES;
@@ -6,7 +6,7 @@ use crate::window::Kaiser;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// The envelope frames' usual rate.
+/// Usual rate of the envelope frames, Hz.
 pub const OUTPUT_RATE_HZ: u32 = 2000;
 
 /// The first stage leaves at least this many samples per output frame, so that the noise can be
@@ -26,18 +26,18 @@ const STOPBAND: f64 = 0.86;
 const PROBE_OFFSETS: [f64; PROBE_PAIRS] = [2.0, 3.0];
 pub(crate) const PROBE_PAIRS: usize = 2;
 
-/// What the demodulator is asked to do.
+/// What a demodulation filter is designed for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilterSettings {
-    /// Rate of the audio samples.
+    /// Rate of the audio samples, Hz.
     pub sample_rate_hz: u32,
-    /// The carrier's frequency; need not be a whole number.
+    /// Frequency of the carrier, Hz; need not be a whole number.
     pub carrier_hz: f64,
-    /// Rate of the envelope frames; must divide the sample rate. Usually [`OUTPUT_RATE_HZ`].
+    /// Rate of the envelope frames, Hz; must divide the sample rate. Usually [`OUTPUT_RATE_HZ`].
     pub output_rate_hz: u32,
 }
 
-/// A demodulation that cannot be done.
+/// Why no demodulation filter can be designed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum FilterError {
     /// The rates are not in a whole ratio, so that frames would fall between samples.
@@ -94,8 +94,9 @@ pub enum FilterError {
 /// | aliases into ±280 Hz | ≥ 100 dB down |
 /// | support | ±2.6 ms |
 ///
-/// A low-pass that is flat to 300 Hz follows the contact (gap lag about 1 ms, a corner at 160 Hz) without the bias that the
-/// droop of a shorter smooth window has (2 ms Hann: 9e-5 at 6 Hz, 2.5 % at 100 Hz); it pays with 5 ms of samples around a gap.
+/// A low-pass that is flat to 300 Hz follows the contact (gap lag about 1 ms, a corner at 160 Hz) without the bias that
+/// the droop of a shorter smooth window has (2 ms Hann: 9e-5 at 6 Hz, 2.5 % at 100 Hz); it pays with 5 ms of samples
+/// around a gap.
 #[derive(Clone, Debug)]
 pub struct Filter {
     settings: FilterSettings,
@@ -118,8 +119,9 @@ pub(crate) struct FirstStage {
     pub(crate) rotation_im: Vec<f64>,
 }
 
-/// Real FIR for the value and its first and second time derivative, and the real and imaginary parts of those that observe the
-/// noise above the carrier (their conjugates observe it below), all from −`lead` to `half`, zero before −`half`.
+/// Real FIR for the value and its first and second time derivative, and the real and imaginary parts of those that
+/// observe the noise above the carrier (their conjugates observe it below), all from −`lead` to `half`, zero before
+/// −`half`.
 #[derive(Clone, Debug)]
 pub(crate) struct SecondStage {
     pub(crate) decimation: usize,
@@ -191,31 +193,33 @@ impl Filter {
         })
     }
 
-    /// What it was designed for.
+    /// Returns what the filter was designed for.
     #[must_use]
     pub fn settings(&self) -> FilterSettings {
         self.settings
     }
 
-    /// Samples from one frame to the next.
+    /// Returns the number of samples from one frame to the next.
     #[must_use]
     pub fn hop(&self) -> u64 {
         (self.first.decimation * self.second.decimation) as u64
     }
 
-    /// Samples on either side of a frame's centre that enter it; also the group delay in samples.
+    /// Returns the number of samples on either side of a frame's centre that enter the frame: also the group delay in
+    /// samples.
     #[must_use]
     pub fn half_support(&self) -> u64 {
         (self.first.half + self.second.half * self.first.decimation) as u64
     }
 
-    /// How long after its centre a frame can be computed.
+    /// Returns how long after its centre a frame can be computed, s.
     #[must_use]
     pub fn group_delay_s(&self) -> f64 {
         self.half_support() as f64 / f64::from(self.settings.sample_rate_hz)
     }
 
-    /// Gain for a component `offset_hz` from the carrier; real, for the phase is linear and referred to the frame's centre.
+    /// Returns the gain for a component `offset_hz` from the carrier; real, because the phase is linear and referred to
+    /// the frame's centre.
     #[must_use]
     pub fn response(&self, offset_hz: f64) -> f64 {
         let step = TAU * offset_hz / f64::from(self.settings.sample_rate_hz);
@@ -224,19 +228,19 @@ impl Filter {
             .sum()
     }
 
-    /// Offset from the carrier from which on everything is rejected by at least 100 dB.
+    /// Returns the offset from the carrier, Hz, from which on everything is rejected by at least 100 dB.
     #[must_use]
     pub fn stopband_hz(&self) -> f64 {
         STOPBAND * f64::from(self.settings.output_rate_hz)
     }
 
-    /// Standard deviation of one quadrature of the envelope over that of white noise on the samples.
+    /// Returns the standard deviation of one quadrature of the envelope over that of white noise on the samples.
     #[must_use]
     pub fn noise_gain(&self) -> f64 {
         (2.0 * energy(&self.impulse.taps[0])).sqrt()
     }
 
-    /// Standard deviation of the envelope's derivative over that of the envelope, for white noise, in 1/s.
+    /// Returns the standard deviation of the envelope's derivative over that of the envelope, for white noise, in 1/s.
     #[must_use]
     pub fn derivative_noise_per_s(&self) -> f64 {
         (energy(&self.impulse.taps[1]) / energy(&self.impulse.taps[0])).sqrt()

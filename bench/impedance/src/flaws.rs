@@ -3,23 +3,23 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-/// Flawed samples of one sort.
+/// Flawed samples of one kind: how many, and where.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Flawed {
-    /// The first of them.
+    /// Index of the first flawed sample.
     pub first: u64,
-    /// The last of them.
+    /// Index of the last flawed sample.
     pub last: u64,
-    /// How many, sound ones between them not counted.
+    /// Number of flawed samples; sound ones between them are not counted.
     pub samples: u64,
 }
 
 /// Flawed samples of one channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ChannelFlaws {
-    /// NaN or infinite.
+    /// Samples that are NaN or infinite.
     pub lost: Option<Flawed>,
-    /// At or above the clip level.
+    /// Samples at or above the clip level.
     pub clipped: Option<Flawed>,
 }
 
@@ -42,7 +42,7 @@ impl Flaws {
         add(&mut self.fresh.clipped, sample);
     }
 
-    /// What was noted since this was last asked.
+    /// Returns what was noted since the last call.
     pub(crate) fn take_fresh(&mut self) -> ChannelFlaws {
         std::mem::take(&mut self.fresh)
     }

@@ -3,8 +3,8 @@
 //! The chosen version is the same for every call on a machine, so results repeat bit for bit there;
 //! between machines of other vector lengths the last bits may differ.
 //!
-//! A `with_simd` holds loops and calls of functions that are always inlined: the closure of a `map` over an array would be compiled
-//! for the oldest processor.
+//! A `with_simd` holds loops and calls of functions that are always inlined: the closure of a `map` over an array would
+//! be compiled for the oldest processor.
 
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};

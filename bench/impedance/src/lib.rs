@@ -39,3 +39,8 @@ pub use flaws::{ChannelFlaws, Flawed};
 pub use mask::Mask;
 pub use transient::Transient;
 pub use zm::{ChannelScales, ConstantError, NULL_SIGMAS, PlateConstants, Zm, ZmFrame};
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

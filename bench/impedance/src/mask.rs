@@ -1,4 +1,4 @@
-//! Why a frame must not be used.
+//! The reasons for which a frame must not be used.
 
 use std::fmt;
 use std::ops::{BitOr, BitOrAssign};
@@ -8,7 +8,7 @@ use std::ops::{BitOr, BitOrAssign};
 pub struct Mask(u8);
 
 impl Mask {
-    /// Nothing is wrong.
+    /// The empty set: the frame may be used.
     pub const CLEAR: Self = Self(0);
     /// The filter's window touches a sample that is NaN or infinite: lost, or never converted.
     pub const LOST_SAMPLES: Self = Self(1);
@@ -23,19 +23,19 @@ impl Mask {
         (Self::ENVELOPE_NULL, "envelope null"),
     ];
 
-    /// True when the frame may be used.
+    /// Whether the frame may be used.
     #[must_use]
     pub fn is_clear(self) -> bool {
         self == Self::CLEAR
     }
 
-    /// True when every reason in `reasons` is among these.
+    /// Whether the set holds every reason in `reasons`.
     #[must_use]
     pub fn contains(self, reasons: Self) -> bool {
         self.0 & reasons.0 == reasons.0
     }
 
-    /// The names of the reasons, for reports.
+    /// Returns the names of the reasons, for reports.
     pub fn reasons(self) -> impl Iterator<Item = &'static str> {
         Self::NAMES
             .into_iter()

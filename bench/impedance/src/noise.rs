@@ -1,4 +1,4 @@
-//! How noisy a channel is around the carrier.
+//! The noise of a channel around the carrier.
 
 use crate::filter::{Filter, PROBE_PAIRS};
 use crate::kernel;
@@ -10,10 +10,11 @@ const AVERAGING_S: f64 = 0.5;
 /// Running estimate of the noise on an envelope, from narrow bands beside the carrier where no envelope reaches.
 #[derive(Clone, Debug)]
 pub(crate) struct NoiseFloor {
-    /// Average power above and below the carrier at each probe's offset, in terms of the variance of an envelope's quadrature.
+    /// Average power above and below the carrier at each probe's offset, in terms of the variance of an envelope's
+    /// quadrature.
     variance: [[f64; 2]; PROBE_PAIRS],
     looks: u64,
-    /// Looks that the average reaches back.
+    /// Number of looks that the average reaches back.
     memory: f64,
     frames: u64,
     quadrature_std: f64,
@@ -31,7 +32,7 @@ impl NoiseFloor {
         }
     }
 
-    /// Sees the window of a sound frame.
+    /// Takes in the window of a frame without flaws.
     pub(crate) fn observe(&mut self, filter: &Filter, re: &[f64], im: &[f64]) {
         self.frames += 1;
         if self.frames % FRAMES_PER_LOOK != 1 {
@@ -62,7 +63,7 @@ impl NoiseFloor {
         self.quadrature_std = ((sorted[middle - 1] + sorted[middle]) / 2.0).sqrt();
     }
 
-    /// Standard deviation of one quadrature of the envelope; infinite before the first look.
+    /// Returns the standard deviation of one quadrature of the envelope; infinite before the first look.
     pub(crate) fn quadrature_std(&self) -> f64 {
         self.quadrature_std
     }

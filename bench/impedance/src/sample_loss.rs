@@ -1,27 +1,27 @@
-//! How many samples an overrun lost, from the drive channel's phase.
+//! The number of samples that an overrun lost, from the phase of the drive channel.
 
 use crate::carrier_phase::CarrierPhase;
 use std::f64::consts::{PI, TAU};
 
-/// How far the phase of the drive's envelope jumped across the loss, when demodulated as if nothing were lost.
+/// Jump of the drive envelope's phase across the loss, when demodulated as if nothing were lost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PhaseJump {
-    /// Phase after less phase before.
+    /// Phase after the loss less phase before, rad.
     pub jump_rad: f64,
-    /// The largest error that it may have.
+    /// Largest error of `jump_rad`, rad.
     pub tolerance_rad: f64,
 }
 
-/// How many frames the timestamps say are missing.
+/// The number of frames that are missing by the timestamps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimestampEstimate {
-    /// Best estimate.
+    /// Best estimate, frames.
     pub frames: f64,
-    /// The largest error that it may have.
+    /// Largest error of `frames`, frames.
     pub uncertainty_frames: f64,
 }
 
-/// A loss that phase and timestamps cannot number.
+/// Why phase and timestamps do not tell how many frames were lost.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SampleLossError {
     /// More than one number of frames explains both.
@@ -31,11 +31,11 @@ pub enum SampleLossError {
     Ambiguous {
         /// The smallest number that fits.
         first: u64,
-        /// The next one.
+        /// The next number that fits.
         second: u64,
-        /// The jump.
+        /// Phase jump, rad.
         jump_rad: f64,
-        /// Its tolerance.
+        /// Largest error of the jump, rad.
         tolerance_rad: f64,
     },
     /// No number of frames explains both: the drive itself has jumped, or an estimate is wrong.
@@ -47,36 +47,50 @@ pub enum SampleLossError {
         lowest: u64,
         /// Most frames that the timestamps allow.
         highest: u64,
-        /// The jump.
+        /// Phase jump, rad.
         jump_rad: f64,
-        /// Its tolerance.
+        /// Largest error of the jump, rad.
         tolerance_rad: f64,
-        /// Smallest difference from the jump that any of them leaves.
+        /// Smallest difference from the jump that any number leaves, rad.
         nearest_rad: f64,
     },
-    /// A number that cannot be.
+    /// An argument is not finite, or negative where it must not be.
     #[error("{name} is {value}, but must be finite{}", if *.non_negative { " and not negative" } else { "" })]
     Input {
-        /// Its name.
+        /// Name of the argument.
         name: &'static str,
-        /// Its value.
+        /// Value of the argument.
         value: f64,
-        /// Whether it must not be negative.
+        /// Whether the argument must not be negative.
         non_negative: bool,
     },
     /// The timestamps leave more frames open than the carrier's phase could ever tell apart.
     #[error("timestamps leave {span} frames open, more than the limit of {MOST_CANDIDATES}")]
     TooVague {
-        /// Width of the range that they leave.
+        /// Width of the range that the timestamps leave, frames.
         span: f64,
     },
 }
 
-/// One minute at 192 kHz.
+/// Most numbers of frames that are tried: one minute at 192 kHz.
 const MOST_CANDIDATES: u64 = 60 * 192_000;
 
-/// The exact number k of frames lost at the converter's input: k lost frames turn the envelope's phase by
+/// Returns the exact number k of frames lost at the converter's input: k lost frames turn the envelope's phase by
 /// 2π·k·carrier/rate, which fixes k modulo the carrier's period, and the timestamps say which period.
+///
+///
+/// ```
+/// use impedance::sample_loss::{PhaseJump, TimestampEstimate, lost_frames};
+/// use std::f64::consts::TAU;
+///
+/// // Timestamps say about 1000 frames, give or take 90; at 35 kHz and 192 kHz the phase repeats every 192.
+/// let jump = PhaseJump {
+///     jump_rad: (TAU * 35.0 / 192.0 * 1024.0) % TAU,
+///     tolerance_rad: 0.01,
+/// };
+/// let estimate = TimestampEstimate { frames: 1000.0, uncertainty_frames: 90.0 };
+/// assert_eq!(lost_frames(35e3, 192_000, jump, estimate), Ok(1024));
+/// ```
 ///
 /// # Errors
 /// When more than one k, or none, fits both; when an input is not finite or a tolerance is negative.
@@ -142,7 +156,7 @@ pub fn lost_frames(
     }
 }
 
-/// The same angle in −π..π.
+/// Returns the same angle between −π and π.
 fn wrap(angle_rad: f64) -> f64 {
     angle_rad - TAU * (angle_rad / TAU).round()
 }

@@ -1,4 +1,4 @@
-//! Second-order Butterworth low-pass: causal for live displays, zero-phase for analysis.
+//! Second-order Butterworth low-pass: zero-phase for analysis, causal for live displays.
 
 use biquad::{Biquad, Coefficients, DirectForm2Transposed, Hertz, Q_BUTTERWORTH_F64, Type};
 use num_complex::Complex64;
@@ -11,7 +11,7 @@ const PADDING: usize = 9;
 pub trait Smoothable:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<f64, Output = Self> + sealed::Section
 {
-    /// Neither NaN nor infinite.
+    /// Whether the value is neither NaN nor infinite.
     fn is_finite(self) -> bool;
 }
 
@@ -20,7 +20,7 @@ mod sealed {
 
     pub trait Section: Sized {
         type State: Biquad<f64, Self> + Clone + std::fmt::Debug;
-        /// A section in the steady state that a constant input of `level` leads to.
+        /// Returns a section in the steady state that a constant input of `level` leads to.
         fn settled(coefficients: Coefficients<f64>, level: Self) -> Self::State;
     }
 
@@ -52,23 +52,23 @@ impl Smoothable for Complex64 {
     }
 }
 
-/// Smoothing that cannot be done.
+/// Why values cannot be smoothed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SmoothingError {
     /// The cut-off does not lie between zero and half the rate.
     #[error("cut-off {cutoff_hz} Hz is outside 0..{nyquist_hz} Hz, half the rate of {rate_hz} Hz")]
     CutOff {
-        /// The cut-off asked for.
+        /// Cut-off asked for, Hz.
         cutoff_hz: f64,
-        /// The values' rate.
+        /// Rate of the values, Hz.
         rate_hz: f64,
-        /// Half of it.
+        /// Half the rate, Hz.
         nyquist_hz: f64,
     },
     /// Too few values to mirror the ends.
     #[error("{values} values are too few to filter forward and backward: at least {} are needed", PADDING + 1)]
     TooShort {
-        /// Values given.
+        /// Number of values given.
         values: usize,
     },
     /// A value is NaN or infinite, which would spread over all of the result.
@@ -83,13 +83,22 @@ pub enum SmoothingError {
 ///
 /// Coefficients and zero-phase results agree with scipy.signal.butter(2) and sosfiltfilt to 1e-12
 /// (`coefficients_agree_with_scipy`, `zero_phase_agrees_with_scipy`).
+///
+/// ```
+/// use impedance::smoothing::LowPass;
+///
+/// let low_pass = LowPass::new(100.0, 2000.0)?;
+/// let steady = low_pass.zero_phase(&[0.4; 50])?;
+/// assert!(steady.iter().all(|value| (value - 0.4).abs() < 1e-12));
+/// # Ok::<(), impedance::smoothing::SmoothingError>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct LowPass {
     coefficients: Coefficients<f64>,
 }
 
 impl LowPass {
-    /// −3 dB at `cutoff_hz` for values at `rate_hz`.
+    /// Designs a low-pass of −3 dB at `cutoff_hz` for values at `rate_hz`.
     ///
     /// # Errors
     /// When the cut-off does not lie between 0 and `rate_hz`/2.
@@ -113,7 +122,8 @@ impl LowPass {
         .map_err(|_| error)
     }
 
-    /// Filters forward, then backward: no delay, −6 dB at the cut-off. Ends are extended by odd reflection.
+    /// Returns the values filtered forward, then backward: no delay, −6 dB at the cut-off. Ends are extended by odd
+    /// reflection.
     ///
     /// # Errors
     /// With fewer than 10 values, or one that is not finite.
@@ -152,7 +162,7 @@ pub struct Causal<T: Smoothable> {
 }
 
 impl<T: Smoothable> Causal<T> {
-    /// Starts as if the first value had always been.
+    /// Creates a filter that starts as if the first value had always been there.
     #[must_use]
     pub fn new(low_pass: LowPass) -> Self {
         Self {
@@ -161,7 +171,8 @@ impl<T: Smoothable> Causal<T> {
         }
     }
 
-    /// The smoothed value. One that is not finite passes as it is, and smoothing starts afresh after it.
+    /// Returns the smoothed value. A value that is not finite is returned as it is, and smoothing starts afresh after
+    /// it.
     pub fn run(&mut self, value: T) -> T {
         if !value.is_finite() {
             self.section = None;
@@ -178,7 +189,8 @@ mod tests {
     use super::*;
     use approx::assert_abs_diff_eq;
 
-    // scipy 1.17.1, numpy 2.4.6: sos = butter(2, 100, fs=2000, output='sos')[0], without the leading 1 of the denominator.
+    // scipy 1.17.1, numpy 2.4.6: sos = butter(2, 100, fs=2000, output='sos')[0], without the leading 1 of the
+    // denominator.
     const BUTTER_100_OF_2000: [f64; 5] = [
         0.020083365564211232,
         0.040166731128422464,

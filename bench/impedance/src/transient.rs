@@ -1,8 +1,8 @@
 //! The pickup's phase and delay from how an unloaded plate answers to the modulation.
 //!
-//! Of a plate alone f̃ = Z_p ṽ + m_p dṽ/dt + i (k_p/ω) dx̃/dt (see [`crate::Zm`]), to first order in the rates Z_p ṽ + M dṽ/dt with
-//! M = m_p + k_p/ω². Z_p turns with the resonance as well as with the pickup's phase, so its phase tells nothing of either; M is real and positive at any
-//! resonance. Read with a phase that lacks φ, and late by d,
+//! Of a plate alone f̃ = Z_p ṽ + m_p dṽ/dt + i (k_p/ω) dx̃/dt (see [`crate::Zm`]), to first order in the rates Z_p ṽ +
+//! M dṽ/dt with M = m_p + k_p/ω². Z_p turns with the resonance as well as with the pickup's phase, so its phase tells
+//! neither; M is real and positive at any resonance. Read with a phase that lacks φ, and late by d,
 //!
 //! ```text
 //! f̃ = Z ṽ + M' dṽ/dt,    Z = e^(iφ) Z_p,    M' = e^(iφ) (M + Z_p d),
@@ -13,32 +13,34 @@ use crate::zm::{PlateConstants, ZmFrame};
 use num_complex::Complex64;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
-/// What the modulation of an unloaded plate tells.
+/// The pickup's phase and delay as the modulation of an unloaded plate shows them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transient {
-    /// What is missing in the pickup's phase, rad: to be added to `pickup_phase_rad`.
+    /// Phase to be added to `pickup_phase_rad`, rad.
     pub phase_rad: f64,
-    /// Its error, rad: the standard error, and what noise takes off M'; large or infinite where the amplitude hardly changes.
+    /// Error of `phase_rad`, rad: the standard error, and what noise takes off M'; large or infinite where the
+    /// amplitude hardly changes.
     pub phase_error_rad: f64,
-    /// How late the pickup's envelope is, s. A modal mass that is a percent too small looks the same as 23 µs (m_p = 8 g,
+    /// Delay of the pickup's envelope, s. A modal mass that is a percent too small looks the same as 23 µs (m_p = 8 g,
     /// 7 N·s/m).
     pub delay_s: f64,
-    /// Its error, s.
+    /// Error of `delay_s`, s.
     pub delay_error_s: f64,
-    /// |M'|/M: by how many times too heavy the plate is if it is not the pickup's delay that M' tells of, but the modal mass, or
-    /// a wrong scale of force or displacement.
+    /// Ratio |M'|/M: the factor by which the modal mass is too small, or a scale of force or displacement wrong, if
+    /// the pickup has no delay.
     pub mass_ratio: f64,
-    /// RMS of the force that the two terms leave, over that of the force: what noise, a finger, or a further mode does.
+    /// RMS of the residual force over RMS of the force: noise, a finger, or a further mode.
     pub residual: f64,
 }
 
 impl Transient {
-    /// Fits Z_p and M to frames of the unloaded plate by least squares on the force. Frames need not be contiguous: those with two
-    /// neighbours on either side count. Envelopes that turn, for the drive's carrier is beside `carrier_hz`, are first referred to where
-    /// it is; derivatives are the differences of fourth order. `None` of fewer than three such frames, or without motion.
+    /// Fits Z_p and M to frames of the unloaded plate by least squares on the force. Frames need not be contiguous:
+    /// those with two neighbours on either side count. Envelopes that turn, because the drive's carrier is beside
+    /// `carrier_hz`, are first referred to that carrier; derivatives are the differences of fourth order. Returns
+    /// `None` with fewer than three such frames, or without motion.
     ///
-    /// Measured on the exact response of a plate 20 Hz off its stated resonance, index 0.9: phase within 2e-4 rad, delay within
-    /// 2 µs (`phase_and_delay_are_told_from_the_resonance`).
+    /// Measured on the exact response of a plate 20 Hz off its stated resonance, index 0.9: phase within 2e-4 rad,
+    /// delay within 2 µs (`phase_and_delay_are_told_from_the_resonance`).
     #[must_use]
     pub fn fit(frames: &[ZmFrame], carrier_hz: f64, plate: &PlateConstants) -> Option<Self> {
         let step = frames.windows(2).map(|w| w[1].sample - w[0].sample).min()?;
@@ -115,7 +117,7 @@ impl Transient {
     }
 }
 
-/// How fast the drive's envelope turns; 0 of frames of which no two are neighbours.
+/// Returns the rate at which the drive's envelope turns, rad/s; 0 if no two frames are neighbours.
 fn turning_rad_per_s(frames: &[ZmFrame], step: u64) -> f64 {
     let (mut turns, mut step_s) = (Complex64::ZERO, f64::INFINITY);
     for w in frames.windows(2) {
@@ -146,8 +148,8 @@ mod tests {
         force_factor_n_per_v: 0.13,
     };
 
-    /// A free plate of `resonance_hz`, 7 N·s/m, driven so that its amplitude is 2 µm at 6 Hz and `index`, its pickup off by
-    /// `phase_rad` and its envelope late by `delay_s`.
+    /// A free plate of `resonance_hz`, 7 N·s/m, driven so that its amplitude is 2 µm at 6 Hz and `index`, its pickup
+    /// off by `phase_rad` and its envelope late by `delay_s`.
     fn frames(resonance_hz: f64, index: f64, phase_rad: f64, delay_s: f64) -> Vec<ZmFrame> {
         turning_frames(0.0, resonance_hz, index, phase_rad, delay_s)
     }

@@ -11,7 +11,7 @@ impl Kaiser {
         Self { beta }
     }
 
-    /// The window at `u`, with its first and second derivative by `u`.
+    /// Returns the window at `u`, with its first and second derivative by `u`.
     pub(crate) fn at(self, u: f64) -> [f64; 3] {
         let b2 = self.beta * self.beta;
         let z2 = b2 * (1.0 - u * u).max(0.0);
@@ -28,7 +28,7 @@ impl Kaiser {
     }
 }
 
-/// Iₙ(z)/zⁿ of z², by its power series, whose terms are all positive (DLMF 10.25.2).
+/// Returns Iₙ(z)/zⁿ, given z², by the power series, whose terms are all positive (DLMF 10.25.2).
 fn bessel_over_power(order: u32, z_squared: f64) -> f64 {
     let factorial: f64 = (1..=order).map(f64::from).product();
     let mut term = 1.0 / (2f64.powi(order as i32) * factorial);

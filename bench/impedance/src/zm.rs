@@ -1,7 +1,7 @@
 //! The observed mechanical impedance Z_m, plain and corrected for envelope dynamics.
 //!
-//! With f = Re[f̃ e^{iωt}] and x = Re[x̃ e^{iωt}], the plate m_p ẍ + b_p ẋ + k_p x = f − (contact force) reads, exactly and for
-//! any change of the envelopes,
+//! With f = Re[f̃ e^{iωt}] and x = Re[x̃ e^{iωt}], the plate m_p ẍ + b_p ẋ + k_p x = f − (contact force) reads, exactly
+//! and for any change of the envelopes,
 //!
 //! ```text
 //! ṽ = iω x̃ + dx̃/dt                       velocity
@@ -10,21 +10,23 @@
 //!   = [iω m_p + k_p/(iω) + b_p] ṽ + f̃_c + m_p dṽ/dt + i (k_p/ω) dx̃/dt
 //! ```
 //!
-//! for x̃ = (ṽ − dx̃/dt)/(iω). The bracket is Z_p(ω), and f̃_c/ṽ what the contact adds to it, so the impedance free of the
-//! plate's own transients is
+//! for x̃ = (ṽ − dx̃/dt)/(iω). The bracket is Z_p(ω), and f̃_c/ṽ what the contact adds to it, so the impedance free of
+//! the plate's own transients is
 //!
 //! ```text
 //! Z_m = (f̃ − m_p dṽ/dt − i (k_p/ω) dx̃/dt) / ṽ,    dṽ/dt = iω dx̃/dt + d²x̃/dt².
 //! ```
 //!
 //! To first order in the rates this is f̃ = Z ṽ − i Z′(ω) dṽ/dt with Z′ = i (m_p + k_p/ω²), at resonance the published
-//! correction 2 m_p dṽ/dt; but it stays exact off resonance and at envelope nulls, where the second order is 7e-5 of Z_p at 6 Hz
-//! and index 0.9. The plain ratio γŨ/(iω x̃) (Huloux 2021, Eq. 20) keeps both transients and takes ṽ for iω x̃.
+//! correction 2 m_p dṽ/dt; but it stays exact off resonance and at envelope nulls, where the second order is 7e-5 of
+//! Z_p at 6 Hz and index 0.9. The plain ratio γŨ/(iω x̃) (Huloux 2021, Eq. 20) keeps both transients and takes ṽ for iω
+//! x̃.
 //!
 //! On the exact response of an unloaded plate at index 0.9 the mean of the corrected Z_m is within 1e-6 and every frame
-//! within 2e-5 of Z_p, while the plain one errs by 1.2 N·s/m (`corrected_impedance_of_the_modulated_plate_is_unbiased`). In white
-//! noise the mean over a 2 s record has 1.01 times the variance of least squares over all its samples, which attains the
-//! Cramér–Rao bound (`mean_impedance_attains_the_cramer_rao_bound`).
+//! within 2e-5 of Z_p, while the plain one errs by 1.2 N·s/m
+//! (`corrected_impedance_of_the_modulated_plate_is_unbiased`). In white noise the mean over a 2 s record has 1.01 times
+//! the variance of least squares over all its samples, which attains the Cramér–Rao bound
+//! (`mean_impedance_attains_the_cramer_rao_bound`).
 
 use crate::demodulator::EnvelopeFrame;
 use crate::filter::Filter;
@@ -37,45 +39,45 @@ pub const NULL_SIGMAS: f64 = 10.0;
 
 const I: Complex64 = Complex64::I;
 
-/// What is known of the plate and its actuators.
+/// Constants of the plate and its actuators.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlateConstants {
-    /// Resonance f₀ of the mode that is driven.
+    /// Resonance f₀ of the driven mode, Hz.
     pub resonance_hz: f64,
-    /// Modal mass m_p.
+    /// Modal mass m_p, kg.
     pub modal_mass_kg: f64,
-    /// Force factor γ of the actuators: f_a = γ·U_a.
+    /// Force factor γ of the actuators, N/V: f_a = γ·U_a.
     pub force_factor_n_per_v: f64,
 }
 
 impl PlateConstants {
-    /// Modal stiffness k_p = (2π f₀)² m_p; derived, never typed in.
+    /// Returns the modal stiffness k_p = (2π f₀)² m_p, N/m.
     #[must_use]
     pub fn stiffness_n_per_m(&self) -> f64 {
         (TAU * self.resonance_hz).powi(2) * self.modal_mass_kg
     }
 }
 
-/// How sample values become volts and metres.
+/// Scales that turn sample values into volts and metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChannelScales {
-    /// Actuator volts per sample value.
+    /// Actuator voltage per sample value, V.
     pub drive_volts_per_unit: f64,
-    /// Plate displacement per sample value at the carrier.
+    /// Plate displacement per sample value at the carrier, m.
     pub pickup_metres_per_unit: f64,
-    /// x̃ = metres_per_unit · sample · exp(+i·phase), with exp(+iωt) throughout.
+    /// Phase of the pickup, rad: x̃ = metres_per_unit · sample · exp(+i·phase), with exp(+iωt) throughout.
     pub pickup_phase_rad: f64,
 }
 
-/// A constant that makes no sense.
+/// A constant out of its range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{name} is {value}, but must be {required}")]
 pub struct ConstantError {
-    /// The constant's name.
+    /// Name of the constant.
     pub name: &'static str,
-    /// Its value.
+    /// Value of the constant.
     pub value: f64,
-    /// What it must be.
+    /// Values that are accepted.
     pub required: &'static str,
 }
 
@@ -85,6 +87,48 @@ pub struct ConstantError {
 /// correction 2 m_p dṽ/dt at resonance, but exact for any envelope and carrier. Measured on the exact response of an
 /// unloaded plate, 6 Hz, index 0.9: mean within 1e-6, every frame within 2e-5 of Z_p; variance of the mean over 2 s
 /// 1.01 times the Cramér–Rao bound (`tests/demodulation.rs`).
+///
+/// ```
+/// use impedance::{
+///     ChannelScales, Demodulator, Filter, FilterSettings, InputChannel, PlateConstants, Zm,
+/// };
+/// use std::f64::consts::TAU;
+///
+/// let plate = PlateConstants {
+///     resonance_hz: 35e3,
+///     modal_mass_kg: 0.008,
+///     force_factor_n_per_v: 0.13,
+/// };
+/// let scales = ChannelScales {
+///     drive_volts_per_unit: 20.0,
+///     pickup_metres_per_unit: 2e-6,
+///     pickup_phase_rad: 0.0,
+/// };
+/// let filter = Filter::new(FilterSettings {
+///     sample_rate_hz: 192_000,
+///     carrier_hz: 35e3,
+///     output_rate_hz: 2000,
+/// })?;
+/// let zm = Zm::new(plate, scales, &filter)?;
+///
+/// // At resonance f̃ = b_p ṽ = i b_p ω x̃: the drive leads a displacement of 1 µm by a quarter turn.
+/// let omega = TAU * 35e3;
+/// let drive = 7.0 * omega * 1e-6 / (0.13 * 20.0);
+/// let interleaved: Vec<f32> = (0..19_200)
+///     .flat_map(|n| {
+///         let (sin, cos) = (omega * f64::from(n) / 192e3).sin_cos();
+///         [(-drive * sin) as f32, (0.5 * cos) as f32]
+///     })
+///     .collect();
+/// let input = |channel| InputChannel { channel, clip_level: 0.999 };
+/// let mut demodulator = Demodulator::drive_and_pickup(filter, 2, input(0), input(1))?;
+/// let mut frames = Vec::new();
+/// demodulator.push(&interleaved, |frame| frames.push(zm.read(frame)))?;
+/// let last = frames.last().expect("0.1 s hold frames");
+/// assert!(last.mask.is_clear());
+/// assert!((last.corrected_n_s_per_m - 7.0).norm() < 1e-4);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Zm {
     omega: f64,
@@ -99,37 +143,38 @@ pub struct Zm {
     derivative_noise_per_s: f64,
 }
 
-/// The impedance at one instant. All envelopes are peak values in exp(+iωt); whatever cannot be known is NaN, and `mask` says why.
+/// The impedance at one instant. All envelopes are peak values in exp(+iωt); whatever cannot be known is NaN, and
+/// `mask` says why.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ZmFrame {
-    /// The sample of the stream that this belongs to.
+    /// Sample of the stream that the frame belongs to.
     pub sample: u64,
-    /// The same in seconds.
+    /// Time of that sample, s.
     pub time_s: f64,
     /// Why the impedances are NaN; clear where they are not.
     pub mask: Mask,
-    /// Actuator voltage Ũ.
+    /// Actuator voltage Ũ, V.
     pub drive_v: Complex64,
-    /// Plate displacement x̃.
+    /// Plate displacement x̃, m.
     pub displacement_m: Complex64,
-    /// |x̃|.
+    /// Vibration amplitude |x̃|, m.
     pub amplitude_m: f64,
-    /// d|x̃|/dt.
+    /// Rate of the amplitude d|x̃|/dt, m/s.
     pub amplitude_rate_m_per_s: f64,
     /// Standard deviation of `amplitude_m` from noise.
     pub amplitude_std_m: f64,
-    /// γŨ/(iωx̃), as published (Huloux 2021, Eq. 20).
+    /// Plain impedance γŨ/(iωx̃), N·s/m, as published (Huloux 2021, Eq. 20).
     pub plain_n_s_per_m: Complex64,
     /// Standard deviation of each part of `plain_n_s_per_m` from noise.
     pub plain_std_n_s_per_m: f64,
-    /// Z_m freed of the plate's response to a changing envelope, see [`Zm`].
+    /// Z_m corrected for the plate's response to a changing envelope, N·s/m, see [`Zm`].
     pub corrected_n_s_per_m: Complex64,
     /// Standard deviation of each part of `corrected_n_s_per_m` from noise.
     pub corrected_std_n_s_per_m: f64,
 }
 
 impl Zm {
-    /// For frames that `filter` made.
+    /// Creates a converter of frames that passed `filter`.
     ///
     /// # Errors
     /// When a constant is not positive, or the phase not finite.
@@ -181,8 +226,8 @@ impl Zm {
         })
     }
 
-    /// With a pickup whose envelope is late by `pickup_delay_s`, beside its phase. Undone to first order: at 6 Hz, index 0.95 and
-    /// 0.1 ms the next term is 7e-6 of the mean amplitude.
+    /// Corrects for a pickup whose envelope is late by `pickup_delay_s`, beside its phase, to first order: at 6 Hz,
+    /// index 0.95 and 0.1 ms the next term is 7e-6 of the mean amplitude.
     #[must_use]
     pub fn with_pickup_delay(self, pickup_delay_s: f64) -> Self {
         Self {
@@ -191,7 +236,7 @@ impl Zm {
         }
     }
 
-    /// The impedance of one frame.
+    /// Returns the impedance of one frame.
     #[must_use]
     pub fn read(&self, frame: &EnvelopeFrame<2>) -> ZmFrame {
         let (drive, pickup) = (frame.drive(), frame.pickup());
@@ -205,8 +250,8 @@ impl Zm {
         let [x, dx, ddx] = [pickup.value, pickup.slope_per_s, pickup.curvature_per_s2]
             .map(|e| e * self.metres_per_unit);
         let [x, dx] = [x + self.pickup_delay_s * dx, dx + self.pickup_delay_s * ddx];
-        // Magnitudes are roots of `norm_sqr` here, for `hypot` guards against an overflow that no metre or volt comes near and
-        // took a sixth of the time.
+        // Magnitudes are roots of `norm_sqr` here, for `hypot` guards against an overflow that no metre or volt comes
+        // near and took a sixth of the time.
         let amplitude_m = x.norm_sqr().sqrt();
         let amplitude_std_m = pickup.noise * self.metres_per_unit.norm_sqr().sqrt();
 

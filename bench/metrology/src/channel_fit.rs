@@ -1,4 +1,4 @@
-//! One channel beside another that carries the same signal: gain, phase, delay, and whether it kept its place.
+//! One channel beside another that carries the same signal: gain, phase, delay, and slips by whole samples.
 
 use crate::fitted_value::FittedValue;
 use crate::regression::{Line, LineError, LinePoint};
@@ -8,50 +8,50 @@ use std::f64::consts::{PI, TAU};
 /// The ratio of the two channels' envelopes at one tone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RatioReading {
-    /// The tone, Hz.
+    /// Frequency of the tone, Hz.
     pub frequency_hz: f64,
-    /// Channel over reference.
+    /// Envelope of the channel over that of the reference.
     pub ratio: Complex64,
-    /// Standard deviation of each quadrature of the ratio, of its magnitude.
+    /// Standard deviation of each quadrature of the ratio, relative to the magnitude.
     pub sigma: f64,
 }
 
-/// What the ratio does over the band.
+/// Gain, phase and delay of a channel against the reference over the band.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChannelFit {
     /// |ratio| at the carrier.
     pub gain: FittedValue,
     /// Phase of the ratio at the carrier, −π to π, rad.
     pub phase_rad: FittedValue,
-    /// How much later than the reference the channel shows the same, s: minus the slope of the phase, unambiguous as long as
+    /// Delay of the channel against the reference, s: minus the slope of the phase, unambiguous as long as
     /// neighbouring tones differ by less than half a turn.
     pub delay_s: FittedValue,
-    /// By how much the slope's delay is more than that of the phase at the carrier, s: 0 for a pure delay. Filters and the
-    /// images of converters make it.
+    /// Excess of the slope's delay over that of the phase at the carrier, s: 0 for a pure delay. Filters and the images
+    /// of converters cause it.
     pub excess_s: f64,
-    /// The phase lacks half a turn: the wires are exchanged.
+    /// Whether the phase lacks half a turn, because the wires are exchanged.
     pub inverted: bool,
-    /// Root mean square departure of the ratios from a constant gain and the pure delay of the carrier's phase, relative: what
-    /// a correction by two numbers leaves.
+    /// Root mean square departure of the ratios from a constant gain and the pure delay of the carrier's phase,
+    /// relative: the residual of a correction by two numbers.
     pub departure: f64,
-    /// Readings less two.
+    /// Degrees of freedom: number of readings less two.
     pub degrees_of_freedom: usize,
 }
 
-/// A channel that fell behind during the measurement.
+/// A slip of the channel by whole samples during the measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SampleSlip {
-    /// By how many samples; negative when the reference did.
+    /// Samples by which the channel fell behind; negative when the reference did.
     pub samples: i32,
-    /// The first reading after it.
+    /// Index of the first reading after the slip.
     pub reading: usize,
 }
 
 impl ChannelFit {
     /// Fits `readings`, in any order; phases are unwrapped from each tone to the next higher one.
     ///
-    /// Straight lines over frequency, weighted, through magnitude and phase; errors come from the readings' deviations or from
-    /// their scatter where that is more. 41 tones over 4 kHz at 1e-5: delay to 1e-9 s, gain and phase to 2e-6
+    /// Straight lines over frequency, weighted, through magnitude and phase; errors come from the readings' deviations
+    /// or from their scatter where that is more. 41 tones over 4 kHz at 1e-5: delay to 1e-9 s, gain and phase to 2e-6
     /// (`intervals_hold_the_truth`).
     ///
     /// # Errors
@@ -116,8 +116,8 @@ impl ChannelFit {
         Ok(fit)
     }
 
-    /// By how much a reading departs from a constant gain and the pure delay of the carrier's phase, relative: the real part in
-    /// size, the imaginary part in phase, rad.
+    /// Returns by how much a reading departs from a constant gain and the pure delay of the carrier's phase, relative:
+    /// the real part in size, the imaginary part in phase, rad.
     #[must_use]
     pub fn departure_of(&self, reading: &RatioReading, carrier_hz: f64) -> Complex64 {
         let off_hz = reading.frequency_hz - carrier_hz;
@@ -129,12 +129,12 @@ impl ChannelFit {
 
 /// Departure from one line over frequency beyond which a slip is looked for, rad: a hundred times what converters do.
 const RAGGED_RAD: f64 = 0.02;
-/// Slips that are looked for, samples.
+/// Largest slip that is looked for, samples.
 const MOST_SLIP: i32 = 16;
 /// Undoing the slip must take away all but this share of the departure.
 const EXPLAINED: f64 = 0.1;
 
-/// Whether the channel slipped by whole samples at some moment of `readings`, which are in the order of time.
+/// Returns the slip by whole samples at some moment of `readings`, which are in the order of time; `None` without one.
 #[must_use]
 pub fn find_slip(
     readings: &[RatioReading],
@@ -163,7 +163,7 @@ pub fn find_slip(
     (best.0 < EXPLAINED * whole).then_some(best.1)
 }
 
-/// To −π..π.
+/// Returns the angle between −π and π, rad.
 fn wrap(angle: f64) -> f64 {
     angle - TAU * ((angle + PI) / TAU).floor()
 }

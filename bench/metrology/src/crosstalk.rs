@@ -1,9 +1,9 @@
-//! Two crossed axes: what a two-axis sensor reads of known forces, by weighted least squares, and the matrix that turns its
-//! readings back into forces.
+//! Two crossed axes: what a two-axis sensor reads of known forces, by weighted least squares, and the matrix that turns
+//! its readings back into forces.
 //!
-//! reading = response · force, each axis fitted by itself: reading_k = A_k0 force_0 + A_k1 force_1 (Bevington & Robinson 2003,
-//! chapter 7). The matrix is M = A⁻¹; to first order δM = −M δA M, so that each entry's error has one part from each axis'
-//! scatter.
+//! reading = response · force, each axis fitted by itself: reading_k = A_k0 force_0 + A_k1 force_1 (Bevington &
+//! Robinson 2003, chapter 7). The matrix is M = A⁻¹; to first order δM = −M δA M, so that each entry's error has one
+//! part from each axis' scatter.
 
 use nalgebra::{Matrix2, Vector2};
 
@@ -21,21 +21,36 @@ pub struct Loading {
 /// An entry of the matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MatrixEntry {
-    /// Its value, N per unit of reading.
+    /// Value of the entry, N per unit of reading.
     pub value: f64,
-    /// Its standard error by the scatter of either axis' readings.
+    /// Standard errors from the scatter of either axis' readings, N per unit of reading.
     pub errors: [f64; 2],
 }
 
 impl MatrixEntry {
-    /// Its standard error by all scatter.
+    /// Returns the standard error from the scatter of both axes, N per unit of reading.
     #[must_use]
     pub fn standard_error(&self) -> f64 {
         self.errors[0].hypot(self.errors[1])
     }
 }
 
-/// How a two-axis sensor answers, and its inverse.
+/// The response of a two-axis force sensor, and its inverse.
+///
+/// ```
+/// use metrology::crosstalk::{Crosstalk, Loading};
+///
+/// // A sensor of 2 units per newton on either axis, 1 % of either force read on the other.
+/// let loadings = [[1.0, 0.0], [2.0, 0.0], [0.0, 1.0], [0.0, 2.0]].map(|force_n: [f64; 2]| Loading {
+///     force_n,
+///     reading: [2.0 * force_n[0] + 0.02 * force_n[1], 0.02 * force_n[0] + 2.0 * force_n[1]],
+///     sigma: [1e-3; 2],
+/// });
+/// let crosstalk = Crosstalk::fit(&loadings)?;
+/// assert!((crosstalk.response[0][1] - 0.02).abs() < 1e-12);
+/// assert!((crosstalk.matrix[0][0].value - 2.0 / (4.0 - 0.0004)).abs() < 1e-12);
+/// # Ok::<(), metrology::crosstalk::CrosstalkError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Crosstalk {
     /// A: reading = A · force, in rows.
@@ -46,22 +61,23 @@ pub struct Crosstalk {
     pub residuals_n: Vec<[f64; 2]>,
     /// Largest |residual| of either axis over its largest known force.
     pub nonlinearity: [f64; 2],
-    /// √(χ²/(n − 2)) of either reading: how much more it scatters than its `sigma` says. Errors are scaled by it above 1.
+    /// √(χ²/(n − 2)) of either reading: how much more it scatters than its `sigma` says. Errors are scaled by it above
+    /// 1.
     pub birge_ratio: [f64; 2],
-    /// n − 2.
+    /// Degrees of freedom: number of loadings less two.
     pub degrees_of_freedom: usize,
 }
 
-/// Loadings that determine no matrix.
+/// Why loadings determine no matrix.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum CrosstalkError {
-    /// Fewer than three.
+    /// Fewer than three loadings.
     #[error("{count} loads determine no matrix with an error: at least 3 are needed")]
     TooFew {
-        /// How many there are.
+        /// Number of loadings.
         count: usize,
     },
-    /// All along one direction.
+    /// All loads act along one direction.
     #[error("all loads act in one direction: load both axes")]
     OneDirection,
     /// The readings of both axes are the same, but for a factor.
@@ -69,10 +85,10 @@ pub enum CrosstalkError {
         "both axes read the same, but for a factor: one of them is not connected, or both read one sensor"
     )]
     Singular,
-    /// Not a number, or a deviation that is not positive.
-    #[error("load {index} is no number, or its deviation not positive")]
+    /// A value is not finite, or a deviation not positive.
+    #[error("load {index} has a value that is not finite or a deviation that is not positive")]
     NotFinite {
-        /// Its place.
+        /// Index of the loading.
         index: usize,
     },
 }
@@ -81,7 +97,8 @@ pub enum CrosstalkError {
 const LEAST_DETERMINANT: f64 = 1e-6;
 
 impl Crosstalk {
-    /// Fits the response and inverts it. Errors come from the loadings' deviations, or from their scatter where that is more.
+    /// Fits the response and inverts it. Errors come from the loadings' deviations, or from their scatter where that is
+    /// more.
     ///
     /// Holds each true entry in its interval by Student's t in 95 % of noisy draws (`intervals_hold_the_truth`).
     ///
@@ -146,7 +163,7 @@ impl Crosstalk {
     }
 }
 
-/// One axis' answer to both forces.
+/// Response of one axis to both forces.
 struct AxisResponse {
     response: Vector2<f64>,
     covariance: Matrix2<f64>,

@@ -12,7 +12,7 @@
 //! | the matrix of a two-axis force sensor | [`crosstalk`] |
 //!
 //! Conventions, for the whole crate: exp(+iωt), peak amplitudes, SI units named in identifiers.
-//! No input or output, no threads.
+//! No input or output, no threads: `clippy.toml` beside this crate's `Cargo.toml` disallows them.
 
 pub mod channel_fit;
 pub mod crosstalk;
@@ -25,3 +25,8 @@ pub mod tone;
 pub mod tone_clipping;
 
 pub use fitted_value::FittedValue;
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

@@ -6,11 +6,11 @@
 //! H(f) = A e^{−iφ f/f₀} / (1 − (f/f₀)² + i f/(f₀ Q)) + C₀ + C₁ (f − f₀)/f₀
 //! ```
 //!
-//! one second-order mode seen through a delay, and what is smooth beside it: further modes and crosstalk between the channels
-//! (the residual terms of modal analysis, Ewins 2000, section 4.3). The delay is tied to the phase φ that it makes at resonance,
-//! for a delay of its own cannot be told from A and C₀ in a narrow band: a pickup whose phase is not a delay errs in A by
-//! φ/(2Q). With x̃ = M e^{+iφ}·sample and f̃ = γ V·sample the constants follow: k_p = (2πf₀)² m_p, b_p = 2πf₀ m_p/Q,
-//! γ = A k_p M/V.
+//! one second-order mode seen through a delay, and what is smooth beside it: further modes and crosstalk between the
+//! channels (the residual terms of modal analysis, Ewins 2000, section 4.3). The delay is tied to the phase φ that it
+//! makes at resonance, for a delay of its own cannot be told from A and C₀ in a narrow band: a pickup whose phase is
+//! not a delay errs in A by φ/(2Q). With x̃ = M e^{+iφ}·sample and f̃ = γ V·sample the constants follow: k_p = (2πf₀)²
+//! m_p, b_p = 2πf₀ m_p/Q, γ = A k_p M/V.
 
 use crate::fitted_value::FittedValue;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
@@ -29,6 +29,25 @@ pub struct Response {
 }
 
 /// The fitted resonance.
+///
+/// ```
+/// use metrology::plate_fit::{CHANNEL_MATCH, PlateFit, Response};
+/// use num_complex::Complex64;
+///
+/// let (resonance_hz, quality) = (35e3, 250.0);
+/// let responses: Vec<Response> = (-15..=15)
+///     .map(|n| {
+///         let frequency_hz = resonance_hz + 18.0 * f64::from(n);
+///         let r = frequency_hz / resonance_hz;
+///         let ratio = 0.004 / Complex64::new(1.0 - r * r, r / quality);
+///         Response { frequency_hz, ratio }
+///     })
+///     .collect();
+/// let fit = PlateFit::fit(&responses, CHANNEL_MATCH)?;
+/// assert!((fit.resonance_hz.value - 35e3).abs() < 1e-3);
+/// assert!((fit.quality.value - 250.0).abs() < 1e-3);
+/// # Ok::<(), metrology::plate_fit::PlateFitError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlateFit {
     /// Resonance f₀, Hz.
@@ -43,23 +62,23 @@ pub struct PlateFit {
     pub model: Vec<Complex64>,
     /// Root mean square of |measured − fitted| over the largest |measured|.
     pub residual: f64,
-    /// 2n − 8.
+    /// Degrees of freedom: 2n − 8 for n tones.
     pub degrees_of_freedom: usize,
 }
 
-/// Responses from which no resonance can be told.
+/// Why responses determine no resonance.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PlateFitError {
-    /// Not enough tones.
+    /// Fewer tones than the fit needs.
     #[error("{count} tones are too few for the plate's fit: at least {LEAST_TONES} are needed")]
     TooFew {
-        /// How many there are.
+        /// Number of tones.
         count: usize,
     },
-    /// A ratio is no number.
-    #[error("the response at {frequency_hz} Hz is no number")]
+    /// A ratio is NaN or infinite.
+    #[error("the response at {frequency_hz} Hz is not finite")]
     NotFinite {
-        /// Where.
+        /// Frequency of that ratio, Hz.
         frequency_hz: f64,
     },
     /// The largest response lies at the edge of the band.
@@ -67,32 +86,32 @@ pub enum PlateFitError {
         "no resonance between {from_hz:.0} and {to_hz:.0} Hz: the response is largest at {peak_hz:.0} Hz, the band's edge"
     )]
     OutOfBand {
-        /// Lowest tone.
+        /// Lowest tone, Hz.
         from_hz: f64,
-        /// Highest tone.
+        /// Highest tone, Hz.
         to_hz: f64,
-        /// Where the response is largest.
+        /// Frequency of the largest response, Hz.
         peak_hz: f64,
     },
-    /// The iteration ends nowhere, or where the data do not determine the parameters.
+    /// The iteration does not converge, or the data do not determine the parameters.
     #[error("the plate's response fits no single resonance")]
     NoFit,
 }
 
-/// Two more values than parameters, as complex tones.
+/// Fewest complex tones: they hold four values more than the fit has parameters.
 pub const LEAST_TONES: usize = 6;
 const PARAMETERS: usize = 8;
 const TOLERANCE: f64 = 1e-13;
-/// Images of the converters and their slopes: no two channels of a card are taken to match better than this as long as it was
-/// not measured (an assumption of this project; relative, and rad).
+/// Mismatch of two channels of a card that is assumed as long as it was not measured, relative and rad: images of the
+/// converters and their slopes (an assumption of this project).
 pub const CHANNEL_MATCH: f64 = 1e-4;
 
 impl PlateFit {
     /// Fits `responses`, in order of frequency.
     ///
     /// Standard errors hold the scatter of the residuals, by how much the values move when C₁ is left out, and
-    /// `channel_match`: how well the two channels follow each other, as measured or [`CHANNEL_MATCH`]. Noise at 1e-4 of the peak, Q 250, 31 tones over ±2 bandwidths: f₀ within 0.05 Hz, Q within 0.1 %
-    /// (`noisy_responses_are_covered`).
+    /// `channel_match`: how well the two channels follow each other, as measured or [`CHANNEL_MATCH`]. Noise at 1e-4 of
+    /// the peak, Q 250, 31 tones over ±2 bandwidths: f₀ within 0.05 Hz, Q within 0.1 % (`noisy_responses_are_covered`).
     ///
     /// # Errors
     /// When there are too few tones, no peak within them, or no fit.
@@ -138,7 +157,7 @@ impl PlateFit {
     }
 }
 
-/// Roughly f₀ (Hz) and Q, from the largest response and its neighbours: where to look closer.
+/// Returns roughly f₀ (Hz) and Q, from the largest response and its neighbours: where to look closer.
 ///
 /// # Errors
 /// When there are too few tones, or the largest is the first or the last.
@@ -377,7 +396,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for PlateProblem<'_> {
     }
 }
 
-/// An angle from −π to π.
+/// Returns the same angle between −π and π, rad.
 #[must_use]
 pub fn wrap(angle_rad: f64) -> f64 {
     (angle_rad + PI).rem_euclid(2.0 * PI) - PI

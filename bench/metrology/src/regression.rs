@@ -1,4 +1,5 @@
-//! A straight line through points of known weight: known amplitudes against a pickup's readings, known forces against a sensor's.
+//! A straight line through points of known weight: known amplitudes against a pickup's readings, known forces against a
+//! sensor's.
 
 /// One point: y was known with standard deviation `sigma`, x without error.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,53 +13,63 @@ pub struct LinePoint {
 }
 
 /// y = offset + slope · x, by weighted least squares (Bevington & Robinson 2003, chapter 6).
+///
+/// ```
+/// use metrology::regression::{Line, LinePoint};
+///
+/// let points = [(0.0, 1.0), (1.0, 3.1), (2.0, 4.9)].map(|(x, y)| LinePoint { x, y, sigma: 0.1 });
+/// let line = Line::fit(&points)?;
+/// assert!((line.slope - 1.95).abs() < 1e-12);
+/// # Ok::<(), metrology::regression::LineError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
-    /// Slope.
+    /// Slope, unit of y per unit of x.
     pub slope: f64,
-    /// Its standard error.
+    /// Standard error of the slope.
     pub slope_error: f64,
     /// y at x = 0.
     pub offset: f64,
-    /// Its standard error.
+    /// Standard error of the offset.
     pub offset_error: f64,
     /// y − (offset + slope · x) of each point.
     pub residuals: Vec<f64>,
     /// Largest |residual| over the largest |y|.
     pub nonlinearity: f64,
-    /// √(χ²/(n − 2)): how much more the points scatter than their `sigma` says. Errors are scaled by it where it is above 1.
+    /// √(χ²/(n − 2)): how much more the points scatter than their `sigma` says. Errors are scaled by it where it is
+    /// above 1.
     pub birge_ratio: f64,
-    /// n − 2.
+    /// Degrees of freedom: number of points less two.
     pub degrees_of_freedom: usize,
 }
 
-/// Points that determine no line.
+/// Why points determine no line.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum LineError {
-    /// Fewer than three.
+    /// Fewer than three points.
     #[error("{count} points determine no line with an error: at least 3 are needed")]
     TooFew {
-        /// How many there are.
+        /// Number of points.
         count: usize,
     },
-    /// All at one x.
+    /// All points lie at one x.
     #[error("all points lie at one reading of {x}: use levels that differ")]
     NoSpread {
-        /// Where they lie.
+        /// Mean x of the points.
         x: f64,
     },
-    /// Not a number, or a deviation that is not positive.
+    /// A value is not finite, or a deviation not positive.
     #[error(
         "point {index} is ({x}, {y}) with deviation {sigma}: all must be finite, the deviation positive"
     )]
     NotFinite {
-        /// Its place.
+        /// Index of the point.
         index: usize,
-        /// Its x.
+        /// x of the point.
         x: f64,
-        /// Its y.
+        /// y of the point.
         y: f64,
-        /// Its deviation.
+        /// Standard deviation of the point.
         sigma: f64,
     },
 }

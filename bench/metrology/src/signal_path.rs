@@ -1,22 +1,22 @@
-//! The way from the generator to an input: does the carrier come back, and as itself?
+//! The path from the generator to an input: whether the carrier comes back, and at its own frequency.
 //!
-//! Sound layers resample without a word. One that filters takes the carrier away; one that does not folds it to |k·f′ ± f| about
-//! its own rate f′, and the frequency at which it comes back tells the rate.
+//! Sound layers resample without a warning. One that filters takes the carrier away; one that does not folds it to
+//! |k·f′ ± f| about its own rate f′, and the frequency at which it comes back tells the rate.
 
 use crate::spectrum::Peak;
 
-/// What came back of one tone.
+/// The answer of the path to one tone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ToneAnswer {
     /// Frequency played, Hz.
     pub played_hz: f64,
-    /// Amplitude at that frequency, of the amplitude expected.
+    /// Amplitude at that frequency over the amplitude expected.
     pub share: f64,
-    /// Everything that stood out while it sounded, amplitudes of the amplitude expected, strongest first.
+    /// Tones that stood out while it was played, strongest first; amplitudes over the amplitude expected.
     pub peaks: Vec<Peak>,
 }
 
-/// A path that does not carry the carrier as it is.
+/// Why a path does not carry the carrier unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PathFault {
     /// Nothing comes back at any frequency.
@@ -53,8 +53,8 @@ pub enum PathFault {
     },
 }
 
-/// Rates that sound layers run at. Where several explain what is heard the highest is named: folding about 48 kHz is also folding
-/// about 16.
+/// Rates that sound layers run at. Where several explain what is heard the highest is named: folding about 48 kHz is
+/// also folding about 16.
 const COMMON_RATES_HZ: [f64; 11] = [
     192_000.0, 176_400.0, 96_000.0, 88_200.0, 48_000.0, 44_100.0, 32_000.0, 24_000.0, 22_050.0,
     16_000.0, 8_000.0,
@@ -66,11 +66,11 @@ const SEEPS: f64 = 1e-3;
 /// An image this strong is no converter's.
 const IMAGE: f64 = 1e-2;
 
-/// Judges the answers to tones: those within `band_hz` of the carrier, which must come back, and others below, which tell where a
-/// path ends. `resolution_hz` is that of the peaks' frequencies.
+/// Judges the answers to tones: those within `band_hz` of the carrier, which must come back, and others below, which
+/// tell where a path ends. `resolution_hz` is that of the peaks' frequencies.
 ///
 /// # Errors
-/// Names what the path does.
+/// [`PathFault`], with the frequencies that show it.
 pub fn judge(
     answers: &[ToneAnswer],
     carrier_hz: f64,
@@ -123,7 +123,7 @@ pub fn judge(
     })
 }
 
-/// The rate about which every tone is folded by the same law.
+/// Returns the fault if every tone is folded about one rate by the same law.
 fn aliased(near: &[&ToneAnswer], sample_rate_hz: f64, resolution_hz: f64) -> Option<PathFault> {
     let first = near.first()?;
     let close = |a: f64, b: f64| (a - b).abs() <= resolution_hz;

@@ -1,10 +1,11 @@
-//! The power of a channel over frequency, by Welch's method: how noisy it is about the carrier, and which tones it carries.
+//! The power of a channel over frequency, by Welch's method: how noisy it is about the carrier, and which tones it
+//! carries.
 
 use realfft::RealFftPlanner;
 use std::f64::consts::TAU;
 
-/// One-sided power density of a stretch of samples: averaged periodograms of Hann-windowed segments that overlap by half
-/// (Welch 1967). The mean of the stretch is taken off first.
+/// One-sided power density of a stretch of samples: averaged periodograms of Hann-windowed segments that overlap by
+/// half (Welch 1967). The mean of the stretch is taken off first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spectrum {
     /// Density at multiples of `resolution_hz`, sample units²/Hz.
@@ -18,9 +19,9 @@ pub struct Spectrum {
 /// A tone in a spectrum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peak {
-    /// Its frequency, Hz, to a fraction of the resolution.
+    /// Frequency of the tone, Hz, to a fraction of the resolution.
     pub frequency_hz: f64,
-    /// Its amplitude, peak, sample units.
+    /// Amplitude of the tone, peak, sample units.
     pub amplitude: f64,
 }
 
@@ -29,13 +30,13 @@ pub struct Peak {
 pub struct NoiseDensity {
     /// Root of the one-sided power density, sample units per √Hz.
     pub value: f64,
-    /// Its standard error.
+    /// Standard error of `value`, sample units per √Hz.
     pub standard_error: f64,
-    /// Degrees of freedom behind it.
+    /// Degrees of freedom behind `value`.
     pub degrees_of_freedom: usize,
 }
 
-/// A stretch without a spectrum.
+/// Why a stretch has no spectrum.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SpectrumError {
     /// Shorter than one segment.
@@ -56,8 +57,8 @@ pub enum SpectrumError {
     },
 }
 
-/// A bin this many times above the median about it holds a tone. Of averages over 19 segments, noise alone exceeds it once in
-/// 10⁴⁰ bins; of a single segment once in 10³.
+/// A bin this many times above the median about it holds a tone. Of averages over 19 segments, noise alone exceeds it
+/// once in 10⁴⁰ bins; of a single segment once in 10³.
 const STANDS_OUT: f64 = 10.0;
 /// Bins over which the median is taken.
 const FLOOR_BINS: usize = 101;
@@ -67,7 +68,8 @@ const SIDELOBES: usize = 20;
 const SKIRT: usize = 2;
 
 impl Spectrum {
-    /// Of `channel` in an interleaved stretch of `stream_channels` channels, at about `resolution_hz`.
+    /// Reads the spectrum of `channel` in an interleaved stretch of `stream_channels` channels, at about
+    /// `resolution_hz`.
     ///
     /// # Errors
     /// When the stretch is shorter than 1/`resolution_hz`, or a sample is lost.
@@ -124,8 +126,8 @@ impl Spectrum {
         })
     }
 
-    /// The noise between two frequencies, tones left out; taken as white there. The standard error is that of a power
-    /// averaged over a bandwidth B and a duration T, 1/√(BT).
+    /// Returns the noise between two frequencies, tones left out; taken as white there. The standard error is that of a
+    /// power averaged over a bandwidth B and a duration T, 1/√(BT).
     #[must_use]
     pub fn noise(&self, from_hz: f64, to_hz: f64) -> NoiseDensity {
         let bin =
@@ -147,7 +149,7 @@ impl Spectrum {
         }
     }
 
-    /// The tones that stand out of what is about them, strongest first.
+    /// Returns the tones that stand out of the spectrum about them, strongest first.
     #[must_use]
     pub fn peaks(&self) -> Vec<Peak> {
         let floor = self.floor();
@@ -172,13 +174,13 @@ impl Spectrum {
         peaks
     }
 
-    /// Distance of neighbouring bins, Hz.
+    /// Returns the distance of neighbouring bins, Hz.
     #[must_use]
     pub fn resolution_hz(&self) -> f64 {
         self.resolution_hz
     }
 
-    /// Median of the bins about each bin.
+    /// Returns the median of the bins about each bin, sample units²/Hz.
     fn floor(&self) -> Vec<f64> {
         let medians: Vec<f64> = self.density.chunks(FLOOR_BINS).map(median).collect();
         (0..self.density.len())

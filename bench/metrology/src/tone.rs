@@ -3,8 +3,20 @@
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// The tone's complex envelope X̃ in one channel: x(t) = Re[X̃ exp(+iωt)], t from the first sample of the stretch, under a
-/// Hann window, together with what is left of the channel without it.
+/// The tone's complex envelope X̃ in one channel: x(t) = Re[X̃ exp(+iωt)], t from the first sample of the stretch,
+/// under a Hann window, together with what is left of the channel without it.
+///
+/// ```
+/// use metrology::tone::SteadyTone;
+/// use std::f64::consts::TAU;
+///
+/// let samples: Vec<f32> = (0..9_600)
+///     .map(|n| (0.1 + 0.5 * (TAU * 35e3 * f64::from(n) / 192e3).cos()) as f32)
+///     .collect();
+/// let tone = SteadyTone::read(&samples, 1, 0, 35e3, 192e3)?;
+/// assert!((tone.value - 0.5).norm() < 1e-6);
+/// # Ok::<(), metrology::tone::ToneError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SteadyTone {
     /// X̃ in sample units, peak.
@@ -15,7 +27,7 @@ pub struct SteadyTone {
     pub rest_rms: f64,
 }
 
-/// A stretch in which no tone can be read.
+/// Why no tone can be read in a stretch.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ToneError {
     /// Too short to tell the tone from its mirror image and from DC.
@@ -25,17 +37,17 @@ pub enum ToneError {
         frames: usize,
         /// Cycles of the tone in it.
         cycles: f64,
-        /// The tone.
+        /// Frequency of the tone, Hz.
         carrier_hz: f64,
-        /// The limit.
+        /// Fewest cycles accepted.
         least: f64,
     },
     /// The tone lies at or above half the sample rate.
     #[error("{carrier_hz} Hz is not below half the sample rate of {sample_rate_hz} Hz")]
     AboveNyquist {
-        /// The tone.
+        /// Frequency of the tone, Hz.
         carrier_hz: f64,
-        /// The sample rate.
+        /// Sample rate, Hz.
         sample_rate_hz: f64,
     },
     /// A sample is lost.
@@ -54,8 +66,8 @@ const LEAST_CYCLES: f64 = 50.0;
 impl SteadyTone {
     /// Reads the tone at `carrier_hz` in `channel` of an interleaved stretch of `stream_channels` channels.
     ///
-    /// DC, mains hum and the tone's own mirror image are rejected as the cube of their distance in cycles per stretch: a 50 ms
-    /// stretch at 35 kHz reads a clean tone to 1e-8 of full scale (`a_tone_is_read_beside_hum_and_offset`).
+    /// DC, mains hum and the tone's own mirror image are rejected as the cube of their distance in cycles per stretch:
+    /// a 50 ms stretch at 35 kHz reads a clean tone to 1e-8 of full scale (`a_tone_is_read_beside_hum_and_offset`).
     ///
     /// # Errors
     /// When the stretch is too short, the tone above half the sample rate, or a sample lost.
@@ -116,7 +128,7 @@ impl SteadyTone {
         })
     }
 
-    /// One-sided density of the rest, taken as white, in sample units per √Hz.
+    /// Returns the one-sided density of the rest, taken as white, in sample units per √Hz.
     #[must_use]
     pub fn noise_density(&self, sample_rate_hz: f64) -> f64 {
         self.rest_rms / (sample_rate_hz / 2.0).sqrt()

@@ -1,19 +1,20 @@
-//! Where a converter cuts the peaks of a tone off.
+//! Peaks of a tone that a converter cuts off.
 
 use std::f64::consts::PI;
 
-/// How flat the peaks of a tone are.
+/// Level and flatness of a tone's peaks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peaks {
     /// Largest |sample| on the side that reaches less far.
     pub level: f64,
     /// Standard deviation of that side's largest sample among tenths of the stretch.
     pub scatter: f64,
-    /// Share of all samples within [`TOP`] of the largest on a side, the larger of both sides, over the share of a sine.
+    /// Share of all samples within [`TOP`] of the largest on a side, the larger of both sides, over the share of a
+    /// sine.
     pub flatness: f64,
 }
 
-/// Depth of what counts as the top, of the largest sample.
+/// Depth of what counts as the top, relative to the largest sample.
 pub const TOP: f64 = 2e-3;
 /// Flatness from which on peaks are cut off: a sine that would reach 1 % beyond the limit has it.
 pub const CUT_OFF: f64 = 2.5;
@@ -21,10 +22,11 @@ pub const CUT_OFF: f64 = 2.5;
 const PARTS: usize = 10;
 
 impl Peaks {
-    /// Of one channel of an interleaved stretch that holds a tone of constant amplitude, at a frequency whose samples do not
-    /// repeat within a few. `None` where a sample is lost, or there are too few.
+    /// Reads one channel of an interleaved stretch that holds a tone of constant amplitude, at a frequency whose
+    /// samples do not repeat within a few. Returns `None` where a sample is lost, or with fewer than 1000 samples.
     ///
-    /// A sine has a flatness of 1; cut off 1 %, 5 % and 20 % below its peak 2.5, 5.3 and 10 (`flatness_tells_a_cut_off_sine`).
+    /// A sine has a flatness of 1; cut off 1 %, 5 % and 20 % below its peak 2.5, 5.3 and 10
+    /// (`flatness_tells_a_cut_off_sine`).
     #[must_use]
     pub fn read(interleaved: &[f32], stream_channels: usize, channel: usize) -> Option<Self> {
         let samples: Vec<f64> = interleaved
@@ -59,7 +61,7 @@ impl Peaks {
         })
     }
 
-    /// The peaks are cut off.
+    /// Whether the peaks are cut off.
     #[must_use]
     pub fn cut_off(&self) -> bool {
         self.flatness >= CUT_OFF

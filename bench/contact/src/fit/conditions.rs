@@ -8,9 +8,9 @@ use crate::error::{ModelError, positive};
 /// What holds for every instance of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FitConditions {
-    /// What is taken as known about finger and air.
+    /// Assumed constants of finger and air.
     pub assumed: AssumedConstants,
-    /// f0, Hz.
+    /// Carrier frequency f0, Hz.
     pub carrier_hz: f64,
     /// Z_p of the unloaded plate from the plain ratio, N·s/m: `paper` subtracts this one.
     pub z_p_plain_n_s_per_m: Complex64,
@@ -29,7 +29,7 @@ impl FitConditions {
         }
     }
 
-    /// ω, rad/s.
+    /// Returns the carrier's angular frequency ω, rad/s.
     ///
     /// # Errors
     /// If the carrier frequency is not positive.

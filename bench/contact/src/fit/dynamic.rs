@@ -1,11 +1,11 @@
-//! σ_t, Re Z_t, Im Z_t and τ jointly: what the published method leaves out, put in.
+//! The joint fit of σ_t, Re Z_t, Im Z_t and τ, with the effects that the published method leaves out.
 //!
 //! - The impedance is the envelope-corrected one.
-//! - The gap follows its equilibrium (Huloux 2021, Eq. 17, with the momentary amplitude and normal force) as a first-order lag,
-//!   τ dx/dt = x_eq − x, from 20 ms before the instance.
+//! - The gap follows its equilibrium (Huloux 2021, Eq. 17, with the momentary amplitude and normal force) as a
+//!   first-order lag, τ dx/dt = x_eq − x, from 20 ms before the instance.
 //! - k_c is Eq. 18 with the lagged gap and the momentary amplitude, so that the forces on the skin need not balance.
-//! - The normal force is the cubic through the measured one: over 80 ms a finger's own force has no more to it, and a sensor's
-//!   noise, 3 mN low-passed at 100 Hz, scatters σ_t by 1 %.
+//! - The normal force is the cubic through the measured one: over 80 ms a finger's own force changes no faster, and a
+//!   sensor's noise, 3 mN low-passed at 100 Hz, scatters σ_t by 1 %.
 //! - Σ|Z_m,model − Z_m|² over the instance, complex, is minimised over all four parameters; τ ≥ 0.
 //! - μ0 is the measured friction over the modelled ratio (Eq. 19), in least squares over the instance.
 //!
@@ -28,7 +28,7 @@ use crate::finger::{FittedFinger, MS, Z_T_SLOPES};
 use crate::harmonic::observed;
 use crate::inversion::{Dependent, Inversion};
 
-/// How the joint fit is set up.
+/// Options of the joint fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DynamicOptions {
     /// How long before the instance the gap is integrated, s. Default 20 ms, some ten τ.
@@ -41,34 +41,35 @@ impl Default for DynamicOptions {
     }
 }
 
-/// What the joint fit makes of an instance.
+/// Result of the joint fit for one instance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DynamicFit {
-    /// Whether the parameters mean anything.
+    /// Whether the parameters may be used.
     pub verdict: FitVerdict,
-    /// σ_t, m.
+    /// Roughness σ_t, m.
     pub sigma_t_m: f64,
-    /// Standard error of `sigma_t_m`; infinite if not identifiable.
+    /// Standard error of `sigma_t_m`, m; infinite if not identifiable.
     pub sigma_t_std_m: f64,
-    /// Z_t, N·s/m.
+    /// Tissue impedance Z_t, N·s/m.
     pub z_t_n_s_per_m: Complex64,
-    /// Standard errors of its real and imaginary part.
+    /// Standard errors of the real and imaginary part of Z_t, N·s/m.
     pub z_t_std_n_s_per_m: Complex64,
-    /// τ, s.
+    /// Levitation lag τ, s.
     pub tau_s: f64,
-    /// Standard error of `tau_s`; 0 at the bound.
+    /// Standard error of `tau_s`, s; 0 at the bound.
     pub tau_std_s: f64,
-    /// μ0.
+    /// Friction without vibration μ0.
     pub mu0: f64,
     /// Standard error of `mu0`.
     pub mu0_std: f64,
-    /// ⟨f_c⟩, mean over the instance, N.
+    /// Mean normal force ⟨f_c⟩ over the instance, N.
     pub normal_n: f64,
-    /// Fitted against measured.
+    /// How well fitted and measured agree.
     pub agreement: Agreement,
     /// Stiffness, gap and friction in time.
     pub series: EstimatedSeries,
-    /// The fitted parameters with their covariance, for samples beyond this instance: [`crate::self_sensed`], [`crate::live_estimator`].
+    /// The fitted parameters with their covariance, for samples beyond this instance: [`crate::self_sensed`],
+    /// [`crate::live_estimator`].
     pub finger: FittedFinger,
 }
 
@@ -92,7 +93,7 @@ pub fn fit(
     model.report(&instance.instance(), solution)
 }
 
-/// How σ_t, Z_t and τ hang on the assumed constants.
+/// Returns how σ_t, Z_t and τ depend on the assumed constants.
 ///
 /// # Errors
 /// As [`fit`].
@@ -118,12 +119,12 @@ struct DynamicModel<'a> {
     conditions: &'a FitConditions,
     carrier_rad_per_s: f64,
     interval_s: f64,
-    /// With `lead` samples before the instance.
+    /// Amplitude, with `lead` samples before the instance, m.
     amplitude_m: &'a [f64],
     /// The cubic through the measured force.
     normal_n: Vec<f64>,
     lead: usize,
-    /// Of the instance alone.
+    /// Measured Z_m of the instance alone, N·s/m.
     z_m: &'a [Complex64],
     equilibrium: Vec<f64>,
     equilibrium_slope: Vec<f64>,
@@ -178,7 +179,8 @@ impl<'a> DynamicModel<'a> {
         self.gap.iter().all(|gap| *gap > 0.0).then_some(contact)
     }
 
-    /// Given σ_t and τ, 1/(Z_m − Z_p) = 1/Z_t + 1/Z_c is linear in 1/Z_t: its mean, weighted as the impedance residual weighs it.
+    /// Given σ_t and τ, 1/(Z_m − Z_p) = 1/Z_t + 1/Z_c is linear in 1/Z_t: its mean, weighted as the impedance residual
+    /// weighs it.
     fn tissue_given_gap(&self, contact: &Contact) -> Complex64 {
         let (mut sum, mut weights) = (Complex64::ZERO, 0.0);
         let film = self.gap[self.lead..]

@@ -6,27 +6,28 @@ use num_complex::Complex64;
 use crate::contact::InversionCounts;
 use crate::inversion::{Dependent, Inversion};
 
-/// Stiffness, gap and friction over one instance, from the measured impedance, with standard errors by the delta method:
-/// parameter covariance, and each sample's own impedance noise as the residuals show it. NaN where a sample has no gap.
+/// Stiffness, gap and friction over one instance, from the measured impedance, with standard errors by the delta
+/// method: parameter covariance, and each sample's own impedance noise as the residuals show it. NaN where a sample has
+/// no gap.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EstimatedSeries {
     /// Time, s.
     pub time_s: Vec<f64>,
-    /// k_c by Eq. 12, N/m.
+    /// Contact stiffness k_c by Eq. 12, N/m.
     pub k_c_n_per_m: Vec<f64>,
-    /// Standard error of `k_c_n_per_m`.
+    /// Standard error of `k_c_n_per_m`, N/m.
     pub k_c_std_n_per_m: Vec<f64>,
-    /// ⟨x_t⟩ by Eq. 18, m.
+    /// Levitation gap ⟨x_t⟩ by Eq. 18, m.
     pub gap_m: Vec<f64>,
-    /// Standard error of `gap_m`.
+    /// Standard error of `gap_m`, m.
     pub gap_std_m: Vec<f64>,
-    /// μ by Eq. 19 with the instance's μ0.
+    /// Friction μ by Eq. 19 with the instance's μ0.
     pub mu: Vec<f64>,
     /// Standard error of `mu`.
     pub mu_std: Vec<f64>,
-    /// The impedance that the fitted model gives, N·s/m.
+    /// Impedance of the fitted model, N·s/m.
     pub z_m_model_n_s_per_m: Vec<Complex64>,
-    /// Samples whose inversion was not plain.
+    /// Counts of the samples whose gap is not unique or does not exist.
     pub inversion: InversionCounts,
 }
 
@@ -45,7 +46,7 @@ pub(super) struct FrictionAtRest<const N: usize> {
     pub(super) mu0: f64,
     /// ∂μ0/∂parameter.
     pub(super) slopes: [f64; N],
-    /// What the measured friction's scatter adds.
+    /// Standard error of μ0 from the scatter of the measured friction.
     pub(super) std: f64,
 }
 

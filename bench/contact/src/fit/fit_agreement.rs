@@ -4,7 +4,7 @@ use num_complex::Complex64;
 
 use super::estimated_series::EstimatedSeries;
 
-/// How far fitted and measured are apart over an instance.
+/// Differences of fitted and measured values over an instance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Agreement {
     /// 1 − Σ|Z_m − Ẑ_m|²/Σ|Z_m − mean Z_m|², complex.

@@ -4,22 +4,23 @@ use thiserror::Error;
 
 use crate::error::ModelError;
 
-/// Why an instance cannot be fitted at all. A fit that ran but cannot be trusted says so in its [`FitVerdict`](super::FitVerdict).
+/// Why an instance cannot be fitted at all. A fit that ran but cannot be trusted says so in its
+/// [`FitVerdict`](super::FitVerdict).
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum FitError {
-    /// A sample or an assumption that the model has no answer for.
+    /// The model does not allow a sample or an assumed constant.
     #[error(transparent)]
     Model(#[from] ModelError),
     /// The instance is too short.
     #[error("instance has {got} samples, needs at least {needed}")]
     TooFewSamples {
-        /// Samples in the instance.
+        /// Number of samples in the instance.
         got: usize,
-        /// Samples needed.
+        /// Fewest samples accepted.
         needed: usize,
     },
-    /// The levitation lag forgets its start only over the lead-in.
+    /// The lead-in is too short for the levitation lag to forget its start.
     #[error("lead-in is {got_s} s, needs {needed_s} s before the instance")]
     LeadInTooShort {
         /// Lead-in given, s.
@@ -34,9 +35,9 @@ pub enum FitError {
     UnevenTime {
         /// Index of the sample.
         index: usize,
-        /// Its distance from the one before, s.
+        /// Time from the sample before, s.
         step_s: f64,
-        /// The record's mean interval, s.
+        /// Mean interval of the record, s.
         interval_s: f64,
     },
     /// No σ_t between 0.2 and 20 µm gives a contact that the model allows with these data.

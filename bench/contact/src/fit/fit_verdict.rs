@@ -5,26 +5,27 @@ use std::fmt;
 /// A standard error beyond this share of the value is no identification.
 pub(super) const IDENTIFIABLE_RELATIVE_STD: f64 = 0.5;
 
-/// Whether a fit's parameters mean anything.
+/// Whether a fit's parameters may be used, and why not.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FitVerdict {
-    /// A minimum, every parameter identified.
+    /// The fit is a minimum and every parameter is identified.
     Converged,
     /// The data ask for τ < 0; τ is held at 0 and the other parameters fitted with it there.
     LagAtBound {
-        /// Where τ would go unbounded, s.
+        /// τ without the bound, s.
         unbounded_tau_s: f64,
     },
-    /// A minimum, but the data hardly depend on a parameter.
+    /// The fit is a minimum, but the data hardly depend on a parameter.
     NotIdentifiable {
-        /// The worst one.
+        /// The parameter that is identified worst.
         parameter: FitParameter,
-        /// Its standard error: relative for σ_t and |Z_t|, s for τ; infinite if the data do not depend on it at all.
+        /// Standard error of that parameter: relative for σ_t and |Z_t|, s for τ; infinite if the data do not depend on
+        /// it at all.
         std: f64,
     },
-    /// Not a minimum.
+    /// The fit is not a minimum.
     NotConverged {
-        /// What the optimiser said.
+        /// Why the optimiser stopped.
         reason: String,
     },
 }
@@ -39,11 +40,11 @@ impl FitVerdict {
 /// A fitted parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FitParameter {
-    /// σ_t
+    /// σ_t, the roughness of the finger.
     SigmaT,
-    /// Z_t
+    /// Z_t, the impedance of the tissues.
     ZT,
-    /// τ
+    /// τ, the levitation lag.
     Tau,
 }
 

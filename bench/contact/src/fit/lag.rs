@@ -1,7 +1,9 @@
+//! The levitation lag.
+
 /// A first-order lag τ dx/dt = x_eq − x over an even grid, exact for an input that is cubic between samples.
 ///
-/// For τ ≤ 0 the same coefficients, analytic in τ, extrapolate: x = x_eq − τ dx_eq/dt + …, a lead. That lets a fit cross zero smoothly
-/// and say where it would have gone.
+/// For τ ≤ 0 the same coefficients, analytic in τ, extrapolate: x = x_eq − τ dx_eq/dt + …, a lead. That lets a fit
+/// cross zero smoothly and say where it would have gone.
 pub(crate) struct Lag {
     /// τ in sampling intervals.
     tau: f64,
@@ -67,7 +69,7 @@ impl Lag {
         }
     }
 
-    /// The lagged input, started as far behind as its first slope asks for.
+    /// Writes the lagged input, started as far behind as its first slope demands.
     pub(crate) fn apply(&self, input: &[f64], output: &mut [f64]) {
         output[0] = input[0] - self.tau * first_slope(input);
         for n in 1..input.len() {
@@ -75,7 +77,7 @@ impl Lag {
         }
     }
 
-    /// ∂ output/∂τ in output units per sampling interval, given what [`apply`](Self::apply) made of the input.
+    /// Writes ∂ output/∂τ in output units per sampling interval, given what [`apply`](Self::apply) made of the input.
     pub(crate) fn slope(&self, input: &[f64], output: &[f64], slope: &mut [f64]) {
         slope[0] = -first_slope(input);
         for n in 1..input.len() {
@@ -84,7 +86,7 @@ impl Lag {
         }
     }
 
-    /// What the input adds over the step that ends at sample `n`.
+    /// Returns what the input adds over the step that ends at sample `n`.
     fn drive(&self, input: &[f64], n: usize) -> Weight {
         let (weights, nodes): (&[Weight], &[f64]) = if n == 1 {
             (&self.first, &input[..2])
@@ -102,7 +104,7 @@ impl Lag {
     }
 }
 
-/// Per interval, of the parabola through the first three samples.
+/// Returns the slope per interval at the first sample, of the parabola through the first three.
 fn first_slope(input: &[f64]) -> f64 {
     0.5 * (4.0 * input[1] - 3.0 * input[0] - input[2])
 }

@@ -1,3 +1,5 @@
+//! Least squares on the complex impedance of an instance, and the standard errors of its parameters.
+
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationReason};
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn, SMatrix, SVector};
@@ -8,8 +10,8 @@ use crate::residual_noise::ResidualNoise;
 /// A model of the complex impedance of every sample of an instance, with N real parameters.
 pub(crate) trait ImpedanceModel<const N: usize> {
     fn measured(&self) -> &[Complex64];
-    /// How the noise of a sample goes with its index, in any unit; the model's own error comes on top of it. The fit counts all
-    /// samples alike; its standard errors do not.
+    /// Returns how the noise of a sample depends on its index, in any unit; the model's own error is added to it. The
+    /// fit weighs all samples alike; its standard errors do not.
     fn noise_shape(&self, index: usize) -> f64;
     /// Impedances and their derivatives; `None` outside the model's domain.
     fn evaluate(
@@ -20,7 +22,8 @@ pub(crate) trait ImpedanceModel<const N: usize> {
     ) -> Option<()>;
 }
 
-/// What a trial step out of the model's domain costs per sample, N·s/m: far above any impedance, so that it is refused.
+/// Residual per sample of a trial step out of the model's domain, N·s/m: far above any impedance, so that it is
+/// rejected.
 const OUT_OF_DOMAIN: f64 = 1e6;
 const TOLERANCE: f64 = 1e-12;
 const PATIENCE: usize = 60;
@@ -32,16 +35,16 @@ pub(crate) struct Minimum<const N: usize> {
     pub(crate) z_m: Vec<Complex64>,
     /// Σ|Ẑ_m − Z_m|².
     pub(crate) squares: f64,
-    /// Why it is not a minimum, if it is not.
+    /// Why the result is not a minimum; `None` if it is one.
     pub(crate) failure: Option<String>,
     /// Parameter covariance; `None` if the data do not depend on some combination of the parameters.
     pub(crate) covariance: Option<SMatrix<f64, N, N>>,
-    /// Of one component of the residual.
+    /// Noise of one component of the residual.
     pub(crate) noise: ResidualNoise,
 }
 
 impl<const N: usize> Minimum<N> {
-    /// Standard error of a parameter; infinite if the data do not determine it.
+    /// Returns the standard error of a parameter; infinite if the data do not determine it.
     pub(crate) fn std(&self, parameter: usize) -> f64 {
         self.covariance.map_or(f64::INFINITY, |covariance| {
             covariance[(parameter, parameter)].sqrt()
@@ -50,7 +53,7 @@ impl<const N: usize> Minimum<N> {
 }
 
 impl Minimum<3> {
-    /// With a fourth parameter that was held.
+    /// Returns the minimum with a fourth parameter that was held.
     pub(crate) fn extended(self, held: f64) -> Minimum<4> {
         let [a, b, c] = self.parameters;
         Minimum {
@@ -127,7 +130,7 @@ impl<M: ImpedanceModel<N>, const N: usize> LeastSquaresProblem<f64, Dyn, Dyn>
     }
 }
 
-/// The start with the least squares; `None` if the model holds at none.
+/// Returns the start with the least squares; `None` if the model holds at none.
 pub(crate) fn best_start<M: ImpedanceModel<N>, const N: usize>(
     model: &mut M,
     starts: impl IntoIterator<Item = [f64; N]>,
@@ -153,7 +156,7 @@ pub(crate) fn best_start<M: ImpedanceModel<N>, const N: usize>(
     best
 }
 
-/// Levenberg–Marquardt from one start.
+/// Minimises by Levenberg–Marquardt from one start.
 pub(crate) fn minimise<M: ImpedanceModel<N>, const N: usize>(
     model: &mut M,
     start: [f64; N],
@@ -241,8 +244,8 @@ fn invert_scaled<const N: usize>(normal: &SMatrix<f64, N, N>) -> Option<SMatrix<
     }))
 }
 
-/// Neighbouring residuals share the demodulator's window and the model's error, so that n samples carry less than n values:
-/// 1 + 2 Σ ρ_k over the lags before the autocorrelation first vanishes.
+/// Neighbouring residuals share the demodulator's window and the model's error, so that n samples carry less than n
+/// values: 1 + 2 Σ ρ_k over the lags before the autocorrelation first vanishes.
 fn correlation(residuals: &[Complex64]) -> f64 {
     let at = |lag: usize| {
         residuals

@@ -1,9 +1,11 @@
-//! From the measured impedance of one instance to σ_t, Z_t, τ, and with them contact stiffness, gap and friction in time.
+//! From the measured impedance of one instance to σ_t, Z_t, τ, and with them contact stiffness, gap and friction in
+//! time.
 //!
-//! Two methods, always both: [`paper`] as published, [`dynamic`] with the corrections of the envelope and of the levitation lag.
+//! Two methods, always both: [`paper`] as published, [`dynamic`] with the corrections of the envelope and of the
+//! levitation lag.
 //!
-//! Measured on two independent time-domain simulations of plate and finger (80 dB SNR, 6 Hz, 95 %; seven instances each, means;
-//! `bench/tests/analyze.rs`):
+//! Measured on two independent time-domain simulations of plate and finger (80 dB SNR, 6 Hz, 95 %; seven instances
+//! each, means; `bench/tests/analyze.rs`):
 //!
 //! | | σ_t µm | Z_t N·s/m | τ ms | RMS error of μ |
 //! | --- | --- | --- | --- | --- |
@@ -14,9 +16,9 @@
 //! | `paper` | 2.00 | −0.12 + 1.79i | | 0.091 |
 //! | `dynamic` | 1.305 | 0.296 + 2.590i | 0.71 | 0.0016 |
 //!
-//! On records of the model's own equations `dynamic` recovers every parameter to 2e-6, and its standard errors are the scatter of
-//! repeated fits (`tests/fits.rs`). σ_t, Z_t and τ are conditional on the assumed constants: on the first simulation with S wrong
-//! by 20 % σ_t moves by up to 8 % and τ by more than 1 ms, while μ stays within 0.02 RMS.
+//! On records of the model's own equations `dynamic` recovers every parameter to 2e-6, and its standard errors are the
+//! scatter of repeated fits (`tests/fits.rs`). σ_t, Z_t and τ are conditional on the assumed constants: on the first
+//! simulation with S wrong by 20 % σ_t moves by up to 8 % and τ by more than 1 ms, while μ stays within 0.02 RMS.
 
 mod conditions;
 pub mod dynamic;

@@ -1,11 +1,12 @@
-//! σ_t alone, as published.
+//! The published method: a fit of σ_t alone.
 //!
-//! Per instance: Z_m⁰ is the mean measured impedance where the instance's amplitude is below 0.2 µm, or its lowest 5 ms; μ0, the
-//! friction without vibration, is the mean measured friction where the rise that the instance is the middle of is below 0.2 µm
-//! (docs/decisions/0008). For any σ_t the stiffness at rest is k_c⁰ = ⟨f_c⟩/σ_t with ⟨f_c⟩ the mean normal force, Z_t follows by Eq. 21, the gap at each instant by the
-//! gap equation (17), k_c by (18) and Z_m by (9). σ_t minimises Σ|Z_m,model − Z_m|² over the instance, complex. Then k_c(t) by (12), gap by (18),
-//! μ by (19). Every instant counts as a steady state, and the amplitude where Z_t is read as rest: that biases σ_t upwards and
-//! Z_t downwards, and the bias is part of the method.
+//! Per instance: Z_m⁰ is the mean measured impedance where the instance's amplitude is below 0.2 µm, or its lowest 5
+//! ms; μ0, the friction without vibration, is the mean measured friction where the rise that the instance is the middle
+//! of is below 0.2 µm (docs/decisions/0008). For any σ_t the stiffness at rest is k_c⁰ = ⟨f_c⟩/σ_t with ⟨f_c⟩ the mean
+//! normal force, Z_t follows by Eq. 21, the gap at each instant by the gap equation (17), k_c by (18) and Z_m by (9).
+//! σ_t minimises Σ|Z_m,model − Z_m|² over the instance, complex. Then k_c(t) by (12), gap by (18), μ by (19). Every
+//! instant counts as a steady state, and the amplitude where Z_t is read as rest: that biases σ_t upwards and Z_t
+//! downwards, and the bias is part of the method.
 
 use num_complex::Complex64;
 
@@ -22,12 +23,12 @@ use crate::contact::Contact;
 use crate::harmonic::{contact_impedance, observed, tissue_from_observed};
 use crate::inversion::Inversion;
 
-/// Where the tissue impedance and μ0 are read.
+/// Options of the published method: where the tissue impedance and μ0 are read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PaperOptions {
     /// Amplitudes below this count as rest, m. Default 0.2 µm (Huloux 2021; elsewhere it says 2 µm).
     pub rest_amplitude_m: f64,
-    /// How much of an instance that never goes below is used instead, its lowest amplitudes, s. Default 5 ms.
+    /// Time at the lowest amplitudes that is used instead in an instance that never goes below, s. Default 5 ms.
     pub lowest_s: f64,
 }
 
@@ -45,34 +46,34 @@ impl Default for PaperOptions {
 pub struct RestReading {
     /// Whether the instance goes below [`PaperOptions::rest_amplitude_m`]; if not, its lowest amplitudes were taken.
     pub below_threshold: bool,
-    /// Samples used.
+    /// Number of samples used.
     pub samples: usize,
     /// The greatest amplitude among them, m.
     pub up_to_amplitude_m: f64,
 }
 
-/// What the published method makes of an instance.
+/// Result of the published method for one instance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PaperFit {
-    /// Whether the parameters mean anything.
+    /// Whether the parameters may be used.
     pub verdict: FitVerdict,
-    /// σ_t, m.
+    /// Roughness σ_t, m.
     pub sigma_t_m: f64,
-    /// Standard error of `sigma_t_m`; infinite if not identifiable.
+    /// Standard error of `sigma_t_m`, m; infinite if not identifiable.
     pub sigma_t_std_m: f64,
-    /// Z_t by Eq. 21, N·s/m.
+    /// Tissue impedance Z_t by Eq. 21, N·s/m.
     pub z_t_n_s_per_m: Complex64,
-    /// Standard errors of its real and imaginary part.
+    /// Standard errors of the real and imaginary part of Z_t, N·s/m.
     pub z_t_std_n_s_per_m: Complex64,
-    /// μ0.
+    /// Friction without vibration μ0.
     pub mu0: f64,
     /// Standard error of `mu0`.
     pub mu0_std: f64,
-    /// ⟨f_c⟩, mean over the instance, N.
+    /// Mean normal force ⟨f_c⟩ over the instance, N.
     pub normal_n: f64,
     /// Where Z_m⁰ was read.
     pub rest: RestReading,
-    /// Fitted against measured.
+    /// How well fitted and measured agree.
     pub agreement: Agreement,
     /// Stiffness, gap and friction in time.
     pub series: EstimatedSeries,
@@ -94,7 +95,7 @@ pub fn fit(
     model.report(&samples, minimum, &at_rest)
 }
 
-/// How σ_t and Z_t hang on the assumed constants.
+/// Returns how σ_t and Z_t depend on the assumed constants.
 ///
 /// # Errors
 /// As [`fit`].

@@ -6,31 +6,32 @@ use super::conditions::FitConditions;
 use super::fit_error::FitError;
 use crate::assumed::AssumedConstants;
 
-/// d ln of the fitted values per d ln of one assumed constant.
+/// Derivatives of the fitted values by the logarithm of one assumed constant θ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensitivity {
-    /// ∂ln σ_t/∂ln θ
+    /// ∂ln σ_t/∂ln θ.
     pub ln_sigma_t: f64,
-    /// ∂ln |Z_t|/∂ln θ
+    /// ∂ln |Z_t|/∂ln θ.
     pub ln_abs_z_t: f64,
     /// ∂τ/∂ln θ, s; 0 for `paper`, which has no τ.
     pub tau_s: f64,
 }
 
-/// How the fitted values hang on the assumed constants (central differences of refits at ±1 %).
+/// How the fitted values depend on the assumed constants (central differences of refits at ±1 %).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensitivities {
-    /// On q0.
+    /// Sensitivity to q0.
     pub q0: Sensitivity,
-    /// On E.
+    /// Sensitivity to E.
     pub young_modulus: Sensitivity,
-    /// On ν.
+    /// Sensitivity to ν.
     pub poisson_ratio: Sensitivity,
-    /// On S.
+    /// Sensitivity to S.
     pub contact_area: Sensitivity,
 }
 
-/// Central differences of refits; `refit` gives ln σ_t, Z_t and τ. Asperities know q0, E and ν only through q0 E/(1 − ν²).
+/// Central differences of refits; `refit` gives ln σ_t, Z_t and τ. The asperity law
+/// depends on q0, E and ν only through q0 E/(1 − ν²).
 pub(super) fn sensitivities(
     conditions: &FitConditions,
     refit: impl Fn(&FitConditions) -> Result<(f64, Complex64, f64), FitError>,

@@ -1,3 +1,5 @@
+//! The samples of one instance, as the fits read them.
+
 use nalgebra::{Matrix4, Vector4};
 use num_complex::Complex64;
 
@@ -14,12 +16,12 @@ const FEWEST_SAMPLES: usize = 8;
 pub struct InstanceSamples<'a> {
     /// Time, s.
     pub time_s: &'a [f64],
-    /// f̃_a/ṽ_p as it comes, N·s/m; the `paper` method's, low-passed as Huloux 2021 does it.
+    /// Plain impedance f̃_a/ṽ_p, N·s/m; the `paper` method's, low-passed as Huloux 2021 does it.
     pub z_m_plain_n_s_per_m: &'a [Complex64],
-    /// (f̃_a − 2 m_p dṽ_p/dt)/ṽ_p, N·s/m; the `dynamic` method's, with no filter but the demodulator's window: a further low-pass
-    /// smears the low-amplitude end and costs up to 5 % of σ_t.
+    /// Corrected impedance (f̃_a − 2 m_p dṽ_p/dt)/ṽ_p, N·s/m; the `dynamic` method's, with no filter but the
+    /// demodulator's window: a further low-pass smears the low-amplitude end and costs up to 5 % of σ_t.
     pub z_m_corrected_n_s_per_m: &'a [Complex64],
-    /// |x̃_p|, peak, m; no filter but the demodulator's window.
+    /// Vibration amplitude |x̃_p|, peak, m; no filter but the demodulator's window.
     pub amplitude_m: &'a [f64],
     /// Measured normal force, N.
     pub normal_n: &'a [f64],
@@ -36,11 +38,12 @@ pub struct InstanceSeries<'a> {
 }
 
 impl<'a> InstanceSeries<'a> {
-    /// `start` is the index of the instance's first sample; the samples before it are its lead-in, which `dynamic` needs 20 ms of.
+    /// Checks the samples. `start` is the index of the instance's first one; those before are its lead-in, of which
+    /// `dynamic` needs 20 ms.
     ///
     /// # Errors
-    /// If slices differ in length, time is not even, a sample is not finite or not physical, or the instance is too short. Of the
-    /// lead-in amplitude and force alone are needed; its friction is used where it is finite.
+    /// If slices differ in length, time is not even, a sample is not finite or not physical, or the instance is too
+    /// short. The lead-in needs amplitude and force alone; its friction is used where it is finite.
     pub fn new(samples: InstanceSamples<'a>, start: usize) -> Result<Self, FitError> {
         let n = samples.time_s.len();
         same_length("z_m_plain", samples.z_m_plain_n_s_per_m.len(), n)?;
@@ -101,24 +104,24 @@ impl<'a> InstanceSeries<'a> {
         })
     }
 
-    /// Sampling interval, s.
+    /// Returns the sampling interval, s.
     pub fn interval_s(&self) -> f64 {
         self.interval_s
     }
 
-    /// The instance without its lead-in.
+    /// Returns the instance without its lead-in.
     pub fn instance(&self) -> InstanceSamples<'a> {
         self.from(self.start)
     }
 
-    /// The instance and what of its lead-in belongs to the same rise of the amplitude: from the least of it on.
+    /// Returns the instance and the part of its lead-in in the same rise of the amplitude: from the least amplitude on.
     pub(crate) fn rise(&self) -> InstanceSamples<'a> {
         let lead_in = &self.samples.amplitude_m[..=self.start];
         let least = (0..=self.start).min_by(|&a, &b| lead_in[a].total_cmp(&lead_in[b]));
         self.from(least.unwrap_or(self.start))
     }
 
-    /// The instance and the `lead_in_s` before it, with the number of samples that are lead-in.
+    /// Returns the instance and the `lead_in_s` before it, with the number of samples that are lead-in.
     ///
     /// # Errors
     /// If fewer samples than that were given.
@@ -149,7 +152,7 @@ impl<'a> InstanceSeries<'a> {
     }
 }
 
-/// The cubic through evenly spaced values, least squares.
+/// Returns the cubic through evenly spaced values, least squares.
 pub(crate) fn cubic_through(values: &[f64]) -> Vec<f64> {
     let middle = 0.5 * (values.len() - 1) as f64;
     let legendre = |index: usize| {

@@ -2,7 +2,7 @@
 //!
 //! Files are read strictly and checked once. Everything that runs is given an [`Effective`], which nothing changes.
 
-mod audio;
+mod sound_card;
 mod calibration_file;
 mod calibration_rules;
 mod correction;
@@ -12,14 +12,14 @@ mod field;
 mod force_protocol;
 mod identity;
 mod limits;
-mod plate;
-mod range;
+mod plate_constants;
+mod refused;
 #[cfg(test)]
 mod tests;
 
-pub use audio::{Audio, AudioHost, Channels, DriveChannel, Output, PickupChannel, SampleFormat};
+pub use sound_card::{Audio, AudioHost, InputMap, DriveInput, OutputChannel, PickupInput, SampleFormat};
 pub use calibration_file::{
-    Calibration, CalibrationFileError, InputChannel, MeasuredChannels, MeasuredForce,
+    CalibrationFile, CalibrationFileError, MeasuredInput, MeasuredChannels, MeasuredForce,
     MeasuredPickup, MeasuredPlate, Provenance, Quantity,
 };
 pub use calibration_rules::{CalibrationRules, GRAVITY};
@@ -30,13 +30,13 @@ pub use field::{Encoder, Force, Gpio, GpioBackend, Sound};
 pub use force_protocol::ForceProtocol;
 pub use identity::{Identity, Mismatch};
 pub use limits::{Limits, Safety};
-pub use plate::Plate;
+pub use plate_constants::Plate;
 
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use range::Refused;
+use refused::Refused;
 
 /// The bench as its file describes it. Every number is SI, peak for peak.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -47,9 +47,9 @@ pub struct Config {
     /// The sound card.
     pub audio: Audio,
     /// The driven output.
-    pub output: Output,
+    pub output: OutputChannel,
     /// What is wired to the inputs.
-    pub channels: Channels,
+    pub channels: InputMap,
     /// The plate.
     pub plate: Plate,
     /// Limits of the drive.

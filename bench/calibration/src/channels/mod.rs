@@ -6,11 +6,11 @@
 
 mod compare;
 mod fault;
-mod judge;
+mod channels_verdict;
 mod ladder;
-mod noise;
-mod procedure;
+mod input_noise;
+mod channels_procedure;
 
 pub use compare::{Present, compare};
 pub use fault::ChannelsFault;
-pub use procedure::{ChannelsProcedure, Setup};
+pub use channels_procedure::{ChannelsProcedure, ChannelsSetup};

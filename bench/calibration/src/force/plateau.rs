@@ -2,7 +2,7 @@
 
 use anyhow::bail;
 
-use crate::heard::Heard;
+use crate::capture::Capture;
 
 /// Length of one look, s.
 pub const WINDOW_S: f64 = 1.0;
@@ -71,7 +71,7 @@ impl Plateau {
     ///
     /// # Errors
     /// When the sensor sent too little.
-    pub fn read(heard: &Heard) -> anyhow::Result<Self> {
+    pub fn read(heard: &Capture) -> anyhow::Result<Self> {
         let count = heard.normal_n.len();
         if count < PIECES * LEAST_IN_PIECE {
             bail!(
@@ -134,17 +134,17 @@ mod tests {
 
     const RATE_HZ: f64 = 10e3;
 
-    fn heard(mut reading: impl FnMut(f64) -> f64) -> Heard {
+    fn heard(mut reading: impl FnMut(f64) -> f64) -> Capture {
         let values: Vec<f64> = (0..10_000)
             .map(|i| reading(f64::from(i) / RATE_HZ))
             .collect();
-        Heard {
+        Capture {
             samples: vec![0.0; 1000],
             channels: 1,
             rate_hz: 1000.0,
             lateral_n: vec![0.0; values.len()],
             normal_n: values,
-            ..Heard::default()
+            ..Capture::default()
         }
     }
 

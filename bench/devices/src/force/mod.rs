@@ -2,11 +2,11 @@
 
 mod device_time;
 mod frames;
-mod lines;
+mod text_lines;
 mod link;
-mod sample;
+mod force_sample;
 
 pub use frames::FrameDecoder;
-pub use lines::LineDecoder;
+pub use text_lines::LineDecoder;
 pub use link::{ForceLink, ForcePort, TimedForce, decoder, open_port};
-pub use sample::{Decoder, ForceSample, LineFaults};
+pub use force_sample::{Decoder, ForceSample, LineFaults};

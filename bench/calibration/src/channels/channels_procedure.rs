@@ -8,14 +8,14 @@ use metrology::tone_clipping::Peaks;
 use num_complex::Complex64;
 use signalgen::{ToneList, Waveform};
 
-use crate::heard::{Dwell, Heard};
-use crate::operator::{Cabling, PointRead, Progress, Request};
-use crate::procedure::{Happened, Next, Procedure};
+use crate::capture::{Dwell, Capture};
+use crate::operator::{Cabling, PointRead, CalibrationProgress, Request};
+use crate::procedure::{StepOutcome, NextStep, Procedure};
 use config::Config;
 
 use super::fault::ChannelsFault;
 use super::ladder::{self, Rung};
-use super::noise::{NOISE_RESOLUTION_HZ, noise_band};
+use super::input_noise::{NOISE_RESOLUTION_HZ, noise_band};
 
 /// Silence that the noise is read from, s.
 pub(super) const LISTEN_S: f64 = 1.0;
@@ -51,7 +51,7 @@ const TONES_LEVEL: f64 = 0.7;
 
 /// What the measurement takes from the bench.
 #[derive(Debug, Clone)]
-pub struct Setup {
+pub struct ChannelsSetup {
     /// Carrier, Hz.
     pub carrier_hz: f64,
     /// Levels of the ladder go up to this, V peak.
@@ -61,10 +61,10 @@ pub struct Setup {
     pub(super) config: Config,
 }
 
-impl Setup {
+impl ChannelsSetup {
     /// On the bench of `config`: about the plate's resonance, up to the lower of `limits.drive_v` and the output's full scale.
     #[must_use]
-    pub fn new(config: &Config, held: &config::Calibration) -> Self {
+    pub fn new(config: &Config, held: &config::CalibrationFile) -> Self {
         Self {
             carrier_hz: config.plate.resonance_hz,
             highest_v: config.limits.drive_v.min(config.output.volts_per_unit),
@@ -76,7 +76,7 @@ impl Setup {
 
 /// What one input did at one tone.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Row {
+pub(super) struct ToneRow {
     pub(super) cabling: &'static str,
     pub(super) input: u16,
     pub(super) frequency_hz: f64,
@@ -86,7 +86,7 @@ pub(super) struct Row {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Stage {
+pub(super) enum ChannelsStage {
     Began,
     Patching,
     Listening,
@@ -106,8 +106,8 @@ pub(super) type Tones = Vec<(f64, Vec<Complex64>)>;
 
 /// The measurement.
 pub struct ChannelsProcedure {
-    pub(super) setup: Setup,
-    pub(super) stage: Stage,
+    pub(super) setup: ChannelsSetup,
+    pub(super) stage: ChannelsStage,
     /// Noise with the patch in, and on the bench.
     pub(super) noise: Vec<NoiseDensity>,
     pub(super) noise_on_bench: Vec<NoiseDensity>,
@@ -120,18 +120,18 @@ pub struct ChannelsProcedure {
     pub(super) alone: Tones,
     pub(super) latencies: Vec<f64>,
     pub(super) rate_hz: f64,
-    pub(super) rows: Vec<Row>,
+    pub(super) rows: Vec<ToneRow>,
     pub(super) warnings: Vec<String>,
 }
 
 impl ChannelsProcedure {
     /// Ready to begin.
     #[must_use]
-    pub fn new(setup: Setup) -> Self {
+    pub fn new(setup: ChannelsSetup) -> Self {
         Self {
             levels_v: ladder::levels_v(setup.highest_v),
             tones_v: 0.0,
-            stage: Stage::Began,
+            stage: ChannelsStage::Began,
             noise: Vec::new(),
             noise_on_bench: Vec::new(),
             ladders: Vec::new(),
@@ -175,8 +175,8 @@ impl ChannelsProcedure {
         tones: &[f64],
         dwell_s: f64,
         amplitude_v: f64,
-    ) -> anyhow::Result<Next> {
-        Ok(Next::Play(Box::new(Waveform::SteppedTones {
+    ) -> anyhow::Result<NextStep> {
+        Ok(NextStep::Play(Box::new(Waveform::SteppedTones {
             tones: ToneList::new(tones)?,
             dwell_s,
             amplitude_v,
@@ -187,14 +187,14 @@ impl ChannelsProcedure {
         [-LOOK_STEP_HZ, 0.0, LOOK_STEP_HZ].map(|off| self.setup.carrier_hz + off)
     }
 
-    pub(super) fn look(&self) -> anyhow::Result<Next> {
+    pub(super) fn look(&self) -> anyhow::Result<NextStep> {
         let lowest = self.setup.carrier_hz - 2.0 * LOOK_STEP_HZ;
         let below = BELOW_HZ.into_iter().filter(|hz| *hz < lowest);
         let tones: Vec<f64> = below.chain(self.near()).collect();
         self.play(&tones, LOOK_DWELL_S, self.faint_v())
     }
 
-    pub(super) fn tones(&self) -> anyhow::Result<Next> {
+    pub(super) fn tones(&self) -> anyhow::Result<NextStep> {
         let carrier_hz = self.setup.carrier_hz;
         let span_hz = SPAN_HZ.min(0.49 * self.rate_hz - carrier_hz);
         let up =
@@ -203,14 +203,14 @@ impl ChannelsProcedure {
         self.play(&tones, DWELL_S, self.tones_v)
     }
 
-    pub(super) fn climb(&self) -> anyhow::Result<Next> {
+    pub(super) fn climb(&self) -> anyhow::Result<NextStep> {
         let level = self.ladders.first().map_or(0, Vec::len);
         let tone_hz = self.setup.carrier_hz + LADDER_OFFSET_HZ;
         self.play(&[tone_hz], LADDER_DWELL_S, self.levels_v[level])
     }
 
     /// Notes when the tones came back after the generator was seen to play.
-    pub(super) fn note_latency(&mut self, heard: &Heard) {
+    pub(super) fn note_latency(&mut self, heard: &Capture) {
         let ramp = self.setup.config.limits.ramp_s * self.rate_hz;
         if let (Some(began), Some(first)) = (heard.began, heard.dwells.first()) {
             let onset = first.frames.start as f64 - ramp;
@@ -220,7 +220,7 @@ impl ChannelsProcedure {
 
     pub(super) fn read(
         &mut self,
-        heard: &Heard,
+        heard: &Capture,
         dwell: &Dwell,
         drive_v: f64,
         cabling: &'static str,
@@ -228,7 +228,7 @@ impl ChannelsProcedure {
         (0..self.inputs())
             .map(|input| {
                 let tone = heard.tone(dwell, input, SETTLE_S)?;
-                self.rows.push(Row {
+                self.rows.push(ToneRow {
                     cabling,
                     input,
                     frequency_hz: dwell.carrier_hz,
@@ -244,7 +244,7 @@ impl ChannelsProcedure {
     /// Noise of every input, and what else there is in the silence.
     pub(super) fn listen(
         &mut self,
-        heard: &Heard,
+        heard: &Capture,
         warn: bool,
     ) -> anyhow::Result<Vec<NoiseDensity>> {
         let [from_hz, to_hz] = noise_band(self.setup.carrier_hz, self.rate_hz);
@@ -258,7 +258,7 @@ impl ChannelsProcedure {
                     NOISE_RESOLUTION_HZ,
                 )?;
                 if warn {
-                    let warnings = super::judge::warnings(input, &spectrum, self.setup.carrier_hz);
+                    let warnings = super::channels_verdict::warnings(input, &spectrum, self.setup.carrier_hz);
                     self.warnings.extend(warnings);
                 }
                 Ok(spectrum.noise(from_hz, to_hz))
@@ -267,7 +267,7 @@ impl ChannelsProcedure {
     }
 
     /// Amplitudes of the look's tones about the carrier, by input and tone.
-    pub(super) fn near_levels(&self, heard: &Heard) -> anyhow::Result<Vec<[f64; 3]>> {
+    pub(super) fn near_levels(&self, heard: &Capture) -> anyhow::Result<Vec<[f64; 3]>> {
         let [low, middle, high] = heard
             .dwells
             .last_chunk::<3>()
@@ -281,7 +281,7 @@ impl ChannelsProcedure {
     }
 
     /// The drive's path, judged on the input where it is, or should be, heard.
-    pub(super) fn require_path(&self, heard: &Heard, input: u16) -> anyhow::Result<()> {
+    pub(super) fn require_path(&self, heard: &Capture, input: u16) -> anyhow::Result<()> {
         let expected = self.expected(self.faint_v());
         let answers: Vec<ToneAnswer> = heard
             .dwells
@@ -317,7 +317,7 @@ impl ChannelsProcedure {
     }
 
     /// Refuses saturated inputs, at a level that saturates none.
-    pub(super) fn require_headroom(&self, heard: &Heard) -> anyhow::Result<()> {
+    pub(super) fn require_headroom(&self, heard: &Capture) -> anyhow::Result<()> {
         let drive_v = self.faint_v();
         for input in 0..self.inputs() {
             let peaks: Vec<Peaks> = heard
@@ -343,7 +343,7 @@ impl ChannelsProcedure {
     }
 
     /// Refuses saturated, silent and unpatched inputs and paths that are none, before anything louder is played.
-    pub(super) fn looked(&mut self, heard: &Heard) -> anyhow::Result<()> {
+    pub(super) fn looked(&mut self, heard: &Capture) -> anyhow::Result<()> {
         if heard.dwells.is_empty() {
             return Err(ChannelsFault::from(PathFault::Silent { share: 0.0 }).into());
         }
@@ -381,7 +381,7 @@ impl ChannelsProcedure {
     }
 
     /// Refuses a drive on another input and cables that should be out.
-    pub(super) fn looked_alone(&mut self, heard: &Heard) -> anyhow::Result<()> {
+    pub(super) fn looked_alone(&mut self, heard: &Capture) -> anyhow::Result<()> {
         if heard.dwells.is_empty() {
             return Err(ChannelsFault::from(PathFault::Silent { share: 0.0 }).into());
         }
@@ -410,7 +410,7 @@ impl ChannelsProcedure {
     }
 
     /// One rung of every input's ladder.
-    pub(super) fn step_up(&mut self, heard: &Heard) -> anyhow::Result<()> {
+    pub(super) fn step_up(&mut self, heard: &Capture) -> anyhow::Result<()> {
         let dwell = heard.dwells.first().context("no tone was heard")?.clone();
         let level = self.ladders.first().map_or(0, Vec::len);
         let drive_v = self.levels_v[level];
@@ -428,7 +428,7 @@ impl ChannelsProcedure {
     }
 
     /// The next rung, or the tones once the ladder is at its end.
-    pub(super) fn climb_or_sound(&mut self) -> anyhow::Result<Next> {
+    pub(super) fn climb_or_sound(&mut self) -> anyhow::Result<NextStep> {
         let level = self.ladders.first().map_or(0, Vec::len);
         let drive = usize::from(self.drive());
         let higher = self.levels_v.get(level);
@@ -441,11 +441,11 @@ impl ChannelsProcedure {
                 .iter()
                 .map(|rungs| ladder::highest_clean_v(rungs))
                 .fold(self.setup.highest_v, f64::min);
-        self.stage = Stage::Sounding;
+        self.stage = ChannelsStage::Sounding;
         self.tones()
     }
 
-    pub(super) fn sound(&mut self, heard: &Heard, cabling: &'static str) -> anyhow::Result<Tones> {
+    pub(super) fn sound(&mut self, heard: &Capture, cabling: &'static str) -> anyhow::Result<Tones> {
         heard
             .dwells
             .iter()
@@ -457,53 +457,53 @@ impl ChannelsProcedure {
             .collect()
     }
 
-    pub(super) fn ask(&mut self, stage: Stage, cabling: Cabling) -> anyhow::Result<Next> {
+    pub(super) fn ask(&mut self, stage: ChannelsStage, cabling: Cabling) -> anyhow::Result<NextStep> {
         self.stage = stage;
-        Ok(Next::Ask(Request::Connect(cabling)))
+        Ok(NextStep::Ask(Request::Connect(cabling)))
     }
 
-    pub(super) fn after_hearing(&mut self, heard: &Heard) -> anyhow::Result<Next> {
+    pub(super) fn after_capture(&mut self, heard: &Capture) -> anyhow::Result<NextStep> {
         self.note_latency(heard);
         match self.stage {
-            Stage::Listening => {
+            ChannelsStage::Listening => {
                 self.noise = self.listen(heard, true)?;
-                self.stage = Stage::Looking;
+                self.stage = ChannelsStage::Looking;
                 self.look()
             }
-            Stage::Looking => {
+            ChannelsStage::Looking => {
                 self.looked(heard)?;
-                self.stage = Stage::Climbing;
+                self.stage = ChannelsStage::Climbing;
                 self.climb()
             }
-            Stage::Climbing => {
+            ChannelsStage::Climbing => {
                 self.step_up(heard)?;
                 self.climb_or_sound()
             }
-            Stage::Sounding => {
+            ChannelsStage::Sounding => {
                 self.patched = self.sound(heard, "all inputs")?;
                 self.require_kept_places()?;
-                self.ask(Stage::Unplugging, Cabling::DriveOnly)
+                self.ask(ChannelsStage::Unplugging, Cabling::DriveOnly)
             }
-            Stage::LookingAlone => {
+            ChannelsStage::LookingAlone => {
                 self.looked_alone(heard)?;
-                self.stage = Stage::SoundingAlone;
+                self.stage = ChannelsStage::SoundingAlone;
                 self.tones()
             }
-            Stage::SoundingAlone => {
+            ChannelsStage::SoundingAlone => {
                 self.alone = self.sound(heard, "drive only")?;
-                self.ask(Stage::PuttingBack, Cabling::Bench)
+                self.ask(ChannelsStage::PuttingBack, Cabling::Bench)
             }
-            Stage::ListeningAtLast => {
+            ChannelsStage::ListeningAtLast => {
                 self.noise_on_bench = self.listen(heard, false)?;
-                self.stage = Stage::Measured;
-                Ok(Next::Done)
+                self.stage = ChannelsStage::Measured;
+                Ok(NextStep::Done)
             }
-            _ => Ok(Next::Done),
+            _ => Ok(NextStep::Done),
         }
     }
 }
 
-fn peaks(heard: &Heard, dwell: &Dwell, input: u16) -> Option<Peaks> {
+fn peaks(heard: &Capture, dwell: &Dwell, input: u16) -> Option<Peaks> {
     let window = heard.settled(dwell, SETTLE_S);
     Peaks::read(
         &heard.samples[window.start * heard.channels..window.end * heard.channels],
@@ -521,45 +521,45 @@ fn loudest(levels: &[f64]) -> (u16, f64) {
 }
 
 impl Procedure for ChannelsProcedure {
-    fn next(&mut self, happened: Happened) -> anyhow::Result<Next> {
+    fn next(&mut self, happened: StepOutcome) -> anyhow::Result<NextStep> {
         match happened {
-            Happened::Began => self.ask(Stage::Patching, Cabling::AllInputs),
-            Happened::Heard(heard) => self.after_hearing(&heard),
-            Happened::Answered(..) => match self.stage {
-                Stage::Patching => {
-                    self.stage = Stage::Listening;
-                    Ok(Next::Listen(LISTEN_S))
+            StepOutcome::Began => self.ask(ChannelsStage::Patching, Cabling::AllInputs),
+            StepOutcome::Captured(heard) => self.after_capture(&heard),
+            StepOutcome::Answered(..) => match self.stage {
+                ChannelsStage::Patching => {
+                    self.stage = ChannelsStage::Listening;
+                    Ok(NextStep::Listen(LISTEN_S))
                 }
-                Stage::Unplugging => {
-                    self.stage = Stage::LookingAlone;
+                ChannelsStage::Unplugging => {
+                    self.stage = ChannelsStage::LookingAlone;
                     self.play(&self.near(), LOOK_DWELL_S, self.faint_v())
                 }
                 _ => {
-                    self.stage = Stage::ListeningAtLast;
-                    Ok(Next::Listen(LISTEN_S))
+                    self.stage = ChannelsStage::ListeningAtLast;
+                    Ok(NextStep::Listen(LISTEN_S))
                 }
             },
         }
     }
 
-    fn progress(&self) -> Progress {
+    fn progress(&self) -> CalibrationProgress {
         let (step, doing) = match self.stage {
-            Stage::Began | Stage::Patching => (1, String::new()),
-            Stage::Listening => (2, "listening to the silent inputs".to_owned()),
-            Stage::Looking => (3, format!("a faint look at {:.1} V", self.faint_v())),
-            Stage::Climbing => (4, format!("levels up to {:.1} V", self.setup.highest_v)),
-            Stage::Sounding => (5, format!("{} tones at {:.1} V", 2 * TONES, self.tones_v)),
-            Stage::Unplugging => (6, String::new()),
-            Stage::LookingAlone | Stage::SoundingAlone => {
+            ChannelsStage::Began | ChannelsStage::Patching => (1, String::new()),
+            ChannelsStage::Listening => (2, "listening to the silent inputs".to_owned()),
+            ChannelsStage::Looking => (3, format!("a faint look at {:.1} V", self.faint_v())),
+            ChannelsStage::Climbing => (4, format!("levels up to {:.1} V", self.setup.highest_v)),
+            ChannelsStage::Sounding => (5, format!("{} tones at {:.1} V", 2 * TONES, self.tones_v)),
+            ChannelsStage::Unplugging => (6, String::new()),
+            ChannelsStage::LookingAlone | ChannelsStage::SoundingAlone => {
                 (7, "the drive alone, for crosstalk".to_owned())
             }
-            Stage::PuttingBack => (8, String::new()),
-            Stage::ListeningAtLast | Stage::Measured => {
+            ChannelsStage::PuttingBack => (8, String::new()),
+            ChannelsStage::ListeningAtLast | ChannelsStage::Measured => {
                 (9, "listening to the bench as it is wired".to_owned())
             }
         };
         let drive = self.ladders.get(usize::from(self.drive()));
-        Progress {
+        CalibrationProgress {
             step,
             steps: 9,
             doing,
@@ -573,18 +573,18 @@ impl Procedure for ChannelsProcedure {
                 })
                 .collect(),
             findings: self.warnings.clone(),
-            ..Progress::default()
+            ..CalibrationProgress::default()
         }
     }
 }
 
 #[cfg(test)]
 pub(super) mod tests {
-    use config::{InputChannel, MeasuredChannels, Provenance, Quantity};
+    use config::{MeasuredInput, MeasuredChannels, Provenance, Quantity};
 
     /// Three inputs that differ little, the drive on the first.
     pub(in super::super) fn calibrated() -> MeasuredChannels {
-        let input = |index: u16| InputChannel {
+        let input = |index: u16| MeasuredInput {
             index,
             gain: Quantity::new(1.0, 1e-6, 40, "1"),
             phase_rad: Quantity::new(0.0, 1e-6, 40, "rad"),

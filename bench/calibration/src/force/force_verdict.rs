@@ -8,8 +8,8 @@ use metrology::regression::{Line, LinePoint};
 
 use super::common::{AXES, LEAST_SIGMA_N, TARE_WINDOWS};
 use super::plateau::{Plateau, WINDOW_S};
-use super::procedure::ForceProcedure;
-use crate::figures;
+use super::force_procedure::ForceProcedure;
+use crate::calibration_figures as figures;
 use crate::judged::{Calibrates, Judged, Part};
 use crate::operator::grams;
 use config::{Provenance, Quantity};

@@ -17,7 +17,7 @@ pub struct Dwell {
 
 /// What came in during one step.
 #[derive(Debug, Clone, Default)]
-pub struct Heard {
+pub struct Capture {
     /// All channels, interleaved.
     pub samples: Vec<f32>,
     /// Channels of the stream.
@@ -40,7 +40,7 @@ pub struct Heard {
     pub began: Option<usize>,
 }
 
-impl Heard {
+impl Capture {
     /// Reads `channel` at the tone of `dwell`, `settle_s` after its beginning.
     ///
     /// # Errors
@@ -105,7 +105,7 @@ const LEAST_RISE: f64 = 4.0;
 const MISPLACED: f64 = 0.01;
 
 /// The last `frames` of a tone that is held.
-pub(super) fn held_tone(heard: &Heard, waveform: &Waveform, frames: usize) -> Vec<Dwell> {
+pub(super) fn held_tone(heard: &Capture, waveform: &Waveform, frames: usize) -> Vec<Dwell> {
     let Waveform::Tone { carrier_hz, .. } = *waveform else {
         return Vec::new();
     };
@@ -117,7 +117,7 @@ pub(super) fn held_tone(heard: &Heard, waveform: &Waveform, frames: usize) -> Ve
 }
 
 /// Root mean square of a channel in pieces of `piece` frames, as the amplitude of a tone.
-fn levels(heard: &Heard, channel: usize, piece: usize) -> Vec<f64> {
+fn levels(heard: &Capture, channel: usize, piece: usize) -> Vec<f64> {
     let samples: Vec<f64> = heard
         .samples
         .iter()
@@ -137,7 +137,7 @@ fn levels(heard: &Heard, channel: usize, piece: usize) -> Vec<f64> {
 }
 
 /// The drive's levels; those of the loudest input where next to nothing is heard on the drive's.
-fn loud_levels(heard: &Heard, drive_channel: usize, piece: usize) -> Vec<f64> {
+fn loud_levels(heard: &Capture, drive_channel: usize, piece: usize) -> Vec<f64> {
     let full = |levels: &[f64]| levels.iter().copied().fold(0.0, f64::max);
     let drive = levels(heard, drive_channel, piece);
     let loudest = (0..heard.channels)
@@ -152,7 +152,7 @@ fn loud_levels(heard: &Heard, drive_channel: usize, piece: usize) -> Vec<f64> {
 /// Where each tone lies: the ramp of known length before them is half way up half of it after the program's beginning. None
 /// where no tone was heard.
 pub(super) fn dwells(
-    heard: &Heard,
+    heard: &Capture,
     waveform: &Waveform,
     drive_channel: usize,
     ramp_frames: usize,
@@ -225,11 +225,11 @@ mod tests {
                 (0.2 * envelope * (std::f64::consts::TAU * 35e3 * n as f64 / rate).sin()) as f32
             })
             .collect();
-        let heard = Heard {
+        let heard = Capture {
             samples,
             channels: 1,
             rate_hz: rate,
-            ..Heard::default()
+            ..Capture::default()
         };
         let found = dwells(&heard, &waveform, 0, ramp).unwrap();
         assert_eq!(found.len(), 2);

@@ -12,14 +12,14 @@ use num_complex::Complex64;
 
 use super::fault::ChannelsFault;
 use super::ladder::{self, Straightness};
-use super::procedure::{
+use super::channels_procedure::{
     ChannelsProcedure, DWELL_S, LADDER_DWELL_S, LISTEN_S, SETTLE_S, SPAN_HZ, TONES, Tones,
 };
-use crate::figures;
-use crate::figures::InputCurves;
+use crate::calibration_figures as figures;
+use crate::calibration_figures::InputCurves;
 use crate::judged::{Calibrates, Judged, Part};
 use config::SampleFormat;
-use config::{InputChannel, Provenance, Quantity};
+use config::{MeasuredInput, Provenance, Quantity};
 
 /// Tones in silence above this are worth a word, of full scale.
 const AUDIBLE: f64 = 1e-5;
@@ -156,7 +156,7 @@ impl ChannelsProcedure {
         })
     }
 
-    fn input(&self, index: u16) -> anyhow::Result<(InputChannel, Option<ChannelFit>, InputCurves)> {
+    fn input(&self, index: u16) -> anyhow::Result<(MeasuredInput, Option<ChannelFit>, InputCurves)> {
         let input = usize::from(index);
         let straight = self.straightness(input)?;
         let ladder = &self.ladders[input];
@@ -186,7 +186,7 @@ impl ChannelsProcedure {
             )
         };
         let exact = |value: f64, unit: &str| Quantity::new(value, 0.0, 2 * TONES - 2, unit);
-        let mut channel = InputChannel {
+        let mut channel = MeasuredInput {
             index,
             gain: exact(1.0, "1"),
             phase_rad: exact(0.0, "rad"),
@@ -241,7 +241,7 @@ impl ChannelsProcedure {
         Ok((channel, Some(fit), curves))
     }
 
-    fn faults(&self, channel: &InputChannel, fit: Option<&ChannelFit>) -> Vec<ChannelsFault> {
+    fn faults(&self, channel: &MeasuredInput, fit: Option<&ChannelFit>) -> Vec<ChannelsFault> {
         let limits = &self.setup.config.calibration;
         let input = channel.index;
         let mut faults = Vec::new();
@@ -335,7 +335,7 @@ impl ChannelsProcedure {
         text
     }
 
-    fn line(&self, channel: &InputChannel) -> String {
+    fn line(&self, channel: &MeasuredInput) -> String {
         let clips = match &channel.clips_at {
             Some(clips_at) => format!("clips at {:.4}", clips_at.value),
             None => format!("clips above {:.2}", channel.clean_up_to),

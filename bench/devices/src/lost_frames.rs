@@ -36,13 +36,13 @@ impl Lost {
 
 /// Reads the phase of the drive channel.
 #[derive(Debug, Clone)]
-pub struct GapFinder {
+pub struct LossFinder {
     carrier_hz: f64,
     sample_rate_hz: u32,
     window: Vec<Complex64>,
 }
 
-impl GapFinder {
+impl LossFinder {
     /// For a stream that carries the drive at `carrier_hz`.
     pub fn new(carrier_hz: f64, sample_rate_hz: u32) -> Self {
         let step = TAU * carrier_hz / f64::from(sample_rate_hz);
@@ -101,7 +101,7 @@ impl GapFinder {
 }
 
 /// A block of interleaved samples.
-pub struct Block {
+pub struct SampleBlock {
     /// What came with it.
     pub header: BlockHeader,
     /// Its samples.
@@ -113,14 +113,14 @@ pub struct Block {
 /// What the stream holds, in order.
 pub enum Piece {
     /// Samples.
-    Block(Block),
+    Block(SampleBlock),
     /// Frames that never came.
     Lost(Lost),
 }
 
 /// Holds blocks back about an xrun until the loss can be numbered, and lets all others through.
 pub struct LossWatch {
-    finder: GapFinder,
+    finder: LossFinder,
     channels: usize,
     drive_channel: usize,
     /// Newest drive samples that were let through.
@@ -128,7 +128,7 @@ pub struct LossWatch {
     /// When the last block ended, on the card's clock, ns.
     ended_ns: Option<u64>,
     xruns: u64,
-    held: Option<Vec<Block>>,
+    held: Option<Vec<SampleBlock>>,
 }
 
 /// Blocks held after a report: the loss may show in the timestamps a little later than the report.
@@ -143,7 +143,7 @@ impl LossWatch {
         drive_channel: usize,
     ) -> Self {
         Self {
-            finder: GapFinder::new(carrier_hz, sample_rate_hz),
+            finder: LossFinder::new(carrier_hz, sample_rate_hz),
             channels,
             drive_channel,
             tail: Vec::new(),
@@ -160,7 +160,7 @@ impl LossWatch {
             self.xruns = header.input_xruns;
             self.held.get_or_insert_default();
         }
-        let block = Block {
+        let block = SampleBlock {
             header,
             samples,
             unaccounted_s,
@@ -174,7 +174,7 @@ impl LossWatch {
         }
     }
 
-    fn let_through(&mut self, block: Block) -> Piece {
+    fn let_through(&mut self, block: SampleBlock) -> Piece {
         self.tail.extend(
             block
                 .samples
@@ -196,8 +196,8 @@ impl LossWatch {
         begins_ns.saturating_sub(before_ns) as f64 * 1e-9
     }
 
-    fn drive_samples(&self, blocks: &[Block]) -> Vec<f32> {
-        let samples = |block: &Block| -> Vec<f32> {
+    fn drive_samples(&self, blocks: &[SampleBlock]) -> Vec<f32> {
+        let samples = |block: &SampleBlock| -> Vec<f32> {
             block
                 .samples
                 .iter()
@@ -267,7 +267,7 @@ mod tests {
             timestamp_error_s in -0.35e-3..0.35e-3f64,
             carrier_hz in prop::sample::select(vec![35_000.0, 34_987.0, 35_123.5]),
         ) {
-            let finder = GapFinder::new(carrier_hz, RATE_HZ);
+            let finder = LossFinder::new(carrier_hz, RATE_HZ);
             let before = drive(carrier_hz, first, 0.3);
             let after = drive(carrier_hz, first + WINDOW as u64 + lost, 0.3);
             let strong = finder.phasor(&before).norm().min(finder.phasor(&after).norm()) > 0.02;
@@ -282,7 +282,7 @@ mod tests {
 
     #[test]
     fn a_silent_drive_leaves_the_timestamps() {
-        let finder = GapFinder::new(35_000.0, RATE_HZ);
+        let finder = LossFinder::new(35_000.0, RATE_HZ);
         let silence = vec![0.0; WINDOW];
         assert_eq!(finder.lost(&silence, &silence, 0.01), Lost::About(1920));
         assert_eq!(finder.lost(&silence, &silence, 5e-6), Lost::About(0));

@@ -97,7 +97,11 @@ pub fn plate(response: &[Admittance], plate: &config::MeasuredPlate) -> Figure {
 
 /// Known amplitudes against the pickup's readings, the line through them, and each point's distance from it.
 #[must_use]
-pub fn pickup(rungs: &[PickupPoint], residuals_m: &[f64], pickup: &config::MeasuredPickup) -> Figure {
+pub fn pickup(
+    rungs: &[PickupPoint],
+    residuals_m: &[f64],
+    pickup: &config::MeasuredPickup,
+) -> Figure {
     let known: Vec<(f64, f64)> = rungs
         .iter()
         .map(|rung| (rung.reading, rung.known_m * MICRO))

@@ -6,7 +6,7 @@ use jiff::Timestamp;
 use crate::capture::Capture;
 use crate::judged::{Calibrates, Judged};
 use crate::operator::{CalibrationProgress, Request};
-use crate::procedure::{StepOutcome, NextStep, Procedure};
+use crate::procedure::{NextStep, Procedure, StepOutcome};
 use config::Config;
 
 /// Silence in which the force sensor is looked at, s.
@@ -43,8 +43,8 @@ impl<P> ClearPlate<P> {
         }
     }
 
-    fn resting(&self, heard: &Capture) -> Option<f64> {
-        heard
+    fn resting(&self, capture: &Capture) -> Option<f64> {
+        capture
             .mean_force_n()
             .map(|(normal_n, _)| normal_n)
             .filter(|normal_n| normal_n.abs() > self.zero_n)
@@ -52,20 +52,19 @@ impl<P> ClearPlate<P> {
 }
 
 impl<P: Procedure> Procedure for ClearPlate<P> {
-    fn next(&mut self, happened: StepOutcome) -> anyhow::Result<NextStep> {
-        let resting_n = match (&happened, &self.step) {
-            (StepOutcome::Captured(heard), _) | (StepOutcome::Answered(_, heard), NextStep::Sound(..)) => {
-                self.resting(heard)
-            }
+    fn next(&mut self, outcome: StepOutcome) -> anyhow::Result<NextStep> {
+        let resting_n = match (&outcome, &self.step) {
+            (StepOutcome::Captured(capture), _)
+            | (StepOutcome::Answered(_, capture), NextStep::Sound(..)) => self.resting(capture),
             _ => None,
         };
-        if self.attended && matches!(happened, StepOutcome::Began) {
-            self.step = self.procedure.next(happened)?;
+        if self.attended && matches!(outcome, StepOutcome::Began) {
+            self.step = self.procedure.next(outcome)?;
             self.asked = Some(Asked::Beginning);
             return Ok(NextStep::Ask(Request::Unload));
         }
         let asked = self.asked.is_some();
-        match (resting_n, &happened) {
+        match (resting_n, &outcome) {
             (Some(normal_n), _) if !self.attended => bail!(
                 "something rests on the plate: the force sensor reads {normal_n:.3} N, more than calibration.zero_n = {} N; take the finger and everything else off, or run `friction-bench calibrate force`",
                 self.zero_n
@@ -82,7 +81,7 @@ impl<P: Procedure> Procedure for ClearPlate<P> {
             }
             (None, _) => {}
         }
-        self.step = self.procedure.next(happened)?;
+        self.step = self.procedure.next(outcome)?;
         Ok(self.step.clone())
     }
 
@@ -121,8 +120,8 @@ mod tests {
     struct Counts(u32);
 
     impl Procedure for Counts {
-        fn next(&mut self, happened: StepOutcome) -> anyhow::Result<NextStep> {
-            self.0 += u32::from(matches!(happened, StepOutcome::Captured(_)));
+        fn next(&mut self, outcome: StepOutcome) -> anyhow::Result<NextStep> {
+            self.0 += u32::from(matches!(outcome, StepOutcome::Captured(_)));
             Ok(NextStep::Listen(7.0))
         }
 
@@ -161,7 +160,10 @@ mod tests {
         assert!(clear.progress().note.unwrap().contains("0.500 N"));
         let done = || StepOutcome::Answered(Answer::Ready, under(0.5));
         let next = clear.next(done()).unwrap();
-        assert!(matches!(next, NextStep::Listen(s) if s == LISTEN_S), "{next:?}");
+        assert!(
+            matches!(next, NextStep::Listen(s) if s == LISTEN_S),
+            "{next:?}"
+        );
         let next = clear.next(StepOutcome::Captured(under(0.4))).unwrap();
         assert!(matches!(next, NextStep::Ask(Request::Unload)), "{next:?}");
         clear.next(done()).unwrap();

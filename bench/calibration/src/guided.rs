@@ -5,7 +5,9 @@ use tui::calibration_page::{
 };
 use tui::{Action, Event};
 
-use crate::operator::{Answer, ForceAxis, Operator, CalibrationProgress, LiveReading, Request, OperatorInput};
+use crate::operator::{
+    Answer, CalibrationProgress, ForceAxis, LiveReading, Operator, OperatorInput, Request,
+};
 use console::{Dashboard, DashboardThread, Front, safety_event};
 use safety::SafetyState;
 use tasks::StopFlag;

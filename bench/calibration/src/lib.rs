@@ -3,20 +3,20 @@
 //! A [`procedure::Procedure`] decides one step at a time; [`rig::run`] plays it on the bench and asks the [`operator::Operator`],
 //! who is [`guided::Guided`] by the dashboard or [`unattended::Unattended`]; [`judged::Calibrates`] judges what came out.
 
+mod calibration_figures;
+pub mod capture;
 pub mod channel_match;
 pub mod channels;
 pub mod clear;
-mod calibration_figures;
 pub mod force;
 pub mod guided;
-pub mod capture;
 pub mod judged;
 pub mod known;
 mod meter;
 pub mod operator;
 pub mod pickup_procedure;
-pub mod plate_procedure;
 mod plate_look;
+pub mod plate_procedure;
 mod points;
 pub mod procedure;
 pub mod rig;

@@ -7,17 +7,17 @@ use metrology::plate_fit::{CHANNEL_MATCH, find_resonance};
 use metrology::regression::{Line, LineError, LinePoint};
 use signalgen::{ToneList, Waveform};
 
-use crate::clear::LISTEN_S;
 use crate::calibration_figures as figures;
-use crate::capture::{Dwell, Capture};
+use crate::capture::{Capture, Dwell};
+use crate::clear::LISTEN_S;
 use crate::judged::{Calibrates, Judged, Part};
 use crate::known::{INSTRUMENT_LAG_S, Known};
-use crate::operator::{Answer, Curve, PointRead, CalibrationProgress, Request};
+use crate::operator::{Answer, CalibrationProgress, Curve, PointRead, Request};
 use crate::plate_look::{
     highest_level_v, look, looked, peak_units_per_v, require_unsaturated, settle_s,
 };
 use crate::points::PickupPoint;
-use crate::procedure::{StepOutcome, NextStep, Procedure};
+use crate::procedure::{NextStep, Procedure, StepOutcome};
 use config::Config;
 use config::{Provenance, Quantity};
 
@@ -157,9 +157,9 @@ impl PickupProcedure {
         }
     }
 
-    fn plan_ladder(&mut self, heard: &Capture) -> anyhow::Result<()> {
+    fn plan_ladder(&mut self, capture: &Capture) -> anyhow::Result<()> {
         let config = &self.setup.config;
-        let look = looked(heard, config)?;
+        let look = looked(capture, config)?;
         let (resonance_hz, quality) = find_resonance(&look)?;
         self.carrier_hz = resonance_hz;
         self.settle_s = settle_s(resonance_hz, quality);
@@ -248,36 +248,36 @@ impl PickupProcedure {
     }
 
     /// Takes an amplitude typed while the plate moved.
-    fn typed(&mut self, known_m: f64, heard: &Capture) -> anyhow::Result<NextStep> {
+    fn typed(&mut self, known_m: f64, capture: &Capture) -> anyhow::Result<NextStep> {
         self.note = self.refusal(known_m);
         if self.note.is_some() {
             self.refused_m = Some(known_m);
             return self.play();
         }
         // What is held has settled long ago.
-        let reading = self.pickup(heard, 0.0)?;
+        let reading = self.pickup(capture, 0.0)?;
         self.keep(reading, known_m, TYPED_SIGMA_M);
         self.play()
     }
 
     /// The pickup's peak at the tone that was heard, sample units.
-    fn pickup(&self, heard: &Capture, settle_s: f64) -> anyhow::Result<f64> {
-        let dwell = heard.dwells.first().context("no tone was played")?;
+    fn pickup(&self, capture: &Capture, settle_s: f64) -> anyhow::Result<f64> {
+        let dwell = capture.dwells.first().context("no tone was played")?;
         let channels = &self.setup.config.channels;
-        let drive = heard.tone(dwell, channels.drive.index, settle_s)?;
-        let pickup = heard.tone(dwell, channels.pickup.index, settle_s)?;
+        let drive = capture.tone(dwell, channels.drive.index, settle_s)?;
+        let pickup = capture.tone(dwell, channels.pickup.index, settle_s)?;
         require_unsaturated(&drive, &pickup, channels, self.carrier_hz)?;
         Ok(pickup.value.norm())
     }
 
-    fn read(&mut self, heard: &Capture) -> anyhow::Result<()> {
-        let reading = self.pickup(heard, self.settle_s)?;
+    fn read(&mut self, capture: &Capture) -> anyhow::Result<()> {
+        let reading = self.pickup(capture, self.settle_s)?;
         let (known_m, sigma_m) = match &self.setup.known {
             Known::Values(values) => (values[self.level], TYPED_SIGMA_M),
             Known::Table(rows) => (rows[self.level].1, TYPED_SIGMA_M),
             Known::Instrument => {
-                let dwell = heard.dwells.first().context("no tone was played")?;
-                self.instrument(heard, dwell)?
+                let dwell = capture.dwells.first().context("no tone was played")?;
+                self.instrument(capture, dwell)?
             }
             Known::Typed => bail!("nothing was typed"),
         };
@@ -307,9 +307,9 @@ impl PickupProcedure {
     }
 
     /// Mean of the instrument's lines at this level, and its standard error.
-    fn instrument(&self, heard: &Capture, dwell: &Dwell) -> anyhow::Result<(f64, f64)> {
-        let window = heard.settled(dwell, self.settle_s);
-        let lines: Vec<f64> = heard
+    fn instrument(&self, capture: &Capture, dwell: &Dwell) -> anyhow::Result<(f64, f64)> {
+        let window = capture.settled(dwell, self.settle_s);
+        let lines: Vec<f64> = capture
             .known_m
             .iter()
             .filter(|(frame, _)| window.contains(frame))
@@ -330,27 +330,28 @@ impl PickupProcedure {
 }
 
 impl Procedure for PickupProcedure {
-    fn next(&mut self, happened: StepOutcome) -> anyhow::Result<NextStep> {
+    fn next(&mut self, outcome: StepOutcome) -> anyhow::Result<NextStep> {
         self.note = None;
-        match (self.stage, happened) {
+        match (self.stage, outcome) {
             (PickupStage::Listen, StepOutcome::Captured(_)) => {
                 self.stage = PickupStage::Look;
                 look(self.setup.about_hz, &self.setup.config)
             }
-            (PickupStage::Look, StepOutcome::Captured(heard)) => {
-                self.plan_ladder(&heard)?;
+            (PickupStage::Look, StepOutcome::Captured(capture)) => {
+                self.plan_ladder(&capture)?;
                 self.play()
             }
-            (PickupStage::Ladder, StepOutcome::Captured(heard)) => {
-                self.read(&heard)?;
+            (PickupStage::Ladder, StepOutcome::Captured(capture)) => {
+                self.read(&capture)?;
                 self.play()
             }
-            (PickupStage::Ladder, StepOutcome::Answered(Answer::Number(known_m), heard)) => {
-                self.typed(known_m, &heard)
+            (PickupStage::Ladder, StepOutcome::Answered(Answer::Number(known_m), capture)) => {
+                self.typed(known_m, &capture)
             }
-            (PickupStage::Ladder | PickupStage::Review, StepOutcome::Answered(Answer::Redo(point), _)) => {
-                self.redo(point)
-            }
+            (
+                PickupStage::Ladder | PickupStage::Review,
+                StepOutcome::Answered(Answer::Redo(point), _),
+            ) => self.redo(point),
             (PickupStage::Review, StepOutcome::Answered(Answer::Ready, _)) => Ok(NextStep::Done),
             (PickupStage::Ladder | PickupStage::Review, _) => self.play(),
             _ => {

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use anyhow::bail;
-use config::{InputMap, Config};
+use config::{Config, InputMap};
 use metrology::plate_fit::Response;
 use metrology::tone::SteadyTone;
 use signalgen::{ToneList, Waveform};
@@ -36,8 +36,8 @@ pub(super) fn look(about_hz: f64, config: &Config) -> anyhow::Result<NextStep> {
 }
 
 /// The coarse look's responses.
-pub(super) fn looked(heard: &Capture, config: &Config) -> anyhow::Result<Vec<Response>> {
-    responses(heard, config, LOOK_SETTLE_S)
+pub(super) fn looked(capture: &Capture, config: &Config) -> anyhow::Result<Vec<Response>> {
+    responses(capture, config, LOOK_SETTLE_S)
 }
 
 /// How long the plate takes to settle, s.
@@ -82,17 +82,17 @@ const LEAST_RATIO: f64 = 3.0;
 
 /// Returns the pickup's response to the drive at each tone that was heard, `settle_s` after its begin.
 pub(super) fn responses(
-    heard: &Capture,
+    capture: &Capture,
     config: &Config,
     settle_s: f64,
 ) -> anyhow::Result<Vec<Response>> {
     let channels = &config.channels;
-    heard
+    capture
         .dwells
         .iter()
         .map(|dwell| {
-            let drive = heard.tone(dwell, channels.drive.index, settle_s)?;
-            let pickup = heard.tone(dwell, channels.pickup.index, settle_s)?;
+            let drive = capture.tone(dwell, channels.drive.index, settle_s)?;
+            let pickup = capture.tone(dwell, channels.pickup.index, settle_s)?;
             require_unsaturated(&drive, &pickup, channels, dwell.carrier_hz)?;
             if drive.value.norm() < LEAST_RATIO * drive.rest_rms {
                 bail!(

@@ -9,16 +9,16 @@ use num_complex::Complex64;
 use signalgen::{ToneList, Waveform};
 use std::f64::consts::{PI, TAU};
 
-use crate::clear::LISTEN_S;
 use crate::calibration_figures as figures;
+use crate::clear::LISTEN_S;
 use crate::judged::{Calibrates, Judged, Part};
-use crate::operator::{Answer, Curve, PointRead, CalibrationProgress, Request};
+use crate::operator::{Answer, CalibrationProgress, Curve, PointRead, Request};
 use crate::plate_look::{
     LOOK_STEP_HZ, LOOK_TONES, SETTLE_TIME_CONSTANTS, highest_level_v, look, looked,
     peak_units_per_v, responses, settle_s,
 };
 use crate::points::Admittance;
-use crate::procedure::{StepOutcome, NextStep, Procedure};
+use crate::procedure::{NextStep, Procedure, StepOutcome};
 use config::Config;
 use config::{Provenance, Quantity};
 
@@ -47,7 +47,11 @@ impl PlateSetup {
     ///
     /// # Errors
     /// When the level is beyond its limit.
-    pub fn new(config: &Config, held: &config::CalibrationFile, drive_v: f64) -> anyhow::Result<Self> {
+    pub fn new(
+        config: &Config,
+        held: &config::CalibrationFile,
+        drive_v: f64,
+    ) -> anyhow::Result<Self> {
         if !(drive_v > 0.0 && drive_v <= config.limits.drive_v) {
             bail!(
                 "--drive-v = {drive_v} V is outside 0 to limits.drive_v = {} V",
@@ -140,20 +144,20 @@ impl PlateProcedure {
 }
 
 impl Procedure for PlateProcedure {
-    fn next(&mut self, happened: StepOutcome) -> anyhow::Result<NextStep> {
+    fn next(&mut self, outcome: StepOutcome) -> anyhow::Result<NextStep> {
         let config = &self.setup.config;
-        match (self.stage, happened) {
+        match (self.stage, outcome) {
             (PlateStage::Listen, StepOutcome::Captured(_)) => {
                 self.stage = PlateStage::Look;
                 look(self.setup.about_hz, config)
             }
-            (PlateStage::Look, StepOutcome::Captured(heard)) => {
-                let look = looked(&heard, config)?;
+            (PlateStage::Look, StepOutcome::Captured(capture)) => {
+                let look = looked(&capture, config)?;
                 self.stage = PlateStage::Close;
                 self.close_look(&look)
             }
-            (PlateStage::Close, StepOutcome::Captured(heard)) => {
-                self.responses = responses(&heard, config, self.settle_s)?;
+            (PlateStage::Close, StepOutcome::Captured(capture)) => {
+                self.responses = responses(&capture, config, self.settle_s)?;
                 self.fit = Some(PlateFit::fit(&self.responses, self.setup.channel_match)?);
                 self.stage = PlateStage::Review;
                 Ok(NextStep::Ask(Request::Review))

@@ -42,7 +42,7 @@ pub trait Procedure: Send + 'static {
     ///
     /// # Errors
     /// When the measurement cannot be made: names why, and what to do.
-    fn next(&mut self, happened: StepOutcome) -> anyhow::Result<NextStep>;
+    fn next(&mut self, outcome: StepOutcome) -> anyhow::Result<NextStep>;
 
     /// How far it has come.
     fn progress(&self) -> CalibrationProgress;

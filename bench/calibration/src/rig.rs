@@ -20,8 +20,8 @@ use tasks::{StopFlag, Task};
 use crate::capture::{Capture, dwells, held_tone};
 use crate::known::Instrument;
 use crate::meter::Meter;
-use crate::operator::{Answer, Hands, Operator, LiveReading, OperatorInput};
-use crate::procedure::{HELD_S, StepOutcome, NextStep, Procedure};
+use crate::operator::{Answer, Hands, LiveReading, Operator, OperatorInput};
+use crate::procedure::{HELD_S, NextStep, Procedure, StepOutcome};
 
 /// A measurement that came to its end.
 pub struct Outcome<P> {
@@ -88,7 +88,7 @@ pub fn run<P: Procedure>(
         procedure: Some(procedure),
         step: Step::Settling,
         held: None,
-        heard: Capture::default(),
+        capture: Capture::default(),
         block: Vec::new(),
         meter: Meter::default(),
         account: StreamAccount::default(),
@@ -188,7 +188,7 @@ struct RigTask<P> {
     procedure: Option<P>,
     step: Step,
     held: Option<HeldTone>,
-    heard: Capture,
+    capture: Capture,
     block: Vec<f32>,
     meter: Meter,
     account: StreamAccount,
@@ -219,7 +219,7 @@ impl<P: Procedure> RigTask<P> {
         self.publish_readback(now_ns);
         let watched = [self.drive_channel, self.pickup_channel];
         self.meter.take(&self.block, self.channels, watched);
-        self.heard.samples.extend_from_slice(&self.block);
+        self.capture.samples.extend_from_slice(&self.block);
         let frames = self.frames();
         match &mut self.step {
             Step::Playing {
@@ -230,7 +230,7 @@ impl<P: Procedure> RigTask<P> {
             } => {
                 if header.drive.programs != *after && !silent && !*started {
                     *started = true;
-                    self.heard.began = Some(frames - header.frames as usize);
+                    self.capture.began = Some(frames - header.frames as usize);
                 }
                 if *started && silent && ended.is_none() {
                     *ended = Some(frames);
@@ -240,7 +240,7 @@ impl<P: Procedure> RigTask<P> {
                 *quiet_frames += header.frames as usize;
             }
             Step::Asking { .. } if frames > 2 * self.held_frames => {
-                self.heard.forget(frames - self.held_frames);
+                self.capture.forget(frames - self.held_frames);
             }
             _ => {}
         }
@@ -281,7 +281,7 @@ impl<P: Procedure> RigTask<P> {
     }
 
     fn frames(&self) -> usize {
-        self.heard.samples.len() / self.channels
+        self.capture.samples.len() / self.channels
     }
 
     /// Begins a step, once the tone before has died away.
@@ -304,7 +304,7 @@ impl<P: Procedure> RigTask<P> {
     }
 
     fn begin_now(&mut self, next: NextStep) -> anyhow::Result<()> {
-        self.heard = Capture {
+        self.capture = Capture {
             channels: self.channels,
             rate_hz: self.rate_hz,
             from_s: self.account.frames as f64 / self.rate_hz,
@@ -363,7 +363,9 @@ impl<P: Procedure> RigTask<P> {
             );
         }
         match &self.step {
-            Step::Settling if frames as f64 > SETTLE_S * self.rate_hz => Ok(Some(StepOutcome::Began)),
+            Step::Settling if frames as f64 > SETTLE_S * self.rate_hz => {
+                Ok(Some(StepOutcome::Began))
+            }
             Step::Listening { until } if frames >= *until => self.captured().map(Some),
             Step::Playing {
                 waveform,
@@ -371,8 +373,12 @@ impl<P: Procedure> RigTask<P> {
                 ..
             } if frames >= ended + self.tail_frames => {
                 let waveform = **waveform;
-                self.heard.dwells =
-                    dwells(&self.heard, &waveform, self.drive_channel, self.ramp_frames)?;
+                self.capture.dwells = dwells(
+                    &self.capture,
+                    &waveform,
+                    self.drive_channel,
+                    self.ramp_frames,
+                )?;
                 self.captured().map(Some)
             }
             Step::Asking {
@@ -386,11 +392,12 @@ impl<P: Procedure> RigTask<P> {
                     {
                         return Ok(None);
                     }
-                    self.heard.dwells = held_tone(&self.heard, &held.waveform, self.held_frames);
+                    self.capture.dwells =
+                        held_tone(&self.capture, &held.waveform, self.held_frames);
                     self.require_force()?;
                 }
-                let heard = std::mem::take(&mut self.heard);
-                Ok(Some(StepOutcome::Answered(answer, heard)))
+                let capture = std::mem::take(&mut self.capture);
+                Ok(Some(StepOutcome::Answered(answer, capture)))
             }
             _ => Ok(None),
         }
@@ -398,11 +405,11 @@ impl<P: Procedure> RigTask<P> {
 
     fn captured(&mut self) -> anyhow::Result<StepOutcome> {
         self.require_force()?;
-        Ok(StepOutcome::Captured(std::mem::take(&mut self.heard)))
+        Ok(StepOutcome::Captured(std::mem::take(&mut self.capture)))
     }
 
     fn require_force(&self) -> anyhow::Result<()> {
-        if self.expects_force && self.heard.normal_n.is_empty() {
+        if self.expects_force && self.capture.normal_n.is_empty() {
             bail!("the force sensor sends nothing: check port, baud and protocol in [force]");
         }
         Ok(())
@@ -415,11 +422,11 @@ impl<P: Procedure> RigTask<P> {
         {
             self.begin_now(next)?;
         }
-        while let Some(happened) = self.finished()? {
+        while let Some(outcome) = self.finished()? {
             let Some(procedure) = &mut self.procedure else {
                 return Ok(());
             };
-            let next = procedure.next(happened)?;
+            let next = procedure.next(outcome)?;
             self.operator.progress(&procedure.progress());
             self.begin(next)?;
         }
@@ -451,9 +458,9 @@ impl<P: Procedure> RigTask<P> {
         for reading in self.readings.try_iter() {
             if let FieldReading::Force(force) = reading {
                 let (normal_n, lateral_n) = (force.sample.normal_n, force.sample.lateral_n);
-                self.heard.normal_n.push(normal_n);
-                self.heard.lateral_n.push(lateral_n);
-                let [normal_saturated, lateral_saturated] = &mut self.heard.force_saturated;
+                self.capture.normal_n.push(normal_n);
+                self.capture.lateral_n.push(lateral_n);
+                let [normal_saturated, lateral_saturated] = &mut self.capture.force_saturated;
                 *normal_saturated += usize::from(force.sample.normal_saturated);
                 *lateral_saturated += usize::from(force.sample.lateral_saturated);
                 let (normal, lateral, count) = self.meter.force;
@@ -462,9 +469,9 @@ impl<P: Procedure> RigTask<P> {
         }
         let frames = self.frames();
         if let Some(instrument) = &mut self.instrument {
-            let (heard, meter) = (&mut self.heard.known_m, &mut self.meter);
+            let (capture, meter) = (&mut self.capture.known_m, &mut self.meter);
             instrument.poll(|amplitude_m| {
-                heard.push((frames, amplitude_m));
+                capture.push((frames, amplitude_m));
                 meter.known_m = Some(amplitude_m);
             })?;
         }
@@ -524,7 +531,7 @@ impl<P: Procedure> RigTask<P> {
     fn after_failure(&mut self, safety: &SafetyState, now_ns: u64) -> anyhow::Result<()> {
         // What is lost now was not going to be used.
         let _ = self.take_in(now_ns);
-        self.heard = Capture::default();
+        self.capture = Capture::default();
         self.show(safety);
         while let Some(wish) = self.operator.next_input()? {
             match wish {

@@ -5,7 +5,10 @@ use std::io::Write;
 
 use anyhow::bail;
 
-use crate::operator::{Answer, ForceAxis, GRAVITY_M_PER_S2, Operator, CalibrationProgress, LiveReading, Request, OperatorInput};
+use crate::operator::{
+    Answer, CalibrationProgress, ForceAxis, GRAVITY_M_PER_S2, LiveReading, Operator, OperatorInput,
+    Request,
+};
 
 /// Length of a plateau of the forces, s.
 const PLATEAU_S: f64 = 0.5;
@@ -148,7 +151,7 @@ impl<W: Write + Send> Operator for Unattended<W> {
         let Some(asked) = &self.asked else {
             return Ok(None);
         };
-        let happened = match asked.request {
+        let done = match asked.request {
             Request::Connect(_) | Request::Review => true,
             Request::Load { .. } | Request::Unload => self.settled(asked),
             Request::NameMass { axis } => bail!(
@@ -159,7 +162,7 @@ impl<W: Write + Send> Operator for Unattended<W> {
                 "nobody is there to type the amplitude: give --known-um, --known-csv or --instrument, or calibrate on a terminal"
             ),
         };
-        if !happened {
+        if !done {
             if self.now_s - asked.since_s > REQUEST_TIMEOUT_S {
                 bail!(
                     "nothing happened for {REQUEST_TIMEOUT_S} s: \"{}\" was asked, and the force sensor saw no new, steady load; do what is asked while the command waits, and check the sensor's cable and axes",
@@ -189,7 +192,11 @@ mod tests {
     use super::*;
 
     /// Shows `normal_n` for so many seconds; the answer, if there was one.
-    fn rest(nobody: &mut Unattended<Vec<u8>>, normal_n: f64, seconds: f64) -> Option<OperatorInput> {
+    fn rest(
+        nobody: &mut Unattended<Vec<u8>>,
+        normal_n: f64,
+        seconds: f64,
+    ) -> Option<OperatorInput> {
         let from_s = nobody.now_s;
         for i in 1..=(seconds / 0.05).round() as u32 {
             nobody.show(&LiveReading {

@@ -2,7 +2,6 @@
 //!
 //! Files are read strictly and checked once. Everything that runs is given an [`Effective`], which nothing changes.
 
-mod sound_card;
 mod calibration_file;
 mod calibration_rules;
 mod correction;
@@ -14,12 +13,12 @@ mod identity;
 mod limits;
 mod plate_constants;
 mod refused;
+mod sound_card;
 #[cfg(test)]
 mod tests;
 
-pub use sound_card::{Audio, AudioHost, InputMap, DriveInput, OutputChannel, PickupInput, SampleFormat};
 pub use calibration_file::{
-    CalibrationFile, CalibrationFileError, MeasuredInput, MeasuredChannels, MeasuredForce,
+    CalibrationFile, CalibrationFileError, MeasuredChannels, MeasuredForce, MeasuredInput,
     MeasuredPickup, MeasuredPlate, Provenance, Quantity,
 };
 pub use calibration_rules::{CalibrationRules, GRAVITY};
@@ -31,6 +30,9 @@ pub use force_protocol::ForceProtocol;
 pub use identity::{Identity, Mismatch};
 pub use limits::{Limits, Safety};
 pub use plate_constants::Plate;
+pub use sound_card::{
+    Audio, AudioHost, DriveInput, InputMap, OutputChannel, PickupInput, SampleFormat,
+};
 
 use std::path::Path;
 

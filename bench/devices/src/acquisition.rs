@@ -10,9 +10,9 @@ use impedance::clock_alignment::LowerEnvelope;
 use signalgen::{BlockHeader, InputReader};
 
 use crate::field_task::FieldReading;
-use crate::flags::{InputFault, FlagUpdate, Flags};
+use crate::flags::{FlagUpdate, Flags, InputFault};
 use crate::gauges::Gauges;
-use crate::lost_frames::{SampleBlock, LossWatch, Lost, Piece};
+use crate::lost_frames::{LossWatch, Lost, Piece, SampleBlock};
 use recording::manifest::{Event, EventKind, Interval};
 use recording::pipeline::{Batch, Pipeline};
 use recording::recorder::{Begin, RecorderMessage, RecorderSender};
@@ -294,7 +294,12 @@ impl Acquisition {
     }
 
     /// Takes a block whose place on the audio clock is known.
-    fn accept(&mut self, block: SampleBlock, arrival_s: f64, batch: &mut Batch) -> anyhow::Result<()> {
+    fn accept(
+        &mut self,
+        block: SampleBlock,
+        arrival_s: f64,
+        batch: &mut Batch,
+    ) -> anyhow::Result<()> {
         let SampleBlock {
             header, samples, ..
         } = block;

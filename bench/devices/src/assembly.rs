@@ -17,13 +17,13 @@ use signalgen::audio::{Duplex, DuplexConfig, Host, StreamChoice};
 use signalgen::{Generator, InputReader, StreamDirection};
 use tasks::{Clock, Schedule, StopFlag, Task};
 
-use crate::acquisition::{Acquisition, RecordingCommand, AcquisitionQueues};
+use crate::acquisition::{Acquisition, AcquisitionQueues, RecordingCommand};
+use crate::digital_lines::Lines;
 use crate::drive_control::{DriveControl, WatchedDrive, settings};
-use crate::field_task::{PositionEncoder, Field, FieldReading};
+use crate::field_task::{Field, FieldReading, PositionEncoder};
 use crate::force::{ForceLink, open_port};
 use crate::gauges::Gauges;
 use crate::life::Life;
-use crate::digital_lines::Lines;
 use crate::lost_frames::LossWatch;
 
 /// What the composition root found or simulated.

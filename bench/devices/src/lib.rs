@@ -6,6 +6,7 @@
 pub mod acquisition;
 mod assembly;
 pub mod claim;
+mod digital_lines;
 pub mod drive_control;
 pub mod encoder;
 pub mod field_task;
@@ -13,11 +14,10 @@ pub mod flags;
 pub mod force;
 mod gauges;
 mod life;
-mod digital_lines;
 pub mod lost_frames;
 pub mod loudspeaker;
 
 pub use assembly::{Bench, Hardware, OpenHardware, impedance_chain};
+pub use digital_lines::Lines;
 pub use gauges::{FieldHealth, Gauges};
 pub use life::{Life, stop_on_signals};
-pub use digital_lines::Lines;

@@ -5,12 +5,12 @@ use anyhow::bail;
 use metrology::crosstalk::{Crosstalk, Loading};
 
 use super::common::{AXES, LEAST_SIGMA_N, TARE_WINDOWS};
+use super::force_setup::{ForceSetup, require_enough};
 use super::masses::Mass;
 use super::plateau::{Plateau, WINDOW_S};
-use super::force_setup::{ForceSetup, require_enough};
 use crate::capture::Capture;
-use crate::operator::{Answer, ForceAxis, PointRead, CalibrationProgress, Request, grams};
-use crate::procedure::{StepOutcome, NextStep, Procedure};
+use crate::operator::{Answer, CalibrationProgress, ForceAxis, PointRead, Request, grams};
+use crate::procedure::{NextStep, Procedure, StepOutcome};
 use config::Correction;
 use safety::SENSITIVITY;
 
@@ -144,7 +144,12 @@ impl ForceProcedure {
 
     fn all_named(&mut self, axis: ForceAxis) -> NextStep {
         let setup = &mut self.setup;
-        if axis == ForceAxis::Lateral && setup.masses.iter().all(|mass| mass.axis == ForceAxis::Normal) {
+        if axis == ForceAxis::Lateral
+            && setup
+                .masses
+                .iter()
+                .all(|mass| mass.axis == ForceAxis::Normal)
+        {
             let same = setup.masses.iter().map(|mass| Mass { axis, ..*mass });
             let same: Vec<_> = same.filter(|mass| setup.require(mass).is_ok()).collect();
             setup.masses.extend(same);
@@ -197,16 +202,18 @@ impl ForceProcedure {
         missing.unwrap_or(self.loads.len())
     }
 
-    fn heard(&mut self, heard: &Capture) -> anyhow::Result<NextStep> {
+    fn after_capture(&mut self, capture: &Capture) -> anyhow::Result<NextStep> {
         self.windows += 1;
         let doing = self.doing();
-        require_in_range(heard, &doing)?;
+        require_in_range(capture, &doing)?;
         let rest_n = self.setup.config.calibration.force_rest_n;
-        let plateau = Plateau::read(heard)?;
+        let plateau = Plateau::read(capture)?;
         if !plateau.at_rest(rest_n) {
             if self.windows >= MOST_WINDOWS {
                 let remedy = match self.stage {
-                    ForceStage::Resting(_) => "let the mass hang still, keep hands and draughts off",
+                    ForceStage::Resting(_) => {
+                        "let the mass hang still, keep hands and draughts off"
+                    }
                     _ => "let the sensor warm up until it drifts less, keep hands and draughts off",
                 };
                 return self.again(Refusal::Slip(format!(
@@ -476,8 +483,8 @@ impl ForceProcedure {
     }
 }
 
-fn require_in_range(heard: &Capture, doing: &str) -> anyhow::Result<()> {
-    for (axis, &count) in AXES.into_iter().zip(&heard.force_saturated) {
+fn require_in_range(capture: &Capture, doing: &str) -> anyhow::Result<()> {
+    for (axis, &count) in AXES.into_iter().zip(&capture.force_saturated) {
         if count > 0 {
             bail!(
                 "the {} axis is at the end of its range while {doing}: use lighter masses, tare the sensor itself, or set its range higher",
@@ -489,16 +496,26 @@ fn require_in_range(heard: &Capture, doing: &str) -> anyhow::Result<()> {
 }
 
 impl Procedure for ForceProcedure {
-    fn next(&mut self, happened: StepOutcome) -> anyhow::Result<NextStep> {
+    fn next(&mut self, outcome: StepOutcome) -> anyhow::Result<NextStep> {
         self.note = None;
-        match (happened, self.stage) {
-            (StepOutcome::Captured(heard), _) => self.heard(&heard),
+        match (outcome, self.stage) {
+            (StepOutcome::Captured(capture), _) => self.after_capture(&capture),
             (StepOutcome::Began, _) => Ok(self.begin()),
-            (StepOutcome::Answered(answer, _), ForceStage::Naming(axis)) => Ok(self.named(axis, answer)),
-            (StepOutcome::Answered(..), ForceStage::Clearing) => Ok(self.listen(ForceStage::Taring)),
-            (StepOutcome::Answered(..), ForceStage::Loading(i)) => Ok(self.listen(ForceStage::Resting(i))),
-            (StepOutcome::Answered(..), ForceStage::Unloading(i)) => Ok(self.listen(ForceStage::Returning(i))),
-            (StepOutcome::Answered(Answer::Redo(i), _), ForceStage::Reviewing) if i < self.loads.len() => {
+            (StepOutcome::Answered(answer, _), ForceStage::Naming(axis)) => {
+                Ok(self.named(axis, answer))
+            }
+            (StepOutcome::Answered(..), ForceStage::Clearing) => {
+                Ok(self.listen(ForceStage::Taring))
+            }
+            (StepOutcome::Answered(..), ForceStage::Loading(i)) => {
+                Ok(self.listen(ForceStage::Resting(i)))
+            }
+            (StepOutcome::Answered(..), ForceStage::Unloading(i)) => {
+                Ok(self.listen(ForceStage::Returning(i)))
+            }
+            (StepOutcome::Answered(Answer::Redo(i), _), ForceStage::Reviewing)
+                if i < self.loads.len() =>
+            {
                 self.loads[i] = None;
                 Ok(self.load(i))
             }
@@ -518,7 +535,10 @@ impl Procedure for ForceProcedure {
         let read = self.loads.iter().flatten().count();
         CalibrationProgress {
             step: 1 + match self.stage {
-                ForceStage::Naming(_) | ForceStage::Begin | ForceStage::Clearing | ForceStage::Taring => 0,
+                ForceStage::Naming(_)
+                | ForceStage::Begin
+                | ForceStage::Clearing
+                | ForceStage::Taring => 0,
                 ForceStage::Loading(_) => read + 1,
                 ForceStage::Resting(_) => read + 1,
                 ForceStage::Unloading(_) | ForceStage::Returning(_) | ForceStage::Reviewing => read,

@@ -85,7 +85,10 @@ mod tests {
         )
         .unwrap();
         let read = read_table(&path).unwrap();
-        assert_eq!((read[0].axis, read[1].axis), (ForceAxis::Normal, ForceAxis::Lateral));
+        assert_eq!(
+            (read[0].axis, read[1].axis),
+            (ForceAxis::Normal, ForceAxis::Lateral)
+        );
         assert!((read[0].mass_kg - 0.02).abs() < 1e-12 && (read[0].sigma_kg - 1e-6).abs() < 1e-15);
         assert_eq!(read[1].sigma_kg, 0.0);
         std::fs::write(&path, "axis,mass_g\nvertical,20\n").unwrap();

@@ -4,14 +4,14 @@
 //! ([`metrology::crosstalk`]) and M = A⁻¹ kept. The plate stays silent throughout.
 
 mod common;
+mod force_procedure;
+mod force_setup;
 mod force_verdict;
 mod masses;
 mod plateau;
-mod force_procedure;
-mod force_setup;
 #[cfg(test)]
 mod tests;
 
-pub use masses::{Accuracy, Mass, from_g, read_table};
 pub use force_procedure::ForceProcedure;
 pub use force_setup::ForceSetup;
+pub use masses::{Accuracy, Mass, from_g, read_table};

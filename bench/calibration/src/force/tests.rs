@@ -8,7 +8,7 @@ use super::*;
 use crate::capture::Capture;
 use crate::judged::{Calibrates, Judged, Part};
 use crate::operator::{Answer, ForceAxis, GRAVITY_M_PER_S2, Request};
-use crate::procedure::{StepOutcome, NextStep, Procedure};
+use crate::procedure::{NextStep, Procedure, StepOutcome};
 use config::Config;
 use config::Quantity;
 
@@ -33,7 +33,7 @@ fn masses() -> Vec<Mass> {
 /// What the sensor is given: forces, N, and the time, s.
 type Sensor<'a> = dyn Fn([f64; 2], f64) -> [f64; 2] + 'a;
 
-fn heard(sensor: &Sensor<'_>, load_n: [f64; 2], from_s: f64) -> Capture {
+fn capture(sensor: &Sensor<'_>, load_n: [f64; 2], from_s: f64) -> Capture {
     let read: Vec<[f64; 2]> = (0..1000)
         .map(|i| {
             let ripple = 1e-4 * if i % 2 == 0 { 1.0 } else { -1.0 };
@@ -61,12 +61,12 @@ fn measured(
 ) -> anyhow::Result<ForceProcedure> {
     let mut procedure = ForceProcedure::new(setup, false);
     let (mut load_n, mut now_s) = ([0.0; 2], 10.0);
-    let mut happened = StepOutcome::Began;
+    let mut outcome = StepOutcome::Began;
     loop {
-        happened = match procedure.next(happened)? {
+        outcome = match procedure.next(outcome)? {
             NextStep::Listen(seconds) => {
                 now_s += seconds;
-                StepOutcome::Captured(heard(sensor, load_n, now_s - seconds))
+                StepOutcome::Captured(capture(sensor, load_n, now_s - seconds))
             }
             NextStep::Ask(request) => {
                 now_s += 3.0;
@@ -216,13 +216,13 @@ fn where_somebody_is_there_a_slip_is_asked_for_again() {
     let mut slips = vec![0.06, 0.0];
     let mut leaves = true;
     let mut notes = Vec::new();
-    let mut happened = StepOutcome::Began;
+    let mut outcome = StepOutcome::Began;
     loop {
-        let next = procedure.next(happened).unwrap();
+        let next = procedure.next(outcome).unwrap();
         notes.extend(procedure.progress().note);
         now_s += 3.0;
-        happened = match next {
-            NextStep::Listen(_) => StepOutcome::Captured(heard(&|of, _| of, load_n, now_s)),
+        outcome = match next {
+            NextStep::Listen(_) => StepOutcome::Captured(capture(&|of, _| of, load_n, now_s)),
             NextStep::Ask(Request::Load { axis, mass_kg }) => {
                 let placed_kg = slips.pop().unwrap_or(mass_kg);
                 load_n[axis.index()] = placed_kg * G;
@@ -256,12 +256,15 @@ fn where_somebody_is_there_a_slip_is_asked_for_again() {
     crossed.next(silence()).unwrap();
     for _ in 0..TARE_WINDOWS {
         crossed
-            .next(StepOutcome::Captured(heard(&|of, _| of, [0.0; 2], 0.0)))
+            .next(StepOutcome::Captured(capture(&|of, _| of, [0.0; 2], 0.0)))
             .unwrap();
     }
     crossed.next(silence()).unwrap();
-    let crosswise = heard(&|of, _| [of[1], of[0]], [0.02 * G, 0.0], 5.0);
-    let ended = crossed.next(StepOutcome::Captured(crosswise)).err().unwrap();
+    let crosswise = capture(&|of, _| [of[1], of[0]], [0.02 * G, 0.0], 5.0);
+    let ended = crossed
+        .next(StepOutcome::Captured(crosswise))
+        .err()
+        .unwrap();
     assert!(ended.to_string().contains("exchanged"), "{ended}");
 }
 
@@ -398,7 +401,9 @@ fn what_cannot_be_asked_for_is_refused_before_anything_is_opened() {
     assert!(of(&masses(), Some(1.62)).contains("--gravity"));
     let mut blind = config();
     blind.force = None;
-    let said = ForceSetup::new(&blind, masses(), EXACT, None).err().unwrap();
+    let said = ForceSetup::new(&blind, masses(), EXACT, None)
+        .err()
+        .unwrap();
     assert!(said.to_string().contains("[force]"), "{said}");
 }
 

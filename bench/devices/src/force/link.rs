@@ -8,9 +8,9 @@ use std::time::Duration;
 use anyhow::Context;
 use impedance::clock_alignment::LowerEnvelope;
 
+use super::force_sample::{Decoder, ForceSample, LineFaults};
 use super::frames::FrameDecoder;
 use super::text_lines::LineDecoder;
-use super::force_sample::{Decoder, ForceSample, LineFaults};
 
 /// A force sample on the host's clock.
 #[derive(Debug, Clone, Copy, PartialEq)]

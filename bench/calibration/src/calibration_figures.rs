@@ -1,4 +1,4 @@
-//! The figures of calibrations: what was measured, the law fitted to it, and what is left between the two.
+//! Figures of calibrations: measured points, the law fitted to them, and the residuals.
 
 use metrology::crosstalk::{Crosstalk, Loading};
 use num_complex::Complex64;
@@ -29,7 +29,7 @@ fn zero_line(points: &[(f64, f64)]) -> Series {
     Series::line(Ink::Grey, Dash::Solid, line.collect())
 }
 
-/// Bode plot of the unloaded plate's admittance with its fit and residuals (Huloux 2021, Fig. 10 b).
+/// Returns the Bode plot of the unloaded plate's admittance with its fit and residuals (Huloux 2021, Fig. 10 b).
 #[must_use]
 pub fn plate(response: &[Admittance], plate: &config::MeasuredPlate) -> Figure {
     let over_frequency = |value: &dyn Fn(&Admittance) -> f64| -> Vec<(f64, f64)> {
@@ -95,7 +95,7 @@ pub fn plate(response: &[Admittance], plate: &config::MeasuredPlate) -> Figure {
     )
 }
 
-/// Known amplitudes against the pickup's readings, the line through them, and each point's distance from it.
+/// Returns the plot of known amplitudes against the pickup's readings, with the fitted line and the residuals.
 #[must_use]
 pub fn pickup(
     rungs: &[PickupPoint],
@@ -157,20 +157,23 @@ pub fn pickup(
     )
 }
 
-/// What was measured of one input.
+/// Measured curves of one input.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InputCurves {
-    /// Which.
+    /// Index of the input.
     pub index: u16,
-    /// Of each tone, Hz: departure of its ratio to the drive's input from one gain and one delay, relative; none of the drive's.
+    /// Frequency of each tone, Hz, and the relative residual of the ratio to the drive's input about one gain and one
+    /// delay; empty for the drive's input.
     pub departures: Vec<(f64, Complex64)>,
-    /// Of each level, V peak: amplitude read, of full scale.
+    /// Level of each rung, V peak, and the amplitude read, of full scale.
     pub levels: Vec<(f64, f64)>,
-    /// Of each level that was not cut off, V peak: departure from the line, of the largest.
+    /// Level of each rung that was not cut off, V peak, and the residual about the line, as a share of the largest
+    /// level.
     pub off_the_line: Vec<(f64, f64)>,
 }
 
-/// How each input departs from one gain and one delay over frequency, and from a line over level.
+/// Returns the plot of each input's residuals: about one gain and one delay over frequency, and about a line over
+/// level.
 #[must_use]
 pub fn channels(inputs: &[InputCurves], channels: &config::MeasuredChannels) -> Figure {
     const LOOKS: [(Ink, Marker); 4] = [
@@ -258,7 +261,8 @@ pub fn channels(inputs: &[InputCurves], channels: &config::MeasuredChannels) -> 
     )
 }
 
-/// What the force sensor reads under known forces, on their own axis and on the other, and what the matrix leaves over.
+/// Returns the plot of the force sensor's readings under known forces, on the loaded axis and on the other, with the
+/// residuals of the matrix.
 #[must_use]
 pub fn force(loadings: &[Loading], fit: &Crosstalk, force: &config::MeasuredForce) -> Figure {
     const AXES: [(&str, Ink, Marker, Marker); 2] = [

@@ -1,4 +1,4 @@
-//! What a calibration hears: samples, forces and an instrument's readings of one step, and where its tones lie.
+//! Captures of a calibration: samples, forces and an instrument's readings of one step, and where its tones lie.
 
 use std::ops::Range;
 
@@ -6,37 +6,37 @@ use anyhow::bail;
 use metrology::tone::{SteadyTone, ToneError};
 use signalgen::Waveform;
 
-/// One tone within what was heard, at full amplitude throughout.
+/// A tone within a capture, at full amplitude throughout.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dwell {
-    /// Its frequency, Hz.
+    /// Frequency, Hz.
     pub carrier_hz: f64,
-    /// Its frames.
+    /// Frames of the capture in which it sounds.
     pub frames: Range<usize>,
 }
 
-/// What came in during one step.
+/// Everything that was acquired during one step.
 #[derive(Debug, Clone, Default)]
 pub struct Capture {
-    /// All channels, interleaved.
+    /// Samples of all channels, interleaved.
     pub samples: Vec<f32>,
-    /// Channels of the stream.
+    /// Number of channels of the stream.
     pub channels: usize,
-    /// Frames a second.
+    /// Frames per second, Hz.
     pub rate_hz: f64,
-    /// The tones in the order in which they sounded.
+    /// Tones in the order in which they sounded.
     pub dwells: Vec<Dwell>,
-    /// When it began on the audio clock, s.
+    /// Start of the capture on the audio clock, s.
     pub from_s: f64,
     /// Normal forces, N.
     pub normal_n: Vec<f64>,
     /// Lateral forces, N.
     pub lateral_n: Vec<f64>,
-    /// How many of them were at the end of their range, normal and lateral.
+    /// Number of forces at the end of their range, normal and lateral.
     pub force_saturated: [usize; 2],
-    /// Readings of the instrument, m, and the frames at which they arrived.
+    /// Frames at which the instrument's readings arrived, and the readings, m.
     pub known_m: Vec<(usize, f64)>,
-    /// Frames that had come in when the generator was first seen to play; `None` while nothing is played.
+    /// Number of frames acquired when the generator was first seen to play; `None` while nothing is played.
     pub began: Option<usize>,
 }
 
@@ -44,7 +44,7 @@ impl Capture {
     /// Reads `channel` at the tone of `dwell`, `settle_s` after its beginning.
     ///
     /// # Errors
-    /// When what is left of it is too short.
+    /// When the rest of the tone is too short.
     pub fn tone(
         &self,
         dwell: &Dwell,
@@ -61,20 +61,20 @@ impl Capture {
         )
     }
 
-    /// The frames of `dwell` from `settle_s` on.
+    /// Returns the frames of `dwell` from `settle_s` on.
     #[must_use]
     pub fn settled(&self, dwell: &Dwell, settle_s: f64) -> Range<usize> {
         let settle = (settle_s * self.rate_hz) as usize;
         (dwell.frames.start + settle).min(dwell.frames.end)..dwell.frames.end
     }
 
-    /// How long it lasted, s.
+    /// Returns the length of the capture, s.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         (self.samples.len() / self.channels) as f64 / self.rate_hz
     }
 
-    /// Forgets the first `frames` frames, and as large a share of the forces.
+    /// Drops the first `frames` frames, and an equal share of the forces.
     pub(super) fn forget(&mut self, frames: usize) {
         let whole = self.samples.len() / self.channels;
         let share = |len: usize| len * frames / whole.max(1);
@@ -89,7 +89,7 @@ impl Capture {
         });
     }
 
-    /// Mean of the force readings; `None` without a sensor.
+    /// Returns the means of normal and lateral force, N; `None` without a sensor.
     #[must_use]
     pub fn mean_force_n(&self) -> Option<(f64, f64)> {
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
@@ -97,14 +97,14 @@ impl Capture {
     }
 }
 
-/// Pieces in which a tone's beginning is looked for, s.
+/// Length of the pieces in which the start of a tone is looked for, s.
 const ONSET_S: f64 = 5e-4;
-/// A tone rises at least so far out of the silence before it.
+/// Least ratio of a tone's level to that of the silence before it.
 const LEAST_RISE: f64 = 4.0;
-/// A tone that is this much quieter on the drive's input than on another is not on the drive's.
+/// Share of the loudest input's level below which the tone is not on the drive's input.
 const MISPLACED: f64 = 0.01;
 
-/// The last `frames` of a tone that is held.
+/// Returns the last `frames` frames of a tone that is held.
 pub(super) fn held_tone(capture: &Capture, waveform: &Waveform, frames: usize) -> Vec<Dwell> {
     let Waveform::Tone { carrier_hz, .. } = *waveform else {
         return Vec::new();
@@ -116,7 +116,7 @@ pub(super) fn held_tone(capture: &Capture, waveform: &Waveform, frames: usize) -
     }]
 }
 
-/// Root mean square of a channel in pieces of `piece` frames, as the amplitude of a tone.
+/// Returns the amplitude of a tone with the root mean square of each piece of `piece` frames of a channel.
 fn levels(capture: &Capture, channel: usize, piece: usize) -> Vec<f64> {
     let samples: Vec<f64> = capture
         .samples
@@ -136,7 +136,7 @@ fn levels(capture: &Capture, channel: usize, piece: usize) -> Vec<f64> {
         .collect()
 }
 
-/// The drive's levels; those of the loudest input where next to nothing is heard on the drive's.
+/// Returns the levels of the drive's input, or those of the loudest input where the drive's is nearly silent.
 fn loud_levels(capture: &Capture, drive_channel: usize, piece: usize) -> Vec<f64> {
     let full = |levels: &[f64]| levels.iter().copied().fold(0.0, f64::max);
     let drive = levels(capture, drive_channel, piece);
@@ -149,8 +149,8 @@ fn loud_levels(capture: &Capture, drive_channel: usize, piece: usize) -> Vec<f64
     }
 }
 
-/// Where each tone lies: the ramp of known length before them is half way up half of it after the program's beginning. None
-/// where no tone was heard.
+/// Returns where each tone lies, from the ramp of known length before the first: half way up after half its length.
+/// Empty where no tone came back.
 pub(super) fn dwells(
     capture: &Capture,
     waveform: &Waveform,
@@ -184,7 +184,7 @@ pub(super) fn dwells(
     let frames = capture.samples.len() / capture.channels;
     if last > frames {
         bail!(
-            "the tones were not heard to their end: safety.loop_latency_s is shorter than the loop's latency"
+            "the capture ended before the tones did: safety.loop_latency_s is shorter than the loop's latency"
         );
     }
     Ok(tones

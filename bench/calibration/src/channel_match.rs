@@ -1,27 +1,27 @@
-//! Are the channels what they were at the calibration? One tone at the resonance, with no finger on the plate, tells.
+//! Comparison of drive and pickup with their calibration, by one tone at the resonance with no finger on the plate.
 //!
-//! The ratio of pickup to drive is divided by the calibrated one; its inverse is Z_p now over Z_p then: 1 where nothing has
-//! changed, with the detuning 2Q Δf/f₀ as its imaginary part. Whatever else it is, is looked for among the ways in which
-//! channels go wrong.
+//! The ratio of pickup to drive is divided by the calibrated one; its inverse is Z_p now over Z_p at the calibration: 1
+//! where nothing has changed, with the detuning 2Q Δf/f₀ as its imaginary part. Any other value is matched against the
+//! known faults of channels.
 
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Relative change of the damping that is no fault.
+/// Largest relative change of the damping that is no fault.
 const DAMPING: f64 = 0.1;
-/// Detuning that is no fault, in half bandwidths: a plate warms by some kelvin.
+/// Largest detuning that is no fault, in half bandwidths: a plate warms by some kelvin.
 const DETUNING: f64 = 0.3;
-/// A finger takes a half of the pickup's signal, not all but this share of it.
+/// Share of the calibrated signal below which the pickup is silent: a finger takes only half of it.
 const SILENT: f64 = 0.02;
-/// Slips that are looked for, samples.
+/// Largest slip that is looked for, samples.
 const SLIPS: i32 = 4;
 
-/// The calibrated response and what is needed to read it.
+/// The calibrated response and the constants needed to compare with it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Expected {
-    /// Pickup's over drive's envelope, sample units, at the resonance.
+    /// Envelope of the pickup over that of the drive at the resonance, sample units.
     pub ratio: Complex64,
-    /// Resonance and frequency of the tone, Hz.
+    /// Frequency of the resonance and of the tone, Hz.
     pub resonance_hz: f64,
     /// Quality factor.
     pub quality: f64,
@@ -29,21 +29,21 @@ pub struct Expected {
     pub rate_hz: f64,
 }
 
-/// How the channels differ from the calibration.
+/// A difference of the channels from their calibration.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum ChannelFault {
-    /// Cables on each other's inputs.
+    /// The cables of drive and pickup are on each other's inputs.
     #[error("drive and pickup are swapped: exchange their cables, or their indices in bench.toml")]
     Swapped,
-    /// Nothing but crosstalk.
+    /// The pickup reads nothing but crosstalk.
     #[error(
         "the pickup's input is silent, {share:.1e} of what was calibrated: its cable is out, or [channels.pickup] names another input"
     )]
     Silent {
-        /// Now over then.
+        /// Level now over the calibrated one.
         share: f64,
     },
-    /// Polarity.
+    /// The pickup has the wrong polarity.
     #[error("the pickup is inverted: its wires are exchanged")]
     Inverted,
     /// One channel is late by whole samples.
@@ -51,12 +51,12 @@ pub enum ChannelFault {
         "the pickup has slipped by {samples:+} samples against the drive ({phase_rad:+.2} rad at the carrier): the sound layer does not keep the channels together; reopen the device, use a raw one, or calibrate the plate again"
     )]
     Slipped {
-        /// Later than calibrated, samples.
+        /// Delay beyond the calibrated one, samples.
         samples: i32,
-        /// As phase.
+        /// The same delay as phase at the carrier, rad.
         phase_rad: f64,
     },
-    /// The plate answers as if another resonance were its own, or something moved with it.
+    /// The plate responds with another resonance, or with something resting on it.
     #[error(
         "the plate answers as if its resonance had moved by {shift_hz:+.1} Hz and its damping by {damping_percent:+.0} %: a finger rests on it, or it has drifted; clear it, then calibrate the plate again"
     )]
@@ -66,17 +66,17 @@ pub enum ChannelFault {
         /// Apparent change of damping, %.
         damping_percent: f64,
     },
-    /// Nothing but the size has changed.
+    /// The response has another size and the same phase.
     #[error(
         "the pickup reads {ratio:.2} times what was calibrated: a gain was changed, or a finger rests on the plate"
     )]
     Gain {
-        /// Now over then.
+        /// Level now over the calibrated one.
         ratio: f64,
     },
 }
 
-/// Distance from "as calibrated", 1 at the edge of what is no fault.
+/// Returns the distance from the calibrated response, 1 at the edge of what is no fault.
 fn distance(relative: Complex64) -> f64 {
     let impedance = relative.inv();
     if !impedance.is_finite() {
@@ -90,7 +90,7 @@ fn distance(relative: Complex64) -> f64 {
 /// Compares a measured ratio of pickup to drive, in sample units.
 ///
 /// # Errors
-/// The likeliest fault.
+/// [`ChannelFault`] names the likeliest fault.
 pub fn compare(measured: Complex64, expected: Expected) -> Result<(), ChannelFault> {
     let relative = measured / expected.ratio;
     if distance(relative) <= 1.0 {

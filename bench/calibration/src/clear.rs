@@ -1,4 +1,4 @@
-//! Measurements of the plate alone: what was heard while something lay on it is not used.
+//! Measurements of the plate alone: what was captured while something rested on it is not used.
 
 use anyhow::bail;
 use jiff::Timestamp;
@@ -9,11 +9,12 @@ use crate::operator::{CalibrationProgress, Request};
 use crate::procedure::{NextStep, Procedure, StepOutcome};
 use config::Config;
 
-/// Silence in which the force sensor is looked at, s.
+/// Length of the silence in which the force sensor is read, s.
 pub(super) const LISTEN_S: f64 = 0.3;
 
-/// Lets `P` see only what was heard with nothing on the plate: the operator is asked to clear it, before anything is driven and
-/// whenever something lies there, and the step is made again. Where nobody can be asked, the measurement ends.
+/// A procedure `P` that is given only captures with nothing on the plate. The operator is asked to clear it before
+/// anything is driven and whenever something rests on it, and the step is repeated; where no operator is there, the
+/// measurement ends.
 pub struct ClearPlate<P> {
     procedure: P,
     zero_n: f64,
@@ -22,17 +23,17 @@ pub struct ClearPlate<P> {
     asked: Option<Asked>,
 }
 
-/// Why the plate is to be cleared.
+/// Why the operator was asked to clear the plate.
 #[derive(Clone, Copy)]
 enum Asked {
-    /// It is about to be driven.
+    /// The plate is about to be driven.
     Beginning,
-    /// This normal force should not be there, N.
+    /// The force sensor reads this normal force, N.
     Resting(f64),
 }
 
 impl<P> ClearPlate<P> {
-    /// Around `procedure`, on the bench of `config`.
+    /// Wraps `procedure` on the bench of `config`; `attended` when an operator can be asked.
     pub fn new(procedure: P, config: &Config, attended: bool) -> Self {
         Self {
             procedure,
@@ -66,10 +67,10 @@ impl<P: Procedure> Procedure for ClearPlate<P> {
         let asked = self.asked.is_some();
         match (resting_n, &outcome) {
             (Some(normal_n), _) if !self.attended => bail!(
-                "something rests on the plate: the force sensor reads {normal_n:.3} N, more than calibration.zero_n = {} N; take the finger and everything else off, or run `friction-bench calibrate force`",
+                "something rests on the plate: the force sensor reads {normal_n:.3} N, more than calibration.zero_n = {} N; remove the finger and everything else, or run `friction-bench calibrate force`",
                 self.zero_n
             ),
-            // The force sensor has the last word.
+            // The force sensor decides whether the plate is clear.
             (_, StepOutcome::Answered(..)) if asked => return Ok(NextStep::Listen(LISTEN_S)),
             (Some(normal_n), _) => {
                 self.asked = Some(Asked::Resting(normal_n));
@@ -90,11 +91,11 @@ impl<P: Procedure> Procedure for ClearPlate<P> {
         progress.note = match self.asked {
             None => progress.note,
             Some(Asked::Beginning) => Some(
-                "Then the plate is driven: nobody touches it until the measurement is over."
+                "The plate is driven next: do not touch it until the measurement is over."
                     .to_owned(),
             ),
             Some(Asked::Resting(normal_n)) => Some(format!(
-                "Something rests on the plate: the force sensor read {normal_n:.3} N, more than calibration.zero_n = {} N. This reading is not used; it is taken again. If nothing is there, leave and run `friction-bench calibrate force`.",
+                "Something rests on the plate: the force sensor read {normal_n:.3} N, more than calibration.zero_n = {} N. This reading is rejected and repeated. If nothing is there, quit and run `friction-bench calibrate force`.",
                 self.zero_n
             )),
         };
@@ -115,7 +116,7 @@ mod tests {
     use super::*;
     use crate::operator::Answer;
 
-    /// Counts what it is let hear.
+    /// Counts the captures that it is given.
     #[derive(Default)]
     struct Counts(u32);
 

@@ -1,4 +1,4 @@
-//! The operator at the dashboard's page of a calibration.
+//! Guidance of the operator by a page of the dashboard.
 
 use tui::calibration_page::{
     CalibrationPage, CalibrationReadings, Chart, MainReading, PointLine, Question, Reply,
@@ -12,10 +12,10 @@ use console::{Dashboard, DashboardThread, Front, safety_event};
 use safety::SafetyState;
 use tasks::StopFlag;
 
-/// The safety state is told at least this often, s.
+/// Longest time between two reports of the safety state, s.
 const SAFETY_S: f64 = 0.5;
 
-/// Asks on the dashboard.
+/// An operator who is guided on the dashboard.
 pub struct Guided<F> {
     front: F,
     title: String,
@@ -53,7 +53,7 @@ impl<F: Front> Guided<F> {
             title,
             asked: None,
             progress: CalibrationProgress {
-                doing: "The bench comes to rest.".to_owned(),
+                doing: "Waiting for the bench to settle.".to_owned(),
                 ..CalibrationProgress::default()
             },
             watched: MainReading::default(),
@@ -133,7 +133,7 @@ fn asked(request: &Request) -> Question {
     }
 }
 
-/// What to watch while `request` is carried out; `None` leaves it as it was.
+/// Returns the reading to watch while `request` is carried out; `None` leaves it unchanged.
 fn watched(request: &Request) -> Option<MainReading> {
     match request {
         Request::Load {
@@ -188,7 +188,7 @@ impl<F: Front> Operator for Guided<F> {
             match action {
                 Action::Answer(answer) if self.asked.is_some() => {
                     let answer = self.answered(answer);
-                    // Until it is asked again, nothing is; what was typed twice counts once.
+                    // A second answer before the next request is ignored.
                     self.asked = None;
                     return Ok(Some(OperatorInput::Answer(answer)));
                 }

@@ -1,4 +1,4 @@
-//! What a calibration has found, and whether it holds.
+//! Results of a calibration, and whether they may be used.
 
 use jiff::Timestamp;
 
@@ -6,63 +6,63 @@ use crate::procedure::Procedure;
 use ::figures::Figure;
 use config::{CalibrationFile, Quantity};
 
-/// A measurement of which a part of the calibration file is made.
+/// A procedure whose result is a part of the calibration file.
 pub trait Calibrates: Procedure {
-    /// Name of its command, and of its table.
+    /// Name of its command and of its table.
     const NAME: &'static str;
 
-    /// Judges what was measured on `date` by `operator`.
+    /// Judges the measurement, made on `date` by `operator`.
     ///
     /// # Errors
-    /// When it determines nothing.
+    /// When the measurement determines nothing.
     fn judge(&self, date: Timestamp, operator: &str) -> anyhow::Result<Judged>;
 }
 
 /// A judged measurement.
 #[derive(Debug)]
 pub struct Judged {
-    /// For the file.
+    /// Part of the calibration file.
     pub part: Part,
-    /// The values, by name.
+    /// Measured values by name.
     pub values: Vec<(&'static str, Quantity)>,
     /// Further figures, a line each.
     pub remarks: Vec<String>,
-    /// Reasons not to use it; none when it passes.
+    /// Reasons to reject the measurement; empty when it passes.
     pub faults: Vec<String>,
-    /// Of the name of their files, after that of the calibration's.
+    /// Suffix for the names of its table and figure, which begin with the calibration's name.
     pub stem: &'static str,
-    /// The points and their residuals as CSV.
+    /// Points and residuals as CSV.
     pub table: String,
-    /// The same, drawn.
+    /// Points and residuals as a figure.
     pub figure: Option<Figure>,
 }
 
 /// A part of the calibration file.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Part {
-    /// `[pickup]`
+    /// `[pickup]`: the pickup's sensitivity.
     Pickup(Box<config::MeasuredPickup>),
-    /// `[plate]`
+    /// `[plate]`: the plate's constants.
     Plate(Box<config::MeasuredPlate>),
-    /// `[force]`
+    /// `[force]`: the force sensor's matrix and tare.
     Force {
-        /// What was measured.
+        /// Measured constants.
         force: Box<config::MeasuredForce>,
-        /// On which sensor.
+        /// Identity of the sensor.
         sensor: String,
     },
-    /// `[channels]`
+    /// `[channels]`: the inputs compared with the drive's.
     Channels(Box<config::MeasuredChannels>),
 }
 
 impl Part {
-    /// Puts it in force, and says what no longer is.
+    /// Puts the part into `calibration`; returns a remark on what it invalidates, if anything.
     pub fn put_into(self, calibration: &mut CalibrationFile) -> Option<String> {
         match self {
             Self::Pickup(pickup) => {
                 calibration.pickup = Some(*pickup);
                 calibration.plate.take().map(|_| {
-                    "the plate's force factor rested on the sensitivity before: run `friction-bench calibrate plate` again".to_owned()
+                    "the plate's force factor was computed with the old sensitivity and no longer holds: run `friction-bench calibrate plate` again".to_owned()
                 })
             }
             Self::Plate(plate) => {

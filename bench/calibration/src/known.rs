@@ -1,4 +1,4 @@
-//! Where the known amplitudes come from: typed in, a table, or an instrument that sends lines of text.
+//! Sources of known amplitudes: typed in, a table, or an instrument that sends lines of text.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -9,23 +9,23 @@ use serialport::SerialPort;
 
 use crate::typed_table;
 
-/// Micrometres, as people type amplitudes and instruments send them.
+/// Length of a micrometre, the unit of typed amplitudes and of instruments, m.
 const MICROMETRE_M: f64 = 1e-6;
-/// A line longer than this is no number.
+/// Length that no line with a number exceeds, bytes.
 const LONGEST_LINE: usize = 256;
-/// So many lines in a row without a number are another device, or another baud rate.
+/// Number of consecutive lines without a number that show another device, or another baud rate.
 const NONSENSE_LINES: u32 = 20;
 
 /// Known peak amplitudes of a ladder of drive levels.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Known {
-    /// One for each level, m.
+    /// One amplitude for each level, m.
     Values(Vec<f64>),
     /// Levels (V) and amplitudes (m) of a table.
     Table(Vec<(f64, f64)>),
-    /// An instrument reads them.
+    /// An instrument on a serial port measures them.
     Instrument,
-    /// The operator reads and types them while the plate moves.
+    /// The operator types them while the plate moves.
     Typed,
 }
 
@@ -46,13 +46,13 @@ pub fn read_table(path: &Path) -> anyhow::Result<Vec<(f64, f64)>> {
         .collect())
 }
 
-/// Typed micrometres in metres.
+/// Converts typed micrometres to metres.
 #[must_use]
 pub fn from_um(known_um: &[f64]) -> Vec<f64> {
     known_um.iter().map(|um| um * MICROMETRE_M).collect()
 }
 
-/// A serial port that is read only when something has arrived.
+/// A serial port that is read only when bytes have arrived.
 struct NeverWaiting(Box<dyn SerialPort>);
 
 impl Read for NeverWaiting {
@@ -73,10 +73,10 @@ pub struct Instrument {
 }
 
 impl Instrument {
-    /// Opens the port.
+    /// Opens the instrument's serial port.
     ///
     /// # Errors
-    /// When it is not there or busy.
+    /// When the port does not exist or is busy.
     pub fn open(path: &Path, baud: u32) -> anyhow::Result<Self> {
         let port = serialport::new(path.to_string_lossy(), baud)
             .timeout(Duration::from_millis(1))
@@ -99,10 +99,10 @@ impl Instrument {
         }
     }
 
-    /// Passes on what has arrived, m.
+    /// Passes each amplitude that has arrived to `reading`, m.
     ///
     /// # Errors
-    /// When the port is gone, or sends no numbers.
+    /// When the port has disappeared, or sends no numbers.
     pub fn poll(&mut self, mut reading: impl FnMut(f64)) -> anyhow::Result<()> {
         let mut bytes = [0; 512];
         loop {
@@ -136,7 +136,7 @@ impl Instrument {
         }
     }
 
-    /// The first number of a line; units and words after it are the instrument's own.
+    /// Returns the first number of a line, m; units and words after it are ignored.
     fn take_line(&mut self) -> anyhow::Result<Option<f64>> {
         let text = String::from_utf8_lossy(&self.line).into_owned();
         self.line.clear();
@@ -162,7 +162,8 @@ impl Instrument {
     }
 }
 
-/// From a change of the amplitude to the first line that knows nothing of before, at most, s (an assumption).
+/// Longest time from a change of the amplitude to the first line that no longer depends on the old one, s (an
+/// assumption).
 pub const INSTRUMENT_LAG_S: f64 = 0.1;
 
 #[cfg(test)]

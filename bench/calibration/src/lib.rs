@@ -1,7 +1,8 @@
-//! Volts become micrometres and newtons: what is measured on a bench, by which steps, and whether it may be used.
+//! Calibrations of a bench: what is measured, in which steps, and whether the result may be used.
 //!
-//! A [`procedure::Procedure`] decides one step at a time; [`rig::run`] plays it on the bench and asks the [`operator::Operator`],
-//! who is [`guided::Guided`] by the dashboard or [`unattended::Unattended`]; [`judged::Calibrates`] judges what came out.
+//! A [`procedure::Procedure`] decides one step at a time; [`rig::run`] plays it on the bench and asks the
+//! [`operator::Operator`], who is [`guided::Guided`] by the dashboard or [`unattended::Unattended`];
+//! [`judged::Calibrates`] judges what came out.
 
 mod calibration_figures;
 pub mod capture;

@@ -1,10 +1,10 @@
-//! What came in since the operator was last shown a reading.
+//! Means over the time since the operator was last shown a reading.
 
-/// What came in since the operator was last shown a reading.
+/// Sums over the time since the operator was last shown a reading.
 #[derive(Default)]
 pub(super) struct Meter {
     pub(super) frames: usize,
-    /// Sum, sum of squares: of the drive's and the pickup's input.
+    /// Sum and sum of squares of the drive's and of the pickup's input.
     pub(super) sums: [(f64, f64); 2],
     pub(super) level: f64,
     pub(super) force: (f64, f64, u32),
@@ -24,7 +24,7 @@ impl Meter {
         self.frames += block.len() / channels;
     }
 
-    /// Peak amplitudes of both, sample units.
+    /// Returns the peak amplitudes of drive and pickup, sample units.
     pub(super) fn amplitudes(&self) -> [f64; 2] {
         let n = self.frames as f64;
         self.sums

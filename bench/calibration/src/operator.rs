@@ -1,12 +1,12 @@
-//! The person at the bench, as a calibration sees them: asked for one thing at a time, shown what happens, answering.
+//! The operator as a calibration sees them: asked for one thing at a time, shown the readings, answering.
 
 use safety::SafetyState;
 
 /// Standard gravity, m/s² (ISO 80000-3).
 pub const GRAVITY_M_PER_S2: f64 = 9.806_65;
-/// Grams, as weights are marked.
+/// Mass of a gram, kg: weights are marked in grams.
 pub const GRAM_KG: f64 = 1e-3;
-/// Micrometres, as people type amplitudes.
+/// Length of a micrometre, the unit of typed amplitudes, m.
 const MICROMETRE_M: f64 = 1e-6;
 
 /// A direction of the force sensor.
@@ -19,7 +19,7 @@ pub enum ForceAxis {
 }
 
 impl ForceAxis {
-    /// Its name.
+    /// Returns the name of the axis.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -28,7 +28,7 @@ impl ForceAxis {
         }
     }
 
-    /// Its place among readings: normal first.
+    /// Returns its index among readings: normal 0, lateral 1.
     #[must_use]
     pub fn index(self) -> usize {
         match self {
@@ -38,66 +38,66 @@ impl ForceAxis {
     }
 }
 
-/// A mass in grams, to the microgram.
+/// Returns a mass in grams, rounded to the microgram.
 #[must_use]
 pub fn grams(mass_kg: f64) -> f64 {
     (mass_kg * 1e9).round() * 1e-6
 }
 
-/// How the signal's cables run.
+/// A way to connect the signal's cables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Cabling {
-    /// One signal on all inputs at once.
+    /// One signal is connected to all inputs.
     AllInputs,
-    /// The drive's read-back alone; the other inputs are open.
+    /// The drive's read-back alone is connected; the other inputs are open.
     DriveOnly,
-    /// As the bench is wired for measurements.
+    /// The bench is wired for measurements.
     Bench,
 }
 
-/// What the operator is asked to do; its words are derived from it.
+/// A request to the operator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Request {
-    /// Put this mass, and nothing else, on this axis of the force sensor.
+    /// Load one axis of the force sensor with one mass and nothing else.
     Load {
-        /// Which axis.
+        /// Axis of the force sensor.
         axis: ForceAxis,
-        /// How much, kg; gravity pulls at it.
+        /// Mass, kg.
         mass_kg: f64,
     },
-    /// Name a mass that is at hand for this axis, or say that these are all; [`Answer::Redo`] takes one out again.
+    /// Name a mass that is at hand for this axis, or say that these are all; [`Answer::Redo`] removes one.
     NameMass {
-        /// Which axis.
+        /// Axis of the force sensor.
         axis: ForceAxis,
     },
-    /// Take everything off: weights, finger.
+    /// Take everything off the plate: weights, finger.
     Unload,
     /// Change the cables.
     Connect(Cabling),
     /// Read the plate's peak amplitude on an instrument and type it.
     KnownAmplitude {
-        /// At this drive level, V peak.
+        /// Drive level, V peak.
         drive_v: f64,
-        /// What the points so far let expect, m.
+        /// Amplitude that the points so far predict, m.
         expected_m: Option<f64>,
     },
-    /// Look at what was measured: keep it, or name a point to measure again.
+    /// Review the points: keep them, or name one to measure again.
     Review,
 }
 
-/// How a number is typed.
+/// Unit in which a number is typed, and whether it may be left out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NumberEntry {
-    /// Its unit on the screen.
+    /// Unit on the screen.
     pub unit: &'static str,
-    /// That unit in SI.
+    /// Size of that unit in SI.
     pub si_per_unit: f64,
-    /// There may be none: then it is [`Answer::Ready`].
+    /// Whether Enter alone is allowed: it is [`Answer::Ready`].
     pub optional: bool,
 }
 
 impl Request {
-    /// One instruction in plain words.
+    /// Returns the request as an instruction in plain words.
     #[must_use]
     pub fn words(&self) -> String {
         match self {
@@ -141,7 +141,7 @@ impl Request {
         }
     }
 
-    /// The number that it wants, if it wants one.
+    /// Returns how its number is typed; `None` when it asks for none.
     #[must_use]
     pub fn input(&self) -> Option<NumberEntry> {
         match self {
@@ -160,29 +160,29 @@ impl Request {
     }
 }
 
-/// What the operator says to a request.
+/// An answer to a request.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Answer {
-    /// It is done; at a review: keep.
+    /// The request is done; at a review, the points are kept.
     Ready,
-    /// A number, SI.
+    /// A number in SI units.
     Number(f64),
-    /// Measure this point again, counted from 0.
+    /// The point with this index, from 0, is to be measured again.
     Redo(usize),
 }
 
-/// What an operator may want at any time.
+/// An input of the operator, possible at any time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum OperatorInput {
-    /// To answer the request.
+    /// An answer to the request.
     Answer(Answer),
-    /// To leave; nothing is written.
+    /// Quit; nothing is written.
     Leave,
-    /// The drive stopped at once.
+    /// Stop the drive at once.
     Stop,
 }
 
-/// What is read just now; means over the time since the reading before.
+/// Present readings: means over the time since the reading before.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LiveReading {
     /// Time on the audio clock, s.
@@ -191,88 +191,88 @@ pub struct LiveReading {
     pub normal_n: Option<f64>,
     /// Lateral force, N.
     pub lateral_n: Option<f64>,
-    /// Drive read back, V peak.
+    /// Read-back of the drive, V peak.
     pub drive_v: f64,
-    /// Pickup by the sensitivity in force, m peak.
+    /// Amplitude of the pickup by the sensitivity in force, m peak.
     pub amplitude_m: f64,
     /// Largest sample of any input, of full scale.
     pub level: f64,
     /// Latest reading of the instrument, m peak.
     pub known_m: Option<f64>,
-    /// The safety watch.
+    /// State of the safety watch.
     pub safety: SafetyState,
-    /// The plate is driven, or a ramp is not over.
+    /// Whether the plate is driven, ramps included.
     pub sounds: bool,
 }
 
-/// How far a measurement has come.
+/// Progress of a measurement.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct CalibrationProgress {
     /// Number of the present step, from 1.
     pub step: usize,
-    /// How many there are.
+    /// Number of steps.
     pub steps: usize,
-    /// What happens in it, in a few words, while nothing is asked.
+    /// Present activity in a few words, shown while nothing is asked.
     pub doing: String,
-    /// What the operator should know about the last answer or step: why it is asked again.
+    /// Note on the last answer or step: why it is repeated.
     pub note: Option<String>,
-    /// The points so far.
+    /// Points measured so far.
     pub points: Vec<PointRead>,
-    /// The points as a curve.
+    /// Points as a curve.
     pub curve: Option<Curve>,
-    /// What has come out so far, a line each.
+    /// Results so far, a line each.
     pub findings: Vec<String>,
 }
 
-/// One measured point, in words.
+/// A measured point in words.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PointRead {
-    /// Where it was taken, with its unit.
+    /// Place of the point on its axis, with unit.
     pub at: String,
-    /// What was read, with its unit.
+    /// Reading, with unit.
     pub value: String,
-    /// By how much it departs from all together, with its unit.
+    /// Residual, with unit.
     pub residual: Option<String>,
-    /// It departs most.
+    /// Whether its residual is the largest.
     pub worst: bool,
 }
 
-/// Points over an axis, and what was fitted to them.
+/// Points of a curve and the fit to them.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Curve {
-    /// What lies along, with its unit.
+    /// Label of the horizontal axis, with unit.
     pub x: String,
-    /// What lies up, with its unit.
+    /// Label of the vertical axis, with unit.
     pub y: String,
-    /// The points.
+    /// Points of the curve.
     pub points: Vec<(f64, f64)>,
-    /// The fit, as a line through these.
+    /// Points of the fitted line.
     pub fit: Vec<(f64, f64)>,
 }
 
-/// Whoever is asked.
+/// An operator who is asked and shown what happens: a person, or a program in their place.
 pub trait Operator: Send {
-    /// Asks for one thing; an earlier request is over. `None` when nothing is asked any more.
+    /// Replaces the present request; `None` when nothing is asked any more.
     fn ask(&mut self, request: Option<&Request>);
 
-    /// Shows how far the measurement has come: after every step.
+    /// Shows the progress of the measurement, after every step.
     fn progress(&mut self, progress: &CalibrationProgress);
 
-    /// Shows what is read, some twenty times a second.
+    /// Shows the present readings, about twenty times a second.
     fn show(&mut self, now: &LiveReading);
 
-    /// What the operator wants next.
+    /// Returns the operator's next input; `None` when there is none.
     ///
     /// # Errors
-    /// When what is asked is not going to happen: names what to do.
+    /// When the request cannot be fulfilled: the error says what to do.
     fn next_input(&mut self) -> anyhow::Result<Option<OperatorInput>>;
 
-    /// Says that the measurement has failed; true when somebody wants to read it before it ends, and will then leave.
+    /// Reports that the measurement has failed; returns whether an operator reads it and will then quit.
     fn failed(&mut self, why: &str) -> bool;
 
-    /// The measurement is over.
+    /// Ends the operator's screen: the measurement is over.
     fn close(&mut self);
 }
 
-/// Does what a calibration asks of its operator, at once: the hands of a simulated apparatus.
+/// Hands of a simulated apparatus: does at once what a calibration asks of its operator.
 pub type Hands = Box<dyn FnMut(&Request) + Send>;

@@ -1,4 +1,4 @@
-//! `calibrate pickup`: the plate at a ladder of levels, and at each a known amplitude.
+//! `calibrate pickup`: a line through known amplitudes of the plate at a ladder of drive levels.
 
 use std::fmt::Write as _;
 
@@ -21,29 +21,29 @@ use crate::procedure::{NextStep, Procedure, StepOutcome};
 use config::Config;
 use config::{Provenance, Quantity};
 
-/// The ladder, of the highest level.
+/// Levels of the ladder, as shares of the highest.
 const LADDER: [f64; 7] = [0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0];
-/// Before the sensitivity is known it may be wrong by so much.
+/// Factor by which the sensitivity may be wrong before it is measured.
 const UNKNOWN_SENSITIVITY: f64 = 1.5;
 /// Length of the reading at each level, s.
 const WINDOW_S: f64 = 0.5;
-/// Deviation that typed amplitudes are given before their scatter is known, m.
+/// Standard deviation assumed of typed amplitudes before their scatter is known, m.
 const TYPED_SIGMA_M: f64 = 1e-9;
-/// A typed amplitude that departs from what the other points let expect by more is asked for again, relative.
+/// Largest relative difference of a typed amplitude from what the other points predict; a larger one is queried.
 const SURPRISE: f64 = 0.25;
-/// Fewest lines of an instrument at one level.
+/// Fewest readings of an instrument at one level.
 const LEAST_LINES: usize = 5;
 
-/// What the measurement takes from the bench and the operator.
+/// What a calibration of the pickup takes from the bench and the operator.
 #[derive(Debug, Clone)]
 pub struct PickupSetup {
-    /// Where to look for the resonance, Hz.
+    /// Frequency about which the resonance is looked for, Hz.
     pub about_hz: f64,
-    /// Levels asked for, V; the default ladder when empty.
+    /// Requested levels, V peak; the default ladder when empty.
     pub levels_v: Vec<f64>,
-    /// Known amplitudes.
+    /// Source of the known amplitudes.
     pub known: Known,
-    /// Relative standard uncertainty of what is known: the instrument's own calibration.
+    /// Relative standard uncertainty of the known amplitudes: the instrument's own calibration.
     pub accuracy: f64,
     /// How well the channels follow each other, relative and rad.
     pub channel_match: f64,
@@ -51,10 +51,10 @@ pub struct PickupSetup {
 }
 
 impl PickupSetup {
-    /// On the bench of `config`.
+    /// Checks and collects the setup on the bench of `config`; `held` is the calibration so far.
     ///
     /// # Errors
-    /// When levels and amplitudes do not go together, or one is beyond its limit.
+    /// When the numbers of levels and amplitudes differ, or one is out of its range.
     pub fn new(
         config: &Config,
         held: &config::CalibrationFile,
@@ -116,18 +116,18 @@ impl PickupSetup {
     }
 }
 
-/// The measurement.
+/// The procedure of `calibrate pickup`.
 pub struct PickupProcedure {
     setup: PickupSetup,
     stage: PickupStage,
     carrier_hz: f64,
     settle_s: f64,
     levels_v: Vec<f64>,
-    /// What has been read, in the order of the levels.
+    /// Measured points, in the order of the levels.
     pub rungs: Vec<PickupPoint>,
-    /// The level that is measured now: the next one, or one that is measured again.
+    /// Index of the level being measured: the next one, or one that is repeated.
     level: usize,
-    /// A typed amplitude that was surprising, m: typed again, it is taken.
+    /// Typed amplitude that was queried, m: typed again, it is accepted.
     refused_m: Option<f64>,
     note: Option<String>,
 }
@@ -141,7 +141,7 @@ enum PickupStage {
 }
 
 impl PickupProcedure {
-    /// Ready to begin.
+    /// Makes a procedure that has not begun.
     #[must_use]
     pub fn new(setup: PickupSetup) -> Self {
         Self {
@@ -175,7 +175,7 @@ impl PickupProcedure {
         Ok(())
     }
 
-    /// What the plate, being linear, will do at the present level by what it did at the others, m.
+    /// Returns the amplitude that the other points predict at the present level of a linear plate, m.
     fn expected_m(&self) -> Option<f64> {
         let others = self
             .rungs
@@ -224,7 +224,7 @@ impl PickupProcedure {
         })))
     }
 
-    /// Why a typed amplitude is not taken.
+    /// Returns why a typed amplitude is rejected or queried; `None` when it is accepted.
     fn refusal(&self, known_m: f64) -> Option<String> {
         let most_m = self.setup.config.calibration.max_amplitude_m;
         if !(known_m > 0.0 && known_m <= most_m) {
@@ -240,27 +240,27 @@ impl PickupProcedure {
             .filter(|expected_m| surprise(*expected_m))?;
         (self.refused_m != Some(known_m)).then(|| {
             format!(
-                "{:.4} µm, but the other points predict {:.4} µm: peak, not RMS or peak to peak? Type it again to insist.",
+                "{:.4} µm, but the other points predict {:.4} µm: peak, not RMS or peak to peak? Type it again to confirm.",
                 known_m * 1e6,
                 expected_m * 1e6
             )
         })
     }
 
-    /// Takes an amplitude typed while the plate moved.
+    /// Handles an amplitude typed while the plate moved.
     fn typed(&mut self, known_m: f64, capture: &Capture) -> anyhow::Result<NextStep> {
         self.note = self.refusal(known_m);
         if self.note.is_some() {
             self.refused_m = Some(known_m);
             return self.play();
         }
-        // What is held has settled long ago.
+        // A tone that is held has settled long ago.
         let reading = self.pickup(capture, 0.0)?;
         self.keep(reading, known_m, TYPED_SIGMA_M);
         self.play()
     }
 
-    /// The pickup's peak at the tone that was heard, sample units.
+    /// Returns the pickup's peak at the captured tone, sample units.
     fn pickup(&self, capture: &Capture, settle_s: f64) -> anyhow::Result<f64> {
         let dwell = capture.dwells.first().context("no tone was played")?;
         let channels = &self.setup.config.channels;
@@ -306,7 +306,7 @@ impl PickupProcedure {
         self.play()
     }
 
-    /// Mean of the instrument's lines at this level, and its standard error.
+    /// Returns the mean of the instrument's readings at this level and its standard error, m.
     fn instrument(&self, capture: &Capture, dwell: &Dwell) -> anyhow::Result<(f64, f64)> {
         let window = capture.settled(dwell, self.settle_s);
         let lines: Vec<f64> = capture
@@ -318,7 +318,7 @@ impl PickupProcedure {
         let n = lines.len();
         if n < LEAST_LINES {
             bail!(
-                "the instrument sent {n} lines in {WINDOW_S} s, at least {LEAST_LINES} are needed: does it send peak amplitudes continuously?"
+                "the instrument sent {n} lines in {WINDOW_S} s, at least {LEAST_LINES} are needed: check that it sends peak amplitudes continuously"
             );
         }
         let mean = lines.iter().sum::<f64>() / n as f64;
@@ -468,7 +468,7 @@ impl Calibrates for PickupProcedure {
 }
 
 impl PickupProcedure {
-    /// The line through the points.
+    /// Returns the line through the points.
     fn line(&self) -> Result<Line, LineError> {
         let points: Vec<LinePoint> = self
             .rungs
@@ -482,20 +482,20 @@ impl PickupProcedure {
         Line::fit(&points)
     }
 
-    /// Relative standard error of the sensitivity.
+    /// Returns the relative standard error of the sensitivity.
     fn relative_error(&self, line: &Line) -> f64 {
         (line.slope_error / line.slope)
             .hypot(self.setup.accuracy)
             .hypot(self.setup.channel_match)
     }
 
-    /// Reasons not to use the line.
+    /// Returns the reasons to reject the line.
     fn faults(&self, line: &Line) -> Vec<String> {
         let limits = &self.setup.config.calibration;
         let relative = self.relative_error(line);
         let mut faults = Vec::new();
         if line.slope <= 0.0 {
-            faults.push("the pickup reads less where the amplitude is more: are the amplitudes in the order of the levels?".to_owned());
+            faults.push("the pickup reads less where the amplitude is more: check that the amplitudes are in the order of the levels".to_owned());
         }
         if line.nonlinearity > limits.pickup_nonlinearity {
             faults.push(format!(
@@ -536,7 +536,7 @@ impl PickupProcedure {
             .collect()
     }
 
-    /// The points, or once there is a line, what they depart from it by.
+    /// Returns the points, or their residuals once there is a line.
     fn curve(&self, line: Option<&Line>) -> Option<Curve> {
         let last = self
             .rungs
@@ -564,7 +564,7 @@ impl PickupProcedure {
         })
     }
 
-    /// The points and their residuals as CSV.
+    /// Returns the points and their residuals as CSV.
     fn points_csv(&self, line: &Line) -> String {
         let mut text = String::from("drive_v,reading_units,known_m,sigma_m,residual_m\n");
         for (rung, residual) in self.rungs.iter().zip(&line.residuals) {

@@ -1,4 +1,4 @@
-//! A look at the unloaded plate's response: tones about a frequency, and what drive and pickup read of them.
+//! A coarse look at the unloaded plate's response: tones about a frequency, and drive and pickup at each.
 
 use std::f64::consts::PI;
 
@@ -11,19 +11,22 @@ use signalgen::{ToneList, Waveform};
 use crate::capture::Capture;
 use crate::procedure::NextStep;
 
-/// Level of the first, coarse look, V: harmless at any resonance.
+/// Level of the coarse look, V peak: harmless at any resonance.
 pub(super) const LOOK_V: f64 = 2.0;
-/// The coarse look: tones, their distance and length. A plate with Q = 350 has a bandwidth of 100 Hz.
+/// Number of tones of the coarse look.
 pub(super) const LOOK_TONES: usize = 41;
+/// Distance between the tones of the coarse look, Hz: a plate with Q = 350 has a bandwidth of 100 Hz.
 pub(super) const LOOK_STEP_HZ: f64 = 40.0;
+/// Length of each tone of the coarse look, s.
 const LOOK_DWELL_S: f64 = 0.05;
+/// Time at the start of each tone that is not read, s.
 const LOOK_SETTLE_S: f64 = 0.025;
-/// After so many time constants 2Q/ω the plate has forgotten the tone before: e⁻¹⁸ = 1.5e-8.
+/// Number of time constants 2Q/ω after which the tone before has decayed: e⁻¹⁸ = 1.5e-8.
 pub(super) const SETTLE_TIME_CONSTANTS: f64 = 18.0;
-/// Largest reading of the pickup that is aimed at, of full scale.
+/// Largest reading of the pickup that a level may aim at, of full scale.
 pub(super) const FULLEST: f64 = 0.8;
 
-/// The coarse look about a frequency.
+/// Returns the step that plays the coarse look about `about_hz`.
 pub(super) fn look(about_hz: f64, config: &Config) -> anyhow::Result<NextStep> {
     let tones: Vec<f64> = (0..LOOK_TONES)
         .map(|i| about_hz + LOOK_STEP_HZ * (i as f64 - (LOOK_TONES / 2) as f64))
@@ -35,29 +38,29 @@ pub(super) fn look(about_hz: f64, config: &Config) -> anyhow::Result<NextStep> {
     })))
 }
 
-/// The coarse look's responses.
+/// Returns the responses of the coarse look.
 pub(super) fn looked(capture: &Capture, config: &Config) -> anyhow::Result<Vec<Response>> {
     responses(capture, config, LOOK_SETTLE_S)
 }
 
-/// How long the plate takes to settle, s.
+/// Returns the time that the plate takes to settle, s.
 pub(super) fn settle_s(resonance_hz: f64, quality: f64) -> f64 {
     SETTLE_TIME_CONSTANTS * quality / (PI * resonance_hz)
 }
 
-/// Pickup units per actuator volt at the resonance.
+/// Returns the pickup's reading per actuator volt at the resonance, units/V.
 pub(super) fn peak_units_per_v(look: &[Response], config: &Config) -> f64 {
     look.iter().map(|r| r.ratio.norm()).fold(0.0, f64::max) / config.channels.drive.volts_per_unit
 }
 
-/// The level at which the amplitude, the pickup's range or the drive comes near its limit, V.
+/// Returns the level at which the amplitude, the pickup's range or the drive approaches its limit, V peak.
 pub(super) fn highest_level_v(units_per_v: f64, metres_per_unit: f64, config: &Config) -> f64 {
     let by_amplitude = 0.9 * config.calibration.max_amplitude_m / (units_per_v * metres_per_unit);
     let by_range = FULLEST / units_per_v;
     by_amplitude.min(by_range).min(config.limits.drive_v)
 }
 
-/// Refuses saturated inputs.
+/// Requires that neither input is saturated.
 pub(super) fn require_unsaturated(
     drive: &SteadyTone,
     pickup: &SteadyTone,
@@ -77,10 +80,10 @@ pub(super) fn require_unsaturated(
     Ok(())
 }
 
-/// The carrier stands out of everything else by at least this, as a ratio of amplitudes.
+/// Least ratio of the carrier's amplitude to everything else in the drive's input.
 const LEAST_RATIO: f64 = 3.0;
 
-/// Returns the pickup's response to the drive at each tone that was heard, `settle_s` after its begin.
+/// Returns the pickup's response to the drive at each captured tone, from `settle_s` after its start.
 pub(super) fn responses(
     capture: &Capture,
     config: &Config,

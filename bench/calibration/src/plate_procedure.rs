@@ -1,4 +1,4 @@
-//! `calibrate plate`: tones about the resonance with no finger on the plate, and the second-order admittance fitted to them.
+//! `calibrate plate`: a second-order admittance fitted to tones about the resonance, with no finger on the plate.
 
 use std::fmt::Write as _;
 
@@ -22,20 +22,23 @@ use crate::procedure::{NextStep, Procedure, StepOutcome};
 use config::Config;
 use config::{Provenance, Quantity};
 
-/// The close look: tones over so many bandwidths to either side.
+/// Number of tones of the close look.
 const TONES: usize = 31;
+/// Bandwidths that the close look spans to either side of the resonance.
 const BANDWIDTHS: f64 = 2.0;
+/// Length of the reading at each tone, s.
 const WINDOW_S: f64 = 0.06;
-/// What the measurement takes from the bench.
+
+/// What a calibration of the plate takes from the bench.
 #[derive(Debug, Clone)]
 pub struct PlateSetup {
-    /// Where to look for the resonance, Hz.
+    /// Frequency about which the resonance is looked for, Hz.
     pub about_hz: f64,
-    /// Level of the close look, V peak; lowered where the limits ask for it.
+    /// Level of the close look, V peak; lowered where a limit requires it.
     pub drive_v: f64,
-    /// Sensitivity of the pickup with its standard error and degrees of freedom.
+    /// Sensitivity of the pickup, m per unit.
     pub metres_per_unit: Quantity,
-    /// Resonance at the calibration before, Hz.
+    /// Resonance at the calibration before, Hz; `None` at the first.
     pub before_hz: Option<f64>,
     /// How well the channels follow each other, relative and rad.
     pub channel_match: f64,
@@ -43,10 +46,10 @@ pub struct PlateSetup {
 }
 
 impl PlateSetup {
-    /// On the bench of `config`, with what has been calibrated on it so far.
+    /// Checks and collects the setup on the bench of `config`; `held` is the calibration so far.
     ///
     /// # Errors
-    /// When the level is beyond its limit.
+    /// When the level is out of its range.
     pub fn new(
         config: &Config,
         held: &config::CalibrationFile,
@@ -81,15 +84,15 @@ impl PlateSetup {
     }
 }
 
-/// The measurement.
+/// The procedure of `calibrate plate`.
 pub struct PlateProcedure {
     setup: PlateSetup,
     stage: PlateStage,
     level_v: f64,
     settle_s: f64,
-    /// The response that was fitted, with its fit, for `Fig. 10 b`.
+    /// Response that was fitted.
     pub responses: Vec<Response>,
-    /// The fit.
+    /// Fit to the response; `None` until it is measured.
     pub fit: Option<PlateFit>,
 }
 
@@ -102,7 +105,7 @@ enum PlateStage {
 }
 
 impl PlateProcedure {
-    /// Ready to begin.
+    /// Makes a procedure that has not begun.
     #[must_use]
     pub fn new(setup: PlateSetup) -> Self {
         Self {
@@ -181,7 +184,10 @@ impl Procedure for PlateProcedure {
             PlateStage::Look => (2, "Looking for the resonance.".to_owned()),
             PlateStage::Close | PlateStage::Review => (
                 3,
-                format!("{TONES} tones about it at {:.1} V.", self.level_v),
+                format!(
+                    "Playing {TONES} tones about the resonance at {:.1} V.",
+                    self.level_v
+                ),
             ),
         };
         let reviewed = matches!(self.stage, PlateStage::Review);
@@ -198,7 +204,7 @@ impl Procedure for PlateProcedure {
     }
 }
 
-/// The fit as the one point that it is: measured again as a whole.
+/// Returns the fit as a single point: it can only be repeated as a whole.
 fn point_read(fit: &PlateFit) -> PointRead {
     PointRead {
         at: format!("{TONES} tones"),
@@ -313,21 +319,21 @@ impl Calibrates for PlateProcedure {
 }
 
 impl PlateProcedure {
-    /// Resonance now less the resonance at the calibration before, Hz.
+    /// Returns the resonance now less that at the calibration before, Hz.
     fn drift_hz(&self, fit: &PlateFit) -> Option<f64> {
         self.setup
             .before_hz
             .map(|before_hz| fit.resonance_hz.value - before_hz)
     }
 
-    /// Reasons not to use what was fitted.
+    /// Returns the reasons to reject the fit.
     fn faults(&self, fit: &PlateFit) -> Vec<String> {
         let limits = &self.setup.config.calibration;
         let quality = fit.quality.value;
         let mut faults = Vec::new();
         if fit.residual > limits.plate_residual {
             faults.push(format!(
-                "the response departs from a single resonance by {:.2} % of its peak, more than calibration.plate_residual = {}: is anything touching the plate, or its clamp loose?",
+                "the response departs from a single resonance by {:.2} % of its peak, more than calibration.plate_residual = {}: check that nothing touches the plate and that its clamp is tight",
                 100.0 * fit.residual,
                 limits.plate_residual
             ));
@@ -343,7 +349,7 @@ impl PlateProcedure {
             && drift_hz.abs() > limits.drift_hz
         {
             faults.push(format!(
-                "the resonance has moved by {drift_hz:+.1} Hz since the last calibration, more than calibration.drift_hz = {}: another plate, another clamp, another temperature?",
+                "the resonance has moved by {drift_hz:+.1} Hz since the last calibration, more than calibration.drift_hz = {}: check the plate, its clamp and the temperature",
                 limits.drift_hz
             ));
         }
@@ -355,7 +361,7 @@ impl PlateProcedure {
         faults
     }
 
-    /// The response's size about the resonance, of its largest.
+    /// Returns the magnitude of the response about the resonance, as a share of its largest.
     fn curve(&self, fit: &PlateFit) -> Curve {
         let centre_hz = fit.resonance_hz.value;
         let largest = fit.model.iter().map(|z| z.norm()).fold(0.0, f64::max);
@@ -374,7 +380,7 @@ impl PlateProcedure {
         }
     }
 
-    /// The admittance ṽ/f̃ at each tone (Huloux 2021, Fig. 10 b).
+    /// Returns the admittance ṽ/f̃ at each tone (Huloux 2021, Fig. 10 b).
     fn admittance(&self, plate: &config::MeasuredPlate) -> Vec<Admittance> {
         let model = self.fit.iter().flat_map(|fit| &fit.model);
         let volts_per_unit = self.setup.config.channels.drive.volts_per_unit;
@@ -398,7 +404,7 @@ impl PlateProcedure {
     }
 }
 
-/// The admittances as CSV.
+/// Returns the admittances as CSV.
 fn admittance_csv(response: &[Admittance]) -> String {
     let mut text = String::from(
         "frequency_hz,re_admittance_m_per_s_per_n,im_admittance_m_per_s_per_n,re_fit_m_per_s_per_n,im_fit_m_per_s_per_n\n",

@@ -2,16 +2,16 @@
 
 use num_complex::Complex64;
 
-/// One level of the ladder.
+/// A point of the pickup's line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PickupPoint {
-    /// Drive level, V.
+    /// Drive level, V peak.
     pub drive_v: f64,
-    /// Pickup's reading, peak, sample units.
+    /// Peak reading of the pickup, sample units.
     pub reading: f64,
-    /// Known amplitude, m.
+    /// Known peak amplitude, m.
     pub known_m: f64,
-    /// Its standard deviation, m.
+    /// Standard deviation of the known amplitude, m.
     pub sigma_m: f64,
 }
 
@@ -20,8 +20,8 @@ pub struct PickupPoint {
 pub struct Admittance {
     /// Frequency, Hz.
     pub frequency_hz: f64,
-    /// As measured.
+    /// Measured admittance, m/s/N.
     pub measured: Complex64,
-    /// As fitted.
+    /// Fitted admittance, m/s/N.
     pub fitted: Complex64,
 }

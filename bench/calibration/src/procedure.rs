@@ -1,49 +1,77 @@
-//! A measurement, one step at a time.
+//! A measurement as a sequence of steps.
 
 use signalgen::Waveform;
 
 use crate::capture::Capture;
 use crate::operator::{Answer, CalibrationProgress, Request};
 
-/// A tone that is held has sounded for this long when its answer is taken, s.
+/// Time for which a held tone has sounded before an answer is taken, s.
 pub const HELD_S: f64 = 1.0;
 
-/// What a calibration wants next.
+/// The next step of a calibration.
 #[derive(Debug, Clone)]
 pub enum NextStep {
-    /// Silence, for so many seconds.
+    /// Captures silence for so many seconds.
     Listen(f64),
-    /// A waveform that ends by itself: stepped tones.
+    /// Plays a waveform that ends by itself, stepped tones, and captures it.
     Play(Box<Waveform>),
-    /// Silence, until the operator has answered.
+    /// Asks the operator, in silence.
     Ask(Request),
-    /// A tone that sounds until the operator has answered, and has sounded for [`HELD_S`]. Asked with the same tone
-    /// again, it goes on without a break.
+    /// Asks the operator while a tone sounds, for at least [`HELD_S`]. Repeated with the same tone, it continues
+    /// without a break.
     Sound(Box<Waveform>, Request),
-    /// Everything has been measured.
+    /// Ends the measurement: everything has been measured.
     Done,
 }
 
-/// What has happened at the last step.
+/// Outcome of the last step.
 #[derive(Debug)]
 pub enum StepOutcome {
-    /// Nothing yet: the first step.
+    /// The measurement has just begun.
     Began,
-    /// What was heard while listening or playing.
+    /// Capture of a step that listened or played.
     Captured(Capture),
-    /// The operator's answer, and at least the last [`HELD_S`] of what was heard before it; of a tone that sounded, its
-    /// only dwell is those seconds at full amplitude.
+    /// The operator's answer, with a capture of at least the last [`HELD_S`] before it; the only dwell of a tone that
+    /// sounded is that time at full amplitude.
     Answered(Answer, Capture),
 }
 
-/// A measurement, one step at a time.
+/// A measurement as a sequence of steps, free of side effects: it decides from the outcome of the last step what comes
+/// next.
+///
+/// ```
+/// use calibration::operator::CalibrationProgress;
+/// use calibration::procedure::{NextStep, Procedure, StepOutcome};
+///
+/// /// Reads the mean normal force once.
+/// struct Tare(Option<f64>);
+///
+/// impl Procedure for Tare {
+///     fn next(&mut self, outcome: StepOutcome) -> anyhow::Result<NextStep> {
+///         Ok(match outcome {
+///             StepOutcome::Captured(capture) => {
+///                 self.0 = capture.mean_force_n().map(|(normal_n, _)| normal_n);
+///                 NextStep::Done
+///             }
+///             _ => NextStep::Listen(1.0),
+///         })
+///     }
+///
+///     fn progress(&self) -> CalibrationProgress {
+///         CalibrationProgress::default()
+///     }
+/// }
+///
+/// let mut tare = Tare(None);
+/// assert!(matches!(tare.next(StepOutcome::Began).unwrap(), NextStep::Listen(1.0)));
+/// ```
 pub trait Procedure: Send + 'static {
-    /// Decides from what has happened at the last step.
+    /// Decides the next step from the outcome of the last one.
     ///
     /// # Errors
-    /// When the measurement cannot be made: names why, and what to do.
+    /// When the measurement cannot be made: the error says why and what to do.
     fn next(&mut self, outcome: StepOutcome) -> anyhow::Result<NextStep>;
 
-    /// How far it has come.
+    /// Returns the progress of the measurement.
     fn progress(&self) -> CalibrationProgress;
 }

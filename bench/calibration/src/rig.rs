@@ -1,5 +1,5 @@
-//! The bench under calibration: tones are played, everything is heard whole, the operator is asked, and what to do next is
-//! decided from all of it.
+//! The bench under calibration: plays the procedure's tones, captures every sample, asks the operator, and passes the
+//! outcome of each step to the procedure.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -23,27 +23,27 @@ use crate::meter::Meter;
 use crate::operator::{Answer, Hands, LiveReading, Operator, OperatorInput};
 use crate::procedure::{HELD_S, NextStep, Procedure, StepOutcome};
 
-/// A measurement that came to its end.
+/// A completed measurement.
 pub struct Outcome<P> {
-    /// The procedure, with what it has measured.
+    /// Procedure, with its measurements.
     pub procedure: P,
-    /// The bench that it was measured on.
+    /// Identity of the bench that it was measured on.
     pub identity: Identity,
-    /// When.
+    /// Date of the measurement.
     pub date: Timestamp,
-    /// How long the plate was driven, s.
+    /// Time for which the plate was driven, s.
     pub driven_s: f64,
 }
 
-/// Who is asked, and the screen that it takes place on, if it does.
+/// The operator, and the thread of their screen if there is one.
 pub type Attendance = (Box<dyn Operator>, Option<DashboardThread>);
 
-/// Runs `procedure` on the bench. `attend` opens the operator's screen once the bench is open, on whose leaving the
-/// flag that it is given is raised.
+/// Runs `procedure` on the bench. `attend` opens the operator's screen once the bench is open; quitting the screen
+/// raises the flag that `attend` is given.
 ///
 /// # Errors
-/// When a part of the bench is missing or fails, samples are lost, the safety watch trips, the operator leaves, or the
-/// procedure refuses.
+/// When a part of the bench is missing or fails, samples are lost, the safety watch trips, the operator quits, or the
+/// procedure fails.
 pub fn run<P: Procedure>(
     bench: &Effective,
     hardware: Hardware,
@@ -106,7 +106,7 @@ pub fn run<P: Procedure>(
     let (procedure, driven_s) = outcome
         .try_recv()
         .ok()
-        .context("left before everything was measured: nothing was written")?;
+        .context("quit before everything was measured: nothing was written")?;
     Ok(Outcome {
         procedure,
         identity,
@@ -115,22 +115,22 @@ pub fn run<P: Procedure>(
     })
 }
 
-/// Silence before the first step, s: the force sensor's clock and the card come to rest.
+/// Length of the silence before the first step, s, in which the force sensor's clock and the card settle.
 const SETTLE_S: f64 = 0.2;
-/// A tone is not held longer for an operator who may have gone.
+/// Longest time for which a tone is held for an operator who may have gone, s.
 const HELD_MOST_S: f64 = 300.0;
-/// The operator is shown a reading this often, s.
+/// Period at which the operator is shown readings, s.
 const SHOW_S: f64 = 0.05;
 /// Span over which the read-back for the safety watch is averaged, s.
 const READBACK_S: f64 = 1e-3;
-/// A read-back under this share of the command is no gain error: the carrier is gone.
+/// Share of the command below which a read-back is no gain error: the carrier is gone.
 const VANISHED: f64 = 0.3;
-/// A card that delivers nothing for this long ends the calibration.
+/// Time without audio that ends the calibration.
 const CARD_TIMEOUT: Duration = Duration::from_secs(10);
 
 enum Step {
     Settling,
-    /// The tone before is dying away.
+    /// The tone before is ramping to silence.
     SilencingTone {
         next: Option<NextStep>,
         quiet_frames: usize,
@@ -147,12 +147,12 @@ enum Step {
     Asking {
         answer: Option<Answer>,
     },
-    /// The operator reads why.
+    /// The measurement has failed; the operator reads why.
     Failed(anyhow::Error),
     Done,
 }
 
-/// A tone that sounds until it is no longer wanted.
+/// A tone that sounds until a step needs another signal.
 struct HeldTone {
     waveform: Waveform,
     after: u32,
@@ -193,7 +193,7 @@ struct RigTask<P> {
     meter: Meter,
     account: StreamAccount,
     recent: VecDeque<f64>,
-    /// Frames read so far.
+    /// Number of frames read so far.
     taken: u64,
     driven_frames: u64,
     last_audio: Instant,
@@ -256,7 +256,7 @@ impl<P: Procedure> RigTask<P> {
         Ok(())
     }
 
-    /// Peak of the drive's read-back for the safety watch, whatever its frequency.
+    /// Publishes the peak of the drive's read-back, whatever its frequency, for the safety watch.
     fn publish_readback(&mut self, now_ns: u64) {
         let most = (READBACK_S * self.rate_hz) as usize;
         self.taken += (self.block.len() / self.channels) as u64;
@@ -284,7 +284,7 @@ impl<P: Procedure> RigTask<P> {
         self.capture.samples.len() / self.channels
     }
 
-    /// Begins a step, once the tone before has died away.
+    /// Begins a step, once the tone before is silent.
     fn begin(&mut self, next: NextStep) -> anyhow::Result<()> {
         let goes_on = match (&self.held, &next) {
             (None, _) => true,
@@ -338,7 +338,7 @@ impl<P: Procedure> RigTask<P> {
             }
             NextStep::Sound(..) => Step::Asking { answer: None },
             NextStep::Ask(_) => {
-                // Hands are about to touch cables or the plate.
+                // The operator is about to touch cables or the plate.
                 self.drive.disarm();
                 Step::Asking { answer: None }
             }
@@ -351,14 +351,14 @@ impl<P: Procedure> RigTask<P> {
         Ok(())
     }
 
-    /// What has happened once the present step is over.
+    /// Returns the outcome of the present step; `None` until it is over.
     fn finished(&mut self) -> anyhow::Result<Option<StepOutcome>> {
         let frames = self.frames();
         if let (Some(held), Step::Asking { answer: None }) = (&self.held, &self.step)
             && held.steady_frames as f64 > HELD_MOST_S * self.rate_hz
         {
             bail!(
-                "nobody answered for {:.0} minutes while the plate moved, so it was silenced: calibrate again when you are back",
+                "timed out waiting {:.0} minutes for the operator's answer while the plate moved; the drive was stopped: calibrate again",
                 HELD_MOST_S / 60.0
             );
         }
@@ -440,7 +440,7 @@ impl<P: Procedure> RigTask<P> {
         while let Some(wish) = self.operator.next_input()? {
             match (wish, &mut self.step) {
                 (OperatorInput::Answer(given), Step::Asking { answer }) => *answer = Some(given),
-                // An answer that comes too late was meant for something else.
+                // A late answer was meant for another request.
                 (OperatorInput::Answer(_), _) => {}
                 (OperatorInput::Leave, _) => self.stop.raise(),
                 (OperatorInput::Stop, _) => self.drive.trip(Trip::Operator),
@@ -449,7 +449,7 @@ impl<P: Procedure> RigTask<P> {
         Ok(())
     }
 
-    /// Takes in what has arrived.
+    /// Reads audio, forces and the instrument.
     fn take_in(&mut self, now_ns: u64) -> anyhow::Result<()> {
         while let Some(header) = self.input.pop_block(&mut self.block) {
             self.last_audio = Instant::now();
@@ -520,16 +520,19 @@ impl<P: Procedure> RigTask<P> {
         self.drive.poll(safety);
         self.take_in(now_ns)?;
         if self.last_audio.elapsed() > CARD_TIMEOUT {
-            bail!("the sound card delivers nothing");
+            bail!(
+                "audio callbacks stopped: the sound card has delivered nothing for {} s",
+                CARD_TIMEOUT.as_secs()
+            );
         }
         self.show(safety);
         self.take_inputs()?;
         self.advance()
     }
 
-    /// Nothing is measured any more; the operator reads why, until he leaves.
+    /// Keeps the screen of a failed measurement until the operator quits.
     fn after_failure(&mut self, safety: &SafetyState, now_ns: u64) -> anyhow::Result<()> {
-        // What is lost now was not going to be used.
+        // Samples lost now would not have been used.
         let _ = self.take_in(now_ns);
         self.capture = Capture::default();
         self.show(safety);

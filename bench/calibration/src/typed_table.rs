@@ -1,14 +1,14 @@
-//! Tables that people write: CSV with a line of column names, blanks allowed.
+//! Tables typed by operators: CSV with a line of column names, blanks allowed.
 
 use std::path::Path;
 
 use anyhow::Context;
 use serde::de::DeserializeOwned;
 
-/// The rows of the table at `path`. `columns` tells its writer what they must be.
+/// Reads the rows of the table at `path`; `columns` names the expected columns in errors.
 ///
 /// # Errors
-/// When it cannot be read, or a row is not of these columns.
+/// When the file cannot be read, or a row does not fit the columns.
 pub(super) fn rows<R: DeserializeOwned>(path: &Path, columns: &str) -> anyhow::Result<Vec<R>> {
     let mut reader = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)

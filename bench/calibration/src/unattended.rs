@@ -1,4 +1,5 @@
-//! Nobody at the bench: progress as lines, and answers once what was asked is seen to have happened.
+//! A calibration without an operator: prints progress as lines, and answers a request once the force sensor shows it
+//! done.
 
 use std::collections::VecDeque;
 use std::io::Write;
@@ -12,19 +13,20 @@ use crate::operator::{
 
 /// Length of a plateau of the forces, s.
 const PLATEAU_S: f64 = 0.5;
-/// The halves of a plateau agree within this, N, and a share of the change that is expected.
+/// Largest difference between the halves of a plateau, N, to which [`STEADY_SHARE`] is added.
 const STEADY_N: f64 = 2e-3;
+/// Largest difference between the halves of a plateau, as a share of the expected change.
 const STEADY_SHARE: f64 = 0.01;
-/// A change is seen from this share of it on: the sensor's gain is not known yet.
+/// Share of the expected change from which on a change is seen: the sensor's gain is not known yet.
 const SEEN_SHARE: f64 = 0.3;
-/// Somebody may have to walk to the bench, s.
+/// Time to fulfil a request, s: somebody may have to walk to the bench.
 const REQUEST_TIMEOUT_S: f64 = 120.0;
 
-/// Answers by itself.
+/// An operator replaced by the force sensor's readings.
 pub struct Unattended<W> {
     out: W,
     asked: Option<Asked>,
-    /// Time and both forces, over a plateau's length.
+    /// Time, s, and normal and lateral force, N, over the length of a plateau.
     recent: VecDeque<(f64, [f64; 2])>,
     now_s: f64,
     loaded: Option<(ForceAxis, f64)>,
@@ -35,7 +37,7 @@ pub struct Unattended<W> {
 struct Asked {
     request: Request,
     since_s: f64,
-    /// Forces when it was asked, N.
+    /// Forces at the time of the request, N.
     before_n: [f64; 2],
 }
 
@@ -54,7 +56,7 @@ impl<W: Write> Unattended<W> {
     }
 
     fn line(&mut self, text: std::fmt::Arguments<'_>) {
-        // A reader who went away does not end a calibration.
+        // A reader that has gone does not end a calibration.
         let _ = writeln!(self.out, "{text}");
     }
 
@@ -67,7 +69,7 @@ impl<W: Write> Unattended<W> {
         sum.map(|sum| if count > 0.0 { sum / count } else { 0.0 })
     }
 
-    /// Whether the forces rest where `asked` should have brought them.
+    /// Returns whether the forces rest where `asked` should have brought them.
     fn settled(&self, asked: &Asked) -> bool {
         let (Some(first), Some(last)) = (self.recent.front(), self.recent.back()) else {
             return false;
@@ -155,17 +157,17 @@ impl<W: Write + Send> Operator for Unattended<W> {
             Request::Connect(_) | Request::Review => true,
             Request::Load { .. } | Request::Unload => self.settled(asked),
             Request::NameMass { axis } => bail!(
-                "nobody is there to type the masses of the {} axis: give --normal-g and --lateral-g, or --masses-csv",
+                "no operator to type the masses of the {} axis: give --normal-g and --lateral-g, or --masses-csv",
                 axis.name()
             ),
             Request::KnownAmplitude { .. } => bail!(
-                "nobody is there to type the amplitude: give --known-um, --known-csv or --instrument, or calibrate on a terminal"
+                "no operator to type the amplitude: give --known-um, --known-csv or --instrument, or calibrate on a terminal"
             ),
         };
         if !done {
             if self.now_s - asked.since_s > REQUEST_TIMEOUT_S {
                 bail!(
-                    "nothing happened for {REQUEST_TIMEOUT_S} s: \"{}\" was asked, and the force sensor saw no new, steady load; do what is asked while the command waits, and check the sensor's cable and axes",
+                    "timed out after {REQUEST_TIMEOUT_S} s: \"{}\" was requested, but the force sensor read no new, steady load; do what is requested while the command waits, and check the sensor's cable and axes",
                     asked.request.words()
                 );
             }
@@ -191,7 +193,7 @@ impl<W: Write + Send> Operator for Unattended<W> {
 mod tests {
     use super::*;
 
-    /// Shows `normal_n` for so many seconds; the answer, if there was one.
+    /// Shows `normal_n` for so many seconds; returns the answer, if there was one.
     fn rest(
         nobody: &mut Unattended<Vec<u8>>,
         normal_n: f64,
@@ -249,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_happen_in_time_is_said() {
+    fn a_request_that_is_not_fulfilled_times_out() {
         let mut nobody = Unattended::new(Vec::new());
         nobody.ask(Some(&load(0.1)));
         nobody.show(&LiveReading {

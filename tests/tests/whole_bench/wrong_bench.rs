@@ -89,7 +89,7 @@ fn nothing_is_calibrated_under_a_finger() {
     for what in ["pickup", "plate"] {
         refused(
             room.calibrate(&[what]),
-            &["something rests on the plate", "take the finger"],
+            &["something rests on the plate", "remove the finger"],
         );
     }
     assert!(!room.calibration().exists());

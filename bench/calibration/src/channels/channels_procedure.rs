@@ -20,7 +20,7 @@ use super::ladder::{self, Rung};
 use super::silence;
 use super::tone_ratios::{Tones, require_kept_places};
 
-/// What one input did at one tone.
+/// Reading of one input at one tone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ToneRow {
     pub(super) cabling: &'static str,
@@ -47,16 +47,17 @@ enum ChannelsStage {
     Measured,
 }
 
-/// The measurement.
+/// The procedure of `calibrate channels`.
 pub struct ChannelsProcedure {
     pub(super) setup: ChannelsSetup,
     stage: ChannelsStage,
-    /// Noise with the patch in, and on the bench.
+    /// Noise of each input with one signal on all inputs.
     pub(super) noise: Vec<NoiseDensity>,
+    /// Noise of each input with the bench wired for measurements.
     pub(super) noise_on_bench: Vec<NoiseDensity>,
     pub(super) ladders: Vec<Vec<Rung>>,
     pub(super) levels_v: Vec<f64>,
-    /// Amplitudes about the carrier at the faint level, patched.
+    /// Amplitude of each input at the carrier and the faint level, sample units.
     faint: Vec<f64>,
     pub(super) tones_v: f64,
     pub(super) patched: Tones,
@@ -67,7 +68,7 @@ pub struct ChannelsProcedure {
 }
 
 impl ChannelsProcedure {
-    /// Ready to begin.
+    /// Makes a procedure that has not begun.
     #[must_use]
     pub fn new(setup: ChannelsSetup) -> Self {
         Self {
@@ -117,7 +118,7 @@ impl ChannelsProcedure {
         self.play(&[tone_hz], LADDER_DWELL_S, self.levels_v[level])
     }
 
-    /// Notes when the tones came back after the generator was seen to play.
+    /// Keeps the time from the generator's start to the first tone that came back.
     fn note_latency(&mut self, capture: &Capture) {
         let ramp = self.setup.config.limits.ramp_s * self.setup.rate_hz();
         if let (Some(began), Some(first)) = (capture.began, capture.dwells.first()) {
@@ -150,7 +151,7 @@ impl ChannelsProcedure {
             .collect()
     }
 
-    /// Noise of every input, and what else there is in the silence.
+    /// Reads the noise of every input; `warn` adds warnings of what else the silence holds.
     fn listen(&mut self, capture: &Capture, warn: bool) -> anyhow::Result<Vec<NoiseDensity>> {
         let [from_hz, to_hz] = noise_band(self.setup.carrier_hz, self.setup.rate_hz());
         (0..self.setup.inputs())
@@ -171,7 +172,7 @@ impl ChannelsProcedure {
             .collect()
     }
 
-    /// One rung of every input's ladder.
+    /// Reads one rung of every input's ladder.
     fn step_up(&mut self, capture: &Capture) -> anyhow::Result<()> {
         let dwell = capture.dwells.first().context("no tone was heard")?.clone();
         let level = self.ladders.first().map_or(0, Vec::len);
@@ -189,7 +190,7 @@ impl ChannelsProcedure {
         Ok(())
     }
 
-    /// The next rung, or the tones once the ladder is at its end.
+    /// Returns the next rung, or the tones once the ladder has ended.
     fn climb_or_sound(&mut self) -> anyhow::Result<NextStep> {
         let level = self.ladders.first().map_or(0, Vec::len);
         let drive = usize::from(self.setup.drive());
@@ -290,18 +291,28 @@ impl Procedure for ChannelsProcedure {
     fn progress(&self) -> CalibrationProgress {
         let (step, doing) = match self.stage {
             ChannelsStage::Began | ChannelsStage::Patching => (1, String::new()),
-            ChannelsStage::Listening => (2, "listening to the silent inputs".to_owned()),
-            ChannelsStage::Looking => (3, format!("a faint look at {:.1} V", self.setup.faint_v())),
-            ChannelsStage::Climbing => (4, format!("levels up to {:.1} V", self.setup.highest_v)),
-            ChannelsStage::Sounding => (5, format!("{} tones at {:.1} V", 2 * TONES, self.tones_v)),
+            ChannelsStage::Listening => (2, "Listening to the silent inputs.".to_owned()),
+            ChannelsStage::Looking => (
+                3,
+                format!("Playing faint tones at {:.1} V.", self.setup.faint_v()),
+            ),
+            ChannelsStage::Climbing => (
+                4,
+                format!("Raising the level to {:.1} V.", self.setup.highest_v),
+            ),
+            ChannelsStage::Sounding => (
+                5,
+                format!("Playing {} tones at {:.1} V.", 2 * TONES, self.tones_v),
+            ),
             ChannelsStage::Unplugging => (6, String::new()),
             ChannelsStage::LookingAlone | ChannelsStage::SoundingAlone => {
-                (7, "the drive alone, for crosstalk".to_owned())
+                (7, "Measuring crosstalk with the drive alone.".to_owned())
             }
             ChannelsStage::PuttingBack => (8, String::new()),
-            ChannelsStage::ListeningAtLast | ChannelsStage::Measured => {
-                (9, "listening to the bench as it is wired".to_owned())
-            }
+            ChannelsStage::ListeningAtLast | ChannelsStage::Measured => (
+                9,
+                "Listening to the bench as wired for measurements.".to_owned(),
+            ),
         };
         let drive = self.ladders.get(usize::from(self.setup.drive()));
         CalibrationProgress {

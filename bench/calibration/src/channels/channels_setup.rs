@@ -44,7 +44,8 @@ pub struct ChannelsSetup {
 }
 
 impl ChannelsSetup {
-    /// Plans a measurement about the plate's resonance, up to the lower of `limits.drive_v` and the output's full scale.
+    /// Plans a measurement about the plate's resonance, up to the lower of `limits.drive_v` and the output's full
+    /// scale.
     #[must_use]
     pub fn new(config: &Config, held: &config::CalibrationFile) -> Self {
         Self {
@@ -65,8 +66,8 @@ impl ChannelsSetup {
         self.config.channels.drive.index
     }
 
-    /// Returns the level of the faint look, V peak: the safety watch takes it for silence and stops nothing, whatever comes
-    /// back.
+    /// Returns the level of the faint look, V peak: the safety watch takes it for silence and stops nothing, whatever
+    /// comes back.
     pub(super) fn faint_v(&self) -> f64 {
         let floor_v = self.config.safety.readback_floor_v;
         let faint_v = if floor_v > 0.0 {

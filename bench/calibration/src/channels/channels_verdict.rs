@@ -1,4 +1,4 @@
-//! From what was heard to `[channels]`, and whether it passes.
+//! Verdict on the channels: `[channels]` of the calibration file, and whether it passes.
 
 use std::fmt::Write as _;
 
@@ -20,7 +20,7 @@ use crate::judged::{Calibrates, Judged, Part};
 use config::SampleFormat;
 use config::{MeasuredInput, Provenance, Quantity};
 
-/// Delays that differ by more than this from the calibration before are slips, samples.
+/// Difference of a delay from the calibration before that counts as a slip, samples.
 const SLIPPED: f64 = 0.5;
 
 fn db(ratio: f64) -> f64 {
@@ -28,8 +28,8 @@ fn db(ratio: f64) -> f64 {
 }
 
 impl ChannelsProcedure {
-    /// What the input reads of the drive with only the drive's cable in, over the drive's reading: mean and standard error of
-    /// the tones' magnitudes about their mean.
+    /// Returns the input's reading over that of the drive's input with only the drive's cable in: the mean over the
+    /// tones, and the standard error by their scatter about it.
     fn crosstalk(&self, leaked: &[RatioReading]) -> Quantity {
         let n = leaked.len() as f64;
         let mean = leaked.iter().map(|leak| leak.ratio).sum::<Complex64>() / n;
@@ -109,8 +109,8 @@ impl ChannelsProcedure {
             })
             .collect();
         let crosstalk = self.crosstalk(&leaked);
-        // The other way the crosstalk is not measured: it is taken to be as large, in any phase, and to change over the band
-        // as a delay like this channel's makes it.
+        // Crosstalk into the drive's input is not measured: it is assumed as large, of any phase, and to change over
+        // the band as a delay like this channel's makes it.
         let back = crosstalk.value;
         let quantity = |estimate: FittedValue, scale: f64, unseen: f64, unit: &str| {
             let observed = scale * estimate.standard_error;
@@ -180,7 +180,7 @@ impl ChannelsProcedure {
         }
         let relative = channel.gain.standard_error / channel.gain.value;
         let error = relative.max(channel.phase_rad.standard_error);
-        // Crosstalk that is within its own limit is no reason.
+        // Crosstalk within its own limit is no fault.
         let limit = limits.input_error;
         if error > limit.max(channel.crosstalk.as_ref().map_or(0.0, |x| 1.01 * x.value)) {
             faults.push(ChannelsFault::Uncertain {
@@ -199,7 +199,8 @@ impl ChannelsProcedure {
         faults
     }
 
-    /// Level read back over level commanded at the carrier: the tones within a tenth of their span.
+    /// Returns the level read back over the level commanded at the carrier, from the tones within a tenth of their
+    /// span.
     fn round_trip(&self) -> Quantity {
         let drive = usize::from(self.setup.drive());
         let expected = self.setup.expected(self.tones_v);
@@ -254,7 +255,7 @@ impl ChannelsProcedure {
     }
 }
 
-/// Mean of repeated readings, and its standard error or `least`, whichever is more.
+/// Returns the mean of repeated readings, with its standard error or `least`, whichever is larger.
 fn mean(values: &[f64], unit: &str, least: f64) -> Quantity {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
@@ -263,7 +264,7 @@ fn mean(values: &[f64], unit: &str, least: f64) -> Quantity {
     Quantity::new(mean, error.max(least), values.len().saturating_sub(1), unit)
 }
 
-/// The onset of a tone is found to this, s.
+/// Standard error of the time at which a tone's onset is found, s.
 const ONSET_ERROR_S: f64 = 1.5e-4;
 
 impl Calibrates for ChannelsProcedure {

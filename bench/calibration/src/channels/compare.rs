@@ -1,4 +1,5 @@
-//! Are the inputs what they were at the calibration? What silence and one tone at the carrier tell, the bench wired as always.
+//! Comparison of the inputs with their calibration, by silence and one tone at the carrier, with the bench wired for
+//! measurements.
 
 use metrology::spectrum::{Spectrum, SpectrumError};
 use metrology::tone::{SteadyTone, ToneError};
@@ -6,38 +7,38 @@ use metrology::tone::{SteadyTone, ToneError};
 use super::fault::ChannelsFault;
 use super::input_noise::{NOISE_RESOLUTION_HZ, noise_band};
 
-/// Noise may grow by this factor before it is told.
+/// Factor over the calibrated noise from which on it is a fault.
 const NOISIER: f64 = 2.0;
-/// An input that reads this many times its calibrated crosstalk, and most of the drive's level, carries the drive itself.
+/// Share of the commanded level from which on another input carries the drive itself.
 const CARRIES: f64 = 0.3;
-/// The drive's input reads less than this share of what was commanded when the drive is not on it.
+/// Share of the commanded level below which the drive is not on its input.
 const ABSENT: f64 = 0.3;
 
-/// What the inputs of a stream show now, in the stream's order.
+/// Present readings of a stream's inputs, in the stream's order.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Present {
-    /// Noise density about the carrier in silence, sample units per √Hz.
+    /// Noise density about the carrier in silence, sample units/√Hz.
     pub noise: Vec<f64>,
     /// Amplitude at the carrier while it plays, sample units.
     pub levels: Vec<f64>,
 }
 
-/// A stretch that cannot be compared.
+/// Why a stretch of samples cannot be compared.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum PresentError {
-    /// The silence.
+    /// The silence cannot be read.
     #[error(transparent)]
     Silence(#[from] SpectrumError),
-    /// The tone.
+    /// The tone cannot be read.
     #[error(transparent)]
     Tone(#[from] ToneError),
 }
 
 impl Present {
-    /// Reads all `channels` of two interleaved stretches: `silence`, at least 0.1 s of it, and a `tone` at `carrier_hz`.
+    /// Reads all `channels` of two interleaved stretches: at least 0.1 s of `silence`, and a `tone` at `carrier_hz`.
     ///
     /// # Errors
-    /// When a stretch is too short, or samples are lost.
+    /// When a stretch is too short, or has samples that are not finite.
     pub fn read(
         silence: &[f32],
         tone: &[f32],
@@ -58,7 +59,8 @@ impl Present {
     }
 }
 
-/// Compares the inputs with the calibrated ones, the drive on input `drive` and commanded to `commanded_units` on it.
+/// Compares the inputs with the calibrated ones; the drive is on input `drive` and commanded to `commanded_units`
+/// there.
 ///
 /// # Errors
 /// The first fault found: the drive on another input, a silent drive, more noise.
@@ -71,7 +73,7 @@ pub fn compare(
     let level = |index: u16| present.levels.get(usize::from(index)).copied();
     let read = level(drive).unwrap_or(0.0);
     if read < ABSENT * commanded_units {
-        // The pickup carries the plate's answer, the other input the drive itself: the louder one.
+        // The pickup reads the plate's response, another input the drive itself: the loudest of them.
         let share = |input: &config::MeasuredInput| {
             let level = level(input.index).unwrap_or(0.0);
             level / (commanded_units * input.gain.value)

@@ -1,5 +1,5 @@
-//! Faint tones below what the safety watch acts on: silent, swapped, saturated and unpatched inputs, and sound layers that
-//! resample, are named before anything louder is played.
+//! Faint tones below what the safety watch acts on: silent, swapped, saturated and unpatched inputs, and sound layers
+//! that resample, are named before anything louder is played.
 
 use anyhow::Context;
 use metrology::signal_path::{self, COMES_BACK, PathFault, ToneAnswer};
@@ -18,7 +18,7 @@ const SILENT: f64 = 0.01;
 /// Unevenness over the tones about the carrier from which on an input does not read the patched signal but a plate, dB.
 const UNEVEN_DB: f64 = 3.0;
 
-/// Amplitudes of the look's tones about the carrier, by input and tone.
+/// Returns the amplitudes of the look's tones about the carrier by input, sample units.
 fn near_levels(setup: &ChannelsSetup, capture: &Capture) -> anyhow::Result<Vec<[f64; 3]>> {
     let [low, middle, high] = capture
         .dwells
@@ -32,7 +32,7 @@ fn near_levels(setup: &ChannelsSetup, capture: &Capture) -> anyhow::Result<Vec<[
         .collect()
 }
 
-/// The drive's path, judged on the input where it is, or should be, heard.
+/// Judges the path of the drive on `input`, where it is or should be read.
 fn require_path(setup: &ChannelsSetup, capture: &Capture, input: u16) -> anyhow::Result<()> {
     let expected = setup.expected(setup.faint_v());
     let answers: Vec<ToneAnswer> = capture
@@ -68,7 +68,7 @@ fn require_path(setup: &ChannelsSetup, capture: &Capture, input: u16) -> anyhow:
     .map_err(|fault| ChannelsFault::from(fault).into())
 }
 
-/// Refuses saturated inputs, at a level that saturates none.
+/// Refuses inputs that are saturated at the faint level.
 fn require_headroom(setup: &ChannelsSetup, capture: &Capture) -> anyhow::Result<()> {
     let drive_v = setup.faint_v();
     for input in 0..setup.inputs() {
@@ -94,7 +94,8 @@ fn require_headroom(setup: &ChannelsSetup, capture: &Capture) -> anyhow::Result<
     Ok(())
 }
 
-/// Refuses saturated, silent and unpatched inputs and paths that are none, before anything louder is played.
+/// Refuses saturated, silent and unpatched inputs and broken paths; returns each input's amplitude at the carrier,
+/// sample units.
 pub(super) fn looked(setup: &ChannelsSetup, capture: &Capture) -> anyhow::Result<Vec<f64>> {
     if capture.dwells.is_empty() {
         return Err(ChannelsFault::from(PathFault::Silent { share: 0.0 }).into());
@@ -105,7 +106,7 @@ pub(super) fn looked(setup: &ChannelsSetup, capture: &Capture) -> anyhow::Result
     let drive = usize::from(setup.drive());
     let (loudest, most) = loudest(&faint);
     let audible = most > COMES_BACK * setup.expected(setup.faint_v());
-    // Where the drive alone is silent its cable is out; the path is another input's to judge.
+    // Where only the drive's input is silent, its cable is out: no path to judge.
     if !audible || faint[drive] >= SILENT * most {
         require_path(setup, capture, setup.drive())?;
     }
@@ -132,7 +133,7 @@ pub(super) fn looked(setup: &ChannelsSetup, capture: &Capture) -> anyhow::Result
     Ok(faint)
 }
 
-/// Refuses a drive on another input and cables that should be out.
+/// Refuses a drive on another input, and cables that should be out; `faint` are the amplitudes with all cables in.
 pub(super) fn looked_alone(
     setup: &ChannelsSetup,
     faint: &[f64],
@@ -175,7 +176,7 @@ pub(super) fn peaks(capture: &Capture, dwell: &Dwell, input: u16) -> Option<Peak
     )
 }
 
-/// The loudest input and its level.
+/// Returns the loudest input and its level.
 fn loudest(levels: &[f64]) -> (u16, f64) {
     (0..)
         .zip(levels.iter().copied())

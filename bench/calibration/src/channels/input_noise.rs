@@ -1,11 +1,11 @@
-//! Where and how the noise of an input is read.
+//! Resolution and band in which the noise of an input is read.
 
 /// Resolution of the spectra of silence, Hz.
 pub(super) const NOISE_RESOLUTION_HZ: f64 = 10.0;
-/// The noise is read so far to either side of the carrier, Hz.
+/// Distance from the carrier to either side over which the noise is read, Hz.
 const NOISE_BAND_HZ: f64 = 2e3;
 
-/// Where the noise about the carrier is looked at, Hz.
+/// Returns the band about the carrier in which the noise is read, Hz.
 pub(super) fn noise_band(carrier_hz: f64, rate_hz: f64) -> [f64; 2] {
     [
         (carrier_hz - NOISE_BAND_HZ).max(0.0),

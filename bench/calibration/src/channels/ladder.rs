@@ -1,31 +1,32 @@
-//! The level ladder: every input at rising levels, as far as it is straight and to where its peaks are cut off.
+//! The level ladder: every input at rising levels, through its linear range up to where its peaks are cut off.
 
 use metrology::regression::{Line, LineError, LinePoint};
 use metrology::tone_clipping::Peaks;
 
-/// One input at one level.
+/// Reading of one input at one level.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rung {
-    /// Commanded, V peak.
+    /// Commanded level, V peak.
     pub drive_v: f64,
     /// Amplitude at the tone, sample units.
     pub amplitude: f64,
-    /// Its peaks.
+    /// Peaks of the samples.
     pub peaks: Peaks,
 }
 
-/// Levels are this far apart.
+/// Ratio of successive levels.
 pub const STEP: f64 = 1.17;
-/// The lowest level, of the highest.
+/// Lowest level, as a share of the highest.
 pub const LOWEST: f64 = 0.05;
-/// A level that falls short of the line through those before it by more is cut off, however round its peaks look.
+/// Relative shortfall from the line through the lower levels from which on a level counts as cut off, whatever its
+/// peaks.
 const SHORT: f64 = 0.01;
-/// No input is driven further beyond its clipping level.
+/// Largest level of an input, over its clipping level.
 const BEYOND: f64 = 1.5;
-/// The drive's own input not even so far: the safety watch reads it.
+/// Largest level of the drive's input over its clipping level: lower, because the safety watch reads it.
 const DRIVE_BEYOND: f64 = 1.1;
 
-/// The levels up to `highest_v`, V peak.
+/// Returns the levels up to `highest_v`, V peak.
 #[must_use]
 pub fn levels_v(highest_v: f64) -> Vec<f64> {
     let count = (-LOWEST.ln() / STEP.ln()).ceil() as i32;
@@ -35,20 +36,21 @@ pub fn levels_v(highest_v: f64) -> Vec<f64> {
         .collect()
 }
 
-/// What one input did on the ladder.
+/// Linearity and clipping of one input on the ladder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Straightness {
-    /// Largest departure from the line, of the largest level.
+    /// Largest residual about the line, as a share of the largest level.
     pub nonlinearity: f64,
-    /// Where peaks are cut off: |sample| and its standard deviation.
+    /// |sample| at which peaks are cut off, and its standard deviation; `None` where none were.
     pub clips_at: Option<(f64, f64)>,
-    /// Largest |sample| that was not.
+    /// Largest |sample| that was not cut off.
     pub clean_up_to: f64,
-    /// Of each level that was not cut off: commanded, V peak, and departure from the line, of the largest.
+    /// Commanded level, V peak, and residual about the line, as a share of the largest level, of each level that was
+    /// not cut off.
     pub departures: Vec<(f64, f64)>,
 }
 
-/// The first rung of `rungs` at which the peaks are cut off.
+/// Returns the index of the first rung at which the peaks are cut off.
 fn first_cut(rungs: &[Rung]) -> Option<usize> {
     let slope = rungs
         .first()
@@ -78,7 +80,7 @@ pub fn straightness(rungs: &[Rung], noise: f64) -> Result<Straightness, LineErro
         .iter()
         .map(|point| point.y)
         .fold(f64::MIN_POSITIVE, f64::max);
-    // The last rung stands longest on the limit.
+    // The last rung stays longest at the limit.
     let clips_at = cut
         .and_then(|_| rungs.last())
         .map(|rung| (rung.peaks.level, rung.peaks.scatter));
@@ -97,15 +99,15 @@ pub fn straightness(rungs: &[Rung], noise: f64) -> Result<Straightness, LineErro
     })
 }
 
-/// The highest level at which the input's peaks were not cut off, V peak.
+/// Returns the highest level at which the input's peaks were not cut off, V peak.
 #[must_use]
 pub fn highest_clean_v(rungs: &[Rung]) -> f64 {
     let clean = &rungs[..first_cut(rungs).unwrap_or(rungs.len())];
     clean.last().map_or(0.0, |rung| rung.drive_v)
 }
 
-/// Whether `next_v` would drive an input too far beyond where its peaks are cut off; `inputs` are the ladders so far, the
-/// drive's input at `drive`.
+/// Returns whether `next_v` would drive an input too far beyond its clipping level; `inputs` are the ladders so far,
+/// `drive` the index of the drive's.
 #[must_use]
 pub fn too_far(inputs: &[Vec<Rung>], drive: usize, next_v: f64) -> bool {
     inputs.iter().enumerate().any(|(input, rungs)| {

@@ -1,8 +1,8 @@
-//! `calibrate channels`: the same signal into every input. What each makes of it, how it differs from the drive's, how much of
-//! the drive leaks into it, and what the way from the generator does to the carrier.
+//! `calibrate channels`: one signal on all inputs gives each input's gain, delay and linearity against the drive's
+//! input, its noise, the drive's crosstalk into it, and the loss of the carrier on the way from the generator.
 //!
-//! A faint look comes first, below what the safety watch acts on: silent, swapped, saturated inputs and sound layers that
-//! resample are named before anything louder is played.
+//! A faint look comes first, below what the safety watch acts on: silent, swapped, saturated inputs and sound layers
+//! that resample are named before anything louder is played.
 
 mod channels_procedure;
 mod channels_setup;

@@ -46,7 +46,7 @@ pub(super) fn ratios(
         .collect()
 }
 
-/// Refuses a channel that slipped while it was measured; where all other inputs slip at once, the drive's input did.
+/// Refuses a channel that slipped while it was measured; where all other inputs slip alike, the drive's input did.
 pub(super) fn require_kept_places(
     setup: &ChannelsSetup,
     tones: &Tones,

@@ -1,9 +1,10 @@
-//! What the steps of a force calibration share.
+//! Constants that the steps of a force calibration share.
 
 use crate::operator::ForceAxis;
 
+/// Axes in the order of readings.
 pub(super) const AXES: [ForceAxis; 2] = [ForceAxis::Normal, ForceAxis::Lateral];
-/// Windows at rest that make the first zero.
+/// Number of windows at rest that the first zero is averaged over.
 pub(super) const TARE_WINDOWS: usize = 3;
-/// Deviation that no reading undercuts, N: the last digit of a sensor that sends micronewtons.
+/// Smallest standard deviation of a reading, N: the last digit of a sensor that sends micronewtons.
 pub(super) const LEAST_SIGMA_N: f64 = 1e-6;

@@ -1,5 +1,6 @@
-//! One mass after the other: asked for, waited for, read, and held against what a mass does. Where an operator is there, a
-//! mass that was not placed, still swings or is another one is asked for again; crossed wires end it.
+//! The steps of `calibrate force`: each mass is requested, read at rest and checked for plausibility. Where an operator
+//! is there, a mass that was not placed, still swings or is another one is requested again; crossed wires end the
+//! measurement.
 
 use anyhow::bail;
 use metrology::crosstalk::{Crosstalk, Loading};
@@ -14,14 +15,15 @@ use crate::procedure::{NextStep, Procedure, StepOutcome};
 use config::Correction;
 use safety::SENSITIVITY;
 
-/// Windows without rest before that is given up.
+/// Number of windows without rest after which waiting for rest ends.
 const MOST_WINDOWS: usize = 20;
-/// A mass changes its axis by at least this share of its weight, and so many standard errors.
+/// Least change of the reading under a mass, as a share of its weight.
 const LEAST_CHANGE: f64 = 0.1;
+/// Least change of the reading under a mass, in standard errors.
 const LEAST_SIGMAS: f64 = 5.0;
-/// A heavier mass that reads less than this share of what a lighter one did per newton has met the end of the range.
+/// Share of a lighter mass' reading per newton below which a heavier mass has met the end of the range.
 const STRAIGHT: f64 = 0.8;
-/// A mass is gone when less than this share of its weight is left.
+/// Share of its weight below which a mass has been removed.
 const LEFT_BEHIND: f64 = 0.3;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,11 +39,11 @@ enum ForceStage {
     Reviewing,
 }
 
-/// Why a reading is not taken.
+/// Why a reading is rejected.
 enum Refusal {
-    /// The operator puts it right where they stand.
+    /// The operator can correct it: the request is repeated.
     Slip(String),
-    /// What was read before does not hold either once it is put right.
+    /// The wiring is wrong: earlier readings are invalid too, and the measurement ends.
     Ends(String),
 }
 
@@ -53,35 +55,36 @@ impl Refusal {
     }
 }
 
-/// The measurement.
+/// The procedure of `calibrate force`.
 pub struct ForceProcedure {
     pub(super) setup: ForceSetup,
-    /// Somebody can be asked again.
+    /// Whether an operator can be asked again.
     attended: bool,
     stage: ForceStage,
-    /// Why something is asked again.
+    /// Why a request is repeated.
     note: Option<String>,
-    /// Windows of this stage so far.
+    /// Number of windows of this stage so far.
     windows: usize,
-    /// Windows at rest that the first zero will be made of.
+    /// Windows at rest that the first zero is averaged over.
     taring: Vec<Plateau>,
     /// Readings without load, in order of time.
     pub(super) zeros: Vec<Plateau>,
-    /// Readings under each mass.
+    /// Reading under each mass; `None` until it is read.
     pub(super) loads: Vec<Option<Plateau>>,
 }
 
-/// The zero while a mass was read.
+/// The zero at the time of a reading, interpolated.
 struct Zero {
     mean: [f64; 2],
-    /// Its standard error by that of the zeros before and after.
+    /// Standard error by those of the zeros before and after, N.
     error: [f64; 2],
-    /// A random walk between the two departs from a straight line by so much of its variance a second (Brownian bridge).
+    /// Variance of a random walk about the straight line between the two, over its variance per second (Brownian
+    /// bridge), s.
     bridge_s: f64,
 }
 
 impl ForceProcedure {
-    /// Ready to begin; `attended` when an operator can be asked again.
+    /// Makes a procedure that has not begun; `attended` when an operator can be asked again.
     #[must_use]
     pub fn new(setup: ForceSetup, attended: bool) -> Self {
         Self {
@@ -118,7 +121,7 @@ impl ForceProcedure {
         self.ask(ForceStage::Naming(axis), Request::NameMass { axis })
     }
 
-    /// Takes what was said about the masses at hand for `axis`.
+    /// Handles an answer about the masses at hand for `axis`.
     fn named(&mut self, axis: ForceAxis, answer: Answer) -> NextStep {
         match answer {
             Answer::Number(mass_kg) => {
@@ -171,13 +174,13 @@ impl ForceProcedure {
         }
     }
 
-    /// Asks once more for what the present reading should have been of, where somebody is there.
+    /// Repeats the request of the present reading where an operator is there; ends the measurement otherwise.
     fn again(&mut self, refusal: Refusal) -> anyhow::Result<NextStep> {
         let why = match refusal {
             Refusal::Slip(why) if self.attended => why,
             refusal => bail!(refusal.into_words()),
         };
-        self.note = Some(format!("{why}. This reading is not used."));
+        self.note = Some(format!("{why}. This reading is rejected."));
         Ok(match self.stage {
             ForceStage::Resting(i) => self.load(i),
             ForceStage::Returning(i) => self.ask(ForceStage::Unloading(i), Request::Unload),
@@ -185,7 +188,7 @@ impl ForceProcedure {
         })
     }
 
-    /// Asks for mass `i`, or for what comes after the last.
+    /// Requests mass `i`, or the review after the last.
     fn load(&mut self, i: usize) -> NextStep {
         match self.setup.masses.get(i) {
             Some(&Mass { axis, mass_kg, .. }) => {
@@ -196,7 +199,7 @@ impl ForceProcedure {
         }
     }
 
-    /// The first mass that has not been read; all have been where it is none of them.
+    /// Returns the index of the first mass that has not been read; the number of masses when all have been.
     fn missing(&self) -> usize {
         let missing = self.loads.iter().position(Option::is_none);
         missing.unwrap_or(self.loads.len())
@@ -252,7 +255,7 @@ impl ForceProcedure {
                 self.zeros.push(plateau);
                 Ok(self.load(self.missing()))
             }
-            _ => bail!("nothing was to be heard"),
+            _ => bail!("no capture was requested in this stage"),
         }
     }
 
@@ -269,7 +272,7 @@ impl ForceProcedure {
         [0, 1].map(|axis| plateau.mean[axis] - zero[axis])
     }
 
-    /// Whether the mass did what a mass does.
+    /// Requires that the reading under mass `i` is plausible.
     fn require_load(&self, i: usize, plateau: &Plateau) -> Result<(), Refusal> {
         let Mass { axis, mass_kg, .. } = self.setup.masses[i];
         let (own, other) = (axis.index(), 1 - axis.index());
@@ -287,7 +290,7 @@ impl ForceProcedure {
                 )));
             }
             return Err(Refusal::Slip(format!(
-                "{grams} g on the {axis} axis changed the reading by {:.1} mN, {:.0} mN were expected: was it placed, and does nothing else carry it?",
+                "{grams} g on the {axis} axis changed the reading by {:.1} mN, {:.0} mN were expected: check that it was placed and that nothing else carries it",
                 1e3 * change[own],
                 1e3 * weight_n
             )));
@@ -307,7 +310,7 @@ impl ForceProcedure {
         let [low, high] = SENSITIVITY;
         if !(low..=high).contains(&gain.recip()) {
             return Err(Refusal::Slip(format!(
-                "{grams} g on the {axis} axis read {:.3} N instead of {weight_n:.3} N: is that mass {grams} g, and does the sensor send newtons in the format of force.protocol?",
+                "{grams} g on the {axis} axis read {:.3} N instead of {weight_n:.3} N: check that the mass is {grams} g and that the sensor sends newtons in the format of force.protocol",
                 change[own]
             )));
         }
@@ -322,7 +325,7 @@ impl ForceProcedure {
         Ok(())
     }
 
-    /// What the lightest mass on `axis` read per newton, where it was lighter.
+    /// Returns the reading per newton of the lightest mass on `axis` below `than_kg`; `None` when there is none.
     fn gains(&self, axis: ForceAxis, than_kg: f64) -> Option<f64> {
         let masses = self.setup.masses.iter().zip(&self.loads);
         masses
@@ -343,7 +346,7 @@ impl ForceProcedure {
         let weight_n = self.setup.weight_n(mass_kg);
         if left_n.abs() > LEFT_BEHIND * weight_n {
             return Err(Refusal::Slip(format!(
-                "the {} axis still reads {left_n:.3} N more than before {} g were placed: take the mass off, and its thread",
+                "the {} axis still reads {left_n:.3} N more than before {} g were placed: remove the mass and its thread",
                 axis.name(),
                 grams(mass_kg)
             )));
@@ -351,7 +354,7 @@ impl ForceProcedure {
         Ok(())
     }
 
-    /// The zero at a time, between those measured before and after.
+    /// Returns the zero at a time, interpolated between those measured before and after.
     fn zero_at(&self, at_s: f64) -> Option<Zero> {
         let after = self.zeros.partition_point(|zero| zero.at_s <= at_s);
         let before = self.zeros.get(after.checked_sub(1)?)?;
@@ -371,7 +374,8 @@ impl ForceProcedure {
         })
     }
 
-    /// How fast the zero wanders about its steady drift, as a random walk, N²/s: from the steps between zeros, less their noise.
+    /// Returns the variance per second with which the zero wanders about its steady drift, as a random walk, N²/s: from
+    /// the steps between zeros, less their noise.
     fn wander_n2_per_s(&self, axis: usize) -> f64 {
         let [first, .., last] = &self.zeros[..] else {
             return 0.0;
@@ -384,7 +388,7 @@ impl ForceProcedure {
             let step_n = pair[1].mean[axis] - pair[0].mean[axis] - slope * step_s;
             let noise_n = pair[0].error[axis].hypot(pair[1].error[axis]);
             squares += step_n * step_n - noise_n * noise_n;
-            // The drift is taken from the same zeros.
+            // The drift was fitted to the same zeros.
             free_s -= step_s * step_s / whole_s;
         }
         if free_s > 0.0 {
@@ -394,7 +398,7 @@ impl ForceProcedure {
         }
     }
 
-    /// Every mass that has been read, as the fit wants it.
+    /// Returns every mass that has been read, as input of the fit.
     pub(super) fn loadings(&self) -> Vec<Loading> {
         let wander = [0, 1].map(|axis| self.wander_n2_per_s(axis));
         let masses = self.setup.masses.iter().zip(&self.loads);
@@ -439,7 +443,7 @@ impl ForceProcedure {
         }
     }
 
-    /// The masses at hand, as far as they are named.
+    /// Returns the masses that have been named.
     fn points_named(&self) -> Vec<PointRead> {
         let point = |mass: &Mass| PointRead {
             at: format!("{} g {}", grams(mass.mass_kg), mass.axis.name()),

@@ -1,4 +1,4 @@
-//! What a measurement takes from the bench and the operator, checked before anything is opened.
+//! What a calibration of the force sensor takes from the bench and the operator, checked before anything is opened.
 
 use anyhow::{Context, anyhow, bail};
 
@@ -7,30 +7,31 @@ use super::masses::{Accuracy, Mass};
 use crate::operator::{ForceAxis, GRAM_KG, GRAVITY_M_PER_S2, grams};
 use config::{Config, GRAVITY};
 
-/// Standard error of gravity where nobody has said where the bench stands: 9.780 to 9.832 m/s² from equator to pole, evenly.
+/// Relative standard error of standard gravity at an unknown place: 9.780 to 9.832 m/s² from equator to pole, evenly.
 pub(super) const UNKNOWN_GRAVITY: f64 = 1.5e-3;
-/// Fewest masses on either axis: one that determines it and one that tells whether it is straight.
+/// Fewest masses on either axis: one that determines its gain and one that tests its linearity.
 const LEAST_MASSES: usize = 2;
 
-/// What the measurement takes from the bench and the operator.
+/// What a calibration of the force sensor takes from the bench and the operator.
 #[derive(Debug, Clone)]
 pub struct ForceSetup {
-    /// None where the operator will name them.
+    /// Known masses; empty where the operator will name them.
     pub(super) masses: Vec<Mass>,
     pub(super) accuracy: Accuracy,
     pub(super) gravity_m_per_s2: f64,
     pub(super) gravity_error: f64,
     pub(super) sensor: String,
-    /// The calibration that a new tare goes into; `None` measures everything.
+    /// Calibration that a new tare is written into; `None` measures everything.
     pub(super) kept: Option<config::MeasuredForce>,
     pub(super) config: Config,
 }
 
 impl ForceSetup {
-    /// Everything, on the bench of `config`, with these masses; gravity from the command line before that of `config`.
+    /// Plans a whole calibration with these masses on the bench of `config`, whose gravity `gravity_m_per_s2`
+    /// overrides.
     ///
     /// # Errors
-    /// When there is no sensor, masses are missing or too heavy, or a number is beyond its range.
+    /// When `config` has no sensor, masses are missing or too heavy, or a number is out of its range.
     pub fn new(
         config: &Config,
         masses: Vec<Mass>,
@@ -49,10 +50,10 @@ impl ForceSetup {
         Ok(Self { masses, ..setup })
     }
 
-    /// [`new`](Self::new), but the operator will be asked for the masses.
+    /// Plans a whole calibration whose masses the operator will name.
     ///
     /// # Errors
-    /// As `new`, but for the masses.
+    /// When `config` has no sensor, or a number is out of its range.
     pub fn to_be_named(
         config: &Config,
         accuracy: Accuracy,
@@ -87,10 +88,10 @@ impl ForceSetup {
         })
     }
 
-    /// A new tare for `kept`.
+    /// Plans a new tare for `kept`.
     ///
     /// # Errors
-    /// When there is no sensor.
+    /// When `config` has no sensor.
     pub fn retare(config: &Config, kept: config::MeasuredForce) -> anyhow::Result<Self> {
         Ok(Self {
             kept: Some(kept),
@@ -117,14 +118,14 @@ impl ForceSetup {
         })
     }
 
-    /// Whether `mass` can be measured with.
+    /// Requires that `mass` can be placed on its axis.
     pub(super) fn require(&self, mass: &Mass) -> anyhow::Result<()> {
         let limit_n = self.config.safety.max_forces_n()[mass.axis.index()];
         let grams = grams(mass.mass_kg);
         let axis = mass.axis.name();
         let weight_n = self.weight_n(mass.mass_kg);
         if !(mass.mass_kg > 0.0 && mass.mass_kg.is_finite()) {
-            bail!("a mass of {grams} g is none: masses are above 0");
+            bail!("{grams} g is not a mass: masses are above 0");
         }
         if !(mass.sigma_kg >= 0.0 && mass.sigma_kg < mass.mass_kg) {
             bail!(
@@ -141,13 +142,13 @@ impl ForceSetup {
         Ok(())
     }
 
-    /// What pulls at a mass, N.
+    /// Returns the weight of a mass, N.
     pub(super) fn weight_n(&self, mass_kg: f64) -> f64 {
         mass_kg * self.gravity_m_per_s2
     }
 }
 
-/// Whether there are masses enough on `axis`.
+/// Requires that there are enough masses on `axis`.
 pub(super) fn require_enough(masses: &[Mass], axis: ForceAxis) -> anyhow::Result<()> {
     let count = masses.iter().filter(|mass| mass.axis == axis).count();
     if count < LEAST_MASSES {

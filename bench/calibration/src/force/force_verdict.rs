@@ -1,4 +1,4 @@
-//! What the masses have told: the matrix with its errors, the zero and its drift, and whether they pass.
+//! Verdict on the force sensor: the matrix with its errors, the zero and its drift, and whether they pass.
 
 use std::fmt::Write as _;
 
@@ -14,7 +14,7 @@ use crate::judged::{Calibrates, Judged, Part};
 use crate::operator::grams;
 use config::{Provenance, Quantity};
 
-/// The zeros in newtons as a line in time, for one axis.
+/// Drift of one axis' zero, by a line through the zeros in time.
 struct Drift {
     n_per_min: Quantity,
     return_n: f64,
@@ -47,7 +47,7 @@ impl ForceProcedure {
         })
     }
 
-    /// What the axis reads without load now, and how far it moved about its drift.
+    /// Returns the axis' last reading without load, N; its error holds the scatter of the zeros about their drift.
     fn tare(&self, axis: usize) -> anyhow::Result<Quantity> {
         let last = self.zeros.last().context("no zero was read")?;
         let (wander, freedom) = if self.zeros.len() >= 3 {
@@ -133,7 +133,7 @@ impl ForceProcedure {
         })
     }
 
-    /// The masses, what they read, and their residuals; the zeros between them.
+    /// Returns the masses with readings and residuals, and the zeros between them, as CSV.
     fn table(&self, fit: Option<&Crosstalk>) -> String {
         let mut text = String::from(
             "time_s,axis,mass_g,normal_reading_n,lateral_reading_n,normal_sigma_n,lateral_sigma_n,normal_residual_n,lateral_residual_n\n",
@@ -254,7 +254,7 @@ impl Calibrates for ForceProcedure {
         let loadings = self.loadings();
         let fit = Crosstalk::fit(&loadings)?;
         let n = fit.degrees_of_freedom;
-        // A wrong pull behind the pulley is taken for lateral force: it stretches that row of the matrix.
+        // A wrong pull behind the pulley counts as lateral force: it scales that row of the matrix.
         let of_known = |row: usize| {
             let pulley = if row == 1 { setup.accuracy.pulley } else { 0.0 };
             setup

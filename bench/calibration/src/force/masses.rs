@@ -1,22 +1,22 @@
-//! The known masses, typed in or from a table.
+//! Known masses, typed in or from a table.
 
 use std::path::Path;
 
 use crate::operator::{ForceAxis, GRAM_KG};
 use crate::typed_table;
 
-/// A known mass and where it goes.
+/// A known mass and the axis that it loads.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mass {
-    /// Which axis it loads.
+    /// Axis that it loads.
     pub axis: ForceAxis,
     /// Mass, kg.
     pub mass_kg: f64,
-    /// Its standard deviation, kg, apart from what all masses have in common.
+    /// Standard deviation, kg, without the part that all masses have in common.
     pub sigma_kg: f64,
 }
 
-/// Masses in grams on one axis, as they are typed.
+/// Converts masses typed in grams, on one axis.
 #[must_use]
 pub fn from_g(axis: ForceAxis, masses_g: &[f64]) -> Vec<Mass> {
     masses_g
@@ -62,12 +62,12 @@ pub fn read_table(path: &Path) -> anyhow::Result<Vec<Mass>> {
         .collect())
 }
 
-/// How well what is known is known: standard uncertainties, relative.
+/// Relative standard uncertainties of the known forces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Accuracy {
-    /// Of all masses together: the balance or the class of the set.
+    /// Uncertainty that all masses have in common: of the balance, or the class of the set.
     pub masses: f64,
-    /// Of the pull behind the pulley.
+    /// Uncertainty of the pull behind the pulley.
     pub pulley: f64,
 }
 

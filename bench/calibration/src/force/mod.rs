@@ -1,7 +1,7 @@
-//! `calibrate force`: the force sensor's zero, then known masses on one axis and on the other, each between two zeros.
+//! `calibrate force`: the force sensor's zero, then known masses on each axis, each between two zeros.
 //!
-//! reading = tare + A · force + drift; the drift is taken out between the zeros before and after each mass, A is fitted
-//! ([`metrology::crosstalk`]) and M = A⁻¹ kept. The plate stays silent throughout.
+//! reading = tare + A · force + drift. The drift is interpolated between the zeros before and after each mass, A is
+//! fitted ([`metrology::crosstalk`]), and M = A⁻¹ is kept. The plate stays silent throughout.
 
 mod common;
 mod force_procedure;

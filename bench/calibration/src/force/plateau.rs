@@ -1,27 +1,27 @@
-//! Whether the force readings rest, and what they rest at.
+//! Force readings at rest: whether they rest, and their means.
 
 use anyhow::bail;
 
 use crate::capture::Capture;
 
-/// Length of one look, s.
+/// Length of one window, s.
 pub const WINDOW_S: f64 = 1.0;
-/// Pieces of a look: a tenth of a second each, whole periods of the mains at 50 and at 60 Hz.
+/// Number of pieces of a window: a tenth of a second each, whole periods of the mains at 50 and at 60 Hz.
 const PIECES: usize = 10;
 /// Fewest readings in a piece.
 const LEAST_IN_PIECE: usize = 10;
-/// Means of ten pieces of white noise scatter more than this times their standard error once in a thousand looks
-/// (χ² of 9 degrees of freedom, 99.9 %: 27.9).
+/// Ratio of the scatter of the pieces' means to their standard error that white noise exceeds in one of a thousand
+/// windows (χ² of 9 degrees of freedom, 99.9 %: 27.9).
 const WHITE: f64 = 1.76;
 
-/// One look at both axes, normal and lateral.
+/// One window of both axes, normal and lateral.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plateau {
-    /// Its middle on the audio clock, s.
+    /// Middle of the window on the audio clock, s.
     pub at_s: f64,
     /// Mean readings, N.
     pub mean: [f64; 2],
-    /// Their standard errors, by white noise or by the scatter of the pieces' means, whichever is more, N.
+    /// Standard errors of the means, by white noise or by the scatter of the pieces' means, whichever is larger, N.
     pub error: [f64; 2],
     /// Standard deviation of the pieces' means, N.
     pub scatter: [f64; 2],
@@ -51,7 +51,7 @@ impl Look {
         let mean = mean_of(&pieces);
         let squares: f64 = pieces.iter().map(|piece| (piece - mean).powi(2)).sum();
         let scatter = (squares / (PIECES - 1) as f64).sqrt();
-        // Differences of neighbours know nothing of what is slow.
+        // Differences of neighbours do not see slow changes.
         let steps: f64 = values.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum();
         let sd = (0.5 * steps / (values.len() - 1) as f64).sqrt();
         let white = sd / (length as f64).sqrt();
@@ -67,10 +67,10 @@ impl Look {
 }
 
 impl Plateau {
-    /// Looks at the forces of what was heard.
+    /// Reads the forces of a capture.
     ///
     /// # Errors
-    /// When the sensor sent too little.
+    /// When the sensor sent too few readings.
     pub fn read(capture: &Capture) -> anyhow::Result<Self> {
         let count = capture.normal_n.len();
         if count < PIECES * LEAST_IN_PIECE {
@@ -92,14 +92,15 @@ impl Plateau {
         })
     }
 
-    /// The pieces' means scatter as their noise lets them, or less than `rest_n`, on both axes.
+    /// Returns whether both axes rest: the pieces' means scatter less than `rest_n`, N, or no more than their noise
+    /// explains.
     #[must_use]
     pub fn at_rest(&self, rest_n: f64) -> bool {
         let mut axes = self.scatter.iter().zip(&self.white);
         axes.all(|(scatter, white)| *scatter <= rest_n.max(WHITE * white))
     }
 
-    /// Several looks at the same thing as one.
+    /// Averages several windows of the same load.
     #[must_use]
     pub fn together(looks: &[Self]) -> Self {
         let n = looks.len() as f64;
@@ -119,7 +120,7 @@ impl Plateau {
         }
     }
 
-    /// Means and standard errors for a table.
+    /// Returns means and standard errors as columns of a table.
     pub(super) fn row(&self) -> String {
         let ([n, l], [sn, sl]) = (self.mean, self.error);
         format!("{n:.7},{l:.7},{sn:.1e},{sl:.1e}")

@@ -1,4 +1,4 @@
-//! The procedure on a sensor made of a function.
+//! The procedure on a sensor that is a function of load and time.
 
 use anyhow::bail;
 
@@ -30,7 +30,7 @@ fn masses() -> Vec<Mass> {
     .concat()
 }
 
-/// What the sensor is given: forces, N, and the time, s.
+/// A simulated sensor: from forces, N, and time, s, to readings.
 type Sensor<'a> = dyn Fn([f64; 2], f64) -> [f64; 2] + 'a;
 
 fn capture(sensor: &Sensor<'_>, load_n: [f64; 2], from_s: f64) -> Capture {
@@ -53,7 +53,7 @@ fn capture(sensor: &Sensor<'_>, load_n: [f64; 2], from_s: f64) -> Capture {
     }
 }
 
-/// Does everything that is asked; the first `redo` of a review is answered with it.
+/// Runs a procedure with an operator who does everything as requested; the first review is answered with `redo`.
 fn measured(
     setup: ForceSetup,
     sensor: &Sensor<'_>,
@@ -208,7 +208,8 @@ fn an_operator_names_the_masses() {
     assert_eq!(procedure.progress().steps, 5);
 }
 
-/// The operator puts nothing where 20 g were asked for, then 60 g, leaves the right mass where it is, then does everything right.
+/// The operator puts nothing where 20 g were asked for, then 60 g, leaves the right mass where it is, then does
+/// everything right.
 #[test]
 fn where_somebody_is_there_a_slip_is_asked_for_again() {
     let mut procedure = ForceProcedure::new(setup(), true);
@@ -241,9 +242,16 @@ fn where_somebody_is_there_a_slip_is_asked_for_again() {
             other => panic!("{other:?}"),
         };
     }
-    let words = ["was it placed", "is that mass 20 g", "take the mass off"];
+    let words = [
+        "check that it was placed",
+        "check that the mass is 20 g",
+        "remove the mass",
+    ];
     for (note, word) in notes.iter().zip(words) {
-        assert!(note.contains(word) && note.contains("not used"), "{note}");
+        assert!(
+            note.contains(word) && note.contains("is rejected"),
+            "{note}"
+        );
     }
     assert_eq!(notes.len(), words.len(), "{notes:?}");
     let (force, faults) = judged(&procedure);
@@ -277,7 +285,7 @@ fn every_way_to_go_wrong_has_its_words() {
                 "20 g on the normal axis",
                 "0.0 mN",
                 "196 mN",
-                "was it placed",
+                "check that it was placed",
             ],
             Box::new(|_, _| [0.0; 2]),
         ),
@@ -294,7 +302,7 @@ fn every_way_to_go_wrong_has_its_words() {
             Box::new(|of, _| [of[1], of[0]]),
         ),
         (
-            &["instead of 0.196 N", "is that mass 20 g"],
+            &["instead of 0.196 N", "check that the mass is 20 g"],
             Box::new(|of, _| [10.0 * of[0], of[1]]),
         ),
         (
@@ -328,7 +336,7 @@ fn every_way_to_go_wrong_has_its_words() {
         [if t > 20.0 { of[0].max(0.196) } else { of[0] }, of[1]]
     };
     let said = measured(setup(), &stays, None).err().unwrap().to_string();
-    assert!(said.contains("take the mass off"), "{said}");
+    assert!(said.contains("remove the mass"), "{said}");
 }
 
 #[test]

@@ -23,3 +23,8 @@ pub mod procedure;
 pub mod rig;
 mod typed_table;
 pub mod unattended;
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

@@ -148,3 +148,8 @@ impl Config {
         self.calibration.check()
     }
 }
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

@@ -10,3 +10,8 @@ pub use dashboard_thread::{Dashboard, DashboardThread};
 pub use front::Front;
 pub use headless::Headless;
 pub use safety_event::safety_event;
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

@@ -21,3 +21,8 @@ pub use assembly::{Bench, Hardware, OpenHardware, impedance_chain};
 pub use digital_lines::Lines;
 pub use gauges::{FieldHealth, Gauges};
 pub use life::{Life, stop_on_signals};
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

@@ -7,7 +7,7 @@ use crossbeam_channel::{Receiver, Sender};
 use impedance::ZmFrame;
 use signalgen::Waveform;
 
-use super::Extent;
+use super::extent::Extent;
 use config::Effective;
 use devices::acquisition::{Excerpt, RecordingCommand};
 use devices::drive::{Drive, settings};

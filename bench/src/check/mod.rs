@@ -1,31 +1,17 @@
 //! `check`: the preflight. A faint tone at the carrier, and a look at everything that must be alive. `run` does its quick part
 //! before every session, and `monitor` before it drives the plate.
 
+mod extent;
 mod judge;
 mod measure;
 mod surroundings;
 mod table;
 
-use std::path::PathBuf;
-
+pub use extent::Extent;
 pub use table::{Row, Table};
 
 use config::{CalibrationError, Effective};
 use devices::Hardware;
-
-/// How much is looked at.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Extent {
-    /// Two seconds, before the plate is driven.
-    Quick,
-    /// Ten seconds for drop-outs, the wiring, and what the computer has for a session.
-    Whole {
-        /// Where the study lies, or will.
-        study: PathBuf,
-        /// What a session may take there, bytes.
-        session_bytes: u64,
-    },
-}
 
 /// Runs the preflight of `bench`; `hardware` is asked for once. `refused` is why its calibration could not be put in force.
 pub fn run(
@@ -64,6 +50,7 @@ fn wants_wiring(extent: &Extent, calibrated: bool) -> bool {
 mod tests {
     use super::*;
     use config::Config;
+    use std::path::PathBuf;
 
     #[test]
     fn only_the_quick_part_of_an_uncalibrated_bench_leaves_wiring_out() {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::Table;
+use super::table::Table;
 use recording::study::free_bytes;
 
 pub(super) fn judge(table: &mut Table, study: &Path, session_bytes: u64) {

@@ -15,6 +15,8 @@ mod limits;
 mod plate;
 mod range;
 #[cfg(test)]
+mod template_tests;
+#[cfg(test)]
 mod tests;
 
 pub use audio::{Audio, AudioHost, Channels, DriveChannel, Output, PickupChannel, SampleFormat};
@@ -29,7 +31,7 @@ pub use error::ConfigError;
 pub use field::{Encoder, Force, Gpio, GpioBackend, Sound};
 pub use force_protocol::ForceProtocol;
 pub use identity::{Identity, Mismatch};
-pub use limits::{Limits, Safety};
+pub use limits::{HardwareStop, Limits, Safety};
 pub use plate::Plate;
 
 use std::path::Path;
@@ -37,6 +39,9 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use range::Refused;
+
+/// Commented template of a `bench.toml` for real hardware, to be edited.
+pub const TEMPLATE: &str = include_str!("../../bench-template.toml");
 
 /// The bench as its file describes it. Every number is SI, peak for peak.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -3,7 +3,7 @@
 # of one virtual participant, and draws results and figures.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-program=${CARGO_TARGET_DIR:-target}/release/friction-bench
+program=${FRICTION_BENCH:-${CARGO_TARGET_DIR:-target}/release/friction-bench}
 demo=${1:-demo}
 if [ -e "$demo" ]; then
     n=2; while [ -e "$demo-$n" ]; do n=$((n + 1)); done

@@ -1,4 +1,4 @@
-//! The description of one bench: `bench.toml`, `calibration.toml`, and [`Effective`], the one checked value made of both.
+//! The description of one bench: `bench.toml`, `calibration.toml`, and [`Effective`], the checked value made of both.
 //!
 //! Files are read strictly and checked once. Everything that runs is given an [`Effective`], which nothing changes.
 
@@ -45,7 +45,17 @@ use refused::Refused;
 /// Commented template of a `bench.toml` for real hardware, to be edited.
 pub const TEMPLATE: &str = include_str!("../../bench-template.toml");
 
-/// The bench as its file describes it. Every number is SI, peak for peak.
+/// A bench as `bench.toml` describes it: SI units, peak amplitudes.
+///
+/// ```
+/// use config::{Config, ConfigError};
+///
+/// let text = include_str!("../../mock-bench.toml");
+/// let config = Config::parse(text, "bench.toml").unwrap();
+/// assert_eq!(config.audio.rate_hz, 192_000);
+/// let wrong = Config::parse(&text.replace("rate_hz = 192000", "rate_hz = 8000"), "bench.toml");
+/// assert!(matches!(wrong, Err(ConfigError::Value { line: Some(_), .. })));
+/// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
@@ -53,9 +63,9 @@ pub struct Config {
     pub format: u32,
     /// The sound card.
     pub audio: Audio,
-    /// The driven output.
+    /// The output that drives the plate.
     pub output: OutputChannel,
-    /// What is wired to the inputs.
+    /// Inputs that read the drive and the pickup.
     pub channels: InputMap,
     /// The plate.
     pub plate: Plate,
@@ -74,7 +84,7 @@ pub struct Config {
     /// Cues and masking noise for the participant.
     #[serde(default)]
     pub sound: Sound,
-    /// What a calibration must reach, and how long it holds.
+    /// Limits that a calibration must keep, and how long it holds.
     #[serde(default)]
     pub calibration: CalibrationRules,
 }
@@ -99,7 +109,7 @@ impl Config {
     /// Reads and checks the file at `path`.
     ///
     /// # Errors
-    /// As [`Config::parse`], and [`ConfigError::Read`].
+    /// [`ConfigError::Read`] when the file cannot be read; otherwise as [`Config::parse`].
     pub fn read(path: &Path) -> Result<Self, ConfigError> {
         let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
             path: path.to_owned(),
@@ -108,7 +118,7 @@ impl Config {
         Self::parse(&text, &path.display().to_string())
     }
 
-    /// Returns the file's text.
+    /// Returns the text of a `bench.toml`.
     ///
     /// # Errors
     /// Never for a configuration that was parsed.

@@ -1,16 +1,16 @@
-//! How far the drive may go, and what stops it.
+//! Limits of the drive, and limits beyond which the safety watch stops it.
 
 use serde::{Deserialize, Serialize};
 
 use super::refused::{Refused, within};
 
-/// `[limits]`
+/// `[limits]`: limits of the drive.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
     /// Largest peak voltage that this bench may ask for, V; at most the generator's compiled-in limit.
     pub drive_v: f64,
-    /// Raised-cosine ramp of every start and stop, s.
+    /// Length of the raised-cosine ramp of every start and stop, s.
     #[serde(default = "Limits::default_ramp_s")]
     pub ramp_s: f64,
 }
@@ -27,18 +27,19 @@ impl Limits {
     }
 }
 
-/// `[safety]`
+/// `[safety]`: limits beyond which the safety watch stops the drive.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Safety {
     /// Normal force that stops the drive, N.
     pub max_normal_n: f64,
-    /// Lateral force that stops the drive, either way, N. 3 N by default, an assumption: the published explorations press with
-    /// 0.65 N (Huloux 2021, section IV), so that a finger has to stick with a friction coefficient over 4 to get there.
+    /// Lateral force in either direction that stops the drive, N. 3 N by default, an assumption: the published
+    /// explorations press with 0.65 N (Huloux 2021, section IV), so a finger reaches it only with a friction
+    /// coefficient over 4.
     pub max_lateral_n: f64,
     /// Allowed relative difference of the read-back from the command.
     pub readback_tolerance: f64,
-    /// Read-back below this is silence, V.
+    /// Read-back below which the drive counts as silent, V.
     pub readback_floor_v: f64,
     /// Longest time from a command to its read-back, s.
     pub loop_latency_s: f64,
@@ -87,11 +88,12 @@ impl Default for Safety {
     }
 }
 
-/// No bench may set its force limits outside of these, N: below, a finger cannot explore; above, it can be hurt (an assumption).
+/// Lowest and highest force limit that a bench may set, N: below, a finger cannot explore; above, it can be hurt (an
+/// assumption).
 const FORCE_LIMITS_N: [f64; 2] = [0.1, 20.0];
 
 impl Safety {
-    /// Largest normal and lateral force, N.
+    /// Returns the largest normal and lateral force, N.
     #[must_use]
     pub fn max_forces_n(&self) -> [f64; 2] {
         [self.max_normal_n, self.max_lateral_n]

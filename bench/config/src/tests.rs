@@ -1,4 +1,4 @@
-//! What is accepted and how what is not is refused.
+//! Ranges of the configuration: each key with accepted and rejected values.
 
 use super::*;
 use crate::Correction;

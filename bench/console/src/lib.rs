@@ -1,5 +1,5 @@
-//! Who watches a bench: the operator's [`Dashboard`], or lines of text by [`Headless`]. One stream of events feeds both, and
-//! neither makes the bench wait.
+//! Front ends of a bench: the operator's [`Dashboard`], or lines of text by [`Headless`]. One stream of events feeds
+//! both, and neither makes the bench wait.
 
 mod dashboard_thread;
 mod front;

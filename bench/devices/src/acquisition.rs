@@ -1,5 +1,5 @@
-//! From the sound card's ring to impedance frames, with force and position placed on the audio clock; everything goes to the
-//! recorder untouched, and to the session as it is understood.
+//! The acquisition task: reads the sound card's ring, demodulates it to impedance frames and places force and position
+//! on the audio clock. Raw samples go to the recorder, understood ones to the session.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -22,22 +22,22 @@ use safety::{DriveReading, Signals};
 use tasks::Clock;
 use tasks::Task;
 
-/// What the session asks of the acquisition.
+/// A command of the session to the acquisition.
 #[derive(Debug)]
 pub enum RecordingCommand {
-    /// Starts one at the next sample.
+    /// Starts a recording at the next sample.
     Begin(Box<Begin>),
-    /// Marks an interval; times on the audio clock.
+    /// Marks an interval of the recording; its times are on the audio clock.
     Interval(protocols::Interval),
-    /// Keeps an event at the present sample.
+    /// Records an event at the present sample.
     Event(EventKind, Option<String>),
-    /// Ends it.
+    /// Ends the recording.
     End(Ending),
-    /// Hands out the next samples as they are, recorded or not.
+    /// Hands out the next samples unprocessed, whether or not a recording is open.
     Excerpt(Excerpt),
 }
 
-/// Samples of all channels, interleaved, handed out once they are whole; starts over when some are lost.
+/// A request for consecutive samples of all channels, interleaved; it starts over when samples are lost.
 #[derive(Debug)]
 pub struct Excerpt {
     values: usize,
@@ -46,7 +46,7 @@ pub struct Excerpt {
 }
 
 impl Excerpt {
-    /// The next `frames` of `channels` channels.
+    /// Requests the next `frames` frames of `channels` channels, to be sent through `to`.
     #[must_use]
     pub fn next(frames: usize, channels: u16, to: Sender<Vec<f32>>) -> Self {
         let values = frames * usize::from(channels);
@@ -57,14 +57,14 @@ impl Excerpt {
         }
     }
 
-    /// Takes `samples`; true once it is whole and on its way.
+    /// Takes `samples`; returns whether the excerpt is complete and was sent.
     fn take(&mut self, samples: &[f32]) -> bool {
         let wanted = self.values - self.samples.len();
         self.samples
             .extend_from_slice(&samples[..wanted.min(samples.len())]);
         let whole = self.samples.len() == self.values;
         if whole {
-            // Whoever asked may have left.
+            // The receiver may be gone.
             let _ = self.to.send(std::mem::take(&mut self.samples));
         }
         whole
@@ -76,7 +76,7 @@ pub struct Acquisition {
     input: InputReader,
     pipeline: Pipeline,
     host: Arc<dyn Clock>,
-    /// The audio clock on the host's.
+    /// Position of the audio clock on the host's clock.
     clock: LowerEnvelope,
     readings: Receiver<FieldReading>,
     commands: Receiver<RecordingCommand>,
@@ -86,7 +86,7 @@ pub struct Acquisition {
     gauges: Arc<Gauges>,
     block: Vec<f32>,
     waiting: Vec<FieldReading>,
-    /// Next block's first frame as the card counts, without the frames that an xrun swallowed.
+    /// First frame of the next block as the card counts, without the frames that an xrun swallowed.
     card_frames: u64,
     recording: Option<OpenRecording>,
     excerpt: Option<Excerpt>,
@@ -98,12 +98,13 @@ pub struct Acquisition {
     silence: Silence,
 }
 
-/// A card that delivers nothing for this long will not come back.
+/// Time without audio after which the card counts as gone, ns.
 const CARD_TIMEOUT_NS: u64 = 10_000_000_000;
-/// Of a longer time between two looks the program was not there, and the card may have been.
+/// Longest time between two polls that counts as silence of the card, ns: in a longer one the program itself was
+/// stopped.
 const LONGEST_LOOK_NS: u64 = 100_000_000;
 
-/// Since when the card has delivered nothing. The safety watch has stopped the drive long before it ends the program.
+/// Time for which the card has delivered nothing; the safety watch stops the drive long before it ends the program.
 #[derive(Default)]
 struct Silence {
     looked_ns: Option<u64>,
@@ -128,25 +129,25 @@ impl Silence {
     }
 }
 
-/// Where the open recording began, on the audio clock.
+/// The open recording, by its first frame on the audio clock.
 struct OpenRecording {
     first_frame: u64,
 }
 
-/// The streams that the acquisition stands between.
+/// Queues that the acquisition reads from and writes to.
 pub struct AcquisitionQueues {
-    /// Readings of the slow inputs.
+    /// Readings of the slow inputs: force, position, faults.
     pub readings: Receiver<FieldReading>,
-    /// Commands of the session.
+    /// Commands from the session.
     pub commands: Receiver<RecordingCommand>,
-    /// The recorder.
+    /// Queue to the recorder.
     pub recorder: RecorderSender,
-    /// To the session.
+    /// Acquired data for the session.
     pub batches: Sender<Batch>,
 }
 
 impl Acquisition {
-    /// Reads `input` into `pipeline`; `loss` numbers what an xrun swallows.
+    /// Makes the task that reads `input` into `pipeline`; `loss` counts the frames that an xrun swallows.
     pub fn new(
         input: InputReader,
         pipeline: Pipeline,
@@ -181,7 +182,7 @@ impl Acquisition {
         }
     }
 
-    fn obey(&mut self, command: RecordingCommand) {
+    fn execute(&mut self, command: RecordingCommand) {
         let message = match command {
             RecordingCommand::Begin(begin) => {
                 self.end_flags();
@@ -216,7 +217,8 @@ impl Acquisition {
             .map(|recording| recording.first_frame as f64 / self.pipeline.rate_hz())
     }
 
-    /// A refused message has been counted by the queue and fails the recording there; control messages have reserved room.
+    /// Sends a message to the recorder. The queue counts a rejected one, which fails the recording; control messages
+    /// have reserved room.
     fn record(&mut self, message: RecorderMessage) {
         let _counted = self.recorder.send(message);
     }
@@ -293,7 +295,7 @@ impl Acquisition {
         Ok(())
     }
 
-    /// Takes a block whose place on the audio clock is known.
+    /// Processes a block whose place on the audio clock is known.
     fn accept(
         &mut self,
         block: SampleBlock,
@@ -326,7 +328,7 @@ impl Acquisition {
         self.lose(lost.frames(), batch)
     }
 
-    /// Keeps the audio clock true; the recorder writes the event with the gap.
+    /// Advances the audio clock over lost frames; the recorder writes the event with the gap.
     fn lose(&mut self, frames: u64, batch: &mut Batch) -> anyhow::Result<()> {
         if frames == 0 {
             return Ok(());
@@ -441,12 +443,12 @@ impl Acquisition {
         batch.audio_s = self.pipeline.audio_s();
         batch.account = self.pipeline.account();
         batch.warnings = std::mem::take(&mut self.warnings);
-        // The session is gone only when the bench stops.
+        // The session ends only when the bench stops.
         let _ = self.batches.send(batch);
     }
 }
 
-/// Rows of a file keep at least this distance, s: their times are written to the nanosecond.
+/// Smallest distance between the times of a file's rows, s: they are written to the nanosecond.
 const LEAST_STEP_S: f64 = 1e-6;
 
 impl Task for Acquisition {
@@ -460,13 +462,13 @@ impl Task for Acquisition {
 
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
         while let Ok(command) = self.commands.try_recv() {
-            self.obey(command);
+            self.execute(command);
         }
         let mut batch = Batch::default();
         self.silence.passed(now_ns)?;
         while let Some(header) = self.input.pop_block(&mut self.block) {
             self.silence.ended();
-            // Asked only now: the block may have come after `now_ns`, and no arrival may be stated early.
+            // Read only now: the block may have arrived after `now_ns`, and no arrival may be stated early.
             let arrival_s = self.host.now_ns() as f64 * 1e-9;
             self.take_block(header, arrival_s, &mut batch)?;
         }
@@ -481,7 +483,7 @@ impl Task for Acquisition {
 
     fn finish(&mut self) -> anyhow::Result<()> {
         while let Ok(command) = self.commands.try_recv() {
-            self.obey(command);
+            self.execute(command);
         }
         Ok(())
     }

@@ -1,11 +1,11 @@
-//! Faults of the inputs come in swarms: a clipped crest is many samples, a bad cable many crests. A swarm is told once, as a flag
-//! with its first sample, its length and what it counts.
+//! Flags of input faults. Faults come in swarms: a clipped crest is many samples, a bad cable many crests. A swarm is
+//! reported once, as a flag with its first sample, its length and its counts.
 
 use std::ops::RangeInclusive;
 
 use recording::manifest::{Event, EventKind, QUIET_S};
 
-/// What can go wrong with one sample, frame or reading.
+/// A fault of one sample, frame or reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum InputFault {
     /// A drive sample is NaN or infinite.
@@ -20,13 +20,13 @@ pub enum InputFault {
     ForceFrameLost,
     /// A force frame failed its checksum.
     ForceFrameCorrupt,
-    /// A force frame came again.
+    /// A force frame arrived twice.
     ForceFrameRepeated,
     /// The normal axis is at the end of its range.
     NormalSaturated,
     /// The lateral axis is at the end of its range.
     LateralSaturated,
-    /// The encoder went on by two states between two readings.
+    /// The encoder advanced by two states between two readings.
     EncoderStateMissed,
     /// The position moved at an impossible speed.
     PositionJumped,
@@ -35,7 +35,7 @@ pub enum InputFault {
 }
 
 impl InputFault {
-    /// The event that tells of it.
+    /// Returns the kind of event that reports the fault.
     #[must_use]
     pub fn kind(self) -> EventKind {
         match self {
@@ -51,7 +51,7 @@ impl InputFault {
         }
     }
 
-    /// What stands before its number.
+    /// Returns the words before its count.
     fn words(self) -> &'static str {
         match self {
             Self::DriveNotFinite => "drive samples not finite",
@@ -73,18 +73,18 @@ impl InputFault {
 /// A swarm of faults of one kind, in samples of the audio clock.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Flag {
-    /// Their kind.
+    /// Kind of event.
     pub kind: EventKind,
-    /// When the first began.
+    /// First sample of the first fault.
     pub first: u64,
-    /// When the last ended.
+    /// Last sample of the last fault.
     pub last: u64,
-    /// How many of each.
+    /// Number of faults of each sort.
     counts: Vec<(InputFault, u64)>,
 }
 
 impl Flag {
-    /// Its numbers in words.
+    /// Returns the counts in words.
     #[must_use]
     pub fn text(&self) -> String {
         let counts = self
@@ -94,7 +94,7 @@ impl Flag {
         counts.collect::<Vec<_>>().join(", ")
     }
 
-    /// The event in a recording that began at sample `begin`; `None` when it was over before.
+    /// Returns the event for a recording that began at sample `begin`; `None` when the flag ended before.
     #[must_use]
     pub fn event(&self, begin: u64) -> Option<Event> {
         let sample = self.first.max(begin) - begin;
@@ -120,19 +120,19 @@ impl Flag {
     }
 }
 
-/// A flag to be told of.
+/// A report of a flag, new or extended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FlagUpdate {
-    /// As it is known by now: in a recording it takes the place of what was told of it before.
+    /// The flag as known now: in a recording it replaces earlier reports of itself.
     pub flag: Flag,
-    /// The line for the operator, once for each flag.
+    /// Line for the operator, once for each flag.
     pub warning: Option<String>,
 }
 
-/// One that goes on is told of this often, s: a bench that dies keeps all but the last second.
+/// Period at which a lasting flag is reported, s: a recording cut off by a crash lacks at most its last second.
 const REFRESH_S: f64 = 1.0;
 
-/// The swarms that are not over.
+/// Flags that have not ended.
 #[derive(Debug)]
 pub struct Flags {
     rate_hz: f64,
@@ -147,7 +147,7 @@ struct Open {
 }
 
 impl Flags {
-    /// On an audio clock of `rate_hz`.
+    /// Makes an empty set of flags on an audio clock of `rate_hz`.
     #[must_use]
     pub fn new(rate_hz: f64) -> Self {
         Self {
@@ -156,7 +156,7 @@ impl Flags {
         }
     }
 
-    /// Takes `count` faults within `samples`.
+    /// Adds `count` faults within `samples`.
     pub fn note(&mut self, fault: InputFault, samples: RangeInclusive<u64>, count: u64) {
         if count == 0 {
             return;
@@ -178,7 +178,7 @@ impl Flags {
         });
     }
 
-    /// What is to be told at sample `now`: what is new, what has gone on for a while, what is over.
+    /// Returns the reports due at sample `now`: of new flags, of those that last, and of those that have ended.
     pub fn due(&mut self, now: u64) -> Vec<FlagUpdate> {
         let (rate_hz, mut updates) = (self.rate_hz, Vec::new());
         self.open.retain_mut(|open| {
@@ -193,7 +193,7 @@ impl Flags {
         updates
     }
 
-    /// Ends them all: what comes now belongs to another recording.
+    /// Ends all flags and returns their last reports: later faults belong to another recording.
     pub fn end(&mut self, now: u64) -> Vec<FlagUpdate> {
         let rate_hz = self.rate_hz;
         let ended = self.open.drain(..);
@@ -230,7 +230,7 @@ mod tests {
 
     const RATE_HZ: f64 = 1000.0;
 
-    /// Events of a recording that began at 0, the last word on each; and the operator's lines.
+    /// Events of a recording that began at 0, each as last reported; and the operator's lines.
     fn run(faults: &[(u64, InputFault, u64)], until: u64) -> (Vec<Event>, Vec<String>) {
         let (mut flags, mut events, mut lines) = (Flags::new(RATE_HZ), Vec::new(), Vec::new());
         let mut take = |updates: Vec<FlagUpdate>| {

@@ -1,6 +1,6 @@
 //! The devices of a bench behind one assembly: sound card, force sensor, encoder, digital lines, loudspeaker.
 //!
-//! [`Hardware`] is what the composition root found or simulated; [`Bench::open`] wires it into tasks, and its [`Life`] runs
+//! [`Bench::open`] wires [`Hardware`], found or simulated by the composition root, into tasks, and its [`Life`] runs
 //! them. Nothing here knows whether the hardware is real.
 
 pub mod acquisition;

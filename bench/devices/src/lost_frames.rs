@@ -1,5 +1,5 @@
-//! How many frames an xrun swallowed. No sound layer says; the carrier's phase in the drive channel does, to the frame, once
-//! the timestamps have said it to a fraction of the phase's period.
+//! Number of frames that an xrun swallowed. No sound layer reports it; timestamps give it to a fraction of a
+//! millisecond, and the carrier's phase in the drive channel then to the frame.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,26 +7,27 @@ use impedance::sample_loss::{PhaseJump, TimestampEstimate, lost_frames};
 use num_complex::Complex64;
 use signalgen::BlockHeader;
 
-/// Samples on either side that the phase is read from.
+/// Number of samples on either side that the phase is read from.
 pub const WINDOW: usize = 512;
-/// Phases read from such windows are as good as this, rad; the nearest two of the 192 phases that losses can leave lie 1.9° apart at 35 kHz and 192 kHz.
+/// Largest error of a phase read from such windows, rad; at 35 kHz and 192 kHz the nearest two of the 192 phases that
+/// losses can leave lie 1.9° apart.
 const TOLERANCE_RAD: f64 = 0.012;
-/// Timestamps are as good as this, s.
+/// Largest error of the timestamps, s.
 const TIMESTAMP_S: f64 = 0.4e-3;
-/// Below this amplitude of the carrier its phase is noise, of full scale.
+/// Amplitude of the carrier below which its phase is noise, of full scale.
 const LEAST_AMPLITUDE: f64 = 1e-3;
 
-/// Number of lost frames, and how it was found.
+/// Number of lost frames, and whether it is exact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Lost {
-    /// By the carrier's phase: exact.
+    /// Exact number, by the carrier's phase.
     Exactly(u64),
-    /// By the timestamps alone: the drive was silent, or phase and timestamps did not agree.
+    /// Estimate by the timestamps alone: the drive was silent, or phase and timestamps did not decide.
     About(u64),
 }
 
 impl Lost {
-    /// The number.
+    /// Returns the number of frames.
     pub fn frames(self) -> u64 {
         match self {
             Self::Exactly(frames) | Self::About(frames) => frames,
@@ -34,7 +35,7 @@ impl Lost {
     }
 }
 
-/// Reads the phase of the drive channel.
+/// Counts lost frames by the phase of the carrier in the drive channel.
 #[derive(Debug, Clone)]
 pub struct LossFinder {
     carrier_hz: f64,
@@ -43,7 +44,7 @@ pub struct LossFinder {
 }
 
 impl LossFinder {
-    /// For a stream that carries the drive at `carrier_hz`.
+    /// Makes a finder for a stream that carries the drive at `carrier_hz`.
     pub fn new(carrier_hz: f64, sample_rate_hz: u32) -> Self {
         let step = TAU * carrier_hz / f64::from(sample_rate_hz);
         let window = (0..WINDOW)
@@ -59,7 +60,7 @@ impl LossFinder {
         }
     }
 
-    /// Amplitude and phase of the carrier, referred to the first sample.
+    /// Returns amplitude and phase of the carrier, referred to the first sample.
     fn phasor(&self, drive: &[f32]) -> Complex64 {
         2.0 * drive
             .iter()
@@ -68,11 +69,11 @@ impl LossFinder {
             .sum::<Complex64>()
     }
 
-    /// Frames lost between `before`, the last [`WINDOW`] drive samples before the loss, and `after`, the first behind it;
-    /// `timestamps_s` is the time that the card's timestamps leave unaccounted for.
+    /// Returns the number of frames lost between `before`, the last [`WINDOW`] drive samples before the loss, and
+    /// `after`, the first after it; `timestamps_s` is the time that the card's timestamps leave unaccounted for.
     pub fn lost(&self, before: &[f32], after: &[f32], timestamps_s: f64) -> Lost {
         let rate_hz = f64::from(self.sample_rate_hz);
-        // Less than the timestamps' own error is no loss that they can tell of.
+        // Timestamps cannot show a loss shorter than their own error.
         let by_time = if timestamps_s > TIMESTAMP_S {
             (timestamps_s * rate_hz).round() as u64
         } else {
@@ -102,40 +103,40 @@ impl LossFinder {
 
 /// A block of interleaved samples.
 pub struct SampleBlock {
-    /// What came with it.
+    /// Header of the block.
     pub header: BlockHeader,
-    /// Its samples.
+    /// Samples of all channels.
     pub samples: Vec<f32>,
-    /// Time on the card's clock between the end of the block before and its begin, s.
+    /// Time on the card's clock between the end of the block before and the start of this one, s.
     unaccounted_s: f64,
 }
 
-/// What the stream holds, in order.
+/// A piece of the stream, in order.
 pub enum Piece {
-    /// Samples.
+    /// A block of samples.
     Block(SampleBlock),
-    /// Frames that never came.
+    /// Frames that never arrived.
     Lost(Lost),
 }
 
-/// Holds blocks back about an xrun until the loss can be numbered, and lets all others through.
+/// Holds back the blocks about an xrun until the loss is counted, and passes all others on.
 pub struct LossWatch {
     finder: LossFinder,
     channels: usize,
     drive_channel: usize,
-    /// Newest drive samples that were let through.
+    /// Newest drive samples that were passed on.
     tail: Vec<f32>,
-    /// When the last block ended, on the card's clock, ns.
+    /// End of the last block on the card's clock, ns.
     ended_ns: Option<u64>,
     xruns: u64,
     held: Option<Vec<SampleBlock>>,
 }
 
-/// Blocks held after a report: the loss may show in the timestamps a little later than the report.
+/// Number of blocks held after a reported xrun: the loss may show in the timestamps a little later.
 const HELD_BLOCKS: usize = 4;
 
 impl LossWatch {
-    /// For a stream of `channels` that carries the drive, at `carrier_hz`, in `drive_channel`.
+    /// Makes a watch for a stream of `channels` channels that carries the drive, at `carrier_hz`, in `drive_channel`.
     pub fn new(
         carrier_hz: f64,
         sample_rate_hz: u32,
@@ -153,7 +154,7 @@ impl LossWatch {
         }
     }
 
-    /// Takes the next block and gives what may go on.
+    /// Takes the next block and returns the pieces that may be processed.
     pub fn pass(&mut self, header: BlockHeader, samples: Vec<f32>) -> Vec<Piece> {
         let unaccounted_s = self.unaccounted_s(&header);
         if header.input_xruns > self.xruns {
@@ -209,7 +210,7 @@ impl LossWatch {
         blocks.iter().flat_map(samples).collect()
     }
 
-    /// The blocks before the loss, the loss, and the blocks after it, once there are enough of them.
+    /// Returns the blocks before the loss, the loss, and the blocks after it, once there are enough of them.
     fn resolve(&mut self) -> Vec<Piece> {
         let held = self.held.as_deref().unwrap_or_default();
         // The loss is where the card's clock has the longest time unaccounted for.
@@ -259,8 +260,8 @@ mod tests {
             .collect()
     }
 
-    /// What the finder says of a loss of `lost` frames after `first`, with timestamps off by `error_s`; `None` where the
-    /// envelope is too faint for its phase.
+    /// What the finder says of a loss of `lost` frames after `first`, with timestamps off by `error_s`; `None` where
+    /// the envelope is too faint for its phase.
     fn found(
         finder: &LossFinder,
         carrier_hz: f64,
@@ -297,8 +298,8 @@ mod tests {
         }
     }
 
-    /// Share of losses that are decided at `carrier_hz`, of those with a strong carrier: lengths, places and timestamp errors
-    /// spread evenly over their ranges. Panics where one is decided wrongly.
+    /// Share of losses that are decided at `carrier_hz`, of those with a strong carrier: lengths, places and timestamp
+    /// errors spread evenly over their ranges. Panics where one is decided wrongly.
     fn share_decided(carrier_hz: f64) -> f64 {
         let finder = LossFinder::new(carrier_hz, RATE_HZ);
         let (mut decided, mut all) = (0u32, 0u32);

@@ -1,4 +1,4 @@
-//! The force sensor's serial line: two formats (`docs/force-protocol.md`), one stream of samples on the audio clock.
+//! The force sensor's serial line: two formats (`docs/force-protocol.md`), one stream of samples on the host's clock.
 
 mod device_time;
 mod force_sample;

@@ -78,7 +78,7 @@ fn without_a_configuration_it_says_how_to_get_one() {
             "--study",
         ])
         .arg(&study);
-    let words = ["bench.toml", "--mock --print-config > bench.toml"];
+    let words = ["bench.toml", "run --print-config > bench.toml"];
     refused_before_anything_is_made(&mut run, &study, &words);
 }
 
@@ -502,7 +502,7 @@ fn what_cannot_be_written_is_not_measured() {
     refused(
         &finish(&mut calibrate),
         &[
-            "nothing can be written beside",
+            "cannot write into",
             "not there",
             "--calibration",
         ],

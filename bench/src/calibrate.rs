@@ -6,19 +6,19 @@ use anyhow::{Context, bail};
 use serde::Serialize;
 
 use ::figures::Figure;
-use calibration::channels::{self, ChannelsProcedure};
+use calibration::channels::{ChannelsProcedure, ChannelsSetup};
 use calibration::clear::ClearPlate;
-use calibration::force::{self, ForceProcedure};
+use calibration::force::{self, ForceProcedure, ForceSetup};
 use calibration::guided::Guided;
 use calibration::judged::{Calibrates, Judged};
 use calibration::known::{self, Instrument, Known};
-use calibration::operator::Axis;
-use calibration::pickup::{self, PickupProcedure};
-use calibration::plate::{self, PlateProcedure};
+use calibration::operator::ForceAxis;
+use calibration::pickup_procedure::{PickupProcedure, PickupSetup};
+use calibration::plate_procedure::{PlateProcedure, PlateSetup};
 use calibration::rig::{self, Attendance};
 use calibration::unattended::Unattended;
 use config::{
-    Calibration, CalibrationError, CalibrationFileError, Config, Effective, Identity, Quantity,
+    CalibrationError, CalibrationFile, CalibrationFileError, Config, Effective, Identity, Quantity,
 };
 use recording::disk;
 use tasks::StopFlag;
@@ -108,8 +108,8 @@ pub fn effective(
 
 /// What was calibrated before on the bench of `config`; devices are compared once they are open. What is about to be
 /// measured anew on the force sensor may have been measured on another one.
-fn before(path: &Path, config: &Config, new_sensor: bool) -> anyhow::Result<Calibration> {
-    match Calibration::read(path) {
+fn before(path: &Path, config: &Config, new_sensor: bool) -> anyhow::Result<CalibrationFile> {
+    match CalibrationFile::read(path) {
         Ok((mut calibration, _)) => {
             if new_sensor {
                 (calibration.force, calibration.identity.force_sensor) = (None, None);
@@ -125,7 +125,7 @@ fn before(path: &Path, config: &Config, new_sensor: bool) -> anyhow::Result<Cali
                 .with_context(|| other_bench(path))?;
             Ok(calibration)
         }
-        Err(CalibrationFileError::Absent { .. }) => Ok(Calibration::of(Identity::of(
+        Err(CalibrationFileError::Absent { .. }) => Ok(CalibrationFile::of(Identity::of(
             config,
             String::new(),
             String::new(),
@@ -142,7 +142,7 @@ fn other_bench(path: &Path) -> String {
 }
 
 /// Puts the identity of the opened bench into `calibration`, unless it is another's.
-fn own(calibration: &mut Calibration, identity: Identity, path: &Path) -> anyhow::Result<()> {
+fn own(calibration: &mut CalibrationFile, identity: Identity, path: &Path) -> anyhow::Result<()> {
     if calibration.identity.input_device.is_empty() {
         calibration.identity = Identity {
             force_sensor: None,
@@ -195,7 +195,7 @@ fn write_beside(
 struct Begun<'a> {
     /// The bench, with what has been calibrated on it so far.
     bench: Effective,
-    calibration: Calibration,
+    calibration: CalibrationFile,
     path: PathBuf,
     measure: &'a cli::Measure,
     verbosity: Verbosity,
@@ -304,7 +304,7 @@ pub fn plate(
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
     let begun = Begun::new(config, &options.measure, verbosity)?;
-    let mut setup = plate::Setup::new(begun.bench.config(), &begun.calibration, options.drive_v)?;
+    let mut setup = PlateSetup::new(begun.bench.config(), &begun.calibration, options.drive_v)?;
     if let Some(about_hz) = options.about_hz {
         setup.about_hz = about_hz;
     }
@@ -328,7 +328,7 @@ pub fn channels(
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
     let begun = Begun::new(config, &options.measure, verbosity)?;
-    let setup = channels::Setup::new(begun.bench.config(), &begun.calibration);
+    let setup = ChannelsSetup::new(begun.bench.config(), &begun.calibration);
     let apparatus = open(begun.bench.config())?;
     begun.run(apparatus, None, ChannelsProcedure::new(setup))
 }
@@ -353,7 +353,7 @@ pub fn pickup(
     } else {
         Known::Instrument
     };
-    let setup = pickup::Setup::new(
+    let setup = PickupSetup::new(
         begun.bench.config(),
         &begun.calibration,
         options.levels_v.clone(),
@@ -398,7 +398,7 @@ pub fn force(
         let kept = begun.calibration.force.clone().context(
             "there is no calibrated force sensor to tare: run `friction-bench calibrate force` with known masses first",
         )?;
-        force::Setup::retare(begun.bench.config(), kept)?
+        ForceSetup::retare(begun.bench.config(), kept)?
     } else {
         let accuracy = force::Accuracy {
             masses: options.mass_accuracy,
@@ -407,15 +407,15 @@ pub fn force(
         let masses = match &options.masses_csv {
             Some(table) => force::read_table(table)?,
             None => [
-                force::from_g(Axis::Normal, &options.normal_g),
-                force::from_g(Axis::Lateral, &options.lateral_g),
+                force::from_g(ForceAxis::Normal, &options.normal_g),
+                force::from_g(ForceAxis::Lateral, &options.lateral_g),
             ]
             .concat(),
         };
         if begun.attended && options.masses_csv.is_none() && masses.is_empty() {
-            force::Setup::to_be_named(begun.bench.config(), accuracy, options.gravity)?
+            ForceSetup::to_be_named(begun.bench.config(), accuracy, options.gravity)?
         } else {
-            force::Setup::new(begun.bench.config(), masses, accuracy, options.gravity)?
+            ForceSetup::new(begun.bench.config(), masses, accuracy, options.gravity)?
         }
     };
     // The sensor's own readings are what is calibrated.

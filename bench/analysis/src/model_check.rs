@@ -9,7 +9,7 @@ use crate::flaw::Flaw;
 /// Edges of the amplitude bands, m; the last band is open.
 const EDGES_M: [f64; 6] = [0.0, 0.3e-6, 1e-6, 2e-6, 4e-6, 8e-6];
 
-/// A band in which the two part farther is told of: no band of a virtual participant reaches 0.14 (`tests/tests/population.rs`).
+/// A band in which the two part farther is told of: no band of a virtual participant reaches 0.14 (`tests/tests/whole_bench/population.rs`).
 const GREATEST_DIFFERENCE: f64 = 0.25;
 
 /// How far self-sensed and measured normal force are apart at the amplitudes of one band.

@@ -238,13 +238,13 @@ pub struct MeasuredChannels {
     /// From the generator to the drive's input, as the program sees it: the buffers of both directions included.
     pub latency: Quantity,
     /// The inputs in order.
-    pub inputs: Vec<InputChannel>,
+    pub inputs: Vec<MeasuredInput>,
 }
 
 /// `[[channels.inputs]]`: one input beside the drive's, with the same signal on both.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct InputChannel {
+pub struct MeasuredInput {
     /// Input channel.
     pub index: u16,
     /// Gain at the carrier, over the drive's.
@@ -274,7 +274,7 @@ pub struct InputChannel {
 impl MeasuredChannels {
     /// The input with this index.
     #[must_use]
-    pub fn input(&self, index: u16) -> Option<&InputChannel> {
+    pub fn input(&self, index: u16) -> Option<&MeasuredInput> {
         self.inputs.iter().find(|input| input.index == index)
     }
 }
@@ -282,7 +282,7 @@ impl MeasuredChannels {
 /// The whole file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Calibration {
+pub struct CalibrationFile {
     /// Version of the layout; 1.
     pub format: u32,
     /// What it was measured on.
@@ -340,7 +340,7 @@ pub enum CalibrationFileError {
     },
 }
 
-impl Calibration {
+impl CalibrationFile {
     /// A calibration of which nothing has been measured yet.
     #[must_use]
     pub fn of(identity: Identity) -> Self {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use jiff::{SignedDuration, Timestamp};
 
 use crate::Config;
-use crate::calibration_file::{Calibration, CalibrationFileError, Provenance};
+use crate::calibration_file::{CalibrationFile, CalibrationFileError, Provenance};
 use crate::correction::{Correction, Implausible};
 use crate::identity::{Identity, Mismatch};
 
@@ -20,7 +20,7 @@ pub struct Effective {
 /// A calibration that was read whole, is complete, and whose constants are in force.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InForce {
-    calibration: Calibration,
+    calibration: CalibrationFile,
     hash: String,
     label: String,
     text: String,
@@ -122,7 +122,7 @@ impl Effective {
     /// Returns the bench of `config` with what `calibration` has measured of it so far, for the calibration that goes on: not
     /// yet a calibrated bench.
     #[must_use]
-    pub fn under_calibration(config: Config, calibration: &Calibration) -> Self {
+    pub fn under_calibration(config: Config, calibration: &CalibrationFile) -> Self {
         Self::uncalibrated(with_constants(config, calibration))
     }
 
@@ -168,7 +168,7 @@ impl Effective {
 
 impl InForce {
     fn read(path: &Path, config: &Config) -> Result<Self, CalibrationError> {
-        let (calibration, hash) = Calibration::read(path)?;
+        let (calibration, hash) = CalibrationFile::read(path)?;
         let incomplete = |command| CalibrationError::Incomplete {
             path: path.to_owned(),
             command,
@@ -207,7 +207,7 @@ impl InForce {
 
     /// Returns what was measured.
     #[must_use]
-    pub fn calibration(&self) -> &Calibration {
+    pub fn calibration(&self) -> &CalibrationFile {
         &self.calibration
     }
 
@@ -266,7 +266,7 @@ fn signed(of: &Provenance) -> String {
 
 /// Puts into `config` what was measured: sensitivity and phase of the pickup, resonance and force factor of the plate, matrix
 /// and tare of the force sensor, clipping levels of the inputs.
-fn with_constants(mut config: Config, calibration: &Calibration) -> Config {
+fn with_constants(mut config: Config, calibration: &CalibrationFile) -> Config {
     if let Some(pickup) = &calibration.pickup {
         config.channels.pickup.metres_per_unit = pickup.metres_per_unit.value;
     }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use super::limits::Safety;
-use super::range::{Refused, within};
+use super::refused::{Refused, within};
 use crate::correction::Correction;
 use crate::force_protocol::ForceProtocol;
 

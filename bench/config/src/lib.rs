@@ -2,7 +2,6 @@
 //!
 //! Files are read strictly and checked once. Everything that runs is given an [`Effective`], which nothing changes.
 
-mod audio;
 mod calibration_file;
 mod calibration_rules;
 mod correction;
@@ -12,16 +11,16 @@ mod field;
 mod force_protocol;
 mod identity;
 mod limits;
-mod plate;
-mod range;
+mod plate_constants;
+mod refused;
+mod sound_card;
 #[cfg(test)]
 mod template_tests;
 #[cfg(test)]
 mod tests;
 
-pub use audio::{Audio, AudioHost, Channels, DriveChannel, Output, PickupChannel, SampleFormat};
 pub use calibration_file::{
-    Calibration, CalibrationFileError, InputChannel, MeasuredChannels, MeasuredForce,
+    CalibrationFile, CalibrationFileError, MeasuredChannels, MeasuredForce, MeasuredInput,
     MeasuredPickup, MeasuredPlate, Provenance, Quantity,
 };
 pub use calibration_rules::{CalibrationRules, GRAVITY};
@@ -32,13 +31,16 @@ pub use field::{Encoder, Force, Gpio, GpioBackend, Sound};
 pub use force_protocol::ForceProtocol;
 pub use identity::{Identity, Mismatch};
 pub use limits::{HardwareStop, Limits, Safety};
-pub use plate::Plate;
+pub use plate_constants::Plate;
+pub use sound_card::{
+    Audio, AudioHost, DriveInput, InputMap, OutputChannel, PickupInput, SampleFormat,
+};
 
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use range::Refused;
+use refused::Refused;
 
 /// Commented template of a `bench.toml` for real hardware, to be edited.
 pub const TEMPLATE: &str = include_str!("../../bench-template.toml");
@@ -52,9 +54,9 @@ pub struct Config {
     /// The sound card.
     pub audio: Audio,
     /// The driven output.
-    pub output: Output,
+    pub output: OutputChannel,
     /// What is wired to the inputs.
-    pub channels: Channels,
+    pub channels: InputMap,
     /// The plate.
     pub plate: Plate,
     /// Limits of the drive.

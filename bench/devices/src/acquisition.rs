@@ -9,10 +9,10 @@ use crossbeam_channel::{Receiver, Sender};
 use impedance::clock_alignment::LowerEnvelope;
 use signalgen::{BlockHeader, InputReader};
 
-use crate::field::FieldReading;
-use crate::flags::{Fault, FlagUpdate, Flags};
+use crate::field_task::FieldReading;
+use crate::flags::{FlagUpdate, Flags, InputFault};
 use crate::gauges::Gauges;
-use crate::loss::{Block, LossWatch, Lost, Piece};
+use crate::lost_frames::{LossWatch, Lost, Piece, SampleBlock};
 use recording::manifest::{Event, EventKind, Interval};
 use recording::pipeline::{Batch, Pipeline};
 use recording::recorder::{Begin, RecorderMessage, RecorderSender};
@@ -88,7 +88,7 @@ pub struct Acquisition {
     waiting: Vec<FieldReading>,
     /// Next block's first frame as the card counts, without the frames that an xrun swallowed.
     card_frames: u64,
-    recording: Option<Recording>,
+    recording: Option<OpenRecording>,
     excerpt: Option<Excerpt>,
     loss: LossWatch,
     flags: Flags,
@@ -99,7 +99,7 @@ pub struct Acquisition {
 }
 
 /// A card that delivers nothing for this long will not come back.
-const PATIENCE_NS: u64 = 10_000_000_000;
+const CARD_TIMEOUT_NS: u64 = 10_000_000_000;
 /// Of a longer time between two looks the program was not there, and the card may have been.
 const LONGEST_LOOK_NS: u64 = 100_000_000;
 
@@ -114,10 +114,10 @@ impl Silence {
     fn passed(&mut self, now_ns: u64) -> anyhow::Result<()> {
         let before_ns = self.looked_ns.replace(now_ns).unwrap_or(now_ns);
         self.lasts_ns += now_ns.saturating_sub(before_ns).min(LONGEST_LOOK_NS);
-        if self.lasts_ns >= PATIENCE_NS {
+        if self.lasts_ns >= CARD_TIMEOUT_NS {
             bail!(
                 "the sound card has delivered nothing for {} s: is it still plugged in and switched on? `friction-bench devices` lists those that are there; what was recorded is kept",
-                PATIENCE_NS / 1_000_000_000
+                CARD_TIMEOUT_NS / 1_000_000_000
             );
         }
         Ok(())
@@ -129,12 +129,12 @@ impl Silence {
 }
 
 /// Where the open recording began, on the audio clock.
-struct Recording {
+struct OpenRecording {
     first_frame: u64,
 }
 
 /// The streams that the acquisition stands between.
-pub struct Wiring {
+pub struct AcquisitionQueues {
     /// Readings of the slow inputs.
     pub readings: Receiver<FieldReading>,
     /// Commands of the session.
@@ -151,7 +151,7 @@ impl Acquisition {
         input: InputReader,
         pipeline: Pipeline,
         loss: LossWatch,
-        wiring: Wiring,
+        wiring: AcquisitionQueues,
         signals: Arc<Signals>,
         gauges: Arc<Gauges>,
         host: Arc<dyn Clock>,
@@ -185,7 +185,7 @@ impl Acquisition {
         let message = match command {
             RecordingCommand::Begin(begin) => {
                 self.end_flags();
-                self.recording = Some(Recording {
+                self.recording = Some(OpenRecording {
                     first_frame: self.pipeline.account().frames,
                 });
                 RecorderMessage::Begin(begin)
@@ -233,9 +233,9 @@ impl Acquisition {
         }
     }
 
-    fn tell(&mut self, told: Vec<FlagUpdate>) {
+    fn report(&mut self, updates: Vec<FlagUpdate>) {
         let begin = self.recording.as_ref().map(|open| open.first_frame);
-        for FlagUpdate { flag, warning } in told {
+        for FlagUpdate { flag, warning } in updates {
             if let Some(event) = begin.and_then(|begin| flag.event(begin)) {
                 self.record(RecorderMessage::Flag(event));
             }
@@ -243,23 +243,23 @@ impl Acquisition {
         }
     }
 
-    fn tell_flags(&mut self) {
-        let told = self.flags.due(self.pipeline.account().frames);
-        self.tell(told);
+    fn report_flags(&mut self) {
+        let updates = self.flags.due(self.pipeline.account().frames);
+        self.report(updates);
     }
 
     fn end_flags(&mut self) {
-        let told = self.flags.end(self.pipeline.account().frames);
-        self.tell(told);
+        let updates = self.flags.end(self.pipeline.account().frames);
+        self.report(updates);
     }
 
     fn note_flaws(&mut self) {
         let [drive, pickup] = self.pipeline.take_flaws();
         for (flaws, fault) in [
-            (drive.lost, Fault::DriveNotFinite),
-            (pickup.lost, Fault::PickupNotFinite),
-            (drive.clipped, Fault::DriveClipped),
-            (pickup.clipped, Fault::PickupClipped),
+            (drive.lost, InputFault::DriveNotFinite),
+            (pickup.lost, InputFault::PickupNotFinite),
+            (drive.clipped, InputFault::DriveClipped),
+            (pickup.clipped, InputFault::PickupClipped),
         ] {
             if let Some(flawed) = flaws {
                 self.flags
@@ -294,8 +294,13 @@ impl Acquisition {
     }
 
     /// Takes a block whose place on the audio clock is known.
-    fn accept(&mut self, block: Block, arrival_s: f64, batch: &mut Batch) -> anyhow::Result<()> {
-        let Block {
+    fn accept(
+        &mut self,
+        block: SampleBlock,
+        arrival_s: f64,
+        batch: &mut Batch,
+    ) -> anyhow::Result<()> {
+        let SampleBlock {
             header, samples, ..
         } = block;
         let dropped = header.first_frame.saturating_sub(self.card_frames);
@@ -351,11 +356,11 @@ impl Acquisition {
                     let time_s = time_s.max(self.last_force_s + LEAST_STEP_S);
                     self.last_force_s = time_s;
                     note(
-                        Fault::NormalSaturated,
+                        InputFault::NormalSaturated,
                         u64::from(force.sample.normal_saturated),
                     );
                     note(
-                        Fault::LateralSaturated,
+                        InputFault::LateralSaturated,
                         u64::from(force.sample.lateral_saturated),
                     );
                     if force.sample.saturated() {
@@ -368,9 +373,9 @@ impl Acquisition {
                     });
                 }
                 FieldReading::ForceFaults { faults, .. } => {
-                    note(Fault::ForceFrameLost, faults.lost);
-                    note(Fault::ForceFrameCorrupt, faults.corrupt);
-                    note(Fault::ForceFrameRepeated, faults.repeated);
+                    note(InputFault::ForceFrameLost, faults.lost);
+                    note(InputFault::ForceFrameCorrupt, faults.corrupt);
+                    note(InputFault::ForceFrameRepeated, faults.repeated);
                 }
                 FieldReading::Position {
                     position_m,
@@ -378,9 +383,9 @@ impl Acquisition {
                     jumped,
                     ..
                 } => {
-                    note(Fault::EncoderStateMissed, missed);
-                    note(Fault::PositionJumped, u64::from(jumped));
-                    note(Fault::PositionUnknown, u64::from(position_m.is_nan()));
+                    note(InputFault::EncoderStateMissed, missed);
+                    note(InputFault::PositionJumped, u64::from(jumped));
+                    note(InputFault::PositionUnknown, u64::from(position_m.is_nan()));
                     let time_s = time_s.max(self.last_position_s + LEAST_STEP_S);
                     self.last_position_s = time_s;
                     batch.position.push(PositionRow { time_s, position_m });
@@ -466,7 +471,7 @@ impl Task for Acquisition {
             self.take_block(header, arrival_s, &mut batch)?;
         }
         self.take_readings(&mut batch);
-        self.tell_flags();
+        self.report_flags();
         self.record_rows(&batch);
         if self.pipeline.account().frames > 0 {
             self.publish(batch, now_ns);

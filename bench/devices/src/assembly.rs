@@ -17,14 +17,14 @@ use signalgen::audio::{Duplex, DuplexConfig, Host, StreamChoice};
 use signalgen::{Generator, InputReader, StreamDirection};
 use tasks::{Clock, Schedule, StopFlag, Task};
 
-use crate::acquisition::{Acquisition, RecordingCommand, Wiring};
-use crate::drive::{Drive, Guard, settings};
-use crate::field::{Encoder, Field, FieldReading};
+use crate::acquisition::{Acquisition, AcquisitionQueues, RecordingCommand};
+use crate::digital_lines::Lines;
+use crate::drive_control::{DriveControl, WatchedDrive, settings};
+use crate::field_task::{Field, FieldReading, PositionEncoder};
 use crate::force::{ForceLink, open_port};
 use crate::gauges::Gauges;
 use crate::life::Life;
-use crate::lines::Lines;
-use crate::loss::LossWatch;
+use crate::lost_frames::LossWatch;
 
 /// What the composition root found or simulated.
 pub struct Hardware {
@@ -51,7 +51,7 @@ pub struct OpenHardware {
     /// Samples.
     pub input: InputReader,
     /// Starts and stops the drive.
-    pub drive: Drive,
+    pub drive: DriveControl,
     /// Readings of the slow inputs.
     pub readings: Receiver<FieldReading>,
     /// The participant's button; `None` when none is wired.
@@ -98,7 +98,7 @@ impl OpenHardware {
             .encoder
             .zip(config.encoder.as_ref())
             .map(|(lines, encoder)| {
-                Encoder::new(lines, encoder.metres_per_count, encoder.origin_m)
+                PositionEncoder::new(lines, encoder.metres_per_count, encoder.origin_m)
             });
         let has_position = encoder.is_some();
         let pressed = Arc::new(AtomicBool::new(false));
@@ -121,7 +121,7 @@ impl OpenHardware {
                 enable: lines.enable,
                 heartbeat: lines.heartbeat,
             },
-            Box::new(Guard::new(&drive, health)),
+            Box::new(WatchedDrive::new(&drive, health)),
             expects_force,
             signals.clone(),
             safety_orders,
@@ -129,7 +129,7 @@ impl OpenHardware {
         Ok(Self {
             life: Life::begin(host, streams, drive.kill_switch(), clock, schedule, guard)?,
             input,
-            drive: Drive::new(drive, safety_commands),
+            drive: DriveControl::new(drive, safety_commands),
             readings: waiting_readings,
             button,
             has_position,
@@ -145,7 +145,7 @@ pub struct Bench {
     /// The bench's life, about to begin.
     pub life: Life,
     /// Starts and stops the drive.
-    pub drive: Drive,
+    pub drive: DriveControl,
     /// Acquired data.
     pub batches: Receiver<Batch>,
     /// Commands to the recording.
@@ -226,7 +226,7 @@ impl Bench {
                 channels,
                 usize::from(config.channels.drive.index),
             ),
-            Wiring {
+            AcquisitionQueues {
                 readings,
                 commands: recording_orders,
                 recorder: sender,

@@ -6,18 +6,18 @@
 pub mod acquisition;
 mod assembly;
 pub mod claim;
-pub mod drive;
+mod digital_lines;
+pub mod drive_control;
 pub mod encoder;
-pub mod field;
+pub mod field_task;
 pub mod flags;
 pub mod force;
 mod gauges;
 mod life;
-mod lines;
-pub mod loss;
-pub mod sound;
+pub mod lost_frames;
+pub mod loudspeaker;
 
 pub use assembly::{Bench, Hardware, OpenHardware, impedance_chain};
+pub use digital_lines::Lines;
 pub use gauges::{FieldHealth, Gauges};
 pub use life::{Life, stop_on_signals};
-pub use lines::Lines;

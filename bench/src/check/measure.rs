@@ -7,10 +7,10 @@ use crossbeam_channel::{Receiver, Sender};
 use impedance::ZmFrame;
 use signalgen::Waveform;
 
-use super::Extent;
+use super::extent::Extent;
 use config::Effective;
 use devices::acquisition::{Excerpt, RecordingCommand};
-use devices::drive::{Drive, settings};
+use devices::drive_control::{DriveControl, settings};
 use devices::{Bench, Gauges, Hardware};
 use recording::pipeline::Batch;
 use safety::{SafetyState, Signals};
@@ -154,7 +154,7 @@ struct CheckTask {
     asked: usize,
     frames: usize,
     channels: u16,
-    drive: Drive,
+    drive: DriveControl,
     signals: Arc<Signals>,
     gauges: Arc<Gauges>,
     stop: StopFlag,

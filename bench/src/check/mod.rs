@@ -1,36 +1,20 @@
 //! `check`: the preflight. A faint tone at the carrier, and a look at everything that must be alive. `run` does its quick part
 //! before every session, and `monitor` before it drives the plate.
 
+mod extent;
 mod judge;
 mod measure;
 mod surroundings;
 mod table;
 mod wiring;
 
-use std::path::PathBuf;
-
+pub use extent::Extent;
 pub use table::{Row, Table, Verdict};
 
 use config::{CalibrationError, Effective};
 use devices::Hardware;
 
 use crate::complaint;
-
-/// How much is looked at.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Extent {
-    /// Two seconds, before the plate is driven.
-    Quick,
-    /// Ten seconds for drop-outs, and what the computer has for a session.
-    Whole {
-        /// Where the study lies, or will.
-        study: PathBuf,
-        /// What a session may take there, bytes.
-        session_bytes: u64,
-        /// Whether the session's dashboard will be shown on this terminal.
-        dashboard: bool,
-    },
-}
 
 /// What a preflight came to.
 #[derive(Debug)]

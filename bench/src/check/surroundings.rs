@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use super::Table;
-use super::table::Verdict;
+use super::table::{Table, Verdict};
 use recording::study::free_bytes;
 
 /// Judges the disk that holds `study`.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use config::{Config, Effective};
 use devices::Life;
-use devices::drive::carrier_hz;
+use devices::drive_control::carrier_hz;
 use protocols::{Session, SessionEventKind, TrialKey, records_from_events};
 use recording::AudioFormat;
 use recording::manifest::{self, Manifest};

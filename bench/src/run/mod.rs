@@ -12,8 +12,8 @@ use config::Config;
 use console::{Dashboard, DashboardThread, Front, Headless};
 use contact::AssumedConstants;
 use devices::Bench;
-use devices::drive::waveform;
-use devices::sound::Sound;
+use devices::drive_control::waveform;
+use devices::loudspeaker::Loudspeaker;
 use jiff::tz::TimeZone;
 use protocols::{ParticipantId, Protocol};
 use recording::study::event_log::Start;
@@ -140,7 +140,7 @@ pub fn run(
         let text = "no button: a finger at rest on the plate for a second counts as ready";
         front.show(warning(text.to_owned()));
     }
-    let sound = match Sound::open(life.host(), &config.sound) {
+    let sound = match Loudspeaker::open(life.host(), &config.sound) {
         Ok(sound) => sound,
         Err(error) => {
             front.show(warning(format!(

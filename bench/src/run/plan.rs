@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use anyhow::{Context, bail};
 use config::{Config, Effective};
-use devices::drive::{carrier_hz, settings, waveform};
+use devices::drive_control::{carrier_hz, settings, waveform};
 use protocols::{OffPlateError, ParticipantId, Protocol};
 use recording::AudioFormat;
 use recording::study::DataRates;

@@ -9,7 +9,7 @@ use config::Effective;
 use console::Front;
 use contact::AssumedConstants;
 use crossbeam_channel::{Receiver, Sender};
-use devices::drive::{settings, waveform};
+use devices::drive_control::{settings, waveform};
 use devices::{Bench, Life, Lines};
 use friction_bench::readiness::Readiness;
 use friction_bench::refit::Refit;

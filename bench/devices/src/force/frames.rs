@@ -3,7 +3,7 @@
 use crc::{CRC_16_IBM_3740, Crc};
 
 use super::device_time::Unwrap;
-use super::sample::{Decoder, ForceSample, LineFaults};
+use super::force_sample::{Decoder, ForceSample, LineFaults};
 
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 const VERSION: u8 = 1;

@@ -8,9 +8,9 @@ use std::time::Duration;
 use anyhow::Context;
 use impedance::clock_alignment::LowerEnvelope;
 
+use super::force_sample::{Decoder, ForceSample, LineFaults};
 use super::frames::FrameDecoder;
-use super::lines::LineDecoder;
-use super::sample::{Decoder, ForceSample, LineFaults};
+use super::text_lines::LineDecoder;
 
 /// A force sample on the host's clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,13 +33,12 @@ pub trait ForcePort: Send {
 }
 
 struct SerialPort {
-    port: serialport::TTYPort,
+    port: Box<dyn serialport::SerialPort>,
     buffer: Box<[u8]>,
 }
 
 impl ForcePort for SerialPort {
     fn read_waiting(&mut self, bytes: &mut Vec<u8>) -> std::io::Result<()> {
-        use serialport::SerialPort as _;
         while self.port.bytes_to_read()? > 0 {
             match self.port.read(&mut self.buffer) {
                 Ok(0) => return Err(ErrorKind::BrokenPipe.into()),
@@ -63,7 +62,7 @@ impl ForcePort for SerialPort {
 pub fn open_port(path: &Path, baud: u32) -> anyhow::Result<Box<dyn ForcePort>> {
     let port = serialport::new(path.to_string_lossy(), baud)
         .timeout(Duration::from_millis(1))
-        .open_native()
+        .open()
         .with_context(|| {
             format!(
                 "cannot open the force sensor's port {}: is it plugged in, free, and may you use it? `friction-bench devices` lists the ports",

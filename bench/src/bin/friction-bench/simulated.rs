@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use anyhow::Context;
 use calibration::operator::{self, Cabling, Hands, Request};
-use devices::sound::Tone;
+use devices::loudspeaker::Tone;
 use devices::{Hardware, Lines};
 use friction_bench::apparatus::{Apparatus, Watcher};
 use friction_bench::cli::Speed;
@@ -170,8 +170,8 @@ fn hands(masses: MassSet, patchbay: Patchbay) -> Hands {
     Box::new(move |request| match *request {
         Request::Load { axis, mass_kg } => {
             let axis = match axis {
-                operator::Axis::Normal => Axis::Normal,
-                operator::Axis::Lateral => Axis::Lateral,
+                operator::ForceAxis::Normal => Axis::Normal,
+                operator::ForceAxis::Lateral => Axis::Lateral,
             };
             masses.place(axis, mass_kg);
         }

@@ -15,7 +15,7 @@ const TONE: Duration = Duration::from_millis(200);
 const FADE: Duration = Duration::from_millis(10);
 
 /// The participant's loudspeaker or headphones.
-pub struct Sound {
+pub struct Loudspeaker {
     sink: MixerDeviceSink,
     noise: Option<Player>,
     cues: bool,
@@ -31,7 +31,7 @@ pub enum Tone {
     End,
 }
 
-impl Sound {
+impl Loudspeaker {
     /// Opens the device that `[sound]` names; `None` when it names none.
     ///
     /// # Errors

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::range::{Refused, within};
+use super::refused::{Refused, within};
 
 /// Which cpal host.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -39,9 +39,9 @@ pub struct Audio {
     pub rate_hz: u32,
     /// Sample format.
     pub sample_format: SampleFormat,
-    /// Channels of the output stream.
+    /// InputMap of the output stream.
     pub output_channels: u16,
-    /// Channels of the input stream; all of them are recorded.
+    /// InputMap of the input stream; all of them are recorded.
     pub input_channels: u16,
     /// Frames a callback; the device's own choice when absent.
     pub buffer_frames: Option<u32>,
@@ -65,14 +65,14 @@ impl Audio {
 /// `[output]`
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Output {
+pub struct OutputChannel {
     /// Output channel that feeds the amplifier.
     pub channel: u16,
     /// Actuator volts per full scale of the output, amplifier included.
     pub volts_per_unit: f64,
 }
 
-impl Output {
+impl OutputChannel {
     pub(super) fn check(&self, audio: &Audio) -> Result<(), Refused> {
         numbered("output.channel", self.channel, audio.output_channels)?;
         let volts_per_unit = self.volts_per_unit;
@@ -83,14 +83,14 @@ impl Output {
 /// `[channels]`
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Channels {
+pub struct InputMap {
     /// Read-back of the voltage across the actuators.
-    pub drive: DriveChannel,
+    pub drive: DriveInput,
     /// The piezo pickup.
-    pub pickup: PickupChannel,
+    pub pickup: PickupInput,
 }
 
-impl Channels {
+impl InputMap {
     pub(super) fn check(&self, audio: &Audio) -> Result<(), Refused> {
         let Self { drive, pickup } = self;
         numbered("channels.drive.index", drive.index, audio.input_channels)?;
@@ -129,7 +129,7 @@ fn numbered(key: &str, index: u16, count: u16) -> Result<(), Refused> {
 /// `[channels.drive]`
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct DriveChannel {
+pub struct DriveInput {
     /// Input channel.
     pub index: u16,
     /// Actuator volts per sample value.
@@ -147,7 +147,7 @@ fn default_clip_units() -> f64 {
 /// `[channels.pickup]`
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct PickupChannel {
+pub struct PickupInput {
     /// Input channel.
     pub index: u16,
     /// Plate displacement per sample value at the carrier, m.

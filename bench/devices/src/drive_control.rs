@@ -43,14 +43,14 @@ pub fn settings(config: &Config) -> Result<DriveSettings, signalgen::ProgramErro
 }
 
 /// Starts and stops the drive through the safety watch.
-pub struct Drive {
+pub struct DriveControl {
     handle: DriveHandle,
     safety: Sender<SafetyCommand>,
     /// Waits for the amplifier to be armed, with the kills there had been when it was asked for: a later one it does not undo.
     wanted: Option<(Program, u64)>,
 }
 
-impl Drive {
+impl DriveControl {
     /// Takes the drive over, silent.
     pub fn new(handle: DriveHandle, safety: Sender<SafetyCommand>) -> Self {
         Self {
@@ -63,7 +63,7 @@ impl Drive {
     /// Asks for a program; it begins as soon as the amplifier is armed.
     pub fn start(&mut self, program: Program) {
         self.wanted = Some((program, self.handle.kill_switch().kills()));
-        self.tell(SafetyCommand::Arm);
+        self.command(SafetyCommand::Arm);
     }
 
     /// Sounds with the amplifier off. What is read back of that has come past an open relay.
@@ -82,17 +82,17 @@ impl Drive {
     /// Ramps to silence and takes the amplifier off.
     pub fn disarm(&mut self) {
         self.stop();
-        self.tell(SafetyCommand::Disarm);
+        self.command(SafetyCommand::Disarm);
     }
 
     /// Stops at once and latches.
     pub fn trip(&self, trip: safety::Trip) {
-        self.tell(SafetyCommand::Trip(trip));
+        self.command(SafetyCommand::Trip(trip));
     }
 
     /// The operator has looked and releases the latch.
     pub fn rearm(&self) {
-        self.tell(SafetyCommand::Rearm);
+        self.command(SafetyCommand::Rearm);
     }
 
     /// Begins what waits, now that the watch says `state`.
@@ -124,19 +124,19 @@ impl Drive {
         let _ = self.handle.send(command);
     }
 
-    fn tell(&self, command: SafetyCommand) {
+    fn command(&self, command: SafetyCommand) {
         let _ = self.safety.send(command);
     }
 }
 
 /// The drive as the safety watch sees it.
-pub struct Guard {
+pub struct WatchedDrive {
     kill: KillSwitch,
     monitor: DriveMonitor,
     health: StreamHealth,
 }
 
-impl Guard {
+impl WatchedDrive {
     /// A guard over the drive of these streams.
     pub fn new(handle: &DriveHandle, health: StreamHealth) -> Self {
         Self {
@@ -147,7 +147,7 @@ impl Guard {
     }
 }
 
-impl DriveGuard for Guard {
+impl DriveGuard for WatchedDrive {
     fn kill(&self) {
         self.kill.kill();
     }

@@ -1,7 +1,7 @@
 //! The text format: `<device µs>,<normal mN>,<lateral mN>` a line.
 
 use super::device_time::Unwrap;
-use super::sample::{Decoder, ForceSample, LineFaults};
+use super::force_sample::{Decoder, ForceSample, LineFaults};
 
 /// Longer than any line of the format; what exceeds it is not a line.
 const LONGEST_LINE_BYTES: usize = 80;

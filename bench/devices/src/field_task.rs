@@ -51,7 +51,7 @@ impl FieldReading {
 }
 
 /// The encoder as a source of positions.
-pub struct Encoder {
+pub struct PositionEncoder {
     lines: [Box<dyn Input>; 2],
     quadrature: Quadrature,
     metres_per_count: f64,
@@ -60,7 +60,7 @@ pub struct Encoder {
     missed_before: u64,
 }
 
-impl Encoder {
+impl PositionEncoder {
     /// Counts from `origin_m`, where the carriage must stand now.
     pub fn new(lines: [Box<dyn Input>; 2], metres_per_count: f64, origin_m: f64) -> Self {
         Self {
@@ -100,7 +100,7 @@ const BOUNCE_NS: u64 = 30_000_000;
 /// The task that reads all of them.
 pub struct Field {
     force: Option<ForceLink>,
-    encoder: Option<Encoder>,
+    encoder: Option<PositionEncoder>,
     button: Option<Box<dyn Input>>,
     readings: Sender<FieldReading>,
     pressed: Arc<AtomicBool>,
@@ -121,7 +121,7 @@ impl Field {
     )]
     pub fn new(
         force: Option<ForceLink>,
-        encoder: Option<Encoder>,
+        encoder: Option<PositionEncoder>,
         button: Option<Box<dyn Input>>,
         readings: Sender<FieldReading>,
         pressed: Arc<AtomicBool>,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::range::{Refused, within};
+use super::refused::{Refused, within};
 
 /// `[plate]`
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -42,4 +42,4 @@ printf '  %s\n' \
     "$demo/results.json the estimates of every instance by both methods" \
     "$demo/figures      the published figures from these data"
 printf '\nThe same session with the dashboard, in real time:\n'
-printf '  %s run --mock --protocol demo --study %s/study --participant sub-02 --consent-by ME\n' "$program" "$demo"
+printf '  %q run --mock --protocol demo --study %q/study --participant sub-02 --consent-by ME\n' "$program" "$demo"

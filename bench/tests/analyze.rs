@@ -12,11 +12,11 @@ use std::sync::OnceLock;
 
 use analysis::analysed::RecordingFindings;
 use analysis::flaw::{Channel, Flaw};
-use analysis::recording::analyse;
+use analysis::recording_analysis::analyse;
 use analysis::unloaded::UnloadedError;
 use analysis::{RecordingAnalysis, Settings, find};
 use recording::RecordingReader;
-use recording::manifest::IntervalKind;
+use recording::manifest::RecordedIntervalKind;
 use recording::reader::{Warning, read_manifest};
 use recording::wav::{HEADER_BYTES, WavWarning, header};
 use serde_json::Value;
@@ -491,17 +491,17 @@ fn a_carrier_that_is_not_there_is_named() {
 /// Start of the exploration, s.
 fn exploration_s(recording: &Path) -> f64 {
     let (start_s, _) = interval_s(recording, |kind| {
-        matches!(kind, IntervalKind::Exploration(_))
+        matches!(kind, RecordedIntervalKind::Exploration(_))
     });
     start_s
 }
 
 /// Start and end of the time without finger, s.
 fn unloaded_s(recording: &Path) -> (f64, f64) {
-    interval_s(recording, |kind| kind == IntervalKind::Unloaded)
+    interval_s(recording, |kind| kind == RecordedIntervalKind::Unloaded)
 }
 
-fn interval_s(recording: &Path, wanted: impl Fn(IntervalKind) -> bool) -> (f64, f64) {
+fn interval_s(recording: &Path, wanted: impl Fn(RecordedIntervalKind) -> bool) -> (f64, f64) {
     let manifest = read_manifest(recording).unwrap();
     let interval = manifest.intervals.iter().find(|i| wanted(i.kind)).unwrap();
     (interval.start_s, interval.end_s)

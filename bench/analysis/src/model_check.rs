@@ -3,7 +3,7 @@
 use contact::{FittedFinger, self_sensed};
 use protocols::{SelectionRules, Validity};
 
-use crate::exploration::Exploration;
+use crate::exploration_findings::ExplorationFindings;
 use crate::flaw::Flaw;
 
 /// Edges of the amplitude bands, m; the last band is open.
@@ -32,7 +32,7 @@ pub struct Band {
 pub fn bands(
     finger: &FittedFinger,
     fitted: (f64, f64),
-    explorations: &[Exploration],
+    explorations: &[ExplorationFindings],
     rules: &SelectionRules,
 ) -> Vec<Band> {
     let mut differences: Vec<(f64, f64)> = explorations
@@ -81,7 +81,7 @@ pub(super) fn flaw(bands: &[Band]) -> Option<Flaw> {
 fn of_exploration(
     finger: &FittedFinger,
     fitted: (f64, f64),
-    exploration: &Exploration,
+    exploration: &ExplorationFindings,
     rules: &SelectionRules,
 ) -> Vec<(f64, f64)> {
     let sensed = exploration.interval_s().and_then(|interval_s| {

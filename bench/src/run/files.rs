@@ -26,7 +26,7 @@ pub(super) fn open_session(
     study: &Study,
     plan: &Plan,
     date: &str,
-) -> anyhow::Result<(u32, study::Session, bool)> {
+) -> anyhow::Result<(u32, study::SessionFolder, bool)> {
     let participant = &plan.participant;
     let next = study.next_session(participant)?;
     if plan.resume {
@@ -56,7 +56,7 @@ pub(super) fn open_session(
 }
 
 /// A session goes on in the order that it began with, or not at all.
-fn require_same_order(plan: &Plan, session: &study::Session) -> anyhow::Result<()> {
+fn require_same_order(plan: &Plan, session: &study::SessionFolder) -> anyhow::Result<()> {
     let began = session
         .log_before()
         .documents
@@ -87,7 +87,7 @@ fn require_same_order(plan: &Plan, session: &study::Session) -> anyhow::Result<(
 }
 
 /// Returns the state machine, after what an interrupted session's log tells of.
-pub(super) fn machine(plan: &Plan, session: &study::Session) -> anyhow::Result<Session> {
+pub(super) fn machine(plan: &Plan, session: &study::SessionFolder) -> anyhow::Result<Session> {
     let events: Vec<SessionEventKind> = session
         .log_before()
         .documents
@@ -184,15 +184,15 @@ fn trial_folder(session: &Path, key: &TrialKey, practice_trials: u32) -> anyhow:
     Ok(path)
 }
 
-fn recorded_channels(config: &Config) -> manifest::Channels {
+fn recorded_channels(config: &Config) -> manifest::RecordedChannels {
     let (drive, pickup) = (&config.channels.drive, &config.channels.pickup);
-    manifest::Channels {
-        drive: manifest::DriveChannel {
+    manifest::RecordedChannels {
+        drive: manifest::RecordedDrive {
             index: drive.index,
             volts_per_unit: drive.volts_per_unit,
             clip_units: Some(drive.clip_units),
         },
-        pickup: manifest::PickupChannel {
+        pickup: manifest::RecordedPickup {
             index: pickup.index,
             metres_per_unit: pickup.metres_per_unit,
             phase_rad: pickup.phase_rad,
@@ -201,8 +201,8 @@ fn recorded_channels(config: &Config) -> manifest::Channels {
     }
 }
 
-fn recorded_plate(config: &Config) -> manifest::Plate {
-    manifest::Plate {
+fn recorded_plate(config: &Config) -> manifest::RecordedPlate {
+    manifest::RecordedPlate {
         resonance_hz: config.plate.resonance_hz,
         modal_mass_kg: config.plate.modal_mass_kg,
         force_factor_n_per_v: config.plate.force_factor_n_per_v,
@@ -210,14 +210,14 @@ fn recorded_plate(config: &Config) -> manifest::Plate {
     }
 }
 
-fn recorded_hardware(bench: &Effective, life: &Life) -> manifest::Hardware {
+fn recorded_hardware(bench: &Effective, life: &Life) -> manifest::RecordedHardware {
     let config = bench.config();
     let mut channel_names: Vec<String> = (0..config.audio.input_channels)
         .map(|index| format!("input {index}"))
         .collect();
     channel_names[usize::from(config.channels.drive.index)] = "drive".to_owned();
     channel_names[usize::from(config.channels.pickup.index)] = "pickup".to_owned();
-    manifest::Hardware {
+    manifest::RecordedHardware {
         input_device: life.device(StreamDirection::Input),
         output_device: life.device(StreamDirection::Output),
         sample_rate_hz: config.audio.rate_hz,
@@ -245,7 +245,7 @@ fn recorded_hardware(bench: &Effective, life: &Life) -> manifest::Hardware {
             .filter(|_| !config.safety.waived.is_empty()),
         calibration: bench
             .calibration()
-            .map(|calibration| manifest::Calibration {
+            .map(|calibration| manifest::CalibrationReference {
                 label: calibration.label().to_owned(),
                 hash: calibration.hash().to_owned(),
                 force: calibration.force_label(),

@@ -21,7 +21,7 @@ use mock_hw::scenario::Scenario;
 use mock_hw::serial::ForceFault;
 use protocols::{Session, TrialKey, TrialOutcome, TrialRecord};
 use recording::manifest::EventKind;
-use safety::{GpioError, Output, input, output};
+use safety::{GpioError, OutputLine, input, output};
 use tasks::Task;
 use tui::event::{LogLevel, PhaseKind};
 
@@ -29,11 +29,11 @@ use crate::rig::{RATE_HZ, apparatus, begin, config, events, open};
 
 /// A heartbeat whose wire can be cut.
 struct Cuttable {
-    line: Box<dyn Output>,
+    line: Box<dyn OutputLine>,
     cut: Arc<AtomicBool>,
 }
 
-impl Output for Cuttable {
+impl OutputLine for Cuttable {
     fn set(&mut self, high: bool) -> Result<(), GpioError> {
         if self.cut.load(Ordering::Relaxed) {
             return Ok(());

@@ -82,7 +82,7 @@ fn a_recording_made_elsewhere_needs_the_fixed_tables_only() {
     assert_eq!(manifest.channels.pickup.metres_per_unit, 2.0e-6);
     assert_eq!(
         manifest.intervals[1].kind,
-        IntervalKind::Exploration(Direction::LeftToRight)
+        RecordedIntervalKind::Exploration(Direction::LeftToRight)
     );
     assert_eq!(manifest.trial, None);
 }

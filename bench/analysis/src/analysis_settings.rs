@@ -67,7 +67,7 @@ impl Default for Settings {
             speed_tolerance: rules.speed_tolerance,
             instance_s: rules.instance_s,
             contact_n: rules.contact_n,
-            smoothing_hz: crate::record::SMOOTHING_HZ,
+            smoothing_hz: crate::measurements::SMOOTHING_HZ,
             null_sigmas: impedance::NULL_SIGMAS,
         }
     }

@@ -4,7 +4,8 @@ use std::ops::RangeInclusive;
 
 use strict::TomlError;
 
-use super::FORMAT;
+/// Version of `recording.toml` that this crate writes and reads.
+pub const FORMAT: u32 = 1;
 
 /// Why a `recording.toml` cannot be read.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -98,7 +99,7 @@ pub enum ManifestError {
         key: &'static str,
         /// Its value.
         index: u16,
-        /// Channels in the audio file.
+        /// RecordedChannels in the audio file.
         channels: u16,
     },
     /// `hardware.channel_names` does not name every channel.
@@ -106,7 +107,7 @@ pub enum ManifestError {
     ChannelNames {
         /// Number of names.
         names: usize,
-        /// Channels in the audio file.
+        /// RecordedChannels in the audio file.
         channels: u16,
     },
     /// `hardware.sample_rate_hz` differs from the audio file's.

@@ -12,7 +12,9 @@ use std::time::Instant;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use friction_bench::live_meter::LiveMeter;
 use recording::AudioFormat;
-use recording::manifest::{Channels, DriveChannel, FORMAT, Manifest, PickupChannel, Plate};
+use recording::manifest::{
+    FORMAT, Manifest, RecordedChannels, RecordedDrive, RecordedPickup, RecordedPlate,
+};
 use recording::pipeline::{Batch, Pipeline};
 use recording::recorder::{Begin, RecorderMessage, RecorderNotice, recorder};
 use recording::writer::Ending;
@@ -31,20 +33,20 @@ fn manifest() -> Manifest {
         carrier_hz: CARRIER_HZ,
         modulation_hz: 6.0,
         modulation_index: 0.95,
-        channels: Channels {
-            drive: DriveChannel {
+        channels: RecordedChannels {
+            drive: RecordedDrive {
                 index: 0,
                 volts_per_unit: 60.0,
                 clip_units: None,
             },
-            pickup: PickupChannel {
+            pickup: RecordedPickup {
                 index: 1,
                 metres_per_unit: 5e-6,
                 phase_rad: 0.2,
                 clip_units: None,
             },
         },
-        plate: Plate {
+        plate: RecordedPlate {
             resonance_hz: CARRIER_HZ,
             modal_mass_kg: 0.008,
             force_factor_n_per_v: 0.13,

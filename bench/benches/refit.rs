@@ -7,24 +7,24 @@ use std::hint::black_box;
 use std::path::Path;
 
 use analysis::trial_fit::{FitRequest, Selected, fit};
-use analysis::{Settings, reading, unloaded};
+use analysis::{Settings, demodulated, unloaded};
 use contact::AssumedConstants;
 use criterion::{Criterion, criterion_group, criterion_main};
 use protocols::selection::select;
-use recording::manifest::IntervalKind;
+use recording::manifest::RecordedIntervalKind;
 use recording::pipeline::PickupOffset;
 
 /// A trial of two explorations; those of the reference are alike, so one stands for both.
 fn trial() -> anyhow::Result<(FitRequest, f64)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/reference/recording-a");
-    let reading = reading::read(&folder, PickupOffset::default())?;
+    let reading = demodulated::read(&folder, PickupOffset::default())?;
     let rules = Settings::default().selection_rules(reading.manifest.plate.centre_m);
     let (mut free, mut explorations) = (Vec::new(), Vec::new());
     for interval in &reading.manifest.intervals {
         let (start_s, end_s) = (interval.start_s, interval.end_s);
         match interval.kind {
-            IntervalKind::Unloaded => free.push((start_s, end_s)),
-            IntervalKind::Exploration(direction) => {
+            RecordedIntervalKind::Unloaded => free.push((start_s, end_s)),
+            RecordedIntervalKind::Exploration(direction) => {
                 let series = reading.record.series(start_s, end_s);
                 let stretches = select(&series.exploration(direction), &rules)?;
                 for _ in 0..2 {

@@ -18,13 +18,14 @@ use calibration::plate_procedure::{PlateProcedure, PlateSetup};
 use calibration::rig::{self, Attendance};
 use calibration::unattended::Unattended;
 use config::{
-    CalibrationFile, CalibrationError, CalibrationFileError, Config, Effective, Identity, Quantity,
+    CalibrationError, CalibrationFile, CalibrationFileError, Config, Effective, Identity, Quantity,
 };
 use recording::disk;
 use tasks::StopFlag;
 
 use crate::apparatus::Apparatus;
 use crate::cli;
+use crate::verbosity::Verbosity;
 
 /// Name of the calibration file where none is given.
 pub const DEFAULT_PATH: &str = "calibration.toml";
@@ -166,8 +167,8 @@ fn require_writable(path: &Path) -> anyhow::Result<()> {
         .and_then(|_| std::fs::remove_file(&probe))
         .with_context(|| {
             format!(
-                "nothing can be written beside {}: name a file in a folder of yours with --calibration",
-                path.display()
+                "cannot write into {}: name a calibration file in a folder of yours with --calibration",
+                folder.display()
             )
         })
 }
@@ -197,18 +198,24 @@ struct Begun<'a> {
     calibration: CalibrationFile,
     path: PathBuf,
     measure: &'a cli::Measure,
+    verbosity: Verbosity,
     /// An operator is guided on the dashboard.
     attended: bool,
 }
 
 impl<'a> Begun<'a> {
-    fn new(config: Config, measure: &'a cli::Measure) -> anyhow::Result<Self> {
-        Self::on_sensor(config, measure, false)
+    fn new(
+        config: Config,
+        measure: &'a cli::Measure,
+        verbosity: Verbosity,
+    ) -> anyhow::Result<Self> {
+        Self::on_sensor(config, measure, verbosity, false)
     }
 
     fn on_sensor(
         config: Config,
         measure: &'a cli::Measure,
+        verbosity: Verbosity,
         new_sensor: bool,
     ) -> anyhow::Result<Self> {
         if measure.operator.trim().is_empty() {
@@ -217,12 +224,14 @@ impl<'a> Begun<'a> {
         let path = path(&measure.hardware);
         require_writable(&path)?;
         let calibration = before(&path, &config, new_sensor)?;
+        verbosity.note(format_args!("calibration: {}", path.display()));
         Ok(Self {
             bench: Effective::under_calibration(config, &calibration),
             calibration,
             path,
             attended: measure.attended(),
             measure,
+            verbosity,
         })
     }
 
@@ -236,11 +245,16 @@ impl<'a> Begun<'a> {
         let Apparatus {
             hardware, hands, ..
         } = apparatus;
-        let (title, simulated) = (format!("calibrate {}", C::NAME), hardware.simulated);
-        let attended = self.attended;
+        let waiver = self.bench.config().safety.waiver_in_words();
+        let title = match &waiver {
+            Some(waiver) => format!("calibrate {}, {waiver}", C::NAME),
+            None => format!("calibrate {}", C::NAME),
+        };
+        let simulated = hardware.simulated;
+        let (attended, verbosity) = (self.attended, self.verbosity);
         let attend = |stop: &StopFlag| -> anyhow::Result<Attendance> {
             if !attended {
-                return Ok((Box::new(Unattended::new(std::io::stderr())), None));
+                return Ok((Box::new(Unattended::new(verbosity.progress())), None));
             }
             let (guided, screen) = Guided::open(title, simulated, stop.clone())?;
             Ok((Box::new(guided), Some(screen)))
@@ -258,6 +272,7 @@ impl<'a> Begun<'a> {
         } = outcome
             .procedure
             .judge(outcome.date, &self.measure.operator)?;
+        remarks.extend(waiver);
         remarks.push(format!("driven for       {:.1} s", outcome.driven_s));
         let mut written = write_beside(&self.path, stem, &table, figure.as_ref())?;
         let passed = faults.is_empty();
@@ -285,9 +300,10 @@ impl<'a> Begun<'a> {
 pub fn plate(
     config: Config,
     options: &cli::CalibratePlate,
+    verbosity: Verbosity,
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
-    let begun = Begun::new(config, &options.measure)?;
+    let begun = Begun::new(config, &options.measure, verbosity)?;
     let mut setup = PlateSetup::new(begun.bench.config(), &begun.calibration, options.drive_v)?;
     if let Some(about_hz) = options.about_hz {
         setup.about_hz = about_hz;
@@ -308,9 +324,10 @@ pub fn plate(
 pub fn channels(
     config: Config,
     options: &cli::CalibrateChannels,
+    verbosity: Verbosity,
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
-    let begun = Begun::new(config, &options.measure)?;
+    let begun = Begun::new(config, &options.measure, verbosity)?;
     let setup = ChannelsSetup::new(begun.bench.config(), &begun.calibration);
     let apparatus = open(begun.bench.config())?;
     begun.run(apparatus, None, ChannelsProcedure::new(setup))
@@ -323,9 +340,10 @@ pub fn channels(
 pub fn pickup(
     config: Config,
     options: &cli::CalibratePickup,
+    verbosity: Verbosity,
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
-    let begun = Begun::new(config, &options.measure)?;
+    let begun = Begun::new(config, &options.measure, verbosity)?;
     let known = if !options.known_um.is_empty() {
         Known::Values(known::from_um(&options.known_um))
     } else if let Some(table) = &options.known_csv {
@@ -372,9 +390,10 @@ pub fn pickup(
 pub fn force(
     config: Config,
     options: &cli::CalibrateForce,
+    verbosity: Verbosity,
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
-    let mut begun = Begun::on_sensor(config, &options.measure, !options.tare)?;
+    let mut begun = Begun::on_sensor(config, &options.measure, verbosity, !options.tare)?;
     let setup = if options.tare {
         let kept = begun.calibration.force.clone().context(
             "there is no calibrated force sensor to tare: run `friction-bench calibrate force` with known masses first",

@@ -9,7 +9,7 @@ use crossbeam_channel::Receiver;
 use protocols::SessionEvent;
 use serde_json::{Map, Value};
 
-use recording::study::Session;
+use recording::study::SessionFolder;
 use recording::study::event_log::ExitStatus;
 use tasks::Clock;
 use tasks::Task;
@@ -41,7 +41,7 @@ const RECORDING_STREAM: &str = "recording";
 
 /// The task.
 pub struct Journal {
-    session: Session,
+    session: SessionFolder,
     entries: Receiver<Entry>,
     clock: Arc<dyn Clock>,
     stopped: bool,
@@ -53,7 +53,7 @@ impl Journal {
     /// # Errors
     /// When the descriptors cannot be written.
     pub fn new(
-        mut session: Session,
+        mut session: SessionFolder,
         entries: Receiver<Entry>,
         clock: Arc<dyn Clock>,
     ) -> anyhow::Result<Self> {

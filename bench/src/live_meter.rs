@@ -1,6 +1,6 @@
 //! What the live panels show: the newest values, and how the machinery does.
 
-use analysis::record::SMOOTHING_HZ;
+use analysis::measurements::SMOOTHING_HZ;
 use devices::Gauges;
 use devices::field_task::POSITION_HZ;
 use impedance::ZmFrame;

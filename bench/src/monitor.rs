@@ -106,6 +106,12 @@ pub fn run(
         ..tui::event::SessionHeader::default()
     }));
     front.show(tui::Event::Phase(PhaseView::new(PhaseKind::Monitoring)));
+    if let Some(text) = config.safety.waiver_in_words() {
+        front.show(tui::Event::Log {
+            level: LogLevel::Warning,
+            text,
+        });
+    }
     if program.is_none() {
         front.show(tui::Event::Log {
             level: LogLevel::Info,

@@ -59,7 +59,7 @@ impl Task for Refit {
 mod tests {
     use super::*;
     use analysis::instance::PlateReading;
-    use analysis::record::Record;
+    use analysis::measurements::Measurements;
     use analysis::trial_fit::Selected;
     use analysis::unloaded::UnloadedError;
     use num_complex::Complex64;
@@ -69,7 +69,7 @@ mod tests {
         FitRequest {
             label: "trial 1".to_owned(),
             plate,
-            record: Record::default(),
+            record: Measurements::default(),
             explorations: vec![Selected {
                 start_s: 1.0,
                 end_s: 2.0,

@@ -8,8 +8,8 @@ use protocols::{
 };
 use tui::event::{ComplexImpedance, Crop, Live, PhaseKind, ValueAndStd};
 
-use analysis::live::ContactReading;
-use analysis::record::Record;
+use analysis::live_contact::ContactReading;
+use analysis::measurements::Measurements;
 use config::Config;
 use contact::live_estimator::Uncertain;
 use recording::study::TrialLabel;
@@ -164,7 +164,7 @@ pub fn crop(
     practice: bool,
     attempt: u32,
     stretches: &[Stretch],
-    record: &Record,
+    record: &Measurements,
 ) -> Crop {
     let (from_s, to_s) = record.span_s();
     let at = |i: usize| from_s + (to_s - from_s) * i as f64 / (CROP_POINTS - 1) as f64;

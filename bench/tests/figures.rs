@@ -8,9 +8,9 @@ use std::path::PathBuf;
 
 use analysis::analysed::RecordingFindings;
 use analysis::estimate::{InstanceAnalysis, estimate};
-use analysis::exploration::Exploration;
-use analysis::record::Series;
-use analysis::{Analysed, RecordingAnalysis, Settings, measured};
+use analysis::exploration_findings::ExplorationFindings;
+use analysis::measurements::FrameSeries;
+use analysis::{Analysed, RecordingAnalysis, Settings, measured_figures};
 use clap::Parser;
 use contact::fit::FitConditions;
 use contact::{AssumedConstants, Contact, harmonic};
@@ -178,7 +178,7 @@ fn model_figures_keep_their_curves_and_units() {
 
 #[test]
 fn measured_figures_keep_their_curves_and_units() {
-    let figures = measured(&analysed());
+    let figures = measured_figures(&analysed());
     assert_eq!(figures.len(), MEASURED.len());
     for (figure, expected) in figures.iter().zip(&MEASURED) {
         assert_shows(figure, expected);
@@ -198,8 +198,8 @@ fn measured_figures_keep_their_curves_and_units() {
 fn the_same_figure_is_the_same_bytes() {
     let (mut once, mut again) = (model_figures(), model_figures());
     let analysed = analysed();
-    once.extend(measured(&analysed));
-    again.extend(measured(&analysed));
+    once.extend(measured_figures(&analysed));
+    again.extend(measured_figures(&analysed));
     for (once, again) in once.iter().zip(&again) {
         assert_eq!(
             once.to_svg().unwrap(),
@@ -313,11 +313,11 @@ fn what_was_not_found_is_not_drawn() {
         .unwrap()
         .instances
         .clear();
-    let figures = measured(&nothing);
+    let figures = measured_figures(&nothing);
     assert_eq!(figures.len(), 1, "the trial in time remains");
     figures[0].to_svg().unwrap();
     nothing.recordings.clear();
-    assert_eq!(measured(&nothing), []);
+    assert_eq!(measured_figures(&nothing), []);
 }
 
 const CARRIER_HZ: f64 = 35e3;
@@ -368,7 +368,7 @@ fn analysed() -> Analysed {
     };
     let n = time_s.len();
     let lateral = |gap: &f64| -0.8 * NORMAL_N * contact.friction_ratio(*gap, NORMAL_N);
-    let series = Series {
+    let series = FrameSeries {
         frames: (0..n).map(frame).collect(),
         normal_n: vec![NORMAL_N; n],
         lateral_n: gap_m.iter().map(lateral).collect(),
@@ -402,7 +402,12 @@ fn analysed() -> Analysed {
         rules: settings.selection_rules(manifest.plate.centre_m),
         manifest,
         z_p: None,
-        explorations: vec![Exploration::new(series, direction, (0.0, 0.5), Vec::new())],
+        explorations: vec![ExplorationFindings::new(
+            series,
+            direction,
+            (0.0, 0.5),
+            Vec::new(),
+        )],
         instances,
         model_check: Vec::new(),
         rejected: Vec::new(),

@@ -18,7 +18,7 @@ use std::path::Path;
 use analysis::estimate::Estimated;
 use analysis::flaw::Flaw;
 use analysis::model_check::quantile;
-use analysis::{Settings, recording};
+use analysis::{Settings, recording_analysis};
 use hound::{SampleFormat, WavSpec, WavWriter};
 use mock_hw::person::FingerState;
 use mock_hw::plant::Plant;
@@ -251,7 +251,7 @@ fn analysed(laboratory: &Laboratory) -> Errors {
 }
 
 fn errors(folder: &Path) -> Errors {
-    let found = recording::analyse(folder, &Settings::default())
+    let found = recording_analysis::analyse(folder, &Settings::default())
         .found
         .unwrap();
     let of = |error: &dyn Fn(&Estimated) -> f64| {
@@ -484,7 +484,7 @@ fn at_an_envelope_null_no_impedance_explodes() {
         ..PUBLISHED
     };
     laboratory.record(folder.path());
-    let found = recording::analyse(folder.path(), &Settings::default())
+    let found = recording_analysis::analyse(folder.path(), &Settings::default())
         .found
         .unwrap();
     let exploration = &found.explorations[0];

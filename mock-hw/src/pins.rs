@@ -403,22 +403,6 @@ mod tests {
         assert!(one_shot.runs_at(3_050_000_000));
     }
 
-    #[test]
-    fn a_cut_wire_equals_a_pressed_stop() {
-        let (clock, board) = board();
-        let mut pins = board.pins();
-        pins.amplifier_enable.set_high().unwrap();
-        pins.heartbeat.set_high().unwrap();
-        for act in [PinBoard::press_estop, PinBoard::cut_estop_wire] {
-            assert!(pins.estop.is_high().unwrap());
-            act(&board, true);
-            assert!(pins.estop.is_low().unwrap());
-            assert!(!board.amplifier_on(clock.now_ns()));
-            act(&board, false);
-            assert!(board.amplifier_on(clock.now_ns()));
-        }
-    }
-
     /// Follows the lines as a counter does; `None` when both change at once.
     fn follow(states: impl IntoIterator<Item = [bool; 2]>) -> Option<i64> {
         let place = |state| QUADRATURE.iter().position(|s| *s == state);
@@ -497,14 +481,5 @@ mod tests {
             }
             previous_m = carriage_m;
         }
-    }
-
-    #[test]
-    fn a_lost_chip_is_an_error_on_every_line() {
-        let (_, board) = board();
-        let mut pins = board.pins();
-        board.remove(true);
-        assert_eq!(pins.estop.is_high(), Err(PinError::Gone));
-        assert_eq!(pins.heartbeat.set_high(), Err(PinError::Gone));
     }
 }

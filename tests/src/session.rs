@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use recording::study::event_log::{self, Document, Event, Start, Stop};
+use recording::study::event_log::{self, Document, LogEvent, Start, Stop};
 use serde_json::Value;
 
 use crate::program::bench;
@@ -117,7 +117,7 @@ impl SessionFolder {
     }
 
     /// The log's events.
-    pub fn events(&self) -> impl Iterator<Item = &Event> {
+    pub fn events(&self) -> impl Iterator<Item = &LogEvent> {
         self.documents.iter().filter_map(|document| match document {
             Document::Event(event) => Some(event),
             _ => None,
@@ -125,13 +125,13 @@ impl SessionFolder {
     }
 
     /// Events of the protocol's state machine that have this name.
-    pub fn named<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Event> {
+    pub fn named<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a LogEvent> {
         self.events()
             .filter(move |event| event.data.get("event").and_then(Value::as_str) == Some(name))
     }
 
     /// Entries into this phase.
-    pub fn phases<'a>(&'a self, phase: &'a str) -> impl Iterator<Item = &'a Event> {
+    pub fn phases<'a>(&'a self, phase: &'a str) -> impl Iterator<Item = &'a LogEvent> {
         self.named("phase")
             .filter(move |event| event.data.get("phase").and_then(Value::as_str) == Some(phase))
     }

@@ -17,7 +17,7 @@ use bench_tests::program::{bench, installed, jack_apparatus};
 use bench_tests::recorded::Recording;
 use bench_tests::running::Running;
 use bench_tests::session::{SessionFolder, config_with, demo_with, finish, text};
-use recording::manifest::{End, IntervalKind};
+use recording::manifest::{End, RecordedIntervalKind};
 use tempfile::TempDir;
 
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -95,7 +95,14 @@ impl Server {
                 ("loop_latency_s =", "loop_latency_s = 1.0 #"),
                 ("silence_s =", "silence_s = 1.0 #"),
                 ("port =", &port),
-                ("[encoder]\n", "[encoder] # has no lines\n"),
+                (
+                    "[encoder]\nmetres_per_count = 25.0e-6\norigin_m",
+                    "# no encoder",
+                ),
+                (
+                    "[safety]\n",
+                    "[safety]\nwaived = [\"estop\", \"heartbeat\"]\nwaived_by = \"A. Tester\"\n",
+                ),
                 ("device = \"sim-speakers\"", "device = \"\""),
             ],
         );
@@ -202,9 +209,9 @@ fn an_exploration_over_a_real_audio_server_is_recorded_to_the_sample() {
         .iter()
         .map(|interval| interval.kind)
         .collect();
-    assert_eq!(kinds[0], IntervalKind::Unloaded);
+    assert_eq!(kinds[0], RecordedIntervalKind::Unloaded);
     assert!(
-        matches!(kinds[1..], [IntervalKind::Exploration(_)]),
+        matches!(kinds[1..], [RecordedIntervalKind::Exploration(_)]),
         "{kinds:?}"
     );
     assert!(manifest.intervals[1].end_s < recording.duration_s());

@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use contact::FittedFinger;
 use protocols::{Direction, SelectionRules};
 
-pub use crate::estimate::{Deltas, Estimated, InstanceAnalysis, InstanceSamples, Method};
-pub use crate::exploration::Exploration;
+use crate::analysis_settings::Settings;
+pub use crate::estimate::{Deltas, Estimated, InstanceAnalysis, MeasuredSamples, Method};
+pub use crate::exploration_findings::ExplorationFindings;
 use crate::flaw::Flaw;
 pub use crate::instance::PlateReading;
 pub use crate::model_check::Band;
-use crate::settings::Settings;
-use recording::manifest::{Manifest, Plate};
+use recording::manifest::{Manifest, RecordedPlate};
 use recording::pipeline::PickupOffset;
 use recording::pipeline::RecordedError;
 use recording::reader::ReadError;
@@ -77,7 +77,7 @@ pub struct RecordingFindings {
     /// The plate's own impedance; `None` if it could not be read.
     pub z_p: Option<PlateReading>,
     /// The explorations in time.
-    pub explorations: Vec<Exploration>,
+    pub explorations: Vec<ExplorationFindings>,
     /// What was estimated, in time order.
     pub instances: Vec<InstanceAnalysis>,
     /// Self-sensed against measured normal force, by amplitude.
@@ -95,7 +95,7 @@ impl RecordingFindings {
     }
 
     /// The plate's constants.
-    pub fn plate(&self) -> &Plate {
+    pub fn plate(&self) -> &RecordedPlate {
         &self.manifest.plate
     }
 

@@ -8,9 +8,9 @@ use contact::{Contact, FittedFinger};
 use num_complex::Complex64;
 use protocols::{Direction, Instance};
 
+use crate::analysis_settings::Settings;
 use crate::instance::PreparedInstance;
-use crate::record::Series;
-use crate::settings::Settings;
+use crate::measurements::FrameSeries;
 use crate::statistics::{Correlation, spearman};
 
 /// How much at either end of an instance is averaged for what changes over it, s: as much as Z_t is read from at rest.
@@ -52,7 +52,7 @@ pub struct InstanceAnalysis {
     /// By how much the measured friction fell: mean of the first 5 ms less that of the last.
     pub delta_mu: f64,
     /// What was measured in it.
-    pub samples: InstanceSamples,
+    pub samples: MeasuredSamples,
     /// The published method's estimate.
     pub paper: Estimated,
     /// The dynamic method's estimate.
@@ -99,7 +99,7 @@ pub struct Deltas {
 
 /// The measured samples of an instance.
 #[derive(Debug, Clone, PartialEq)]
-pub struct InstanceSamples {
+pub struct MeasuredSamples {
     /// Time, s.
     pub time_s: Vec<f64>,
     /// |x̃_p|, peak, m.
@@ -173,7 +173,7 @@ pub enum EstimateError {
 /// # Errors
 /// When either has no answer, so that what is compared between the methods is always the same instances.
 pub fn estimate(
-    series: &Series,
+    series: &FrameSeries,
     direction: Direction,
     instance: Instance,
     conditions: &FitConditions,
@@ -241,7 +241,7 @@ pub fn estimate(
         end_s: instance.end_s,
         normal_n: inside.normal_n.iter().sum::<f64>() / inside.normal_n.len() as f64,
         delta_mu: edges.fall(|i| inside.mu[i]),
-        samples: InstanceSamples {
+        samples: MeasuredSamples {
             time_s: inside.time_s.to_vec(),
             amplitude_m: inside.amplitude_m.to_vec(),
             normal_n: inside.normal_n.to_vec(),

@@ -6,7 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use recording::manifest::End;
-use recording::study::{Block, TrialLabel};
+use recording::study::{TrialBlock, TrialLabel};
 use recording::{MANIFEST_FILE, reader};
 
 /// Folders below a study: participants, sessions, trials.
@@ -72,7 +72,7 @@ fn descend(
 ) -> Result<(), FindError> {
     let mut folders = list(folder)?;
     folders.sort_unstable();
-    let mut trials: BTreeMap<(Block, u32), (TrialLabel, PathBuf)> = BTreeMap::new();
+    let mut trials: BTreeMap<(TrialBlock, u32), (TrialLabel, PathBuf)> = BTreeMap::new();
     for path in folders {
         let name = path
             .file_name()
@@ -81,7 +81,7 @@ fn descend(
             .as_deref()
             .and_then(|name| name.parse::<TrialLabel>().ok());
         match label {
-            Some(label) if (label.block == Block::Main || practice) && may_count(&path) => {
+            Some(label) if (label.block == TrialBlock::Main || practice) && may_count(&path) => {
                 let latest = trials
                     .entry((label.block, label.number))
                     .or_insert_with(|| (label, path.clone()));

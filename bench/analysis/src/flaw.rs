@@ -4,7 +4,7 @@ use std::fmt;
 
 use num_complex::Complex64;
 
-use crate::record::LONGEST_GAP_S;
+use crate::measurements::LONGEST_GAP_S;
 use crate::unloaded::UnloadedError;
 use recording::reader;
 

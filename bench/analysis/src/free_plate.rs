@@ -5,12 +5,12 @@ use std::f64::consts::TAU;
 use impedance::Transient;
 use num_complex::Complex64;
 
+use crate::demodulated::DemodulatedRecording;
 use crate::flaw::Flaw;
 use crate::instance::PlateReading;
-use crate::reading::Reading;
 use crate::unloaded::{self, UnloadedError};
 use recording::Manifest;
-use recording::manifest::{IntervalKind, Plate};
+use recording::manifest::{RecordedIntervalKind, RecordedPlate};
 use recording::pipeline::PickupOffset;
 
 /// What the plate shows of the pickup is undone beyond so many standard errors.
@@ -28,7 +28,7 @@ const GREATEST_REACTANCE_ERROR: f64 = 0.15;
 
 /// The plate without a finger.
 pub(super) struct FreePlate {
-    unloaded: Result<unloaded::Reading, UnloadedError>,
+    unloaded: Result<unloaded::UnloadedReading, UnloadedError>,
     /// How it answered to the modulation, if that is to be believed.
     transient: Option<Transient>,
     /// How it answered, if clearly, but by more than any delay of the pickup makes it.
@@ -38,15 +38,15 @@ pub(super) struct FreePlate {
 impl FreePlate {
     /// Reads the unloaded intervals; a normal force of `off_n` or more is a finger.
     pub(super) fn read(
-        Reading {
+        DemodulatedRecording {
             manifest, record, ..
-        }: &Reading,
+        }: &DemodulatedRecording,
         off_n: f64,
     ) -> Self {
         let intervals: Vec<(f64, f64)> = manifest
             .intervals
             .iter()
-            .filter(|interval| interval.kind == IntervalKind::Unloaded)
+            .filter(|interval| interval.kind == RecordedIntervalKind::Unloaded)
             .map(|interval| (interval.start_s, interval.end_s))
             .collect();
         let unloaded = unloaded::read(record, &intervals, manifest.modulation_hz, off_n);
@@ -120,7 +120,7 @@ impl FreePlate {
     /// Whether Z_p has another phase than the plate's constants give it: by the resonance, if the modulation vouches for the pickup;
     /// otherwise the two look alike.
     fn turned(&self, plate: PlateReading, manifest: &Manifest) -> Option<Flaw> {
-        let Plate {
+        let RecordedPlate {
             resonance_hz,
             modal_mass_kg,
             ..

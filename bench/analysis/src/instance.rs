@@ -8,7 +8,7 @@ use impedance::smoothing::LowPass;
 use impedance::{Mask, ZmFrame};
 use num_complex::Complex64;
 
-use crate::record::{SMOOTHING_HZ, Series};
+use crate::measurements::{FrameSeries, SMOOTHING_HZ};
 
 /// Samples before an instance that a fit may use, s; the levitation lag forgets its start over 20 ms of them.
 pub const LEAD_IN_S: f64 = 0.025;
@@ -30,7 +30,7 @@ impl PreparedInstance {
     /// to and fro, over the unmasked frames about the instance; the corrected one is left as it is.
     ///
     /// μ is |f_t|/f_n of the smoothed forces.
-    pub fn cut(series: &Series, start_s: f64, end_s: f64) -> Self {
+    pub fn cut(series: &FrameSeries, start_s: f64, end_s: f64) -> Self {
         // Times that went through text are off by less than this.
         let slack_s = 1e-6;
         let first = series.time_s.partition_point(|&t| t < start_s - slack_s);

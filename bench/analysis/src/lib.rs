@@ -1,31 +1,31 @@
 //! From recordings to impedance, gap and friction.
 //!
-//! [`reading`] streams a recording folder through the demodulator that also runs live, [`unloaded`] takes the plate's own
-//! impedance, [`trial`] and the `protocols` crate choose the instances, [`estimate`] estimates each by both methods. [`analyse`] does it for any number of
+//! [`demodulated`] streams a recording folder through the demodulator that also runs live, [`unloaded`] takes the plate's own
+//! impedance, [`trial_selection`] and the `protocols` crate choose the instances, [`estimate`] estimates each by both methods. [`analyse`] does it for any number of
 //! recordings at once, [`results`] writes what came out.
 
 pub mod analysed;
+pub mod analysis_settings;
 mod clipping;
+pub mod demodulated;
 pub mod estimate;
-pub mod exploration;
+pub mod exploration_findings;
 pub mod find;
 pub mod flaw;
 mod free_plate;
 pub mod instance;
 mod levels;
-pub mod live;
-mod measured;
+pub mod live_contact;
+mod measured_figures;
+pub mod measurements;
 pub mod model_check;
 pub mod published;
-pub mod reading;
-pub mod record;
-pub mod recording;
+pub mod recording_analysis;
 pub mod results;
-pub mod settings;
 pub mod statistics;
 pub mod tables;
-pub mod trial;
 pub mod trial_fit;
+pub mod trial_selection;
 pub mod unloaded;
 
 use std::path::{Path, PathBuf};
@@ -33,8 +33,8 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 pub use analysed::{Analysed, RecordingAnalysis};
-pub use measured::measured;
-pub use settings::Settings;
+pub use analysis_settings::Settings;
+pub use measured_figures::measured_figures;
 
 /// Analyses recording folders in parallel, in the given order; `finished` is called as each is done. A recording that cannot
 /// be read does not stop the others.
@@ -46,7 +46,7 @@ pub fn analyse(
     let recordings = folders
         .par_iter()
         .map(|folder| {
-            let analysis = recording::analyse(folder, settings);
+            let analysis = recording_analysis::analyse(folder, settings);
             finished(&analysis);
             analysis
         })
@@ -69,5 +69,5 @@ pub fn write_figures(
         path: folder.to_owned(),
         source,
     })?;
-    figures::write(&measured(analysed), folder)
+    figures::write(&measured_figures(analysed), folder)
 }

@@ -3,13 +3,13 @@
 use contact::{FittedFinger, self_sensed};
 use protocols::{SelectionRules, Validity};
 
-use crate::exploration::Exploration;
+use crate::exploration_findings::ExplorationFindings;
 use crate::flaw::Flaw;
 
 /// Edges of the amplitude bands, m; the last band is open.
 const EDGES_M: [f64; 6] = [0.0, 0.3e-6, 1e-6, 2e-6, 4e-6, 8e-6];
 
-/// A band in which the two part farther is told of: no band of a virtual participant reaches 0.14 (`tests/tests/population.rs`).
+/// A band in which the two part farther is told of: no band of a virtual participant reaches 0.14 (`tests/tests/whole_bench/population.rs`).
 const GREATEST_DIFFERENCE: f64 = 0.25;
 
 /// How far self-sensed and measured normal force are apart at the amplitudes of one band.
@@ -32,7 +32,7 @@ pub struct Band {
 pub fn bands(
     finger: &FittedFinger,
     fitted: (f64, f64),
-    explorations: &[Exploration],
+    explorations: &[ExplorationFindings],
     rules: &SelectionRules,
 ) -> Vec<Band> {
     let mut differences: Vec<(f64, f64)> = explorations
@@ -81,7 +81,7 @@ pub(super) fn flaw(bands: &[Band]) -> Option<Flaw> {
 fn of_exploration(
     finger: &FittedFinger,
     fitted: (f64, f64),
-    exploration: &Exploration,
+    exploration: &ExplorationFindings,
     rules: &SelectionRules,
 ) -> Vec<(f64, f64)> {
     let sensed = exploration.interval_s().and_then(|interval_s| {

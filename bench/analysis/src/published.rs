@@ -8,8 +8,8 @@ use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
 use crate::analysed::{Analysed, RecordingFindings};
+use crate::analysis_settings::Settings;
 use crate::estimate::{Estimated, InstanceAnalysis, Method};
-use crate::settings::Settings;
 use crate::statistics::{Correlation, Spread, pearson, r_squared, spearman, spread};
 
 /// Where k_c is compared with rest: amplitude, m, and normal force, N.
@@ -93,7 +93,7 @@ pub struct Found {
 
 /// A published figure beside what these data give.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Row {
+pub struct StatisticRow {
     /// Its name in results.
     #[serde(skip)]
     pub name: &'static str,
@@ -111,7 +111,7 @@ pub struct Row {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Statistics {
     /// In the order of SCIENCE.md section 7.
-    pub rows: Vec<Row>,
+    pub rows: Vec<StatisticRow>,
 }
 
 impl Serialize for Statistics {
@@ -248,13 +248,15 @@ const ROWS: [(&str, &str, &str, Compute); 17] = [
 pub fn statistics(analysed: &Analysed) -> Statistics {
     let pools = Method::BOTH.map(|method| Pool::new(analysed, method));
     let [paper, dynamic] = &pools;
-    let rows = ROWS.iter().map(|(name, meaning, published, compute)| Row {
-        name,
-        meaning,
-        published,
-        paper: compute(paper),
-        dynamic: compute(dynamic),
-    });
+    let rows = ROWS
+        .iter()
+        .map(|(name, meaning, published, compute)| StatisticRow {
+            name,
+            meaning,
+            published,
+            paper: compute(paper),
+            dynamic: compute(dynamic),
+        });
     Statistics {
         rows: rows.collect(),
     }

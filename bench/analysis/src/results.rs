@@ -6,10 +6,10 @@ use protocols::Direction;
 use serde::Serialize;
 
 use crate::analysed::{Analysed, RecordingAnalysis};
+use crate::analysis_settings::Settings;
 use crate::estimate::{Estimated, InstanceAnalysis};
 use crate::model_check::Band;
 use crate::published::{Statistics, statistics};
-use crate::settings::Settings;
 
 /// Version of the results file.
 pub const FORMAT: u32 = 1;

@@ -9,7 +9,7 @@ use protocols::{
 };
 
 use crate::instance::{PlateReading, PreparedInstance};
-use crate::record::{Record, Series};
+use crate::measurements::{FrameSeries, Measurements};
 use crate::unloaded::UnloadedError;
 
 /// A trial, or an exploration, to be fitted.
@@ -20,7 +20,7 @@ pub struct FitRequest {
     /// The plate without finger, or why it could not be read.
     pub plate: Result<PlateReading, UnloadedError>,
     /// What was acquired.
-    pub record: Record,
+    pub record: Measurements,
     /// The explorations with what was selected in them.
     pub explorations: Vec<Selected>,
     /// The rules by which it was.
@@ -168,7 +168,7 @@ pub fn fit(
     let plate = request.plate?;
     let conditions = plate.conditions(assumed, carrier_hz);
     let options = dynamic::DynamicOptions::default();
-    let series: Vec<Series> = request
+    let series: Vec<FrameSeries> = request
         .explorations
         .iter()
         .map(|exploration| {
@@ -258,7 +258,7 @@ fn friction_at_rest(usable: &[DynamicFit], typical: &DynamicFit) -> Uncertain {
 fn force_difference(
     finger: &FittedFinger,
     interval_s: f64,
-    explorations: &[Series],
+    explorations: &[FrameSeries],
     rules: &SelectionRules,
 ) -> Option<f64> {
     let mut differences = Vec::new();

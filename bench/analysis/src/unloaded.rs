@@ -3,14 +3,14 @@
 use impedance::ZmFrame;
 
 use crate::instance::{FEWEST_PLATE_FRAMES, PlateReading, plate};
-use crate::record::Record;
+use crate::measurements::Measurements;
 
 /// A corrected Z_p that scatters more than this, N·s/m, belongs to a plate that is not free: a finger adds several N·s/m.
 const GREATEST_SCATTER_N_S_PER_M: f64 = 0.5;
 
 /// Z_p and whether to believe it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Reading {
+pub struct UnloadedReading {
     /// Z_p by both methods.
     pub plate: PlateReading,
     /// Seconds left out because the normal force showed a finger.
@@ -51,11 +51,11 @@ pub enum UnloadedError {
 /// # Errors
 /// [`UnloadedError`] says what is missing.
 pub fn read(
-    record: &Record,
+    record: &Measurements,
     intervals: &[(f64, f64)],
     modulation_hz: f64,
     off_n: f64,
-) -> Result<Reading, UnloadedError> {
+) -> Result<UnloadedReading, UnloadedError> {
     if intervals.is_empty() {
         return Err(UnloadedError::NoInterval);
     }
@@ -92,7 +92,7 @@ pub fn read(
         })
         .sum();
     let scatter = (squares / weights).sqrt();
-    Ok(Reading {
+    Ok(UnloadedReading {
         plate,
         touched_s: f64::from(touched) * interval_s,
         scatter_n_s_per_m: (scatter > GREATEST_SCATTER_N_S_PER_M).then_some(scatter),

@@ -15,6 +15,8 @@ mod plate_constants;
 mod refused;
 mod sound_card;
 #[cfg(test)]
+mod template_tests;
+#[cfg(test)]
 mod tests;
 
 pub use calibration_file::{
@@ -28,7 +30,7 @@ pub use error::ConfigError;
 pub use field::{Encoder, Force, Gpio, GpioBackend, Sound};
 pub use force_protocol::ForceProtocol;
 pub use identity::{Identity, Mismatch};
-pub use limits::{Limits, Safety};
+pub use limits::{HardwareStop, Limits, Safety};
 pub use plate_constants::Plate;
 pub use sound_card::{
     Audio, AudioHost, DriveInput, InputMap, OutputChannel, PickupInput, SampleFormat,
@@ -39,6 +41,9 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use refused::Refused;
+
+/// Commented template of a `bench.toml` for real hardware, to be edited.
+pub const TEMPLATE: &str = include_str!("../../bench-template.toml");
 
 /// A bench as `bench.toml` describes it: SI units, peak amplitudes.
 ///

@@ -13,7 +13,7 @@ use crate::field_task::FieldReading;
 use crate::flags::{FlagUpdate, Flags, InputFault};
 use crate::gauges::Gauges;
 use crate::lost_frames::{LossWatch, Lost, Piece, SampleBlock};
-use recording::manifest::{Event, EventKind, Interval};
+use recording::manifest::{EventKind, RecordedInterval, RecordingEvent};
 use recording::pipeline::{Batch, Pipeline};
 use recording::recorder::{Begin, RecorderMessage, RecorderSender};
 use recording::writer::Ending;
@@ -195,7 +195,7 @@ impl Acquisition {
                 let Some(offset_s) = self.offset_s() else {
                     return;
                 };
-                RecorderMessage::Interval(Interval::relative_to(interval, offset_s))
+                RecorderMessage::Interval(RecordedInterval::relative_to(interval, offset_s))
             }
             RecordingCommand::Excerpt(excerpt) => {
                 self.excerpt = Some(excerpt);
@@ -226,7 +226,7 @@ impl Acquisition {
     fn event(&mut self, kind: EventKind, frames: Option<u64>, text: Option<String>) {
         if let Some(recording) = &self.recording {
             let sample = self.pipeline.account().frames - recording.first_frame;
-            self.record(RecorderMessage::Event(Event {
+            self.record(RecorderMessage::Event(RecordingEvent {
                 kind,
                 sample,
                 frames,

@@ -1,18 +1,18 @@
 //! Digital lines of a bench, each by the device that it is wired to.
 
-use safety::{Input, Output};
+use safety::{InputLine, OutputLine};
 
 /// Digital lines of a bench; a line that is not wired is `None`.
 #[derive(Default)]
 pub struct Lines {
     /// Signals A and B of the quadrature encoder.
-    pub encoder: Option<[Box<dyn Input>; 2]>,
+    pub encoder: Option<[Box<dyn InputLine>; 2]>,
     /// Loop of the emergency stop: closed reads high, pressed or cut reads low.
-    pub estop: Option<Box<dyn Input>>,
+    pub estop: Option<Box<dyn InputLine>>,
     /// The participant's button, high while pressed.
-    pub button: Option<Box<dyn Input>>,
+    pub button: Option<Box<dyn InputLine>>,
     /// Enable input of the amplifier, high for on.
-    pub enable: Option<Box<dyn Output>>,
+    pub enable: Option<Box<dyn OutputLine>>,
     /// Heartbeat into the amplifier's retriggerable one-shot.
-    pub heartbeat: Option<Box<dyn Output>>,
+    pub heartbeat: Option<Box<dyn OutputLine>>,
 }

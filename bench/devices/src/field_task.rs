@@ -10,7 +10,7 @@ use crossbeam_channel::Sender;
 use crate::encoder::{JumpWatch, Quadrature, Watched};
 use crate::force::{ForceLink, LineFaults, TimedForce};
 use crate::gauges::Gauges;
-use safety::Input;
+use safety::InputLine;
 use safety::{Press, SafetyCommand, Signals, Trip};
 use tasks::Clock;
 use tasks::Task;
@@ -52,7 +52,7 @@ impl FieldReading {
 
 /// An encoder as a source of positions.
 pub struct PositionEncoder {
-    lines: [Box<dyn Input>; 2],
+    lines: [Box<dyn InputLine>; 2],
     quadrature: Quadrature,
     metres_per_count: f64,
     origin_m: f64,
@@ -62,7 +62,7 @@ pub struct PositionEncoder {
 
 impl PositionEncoder {
     /// Makes an encoder that counts from `origin_m`, where the carriage must stand now.
-    pub fn new(lines: [Box<dyn Input>; 2], metres_per_count: f64, origin_m: f64) -> Self {
+    pub fn new(lines: [Box<dyn InputLine>; 2], metres_per_count: f64, origin_m: f64) -> Self {
         Self {
             lines,
             quadrature: Quadrature::default(),
@@ -101,7 +101,7 @@ const BOUNCE_NS: u64 = 30_000_000;
 pub struct Field {
     force: Option<ForceLink>,
     encoder: Option<PositionEncoder>,
-    button: Option<Box<dyn Input>>,
+    button: Option<Box<dyn InputLine>>,
     readings: Sender<FieldReading>,
     pressed: Arc<AtomicBool>,
     signals: Arc<Signals>,
@@ -123,7 +123,7 @@ impl Field {
     pub fn new(
         force: Option<ForceLink>,
         encoder: Option<PositionEncoder>,
-        button: Option<Box<dyn Input>>,
+        button: Option<Box<dyn InputLine>>,
         readings: Sender<FieldReading>,
         pressed: Arc<AtomicBool>,
         signals: Arc<Signals>,

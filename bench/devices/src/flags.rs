@@ -3,7 +3,7 @@
 
 use std::ops::RangeInclusive;
 
-use recording::manifest::{Event, EventKind, QUIET_S};
+use recording::manifest::{EventKind, QUIET_S, RecordingEvent};
 
 /// A fault of one sample, frame or reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -96,10 +96,10 @@ impl Flag {
 
     /// Returns the event for a recording that began at sample `begin`; `None` when the flag ended before.
     #[must_use]
-    pub fn event(&self, begin: u64) -> Option<Event> {
+    pub fn event(&self, begin: u64) -> Option<RecordingEvent> {
         let sample = self.first.max(begin) - begin;
         let end = (self.last + 1).checked_sub(begin).filter(|&end| end > 0)?;
-        Some(Event {
+        Some(RecordingEvent {
             kind: self.kind,
             sample,
             frames: Some(end - sample),
@@ -231,12 +231,12 @@ mod tests {
     const RATE_HZ: f64 = 1000.0;
 
     /// Events of a recording that began at 0, each as last reported; and the operator's lines.
-    fn run(faults: &[(u64, InputFault, u64)], until: u64) -> (Vec<Event>, Vec<String>) {
+    fn run(faults: &[(u64, InputFault, u64)], until: u64) -> (Vec<RecordingEvent>, Vec<String>) {
         let (mut flags, mut events, mut lines) = (Flags::new(RATE_HZ), Vec::new(), Vec::new());
         let mut take = |updates: Vec<FlagUpdate>| {
             for FlagUpdate { flag, warning } in updates {
                 let event = flag.event(0).unwrap();
-                events.retain(|known: &Event| {
+                events.retain(|known: &RecordingEvent| {
                     (known.kind, known.sample) != (event.kind, event.sample)
                 });
                 events.push(event);
@@ -253,8 +253,8 @@ mod tests {
         (events, lines)
     }
 
-    fn event(kind: EventKind, sample: u64, frames: u64, text: &str) -> Event {
-        Event {
+    fn event(kind: EventKind, sample: u64, frames: u64, text: &str) -> RecordingEvent {
+        RecordingEvent {
             kind,
             sample,
             frames: Some(frames),

@@ -2,10 +2,10 @@
 
 use plotters_backend::{DrawingBackend, DrawingErrorKind};
 
-use crate::key::{Entry, Legend, sample_width};
-use crate::layout::{CAPITAL_EM, Layout, Placed, TICK_GAP_PT, TICK_LENGTH_PT};
+use crate::layout::{CAPITAL_EM, Layout, TICK_GAP_PT, TICK_LENGTH_PT};
 use crate::path::{Frame, Point};
 use crate::pen::{Anchor, BLACK, Pen, Rgb};
+use crate::placed::{Legend, LegendEntry, PlacedPanel, sample_width};
 use crate::scale::Tick;
 use crate::spec::{Figure, Mark, Panel, Series};
 use crate::style::{
@@ -43,7 +43,11 @@ pub(super) fn draw<B: DrawingBackend>(
     pen.0.present()
 }
 
-fn shades<B: DrawingBackend>(panel: &Panel, placed: &Placed, pen: &mut Pen<'_, B>) -> Drawn<B> {
+fn shades<B: DrawingBackend>(
+    panel: &Panel,
+    placed: &PlacedPanel,
+    pen: &mut Pen<'_, B>,
+) -> Drawn<B> {
     let frame = placed.frame;
     for &(from, to) in &panel.shaded {
         let edge = |x: f64| {
@@ -67,7 +71,7 @@ fn shades<B: DrawingBackend>(panel: &Panel, placed: &Placed, pen: &mut Pen<'_, B
 
 fn draw_series<B: DrawingBackend>(
     series: &Series,
-    placed: &Placed,
+    placed: &PlacedPanel,
     pen: &mut Pen<'_, B>,
 ) -> Drawn<B> {
     let frame = &placed.frame;
@@ -95,7 +99,7 @@ fn draw_series<B: DrawingBackend>(
 
 fn band<B: DrawingBackend>(
     edges: &[(f64, f64, f64)],
-    placed: &Placed,
+    placed: &PlacedPanel,
     rgb: Rgb,
     pen: &mut Pen<'_, B>,
 ) -> Drawn<B> {
@@ -120,7 +124,7 @@ fn band<B: DrawingBackend>(
     Ok(())
 }
 
-fn axes<B: DrawingBackend>(panel: &Panel, placed: &Placed, pen: &mut Pen<'_, B>) -> Drawn<B> {
+fn axes<B: DrawingBackend>(panel: &Panel, placed: &PlacedPanel, pen: &mut Pen<'_, B>) -> Drawn<B> {
     let Frame {
         left,
         top,
@@ -187,7 +191,11 @@ fn legend<B: DrawingBackend>(key: &Legend, pen: &mut Pen<'_, B>) -> Drawn<B> {
 }
 
 /// A short stretch of a series in front of its name.
-fn sample<B: DrawingBackend>(series: &Series, entry: &Entry, pen: &mut Pen<'_, B>) -> Drawn<B> {
+fn sample<B: DrawingBackend>(
+    series: &Series,
+    entry: &LegendEntry,
+    pen: &mut Pen<'_, B>,
+) -> Drawn<B> {
     let (from, y) = entry.at;
     let to = from + sample_width(series);
     let rgb = series.ink.rgb();

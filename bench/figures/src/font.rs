@@ -2,7 +2,7 @@
 
 use ab_glyph::{Font, FontRef, PxScale, ScaleFont};
 
-use crate::FigureError;
+use crate::figure_error::FigureError;
 
 /// What an SVG asks its viewer for; Verdana has the same widths as DejaVu Sans.
 pub(super) const FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";

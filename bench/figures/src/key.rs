@@ -1,82 +1,28 @@
 //! The names of the curves, where they cover least.
 
 use crate::font::Typeface;
-use crate::layout::{EDGE_PT, Placed};
 use crate::path::{Frame, Point};
-use crate::spec::{Figure, Key, Mark, Panel, Series};
+use crate::placed::{EDGE_PT, Legend, LegendEntry, PlacedPanel};
+use crate::spec::{Figure, Key, Mark, Panel};
 use crate::style::{TICK_PT, UNITS_PER_PT};
 
 const KEY_LINE_PT: f64 = 1.35 * TICK_PT;
-const SAMPLE_PT: f64 = 18.0;
-const SAMPLE_GAP_PT: f64 = 4.0;
 const KEY_INSET_PT: f64 = 5.0;
 const KEY_SPACING_PT: f64 = 14.0;
 
-/// The named curves, and lines of text.
-pub(super) struct Legend {
-    pub(super) entries: Vec<Entry>,
-}
-
-/// A line of a key.
-pub(super) struct Entry {
-    /// The curve whose sample is shown; none for a note.
-    pub(super) series: Option<Series>,
-    pub(super) text: String,
-    /// Start of the sample and middle of its height.
-    pub(super) at: Point,
-}
-
-impl Entry {
-    fn new(series: &Series) -> Option<Self> {
-        Some(Self {
-            text: series.name.clone()?,
-            series: Some(series.clone()),
-            at: (0.0, 0.0),
-        })
-    }
-
-    fn note(text: &str) -> Self {
-        Self {
-            text: text.to_owned(),
-            series: None,
-            at: (0.0, 0.0),
-        }
-    }
-
-    fn width(&self, typeface: &Typeface) -> f64 {
-        typeface.width(&self.text, TICK_PT * UNITS_PER_PT) + self.text_offset()
-    }
-
-    /// From the start of the entry to its text.
-    pub(super) fn text_offset(&self) -> f64 {
-        self.series.as_ref().map_or(0.0, |series| {
-            sample_width(series) + SAMPLE_GAP_PT * UNITS_PER_PT
-        })
-    }
-}
-
-/// Length of paper that shows how a series is drawn.
-pub(super) fn sample_width(series: &Series) -> f64 {
-    let pt = match series.mark {
-        Mark::Points { .. } => 5.0,
-        Mark::Line { .. } | Mark::Band { .. } => SAMPLE_PT,
-    };
-    pt * UNITS_PER_PT
-}
-
 /// The names of all curves in rows above the panels, and the height that they take.
 pub(super) fn above(figure: &Figure, typeface: &Typeface, width: f64) -> (Legend, f64) {
-    let mut entries: Vec<Entry> = Vec::new();
+    let mut entries: Vec<LegendEntry> = Vec::new();
     for series in figure.panels.iter().flat_map(|panel| &panel.series) {
         let known = entries
             .iter()
             .any(|entry| Some(&entry.text) == series.name.as_ref());
-        entries.extend(Entry::new(series).filter(|_| !known));
+        entries.extend(LegendEntry::new(series).filter(|_| !known));
     }
     let spacing = KEY_SPACING_PT * UNITS_PER_PT;
     let line = KEY_LINE_PT * UNITS_PER_PT;
     let edge = EDGE_PT * UNITS_PER_PT;
-    let mut rows: Vec<(f64, Vec<Entry>)> = Vec::new();
+    let mut rows: Vec<(f64, Vec<LegendEntry>)> = Vec::new();
     for entry in entries {
         let needed = entry.width(typeface);
         match rows.last_mut() {
@@ -103,13 +49,13 @@ pub(super) fn above(figure: &Figure, typeface: &Typeface, width: f64) -> (Legend
 /// The panel's own key and notes, in the place where they cover the fewest points.
 pub(super) fn within(
     panel: &Panel,
-    placed: &Placed,
+    placed: &PlacedPanel,
     key: Key,
     typeface: &Typeface,
 ) -> Option<Legend> {
     let names = panel.series.iter().filter(|_| key == Key::InPanels);
-    let mut entries: Vec<Entry> = names.filter_map(Entry::new).collect();
-    entries.extend(panel.notes.iter().map(|note| Entry::note(note)));
+    let mut entries: Vec<LegendEntry> = names.filter_map(LegendEntry::new).collect();
+    entries.extend(panel.notes.iter().map(|note| LegendEntry::note(note)));
     if entries.is_empty() {
         return None;
     }
@@ -155,7 +101,7 @@ pub(super) fn within(
 }
 
 /// Points along everything drawn in a panel, close enough that no line slips through a key.
-fn inked(panel: &Panel, placed: &Placed) -> Vec<Point> {
+fn inked(panel: &Panel, placed: &PlacedPanel) -> Vec<Point> {
     let step = 4.0 * UNITS_PER_PT;
     let mut inked = Vec::new();
     for series in &panel.series {

@@ -1,9 +1,10 @@
 //! Where panels, ticks and keys go, from what has to be written beside them.
 
 use crate::font::Typeface;
-use crate::key::{Legend, above, within};
+use crate::key::{above, within};
 use crate::path::{Frame, Point};
-use crate::scale::{Extent, Tick};
+use crate::placed::{EDGE_PT, Legend, PlacedPanel};
+use crate::scale::{AxisExtent, Tick};
 use crate::spec::{Figure, Key, Panel, Series};
 use crate::style::{LABEL_PT, LETTER_PT, TICK_PT, UNITS_PER_MM, UNITS_PER_PT};
 
@@ -14,8 +15,6 @@ pub(super) const TICK_LENGTH_PT: f64 = 2.5;
 pub(super) const TICK_GAP_PT: (f64, f64) = (2.5, 3.5);
 /// Between tick labels and the axis's label.
 const LABEL_GAP_PT: f64 = 3.0;
-/// Around the figure.
-pub(super) const EDGE_PT: f64 = 3.0;
 /// Between neighbouring panels.
 const ROW_GAP: f64 = 2.0 * UNITS_PER_PT;
 const COLUMN_GAP: f64 = 5.0 * UNITS_PER_PT;
@@ -25,41 +24,9 @@ const TICK_SPACING_MM: (f64, f64) = (12.0, 9.0);
 /// A figure laid out.
 pub(super) struct Layout {
     pub(super) size: (u32, u32),
-    pub(super) panels: Vec<Placed>,
+    pub(super) panels: Vec<PlacedPanel>,
     /// The key above the panels.
     pub(super) key: Option<Legend>,
-}
-
-/// A panel on the paper.
-pub(super) struct Placed {
-    pub(super) frame: Frame,
-    pub(super) x: Extent,
-    pub(super) y: Extent,
-    pub(super) x_ticks: Vec<Tick>,
-    pub(super) y_ticks: Vec<Tick>,
-    /// Middle of the vertical axis's label: baseline and height.
-    pub(super) y_label: Point,
-    /// Middle and baseline of the horizontal axis's label.
-    pub(super) x_label: Point,
-    /// Where the panel's letter starts; none for a single panel.
-    pub(super) letter: Option<Point>,
-    pub(super) key: Option<Legend>,
-}
-
-impl Placed {
-    /// Where a data point lies on the paper.
-    pub(super) fn place(&self, (x, y): Point) -> Point {
-        let Frame {
-            left,
-            top,
-            right,
-            bottom,
-        } = self.frame;
-        (
-            left + self.x.place(x) * (right - left),
-            bottom - self.y.place(y) * (bottom - top),
-        )
-    }
 }
 
 /// What a panel needs around its frame.
@@ -177,7 +144,7 @@ pub(super) fn lay_out(figure: &Figure, typeface: &Typeface) -> Layout {
         let label = LABEL_PT * UNITS_PER_PT;
         let outer_left = frame.left - grid.left[index % grid.columns];
         let outer_bottom = frame.bottom + grid.bottom[index / grid.columns];
-        let mut placed = Placed {
+        let mut placed = PlacedPanel {
             y_label: (
                 outer_left + CAPITAL_EM * label,
                 0.5 * (frame.top + frame.bottom),
@@ -208,8 +175,8 @@ pub(super) fn lay_out(figure: &Figure, typeface: &Typeface) -> Layout {
 }
 
 struct Extents {
-    x: Extent,
-    y: Extent,
+    x: AxisExtent,
+    y: AxisExtent,
     x_ticks: Vec<Tick>,
     y_ticks: Vec<Tick>,
 }
@@ -217,8 +184,8 @@ struct Extents {
 impl Extents {
     fn new(panel: &Panel, frame_width: f64, frame_height: f64) -> Self {
         let points: Vec<Point> = panel.series.iter().flat_map(Series::extent).collect();
-        let x = Extent::new(&panel.x, points.iter().map(|point| point.0));
-        let y = Extent::new(&panel.y, points.iter().map(|point| point.1));
+        let x = AxisExtent::new(&panel.x, points.iter().map(|point| point.0));
+        let y = AxisExtent::new(&panel.y, points.iter().map(|point| point.1));
         Self {
             x_ticks: x.ticks(frame_width / (TICK_SPACING_MM.0 * UNITS_PER_MM)),
             y_ticks: y.ticks(frame_height / (TICK_SPACING_MM.1 * UNITS_PER_MM)),

@@ -4,7 +4,7 @@ use crate::spec::{Axis, Scale, Span};
 
 /// An axis whose ends are known.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Extent {
+pub(super) struct AxisExtent {
     scale: Scale,
     low: f64,
     high: f64,
@@ -23,7 +23,7 @@ const MARGIN: f64 = 0.05;
 /// No axis is long enough for more ticks.
 const MOST_WANTED: f64 = 16.0;
 
-impl Extent {
+impl AxisExtent {
     pub(super) fn new(axis: &Axis, values: impl Iterator<Item = f64>) -> Self {
         let scale = axis.scale;
         let usable =
@@ -160,7 +160,7 @@ mod tests {
     use super::*;
 
     fn labels(axis: &Axis, values: &[f64], wanted: f64) -> Vec<String> {
-        Extent::new(axis, values.iter().copied())
+        AxisExtent::new(axis, values.iter().copied())
             .ticks(wanted)
             .into_iter()
             .filter_map(|tick| tick.label)
@@ -182,7 +182,7 @@ mod tests {
     fn decades_are_labelled_and_divided() {
         let axis = Axis::logarithmic("").between(0.1, 100.0);
         assert_eq!(labels(&axis, &[], 4.0), ["0.1", "1", "10", "100"]);
-        let ticks = Extent::new(&axis, std::iter::empty()).ticks(4.0);
+        let ticks = AxisExtent::new(&axis, std::iter::empty()).ticks(4.0);
         assert_eq!(ticks.len(), 28);
         let short = Axis::logarithmic("").between(0.1, 1.0);
         assert_eq!(labels(&short, &[], 4.0), ["0.1", "0.2", "0.5", "1"]);
@@ -196,12 +196,12 @@ mod tests {
             Axis::logarithmic(""),
         ] {
             for values in [vec![], vec![f64::NAN], vec![2.0]] {
-                let extent = Extent::new(&axis, values.iter().copied());
+                let extent = AxisExtent::new(&axis, values.iter().copied());
                 assert!(extent.low < extent.high, "{axis:?} {values:?}");
             }
         }
         assert_eq!(
-            Extent::new(&Axis::linear(""), [3.0].into_iter()).place(3.0),
+            AxisExtent::new(&Axis::linear(""), [3.0].into_iter()).place(3.0),
             0.5
         );
     }

@@ -241,6 +241,26 @@ pub fn sync_folder(path: &Path) -> Result<(), DiskError> {
         .on("sync", path)
 }
 
+/// Names in a folder; none if there is no such folder. Names that are not Unicode are shown with replacement characters.
+pub(crate) fn entries(folder: &Path) -> Result<Vec<String>, DiskError> {
+    let listing = match fs::read_dir(folder) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+        listing => listing.on("list", folder)?,
+    };
+    let mut names = Vec::new();
+    for entry in listing {
+        names.push(
+            entry
+                .on("list", folder)?
+                .file_name()
+                .to_string_lossy()
+                .into_owned(),
+        );
+    }
+    names.sort_unstable();
+    Ok(names)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

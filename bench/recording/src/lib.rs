@@ -3,21 +3,21 @@
 //! A folder holds [`MANIFEST_FILE`], [`SIGNALS_FILE`], [`FORCE_FILE`] and [`POSITION_FILE`]. Sample 0 of the audio is time 0;
 //! lost samples are NaN, never dropped.
 
+mod csv_rows;
 pub mod disk;
 pub mod lock;
 pub mod manifest;
 pub mod pipeline;
 pub mod reader;
 pub mod recorder;
-mod rows;
 pub mod study;
 pub mod wav;
 pub mod writer;
 
+pub use csv_rows::{ForceRow, PositionRow};
 pub use disk::DiskError;
 pub use manifest::Manifest;
 pub use reader::RecordingReader;
-pub use rows::{ForceRow, PositionRow};
 pub use wav::AudioFormat;
 pub use writer::RecordingWriter;
 

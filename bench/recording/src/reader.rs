@@ -5,8 +5,8 @@ use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 
+use crate::csv_rows::{CsvRow, ForceRow, PositionRow};
 use crate::manifest::{Manifest, ManifestReadError};
-use crate::rows::{ForceRow, PositionRow, Row};
 use crate::wav::{AudioFormat, WavError, WavReader, WavWarning};
 use crate::{FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE};
 
@@ -301,7 +301,7 @@ impl Tally {
     }
 }
 
-impl<R: Row> RowReader<R> {
+impl<R: CsvRow> RowReader<R> {
     fn open(folder: &Path, file: &'static str) -> Result<Self, ReadError> {
         let path = folder.join(file);
         let io_error = |reason| ReadError::Io {
@@ -405,7 +405,7 @@ impl<R: Row> RowReader<R> {
     }
 }
 
-impl<R: Row> Iterator for RowReader<R> {
+impl<R: CsvRow> Iterator for RowReader<R> {
     type Item = Result<R, ReadError>;
 
     fn next(&mut self) -> Option<Self::Item> {

@@ -13,8 +13,8 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TryRecvError, TrySendError};
 
-use crate::manifest::{Event, EventKind, Interval, Manifest};
-use crate::rows::{ForceRow, PositionRow};
+use crate::csv_rows::{ForceRow, PositionRow};
+use crate::manifest::{EventKind, Manifest, RecordedInterval, RecordingEvent};
 use crate::wav::AudioFormat;
 use crate::writer::{Ending, OnDisk, RecordingWriter, WriteError};
 
@@ -38,11 +38,11 @@ pub enum RecorderMessage {
     /// Position readings on the audio clock.
     Position(Vec<PositionRow>),
     /// Something happened.
-    Event(Event),
+    Event(RecordingEvent),
     /// Something happened that may go on: takes the place of the event of this kind at this sample, if there is one.
-    Flag(Event),
+    Flag(RecordingEvent),
     /// A stretch got its meaning.
-    Interval(Interval),
+    Interval(RecordedInterval),
     /// Ends the recording.
     End(Ending),
 }
@@ -253,7 +253,7 @@ impl RecorderCore {
             return;
         };
         let at_frame = writer.frames();
-        writer.add_event(Event {
+        writer.add_event(RecordingEvent {
             kind: EventKind::RecorderOverflow,
             sample: at_frame,
             frames: Some(frames),

@@ -3,10 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::csv_rows::{CsvRow, ForceRow, PositionRow};
 use crate::disk::{self, AppendFile, DiskError, Records};
 use crate::manifest::End;
-use crate::manifest::{Event, EventKind, Interval, Manifest, ManifestError};
-use crate::rows::{ForceRow, PositionRow, Row};
+use crate::manifest::{EventKind, Manifest, ManifestError, RecordedInterval, RecordingEvent};
 use crate::wav::{self, AudioFormat, SAMPLE_BYTES};
 use crate::{FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE};
 
@@ -32,7 +32,7 @@ pub enum WriteError {
     /// No channel, no sample rate, or more than a WAV header can hold.
     #[error("{channels} channels at {sample_rate_hz} Hz cannot be recorded")]
     Format {
-        /// Channels.
+        /// RecordedChannels.
         channels: u16,
         /// Sample rate, Hz.
         sample_rate_hz: u32,
@@ -52,7 +52,7 @@ pub enum WriteError {
     PartialFrame {
         /// Samples in the block.
         samples: usize,
-        /// Channels.
+        /// RecordedChannels.
         channels: u16,
     },
     /// A row without a time.
@@ -241,7 +241,7 @@ impl RecordingWriter {
             return Ok(());
         }
         self.require_room(frames)?;
-        self.add_event(Event {
+        self.add_event(RecordingEvent {
             kind: EventKind::Gap,
             sample: self.frames,
             frames: Some(frames),
@@ -295,7 +295,7 @@ impl RecordingWriter {
 
     fn add_disorder(&mut self, text: Option<String>) {
         if text.is_some() {
-            self.add_event(Event {
+            self.add_event(RecordingEvent {
                 kind: EventKind::TimeDisorder,
                 sample: self.frames,
                 frames: None,
@@ -305,13 +305,13 @@ impl RecordingWriter {
     }
 
     /// Notes an event; on disk with the next sync.
-    pub fn add_event(&mut self, event: Event) {
+    pub fn add_event(&mut self, event: RecordingEvent) {
         self.manifest.events.push(event);
         self.manifest_changed = true;
     }
 
     /// Notes an event in the place of what was noted of its kind at its sample; on disk with the next sync.
-    pub fn renew_event(&mut self, event: Event) {
+    pub fn renew_event(&mut self, event: RecordingEvent) {
         let known = self
             .manifest
             .events
@@ -328,7 +328,7 @@ impl RecordingWriter {
     ///
     /// # Errors
     /// An interval that the manifest's rules refuse; it is not noted.
-    pub fn add_interval(&mut self, interval: Interval) -> Result<(), WriteError> {
+    pub fn add_interval(&mut self, interval: RecordedInterval) -> Result<(), WriteError> {
         interval.validate(self.manifest.intervals.len())?;
         self.manifest.intervals.push(interval);
         self.manifest_changed = true;
@@ -427,7 +427,7 @@ struct CsvFile {
 }
 
 impl CsvFile {
-    fn create<R: Row>(folder: &Path, name: &'static str) -> Result<Self, DiskError> {
+    fn create<R: CsvRow>(folder: &Path, name: &'static str) -> Result<Self, DiskError> {
         let head = R::COLUMNS.join(",") + "\n";
         Ok(Self {
             name,
@@ -439,7 +439,7 @@ impl CsvFile {
     }
 
     /// Returns a text for an event the first time that a row's time does not increase.
-    fn write<R: Row>(&mut self, rows: &[R]) -> Result<Option<String>, WriteError> {
+    fn write<R: CsvRow>(&mut self, rows: &[R]) -> Result<Option<String>, WriteError> {
         let mut disorder = None;
         for row in rows {
             let time_s = row.time_s();

@@ -5,19 +5,19 @@
 //! drive through a [`DriveGuard`]; it knows nothing else of the bench.
 
 mod guard;
-mod limits;
-mod lines;
 mod readback;
+mod safety_limits;
+mod safety_lines;
+mod safety_state;
 mod signals;
-mod state;
 mod trip;
 mod watch;
 
 pub use guard::{Commanded, DriveGuard};
-pub use limits::{SENSITIVITY, SafetyLimits};
-pub use lines::{GpioError, Input, Output, SafetyLines, input, output};
 pub use readback::{Misfit, Readback};
+pub use safety_limits::{SENSITIVITY, SafetyLimits};
+pub use safety_lines::{GpioError, InputLine, OutputLine, SafetyLines, input, output};
+pub use safety_state::{SafetyCommand, SafetyState};
 pub use signals::{DriveReading, Press, Signals};
-pub use state::{SafetyCommand, SafetyState};
 pub use trip::Trip;
 pub use watch::Watch;

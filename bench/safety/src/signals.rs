@@ -2,7 +2,7 @@
 
 use tasks::Slot;
 
-use crate::state::SafetyState;
+use crate::safety_state::SafetyState;
 
 /// The drive's voltage as it is read back.
 #[derive(Debug, Clone, Copy, PartialEq)]

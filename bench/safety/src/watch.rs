@@ -10,11 +10,11 @@ use crossbeam_channel::Receiver;
 use tasks::Task;
 
 use crate::guard::{Commanded, DriveGuard};
-use crate::limits::{SENSITIVITY, SafetyLimits};
-use crate::lines::{GpioError, Output, SafetyLines};
 use crate::readback::{Misfit, Readback};
+use crate::safety_limits::{SENSITIVITY, SafetyLimits};
+use crate::safety_lines::{GpioError, OutputLine, SafetyLines};
+use crate::safety_state::{SafetyCommand, SafetyState};
 use crate::signals::{Press, Signals};
-use crate::state::{SafetyCommand, SafetyState};
 use crate::trip::Trip;
 
 /// The watch.
@@ -26,7 +26,7 @@ pub struct Watch {
     signals: Arc<Signals>,
     commands: Receiver<SafetyCommand>,
     state: SafetyState,
-    beat: bool,
+    heartbeat_high: bool,
     progress: Progress,
     readback: Readback,
     tripped_at_ns: u64,
@@ -35,7 +35,7 @@ pub struct Watch {
     kills_known: u64,
     polled_ns: Option<u64>,
     /// Whether the amplifier could be taken off at the end.
-    farewell: Result<(), GpioError>,
+    disable_result: Result<(), GpioError>,
 }
 
 /// When each direction of the card last moved.
@@ -47,13 +47,13 @@ struct Progress {
 }
 
 /// A task that was not run for this long leaves the watch without its eyes, ns.
-const DEAF_NS: u64 = 250_000_000;
+const STALE_NS: u64 = 250_000_000;
 /// The hardware's own limit: its one-shot takes the amplifier off after this long without a heartbeat, ns.
 const ONE_SHOT_NS: u64 = 100_000_000;
 /// At the end the emergency ramp is waited for no longer than this.
-const LONGEST_FAREWELL: Duration = Duration::from_millis(30);
+const RAMP_TIMEOUT: Duration = Duration::from_millis(30);
 /// An armed bench waits no longer for the force sensor's first word, ns (FAULTS.md row 21).
-const FIRST_WORD_NS: u64 = 1_000_000_000;
+const FIRST_READING_TIMEOUT_NS: u64 = 1_000_000_000;
 /// The amplifier is disabled this long after a trip: the emergency ramp is over by then.
 const DISABLE_AFTER_NS: u64 = 20_000_000;
 
@@ -81,14 +81,14 @@ impl Watch {
             signals,
             commands,
             state: SafetyState::Disarmed,
-            beat: false,
+            heartbeat_high: false,
             progress: Progress::default(),
             readback,
             tripped_at_ns: 0,
             armed_at_ns: 0,
             kills_known: 0,
             polled_ns: None,
-            farewell: Ok(()),
+            disable_result: Ok(()),
         }
     }
 
@@ -118,7 +118,7 @@ impl Watch {
         }
     }
 
-    fn obey(&mut self, command: SafetyCommand, now_ns: u64) -> Result<(), GpioError> {
+    fn handle_command(&mut self, command: SafetyCommand, now_ns: u64) -> Result<(), GpioError> {
         let releases = matches!(command, SafetyCommand::Arm | SafetyCommand::Rearm);
         let pressed = releases && self.e_stop_open()?;
         match (command, &self.state) {
@@ -148,7 +148,7 @@ impl Watch {
     }
 
     /// The first thing that is wrong now.
-    fn wrong(&mut self, now_ns: u64) -> Result<Option<Trip>, GpioError> {
+    fn first_fault(&mut self, now_ns: u64) -> Result<Option<Trip>, GpioError> {
         if self.e_stop_open()? {
             return Ok(Some(Trip::EmergencyStop));
         }
@@ -207,7 +207,7 @@ impl Watch {
         self.readback.command(commanded.frame, commanded.envelope_v);
         let reading = self.signals.readback.get()?;
         let age_ns = now_ns.saturating_sub(reading.at_ns);
-        if age_ns > self.limits.loop_latency_ns.max(DEAF_NS) {
+        if age_ns > self.limits.loop_latency_ns.max(STALE_NS) {
             return Some(Trip::ReadbackMissing);
         }
         let misfit = self.readback.reading(reading.sample, reading.volts)?;
@@ -239,8 +239,8 @@ impl Watch {
         }) = self.signals.press.get()
         else {
             // The preflight knew a sensor that talks; this one may need its time for the first word, and no more.
-            let mute_ns = now_ns.saturating_sub(self.armed_at_ns);
-            return (mute_ns > FIRST_WORD_NS).then_some(Trip::ForceSilent);
+            let waited_ns = now_ns.saturating_sub(self.armed_at_ns);
+            return (waited_ns > FIRST_READING_TIMEOUT_NS).then_some(Trip::ForceSilent);
         };
         let limit_n = self.limits.max_normal_n;
         if normal_n > limit_n {
@@ -283,7 +283,7 @@ impl Watch {
         }
         // Silent is who was listened to and said nothing; a listener who was kept from listening is another fault.
         let polled_ns = self.signals.force_polled_ns.get()?;
-        if now_ns.saturating_sub(polled_ns) > DEAF_NS {
+        if now_ns.saturating_sub(polled_ns) > STALE_NS {
             return Some(Trip::Fault {
                 message: "the force sensor was not read for a quarter of a second".to_owned(),
             });
@@ -293,13 +293,13 @@ impl Watch {
 
     fn watch(&mut self, now_ns: u64) -> Result<(), GpioError> {
         while let Ok(command) = self.commands.try_recv() {
-            self.obey(command, now_ns)?;
+            self.handle_command(command, now_ns)?;
         }
-        let wrong = self.wrong(now_ns)?;
+        let wrong = self.first_fault(now_ns)?;
         match (&self.state, wrong) {
             (SafetyState::Armed, None) => {
-                self.beat = !self.beat;
-                set(&mut self.lines.heartbeat, self.beat)?;
+                self.heartbeat_high = !self.heartbeat_high;
+                set(&mut self.lines.heartbeat, self.heartbeat_high)?;
             }
             (SafetyState::Armed, Some(trip)) => self.trip(trip, now_ns),
             // Nothing drives a disarmed plate, so only a drive that is alive all the same matters, and a failure that is to latch.
@@ -313,7 +313,7 @@ impl Watch {
     }
 }
 
-fn set(line: &mut Option<Box<dyn Output>>, high: bool) -> Result<(), GpioError> {
+fn set(line: &mut Option<Box<dyn OutputLine>>, high: bool) -> Result<(), GpioError> {
     line.as_mut().map_or(Ok(()), |line| line.set(high))
 }
 
@@ -343,15 +343,15 @@ impl Task for Watch {
         self.drive.kill();
         // The amplifier goes after the ramp, or at once from a card that no longer calls.
         let begun = Instant::now();
-        let sounds =
+        let is_driven =
             |drive: &dyn DriveGuard| drive.commanded().is_some_and(|c| c.envelope_v != 0.0);
-        while sounds(self.drive.as_ref()) && begun.elapsed() < LONGEST_FAREWELL {
+        while is_driven(self.drive.as_ref()) && begun.elapsed() < RAMP_TIMEOUT {
             std::thread::sleep(Duration::from_millis(1));
         }
-        self.farewell = set(&mut self.lines.enable, false);
+        self.disable_result = set(&mut self.lines.enable, false);
     }
 
     fn finish(&mut self) -> anyhow::Result<()> {
-        Ok(std::mem::replace(&mut self.farewell, Ok(()))?)
+        Ok(std::mem::replace(&mut self.disable_result, Ok(()))?)
     }
 }

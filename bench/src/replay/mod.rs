@@ -2,6 +2,7 @@
 //! needs to know stands in the recording.
 
 mod free_clock;
+mod listing;
 mod report;
 mod source;
 
@@ -18,16 +19,16 @@ use protocols::selection::analyse_exploration;
 use protocols::{Direction, SelectionRules, Stretch};
 use tui::event::{LogLevel, PhaseKind, PhaseView, SafetyState, SystemHealth};
 
+use analysis::Settings;
 use analysis::instance::PlateReading;
-use analysis::live::LiveContact;
-use analysis::record::Record;
-use analysis::recording::selection_rules;
-use analysis::settings::Settings;
+use analysis::live_contact::LiveContact;
+use analysis::measurements::Measurements;
+use analysis::recording_analysis::selection_rules;
 use analysis::trial_fit::{FitReport, FitRequest, Selected};
 use analysis::unloaded::{self, UnloadedError};
 use console::{Dashboard, Front, Headless};
 use devices::Gauges;
-use recording::manifest::{Interval, IntervalKind, Manifest};
+use recording::manifest::{Manifest, RecordedInterval, RecordedIntervalKind};
 use recording::pipeline::{Account, Batch};
 use tasks::{Clock, Schedule, StopFlag, SystemClock, Task};
 
@@ -38,6 +39,7 @@ use crate::screen_words;
 use free_clock::{FreeClock, Ticks};
 use source::Source;
 
+pub use listing::recordings_in;
 pub use report::Report;
 
 /// The screen is fed this often, s of the recording.
@@ -122,7 +124,15 @@ fn opening(plan: &Plan) -> Vec<tui::Event> {
     let centre_m = manifest.plate.centre_m;
     let hardware = manifest.hardware.as_ref();
     let calibration = hardware.and_then(|hardware| hardware.calibration.as_ref());
-    vec![
+    let waiver = hardware.and_then(|hardware| {
+        let name = hardware.waived_by.as_ref()?;
+        let lines = hardware.waived.join(", ");
+        Some(tui::Event::Log {
+            level: LogLevel::Warning,
+            text: format!("hardware stops waived by {name}: {lines}"),
+        })
+    });
+    let mut events = vec![
         tui::Event::Session(tui::event::SessionHeader {
             participant: manifest
                 .participant
@@ -141,7 +151,9 @@ fn opening(plan: &Plan) -> Vec<tui::Event> {
             level: LogLevel::Info,
             text: format!("{:.2} s of {}", plan.source.duration_s(), plan.name),
         },
-    ]
+    ];
+    events.extend(waiver);
+    events
 }
 
 /// The task.
@@ -168,8 +180,8 @@ struct Replay {
     screen_due_s: f64,
     phase: Option<PhaseView>,
     /// Still to come or open, in time order.
-    intervals: VecDeque<Interval>,
-    record: Record,
+    intervals: VecDeque<RecordedInterval>,
+    record: Measurements,
     plate: Result<PlateReading, UnloadedError>,
     planned: u32,
     explored: u32,
@@ -194,7 +206,7 @@ impl Replay {
         let saturated = plan.source.manifest().saturated_s(plan.source.rate_hz());
         let explorations = intervals
             .iter()
-            .filter(|interval| matches!(interval.kind, IntervalKind::Exploration(_)));
+            .filter(|interval| matches!(interval.kind, RecordedIntervalKind::Exploration(_)));
         Self {
             planned: explorations.count() as u32,
             contact: LiveContact::new(plan.rules.contact_n),
@@ -218,9 +230,9 @@ impl Replay {
             screen_due_s: 0.0,
             phase: None,
             intervals,
-            record: Record {
+            record: Measurements {
                 saturated,
-                ..Record::default()
+                ..Measurements::default()
             },
             plate: Err(UnloadedError::NoInterval),
             explored: 0,
@@ -244,7 +256,7 @@ impl Replay {
         self.meter.take(&batch);
         let exploring = self
             .open()
-            .is_some_and(|interval| matches!(interval.kind, IntervalKind::Exploration(_)));
+            .is_some_and(|interval| matches!(interval.kind, RecordedIntervalKind::Exploration(_)));
         let central = self
             .meter
             .position_m()
@@ -262,7 +274,7 @@ impl Replay {
     }
 
     /// The interval that the replay is in.
-    fn open(&self) -> Option<&Interval> {
+    fn open(&self) -> Option<&RecordedInterval> {
         self.intervals
             .iter()
             .find(|interval| (interval.start_s..interval.end_s).contains(&self.audio_s))
@@ -278,8 +290,8 @@ impl Replay {
         {
             self.intervals.pop_front();
             match interval.kind {
-                IntervalKind::Unloaded => self.read_plate(&interval),
-                IntervalKind::Exploration(direction) => self.explored(&interval, direction),
+                RecordedIntervalKind::Unloaded => self.read_plate(&interval),
+                RecordedIntervalKind::Exploration(direction) => self.explored(&interval, direction),
             }
         }
         let needed_s = self
@@ -290,7 +302,7 @@ impl Replay {
         self.record.forget_before(needed_s - MARGIN_S);
     }
 
-    fn read_plate(&mut self, interval: &Interval) {
+    fn read_plate(&mut self, interval: &RecordedInterval) {
         let span = [(interval.start_s, interval.end_s)];
         let modulation_hz = self.source.manifest().modulation_hz;
         self.plate = unloaded::read(
@@ -315,7 +327,7 @@ impl Replay {
         }
     }
 
-    fn explored(&mut self, interval: &Interval, direction: Direction) {
+    fn explored(&mut self, interval: &RecordedInterval, direction: Direction) {
         self.explored += 1;
         let series = self.record.series(interval.start_s, interval.end_s);
         // Frames come from one demodulator, so the series is one; without any frame nothing was measured.
@@ -391,8 +403,8 @@ impl Replay {
         let kind = match self.open().map(|interval| interval.kind) {
             _ if self.finished => PhaseKind::Finished,
             _ if self.paused => PhaseKind::Paused,
-            Some(IntervalKind::Unloaded) => PhaseKind::Baseline,
-            Some(IntervalKind::Exploration(_)) => PhaseKind::Exploration,
+            Some(RecordedIntervalKind::Unloaded) => PhaseKind::Baseline,
+            Some(RecordedIntervalKind::Exploration(_)) => PhaseKind::Exploration,
             None => PhaseKind::Monitoring,
         };
         let exploring = u32::from(kind == PhaseKind::Exploration);
@@ -475,7 +487,7 @@ impl Replay {
     }
 }
 
-fn in_order(manifest: &Manifest) -> VecDeque<Interval> {
+fn in_order(manifest: &Manifest) -> VecDeque<RecordedInterval> {
     let mut intervals = manifest.intervals.clone();
     intervals.sort_by(|a, b| a.end_s.total_cmp(&b.end_s));
     intervals.into()

@@ -26,7 +26,7 @@ pub(super) fn open_session(
     study: &Study,
     plan: &Plan,
     date: &str,
-) -> anyhow::Result<(u32, study::Session, bool)> {
+) -> anyhow::Result<(u32, study::SessionFolder, bool)> {
     let participant = &plan.participant;
     let next = study.next_session(participant)?;
     if plan.resume {
@@ -50,13 +50,13 @@ pub(super) fn open_session(
     }
     Ok((
         next,
-        study.begin_session(participant, next, date, &plan.protocol.name)?,
+        study.begin_session(participant, next, date, &plan.protocol.protocol.name)?,
         false,
     ))
 }
 
 /// A session goes on in the order that it began with, or not at all.
-fn require_same_order(plan: &Plan, session: &study::Session) -> anyhow::Result<()> {
+fn require_same_order(plan: &Plan, session: &study::SessionFolder) -> anyhow::Result<()> {
     let began = session
         .log_before()
         .documents
@@ -66,12 +66,12 @@ fn require_same_order(plan: &Plan, session: &study::Session) -> anyhow::Result<(
             _ => None,
         });
     let Some(began) = began else { return Ok(()) };
-    if began.protocol != plan.protocol.name {
+    if began.protocol != plan.protocol.protocol.name {
         bail!(
             "{} was begun with the protocol {}, not with {}: name it with --protocol, or begin another session with --new-session",
             session.folder().display(),
             began.protocol,
-            plan.protocol.name
+            plan.protocol.protocol.name
         );
     }
     if began.seed != plan.seed {
@@ -87,7 +87,7 @@ fn require_same_order(plan: &Plan, session: &study::Session) -> anyhow::Result<(
 }
 
 /// Returns the state machine, after what an interrupted session's log tells of.
-pub(super) fn machine(plan: &Plan, session: &study::Session) -> anyhow::Result<Session> {
+pub(super) fn machine(plan: &Plan, session: &study::SessionFolder) -> anyhow::Result<Session> {
     let events: Vec<SessionEventKind> = session
         .log_before()
         .documents
@@ -101,7 +101,7 @@ pub(super) fn machine(plan: &Plan, session: &study::Session) -> anyhow::Result<S
         .collect();
     let records = records_from_events(&events);
     let mut machine = Session::resume(
-        plan.protocol.clone(),
+        plan.protocol.protocol.clone(),
         plan.participant.clone(),
         plan.seed,
         &records,
@@ -109,7 +109,7 @@ pub(super) fn machine(plan: &Plan, session: &study::Session) -> anyhow::Result<S
     if plan.resume {
         // A recording may have been begun that the log did not come to tell of.
         for label in session.recorded_labels()? {
-            let number = label.number_in_session(plan.protocol.trials.practice);
+            let number = label.number_in_session(plan.protocol.protocol.trials.practice);
             machine.leave_out(number, label.attempt);
         }
     }
@@ -125,11 +125,11 @@ pub(super) fn begin_recording(
 ) -> BeginRecording {
     let bench = plan.bench.clone();
     let (protocol, participant, seed) = (
-        plan.protocol.name.clone(),
+        plan.protocol.protocol.name.clone(),
         plan.participant.to_string(),
         plan.seed,
     );
-    let practice_trials = plan.protocol.trials.practice;
+    let practice_trials = plan.protocol.protocol.trials.practice;
     let format = AudioFormat {
         sample_rate_hz: bench.config().audio.rate_hz,
         channels: bench.config().audio.input_channels,
@@ -184,15 +184,15 @@ fn trial_folder(session: &Path, key: &TrialKey, practice_trials: u32) -> anyhow:
     Ok(path)
 }
 
-fn recorded_channels(config: &Config) -> manifest::Channels {
+fn recorded_channels(config: &Config) -> manifest::RecordedChannels {
     let (drive, pickup) = (&config.channels.drive, &config.channels.pickup);
-    manifest::Channels {
-        drive: manifest::DriveChannel {
+    manifest::RecordedChannels {
+        drive: manifest::RecordedDrive {
             index: drive.index,
             volts_per_unit: drive.volts_per_unit,
             clip_units: Some(drive.clip_units),
         },
-        pickup: manifest::PickupChannel {
+        pickup: manifest::RecordedPickup {
             index: pickup.index,
             metres_per_unit: pickup.metres_per_unit,
             phase_rad: pickup.phase_rad,
@@ -201,8 +201,8 @@ fn recorded_channels(config: &Config) -> manifest::Channels {
     }
 }
 
-fn recorded_plate(config: &Config) -> manifest::Plate {
-    manifest::Plate {
+fn recorded_plate(config: &Config) -> manifest::RecordedPlate {
+    manifest::RecordedPlate {
         resonance_hz: config.plate.resonance_hz,
         modal_mass_kg: config.plate.modal_mass_kg,
         force_factor_n_per_v: config.plate.force_factor_n_per_v,
@@ -210,14 +210,14 @@ fn recorded_plate(config: &Config) -> manifest::Plate {
     }
 }
 
-fn recorded_hardware(bench: &Effective, life: &Life) -> manifest::Hardware {
+fn recorded_hardware(bench: &Effective, life: &Life) -> manifest::RecordedHardware {
     let config = bench.config();
     let mut channel_names: Vec<String> = (0..config.audio.input_channels)
         .map(|index| format!("input {index}"))
         .collect();
     channel_names[usize::from(config.channels.drive.index)] = "drive".to_owned();
     channel_names[usize::from(config.channels.pickup.index)] = "pickup".to_owned();
-    manifest::Hardware {
+    manifest::RecordedHardware {
         input_device: life.device(StreamDirection::Input),
         output_device: life.device(StreamDirection::Output),
         sample_rate_hz: config.audio.rate_hz,
@@ -232,9 +232,20 @@ fn recorded_hardware(bench: &Effective, life: &Life) -> manifest::Hardware {
             .as_ref()
             .map(|_| "quadrature encoder".to_owned()),
         uncalibrated: bench.calibration().is_none(),
+        waived: config
+            .safety
+            .waived
+            .iter()
+            .map(ToString::to_string)
+            .collect(),
+        waived_by: config
+            .safety
+            .waived_by
+            .clone()
+            .filter(|_| !config.safety.waived.is_empty()),
         calibration: bench
             .calibration()
-            .map(|calibration| manifest::Calibration {
+            .map(|calibration| manifest::CalibrationReference {
                 label: calibration.label().to_owned(),
                 hash: calibration.hash().to_owned(),
                 force: calibration.force_label(),

@@ -4,10 +4,10 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
-use analysis::live::LiveContact;
-use analysis::record::Record;
+use analysis::live_contact::LiveContact;
+use analysis::measurements::Measurements;
 use analysis::trial_fit::{FitRequest, Selected};
-use analysis::{trial, unloaded};
+use analysis::{trial_selection, unloaded};
 use config::Effective;
 use console::safety_event;
 use crossbeam_channel::Sender;
@@ -51,7 +51,7 @@ pub struct SessionTask {
     /// One operator for the whole session, with nobody to ask.
     unattended: bool,
     commands: VecDeque<OperatorCommand>,
-    record: Record,
+    record: Measurements,
     collecting: bool,
     account: Account,
     account_at_begin: Account,
@@ -105,7 +105,7 @@ impl SessionTask {
                 .map(|by| OperatorCommand::ConsentGiven { by })
                 .into_iter()
                 .collect(),
-            record: Record::default(),
+            record: Measurements::default(),
             collecting: false,
             account: Account::default(),
             account_at_begin: Account::default(),
@@ -235,7 +235,7 @@ impl SessionTask {
             .machine
             .protocol()
             .selection_rules(self.bench.config().plate.centre_m);
-        let mut analysis = trial::analyse(&due.key, &due.intervals, &self.record, &rules);
+        let mut analysis = trial_selection::analyse(&due.key, &due.intervals, &self.record, &rules);
         let before = self.account_at_begin;
         analysis.clipped_frames = self.account.clipped_frames - before.clipped_frames;
         analysis.lost_frames = self.account.lost_frames - before.lost_frames;
@@ -396,7 +396,7 @@ impl SessionTask {
             self.mark(EventKind::Redo, format!("attempt {}", key.attempt));
         }
         self.open = true;
-        self.record = Record::default();
+        self.record = Measurements::default();
         self.collecting = true;
         self.account_at_begin = self.account;
         self.analysed = None;

@@ -27,7 +27,7 @@ pub trait Task: Send {
     }
 }
 
-/// An apparatus whose time passes only when it is told to.
+/// An apparatus whose time passes only when it is expected to.
 pub trait Pacer: Send {
     /// Lets one tick of the apparatus pass: afterwards all that happened in it can be read.
     fn tick(&mut self) -> anyhow::Result<()>;
@@ -286,13 +286,13 @@ mod tests {
     }
 
     /// Says when it stopped and when it finished; what it does in a poll is up to the test.
-    struct Told<F: FnMut() + Send> {
+    struct LoggingTask<F: FnMut() + Send> {
         name: &'static str,
         polled: F,
         log: Arc<std::sync::Mutex<Vec<String>>>,
     }
 
-    impl<F: FnMut() + Send> Task for Told<F> {
+    impl<F: FnMut() + Send> Task for LoggingTask<F> {
         fn name(&self) -> &'static str {
             self.name
         }
@@ -324,13 +324,13 @@ mod tests {
             StopFlag::default(),
             Arc::<std::sync::Mutex<Vec<String>>>::default(),
         );
-        let watch = Told {
+        let watch = LoggingTask {
             name: "watch",
             polled: || (),
             log: log.clone(),
         };
         let (raised, seen) = (stop.clone(), log.clone());
-        let disk = Told {
+        let disk = LoggingTask {
             name: "disk",
             polled: move || {
                 raised.raise();
@@ -346,25 +346,25 @@ mod tests {
         Schedule::Threads
             .run(vec![Box::new(watch), Box::new(disk)], &clock, &stop)
             .unwrap();
-        let told = [
+        let expected = [
             "watch stops",
             "disk stops",
             "watch finishes",
             "disk finishes",
         ];
-        assert_eq!(*log.lock().unwrap(), told);
+        assert_eq!(*log.lock().unwrap(), expected);
     }
 
     #[test]
     fn a_task_that_panics_ends_the_others_and_all_finish() {
         for schedule in schedules() {
             let (stop, log) = (StopFlag::default(), Arc::default());
-            let sound = Told {
+            let sound = LoggingTask {
                 name: "sound",
                 polled: || (),
                 log: Arc::clone(&log),
             };
-            let broken = Told {
+            let broken = LoggingTask {
                 name: "broken",
                 polled: || panic!("on purpose"),
                 log: Arc::clone(&log),

@@ -12,7 +12,7 @@ use mock_hw::serial::ForceFault;
 use protocols::Validity;
 use recording::RecordingReader;
 use recording::manifest::EventKind;
-use safety::Input;
+use safety::InputLine;
 
 use crate::rig::{CHANNELS, Level, RATE_HZ, Rig, config, events, samples};
 
@@ -243,7 +243,7 @@ fn an_encoder_that_jumps_is_a_flag_and_the_jump_is_taken_out() {
     let levels: [Arc<AtomicBool>; 2] = Default::default();
     let lines = levels
         .clone()
-        .map(|level| -> Box<dyn Input> { Box::new(Level(level)) });
+        .map(|level| -> Box<dyn InputLine> { Box::new(Level(level)) });
     // A state is 0.75 mm.
     let coarse = config(&[("metres_per_count = 25.0e-6", "metres_per_count = 0.75e-3")]);
     let mut rig = Rig::new(Scenario::default(), coarse, Some(lines));

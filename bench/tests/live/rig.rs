@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use analysis::record::Record;
+use analysis::measurements::Measurements;
 use config::{Config, Effective};
 use devices::acquisition::RecordingCommand;
 use devices::{Bench, Hardware, Lines};
@@ -12,12 +12,12 @@ use jiff::Timestamp;
 use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig};
 use mock_hw::scenario::Scenario;
 use mock_hw::world_clock::Pace;
-use recording::manifest::{Event, EventKind, Manifest};
+use recording::manifest::{EventKind, Manifest, RecordingEvent};
 use recording::pipeline::Account;
 use recording::recorder::{Begin, RecorderNotice};
 use recording::writer::Ending;
 use recording::{AudioFormat, RecordingReader};
-use safety::{GpioError, Input, SafetyState, input, output};
+use safety::{GpioError, InputLine, SafetyState, input, output};
 use signalgen::Waveform;
 use tasks::{Clock, Schedule};
 
@@ -100,7 +100,7 @@ pub fn events(folder: &Path) -> Vec<Read> {
     let reader = RecordingReader::open(folder).unwrap();
     let events = reader.manifest().events.iter();
     events
-        .map(|event: &Event| {
+        .map(|event: &RecordingEvent| {
             let text = event.text.clone().unwrap_or_default();
             (event.kind, event.sample, event.frames, text)
         })
@@ -117,7 +117,7 @@ pub fn samples(folder: &Path) -> Vec<f32> {
 #[derive(Default)]
 pub struct Level(pub Arc<AtomicBool>);
 
-impl Input for Level {
+impl InputLine for Level {
     fn is_high(&mut self) -> Result<bool, GpioError> {
         Ok(self.0.load(Ordering::Relaxed))
     }
@@ -126,7 +126,7 @@ impl Input for Level {
 pub struct Rig {
     pub apparatus: Apparatus,
     pub bench: Bench,
-    pub record: Record,
+    pub record: Measurements,
     pub account: Account,
     pub warnings: Vec<String>,
     ticks: u64,
@@ -145,7 +145,11 @@ impl Rig {
     }
 
     /// A plate at rest; `encoder` takes the place of the apparatus's own.
-    pub fn new(scenario: Scenario, config: Config, encoder: Option<[Box<dyn Input>; 2]>) -> Self {
+    pub fn new(
+        scenario: Scenario,
+        config: Config,
+        encoder: Option<[Box<dyn InputLine>; 2]>,
+    ) -> Self {
         let mut apparatus = apparatus(scenario);
         let pins = apparatus.pins().unwrap();
         let lines = Lines {
@@ -160,7 +164,7 @@ impl Rig {
         Self {
             apparatus,
             bench,
-            record: Record::default(),
+            record: Measurements::default(),
             account: Account::default(),
             warnings: Vec::new(),
             ticks: 0,

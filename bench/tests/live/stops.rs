@@ -13,7 +13,7 @@ use devices::drive_control::{settings, waveform};
 use devices::{Bench, Life, Lines};
 use friction_bench::readiness::Readiness;
 use friction_bench::refit::Refit;
-use friction_bench::run::read_protocol;
+use friction_bench::run::ProtocolFile;
 use friction_bench::session::{SessionTask, Wiring};
 use mock_hw::apparatus::Apparatus;
 use mock_hw::plant::Axis;
@@ -21,7 +21,7 @@ use mock_hw::scenario::Scenario;
 use mock_hw::serial::ForceFault;
 use protocols::{Session, TrialKey, TrialOutcome, TrialRecord};
 use recording::manifest::EventKind;
-use safety::{GpioError, Output, input, output};
+use safety::{GpioError, OutputLine, input, output};
 use tasks::Task;
 use tui::event::{LogLevel, PhaseKind};
 
@@ -29,11 +29,11 @@ use crate::rig::{RATE_HZ, apparatus, begin, config, events, open};
 
 /// A heartbeat whose wire can be cut.
 struct Cuttable {
-    line: Box<dyn Output>,
+    line: Box<dyn OutputLine>,
     cut: Arc<AtomicBool>,
 }
 
-impl Output for Cuttable {
+impl OutputLine for Cuttable {
     fn set(&mut self, high: bool) -> Result<(), GpioError> {
         if self.cut.load(Ordering::Relaxed) {
             return Ok(());
@@ -140,7 +140,7 @@ impl Rig {
             gauges,
             stop: life.stop().clone(),
         };
-        let (protocol, _) = read_protocol("demo").unwrap();
+        let protocol = ProtocolFile::read("demo").unwrap().protocol;
         let machine = Session::resume(protocol, "sub-01".parse().unwrap(), 1, records).unwrap();
         let session = SessionTask::new(
             machine,

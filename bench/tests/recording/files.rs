@@ -4,7 +4,9 @@ use std::fs;
 use std::path::Path;
 
 use crate::support::{FORMAT_2, force_rows, manifest, ramp, read_all, write_data};
-use recording::manifest::{Direction, End, EventKind, Interval, IntervalKind, ManifestError};
+use recording::manifest::{
+    Direction, End, EventKind, ManifestError, RecordedInterval, RecordedIntervalKind,
+};
 use recording::reader::{ReadError, Warning};
 use recording::wav::{MAX_DATA_BYTES, WavError, WavReader, WavWarning, header};
 use recording::writer::{Ending, WriteError};
@@ -25,8 +27,8 @@ fn what_is_written_reads_back() {
     let folder = temp.path().join("trial-003_attempt-1");
     let mut writer = RecordingWriter::create(&folder, manifest(), FORMAT_2).unwrap();
     write_data(&mut writer);
-    let interval = Interval {
-        kind: IntervalKind::Exploration(Direction::RightToLeft),
+    let interval = RecordedInterval {
+        kind: RecordedIntervalKind::Exploration(Direction::RightToLeft),
         start_s: 0.001,
         end_s: 0.005,
     };
@@ -449,8 +451,8 @@ fn an_interval_beyond_the_end_is_warned_about() {
     let temp = tempfile::tempdir().unwrap();
     let folder = temp.path().join("r");
     let mut writer = RecordingWriter::create(&folder, manifest(), FORMAT_2).unwrap();
-    let interval = |start_s, end_s| Interval {
-        kind: IntervalKind::Unloaded,
+    let interval = |start_s, end_s| RecordedInterval {
+        kind: RecordedIntervalKind::Unloaded,
         start_s,
         end_s,
     };

@@ -11,8 +11,8 @@ use recording::RecordingWriter;
 use recording::manifest::End;
 use recording::study::event_log::{self, DataKey, Descriptor, ExitStatus, Start};
 use recording::study::{
-    Block, DESCRIPTION_FILE, Document, EventLog, EventLogError, GeneratedBy, LOCK_FILE,
-    PARTICIPANTS_FILE, Session, Study, StudyError, TrialLabel,
+    DESCRIPTION_FILE, Document, EventLog, EventLogError, GeneratedBy, LOCK_FILE, PARTICIPANTS_FILE,
+    SessionFolder, Study, StudyError, TrialBlock, TrialLabel,
 };
 use recording::writer::Ending;
 use serde_json::{Map, Value, json};
@@ -70,11 +70,11 @@ fn log_a_session(log: &mut EventLog, resumed: bool) {
     log.event("trial", TIME.to_owned(), 2.5, data(2)).unwrap();
 }
 
-fn begin(study: &Study, id: &str, session: u32) -> Result<Session, StudyError> {
+fn begin(study: &Study, id: &str, session: u32) -> Result<SessionFolder, StudyError> {
     study.begin_session(&participant(id), session, DATE, "huloux2021")
 }
 
-const fn label(block: Block, number: u32, attempt: u32) -> TrialLabel {
+const fn label(block: TrialBlock, number: u32, attempt: u32) -> TrialLabel {
     TrialLabel {
         block,
         number,
@@ -228,10 +228,10 @@ fn trials_are_listed_as_recorded_and_never_overwritten() {
         }
     };
     let labels = [
-        label(Block::Practice, 1, 1),
-        label(Block::Main, 2, 1),
-        label(Block::Main, 2, 2),
-        label(Block::Main, 10, 1),
+        label(TrialBlock::Practice, 1, 1),
+        label(TrialBlock::Main, 2, 1),
+        label(TrialBlock::Main, 2, 2),
+        label(TrialBlock::Main, 10, 1),
     ];
     record(labels[3], None);
     record(labels[0], Some(Ending::Completed));
@@ -264,7 +264,7 @@ fn a_damaged_trial_is_listed_with_its_damage() {
     let temp = tempfile::tempdir().unwrap();
     let study = open(temp.path()).unwrap();
     let session = begin(&study, "sub-01", 1).unwrap();
-    fs::create_dir(session.trial_folder(label(Block::Main, 1, 1)).unwrap()).unwrap();
+    fs::create_dir(session.trial_folder(label(TrialBlock::Main, 1, 1)).unwrap()).unwrap();
     let trials = session.recorded_trials().unwrap();
     assert!(trials[0].manifest.is_err());
 }

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use recording::manifest::{
-    Channels, DriveChannel, FORMAT, Manifest, Participant, PickupChannel, Plate, Software, Trial,
+    FORMAT, Manifest, Participant, RecordedChannels, RecordedDrive, RecordedPickup, RecordedPlate,
+    Software, Trial,
 };
 use recording::{AudioFormat, ForceRow, PositionRow, RecordingReader, RecordingWriter};
 
@@ -18,20 +19,20 @@ pub fn manifest() -> Manifest {
         carrier_hz: 35_000.0,
         modulation_hz: 6.0,
         modulation_index: 0.95,
-        channels: Channels {
-            drive: DriveChannel {
+        channels: RecordedChannels {
+            drive: RecordedDrive {
                 index: 0,
                 volts_per_unit: 100.0,
                 clip_units: None,
             },
-            pickup: PickupChannel {
+            pickup: RecordedPickup {
                 index: 1,
                 metres_per_unit: 2e-6,
                 phase_rad: 0.1,
                 clip_units: None,
             },
         },
-        plate: Plate {
+        plate: RecordedPlate {
             resonance_hz: 35_000.0,
             modal_mass_kg: 0.008,
             force_factor_n_per_v: 0.13,

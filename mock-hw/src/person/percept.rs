@@ -1,7 +1,7 @@
 //! Percepts and acts of a participant.
 
 /// Everything that a participant sees and hears at one moment.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Percept {
     /// Instruction on the screen.
     pub instruction: Instruction,
@@ -17,23 +17,11 @@ pub struct Percept {
     pub cue: Option<Cue>,
 }
 
-impl Default for Percept {
-    fn default() -> Self {
-        Self {
-            instruction: Instruction::Wait,
-            slider_m: None,
-            countdown: None,
-            mean_force_n: None,
-            force_band_n: None,
-            cue: None,
-        }
-    }
-}
-
 /// Instruction to the participant on the screen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Instruction {
     /// Wait.
+    #[default]
     Wait,
     /// Take the finger off the plate.
     LiftFinger,

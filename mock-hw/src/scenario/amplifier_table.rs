@@ -1,7 +1,9 @@
 //! `[amplifier]`: the amplifier between generator and actuators.
 
 use serde::{Deserialize, Serialize};
-use strict::{OutOfRange, within};
+use strict::OutOfRange;
+
+use super::ranges::all_within;
 
 /// The amplifier, from generator output to actuator voltage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -31,21 +33,11 @@ impl Default for AmplifierTable {
 impl AmplifierTable {
     /// Requires every number of the table to lie in its range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
-        within(
-            "amplifier.volts_per_unit",
-            self.volts_per_unit,
-            0.1,
-            1e3,
-            "V",
-        )?;
-        within(
-            "amplifier.bandwidth_hz",
-            self.bandwidth_hz,
-            40e3,
-            10e6,
-            "Hz",
-        )?;
-        within("amplifier.one_shot_s", self.one_shot_s, 1e-3, 0.1, "s")?;
+        all_within! { "amplifier", self,
+            volts_per_unit: 0.1, 1e3, "V";
+            bandwidth_hz: 40e3, 10e6, "Hz";
+            one_shot_s: 1e-3, 0.1, "s";
+        }
         Ok(())
     }
 }

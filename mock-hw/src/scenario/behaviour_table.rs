@@ -1,7 +1,9 @@
 //! `[participant.behaviour]`: how the person moves and presses.
 
 use serde::{Deserialize, Serialize};
-use strict::{OutOfRange, within};
+use strict::OutOfRange;
+
+use super::ranges::all_within;
 
 /// How the person moves and presses. Probabilities are per exploration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -67,111 +69,23 @@ impl Default for BehaviourTable {
 impl BehaviourTable {
     /// Requires every number of the table to lie in its range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
-        within(
-            "participant.behaviour.force_aim_n",
-            self.force_aim_n,
-            0.05,
-            5.0,
-            "N",
-        )?;
-        within(
-            "participant.behaviour.force_misjudgement",
-            self.force_misjudgement,
-            0.0,
-            1.0,
-            "",
-        )?;
-        within(
-            "participant.behaviour.force_learning",
-            self.force_learning,
-            0.0,
-            1.0,
-            "",
-        )?;
-        within(
-            "participant.behaviour.force_drift_n",
-            self.force_drift_n,
-            0.0,
-            1.0,
-            "N",
-        )?;
-        within(
-            "participant.behaviour.force_drift_time_s",
-            self.force_drift_time_s,
-            0.01,
-            1e3,
-            "s",
-        )?;
-        within(
-            "participant.behaviour.tremor_n",
-            self.tremor_n,
-            0.0,
-            1.0,
-            "N",
-        )?;
-        within(
-            "participant.behaviour.tremor_m",
-            self.tremor_m,
-            0.0,
-            1e-3,
-            "m",
-        )?;
-        within(
-            "participant.behaviour.reaction_s",
-            self.reaction_s,
-            0.05,
-            2.0,
-            "s",
-        )?;
-        within(
-            "participant.behaviour.speed_error",
-            self.speed_error,
-            0.0,
-            0.5,
-            "",
-        )?;
-        within(
-            "participant.behaviour.speed_wander",
-            self.speed_wander,
-            0.0,
-            0.5,
-            "",
-        )?;
-        within(
-            "participant.behaviour.tracking_hz",
-            self.tracking_hz,
-            0.2,
-            10.0,
-            "Hz",
-        )?;
-        within(
-            "participant.behaviour.late_start_probability",
-            self.late_start_probability,
-            0.0,
-            1.0,
-            "",
-        )?;
-        within(
-            "participant.behaviour.late_start_s",
-            self.late_start_s,
-            0.0,
-            10.0,
-            "s",
-        )?;
-        within(
-            "participant.behaviour.lift_off_probability",
-            self.lift_off_probability,
-            0.0,
-            1.0,
-            "",
-        )?;
-        within(
-            "participant.behaviour.lift_off_s",
-            self.lift_off_s,
-            0.0,
-            10.0,
-            "s",
-        )?;
+        all_within! { "participant.behaviour", self,
+            force_aim_n: 0.05, 5.0, "N";
+            force_misjudgement: 0.0, 1.0, "";
+            force_learning: 0.0, 1.0, "";
+            force_drift_n: 0.0, 1.0, "N";
+            force_drift_time_s: 0.01, 1e3, "s";
+            tremor_n: 0.0, 1.0, "N";
+            tremor_m: 0.0, 1e-3, "m";
+            reaction_s: 0.05, 2.0, "s";
+            speed_error: 0.0, 0.5, "";
+            speed_wander: 0.0, 0.5, "";
+            tracking_hz: 0.2, 10.0, "Hz";
+            late_start_probability: 0.0, 1.0, "";
+            late_start_s: 0.0, 10.0, "s";
+            lift_off_probability: 0.0, 1.0, "";
+            lift_off_s: 0.0, 10.0, "s";
+        }
         Ok(())
     }
 }

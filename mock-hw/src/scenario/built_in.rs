@@ -59,35 +59,3 @@ pub fn built_in(name: &str) -> Result<Scenario, ScenarioError> {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_built_in_scenario_reads() {
-        for name in built_in_names() {
-            assert!(!built_in(name).unwrap().purpose.is_empty(), "{name}");
-        }
-    }
-
-    #[test]
-    fn an_unknown_name_suggests_the_nearest_one_also_by_a_part_of_it() {
-        let suggested = |name: &str| match built_in(name) {
-            Err(ScenarioError::UnknownName { nearest, known, .. }) => {
-                assert_eq!(known, built_in_names());
-                nearest
-            }
-            other => panic!("{other:?}"),
-        };
-        assert_eq!(suggested("nominl").as_deref(), Some("nominal"));
-        assert_eq!(suggested("late").as_deref(), Some("participant-late"));
-        assert_eq!(suggested("unknown").as_deref(), Some("bench-unknown"));
-        assert_eq!(suggested("xyzzy"), None);
-        assert_eq!(
-            built_in("nominl").unwrap_err().to_string(),
-            "unknown scenario `nominl`, did you mean `nominal`?; built-in scenarios: nominal, steady, noisy, \
-             population, participant-late, bench-unknown, arduino"
-        );
-    }
-}

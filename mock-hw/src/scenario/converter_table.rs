@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 use strict::{OutOfRange, within};
 
+use super::ranges::all_within;
+
 /// The sound card's inputs.
 ///
 /// Channel 0 reads the actuator voltage back, channel 1 the pickup, channel 2 the generator's output; others are quiet.
@@ -80,52 +82,33 @@ impl ConverterTable {
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         let channels = self.channels as f64;
         within("converter.channels", channels, 2.0, 32.0, "")?;
-        within(
-            "converter.readback_volts_per_unit",
-            self.readback_volts_per_unit,
-            0.1,
-            1e4,
-            "V",
-        )?;
-        within("converter.bits", f64::from(self.bits), 8.0, 32.0, "")?;
-        within("converter.clip_units", self.clip_units, 1e-3, 1.0, "")?;
-        within(
-            "converter.noise_units_per_sqrt_hz",
-            self.noise_units_per_sqrt_hz,
-            0.0,
-            1e-3,
-            "1/√Hz",
-        )?;
-        within("converter.offset_units", self.offset_units, -1.0, 1.0, "")?;
-        within("converter.crosstalk", self.crosstalk, -1.0, 1.0, "")?;
-        within("converter.clock_ppm", self.clock_ppm, -1e3, 1e3, "ppm")?;
+        all_within! { "converter", self,
+            readback_volts_per_unit: 0.1, 1e4, "V";
+            bits: 8.0, 32.0, "";
+            clip_units: 1e-3, 1.0, "";
+            noise_units_per_sqrt_hz: 0.0, 1e-3, "1/√Hz";
+            offset_units: -1.0, 1.0, "";
+            crosstalk: -1.0, 1.0, "";
+            clock_ppm: -1e3, 1e3, "ppm";
+        }
         for &gain in &self.gains {
             within("converter.gains", gain, -100.0, 100.0, "")?;
         }
         for &skew in &self.skew_samples {
             within("converter.skew_samples", skew, -4.0, 4.0, "samples")?;
         }
-        let entries = |of: &[f64]| of.len() as f64;
-        within(
-            "converter.gains (entries)",
-            entries(&self.gains),
-            0.0,
-            channels,
-            "",
-        )?;
-        within(
-            "converter.skew_samples (entries)",
-            entries(&self.skew_samples),
-            0.0,
-            channels,
-            "",
-        )?;
-        within(
-            "converter.formats (entries)",
-            self.formats.len() as f64,
-            1.0,
-            5.0,
-            "",
-        )
+        for (key, entries, least, most) in [
+            ("converter.gains (entries)", self.gains.len(), 0.0, channels),
+            (
+                "converter.skew_samples (entries)",
+                self.skew_samples.len(),
+                0.0,
+                channels,
+            ),
+            ("converter.formats (entries)", self.formats.len(), 1.0, 5.0),
+        ] {
+            within(key, entries as f64, least, most, "")?;
+        }
+        Ok(())
     }
 }

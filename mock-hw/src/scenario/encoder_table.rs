@@ -1,7 +1,9 @@
 //! `[encoder]`: the pulley encoder.
 
 use serde::{Deserialize, Serialize};
-use strict::{OutOfRange, within};
+use strict::OutOfRange;
+
+use super::ranges::all_within;
 
 /// The pulley encoder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -22,7 +24,9 @@ impl Default for EncoderTable {
 impl EncoderTable {
     /// Requires every number of the table to lie in its range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
-        within("encoder.counts_per_m", self.counts_per_m, 1e3, 1e7, "1/m")?;
+        all_within! { "encoder", self,
+            counts_per_m: 1e3, 1e7, "1/m";
+        }
         Ok(())
     }
 }

@@ -1,7 +1,9 @@
 //! `[film]`: squeeze film and asperities, without what belongs to a person.
 
 use serde::{Deserialize, Serialize};
-use strict::{OutOfRange, within};
+use strict::OutOfRange;
+
+use super::ranges::all_within;
 
 /// Squeeze film and asperities (`Huloux 2021`, Eqs. 13–18).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -46,39 +48,17 @@ impl Default for FilmTable {
 impl FilmTable {
     /// Requires every number of the table to lie in its range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
-        within(
-            "film.ambient_pressure_pa",
-            self.ambient_pressure_pa,
-            1e3,
-            1e6,
-            "Pa",
-        )?;
-        within(
-            "film.contact_area_m2",
-            self.contact_area_m2,
-            10e-6,
-            1e-3,
-            "m²",
-        )?;
-        within("film.q0_rad_per_m", self.q0_rad_per_m, 1e3, 1e6, "rad/m")?;
-        within(
-            "film.youngs_modulus_pa",
-            self.youngs_modulus_pa,
-            1e5,
-            1e9,
-            "Pa",
-        )?;
-        within("film.poisson_ratio", self.poisson_ratio, 0.0, 0.5, "")?;
-        within("film.loss_factor", self.loss_factor, 0.0, 1.0, "")?;
-        within("film.lag_s", self.lag_s, 2e-4, 0.1, "s")?;
-        within(
-            "film.lag_gap_exponent",
-            self.lag_gap_exponent,
-            -1.0,
-            1.0,
-            "",
-        )?;
-        within("film.presliding_m", self.presliding_m, 1e-5, 5e-3, "m")?;
+        all_within! { "film", self,
+            ambient_pressure_pa: 1e3, 1e6, "Pa";
+            contact_area_m2: 10e-6, 1e-3, "m²";
+            q0_rad_per_m: 1e3, 1e6, "rad/m";
+            youngs_modulus_pa: 1e5, 1e9, "Pa";
+            poisson_ratio: 0.0, 0.5, "";
+            loss_factor: 0.0, 1.0, "";
+            lag_s: 2e-4, 0.1, "s";
+            lag_gap_exponent: -1.0, 1.0, "";
+            presliding_m: 1e-5, 5e-3, "m";
+        }
         Ok(())
     }
 }

@@ -1,7 +1,9 @@
 //! `[force_sensor]`: the two-axis force sensor and its serial device.
 
 use serde::{Deserialize, Serialize};
-use strict::{OutOfRange, within};
+use strict::OutOfRange;
+
+use super::ranges::all_within;
 
 /// Format of the force sensor's serial line (`docs/force-protocol.md`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -99,103 +101,27 @@ impl ForceSensorTable {
 
     /// Requires every number of the table to lie in its range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
-        within("force_sensor.rate_hz", self.rate_hz, 500.0, 20e3, "Hz")?;
-        within("force_sensor.noise_n", self.noise_n, 0.0, 1.0, "N")?;
-        within(
-            "force_sensor.resonance_hz",
-            self.resonance_hz,
-            100.0,
-            20e3,
-            "Hz",
-        )?;
-        within(
-            "force_sensor.damping_ratio",
-            self.damping_ratio,
-            0.05,
-            2.0,
-            "",
-        )?;
-        within("force_sensor.range_n", self.range_n, 0.1, 1e3, "N")?;
-        within(
-            "force_sensor.normal_gain",
-            self.normal_gain,
-            -10.0,
-            10.0,
-            "",
-        )?;
-        within(
-            "force_sensor.lateral_gain",
-            self.lateral_gain,
-            -10.0,
-            10.0,
-            "",
-        )?;
-        within(
-            "force_sensor.normal_offset_n",
-            self.normal_offset_n,
-            -10.0,
-            10.0,
-            "N",
-        )?;
-        within(
-            "force_sensor.lateral_offset_n",
-            self.lateral_offset_n,
-            -10.0,
-            10.0,
-            "N",
-        )?;
-        within(
-            "force_sensor.normal_drift_n_per_min",
-            self.normal_drift_n_per_min,
-            -10.0,
-            10.0,
-            "N/min",
-        )?;
-        within(
-            "force_sensor.lateral_drift_n_per_min",
-            self.lateral_drift_n_per_min,
-            -10.0,
-            10.0,
-            "N/min",
-        )?;
-        within("force_sensor.wander_n", self.wander_n, 0.0, 1.0, "N")?;
-        within(
-            "force_sensor.wander_time_s",
-            self.wander_time_s,
-            0.1,
-            1e4,
-            "s",
-        )?;
-        within("force_sensor.creep", self.creep, 0.0, 0.2, "")?;
-        within(
-            "force_sensor.creep_time_s",
-            self.creep_time_s,
-            0.1,
-            1e4,
-            "s",
-        )?;
-        within(
-            "force_sensor.lateral_to_normal",
-            self.lateral_to_normal,
-            -0.5,
-            0.5,
-            "",
-        )?;
-        within(
-            "force_sensor.normal_to_lateral",
-            self.normal_to_lateral,
-            -0.5,
-            0.5,
-            "",
-        )?;
-        within("force_sensor.clock_ppm", self.clock_ppm, -1e3, 1e3, "ppm")?;
-        within(
-            "force_sensor.burst_period_s",
-            self.burst_period_s,
-            1e-4,
-            0.1,
-            "s",
-        )?;
+        all_within! { "force_sensor", self,
+            rate_hz: 500.0, 20e3, "Hz";
+            noise_n: 0.0, 1.0, "N";
+            resonance_hz: 100.0, 20e3, "Hz";
+            damping_ratio: 0.05, 2.0, "";
+            range_n: 0.1, 1e3, "N";
+            normal_gain: -10.0, 10.0, "";
+            lateral_gain: -10.0, 10.0, "";
+            normal_offset_n: -10.0, 10.0, "N";
+            lateral_offset_n: -10.0, 10.0, "N";
+            normal_drift_n_per_min: -10.0, 10.0, "N/min";
+            lateral_drift_n_per_min: -10.0, 10.0, "N/min";
+            wander_n: 0.0, 1.0, "N";
+            wander_time_s: 0.1, 1e4, "s";
+            creep: 0.0, 0.2, "";
+            creep_time_s: 0.1, 1e4, "s";
+            lateral_to_normal: -0.5, 0.5, "";
+            normal_to_lateral: -0.5, 0.5, "";
+            clock_ppm: -1e3, 1e3, "ppm";
+            burst_period_s: 1e-4, 0.1, "s";
+        }
         Ok(())
     }
 }

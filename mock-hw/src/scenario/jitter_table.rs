@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 use strict::{OutOfRange, within};
 
+use super::ranges::all_within;
+
 /// Spread of the true constants from seed to seed; off by default.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -55,40 +57,18 @@ impl Default for JitterTable {
 impl JitterTable {
     /// Requires every number of the table to lie in its range; the two quality factors must ascend.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
-        within(
-            "jitter.pickup_sensitivity",
-            self.pickup_sensitivity,
-            0.0,
-            0.9,
-            "",
-        )?;
-        within(
-            "jitter.pickup_phase_rad",
-            self.pickup_phase_rad,
-            0.0,
-            3.15,
-            "rad",
-        )?;
-        within("jitter.resonance_hz", self.resonance_hz, 0.0, 3e3, "Hz")?;
-        within("jitter.force_factor", self.force_factor, 0.0, 0.9, "")?;
-        within(
-            "jitter.skew_samples",
-            self.skew_samples,
-            0.0,
-            4.0,
-            "samples",
-        )?;
-        within("jitter.force_gain", self.force_gain, 0.0, 0.9, "")?;
-        within("jitter.force_crosstalk", self.force_crosstalk, 0.0, 0.3, "")?;
-        within("jitter.force_offset_n", self.force_offset_n, 0.0, 5.0, "N")?;
-        within(
-            "jitter.force_drift_n_per_min",
-            self.force_drift_n_per_min,
-            0.0,
-            1.0,
-            "N/min",
-        )?;
-        within("jitter.pulley_friction", self.pulley_friction, 0.0, 0.3, "")?;
+        all_within! { "jitter", self,
+            pickup_sensitivity: 0.0, 0.9, "";
+            pickup_phase_rad: 0.0, 3.15, "rad";
+            resonance_hz: 0.0, 3e3, "Hz";
+            force_factor: 0.0, 0.9, "";
+            skew_samples: 0.0, 4.0, "samples";
+            force_gain: 0.0, 0.9, "";
+            force_crosstalk: 0.0, 0.3, "";
+            force_offset_n: 0.0, 5.0, "N";
+            force_drift_n_per_min: 0.0, 1.0, "N/min";
+            pulley_friction: 0.0, 0.3, "";
+        }
         let [least, most] = self.quality;
         within("jitter.quality", least, 10.0, most, "")?;
         within("jitter.quality", most, least, 1e4, "")

@@ -1,7 +1,9 @@
 //! `[masses]`: known masses on the plate or over a pulley.
 
 use serde::{Deserialize, Serialize};
-use strict::{OutOfRange, within};
+use strict::OutOfRange;
+
+use super::ranges::all_within;
 
 /// Known masses, which press on the plate or pull over the pulley towards increasing position.
 ///
@@ -45,20 +47,16 @@ impl Default for MassesTable {
 impl MassesTable {
     /// Requires every number of the table to lie in its range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
-        within(
-            "masses.gravity_m_per_s2",
-            self.gravity_m_per_s2,
-            9.76,
-            9.84,
-            "m/s²",
-        )?;
-        within("masses.error", self.error, 0.0, 0.1, "")?;
-        within("masses.tilt_rad", self.tilt_rad, -0.2, 0.2, "rad")?;
-        within("masses.pulley_friction", self.pulley_friction, 0.0, 0.5, "")?;
-        within("masses.bounce_hz", self.bounce_hz, 0.5, 100.0, "Hz")?;
-        within("masses.bounce_time_s", self.bounce_time_s, 0.01, 100.0, "s")?;
-        within("masses.swing_hz", self.swing_hz, 0.5, 100.0, "Hz")?;
-        within("masses.swing_time_s", self.swing_time_s, 0.01, 100.0, "s")?;
+        all_within! { "masses", self,
+            gravity_m_per_s2: 9.76, 9.84, "m/s²";
+            error: 0.0, 0.1, "";
+            tilt_rad: -0.2, 0.2, "rad";
+            pulley_friction: 0.0, 0.5, "";
+            bounce_hz: 0.5, 100.0, "Hz";
+            bounce_time_s: 0.01, 100.0, "s";
+            swing_hz: 0.5, 100.0, "Hz";
+            swing_time_s: 0.01, 100.0, "s";
+        }
         Ok(())
     }
 }

@@ -18,6 +18,7 @@ mod participant_table;
 mod pickup_table;
 mod plate_table;
 mod population_table;
+mod ranges;
 mod scenario_error;
 mod scenario_file;
 mod sound_layer_table;

@@ -1,7 +1,9 @@
 //! `[participant.moisture]`: slow change of the skin.
 
 use serde::{Deserialize, Serialize};
-use strict::{OutOfRange, within};
+use strict::OutOfRange;
+
+use super::ranges::all_within;
 
 /// Moisture of the skin: a slow random walk about its mean, common to σ_t, Z_t and μ0.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -25,14 +27,10 @@ impl Default for MoistureTable {
 impl MoistureTable {
     /// Requires every number of the table to lie in its range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
-        within(
-            "participant.moisture.relative_sd",
-            self.relative_sd,
-            0.0,
-            0.2,
-            "",
-        )?;
-        within("participant.moisture.time_s", self.time_s, 0.1, 1e4, "s")?;
+        all_within! { "participant.moisture", self,
+            relative_sd: 0.0, 0.2, "";
+            time_s: 0.1, 1e4, "s";
+        }
         Ok(())
     }
 }

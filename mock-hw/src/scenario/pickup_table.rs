@@ -1,7 +1,9 @@
 //! `[pickup]`: the pickup disc.
 
 use serde::{Deserialize, Serialize};
-use strict::{OutOfRange, within};
+use strict::OutOfRange;
+
+use super::ranges::all_within;
 
 /// The pickup, from plate displacement to sample value.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -26,14 +28,10 @@ impl Default for PickupTable {
 impl PickupTable {
     /// Requires every number of the table to lie in its range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
-        within(
-            "pickup.metres_per_unit",
-            self.metres_per_unit,
-            1e-9,
-            1e-3,
-            "m",
-        )?;
-        within("pickup.phase_rad", self.phase_rad, -3.15, 3.15, "rad")?;
+        all_within! { "pickup", self,
+            metres_per_unit: 1e-9, 1e-3, "m";
+            phase_rad: -3.15, 3.15, "rad";
+        }
         Ok(())
     }
 }

@@ -1,7 +1,9 @@
 //! `[plate]`: the glass plate with its actuators.
 
 use serde::{Deserialize, Serialize};
-use strict::{OutOfRange, within};
+use strict::OutOfRange;
+
+use super::ranges::all_within;
 
 /// The plate as its carrier mode and a second mode.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -71,22 +73,12 @@ impl PlateTable {
 
     /// Requires every number of the table to lie in its range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
-        within("plate.resonance_hz", self.resonance_hz, 20e3, 45e3, "Hz")?;
-        within("plate.modal_mass_kg", self.modal_mass_kg, 1e-4, 1.0, "kg")?;
-        within(
-            "plate.damping_n_s_per_m",
-            self.damping_n_s_per_m,
-            0.01,
-            1e3,
-            "N·s/m",
-        )?;
-        within(
-            "plate.force_factor_n_per_v",
-            self.force_factor_n_per_v,
-            1e-4,
-            10.0,
-            "N/V",
-        )?;
+        all_within! { "plate", self,
+            resonance_hz: 20e3, 45e3, "Hz";
+            modal_mass_kg: 1e-4, 1.0, "kg";
+            damping_n_s_per_m: 0.01, 1e3, "N·s/m";
+            force_factor_n_per_v: 1e-4, 10.0, "N/V";
+        }
         self.second_mode.check()
     }
 }
@@ -94,42 +86,14 @@ impl PlateTable {
 impl SecondModeTable {
     /// Requires every number of the table to lie in its range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
-        within(
-            "plate.second_mode.resonance_hz",
-            self.resonance_hz,
-            5e3,
-            80e3,
-            "Hz",
-        )?;
-        within(
-            "plate.second_mode.modal_mass_kg",
-            self.modal_mass_kg,
-            1e-4,
-            1.0,
-            "kg",
-        )?;
-        within("plate.second_mode.quality", self.quality, 1.0, 1e4, "")?;
-        within(
-            "plate.second_mode.actuator_ratio",
-            self.actuator_ratio,
-            -2.0,
-            2.0,
-            "",
-        )?;
-        within(
-            "plate.second_mode.pickup_ratio",
-            self.pickup_ratio,
-            -2.0,
-            2.0,
-            "",
-        )?;
-        within(
-            "plate.second_mode.contact_ratio",
-            self.contact_ratio,
-            -2.0,
-            2.0,
-            "",
-        )?;
+        all_within! { "plate.second_mode", self,
+            resonance_hz: 5e3, 80e3, "Hz";
+            modal_mass_kg: 1e-4, 1.0, "kg";
+            quality: 1.0, 1e4, "";
+            actuator_ratio: -2.0, 2.0, "";
+            pickup_ratio: -2.0, 2.0, "";
+            contact_ratio: -2.0, 2.0, "";
+        }
         Ok(())
     }
 }

@@ -1,6 +1,7 @@
 use embedded_hal::digital::{InputPin, OutputPin};
-use mock_hw::apparatus::{Apparatus, ApparatusConfig};
+use mock_hw::apparatus::{Apparatus, ApparatusConfig, FaultPanel};
 use mock_hw::host::BENCH_ID;
+use mock_hw::pins::PinError;
 use mock_hw::scenario::Scenario;
 use mock_hw::world_clock::Pace;
 
@@ -56,13 +57,26 @@ fn the_drive_passes_only_with_enable_heartbeat_and_a_healthy_loop() {
         "one-shot ran out"
     );
     assert!(readback(&mut apparatus, true, &mut pins) > 0.05, "on again");
-    faults.press_estop(true);
-    assert!(pins.estop.is_low().unwrap());
-    assert!(readback(&mut apparatus, true, &mut pins) < 1e-3, "stopped");
-    faults.press_estop(false);
-    faults.cut_estop_wire(true);
-    assert!(pins.estop.is_low().unwrap());
-    assert!(readback(&mut apparatus, true, &mut pins) < 1e-3, "cut");
+    for interrupt in [FaultPanel::press_estop, FaultPanel::cut_estop_wire] {
+        assert!(pins.estop.is_high().unwrap());
+        interrupt(&faults, true);
+        assert!(pins.estop.is_low().unwrap());
+        assert!(readback(&mut apparatus, true, &mut pins) < 1e-3, "stopped");
+        interrupt(&faults, false);
+        assert!(readback(&mut apparatus, true, &mut pins) > 0.05, "restored");
+    }
+}
+
+#[test]
+fn a_removed_chip_is_an_error_on_every_line() {
+    let mut apparatus = stepped(Scenario::default(), 1);
+    let mut pins = apparatus.pins().unwrap();
+    apparatus.faults().remove_gpio(true);
+    assert_eq!(pins.estop.is_high(), Err(PinError::Gone));
+    assert_eq!(pins.encoder_a.is_high(), Err(PinError::Gone));
+    assert_eq!(pins.heartbeat.set_high(), Err(PinError::Gone));
+    apparatus.faults().remove_gpio(false);
+    assert_eq!(pins.estop.is_high(), Ok(true));
 }
 
 #[test]

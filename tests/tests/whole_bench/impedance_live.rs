@@ -16,7 +16,7 @@ use impedance::{
     PlateConstants, Zm, ZmFrame,
 };
 use num_complex::Complex64;
-use recording::manifest::IntervalKind;
+use recording::manifest::RecordedIntervalKind;
 use serde_json::Value;
 
 /// The bench owes this accuracy, relative to the plate's true impedance, where the amplitude exceeds [`LEAST_AMPLITUDE_M`].
@@ -90,7 +90,7 @@ fn the_recorded_unloaded_plate_reads_true_where_the_plain_ratio_does_not() {
     let session = SessionFolder::read(&study, "sub-01").unwrap();
     let recording = Recording::read(&session.recordings()[0]);
     let unloaded = recording.manifest.intervals[0];
-    assert_eq!(unloaded.kind, IntervalKind::Unloaded);
+    assert_eq!(unloaded.kind, RecordedIntervalKind::Unloaded);
     assert!((unloaded.end_s - unloaded.start_s - 3.0).abs() < 1e-6);
 
     let z_p = true_z_p(&truth);

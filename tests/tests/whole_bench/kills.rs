@@ -16,7 +16,7 @@ use bench_tests::running::Running;
 use bench_tests::session::{SessionFolder, demo_with, finish, text, unattended};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use recording::manifest::{End, IntervalKind};
+use recording::manifest::{End, RecordedIntervalKind};
 use recording::reader::Warning;
 use recording::study::event_log::{Document, ExitStatus};
 use recording::study::{PARTICIPANTS_FILE, TrialLabel};
@@ -380,7 +380,7 @@ fn is_complete(place: &Place) -> Vec<String> {
             .map(|interval| interval.kind);
         assert_eq!(
             kinds
-                .filter(|kind| matches!(kind, IntervalKind::Exploration(_)))
+                .filter(|kind| matches!(kind, RecordedIntervalKind::Exploration(_)))
                 .count(),
             1
         );

@@ -79,8 +79,8 @@ fn without_a_configuration_it_says_how_to_get_one() {
         ])
         .arg(&study);
     let words = [
-        "cannot read bench.toml: describe your hardware",
-        "run --mock --print-config > bench.toml",
+        "bench.toml does not exist in this folder",
+        "run --print-config > bench.toml",
     ];
     refused_before_anything_is_made(&mut run, &study, &words);
 }
@@ -524,8 +524,9 @@ fn what_cannot_be_written_is_not_measured() {
     refused(
         &finish(&mut calibrate),
         &[
-            "nothing can be written beside",
-            "name a file in a folder of yours with --calibration",
+            "cannot write into",
+            "not there",
+            "--calibration",
         ],
     );
 }

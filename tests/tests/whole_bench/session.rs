@@ -11,7 +11,7 @@ use bench_tests::program::workspace;
 use bench_tests::recorded::Recording;
 use bench_tests::session::{SessionFolder, demo_with, finish, text, unattended};
 use recording::RecordingReader;
-use recording::manifest::{Direction, End, EventKind, IntervalKind};
+use recording::manifest::{Direction, End, EventKind, RecordedIntervalKind};
 use recording::study::event_log::{Document, ExitStatus};
 use serde_json::Value;
 
@@ -174,9 +174,9 @@ fn recording_is_complete(path: &Path, session: &SessionFolder, index: usize) {
     assert_eq!(
         kinds,
         [
-            IntervalKind::Unloaded,
-            IntervalKind::Exploration(Direction::LeftToRight),
-            IntervalKind::Exploration(Direction::RightToLeft),
+            RecordedIntervalKind::Unloaded,
+            RecordedIntervalKind::Exploration(Direction::LeftToRight),
+            RecordedIntervalKind::Exploration(Direction::RightToLeft),
         ]
     );
     let mut after_s = 0.0;

@@ -1,13 +1,13 @@
 //! Stretches of a recording with a known meaning.
 
+use protocols::Direction;
 use serde::{Deserialize, Serialize};
 
-use super::Direction;
-use super::rules::{ManifestError, finite, not_negative};
+use super::manifest_error::{ManifestError, finite, not_negative};
 
 /// What a stretch of a recording is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum IntervalKind {
+pub enum RecordedIntervalKind {
     /// No finger on the plate: where Z_p is read.
     Unloaded,
     /// The finger slides.
@@ -17,24 +17,24 @@ pub enum IntervalKind {
 /// A stretch of a recording, seconds from sample 0.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "RawInterval", into = "RawInterval")]
-pub struct Interval {
+pub struct RecordedInterval {
     /// What it is.
-    pub kind: IntervalKind,
+    pub kind: RecordedIntervalKind,
     /// Its start, seconds from sample 0.
     pub start_s: f64,
     /// Its end, seconds from sample 0.
     pub end_s: f64,
 }
 
-impl Interval {
+impl RecordedInterval {
     /// An interval of the audio clock in the time of a recording whose sample 0 is at `recording_start_s` of that clock.
     #[must_use]
     pub fn relative_to(interval: protocols::Interval, recording_start_s: f64) -> Self {
         Self {
             kind: match interval.kind {
-                protocols::IntervalKind::Unloaded => IntervalKind::Unloaded,
+                protocols::IntervalKind::Unloaded => RecordedIntervalKind::Unloaded,
                 protocols::IntervalKind::Exploration { direction } => {
-                    IntervalKind::Exploration(direction)
+                    RecordedIntervalKind::Exploration(direction)
                 }
             },
             start_s: interval.start_s - recording_start_s,
@@ -73,13 +73,15 @@ enum RawIntervalKind {
     Exploration,
 }
 
-impl TryFrom<RawInterval> for Interval {
+impl TryFrom<RawInterval> for RecordedInterval {
     type Error = &'static str;
 
     fn try_from(raw: RawInterval) -> Result<Self, Self::Error> {
         let kind = match (raw.kind, raw.direction) {
-            (RawIntervalKind::Unloaded, None) => IntervalKind::Unloaded,
-            (RawIntervalKind::Exploration, Some(direction)) => IntervalKind::Exploration(direction),
+            (RawIntervalKind::Unloaded, None) => RecordedIntervalKind::Unloaded,
+            (RawIntervalKind::Exploration, Some(direction)) => {
+                RecordedIntervalKind::Exploration(direction)
+            }
             (RawIntervalKind::Unloaded, Some(_)) => {
                 return Err("an interval of kind `unloaded` has no `direction`");
             }
@@ -97,11 +99,13 @@ impl TryFrom<RawInterval> for Interval {
     }
 }
 
-impl From<Interval> for RawInterval {
-    fn from(interval: Interval) -> Self {
+impl From<RecordedInterval> for RawInterval {
+    fn from(interval: RecordedInterval) -> Self {
         let (kind, direction) = match interval.kind {
-            IntervalKind::Unloaded => (RawIntervalKind::Unloaded, None),
-            IntervalKind::Exploration(direction) => (RawIntervalKind::Exploration, Some(direction)),
+            RecordedIntervalKind::Unloaded => (RawIntervalKind::Unloaded, None),
+            RecordedIntervalKind::Exploration(direction) => {
+                (RawIntervalKind::Exploration, Some(direction))
+            }
         };
         Self {
             kind,

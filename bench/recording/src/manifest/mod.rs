@@ -3,27 +3,26 @@
 //! Peak amplitudes and exp(+iωt) throughout. The tables `channels`, `plate` and `intervals` are fixed; `participant`,
 //! `trial`, `hardware`, `software` and `events` are written by this bench and may be absent in a recording made elsewhere.
 
-mod event;
 mod interval;
+mod manifest_error;
 mod origin;
-mod rules;
+mod recording_event;
 #[cfg(test)]
 mod tests;
 mod transducers;
 
-pub use event::{Event, EventKind, QUIET_S};
-pub use interval::{Interval, IntervalKind};
-pub use origin::{Calibration, End, Hardware, MAX_SEED, Participant, Software, Trial};
+pub use interval::{RecordedInterval, RecordedIntervalKind};
+pub use manifest_error::{FORMAT, ManifestError, ManifestReadError};
+pub use origin::{
+    CalibrationReference, End, MAX_SEED, Participant, RecordedHardware, Software, Trial,
+};
 pub use protocols::Direction;
-pub use rules::{ManifestError, ManifestReadError};
-pub use transducers::{Channels, DriveChannel, PickupChannel, Plate};
+pub use recording_event::{EventKind, QUIET_S, RecordingEvent};
+pub use transducers::{RecordedChannels, RecordedDrive, RecordedPickup, RecordedPlate};
 
 use serde::{Deserialize, Serialize};
 
-use rules::{finite, from_one, not_negative, not_zero, positive, within};
-
-/// The version of `recording.toml` that this crate writes and reads.
-pub const FORMAT: u32 = 1;
+use manifest_error::{finite, from_one, not_negative, not_zero, positive, within};
 
 /// The content of `recording.toml`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -38,12 +37,12 @@ pub struct Manifest {
     /// Modulation index, 0 to 1: A(t) = A_mean (1 + index · sin 2πft).
     pub modulation_index: f64,
     /// The two channels that the impedance is read from.
-    pub channels: Channels,
+    pub channels: RecordedChannels,
     /// The plate that the finger rests on.
-    pub plate: Plate,
+    pub plate: RecordedPlate,
     /// Stretches of the recording with a known meaning.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub intervals: Vec<Interval>,
+    pub intervals: Vec<RecordedInterval>,
     /// Who took part.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub participant: Option<Participant>,
@@ -52,13 +51,13 @@ pub struct Manifest {
     pub trial: Option<Trial>,
     /// What it was recorded with.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub hardware: Option<Hardware>,
+    pub hardware: Option<RecordedHardware>,
     /// What wrote it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub software: Option<Software>,
     /// What happened during the recording.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub events: Vec<Event>,
+    pub events: Vec<RecordingEvent>,
 }
 
 impl Manifest {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::rules::{ManifestError, from_one, refused};
+use super::manifest_error::{ManifestError, from_one, refused};
 
 /// Seeds are TOML integers: at most 2⁶³ − 1.
 pub const MAX_SEED: u64 = i64::MAX as u64;
@@ -13,7 +13,7 @@ pub const MAX_SEED: u64 = i64::MAX as u64;
 pub struct Participant {
     /// Pseudonym, such as `sub-01`.
     pub id: String,
-    /// Session of this participant, from 1.
+    /// SessionFolder of this participant, from 1.
     pub session: u32,
 }
 
@@ -70,7 +70,7 @@ pub enum End {
 /// What a recording was made with.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Hardware {
+pub struct RecordedHardware {
     /// Audio input device.
     pub input_device: String,
     /// Audio output device.
@@ -89,17 +89,28 @@ pub struct Hardware {
     pub position_sensor: Option<String>,
     /// Whether the constants were taken from the configuration instead of a calibration.
     pub uncalibrated: bool,
+    /// Names of the hardware stops that the preflight did not require, such as `estop`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub waived: Vec<String>,
+    /// Name of the person who waived them; absent if and only if none is waived.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub waived_by: Option<String>,
     /// The calibration in use; absent if and only if `uncalibrated`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub calibration: Option<Calibration>,
+    pub calibration: Option<CalibrationReference>,
 }
 
-impl Hardware {
+impl RecordedHardware {
     pub(super) fn validate(&self) -> Result<(), ManifestError> {
         from_one("hardware.sample_rate_hz", self.sample_rate_hz)?;
         if self.uncalibrated == self.calibration.is_some() {
             return Err(ManifestError::Calibration {
                 uncalibrated: self.uncalibrated,
+            });
+        }
+        if self.waived.is_empty() == self.waived_by.is_some() {
+            return Err(ManifestError::Waiver {
+                waived: self.waived.clone(),
             });
         }
         Ok(())
@@ -109,7 +120,7 @@ impl Hardware {
 /// Which calibration the constants come from.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Calibration {
+pub struct CalibrationReference {
     /// Its label.
     pub label: String,
     /// Hash of the calibration file.

@@ -82,7 +82,7 @@ fn a_recording_made_elsewhere_needs_the_fixed_tables_only() {
     assert_eq!(manifest.channels.pickup.metres_per_unit, 2.0e-6);
     assert_eq!(
         manifest.intervals[1].kind,
-        IntervalKind::Exploration(Direction::LeftToRight)
+        RecordedIntervalKind::Exploration(Direction::LeftToRight)
     );
     assert_eq!(manifest.trial, None);
 }
@@ -167,6 +167,16 @@ fn every_rule_refuses_with_line_value_and_range() {
         ("session = 1", "session = 0", "from 1"),
         ("attempt = 1", "attempt = 0", "from 1"),
         ("uncalibrated = true", "uncalibrated = false", "absent"),
+        (
+            "uncalibrated = true",
+            "uncalibrated = true\nwaived = [\"estop\"]",
+            "`hardware.waived_by` is absent",
+        ),
+        (
+            "uncalibrated = true",
+            "uncalibrated = true\nwaived_by = \"A. Tester\"",
+            "`hardware.waived_by` is present",
+        ),
     ] {
         assert!(whole.contains(right), "{right}");
         let text = whole.replacen(right, wrong, 1);

@@ -6,17 +6,17 @@ use serde::{Deserialize, Serialize};
 /// The channels of `signals.wav` by meaning.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Channels {
+pub struct RecordedChannels {
     /// Voltage across the actuators, read back.
-    pub drive: DriveChannel,
+    pub drive: RecordedDrive,
     /// Displacement of the plate.
-    pub pickup: PickupChannel,
+    pub pickup: RecordedPickup,
 }
 
 /// The drive read back.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct DriveChannel {
+pub struct RecordedDrive {
     /// Channel in `signals.wav`, from 0.
     pub index: u16,
     /// Actuator volts per sample value.
@@ -29,10 +29,10 @@ pub struct DriveChannel {
 /// The plate's displacement: x̃ = metres_per_unit · sample · exp(+i·phase_rad).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct PickupChannel {
+pub struct RecordedPickup {
     /// Channel in `signals.wav`, from 0.
     pub index: u16,
-    /// Plate displacement per sample value at the carrier, metres, peak for peak.
+    /// RecordedPlate displacement per sample value at the carrier, metres, peak for peak.
     pub metres_per_unit: f64,
     /// Phase of the displacement relative to the sample values, radians.
     pub phase_rad: f64,
@@ -44,7 +44,7 @@ pub struct PickupChannel {
 /// The plate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Plate {
+pub struct RecordedPlate {
     /// Resonance frequency of the driven mode, Hz.
     pub resonance_hz: f64,
     /// Modal mass m_p, kg.
@@ -55,7 +55,7 @@ pub struct Plate {
     pub centre_m: f64,
 }
 
-impl Plate {
+impl RecordedPlate {
     /// Its constants as impedances are read with. A negative force factor is a phase of half a turn, which is not among them.
     pub fn constants(&self) -> PlateConstants {
         PlateConstants {

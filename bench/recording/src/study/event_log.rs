@@ -23,7 +23,7 @@ pub enum Document {
     /// What the events of one stream hold.
     Descriptor(Descriptor),
     /// Something happened.
-    Event(Event),
+    Event(LogEvent),
     /// The session ended.
     Stop(Stop),
 }
@@ -37,7 +37,7 @@ pub struct Start {
     pub resumed: bool,
     /// Participant's identifier.
     pub participant: String,
-    /// Session, from 1.
+    /// SessionFolder, from 1.
     pub session: u32,
     /// Name of the protocol.
     pub protocol: String,
@@ -78,7 +78,7 @@ pub struct DataKey {
 
 /// Something that happened.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Event {
+pub struct LogEvent {
     /// Name of the stream.
     pub stream: String,
     /// Number within the log, from 1 and rising by 1.
@@ -248,7 +248,7 @@ impl EventLog {
         audio_s: f64,
         data: Map<String, Value>,
     ) -> Result<(), EventLogError> {
-        self.append(&Document::Event(Event {
+        self.append(&Document::Event(LogEvent {
             stream: stream.to_owned(),
             seq_num: self.events + 1,
             time,

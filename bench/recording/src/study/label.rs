@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 /// Whether a trial counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Block {
+pub enum TrialBlock {
     /// To get used to the task; not analysed.
     Practice,
     /// Of the experiment.
@@ -16,7 +16,7 @@ pub enum Block {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct TrialLabel {
     /// Whether it counts.
-    pub block: Block,
+    pub block: TrialBlock,
     /// Number among its sort, from 1.
     pub number: u32,
     /// Attempt, from 1.
@@ -28,9 +28,9 @@ impl TrialLabel {
     #[must_use]
     pub fn new(key: &protocols::TrialKey, practice_trials: u32) -> Self {
         let (block, number) = if key.practice {
-            (Block::Practice, key.number)
+            (TrialBlock::Practice, key.number)
         } else {
-            (Block::Main, key.number.saturating_sub(practice_trials))
+            (TrialBlock::Main, key.number.saturating_sub(practice_trials))
         };
         Self {
             block,
@@ -43,8 +43,8 @@ impl TrialLabel {
     #[must_use]
     pub fn number_in_session(&self, practice_trials: u32) -> u32 {
         match self.block {
-            Block::Practice => self.number,
-            Block::Main => self.number.saturating_add(practice_trials),
+            TrialBlock::Practice => self.number,
+            TrialBlock::Main => self.number.saturating_add(practice_trials),
         }
     }
 }
@@ -57,8 +57,8 @@ impl fmt::Display for TrialLabel {
             attempt,
         } = self;
         match block {
-            Block::Practice => write!(f, "practice-{number:02}_attempt-{attempt}"),
-            Block::Main => write!(f, "trial-{number:03}_attempt-{attempt}"),
+            TrialBlock::Practice => write!(f, "practice-{number:02}_attempt-{attempt}"),
+            TrialBlock::Main => write!(f, "trial-{number:03}_attempt-{attempt}"),
         }
     }
 }
@@ -79,9 +79,9 @@ impl FromStr for TrialLabel {
     fn from_str(name: &str) -> Result<Self, Self::Err> {
         let parse = || {
             let (block, rest) = if let Some(rest) = name.strip_prefix("practice-") {
-                (Block::Practice, rest)
+                (TrialBlock::Practice, rest)
             } else {
-                (Block::Main, name.strip_prefix("trial-")?)
+                (TrialBlock::Main, name.strip_prefix("trial-")?)
             };
             let (number, attempt) = rest.split_once("_attempt-")?;
             let label = Self {
@@ -110,9 +110,12 @@ mod tests {
             number,
             attempt,
         };
-        assert_eq!(label(Block::Main, 3, 1).to_string(), "trial-003_attempt-1");
         assert_eq!(
-            label(Block::Practice, 1, 2).to_string(),
+            label(TrialBlock::Main, 3, 1).to_string(),
+            "trial-003_attempt-1"
+        );
+        assert_eq!(
+            label(TrialBlock::Practice, 1, 2).to_string(),
             "practice-01_attempt-2"
         );
     }
@@ -136,7 +139,7 @@ mod tests {
     proptest! {
         #[test]
         fn a_label_reads_back(practice: bool, number in 1u32.., attempt in 1u32..) {
-            let block = if practice { Block::Practice } else { Block::Main };
+            let block = if practice { TrialBlock::Practice } else { TrialBlock::Main };
             let label = TrialLabel { block, number, attempt };
             prop_assert_eq!(label.to_string().parse(), Ok(label));
         }

@@ -12,7 +12,8 @@
 pub mod event_log;
 mod label;
 mod room;
-mod session;
+mod session_folder;
+mod study_error;
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
@@ -22,120 +23,18 @@ use protocols::ParticipantId;
 use serde::{Deserialize, Serialize};
 
 pub use event_log::{Document, EventLog, EventLogError};
-pub use label::{Block, TrialLabel};
+pub use label::{TrialBlock, TrialLabel};
 pub use room::{DataRates, free_bytes, require_room};
-pub use session::{RecordedTrial, Session};
+pub use session_folder::{RecordedTrial, SessionFolder};
+pub use study_error::{DESCRIPTION_FILE, PARTICIPANTS_FILE, StudyError};
 
-use crate::DiskError;
 use crate::disk::{self, OnPath};
-use crate::lock::{self, Lock};
+use crate::lock::Lock;
 
-/// What the study is, in the manner of BIDS.
-pub const DESCRIPTION_FILE: &str = "dataset_description.json";
-/// One line per participant.
-pub const PARTICIPANTS_FILE: &str = "participants.tsv";
 /// Locked by the instance that works on the study.
 pub const LOCK_FILE: &str = ".friction-bench.lock";
 
 const PARTICIPANTS_HEADER: &str = "participant_id\tfirst_session_date\tprotocol\n";
-
-/// Why a study cannot be used.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum StudyError {
-    /// The operating system refused.
-    #[error(transparent)]
-    Disk(#[from] DiskError),
-    /// The log of a session.
-    #[error(transparent)]
-    Log(#[from] EventLogError),
-    /// The folder is not empty and no study.
-    #[error(
-        "{} is not a study: it holds files but no {DESCRIPTION_FILE}; name an empty or a new folder with `--study`",
-        path.display()
-    )]
-    NotAStudy {
-        /// The folder.
-        path: PathBuf,
-    },
-    /// The study's description cannot be read.
-    #[error("{}: {reason}", path.display())]
-    Description {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        reason: String,
-    },
-    /// Another instance works on the study.
-    #[error("study {} is in use by another friction-bench{}; end that one first", path.display(), lock::holder(*.holder))]
-    InUse {
-        /// The study.
-        path: PathBuf,
-        /// Process that holds the lock, if it left its number.
-        holder: Option<u32>,
-    },
-    /// The session was held already.
-    #[error(
-        "{} exists already and is never overwritten; go on with it by `--resume`, or begin session {next} by `--new-session`",
-        path.display()
-    )]
-    SessionExists {
-        /// The session's folder.
-        path: PathBuf,
-        /// The first free session number.
-        next: u32,
-    },
-    /// There is no such session to resume.
-    #[error("{} does not exist, so it cannot be resumed; start it without `--resume`", path.display())]
-    NoSession {
-        /// The session's folder.
-        path: PathBuf,
-    },
-    /// The session ended as it should.
-    #[error("{} has ended; begin session {next} by `--new-session`", path.display())]
-    SessionEnded {
-        /// The session's folder.
-        path: PathBuf,
-        /// The first free session number.
-        next: u32,
-    },
-    /// The trial was recorded already.
-    #[error(
-        "{} exists already and is never overwritten; go on after it by `--resume`, or record another attempt",
-        path.display()
-    )]
-    TrialExists {
-        /// The trial's folder.
-        path: PathBuf,
-    },
-    /// A text that would break `participants.tsv`.
-    #[error("{field} is {value:?}; tabs and line ends are not allowed in {PARTICIPANTS_FILE}")]
-    Tsv {
-        /// The column.
-        field: &'static str,
-        /// The text.
-        value: String,
-    },
-    /// A snapshot whose name is no plain file name.
-    #[error("a snapshot cannot be named {name:?}; a file name without folders is needed")]
-    SnapshotName {
-        /// The name.
-        name: String,
-    },
-    /// The disk has too little room.
-    #[error(
-        "{} has {:.2} GB free, but {:.2} GB are needed; make room or choose another folder with `--study`",
-        path.display(), *free as f64 / 1e9, *needed as f64 / 1e9
-    )]
-    NoRoom {
-        /// A folder on the disk.
-        path: PathBuf,
-        /// Bytes free.
-        free: u64,
-        /// Bytes needed.
-        needed: u64,
-    },
-}
 
 /// `dataset_description.json`, with the keys of BIDS.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -226,7 +125,7 @@ impl Study {
     /// # Errors
     /// The participant's folder cannot be listed.
     pub fn next_session(&self, participant: &ParticipantId) -> Result<u32, StudyError> {
-        let highest = entries(&self.folder.join(participant.as_str()))?
+        let highest = disk::entries(&self.folder.join(participant.as_str()))?
             .iter()
             .filter_map(|name| name.strip_prefix("ses-")?.parse::<u32>().ok())
             .max();
@@ -244,7 +143,7 @@ impl Study {
         session: u32,
         date: &str,
         protocol: &str,
-    ) -> Result<Session, StudyError> {
+    ) -> Result<SessionFolder, StudyError> {
         let line = participant_line(participant, date, protocol)?;
         let folder = self.session_folder(participant, session);
         let participant_folder = self.folder.join(participant.as_str());
@@ -266,7 +165,7 @@ impl Study {
         }
         disk::sync_folder(&participant_folder)?;
         disk::sync_folder(&self.folder)?;
-        Session::create(folder)
+        SessionFolder::create(folder)
     }
 
     /// Opens a session that was broken off, to go on with it.
@@ -277,12 +176,12 @@ impl Study {
         &self,
         participant: &ParticipantId,
         session: u32,
-    ) -> Result<Session, StudyError> {
+    ) -> Result<SessionFolder, StudyError> {
         let folder = self.session_folder(participant, session);
         if !folder.is_dir() {
             return Err(StudyError::NoSession { path: folder });
         }
-        let session = Session::open(folder.clone())?;
+        let session = SessionFolder::open(folder.clone())?;
         if session.has_succeeded() {
             return Err(StudyError::SessionEnded {
                 path: folder,
@@ -344,29 +243,9 @@ fn study_name(folder: &Path) -> String {
 
 /// Whether a folder holds nothing but a lock, left by an instance that was killed while it made the study.
 fn is_unused(folder: &Path) -> Result<bool, StudyError> {
-    Ok(entries(folder)?
+    Ok(disk::entries(folder)?
         .iter()
         .all(|name| name == LOCK_FILE || name.strip_suffix(".tmp") == Some(DESCRIPTION_FILE)))
-}
-
-/// Names in a folder; none if there is no such folder. Names that are not Unicode are shown with replacement characters.
-fn entries(folder: &Path) -> Result<Vec<String>, StudyError> {
-    let listing = match fs::read_dir(folder) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
-        listing => listing.on("list", folder)?,
-    };
-    let mut names = Vec::new();
-    for entry in listing {
-        names.push(
-            entry
-                .on("list", folder)?
-                .file_name()
-                .to_string_lossy()
-                .into_owned(),
-        );
-    }
-    names.sort_unstable();
-    Ok(names)
 }
 
 fn create_description(path: &Path, description: &Description) -> Result<(), StudyError> {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::StudyError;
+use super::study_error::StudyError;
 use crate::AudioFormat;
 use crate::disk::OnPath;
 

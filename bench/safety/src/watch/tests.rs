@@ -1,7 +1,7 @@
 //! The watch on a drive, lines and readings that the test sets.
 
 use super::*;
-use crate::lines::{input, output};
+use crate::safety_lines::{input, output};
 use crate::signals::DriveReading;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -63,7 +63,7 @@ struct Rig {
     ask: crossbeam_channel::Sender<SafetyCommand>,
     now_ms: u64,
     /// The force sensor says nothing that can be read.
-    mute: bool,
+    force_silent: bool,
 }
 
 impl Rig {
@@ -90,7 +90,7 @@ impl Rig {
             signals,
             ask,
             now_ms: 0,
-            mute: false,
+            force_silent: false,
         };
         rig.pass(10, |_| ());
         rig
@@ -111,7 +111,7 @@ impl Rig {
             let now_ns = self.now_ms * 1_000_000;
             self.card.frames.fetch_add(192, Ordering::Relaxed);
             self.signals.force_polled_ns.set(now_ns);
-            if !self.mute {
+            if !self.force_silent {
                 self.signals.press.set(press(0.65, now_ns));
             }
             let commanded_v = self.card.commanded_v.get().unwrap_or(0.0);
@@ -187,7 +187,7 @@ fn a_force_sensor_that_never_speaks_stops_the_drive_after_a_second() {
     let mut rig = Rig::new(SafetyLines::default());
     rig.signals = Arc::new(Signals::default());
     rig.watch.signals = rig.signals.clone();
-    rig.mute = true;
+    rig.force_silent = true;
     rig.pass(2000, |_| ());
     assert_eq!(rig.trip(), None, "nothing is armed");
     rig.ask.send(SafetyCommand::Arm).unwrap();

@@ -3,7 +3,7 @@
 use anyhow::{Context, bail};
 use config::{Gpio, GpioBackend};
 use devices::Lines;
-use safety::{Input, Output, input, output};
+use safety::{InputLine, OutputLine, input, output};
 
 /// Takes the lines that `[gpio]` names.
 ///
@@ -83,8 +83,8 @@ fn unavailable(name: &str, line: u8) -> String {
 
 fn take(
     gpio: &Gpio,
-    input: impl Fn(&'static str, u8) -> anyhow::Result<Box<dyn Input>>,
-    output: impl Fn(&'static str, u8) -> anyhow::Result<Box<dyn Output>>,
+    input: impl Fn(&'static str, u8) -> anyhow::Result<Box<dyn InputLine>>,
+    output: impl Fn(&'static str, u8) -> anyhow::Result<Box<dyn OutputLine>>,
 ) -> anyhow::Result<Lines> {
     let encoder = match (gpio.encoder_a, gpio.encoder_b) {
         (Some(a), Some(b)) => Some([input("encoder A", a)?, input("encoder B", b)?]),

@@ -6,7 +6,7 @@ use crate::analysed::RecordingError;
 use crate::clipping::Extremes;
 use crate::flaw::{Channel, Flaw};
 use crate::levels::Levels;
-use crate::record::{LONGEST_GAP_S, Record};
+use crate::measurements::{LONGEST_GAP_S, Measurements};
 use recording::manifest::Manifest;
 use recording::pipeline::{PickupOffset, Pipeline, RecordedError, Unstated};
 use recording::reader::{ReadError, RecordingReader};
@@ -17,16 +17,16 @@ const BLOCK_FRAMES: usize = 16_384;
 
 /// A recording in memory.
 #[derive(Debug)]
-pub struct Reading {
+pub struct DemodulatedRecording {
     /// What it is of.
     pub manifest: Manifest,
     /// Impedance, force and position.
-    pub record: Record,
+    pub record: Measurements,
     /// What is wrong with it.
     pub flaws: Vec<Flaw>,
 }
 
-impl Reading {
+impl DemodulatedRecording {
     /// Whether there is nothing to demodulate.
     pub fn carrier_missing(&self) -> bool {
         let missing = |flaw: &Flaw| matches!(flaw, Flaw::CarrierMissing { .. });
@@ -38,7 +38,7 @@ impl Reading {
 ///
 /// # Errors
 /// A file cannot be read, or the audio cannot be demodulated as the manifest says.
-pub fn read(folder: &Path, pickup: PickupOffset) -> Result<Reading, RecordingError> {
+pub fn read(folder: &Path, pickup: PickupOffset) -> Result<DemodulatedRecording, RecordingError> {
     let mut reader = RecordingReader::open(folder)?;
     let channels = usize::from(reader.format().channels);
     let manifest = reader.manifest().clone();
@@ -83,7 +83,7 @@ pub fn read(folder: &Path, pickup: PickupOffset) -> Result<Reading, RecordingErr
     let mut reader = RecordingReader::open(folder)?;
     let mut pipeline = Pipeline::of_recording_seen(&manifest, reader.format(), &unstated)?;
     let mut levels = Levels::new(&manifest, reader.format().sample_rate_hz);
-    let mut record = Record::default();
+    let mut record = Measurements::default();
     while reader.read_block(BLOCK_FRAMES, &mut block)? > 0 {
         let (first, before) = (pipeline.account().frames, record.frames.len());
         levels.take(first, &block, channels, [drive, piezo]);
@@ -108,7 +108,7 @@ pub fn read(folder: &Path, pickup: PickupOffset) -> Result<Reading, RecordingErr
     let position_s: Vec<f64> = record.position.iter().map(|row| row.time_s).collect();
     flaws.extend(misplaced(POSITION_FILE, &position_s, duration_s));
     record.saturated = manifest.saturated_s(reader.format().sample_rate_hz);
-    Ok(Reading {
+    Ok(DemodulatedRecording {
         manifest,
         record,
         flaws,

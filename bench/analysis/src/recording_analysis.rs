@@ -6,16 +6,16 @@ use protocols::selection::{StretchOutcome, select};
 use protocols::{Direction, Protocol, SelectionRules};
 
 use crate::analysed::{RecordingAnalysis, RecordingError, RecordingFindings, Rejected};
+use crate::analysis_settings::Settings;
+use crate::demodulated::{self, DemodulatedRecording};
 use crate::estimate::estimate;
-use crate::exploration::Exploration;
+use crate::exploration_findings::ExplorationFindings;
 use crate::flaw::Flaw;
 use crate::free_plate::{FreePlate, pickup_flaws};
+use crate::measurements::Measurements;
 use crate::model_check;
-use crate::reading::{self, Reading};
-use crate::record::Record;
-use crate::settings::Settings;
 use recording::Manifest;
-use recording::manifest::IntervalKind;
+use recording::manifest::RecordedIntervalKind;
 use recording::pipeline::PickupOffset;
 
 /// Analyses the recording in `folder`.
@@ -27,19 +27,19 @@ pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
 }
 
 fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, RecordingError> {
-    let mut reading = reading::read(folder, PickupOffset::default())?;
+    let mut reading = demodulated::read(folder, PickupOffset::default())?;
     let rules = selection_rules(folder, &reading.manifest, settings);
     let carrier_missing = reading.carrier_missing();
     let mut plate = FreePlate::read(&reading, rules.contact_n / 2.0);
     let pickup = plate.pickup_offset().unwrap_or_default();
     if pickup != PickupOffset::default() {
-        reading = reading::read(folder, pickup)?;
+        reading = demodulated::read(folder, pickup)?;
         reading
             .flaws
             .extend(pickup_flaws(pickup, &reading.manifest));
         plate = FreePlate::read(&reading, rules.contact_n / 2.0);
     }
-    let Reading {
+    let DemodulatedRecording {
         manifest,
         record,
         flaws,
@@ -97,10 +97,10 @@ fn explorations(manifest: &Manifest) -> Vec<(Direction, f64, f64)> {
         .intervals
         .iter()
         .filter_map(|interval| match interval.kind {
-            IntervalKind::Exploration(direction) => {
+            RecordedIntervalKind::Exploration(direction) => {
                 Some((direction, interval.start_s, interval.end_s))
             }
-            IntervalKind::Unloaded => None,
+            RecordedIntervalKind::Unloaded => None,
         })
         .collect();
     explorations.sort_by(|a, b| a.1.total_cmp(&b.1));
@@ -134,7 +134,7 @@ impl RecordingFindings {
     /// Estimates what is selected of an exploration, and says of everything else why not.
     fn explore(
         &mut self,
-        record: &Record,
+        record: &Measurements,
         direction: Direction,
         span: (f64, f64),
         settings: &Settings,
@@ -169,7 +169,7 @@ impl RecordingFindings {
                 }
             }
         }
-        let exploration = Exploration::new(series, direction, span, stretches);
+        let exploration = ExplorationFindings::new(series, direction, span, stretches);
         self.explorations.push(exploration);
     }
 }

@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use plotters::backend::SVGBackend;
 use plotters_backend::DrawingErrorKind;
 
-use crate::FigureError;
 use crate::bitmap::Bitmap;
 use crate::draw::draw;
+use crate::figure_error::FigureError;
 use crate::font::Typeface;
 use crate::layout::lay_out;
 use crate::pen::Pen;

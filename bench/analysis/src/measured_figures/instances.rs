@@ -4,8 +4,8 @@ use super::elements::{
     ABS_Z_M, AMPLITUDE, FRICTION, GAP, MEASURED, MICRO, STIFFNESS, assumed, points, thinned,
 };
 use crate::analysed::RecordingFindings;
+use crate::analysis_settings::Settings;
 use crate::estimate::{InstanceAnalysis, Method};
-use crate::settings::Settings;
 use figures::{Axis, Figure, Key, Panel, Series};
 use figures::{Dash, Ink, Marker, Width};
 

@@ -13,7 +13,7 @@ pub const SMOOTHING_HZ: f64 = 100.0;
 
 /// Acquired data; times in seconds of one clock, each list in order.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Record {
+pub struct Measurements {
     /// Impedance frames, evenly spaced.
     pub frames: Vec<ZmFrame>,
     /// Force readings.
@@ -26,7 +26,7 @@ pub struct Record {
 
 /// What accompanies the impedance at each frame of an interval. NaN where it was not measured.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Series {
+pub struct FrameSeries {
     /// Times of the frames, s.
     pub time_s: Vec<f64>,
     /// The frames themselves.
@@ -45,7 +45,7 @@ pub struct Series {
     pub validity: Vec<Validity>,
 }
 
-impl Series {
+impl FrameSeries {
     /// As the selection takes it.
     pub fn exploration(&self, direction: Direction) -> ExplorationSeries<'_> {
         ExplorationSeries {
@@ -60,7 +60,7 @@ impl Series {
     }
 }
 
-impl Record {
+impl Measurements {
     /// From the first to the last frame, s; empty without frames.
     pub fn span_s(&self) -> (f64, f64) {
         let ends = self.frames.first().zip(self.frames.last());
@@ -149,7 +149,7 @@ impl Record {
     }
 
     /// Everything at the frames from `start_s` to `end_s`.
-    pub fn series(&self, start_s: f64, end_s: f64) -> Series {
+    pub fn series(&self, start_s: f64, end_s: f64) -> FrameSeries {
         let inside = |frame: &&ZmFrame| (start_s..=end_s).contains(&frame.time_s);
         let frames: Vec<ZmFrame> = self.frames.iter().filter(inside).copied().collect();
         let time_s: Vec<f64> = frames.iter().map(|frame| frame.time_s).collect();
@@ -161,7 +161,7 @@ impl Record {
             |row| row.position_m,
             &time_s,
         );
-        Series {
+        FrameSeries {
             amplitude_m: frames.iter().map(|frame| frame.amplitude_m).collect(),
             velocity_m_per_s: derivative(&time_s, &position_m),
             validity: frames

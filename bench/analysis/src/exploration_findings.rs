@@ -4,11 +4,11 @@ use impedance::ZmFrame;
 use num_complex::Complex64;
 use protocols::{Direction, Stretch, Validity};
 
-use crate::record::Series;
+use crate::measurements::FrameSeries;
 
 /// Everything measured during an exploration, on the times of the impedance frames, and what was selected from it.
 #[derive(Debug, Clone)]
-pub struct Exploration {
+pub struct ExplorationFindings {
     /// Which way the finger slides.
     pub direction: Direction,
     /// Start, s.
@@ -39,10 +39,10 @@ pub struct Exploration {
     pub stretches: Vec<Stretch>,
 }
 
-impl Exploration {
+impl ExplorationFindings {
     /// Of the series from `start_s` to `end_s`, from which `stretches` were selected.
     pub fn new(
-        series: Series,
+        series: FrameSeries,
         direction: Direction,
         (start_s, end_s): (f64, f64),
         stretches: Vec<Stretch>,

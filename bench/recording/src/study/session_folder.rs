@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::event_log::{EventLog, ExitStatus, LogContent};
 use super::label::TrialLabel;
-use super::{StudyError, entries};
+use super::study_error::StudyError;
 use crate::Manifest;
 use crate::disk;
 use crate::reader::{self, ReadError};
@@ -14,7 +14,7 @@ pub const EVENTS_FILE: &str = "events.jsonl";
 
 /// A session to record into.
 #[derive(Debug)]
-pub struct Session {
+pub struct SessionFolder {
     folder: PathBuf,
     log: EventLog,
     before: LogContent,
@@ -31,7 +31,7 @@ pub struct RecordedTrial {
     pub manifest: Result<Manifest, ReadError>,
 }
 
-impl Session {
+impl SessionFolder {
     pub(super) fn create(folder: PathBuf) -> Result<Self, StudyError> {
         Ok(Self {
             log: EventLog::create(folder.join(EVENTS_FILE))?,
@@ -142,7 +142,7 @@ impl Session {
     /// # Errors
     /// The folder cannot be listed.
     pub fn recorded_labels(&self) -> Result<Vec<TrialLabel>, StudyError> {
-        let names = entries(&self.folder)?;
+        let names = disk::entries(&self.folder)?;
         Ok(names.iter().filter_map(|name| name.parse().ok()).collect())
     }
 }

@@ -3,8 +3,8 @@
 use contact::fit::EstimatedSeries;
 use figures::{Dash, Ink, Marker, Series};
 
+use crate::analysis_settings::Settings;
 use crate::estimate::Method;
-use crate::settings::Settings;
 
 pub(super) const MICRO: f64 = 1e6;
 pub(super) const AMPLITUDE: &str = "Vibration amplitude (µm)";
@@ -76,4 +76,4 @@ pub(super) fn points(method: Method, points: Vec<(f64, f64)>) -> Series {
 }
 
 /// An estimated quantity and its standard error, sample by sample.
-pub(super) type Quantity = fn(&EstimatedSeries) -> (&[f64], &[f64]);
+pub(super) type EstimatedQuantity = fn(&EstimatedSeries) -> (&[f64], &[f64]);

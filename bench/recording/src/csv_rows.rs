@@ -25,7 +25,7 @@ pub struct PositionRow {
 /// A row of a CSV file with a fixed header, time first.
 ///
 /// Times are written to 1 ns and values as the shortest decimal of the nearest `f32` (relative error under 1.2e-7).
-pub trait Row: Sized + Copy {
+pub trait CsvRow: Sized + Copy {
     /// The columns; the first is the time.
     const COLUMNS: &'static [&'static str];
 
@@ -39,7 +39,7 @@ pub trait Row: Sized + Copy {
     fn write_line(&self, line: &mut Vec<u8>);
 }
 
-impl Row for ForceRow {
+impl CsvRow for ForceRow {
     const COLUMNS: &'static [&'static str] = &["time_s", "normal_n", "lateral_n"];
 
     fn time_s(&self) -> f64 {
@@ -62,7 +62,7 @@ impl Row for ForceRow {
     }
 }
 
-impl Row for PositionRow {
+impl CsvRow for PositionRow {
     const COLUMNS: &'static [&'static str] = &["time_s", "position_m"];
 
     fn time_s(&self) -> f64 {
@@ -99,7 +99,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn line(row: &impl Row) -> String {
+    fn line(row: &impl CsvRow) -> String {
         let mut line = Vec::new();
         row.write_line(&mut line);
         String::from_utf8(line).unwrap()

@@ -3,7 +3,7 @@
 mod agreement;
 mod elements;
 mod instances;
-mod trial;
+mod typical_trial;
 mod variation;
 
 use figures::Figure;
@@ -11,10 +11,10 @@ use figures::Figure;
 use crate::analysed::{Analysed, RecordingFindings};
 
 /// Those that these recordings can give: without an instance, only the trial in time; without an exploration, none.
-pub fn measured(analysed: &Analysed) -> Vec<Figure> {
+pub fn measured_figures(analysed: &Analysed) -> Vec<Figure> {
     let mut figures = Vec::new();
     if let Some(typical) = typical(analysed) {
-        figures.extend(trial::figure(typical, &analysed.settings));
+        figures.extend(typical_trial::figure(typical, &analysed.settings));
         figures.extend(instances::figure(typical, &analysed.settings));
     }
     if analysed.instances().next().is_some() {

@@ -5,13 +5,13 @@ use protocols::{
     ExplorationAnalysis, Interval, IntervalKind, SelectionRules, TrialAnalysis, TrialKey,
 };
 
-use crate::record::Record;
+use crate::measurements::Measurements;
 
 /// Selects the instances of every exploration and takes the means that a verdict needs. Drop-outs are the caller's to count.
 pub fn analyse(
     key: &TrialKey,
     intervals: &[Interval],
-    record: &Record,
+    record: &Measurements,
     rules: &SelectionRules,
 ) -> TrialAnalysis {
     let mut unloaded_mean_normal_n = None;

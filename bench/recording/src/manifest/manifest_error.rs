@@ -4,7 +4,8 @@ use std::ops::RangeInclusive;
 
 use strict::TomlError;
 
-use super::FORMAT;
+/// Version of `recording.toml` that this crate writes and reads.
+pub const FORMAT: u32 = 1;
 
 /// Why a `recording.toml` cannot be read.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -85,6 +86,12 @@ pub enum ManifestError {
         /// The flag.
         uncalibrated: bool,
     },
+    /// Waived hardware stops without the person who waived them, or the reverse.
+    #[error("`hardware.waived` has {} names, but `hardware.waived_by` is {}", waived.len(), if waived.is_empty() { "present" } else { "absent" })]
+    Waiver {
+        /// The waived hardware stops.
+        waived: Vec<String>,
+    },
     /// A channel beyond those of the audio file.
     #[error("`{key}` is {index}, but signals.wav has {channels} channels, counted from 0")]
     NoSuchChannel {
@@ -92,7 +99,7 @@ pub enum ManifestError {
         key: &'static str,
         /// Its value.
         index: u16,
-        /// Channels in the audio file.
+        /// RecordedChannels in the audio file.
         channels: u16,
     },
     /// `hardware.channel_names` does not name every channel.
@@ -100,7 +107,7 @@ pub enum ManifestError {
     ChannelNames {
         /// Number of names.
         names: usize,
-        /// Channels in the audio file.
+        /// RecordedChannels in the audio file.
         channels: u16,
     },
     /// `hardware.sample_rate_hz` differs from the audio file's.
@@ -136,6 +143,8 @@ impl ManifestError {
             Self::IntervalOrder { index, .. } => format!("intervals.{index}.end_s"),
             Self::SameChannel { .. } => "channels.pickup.index".to_owned(),
             Self::Calibration { .. } => "hardware.uncalibrated".to_owned(),
+            Self::Waiver { waived } if waived.is_empty() => "hardware.waived_by".to_owned(),
+            Self::Waiver { .. } => "hardware.waived".to_owned(),
             Self::NoSuchChannel { key, .. } => (*key).to_owned(),
             Self::ChannelNames { .. } => "hardware.channel_names".to_owned(),
             Self::SampleRate { .. } => "hardware.sample_rate_hz".to_owned(),

@@ -2,11 +2,11 @@
 
 use contact::self_sensed;
 
-use super::elements::{ABS_Z_M, GAP, MICRO, Quantity, assumed, dash, ink, line};
+use super::elements::{ABS_Z_M, EstimatedQuantity, GAP, MICRO, assumed, dash, ink, line};
 use crate::analysed::RecordingFindings;
+use crate::analysis_settings::Settings;
 use crate::estimate::{InstanceAnalysis, Method};
-use crate::exploration::Exploration;
-use crate::settings::Settings;
+use crate::exploration_findings::ExplorationFindings;
 use figures::{Axis, Figure, Key, Panel, Series};
 use figures::{Dash, Ink, Width};
 
@@ -134,7 +134,7 @@ pub(super) fn figure(found: &RecordingFindings, settings: &Settings) -> Option<F
 
 fn instances<'a>(
     found: &'a RecordingFindings,
-    exploration: &'a Exploration,
+    exploration: &'a ExplorationFindings,
 ) -> impl Iterator<Item = &'a InstanceAnalysis> {
     let span = exploration.start_s..=exploration.end_s;
     found
@@ -144,7 +144,10 @@ fn instances<'a>(
 }
 
 /// The normal force that impedance and amplitude tell, N.
-fn sensed_normal_n(found: &RecordingFindings, exploration: &Exploration) -> Option<Vec<f64>> {
+fn sensed_normal_n(
+    found: &RecordingFindings,
+    exploration: &ExplorationFindings,
+) -> Option<Vec<f64>> {
     let sensed = self_sensed::normal_force(
         found.first_finger()?,
         exploration.interval_s()?,
@@ -155,7 +158,11 @@ fn sensed_normal_n(found: &RecordingFindings, exploration: &Exploration) -> Opti
 }
 
 /// Curves and standard errors of both methods, broken between instances.
-fn estimates(instances: &[&InstanceAnalysis], quantity: Quantity, factor: f64) -> Vec<Series> {
+fn estimates(
+    instances: &[&InstanceAnalysis],
+    quantity: EstimatedQuantity,
+    factor: f64,
+) -> Vec<Series> {
     let of = |method: Method| {
         let mut curve = Vec::new();
         let mut band = Vec::new();

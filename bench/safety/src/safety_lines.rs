@@ -13,7 +13,7 @@ pub struct GpioError {
 }
 
 /// An input line, whatever its backend.
-pub trait Input: Send {
+pub trait InputLine: Send {
     /// Level now.
     ///
     /// # Errors
@@ -22,7 +22,7 @@ pub trait Input: Send {
 }
 
 /// An output line, whatever its backend.
-pub trait Output: Send {
+pub trait OutputLine: Send {
     /// Drives the line.
     ///
     /// # Errors
@@ -35,7 +35,7 @@ struct Named<P> {
     pin: P,
 }
 
-impl<P: InputPin + Send> Input for Named<P> {
+impl<P: InputPin + Send> InputLine for Named<P> {
     fn is_high(&mut self) -> Result<bool, GpioError> {
         self.pin.is_high().map_err(|error| GpioError {
             line: self.line,
@@ -44,7 +44,7 @@ impl<P: InputPin + Send> Input for Named<P> {
     }
 }
 
-impl<P: OutputPin + Send> Output for Named<P> {
+impl<P: OutputPin + Send> OutputLine for Named<P> {
     fn set(&mut self, high: bool) -> Result<(), GpioError> {
         let set = if high {
             self.pin.set_high()
@@ -59,12 +59,12 @@ impl<P: OutputPin + Send> Output for Named<P> {
 }
 
 /// Names an embedded-hal input pin for the bench.
-pub fn input(line: &'static str, pin: impl InputPin + Send + 'static) -> Box<dyn Input> {
+pub fn input(line: &'static str, pin: impl InputPin + Send + 'static) -> Box<dyn InputLine> {
     Box::new(Named { line, pin })
 }
 
 /// Names an embedded-hal output pin for the bench.
-pub fn output(line: &'static str, pin: impl OutputPin + Send + 'static) -> Box<dyn Output> {
+pub fn output(line: &'static str, pin: impl OutputPin + Send + 'static) -> Box<dyn OutputLine> {
     Box::new(Named { line, pin })
 }
 
@@ -72,9 +72,9 @@ pub fn output(line: &'static str, pin: impl OutputPin + Send + 'static) -> Box<d
 #[derive(Default)]
 pub struct SafetyLines {
     /// Emergency stop: a closed loop reads high, pressed or cut reads low.
-    pub estop: Option<Box<dyn Input>>,
+    pub estop: Option<Box<dyn InputLine>>,
     /// Amplifier enable, high = on.
-    pub enable: Option<Box<dyn Output>>,
+    pub enable: Option<Box<dyn OutputLine>>,
     /// Heartbeat into the amplifier's retriggerable one-shot.
-    pub heartbeat: Option<Box<dyn Output>>,
+    pub heartbeat: Option<Box<dyn OutputLine>>,
 }

@@ -9,7 +9,7 @@ pub const QUIET_S: f64 = 0.5;
 /// Something that happened at a sample of a recording.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Event {
+pub struct RecordingEvent {
     /// What happened.
     pub kind: EventKind,
     /// Frame of `signals.wav` at which it happened, from 0.

@@ -1,0 +1,26 @@
+//! Why a figure cannot be made.
+
+use std::path::PathBuf;
+
+/// A figure that could not be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FigureError {
+    /// The typeface that is compiled in cannot be read.
+    #[error("the built-in typeface is damaged; rebuild the program")]
+    Typeface,
+    /// The drawing library failed.
+    #[error("cannot draw the figure")]
+    Drawing(#[source] Box<dyn std::error::Error + Send + Sync>),
+    /// The PNG encoder failed.
+    #[error("cannot encode the figure as PNG")]
+    Png(#[from] png::EncodingError),
+    /// A file cannot be written.
+    #[error("cannot write {}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+}

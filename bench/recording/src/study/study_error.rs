@@ -1,0 +1,109 @@
+//! Why a study or a session of it cannot be used.
+
+use std::path::PathBuf;
+
+use super::event_log::EventLogError;
+use crate::DiskError;
+use crate::lock;
+
+/// What the study is, in the manner of BIDS.
+pub const DESCRIPTION_FILE: &str = "dataset_description.json";
+/// One line per participant.
+pub const PARTICIPANTS_FILE: &str = "participants.tsv";
+/// Why a study cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StudyError {
+    /// The operating system refused.
+    #[error(transparent)]
+    Disk(#[from] DiskError),
+    /// The log of a session.
+    #[error(transparent)]
+    Log(#[from] EventLogError),
+    /// The folder is not empty and no study.
+    #[error(
+        "{} is not a study: it holds files but no {DESCRIPTION_FILE}; name an empty or a new folder with `--study`",
+        path.display()
+    )]
+    NotAStudy {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The study's description cannot be read.
+    #[error("{}: {reason}", path.display())]
+    Description {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// Another instance works on the study.
+    #[error("study {} is in use by another friction-bench{}; end that one first", path.display(), lock::holder(*.holder))]
+    InUse {
+        /// The study.
+        path: PathBuf,
+        /// Process that holds the lock, if it left its number.
+        holder: Option<u32>,
+    },
+    /// The session was held already.
+    #[error(
+        "{} exists already and is never overwritten; go on with it by `--resume`, or begin session {next} by `--new-session`",
+        path.display()
+    )]
+    SessionExists {
+        /// The session's folder.
+        path: PathBuf,
+        /// The first free session number.
+        next: u32,
+    },
+    /// There is no such session to resume.
+    #[error("{} does not exist, so it cannot be resumed; start it without `--resume`", path.display())]
+    NoSession {
+        /// The session's folder.
+        path: PathBuf,
+    },
+    /// The session ended as it should.
+    #[error("{} has ended; begin session {next} by `--new-session`", path.display())]
+    SessionEnded {
+        /// The session's folder.
+        path: PathBuf,
+        /// The first free session number.
+        next: u32,
+    },
+    /// The trial was recorded already.
+    #[error(
+        "{} exists already and is never overwritten; go on after it by `--resume`, or record another attempt",
+        path.display()
+    )]
+    TrialExists {
+        /// The trial's folder.
+        path: PathBuf,
+    },
+    /// A text that would break `participants.tsv`.
+    #[error("{field} is {value:?}; tabs and line ends are not allowed in {PARTICIPANTS_FILE}")]
+    Tsv {
+        /// The column.
+        field: &'static str,
+        /// The text.
+        value: String,
+    },
+    /// A snapshot whose name is no plain file name.
+    #[error("a snapshot cannot be named {name:?}; a file name without folders is needed")]
+    SnapshotName {
+        /// The name.
+        name: String,
+    },
+    /// The disk has too little room.
+    #[error(
+        "{} has {:.2} GB free, but {:.2} GB are needed; make room or choose another folder with `--study`",
+        path.display(), *free as f64 / 1e9, *needed as f64 / 1e9
+    )]
+    NoRoom {
+        /// A folder on the disk.
+        path: PathBuf,
+        /// Bytes free.
+        free: u64,
+        /// Bytes needed.
+        needed: u64,
+    },
+}

@@ -34,12 +34,13 @@ fn recording(folder: &Path) -> &'static [Vec<u8>; 4] {
     &CONTENTS
 }
 
-/// What a reader gives of each stream, up to its first error; `None` where the stream, or the recording, does not open.
+/// What a reader gives of each stream, bit for bit, up to its first error; `None` where the stream, or the recording, does
+/// not open.
 #[derive(Debug, Default, PartialEq)]
 struct Streams {
-    signals: Option<Vec<f32>>,
-    force: Option<Vec<ForceRow>>,
-    position: Option<Vec<PositionRow>>,
+    signals: Option<Vec<u32>>,
+    force: Option<Vec<[u64; 3]>>,
+    position: Option<Vec<[u64; 2]>>,
 }
 
 fn read_everything(folder: &Path) -> Streams {
@@ -48,15 +49,17 @@ fn read_everything(folder: &Path) -> Streams {
     };
     let (mut signals, mut block) = (Vec::new(), Vec::new());
     while reader.read_block(100, &mut block).is_ok_and(|n| n > 0) {
-        signals.extend_from_slice(&block);
+        signals.extend(block.iter().map(|sample| sample.to_bits()));
     }
     let force = reader.force().map(|mut rows| {
-        let read: Vec<ForceRow> = rows.by_ref().map_while(Result::ok).collect();
+        let bits = |row: ForceRow| [row.time_s, row.normal_n, row.lateral_n].map(f64::to_bits);
+        let read = rows.by_ref().map_while(Result::ok).map(bits).collect();
         let _ = rows.warnings();
         read
     });
     let position = reader.position().map(|mut rows| {
-        let read: Vec<PositionRow> = rows.by_ref().map_while(Result::ok).collect();
+        let bits = |row: PositionRow| [row.time_s, row.position_m].map(f64::to_bits);
+        let read = rows.by_ref().map_while(Result::ok).map(bits).collect();
         let _ = rows.warnings();
         read
     });

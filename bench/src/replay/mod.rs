@@ -19,6 +19,7 @@ use protocols::{Direction, SelectionRules, Stretch};
 use tui::event::{LogLevel, PhaseKind, PhaseView, SafetyState, SystemHealth};
 
 use analysis::Settings;
+use analysis::flaw::Flaw;
 use analysis::instance::PlateReading;
 use analysis::live_contact::LiveContact;
 use analysis::measurements::Measurements;
@@ -51,6 +52,7 @@ pub struct Plan {
     speed: Speed,
     headless: bool,
     rules: SelectionRules,
+    protocol_flaw: Option<Flaw>,
     assumed: AssumedConstants,
 }
 
@@ -65,8 +67,10 @@ impl Plan {
         let settings = Settings::default();
         let name = folder.canonicalize().ok();
         let name = name.as_deref().unwrap_or(folder).file_name();
+        let (rules, protocol_flaw) = selection_rules(folder, source.manifest(), &settings);
         Ok(Self {
-            rules: selection_rules(folder, source.manifest(), &settings),
+            rules,
+            protocol_flaw,
             assumed: settings.assumed(),
             name: name.map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
             source,
@@ -153,6 +157,7 @@ struct Replay {
     stop: StopFlag,
     report: Sender<Report>,
     rules: SelectionRules,
+    protocol_flaw: Option<Flaw>,
     unattended: bool,
     /// Real speed may be paused; played of the recording, s.
     played_s: f64,
@@ -205,6 +210,7 @@ impl Replay {
             stop,
             report,
             rules: plan.rules,
+            protocol_flaw: plan.protocol_flaw,
             unattended: plan.headless,
             played_s: 0.0,
             polled_ns: None,
@@ -469,6 +475,7 @@ impl Replay {
                 .warnings()
                 .iter()
                 .map(ToString::to_string)
+                .chain(self.protocol_flaw.iter().map(ToString::to_string))
                 .collect(),
             completed: self.finished,
         }

@@ -1,4 +1,4 @@
-//! What an analysis found, with everything that results, tables and figures are made of.
+//! Findings of an analysis, from which results, tables and figures are made.
 
 use std::path::PathBuf;
 
@@ -19,14 +19,14 @@ use recording::reader::ReadError;
 /// All recordings of one analysis.
 #[derive(Debug)]
 pub struct Analysed {
-    /// What was assumed.
+    /// Assumed numbers.
     pub settings: Settings,
-    /// In the order in which they were named.
+    /// Recordings, in the order in which they were named.
     pub recordings: Vec<RecordingAnalysis>,
 }
 
 impl Analysed {
-    /// Every estimated instance with the recording that it is of.
+    /// Returns every estimated instance with its recording.
     pub fn instances(&self) -> impl Iterator<Item = (&RecordingFindings, &InstanceAnalysis)> {
         self.findings().flat_map(|found| {
             found
@@ -36,18 +36,18 @@ impl Analysed {
         })
     }
 
-    /// The recordings that could be read.
+    /// Returns the recordings that could be read.
     pub fn findings(&self) -> impl Iterator<Item = &RecordingFindings> {
         self.recordings.iter().filter_map(|r| r.found.as_ref().ok())
     }
 }
 
-/// One recording.
+/// Analysis of a recording.
 #[derive(Debug)]
 pub struct RecordingAnalysis {
-    /// Its folder, as named.
+    /// Folder, as named.
     pub path: PathBuf,
-    /// What was found, or why it cannot be read.
+    /// Findings, or why the recording cannot be read.
     pub found: Result<RecordingFindings, RecordingError>,
 }
 
@@ -55,65 +55,65 @@ pub struct RecordingAnalysis {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordingError {
-    /// A file is missing, damaged beyond reading or against the format.
+    /// A file is missing, unreadable or breaks a rule of the format.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// Its audio cannot be demodulated as it says.
+    /// The audio cannot be demodulated with the stated constants.
     #[error(transparent)]
     Demodulation(#[from] RecordedError),
 }
 
-/// What was found in a recording.
+/// Findings in a recording.
 #[derive(Debug)]
 pub struct RecordingFindings {
-    /// Its folder, as named.
+    /// Folder, as named.
     pub path: PathBuf,
-    /// What it is of.
+    /// Description of the recording.
     pub manifest: Manifest,
-    /// What a stretch had to be to hold an instance.
+    /// Rules by which instances were selected.
     pub rules: SelectionRules,
-    /// What of the pickup the unloaded plate showed to be otherwise than stated, and was undone.
+    /// Deviation of the pickup from what is stated, as the unloaded plate showed it; corrected in all that follows.
     pub pickup: PickupOffset,
-    /// The plate's own impedance; `None` if it could not be read.
+    /// Impedance of the unloaded plate; `None` if it could not be read.
     pub z_p: Option<PlateReading>,
-    /// The explorations in time.
+    /// Explorations, as series in time.
     pub explorations: Vec<ExplorationFindings>,
-    /// What was estimated, in time order.
+    /// Estimated instances, in time order.
     pub instances: Vec<InstanceAnalysis>,
     /// Self-sensed against measured normal force, by amplitude.
     pub model_check: Vec<Band>,
     /// Stretches without an estimate.
     pub rejected: Vec<Rejected>,
-    /// What is wrong with the recording.
+    /// Defects of the recording.
     pub flaws: Vec<Flaw>,
 }
 
 impl RecordingFindings {
-    /// Who took part, if it is known.
+    /// Returns the participant's pseudonym, if it is known.
     pub fn participant(&self) -> Option<&str> {
         self.manifest.participant.as_ref().map(|p| p.id.as_str())
     }
 
-    /// The plate's constants.
+    /// Returns the plate's constants.
     pub fn plate(&self) -> &RecordedPlate {
         &self.manifest.plate
     }
 
-    /// The finger fitted on the first instance, which the model check extrapolates.
+    /// Returns the finger fitted on the first instance, which the model check extrapolates.
     pub fn first_finger(&self) -> Option<&FittedFinger> {
         self.instances.first().map(|instance| &instance.finger)
     }
 }
 
-/// A stretch of rising amplitude that gave no estimate.
+/// Stretch of rising amplitude without an estimate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rejected {
-    /// Direction of its exploration.
+    /// Direction of the exploration.
     pub direction: Direction,
     /// Start, s.
     pub start_s: f64,
     /// End, s.
     pub end_s: f64,
-    /// Why.
+    /// Reason of the rejection.
     pub reason: String,
 }

@@ -6,7 +6,7 @@ use protocols::SelectionRules;
 use serde::Serialize;
 use strict::TomlError;
 
-/// What an analysis assumes. The names are those of the results' `settings`, of `--assume` and of
+/// Assumptions of an analysis. The names are those of the results' `settings`, of `--assume` and of
 /// `--assume-file`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Settings {
@@ -24,21 +24,22 @@ pub struct Settings {
     pub loss_factor: f64,
     /// `paper`: amplitudes below this count as rest, m.
     pub rest_amplitude_m: f64,
-    /// `paper`: how much of an instance that never goes below is taken instead, s.
+    /// `paper`: length of the lowest amplitudes that counts as rest in an instance that never goes below, s.
     pub rest_lowest_s: f64,
     /// `dynamic`: how long before the instance the gap is integrated, s.
     pub lead_in_s: f64,
     /// Length about the plate's centre that is kept, m.
     pub central_m: f64,
-    /// Speed of the slider, m/s; a study's own protocol goes before it.
+    /// Speed of the slider, m/s; a study's own protocol takes precedence.
     pub speed_m_per_s: f64,
-    /// Allowed deviation from it, as a part of it.
+    /// Allowed deviation from the speed, as a part of it.
     pub speed_tolerance: f64,
     /// Length of an instance, s.
     pub instance_s: f64,
     /// Normal force from which on the finger is on the plate; below half of it, off, N.
     pub contact_n: f64,
-    /// Cut-off of the zero-phase second-order Butterworth filter on forces, position and the `paper` method's impedance, Hz.
+    /// Cut-off of the zero-phase second-order Butterworth filter on forces, position and the `paper` method's
+    /// impedance, Hz.
     pub smoothing_hz: f64,
     /// Amplitudes under this many standard deviations of their noise have no impedance.
     pub null_sigmas: f64,
@@ -73,10 +74,10 @@ impl Default for Settings {
     }
 }
 
-/// An assumption that cannot be made.
+/// Rejected assumption.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SettingError {
-    /// Not of the form `name=value`.
+    /// The text is not of the form `name=value`.
     #[error("`{text}` is not of the form NAME=VALUE")]
     Form {
         /// What was given.
@@ -100,7 +101,7 @@ pub enum SettingError {
         /// What is allowed.
         allowed: &'static str,
     },
-    /// A file of assumptions is no TOML.
+    /// A file of assumptions is not TOML.
     #[error(transparent)]
     Toml(#[from] TomlError),
     /// An assumption of a file cannot be made.
@@ -110,7 +111,7 @@ pub enum SettingError {
         file: String,
         /// Line of the name, from 1.
         line: usize,
-        /// Why not.
+        /// Reason.
         reason: Box<SettingError>,
     },
 }
@@ -184,7 +185,17 @@ const PARAMETERS: [Parameter; 14] = {
 };
 
 impl Settings {
-    /// Sets one of them from `name=value`.
+    /// Sets a number from `name=value`.
+    ///
+    /// ```
+    /// use analysis::Settings;
+    /// use analysis::analysis_settings::SettingError;
+    ///
+    /// let mut settings = Settings::default();
+    /// settings.assume("young_modulus_pa = 25e6").unwrap();
+    /// assert_eq!(settings.young_modulus_pa, 25e6);
+    /// assert!(matches!(settings.assume("poisson_ratio=0.6"), Err(SettingError::Value { name: "poisson_ratio", .. })));
+    /// ```
     ///
     /// # Errors
     /// [`SettingError`], which names the nearest known name or the allowed values.
@@ -195,7 +206,7 @@ impl Settings {
         self.set(name.trim(), value.trim())
     }
 
-    /// Sets those that the TOML of a file names, each as `name = value`.
+    /// Sets the numbers that the TOML of a file names, each as `name = value`.
     ///
     /// # Errors
     /// [`SettingError`], with the line.
@@ -236,7 +247,7 @@ impl Settings {
         }
     }
 
-    /// As the contact model takes them.
+    /// Returns the assumptions of the contact model.
     pub fn assumed(&self) -> AssumedConstants {
         AssumedConstants {
             q0_rad_per_m: self.sigma_q0_rad_per_m,
@@ -248,7 +259,7 @@ impl Settings {
         }
     }
 
-    /// As the `paper` fit takes them.
+    /// Returns the options of the `paper` fit.
     pub fn paper(&self) -> paper::PaperOptions {
         paper::PaperOptions {
             rest_amplitude_m: self.rest_amplitude_m,
@@ -256,14 +267,14 @@ impl Settings {
         }
     }
 
-    /// As the `dynamic` fit takes them.
+    /// Returns the options of the `dynamic` fit.
     pub fn dynamic(&self) -> dynamic::DynamicOptions {
         dynamic::DynamicOptions {
             lead_in_s: self.lead_in_s,
         }
     }
 
-    /// As the selection takes them, on a plate whose centre lies at `centre_m`.
+    /// Returns the selection rules on a plate whose centre lies at `centre_m`.
     pub fn selection_rules(&self, centre_m: f64) -> SelectionRules {
         SelectionRules {
             centre_m,

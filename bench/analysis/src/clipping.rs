@@ -1,6 +1,6 @@
-//! Whether a wave is cut off, by how long it stays on its greatest value.
+//! Detects clipping of a wave by how often it stays on its greatest value.
 
-/// The greatest and least sample values and how often they occur.
+/// Greatest and least sample values and how often they occur.
 #[derive(Debug, Default)]
 pub(super) struct Extremes {
     pub(super) lost: u64,
@@ -8,7 +8,7 @@ pub(super) struct Extremes {
     bottom: Extreme,
 }
 
-/// The greatest value so far, how often it occurred, and how often something just under it did.
+/// Greatest value so far, how often it occurred, and how often values just under it did.
 #[derive(Debug, Default)]
 struct Extreme {
     value: f32,
@@ -16,9 +16,9 @@ struct Extreme {
     near: u64,
 }
 
-/// What counts as just under the greatest value.
+/// Share of the greatest value above which a value counts as just under it.
 const NEAR: f32 = 0.999;
-/// A wave that is cut off stays on its greatest value at least this often, and this many times as often as just under it.
+/// Least number of samples on the greatest value of a clipped wave, and least ratio to those just under it.
 const LEAST_CUT: u64 = 16;
 const CUT_RATIO: u64 = 4;
 
@@ -53,7 +53,7 @@ impl Extremes {
         }
     }
 
-    /// How many samples are cut off, and at which magnitude.
+    /// Returns how many samples are clipped, and at which magnitude.
     pub(super) fn clipped(&self) -> Option<(u64, f32)> {
         let cut = [&self.top, &self.bottom].into_iter().filter(|e| e.is_cut());
         cut.map(|extreme| (extreme.at, extreme.value))

@@ -1,4 +1,4 @@
-//! A recording folder through the same demodulator as live, in a stream: only its 2 kHz frames are held.
+//! Streams a recording folder through the demodulator that also runs live; only its 2 kHz frames are held in memory.
 
 use std::path::Path;
 
@@ -8,33 +8,34 @@ use crate::flaw::{Channel, Flaw};
 use crate::levels::Levels;
 use crate::measurements::{LONGEST_GAP_S, Measurements};
 use recording::manifest::Manifest;
-use recording::pipeline::{PickupOffset, Pipeline, RecordedError, Unstated};
+use recording::pipeline::{FoundProperties, PickupOffset, Pipeline, RecordedError};
 use recording::reader::{ReadError, RecordingReader};
 use recording::{FORCE_FILE, POSITION_FILE};
 
 /// Frames of audio read at a time.
 const BLOCK_FRAMES: usize = 16_384;
 
-/// A recording in memory.
+/// Recording in memory, demodulated.
 #[derive(Debug)]
 pub struct DemodulatedRecording {
-    /// What it is of.
+    /// Description of the recording.
     pub manifest: Manifest,
     /// Impedance, force and position.
     pub record: Measurements,
-    /// What is wrong with it.
+    /// Defects of the recording.
     pub flaws: Vec<Flaw>,
 }
 
 impl DemodulatedRecording {
-    /// Whether there is nothing to demodulate.
+    /// Returns whether the carrier is missing from a channel.
     pub fn carrier_missing(&self) -> bool {
         let missing = |flaw: &Flaw| matches!(flaw, Flaw::CarrierMissing { .. });
         self.flaws.iter().any(missing)
     }
 }
 
-/// Reads a recording folder, with the pickup as stated but for its offset. The audio is read twice: first for the level at which it clips.
+/// Reads a recording folder, with the pickup as stated plus its offset. The audio is read twice: first for the level at
+/// which it clips.
 ///
 /// # Errors
 /// A file cannot be read, or the audio cannot be demodulated as the manifest says.
@@ -58,11 +59,11 @@ pub fn read(folder: &Path, pickup: PickupOffset) -> Result<DemodulatedRecording,
         }
     }
     let mut flaws: Vec<Flaw> = reader.warnings().iter().cloned().map(Flaw::from).collect();
-    let mut unstated = Unstated {
+    let mut found = FoundProperties {
         pickup,
-        ..Unstated::default()
+        ..FoundProperties::default()
     };
-    let levels = extremes.iter().zip(&mut unstated.clip_levels);
+    let levels = extremes.iter().zip(&mut found.clip_levels);
     for ((extremes, level), (channel, _)) in levels.zip(indices) {
         if extremes.lost > 0 {
             flaws.push(Flaw::LostSamples {
@@ -81,7 +82,7 @@ pub fn read(folder: &Path, pickup: PickupOffset) -> Result<DemodulatedRecording,
     }
 
     let mut reader = RecordingReader::open(folder)?;
-    let mut pipeline = Pipeline::of_recording_seen(&manifest, reader.format(), &unstated)?;
+    let mut pipeline = Pipeline::of_recording_with(&manifest, reader.format(), &found)?;
     let mut levels = Levels::new(&manifest, reader.format().sample_rate_hz);
     let mut record = Measurements::default();
     while reader.read_block(BLOCK_FRAMES, &mut block)? > 0 {
@@ -115,7 +116,7 @@ pub fn read(folder: &Path, pickup: PickupOffset) -> Result<DemodulatedRecording,
     })
 }
 
-/// Whether readings lie beside the recording, or too far apart for anything to be estimated.
+/// Returns the flaw of readings that lie outside the recording, or too far apart for anything to be estimated.
 fn misplaced(file: &'static str, times_s: &[f64], duration_s: f64) -> Option<Flaw> {
     let (&from_s, &to_s) = times_s.first().zip(times_s.last())?;
     if to_s < 0.0 || from_s > duration_s {

@@ -1,4 +1,4 @@
-//! One instance, estimated by both methods.
+//! Estimates an instance by both methods.
 
 use contact::fit::paper::RestReading;
 use contact::fit::{
@@ -13,23 +13,23 @@ use crate::instance::PreparedInstance;
 use crate::measurements::FrameSeries;
 use crate::statistics::{Correlation, spearman};
 
-/// How much at either end of an instance is averaged for what changes over it, s: as much as Z_t is read from at rest.
+/// Length at either end of an instance that is averaged for changes over it, s: as long as Z_t is read at rest.
 const EDGE_S: f64 = 5e-3;
 
-/// The two ways of estimation.
+/// Method of estimation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Method {
-    /// As published (SCIENCE.md section 7).
+    /// The published method (SCIENCE.md section 7).
     Paper,
-    /// With envelope dynamics and levitation lag (SCIENCE.md section 9).
+    /// The method with envelope dynamics and levitation lag (SCIENCE.md section 9).
     Dynamic,
 }
 
 impl Method {
-    /// Both, in the order in which they are shown.
+    /// Both methods, in the order in which they are shown.
     pub const BOTH: [Self; 2] = [Self::Paper, Self::Dynamic];
 
-    /// Its name in results and tables.
+    /// Returns the name in results and tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Paper => "paper",
@@ -38,10 +38,10 @@ impl Method {
     }
 }
 
-/// An instance with its samples and both estimates.
+/// Instance with its samples and both estimates.
 #[derive(Debug, Clone)]
 pub struct InstanceAnalysis {
-    /// Which way the finger slid.
+    /// Direction of the slide.
     pub direction: Direction,
     /// Start, s.
     pub start_s: f64,
@@ -49,20 +49,20 @@ pub struct InstanceAnalysis {
     pub end_s: f64,
     /// Mean normal force, N.
     pub normal_n: f64,
-    /// By how much the measured friction fell: mean of the first 5 ms less that of the last.
+    /// Fall of the measured friction: mean of the first 5 ms less that of the last.
     pub delta_mu: f64,
-    /// What was measured in it.
+    /// Measured samples.
     pub samples: MeasuredSamples,
-    /// The published method's estimate.
+    /// Estimate by the published method.
     pub paper: Estimated,
-    /// The dynamic method's estimate.
+    /// Estimate by the dynamic method.
     pub dynamic: Estimated,
-    /// The finger of the dynamic estimate, for samples beyond the instance.
+    /// Finger of the dynamic estimate, for samples beyond the instance.
     pub finger: FittedFinger,
 }
 
 impl InstanceAnalysis {
-    /// The estimate of one method.
+    /// Returns the estimate by a method.
     pub fn estimated(&self, method: Method) -> &Estimated {
         match method {
             Method::Paper => &self.paper,
@@ -70,7 +70,7 @@ impl InstanceAnalysis {
         }
     }
 
-    /// The impedance that one method reads, N·s/m.
+    /// Returns the impedance that a method reads, N·s/m.
     pub fn z_m(&self, method: Method) -> &[Complex64] {
         match method {
             Method::Paper => &self.samples.z_m_plain_n_s_per_m,
@@ -79,8 +79,8 @@ impl InstanceAnalysis {
     }
 }
 
-/// What changed over an instance: the mean of its first 5 ms against that of its last. All are positive where the amplitude's
-/// rise lifts the skin.
+/// Changes over an instance: the mean of its first 5 ms against that of its last. All are positive where the rise of
+/// the amplitude lifts the skin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Deltas {
     /// Fall of |Z_m| as the method reads it, N·s/m.
@@ -97,7 +97,7 @@ pub struct Deltas {
     pub mu: f64,
 }
 
-/// The measured samples of an instance.
+/// Measured samples of an instance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredSamples {
     /// Time, s.
@@ -110,40 +110,40 @@ pub struct MeasuredSamples {
     pub mu: Vec<f64>,
     /// Z_m, plain and smoothed, N·s/m.
     pub z_m_plain_n_s_per_m: Vec<Complex64>,
-    /// Z_m, freed of envelope dynamics, N·s/m.
+    /// Z_m, corrected for envelope dynamics, N·s/m.
     pub z_m_corrected_n_s_per_m: Vec<Complex64>,
 }
 
-/// What one method makes of an instance.
+/// Estimate of an instance by one method.
 #[derive(Debug, Clone)]
 pub struct Estimated {
-    /// Whether the parameters mean anything.
+    /// Verdict on whether the parameters can be used.
     pub verdict: FitVerdict,
     /// σ_t, m.
     pub sigma_t_m: f64,
-    /// Its standard error.
+    /// Standard error of σ_t, m.
     pub sigma_t_std_m: f64,
     /// Z_t, N·s/m.
     pub z_t_n_s_per_m: Complex64,
-    /// Standard errors of its real and imaginary part.
+    /// Standard errors of the real and imaginary part of Z_t, N·s/m.
     pub z_t_std_n_s_per_m: Complex64,
     /// τ and its standard error, s; `paper` has none.
     pub tau_s: Option<(f64, f64)>,
     /// μ0.
     pub mu0: f64,
-    /// Its standard error.
+    /// Standard error of μ0.
     pub mu0_std: f64,
-    /// Where `paper` read Z_m⁰.
+    /// Reading of Z_m⁰ at rest, by `paper`.
     pub rest: Option<RestReading>,
-    /// Fitted against measured.
+    /// Agreement of fitted and measured values.
     pub agreement: Agreement,
     /// Stiffness, gap and friction in time.
     pub series: EstimatedSeries,
     /// Estimated against measured friction; `None` if either does not vary.
     pub spearman_mu: Option<Correlation>,
-    /// What changed over the instance.
+    /// Changes over the instance.
     pub deltas: Deltas,
-    /// How σ_t, Z_t and τ hang on the assumed constants; `None` if a refit beside the assumed values fails.
+    /// Sensitivities of σ_t, Z_t and τ to the assumed constants; `None` if a refit beside the assumed values fails.
     pub sensitivities: Option<Sensitivities>,
 }
 
@@ -153,17 +153,17 @@ pub enum EstimateError {
     /// The instance cannot be fitted.
     #[error("`{}` cannot be fitted: {source}", method.name())]
     Fit {
-        /// By which method.
+        /// Method of the fit.
         method: Method,
-        /// Why.
+        /// Reason.
         source: FitError,
     },
-    /// The fit ended, but its parameters mean nothing.
-    #[error("`{}` fitted nothing to rely on: {verdict}", method.name())]
+    /// The fit ended, but its parameters cannot be used.
+    #[error("`{}` gave no usable fit: {verdict}", method.name())]
     Unusable {
-        /// Of which method.
+        /// Method of the fit.
         method: Method,
-        /// What it says of itself.
+        /// Verdict of the fit.
         verdict: FitVerdict,
     },
 }
@@ -171,7 +171,7 @@ pub enum EstimateError {
 /// Estimates one instance of an exploration by both methods.
 ///
 /// # Errors
-/// When either has no answer, so that what is compared between the methods is always the same instances.
+/// Either method fails; so the methods are always compared on the same instances.
 pub fn estimate(
     series: &FrameSeries,
     direction: Direction,
@@ -255,7 +255,7 @@ pub fn estimate(
     })
 }
 
-/// The first and the last samples of an instance.
+/// First and last samples of an instance.
 struct Edges {
     samples: usize,
     first: usize,
@@ -272,7 +272,7 @@ impl Edges {
         }
     }
 
-    /// Mean of the first less mean of the last, of the finite values; NaN without any.
+    /// Returns the mean of the first less the mean of the last finite values; NaN without any.
     fn fall(&self, value: impl Fn(usize) -> f64) -> f64 {
         let mean = |range: std::ops::Range<usize>| {
             let finite: Vec<f64> = range.map(&value).filter(|v| v.is_finite()).collect();
@@ -282,7 +282,7 @@ impl Edges {
     }
 }
 
-/// What both fits tell of themselves; values with their standard errors.
+/// Results that both fits have in common; values with their standard errors.
 struct Fitted {
     verdict: FitVerdict,
     sigma_t: (f64, f64),
@@ -295,7 +295,7 @@ struct Fitted {
     sensitivities: Option<Sensitivities>,
 }
 
-/// What an estimate is set against.
+/// Measured values that an estimate is compared with.
 struct Film<'a> {
     edges: &'a Edges,
     settings: &'a Settings,

@@ -1,4 +1,4 @@
-//! One exploration in time.
+//! An exploration as series in time.
 
 use impedance::ZmFrame;
 use num_complex::Complex64;
@@ -6,10 +6,10 @@ use protocols::{Direction, Stretch, Validity};
 
 use crate::measurements::FrameSeries;
 
-/// Everything measured during an exploration, on the times of the impedance frames, and what was selected from it.
+/// Everything measured during an exploration, at the times of the impedance frames, and what was selected from it.
 #[derive(Debug, Clone)]
 pub struct ExplorationFindings {
-    /// Which way the finger slides.
+    /// Direction of the slide.
     pub direction: Direction,
     /// Start, s.
     pub start_s: f64,
@@ -31,16 +31,16 @@ pub struct ExplorationFindings {
     pub velocity_m_per_s: Vec<f64>,
     /// f̃_a/ṽ_p, N·s/m; NaN where it could not be read.
     pub z_m_plain_n_s_per_m: Vec<Complex64>,
-    /// The same freed of envelope dynamics, N·s/m; NaN where it could not be read.
+    /// f̃_a/ṽ_p corrected for envelope dynamics, N·s/m; NaN where it could not be read.
     pub z_m_corrected_n_s_per_m: Vec<Complex64>,
     /// Whether amplitude and impedance could be read.
     pub validity: Vec<Validity>,
-    /// The rising stretches, each with its instance or the reason why it has none.
+    /// Stretches of rising amplitude, each with its instance or the reason why it has none.
     pub stretches: Vec<Stretch>,
 }
 
 impl ExplorationFindings {
-    /// Of the series from `start_s` to `end_s`, from which `stretches` were selected.
+    /// Makes the findings of the series from `start_s` to `end_s`, from which `stretches` were selected.
     pub fn new(
         series: FrameSeries,
         direction: Direction,
@@ -78,7 +78,7 @@ impl ExplorationFindings {
         }
     }
 
-    /// Time from one frame to the next, s; `None` with fewer than two.
+    /// Returns the time from one frame to the next, s; `None` with fewer than two frames.
     pub fn interval_s(&self) -> Option<f64> {
         let n = self.time_s.len();
         (n > 1).then(|| (self.time_s[n - 1] - self.time_s[0]) / (n - 1) as f64)

@@ -1,4 +1,4 @@
-//! Which recordings are meant: recording folders themselves, or all trials of a study, a participant or a session.
+//! Finds recordings: recording folders themselves, or all trials of a study, a participant or a session.
 
 use std::collections::BTreeMap;
 use std::collections::HashSet;
@@ -9,7 +9,7 @@ use recording::manifest::End;
 use recording::study::{TrialBlock, TrialLabel};
 use recording::{MANIFEST_FILE, reader};
 
-/// Folders below a study: participants, sessions, trials.
+/// Levels of folders below a study: participants, sessions, trials.
 const DEPTH: usize = 3;
 
 /// Why a folder names no recordings.
@@ -23,7 +23,7 @@ pub enum FindError {
         /// The reason.
         reason: io::Error,
     },
-    /// Neither a recording nor anything that holds some.
+    /// The folder is neither a recording nor holds any.
     #[error(
         "{} is no recording (it has no {MANIFEST_FILE}), and no study with completed trials{}",
         path.display(),
@@ -37,12 +37,12 @@ pub enum FindError {
     },
 }
 
-/// The recording folders that `named` stands for, in order. A folder with a `recording.toml` is one, whatever else it is.
-/// Of a study, all completed trials; of several attempts at a trial the last completed one, for the others were redone. What is named
-/// twice counts once.
+/// Returns the recording folders that `named` stands for, in order. A folder with a `recording.toml` is a recording. A
+/// study stands for all its completed trials; among several attempts at a trial, for the last completed one, because
+/// the others were redone. A folder that is named twice counts once.
 ///
 /// # Errors
-/// A folder cannot be listed, or there is nothing in it.
+/// A folder cannot be listed, or holds no recording.
 pub fn recordings(named: &[PathBuf], practice: bool) -> Result<Vec<PathBuf>, FindError> {
     let mut found = Vec::new();
     for path in named {
@@ -99,7 +99,8 @@ fn descend(
     Ok(())
 }
 
-/// All but trials that did not end: one that cannot be read is to be reported, not passed over.
+/// Returns whether the trial in `folder` completed. An unreadable one counts, so that it is reported and not passed
+/// over.
 fn may_count(folder: &Path) -> bool {
     reader::read_manifest(folder).map_or(true, |manifest| {
         manifest

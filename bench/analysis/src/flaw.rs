@@ -1,6 +1,7 @@
-//! What is wrong with a recording that can be analysed nevertheless, and what to look at.
+//! Defects of recordings that can be analysed nevertheless, and what to check.
 
 use std::fmt;
+use std::path::PathBuf;
 
 use num_complex::Complex64;
 
@@ -8,7 +9,7 @@ use crate::measurements::LONGEST_GAP_S;
 use crate::unloaded::UnloadedError;
 use recording::reader;
 
-/// Which of the two channels.
+/// Channel of the impedance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Channel {
     /// Actuator voltage.
@@ -26,19 +27,30 @@ impl fmt::Display for Channel {
     }
 }
 
-/// What is wrong with a recording that can be analysed nevertheless, wholly or in part.
+/// Defect of a recording that can be analysed nevertheless, wholly or in part.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Flaw {
-    /// In its files.
+    /// A file has a defect.
     #[error(transparent)]
     File(#[from] reader::Warning),
-    /// Samples that are NaN or infinite.
+    /// The copy of the session's protocol beside the recording cannot be read, so the settings' selection rules were
+    /// used.
+    #[error(
+        "the copy of the session's protocol cannot be read, so instances were selected by the settings' rules: {reason}"
+    )]
+    ProtocolCopy {
+        /// The copy.
+        path: PathBuf,
+        /// What is wrong with it; names the file, and where it is known the line.
+        reason: String,
+    },
+    /// Samples are NaN or infinite.
     #[error("{channel}: {samples} samples are NaN or infinite; what they touch is left out")]
     LostSamples {
-        /// Of which channel.
+        /// Channel of the samples.
         channel: Channel,
-        /// Their number.
+        /// Number of samples.
         samples: u64,
     },
     /// The converter's limit was reached.
@@ -46,58 +58,58 @@ pub enum Flaw {
         "{channel} clipped: {samples} samples at ±{level} of full scale; what they touch is left out"
     )]
     Clipped {
-        /// Which channel.
+        /// Channel that clipped.
         channel: Channel,
         /// Samples at the limit.
         samples: u64,
         /// The limit, in sample values.
         level: f32,
     },
-    /// Nothing to demodulate.
+    /// The carrier is not in the signal.
     #[error(
         "{channel}: the carrier of {carrier_hz} Hz is not in the signal ({ratio_db:.0} dB of all else)"
     )]
     CarrierMissing {
-        /// In which channel.
+        /// Channel of the signal.
         channel: Channel,
         /// The carrier, Hz.
         carrier_hz: f64,
-        /// Its power over that of the rest, dB.
+        /// Power of the carrier over that of the rest, dB.
         ratio_db: f64,
     },
-    /// Much besides the carrier: DC, hum, foreign tones, noise.
+    /// The signal holds much besides the carrier: DC, hum, other tones, noise.
     #[error("{channel}: the carrier is only {ratio_db:.0} dB above all else in the signal")]
     CarrierWeak {
-        /// In which channel.
+        /// Channel of the signal.
         channel: Channel,
-        /// Its power over that of the rest, dB.
+        /// Power of the carrier over that of the rest, dB.
         ratio_db: f64,
     },
-    /// The drive's carrier is elsewhere than stated.
+    /// The drive's carrier is at another frequency than stated.
     #[error(
         "drive: the carrier is at {measured_hz:.1} Hz, not at {stated_hz} Hz as recording.toml says; farther than 300 Hz away the amplitude would read low"
     )]
     CarrierElsewhere {
-        /// Where it is, Hz.
+        /// Measured frequency, Hz.
         measured_hz: f64,
-        /// Where it should be, Hz.
+        /// Stated frequency, Hz.
         stated_hz: f64,
     },
-    /// Readings that are not of the recording's time.
+    /// Readings lie outside the recording's time.
     #[error(
         "{file}: its times run from {from_s} to {to_s} s, but the recording from 0 to {duration_s:.3} s: is it on another clock? time_s counts from the first sample of signals.wav"
     )]
     ElsewhereInTime {
         /// The file.
         file: &'static str,
-        /// Of its first row, s.
+        /// Time of the first row, s.
         from_s: f64,
-        /// Of its last row, s.
+        /// Time of the last row, s.
         to_s: f64,
         /// Length of the audio, s.
         duration_s: f64,
     },
-    /// Readings too far apart.
+    /// Readings are too far apart.
     #[error(
         "{file}: its rows are {:.0} ms apart; where readings are more than {:.0} ms apart nothing is estimated",
         step_s * 1e3, LONGEST_GAP_S * 1e3
@@ -105,18 +117,18 @@ pub enum Flaw {
     Sparse {
         /// The file.
         file: &'static str,
-        /// Middle distance of its rows, s.
+        /// Median distance of the rows, s.
         step_s: f64,
     },
-    /// No Z_p.
+    /// Z_p could not be read.
     #[error(transparent)]
     Unloaded(#[from] UnloadedError),
-    /// A finger during part of the unloaded interval.
+    /// A finger was on the plate during part of the unloaded interval.
     #[error(
         "finger on the plate during {touched_s:.2} s of the unloaded interval, which are left out"
     )]
     Touched {
-        /// How long, s.
+        /// Length of the contact, s.
         touched_s: f64,
     },
     /// The unloaded plate's impedance changes.
@@ -132,18 +144,18 @@ pub enum Flaw {
         "pickup: the unloaded plate answers to the modulation as with phase_rad = {found_rad:.3}, but recording.toml states {stated_rad:.3}; analysed with what was found: state it, or look for a swapped or delayed channel"
     )]
     PickupPhase {
-        /// As stated, rad.
+        /// Stated phase, rad.
         stated_rad: f64,
-        /// As the plate tells, rad.
+        /// Phase by the plate's response, rad.
         found_rad: f64,
     },
-    /// The pickup's envelope is not that of the same moment as the drive's.
+    /// The pickup's envelope is late against the drive's.
     #[error(
         "pickup: the unloaded plate answers to the modulation as if the pickup were {:+.0} µs late; analysed with that: look for a filter or a delay in its channel, and whether modal_mass_kg and the scales of both channels hold",
         delay_s * 1e6
     )]
     PickupLate {
-        /// How late, s.
+        /// Delay, s.
         delay_s: f64,
     },
     /// The unloaded plate is not as heavy as stated, or the pickup later than any channel is.
@@ -152,12 +164,12 @@ pub enum Flaw {
         delay_s * 1e3
     )]
     PlateMass {
-        /// Modal mass as the plate shows it, of the stated one.
+        /// Modal mass by the plate's response over the stated one.
         mass_ratio: f64,
-        /// The delay that would look the same, s.
+        /// Delay of the pickup with the same effect, s.
         delay_s: f64,
     },
-    /// The unloaded plate's impedance is out of its phase, and so is the pickup or the resonance.
+    /// The unloaded plate's impedance has the wrong phase, because of the pickup or the resonance.
     #[error(
         "the unloaded plate's impedance is {z_p_n_s_per_m:.2} N·s/m, but carrier_hz, resonance_hz and modal_mass_kg make its imaginary part {expected_im_n_s_per_m:+.2}: check the pickup's phase_rad, and the resonance"
     )]
@@ -167,14 +179,14 @@ pub enum Flaw {
         /// ω m_p − k_p/ω, N·s/m.
         expected_im_n_s_per_m: f64,
     },
-    /// The resonance is elsewhere than stated.
+    /// The resonance is at another frequency than stated.
     #[error(
         "the plate's resonance is at {measured_hz:.0} Hz by the unloaded plate's impedance, not at {stated_hz} Hz as recording.toml says; Z_p is read with the plate as it was"
     )]
     ResonanceElsewhere {
-        /// Where it is, Hz.
+        /// Measured frequency, Hz.
         measured_hz: f64,
-        /// Where it should be, Hz.
+        /// Stated frequency, Hz.
         stated_hz: f64,
     },
     /// The model does not describe what was measured.
@@ -190,7 +202,7 @@ pub enum Flaw {
         /// To, m.
         amplitude_to_m: f64,
     },
-    /// No exploration to analyse.
+    /// The recording has no exploration to analyse.
     #[error("no exploration interval")]
     NoExploration,
 }

@@ -1,4 +1,4 @@
-//! What the unloaded intervals of a recording tell of its plate, and of the pickup.
+//! Checks plate and pickup of a recording by its unloaded intervals.
 
 use std::f64::consts::TAU;
 
@@ -13,25 +13,27 @@ use recording::Manifest;
 use recording::manifest::{RecordedIntervalKind, RecordedPlate};
 use recording::pipeline::PickupOffset;
 
-/// What the plate shows of the pickup is undone beyond so many standard errors.
+/// Number of standard errors beyond which a deviation of the pickup is corrected.
 const CERTAIN_ERRORS: f64 = 3.0;
-/// Beyond these it is told of, too: a further mode of the plate makes 4 mrad, a modal mass that is off by 1 % makes 23 µs.
-const TOLD_TURN_RAD: f64 = 0.02;
-const TOLD_DELAY_S: f64 = 25e-6;
-/// What the plate's answer to the modulation must be to be believed: standard error of the phase, delay, and the part of the force
-/// that is left over, of which a finger leaves a tenth.
+/// Deviations beyond which a flaw reports them, too: a further mode of the plate makes 4 mrad, a modal mass that is off
+/// by 1 % makes 23 µs.
+const REPORTED_TURN_RAD: f64 = 0.02;
+const REPORTED_DELAY_S: f64 = 25e-6;
+/// Limits within which the plate's response to the modulation is used: standard error of the phase, delay, and residual
+/// as a part of the force, which is a tenth under a finger.
 const GREATEST_PHASE_ERROR_RAD: f64 = 0.02;
 const GREATEST_DELAY_S: f64 = 0.5e-3;
 const GREATEST_RESIDUAL: f64 = 0.02;
-/// A part of |Z_p| by which its imaginary part may be off: 0.15 rad of the pickup's phase, or 10 Hz of a resonance whose Q is 250.
+/// Tolerance of the imaginary part of Z_p, as a part of |Z_p|: 0.15 rad of the pickup's phase, or 10 Hz of a resonance
+/// whose Q is 250.
 const GREATEST_REACTANCE_ERROR: f64 = 0.15;
 
-/// The plate without a finger.
+/// Response of the plate without a finger.
 pub(super) struct FreePlate {
     unloaded: Result<unloaded::UnloadedReading, UnloadedError>,
-    /// How it answered to the modulation, if that is to be believed.
+    /// Response to the modulation, if it is within the limits.
     transient: Option<Transient>,
-    /// How it answered, if clearly, but by more than any delay of the pickup makes it.
+    /// Response to the modulation, if it is clear but more than any delay of the pickup explains.
     too_heavy: Option<Transient>,
 }
 
@@ -72,12 +74,12 @@ impl FreePlate {
         }
     }
 
-    /// Z_p, if it could be read.
+    /// Returns Z_p, if it could be read.
     pub(super) fn z_p(&self) -> Option<PlateReading> {
         self.unloaded.as_ref().ok().map(|reading| reading.plate)
     }
 
-    /// What of the pickup is not as stated, if the modulation tells for certain.
+    /// Returns the deviation of the pickup from what is stated, if it is significant.
     pub(super) fn pickup_offset(&self) -> Option<PickupOffset> {
         let transient = self.transient?;
         let certain = |value: f64, error: f64| {
@@ -94,7 +96,7 @@ impl FreePlate {
         (offset != PickupOffset::default()).then_some(offset)
     }
 
-    /// What is wrong with the intervals, or with what the recording states of plate and pickup.
+    /// Returns the flaws of the intervals, and of what the recording states of plate and pickup.
     pub(super) fn flaws(&self, manifest: &Manifest) -> Vec<Flaw> {
         let reading = match &self.unloaded {
             Ok(reading) => reading,
@@ -117,8 +119,8 @@ impl FreePlate {
             .collect()
     }
 
-    /// Whether Z_p has another phase than the plate's constants give it: by the resonance, if the modulation vouches for the pickup;
-    /// otherwise the two look alike.
+    /// Returns the flaw of a Z_p whose phase differs from that by the plate's constants: the resonance's, if the
+    /// response to the modulation confirms the pickup; otherwise either of the two may be wrong.
     fn turned(&self, plate: PlateReading, manifest: &Manifest) -> Option<Flaw> {
         let RecordedPlate {
             resonance_hz,
@@ -149,14 +151,14 @@ impl FreePlate {
     }
 }
 
-/// How an offset of the pickup is told, where it is no trifle.
+/// Returns the flaws that report an offset of the pickup, if it is large enough.
 pub(super) fn pickup_flaws(offset: PickupOffset, manifest: &Manifest) -> Vec<Flaw> {
     let PickupOffset { turn_rad, delay_s } = offset;
     let stated_rad = manifest.channels.pickup.phase_rad;
-    let phase = (turn_rad.abs() > TOLD_TURN_RAD).then_some(Flaw::PickupPhase {
+    let phase = (turn_rad.abs() > REPORTED_TURN_RAD).then_some(Flaw::PickupPhase {
         stated_rad,
         found_rad: Complex64::cis(stated_rad + turn_rad).arg(),
     });
-    let late = (delay_s.abs() > TOLD_DELAY_S).then_some(Flaw::PickupLate { delay_s });
+    let late = (delay_s.abs() > REPORTED_DELAY_S).then_some(Flaw::PickupLate { delay_s });
     [phase, late].into_iter().flatten().collect()
 }

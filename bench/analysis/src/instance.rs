@@ -1,4 +1,4 @@
-//! One instance of an exploration as the fits read it, and the plate that they subtract.
+//! Prepares an instance of an exploration for the fits, with the plate's impedance that they subtract.
 
 use std::ops::Range;
 
@@ -13,7 +13,7 @@ use crate::measurements::{FrameSeries, SMOOTHING_HZ};
 /// Samples before an instance that a fit may use, s; the levitation lag forgets its start over 20 ms of them.
 pub const LEAD_IN_S: f64 = 0.025;
 
-/// The samples of one instance and of its lead-in, at the frames' rate.
+/// Samples of an instance and of its lead-in, at the frames' rate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PreparedInstance {
     time_s: Vec<f64>,
@@ -26,8 +26,8 @@ pub struct PreparedInstance {
 }
 
 impl PreparedInstance {
-    /// Cuts the instance from `start_s` to `end_s` out of its exploration. The plain impedance is smoothed as published, 100 Hz,
-    /// to and fro, over the unmasked frames about the instance; the corrected one is left as it is.
+    /// Cuts the instance from `start_s` to `end_s` out of its exploration. The plain impedance is smoothed as
+    /// published, 100 Hz, to and fro, over the unmasked frames about the instance; the corrected one is left as it is.
     ///
     /// μ is |f_t|/f_n of the smoothed forces.
     pub fn cut(series: &FrameSeries, start_s: f64, end_s: f64) -> Self {
@@ -58,10 +58,10 @@ impl PreparedInstance {
         }
     }
 
-    /// As the fits take it.
+    /// Returns the samples as the fits take them.
     ///
     /// # Errors
-    /// When a sample is missing or makes no sense.
+    /// A sample is missing or out of its range.
     pub fn series(&self) -> Result<InstanceSeries<'_>, FitError> {
         let samples = InstanceSamples {
             time_s: &self.time_s,
@@ -75,7 +75,7 @@ impl PreparedInstance {
     }
 }
 
-/// The plain impedance of all frames, smoothed over the run of unmasked ones that holds `instance`.
+/// Returns the plain impedance of all frames, smoothed over the run of unmasked ones that holds `instance`.
 fn smoothed_plain(frames: &[ZmFrame], instance: Range<usize>) -> Vec<Complex64> {
     let mut plain: Vec<Complex64> = frames.iter().map(|frame| frame.plain_n_s_per_m).collect();
     let usable = |frame: &ZmFrame| frame.mask.is_clear();
@@ -91,7 +91,7 @@ fn smoothed_plain(frames: &[ZmFrame], instance: Range<usize>) -> Vec<Complex64> 
         return plain;
     }
     let rate_hz = (run.len() - 1) as f64 / (frames[to - 1].time_s - frames[from].time_s);
-    // A run too short or with a hole stays as it is; what cannot be fitted in it the fit will name.
+    // A run that is too short or has a hole stays as it is; the fit names what cannot be fitted in it.
     if let Ok(smooth) = LowPass::new(SMOOTHING_HZ, rate_hz)
         .and_then(|filter| filter.zero_phase(&plain[run.clone()]))
     {
@@ -100,21 +100,22 @@ fn smoothed_plain(frames: &[ZmFrame], instance: Range<usize>) -> Vec<Complex64> 
     plain
 }
 
-/// Z_p of the unloaded plate.
+/// Impedance Z_p of the unloaded plate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlateReading {
     /// Mean of the plain ratio, as published, N·s/m.
     pub plain_n_s_per_m: Complex64,
     /// Mean of the corrected impedance, each frame with its own precision, N·s/m.
     pub corrected_n_s_per_m: Complex64,
-    /// Frames used.
+    /// Number of frames used.
     pub frames: usize,
 }
 
-/// Fewer frames than this are no reading of the plate: 50 ms at 2 kHz.
+/// Fewest frames for a reading of the plate: 50 ms at 2 kHz.
 pub const FEWEST_PLATE_FRAMES: usize = 100;
 
-/// Reads Z_p from the frames of the unloaded intervals; `None` with fewer than [`FEWEST_PLATE_FRAMES`] that can be used.
+/// Reads Z_p from the frames of the unloaded intervals; `None` with fewer than [`FEWEST_PLATE_FRAMES`] that can be
+/// used.
 pub fn plate<'a>(unloaded: impl IntoIterator<Item = &'a ZmFrame>) -> Option<PlateReading> {
     let (mut plain, mut corrected) = (Complex64::ZERO, Complex64::ZERO);
     let (mut weights, mut frames) = (0.0, 0);
@@ -138,7 +139,7 @@ pub fn plate<'a>(unloaded: impl IntoIterator<Item = &'a ZmFrame>) -> Option<Plat
 }
 
 impl PlateReading {
-    /// What every fit of the recording shares.
+    /// Returns the conditions that all fits of the recording share.
     pub fn conditions(&self, assumed: AssumedConstants, carrier_hz: f64) -> FitConditions {
         FitConditions {
             assumed,

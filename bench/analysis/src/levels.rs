@@ -1,4 +1,4 @@
-//! How much of the signal is carrier, and where the carrier is.
+//! Measures how much of the signal is carrier, and the carrier's frequency.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -9,22 +9,23 @@ use num_complex::Complex64;
 use crate::flaw::{Channel, Flaw};
 use recording::manifest::Manifest;
 
-/// Below this the carrier is not in the signal; below the other it is told of. Carrier power over that of all else, dB.
+/// Ratio of carrier power to all else below which the carrier counts as missing, and as weak, dB.
 const MISSING_DB: f64 = 0.0;
 const WEAK_DB: f64 = 15.0;
-/// A carrier farther from where it should be is told of: two clocks differ by less, and the demodulator does not care.
+/// Offset of the carrier beyond which a flaw reports it, Hz: two clocks differ by less, which the demodulator
+/// tolerates.
 const ELSEWHERE_HZ: f64 = 10.0;
 
 /// Carrier and total power in both channels over the recording's intervals.
 pub(super) struct Levels {
     spans: Vec<Range<u64>>,
-    /// What a sample value of 1 stands for, V and m.
+    /// Voltage and displacement of a sample value of 1, V and m.
     units: [f64; 2],
     samples: [u64; 2],
     total: [f64; 2],
     frames: u64,
     carrier: [f64; 2],
-    turning: Turning,
+    rotation: EnvelopeRotation,
 }
 
 impl Levels {
@@ -44,7 +45,7 @@ impl Levels {
             total: [0.0; 2],
             frames: 0,
             carrier: [0.0; 2],
-            turning: Turning::default(),
+            rotation: EnvelopeRotation::default(),
         }
     }
 
@@ -72,10 +73,10 @@ impl Levels {
     pub(super) fn take_frame(&mut self, frame: &ZmFrame) {
         let counts = |span: &Range<u64>| span.contains(&frame.sample);
         if frame.mask.contains(Mask::LOST_SAMPLES) || !self.spans.iter().any(counts) {
-            self.turning.before = None;
+            self.rotation.before = None;
             return;
         }
-        self.turning.take(frame);
+        self.rotation.take(frame);
         self.frames += 1;
         let envelopes = [frame.drive_v, frame.displacement_m];
         for ((carrier, envelope), unit) in self.carrier.iter_mut().zip(envelopes).zip(self.units) {
@@ -118,7 +119,7 @@ impl Levels {
                 }
             )
         });
-        let offset_hz = self.turning.offset_hz();
+        let offset_hz = self.rotation.offset_hz();
         if driven && offset_hz.abs() > ELSEWHERE_HZ {
             flaws.push(Flaw::CarrierElsewhere {
                 measured_hz: carrier_hz + offset_hz,
@@ -129,16 +130,16 @@ impl Levels {
     }
 }
 
-/// How fast the drive's envelope turns: so far is its carrier from where it should be. A rotation common to drive and pickup
-/// leaves Z_m as it is.
+/// Rotation of the drive's envelope, which is the offset of its carrier from the stated frequency. A rotation common to
+/// drive and pickup leaves Z_m unchanged.
 #[derive(Default)]
-struct Turning {
+struct EnvelopeRotation {
     before: Option<ZmFrame>,
     turns: Complex64,
     frame_s: f64,
 }
 
-impl Turning {
+impl EnvelopeRotation {
     fn take(&mut self, frame: &ZmFrame) {
         if let Some(before) = self.before.replace(*frame) {
             self.turns += frame.drive_v * before.drive_v.conj();
@@ -146,7 +147,7 @@ impl Turning {
         }
     }
 
-    /// NaN of fewer than two frames.
+    /// Returns the offset of the carrier, Hz; NaN with fewer than two frames.
     fn offset_hz(&self) -> f64 {
         self.turns.arg() / (TAU * self.frame_s)
     }

@@ -1,8 +1,8 @@
-//! From recordings to impedance, gap and friction.
+//! Analysis of recordings: impedance, gap and friction.
 //!
-//! [`demodulated`] streams a recording folder through the demodulator that also runs live, [`unloaded`] takes the plate's own
-//! impedance, [`trial_selection`] and the `protocols` crate choose the instances, [`estimate`] estimates each by both methods. [`analyse`] does it for any number of
-//! recordings at once, [`results`] writes what came out.
+//! [`demodulated`] streams a recording folder through the demodulator that also runs live, [`unloaded`] reads the plate's own
+//! impedance, [`trial_selection`] and the `protocols` crate choose the instances, [`estimate`] estimates each by both
+//! methods. [`analyse`] does this for any number of recordings, [`results`] writes the outcome.
 
 pub mod analysed;
 pub mod analysis_settings;
@@ -36,8 +36,35 @@ pub use analysed::{Analysed, RecordingAnalysis};
 pub use analysis_settings::Settings;
 pub use measured_figures::measured_figures;
 
-/// Analyses recording folders in parallel, in the given order; `finished` is called as each is done. A recording that cannot
-/// be read does not stop the others.
+/// Analyses recording folders in parallel and returns them in the given order; `finished` is called as each is done. A
+/// recording that cannot be read does not stop the others.
+///
+/// ```
+/// use analysis::flaw::Flaw;
+/// use recording::writer::Ending;
+/// use recording::{AudioFormat, Manifest, RecordingWriter};
+///
+/// let text = r#"
+/// format = 1
+/// carrier_hz = 35000.0
+/// modulation_hz = 6.0
+/// modulation_index = 0.95
+/// channels.drive = { index = 0, volts_per_unit = 20.0 }
+/// channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
+/// plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
+/// "#;
+/// let study = tempfile::tempdir()?;
+/// let folder = study.path().join("silence");
+/// let format = AudioFormat { sample_rate_hz: 96_000, channels: 2 };
+/// let mut writer = RecordingWriter::create(&folder, Manifest::parse(text, "recording.toml")?, format)?;
+/// writer.write_audio(&vec![0.0; 2 * 9600])?;
+/// writer.finish(Ending::Completed)?;
+///
+/// let analysed = analysis::analyse(&[folder], &analysis::Settings::default(), |_| ());
+/// let found = analysed.recordings[0].found.as_ref().unwrap();
+/// assert!(found.flaws.contains(&Flaw::NoExploration));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn analyse(
     folders: &[PathBuf],
     settings: &Settings,
@@ -57,7 +84,8 @@ pub fn analyse(
     }
 }
 
-/// Draws what an analysis found and writes it into a folder that is made if it is not there, as [`figures::write()`] does.
+/// Draws the figures of an analysis and writes them as [`figures::write()`] does, into a folder that is made if it does
+/// not exist.
 ///
 /// # Errors
 /// If a figure cannot be drawn or a file cannot be written.
@@ -71,3 +99,8 @@ pub fn write_figures(
     })?;
     figures::write(&measured_figures(analysed), folder)
 }
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

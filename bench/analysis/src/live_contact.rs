@@ -1,7 +1,7 @@
-//! Gap and friction while the finger slides: every impedance frame read with the participant's last fit.
+//! Gap and friction while the finger slides: evaluates every impedance frame with the participant's last fit.
 //!
-//! Forces are as they come, without the zero-phase filter of the analysis; a frame takes the mean of the force readings since the
-//! frame before it, or the last reading when the sensor's bursts are late.
+//! Forces are not smoothed by the zero-phase filter of the analysis; a frame takes the mean of the force readings since
+//! the frame before it, or the last reading if the sensor's bursts are late.
 
 use std::collections::VecDeque;
 
@@ -12,7 +12,7 @@ use crate::trial_fit::TrialFit;
 use recording::ForceRow;
 use recording::pipeline::Batch;
 
-/// What one frame says about the contact.
+/// Contact at one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactReading {
     /// Time of the frame, s.
@@ -31,13 +31,14 @@ pub struct ContactReading {
     pub measured_mu: f64,
 }
 
-/// Reads the contact frame by frame. Nothing is read before the first fit, nor while no finger is on the plate.
+/// Live reader of the contact, frame by frame. Nothing is read before the first fit, nor while no finger is on the
+/// plate.
 #[derive(Debug)]
 pub struct LiveContact {
     contact_n: f64,
     fit: Option<Fit>,
     force: Option<ForceRow>,
-    /// Readings later than the newest frame.
+    /// Force readings later than the newest frame.
     ahead: VecDeque<ForceRow>,
     latest: Option<ContactReading>,
 }
@@ -49,7 +50,7 @@ struct Fit {
 }
 
 impl LiveContact {
-    /// From `contact_n` on the finger is on the plate, N.
+    /// Makes a reader without a fit; a normal force of `contact_n` or more, N, is a finger on the plate.
     pub fn new(contact_n: f64) -> Self {
         Self {
             contact_n,
@@ -60,7 +61,7 @@ impl LiveContact {
         }
     }
 
-    /// From now on with a newer fit.
+    /// Uses a newer fit from now on.
     pub fn refit(&mut self, fit: &TrialFit) {
         self.latest = None;
         // A fit was made of frames, so their interval is one.
@@ -72,7 +73,7 @@ impl LiveContact {
             });
     }
 
-    /// Reads what was acquired; `each` sees every frame in contact that has a gap.
+    /// Reads the acquired frames; `each` sees every frame in contact that has a gap.
     pub fn take(&mut self, batch: &Batch, mut each: impl FnMut(&ContactReading)) {
         self.ahead.extend(&batch.force);
         for frame in &batch.frames {
@@ -128,7 +129,7 @@ impl LiveContact {
         })
     }
 
-    /// The newest frame's reading.
+    /// Returns the reading of the newest frame.
     pub fn latest(&self) -> Option<&ContactReading> {
         self.latest.as_ref()
     }

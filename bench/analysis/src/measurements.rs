@@ -1,5 +1,5 @@
-//! A stretch of acquired data, live or read from a recording: impedance frames, force and position on one clock, and the
-//! evenly sampled series that selection and estimation work on.
+//! Measured data, live or read from a recording: impedance frames, force and position on one clock, and the evenly
+//! sampled series that selection and estimation use.
 
 use impedance::smoothing::LowPass;
 use impedance::{Mask, ZmFrame};
@@ -11,7 +11,7 @@ use recording::{ForceRow, PositionRow};
 /// Cut-off of the second-order Butterworth filter on forces and position, Hz (Huloux 2021, section IV).
 pub const SMOOTHING_HZ: f64 = 100.0;
 
-/// Acquired data; times in seconds of one clock, each list in order.
+/// Measured data; times in seconds of one clock, each list in order.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Measurements {
     /// Impedance frames, evenly spaced.
@@ -20,16 +20,16 @@ pub struct Measurements {
     pub force: Vec<ForceRow>,
     /// Position readings.
     pub position: Vec<PositionRow>,
-    /// From when to when the force sensor was at the end of its range.
+    /// Spans during which the force sensor was at the end of its range, s.
     pub saturated: Vec<(f64, f64)>,
 }
 
-/// What accompanies the impedance at each frame of an interval. NaN where it was not measured.
+/// Impedance frames of an interval with force and position at each; NaN where they were not measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameSeries {
     /// Times of the frames, s.
     pub time_s: Vec<f64>,
-    /// The frames themselves.
+    /// Impedance frames.
     pub frames: Vec<ZmFrame>,
     /// Peak vibration amplitude, m.
     pub amplitude_m: Vec<f64>,
@@ -46,7 +46,7 @@ pub struct FrameSeries {
 }
 
 impl FrameSeries {
-    /// As the selection takes it.
+    /// Returns the series as the selection takes it.
     pub fn exploration(&self, direction: Direction) -> ExplorationSeries<'_> {
         ExplorationSeries {
             direction,
@@ -61,7 +61,7 @@ impl FrameSeries {
 }
 
 impl Measurements {
-    /// From the first to the last frame, s; empty without frames.
+    /// Returns the times of the first and last frame, s; both 0 without frames.
     pub fn span_s(&self) -> (f64, f64) {
         let ends = self.frames.first().zip(self.frames.last());
         ends.map_or((0.0, 0.0), |(first, last)| (first.time_s, last.time_s))
@@ -86,7 +86,7 @@ impl Measurements {
         self.position.drain(..position);
     }
 
-    /// What lies from `start_s` to `end_s`.
+    /// Returns the data from `start_s` to `end_s`.
     pub fn between(&self, start_s: f64, end_s: f64) -> Self {
         let inside = |time_s: f64| (start_s..=end_s).contains(&time_s);
         Self {
@@ -117,20 +117,20 @@ impl Measurements {
         }
     }
 
-    /// Amplitude of the frame nearest to `time_s`; `None` where samples were lost.
+    /// Returns the amplitude, m, of the frame nearest to `time_s`; `None` where samples were lost.
     pub fn amplitude_m(&self, time_s: f64) -> Option<f64> {
         let at = self.frames.partition_point(|frame| frame.time_s < time_s);
         let frame = self.frames.get(at.min(self.frames.len().checked_sub(1)?))?;
         (!frame.mask.contains(Mask::LOST_SAMPLES)).then_some(frame.amplitude_m)
     }
 
-    /// Normal force at `time_s`.
+    /// Returns the normal force at `time_s`, N; `None` where it was not measured.
     pub fn normal_n(&self, time_s: f64) -> Option<f64> {
         let value = interpolate(&self.force, |row| row.time_s, |row| row.normal_n, time_s);
         value.is_finite().then_some(value)
     }
 
-    /// Mean normal force from `start_s` to `end_s`; `None` without a reading there.
+    /// Returns the mean normal force, N, from `start_s` to `end_s`; `None` without a reading there.
     pub fn mean_normal_n(&self, start_s: f64, end_s: f64) -> Option<f64> {
         let readings: Vec<f64> = self
             .force
@@ -148,7 +148,7 @@ impl Measurements {
         self.saturated.iter().any(reached)
     }
 
-    /// Everything at the frames from `start_s` to `end_s`.
+    /// Returns the series of the frames from `start_s` to `end_s`.
     pub fn series(&self, start_s: f64, end_s: f64) -> FrameSeries {
         let inside = |frame: &&ZmFrame| (start_s..=end_s).contains(&frame.time_s);
         let frames: Vec<ZmFrame> = self.frames.iter().filter(inside).copied().collect();
@@ -177,8 +177,8 @@ impl Measurements {
     }
 }
 
-/// A saturated reading spoils the smoothed force this far to either side, s: what is left of the 100 Hz filter's answer then is about a
-/// hundredth.
+/// Distance in time to which a saturated reading affects the smoothed force, s: the response of the 100 Hz filter has
+/// fallen to about a hundredth by then.
 const SATURATION_REACH_S: f64 = 0.01;
 
 fn validity(mask: Mask, saturated: bool) -> Validity {
@@ -195,7 +195,7 @@ fn validity(mask: Mask, saturated: bool) -> Validity {
     }
 }
 
-/// Linear interpolation; NaN beyond the readings' ends.
+/// Interpolates linearly; NaN beyond the readings' ends.
 fn interpolate<R>(
     rows: &[R],
     time: impl Fn(&R) -> f64,
@@ -216,8 +216,8 @@ fn interpolate<R>(
     }
 }
 
-/// The finite readings over the span of `time_s` and a margin, filtered on an even grid of their own mean rate or finer, then
-/// taken at `time_s`. NaN where readings are missing for longer than [`LONGEST_GAP_S`].
+/// Returns the finite readings over the span of `time_s` and a margin, filtered on an even grid of their own mean rate
+/// or finer, then taken at `time_s`. NaN where readings are missing for longer than [`LONGEST_GAP_S`].
 fn smoothed<R>(
     rows: &[R],
     time: impl Fn(&R) -> f64,
@@ -268,14 +268,14 @@ fn smoothed<R>(
         .collect()
 }
 
-/// Rows without a reading for longer than this were lost, not merely slow, s.
+/// Longest time between readings that are not lost, s.
 pub(super) const LONGEST_GAP_S: f64 = 0.02;
-/// Grids are no coarser than this, so that the filter has its form at any rate of readings, Hz.
+/// Least rate of the grid, Hz, so that the filter keeps its response at any rate of readings.
 const LEAST_RATE_HZ: f64 = 2000.0;
-/// Readings this far beyond the wanted span let the filter settle, s.
+/// Time beyond the wanted span from which readings are used, s, so that the filter settles.
 const MARGIN_S: f64 = 0.1;
 
-/// Central differences, one-sided at the ends.
+/// Returns central differences, one-sided at the ends.
 fn derivative(time_s: &[f64], values: &[f64]) -> Vec<f64> {
     let last = time_s.len().saturating_sub(1);
     (0..time_s.len())

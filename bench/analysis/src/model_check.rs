@@ -1,4 +1,4 @@
-//! Self-sensed against measured normal force: where the two part, the model is wrong.
+//! Compares self-sensed and measured normal force: where they differ, the model does not hold.
 
 use contact::{FittedFinger, self_sensed};
 use protocols::{SelectionRules, Validity};
@@ -9,26 +9,27 @@ use crate::flaw::Flaw;
 /// Edges of the amplitude bands, m; the last band is open.
 const EDGES_M: [f64; 6] = [0.0, 0.3e-6, 1e-6, 2e-6, 4e-6, 8e-6];
 
-/// A band in which the two part farther is told of: no band of a virtual participant reaches 0.14 (`tests/tests/whole_bench/population.rs`).
+/// Difference of a band beyond which a flaw reports it: no band of a virtual participant reaches 0.14
+/// (`tests/tests/whole_bench/population.rs`).
 const GREATEST_DIFFERENCE: f64 = 0.25;
 
-/// How far self-sensed and measured normal force are apart at the amplitudes of one band.
+/// Difference of self-sensed and measured normal force at the amplitudes of one band.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Band {
-    /// From, m.
+    /// Least amplitude, m.
     pub amplitude_from_m: f64,
-    /// To, m; the greatest amplitude met in the last band.
+    /// Greatest amplitude, m; in the last band the greatest that occurred.
     pub amplitude_to_m: f64,
-    /// Samples.
+    /// Number of samples.
     pub n: usize,
     /// Median of |self-sensed − measured|/measured.
     pub median: f64,
-    /// Its 90th percentile.
+    /// 90th percentile of |self-sensed − measured|/measured.
     pub p90: f64,
 }
 
-/// Compares over whole explorations, where the finger slides on the plate's central part and not during the instance from
-/// which `finger` is. Bands without samples are left out.
+/// Compares the forces over whole explorations, where the finger slides on the plate's central part and not during the
+/// instance from which `finger` is. Bands without samples are left out.
 pub fn bands(
     finger: &FittedFinger,
     fitted: (f64, f64),
@@ -64,7 +65,7 @@ pub fn bands(
         .collect()
 }
 
-/// The band in which self-sensed and measured force part farthest, if that is too far for the model to hold.
+/// Returns the flaw of the band with the greatest difference, if it is too great for the model to hold.
 pub(super) fn flaw(bands: &[Band]) -> Option<Flaw> {
     bands
         .iter()
@@ -77,7 +78,7 @@ pub(super) fn flaw(bands: &[Band]) -> Option<Flaw> {
         })
 }
 
-/// Amplitude and relative difference of each comparable sample.
+/// Returns amplitude and relative difference of each comparable sample.
 fn of_exploration(
     finger: &FittedFinger,
     fitted: (f64, f64),
@@ -115,7 +116,7 @@ fn of_exploration(
         .collect()
 }
 
-/// Linear between order statistics, as numpy's default; `None` of nothing.
+/// Returns a quantile, linear between order statistics as numpy's default; `None` without values.
 pub fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
     let at = share * sorted.len().checked_sub(1)? as f64;
     let (below, above) = (at.floor() as usize, at.ceil() as usize);

@@ -1,5 +1,5 @@
-//! The published statistics (Huloux 2021, as digested in SCIENCE.md section 7) over instances, trials and participants, by both
-//! methods, beside the published values. A trial is a recording.
+//! The published statistics (Huloux 2021, as digested in SCIENCE.md section 7) over instances, trials and participants,
+//! by both methods, beside the published values. A trial is a recording.
 
 use std::collections::BTreeMap;
 
@@ -12,10 +12,10 @@ use crate::analysis_settings::Settings;
 use crate::estimate::{Estimated, InstanceAnalysis, Method};
 use crate::statistics::{Correlation, Spread, pearson, r_squared, spearman, spread};
 
-/// Where k_c is compared with rest: amplitude, m, and normal force, N.
+/// Amplitude, m, and normal force, N, at which k_c is compared with k_c at rest.
 const FALL_AT: (f64, f64) = (5e-6, 1.0);
 
-/// What a statistic is taken over.
+/// Level that a statistic is taken over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Level {
@@ -40,7 +40,7 @@ impl Level {
     }
 }
 
-/// One number and what it rests on.
+/// Statistic with its number of values.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Statistic {
     /// Mean, median, coefficient or share; `None` if there is too little data.
@@ -51,9 +51,9 @@ pub struct Statistic {
     /// Two-sided p-value of a correlation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub p: Option<f64>,
-    /// How many.
+    /// Number of values.
     pub n: usize,
-    /// Of what.
+    /// Level of the values.
     pub over: Level,
 }
 
@@ -80,37 +80,37 @@ impl Statistic {
     }
 }
 
-/// A statistic by one method: at the published level, and at others.
+/// Statistic by one method: at the published level, and at others.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Found {
-    /// At the published level.
+    /// Statistic at the published level.
     #[serde(flatten)]
     pub main: Statistic,
-    /// At the others.
+    /// Statistics at the other levels.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub also: Vec<Statistic>,
 }
 
-/// A published figure beside what these data give.
+/// Published value beside what the data give.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StatisticRow {
-    /// Its name in results.
+    /// Name in results.
     #[serde(skip)]
     pub name: &'static str,
-    /// What it is.
+    /// Meaning in words.
     pub meaning: &'static str,
-    /// As published.
+    /// Published value.
     pub published: &'static str,
-    /// By the published method.
+    /// Statistic by the published method.
     pub paper: Found,
-    /// By the dynamic method.
+    /// Statistic by the dynamic method.
     pub dynamic: Found,
 }
 
 /// All rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Statistics {
-    /// In the order of SCIENCE.md section 7.
+    /// Rows in the order of SCIENCE.md section 7.
     pub rows: Vec<StatisticRow>,
 }
 
@@ -244,7 +244,7 @@ const ROWS: [(&str, &str, &str, Compute); 17] = [
     ),
 ];
 
-/// All statistics of an analysis.
+/// Returns all statistics of an analysis.
 pub fn statistics(analysed: &Analysed) -> Statistics {
     let pools = Method::BOTH.map(|method| Pool::new(analysed, method));
     let [paper, dynamic] = &pools;
@@ -322,7 +322,8 @@ impl<'a> Pool<'a> {
         }
     }
 
-    /// Over the instances of the participant whose mean is the (lower) median; over none if nobody's name is known.
+    /// Takes the spread over the instances of the participant whose mean is the (lower) median; over none if no
+    /// participant is known.
     fn typical_participant(
         &self,
         value: impl Fn(&InstanceAnalysis, &Estimated) -> f64 + Copy,
@@ -426,7 +427,7 @@ impl Trial<'_> {
         spread(self.values(value)).map_or(f64::NAN, |spread| spread.mean)
     }
 
-    /// Spearman of a sampled quantity and the measured friction, all instances together.
+    /// Returns Spearman's coefficient of a sampled quantity and the measured friction, all instances together.
     fn sampled(&self, value: impl Fn(&InstanceAnalysis, Method, usize) -> f64) -> f64 {
         let (x, y): (Vec<f64>, Vec<f64>) = self
             .instances
@@ -439,7 +440,7 @@ impl Trial<'_> {
         spearman(&x, &y).map_or(f64::NAN, |correlation| correlation.rho)
     }
 
-    /// Spearman over the instances.
+    /// Returns Spearman's coefficient over the instances.
     fn within(
         &self,
         x: impl Fn(&InstanceAnalysis, &Estimated) -> f64,
@@ -463,7 +464,7 @@ impl Trial<'_> {
 }
 
 impl Statistics {
-    /// Each row beside the published value, in columns.
+    /// Returns the statistics beside the published values, in columns.
     pub fn to_text(&self) -> String {
         let mut lines = vec![["statistic", "published", "paper", "dynamic"].map(str::to_owned)];
         for row in &self.rows {

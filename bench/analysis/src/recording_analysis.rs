@@ -1,5 +1,6 @@
-//! One recording: Z_p, the instances, both estimates of each, the model check.
+//! Analyses a recording: Z_p, the instances, both estimates of each, the model check.
 
+use std::io::ErrorKind;
 use std::path::Path;
 
 use protocols::selection::{StretchOutcome, select};
@@ -28,7 +29,7 @@ pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
 
 fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, RecordingError> {
     let mut reading = demodulated::read(folder, PickupOffset::default())?;
-    let rules = selection_rules(folder, &reading.manifest, settings);
+    let (rules, protocol_flaw) = selection_rules(folder, &reading.manifest, settings);
     let carrier_missing = reading.carrier_missing();
     let mut plate = FreePlate::read(&reading, rules.contact_n / 2.0);
     let pickup = plate.pickup_offset().unwrap_or_default();
@@ -42,8 +43,9 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     let DemodulatedRecording {
         manifest,
         record,
-        flaws,
+        mut flaws,
     } = reading;
+    flaws.extend(protocol_flaw);
     let mut findings = RecordingFindings {
         path: folder.to_owned(),
         rules,
@@ -91,7 +93,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     Ok(findings)
 }
 
-/// Direction, start and end of each exploration, in time order.
+/// Returns direction, start and end of each exploration, in time order.
 fn explorations(manifest: &Manifest) -> Vec<(Direction, f64, f64)> {
     let mut explorations: Vec<_> = manifest
         .intervals
@@ -107,18 +109,37 @@ fn explorations(manifest: &Manifest) -> Vec<(Direction, f64, f64)> {
     explorations
 }
 
-/// The rules of the session's own protocol, of which a copy lies beside the recording; otherwise the settings'.
-pub fn selection_rules(folder: &Path, manifest: &Manifest, settings: &Settings) -> SelectionRules {
+/// Returns the selection rules for the recording in `folder`: those of the session's protocol, of which a copy lies
+/// beside the recording. Without a copy, as for a recording made elsewhere, these are the rules of `settings`; the same
+/// if the copy cannot be read, and then with the flaw that says so.
+pub fn selection_rules(
+    folder: &Path,
+    manifest: &Manifest,
+    settings: &Settings,
+) -> (SelectionRules, Option<Flaw>) {
     let centre_m = manifest.plate.centre_m;
-    let own = manifest.trial.as_ref().and_then(|trial| {
-        let path = folder.parent()?.join(format!("{}.toml", trial.protocol));
-        let text = std::fs::read_to_string(&path).ok()?;
-        Protocol::parse(&text, &path.display().to_string()).ok()
-    });
-    own.map_or_else(
-        || settings.selection_rules(centre_m),
-        |protocol| protocol.selection_rules(centre_m),
-    )
+    match protocol_copy(folder, manifest) {
+        Ok(Some(protocol)) => (protocol.selection_rules(centre_m), None),
+        Ok(None) => (settings.selection_rules(centre_m), None),
+        Err(flaw) => (settings.selection_rules(centre_m), Some(flaw)),
+    }
+}
+
+/// Reads the copy of the session's protocol beside a recording; `None` if there is no copy.
+fn protocol_copy(folder: &Path, manifest: &Manifest) -> Result<Option<Protocol>, Flaw> {
+    let Some((trial, session)) = manifest.trial.as_ref().zip(folder.parent()) else {
+        return Ok(None);
+    };
+    let path = session.join(format!("{}.toml", trial.protocol));
+    let file = path.display().to_string();
+    let parsed = match std::fs::read_to_string(&path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        Err(error) => Err(format!("{file}: {error}")),
+        Ok(text) => Protocol::parse(&text, &file).map_err(|error| error.to_string()),
+    };
+    parsed
+        .map(Some)
+        .map_err(|reason| Flaw::ProtocolCopy { path, reason })
 }
 
 impl RecordingFindings {
@@ -131,7 +152,8 @@ impl RecordingFindings {
         });
     }
 
-    /// Estimates what is selected of an exploration, and says of everything else why not.
+    /// Estimates the instances that are selected from an exploration, and notes for everything else why it was
+    /// rejected.
     fn explore(
         &mut self,
         record: &Measurements,
@@ -171,5 +193,92 @@ impl RecordingFindings {
         }
         let exploration = ExplorationFindings::new(series, direction, span, stretches);
         self.explorations.push(exploration);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use protocols::built_in;
+    use recording::{AudioFormat, RecordingWriter};
+
+    use super::*;
+
+    const MANIFEST: &str = r#"format = 1
+carrier_hz = 35000.0
+modulation_hz = 6.0
+modulation_index = 0.95
+channels.drive = { index = 0, volts_per_unit = 20.0 }
+channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
+plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
+
+[trial]
+number = 1
+attempt = 1
+practice = false
+condition = "6 Hz"
+protocol = "own"
+seed = 1
+"#;
+
+    fn settings() -> Settings {
+        Settings {
+            contact_n: 0.123,
+            ..Settings::default()
+        }
+    }
+
+    #[test]
+    fn the_rules_are_those_of_the_protocol_beside_the_recording_or_else_the_settings() {
+        let session = tempfile::tempdir().unwrap();
+        let folder = session.path().join("trial-001_attempt-1");
+        let manifest = Manifest::parse(MANIFEST, "recording.toml").unwrap();
+        let copy = session.path().join("own.toml");
+        let rules = || selection_rules(&folder, &manifest, &settings());
+        let of_settings = settings().selection_rules(0.05);
+
+        assert_eq!(rules(), (of_settings, None), "no copy, as made elsewhere");
+
+        let text = built_in("huloux2021").unwrap();
+        std::fs::write(&copy, text).unwrap();
+        let protocol = Protocol::parse(text, "own.toml").unwrap();
+        let own = protocol.selection_rules(0.05);
+        assert_ne!(own, of_settings);
+        assert_eq!(rules(), (own, None));
+
+        // Cut off in the middle, and with bytes that are no text.
+        let half = text.as_bytes()[..text.len() / 2].to_vec();
+        for damaged in [half, vec![0xff; 64]] {
+            std::fs::write(&copy, damaged).unwrap();
+            let (damaged_rules, flaw) = rules();
+            assert_eq!(damaged_rules, of_settings);
+            let Some(Flaw::ProtocolCopy { path, reason }) = flaw else {
+                panic!("{flaw:?}");
+            };
+            assert_eq!(path, copy);
+            assert!(reason.contains("own.toml"), "{reason}");
+        }
+    }
+
+    #[test]
+    fn an_analysis_lists_a_damaged_protocol_copy_among_the_flaws() {
+        let session = tempfile::tempdir().unwrap();
+        let folder = session.path().join("trial-001_attempt-1");
+        let manifest = Manifest::parse(MANIFEST, "recording.toml").unwrap();
+        let format = AudioFormat {
+            sample_rate_hz: 96_000,
+            channels: 2,
+        };
+        let mut writer = RecordingWriter::create(&folder, manifest, format).unwrap();
+        writer.write_audio(&[0.0; 2 * 9600]).unwrap();
+        writer.finish(recording::writer::Ending::Completed).unwrap();
+        let damaged = |analysis: RecordingAnalysis| {
+            let flaws = analysis.found.unwrap().flaws;
+            flaws
+                .iter()
+                .any(|flaw| matches!(flaw, Flaw::ProtocolCopy { .. }))
+        };
+        assert!(!damaged(analyse(&folder, &settings())));
+        std::fs::write(session.path().join("own.toml"), "format = ").unwrap();
+        assert!(damaged(analyse(&folder, &settings())));
     }
 }

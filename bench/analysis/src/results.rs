@@ -1,4 +1,4 @@
-//! The results file, by the schema of RECORDING.md.
+//! Results file, by the schema of RECORDING.md.
 
 use contact::fit::Sensitivities;
 use num_complex::Complex64;
@@ -14,7 +14,7 @@ use crate::published::{Statistics, statistics};
 /// Version of the results file.
 pub const FORMAT: u32 = 1;
 
-/// The whole file. What is not known is null.
+/// Content of the results file; unknown values are null.
 #[derive(Debug, Serialize)]
 pub struct Results {
     format: u32,
@@ -39,7 +39,7 @@ struct Recording {
     warnings: Vec<String>,
 }
 
-/// What of the pickup the unloaded plate's answer to the modulation showed to be otherwise than stated.
+/// Deviation of the pickup from what is stated, by the unloaded plate's response to the modulation.
 #[derive(Debug, Serialize)]
 struct PickupUndone {
     phase_rad: f64,
@@ -87,7 +87,7 @@ struct Estimate {
     sensitivity: Option<SensitivityRows>,
 }
 
-/// Where `paper` read Z_t.
+/// Samples from which `paper` read Z_t.
 #[derive(Debug, Serialize)]
 struct AtRest {
     below_threshold: bool,
@@ -104,7 +104,7 @@ struct Std {
     mu0: f64,
 }
 
-/// ∂ln value/∂ln constant; of τ ∂τ/∂ln constant in s.
+/// Sensitivities ∂ln value/∂ln constant; for τ ∂τ/∂ln constant, s.
 #[derive(Debug, Serialize)]
 struct SensitivityRows {
     sigma_q0_rad_per_m: SensitivityRow,
@@ -142,7 +142,7 @@ fn pair(z: Complex64) -> [f64; 2] {
 }
 
 impl Results {
-    /// Of an analysis.
+    /// Makes the results of an analysis.
     pub fn new(analysed: &Analysed) -> Self {
         Self {
             format: FORMAT,
@@ -152,10 +152,10 @@ impl Results {
         }
     }
 
-    /// The file's text.
+    /// Returns the text of the file.
     ///
     /// # Errors
-    /// The serialiser's.
+    /// The serialiser failed.
     pub fn to_json(&self) -> serde_json::Result<String> {
         serde_json::to_string_pretty(self).map(|text| text + "\n")
     }

@@ -11,7 +11,7 @@ pub struct Correlation {
     pub rho: f64,
     /// Two-sided p-value from Student's t with n − 2 degrees of freedom (for Spearman an approximation, as scipy's).
     pub p: f64,
-    /// Pairs.
+    /// Number of pairs.
     pub n: usize,
 }
 
@@ -22,7 +22,7 @@ pub struct Spread {
     pub mean: f64,
     /// Sample standard deviation (n − 1); absent for a single value.
     pub std: Option<f64>,
-    /// Values.
+    /// Number of values.
     pub n: usize,
 }
 

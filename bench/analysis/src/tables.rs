@@ -1,4 +1,5 @@
-//! Tidy tables as Parquet: one row per instance and method, and one per sample and method. SI units are in the column names.
+//! Tidy tables as Parquet: one row per instance and method, and one per sample and method. SI units are in the column
+//! names.
 //!
 //! A Parquet file has its directory at its end, so each is made in memory and put in place whole.
 
@@ -17,9 +18,9 @@ use crate::estimate::{InstanceAnalysis, Method};
 use recording::DiskError;
 use recording::disk::{self, OnPath};
 
-/// One row per instance and method.
+/// Table with one row per instance and method.
 pub const INSTANCES_FILE: &str = "instances.parquet";
-/// One row per sample of an instance and method.
+/// Table with one row per sample of an instance and method.
 pub const SAMPLES_FILE: &str = "samples.parquet";
 
 /// Why the tables cannot be written.
@@ -28,7 +29,7 @@ pub enum TableError {
     /// The operating system refused.
     #[error(transparent)]
     Disk(#[from] DiskError),
-    /// The format refused.
+    /// The table cannot be encoded.
     #[error("cannot make {}: {reason}", path.display())]
     Parquet {
         /// The file.
@@ -38,14 +39,14 @@ pub enum TableError {
     },
 }
 
-/// A column with its values; a NaN is a value that is not known.
+/// Column with its values; NaN is an unknown value.
 enum Column {
     Text(&'static str, Vec<ByteArray>),
     Whole(&'static str, Vec<i64>),
     Real(&'static str, Vec<f64>),
 }
 
-/// Writes both tables into `folder`, which is made if it is not there; tables that are there are replaced.
+/// Writes both tables into `folder`, which is made if it does not exist; tables that exist are replaced.
 ///
 /// # Errors
 /// [`TableError`] names the file.
@@ -65,7 +66,7 @@ pub fn write(analysed: &Analysed, folder: &Path) -> Result<(), TableError> {
     Ok(())
 }
 
-/// An instance by one method: what a row is about.
+/// Subject of a row: an instance by one method.
 struct Row<'a> {
     found: &'a RecordingFindings,
     number: usize,
@@ -93,7 +94,8 @@ fn instances_of(found: &RecordingFindings) -> impl Iterator<Item = Row<'_>> {
         })
 }
 
-/// What names a row: recording, participant (empty if unknown), trial (0 if unknown), instance from 1, method.
+/// Returns the columns that name a row: recording, participant (empty if unknown), trial (0 if unknown), instance from
+/// 1, method.
 fn keys<'a>(rows: impl Iterator<Item = &'a Row<'a>> + Clone) -> Vec<Column> {
     let text = |name, value: fn(&Row<'_>) -> String| {
         let values = rows

@@ -1,4 +1,4 @@
-//! The participant's contact, fitted to a trial.
+//! Fits the participant's contact to a trial.
 
 use contact::fit::{DynamicFit, FitError, dynamic};
 use contact::live_estimator::Uncertain;
@@ -12,34 +12,34 @@ use crate::instance::{PlateReading, PreparedInstance};
 use crate::measurements::{FrameSeries, Measurements};
 use crate::unloaded::UnloadedError;
 
-/// A trial, or an exploration, to be fitted.
+/// Trial, or exploration, to be fitted.
 #[derive(Debug)]
 pub struct FitRequest {
-    /// What it is called in the log.
+    /// Name in the log.
     pub label: String,
-    /// The plate without finger, or why it could not be read.
+    /// Impedance of the unloaded plate, or why it could not be read.
     pub plate: Result<PlateReading, UnloadedError>,
-    /// What was acquired.
+    /// Measured data.
     pub record: Measurements,
-    /// The explorations with what was selected in them.
+    /// Explorations with their stretches.
     pub explorations: Vec<Selected>,
-    /// The rules by which it was.
+    /// Rules of the selection.
     pub rules: SelectionRules,
 }
 
-/// An exploration with its stretches.
+/// Exploration with its stretches.
 #[derive(Debug)]
 pub struct Selected {
     /// Start, s.
     pub start_s: f64,
     /// End, s.
     pub end_s: f64,
-    /// All rising stretches.
+    /// All stretches of rising amplitude.
     pub stretches: Vec<Stretch>,
 }
 
 impl Selected {
-    /// The analysed explorations among `intervals`.
+    /// Returns the analysed explorations among `intervals`.
     pub fn of(intervals: &[Interval], analysis: &TrialAnalysis) -> Vec<Self> {
         intervals
             .iter()
@@ -58,12 +58,12 @@ impl Selected {
     }
 }
 
-/// What came of a request.
+/// Outcome of a request.
 #[derive(Debug)]
 pub struct FitReport {
-    /// As in the request.
+    /// Name in the log, as in the request.
     pub label: String,
-    /// The fit, or why there is none.
+    /// Fit, or why there is none.
     pub fit: Result<TrialFit, NoFit>,
 }
 
@@ -73,7 +73,7 @@ pub enum NoFit {
     /// Z_p is not known.
     #[error(transparent)]
     Plate(#[from] UnloadedError),
-    /// Nothing was selected.
+    /// No instance was selected.
     #[error("no instance was selected")]
     NoInstance,
     /// Every fit failed or left a parameter open.
@@ -81,29 +81,29 @@ pub enum NoFit {
     NoneUsable {
         /// Instances tried.
         instances: usize,
-        /// What was wrong with the first.
+        /// Reason of the first failure.
         reason: String,
     },
 }
 
-/// What a trial says about the participant's contact: the `dynamic` fit of one of its instances, of the middle half by σ_t the
-/// one with the smallest standard error.
+/// Contact of a participant by a trial: the `dynamic` fit of that instance which, among the middle half by σ_t, has the
+/// smallest standard error.
 ///
-/// Parameters of one fit belong together, for σ_t, Z_t and τ are correlated; a median of each by itself would be nobody's
-/// finger, and a mean would follow a bad instance. The standard errors are that fit's own; `sigma_t_spread_m` shows how far the
-/// instances scatter.
+/// The parameters are those of one fit, because σ_t, Z_t and τ are correlated: separate medians would describe no
+/// finger, and a mean would follow a bad instance. The standard errors are those of that fit; `sigma_t_spread_m` is the
+/// scatter of the instances.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrialFit {
     /// σ_t, m.
     pub sigma_t_m: Uncertain,
     /// Z_t, N·s/m.
     pub z_t_n_s_per_m: Complex64,
-    /// Standard errors of its real and imaginary part, N·s/m.
+    /// Standard errors of the real and imaginary part, N·s/m.
     pub z_t_std_n_s_per_m: Complex64,
     /// τ, s.
     pub tau_s: Uncertain,
-    /// μ0: mean over the usable instances, for it hardly depends on the other parameters; its error is their scatter, since
-    /// skin changes along the plate.
+    /// μ0: mean over the usable instances, because it hardly depends on the other parameters; its error is their
+    /// scatter.
     pub mu0: Uncertain,
     /// Half the distance between the 16th and 84th percentile of σ_t over the usable instances, m.
     pub sigma_t_spread_m: f64,
@@ -111,7 +111,8 @@ pub struct TrialFit {
     pub usable: usize,
     /// Instances selected.
     pub instances: usize,
-    /// Median of |self-sensed − measured|/measured normal force over the explorations; `None` without a comparable frame.
+    /// Median of |self-sensed − measured|/measured normal force over the explorations; `None` without a comparable
+    /// frame.
     pub force_difference: Option<f64>,
     /// The fitted parameters with their covariance.
     pub finger: FittedFinger,
@@ -120,7 +121,7 @@ pub struct TrialFit {
 }
 
 impl FitReport {
-    /// The lines for the operator, each short enough for the dashboard's log.
+    /// Returns the lines for the operator, each short enough for the dashboard's log.
     pub fn lines(&self) -> Vec<String> {
         let label = &self.label;
         let fit = match &self.fit {
@@ -159,7 +160,7 @@ impl FitReport {
 /// Fits a trial.
 ///
 /// # Errors
-/// [`NoFit`] says why not.
+/// [`NoFit`] names the reason.
 pub fn fit(
     request: &FitRequest,
     carrier_hz: f64,
@@ -254,7 +255,8 @@ fn friction_at_rest(usable: &[DynamicFit], typical: &DynamicFit) -> Uncertain {
     }
 }
 
-/// Median relative difference between self-sensed and measured normal force where a finger is on the plate's central part.
+/// Returns the median relative difference between self-sensed and measured normal force where a finger is on the
+/// plate's central part.
 fn force_difference(
     finger: &FittedFinger,
     interval_s: f64,

@@ -1,4 +1,4 @@
-//! Selection over a whole trial, live or from a recording.
+//! Selects the instances of a whole trial, live or from a recording.
 
 use protocols::selection::analyse_exploration;
 use protocols::{
@@ -7,7 +7,8 @@ use protocols::{
 
 use crate::measurements::Measurements;
 
-/// Selects the instances of every exploration and takes the means that a verdict needs. Drop-outs are the caller's to count.
+/// Selects the instances of every exploration and computes the means that a verdict needs. Counts of lost and clipped
+/// frames are left at 0 for the caller to fill in.
 pub fn analyse(
     key: &TrialKey,
     intervals: &[Interval],

@@ -1,33 +1,33 @@
-//! The plate's own impedance Z_p, read where no finger is on it.
+//! Reads the plate's own impedance Z_p, where no finger is on it.
 
 use impedance::ZmFrame;
 
 use crate::instance::{FEWEST_PLATE_FRAMES, PlateReading, plate};
 use crate::measurements::Measurements;
 
-/// A corrected Z_p that scatters more than this, N·s/m, belongs to a plate that is not free: a finger adds several N·s/m.
+/// Greatest scatter of the corrected Z_p of a free plate, N·s/m; a finger adds several N·s/m.
 const GREATEST_SCATTER_N_S_PER_M: f64 = 0.5;
 
-/// Z_p and whether to believe it.
+/// Reading of Z_p, with its quality.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnloadedReading {
     /// Z_p by both methods.
     pub plate: PlateReading,
-    /// Seconds left out because the normal force showed a finger.
+    /// Time left out because the normal force showed a finger, s.
     pub touched_s: f64,
     /// RMS of the corrected impedance about Z_p, if it is more than a free plate's.
     pub scatter_n_s_per_m: Option<f64>,
-    /// The frames that it was read from.
+    /// Frames that Z_p was read from.
     pub free: Vec<ZmFrame>,
 }
 
 /// Why Z_p cannot be read.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum UnloadedError {
-    /// The recording names no interval without finger.
+    /// The recording names no unloaded interval.
     #[error("no unloaded interval, so Z_p is not known")]
     NoInterval,
-    /// The finger was on the plate.
+    /// A finger was on the plate.
     #[error(
         "finger on the plate during the unloaded interval ({most_n:.2} N), so Z_p is not known"
     )]
@@ -35,7 +35,7 @@ pub enum UnloadedError {
         /// Greatest normal force, N.
         most_n: f64,
     },
-    /// No impedance could be read there.
+    /// Too few frames have an impedance.
     #[error(
         "{frames} frames of the unloaded interval have an impedance, {FEWEST_PLATE_FRAMES} are needed, so Z_p is not known"
     )]
@@ -45,11 +45,11 @@ pub enum UnloadedError {
     },
 }
 
-/// Reads Z_p over the unloaded intervals, each cut to whole periods of the modulation: over those the transient that the plain
-/// ratio holds averages out. Frames under a finger (`off_n` or more) are left out.
+/// Reads Z_p over the unloaded intervals, each cut to whole periods of the modulation: over those the transient that
+/// the plain ratio holds averages out. Frames under a finger (`off_n` or more) are left out.
 ///
 /// # Errors
-/// [`UnloadedError`] says what is missing.
+/// [`UnloadedError`] names what is missing.
 pub fn read(
     record: &Measurements,
     intervals: &[(f64, f64)],
@@ -67,7 +67,7 @@ pub fn read(
             interval_s = (last - first) / (series.time_s.len() - 1) as f64;
         }
         for (frame, &normal_n) in series.frames.iter().zip(&series.normal_n) {
-            // A force that was not measured cannot tell.
+            // A force that was not measured shows no finger.
             if normal_n.abs() >= off_n {
                 touched += 1;
                 most_n = most_n.max(normal_n.abs());

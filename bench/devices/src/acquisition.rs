@@ -333,7 +333,7 @@ impl Acquisition {
         if frames == 0 {
             return Ok(());
         }
-        self.pipeline.lose(frames, &mut batch.frames)?;
+        self.pipeline.take_lost(frames, &mut batch.frames)?;
         if let Some(excerpt) = &mut self.excerpt {
             excerpt.samples.clear();
         }

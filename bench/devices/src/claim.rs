@@ -59,7 +59,7 @@ impl Claim {
         for what in parts(config) {
             let path = folder.join(file_name(&what));
             make_for_everybody(&path).on("create", &path)?;
-            match Lock::ask(&path)? {
+            match Lock::try_take(&path)? {
                 Lock::Taken(file) => locks.push(file),
                 Lock::Held { by } => return Err(ClaimError::InUse { what, by }),
             }

@@ -1,7 +1,7 @@
-//! The bitmap backend with round-jointed lines and properly spaced text.
+//! Bitmap backend with round-jointed lines and properly spaced text.
 //!
-//! Plotters makes a thick line one polygon, whose crossings come out white, and sets glyphs without their side bearings. Both are
-//! replaced here; everything else is its own.
+//! Plotters draws a thick line as one polygon, whose crossings come out white, and sets glyphs without their side
+//! bearings. Both are replaced here; everything else is left to Plotters.
 
 use plotters::backend::BitMapBackend;
 use plotters_backend::text_anchor::HPos;
@@ -15,14 +15,14 @@ use crate::pen::{BASELINE_EM, PLOTTERS_SIZE_PER_EM};
 
 type Drawn<E> = Result<(), DrawingErrorKind<E>>;
 
-/// Draws into a buffer.
+/// Backend that draws into a buffer of pixels.
 pub(super) struct Bitmap<'a> {
     pixels: BitMapBackend<'a>,
     typeface: &'a Typeface,
 }
 
 impl<'a> Bitmap<'a> {
-    /// `buffer` holds 3 bytes per pixel.
+    /// Draws into `buffer`, which holds 3 bytes per pixel.
     pub(super) fn new(buffer: &'a mut [u8], size: (u32, u32), typeface: &'a Typeface) -> Self {
         Self {
             pixels: BitMapBackend::with_buffer(buffer, size),
@@ -31,7 +31,7 @@ impl<'a> Bitmap<'a> {
     }
 }
 
-/// Squared distance of a point from a straight stretch.
+/// Returns the squared distance of a point from a straight segment.
 fn distance_squared((x, y): (f64, f64), from: (f64, f64), to: (f64, f64)) -> f64 {
     let (dx, dy) = (to.0 - from.0, to.1 - from.1);
     let length_squared = dx * dx + dy * dy;

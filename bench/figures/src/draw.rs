@@ -1,4 +1,4 @@
-//! A laid-out figure, drawn.
+//! Draws a laid-out figure.
 
 use plotters_backend::{DrawingBackend, DrawingErrorKind};
 
@@ -14,8 +14,11 @@ use crate::style::{
 
 type Drawn<B> = Result<(), DrawingErrorKind<<B as DrawingBackend>::ErrorType>>;
 
+/// Strength of the grey behind the data.
 const SHADE: f64 = 0.18;
+/// Strength of the ink of a band.
 const BAND: f64 = 0.3;
+/// Number of points above which they are drawn smaller.
 const CROWD: usize = 250;
 
 pub(super) fn draw<B: DrawingBackend>(
@@ -83,7 +86,7 @@ fn draw_series<B: DrawingBackend>(
                 pen.dashed(stretch, series.ink.rgb(), CURVE_PT, dash.pattern_pt())
             }),
         Mark::Points { marker, points } => {
-            // A crowd of points is a cloud, whose shape small ones show.
+            // Many points form a cloud, whose shape small markers show.
             let share = if points.len() > CROWD { 0.55 } else { 1.0 };
             points
                 .iter()
@@ -190,7 +193,7 @@ fn legend<B: DrawingBackend>(key: &Legend, pen: &mut Pen<'_, B>) -> Drawn<B> {
     Ok(())
 }
 
-/// A short stretch of a series in front of its name.
+/// Draws a short sample of a series in front of its name.
 fn sample<B: DrawingBackend>(
     series: &Series,
     entry: &LegendEntry,

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// A figure that could not be made.
+/// Failure to draw a figure or to write its files.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FigureError {
@@ -20,7 +20,7 @@ pub enum FigureError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
 }

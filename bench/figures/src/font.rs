@@ -1,15 +1,15 @@
-//! The one typeface, compiled in: text has the same extent on every machine.
+//! The typeface, which is compiled in so that text has the same extent on every machine.
 
 use ab_glyph::{Font, FontRef, PxScale, ScaleFont};
 
 use crate::figure_error::FigureError;
 
-/// What an SVG asks its viewer for; Verdana has the same widths as DejaVu Sans.
+/// Font families that an SVG names for its viewer; Verdana has the same widths as DejaVu Sans.
 pub(super) const FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
 
 const DEJAVU_SANS: &[u8] = include_bytes!("../fonts/DejaVuSans.ttf");
 
-/// The typeface.
+/// Typeface of all text.
 pub(super) struct Typeface(FontRef<'static>);
 
 impl Typeface {
@@ -19,13 +19,14 @@ impl Typeface {
             .map_err(|_| FigureError::Typeface)
     }
 
-    /// ab_glyph scales by the height from ascent to descent, typesetting by the em.
+    /// Returns the scale for ab_glyph, which scales by the height from ascent to descent, where typesetting goes by the
+    /// em.
     fn scale(&self, em: f64) -> PxScale {
         let per_em = self.0.units_per_em().unwrap_or(1.0);
         PxScale::from(em as f32 * self.0.height_unscaled() / per_em)
     }
 
-    /// Advance of a line of text, in the unit of `em`.
+    /// Returns the advance of a line of text, in the unit of `em`.
     pub(super) fn width(&self, text: &str, em: f64) -> f64 {
         let font = self.0.as_scaled(self.scale(em));
         f64::from(

@@ -1,4 +1,4 @@
-//! The names of the curves, where they cover least.
+//! Places the names of the curves where they cover the fewest points.
 
 use crate::font::Typeface;
 use crate::path::{Frame, Point};
@@ -10,7 +10,7 @@ const KEY_LINE_PT: f64 = 1.35 * TICK_PT;
 const KEY_INSET_PT: f64 = 5.0;
 const KEY_SPACING_PT: f64 = 14.0;
 
-/// The names of all curves in rows above the panels, and the height that they take.
+/// Returns the names of all curves in rows above the panels, and the height that they take.
 pub(super) fn above(figure: &Figure, typeface: &Typeface, width: f64) -> (Legend, f64) {
     let mut entries: Vec<LegendEntry> = Vec::new();
     for series in figure.panels.iter().flat_map(|panel| &panel.series) {
@@ -46,7 +46,7 @@ pub(super) fn above(figure: &Figure, typeface: &Typeface, width: f64) -> (Legend
     (Legend { entries: placed }, height)
 }
 
-/// The panel's own key and notes, in the place where they cover the fewest points.
+/// Returns the panel's own key and notes, in the place where they cover the fewest points.
 pub(super) fn within(
     panel: &Panel,
     placed: &PlacedPanel,
@@ -80,7 +80,7 @@ pub(super) fn within(
     let inked = inked(panel, placed);
     let boxes = tops.iter().flat_map(|&top| lefts.map(|left| (left, top)));
     let (left, top) = boxes.min_by_key(|&(left, top)| {
-        // Of the places that cover nothing, one with room around it.
+        // Among places that cover nothing, prefers one with room around it.
         [0.5 * inset, 2.0 * inset].map(|clearance| {
             let covered = Frame {
                 left: left - clearance,
@@ -100,7 +100,7 @@ pub(super) fn within(
     Some(Legend { entries })
 }
 
-/// Points along everything drawn in a panel, close enough that no line slips through a key.
+/// Returns points along everything drawn in a panel, close enough together that no line passes through a key unseen.
 fn inked(panel: &Panel, placed: &PlacedPanel) -> Vec<Point> {
     let step = 4.0 * UNITS_PER_PT;
     let mut inked = Vec::new();

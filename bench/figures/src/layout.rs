@@ -1,4 +1,4 @@
-//! Where panels, ticks and keys go, from what has to be written beside them.
+//! Lays out panels, ticks and keys by what has to be written beside them.
 
 use crate::font::Typeface;
 use crate::key::{above, within};
@@ -11,25 +11,25 @@ use crate::style::{LABEL_PT, LETTER_PT, TICK_PT, UNITS_PER_MM, UNITS_PER_PT};
 /// Height of capitals and figures over the em.
 pub(super) const CAPITAL_EM: f64 = 0.73;
 pub(super) const TICK_LENGTH_PT: f64 = 2.5;
-/// Between the frame and tick labels, beside it and below.
+/// Distances from the frame to its tick labels, beside and below it, pt.
 pub(super) const TICK_GAP_PT: (f64, f64) = (2.5, 3.5);
-/// Between tick labels and the axis's label.
+/// Distance from tick labels to the axis's label, pt.
 const LABEL_GAP_PT: f64 = 3.0;
-/// Between neighbouring panels.
+/// Distances between neighbouring panels, drawing units.
 const ROW_GAP: f64 = 2.0 * UNITS_PER_PT;
 const COLUMN_GAP: f64 = 5.0 * UNITS_PER_PT;
-/// Paper per labelled tick.
+/// Paper per labelled tick, horizontal and vertical, mm.
 const TICK_SPACING_MM: (f64, f64) = (12.0, 9.0);
 
-/// A figure laid out.
+/// Figure with every part in its place.
 pub(super) struct Layout {
     pub(super) size: (u32, u32),
     pub(super) panels: Vec<PlacedPanel>,
-    /// The key above the panels.
+    /// Key above the panels.
     pub(super) key: Option<Legend>,
 }
 
-/// What a panel needs around its frame.
+/// Room that a panel needs around its frame, drawing units.
 struct Margins {
     left: f64,
     right: f64,
@@ -37,13 +37,13 @@ struct Margins {
     bottom: f64,
 }
 
-/// Frames in rows and columns, each row and column with the margins of its neediest panel.
+/// Frames in rows and columns, each row and column with the largest margins of its panels.
 struct Grid {
     columns: usize,
-    /// By column.
+    /// Margin of each column.
     left: Vec<f64>,
     right: Vec<f64>,
-    /// By row.
+    /// Margin of each row.
     top: Vec<f64>,
     bottom: Vec<f64>,
     /// Left end and top of the grid.
@@ -103,7 +103,7 @@ impl Grid {
         }
     }
 
-    /// Lower end of the grid.
+    /// Returns the lower end of the grid.
     fn lower_end(&self) -> f64 {
         let rows = self.top.len();
         let margins: f64 = self.top.iter().chain(&self.bottom).sum();

@@ -1,8 +1,9 @@
-//! Figures in print: one journal column (85 mm) or two (180 mm), SVG and PNG at 300 dpi, the same bytes on every machine.
+//! Figures for print: one journal column (85 mm) or two (180 mm) wide, as SVG and as PNG at 300 dpi, the same bytes on
+//! every machine.
 //!
-//! A [`Figure`] says what is shown; drawing it decides nothing about the science. Curves differ in ink (Okabe and Ito's) and in dash or
-//! marker, so that they are told apart without colour vision and in grey. Captions carry every assumed parameter, in the caption file
-//! and inside the SVG and the PNG.
+//! A [`Figure`] states what is shown; drawing it decides nothing about the science. Curves differ in ink (Okabe and
+//! Ito's) and in dash or marker, so that they can be distinguished without colour vision and in grey. Captions carry
+//! every assumed parameter, in the caption file and inside the SVG and the PNG.
 
 mod bitmap;
 mod draw;
@@ -24,3 +25,8 @@ pub use scale::written;
 pub use spec::{Axis, Figure, Key, Mark, Panel, Scale, Series, Span};
 pub use style::{Dash, Ink, Marker, Width};
 pub use write_files::{write, write_one};
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

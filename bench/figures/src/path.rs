@@ -1,8 +1,8 @@
-//! Curves cut to a frame and into dashes.
+//! Cuts curves to a frame and into dashes.
 
 pub(super) type Point = (f64, f64);
 
-/// A rectangle in drawing units, y down.
+/// Rectangle in drawing units, y down.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Frame {
     pub(super) left: f64,
@@ -16,7 +16,7 @@ impl Frame {
         (self.left..=self.right).contains(&x) && (self.top..=self.bottom).contains(&y)
     }
 
-    /// The part of a straight stretch that lies inside (Liang and Barsky 1984).
+    /// Returns the part of a straight segment that lies inside (Liang and Barsky 1984).
     fn clip(&self, (x0, y0): Point, (x1, y1): Point) -> Option<(Point, Point)> {
         let (dx, dy) = (x1 - x0, y1 - y0);
         let edges = [
@@ -39,7 +39,7 @@ impl Frame {
         (from <= to).then(|| (at(from), at(to)))
     }
 
-    /// The stretches of a curve inside; a point that is not finite breaks it.
+    /// Returns the parts of a curve that lie inside; a point that is not finite breaks the curve.
     pub(super) fn stretches(&self, points: impl IntoIterator<Item = Point>) -> Vec<Vec<Point>> {
         let mut stretches: Vec<Vec<Point>> = Vec::new();
         let mut before: Option<Point> = None;
@@ -60,7 +60,7 @@ impl Frame {
     }
 }
 
-/// Cuts a curve by a pattern of drawn and skipped lengths; all of it for an empty pattern.
+/// Cuts a curve by a pattern of drawn and skipped lengths; an empty pattern leaves it whole.
 pub(super) fn dashes(stretch: &[Point], pattern: &[f64]) -> Vec<Vec<Point>> {
     let (Some(&start), Some(&first)) = (stretch.first(), pattern.first()) else {
         return vec![stretch.to_vec()];

@@ -1,4 +1,4 @@
-//! Lines, shapes and text on either backend, in drawing units.
+//! Draws lines, shapes and text on either backend, in drawing units.
 
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontTransform, IntoFont, RGBColor, ShapeStyle, TextStyle};
@@ -10,14 +10,14 @@ use crate::style::{Marker, UNITS_PER_PT};
 
 /// Plotters' font size over the em that its SVG backend writes.
 pub(super) const PLOTTERS_SIZE_PER_EM: f64 = 1.24;
-/// From the top anchor to the baseline, as its SVG backend places text.
+/// Distance from the top anchor to the baseline over the em, as Plotters' SVG backend places text.
 pub(super) const BASELINE_EM: f64 = 0.76;
 
 pub(super) type Rgb = (u8, u8, u8);
 pub(super) const BLACK: Rgb = (0, 0, 0);
 const WHITE: Rgb = (255, 255, 255);
 
-/// Which end of a line of text its position is.
+/// Part of a line of text that lies at its position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Anchor {
     Start,
@@ -25,7 +25,7 @@ pub(super) enum Anchor {
     End,
 }
 
-/// Draws on a backend.
+/// Pen that draws on a backend.
 pub(super) struct Pen<'a, B: DrawingBackend>(pub(super) &'a mut B);
 
 type Drawn<B> = Result<(), DrawingErrorKind<<B as DrawingBackend>::ErrorType>>;
@@ -41,21 +41,21 @@ fn style((red, green, blue): Rgb, stroke_pt: f64) -> ShapeStyle {
 }
 
 impl<B: DrawingBackend> Pen<'_, B> {
-    /// White all over.
+    /// Paints everything white.
     pub(super) fn clear(&mut self) -> Drawn<B> {
         let (width, height) = self.0.get_size();
         let corner = (width as i32, height as i32);
         self.0.draw_rect((0, 0), corner, &style(WHITE, 0.0), true)
     }
 
-    /// A curve with round joints and ends.
+    /// Draws a curve with round joints and ends.
     pub(super) fn line(&mut self, points: &[Point], rgb: Rgb, width_pt: f64) -> Drawn<B> {
         let mut path: Vec<(i32, i32)> = points.iter().copied().map(units).collect();
         path.dedup();
         self.0.draw_path(path, &style(rgb, width_pt))
     }
 
-    /// A broken curve.
+    /// Draws a dashed curve.
     pub(super) fn dashed(
         &mut self,
         points: &[Point],
@@ -129,7 +129,7 @@ impl<B: DrawingBackend> Pen<'_, B> {
         }
     }
 
-    /// A line of text whose baseline starts, has its middle or ends at the position.
+    /// Draws a line of text whose baseline starts, has its middle or ends at the position.
     pub(super) fn text(
         &mut self,
         text: &str,
@@ -143,7 +143,7 @@ impl<B: DrawingBackend> Pen<'_, B> {
         self.0.draw_text(text, &style, position)
     }
 
-    /// The same, read upwards, with the position in the middle of the text.
+    /// Draws a line of text that reads upwards, with its middle at the position.
     pub(super) fn upward_text(
         &mut self,
         text: &str,

@@ -13,7 +13,7 @@ const SAMPLE_PT: f64 = 18.0;
 /// Distance from a sample to its name, pt.
 const SAMPLE_GAP_PT: f64 = 4.0;
 
-/// A panel on the paper.
+/// Panel on the paper.
 pub(super) struct PlacedPanel {
     pub(super) frame: Frame,
     pub(super) x: AxisExtent,
@@ -24,13 +24,13 @@ pub(super) struct PlacedPanel {
     pub(super) y_label: Point,
     /// Middle and baseline of the horizontal axis's label.
     pub(super) x_label: Point,
-    /// Where the panel's letter starts; none for a single panel.
+    /// Start of the panel's letter; `None` for a single panel.
     pub(super) letter: Option<Point>,
     pub(super) key: Option<Legend>,
 }
 
 impl PlacedPanel {
-    /// Where a data point lies on the paper.
+    /// Returns the place of a data point on the paper.
     pub(super) fn place(&self, (x, y): Point) -> Point {
         let Frame {
             left,
@@ -45,14 +45,14 @@ impl PlacedPanel {
     }
 }
 
-/// The named curves, and lines of text.
+/// Names of the curves, and lines of text.
 pub(super) struct Legend {
     pub(super) entries: Vec<LegendEntry>,
 }
 
-/// A line of a key.
+/// Line of a key.
 pub(super) struct LegendEntry {
-    /// The curve whose sample is shown; none for a note.
+    /// Curve whose sample is shown; `None` for a note.
     pub(super) series: Option<Series>,
     pub(super) text: String,
     /// Start of the sample and middle of its height.
@@ -80,7 +80,7 @@ impl LegendEntry {
         typeface.width(&self.text, TICK_PT * UNITS_PER_PT) + self.text_offset()
     }
 
-    /// From the start of the entry to its text.
+    /// Returns the distance from the start of the entry to its text.
     pub(super) fn text_offset(&self) -> f64 {
         self.series.as_ref().map_or(0.0, |series| {
             sample_width(series) + SAMPLE_GAP_PT * UNITS_PER_PT
@@ -88,7 +88,7 @@ impl LegendEntry {
     }
 }
 
-/// Length of paper that shows how a series is drawn.
+/// Returns the length of paper on which a sample of the series is drawn.
 pub(super) fn sample_width(series: &Series) -> f64 {
     let pt = match series.mark {
         Mark::Points { .. } => 5.0,

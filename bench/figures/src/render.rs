@@ -1,4 +1,4 @@
-//! Figures as SVG and PNG, both with their caption inside.
+//! Renders figures as SVG and PNG, both with their caption inside.
 
 use std::fmt::Write as _;
 
@@ -24,7 +24,31 @@ fn backend<E: std::error::Error + Send + Sync + 'static>(
 }
 
 impl Figure {
-    /// The figure as SVG, sized in millimetres, with title and caption as `<title>` and `<desc>`. Text stays text.
+    /// Returns the figure as SVG, sized in millimetres, with title and caption as `<title>` and `<desc>`. Text stays
+    /// text.
+    ///
+    /// ```
+    /// use figures::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};
+    ///
+    /// let curve = vec![(0.0, 0.9), (1.0, 0.6), (2.0, 0.4)];
+    /// let figure = Figure {
+    ///     name: "friction".to_owned(),
+    ///     title: "Friction against amplitude".to_owned(),
+    ///     caption: "Three points of a falling curve.".to_owned(),
+    ///     width: Width::Column,
+    ///     columns: 1,
+    ///     panel_height_mm: 40.0,
+    ///     key: Key::InPanels,
+    ///     panels: vec![Panel {
+    ///         series: vec![Series::line(Ink::Blue, Dash::Solid, curve).named("measured")],
+    ///         ..Panel::new(Axis::linear("Amplitude (µm)"), Axis::linear("μ").from_zero())
+    ///     }],
+    /// };
+    /// let svg = figure.to_svg()?;
+    /// assert!(svg.contains("width=\"85mm\""));
+    /// assert!(svg.contains("<desc>Three points of a falling curve.</desc>"));
+    /// # Ok::<(), figures::FigureError>(())
+    /// ```
     ///
     /// # Errors
     /// If the drawing library fails.
@@ -52,7 +76,7 @@ impl Figure {
         Ok(text)
     }
 
-    /// The figure as PNG, 300 dpi, with title and caption as text chunks.
+    /// Returns the figure as PNG at 300 dpi, with title and caption as text chunks.
     ///
     /// # Errors
     /// If the drawing library or the encoder fails.
@@ -93,7 +117,7 @@ impl Figure {
     }
 }
 
-/// Each printed dot is the mean of the drawing units in it.
+/// Returns the printed dots, each the mean of the drawing units in it.
 fn averaged(fine: &[u8], columns: usize, rows: usize) -> Vec<u8> {
     let stride = 3 * columns * UNITS_PER_DOT;
     let count = UNITS_PER_DOT.pow(2) as u32;

@@ -1,8 +1,8 @@
-//! From data to positions along an axis, and the ticks.
+//! Maps data to positions along an axis, and places ticks.
 
 use crate::spec::{Axis, Scale, Span};
 
-/// An axis whose ends are known.
+/// Axis whose ends are known.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct AxisExtent {
     scale: Scale,
@@ -10,17 +10,17 @@ pub(super) struct AxisExtent {
     high: f64,
 }
 
-/// A tick at a data value.
+/// Tick at a data value.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Tick {
     pub(super) value: f64,
-    /// None for a minor tick.
+    /// Text of the label; `None` for a minor tick.
     pub(super) label: Option<String>,
 }
 
 /// Share of the data's range left free at either end.
 const MARGIN: f64 = 0.05;
-/// No axis is long enough for more ticks.
+/// Most ticks that are asked for on any axis.
 const MOST_WANTED: f64 = 16.0;
 
 impl AxisExtent {
@@ -57,7 +57,7 @@ impl AxisExtent {
                 }
             }
         };
-        // A constant has no range of its own.
+        // Constant data have no range of their own.
         if low < high {
             Self { scale, low, high }
         } else {
@@ -72,7 +72,7 @@ impl AxisExtent {
         }
     }
 
-    /// 0 at the low end, 1 at the high end; not finite where the scale has no place for the value.
+    /// Returns the place of a value: 0 at the low end, 1 at the high end; not finite where the scale has none for it.
     pub(super) fn place(&self, value: f64) -> f64 {
         let (low, high, value) = match self.scale {
             Scale::Linear => (self.low, self.high, value),
@@ -81,7 +81,7 @@ impl AxisExtent {
         (value - low) / (high - low)
     }
 
-    /// About `wanted` labelled ticks.
+    /// Returns about `wanted` labelled ticks.
     pub(super) fn ticks(&self, wanted: f64) -> Vec<Tick> {
         match self.scale {
             Scale::Linear => self.linear_ticks(wanted),
@@ -102,7 +102,7 @@ impl AxisExtent {
         let slack = 1e-6;
         let first = (self.low / step - slack).ceil() as i64;
         let last = (self.high / step + slack).floor() as i64;
-        // A scale is not read off fewer ticks than three.
+        // At least three ticks are needed to read a scale.
         if last - first < 2 && wanted < MOST_WANTED {
             return self.linear_ticks(2.0 * wanted);
         }
@@ -144,7 +144,7 @@ impl AxisExtent {
     }
 }
 
-/// Returns `value` with so many decimals, with the minus sign that typesetters use and no negative zero.
+/// Returns `value` as text with `decimals` decimals, with the minus sign that typesetters use and no negative zero.
 pub fn written(value: f64, decimals: usize) -> String {
     let text = format!("{:.decimals$}", value.abs());
     let zero = text.chars().all(|c| matches!(c, '0' | '.'));

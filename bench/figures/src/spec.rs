@@ -1,25 +1,25 @@
-//! A figure before it is drawn: what it shows, in data units. No pixel is known here.
+//! Figures before they are drawn: what they show, in data units.
 
 use crate::style::{Dash, Ink, Marker, Width};
 
-/// A figure and its caption.
+/// Figure with its caption; [`Figure::to_svg`] shows how one is made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// Stem of its files.
+    /// Name of its files, without their endings.
     pub name: String,
-    /// What it shows, in a line.
+    /// Title of one line.
     pub title: String,
-    /// Caption with every assumed parameter.
+    /// Caption, which names every assumed parameter.
     pub caption: String,
     /// Printed width.
     pub width: Width,
-    /// Panels beside each other.
+    /// Number of panels beside each other.
     pub columns: usize,
     /// Height of a panel's frame, mm.
     pub panel_height_mm: f64,
     /// Where the curves are named.
     pub key: Key,
-    /// Row by row.
+    /// Panels, row by row.
     pub panels: Vec<Panel>,
 }
 
@@ -32,23 +32,23 @@ pub enum Key {
     Above,
 }
 
-/// One pair of axes.
+/// Pair of axes with what is drawn on them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
     /// Horizontal axis.
     pub x: Axis,
     /// Vertical axis.
     pub y: Axis,
-    /// Drawn in this order.
+    /// Series, in the order of drawing.
     pub series: Vec<Series>,
-    /// Stretches of x shaded behind the data.
+    /// Ranges of x that are shaded behind the data.
     pub shaded: Vec<(f64, f64)>,
     /// Lines of text beside the names of the curves.
     pub notes: Vec<String>,
 }
 
 impl Panel {
-    /// Axes without data.
+    /// Makes a panel with axes and without data.
     pub fn new(x: Axis, y: Axis) -> Self {
         Self {
             x,
@@ -60,21 +60,21 @@ impl Panel {
     }
 }
 
-/// An axis.
+/// Axis of a panel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
     /// Quantity and unit.
     pub label: String,
     /// Linear or logarithmic.
     pub scale: Scale,
-    /// What it spans.
+    /// Range of values.
     pub span: Span,
     /// Whether ticks and label are written; not where the panel below repeats them.
     pub written: bool,
 }
 
 impl Axis {
-    /// A linear axis that spans its data.
+    /// Makes a linear axis that spans its data.
     pub fn linear(label: impl Into<String>) -> Self {
         Self {
             label: label.into(),
@@ -84,7 +84,7 @@ impl Axis {
         }
     }
 
-    /// A logarithmic axis that spans its data.
+    /// Makes a logarithmic axis that spans its data.
     pub fn logarithmic(label: impl Into<String>) -> Self {
         Self {
             scale: Scale::Logarithmic,
@@ -92,7 +92,7 @@ impl Axis {
         }
     }
 
-    /// With `share` of the data's range left free above them.
+    /// Leaves `share` of the data's range free above them.
     pub fn with_headroom(self, share: f64) -> Self {
         Self {
             span: Span::WithHeadroom(share),
@@ -100,7 +100,7 @@ impl Axis {
         }
     }
 
-    /// From zero to the greatest value.
+    /// Spans zero to the greatest value.
     pub fn from_zero(self) -> Self {
         Self {
             span: Span::FromZero,
@@ -108,7 +108,7 @@ impl Axis {
         }
     }
 
-    /// From `low` to `high`, whatever the data.
+    /// Spans `low` to `high`, whatever the data.
     pub fn between(self, low: f64, high: f64) -> Self {
         Self {
             span: Span::Fixed(low, high),
@@ -116,7 +116,7 @@ impl Axis {
         }
     }
 
-    /// Ticks only.
+    /// Draws ticks without their labels and without the axis's label.
     pub fn unwritten(self) -> Self {
         Self {
             written: false,
@@ -128,13 +128,13 @@ impl Axis {
 /// Spacing along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
-    /// Even.
+    /// Even spacing.
     Linear,
-    /// By decades.
+    /// Equal spacing of decades.
     Logarithmic,
 }
 
-/// What an axis spans.
+/// Range of an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Span {
     /// The data and a margin.
@@ -143,23 +143,23 @@ pub enum Span {
     WithHeadroom(f64),
     /// Zero to the greatest value and a margin.
     FromZero,
-    /// Given ends.
+    /// The two ends given.
     Fixed(f64, f64),
 }
 
-/// Points that belong together.
+/// Points that are drawn together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
-    /// Name in the key; none for what needs no name or bears it already.
+    /// Name in the key; `None` leaves the series out of the key.
     pub name: Option<String>,
-    /// Its ink.
+    /// Ink of the series.
     pub ink: Ink,
-    /// How it is drawn.
+    /// Way of drawing.
     pub mark: Mark,
 }
 
 impl Series {
-    /// A curve; a value that is not finite breaks it.
+    /// Makes a curve; a value that is not finite breaks it.
     pub fn line(ink: Ink, dash: Dash, points: Vec<(f64, f64)>) -> Self {
         Self {
             name: None,
@@ -168,7 +168,7 @@ impl Series {
         }
     }
 
-    /// Separate points.
+    /// Makes separate points.
     pub fn points(ink: Ink, marker: Marker, points: Vec<(f64, f64)>) -> Self {
         Self {
             name: None,
@@ -177,7 +177,7 @@ impl Series {
         }
     }
 
-    /// The stretch between two curves: x, low, high.
+    /// Makes the area between two curves: x, low, high.
     pub fn band(ink: Ink, edges: Vec<(f64, f64, f64)>) -> Self {
         Self {
             name: None,
@@ -186,7 +186,7 @@ impl Series {
         }
     }
 
-    /// With a name in the key.
+    /// Gives the series a name in the key.
     pub fn named(self, name: impl Into<String>) -> Self {
         Self {
             name: Some(name.into()),
@@ -194,7 +194,7 @@ impl Series {
         }
     }
 
-    /// Returns the points that its panel has to show.
+    /// Returns the points that the series' panel has to show.
     #[must_use]
     pub fn extent(&self) -> Vec<(f64, f64)> {
         match &self.mark {
@@ -207,19 +207,19 @@ impl Series {
     }
 }
 
-/// How a series is drawn.
+/// Way of drawing a series.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Mark {
     /// A curve.
     Line {
-        /// How it is broken.
+        /// Dashes of the curve.
         dash: Dash,
         /// x, y.
         points: Vec<(f64, f64)>,
     },
     /// Separate points.
     Points {
-        /// Their shape.
+        /// Shape of the points.
         marker: Marker,
         /// x, y.
         points: Vec<(f64, f64)>,

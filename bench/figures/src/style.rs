@@ -1,8 +1,8 @@
-//! Sizes, inks and dashes: legible at the printed size, told apart without colour vision and in grey.
+//! Sizes, inks and dashes: legible at the printed size, distinguishable without colour vision and in grey.
 
-/// Drawing units per inch. Both backends place by whole units, so a unit is finer than a printed dot.
+/// Drawing units per inch; both backends place by whole units, so a unit is finer than a printed dot.
 pub(super) const UNITS_PER_INCH: f64 = 900.0;
-/// Resolution of the bitmaps.
+/// Resolution of the bitmaps, dots per inch.
 pub(super) const DOTS_PER_INCH: u32 = 300;
 pub(super) const UNITS_PER_PT: f64 = UNITS_PER_INCH / 72.0;
 pub(super) const UNITS_PER_MM: f64 = UNITS_PER_INCH / 25.4;
@@ -24,7 +24,7 @@ pub enum Width {
 }
 
 impl Width {
-    /// Width, mm.
+    /// Returns the width, mm.
     pub fn mm(self) -> f64 {
         match self {
             Self::Column => 85.0,
@@ -33,7 +33,8 @@ impl Width {
     }
 }
 
-/// The inks of Okabe and Ito (Color Universal Design, 2008) that keep their contrast on white paper, and a grey.
+/// Ink of a series: those of Okabe and Ito (Color Universal Design, 2008) that keep their contrast on white paper, and
+/// a grey.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ink {
     /// Black.
@@ -51,7 +52,7 @@ pub enum Ink {
 }
 
 impl Ink {
-    /// Red, green, blue.
+    /// Returns red, green and blue, 0 to 255.
     pub fn rgb(self) -> (u8, u8, u8) {
         match self {
             Self::Black => (0, 0, 0),
@@ -63,7 +64,7 @@ impl Ink {
         }
     }
 
-    /// The same ink, `share` of it on white: opaque, so that order alone decides what covers what.
+    /// Returns `share` of the ink on white: opaque, so that order alone decides what covers what.
     pub(super) fn tint(self, share: f64) -> (u8, u8, u8) {
         let mix = |value: u8| (255.0 - share * (255.0 - f64::from(value))).round() as u8;
         let (red, green, blue) = self.rgb();
@@ -71,7 +72,7 @@ impl Ink {
     }
 }
 
-/// How a curve is broken, so that it is known without its colour.
+/// Dashes of a curve, by which it is recognised without its colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dash {
     /// Unbroken.
@@ -85,7 +86,7 @@ pub enum Dash {
 }
 
 impl Dash {
-    /// Drawn and skipped lengths in turn, pt; nothing for an unbroken line.
+    /// Returns drawn and skipped lengths in turn, pt; none for an unbroken line.
     pub(super) fn pattern_pt(self) -> &'static [f64] {
         match self {
             Self::Solid => &[],

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use crate::figure_error::FigureError;
 use crate::spec::Figure;
 
-/// Writes each figure as SVG and PNG, and `captions.md` with all captions, into an existing folder; what was written, in order.
+/// Writes each figure as SVG and PNG, and `captions.md` with all captions, into an existing folder; returns the paths
+/// in the order of writing.
 ///
 /// # Errors
 /// If a figure cannot be drawn or a file cannot be written.
@@ -24,7 +25,7 @@ pub fn write(figures: &[Figure], folder: &Path) -> Result<Vec<PathBuf>, FigureEr
     Ok(written)
 }
 
-/// Writes one figure as SVG and PNG, its caption inside both, to `stem` with their endings.
+/// Writes one figure as SVG and PNG, its caption inside both, to `stem` with `.svg` and `.png` appended.
 ///
 /// # Errors
 /// If the figure cannot be drawn or a file cannot be written.

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-/// One reading of the force sensor.
+/// Reading of the force sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ForceRow {
     /// Time on the audio clock, seconds from sample 0 of the recording.
@@ -13,7 +13,7 @@ pub struct ForceRow {
     pub lateral_n: f64,
 }
 
-/// One reading of the position sensor.
+/// Reading of the position sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PositionRow {
     /// Time on the audio clock, seconds from sample 0 of the recording.
@@ -22,17 +22,17 @@ pub struct PositionRow {
     pub position_m: f64,
 }
 
-/// A row of a CSV file with a fixed header, time first.
+/// Row of a CSV file with a fixed header, time first.
 ///
 /// Times are written to 1 ns and values as the shortest decimal of the nearest `f32` (relative error under 1.2e-7).
 pub trait CsvRow: Sized + Copy {
-    /// The columns; the first is the time.
+    /// Names of the columns; the first is the time.
     const COLUMNS: &'static [&'static str];
 
-    /// Time, seconds from sample 0.
+    /// Returns the time, seconds from sample 0.
     fn time_s(&self) -> f64;
 
-    /// The row of a file from its fields in the order of `COLUMNS`.
+    /// Makes a row from its fields in the order of `COLUMNS`; `None` if their number is wrong.
     fn from_fields(fields: &[f64]) -> Option<Self>;
 
     /// Appends the row as a line.

@@ -1,4 +1,4 @@
-//! Files that are only called saved when they are: no hidden buffer, no swallowed error.
+//! Files that report data as saved only when they are on the disk: no hidden buffer, no ignored error.
 
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 /// Bytes gathered before the operating system is asked to write them.
 const BATCH_BYTES: usize = 1 << 18;
 
-/// A file operation that failed.
+/// Failure of a file operation.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot {action} {}: {}", path.display(), cause(source))]
 pub struct DiskError {
-    /// What was attempted, such as `write`.
+    /// The attempted operation, such as `write`.
     pub action: &'static str,
     /// The file or folder.
     pub path: PathBuf,
@@ -30,18 +30,19 @@ fn cause(error: &io::Error) -> String {
             "the file system is read-only; choose another study folder"
         }
         io::ErrorKind::PermissionDenied => "permission is missing; choose another study folder",
-        io::ErrorKind::NotFound => "it is not there, or its folder is gone",
+        io::ErrorKind::Unsupported => "this is not available on this platform",
+        io::ErrorKind::NotFound => "the file or its folder does not exist",
         _ => return error.to_string(),
     };
     format!("{remedy} ({error})")
 }
 
-/// Names the action and the path of a failed operation.
+/// Adds the action and the path to the error of an operation.
 pub trait OnPath<T> {
-    /// Names `action` and `path` in the error.
+    /// Adds `action` and `path` to the error.
     ///
     /// # Errors
-    /// The operation's own.
+    /// The error of the operation.
     fn on(self, action: &'static str, path: &Path) -> Result<T, DiskError>;
 }
 
@@ -55,17 +56,17 @@ impl<T> OnPath<T> for io::Result<T> {
     }
 }
 
-/// What the content of a file consists of, so that it can be cut where nothing is torn.
+/// Records that a file consists of, so that it can be cut between two of them.
 #[derive(Debug, Clone, Copy)]
 pub enum Records {
-    /// Records of so many bytes.
+    /// Records of a fixed number of bytes.
     Bytes(usize),
     /// Lines.
     Lines,
 }
 
 impl Records {
-    /// Length of the whole records at the start of `bytes`, which starts with one.
+    /// Returns the length of the whole records at the start of `bytes`, which begins with one.
     fn whole(self, bytes: &[u8]) -> usize {
         match self {
             Self::Bytes(size) => bytes.len() / size * size,
@@ -77,7 +78,7 @@ impl Records {
     }
 }
 
-/// A new file that grows at its end by whole records.
+/// New file that grows at its end by whole records.
 #[derive(Debug)]
 pub struct AppendFile {
     path: PathBuf,
@@ -90,17 +91,17 @@ pub struct AppendFile {
     failed: Option<Failed>,
 }
 
-/// After a failure nothing is written until the file is salvaged.
+/// Failure after which nothing is written until the file is salvaged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Failed {
-    /// `whole` still tells what the file holds.
+    /// A write failed; `whole` is still the length of what the file holds.
     Write,
-    /// The system may have dropped what it could not write, and would not say so a second time.
+    /// A sync failed; the system may have dropped what it could not write, and would not report it a second time.
     Sync,
 }
 
 impl AppendFile {
-    /// Creates the file with `head` at its start; one that exists is an error.
+    /// Creates the file with `head` at its start; a file that exists is an error.
     pub fn create(path: PathBuf, head: &[u8], records: Records) -> Result<Self, DiskError> {
         let mut file = OpenOptions::new()
             .write(true)
@@ -127,7 +128,7 @@ impl AppendFile {
         Ok(())
     }
 
-    /// Hands all to the operating system.
+    /// Hands all pending records to the operating system.
     fn write_pending(&mut self) -> Result<(), DiskError> {
         if self.failed.is_some() {
             return Err(io::Error::other("an earlier write failed")).on("write", &self.path);
@@ -152,7 +153,7 @@ impl AppendFile {
         result.on("write", &self.path)
     }
 
-    /// Bytes appended, on disk or not.
+    /// Returns the number of bytes appended, on disk or not.
     pub fn bytes(&self) -> u64 {
         self.whole + self.pending.len() as u64
     }
@@ -184,10 +185,11 @@ impl AppendFile {
         fs::metadata(&self.path).map(drop).on("find", &self.path)
     }
 
-    /// After a failure, here or in another file of the recording: writes what can be, cuts the file to whole records and, given
-    /// their bytes with the head's, renews the head. Returns the bytes kept.
+    /// Saves what can be saved after a failure, here or in another file of the recording: writes what is pending, cuts
+    /// the file to whole records and replaces the head by what `head` makes of their length in bytes. Returns the bytes
+    /// kept.
     pub fn salvage(&mut self, head: impl FnOnce(u64) -> Vec<u8>) -> Result<u64, DiskError> {
-        // What it achieves is in `whole`.
+        // What could be written is counted in `whole`.
         let _ = self.write_pending();
         if self.failed == Some(Failed::Sync) {
             return Err(io::Error::other("an earlier sync failed")).on("sync", &self.path);
@@ -200,12 +202,12 @@ impl AppendFile {
     }
 }
 
-/// Replaces the file at `path` by `contents`; at every moment either the old or the new content is there whole.
+/// Replaces the file at `path` by `contents`; at every moment either the old or the new content is complete.
 pub fn replace_file(path: &Path, contents: &[u8]) -> Result<(), DiskError> {
     let mut name = path.file_name().map_or_else(OsString::new, OsString::from);
     name.push(".tmp");
     let temporary = path.with_file_name(name);
-    // A killed process may have left one.
+    // A killed process may have left a temporary file.
     let written = File::create(&temporary)
         .on("create", &temporary)
         .and_then(|file| write_all(file, &temporary, contents))
@@ -218,7 +220,7 @@ pub fn replace_file(path: &Path, contents: &[u8]) -> Result<(), DiskError> {
     path.parent().map_or(Ok(()), sync_folder)
 }
 
-/// Makes an empty file and returns once its name is on the disk; one that exists is an error.
+/// Makes an empty file and returns once its name is on the disk; a file that exists is an error.
 pub fn create_empty(path: &Path) -> Result<(), DiskError> {
     File::create_new(path).on("create", path)?;
     path.parent().map_or(Ok(()), sync_folder)
@@ -229,8 +231,12 @@ fn write_all(mut file: File, path: &Path, contents: &[u8]) -> Result<(), DiskErr
     file.sync_all().on("sync", path)
 }
 
-/// Makes the names in a folder durable.
+/// Makes the names in a folder durable. Does nothing on systems other than Unix, where a folder cannot be opened to be
+/// synced.
 pub fn sync_folder(path: &Path) -> Result<(), DiskError> {
+    if cfg!(not(unix)) {
+        return Ok(());
+    }
     let path = if path.as_os_str().is_empty() {
         Path::new(".")
     } else {
@@ -241,7 +247,8 @@ pub fn sync_folder(path: &Path) -> Result<(), DiskError> {
         .on("sync", path)
 }
 
-/// Names in a folder; none if there is no such folder. Names that are not Unicode are shown with replacement characters.
+/// Returns the sorted names in a folder; none if the folder does not exist. Names that are not Unicode get replacement
+/// characters.
 pub(crate) fn entries(folder: &Path) -> Result<Vec<String>, DiskError> {
     let listing = match fs::read_dir(folder) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),

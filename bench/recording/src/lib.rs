@@ -1,7 +1,8 @@
-//! Recording folders: written live so that a killed process leaves a readable one, and read back as a stream.
+//! Recording and study folders: written live so that a killed process leaves a readable recording, and read back as a
+//! stream.
 //!
-//! A folder holds [`MANIFEST_FILE`], [`SIGNALS_FILE`], [`FORCE_FILE`] and [`POSITION_FILE`]. Sample 0 of the audio is time 0;
-//! lost samples are NaN, never dropped.
+//! A folder holds [`MANIFEST_FILE`], [`SIGNALS_FILE`], [`FORCE_FILE`] and [`POSITION_FILE`]. Sample 0 of the audio is
+//! time 0; lost samples are NaN, never dropped.
 
 mod csv_rows;
 pub mod disk;
@@ -21,11 +22,16 @@ pub use reader::RecordingReader;
 pub use wav::AudioFormat;
 pub use writer::RecordingWriter;
 
-/// What the recording is of.
+/// File that describes the recording: its manifest.
 pub const MANIFEST_FILE: &str = "recording.toml";
-/// All audio channels as sampled.
+/// File of all audio channels as sampled.
 pub const SIGNALS_FILE: &str = "signals.wav";
-/// Normal and lateral force.
+/// File of normal and lateral force.
 pub const FORCE_FILE: &str = "force.csv";
-/// Position along the plate.
+/// File of positions along the plate.
 pub const POSITION_FILE: &str = "position.csv";
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

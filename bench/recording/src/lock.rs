@@ -1,4 +1,4 @@
-//! Files that one process at a time may hold, with its number in them for whoever comes second.
+//! Lock files, which one process at a time can hold and which contain its process number.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{ErrorKind, Read, Write};
@@ -7,24 +7,27 @@ use std::path::Path;
 use crate::DiskError;
 use crate::disk::OnPath;
 
-/// What became of asking for a lock.
+/// Outcome of trying to take a lock.
+///
+/// On platforms without file locks, such as WebAssembly, every attempt fails with an error that says so.
 #[derive(Debug)]
 pub enum Lock {
-    /// Held for as long as the file lives; the operating system releases it when this process ends, however it ends.
+    /// The lock is held for as long as the file lives; the operating system releases it when the process ends, however
+    /// it ends.
     Taken(File),
-    /// Another has it.
+    /// Another process holds the lock.
     Held {
-        /// Its process, if it left its number.
+        /// Number of that process, if the file contains it.
         by: Option<u32>,
     },
 }
 
 impl Lock {
-    /// Asks for the lock on the file at `path`, which is made if it is not there.
+    /// Tries to take the lock on the file at `path`, which is made if it does not exist.
     ///
     /// # Errors
     /// The file cannot be made, locked or written.
-    pub fn ask(path: &Path) -> Result<Self, DiskError> {
+    pub fn try_take(path: &Path) -> Result<Self, DiskError> {
         let mut file = open(path).on("open", path)?;
         match file.try_lock() {
             Ok(()) => {}
@@ -44,7 +47,8 @@ impl Lock {
     }
 }
 
-/// One that is there is not asked to be made: in a folder of temporary files that is refused for another user's.
+/// Opens the file, or makes it if it does not exist. A file that exists is opened without the flag to make it: in a
+/// folder of temporary files the system refuses that for another user's file.
 fn open(path: &Path) -> std::io::Result<File> {
     let mut options = OpenOptions::new();
     options.read(true).write(true);
@@ -54,7 +58,7 @@ fn open(path: &Path) -> std::io::Result<File> {
     }
 }
 
-/// Who holds it, for the end of a sentence.
+/// Returns the holder of a lock as the end of a sentence, such as ` (process 17)`; empty if it is not known.
 pub fn holder(by: Option<u32>) -> String {
     by.map(|pid| format!(" (process {pid})"))
         .unwrap_or_default()

@@ -1,4 +1,4 @@
-//! Samples in, impedance frames and totals out: what a sound card and a file share. A file is a stream that arrives fast.
+//! Turns samples into impedance frames and totals, for a sound card and for a file alike.
 
 use std::f64::consts::PI;
 use std::ops::RangeInclusive;
@@ -11,26 +11,26 @@ use impedance::{
 use crate::manifest::Manifest;
 use crate::{AudioFormat, ForceRow, PositionRow};
 
-/// What was acquired since the last batch, on the audio clock: seconds of frames read since the stream was opened.
+/// Data acquired since the last batch, on the audio clock: seconds of frames read since the stream was opened.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Batch {
     /// End of what was acquired, s.
     pub audio_s: f64,
-    /// Impedance, 2 kHz; lags `audio_s` by the demodulator's delay.
+    /// Impedance frames, 2 kHz; they lag `audio_s` by the demodulator's delay.
     pub frames: Vec<ZmFrame>,
-    /// Force.
+    /// Force readings.
     pub force: Vec<ForceRow>,
-    /// Position.
+    /// Position readings.
     pub position: Vec<PositionRow>,
     /// Times of forces at the end of the sensor's range, s.
     pub saturated_s: Vec<f64>,
-    /// What the operator should know of it.
+    /// Warnings for the operator.
     pub warnings: Vec<String>,
     /// Totals since the start.
     pub account: Account,
 }
 
-/// Account of the frames since the stream was opened.
+/// Totals of the frames since the stream was opened.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Account {
     /// Frames on the audio clock, the lost ones included.
@@ -45,9 +45,9 @@ pub struct Account {
     pub output_xruns: u64,
 }
 
-/// Just under full scale.
+/// Magnitude from which on a sample counts as clipped where the recording does not state it; just under full scale.
 const FULL_SCALE: f64 = 0.999;
-/// Frame rates that are taken when the sample rate of a recording is no multiple of the usual one, Hz.
+/// Frame rates that are used if the sample rate of a recording is no multiple of the usual one, Hz.
 const FRAME_RATES_HZ: RangeInclusive<u32> = 1500..=2500;
 
 /// Why the audio of a recording cannot be demodulated.
@@ -64,36 +64,36 @@ pub enum RecordedError {
         /// Rate of the audio, Hz.
         sample_rate_hz: u32,
     },
-    /// The carrier does not fit.
+    /// No filter can be designed for the carrier and the sample rate.
     #[error(transparent)]
     Filter(#[from] FilterError),
     /// The channels cannot be demodulated.
     #[error(transparent)]
     Demodulator(#[from] DemodulatorError),
-    /// A constant of plate or channels makes no sense.
+    /// A constant of plate or channels is out of its range.
     #[error(transparent)]
     Constant(#[from] ConstantError),
 }
 
-/// What of the pickup is not as a recording states it.
+/// Deviation of the pickup from what a recording states.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PickupOffset {
-    /// What is missing in its phase, rad.
+    /// Phase to be added to the stated one, rad.
     pub turn_rad: f64,
-    /// How late its envelope is, s.
+    /// Delay of its envelope, s.
     pub delay_s: f64,
 }
 
-/// What a recording does not state, but was seen of it.
+/// Properties of a recording that it does not state and that were found in its signals.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Unstated {
-    /// Magnitudes at which drive and pickup are cut off.
+pub struct FoundProperties {
+    /// Magnitudes at which drive and pickup are clipped.
     pub clip_levels: [f32; 2],
-    /// The pickup.
+    /// Deviation of the pickup.
     pub pickup: PickupOffset,
 }
 
-impl Default for Unstated {
+impl Default for FoundProperties {
     fn default() -> Self {
         Self {
             clip_levels: [f32::INFINITY; 2],
@@ -102,7 +102,7 @@ impl Default for Unstated {
     }
 }
 
-/// Demodulates one stream.
+/// Demodulator of one stream, live or from a file.
 pub struct Pipeline {
     demodulator: Demodulator<2>,
     zm: Zm,
@@ -111,11 +111,11 @@ pub struct Pipeline {
     account: Account,
 }
 
-/// Lost frames are demodulated in pieces of this many: a gap may be longer than memory should follow.
+/// Lost frames are demodulated in pieces of this many, so that a long gap needs little memory.
 const LOST_PIECE: u64 = 1024;
 
 impl Pipeline {
-    /// For a stream of `channels` interleaved channels.
+    /// Makes a pipeline for a stream of `channels` interleaved channels.
     pub fn new(demodulator: Demodulator<2>, zm: Zm, channels: usize) -> Self {
         let rate_hz = f64::from(demodulator.filter().settings().sample_rate_hz);
         Self {
@@ -127,31 +127,31 @@ impl Pipeline {
         }
     }
 
-    /// For the audio of a recording, with the constants that it states.
+    /// Makes a pipeline for the audio of a recording, with the constants that it states.
     ///
     /// # Errors
-    /// When sample rate, carrier and constants do not go together.
+    /// Sample rate, carrier and constants do not fit together.
     pub fn of_recording(manifest: &Manifest, format: AudioFormat) -> Result<Self, RecordedError> {
-        Self::of_recording_seen(manifest, format, &Unstated::default())
+        Self::of_recording_with(manifest, format, &FoundProperties::default())
     }
 
-    /// As [`Pipeline::of_recording`], with what was seen of a recording and it does not state.
+    /// Makes a pipeline as [`Pipeline::of_recording`] does, with properties that the recording does not state.
     ///
     /// # Errors
     /// As [`Pipeline::of_recording`].
-    pub fn of_recording_seen(
+    pub fn of_recording_with(
         manifest: &Manifest,
         format: AudioFormat,
-        unstated: &Unstated,
+        found: &FoundProperties,
     ) -> Result<Self, RecordedError> {
         let filter = Filter::new(FilterSettings {
             sample_rate_hz: format.sample_rate_hz,
             carrier_hz: manifest.carrier_hz,
             output_rate_hz: frame_rate_hz(format.sample_rate_hz)?,
         })?;
-        let zm = recorded_zm(manifest, unstated, &filter)?;
-        // Older recordings of this bench do not say where it clipped, but are in parts of full scale; of others the range
-        // is unknown.
+        let zm = recorded_zm(manifest, found, &filter)?;
+        // Older recordings of this bench do not say where it clipped, but are in parts of full scale; of others the
+        // range is unknown.
         let unsaid = if manifest.hardware.is_some() {
             FULL_SCALE
         } else {
@@ -163,7 +163,7 @@ impl Pipeline {
         };
         let channels = usize::from(format.channels);
         let (on_drive, on_pickup) = (&manifest.channels.drive, &manifest.channels.pickup);
-        let [drive, pickup] = unstated.clip_levels;
+        let [drive, pickup] = found.clip_levels;
         let demodulator = Demodulator::drive_and_pickup(
             filter,
             channels,
@@ -173,27 +173,27 @@ impl Pipeline {
         Ok(Self::new(demodulator, zm, channels))
     }
 
-    /// End of what was taken, on the audio clock, s.
+    /// Returns the end of what was taken, on the audio clock, s.
     pub fn audio_s(&self) -> f64 {
         self.account.frames as f64 / self.rate_hz
     }
 
-    /// Sample rate, Hz.
+    /// Returns the sample rate, Hz.
     pub fn rate_hz(&self) -> f64 {
         self.rate_hz
     }
 
-    /// Interleaved channels.
+    /// Returns the number of interleaved channels.
     pub fn channels(&self) -> usize {
         self.channels
     }
 
-    /// Totals so far.
+    /// Returns the totals so far.
     pub fn account(&self) -> Account {
         self.account
     }
 
-    /// The stream's own counts of its xruns.
+    /// Sets the totals of xruns to the stream's own counts.
     pub fn count_xruns(&mut self, input: u64, output: u64) {
         self.account.input_xruns = input;
         self.account.output_xruns = output;
@@ -202,7 +202,7 @@ impl Pipeline {
     /// Takes interleaved samples and appends the frames that they complete.
     ///
     /// # Errors
-    /// When they are not whole frames.
+    /// The samples are not whole frames.
     pub fn take(
         &mut self,
         samples: &[f32],
@@ -217,11 +217,15 @@ impl Pipeline {
         })
     }
 
-    /// Takes `lost` frames that never came.
+    /// Takes `lost` frames that were lost, as NaN.
     ///
     /// # Errors
-    /// Never; the demodulator's type asks.
-    pub fn lose(&mut self, lost: u64, frames: &mut Vec<ZmFrame>) -> Result<(), DemodulatorError> {
+    /// None occur: NaN frames are always whole.
+    pub fn take_lost(
+        &mut self,
+        lost: u64,
+        frames: &mut Vec<ZmFrame>,
+    ) -> Result<(), DemodulatorError> {
         self.account.lost_frames += lost;
         let missing = vec![f32::NAN; LOST_PIECE as usize * self.channels];
         let mut left = lost;
@@ -230,12 +234,12 @@ impl Pipeline {
             self.take(&missing[..piece as usize * self.channels], frames)?;
             left -= piece;
         }
-        // A sample that never came is no sample that is not a number.
+        // Lost samples do not count as samples that are not a number.
         self.take_flaws();
         Ok(())
     }
 
-    /// The flawed samples of drive and pickup among those taken since this was last asked; lost frames are none.
+    /// Returns the flawed samples of drive and pickup since the last call; lost frames do not count.
     pub fn take_flaws(&mut self) -> [ChannelFlaws; 2] {
         self.demodulator.take_flaws()
     }
@@ -257,7 +261,7 @@ impl Pipeline {
     }
 }
 
-/// The whole divisor of the sample rate that is nearest to the usual frame rate.
+/// Returns the whole divisor of the sample rate that is nearest to the usual frame rate.
 fn frame_rate_hz(sample_rate_hz: u32) -> Result<u32, RecordedError> {
     FRAME_RATES_HZ
         .filter(|rate| sample_rate_hz.is_multiple_of(*rate))
@@ -265,10 +269,11 @@ fn frame_rate_hz(sample_rate_hz: u32) -> Result<u32, RecordedError> {
         .ok_or(RecordedError::FrameRate { sample_rate_hz })
 }
 
-/// A recording may state a channel or the force factor with the opposite sign; the sign is a phase of half a turn.
+/// Returns the reader of Z_m for a recording, which may state a channel or the force factor with the opposite sign: the
+/// sign becomes a phase of half a turn.
 fn recorded_zm(
     manifest: &Manifest,
-    unstated: &Unstated,
+    found: &FoundProperties,
     filter: &Filter,
 ) -> Result<Zm, ConstantError> {
     let Manifest {
@@ -286,12 +291,12 @@ fn recorded_zm(
             drive_volts_per_unit: channels.drive.volts_per_unit.abs(),
             pickup_metres_per_unit: channels.pickup.metres_per_unit.abs(),
             pickup_phase_rad: channels.pickup.phase_rad
-                + unstated.pickup.turn_rad
+                + found.pickup.turn_rad
                 + if inverted { PI } else { 0.0 },
         },
         filter,
     )?;
-    Ok(zm.with_pickup_delay(unstated.pickup.delay_s))
+    Ok(zm.with_pickup_delay(found.pickup.delay_s))
 }
 
 #[cfg(test)]
@@ -335,7 +340,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
             .collect()
     }
 
-    /// Bits, so that NaN equals NaN.
+    /// Returns the frames as bits, so that NaN equals NaN.
     fn bits(frames: &[ZmFrame]) -> Vec<[u64; 4]> {
         let bits = |z: num_complex::Complex64| [z.re.to_bits(), z.im.to_bits()];
         frames
@@ -356,7 +361,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         for block in signal[..before * 3].chunks(3 * 64) {
             card.take(block, &mut live).unwrap();
         }
-        card.lose(lost as u64, &mut live).unwrap();
+        card.take_lost(lost as u64, &mut live).unwrap();
         for block in signal[(before + lost) * 3..].chunks(3 * 100) {
             card.take(block, &mut live).unwrap();
         }

@@ -1,4 +1,4 @@
-//! Reads recording folders as streams, also damaged ones: what is there is read, what is missing is said.
+//! Reads recording folders as streams, also damaged ones: reads what is there and reports what is missing.
 
 use std::fs::{self, File};
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
@@ -22,7 +22,7 @@ pub enum ReadError {
     Io {
         /// The file.
         path: PathBuf,
-        /// The reason; not a `source`, for the message already says it.
+        /// The reason; not a `source`, because the message contains it.
         reason: io::Error,
     },
     /// `recording.toml` is not one, or does not fit the audio.
@@ -51,14 +51,14 @@ pub enum ReadError {
     },
 }
 
-/// What is wrong with a recording that can be read nevertheless.
+/// Defect of a recording that can be read nevertheless.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Warning {
-    /// Of the audio file.
+    /// A defect of the audio file.
     #[error("{SIGNALS_FILE}: {0}")]
     Signals(#[from] WavWarning),
-    /// An interval that ends after the last sample.
+    /// An interval ends after the last sample.
     #[error(
         "{MANIFEST_FILE}: `intervals.{index}` ends at {end_s} s, but the recording ends at {duration_s} s"
     )]
@@ -70,46 +70,46 @@ pub enum Warning {
         /// Length of the audio, s.
         duration_s: f64,
     },
-    /// A trial that did not end.
+    /// The trial did not end.
     #[error("{MANIFEST_FILE}: the trial has no `end`: its recording was cut off")]
     CutOff,
-    /// Rows left out because a field is missing or no number, because they have more fields than the header (as where the decimal
-    /// sign is a comma), or because the last line has no end and may be torn.
+    /// Rows are left out because a field is missing or no number, because they have more fields than the header (as
+    /// where the decimal sign is a comma), or because the last line has no end and may be torn.
     #[error(
         "{file}: {rows} rows cannot be read and are left out, the first in line {first_line}: `{first}`"
     )]
     UnreadableRows {
         /// The file.
         file: &'static str,
-        /// Their number.
+        /// Number of rows.
         rows: u64,
-        /// Line of the first.
+        /// Line of the first of them.
         first_line: u64,
-        /// Its beginning.
+        /// Beginning of that line.
         first: String,
     },
-    /// Rows left out because their time does not increase.
+    /// Rows are left out because their time does not increase.
     #[error(
         "{file}: {rows} rows are left out because their time does not increase, the first in line {first_line}"
     )]
     TimeDisorder {
         /// The file.
         file: &'static str,
-        /// Their number.
+        /// Number of rows.
         rows: u64,
-        /// Line of the first.
+        /// Line of the first of them.
         first_line: u64,
     },
-    /// Rows with a value that is not finite; they are read.
+    /// Rows have a value that is not finite; they are read.
     #[error(
         "{file}: {rows} rows have a value that is NaN or infinite, the first in line {first_line}"
     )]
     NotFinite {
         /// The file.
         file: &'static str,
-        /// Their number.
+        /// Number of rows.
         rows: u64,
-        /// Line of the first.
+        /// Line of the first of them.
         first_line: u64,
     },
     /// No row could be read.
@@ -122,7 +122,8 @@ pub enum Warning {
     },
 }
 
-/// A recording folder opened for reading; its audio is read in blocks.
+/// Recording folder opened for reading; its audio is read in blocks. [`RecordingWriter`](crate::RecordingWriter) has an
+/// example.
 #[derive(Debug)]
 pub struct RecordingReader {
     folder: PathBuf,
@@ -180,41 +181,41 @@ impl RecordingReader {
         })
     }
 
-    /// The folder.
+    /// Returns the folder.
     #[must_use]
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// What the recording is of.
+    /// Returns the description of the recording.
     #[must_use]
     pub fn manifest(&self) -> &Manifest {
         &self.manifest
     }
 
-    /// Sample rate and channels.
+    /// Returns sample rate and channels.
     #[must_use]
     pub fn format(&self) -> AudioFormat {
         self.wav.format()
     }
 
-    /// Frames of audio.
+    /// Returns the number of frames of audio.
     #[must_use]
     pub fn frames(&self) -> u64 {
         self.wav.frames()
     }
 
-    /// What is wrong with the description and the audio.
+    /// Returns the defects of the description and the audio.
     #[must_use]
     pub fn warnings(&self) -> &[Warning] {
         &self.warnings
     }
 
-    /// Replaces `block` by the next frames, interleaved, at most `max_frames` of them; returns their number, 0 at the end.
-    /// NaN stays NaN.
+    /// Replaces `block` by the next frames, interleaved, at most `max_frames` of them; returns their number, 0 at the
+    /// end. NaN stays NaN.
     ///
     /// # Errors
-    /// The operating system's.
+    /// The operating system refused.
     pub fn read_block(
         &mut self,
         max_frames: usize,
@@ -228,7 +229,7 @@ impl RecordingReader {
             })
     }
 
-    /// The rows of `force.csv`.
+    /// Opens the rows of `force.csv`.
     ///
     /// # Errors
     /// The file or one of its columns is missing.
@@ -236,7 +237,7 @@ impl RecordingReader {
         RowReader::open(&self.folder, FORCE_FILE)
     }
 
-    /// The rows of `position.csv`.
+    /// Opens the rows of `position.csv`.
     ///
     /// # Errors
     /// The file or one of its columns is missing.
@@ -253,7 +254,7 @@ pub fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
     parse_manifest(folder).map(|(manifest, _, _)| manifest)
 }
 
-/// The manifest with its text and the name of its file for errors.
+/// Returns the manifest, its text, and the name of its file for errors.
 fn parse_manifest(folder: &Path) -> Result<(Manifest, String, String), ReadError> {
     let path = folder.join(MANIFEST_FILE);
     let file = path.display().to_string();
@@ -264,8 +265,8 @@ fn parse_manifest(folder: &Path) -> Result<(Manifest, String, String), ReadError
 
 /// Rows of a CSV file, in file order, with rising times.
 ///
-/// Rows that cannot be read or whose time does not increase are left out and counted; [`warnings`](Self::warnings) after the
-/// last row tells.
+/// Rows that cannot be read or whose time does not increase are left out and counted; [`warnings`](Self::warnings)
+/// after the last row returns them.
 #[derive(Debug)]
 pub struct RowReader<R> {
     file: &'static str,
@@ -273,9 +274,9 @@ pub struct RowReader<R> {
     records: csv::Reader<File>,
     record: csv::ByteRecord,
     columns: Vec<usize>,
-    /// Columns of the header.
+    /// Number of columns in the header.
     width: usize,
-    /// Length of the file if its last line has no end: then that line may be torn.
+    /// Length of the file if its last line has no end and so may be torn.
     torn_at_byte: Option<u64>,
     last_time_s: f64,
     rows: u64,
@@ -352,7 +353,7 @@ impl<R: CsvRow> RowReader<R> {
         })
     }
 
-    /// What was wrong with the rows so far; complete once the iterator has ended.
+    /// Returns the defects of the rows so far; complete once the iterator has ended.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let file = self.file;
@@ -445,7 +446,7 @@ impl<R: CsvRow> Iterator for RowReader<R> {
     }
 }
 
-/// The first 80 characters of a line, for messages.
+/// Returns the first 80 characters of a line, for messages.
 fn beginning(record: &csv::ByteRecord) -> String {
     String::from_utf8_lossy(&record.iter().collect::<Vec<_>>().join(&b','))
         .chars()
@@ -454,7 +455,7 @@ fn beginning(record: &csv::ByteRecord) -> String {
         .collect()
 }
 
-/// The file's length if its last byte ends no line; leaves the file at its start.
+/// Returns the file's length if its last byte ends no line; leaves the file at its start.
 fn unended_last_line(file: &mut File) -> io::Result<Option<u64>> {
     let bytes = file.seek(SeekFrom::End(0))?;
     let mut last = [b'\n'];

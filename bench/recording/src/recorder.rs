@@ -1,7 +1,7 @@
-//! The recorder's side of the acquisition: a bounded queue into a [`RecordingWriter`], on a thread or polled in lock step.
+//! The recorder: a bounded queue from the acquisition into a [`RecordingWriter`], on a thread or polled in lock step.
 //!
-//! Audio never waits for the disk: a full queue refuses data, the loss is counted and the trial fails, aloud, at that very
-//! sample. What was recorded up to there is kept.
+//! Audio never waits for the disk: a full queue refuses data, the loss is counted, and the trial fails at that sample
+//! with an error. What was recorded up to there is kept.
 
 use std::collections::VecDeque;
 use std::io;
@@ -18,47 +18,47 @@ use crate::manifest::{EventKind, Manifest, RecordedInterval, RecordingEvent};
 use crate::wav::AudioFormat;
 use crate::writer::{Ending, OnDisk, RecordingWriter, WriteError};
 
-/// Real time between syncs; with the sync itself well under the 1 s after which everything is on disk.
+/// Time between syncs; together with the sync itself well under the 1 s within which everything must be on disk.
 pub const SYNC_INTERVAL: Duration = Duration::from_millis(400);
 
-/// Places in the queue that only messages without data may take.
+/// Places in the queue that are reserved for messages without data.
 const RESERVED: usize = 16;
 
-/// What the acquisition tells the recorder.
+/// Message from the acquisition to the recorder.
 #[derive(Debug)]
 pub enum RecorderMessage {
     /// Starts a recording in a folder that does not exist yet.
     Begin(Box<Begin>),
     /// Interleaved samples.
     Audio(Vec<f32>),
-    /// So many frames were lost.
+    /// Number of frames that were lost.
     Gap(u64),
     /// Force readings on the audio clock.
     Force(Vec<ForceRow>),
     /// Position readings on the audio clock.
     Position(Vec<PositionRow>),
-    /// Something happened.
+    /// An event.
     Event(RecordingEvent),
-    /// Something happened that may go on: takes the place of the event of this kind at this sample, if there is one.
+    /// An event that may go on: replaces the event of this kind at this sample, if there is one.
     Flag(RecordingEvent),
-    /// A stretch got its meaning.
+    /// An interval with a known meaning.
     Interval(RecordedInterval),
     /// Ends the recording.
     End(Ending),
 }
 
-/// A recording to begin.
+/// Recording to begin.
 #[derive(Debug)]
 pub struct Begin {
-    /// Its folder, which must not exist while its parent must.
+    /// Folder of the recording, which must not exist; its parent must.
     pub folder: PathBuf,
-    /// What is known about it.
+    /// Description of the recording.
     pub manifest: Manifest,
-    /// Its audio.
+    /// Format of the audio.
     pub format: AudioFormat,
 }
 
-/// What the recorder answers, in order.
+/// Answer of the recorder; answers come in order.
 #[derive(Debug)]
 pub enum RecorderNotice {
     /// The folder is on disk and takes data.
@@ -70,16 +70,16 @@ pub enum RecorderNotice {
     Saved {
         /// The recording.
         folder: PathBuf,
-        /// What it holds.
+        /// What the recording holds.
         on_disk: OnDisk,
     },
     /// The recording failed; later data up to the next `Begin` are discarded.
     Failed {
         /// The recording.
         folder: PathBuf,
-        /// Why.
+        /// Reason.
         error: RecorderError,
-        /// What is readable of it.
+        /// What of it is readable.
         kept: OnDisk,
     },
 }
@@ -88,7 +88,7 @@ pub enum RecorderNotice {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecorderError {
-    /// The files.
+    /// A file could not be written.
     #[error(transparent)]
     Write(#[from] WriteError),
     /// The disk was slower than the data for longer than the queue holds.
@@ -106,39 +106,39 @@ pub enum RecorderError {
     /// A recording was begun before the last one had ended.
     #[error("the next recording began before this one had ended")]
     NotEnded,
-    /// The acquisition went away, by a panic for example.
-    #[error("the acquisition went away before the recording had ended")]
+    /// The acquisition ended without ending the recording, by a panic for example.
+    #[error("the acquisition ended before the recording had ended")]
     Disconnected,
 }
 
-/// Where the recorder is.
+/// State of the recorder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum RecorderState {
-    /// Between recordings.
+    /// No recording is open.
     #[default]
     Idle,
-    /// Writing.
+    /// A recording is being written.
     Recording,
     /// The last recording failed.
     Failed,
 }
 
-/// A snapshot for the screen.
+/// Snapshot of the recorder for the screen.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct RecorderStatus {
-    /// Where the recorder is.
+    /// State of the recorder.
     pub state: RecorderState,
     /// The current or the last recording.
     pub folder: Option<PathBuf>,
     /// Frames taken, on disk or not.
     pub frames: u64,
-    /// What is on disk for certain.
+    /// What the last sync put on disk.
     pub on_disk: OnDisk,
     /// Why the last recording failed.
     pub error: Option<String>,
 }
 
-/// The recorder without queue or clock of its own.
+/// Recorder without queue or clock of its own.
 #[derive(Debug, Default)]
 pub struct RecorderCore {
     writer: Option<RecordingWriter>,
@@ -148,7 +148,7 @@ pub struct RecorderCore {
 }
 
 impl RecorderCore {
-    /// A recorder between recordings.
+    /// Makes a recorder without an open recording.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
@@ -186,12 +186,12 @@ impl RecorderCore {
         }
     }
 
-    /// The oldest answer not yet taken.
+    /// Returns the oldest answer not yet taken.
     pub fn take_notice(&mut self) -> Option<RecorderNotice> {
         self.notices.pop_front()
     }
 
-    /// Where the recorder is.
+    /// Returns the state of the recorder.
     #[must_use]
     pub fn status(&self) -> &RecorderStatus {
         &self.status
@@ -247,7 +247,7 @@ impl RecorderCore {
         }
     }
 
-    /// Data were lost on their way here: the recording ends at this sample.
+    /// Ends the recording at this sample, because data were lost on their way to the recorder.
     fn overflow(&mut self, messages: u64, frames: u64) {
         let Some(writer) = &mut self.writer else {
             return;
@@ -286,7 +286,7 @@ impl RecorderCore {
     }
 }
 
-/// A message was not taken.
+/// Message that was not taken.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SendError {
@@ -298,7 +298,7 @@ pub enum SendError {
     Closed(RecorderMessage),
 }
 
-/// What the full queue refused just before a message.
+/// Data that the full queue refused just before a message.
 #[derive(Debug, Default, Clone, Copy)]
 struct Loss {
     messages: u64,
@@ -321,12 +321,12 @@ struct Shared {
     status: Mutex<RecorderStatus>,
 }
 
-/// Shows how the recorder is doing; for any thread.
+/// Gauge of the recorder's lag and state, for any thread.
 #[derive(Debug, Clone)]
 pub struct RecorderGauge(Arc<Shared>);
 
 impl RecorderGauge {
-    /// Seconds of audio sent but neither on disk nor discarded after a failure.
+    /// Returns the seconds of audio sent but neither on disk nor discarded after a failure.
     #[must_use]
     pub fn lag_s(&self) -> f64 {
         let rate_hz = self.0.sample_rate_hz.load(Ordering::Relaxed);
@@ -338,13 +338,13 @@ impl RecorderGauge {
         sent.saturating_sub(settled) as f64 / f64::from(rate_hz)
     }
 
-    /// Messages with data that the full queue ever refused.
+    /// Returns how many messages with data the full queue has refused so far.
     #[must_use]
     pub fn messages_lost(&self) -> u64 {
         self.0.messages_lost.load(Ordering::Relaxed)
     }
 
-    /// Where the recorder is.
+    /// Returns the state of the recorder.
     #[must_use]
     pub fn status(&self) -> RecorderStatus {
         self.0
@@ -420,14 +420,14 @@ impl RecorderSender {
         }
     }
 
-    /// A gauge of this recorder.
+    /// Returns a gauge of this recorder.
     #[must_use]
     pub fn gauge(&self) -> RecorderGauge {
         RecorderGauge(Arc::clone(&self.shared))
     }
 }
 
-/// The recorder at the other end of the queue; to be run on a thread or polled.
+/// Recorder at the other end of the queue, to be run on a thread or polled.
 #[derive(Debug)]
 pub struct RecorderTask {
     core: RecorderCore,
@@ -440,7 +440,7 @@ pub struct RecorderTask {
 /// Whether a polled recorder may still get messages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Polled {
-    /// It may.
+    /// The sender is still there.
     Open,
     /// The sender is gone; whatever was open has been failed and kept.
     Closed,
@@ -524,15 +524,16 @@ impl RecorderTask {
         }
         drop(shown);
         while let Some(notice) = self.core.take_notice() {
-            // Nobody listening is no reason to stop recording.
+            // Recording goes on even if nobody receives the notices.
             let _ = self.notices.send(notice);
         }
     }
 }
 
-/// A recorder whose queue holds `data_capacity` messages with data.
+/// Makes a recorder whose queue holds `data_capacity` messages with data.
 ///
-/// DESIGN.md asks for 10 s: that many seconds divided by the length of an audio block, times the messages sent per block.
+/// DESIGN.md asks for 10 s: that many seconds divided by the length of an audio block, times the messages sent per
+/// block.
 #[must_use]
 pub fn recorder(data_capacity: usize) -> (RecorderSender, Receiver<RecorderNotice>, RecorderTask) {
     let (queue, waiting) = crossbeam_channel::bounded(data_capacity + RESERVED);

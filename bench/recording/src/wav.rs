@@ -1,7 +1,7 @@
-//! RIFF/WAVE, the little of it that recordings need, and robust against headers of killed writers and truncated files.
+//! The part of RIFF/WAVE that recordings need, robust against headers of killed writers and truncated files.
 //!
-//! `hound` writes and reads WAV too, but its `Drop` discards write errors and it refuses files whose sizes do not agree;
-//! the tests use it as an independent reader and writer.
+//! `hound` writes and reads WAV too, but its `Drop` discards write errors and it refuses files whose sizes do not
+//! agree; the tests use it as an independent reader and writer.
 
 use std::io::{self, Read, Seek, SeekFrom};
 
@@ -28,13 +28,13 @@ pub struct AudioFormat {
 }
 
 impl AudioFormat {
-    /// Bytes of one frame of 32-bit samples.
+    /// Returns the bytes of one frame of 32-bit samples.
     #[must_use]
     pub fn frame_bytes(self) -> u64 {
         u64::from(self.channels) * SAMPLE_BYTES
     }
 
-    /// Whether the 16 bits for a frame's bytes and the 32 bits for a second's bytes hold it.
+    /// Returns whether the 16 bits for a frame's bytes and the 32 bits for a second's bytes hold it.
     pub(super) fn fits_a_header(self) -> bool {
         let bytes_per_second = u64::from(self.sample_rate_hz) * self.frame_bytes();
         bytes_per_second > 0
@@ -42,14 +42,14 @@ impl AudioFormat {
             && bytes_per_second <= u64::from(u32::MAX)
     }
 
-    /// Most frames that fit into one file.
+    /// Returns the most frames that fit into one file.
     #[must_use]
     pub fn max_frames(self) -> u64 {
         MAX_DATA_BYTES / self.frame_bytes().max(1)
     }
 }
 
-/// The header of a 32-bit float file with `frames` frames: `RIFF`, `fmt ` (18 bytes), `fact`, `data`.
+/// Returns the header of a 32-bit float file with `frames` frames: `RIFF`, `fmt ` (18 bytes), `fact`, `data`.
 ///
 /// `frames` must not exceed [`AudioFormat::max_frames`]; larger counts are declared as that.
 #[must_use]
@@ -89,19 +89,19 @@ pub enum WavError {
     /// The operating system refused.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// Too short for a header, or not RIFF/WAVE.
+    /// The file is too short for a header, or is not RIFF/WAVE.
     #[error("not a WAV file: it starts with {found:?} instead of \"RIFF\" … \"WAVE\"")]
     NotWav {
         /// The first bytes.
         found: String,
     },
-    /// A 64-bit or big-endian relative of WAV.
+    /// The file is of a 64-bit or big-endian format related to WAV.
     #[error("{kind} files are not supported; save it as plain RIFF/WAVE (under 4 GiB)")]
     Relative {
         /// `RF64`, `BW64` or `RIFX`.
         kind: String,
     },
-    /// A chunk that must be there is not.
+    /// A required chunk is missing.
     #[error("no `{chunk}` chunk before the end of the file")]
     NoChunk {
         /// `fmt ` or `data`.
@@ -115,7 +115,7 @@ pub enum WavError {
         /// Bytes that its format tag needs.
         needed: u32,
     },
-    /// Neither 16, 24 or 32-bit integer nor 32-bit float.
+    /// The samples are neither 16, 24 or 32-bit integers nor 32-bit floats.
     #[error(
         "sample format {bits} bits with tag {tag:#06x} is not supported; supported are 16, 24 and 32-bit integer and 32-bit float"
     )]
@@ -125,8 +125,8 @@ pub enum WavError {
         /// Bits per sample.
         bits: u16,
     },
-    /// A header field that cannot be.
-    #[error("the header's {field} is {value}, which cannot be")]
+    /// A header field has an impossible value.
+    #[error("the header's {field} is {value}, which is impossible")]
     Field {
         /// Name of the field.
         field: &'static str,
@@ -135,7 +135,7 @@ pub enum WavError {
     },
 }
 
-/// What is wrong with a WAV file that can be read nevertheless.
+/// Defect of a WAV file that can be read nevertheless.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WavWarning {
@@ -165,7 +165,7 @@ pub enum WavWarning {
         /// Bytes left out.
         bytes: u64,
     },
-    /// No samples.
+    /// The file has no samples.
     #[error("no samples")]
     Empty,
 }
@@ -187,7 +187,7 @@ impl Encoding {
         }
     }
 
-    /// Full scale of the integers becomes ±1.
+    /// Appends the samples to `out`; full scale of the integers becomes ±1.
     fn decode(self, bytes: &[u8], out: &mut Vec<f32>) {
         match self {
             Self::I16 => out.extend(
@@ -304,22 +304,23 @@ impl<R: Read + Seek> WavReader<R> {
         Ok((reader, warnings))
     }
 
-    /// Sample rate and channels.
+    /// Returns sample rate and channels.
     #[must_use]
     pub fn format(&self) -> AudioFormat {
         self.format
     }
 
-    /// Frames in the file.
+    /// Returns the number of frames in the file.
     #[must_use]
     pub fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// Replaces `block` by the next frames, interleaved, at most `max_frames` of them; returns their number, 0 at the end.
+    /// Replaces `block` by the next frames, interleaved, at most `max_frames` of them; returns their number, 0 at the
+    /// end.
     ///
     /// # Errors
-    /// The operating system's; the file having become shorter is one of them.
+    /// The operating system refused, or the file has become shorter.
     pub fn read_block(&mut self, max_frames: usize, block: &mut Vec<f32>) -> io::Result<usize> {
         block.clear();
         let frames = self

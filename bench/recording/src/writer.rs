@@ -17,19 +17,19 @@ const GAP_BATCH_FRAMES: u64 = 4096;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum WriteError {
-    /// The folder is there already; recordings are never overwritten.
+    /// The folder exists already; recordings are never overwritten.
     #[error("{} exists already and is never overwritten; use another attempt, trial or session", path.display())]
     Exists {
-        /// The folder.
+        /// Returns the folder.
         path: PathBuf,
     },
     /// The operating system refused.
     #[error(transparent)]
     Disk(#[from] DiskError),
-    /// The manifest breaks a rule.
-    #[error("the recording's description is refused: {0}")]
+    /// The manifest breaks a rule of the format.
+    #[error("the recording's description is not valid: {0}")]
     Manifest(#[from] ManifestError),
-    /// No channel, no sample rate, or more than a WAV header can hold.
+    /// Channels or sample rate are zero, or more than a WAV header can hold.
     #[error("{channels} channels at {sample_rate_hz} Hz cannot be recorded")]
     Format {
         /// RecordedChannels.
@@ -37,7 +37,7 @@ pub enum WriteError {
         /// Sample rate, Hz.
         sample_rate_hz: u32,
     },
-    /// The WAV format ends at 4 GiB.
+    /// The recording would exceed the 4 GiB of the WAV format.
     #[error(
         "the recording would exceed the {limit_frames} frames ({limit_s:.0} s) that fit into a WAV file; end the trial earlier or record fewer channels"
     )]
@@ -47,7 +47,7 @@ pub enum WriteError {
         /// The same in seconds.
         limit_s: f64,
     },
-    /// A block whose length is no multiple of the channels.
+    /// The length of a block is no multiple of the channels.
     #[error("a block of {samples} samples is no whole number of frames of {channels} channels")]
     PartialFrame {
         /// Samples in the block.
@@ -55,7 +55,7 @@ pub enum WriteError {
         /// RecordedChannels.
         channels: u16,
     },
-    /// A row without a time.
+    /// The time of a row is not finite.
     #[error("{file}: time {time_s} is no finite number")]
     Time {
         /// The file.
@@ -65,7 +65,7 @@ pub enum WriteError {
     },
 }
 
-/// What a recording holds on disk.
+/// Size of a recording on disk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct OnDisk {
     /// Frames in `signals.wav`.
@@ -74,25 +74,25 @@ pub struct OnDisk {
     pub bytes: u64,
 }
 
-/// A recording that could not be ended as it should: why, and what of it is safe.
+/// Failure to end a recording, with what of it is safe.
 #[derive(Debug, thiserror::Error)]
 #[error("{error}; {} frames of the recording are kept", kept.frames)]
 pub struct Unfinished {
-    /// What went wrong.
+    /// Reason.
     #[source]
     pub error: WriteError,
     /// What is on disk and synced.
     pub kept: OnDisk,
 }
 
-/// How a recording is to end.
+/// End of a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Ending {
     /// All of the trial is in it.
     Completed,
-    /// It was broken off.
+    /// The trial was broken off.
     Interrupted {
-        /// Why.
+        /// Reason.
         reason: String,
     },
 }
@@ -108,10 +108,43 @@ impl From<&protocols::TrialEnd> for Ending {
     }
 }
 
-/// Writes one recording.
+/// Writer of one recording.
 ///
-/// Nothing is saved before [`sync`](Self::sync) or [`finish`](Self::finish) says so. A writer dropped without `finish` leaves
-/// a recording without `end`, as a killed process does.
+/// ```
+/// use recording::manifest::Manifest;
+/// use recording::writer::Ending;
+/// use recording::{AudioFormat, ForceRow, RecordingReader, RecordingWriter};
+///
+/// let text = r#"
+/// format = 1
+/// carrier_hz = 35000.0
+/// modulation_hz = 6.0
+/// modulation_index = 0.95
+/// channels.drive = { index = 0, volts_per_unit = 20.0 }
+/// channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
+/// plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
+/// "#;
+/// let study = tempfile::tempdir()?;
+/// let folder = study.path().join("trial-001_attempt-1");
+/// let format = AudioFormat { sample_rate_hz: 96_000, channels: 2 };
+/// let mut writer = RecordingWriter::create(&folder, Manifest::parse(text, "recording.toml")?, format)?;
+/// writer.write_audio(&[0.5, 0.25, 0.5, 0.25])?;
+/// writer.write_gap(1)?;
+/// writer.write_force(&[ForceRow { time_s: 0.0, normal_n: 0.65, lateral_n: -0.3 }])?;
+/// writer.finish(Ending::Completed)?;
+///
+/// let mut reader = RecordingReader::open(&folder)?;
+/// let mut block = Vec::new();
+/// assert_eq!(reader.read_block(1024, &mut block)?, 3);
+/// assert_eq!(block[..4], [0.5, 0.25, 0.5, 0.25]);
+/// assert!(block[4].is_nan() && block[5].is_nan(), "lost samples are NaN");
+/// assert_eq!(reader.manifest().carrier_hz, 35e3);
+/// assert_eq!(reader.force()?.next().unwrap()?.lateral_n as f32, -0.3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// Nothing is saved before [`sync`](Self::sync) or [`finish`](Self::finish) says so. A writer dropped without `finish`
+/// leaves a recording without `end`, as a killed process does.
 #[derive(Debug)]
 pub struct RecordingWriter {
     folder: PathBuf,
@@ -182,25 +215,25 @@ impl RecordingWriter {
         Ok(writer)
     }
 
-    /// The folder.
+    /// Returns the folder.
     #[must_use]
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Sample rate and channels.
+    /// Returns sample rate and channels.
     #[must_use]
     pub fn format(&self) -> AudioFormat {
         self.format
     }
 
-    /// Frames written, gaps included, on disk or not; also the index of the next frame.
+    /// Returns the number of frames written, gaps included, on disk or not; also the index of the next frame.
     #[must_use]
     pub fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// What the last sync put on disk.
+    /// Returns what the last sync put on disk.
     #[must_use]
     pub fn on_disk(&self) -> OnDisk {
         self.on_disk
@@ -276,7 +309,7 @@ impl RecordingWriter {
     /// Appends rows to `force.csv`. A time that does not increase is written and marked by a `time_disorder` event.
     ///
     /// # Errors
-    /// The operating system's, and [`WriteError::Time`].
+    /// The operating system refused, or [`WriteError::Time`].
     pub fn write_force(&mut self, rows: &[ForceRow]) -> Result<(), WriteError> {
         let disorder = self.force.write(rows)?;
         self.add_disorder(disorder);
@@ -286,7 +319,7 @@ impl RecordingWriter {
     /// Appends rows to `position.csv`. A time that does not increase is written and marked by a `time_disorder` event.
     ///
     /// # Errors
-    /// The operating system's, and [`WriteError::Time`].
+    /// The operating system refused, or [`WriteError::Time`].
     pub fn write_position(&mut self, rows: &[PositionRow]) -> Result<(), WriteError> {
         let disorder = self.position.write(rows)?;
         self.add_disorder(disorder);
@@ -304,13 +337,13 @@ impl RecordingWriter {
         }
     }
 
-    /// Notes an event; on disk with the next sync.
+    /// Adds an event to the manifest; on disk with the next sync.
     pub fn add_event(&mut self, event: RecordingEvent) {
         self.manifest.events.push(event);
         self.manifest_changed = true;
     }
 
-    /// Notes an event in the place of what was noted of its kind at its sample; on disk with the next sync.
+    /// Adds an event, or replaces the event of its kind at its sample; on disk with the next sync.
     pub fn renew_event(&mut self, event: RecordingEvent) {
         let known = self
             .manifest
@@ -324,10 +357,10 @@ impl RecordingWriter {
         self.manifest_changed = true;
     }
 
-    /// Notes an interval; on disk with the next sync.
+    /// Adds an interval to the manifest; on disk with the next sync.
     ///
     /// # Errors
-    /// An interval that the manifest's rules refuse; it is not noted.
+    /// The interval breaks a rule of the manifest; it is not added.
     pub fn add_interval(&mut self, interval: RecordedInterval) -> Result<(), WriteError> {
         interval.validate(self.manifest.intervals.len())?;
         self.manifest.intervals.push(interval);
@@ -335,10 +368,10 @@ impl RecordingWriter {
         Ok(())
     }
 
-    /// Returns once all that was written is on disk, and says what that is.
+    /// Returns once all that was written is on disk, with its size.
     ///
     /// # Errors
-    /// The operating system's, also if the files have been removed; then only what an earlier sync returned is saved.
+    /// The operating system refused, or the files have been removed; then only what an earlier sync returned is saved.
     pub fn sync(&mut self) -> Result<OnDisk, WriteError> {
         self.signals
             .set_head(&wav::header(self.format, self.frames))?;
@@ -375,8 +408,8 @@ impl RecordingWriter {
         })
     }
 
-    /// After an error: cuts the files to whole frames and rows, brings the WAV header up to date, marks the trial interrupted for
-    /// `reason`, each as far as the disk still allows. Returns what is readable.
+    /// Saves what can be saved after an error: cuts the files to whole frames and rows, brings the WAV header up to
+    /// date, marks the trial interrupted for `reason`, each as far as the disk still allows. Returns what is readable.
     #[must_use]
     pub fn abandon(mut self, reason: String) -> OnDisk {
         self.set_end(Ending::Interrupted { reason });
@@ -401,7 +434,7 @@ impl RecordingWriter {
             .salvage(|bytes| wav::header(format, frames(bytes)).to_vec());
         let force = self.force.file.salvage(|_| Vec::new());
         let position = self.position.file.salvage(|_| Vec::new());
-        // Last, for it needs room that a full disk does not have.
+        // Last, because it needs room that a full disk does not have.
         if let Ok(text) = self.manifest.to_toml() {
             let _ = disk::replace_file(&self.folder.join(MANIFEST_FILE), text.as_bytes());
         }
@@ -416,7 +449,7 @@ impl RecordingWriter {
     }
 }
 
-/// A CSV file with a fixed header and rising times.
+/// CSV file with a fixed header and rising times.
 #[derive(Debug)]
 struct CsvFile {
     name: &'static str,

@@ -1,24 +1,24 @@
-//! The drive as the watch sees it.
+//! Interface between the watch and the drive.
 
-/// What the drive was last told.
+/// Envelope that the drive was last commanded to render.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Commanded {
-    /// The latest rendered frame.
+    /// Number of the latest rendered frame.
     pub frame: u64,
-    /// Envelope there, V peak.
+    /// Envelope at that frame, V peak.
     pub envelope_v: f64,
 }
 
-/// The drive, as far as safety is concerned.
+/// What the watch needs of the drive: its kill switch and its state.
 pub trait DriveGuard: Send {
     /// Ramps the drive to zero at once and latches it, until its owner releases it after a new arming.
     fn kill(&self);
-    /// How often it was killed, by anybody.
+    /// Returns how often the drive was killed, by the watch or by others.
     fn kills(&self) -> u64;
-    /// What is commanded; `None` once the generator refused its own output.
+    /// Returns the commanded envelope; `None` once the generator has refused its own output as impossible.
     fn commanded(&self) -> Option<Commanded>;
-    /// Callbacks of the card so far, (output, input).
+    /// Returns the audio callbacks so far, (output, input).
     fn callbacks(&self) -> (u64, u64);
-    /// The card was lost.
+    /// Returns whether the sound card was lost.
     fn lost(&self) -> bool;
 }

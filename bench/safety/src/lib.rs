@@ -1,8 +1,9 @@
-//! The safety watch. It is nobody's passenger: a task of its own that needs neither the screen nor the disk nor the protocol.
+//! The safety watch: a task that judges the bench and stops the drive when anything is wrong.
 //!
-//! Whatever it finds wrong ends the same way: the drive ramps to zero, the amplifier's heartbeat stops, and the state latches
-//! until the operator re-arms. It reads [`Signals`] that other tasks publish, drives its own [`SafetyLines`], and reaches the
-//! drive through a [`DriveGuard`]; it knows nothing else of the bench.
+//! It depends on neither the screen nor the disk nor the protocol. Every fault ends the same way: the drive ramps to
+//! zero, the amplifier's heartbeat stops, and the state latches until the operator re-arms. The watch reads [`Signals`]
+//! that other tasks publish, drives its own [`SafetyLines`], and reaches the drive through a [`DriveGuard`]; it knows
+//! nothing else of the bench.
 
 mod guard;
 mod readback;
@@ -21,3 +22,8 @@ pub use safety_state::{SafetyCommand, SafetyState};
 pub use signals::{DriveReading, Press, Signals};
 pub use trip::Trip;
 pub use watch::Watch;
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

@@ -1,19 +1,20 @@
-//! The drive's read-back against what was commanded, on the sample clock: the amplifier off, a cable out, a changed gain.
+//! Comparison of the drive's read-back with the commanded envelope, on the sample clock: detects an amplifier that is
+//! off, an unplugged cable, a changed gain.
 //!
-//! How long a command takes to its read-back is not known exactly, but it is the same for all samples: a delay must be found, within
-//! the loop's latency, that explains the better part of the latest readings. A starved computer reads late and in bursts, and that
-//! changes nothing here, for both sides are counted in frames.
+//! The delay from a command to its read-back is not known exactly, but it is the same for all samples: some delay
+//! within the loop's latency must explain at least half of the latest readings. Both sides are counted in frames, so a
+//! starved computer that reads late and in bursts changes nothing.
 
 use std::collections::VecDeque;
 
-/// Readings that are judged together, s; half of them decide.
+/// Length of the readings that are judged together, s; half of them must fit.
 const WINDOW_S: f64 = 0.04;
-/// At least so many, for a card whose buffers are longer than that.
+/// Fewest readings that are judged together, for a card whose buffers are longer than the window.
 const FEWEST_READINGS: usize = 4;
-/// Delays are tried this far apart, and the command may be this much earlier or later, s.
+/// Step between the delays that are tried, and tolerance in time of a command, s.
 const STEP_S: f64 = 0.001;
 
-/// No delay explains the readings.
+/// Readings that no delay explains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Misfit {
     /// The latest reading, V peak.
@@ -22,7 +23,24 @@ pub struct Misfit {
     pub commanded_v: (f64, f64),
 }
 
-/// Commands and readings of late.
+/// Latest commands and readings, compared.
+///
+/// ```
+/// use safety::Readback;
+///
+/// // 1 kHz, a latency of at most 0.1 s, 20 % and 0.5 V of tolerance.
+/// let mut readback = Readback::new(1e3, 0.1, 0.2, 0.5);
+/// for frame in 0..1000 {
+///     readback.command(frame, 20.0);
+///     assert_eq!(readback.reading(frame, 20.5), None);
+/// }
+/// // The amplifier goes off.
+/// let misfit = (1000..1100).find_map(|frame| {
+///     readback.command(frame, 20.0);
+///     readback.reading(frame, 0.0)
+/// });
+/// assert_eq!(misfit.unwrap().commanded_v, (20.0, 20.0));
+/// ```
 #[derive(Debug, Clone)]
 pub struct Readback {
     tolerance: f64,
@@ -37,7 +55,8 @@ pub struct Readback {
 }
 
 impl Readback {
-    /// At `rate_hz`, for a path of at most `latency_s`; a reading fits a command within `tolerance` of it and `floor_v`.
+    /// Compares at `rate_hz`, for a path of at most `latency_s`; a reading fits a command if it differs by less than
+    /// the share `tolerance` and `floor_v` together.
     pub fn new(rate_hz: f64, latency_s: f64, tolerance: f64, floor_v: f64) -> Self {
         let frames = |s: f64| (s * rate_hz) as i64;
         Self {
@@ -51,7 +70,7 @@ impl Readback {
         }
     }
 
-    /// What is commanded at the latest rendered frame, V peak.
+    /// Takes the envelope that is commanded at the latest rendered frame, V peak.
     pub fn command(&mut self, frame: u64, envelope_v: f64) {
         let frame = frame as i64;
         match self.commands.back_mut() {
@@ -65,7 +84,8 @@ impl Readback {
         }
     }
 
-    /// What is read back at `sample`, V peak; says if it and those before it are not what was commanded.
+    /// Takes the envelope that is read back at `sample`, V peak; returns a misfit if the latest readings are not what
+    /// was commanded.
     pub fn reading(&mut self, sample: u64, volts: f64) -> Option<Misfit> {
         let sample = sample as i64;
         if self.readings.back().is_some_and(|last| last.0 >= sample) {
@@ -102,7 +122,7 @@ impl Readback {
         })
     }
 
-    /// Before arming: what was read until now tells nothing of what comes.
+    /// Drops all readings, as before arming: they say nothing about what follows.
     pub fn forget_readings(&mut self) {
         self.readings.clear();
     }
@@ -115,7 +135,8 @@ impl Readback {
             && volts <= high_v * (1.0 + self.tolerance) + self.floor_v
     }
 
-    /// Between two known commands, V peak; what comes before or after them is as the nearest.
+    /// Returns the envelope commanded at `frame`, V peak: linear between two known commands, outside of them the
+    /// nearest.
     fn commanded_v(&self, frame: i64) -> f64 {
         let after = self.commands.partition_point(|&(at, _)| at < frame);
         match (

@@ -1,29 +1,29 @@
-//! The bench's digital lines through embedded-hal 1.0: any pin that speaks it will do, simulated or real.
+//! Digital lines of the bench, on any pin that implements embedded-hal 1.0, simulated or real.
 
 use embedded_hal::digital::{Error as _, InputPin, OutputPin};
 
-/// A line could not be read or driven.
+/// Failure to read or drive a line.
 #[derive(Debug, thiserror::Error)]
 #[error("GPIO line {line}: {kind}")]
 pub struct GpioError {
-    /// Which line.
+    /// Name of the line.
     pub line: &'static str,
     /// The backend's error kind.
     pub kind: embedded_hal::digital::ErrorKind,
 }
 
-/// An input line, whatever its backend.
+/// Input line, whatever its backend.
 pub trait InputLine: Send {
-    /// Level now.
+    /// Returns whether the line is high now.
     ///
     /// # Errors
     /// When the backend cannot read the line.
     fn is_high(&mut self) -> Result<bool, GpioError>;
 }
 
-/// An output line, whatever its backend.
+/// Output line, whatever its backend.
 pub trait OutputLine: Send {
-    /// Drives the line.
+    /// Drives the line high or low.
     ///
     /// # Errors
     /// When the backend cannot drive the line.
@@ -58,17 +58,17 @@ impl<P: OutputPin + Send> OutputLine for Named<P> {
     }
 }
 
-/// Names an embedded-hal input pin for the bench.
+/// Makes an embedded-hal input pin a line named `line`.
 pub fn input(line: &'static str, pin: impl InputPin + Send + 'static) -> Box<dyn InputLine> {
     Box::new(Named { line, pin })
 }
 
-/// Names an embedded-hal output pin for the bench.
+/// Makes an embedded-hal output pin a line named `line`.
 pub fn output(line: &'static str, pin: impl OutputPin + Send + 'static) -> Box<dyn OutputLine> {
     Box::new(Named { line, pin })
 }
 
-/// Lines that belong to the watch alone; a line that is not wired is `None`.
+/// Lines that only the watch uses; a line that is not wired is `None`.
 #[derive(Default)]
 pub struct SafetyLines {
     /// Emergency stop: a closed loop reads high, pressed or cut reads low.

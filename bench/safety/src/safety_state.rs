@@ -1,4 +1,4 @@
-//! State of the watch, and what may be asked of it.
+//! State of the watch, and the commands that it takes.
 
 use serde::Serialize;
 
@@ -8,27 +8,27 @@ use crate::trip::Trip;
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 #[serde(rename_all = "snake_case", tag = "state")]
 pub enum SafetyState {
-    /// Amplifier off.
+    /// The amplifier is off.
     #[default]
     Disarmed,
-    /// Amplifier enabled, heartbeat running.
+    /// The amplifier is enabled and the heartbeat runs.
     Armed,
-    /// Stopped and latched.
+    /// The drive was stopped; latched until the operator re-arms.
     Tripped {
-        /// Why.
+        /// Reason of the stop.
         trip: Trip,
     },
 }
 
-/// What the rest of the bench may ask of the watch.
+/// Command to the watch from the rest of the bench.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SafetyCommand {
-    /// Enable the amplifier; refused while tripped.
+    /// Enable the amplifier; ignored while tripped.
     Arm,
     /// Disable the amplifier in an orderly way.
     Disarm,
     /// Stop at once.
     Trip(Trip),
-    /// The operator has looked: back to disarmed.
+    /// Release a trip after the operator has confirmed: back to disarmed.
     Rearm,
 }

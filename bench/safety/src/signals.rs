@@ -1,37 +1,37 @@
-//! Latest values that other tasks publish for the watch. Nothing here waits for long: a slot holds one small value.
+//! Latest values that other tasks publish for the watch; each slot holds one small value, so nobody waits for long.
 
 use tasks::Slot;
 
 use crate::safety_state::SafetyState;
 
-/// The drive's voltage as it is read back.
+/// Voltage of the drive as read back.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DriveReading {
     /// Envelope, V peak.
     pub volts: f64,
-    /// The input's sample that it belongs to.
+    /// Sample of the input that the envelope belongs to.
     pub sample: u64,
-    /// When it was read, host time, ns.
+    /// Host time of the reading, ns.
     pub at_ns: u64,
 }
 
-/// How hard the finger presses and pulls, as the force sensor tells: the most of what arrived together.
+/// Greatest forces among the force readings that arrived together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Press {
     /// Normal force, N.
     pub normal_n: f64,
-    /// Lateral force, N; either way.
+    /// Lateral force, N; of either sign.
     pub lateral_n: f64,
-    /// The two without calibration, as the sensor itself says them, N.
+    /// Normal and lateral force by the sensor itself, without calibration, N.
     pub raw_n: [f64; 2],
-    /// The normal axis was at the end of its range.
+    /// Whether the normal axis was at the end of its range.
     pub saturated: bool,
-    /// Host time, ns.
+    /// Host time of the latest reading, ns.
     pub at_ns: u64,
 }
 
 impl Press {
-    /// The most of both, now.
+    /// Returns the greater forces of both, at the later time.
     #[must_use]
     pub fn or_harder(self, other: Self) -> Self {
         let wider = |a: f64, b: f64| if b.abs() > a.abs() { b } else { a };
@@ -51,12 +51,12 @@ impl Press {
 /// Latest values that the watch judges, and the state that it publishes.
 #[derive(Debug, Default)]
 pub struct Signals {
-    /// The drive read back; whoever reads the samples publishes it.
+    /// Read-back of the drive; published by the task that reads the samples.
     pub readback: Slot<DriveReading>,
-    /// When the force sensor's line was last looked at, host time, ns.
+    /// Host time at which the force sensor's port was last polled, ns.
     pub force_polled_ns: Slot<u64>,
-    /// The latest press; whoever reads the force sensor publishes it.
+    /// Latest forces; published by the task that reads the force sensor.
     pub press: Slot<Press>,
-    /// State of the watch; the watch publishes it.
+    /// State of the watch; published by the watch.
     pub state: Slot<SafetyState>,
 }

@@ -1,52 +1,60 @@
-//! Why a bench stops, in words.
+//! Reasons for which the watch stops the bench, and their texts.
 
 use std::fmt;
 
 use serde::Serialize;
 
-/// Why the bench stopped.
+/// Reason for which the bench stopped.
+///
+/// ```
+/// use safety::Trip;
+///
+/// let trip = Trip::ForceLimit { normal_n: 3.5, limit_n: 3.0 };
+/// assert_eq!(trip.to_string(), "normal force 3.50 N over the limit of 3.00 N");
+/// ```
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "reason")]
 pub enum Trip {
-    /// The operator's key, or a program that asked for it.
+    /// The operator pressed the key, or a program asked for the stop.
     Operator,
     /// The e-stop loop is open: pressed, or its wire cut.
     EmergencyStop,
     /// A GPIO line failed.
     Gpio {
-        /// What the backend said.
+        /// Error text of the backend.
         message: String,
     },
-    /// The sound card stopped calling.
+    /// Audio callbacks stopped.
     AudioSilent,
-    /// The sound card is gone.
+    /// The sound card was lost.
     AudioLost,
     /// The force sensor stopped sending.
     ForceSilent,
-    /// Too much normal force.
+    /// The normal force is over its limit.
     ForceLimit {
         /// Measured, N.
         normal_n: f64,
         /// Allowed, N.
         limit_n: f64,
     },
-    /// Too much lateral force, either way.
+    /// The lateral force is over its limit, in either direction.
     LateralForceLimit {
         /// Measured, N.
         lateral_n: f64,
         /// Allowed, N.
         limit_n: f64,
     },
-    /// Too much on the force sensor itself, whatever its calibration makes of it: a wrong calibration hides no press.
+    /// The force sensor's own reading is over what any plausible calibration allows: a wrong calibration hides no
+    /// press.
     RawForceLimit {
-        /// Which of its axes.
+        /// Axis of the sensor: `normal` or `lateral`.
         axis: &'static str,
-        /// What the sensor says, N.
+        /// Reading of the sensor, N.
         raw_n: f64,
         /// Allowed, N.
         limit_n: f64,
     },
-    /// The normal axis is at the end of its range: how hard the finger presses is not known.
+    /// The normal axis is at the end of its range, so the normal force is not known.
     ForceSaturated,
     /// The read-back is not what was commanded: amplifier off, cable out, gain changed.
     Readback {
@@ -55,25 +63,25 @@ pub enum Trip {
         /// Least and greatest command within the loop's latency, V.
         commanded_v: (f64, f64),
     },
-    /// The drive is alive although the bench is disarmed: a welded relay, another generator.
+    /// The drive reads back a voltage although the bench is disarmed: a welded relay, another generator.
     AliveWhileDisarmed {
         /// Measured peak, V.
         measured_v: f64,
     },
     /// The generator refused its own output.
     Generator,
-    /// The kill switch was thrown by another than the watch: a part of the program panicked.
+    /// Another part of the program killed the drive, as by a panic.
     Killed,
-    /// The watch itself did not run: the program was frozen, or the computer too busy to be trusted.
+    /// The watch itself did not run: the program was frozen or the computer overloaded.
     Frozen {
-        /// For so long, s.
+        /// How long, s.
         for_s: f64,
     },
-    /// Nothing is read back of the drive.
+    /// The read-back of the drive stopped.
     ReadbackMissing,
     /// A part of the bench failed.
     Fault {
-        /// What it said.
+        /// Description of the failure.
         message: String,
     },
 }

@@ -17,7 +17,7 @@ use crate::safety_state::{SafetyCommand, SafetyState};
 use crate::signals::{Press, Signals};
 use crate::trip::Trip;
 
-/// The watch.
+/// Task that judges the bench every two milliseconds and stops the drive; see [`Watch::new`] for an example.
 pub struct Watch {
     limits: SafetyLimits,
     lines: SafetyLines,
@@ -31,14 +31,14 @@ pub struct Watch {
     readback: Readback,
     tripped_at_ns: u64,
     armed_at_ns: u64,
-    /// Kills that the watch knows of: its own.
+    /// Kills that the watch itself has caused.
     kills_known: u64,
     polled_ns: Option<u64>,
-    /// Whether the amplifier could be taken off at the end.
+    /// Outcome of disabling the amplifier at the end.
     disable_result: Result<(), GpioError>,
 }
 
-/// When each direction of the card last moved.
+/// Callback counts of both directions of the card, and when each last changed, ns.
 #[derive(Default)]
 struct Progress {
     frames: (u64, u64),
@@ -46,19 +46,78 @@ struct Progress {
     begun: bool,
 }
 
-/// A task that was not run for this long leaves the watch without its eyes, ns.
+/// Age from which on the force sensor counts as not polled, ns.
 const STALE_NS: u64 = 250_000_000;
-/// The hardware's own limit: its one-shot takes the amplifier off after this long without a heartbeat, ns.
+/// Time without a heartbeat after which the hardware's one-shot disables the amplifier, ns.
 const ONE_SHOT_NS: u64 = 100_000_000;
-/// At the end the emergency ramp is waited for no longer than this.
+/// Longest wait for the emergency ramp at the end.
 const RAMP_TIMEOUT: Duration = Duration::from_millis(30);
-/// An armed bench waits no longer for the force sensor's first word, ns (FAULTS.md row 21).
+/// Longest wait of an armed bench for the first force reading, ns (FAULTS.md row 21).
 const FIRST_READING_TIMEOUT_NS: u64 = 1_000_000_000;
-/// The amplifier is disabled this long after a trip: the emergency ramp is over by then.
+/// Time from a trip to disabling the amplifier, when the emergency ramp is over, ns.
 const DISABLE_AFTER_NS: u64 = 20_000_000;
 
 impl Watch {
-    /// A disarmed watch.
+    /// Makes a disarmed watch.
+    ///
+    /// ```
+    /// use std::sync::Arc;
+    /// use std::sync::atomic::{AtomicU64, Ordering};
+    ///
+    /// use safety::{Commanded, DriveGuard, Press, SafetyLimits, SafetyLines, SafetyState, Signals, Trip, Watch};
+    /// use tasks::Task;
+    ///
+    /// /// A drive that only counts how often it was killed.
+    /// struct Drive(Arc<AtomicU64>);
+    /// impl DriveGuard for Drive {
+    ///     fn kill(&self) {
+    ///         self.0.fetch_add(1, Ordering::Relaxed);
+    ///     }
+    ///     fn kills(&self) -> u64 {
+    ///         self.0.load(Ordering::Relaxed)
+    ///     }
+    ///     fn commanded(&self) -> Option<Commanded> {
+    ///         Some(Commanded::default())
+    ///     }
+    ///     fn callbacks(&self) -> (u64, u64) {
+    ///         (0, 0)
+    ///     }
+    ///     fn lost(&self) -> bool {
+    ///         false
+    ///     }
+    /// }
+    ///
+    /// let limits = SafetyLimits {
+    ///     max_normal_n: 3.0,
+    ///     max_lateral_n: 2.0,
+    ///     readback_tolerance: 0.2,
+    ///     readback_floor_v: 0.5,
+    ///     loop_latency_ns: 50_000_000,
+    ///     rate_hz: 192e3,
+    ///     silence_ns: 50_000_000,
+    /// };
+    /// let (kills, signals) = (Arc::default(), Arc::new(Signals::default()));
+    /// let drive = Box::new(Drive(Arc::clone(&kills)));
+    /// let (commands, received) = crossbeam_channel::unbounded();
+    /// let mut watch = Watch::new(limits, SafetyLines::default(), drive, true, Arc::clone(&signals), received);
+    ///
+    /// commands.send(safety::SafetyCommand::Arm).unwrap();
+    /// let press = |normal_n, at_ns| Press {
+    ///     normal_n,
+    ///     lateral_n: 0.0,
+    ///     raw_n: [normal_n, 0.0],
+    ///     saturated: false,
+    ///     at_ns,
+    /// };
+    /// for (normal_n, now_ns) in [(2.9, 1_000_000), (3.1, 2_000_000)] {
+    ///     signals.press.set(press(normal_n, now_ns));
+    ///     signals.force_polled_ns.set(now_ns);
+    ///     watch.poll(now_ns).unwrap();
+    /// }
+    /// let trip = Trip::ForceLimit { normal_n: 3.1, limit_n: 3.0 };
+    /// assert_eq!(signals.state.get(), Some(SafetyState::Tripped { trip }));
+    /// assert_eq!(kills.load(Ordering::Relaxed), 1);
+    /// ```
     pub fn new(
         limits: SafetyLimits,
         lines: SafetyLines,
@@ -100,7 +159,7 @@ impl Watch {
     fn trip(&mut self, trip: Trip, now_ns: u64) {
         self.drive.kill();
         self.kills_known = self.drive.kills();
-        // The first reason is the one to tell: what follows is its consequence.
+        // Later reasons are consequences of the first.
         if !self.is_tripped() {
             self.tripped_at_ns = now_ns;
             self.set_state(SafetyState::Tripped { trip });
@@ -136,7 +195,7 @@ impl Watch {
                 set(&mut self.lines.enable, false)?;
                 self.set_state(SafetyState::Disarmed);
             }
-            // Pressed, it holds whatever the operator says.
+            // A pressed e-stop holds the trip whatever the operator commands.
             (SafetyCommand::Rearm, SafetyState::Tripped { .. }) if pressed => {}
             (SafetyCommand::Rearm, SafetyState::Tripped { .. }) => {
                 self.readback.forget_readings();
@@ -147,7 +206,7 @@ impl Watch {
         Ok(())
     }
 
-    /// The first thing that is wrong now.
+    /// Returns the first fault that is present now.
     fn first_fault(&mut self, now_ns: u64) -> Result<Option<Trip>, GpioError> {
         if self.e_stop_open()? {
             return Ok(Some(Trip::EmergencyStop));
@@ -173,7 +232,8 @@ impl Watch {
         Ok(self.force_wrong(now_ns))
     }
 
-    /// Whoever was not there for longer than the one-shot waits has seen nothing, and the amplifier has gone by itself.
+    /// Trips if the watch itself did not run for longer than the one-shot waits: it saw nothing, and the one-shot has
+    /// disabled the amplifier.
     fn frozen(&mut self, now_ns: u64) -> Option<Trip> {
         let away_ns = now_ns.saturating_sub(self.polled_ns.replace(now_ns)?);
         (away_ns > self.limits.silence_ns.max(ONE_SHOT_NS)).then_some(Trip::Frozen {
@@ -221,7 +281,7 @@ impl Watch {
                 commanded_v,
             });
         }
-        // Of a disarmed amplifier silence is expected, whatever is commanded.
+        // A disarmed amplifier is expected to be silent, whatever is commanded.
         (measured_v > self.limits.readback_floor_v)
             .then_some(Trip::AliveWhileDisarmed { measured_v })
     }
@@ -238,7 +298,7 @@ impl Watch {
             at_ns,
         }) = self.signals.press.get()
         else {
-            // The preflight knew a sensor that talks; this one may need its time for the first word, and no more.
+            // The preflight check saw readings, so the first reading is only waited for, and not for ever.
             let waited_ns = now_ns.saturating_sub(self.armed_at_ns);
             return (waited_ns > FIRST_READING_TIMEOUT_NS).then_some(Trip::ForceSilent);
         };
@@ -250,7 +310,8 @@ impl Watch {
         if lateral_n.abs() > limit_n {
             return Some(Trip::LateralForceLimit { lateral_n, limit_n });
         }
-        // A plausible calibration makes at least this much of a newton read, so a right one is never stopped here first.
+        // No plausible calibration reads less than this share of a newton, so a right one always trips its own limit
+        // first.
         let raw = |axis, raw_n: f64, over_n: f64, limit_n: f64| {
             let limit_n = limit_n / SENSITIVITY[0];
             (over_n > limit_n).then_some(Trip::RawForceLimit {
@@ -276,12 +337,12 @@ impl Watch {
         if trip.is_some() {
             return trip;
         }
-        // A saturated lateral axis is a flag of the recording and no stop: what the finger is pulled with stays bounded by the
-        // normal force, which is known, and a drive that goes off raises the friction.
+        // A saturated lateral axis is a flag of the recording and no trip: the lateral force stays bounded by the
+        // normal force, which is known, and stopping the drive would raise the friction.
         if saturated {
             return Some(Trip::ForceSaturated);
         }
-        // Silent is who was listened to and said nothing; a listener who was kept from listening is another fault.
+        // The sensor is silent only if it was polled and sent nothing; not being polled is another fault.
         let polled_ns = self.signals.force_polled_ns.get()?;
         if now_ns.saturating_sub(polled_ns) > STALE_NS {
             return Some(Trip::Fault {
@@ -302,7 +363,7 @@ impl Watch {
                 set(&mut self.lines.heartbeat, self.heartbeat_high)?;
             }
             (SafetyState::Armed, Some(trip)) => self.trip(trip, now_ns),
-            // Nothing drives a disarmed plate, so only a drive that is alive all the same matters, and a failure that is to latch.
+            // While disarmed only a drive that is alive all the same matters, and a failure that must latch.
             (
                 SafetyState::Disarmed,
                 Some(trip @ (Trip::AliveWhileDisarmed { .. } | Trip::Killed)),
@@ -329,7 +390,7 @@ impl Task for Watch {
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
         let mut watched = self.watch(now_ns);
         if self.is_tripped() && now_ns.saturating_sub(self.tripped_at_ns) >= DISABLE_AFTER_NS {
-            // Also when another line cannot be read.
+            // Even if another line cannot be read.
             watched = watched.and(set(&mut self.lines.enable, false));
         }
         if let Err(error) = watched {
@@ -341,7 +402,7 @@ impl Task for Watch {
 
     fn stop(&mut self) {
         self.drive.kill();
-        // The amplifier goes after the ramp, or at once from a card that no longer calls.
+        // The amplifier is disabled after the ramp, or after the timeout if audio callbacks have stopped.
         let begun = Instant::now();
         let is_driven =
             |drive: &dyn DriveGuard| drive.commanded().is_some_and(|c| c.envelope_v != 0.0);

@@ -20,6 +20,7 @@ use protocols::{Direction, SelectionRules, Stretch};
 use tui::event::{LogLevel, PhaseKind, PhaseView, SafetyState, SystemHealth};
 
 use analysis::Settings;
+use analysis::flaw::Flaw;
 use analysis::instance::PlateReading;
 use analysis::live_contact::LiveContact;
 use analysis::measurements::Measurements;
@@ -53,6 +54,7 @@ pub struct Plan {
     speed: Speed,
     headless: bool,
     rules: SelectionRules,
+    protocol_flaw: Option<Flaw>,
     assumed: AssumedConstants,
 }
 
@@ -67,8 +69,10 @@ impl Plan {
         let settings = Settings::default();
         let name = folder.canonicalize().ok();
         let name = name.as_deref().unwrap_or(folder).file_name();
+        let (rules, protocol_flaw) = selection_rules(folder, source.manifest(), &settings);
         Ok(Self {
-            rules: selection_rules(folder, source.manifest(), &settings),
+            rules,
+            protocol_flaw,
             assumed: settings.assumed(),
             name: name.map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
             source,
@@ -165,6 +169,7 @@ struct Replay {
     stop: StopFlag,
     report: Sender<Report>,
     rules: SelectionRules,
+    protocol_flaw: Option<Flaw>,
     unattended: bool,
     /// Real speed may be paused; played of the recording, s.
     played_s: f64,
@@ -217,6 +222,7 @@ impl Replay {
             stop,
             report,
             rules: plan.rules,
+            protocol_flaw: plan.protocol_flaw,
             unattended: plan.headless,
             played_s: 0.0,
             polled_ns: None,
@@ -481,6 +487,7 @@ impl Replay {
                 .warnings()
                 .iter()
                 .map(ToString::to_string)
+                .chain(self.protocol_flaw.iter().map(ToString::to_string))
                 .collect(),
             completed: self.finished,
         }

@@ -4,23 +4,23 @@ use std::time::Instant;
 
 use jiff::{SignedDuration, Timestamp};
 
-/// What time it is for the bench. Everything that stamps an arrival or writes a date asks this, so that a
-/// free-running apparatus can bring its own time and give the same files twice.
+/// Source of time for the bench. Everything that stamps an arrival or writes a date uses it, so that a simulated
+/// apparatus can supply its own time and the same run gives the same files.
 pub trait Clock: Send + Sync {
-    /// Monotonic time since an arbitrary origin, ns.
+    /// Returns the monotonic time since an arbitrary origin, ns.
     fn now_ns(&self) -> u64;
-    /// Calendar time. It advances with [`Clock::now_ns`], whatever happens to the computer's wall clock.
+    /// Returns the calendar time, which advances with [`Clock::now_ns`] whatever happens to the computer's wall clock.
     fn utc(&self) -> Timestamp;
 }
 
-/// The computer's monotonic clock; the wall clock is read once, at the start.
+/// Clock of the computer: its monotonic clock, and the date of its wall clock as read once, at the start.
 pub struct SystemClock {
     origin: Instant,
     date: Timestamp,
 }
 
 impl SystemClock {
-    /// A clock whose origin is now.
+    /// Starts a clock whose origin is now.
     pub fn start() -> Self {
         Self {
             origin: Instant::now(),
@@ -39,7 +39,7 @@ impl Clock for SystemClock {
     }
 }
 
-/// `date` plus `elapsed_ns`, saturating at the end of the calendar.
+/// Returns `date` plus `elapsed_ns`, saturating at the end of the calendar.
 pub fn later(date: Timestamp, elapsed_ns: u64) -> Timestamp {
     let elapsed = SignedDuration::from_nanos(i64::try_from(elapsed_ns).unwrap_or(i64::MAX));
     date.saturating_add(elapsed).unwrap_or(Timestamp::MAX)

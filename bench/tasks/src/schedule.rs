@@ -1,5 +1,7 @@
-//! Who runs when. The bench is a handful of tasks that share nothing but queues and snapshots; a schedule either gives
-//! each its own thread, or takes them in turn on one thread, in step with an apparatus that advances its own clock.
+//! Runs the bench's tasks, each on a thread of its own or all in turn on one thread.
+//!
+//! Tasks share nothing but queues and snapshots. On one thread they keep step with an apparatus that advances its own
+//! clock.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,35 +15,54 @@ use crate::Clock;
 
 /// One independent activity of the bench.
 pub trait Task: Send {
-    /// Name of its thread and of its errors.
+    /// Returns the name of the task's thread, which its errors carry.
     fn name(&self) -> &'static str;
-    /// How long it may sleep between polls when it has a thread of its own.
+    /// Returns how long the task may sleep between polls when it has a thread of its own.
     fn period(&self) -> Duration;
     /// Does what is due at `now_ns` and returns; never waits for another task.
+    ///
+    /// # Errors
+    /// A failure that must end the whole schedule.
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()>;
-    /// First thing after its last poll, without waiting for any other task: what must not hang on a stalled disk.
+    /// Does what must not wait for a stalled disk: called right after the task's last poll, whatever the other tasks
+    /// do.
     fn stop(&mut self) {}
-    /// Last thing before the program ends, after all tasks have stopped.
+    /// Completes the task's work, after all tasks have stopped.
+    ///
+    /// # Errors
+    /// What was left to do has failed; the other tasks finish nevertheless.
     fn finish(&mut self) -> anyhow::Result<()> {
         Ok(())
     }
 }
 
-/// An apparatus whose time passes only when it is expected to.
+/// Apparatus whose time passes only in ticks.
 pub trait Pacer: Send {
-    /// Lets one tick of the apparatus pass: afterwards all that happened in it can be read.
+    /// Lets one tick of the apparatus pass; on return, all that happened in it can be read.
+    ///
+    /// # Errors
+    /// The apparatus failed; the schedule ends.
     fn tick(&mut self) -> anyhow::Result<()>;
 }
 
-/// How the tasks are run.
+/// Way of running tasks.
 pub enum Schedule {
-    /// A thread for each, on the computer's clock.
+    /// Each task on a thread of its own, on the computer's clock.
     Threads,
-    /// All on the calling thread, in the order given, one round per tick: deterministic.
+    /// All tasks on the calling thread, in the order given, one round per tick: deterministic.
     Lockstep(Box<dyn Pacer>),
 }
 
-/// A flag that any thread may raise and every task's runner looks at; it remembers the first failure.
+/// Flag that any thread may raise to end a schedule, and that keeps the first failure.
+///
+/// ```
+/// let stop = tasks::StopFlag::default();
+/// let elsewhere = stop.clone();
+/// elsewhere.fail("disk full".to_owned());
+/// elsewhere.fail("queue overflowed".to_owned());
+/// assert!(stop.is_raised());
+/// assert_eq!(stop.failure(), Some("disk full"));
+/// ```
 #[derive(Clone, Default)]
 pub struct StopFlag {
     raised: Arc<AtomicBool>,
@@ -56,30 +77,30 @@ impl StopFlag {
 
     /// Asks the schedule to end because something failed.
     pub fn fail(&self, why: String) {
-        // The first failure is the one to tell.
+        // Later failures are consequences of the first.
         let _ = self.failure.set(why);
         self.raise();
     }
 
-    /// True once anybody asked.
+    /// Returns whether the schedule has been asked to end.
     pub fn is_raised(&self) -> bool {
         self.raised.load(Ordering::Acquire)
     }
 
-    /// What failed, if anything did.
+    /// Returns the first failure; `None` if nothing failed.
     pub fn failure(&self) -> Option<&str> {
         self.failure.get().map(String::as_str)
     }
 
-    /// The flag itself, for signal handlers.
+    /// Returns the flag alone, for signal handlers.
     pub fn shared(&self) -> Arc<AtomicBool> {
         self.raised.clone()
     }
 }
 
 impl Schedule {
-    /// Runs `tasks` until `stop` is raised or one of them fails; then each stops by itself, and then they finish, in order. A task that
-    /// panicked finishes too.
+    /// Runs `tasks` until `stop` is raised or one of them fails; then each stops by itself, and then they finish in
+    /// order. A task that panicked finishes too.
     ///
     /// # Errors
     /// The first error of any task, named by its task; a panic in a task counts as one.
@@ -128,7 +149,7 @@ fn run_lockstep(
     result
 }
 
-/// A panic counts as an error; what the hook prints and does has been done by then.
+/// Polls a task; a panic becomes an error, after the panic hook has run.
 fn poll(task: &mut dyn Task, now_ns: u64) -> anyhow::Result<()> {
     catch_unwind(AssertUnwindSafe(|| task.poll(now_ns)))
         .unwrap_or_else(|_| Err(anyhow::anyhow!("panicked")))
@@ -190,7 +211,7 @@ fn spawn(
     Ok((name, thread))
 }
 
-/// Who ends, however it ends, ends the others.
+/// Guard that raises its flag when it is dropped, also by a panic.
 pub struct RaiseOnDrop(pub StopFlag);
 
 impl Drop for RaiseOnDrop {
@@ -285,7 +306,7 @@ mod tests {
         }
     }
 
-    /// Says when it stopped and when it finished; what it does in a poll is up to the test.
+    /// Task that logs when it stops and when it finishes, and calls the test's closure in each poll.
     struct LoggingTask<F: FnMut() + Send> {
         name: &'static str,
         polled: F,

@@ -1,8 +1,16 @@
-//! A latest value that one task publishes and others read.
+//! Latest value that one task publishes and others read.
 
 use std::sync::{Mutex, PoisonError};
 
-/// A value that is replaced, never queued.
+/// Latest value of a quantity: replaced, never queued.
+///
+/// ```
+/// let force_n = tasks::Slot::default();
+/// assert_eq!(force_n.get(), None);
+/// force_n.set(0.4);
+/// force_n.set(0.6);
+/// assert_eq!(force_n.get(), Some(0.6));
+/// ```
 #[derive(Debug)]
 pub struct Slot<T>(Mutex<Option<T>>);
 
@@ -18,7 +26,7 @@ impl<T: Clone> Slot<T> {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(value);
     }
 
-    /// The latest value; `None` before the first.
+    /// Returns the latest value; `None` before the first.
     pub fn get(&self) -> Option<T> {
         self.0
             .lock()

@@ -202,7 +202,7 @@ fn removed_in_a_trial(speed: &str) -> Option<String> {
     failed(
         status,
         &printed,
-        &["it is not there, or its folder is gone"],
+        &["the file or its folder does not exist"],
     );
     assert!(!participant.exists(), "made anew");
     // Taken away, not lost.

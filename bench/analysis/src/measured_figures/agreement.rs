@@ -7,7 +7,7 @@ use crate::statistics::r_squared;
 use figures::{Axis, Figure, Key, Panel, Series};
 use figures::{Dash, Ink, Width};
 
-/// More samples than these are drawn thinned out.
+/// Number of samples above which they are thinned out.
 const DRAWN: usize = 4000;
 
 pub(super) fn figure(analysed: &Analysed) -> Figure {

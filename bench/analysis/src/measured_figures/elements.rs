@@ -1,4 +1,4 @@
-//! What the figures of measurements share: labels, inks, and the sentence of assumed parameters.
+//! Parts that the figures of measurements share: labels, inks, and the sentence of assumed parameters.
 
 use contact::fit::EstimatedSeries;
 use figures::{Dash, Ink, Marker, Series};
@@ -14,7 +14,7 @@ pub(super) const GAP: &str = "Gap (µm)";
 pub(super) const FRICTION: &str = "Friction coefficient μ";
 pub(super) const MEASURED: &str = "measured";
 
-/// Every assumed parameter of an estimate.
+/// Returns the sentence that names every assumed parameter of an estimate.
 pub(super) fn assumed(settings: &Settings) -> String {
     format!(
         "Assumed: q₀ = {:e} rad/m, E = {} MPa, ν = {}, S = {} mm², p₀ = {} Pa, η = {}; instances of {} ms in the central {} mm; forces \
@@ -32,12 +32,12 @@ pub(super) fn assumed(settings: &Settings) -> String {
     )
 }
 
-/// To nine digits after the point, where a change of unit leaves its binary fraction.
+/// Rounds to nine decimals, which removes what a change of unit leaves of binary fractions.
 fn rounded(value: f64) -> f64 {
     (value * 1e9).round() / 1e9
 }
 
-/// What a caption says of a cloud of which only every `step`th sample is drawn.
+/// Returns the note in a caption for a cloud of which only every `step`th sample is drawn.
 pub(super) fn thinned(step: usize) -> String {
     if step > 1 {
         format!(" (one in {step} drawn)")
@@ -75,5 +75,5 @@ pub(super) fn points(method: Method, points: Vec<(f64, f64)>) -> Series {
     Series::points(ink(method), marker(method), points).named(method.name())
 }
 
-/// An estimated quantity and its standard error, sample by sample.
+/// Getter of an estimated quantity and its standard error, sample by sample.
 pub(super) type EstimatedQuantity = fn(&EstimatedSeries) -> (&[f64], &[f64]);

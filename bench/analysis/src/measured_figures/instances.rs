@@ -9,7 +9,7 @@ use crate::estimate::{InstanceAnalysis, Method};
 use figures::{Axis, Figure, Key, Panel, Series};
 use figures::{Dash, Ink, Marker, Width};
 
-/// More samples than these are drawn thinned out.
+/// Number of samples above which they are thinned out.
 const DRAWN: usize = 400;
 
 type Value = fn(&InstanceAnalysis, Method, usize) -> f64;
@@ -22,7 +22,7 @@ fn measured_mu(instance: &InstanceAnalysis, _: Method, sample: usize) -> f64 {
     instance.samples.mu[sample]
 }
 
-/// `None` of a recording without instances.
+/// Draws the figure; `None` for a recording without instances.
 pub(super) fn figure(found: &RecordingFindings, settings: &Settings) -> Option<Figure> {
     if found.instances.is_empty() {
         return None;
@@ -65,7 +65,8 @@ pub(super) fn figure(found: &RecordingFindings, settings: &Settings) -> Option<F
         })
         .collect();
     if let Some(friction) = panels.last_mut() {
-        // Few enough that the estimates show between them; not a divisor of an instance, so that no amplitude is left out.
+        // Few enough that the estimates show between them; not a divisor of an instance, so that no amplitude is left
+        // out.
         let measured = cloud(amplitude, measured_mu, Method::Dynamic)
             .into_iter()
             .step_by(7)

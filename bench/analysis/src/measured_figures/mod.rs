@@ -10,7 +10,8 @@ use figures::Figure;
 
 use crate::analysed::{Analysed, RecordingFindings};
 
-/// Those that these recordings can give: without an instance, only the trial in time; without an exploration, none.
+/// Returns the figures that these recordings can give: without an instance, only the trial in time; without an
+/// exploration, none.
 pub fn measured_figures(analysed: &Analysed) -> Vec<Figure> {
     let mut figures = Vec::new();
     if let Some(typical) = typical(analysed) {
@@ -24,8 +25,8 @@ pub fn measured_figures(analysed: &Analysed) -> Vec<Figure> {
     figures
 }
 
-/// The recording whose mean σ_t by the dynamic method is the median (of two, the lower); without instances the first one that
-/// could be read.
+/// Returns the recording whose mean σ_t by the dynamic method is the median (of two, the lower); without instances the
+/// first one that could be read.
 fn typical(analysed: &Analysed) -> Option<&RecordingFindings> {
     let mut by_sigma: Vec<(f64, &RecordingFindings)> = analysed
         .findings()

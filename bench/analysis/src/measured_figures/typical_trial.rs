@@ -10,7 +10,7 @@ use crate::exploration_findings::ExplorationFindings;
 use figures::{Axis, Figure, Key, Panel, Series};
 use figures::{Dash, Ink, Width};
 
-/// The exploration with the most instances; `None` of a recording without any exploration.
+/// Draws the exploration with the most instances; `None` for a recording without exploration.
 pub(super) fn figure(found: &RecordingFindings, settings: &Settings) -> Option<Figure> {
     let exploration = found
         .explorations
@@ -143,7 +143,7 @@ fn instances<'a>(
         .filter(move |i| span.contains(&i.start_s))
 }
 
-/// The normal force that impedance and amplitude tell, N.
+/// Returns the normal force self-sensed from impedance and amplitude, N.
 fn sensed_normal_n(
     found: &RecordingFindings,
     exploration: &ExplorationFindings,
@@ -157,7 +157,7 @@ fn sensed_normal_n(
     sensed.ok().map(|sensed| sensed.normal_n)
 }
 
-/// Curves and standard errors of both methods, broken between instances.
+/// Returns curves and standard errors of both methods, broken between instances.
 fn estimates(
     instances: &[&InstanceAnalysis],
     quantity: EstimatedQuantity,

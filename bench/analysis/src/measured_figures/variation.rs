@@ -8,7 +8,7 @@ use figures::Width;
 use figures::written;
 use figures::{Axis, Figure, Key, Panel};
 
-/// Share of the range that two lines of words take.
+/// Share of the range that two lines of text take.
 const FOR_WORDS: f64 = 0.25;
 
 pub(super) fn figure(analysed: &Analysed) -> Figure {

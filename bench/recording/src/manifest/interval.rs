@@ -1,33 +1,34 @@
-//! Stretches of a recording with a known meaning.
+//! Intervals of a recording with a known meaning.
 
 use protocols::Direction;
 use serde::{Deserialize, Serialize};
 
 use super::manifest_error::{ManifestError, finite, not_negative};
 
-/// What a stretch of a recording is.
+/// Meaning of an interval of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RecordedIntervalKind {
-    /// No finger on the plate: where Z_p is read.
+    /// No finger is on the plate: Z_p is read here.
     Unloaded,
     /// The finger slides.
     Exploration(Direction),
 }
 
-/// A stretch of a recording, seconds from sample 0.
+/// Interval of a recording, seconds from sample 0.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "RawInterval", into = "RawInterval")]
 pub struct RecordedInterval {
-    /// What it is.
+    /// Meaning of the interval.
     pub kind: RecordedIntervalKind,
-    /// Its start, seconds from sample 0.
+    /// Start, seconds from sample 0.
     pub start_s: f64,
-    /// Its end, seconds from sample 0.
+    /// End, seconds from sample 0.
     pub end_s: f64,
 }
 
 impl RecordedInterval {
-    /// An interval of the audio clock in the time of a recording whose sample 0 is at `recording_start_s` of that clock.
+    /// Converts an interval of the audio clock to the time of a recording whose sample 0 is at `recording_start_s`, s,
+    /// of that clock.
     #[must_use]
     pub fn relative_to(interval: protocols::Interval, recording_start_s: f64) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! What a `recording.toml` must hold, and how it is said where it does not.
+//! Rules of `recording.toml`, and the errors where it breaks them.
 
 use std::ops::RangeInclusive;
 
@@ -10,10 +10,10 @@ pub const FORMAT: u32 = 1;
 /// Why a `recording.toml` cannot be read.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ManifestReadError {
-    /// Not TOML, or an unknown or missing key.
+    /// The text is not TOML, or has an unknown or missing key.
     #[error(transparent)]
     Toml(#[from] TomlError),
-    /// A value against a rule.
+    /// A value breaks a rule.
     #[error("{file}{}: {rule}", line.map(|line| format!(", line {line}")).unwrap_or_default())]
     Rule {
         /// The file, as the caller named it.
@@ -36,33 +36,33 @@ impl ManifestReadError {
     }
 }
 
-/// A rule of the manifest that is broken.
+/// Broken rule of the manifest.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ManifestError {
-    /// A value that TOML cannot hold, such as an integer over 2⁶³ − 1.
+    /// TOML cannot hold a value, such as an integer over 2⁶³ − 1.
     #[error("recording.toml cannot be written: {reason}")]
     NotToml {
-        /// The serialiser's words.
+        /// Error text of the serialiser.
         reason: String,
     },
-    /// A version that this program does not know.
+    /// This program does not know the version.
     #[error("`format` is {value}, but this program reads format {FORMAT} only")]
     Format {
         /// The version in the file.
         value: u32,
     },
-    /// A number out of its range, or not a number.
+    /// A number is out of its range, or is not a number.
     #[error("`{key}` is {value}, allowed are {allowed}")]
     Value {
         /// The key, with its tables.
         key: String,
-        /// Its value.
+        /// Value of the key.
         value: f64,
         /// The allowed values in words.
         allowed: String,
     },
-    /// An interval that ends before it starts.
+    /// An interval ends before it starts.
     #[error("`intervals.{index}` ends at {end_s} s, not after its start at {start_s} s")]
     IntervalOrder {
         /// Position in the list, from 0.
@@ -72,7 +72,7 @@ pub enum ManifestError {
         /// End, s.
         end_s: f64,
     },
-    /// Drive and pickup on the same channel.
+    /// Drive and pickup are on the same channel.
     #[error(
         "`channels.drive.index` and `channels.pickup.index` are both {index}; they must differ"
     )]
@@ -80,7 +80,7 @@ pub enum ManifestError {
         /// The channel.
         index: u16,
     },
-    /// Calibrated without a calibration, or the reverse.
+    /// The recording is calibrated without a calibration, or the reverse.
     #[error("`hardware.uncalibrated` is {uncalibrated}, but `hardware.calibration` is {}", if *.uncalibrated { "present" } else { "absent" })]
     Calibration {
         /// The flag.
@@ -92,12 +92,12 @@ pub enum ManifestError {
         /// The waived hardware stops.
         waived: Vec<String>,
     },
-    /// A channel beyond those of the audio file.
+    /// The audio file has no such channel.
     #[error("`{key}` is {index}, but signals.wav has {channels} channels, counted from 0")]
     NoSuchChannel {
         /// The key.
         key: &'static str,
-        /// Its value.
+        /// Value of the key.
         index: u16,
         /// RecordedChannels in the audio file.
         channels: u16,
@@ -134,7 +134,7 @@ pub enum ManifestError {
 }
 
 impl ManifestError {
-    /// The key that the rule is about, dotted.
+    /// Returns the dotted key that the rule is about.
     fn key(&self) -> Option<String> {
         Some(match self {
             Self::NotToml { .. } => return None,

@@ -1,7 +1,8 @@
 //! `recording.toml`: what a recording is of, and how its sample values become volts and metres.
 //!
 //! Peak amplitudes and exp(+iωt) throughout. The tables `channels`, `plate` and `intervals` are fixed; `participant`,
-//! `trial`, `hardware`, `software` and `events` are written by this bench and may be absent in a recording made elsewhere.
+//! `trial`, `hardware`, `software` and `events` are written by this bench and may be absent in a recording made
+//! elsewhere.
 
 mod interval;
 mod manifest_error;
@@ -24,7 +25,29 @@ use serde::{Deserialize, Serialize};
 
 use manifest_error::{finite, from_one, not_negative, not_zero, positive, within};
 
-/// The content of `recording.toml`.
+/// Content of `recording.toml`.
+///
+/// ```
+/// use recording::manifest::{Manifest, ManifestError, ManifestReadError};
+///
+/// let text = r#"
+/// format = 1
+/// carrier_hz = 35000.0
+/// modulation_hz = 6.0
+/// modulation_index = 0.95
+/// channels.drive = { index = 0, volts_per_unit = 20.0 }
+/// channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
+/// plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
+/// "#;
+/// let manifest = Manifest::parse(text, "recording.toml").unwrap();
+/// assert_eq!(manifest.plate.modal_mass_kg, 0.008);
+///
+/// let error = Manifest::parse(&text.replace("0.95", "1.5"), "recording.toml").unwrap_err();
+/// assert!(matches!(
+///     error,
+///     ManifestReadError::Rule { line: Some(5), rule: ManifestError::Value { value: 1.5, .. }, .. }
+/// ));
+/// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
@@ -36,26 +59,26 @@ pub struct Manifest {
     pub modulation_hz: f64,
     /// Modulation index, 0 to 1: A(t) = A_mean (1 + index · sin 2πft).
     pub modulation_index: f64,
-    /// The two channels that the impedance is read from.
+    /// Channels that the impedance is read from.
     pub channels: RecordedChannels,
-    /// The plate that the finger rests on.
+    /// Plate that the finger rests on.
     pub plate: RecordedPlate,
-    /// Stretches of the recording with a known meaning.
+    /// Intervals of the recording with a known meaning.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub intervals: Vec<RecordedInterval>,
-    /// Who took part.
+    /// Participant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub participant: Option<Participant>,
-    /// Which trial of which protocol this is, and how it ended.
+    /// Trial and protocol, and how the recording ended.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trial: Option<Trial>,
-    /// What it was recorded with.
+    /// Hardware that it was recorded with.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hardware: Option<RecordedHardware>,
-    /// What wrote it.
+    /// Program that wrote it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub software: Option<Software>,
-    /// What happened during the recording.
+    /// Events during the recording.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<RecordingEvent>,
 }
@@ -73,10 +96,10 @@ impl Manifest {
         }
     }
 
-    /// The text of `recording.toml`; the same manifest always gives the same bytes.
+    /// Returns the text of `recording.toml`; the same manifest always gives the same bytes.
     ///
     /// # Errors
-    /// The first rule that is broken: what would not be read is not written.
+    /// The first rule that is broken: a manifest that could not be read is not written.
     pub fn to_toml(&self) -> Result<String, ManifestError> {
         self.validate()?;
         toml::to_string(self).map_err(|error| ManifestError::NotToml {
@@ -84,7 +107,7 @@ impl Manifest {
         })
     }
 
-    /// From when to when the force sensor was at the end of its range, s.
+    /// Returns from when to when the force sensor was at the end of its range, s.
     #[must_use]
     pub fn saturated_s(&self, sample_rate_hz: u32) -> Vec<(f64, f64)> {
         let time_s = |sample: u64| sample as f64 / f64::from(sample_rate_hz);
@@ -148,7 +171,8 @@ impl Manifest {
     /// Checks the manifest against the audio that it describes.
     ///
     /// # Errors
-    /// A channel beyond the last, a sample rate that differs, or one too low for the modulated carrier.
+    /// A channel is beyond the last one, or the sample rate differs from the stated one or is too low for the modulated
+    /// carrier.
     pub fn validate_audio(
         &self,
         sample_rate_hz: u32,

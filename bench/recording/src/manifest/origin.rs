@@ -1,13 +1,13 @@
-//! Where a recording comes from: who took part, in which trial, on which hardware, by which program.
+//! Origin of a recording: participant, trial, hardware and program.
 
 use serde::{Deserialize, Serialize};
 
 use super::manifest_error::{ManifestError, from_one, refused};
 
-/// Seeds are TOML integers: at most 2⁶³ − 1.
+/// Greatest seed: seeds are TOML integers, at most 2⁶³ − 1.
 pub const MAX_SEED: u64 = i64::MAX as u64;
 
-/// Who took part, by pseudonym only.
+/// Participant of a recording, by pseudonym only.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Participant {
@@ -17,7 +17,7 @@ pub struct Participant {
     pub session: u32,
 }
 
-/// Which trial this is.
+/// Trial that a recording is of.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Trial {
@@ -33,11 +33,11 @@ pub struct Trial {
     pub protocol: String,
     /// Seed of the protocol's randomisation, at most [`MAX_SEED`].
     pub seed: u64,
-    /// How the recording ended; absent while it goes on, and for ever if the bench was killed. Whether the trial was
-    /// accepted stands in the session's log.
+    /// How the recording ended; absent while it goes on, and for good if the bench was killed. Whether the trial was
+    /// accepted is in the session's log.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub end: Option<End>,
-    /// Why it was interrupted.
+    /// Reason of the interruption.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interruption: Option<String>,
 }
@@ -67,7 +67,7 @@ pub enum End {
     Interrupted,
 }
 
-/// What a recording was made with.
+/// Hardware that a recording was made with.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RecordedHardware {
@@ -79,7 +79,7 @@ pub struct RecordedHardware {
     pub sample_rate_hz: u32,
     /// Sample format of the input device, such as `i32`.
     pub sample_format: String,
-    /// What is connected to each channel of `signals.wav`, in order.
+    /// Names of what is connected to each channel of `signals.wav`, in order.
     pub channel_names: Vec<String>,
     /// The force sensor's port or identity.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -117,25 +117,25 @@ impl RecordedHardware {
     }
 }
 
-/// Which calibration the constants come from.
+/// Calibration that the constants of a recording come from.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CalibrationReference {
-    /// Its label.
+    /// Label of the calibration.
     pub label: String,
     /// Hash of the calibration file.
     pub hash: String,
-    /// When and by whom the force sensor was calibrated and tared; absent where its own readings were taken.
+    /// When and by whom the force sensor was calibrated and tared; absent if the sensor's own readings were used.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<String>,
 }
 
-/// What wrote a recording.
+/// Program that wrote a recording.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Software {
     /// Name of the program.
     pub name: String,
-    /// Its version.
+    /// Version of the program.
     pub version: String,
 }

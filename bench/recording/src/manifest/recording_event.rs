@@ -1,32 +1,32 @@
-//! What happened during a recording, at its sample.
+//! Events of a recording, each at its sample.
 
 use serde::{Deserialize, Serialize};
 
-/// A fault of an input is over once it has not come again for this long, s: longer than a period of the modulation, at whose
-/// every crest a channel may clip.
+/// Time without a recurrence after which a fault of an input is over, s: longer than a period of the modulation, at
+/// whose every crest a channel may clip.
 pub const QUIET_S: f64 = 0.5;
 
-/// Something that happened at a sample of a recording.
+/// Event at a sample of a recording.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RecordingEvent {
-    /// What happened.
+    /// Kind of event.
     pub kind: EventKind,
-    /// Frame of `signals.wav` at which it happened, from 0.
+    /// Frame of `signals.wav` at which the event happened, from 0.
     pub sample: u64,
-    /// How many frames it concerns, where it has a length.
+    /// Number of frames that the event concerns, if it has a length.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frames: Option<u64>,
-    /// Further words for the reader.
+    /// Further text for the reader.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub text: Option<String>,
 }
 
-/// What can happen during a recording.
+/// Kind of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EventKind {
-    /// Samples lost, `frames` of them, written as NaN.
+    /// Samples were lost, `frames` of them, and written as NaN.
     Gap,
     /// The input stream reported an overrun.
     InputXrun,
@@ -38,7 +38,8 @@ pub enum EventKind {
     NonFinite,
     /// The drive was taken to zero because its read-back differed from the command, or stayed away.
     ReadbackMismatch,
-    /// Force frames lost, refused by their checksum or sent twice, within `frames`; to a burst of the sensor.
+    /// Force frames were lost, rejected by their checksum or sent twice, within `frames`; resolved to a burst of the
+    /// sensor.
     ForceLost,
     /// An axis of the force sensor at the end of its range, within `frames`.
     ForceOverRange,

@@ -1,4 +1,4 @@
-//! Reading, writing and refusing.
+//! Tests of reading, writing and rejecting manifests.
 
 use strict::TomlError;
 

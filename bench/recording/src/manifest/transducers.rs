@@ -1,19 +1,19 @@
-//! From sample values to volts and metres, and from volts to the force on the plate.
+//! Scales from sample values to volts and metres, and from volts to the force on the plate.
 
 use impedance::PlateConstants;
 use serde::{Deserialize, Serialize};
 
-/// The channels of `signals.wav` by meaning.
+/// Channels of `signals.wav` by meaning.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RecordedChannels {
-    /// Voltage across the actuators, read back.
+    /// Channel of the voltage across the actuators, read back.
     pub drive: RecordedDrive,
-    /// Displacement of the plate.
+    /// Channel of the displacement of the plate.
     pub pickup: RecordedPickup,
 }
 
-/// The drive read back.
+/// Channel of the drive's read-back.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RecordedDrive {
@@ -21,12 +21,12 @@ pub struct RecordedDrive {
     pub index: u16,
     /// Actuator volts per sample value.
     pub volts_per_unit: f64,
-    /// |sample value| from which on the input clipped, where it was known.
+    /// |sample value| from which on the input clipped, if it is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clip_units: Option<f64>,
 }
 
-/// The plate's displacement: x̃ = metres_per_unit · sample · exp(+i·phase_rad).
+/// Channel of the plate's displacement: x̃ = metres_per_unit · sample · exp(+i·phase_rad).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RecordedPickup {
@@ -36,12 +36,12 @@ pub struct RecordedPickup {
     pub metres_per_unit: f64,
     /// Phase of the displacement relative to the sample values, radians.
     pub phase_rad: f64,
-    /// |sample value| from which on the input clipped, where it was known.
+    /// |sample value| from which on the input clipped, if it is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clip_units: Option<f64>,
 }
 
-/// The plate.
+/// Constants of the plate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RecordedPlate {
@@ -56,7 +56,8 @@ pub struct RecordedPlate {
 }
 
 impl RecordedPlate {
-    /// Its constants as impedances are read with. A negative force factor is a phase of half a turn, which is not among them.
+    /// Returns the constants with which impedances are read. A negative force factor is a phase of half a turn, which
+    /// is not among them.
     pub fn constants(&self) -> PlateConstants {
         PlateConstants {
             resonance_hz: self.resonance_hz,

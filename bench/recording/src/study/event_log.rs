@@ -1,7 +1,7 @@
 //! The log of a session: start, descriptors, events and stop in the manner of bluesky, one JSON object per line.
 //!
-//! Every document is on disk when the call of [`EventLog`] that appends it returns. A log that does not end in a stop is of a session that was
-//! killed; a resumed session appends another start.
+//! Every document is on disk when the call of [`EventLog`] that appends it returns. A log that does not end in a stop
+//! is of a session that was killed; a resumed session appends another start.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
@@ -14,21 +14,21 @@ use serde_json::{Map, Value};
 use crate::DiskError;
 use crate::disk::{self, OnPath};
 
-/// A line of the log.
+/// Line of the log.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "document", rename_all = "snake_case")]
 pub enum Document {
     /// A session begins or is resumed.
     Start(Box<Start>),
-    /// What the events of one stream hold.
+    /// Keys of the events of one stream.
     Descriptor(Descriptor),
-    /// Something happened.
+    /// An event.
     Event(LogEvent),
     /// The session ended.
     Stop(Stop),
 }
 
-/// How a session begins: all that is needed to repeat it.
+/// Start of a session: all that is needed to repeat it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Start {
     /// Wall clock, RFC 3339.
@@ -45,17 +45,17 @@ pub struct Start {
     pub seed: u64,
     /// Name of the program.
     pub software: String,
-    /// Its version.
+    /// Version of the program.
     pub version: String,
     /// Devices by what they are for.
     pub devices: BTreeMap<String, String>,
     /// The calibration in use; null if uncalibrated.
     pub calibration: Option<String>,
-    /// The whole configuration that holds.
+    /// The whole effective configuration.
     pub configuration: Value,
 }
 
-/// What the events of one stream hold.
+/// Keys of the events of one stream.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Descriptor {
     /// Name of the stream.
@@ -64,19 +64,19 @@ pub struct Descriptor {
     pub data_keys: BTreeMap<String, DataKey>,
 }
 
-/// What one value of an event is.
+/// Type, unit and source of a value of an event.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DataKey {
     /// `number`, `integer`, `string`, `boolean` or `array`.
     pub dtype: String,
-    /// Unit, if it has one.
+    /// Unit, if the value has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
-    /// Where it comes from.
+    /// Source of the value.
     pub source: String,
 }
 
-/// Something that happened.
+/// Event of a session.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LogEvent {
     /// Name of the stream.
@@ -91,14 +91,14 @@ pub struct LogEvent {
     pub data: Map<String, Value>,
 }
 
-/// How a session ended.
+/// End of a session.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Stop {
     /// Wall clock, RFC 3339.
     pub time: String,
-    /// How it ended.
+    /// Exit status.
     pub exit_status: ExitStatus,
-    /// Why, unless it succeeded.
+    /// Reason, unless the session succeeded.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// Number of events in the log.
@@ -124,37 +124,37 @@ pub enum EventLogError {
     /// The operating system refused.
     #[error(transparent)]
     Disk(#[from] DiskError),
-    /// A line that is no document, and not merely the torn end of a killed process.
+    /// A line is no document, and not merely torn by a killed process.
     #[error("{}: line {line}: {reason}", path.display())]
     Line {
         /// The log.
         path: PathBuf,
         /// The line, from 1.
         line: usize,
-        /// What is wrong with it.
+        /// Error text of the parser.
         reason: String,
     },
-    /// A value that JSON cannot hold.
+    /// JSON cannot hold a value.
     #[error("a document for {} cannot be written: {reason}", path.display())]
     Json {
         /// The log.
         path: PathBuf,
-        /// The serialiser's words.
+        /// Error text of the serialiser.
         reason: String,
     },
 }
 
-/// What a log holds.
+/// Content of a log.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LogContent {
-    /// Its documents in order.
+    /// Documents in order.
     pub documents: Vec<Document>,
     /// Torn lines, from 1, each the last before a killed process; they are left out.
     pub torn_lines: Vec<usize>,
 }
 
 impl LogContent {
-    /// The last stop, unless a start follows it.
+    /// Returns the last stop, unless a start follows it.
     #[must_use]
     pub fn stop(&self) -> Option<&Stop> {
         match self.documents.last() {
@@ -171,7 +171,7 @@ impl LogContent {
     }
 }
 
-/// An append-only log.
+/// Append-only log of a session.
 #[derive(Debug)]
 pub struct EventLog {
     path: PathBuf,
@@ -182,10 +182,10 @@ pub struct EventLog {
 }
 
 impl EventLog {
-    /// Makes a new log; one that exists is an error.
+    /// Makes a new log; a file that exists is an error.
     ///
     /// # Errors
-    /// The operating system's.
+    /// The operating system refused.
     pub fn create(path: PathBuf) -> Result<Self, EventLogError> {
         disk::create_empty(&path)?;
         Self::open(path).map(|(log, _)| log)
@@ -194,7 +194,7 @@ impl EventLog {
     /// Opens a log to append to it, ending a line that a killed process left torn.
     ///
     /// # Errors
-    /// The operating system's, or a line that is no document.
+    /// The operating system refused, or a line is no document.
     pub fn open(path: PathBuf) -> Result<(Self, LogContent), EventLogError> {
         let content = read(&path)?;
         let torn = !fs::read(&path).on("read", &path)?.ends_with(b"\n");
@@ -215,7 +215,7 @@ impl EventLog {
         Ok((log, content))
     }
 
-    /// The file.
+    /// Returns the path of the file.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
@@ -224,15 +224,15 @@ impl EventLog {
     /// Appends the start of a session or of its resumption.
     ///
     /// # Errors
-    /// The operating system's.
+    /// The operating system refused.
     pub fn start(&mut self, start: Start) -> Result<(), EventLogError> {
         self.append(&Document::Start(Box::new(start)))
     }
 
-    /// Appends what the events of a stream hold.
+    /// Appends the keys of the events of a stream.
     ///
     /// # Errors
-    /// The operating system's.
+    /// The operating system refused.
     pub fn descriptor(&mut self, descriptor: Descriptor) -> Result<(), EventLogError> {
         self.append(&Document::Descriptor(descriptor))
     }
@@ -240,7 +240,7 @@ impl EventLog {
     /// Appends an event under the next number. JSON has no NaN: such values become null.
     ///
     /// # Errors
-    /// The operating system's.
+    /// The operating system refused.
     pub fn event(
         &mut self,
         stream: &str,
@@ -262,7 +262,7 @@ impl EventLog {
     /// Appends the end of the session.
     ///
     /// # Errors
-    /// The operating system's.
+    /// The operating system refused.
     pub fn stop(
         &mut self,
         time: String,
@@ -300,7 +300,7 @@ impl EventLog {
 /// Reads a log. A line that cannot be read is left out if nothing or a start follows it: a killed process tore it.
 ///
 /// # Errors
-/// The operating system's, or any other line that is no document.
+/// The operating system refused, or another line is no document.
 pub fn read(path: &Path) -> Result<LogContent, EventLogError> {
     let bytes = fs::read(path).on("read", path)?;
     let mut content = LogContent::default();

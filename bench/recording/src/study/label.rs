@@ -1,30 +1,31 @@
-//! Names of recording folders within a session.
+//! Labels of trials, which name the recording folders within a session.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// Whether a trial counts.
+/// Part of a session: practice or experiment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum TrialBlock {
-    /// To get used to the task; not analysed.
+    /// Trials to get used to the task, which are not analysed.
     Practice,
-    /// Of the experiment.
+    /// Trials of the experiment.
     Main,
 }
 
-/// One attempt at one trial; ordered as recorded: practice first, then by number and attempt.
+/// Attempt at a trial; ordered as recorded: practice first, then by number and attempt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct TrialLabel {
-    /// Whether it counts.
+    /// Part of the session.
     pub block: TrialBlock,
-    /// Number among its sort, from 1.
+    /// Number within its part of the session, from 1.
     pub number: u32,
     /// Attempt, from 1.
     pub attempt: u32,
 }
 
 impl TrialLabel {
-    /// An attempt of a session that begins with `practice_trials` practice trials; each sort is counted from 1.
+    /// Makes the label of an attempt in a session that begins with `practice_trials` practice trials; each part of the
+    /// session is counted from 1.
     #[must_use]
     pub fn new(key: &protocols::TrialKey, practice_trials: u32) -> Self {
         let (block, number) = if key.practice {
@@ -39,7 +40,8 @@ impl TrialLabel {
         }
     }
 
-    /// Number among all trials of the session, practice first: [`TrialKey::number`](protocols::TrialKey::number).
+    /// Returns the number among all trials of the session, practice first:
+    /// [`TrialKey::number`](protocols::TrialKey::number).
     #[must_use]
     pub fn number_in_session(&self, practice_trials: u32) -> u32 {
         match self.block {
@@ -63,7 +65,7 @@ impl fmt::Display for TrialLabel {
     }
 }
 
-/// A name that no trial has.
+/// Name that is not a trial's.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "{name:?} names no trial; such names are `trial-003_attempt-1` and `practice-01_attempt-1`"

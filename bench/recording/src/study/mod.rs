@@ -1,4 +1,4 @@
-//! A study folder: participants, sessions, trials. It only ever grows; nothing in it is overwritten.
+//! Study folders: participants, sessions, trials. A study only grows; nothing in it is overwritten.
 //!
 //! ```text
 //! STUDY/dataset_description.json
@@ -31,7 +31,7 @@ pub use study_error::{DESCRIPTION_FILE, PARTICIPANTS_FILE, StudyError};
 use crate::disk::{self, OnPath};
 use crate::lock::Lock;
 
-/// Locked by the instance that works on the study.
+/// Lock file of the instance that works on the study.
 pub const LOCK_FILE: &str = ".friction-bench.lock";
 
 const PARTICIPANTS_HEADER: &str = "participant_id\tfirst_session_date\tprotocol\n";
@@ -42,23 +42,23 @@ const PARTICIPANTS_HEADER: &str = "participant_id\tfirst_session_date\tprotocol\
 pub struct Description {
     /// Name of the study.
     pub name: String,
-    /// `raw`.
+    /// Type of the data, `raw`.
     pub dataset_type: String,
-    /// What wrote it.
+    /// Programs that wrote it.
     pub generated_by: Vec<GeneratedBy>,
 }
 
-/// A program that wrote a study.
+/// Program that wrote a study.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "PascalCase")]
 pub struct GeneratedBy {
     /// Name of the program.
     pub name: String,
-    /// Its version.
+    /// Version of the program.
     pub version: String,
 }
 
-/// A study, locked against other instances for as long as this lives.
+/// Study, locked against other instances for as long as the value lives.
 #[derive(Debug)]
 pub struct Study {
     folder: PathBuf,
@@ -67,7 +67,7 @@ pub struct Study {
 }
 
 impl Study {
-    /// Opens the study in `folder`; makes one named after the folder if there is none. Missing folders above it are made too.
+    /// Opens the study in `folder`, or makes one named after the folder; missing folders above it are made too.
     ///
     /// # Errors
     /// The folder holds something else, or another instance holds the study.
@@ -100,19 +100,19 @@ impl Study {
         })
     }
 
-    /// The folder.
+    /// Returns the folder.
     #[must_use]
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// What the study is.
+    /// Returns the description of the study.
     #[must_use]
     pub fn description(&self) -> &Description {
         &self.description
     }
 
-    /// The folder of a session, whether it exists or not.
+    /// Returns the folder of a session, whether it exists or not.
     #[must_use]
     pub fn session_folder(&self, participant: &ParticipantId, session: u32) -> PathBuf {
         self.folder
@@ -120,7 +120,7 @@ impl Study {
             .join(format!("ses-{session:02}"))
     }
 
-    /// The number of the participant's next session, one above the highest there is.
+    /// Returns the number of the participant's next session, one above the highest so far.
     ///
     /// # Errors
     /// The participant's folder cannot be listed.
@@ -132,11 +132,11 @@ impl Study {
         Ok(highest.unwrap_or(0).saturating_add(1))
     }
 
-    /// Begins a session: its folder and its log, and the participant's line in `participants.tsv` if it is the first. `date` is
-    /// the day as `2026-01-31`, `protocol` the protocol's name.
+    /// Begins a session: its folder and its log, and the participant's line in `participants.tsv` if it is the first.
+    /// `date` is the day as `2026-01-31`, `protocol` the protocol's name.
     ///
     /// # Errors
-    /// [`StudyError::SessionExists`] with what to do.
+    /// [`StudyError::SessionExists`], which names the next free session, if the session was held already.
     pub fn begin_session(
         &self,
         participant: &ParticipantId,
@@ -152,7 +152,7 @@ impl Study {
         {
             return Err(error).on("create", &participant_folder)?;
         }
-        // Before the session is there to be resumed, which registers nobody.
+        // Before the session can be resumed, because resuming registers nobody.
         self.register(participant, &line)?;
         match fs::create_dir(&folder) {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
@@ -168,10 +168,10 @@ impl Study {
         SessionFolder::create(folder)
     }
 
-    /// Opens a session that was broken off, to go on with it.
+    /// Opens a session that was broken off, to resume it.
     ///
     /// # Errors
-    /// There is no such session, or it ended with success.
+    /// The session does not exist, or it ended with success.
     pub fn resume_session(
         &self,
         participant: &ParticipantId,
@@ -191,7 +191,7 @@ impl Study {
         Ok(session)
     }
 
-    /// Adds the participant's line unless there is one.
+    /// Adds the participant's line unless the table has one.
     fn register(&self, participant: &ParticipantId, line: &str) -> Result<(), StudyError> {
         let path = self.folder.join(PARTICIPANTS_FILE);
         let table = fs::read_to_string(&path).on("read", &path)?;
@@ -241,7 +241,7 @@ fn study_name(folder: &Path) -> String {
         )
 }
 
-/// Whether a folder holds nothing but a lock, left by an instance that was killed while it made the study.
+/// Returns whether a folder holds nothing but a lock, left by an instance that was killed while it made the study.
 fn is_unused(folder: &Path) -> Result<bool, StudyError> {
     Ok(disk::entries(folder)?
         .iter()
@@ -269,7 +269,7 @@ fn read_description(path: &Path) -> Result<Description, StudyError> {
 
 /// Takes the study's lock.
 fn lock(folder: &Path) -> Result<File, StudyError> {
-    match Lock::ask(&folder.join(LOCK_FILE))? {
+    match Lock::try_take(&folder.join(LOCK_FILE))? {
         Lock::Taken(file) => Ok(file),
         Lock::Held { by } => Err(StudyError::InUse {
             path: folder.to_owned(),

@@ -1,4 +1,4 @@
-//! Room on the disk, asked for before a session is armed.
+//! Free space on the disk, checked before a session is armed.
 
 use std::path::Path;
 
@@ -11,10 +11,10 @@ const FORCE_ROW_BYTES: f64 = 41.0;
 /// Longest usual line of `position.csv`.
 const POSITION_ROW_BYTES: f64 = 28.0;
 
-/// What a recording takes per second.
+/// Rates of the data of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DataRates {
-    /// Its audio.
+    /// Format of the audio.
     pub audio: AudioFormat,
     /// Rows of force per second.
     pub force_hz: f64,
@@ -23,7 +23,7 @@ pub struct DataRates {
 }
 
 impl DataRates {
-    /// Bytes that a recording of `duration_s` seconds takes, rounded up; an upper estimate.
+    /// Returns the bytes that a recording of `duration_s` seconds takes, rounded up; an upper estimate.
     #[must_use]
     pub fn bytes(&self, duration_s: f64) -> u64 {
         let audio = f64::from(self.audio.sample_rate_hz) * self.audio.frame_bytes() as f64;
@@ -32,18 +32,26 @@ impl DataRates {
     }
 }
 
-/// Bytes that this user may still write on the disk of `path`, which must exist.
+/// Returns the bytes that this user may still write on the disk of `path`, which must exist.
 ///
 /// # Errors
-/// The operating system's.
+/// The operating system refused, or the platform does not tell (WebAssembly).
 pub fn free_bytes(path: &Path) -> Result<u64, StudyError> {
-    Ok(fs4::available_space(path).on("ask for the free space of", path)?)
+    Ok(available_space(path).on("ask for the free space of", path)?)
 }
 
-/// Refuses if the disk of `path` has less than `needed` bytes free.
+#[cfg(any(unix, windows))]
+use fs4::available_space;
+
+#[cfg(not(any(unix, windows)))]
+fn available_space(_: &Path) -> std::io::Result<u64> {
+    Err(std::io::ErrorKind::Unsupported.into())
+}
+
+/// Checks that the disk of `path` has at least `needed` bytes free.
 ///
 /// # Errors
-/// [`StudyError::NoRoom`] with both numbers.
+/// [`StudyError::NoRoom`], with both numbers, if it has less.
 pub fn require_room(path: &Path, needed: u64) -> Result<(), StudyError> {
     let free = free_bytes(path)?;
     if free < needed {

@@ -9,10 +9,10 @@ use crate::Manifest;
 use crate::disk;
 use crate::reader::{self, ReadError};
 
-/// The session's log.
+/// File of a session's log.
 pub const EVENTS_FILE: &str = "events.jsonl";
 
-/// A session to record into.
+/// Folder of a session, with its log open for appending.
 #[derive(Debug)]
 pub struct SessionFolder {
     folder: PathBuf,
@@ -20,14 +20,14 @@ pub struct SessionFolder {
     before: LogContent,
 }
 
-/// A recording folder found in a session.
+/// Recording folder found in a session.
 #[derive(Debug)]
 pub struct RecordedTrial {
-    /// Which attempt at which trial.
+    /// Trial and attempt.
     pub label: TrialLabel,
     /// The folder.
     pub folder: PathBuf,
-    /// What is recorded; its trial has no `end` if the recording was cut off.
+    /// Description of the recording; its trial has no `end` if the recording was cut off.
     pub manifest: Result<Manifest, ReadError>,
 }
 
@@ -54,19 +54,19 @@ impl SessionFolder {
         })
     }
 
-    /// The folder.
+    /// Returns the folder.
     #[must_use]
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// What the log held when the session was opened; nothing for a new one.
+    /// Returns what the log held when the session was opened; nothing for a new session.
     #[must_use]
     pub fn log_before(&self) -> &LogContent {
         &self.before
     }
 
-    /// The session's log.
+    /// Returns the session's log.
     pub fn log(&mut self) -> &mut EventLog {
         &mut self.log
     }
@@ -77,11 +77,11 @@ impl SessionFolder {
             .is_some_and(|stop| stop.exit_status == ExitStatus::Success)
     }
 
-    /// Keeps a copy of a file that this session depends on, such as the protocol, and returns where it is. If the session has
-    /// another content under that name already (it was resumed after an edit), the copy is numbered.
+    /// Keeps a copy of a file that this session depends on, such as the protocol, and returns where it is. If the
+    /// session has another content under that name already (it was resumed after an edit), the copy is numbered.
     ///
     /// # Errors
-    /// The name has folders in it, or the operating system's.
+    /// The name has folders in it, or the operating system refused.
     pub fn snapshot(&self, name: &str, contents: &str) -> Result<PathBuf, StudyError> {
         let plain = Path::new(name).file_name() == Some(name.as_ref()) && !name.contains('\\');
         if !plain {
@@ -107,10 +107,10 @@ impl SessionFolder {
         }
     }
 
-    /// The folder for a new recording, which does not exist yet; the recorder makes it.
+    /// Returns the folder for a new recording, which does not exist yet; the recorder makes it.
     ///
     /// # Errors
-    /// [`StudyError::TrialExists`] with what to do.
+    /// [`StudyError::TrialExists`] if the attempt was recorded already.
     pub fn trial_folder(&self, label: TrialLabel) -> Result<PathBuf, StudyError> {
         let path = self.folder.join(label.to_string());
         if path.symlink_metadata().is_ok() {
@@ -119,7 +119,7 @@ impl SessionFolder {
         Ok(path)
     }
 
-    /// The recordings of the session, practice first, then by number and attempt.
+    /// Returns the recordings of the session, practice first, then by number and attempt.
     ///
     /// # Errors
     /// The folder cannot be listed.
@@ -137,7 +137,7 @@ impl SessionFolder {
         Ok(trials.collect())
     }
 
-    /// The attempts that have a folder, in no order.
+    /// Returns the attempts that have a folder, in no particular order.
     ///
     /// # Errors
     /// The folder cannot be listed.

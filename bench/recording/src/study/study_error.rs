@@ -6,9 +6,9 @@ use super::event_log::EventLogError;
 use crate::DiskError;
 use crate::lock;
 
-/// What the study is, in the manner of BIDS.
+/// File that describes the study, in the manner of BIDS.
 pub const DESCRIPTION_FILE: &str = "dataset_description.json";
-/// One line per participant.
+/// File with one line per participant.
 pub const PARTICIPANTS_FILE: &str = "participants.tsv";
 /// Why a study cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -17,10 +17,10 @@ pub enum StudyError {
     /// The operating system refused.
     #[error(transparent)]
     Disk(#[from] DiskError),
-    /// The log of a session.
+    /// The log of a session cannot be written or read.
     #[error(transparent)]
     Log(#[from] EventLogError),
-    /// The folder is not empty and no study.
+    /// The folder is neither empty nor a study.
     #[error(
         "{} is not a study: it holds files but no {DESCRIPTION_FILE}; name an empty or a new folder with `--study`",
         path.display()
@@ -37,8 +37,8 @@ pub enum StudyError {
         /// What is wrong with it.
         reason: String,
     },
-    /// Another instance works on the study.
-    #[error("study {} is in use by another friction-bench{}; end that one first", path.display(), lock::holder(*.holder))]
+    /// Another instance uses the study.
+    #[error("study {} is in use by another friction-bench{}; quit that one first", path.display(), lock::holder(*.holder))]
     InUse {
         /// The study.
         path: PathBuf,
@@ -56,13 +56,13 @@ pub enum StudyError {
         /// The first free session number.
         next: u32,
     },
-    /// There is no such session to resume.
+    /// The session to be resumed does not exist.
     #[error("{} does not exist, so it cannot be resumed; start it without `--resume`", path.display())]
     NoSession {
         /// The session's folder.
         path: PathBuf,
     },
-    /// The session ended as it should.
+    /// The session has ended with success.
     #[error("{} has ended; begin session {next} by `--new-session`", path.display())]
     SessionEnded {
         /// The session's folder.
@@ -79,7 +79,7 @@ pub enum StudyError {
         /// The trial's folder.
         path: PathBuf,
     },
-    /// A text that would break `participants.tsv`.
+    /// A text contains a tab or line end, which would break `participants.tsv`.
     #[error("{field} is {value:?}; tabs and line ends are not allowed in {PARTICIPANTS_FILE}")]
     Tsv {
         /// The column.
@@ -87,13 +87,13 @@ pub enum StudyError {
         /// The text.
         value: String,
     },
-    /// A snapshot whose name is no plain file name.
+    /// The name of a snapshot is no plain file name.
     #[error("a snapshot cannot be named {name:?}; a file name without folders is needed")]
     SnapshotName {
         /// The name.
         name: String,
     },
-    /// The disk has too little room.
+    /// The disk has too little free space.
     #[error(
         "{} has {:.2} GB free, but {:.2} GB are needed; make room or choose another folder with `--study`",
         path.display(), *free as f64 / 1e9, *needed as f64 / 1e9

@@ -1,4 +1,4 @@
-//! The watch on a drive, lines and readings that the test sets.
+//! Tests of the watch on a drive, lines and readings that each test sets.
 
 use super::*;
 use crate::safety_lines::{input, output};
@@ -62,7 +62,7 @@ struct Rig {
     signals: Arc<Signals>,
     ask: crossbeam_channel::Sender<SafetyCommand>,
     now_ms: u64,
-    /// The force sensor says nothing that can be read.
+    /// Whether the force sensor sends nothing.
     force_silent: bool,
 }
 

@@ -501,11 +501,7 @@ fn what_cannot_be_written_is_not_measured() {
         .arg(&nowhere);
     refused(
         &finish(&mut calibrate),
-        &[
-            "cannot write into",
-            "not there",
-            "--calibration",
-        ],
+        &["cannot write into", "not there", "--calibration"],
     );
 }
 

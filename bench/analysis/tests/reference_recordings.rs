@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use analysis::Settings;
 use analysis::analysed::RecordingFindings;
 use analysis::flaw::Flaw;
-use analysis::recording::analyse;
+use analysis::recording_analysis::analyse;
 use num_complex::Complex64;
 use serde_json::Value;
 

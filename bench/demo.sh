@@ -3,7 +3,7 @@
 # of one virtual participant, and draws results and figures.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-program=${CARGO_TARGET_DIR:-target}/release/friction-bench
+program=${FRICTION_BENCH:-${CARGO_TARGET_DIR:-target}/release/friction-bench}
 demo=${1:-demo}
 if [ -e "$demo" ]; then
     n=2; while [ -e "$demo-$n" ]; do n=$((n + 1)); done
@@ -42,4 +42,4 @@ printf '  %s\n' \
     "$demo/results.json the estimates of every instance by both methods" \
     "$demo/figures      the published figures from these data"
 printf '\nThe same session with the dashboard, in real time:\n'
-printf '  %s run --mock --protocol demo --study %s/study --participant sub-02 --consent-by ME\n' "$program" "$demo"
+printf '  %q run --mock --protocol demo --study %q/study --participant sub-02 --consent-by ME\n' "$program" "$demo"

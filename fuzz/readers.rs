@@ -6,7 +6,7 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use config::{Calibration, Config, ForceProtocol};
+use config::{CalibrationFile, Config, ForceProtocol};
 use devices::force::{ForceSample, decoder};
 use protocols::Protocol;
 use recording::wav::{AudioFormat, WavReader, header};
@@ -76,7 +76,7 @@ pub fn config(bytes: &[u8]) -> bool {
 
 /// Bytes as `calibration.toml` after its hash: what is read is written and read back alike.
 pub fn calibration(bytes: &[u8]) -> bool {
-    let parse = |text: &str| Calibration::parse(text, Path::new("calibration.toml"));
+    let parse = |text: &str| CalibrationFile::parse(text, Path::new("calibration.toml"));
     let Some(body) = text(bytes) else {
         return false;
     };

@@ -7,6 +7,7 @@ use anyhow::Context;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::cli::Analyze;
+use crate::verbosity::Verbosity;
 use analysis::published::statistics;
 use analysis::results::Results;
 use analysis::{Analysed, RecordingAnalysis, Settings, analyse, find, tables, write_figures};
@@ -16,7 +17,7 @@ use recording::disk;
 ///
 /// # Errors
 /// Nothing to analyse, an assumption that cannot be made, or a result that cannot be written.
-pub fn run(options: &Analyze) -> anyhow::Result<bool> {
+pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     let mut settings = Settings::default();
     for path in &options.assume_file {
         let file = path.display().to_string();
@@ -27,7 +28,8 @@ pub fn run(options: &Analyze) -> anyhow::Result<bool> {
         settings.assume(assumption)?;
     }
     let folders = find::recordings(&options.recordings, options.practice)?;
-    let bar = progress_bar(folders.len() as u64);
+    verbosity.note(format_args!("{} recordings", folders.len()));
+    let bar = progress_bar(folders.len() as u64, verbosity);
     let analysed = analyse(&folders, &settings, |analysis| {
         bar.suspend(|| report(analysis));
         bar.inc(1);
@@ -53,8 +55,8 @@ pub fn run(options: &Analyze) -> anyhow::Result<bool> {
     Ok(analysed.recordings.iter().all(|r| r.found.is_ok()))
 }
 
-fn progress_bar(recordings: u64) -> ProgressBar {
-    let target = if std::io::stderr().is_terminal() {
+fn progress_bar(recordings: u64, verbosity: Verbosity) -> ProgressBar {
+    let target = if verbosity.shows_progress() && std::io::stderr().is_terminal() {
         ProgressDrawTarget::stderr()
     } else {
         ProgressDrawTarget::hidden()

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use calibration::operator::Hands;
 use devices::Hardware;
-use devices::sound::Tone;
+use devices::loudspeaker::Tone;
 
 /// Is told what the participant sees and hears: a display, a simulated person.
 pub type Watcher = Box<dyn FnMut(&tui::ParticipantView, bool, Option<Tone>) + Send>;

@@ -6,25 +6,26 @@ use anyhow::{Context, bail};
 use serde::Serialize;
 
 use ::figures::Figure;
-use calibration::channels::{self, ChannelsProcedure};
+use calibration::channels::{ChannelsProcedure, ChannelsSetup};
 use calibration::clear::ClearPlate;
-use calibration::force::{self, ForceProcedure};
+use calibration::force::{self, ForceProcedure, ForceSetup};
 use calibration::guided::Guided;
 use calibration::judged::{Calibrates, Judged};
 use calibration::known::{self, Instrument, Known};
-use calibration::operator::Axis;
-use calibration::pickup::{self, PickupProcedure};
-use calibration::plate::{self, PlateProcedure};
+use calibration::operator::ForceAxis;
+use calibration::pickup_procedure::{PickupProcedure, PickupSetup};
+use calibration::plate_procedure::{PlateProcedure, PlateSetup};
 use calibration::rig::{self, Attendance};
 use calibration::unattended::Unattended;
 use config::{
-    Calibration, CalibrationError, CalibrationFileError, Config, Effective, Identity, Quantity,
+    CalibrationError, CalibrationFile, CalibrationFileError, Config, Effective, Identity, Quantity,
 };
 use recording::disk;
 use tasks::StopFlag;
 
 use crate::apparatus::Apparatus;
 use crate::cli;
+use crate::verbosity::Verbosity;
 
 /// Name of the calibration file where none is given.
 pub const DEFAULT_PATH: &str = "calibration.toml";
@@ -107,8 +108,8 @@ pub fn effective(
 
 /// What was calibrated before on the bench of `config`; devices are compared once they are open. What is about to be
 /// measured anew on the force sensor may have been measured on another one.
-fn before(path: &Path, config: &Config, new_sensor: bool) -> anyhow::Result<Calibration> {
-    match Calibration::read(path) {
+fn before(path: &Path, config: &Config, new_sensor: bool) -> anyhow::Result<CalibrationFile> {
+    match CalibrationFile::read(path) {
         Ok((mut calibration, _)) => {
             if new_sensor {
                 (calibration.force, calibration.identity.force_sensor) = (None, None);
@@ -124,7 +125,7 @@ fn before(path: &Path, config: &Config, new_sensor: bool) -> anyhow::Result<Cali
                 .with_context(|| other_bench(path))?;
             Ok(calibration)
         }
-        Err(CalibrationFileError::Absent { .. }) => Ok(Calibration::of(Identity::of(
+        Err(CalibrationFileError::Absent { .. }) => Ok(CalibrationFile::of(Identity::of(
             config,
             String::new(),
             String::new(),
@@ -141,7 +142,7 @@ fn other_bench(path: &Path) -> String {
 }
 
 /// Puts the identity of the opened bench into `calibration`, unless it is another's.
-fn own(calibration: &mut Calibration, identity: Identity, path: &Path) -> anyhow::Result<()> {
+fn own(calibration: &mut CalibrationFile, identity: Identity, path: &Path) -> anyhow::Result<()> {
     if calibration.identity.input_device.is_empty() {
         calibration.identity = Identity {
             force_sensor: None,
@@ -166,8 +167,8 @@ fn require_writable(path: &Path) -> anyhow::Result<()> {
         .and_then(|_| std::fs::remove_file(&probe))
         .with_context(|| {
             format!(
-                "nothing can be written beside {}: name a file in a folder of yours with --calibration",
-                path.display()
+                "cannot write into {}: name a calibration file in a folder of yours with --calibration",
+                folder.display()
             )
         })
 }
@@ -194,21 +195,27 @@ fn write_beside(
 struct Begun<'a> {
     /// The bench, with what has been calibrated on it so far.
     bench: Effective,
-    calibration: Calibration,
+    calibration: CalibrationFile,
     path: PathBuf,
     measure: &'a cli::Measure,
+    verbosity: Verbosity,
     /// An operator is guided on the dashboard.
     attended: bool,
 }
 
 impl<'a> Begun<'a> {
-    fn new(config: Config, measure: &'a cli::Measure) -> anyhow::Result<Self> {
-        Self::on_sensor(config, measure, false)
+    fn new(
+        config: Config,
+        measure: &'a cli::Measure,
+        verbosity: Verbosity,
+    ) -> anyhow::Result<Self> {
+        Self::on_sensor(config, measure, verbosity, false)
     }
 
     fn on_sensor(
         config: Config,
         measure: &'a cli::Measure,
+        verbosity: Verbosity,
         new_sensor: bool,
     ) -> anyhow::Result<Self> {
         if measure.operator.trim().is_empty() {
@@ -217,12 +224,14 @@ impl<'a> Begun<'a> {
         let path = path(&measure.hardware);
         require_writable(&path)?;
         let calibration = before(&path, &config, new_sensor)?;
+        verbosity.note(format_args!("calibration: {}", path.display()));
         Ok(Self {
             bench: Effective::under_calibration(config, &calibration),
             calibration,
             path,
             attended: measure.attended(),
             measure,
+            verbosity,
         })
     }
 
@@ -236,11 +245,16 @@ impl<'a> Begun<'a> {
         let Apparatus {
             hardware, hands, ..
         } = apparatus;
-        let (title, simulated) = (format!("calibrate {}", C::NAME), hardware.simulated);
-        let attended = self.attended;
+        let waiver = self.bench.config().safety.waiver_in_words();
+        let title = match &waiver {
+            Some(waiver) => format!("calibrate {}, {waiver}", C::NAME),
+            None => format!("calibrate {}", C::NAME),
+        };
+        let simulated = hardware.simulated;
+        let (attended, verbosity) = (self.attended, self.verbosity);
         let attend = |stop: &StopFlag| -> anyhow::Result<Attendance> {
             if !attended {
-                return Ok((Box::new(Unattended::new(std::io::stderr())), None));
+                return Ok((Box::new(Unattended::new(verbosity.progress())), None));
             }
             let (guided, screen) = Guided::open(title, simulated, stop.clone())?;
             Ok((Box::new(guided), Some(screen)))
@@ -258,6 +272,7 @@ impl<'a> Begun<'a> {
         } = outcome
             .procedure
             .judge(outcome.date, &self.measure.operator)?;
+        remarks.extend(waiver);
         remarks.push(format!("driven for       {:.1} s", outcome.driven_s));
         let mut written = write_beside(&self.path, stem, &table, figure.as_ref())?;
         let passed = faults.is_empty();
@@ -285,10 +300,11 @@ impl<'a> Begun<'a> {
 pub fn plate(
     config: Config,
     options: &cli::CalibratePlate,
+    verbosity: Verbosity,
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
-    let begun = Begun::new(config, &options.measure)?;
-    let mut setup = plate::Setup::new(begun.bench.config(), &begun.calibration, options.drive_v)?;
+    let begun = Begun::new(config, &options.measure, verbosity)?;
+    let mut setup = PlateSetup::new(begun.bench.config(), &begun.calibration, options.drive_v)?;
     if let Some(about_hz) = options.about_hz {
         setup.about_hz = about_hz;
     }
@@ -308,10 +324,11 @@ pub fn plate(
 pub fn channels(
     config: Config,
     options: &cli::CalibrateChannels,
+    verbosity: Verbosity,
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
-    let begun = Begun::new(config, &options.measure)?;
-    let setup = channels::Setup::new(begun.bench.config(), &begun.calibration);
+    let begun = Begun::new(config, &options.measure, verbosity)?;
+    let setup = ChannelsSetup::new(begun.bench.config(), &begun.calibration);
     let apparatus = open(begun.bench.config())?;
     begun.run(apparatus, None, ChannelsProcedure::new(setup))
 }
@@ -323,9 +340,10 @@ pub fn channels(
 pub fn pickup(
     config: Config,
     options: &cli::CalibratePickup,
+    verbosity: Verbosity,
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
-    let begun = Begun::new(config, &options.measure)?;
+    let begun = Begun::new(config, &options.measure, verbosity)?;
     let known = if !options.known_um.is_empty() {
         Known::Values(known::from_um(&options.known_um))
     } else if let Some(table) = &options.known_csv {
@@ -335,7 +353,7 @@ pub fn pickup(
     } else {
         Known::Instrument
     };
-    let setup = pickup::Setup::new(
+    let setup = PickupSetup::new(
         begun.bench.config(),
         &begun.calibration,
         options.levels_v.clone(),
@@ -372,14 +390,15 @@ pub fn pickup(
 pub fn force(
     config: Config,
     options: &cli::CalibrateForce,
+    verbosity: Verbosity,
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
-    let mut begun = Begun::on_sensor(config, &options.measure, !options.tare)?;
+    let mut begun = Begun::on_sensor(config, &options.measure, verbosity, !options.tare)?;
     let setup = if options.tare {
         let kept = begun.calibration.force.clone().context(
             "there is no calibrated force sensor to tare: run `friction-bench calibrate force` with known masses first",
         )?;
-        force::Setup::retare(begun.bench.config(), kept)?
+        ForceSetup::retare(begun.bench.config(), kept)?
     } else {
         let accuracy = force::Accuracy {
             masses: options.mass_accuracy,
@@ -388,15 +407,15 @@ pub fn force(
         let masses = match &options.masses_csv {
             Some(table) => force::read_table(table)?,
             None => [
-                force::from_g(Axis::Normal, &options.normal_g),
-                force::from_g(Axis::Lateral, &options.lateral_g),
+                force::from_g(ForceAxis::Normal, &options.normal_g),
+                force::from_g(ForceAxis::Lateral, &options.lateral_g),
             ]
             .concat(),
         };
         if begun.attended && options.masses_csv.is_none() && masses.is_empty() {
-            force::Setup::to_be_named(begun.bench.config(), accuracy, options.gravity)?
+            ForceSetup::to_be_named(begun.bench.config(), accuracy, options.gravity)?
         } else {
-            force::Setup::new(begun.bench.config(), masses, accuracy, options.gravity)?
+            ForceSetup::new(begun.bench.config(), masses, accuracy, options.gravity)?
         }
     };
     // The sensor's own readings are what is calibrated.

@@ -13,63 +13,77 @@ pub struct Cli {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
+    /// How much is printed.
+    #[command(flatten)]
+    pub printing: Printing,
+}
+
+/// How much is printed beside the result.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct Printing {
+    /// Print which files were read, and how long it took, on standard error.
+    #[arg(short, long, global = true, conflicts_with = "quiet")]
+    pub verbose: bool,
+    /// Print no progress on standard error; warnings and errors remain.
+    #[arg(short, long, global = true)]
+    pub quiet: bool,
 }
 
 /// The subcommands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Run a participant's session by a protocol file.
+    /// Run a participant's session as a protocol prescribes.
     Run(Run),
-    /// Watch the bench without a protocol.
+    /// Show live data without a participant or a protocol.
     Monitor(Monitor),
-    /// Measure what turns volts into micrometres and newtons, and keep it in a calibration file.
+    /// Measure the bench's constants and write them to the calibration file.
     #[command(subcommand)]
     Calibrate(Calibrate),
-    /// Play a recording through the live pipeline.
+    /// Replay a recording on the dashboard, or list those of a study.
     Replay(Replay),
-    /// Preflight: is everything there and alive?
+    /// Check that the bench is connected, works and is as calibrated.
     Check(Check),
-    /// List audio devices with their rates, serial ports and GPIO chips.
+    /// List the audio devices, serial ports and GPIO chips of this computer.
     Devices(Devices),
-    /// Analyse recordings: stiffness, gap and friction by both methods.
+    /// Analyse recordings: impedance, gap and friction by both methods.
     Analyze(Analyze),
-    /// Draw the published model: curves as CSV, figures as SVG and PNG.
+    /// Compute the published model: curves as CSV, figures as SVG and PNG.
     Model(Model),
-    /// Print shell completions.
+    /// Print a completion script for a shell.
     Completions {
-        /// Which shell.
+        /// Shell to write it for.
         shell: clap_complete::Shell,
     },
-    /// Print the manual page.
+    /// Print the manual page, in the format of man(1).
     Manual,
 }
 
-/// Which bench: shared by every command that touches hardware.
+/// Options of every command that uses the bench.
 #[derive(Debug, Clone, Args)]
 pub struct Hardware {
-    /// Description of the hardware.
+    /// Configuration of the bench [default: bench.toml, or that of the simulated bench with --mock].
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
-    /// Use simulated hardware; optionally a scenario file.
+    /// Use simulated hardware, as a built-in scenario or a scenario file describes it.
     #[arg(long, value_name = "SCENARIO", num_args = 0..=1, default_missing_value = "nominal")]
     pub mock: Option<String>,
-    /// Seed of the simulated hardware and of every random choice; the protocol's own when absent.
-    #[arg(long, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
+    /// Seed of the simulated hardware and of all random choices [default: the protocol's].
+    #[arg(long, value_parser = seed, allow_negative_numbers = true)]
     pub seed: Option<u64>,
-    /// Print the configuration that holds, and stop.
+    /// Print the effective configuration and exit; a commented template if there is none yet.
     #[arg(long)]
     pub print_config: bool,
-    /// Calibration file; calibration.toml by default, none on simulated hardware.
+    /// Calibration file [default: calibration.toml; none with --mock].
     #[arg(long, value_name = "FILE")]
     pub calibration: Option<PathBuf>,
 }
 
-/// How fast simulated or recorded time passes.
+/// Pace of simulated or recorded time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Speed {
-    /// As on real hardware.
+    /// Real time.
     Real,
-    /// As fast as it computes; simulated hardware gives the same files for the same seed.
+    /// As fast as possible; with --mock, the same seed then gives the same files.
     Max,
 }
 
@@ -79,37 +93,37 @@ pub struct Run {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub hardware: Hardware,
-    /// Study folder; made if it is not there.
+    /// Study folder; created if it does not exist.
     #[arg(long, value_name = "DIR", default_value = "study")]
     pub study: PathBuf,
-    /// Participant, such as sub-01.
+    /// Participant's pseudonym, such as sub-01.
     #[arg(long, value_name = "ID")]
     pub participant: Option<String>,
-    /// Protocol file, or the name of a built-in one: huloux2021, demo.
+    /// Protocol file, or a built-in protocol: huloux2021, demo.
     #[arg(long, value_name = "FILE", default_value = "huloux2021")]
     pub protocol: String,
-    /// The operator who holds the participant's signed consent; without it nothing is driven.
+    /// Operator who holds the participant's signed consent; required with --headless.
     #[arg(long, value_name = "OPERATOR")]
     pub consent_by: Option<String>,
-    /// Go on with the participant's interrupted session.
+    /// Resume the participant's interrupted session.
     #[arg(long, conflicts_with = "new_session")]
     pub resume: bool,
-    /// Begin another session of a participant who has one.
+    /// Start another session of a participant who already has one.
     #[arg(long)]
     pub new_session: bool,
-    /// Run without a calibration that holds; every file and screen says so.
+    /// Run without a valid calibration; every file and screen says so.
     #[arg(long, conflicts_with = "calibration")]
     pub uncalibrated: bool,
-    /// No dashboard: print progress, decide by the protocol's rules.
+    /// Print progress instead of showing the dashboard; the protocol's rules decide.
     #[arg(long)]
     pub headless: bool,
     /// Pace of simulated hardware.
     #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock")]
     pub speed: Speed,
-    /// Existing folder for the simulated truth, for tests; the bench never reads it.
+    /// Existing folder for the simulated truth, for tests; never read by the bench.
     #[arg(long, value_name = "DIR", requires = "mock", hide = true)]
     pub mock_truth: Option<PathBuf>,
-    /// Terminal that shows the participant's screen, such as /dev/tty2.
+    /// Terminal for the participant's screen, such as /dev/tty2.
     #[arg(long, value_name = "TTY")]
     pub participant_display: Option<PathBuf>,
 }
@@ -120,38 +134,38 @@ pub struct Monitor {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub hardware: Hardware,
-    /// Drive the plate at this mean voltage with the published modulation, once the bench has passed `check --quick`; without it the
-    /// plate stays silent and nothing is checked.
-    #[arg(long, value_name = "VOLTS")]
+    /// Drive the plate at this mean voltage with the published modulation, after the quick check [default: no drive, no
+    /// check].
+    #[arg(long, value_name = "VOLTS", allow_negative_numbers = true)]
     pub drive_v: Option<f64>,
-    /// Watch without a calibration that holds; the screen says so.
+    /// Run without a valid calibration; the screen says so.
     #[arg(long, conflicts_with = "calibration")]
     pub uncalibrated: bool,
-    /// No dashboard: print one line a second.
+    /// Print one line a second instead of showing the dashboard.
     #[arg(long)]
     pub headless: bool,
     /// Pace of simulated hardware.
     #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock")]
     pub speed: Speed,
     /// Stop after this many seconds of audio.
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_negative_numbers = true)]
     pub duration_s: Option<f64>,
 }
 
 /// `calibrate`
 #[derive(Debug, Subcommand)]
 pub enum Calibrate {
-    /// The pickup's sensitivity, against known amplitudes.
+    /// Calibrate the pickup's sensitivity against known amplitudes.
     Pickup(CalibratePickup),
-    /// The plate's resonance, damping and force factor, with no finger on it.
+    /// Measure the plate's resonance, damping and force factor, with nothing on the plate.
     Plate(CalibratePlate),
-    /// The force sensor's zero, sensitivity and crosstalk, by known masses on both axes; the plate stays silent.
+    /// Calibrate the force sensor's zero, sensitivity and crosstalk with known masses; the plate is not driven.
     Force(CalibrateForce),
-    /// The inputs beside each other: gain, delay, noise, crosstalk, clipping, and what the path does to the carrier.
+    /// Compare the inputs: gain, delay, noise, crosstalk, clipping and response at the carrier.
     Channels(CalibrateChannels),
 }
 
-/// What every calibration asks.
+/// Options of every calibration.
 #[derive(Debug, Clone, Args)]
 pub struct Measure {
     #[command(flatten)]
@@ -160,19 +174,19 @@ pub struct Measure {
     /// Pace of simulated hardware.
     #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock")]
     pub speed: Speed,
-    /// Who measures; kept in the file.
+    /// Name of the operator, kept in the calibration file.
     #[arg(long, value_name = "NAME")]
     pub operator: String,
     /// Print the result as JSON; implies --headless.
     #[arg(long)]
     pub json: bool,
-    /// Nobody is asked: flags say what is known, lines on standard error tell the progress. So it is without a terminal.
+    /// Ask nothing: take known values from options and print progress on standard error. Implied without a terminal.
     #[arg(long)]
     pub headless: bool,
 }
 
 impl Measure {
-    /// Whether an operator is guided on the dashboard: on a terminal, in real time, unless flags say otherwise.
+    /// Returns whether the operator is guided on the dashboard: on a terminal, in real time, unless options say otherwise.
     #[must_use]
     pub fn attended(&self) -> bool {
         let terminal = std::io::stdin().is_terminal() && std::io::stdout().is_terminal();
@@ -186,23 +200,28 @@ pub struct CalibratePickup {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub measure: Measure,
-    /// Drive levels, V peak, lowest first; a ladder up to the limits when absent.
+    /// Drive levels, V peak, lowest first [default: a series up to the limits].
     #[arg(long, value_name = "VOLTS", value_delimiter = ',')]
     pub levels_v: Vec<f64>,
     /// Known peak amplitude at each level, µm.
     #[arg(long, value_name = "MICROMETRES", value_delimiter = ',', conflicts_with_all = ["known_csv", "instrument"], requires = "levels_v")]
     pub known_um: Vec<f64>,
-    /// Table of levels and known peak amplitudes: columns drive_v,known_um.
+    /// CSV file of levels and known peak amplitudes, with the columns drive_v,known_um.
     #[arg(long, value_name = "FILE", conflicts_with = "instrument")]
     pub known_csv: Option<PathBuf>,
-    /// Serial port of an instrument that sends its peak amplitude in µm, one number a line.
+    /// Serial port of an instrument that sends its peak amplitude in µm, one number per line.
     #[arg(long, value_name = "PORT")]
     pub instrument: Option<PathBuf>,
     /// Baud rate of the instrument.
     #[arg(long, value_name = "BAUD", default_value_t = 115_200)]
     pub instrument_baud: u32,
-    /// Relative standard uncertainty of the known amplitudes: the instrument's own calibration.
-    #[arg(long, value_name = "FRACTION", default_value_t = 1e-3)]
+    /// Relative standard uncertainty of the known amplitudes, from the instrument's own calibration.
+    #[arg(
+        long,
+        value_name = "FRACTION",
+        default_value_t = 1e-3,
+        allow_negative_numbers = true
+    )]
     pub known_accuracy: f64,
 }
 
@@ -220,11 +239,16 @@ pub struct CalibratePlate {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub measure: Measure,
-    /// Drive level of the tones, V peak; lowered where the limits ask for it.
-    #[arg(long, value_name = "VOLTS", default_value_t = 20.0)]
+    /// Drive level of the tones, V peak; lowered where the limits require it.
+    #[arg(
+        long,
+        value_name = "VOLTS",
+        default_value_t = 20.0,
+        allow_negative_numbers = true
+    )]
     pub drive_v: f64,
-    /// Look for the resonance about this frequency, Hz; where it was when absent.
-    #[arg(long, value_name = "HZ")]
+    /// Search for the resonance around this frequency, Hz [default: the last known resonance].
+    #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true)]
     pub about_hz: Option<f64>,
 }
 
@@ -234,25 +258,25 @@ pub struct CalibrateForce {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub measure: Measure,
-    /// Known masses to put on the plate one after the other, g; on the dashboard they are asked for when no mass is given.
+    /// Known masses to put on the plate one after the other, g; the dashboard asks for them if none is given.
     #[arg(long, value_name = "GRAMS", value_delimiter = ',', conflicts_with_all = ["masses_csv", "tare"])]
     pub normal_g: Vec<f64>,
-    /// Known masses to hang over the pulley one after the other, g; they must pull towards increasing position.
+    /// Known masses to hang over the pulley one after the other, g; they pull towards increasing position.
     #[arg(long, value_name = "GRAMS", value_delimiter = ',', conflicts_with_all = ["masses_csv", "tare"])]
     pub lateral_g: Vec<f64>,
-    /// Table of known masses: columns axis,mass_g or axis,mass_g,sigma_g; an axis is normal or lateral.
+    /// CSV file of known masses, with the columns axis,mass_g or axis,mass_g,sigma_g; an axis is normal or lateral.
     #[arg(long, value_name = "FILE", conflicts_with = "tare")]
     pub masses_csv: Option<PathBuf>,
-    /// Relative standard uncertainty that all masses have in common: the balance, or the class of the set.
+    /// Relative standard uncertainty common to all masses, from the balance or the class of the set.
     #[arg(long, value_name = "FRACTION", default_value_t = 5e-4)]
     pub mass_accuracy: f64,
-    /// Relative standard uncertainty of the pull behind the pulley: its friction and its thread (an assumption for a ball bearing).
+    /// Relative standard uncertainty of the pull over the pulley, from friction and thread; assumes a ball bearing.
     #[arg(long, value_name = "FRACTION", default_value_t = 5e-3)]
     pub pulley_accuracy: f64,
-    /// Local acceleration of gravity, m/s²; calibration.gravity_m_per_s2 of the configuration when absent.
+    /// Local acceleration of gravity, m/s² [default: calibration.gravity_m_per_s2].
     #[arg(long, value_name = "M_PER_S2")]
     pub gravity: Option<f64>,
-    /// Measure the zero anew and keep the matrix: a few seconds, before a session.
+    /// Measure only the zero again, in a few seconds, and keep the sensitivity.
     #[arg(long)]
     pub tare: bool,
 }
@@ -260,13 +284,13 @@ pub struct CalibrateForce {
 /// `replay`
 #[derive(Debug, Args)]
 pub struct Replay {
-    /// Folder of the recording.
-    #[arg(value_name = "RECORDING")]
+    /// Folder of a recording; of a study, participant or session, to list its recordings.
+    #[arg(value_name = "RECORDING|STUDY")]
     pub recording: PathBuf,
-    /// How fast.
+    /// Pace of the replay.
     #[arg(long, value_enum, default_value_t = Speed::Real)]
     pub speed: Speed,
-    /// No dashboard: print a few lines for each exploration, and totals.
+    /// Print a few lines per exploration and totals instead of showing the dashboard.
     #[arg(long)]
     pub headless: bool,
 }
@@ -277,16 +301,16 @@ pub struct Check {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub hardware: Hardware,
-    /// Two seconds without the computer, as before every session, instead of ten with all.
+    /// Check for two seconds, as before every session, and leave the disk and the terminal out.
     #[arg(long)]
     pub quick: bool,
-    /// Protocol whose session must fit on the disk.
+    /// Protocol whose session must fit on the plate and on the disk.
     #[arg(long, value_name = "FILE", default_value = "huloux2021")]
     pub protocol: String,
-    /// Study folder that it would go to.
+    /// Study folder of that session.
     #[arg(long, value_name = "DIR", default_value = "study")]
     pub study: PathBuf,
-    /// Print the table as JSON.
+    /// Print the result as JSON.
     #[arg(long)]
     pub json: bool,
 }
@@ -294,7 +318,7 @@ pub struct Check {
 /// `devices`
 #[derive(Debug, Args)]
 pub struct Devices {
-    /// List the simulated hardware instead.
+    /// List the simulated hardware.
     #[arg(long)]
     pub mock: bool,
     /// Print as JSON.
@@ -305,28 +329,28 @@ pub struct Devices {
 /// `analyze`
 #[derive(Debug, Args)]
 pub struct Analyze {
-    /// Recording folders, or study, participant or session folders: all of their completed trials.
+    /// Folders of recordings, or of studies, participants or sessions: all their completed trials.
     #[arg(required = true, value_name = "RECORDING|STUDY")]
     pub recordings: Vec<PathBuf>,
-    /// Write the results as JSON; `-` is standard output.
+    /// Write the results as JSON; `-` for standard output.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
     /// Print the published statistics beside those of these recordings.
     #[arg(long)]
     pub table: bool,
-    /// Write tidy tables as Parquet, instances.parquet and samples.parquet.
+    /// Write the tables instances.parquet and samples.parquet.
     #[arg(long, value_name = "DIR")]
     pub tables: Option<PathBuf>,
-    /// Draw the published figures as SVG and PNG, with their captions.
+    /// Draw the published figures as SVG and PNG, with captions.
     #[arg(long, value_name = "DIR")]
     pub figures: Option<PathBuf>,
-    /// Assume another value, such as `contact_area_m2=314e-6`; the names are those of the results' `settings`.
+    /// Assume another value, such as contact_area_m2=314e-6; the names are those of `settings` in the results.
     #[arg(long, value_name = "NAME=VALUE")]
     pub assume: Vec<String>,
-    /// Assume what a TOML file says, `NAME = VALUE` on each line; `--assume` goes before it.
+    /// Assume the values of a TOML file, NAME = VALUE on each line; --assume takes precedence.
     #[arg(long, value_name = "FILE")]
     pub assume_file: Vec<PathBuf>,
-    /// Analyse a study's practice trials too.
+    /// Include practice trials.
     #[arg(long)]
     pub practice: bool,
 }
@@ -334,63 +358,71 @@ pub struct Analyze {
 /// `model`
 #[derive(Debug, Args)]
 pub struct Model {
-    /// Folder for the files; made if it is not there.
+    /// Folder for the files; created if it does not exist.
     #[arg(long, value_name = "DIR", default_value = "model")]
     pub out: PathBuf,
-    /// Only the curves, no figures.
+    /// Write the curves only, no figures.
     #[arg(long)]
     pub csv_only: bool,
-    /// What is assumed.
+    /// Values that the model assumes.
     #[command(flatten)]
     pub assume: ModelAssumptions,
 }
 
-/// What the model's curves assume; the defaults are those of the published figures where these say it.
+/// Values that the model's curves assume; the defaults are those of the published figures where they are stated.
 #[derive(Debug, Clone, Copy, Args)]
 #[command(next_help_heading = "Assumptions")]
 pub struct ModelAssumptions {
     /// σ_t, characteristic height of the asperities, m.
-    #[arg(long, value_parser = positive, default_value_t = 2e-6)]
+    #[arg(long, value_parser = positive, allow_negative_numbers = true, default_value_t = 2e-6)]
     pub sigma_t_m: f64,
     /// S, apparent contact area, m².
-    #[arg(long, value_parser = positive, default_value_t = AssumedConstants::FIGURES.contact_area_m2)]
+    #[arg(long, value_parser = positive, allow_negative_numbers = true, default_value_t = AssumedConstants::FIGURES.contact_area_m2)]
     pub contact_area_m2: f64,
     /// E, Young's modulus of the skin, Pa.
-    #[arg(long, value_parser = positive, default_value_t = AssumedConstants::FIGURES.young_modulus_pa)]
+    #[arg(long, value_parser = positive, allow_negative_numbers = true, default_value_t = AssumedConstants::FIGURES.young_modulus_pa)]
     pub young_modulus_pa: f64,
     /// ν, Poisson's ratio of the skin.
-    #[arg(long, value_parser = not_negative, default_value_t = AssumedConstants::FIGURES.poisson_ratio)]
+    #[arg(long, value_parser = not_negative, allow_negative_numbers = true, default_value_t = AssumedConstants::FIGURES.poisson_ratio)]
     pub poisson_ratio: f64,
     /// q0, wave vector of the coarsest roughness, rad/m.
-    #[arg(long, value_parser = positive, default_value_t = AssumedConstants::FIGURES.q0_rad_per_m)]
+    #[arg(long, value_parser = positive, allow_negative_numbers = true, default_value_t = AssumedConstants::FIGURES.q0_rad_per_m)]
     pub q0_rad_per_m: f64,
     /// p0, ambient pressure, Pa.
-    #[arg(long, value_parser = positive, default_value_t = AssumedConstants::FIGURES.ambient_pressure_pa)]
+    #[arg(long, value_parser = positive, allow_negative_numbers = true, default_value_t = AssumedConstants::FIGURES.ambient_pressure_pa)]
     pub ambient_pressure_pa: f64,
     /// η, loss factor of the contact.
-    #[arg(long, value_parser = not_negative, default_value_t = AssumedConstants::FIGURES.loss_factor)]
+    #[arg(long, value_parser = not_negative, allow_negative_numbers = true, default_value_t = AssumedConstants::FIGURES.loss_factor)]
     pub loss_factor: f64,
     /// f0, carrier and resonance of the plate, Hz.
-    #[arg(long, value_parser = positive, default_value_t = 35e3)]
+    #[arg(long, value_parser = positive, allow_negative_numbers = true, default_value_t = 35e3)]
     pub carrier_hz: f64,
     /// m_p, modal mass of the plate, kg.
-    #[arg(long, value_parser = positive, default_value_t = 8e-3)]
+    #[arg(long, value_parser = positive, allow_negative_numbers = true, default_value_t = 8e-3)]
     pub plate_mass_kg: f64,
     /// b_p, damping of the plate, N·s/m.
-    #[arg(long, value_parser = positive, default_value_t = 7.01)]
+    #[arg(long, value_parser = positive, allow_negative_numbers = true, default_value_t = 7.01)]
     pub plate_damping_n_s_per_m: f64,
     /// m_t, mass of the skin, kg.
-    #[arg(long, value_parser = not_negative, default_value_t = 1e-4)]
+    #[arg(long, value_parser = not_negative, allow_negative_numbers = true, default_value_t = 1e-4)]
     pub tissue_mass_kg: f64,
     /// k_t, stiffness of the skin, N/m.
-    #[arg(long, value_parser = not_negative, default_value_t = 0.0)]
+    #[arg(long, value_parser = not_negative, allow_negative_numbers = true, default_value_t = 0.0)]
     pub tissue_stiffness_n_per_m: f64,
     /// b_t, damping of the skin, N·s/m.
-    #[arg(long, value_parser = positive, default_value_t = 32.0)]
+    #[arg(long, value_parser = positive, allow_negative_numbers = true, default_value_t = 32.0)]
     pub tissue_damping_n_s_per_m: f64,
     /// μ0, friction without vibration.
-    #[arg(long, value_parser = positive, default_value_t = 0.8)]
+    #[arg(long, value_parser = positive, allow_negative_numbers = true, default_value_t = 0.8)]
     pub mu0: f64,
+}
+
+fn seed(text: &str) -> Result<u64, String> {
+    const LARGEST: u64 = i64::MAX as u64;
+    text.parse()
+        .ok()
+        .filter(|seed| *seed <= LARGEST)
+        .ok_or_else(|| format!("a seed is a whole number from 0 to {LARGEST}"))
 }
 
 fn number(text: &str, allowed: fn(f64) -> bool, limit: &str) -> Result<f64, String> {

@@ -2,7 +2,7 @@
 
 use analysis::measurements::SMOOTHING_HZ;
 use devices::Gauges;
-use devices::field::POSITION_HZ;
+use devices::field_task::POSITION_HZ;
 use impedance::ZmFrame;
 use impedance::smoothing::{Causal, LowPass};
 use recording::PositionRow;

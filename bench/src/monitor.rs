@@ -11,7 +11,7 @@ use tui::event::{LogLevel, PhaseKind, PhaseView};
 
 use config::Effective;
 use console::{Dashboard, DashboardThread, Front, Headless, safety_event};
-use devices::drive::{Drive, settings};
+use devices::drive_control::{DriveControl, settings};
 use devices::{Bench, Gauges};
 use recording::pipeline::{Account, Batch};
 use safety::{SafetyState, Signals, Trip};
@@ -106,6 +106,12 @@ pub fn run(
         ..tui::event::SessionHeader::default()
     }));
     front.show(tui::Event::Phase(PhaseView::new(PhaseKind::Monitoring)));
+    if let Some(text) = config.safety.waiver_in_words() {
+        front.show(tui::Event::Log {
+            level: LogLevel::Warning,
+            text,
+        });
+    }
     if program.is_none() {
         front.show(tui::Event::Log {
             level: LogLevel::Info,
@@ -145,7 +151,7 @@ pub fn run(
 
 struct MonitorTask {
     batches: Receiver<Batch>,
-    drive: Drive,
+    drive: DriveControl,
     front: Box<dyn Front>,
     signals: Arc<Signals>,
     gauges: Arc<Gauges>,

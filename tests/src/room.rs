@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
 
-use config::Calibration;
+use config::CalibrationFile;
 
 use crate::program::bench;
 use crate::session::{finish, text};
@@ -96,9 +96,9 @@ impl Room {
     }
 
     /// Writes the calibration anew after `change`, as its owner would: with a hash that fits.
-    pub fn change(&self, change: impl FnOnce(&mut Calibration)) {
+    pub fn change(&self, change: impl FnOnce(&mut CalibrationFile)) {
         let (mut calibration, _) =
-            Calibration::read(&self.calibration()).expect("a room of its own");
+            CalibrationFile::read(&self.calibration()).expect("a room of its own");
         change(&mut calibration);
         let text = calibration.to_text().expect("a calibration that was read");
         fs::write(self.calibration(), text).expect("a room of its own");

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use config::Calibration;
+use config::CalibrationFile;
 use mock_hw::scenario::Scenario;
 use num_complex::Complex64;
 
@@ -84,7 +84,7 @@ impl Bench {
     }
 
     /// Puts the truth in the place of what was measured.
-    pub fn put_into(&self, calibration: &mut Calibration) {
+    pub fn put_into(&self, calibration: &mut CalibrationFile) {
         let pickup = calibration.pickup.as_mut().expect("a calibrated pickup");
         pickup.metres_per_unit.value = self.metres_per_unit;
         let plate = calibration.plate.as_mut().expect("a calibrated plate");

@@ -95,7 +95,14 @@ impl Server {
                 ("loop_latency_s =", "loop_latency_s = 1.0 #"),
                 ("silence_s =", "silence_s = 1.0 #"),
                 ("port =", &port),
-                ("[encoder]\n", "[encoder] # has no lines\n"),
+                (
+                    "[encoder]\nmetres_per_count = 25.0e-6\norigin_m",
+                    "# no encoder",
+                ),
+                (
+                    "[safety]\n",
+                    "[safety]\nwaived = [\"estop\", \"heartbeat\"]\nwaived_by = \"A. Tester\"\n",
+                ),
                 ("device = \"sim-speakers\"", "device = \"\""),
             ],
         );

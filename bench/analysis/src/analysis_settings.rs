@@ -84,12 +84,12 @@ pub enum SettingError {
         text: String,
     },
     /// No assumed number has this name.
-    #[error("nothing assumed is called `{name}`; did you mean `{nearest}`?")]
+    #[error("no assumption is called `{name}`{}", remedy(*nearest))]
     Unknown {
         /// The name given.
         name: String,
-        /// The nearest there is.
-        nearest: &'static str,
+        /// The known name that was probably meant; `None` if no name is like it.
+        nearest: Option<&'static str>,
     },
     /// The value is out of the parameter's range.
     #[error("`{name}` = {value} is not allowed; allowed: {allowed}")]
@@ -114,6 +114,13 @@ pub enum SettingError {
         /// Reason.
         reason: Box<SettingError>,
     },
+}
+
+fn remedy(nearest: Option<&str>) -> String {
+    match nearest {
+        Some(nearest) => format!("; did you mean `{nearest}`?"),
+        None => "; the names are those of `settings` in the results of `analyze --json`".to_owned(),
+    }
 }
 
 type Parameter = (
@@ -218,12 +225,13 @@ impl Settings {
     fn set(&mut self, name: &str, value: &str) -> Result<(), SettingError> {
         let known = PARAMETERS.iter().find(|(known, ..)| *known == name);
         let Some((name, allowed, rule, place)) = known else {
-            let nearest = PARAMETERS.iter().map(|(known, ..)| *known).max_by(|a, b| {
-                strsim::jaro_winkler(a, name).total_cmp(&strsim::jaro_winkler(b, name))
-            });
+            let names = PARAMETERS.map(|(known, ..)| known);
+            let nearest = strict::nearest(name, &names);
             return Err(SettingError::Unknown {
                 name: name.to_owned(),
-                nearest: nearest.unwrap_or_default(),
+                nearest: names
+                    .into_iter()
+                    .find(|known| nearest.as_deref() == Some(known)),
             });
         };
         match value.parse() {

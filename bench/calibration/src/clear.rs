@@ -3,10 +3,10 @@
 use anyhow::bail;
 use jiff::Timestamp;
 
-use crate::heard::Heard;
+use crate::capture::Capture;
 use crate::judged::{Calibrates, Judged};
-use crate::operator::{Progress, Request};
-use crate::procedure::{Happened, Next, Procedure};
+use crate::operator::{CalibrationProgress, Request};
+use crate::procedure::{NextStep, Procedure, StepOutcome};
 use config::Config;
 
 /// Silence in which the force sensor is looked at, s.
@@ -18,7 +18,7 @@ pub struct ClearPlate<P> {
     procedure: P,
     zero_n: f64,
     attended: bool,
-    step: Next,
+    step: NextStep,
     asked: Option<Asked>,
 }
 
@@ -38,13 +38,13 @@ impl<P> ClearPlate<P> {
             procedure,
             zero_n: config.calibration.zero_n,
             attended,
-            step: Next::Listen(LISTEN_S),
+            step: NextStep::Listen(LISTEN_S),
             asked: None,
         }
     }
 
-    fn resting(&self, heard: &Heard) -> Option<f64> {
-        heard
+    fn resting(&self, capture: &Capture) -> Option<f64> {
+        capture
             .mean_force_n()
             .map(|(normal_n, _)| normal_n)
             .filter(|normal_n| normal_n.abs() > self.zero_n)
@@ -52,41 +52,40 @@ impl<P> ClearPlate<P> {
 }
 
 impl<P: Procedure> Procedure for ClearPlate<P> {
-    fn next(&mut self, happened: Happened) -> anyhow::Result<Next> {
-        let resting_n = match (&happened, &self.step) {
-            (Happened::Heard(heard), _) | (Happened::Answered(_, heard), Next::Sound(..)) => {
-                self.resting(heard)
-            }
+    fn next(&mut self, outcome: StepOutcome) -> anyhow::Result<NextStep> {
+        let resting_n = match (&outcome, &self.step) {
+            (StepOutcome::Captured(capture), _)
+            | (StepOutcome::Answered(_, capture), NextStep::Sound(..)) => self.resting(capture),
             _ => None,
         };
-        if self.attended && matches!(happened, Happened::Began) {
-            self.step = self.procedure.next(happened)?;
+        if self.attended && matches!(outcome, StepOutcome::Began) {
+            self.step = self.procedure.next(outcome)?;
             self.asked = Some(Asked::Beginning);
-            return Ok(Next::Ask(Request::Unload));
+            return Ok(NextStep::Ask(Request::Unload));
         }
         let asked = self.asked.is_some();
-        match (resting_n, &happened) {
+        match (resting_n, &outcome) {
             (Some(normal_n), _) if !self.attended => bail!(
                 "something rests on the plate: the force sensor reads {normal_n:.3} N, more than calibration.zero_n = {} N; take the finger and everything else off, or run `friction-bench calibrate force`",
                 self.zero_n
             ),
             // The force sensor has the last word.
-            (_, Happened::Answered(..)) if asked => return Ok(Next::Listen(LISTEN_S)),
+            (_, StepOutcome::Answered(..)) if asked => return Ok(NextStep::Listen(LISTEN_S)),
             (Some(normal_n), _) => {
                 self.asked = Some(Asked::Resting(normal_n));
-                return Ok(Next::Ask(Request::Unload));
+                return Ok(NextStep::Ask(Request::Unload));
             }
-            (None, Happened::Heard(_)) if asked => {
+            (None, StepOutcome::Captured(_)) if asked => {
                 self.asked = None;
                 return Ok(self.step.clone());
             }
             (None, _) => {}
         }
-        self.step = self.procedure.next(happened)?;
+        self.step = self.procedure.next(outcome)?;
         Ok(self.step.clone())
     }
 
-    fn progress(&self) -> Progress {
+    fn progress(&self) -> CalibrationProgress {
         let mut progress = self.procedure.progress();
         progress.note = match self.asked {
             None => progress.note,
@@ -121,34 +120,34 @@ mod tests {
     struct Counts(u32);
 
     impl Procedure for Counts {
-        fn next(&mut self, happened: Happened) -> anyhow::Result<Next> {
-            self.0 += u32::from(matches!(happened, Happened::Heard(_)));
-            Ok(Next::Listen(7.0))
+        fn next(&mut self, outcome: StepOutcome) -> anyhow::Result<NextStep> {
+            self.0 += u32::from(matches!(outcome, StepOutcome::Captured(_)));
+            Ok(NextStep::Listen(7.0))
         }
 
-        fn progress(&self) -> Progress {
-            Progress::default()
+        fn progress(&self) -> CalibrationProgress {
+            CalibrationProgress::default()
         }
     }
 
-    fn under(normal_n: f64) -> Heard {
-        Heard {
+    fn under(normal_n: f64) -> Capture {
+        Capture {
             normal_n: vec![normal_n],
             lateral_n: vec![0.0],
-            ..Heard::default()
+            ..Capture::default()
         }
     }
 
     fn clear(attended: bool) -> ClearPlate<Counts> {
         let config = Config::parse(include_str!("../../mock-bench.toml"), "test").unwrap();
         let mut clear = ClearPlate::new(Counts::default(), &config, attended);
-        let next = clear.next(Happened::Began).unwrap();
+        let next = clear.next(StepOutcome::Began).unwrap();
         if attended {
-            assert!(matches!(next, Next::Ask(Request::Unload)), "{next:?}");
+            assert!(matches!(next, NextStep::Ask(Request::Unload)), "{next:?}");
             assert!(clear.progress().note.unwrap().contains("driven"));
-            let done = Happened::Answered(Answer::Ready, under(0.5));
-            assert!(matches!(clear.next(done).unwrap(), Next::Listen(s) if s == LISTEN_S));
-            clear.next(Happened::Heard(under(0.0))).unwrap();
+            let done = StepOutcome::Answered(Answer::Ready, under(0.5));
+            assert!(matches!(clear.next(done).unwrap(), NextStep::Listen(s) if s == LISTEN_S));
+            clear.next(StepOutcome::Captured(under(0.0))).unwrap();
         }
         clear
     }
@@ -156,19 +155,22 @@ mod tests {
     #[test]
     fn a_step_under_a_finger_is_made_again_once_the_plate_is_clear() {
         let mut clear = clear(true);
-        let next = clear.next(Happened::Heard(under(0.5))).unwrap();
-        assert!(matches!(next, Next::Ask(Request::Unload)), "{next:?}");
+        let next = clear.next(StepOutcome::Captured(under(0.5))).unwrap();
+        assert!(matches!(next, NextStep::Ask(Request::Unload)), "{next:?}");
         assert!(clear.progress().note.unwrap().contains("0.500 N"));
-        let done = || Happened::Answered(Answer::Ready, under(0.5));
+        let done = || StepOutcome::Answered(Answer::Ready, under(0.5));
         let next = clear.next(done()).unwrap();
-        assert!(matches!(next, Next::Listen(s) if s == LISTEN_S), "{next:?}");
-        let next = clear.next(Happened::Heard(under(0.4))).unwrap();
-        assert!(matches!(next, Next::Ask(Request::Unload)), "{next:?}");
+        assert!(
+            matches!(next, NextStep::Listen(s) if s == LISTEN_S),
+            "{next:?}"
+        );
+        let next = clear.next(StepOutcome::Captured(under(0.4))).unwrap();
+        assert!(matches!(next, NextStep::Ask(Request::Unload)), "{next:?}");
         clear.next(done()).unwrap();
-        let next = clear.next(Happened::Heard(under(0.0))).unwrap();
-        assert!(matches!(next, Next::Listen(s) if s == 7.0), "{next:?}");
+        let next = clear.next(StepOutcome::Captured(under(0.0))).unwrap();
+        assert!(matches!(next, NextStep::Listen(s) if s == 7.0), "{next:?}");
         assert_eq!(clear.procedure.0, 0, "nothing of it was used");
-        clear.next(Happened::Heard(under(0.0))).unwrap();
+        clear.next(StepOutcome::Captured(under(0.0))).unwrap();
         assert_eq!(clear.procedure.0, 1);
         assert!(clear.progress().note.is_none());
     }
@@ -176,7 +178,7 @@ mod tests {
     #[test]
     fn where_nobody_can_be_asked_it_ends() {
         let error = clear(false)
-            .next(Happened::Heard(under(0.5)))
+            .next(StepOutcome::Captured(under(0.5)))
             .unwrap_err()
             .to_string();
         assert!(error.contains("something rests on the plate"), "{error}");

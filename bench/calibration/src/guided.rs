@@ -5,7 +5,9 @@ use tui::calibration_page::{
 };
 use tui::{Action, Event};
 
-use crate::operator::{Answer, Axis, Operator, Progress, Reading, Request, Wish};
+use crate::operator::{
+    Answer, CalibrationProgress, ForceAxis, LiveReading, Operator, OperatorInput, Request,
+};
 use console::{Dashboard, DashboardThread, Front, safety_event};
 use safety::SafetyState;
 use tasks::StopFlag;
@@ -18,11 +20,11 @@ pub struct Guided<F> {
     front: F,
     title: String,
     asked: Option<Request>,
-    progress: Progress,
+    progress: CalibrationProgress,
     watched: MainReading,
     failed: Option<String>,
     safety: Option<(SafetyState, bool)>,
-    safety_told_s: f64,
+    safety_shown_s: f64,
 }
 
 impl Guided<Dashboard> {
@@ -50,20 +52,20 @@ impl<F: Front> Guided<F> {
             front,
             title,
             asked: None,
-            progress: Progress {
+            progress: CalibrationProgress {
                 doing: "The bench comes to rest.".to_owned(),
-                ..Progress::default()
+                ..CalibrationProgress::default()
             },
             watched: MainReading::default(),
             failed: None,
             safety: None,
-            safety_told_s: 0.0,
+            safety_shown_s: 0.0,
         };
-        guided.tell();
+        guided.show_page();
         guided
     }
 
-    fn tell(&mut self) {
+    fn show_page(&mut self) {
         let progress = &self.progress;
         let instruction = match (&self.failed, &self.asked) {
             (Some(why), _) => format!("{why}. Nothing was written."),
@@ -135,7 +137,7 @@ fn asked(request: &Request) -> Question {
 fn watched(request: &Request) -> Option<MainReading> {
     match request {
         Request::Load {
-            axis: Axis::Lateral,
+            axis: ForceAxis::Lateral,
             ..
         } => Some(MainReading::LateralForce),
         Request::NameMass { .. } | Request::Load { .. } | Request::Unload => {
@@ -153,16 +155,16 @@ impl<F: Front> Operator for Guided<F> {
         if let Some(watched) = request.and_then(watched) {
             self.watched = watched;
         }
-        self.tell();
+        self.show_page();
     }
 
-    fn progress(&mut self, progress: &Progress) {
+    fn progress(&mut self, progress: &CalibrationProgress) {
         self.progress = progress.clone();
         self.asked = None;
-        self.tell();
+        self.show_page();
     }
 
-    fn show(&mut self, now: &Reading) {
+    fn show(&mut self, now: &LiveReading) {
         self.front
             .show(Event::CalibrationReadings(CalibrationReadings {
                 normal_n: now.normal_n,
@@ -173,25 +175,25 @@ impl<F: Front> Operator for Guided<F> {
                 level: Some(now.level),
             }));
         let safety = (now.safety.clone(), now.sounds);
-        let due = now.t_s - self.safety_told_s >= SAFETY_S;
+        let due = now.t_s - self.safety_shown_s >= SAFETY_S;
         if due || self.safety.as_ref() != Some(&safety) {
             self.front.show(safety_event(&safety.0, safety.1));
             self.safety = Some(safety);
-            self.safety_told_s = now.t_s;
+            self.safety_shown_s = now.t_s;
         }
     }
 
-    fn wish(&mut self) -> anyhow::Result<Option<Wish>> {
+    fn next_input(&mut self) -> anyhow::Result<Option<OperatorInput>> {
         while let Some(action) = self.front.action() {
             match action {
                 Action::Answer(answer) if self.asked.is_some() => {
                     let answer = self.answered(answer);
                     // Until it is asked again, nothing is; what was typed twice counts once.
                     self.asked = None;
-                    return Ok(Some(Wish::Answer(answer)));
+                    return Ok(Some(OperatorInput::Answer(answer)));
                 }
-                Action::EmergencyStop => return Ok(Some(Wish::Stop)),
-                Action::Quit | Action::Interrupt => return Ok(Some(Wish::Leave)),
+                Action::EmergencyStop => return Ok(Some(OperatorInput::Stop)),
+                Action::Quit | Action::Interrupt => return Ok(Some(OperatorInput::Leave)),
                 _ => {}
             }
         }
@@ -201,7 +203,7 @@ impl<F: Front> Operator for Guided<F> {
     fn failed(&mut self, why: &str) -> bool {
         self.failed = Some(why.to_owned());
         self.asked = None;
-        self.tell();
+        self.show_page();
         true
     }
 

@@ -4,7 +4,7 @@ use jiff::Timestamp;
 
 use crate::procedure::Procedure;
 use ::figures::Figure;
-use config::{Calibration, Quantity};
+use config::{CalibrationFile, Quantity};
 
 /// A measurement of which a part of the calibration file is made.
 pub trait Calibrates: Procedure {
@@ -57,7 +57,7 @@ pub enum Part {
 
 impl Part {
     /// Puts it in force, and says what no longer is.
-    pub fn put_into(self, calibration: &mut Calibration) -> Option<String> {
+    pub fn put_into(self, calibration: &mut CalibrationFile) -> Option<String> {
         match self {
             Self::Pickup(pickup) => {
                 calibration.pickup = Some(*pickup);

@@ -7,7 +7,7 @@ use std::time::Duration;
 use anyhow::{Context, bail};
 use serialport::SerialPort;
 
-use crate::table;
+use crate::typed_table;
 
 /// Micrometres, as people type amplitudes and instruments send them.
 const MICROMETRE_M: f64 = 1e-6;
@@ -39,7 +39,7 @@ pub fn read_table(path: &Path) -> anyhow::Result<Vec<(f64, f64)>> {
         drive_v: f64,
         known_um: f64,
     }
-    let rows = table::rows::<Row>(path, "drive_v,known_um")?;
+    let rows = typed_table::rows::<Row>(path, "drive_v,known_um")?;
     Ok(rows
         .iter()
         .map(|row| (row.drive_v, row.known_um * MICROMETRE_M))
@@ -53,7 +53,7 @@ pub fn from_um(known_um: &[f64]) -> Vec<f64> {
 }
 
 /// A serial port that is read only when something has arrived.
-struct NeverWaiting(serialport::TTYPort);
+struct NeverWaiting(Box<dyn SerialPort>);
 
 impl Read for NeverWaiting {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
@@ -80,7 +80,7 @@ impl Instrument {
     pub fn open(path: &Path, baud: u32) -> anyhow::Result<Self> {
         let port = serialport::new(path.to_string_lossy(), baud)
             .timeout(Duration::from_millis(1))
-            .open_native()
+            .open()
             .with_context(|| {
                 format!(
                     "cannot open the instrument's port {}: is it plugged in, free, and may you use it? `friction-bench devices` lists the ports",

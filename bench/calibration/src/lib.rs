@@ -3,22 +3,22 @@
 //! A [`procedure::Procedure`] decides one step at a time; [`rig::run`] plays it on the bench and asks the [`operator::Operator`],
 //! who is [`guided::Guided`] by the dashboard or [`unattended::Unattended`]; [`judged::Calibrates`] judges what came out.
 
+mod calibration_figures;
+pub mod capture;
 pub mod channel_match;
 pub mod channels;
 pub mod clear;
-mod figures;
 pub mod force;
 pub mod guided;
-pub mod heard;
 pub mod judged;
 pub mod known;
 mod meter;
 pub mod operator;
-pub mod pickup;
-pub mod plate;
+pub mod pickup_procedure;
 mod plate_look;
+pub mod plate_procedure;
 mod points;
 pub mod procedure;
 pub mod rig;
-mod table;
+mod typed_table;
 pub mod unattended;

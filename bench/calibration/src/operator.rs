@@ -11,14 +11,14 @@ const MICROMETRE_M: f64 = 1e-6;
 
 /// A direction of the force sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Axis {
+pub enum ForceAxis {
     /// Pressing on the plate.
     Normal,
     /// Along the plate.
     Lateral,
 }
 
-impl Axis {
+impl ForceAxis {
     /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -61,14 +61,14 @@ pub enum Request {
     /// Put this mass, and nothing else, on this axis of the force sensor.
     Load {
         /// Which axis.
-        axis: Axis,
+        axis: ForceAxis,
         /// How much, kg; gravity pulls at it.
         mass_kg: f64,
     },
     /// Name a mass that is at hand for this axis, or say that these are all; [`Answer::Redo`] takes one out again.
     NameMass {
         /// Which axis.
-        axis: Axis,
+        axis: ForceAxis,
     },
     /// Take everything off: weights, finger.
     Unload,
@@ -87,7 +87,7 @@ pub enum Request {
 
 /// How a number is typed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Input {
+pub struct NumberEntry {
     /// Its unit on the screen.
     pub unit: &'static str,
     /// That unit in SI.
@@ -102,24 +102,24 @@ impl Request {
     pub fn words(&self) -> String {
         match self {
             Self::Load {
-                axis: Axis::Normal,
+                axis: ForceAxis::Normal,
                 mass_kg,
             } => format!(
                 "Put {} g on the middle of the plate, and nothing else.",
                 grams(*mass_kg)
             ),
             Self::Load {
-                axis: Axis::Lateral,
+                axis: ForceAxis::Lateral,
                 mass_kg,
             } => format!(
                 "Hang {} g on a thread over the pulley, so that it pulls towards increasing position.",
                 grams(*mass_kg)
             ),
-            Self::NameMass { axis: Axis::Normal } => {
+            Self::NameMass { axis: ForceAxis::Normal } => {
                 "Type the masses that you will put on the plate, one at a time; Enter alone when these are all, r takes the chosen one out.".to_owned()
             }
             Self::NameMass {
-                axis: Axis::Lateral,
+                axis: ForceAxis::Lateral,
             } => {
                 "Type the masses that you will hang over the pulley, one at a time; Enter alone when these are all, or at once for those of the plate, as far as the axis may carry them.".to_owned()
             }
@@ -143,14 +143,14 @@ impl Request {
 
     /// The number that it wants, if it wants one.
     #[must_use]
-    pub fn input(&self) -> Option<Input> {
+    pub fn input(&self) -> Option<NumberEntry> {
         match self {
-            Self::KnownAmplitude { .. } => Some(Input {
+            Self::KnownAmplitude { .. } => Some(NumberEntry {
                 unit: "µm",
                 si_per_unit: MICROMETRE_M,
                 optional: false,
             }),
-            Self::NameMass { .. } => Some(Input {
+            Self::NameMass { .. } => Some(NumberEntry {
                 unit: "g",
                 si_per_unit: GRAM_KG,
                 optional: true,
@@ -173,7 +173,7 @@ pub enum Answer {
 
 /// What an operator may want at any time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Wish {
+pub enum OperatorInput {
     /// To answer the request.
     Answer(Answer),
     /// To leave; nothing is written.
@@ -184,7 +184,7 @@ pub enum Wish {
 
 /// What is read just now; means over the time since the reading before.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Reading {
+pub struct LiveReading {
     /// Time on the audio clock, s.
     pub t_s: f64,
     /// Normal force, N.
@@ -207,7 +207,7 @@ pub struct Reading {
 
 /// How far a measurement has come.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Progress {
+pub struct CalibrationProgress {
     /// Number of the present step, from 1.
     pub step: usize,
     /// How many there are.
@@ -256,16 +256,16 @@ pub trait Operator: Send {
     fn ask(&mut self, request: Option<&Request>);
 
     /// Shows how far the measurement has come: after every step.
-    fn progress(&mut self, progress: &Progress);
+    fn progress(&mut self, progress: &CalibrationProgress);
 
     /// Shows what is read, some twenty times a second.
-    fn show(&mut self, now: &Reading);
+    fn show(&mut self, now: &LiveReading);
 
     /// What the operator wants next.
     ///
     /// # Errors
     /// When what is asked is not going to happen: names what to do.
-    fn wish(&mut self) -> anyhow::Result<Option<Wish>>;
+    fn next_input(&mut self) -> anyhow::Result<Option<OperatorInput>>;
 
     /// Says that the measurement has failed; true when somebody wants to read it before it ends, and will then leave.
     fn failed(&mut self, why: &str) -> bool;

@@ -3,13 +3,13 @@
 use std::f64::consts::PI;
 
 use anyhow::bail;
-use config::{Channels, Config};
+use config::{Config, InputMap};
 use metrology::plate_fit::Response;
 use metrology::tone::SteadyTone;
 use signalgen::{ToneList, Waveform};
 
-use crate::heard::Heard;
-use crate::procedure::Next;
+use crate::capture::Capture;
+use crate::procedure::NextStep;
 
 /// Level of the first, coarse look, V: harmless at any resonance.
 pub(super) const LOOK_V: f64 = 2.0;
@@ -24,11 +24,11 @@ pub(super) const SETTLE_TIME_CONSTANTS: f64 = 18.0;
 pub(super) const FULLEST: f64 = 0.8;
 
 /// The coarse look about a frequency.
-pub(super) fn look(about_hz: f64, config: &Config) -> anyhow::Result<Next> {
+pub(super) fn look(about_hz: f64, config: &Config) -> anyhow::Result<NextStep> {
     let tones: Vec<f64> = (0..LOOK_TONES)
         .map(|i| about_hz + LOOK_STEP_HZ * (i as f64 - (LOOK_TONES / 2) as f64))
         .collect();
-    Ok(Next::Play(Box::new(Waveform::SteppedTones {
+    Ok(NextStep::Play(Box::new(Waveform::SteppedTones {
         tones: ToneList::new(&tones)?,
         dwell_s: LOOK_DWELL_S,
         amplitude_v: LOOK_V.min(config.limits.drive_v),
@@ -36,8 +36,8 @@ pub(super) fn look(about_hz: f64, config: &Config) -> anyhow::Result<Next> {
 }
 
 /// The coarse look's responses.
-pub(super) fn looked(heard: &Heard, config: &Config) -> anyhow::Result<Vec<Response>> {
-    responses(heard, config, LOOK_SETTLE_S)
+pub(super) fn looked(capture: &Capture, config: &Config) -> anyhow::Result<Vec<Response>> {
+    responses(capture, config, LOOK_SETTLE_S)
 }
 
 /// How long the plate takes to settle, s.
@@ -61,7 +61,7 @@ pub(super) fn highest_level_v(units_per_v: f64, metres_per_unit: f64, config: &C
 pub(super) fn require_unsaturated(
     drive: &SteadyTone,
     pickup: &SteadyTone,
-    channels: &Channels,
+    channels: &InputMap,
     carrier_hz: f64,
 ) -> anyhow::Result<()> {
     for (input, tone, clip_units) in [
@@ -82,17 +82,17 @@ const LEAST_RATIO: f64 = 3.0;
 
 /// Returns the pickup's response to the drive at each tone that was heard, `settle_s` after its begin.
 pub(super) fn responses(
-    heard: &Heard,
+    capture: &Capture,
     config: &Config,
     settle_s: f64,
 ) -> anyhow::Result<Vec<Response>> {
     let channels = &config.channels;
-    heard
+    capture
         .dwells
         .iter()
         .map(|dwell| {
-            let drive = heard.tone(dwell, channels.drive.index, settle_s)?;
-            let pickup = heard.tone(dwell, channels.pickup.index, settle_s)?;
+            let drive = capture.tone(dwell, channels.drive.index, settle_s)?;
+            let pickup = capture.tone(dwell, channels.pickup.index, settle_s)?;
             require_unsaturated(&drive, &pickup, channels, dwell.carrier_hz)?;
             if drive.value.norm() < LEAST_RATIO * drive.rest_rms {
                 bail!(

@@ -4,7 +4,7 @@ use num_complex::Complex64;
 
 /// One level of the ladder.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rung {
+pub struct PickupPoint {
     /// Drive level, V.
     pub drive_v: f64,
     /// Pickup's reading, peak, sample units.

@@ -2,15 +2,15 @@
 
 use signalgen::Waveform;
 
-use crate::heard::Heard;
-use crate::operator::{Answer, Progress, Request};
+use crate::capture::Capture;
+use crate::operator::{Answer, CalibrationProgress, Request};
 
 /// A tone that is held has sounded for this long when its answer is taken, s.
 pub const HELD_S: f64 = 1.0;
 
 /// What a calibration wants next.
 #[derive(Debug, Clone)]
-pub enum Next {
+pub enum NextStep {
     /// Silence, for so many seconds.
     Listen(f64),
     /// A waveform that ends by itself: stepped tones.
@@ -26,14 +26,14 @@ pub enum Next {
 
 /// What has happened at the last step.
 #[derive(Debug)]
-pub enum Happened {
+pub enum StepOutcome {
     /// Nothing yet: the first step.
     Began,
     /// What was heard while listening or playing.
-    Heard(Heard),
+    Captured(Capture),
     /// The operator's answer, and at least the last [`HELD_S`] of what was heard before it; of a tone that sounded, its
     /// only dwell is those seconds at full amplitude.
-    Answered(Answer, Heard),
+    Answered(Answer, Capture),
 }
 
 /// A measurement, one step at a time.
@@ -42,8 +42,8 @@ pub trait Procedure: Send + 'static {
     ///
     /// # Errors
     /// When the measurement cannot be made: names why, and what to do.
-    fn next(&mut self, happened: Happened) -> anyhow::Result<Next>;
+    fn next(&mut self, outcome: StepOutcome) -> anyhow::Result<NextStep>;
 
     /// How far it has come.
-    fn progress(&self) -> Progress;
+    fn progress(&self) -> CalibrationProgress;
 }

@@ -9,19 +9,19 @@ use anyhow::{Context, bail};
 use config::{Effective, Identity};
 use console::DashboardThread;
 use crossbeam_channel::{Receiver, Sender};
-use devices::drive::{Drive, settings};
-use devices::field::FieldReading;
+use devices::drive_control::{DriveControl, settings};
+use devices::field_task::FieldReading;
 use devices::{Hardware, OpenHardware};
 use jiff::Timestamp;
 use safety::{DriveReading, SafetyState, Signals, Trip};
 use signalgen::{BlockHeader, DrivePhase, InputReader, StreamDirection, Waveform};
 use tasks::{StopFlag, Task};
 
-use crate::heard::{Heard, dwells, held_tone};
+use crate::capture::{Capture, dwells, held_tone};
 use crate::known::Instrument;
 use crate::meter::Meter;
-use crate::operator::{Answer, Hands, Operator, Reading, Wish};
-use crate::procedure::{HELD_S, Happened, Next, Procedure};
+use crate::operator::{Answer, Hands, LiveReading, Operator, OperatorInput};
+use crate::procedure::{HELD_S, NextStep, Procedure, StepOutcome};
 
 /// A measurement that came to its end.
 pub struct Outcome<P> {
@@ -88,10 +88,10 @@ pub fn run<P: Procedure>(
         procedure: Some(procedure),
         step: Step::Settling,
         held: None,
-        heard: Heard::default(),
+        capture: Capture::default(),
         block: Vec::new(),
         meter: Meter::default(),
-        account: Account::default(),
+        account: StreamAccount::default(),
         recent: VecDeque::new(),
         taken: 0,
         driven_frames: 0,
@@ -126,13 +126,13 @@ const READBACK_S: f64 = 1e-3;
 /// A read-back under this share of the command is no gain error: the carrier is gone.
 const VANISHED: f64 = 0.3;
 /// A card that delivers nothing for this long ends the calibration.
-const PATIENCE: Duration = Duration::from_secs(10);
+const CARD_TIMEOUT: Duration = Duration::from_secs(10);
 
 enum Step {
     Settling,
     /// The tone before is dying away.
-    Hushing {
-        next: Option<Next>,
+    SilencingTone {
+        next: Option<NextStep>,
         quiet_frames: usize,
     },
     Listening {
@@ -153,14 +153,14 @@ enum Step {
 }
 
 /// A tone that sounds until it is no longer wanted.
-struct Held {
+struct HeldTone {
     waveform: Waveform,
     after: u32,
     steady_frames: usize,
 }
 
 #[derive(Default)]
-struct Account {
+struct StreamAccount {
     frames: u64,
     xruns: (u64, u64),
 }
@@ -179,7 +179,7 @@ struct RigTask<P> {
     rate_hz: f64,
     input: InputReader,
     readings: Receiver<FieldReading>,
-    drive: Drive,
+    drive: DriveControl,
     signals: Arc<Signals>,
     instrument: Option<Instrument>,
     operator: Box<dyn Operator>,
@@ -187,11 +187,11 @@ struct RigTask<P> {
     stop: StopFlag,
     procedure: Option<P>,
     step: Step,
-    held: Option<Held>,
-    heard: Heard,
+    held: Option<HeldTone>,
+    capture: Capture,
     block: Vec<f32>,
     meter: Meter,
-    account: Account,
+    account: StreamAccount,
     recent: VecDeque<f64>,
     /// Frames read so far.
     taken: u64,
@@ -219,7 +219,7 @@ impl<P: Procedure> RigTask<P> {
         self.publish_readback(now_ns);
         let watched = [self.drive_channel, self.pickup_channel];
         self.meter.take(&self.block, self.channels, watched);
-        self.heard.samples.extend_from_slice(&self.block);
+        self.capture.samples.extend_from_slice(&self.block);
         let frames = self.frames();
         match &mut self.step {
             Step::Playing {
@@ -230,17 +230,17 @@ impl<P: Procedure> RigTask<P> {
             } => {
                 if header.drive.programs != *after && !silent && !*started {
                     *started = true;
-                    self.heard.began = Some(frames - header.frames as usize);
+                    self.capture.began = Some(frames - header.frames as usize);
                 }
                 if *started && silent && ended.is_none() {
                     *ended = Some(frames);
                 }
             }
-            Step::Hushing { quiet_frames, .. } if silent => {
+            Step::SilencingTone { quiet_frames, .. } if silent => {
                 *quiet_frames += header.frames as usize;
             }
             Step::Asking { .. } if frames > 2 * self.held_frames => {
-                self.heard.forget(frames - self.held_frames);
+                self.capture.forget(frames - self.held_frames);
             }
             _ => {}
         }
@@ -281,14 +281,14 @@ impl<P: Procedure> RigTask<P> {
     }
 
     fn frames(&self) -> usize {
-        self.heard.samples.len() / self.channels
+        self.capture.samples.len() / self.channels
     }
 
     /// Begins a step, once the tone before has died away.
-    fn begin(&mut self, next: Next) -> anyhow::Result<()> {
+    fn begin(&mut self, next: NextStep) -> anyhow::Result<()> {
         let goes_on = match (&self.held, &next) {
             (None, _) => true,
-            (Some(held), Next::Sound(waveform, _)) => held.waveform == **waveform,
+            (Some(held), NextStep::Sound(waveform, _)) => held.waveform == **waveform,
             _ => false,
         };
         if goes_on {
@@ -296,29 +296,29 @@ impl<P: Procedure> RigTask<P> {
         }
         self.held = None;
         self.drive.stop();
-        self.step = Step::Hushing {
+        self.step = Step::SilencingTone {
             next: Some(next),
             quiet_frames: 0,
         };
         Ok(())
     }
 
-    fn begin_now(&mut self, next: Next) -> anyhow::Result<()> {
-        self.heard = Heard {
+    fn begin_now(&mut self, next: NextStep) -> anyhow::Result<()> {
+        self.capture = Capture {
             channels: self.channels,
             rate_hz: self.rate_hz,
             from_s: self.account.frames as f64 / self.rate_hz,
-            ..Heard::default()
+            ..Capture::default()
         };
         let asked = match &next {
-            Next::Ask(request) | Next::Sound(_, request) => Some(*request),
-            Next::Listen(_) | Next::Play(_) | Next::Done => None,
+            NextStep::Ask(request) | NextStep::Sound(_, request) => Some(*request),
+            NextStep::Listen(_) | NextStep::Play(_) | NextStep::Done => None,
         };
         self.step = match next {
-            Next::Listen(seconds) => Step::Listening {
+            NextStep::Listen(seconds) => Step::Listening {
                 until: (seconds * self.rate_hz) as usize,
             },
-            Next::Play(waveform) => {
+            NextStep::Play(waveform) => {
                 self.drive.start(self.settings.admit(*waveform)?);
                 Step::Playing {
                     waveform,
@@ -327,22 +327,22 @@ impl<P: Procedure> RigTask<P> {
                     ended: None,
                 }
             }
-            Next::Sound(waveform, _) if self.held.is_none() => {
+            NextStep::Sound(waveform, _) if self.held.is_none() => {
                 self.drive.start(self.settings.admit(*waveform)?);
-                self.held = Some(Held {
+                self.held = Some(HeldTone {
                     waveform: *waveform,
                     after: self.drive.programs(),
                     steady_frames: 0,
                 });
                 Step::Asking { answer: None }
             }
-            Next::Sound(..) => Step::Asking { answer: None },
-            Next::Ask(_) => {
+            NextStep::Sound(..) => Step::Asking { answer: None },
+            NextStep::Ask(_) => {
                 // Hands are about to touch cables or the plate.
                 self.drive.disarm();
                 Step::Asking { answer: None }
             }
-            Next::Done => Step::Done,
+            NextStep::Done => Step::Done,
         };
         self.operator.ask(asked.as_ref());
         if let (Some(hands), Some(request)) = (&mut self.hands, &asked) {
@@ -352,7 +352,7 @@ impl<P: Procedure> RigTask<P> {
     }
 
     /// What has happened once the present step is over.
-    fn finished(&mut self) -> anyhow::Result<Option<Happened>> {
+    fn finished(&mut self) -> anyhow::Result<Option<StepOutcome>> {
         let frames = self.frames();
         if let (Some(held), Step::Asking { answer: None }) = (&self.held, &self.step)
             && held.steady_frames as f64 > HELD_MOST_S * self.rate_hz
@@ -363,17 +363,23 @@ impl<P: Procedure> RigTask<P> {
             );
         }
         match &self.step {
-            Step::Settling if frames as f64 > SETTLE_S * self.rate_hz => Ok(Some(Happened::Began)),
-            Step::Listening { until } if frames >= *until => self.heard_out().map(Some),
+            Step::Settling if frames as f64 > SETTLE_S * self.rate_hz => {
+                Ok(Some(StepOutcome::Began))
+            }
+            Step::Listening { until } if frames >= *until => self.captured().map(Some),
             Step::Playing {
                 waveform,
                 ended: Some(ended),
                 ..
             } if frames >= ended + self.tail_frames => {
                 let waveform = **waveform;
-                self.heard.dwells =
-                    dwells(&self.heard, &waveform, self.drive_channel, self.ramp_frames)?;
-                self.heard_out().map(Some)
+                self.capture.dwells = dwells(
+                    &self.capture,
+                    &waveform,
+                    self.drive_channel,
+                    self.ramp_frames,
+                )?;
+                self.captured().map(Some)
             }
             Step::Asking {
                 answer: Some(answer),
@@ -386,40 +392,41 @@ impl<P: Procedure> RigTask<P> {
                     {
                         return Ok(None);
                     }
-                    self.heard.dwells = held_tone(&self.heard, &held.waveform, self.held_frames);
+                    self.capture.dwells =
+                        held_tone(&self.capture, &held.waveform, self.held_frames);
                     self.require_force()?;
                 }
-                let heard = std::mem::take(&mut self.heard);
-                Ok(Some(Happened::Answered(answer, heard)))
+                let capture = std::mem::take(&mut self.capture);
+                Ok(Some(StepOutcome::Answered(answer, capture)))
             }
             _ => Ok(None),
         }
     }
 
-    fn heard_out(&mut self) -> anyhow::Result<Happened> {
+    fn captured(&mut self) -> anyhow::Result<StepOutcome> {
         self.require_force()?;
-        Ok(Happened::Heard(std::mem::take(&mut self.heard)))
+        Ok(StepOutcome::Captured(std::mem::take(&mut self.capture)))
     }
 
     fn require_force(&self) -> anyhow::Result<()> {
-        if self.expects_force && self.heard.normal_n.is_empty() {
+        if self.expects_force && self.capture.normal_n.is_empty() {
             bail!("the force sensor sends nothing: check port, baud and protocol in [force]");
         }
         Ok(())
     }
 
-    fn go_on(&mut self) -> anyhow::Result<()> {
-        if let Step::Hushing { next, quiet_frames } = &mut self.step
+    fn advance(&mut self) -> anyhow::Result<()> {
+        if let Step::SilencingTone { next, quiet_frames } = &mut self.step
             && *quiet_frames >= self.tail_frames
             && let Some(next) = next.take()
         {
             self.begin_now(next)?;
         }
-        while let Some(happened) = self.finished()? {
+        while let Some(outcome) = self.finished()? {
             let Some(procedure) = &mut self.procedure else {
                 return Ok(());
             };
-            let next = procedure.next(happened)?;
+            let next = procedure.next(outcome)?;
             self.operator.progress(&procedure.progress());
             self.begin(next)?;
         }
@@ -429,14 +436,14 @@ impl<P: Procedure> RigTask<P> {
         Ok(())
     }
 
-    fn take_wishes(&mut self) -> anyhow::Result<()> {
-        while let Some(wish) = self.operator.wish()? {
+    fn take_inputs(&mut self) -> anyhow::Result<()> {
+        while let Some(wish) = self.operator.next_input()? {
             match (wish, &mut self.step) {
-                (Wish::Answer(given), Step::Asking { answer }) => *answer = Some(given),
+                (OperatorInput::Answer(given), Step::Asking { answer }) => *answer = Some(given),
                 // An answer that comes too late was meant for something else.
-                (Wish::Answer(_), _) => {}
-                (Wish::Leave, _) => self.stop.raise(),
-                (Wish::Stop, _) => self.drive.trip(Trip::Operator),
+                (OperatorInput::Answer(_), _) => {}
+                (OperatorInput::Leave, _) => self.stop.raise(),
+                (OperatorInput::Stop, _) => self.drive.trip(Trip::Operator),
             }
         }
         Ok(())
@@ -451,9 +458,9 @@ impl<P: Procedure> RigTask<P> {
         for reading in self.readings.try_iter() {
             if let FieldReading::Force(force) = reading {
                 let (normal_n, lateral_n) = (force.sample.normal_n, force.sample.lateral_n);
-                self.heard.normal_n.push(normal_n);
-                self.heard.lateral_n.push(lateral_n);
-                let [normal_saturated, lateral_saturated] = &mut self.heard.force_saturated;
+                self.capture.normal_n.push(normal_n);
+                self.capture.lateral_n.push(lateral_n);
+                let [normal_saturated, lateral_saturated] = &mut self.capture.force_saturated;
                 *normal_saturated += usize::from(force.sample.normal_saturated);
                 *lateral_saturated += usize::from(force.sample.lateral_saturated);
                 let (normal, lateral, count) = self.meter.force;
@@ -462,9 +469,9 @@ impl<P: Procedure> RigTask<P> {
         }
         let frames = self.frames();
         if let Some(instrument) = &mut self.instrument {
-            let (heard, meter) = (&mut self.heard.known_m, &mut self.meter);
+            let (capture, meter) = (&mut self.capture.known_m, &mut self.meter);
             instrument.poll(|amplitude_m| {
-                heard.push((frames, amplitude_m));
+                capture.push((frames, amplitude_m));
                 meter.known_m = Some(amplitude_m);
             })?;
         }
@@ -479,7 +486,7 @@ impl<P: Procedure> RigTask<P> {
         let [drive, pickup] = meter.amplitudes();
         let (normal, lateral, count) = meter.force;
         let mean = |sum: f64| (count > 0).then(|| sum / f64::from(count));
-        self.operator.show(&Reading {
+        self.operator.show(&LiveReading {
             t_s: self.account.frames as f64 / self.rate_hz,
             normal_n: mean(normal),
             lateral_n: mean(lateral),
@@ -512,24 +519,24 @@ impl<P: Procedure> RigTask<P> {
         }
         self.drive.poll(safety);
         self.take_in(now_ns)?;
-        if self.last_audio.elapsed() > PATIENCE {
+        if self.last_audio.elapsed() > CARD_TIMEOUT {
             bail!("the sound card delivers nothing");
         }
         self.show(safety);
-        self.take_wishes()?;
-        self.go_on()
+        self.take_inputs()?;
+        self.advance()
     }
 
     /// Nothing is measured any more; the operator reads why, until he leaves.
     fn after_failure(&mut self, safety: &SafetyState, now_ns: u64) -> anyhow::Result<()> {
         // What is lost now was not going to be used.
         let _ = self.take_in(now_ns);
-        self.heard = Heard::default();
+        self.capture = Capture::default();
         self.show(safety);
-        while let Some(wish) = self.operator.wish()? {
+        while let Some(wish) = self.operator.next_input()? {
             match wish {
-                Wish::Stop => self.drive.trip(Trip::Operator),
-                Wish::Leave | Wish::Answer(_) => self.stop.raise(),
+                OperatorInput::Stop => self.drive.trip(Trip::Operator),
+                OperatorInput::Leave | OperatorInput::Answer(_) => self.stop.raise(),
             }
         }
         Ok(())

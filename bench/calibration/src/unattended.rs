@@ -5,7 +5,10 @@ use std::io::Write;
 
 use anyhow::bail;
 
-use crate::operator::{Answer, Axis, GRAVITY_M_PER_S2, Operator, Progress, Reading, Request, Wish};
+use crate::operator::{
+    Answer, CalibrationProgress, ForceAxis, GRAVITY_M_PER_S2, LiveReading, Operator, OperatorInput,
+    Request,
+};
 
 /// Length of a plateau of the forces, s.
 const PLATEAU_S: f64 = 0.5;
@@ -15,7 +18,7 @@ const STEADY_SHARE: f64 = 0.01;
 /// A change is seen from this share of it on: the sensor's gain is not known yet.
 const SEEN_SHARE: f64 = 0.3;
 /// Somebody may have to walk to the bench, s.
-const PATIENCE_S: f64 = 120.0;
+const REQUEST_TIMEOUT_S: f64 = 120.0;
 
 /// Answers by itself.
 pub struct Unattended<W> {
@@ -24,8 +27,8 @@ pub struct Unattended<W> {
     /// Time and both forces, over a plateau's length.
     recent: VecDeque<(f64, [f64; 2])>,
     now_s: f64,
-    loaded: Option<(Axis, f64)>,
-    told: Option<(usize, String)>,
+    loaded: Option<(ForceAxis, f64)>,
+    printed: Option<(usize, String)>,
     points: usize,
 }
 
@@ -45,7 +48,7 @@ impl<W: Write> Unattended<W> {
             recent: VecDeque::new(),
             now_s: 0.0,
             loaded: None,
-            told: None,
+            printed: None,
             points: 0,
         }
     }
@@ -76,7 +79,7 @@ impl<W: Write> Unattended<W> {
         let (axis, wanted_kg) = match (asked.request, self.loaded) {
             (Request::Load { axis, mass_kg }, _) => (axis, mass_kg),
             (_, Some((axis, _))) => (axis, 0.0),
-            _ => (Axis::Normal, 0.0),
+            _ => (ForceAxis::Normal, 0.0),
         };
         let there_kg = match self.loaded {
             Some((loaded, mass_kg)) if loaded == axis => mass_kg,
@@ -110,14 +113,14 @@ impl<W: Write + Send> Operator for Unattended<W> {
         }
     }
 
-    fn progress(&mut self, progress: &Progress) {
+    fn progress(&mut self, progress: &CalibrationProgress) {
         let step = (progress.step, progress.doing.clone());
-        if self.told.as_ref() != Some(&step) && !progress.doing.is_empty() {
+        if self.printed.as_ref() != Some(&step) && !progress.doing.is_empty() {
             self.line(format_args!(
                 "step {} of {}: {}",
                 progress.step, progress.steps, progress.doing
             ));
-            self.told = Some(step);
+            self.printed = Some(step);
         }
         for point in progress.points.iter().skip(self.points) {
             let residual = point
@@ -130,7 +133,7 @@ impl<W: Write + Send> Operator for Unattended<W> {
         self.points = progress.points.len();
     }
 
-    fn show(&mut self, now: &Reading) {
+    fn show(&mut self, now: &LiveReading) {
         self.now_s = now.t_s;
         if let (Some(normal_n), Some(lateral_n)) = (now.normal_n, now.lateral_n) {
             self.recent.push_back((now.t_s, [normal_n, lateral_n]));
@@ -144,11 +147,11 @@ impl<W: Write + Send> Operator for Unattended<W> {
         }
     }
 
-    fn wish(&mut self) -> anyhow::Result<Option<Wish>> {
+    fn next_input(&mut self) -> anyhow::Result<Option<OperatorInput>> {
         let Some(asked) = &self.asked else {
             return Ok(None);
         };
-        let happened = match asked.request {
+        let done = match asked.request {
             Request::Connect(_) | Request::Review => true,
             Request::Load { .. } | Request::Unload => self.settled(asked),
             Request::NameMass { axis } => bail!(
@@ -159,10 +162,10 @@ impl<W: Write + Send> Operator for Unattended<W> {
                 "nobody is there to type the amplitude: give --known-um, --known-csv or --instrument, or calibrate on a terminal"
             ),
         };
-        if !happened {
-            if self.now_s - asked.since_s > PATIENCE_S {
+        if !done {
+            if self.now_s - asked.since_s > REQUEST_TIMEOUT_S {
                 bail!(
-                    "nothing happened for {PATIENCE_S} s: \"{}\" was asked, and the force sensor saw no new, steady load; do what is asked while the command waits, and check the sensor's cable and axes",
+                    "nothing happened for {REQUEST_TIMEOUT_S} s: \"{}\" was asked, and the force sensor saw no new, steady load; do what is asked while the command waits, and check the sensor's cable and axes",
                     asked.request.words()
                 );
             }
@@ -174,7 +177,7 @@ impl<W: Write + Send> Operator for Unattended<W> {
             _ => {}
         }
         self.asked = None;
-        Ok(Some(Wish::Answer(Answer::Ready)))
+        Ok(Some(OperatorInput::Answer(Answer::Ready)))
     }
 
     fn failed(&mut self, _why: &str) -> bool {
@@ -189,16 +192,20 @@ mod tests {
     use super::*;
 
     /// Shows `normal_n` for so many seconds; the answer, if there was one.
-    fn rest(nobody: &mut Unattended<Vec<u8>>, normal_n: f64, seconds: f64) -> Option<Wish> {
+    fn rest(
+        nobody: &mut Unattended<Vec<u8>>,
+        normal_n: f64,
+        seconds: f64,
+    ) -> Option<OperatorInput> {
         let from_s = nobody.now_s;
         for i in 1..=(seconds / 0.05).round() as u32 {
-            nobody.show(&Reading {
+            nobody.show(&LiveReading {
                 t_s: from_s + 0.05 * f64::from(i),
                 normal_n: Some(normal_n),
                 lateral_n: Some(0.0),
-                ..Reading::default()
+                ..LiveReading::default()
             });
-            if let Some(wish) = nobody.wish().unwrap() {
+            if let Some(wish) = nobody.next_input().unwrap() {
                 return Some(wish);
             }
         }
@@ -207,14 +214,14 @@ mod tests {
 
     fn load(mass_kg: f64) -> Request {
         Request::Load {
-            axis: Axis::Normal,
+            axis: ForceAxis::Normal,
             mass_kg,
         }
     }
 
     #[test]
     fn a_load_is_there_once_the_force_rests_on_a_new_plateau() {
-        let ready = Some(Wish::Answer(Answer::Ready));
+        let ready = Some(OperatorInput::Answer(Answer::Ready));
         let mut nobody = Unattended::new(Vec::new());
         rest(&mut nobody, 0.0, 1.0);
         nobody.ask(Some(&load(0.1)));
@@ -238,18 +245,18 @@ mod tests {
         let mut nobody = Unattended::new(Vec::new());
         nobody.ask(Some(&Request::Unload));
         let answer = rest(&mut nobody, 0.01, 1.0);
-        assert_eq!(answer, Some(Wish::Answer(Answer::Ready)));
+        assert_eq!(answer, Some(OperatorInput::Answer(Answer::Ready)));
     }
 
     #[test]
     fn what_does_not_happen_in_time_is_said() {
         let mut nobody = Unattended::new(Vec::new());
         nobody.ask(Some(&load(0.1)));
-        nobody.show(&Reading {
-            t_s: PATIENCE_S + 1.0,
-            ..Reading::default()
+        nobody.show(&LiveReading {
+            t_s: REQUEST_TIMEOUT_S + 1.0,
+            ..LiveReading::default()
         });
-        let error = nobody.wish().unwrap_err().to_string();
+        let error = nobody.next_input().unwrap_err().to_string();
         assert!(
             error.contains("Put 100 g") && error.contains("force sensor"),
             "{error}"
@@ -258,7 +265,7 @@ mod tests {
             drive_v: 10.0,
             expected_m: None,
         }));
-        let error = nobody.wish().unwrap_err().to_string();
+        let error = nobody.next_input().unwrap_err().to_string();
         assert!(error.contains("--known-um"), "{error}");
     }
 
@@ -271,12 +278,12 @@ mod tests {
             ..Default::default()
         };
         for count in [0, 1, 1, 2] {
-            nobody.progress(&Progress {
+            nobody.progress(&CalibrationProgress {
                 step: 1,
                 steps: 2,
                 doing: "Driving.".to_owned(),
                 points: vec![point.clone(); count],
-                ..Progress::default()
+                ..CalibrationProgress::default()
             });
         }
         let text = String::from_utf8(nobody.out).unwrap();

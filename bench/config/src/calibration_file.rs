@@ -1,5 +1,5 @@
-//! `calibration.toml`: every measured value with its unit, standard error, date, method and operator, the bench that it was
-//! measured on, and a hash over all of it, so that an edited file is noticed.
+//! `calibration.toml`: every measured value with its unit, standard error, date, method and operator, the bench that it
+//! was measured on, and a hash over all of it, so that an edited file is noticed.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -12,28 +12,28 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use crate::correction::Correction;
 use crate::identity::Identity;
 
-/// Version of the layout.
+/// Version of the file's layout.
 pub const FORMAT: u32 = 1;
-/// Degrees of freedom from which on Student's t is the normal distribution.
+/// Degrees of freedom from which on Student's t distribution is taken for the normal one.
 const MANY: f64 = 1000.0;
 const HASH_KEY: &str = "sha256 = ";
 
-/// A measured value.
+/// A measured value with its standard error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Quantity {
     /// The value.
     pub value: f64,
-    /// Its standard error, all known contributions included.
+    /// Standard error, all known contributions included.
     pub standard_error: f64,
     /// Degrees of freedom behind the standard error.
     pub degrees_of_freedom: usize,
-    /// Unit of both.
+    /// Unit of value and standard error.
     pub unit: String,
 }
 
 impl Quantity {
-    /// A value with its error.
+    /// Makes a quantity of a value, its standard error, the error's degrees of freedom, and their unit.
     #[must_use]
     pub fn new(value: f64, standard_error: f64, degrees_of_freedom: usize, unit: &str) -> Self {
         Self {
@@ -44,8 +44,8 @@ impl Quantity {
         }
     }
 
-    /// The quantity whose error is `standard_error`, of which the part `observed` was seen in a scatter with
-    /// `degrees_of_freedom` and the rest is known otherwise: effective degrees of freedom by Welch and Satterthwaite.
+    /// Makes a quantity with effective degrees of freedom by Welch and Satterthwaite: the part `observed` of its
+    /// `standard_error` was seen in a scatter with `degrees_of_freedom`, the rest is known otherwise.
     #[must_use]
     pub fn combined(
         value: f64,
@@ -58,7 +58,8 @@ impl Quantity {
         Self::of_parts(value, standard_error, &parts, unit)
     }
 
-    /// The same where several parts of the error were each seen in a scatter of their own degrees of freedom.
+    /// Makes a quantity with effective degrees of freedom by Welch and Satterthwaite, where each part of its error in
+    /// `observed` was seen in a scatter with the degrees of freedom beside it.
     #[must_use]
     pub fn of_parts(
         value: f64,
@@ -73,7 +74,7 @@ impl Quantity {
         Self::new(value, standard_error, seen.recip().min(MANY) as usize, unit)
     }
 
-    /// Half the width of the 95 % interval, by Student's t.
+    /// Returns half the width of the 95 % interval, by Student's t.
     #[must_use]
     pub fn half_width_95(&self) -> f64 {
         let freedom = self.degrees_of_freedom.max(1) as f64;
@@ -82,7 +83,7 @@ impl Quantity {
     }
 }
 
-/// The value and half its 95 % interval, to two digits of the latter: `(5.450 ± 0.011)e-6 m`.
+/// Writes the value and half its 95 % interval, to two digits of the latter: `(5.450 ± 0.011)e-6 m`.
 impl fmt::Display for Quantity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let half = self.half_width_95();
@@ -117,53 +118,54 @@ impl fmt::Display for Quantity {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Provenance {
-    /// When.
+    /// Date of the measurement.
     pub date: Timestamp,
-    /// Who.
+    /// Name of the operator.
     pub operator: String,
-    /// How, in words.
+    /// Method, in words.
     pub method: String,
 }
 
-/// `[pickup]`
+/// `[pickup]`: the pickup's sensitivity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredPickup {
-    /// Who, when, how.
+    /// Who measured it, when and how.
     pub measured: Provenance,
-    /// Plate displacement per sample value.
+    /// Plate displacement per sample value, m.
     pub metres_per_unit: Quantity,
-    /// Displacement at a reading of zero: an offset of the instrument or of the pickup.
+    /// Displacement at a reading of zero, m: an offset of the instrument or of the pickup.
     pub offset: Quantity,
     /// Largest residual over the largest amplitude.
     pub nonlinearity: f64,
-    /// Points of the line.
+    /// Number of points that the line was fitted to.
     pub points: usize,
     /// Carrier of the measurement, Hz.
     pub carrier_hz: f64,
 }
 
-/// `[plate]`
+/// `[plate]`: resonance and force factor of the plate without a finger.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredPlate {
-    /// Who, when, how.
+    /// Who measured it, when and how.
     pub measured: Provenance,
-    /// Resonance f0.
+    /// Resonance f0, Hz.
     pub resonance_hz: Quantity,
     /// Quality factor Q.
     pub quality: Quantity,
-    /// Damping b_p = 2πf0 m_p/Q.
+    /// Damping b_p = 2πf0 m_p/Q, N·s/m.
     pub damping_n_s_per_m: Quantity,
-    /// Stiffness k_p = (2πf0)² m_p.
+    /// Stiffness k_p = (2πf0)² m_p, N/m.
     pub stiffness_n_per_m: Quantity,
-    /// Force factor γ.
+    /// Force factor γ, N/V.
     pub force_factor_n_per_v: Quantity,
-    /// Phase to add to the pickup's samples at the resonance.
+    /// Phase to add to the pickup's samples at the resonance, rad.
     pub pickup_phase_rad: Quantity,
-    /// Pickup's over drive's envelope at the resonance with no finger on the plate, in sample units: real and imaginary part.
+    /// Envelope of the pickup over that of the drive at the resonance with no finger on the plate, in sample units:
+    /// real and imaginary part.
     pub unloaded_ratio: [f64; 2],
-    /// Root mean square misfit over the largest response.
+    /// Root mean square residual over the largest response.
     pub residual: f64,
     /// Resonance now less the resonance at the calibration before, Hz.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -172,44 +174,44 @@ pub struct MeasuredPlate {
     pub metres_per_unit: f64,
 }
 
-/// `[force]`
+/// `[force]`: matrix, tare, drift and noise of the force sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredForce {
-    /// Who, when, how: the matrix.
+    /// Who measured the matrix, when and how.
     pub measured: Provenance,
-    /// Who, when, how: the tare, which may be younger.
+    /// Who measured the tare, when and how; it may be younger than the matrix.
     pub tared: Provenance,
-    /// Normal force per newton that the normal axis reads over its tare.
+    /// Normal force per newton that the normal axis reads over its tare, N/N.
     pub normal_per_normal: Quantity,
-    /// Normal force per newton that the lateral axis reads over its tare.
+    /// Normal force per newton that the lateral axis reads over its tare, N/N.
     pub normal_per_lateral: Quantity,
-    /// Lateral force per newton that the normal axis reads over its tare.
+    /// Lateral force per newton that the normal axis reads over its tare, N/N.
     pub lateral_per_normal: Quantity,
-    /// Lateral force per newton that the lateral axis reads over its tare.
+    /// Lateral force per newton that the lateral axis reads over its tare, N/N.
     pub lateral_per_lateral: Quantity,
-    /// What the normal axis reads without load.
+    /// Reading of the normal axis without load, N.
     pub normal_tare: Quantity,
-    /// What the lateral axis reads without load.
+    /// Reading of the lateral axis without load, N.
     pub lateral_tare: Quantity,
-    /// Drift of the normal force at zero.
+    /// Drift of the normal force without load, N/min.
     pub normal_drift: Quantity,
-    /// Drift of the lateral force at zero.
+    /// Drift of the lateral force without load, N/min.
     pub lateral_drift: Quantity,
     /// White noise of normal and of lateral force, one-sided density, N/√Hz.
     pub noise_n_per_sqrt_hz: [f64; 2],
-    /// Largest departure of a load from the matrix, normal and lateral, of the largest force on that axis.
+    /// Largest residual of a load under the matrix, normal and lateral, as a share of the largest force on that axis.
     pub nonlinearity: [f64; 2],
-    /// Largest departure of the zero from its drift after a load was taken away, normal and lateral, N.
+    /// Largest residual of the zero about its drift after a load was removed, normal and lateral, N.
     pub zero_return_n: [f64; 2],
-    /// Acceleration of gravity that made forces of masses, m/s².
+    /// Acceleration of gravity that the masses' weights were computed with, m/s².
     pub gravity_m_per_s2: f64,
-    /// Known masses that were placed.
+    /// Number of known masses that were placed.
     pub masses: usize,
 }
 
 impl MeasuredForce {
-    /// From what the sensor says to newtons.
+    /// Returns the correction that turns the sensor's readings into newtons.
     #[must_use]
     pub fn correction(&self) -> Correction {
         Correction {
@@ -225,78 +227,79 @@ impl MeasuredForce {
     }
 }
 
-/// `[channels]`
+/// `[channels]`: round trip of the drive, and every input against the drive's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredChannels {
-    /// Who, when, how.
+    /// Who measured it, when and how.
     pub measured: Provenance,
     /// Carrier of the measurement, Hz.
     pub carrier_hz: f64,
-    /// Level read back at the carrier over the level commanded.
+    /// Level read back at the carrier over the level commanded, dimensionless.
     pub round_trip: Quantity,
-    /// From the generator to the drive's input, as the program sees it: the buffers of both directions included.
+    /// Time from the generator to the drive's input, s, as the program sees it: with the buffers of both directions.
     pub latency: Quantity,
-    /// The inputs in order.
-    pub inputs: Vec<InputChannel>,
+    /// Inputs in order of their index.
+    pub inputs: Vec<MeasuredInput>,
 }
 
-/// `[[channels.inputs]]`: one input beside the drive's, with the same signal on both.
+/// `[[channels.inputs]]`: one input compared with the drive's, with the same signal on both.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct InputChannel {
+pub struct MeasuredInput {
     /// Input channel.
     pub index: u16,
-    /// Gain at the carrier, over the drive's.
+    /// Gain at the carrier over that of the drive's input, dimensionless.
     pub gain: Quantity,
-    /// Phase at the carrier less the drive's.
+    /// Phase at the carrier less that of the drive's input, rad.
     pub phase_rad: Quantity,
-    /// How much later than the drive's it shows the same.
+    /// Delay behind the drive's input, samples.
     pub delay: Quantity,
-    /// Root mean square departure of its ratio to the drive's from one gain and one delay over the band, relative.
+    /// Root mean square residual of its ratio to the drive's about one gain and one delay over the band, relative.
     pub departure: f64,
-    /// Noise density about the carrier with the patch cable in.
+    /// Noise density about the carrier with the patch cable in, full scale/√Hz.
     pub noise: Quantity,
-    /// The same as the bench is wired for measurements.
+    /// Noise density about the carrier with the bench wired for measurements, full scale/√Hz.
     pub noise_on_bench: Quantity,
-    /// Departure of its levels from a line, of the largest.
+    /// Largest residual of its levels about a line, as a share of the largest level.
     pub nonlinearity: f64,
-    /// |sample| at which its peaks are cut off; absent where none were.
+    /// |sample| at which its peaks are cut off, of full scale; absent where none were.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clips_at: Option<Quantity>,
-    /// Largest |sample| that was not cut off.
+    /// Largest |sample| that was not cut off, of full scale.
     pub clean_up_to: f64,
-    /// What it reads of the drive, over the drive's own reading, with only the drive's cable in; absent for the drive.
+    /// Its reading over that of the drive's input with only the drive's cable in, dimensionless; absent for the drive's
+    /// input.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crosstalk: Option<Quantity>,
 }
 
 impl MeasuredChannels {
-    /// The input with this index.
+    /// Returns the input with this index; `None` when it was not measured.
     #[must_use]
-    pub fn input(&self, index: u16) -> Option<&InputChannel> {
+    pub fn input(&self, index: u16) -> Option<&MeasuredInput> {
         self.inputs.iter().find(|input| input.index == index)
     }
 }
 
-/// The whole file.
+/// A whole `calibration.toml`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Calibration {
+pub struct CalibrationFile {
     /// Version of the layout; 1.
     pub format: u32,
-    /// What it was measured on.
+    /// Bench that it was measured on.
     pub identity: Identity,
-    /// From `calibrate pickup`.
+    /// Result of `calibrate pickup`; `None` until it passes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pickup: Option<MeasuredPickup>,
-    /// From `calibrate plate`.
+    /// Result of `calibrate plate`; `None` until it passes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plate: Option<MeasuredPlate>,
-    /// From `calibrate force`.
+    /// Result of `calibrate force`; `None` until it passes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<MeasuredForce>,
-    /// From `calibrate channels`.
+    /// Result of `calibrate channels`; `None` until it passes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub channels: Option<MeasuredChannels>,
 }
@@ -304,44 +307,44 @@ pub struct Calibration {
 /// A calibration file that cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum CalibrationFileError {
-    /// There is none.
+    /// The file does not exist.
     #[error("there is no calibration at {}: run `friction-bench calibrate pickup`, `calibrate plate` and `calibrate force`, or add --uncalibrated", path.display())]
     Absent {
-        /// Where it was looked for.
+        /// Path at which it was looked for.
         path: PathBuf,
     },
-    /// It cannot be read or written.
+    /// The file cannot be read or written.
     #[error("{}: {source}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// Its hash is not that of its content.
+    /// The file's hash is not that of its content.
     #[error("{} was edited after it was measured (its content does not fit its hash): calibrate again, or bring the measured file back", path.display())]
     Edited {
         /// The file.
         path: PathBuf,
     },
-    /// It does not begin with its hash.
+    /// The file does not begin with its hash.
     #[error("{} does not begin with `sha256 = \"…\"`: it is no calibration, or it was edited", path.display())]
     NoHash {
         /// The file.
         path: PathBuf,
     },
-    /// It is not what this version reads.
+    /// The file's content is not what this version reads.
     #[error("{}: {reason}", path.display())]
     Content {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// What is wrong with it.
         reason: String,
     },
 }
 
-impl Calibration {
-    /// A calibration of which nothing has been measured yet.
+impl CalibrationFile {
+    /// Makes a calibration of the bench `identity`, of which nothing has been measured yet.
     #[must_use]
     pub fn of(identity: Identity) -> Self {
         Self {
@@ -354,7 +357,7 @@ impl Calibration {
         }
     }
 
-    /// The file's text, hash first.
+    /// Returns the file's text, hash first.
     ///
     /// # Errors
     /// When a value cannot be written as TOML.
@@ -366,10 +369,10 @@ impl Calibration {
         ))
     }
 
-    /// Reads a file and its hash.
+    /// Reads the file at `path`; returns it with its hash.
     ///
     /// # Errors
-    /// When there is none, it was edited, or it is not of this format.
+    /// [`CalibrationFileError`] when the file does not exist, was edited, or is not of this format.
     pub fn read(path: &Path) -> Result<(Self, String), CalibrationFileError> {
         let text = std::fs::read_to_string(path).map_err(|source| match source.kind() {
             std::io::ErrorKind::NotFound => CalibrationFileError::Absent {
@@ -383,7 +386,7 @@ impl Calibration {
         Self::parse(&text, path)
     }
 
-    /// Reads a file's text; `path` is for messages.
+    /// Reads a file's text; returns it with its hash. `path` names the file in errors.
     ///
     /// # Errors
     /// As [`Calibration::read`].
@@ -416,9 +419,9 @@ impl Calibration {
         Ok((calibration, hash.to_owned()))
     }
 
-    /// Returns how well drive and pickup follow each other once gain and delay are known, relative and rad: the measured
-    /// departure, and a crosstalk of the pickup into the drive's input that is taken to be as large as the measured one of the
-    /// drive into the pickup's. `None` as long as the channels were not calibrated.
+    /// Returns how well drive and pickup follow each other once gain and delay are known, relative and rad: the
+    /// measured residual, and a crosstalk of the pickup into the drive's input that is taken to be as large as the
+    /// measured one of the drive into the pickup's. `None` as long as the channels were not calibrated.
     #[must_use]
     pub fn channel_match(&self) -> Option<f64> {
         let channels = self.channels.as_ref()?;
@@ -427,7 +430,7 @@ impl Calibration {
         Some(pickup.departure.hypot(crosstalk))
     }
 
-    /// The date of the oldest measurement that is needed.
+    /// Returns the date of the oldest measurement; `None` when nothing was measured.
     #[must_use]
     pub fn oldest(&self) -> Option<Timestamp> {
         let dates = [
@@ -442,6 +445,7 @@ impl Calibration {
     }
 }
 
+/// Returns the SHA-256 of `text` in hexadecimal.
 fn sha256(text: &str) -> String {
     Sha256::digest(text.as_bytes())
         .iter()

@@ -1,40 +1,40 @@
-//! What a calibration must reach, and how long it holds.
+//! Limits that a calibration must keep, and how long it holds.
 
 use serde::{Deserialize, Serialize};
 
-use super::range::{Refused, within};
+use super::refused::{Refused, within};
 use crate::correction::MOST_CROSSTALK;
 
-/// `[calibration]`
+/// `[calibration]`: limits that a calibration must keep, and how long it holds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CalibrationRules {
     /// Gains of amplifiers and inputs as they are set now, in words: a calibration holds for these.
     pub gains: String,
-    /// A calibration that is older is refused, days.
+    /// Age beyond which a calibration is refused, days.
     pub max_age_days: f64,
     /// Largest plate amplitude that a calibration may ask for, m.
     pub max_amplitude_m: f64,
-    /// Largest departure of the pickup's points from a line, of the largest amplitude.
+    /// Largest residual of the pickup's points about a line, as a share of the largest amplitude.
     pub pickup_nonlinearity: f64,
     /// Largest relative standard error of the pickup's sensitivity.
     pub pickup_error: f64,
-    /// Largest departure of the plate's response from its fit, root mean square over its peak.
+    /// Largest root mean square residual of the plate's response about its fit, as a share of its peak.
     pub plate_residual: f64,
-    /// Quality factors of a plate that nothing touches, from and to.
+    /// Lowest and highest quality factor of a plate that nothing touches.
     pub quality: [f64; 2],
     /// Largest change of the resonance since the calibration before, Hz.
     pub drift_hz: f64,
-    /// A force sensor without load reads less than this, N.
+    /// Largest reading of a force sensor without load, N.
     pub zero_n: f64,
     /// Acceleration of gravity where the bench stands, m/s²; standard gravity (9.80665) when absent, with an error that
-    /// holds anywhere at sea level. National geodetic services give the local value (for most places to 1e-5 by latitude and
-    /// height, GRS 80).
+    /// holds anywhere at sea level. National geodetic services give the local value (for most places to 1e-5 by
+    /// latitude and height, GRS 80).
     pub gravity_m_per_s2: Option<f64>,
-    /// A force reading is at rest when means over a tenth of a second scatter less than this, or no more than its noise
-    /// makes them, N.
+    /// Scatter of means over a tenth of a second below which a force reading is at rest, N; scatter that its noise
+    /// explains is allowed too.
     pub force_rest_n: f64,
-    /// Largest departure of a known mass from the fitted matrix, of the largest force on its axis.
+    /// Largest residual of a known mass under the fitted matrix, as a share of the largest force on its axis.
     pub force_nonlinearity: f64,
     /// Largest relative standard error of the force sensor's sensitivity on either axis.
     pub force_error: f64,
@@ -42,15 +42,15 @@ pub struct CalibrationRules {
     pub force_crosstalk: f64,
     /// Largest noise of either axis, N/√Hz.
     pub force_noise_n_per_sqrt_hz: f64,
-    /// Largest drift of either axis' zero, N/min.
+    /// Largest drift of the zero of either axis, N/min.
     pub force_drift_n_per_min: f64,
-    /// Largest departure of either axis' zero from its drift after a load was taken away, N.
+    /// Largest residual of the zero of either axis about its drift after a load was removed, N.
     pub force_zero_return_n: f64,
     /// Largest noise density of an input about the carrier, sample units per √Hz.
     pub input_noise_units_per_sqrt_hz: f64,
     /// Largest crosstalk of the drive into another input, dB.
     pub crosstalk_db: f64,
-    /// Largest departure of an input's levels from a line, of the largest level.
+    /// Largest residual of an input's levels about a line, as a share of the largest level.
     pub input_nonlinearity: f64,
     /// Largest delay between an input and the drive's, samples.
     pub delay_samples: f64,
@@ -87,7 +87,7 @@ impl Default for CalibrationRules {
     }
 }
 
-/// From the equator on a mountain to the poles, m/s².
+/// Lowest and highest acceleration of gravity on earth, m/s²: on a mountain at the equator, and at the poles.
 pub const GRAVITY: [f64; 2] = [9.76, 9.84];
 
 impl CalibrationRules {

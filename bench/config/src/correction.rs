@@ -1,22 +1,33 @@
-//! From what the sensor says to the forces that act: F = M · (reading − tare).
+//! Correction of the force sensor's readings: F = M · (reading − tare).
 
 use safety::SENSITIVITY;
 use serde::{Deserialize, Serialize};
 
-/// Largest share that one axis of a sound sensor takes of the other's force.
+/// Largest share of one axis' force that the other axis of a sound sensor reads, N/N.
 pub const MOST_CROSSTALK: f64 = 0.3;
 
-/// The matrix and the tare of one sensor.
+/// Matrix and tare of one force sensor: F = M · (reading − tare).
+///
+/// ```
+/// use config::Correction;
+///
+/// let correction = Correction { matrix: [[1.1, 0.0], [0.0, 0.9]], tare_n: [0.2, 0.0] };
+/// let [normal_n, lateral_n] = correction.forces_n([1.2, 0.5]);
+/// assert!((normal_n - 1.1).abs() < 1e-12 && (lateral_n - 0.45).abs() < 1e-12);
+/// // A gain of 3 would be a sensor set up wrongly: refused.
+/// let wrong = Correction { matrix: [[3.0, 0.0], [0.0, 1.0]], ..correction };
+/// assert!(wrong.require_plausible([3.0, 3.0]).is_err());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Correction {
     /// M in rows, normal and lateral: newtons per newton read.
     pub matrix: [[f64; 2]; 2],
-    /// What the axes read without load, N.
+    /// Readings without load, normal and lateral, N.
     pub tare_n: [f64; 2],
 }
 
 impl Default for Correction {
-    /// What the sensor says is taken as it is.
+    /// Returns the correction that leaves readings as they are.
     fn default() -> Self {
         Self {
             matrix: [[1.0, 0.0], [0.0, 1.0]],
@@ -25,41 +36,41 @@ impl Default for Correction {
     }
 }
 
-/// A correction that no sound sensor needs. Used all the same it could hide a press from the safety watch.
+/// A correction that no sound sensor needs: if it were used, it could hide a press from the safety watch.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Implausible {
-    /// An axis is stretched, shrunk or turned round.
+    /// The gain of an axis is far from 1, or negative.
     #[error(
         "force.matrix makes {sensitivity:.3} N of each newton that the {axis} axis reads, which is outside {} to {}: the sensor's own scale or sign is wrong, set it right there", SENSITIVITY[0], SENSITIVITY[1]
     )]
     Sensitivity {
-        /// Which axis.
+        /// Name of the axis.
         axis: &'static str,
         /// Newtons per newton read.
         sensitivity: f64,
     },
-    /// One axis is mostly the other.
+    /// One axis reads too much of the other's force.
     #[error(
         "force.matrix takes {crosstalk:.3} N of each newton that the {from} axis reads for {to} force, more than {MOST_CROSSTALK}: the plate is tilted, the pulley's thread is not level, or the sensor is turned"
     )]
     Crosstalk {
-        /// The axis that reads.
+        /// Axis that reads the force.
         from: &'static str,
-        /// The force that is made of it.
+        /// Axis whose force is computed from it.
         to: &'static str,
         /// Newtons per newton read.
         crosstalk: f64,
     },
-    /// The sensor reads much without load.
+    /// The reading without load exceeds the safety watch's limit.
     #[error(
         "the {axis} axis reads {tare_n:.3} N without load, more than safety.max_{axis}_n = {most_n} N allows for: tare the sensor itself"
     )]
     Tare {
-        /// Which axis.
+        /// Name of the axis.
         axis: &'static str,
-        /// Its reading, N.
+        /// Reading without load, N.
         tare_n: f64,
-        /// Allowed, N.
+        /// Largest reading allowed, N.
         most_n: f64,
     },
 }
@@ -67,7 +78,7 @@ pub enum Implausible {
 const AXES: [&str; 2] = ["normal", "lateral"];
 
 impl Correction {
-    /// Refuses what no sound sensor needs; `most_n` are the safety watch's limits, normal and lateral.
+    /// Refuses a correction that no sound sensor needs; `most_n` are the safety watch's limits, normal and lateral, N.
     ///
     /// # Errors
     /// [`Implausible`] names the entry and what to do.
@@ -98,7 +109,7 @@ impl Correction {
         Ok(())
     }
 
-    /// Forces of a reading, N.
+    /// Returns normal and lateral force of a reading, N.
     #[must_use]
     pub fn forces_n(&self, reading_n: [f64; 2]) -> [f64; 2] {
         let loaded = [0, 1].map(|axis| reading_n[axis] - self.tare_n[axis]);

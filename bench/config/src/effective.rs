@@ -1,26 +1,36 @@
-//! The bench as it is used: `bench.toml`, and what was calibrated in the place of what the file assumes.
+//! The effective configuration: `bench.toml`, with calibrated constants in the place of those that the file assumes.
 
 use std::path::{Path, PathBuf};
 
 use jiff::{SignedDuration, Timestamp};
 
 use crate::Config;
-use crate::calibration_file::{Calibration, CalibrationFileError, Provenance};
+use crate::calibration_file::{CalibrationFile, CalibrationFileError, Provenance};
 use crate::correction::{Correction, Implausible};
 use crate::identity::{Identity, Mismatch};
 
-/// The one checked value that a bench runs on. Made once, passed on, never changed: a recording, a screen and a log that ask
-/// it say the same constants and the same provenance.
+/// The effective configuration of a bench. It is made once, passed on and never changed, so that recordings, screens
+/// and logs agree on constants and provenance.
+///
+/// ```
+/// use config::{Config, Effective};
+///
+/// let config = Config::parse(include_str!("../../mock-bench.toml"), "bench.toml")?;
+/// let bench = Effective::uncalibrated(config);
+/// assert_eq!(bench.config().audio.rate_hz, 192_000);
+/// assert!(bench.calibration().is_none());
+/// # Ok::<(), config::ConfigError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Effective {
     config: Config,
     calibration: Option<InForce>,
 }
 
-/// A calibration that was read whole, is complete, and whose constants are in force.
+/// A complete calibration whose constants are in force.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InForce {
-    calibration: Calibration,
+    calibration: CalibrationFile,
     hash: String,
     label: String,
     text: String,
@@ -32,15 +42,15 @@ pub enum CalibrationError {
     /// The file cannot be used.
     #[error(transparent)]
     File(#[from] CalibrationFileError),
-    /// A measurement is missing.
+    /// The file lacks a measurement.
     #[error("{} is not complete: run `friction-bench calibrate {command}`", path.display())]
     Incomplete {
         /// The file.
         path: PathBuf,
-        /// The command that measures what is missing.
+        /// Argument of `friction-bench calibrate` that measures what is missing.
         command: &'static str,
     },
-    /// The force sensor's correction is none that a sound sensor needs.
+    /// The force sensor's correction is not one that a sound sensor needs.
     #[error("{} cannot be used: run `friction-bench calibrate force`", path.display())]
     Implausible {
         /// The file.
@@ -53,13 +63,13 @@ pub enum CalibrationError {
     Copy {
         /// The file.
         path: PathBuf,
-        /// What the writer said.
+        /// Error of the TOML writer.
         source: toml::ser::Error,
     },
-    /// It was measured on another bench.
+    /// The calibration was measured on another bench.
     #[error("{OVERRIDE}")]
     OtherBench(#[from] Mismatch),
-    /// It is too old, or dated in the future.
+    /// The calibration is too old, or dated in the future.
     #[error("{OVERRIDE}")]
     Date(#[from] WrongDate),
 }
@@ -69,32 +79,32 @@ const OVERRIDE: &str = "the calibration does not hold; --uncalibrated runs witho
 /// A calibration whose date does not allow it to be used.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum WrongDate {
-    /// Nothing in it carries a date.
+    /// The calibration has no date.
     #[error("the calibration has no date")]
     Absent,
-    /// Older than allowed.
+    /// The calibration is older than `calibration.max_age_days`.
     #[error(
         "the calibration is {days:.0} days old, more than calibration.max_age_days = {max_age_days}: calibrate again"
     )]
     TooOld {
         /// Age, days.
         days: f64,
-        /// Allowed, days.
+        /// Largest age allowed, days.
         max_age_days: f64,
     },
-    /// Dated in the future.
+    /// The calibration is dated in the future.
     #[error(
         "the calibration is dated {date}, in the future: set the computer's clock, or calibrate again"
     )]
     Future {
-        /// Its date.
+        /// Date of the calibration.
         date: Timestamp,
     },
 }
 
-/// A date this far ahead is no clock's inaccuracy.
+/// Time ahead from which on a date is not the clocks' inaccuracy.
 const AHEAD: SignedDuration = SignedDuration::from_hours(24);
-/// A sample this near to the measured clipping level is cut off.
+/// Share of the measured clipping level from which on a sample counts as cut off.
 const CLIPPED: f64 = 0.999;
 
 impl Effective {
@@ -110,7 +120,8 @@ impl Effective {
     /// Returns the bench of `config` with the constants of the calibration at `path`.
     ///
     /// # Errors
-    /// [`CalibrationError`] when the file is absent, was edited, lacks a measurement, or holds one that no sound bench needs.
+    /// [`CalibrationError`] when the file is absent, was edited, lacks a measurement, or holds one that no sound bench
+    /// needs.
     pub fn calibrated(config: Config, path: &Path) -> Result<Self, CalibrationError> {
         let calibration = InForce::read(path, &config)?;
         Ok(Self {
@@ -119,14 +130,15 @@ impl Effective {
         })
     }
 
-    /// Returns the bench of `config` with what `calibration` has measured of it so far, for the calibration that goes on: not
-    /// yet a calibrated bench.
+    /// Returns the bench of `config` with what `calibration` has measured of it so far, for the calibration that goes
+    /// on: not yet a calibrated bench.
     #[must_use]
-    pub fn under_calibration(config: Config, calibration: &Calibration) -> Self {
+    pub fn under_calibration(config: Config, calibration: &CalibrationFile) -> Self {
         Self::uncalibrated(with_constants(config, calibration))
     }
 
-    /// Returns the same bench with the force sensor's readings taken as they come, which is what a calibration of it reads.
+    /// Returns the same bench with the force sensor's readings taken as they come, which is what a calibration of it
+    /// reads.
     #[must_use]
     pub fn with_raw_forces(mut self) -> Self {
         if let Some(force) = &mut self.config.force {
@@ -147,8 +159,8 @@ impl Effective {
         self.calibration.as_ref()
     }
 
-    /// Requires that the calibration in force was measured on the bench with these opened devices and is neither too old
-    /// nor dated in the future at `now`. An uncalibrated bench passes.
+    /// Requires that the calibration in force was measured on the bench with these opened devices and is neither too
+    /// old nor dated in the future at `now`. An uncalibrated bench passes.
     ///
     /// # Errors
     /// [`CalibrationError::OtherBench`] names what differs, [`CalibrationError::Date`] the age.
@@ -168,7 +180,7 @@ impl Effective {
 
 impl InForce {
     fn read(path: &Path, config: &Config) -> Result<Self, CalibrationError> {
-        let (calibration, hash) = Calibration::read(path)?;
+        let (calibration, hash) = CalibrationFile::read(path)?;
         let incomplete = |command| CalibrationError::Incomplete {
             path: path.to_owned(),
             command,
@@ -207,7 +219,7 @@ impl InForce {
 
     /// Returns what was measured.
     #[must_use]
-    pub fn calibration(&self) -> &Calibration {
+    pub fn calibration(&self) -> &CalibrationFile {
         &self.calibration
     }
 
@@ -264,9 +276,9 @@ fn signed(of: &Provenance) -> String {
     format!("{}, {}", of.date.strftime("%Y-%m-%d"), of.operator)
 }
 
-/// Puts into `config` what was measured: sensitivity and phase of the pickup, resonance and force factor of the plate, matrix
-/// and tare of the force sensor, clipping levels of the inputs.
-fn with_constants(mut config: Config, calibration: &Calibration) -> Config {
+/// Returns `config` with the measured constants: sensitivity and phase of the pickup, resonance and force factor of the
+/// plate, matrix and tare of the force sensor, clipping levels of the inputs.
+fn with_constants(mut config: Config, calibration: &CalibrationFile) -> Config {
     if let Some(pickup) = &calibration.pickup {
         config.channels.pickup.metres_per_unit = pickup.metres_per_unit.value;
     }

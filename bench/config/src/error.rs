@@ -1,4 +1,4 @@
-//! Why a configuration is refused.
+//! Reasons why a configuration is rejected.
 
 use std::path::PathBuf;
 
@@ -10,20 +10,20 @@ pub enum ConfigError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// Not TOML, an unknown key, or a value of the wrong type.
+    /// The text is not TOML, has an unknown key, or a value of the wrong type.
     #[error(transparent)]
     Toml(#[from] strict::TomlError),
-    /// A value that no bench may have.
+    /// A value is out of its range, or does not fit another one.
     #[error("{file}{}: {why}", line.map(|line| format!(", line {line}")).unwrap_or_default())]
     Value {
         /// The file, as the caller named it.
         file: String,
         /// Line of the key, from 1; `None` where no single key is at fault.
         line: Option<usize>,
-        /// The key, its value and what is allowed.
+        /// Key, value and what is allowed.
         why: String,
     },
 }

@@ -1,32 +1,32 @@
-//! What there is beside the sound card: force sensor, encoder, digital lines, sounds for the participant.
+//! Devices beside the sound card: force sensor, encoder, digital lines, sounds for the participant.
 
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
 use super::limits::Safety;
-use super::range::{Refused, within};
+use super::refused::{Refused, within};
 use crate::correction::Correction;
 use crate::force_protocol::ForceProtocol;
 
-/// `[force]`
+/// `[force]`: the force sensor's serial line and the correction of its readings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Force {
     /// Serial port.
     pub port: PathBuf,
-    /// Format on the line, see `docs/force-protocol.md`.
+    /// Format on the line (`docs/force-protocol.md`).
     pub protocol: ForceProtocol,
     /// Baud rate; ignored by USB ports.
     #[serde(default = "Force::default_baud")]
     pub baud: u32,
-    /// Time from sampling to the first byte at the computer at its quickest, s.
+    /// Shortest time from sampling to the first byte at the computer, s.
     #[serde(default)]
     pub latency_s: f64,
-    /// Newtons of normal and of lateral force, in rows, per newton that the normal and the lateral axis read.
+    /// Normal and lateral force, in rows, per newton that the normal and the lateral axis read, N/N.
     #[serde(default = "Force::default_matrix")]
     pub matrix: [[f64; 2]; 2],
-    /// What the axes read without load, N.
+    /// Readings without load, normal and lateral, N.
     #[serde(default)]
     pub tare_n: [f64; 2],
 }
@@ -47,14 +47,14 @@ impl Force {
         Correction::default().matrix
     }
 
-    /// By what another sensor is noticed.
+    /// Returns port and protocol: the identity that tells this sensor from another.
     #[must_use]
     pub fn identity(&self) -> String {
         let protocol = format!("{:?}", self.protocol).to_lowercase();
         format!("{}, {protocol}", self.port.display())
     }
 
-    /// From what the sensor says to newtons.
+    /// Returns the correction of its readings.
     #[must_use]
     pub fn correction(&self) -> Correction {
         Correction {
@@ -63,7 +63,7 @@ impl Force {
         }
     }
 
-    /// Takes newtons from the sensor's readings by `correction`.
+    /// Replaces the correction of its readings.
     pub(crate) fn set_correction(&mut self, correction: Correction) {
         self.matrix = correction.matrix;
         self.tare_n = correction.tare_n;
@@ -74,7 +74,7 @@ impl Force {
     }
 }
 
-/// `[encoder]`
+/// `[encoder]`: the quadrature encoder that reads the position along the plate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Encoder {
@@ -92,26 +92,26 @@ impl Encoder {
     }
 }
 
-/// Which GPIO library drives the lines.
+/// Library that drives the digital lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum GpioBackend {
-    /// Raspberry Pi.
+    /// The pins of a Raspberry Pi.
     Rppal,
     /// Any Linux board with a GPIO character device.
     Gpiocdev,
-    /// No lines.
+    /// No digital lines.
     #[default]
     None,
 }
 
-/// `[gpio]`
+/// `[gpio]`: the digital lines, by number.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Gpio {
-    /// Library.
+    /// Library that drives the lines.
     pub backend: GpioBackend,
-    /// Character device, for `gpiocdev`.
+    /// Character device; needed by `gpiocdev`.
     pub chip: Option<PathBuf>,
     /// Encoder A, line number.
     pub encoder_a: Option<u8>,
@@ -142,7 +142,7 @@ impl Gpio {
         Ok(())
     }
 
-    /// Numbers of the lines that are wired.
+    /// Returns the numbers of the lines that are wired.
     pub fn lines(&self) -> impl Iterator<Item = u8> {
         let lines = [
             self.encoder_a,
@@ -156,17 +156,17 @@ impl Gpio {
     }
 }
 
-/// `[sound]`
+/// `[sound]`: cues and masking noise for the participant.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Sound {
-    /// Output device of cues and noise, by id or name: not the card that drives the plate. Empty: none.
+    /// Output device of cues and noise, by id or name: not the card that drives the plate; none when empty.
     pub device: String,
-    /// Start and end tones.
+    /// Whether start and end tones are played.
     pub cues: bool,
-    /// White noise against the plate's audible squeal.
+    /// Whether white noise masks the plate's audible squeal.
     pub masking_noise: bool,
-    /// Level of both, of full scale.
+    /// Level of tones and noise, as a share of full scale.
     pub level: f64,
 }
 

@@ -1,13 +1,13 @@
-//! The formats that a force sensor's serial line may speak.
+//! Formats of a force sensor's serial line (`docs/force-protocol.md`).
 
 use serde::{Deserialize, Serialize};
 
-/// Which of the two formats the sensor speaks.
+/// Format in which the force sensor sends its samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ForceProtocol {
-    /// Binary, COBS and CRC-16, with a sequence number.
+    /// Binary frames with COBS, CRC-16 and a sequence number.
     Frames,
-    /// Text, one line a sample.
+    /// Lines of text, one for each sample.
     Lines,
 }

@@ -1,17 +1,17 @@
-//! What a calibration was measured on.
+//! Identity of the bench that a calibration was measured on.
 
 use serde::{Deserialize, Serialize};
 
 use crate::Config;
 use crate::field::Force;
 
-/// Everything that a calibration is only valid for.
+/// Devices, channels, plate and gains that a calibration is valid for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Identity {
     /// Audio input device, as the sound layer names it.
     pub input_device: String,
-    /// Audio output device.
+    /// Audio output device, as the sound layer names it.
     pub output_device: String,
     /// Sample rate of both, Hz.
     pub rate_hz: u32,
@@ -29,7 +29,7 @@ pub struct Identity {
     pub drive_volts_per_unit: f64,
     /// Name of the plate.
     pub plate_id: String,
-    /// Its modal mass, as typed in, kg.
+    /// Modal mass of the plate, as typed in, kg.
     pub modal_mass_kg: f64,
     /// Gains of the amplifiers, as the operator describes them.
     pub gains: String,
@@ -38,24 +38,24 @@ pub struct Identity {
     pub force_sensor: Option<String>,
 }
 
-/// A bench that is not the one that was calibrated.
+/// The first difference between the bench that was calibrated and the present one.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("the calibration was made with {what} {calibrated}, but the bench has {present}: {remedy}")]
 pub struct Mismatch {
-    /// What differs.
+    /// Name of the property that differs.
     pub what: &'static str,
-    /// As calibrated.
+    /// Its value on the calibrated bench.
     pub calibrated: String,
-    /// As it is now.
+    /// Its value now.
     pub present: String,
-    /// What to do.
+    /// What the operator can do about it.
     pub remedy: &'static str,
 }
 
 const RECALIBRATE: &str = "calibrate again, or go back to what was calibrated";
 
 impl Identity {
-    /// Of the bench that `config` describes, with the devices that were opened.
+    /// Returns the identity of the bench that `config` describes, with the devices that were opened.
     #[must_use]
     pub fn of(config: &Config, input_device: String, output_device: String) -> Self {
         Self {
@@ -75,10 +75,10 @@ impl Identity {
         }
     }
 
-    /// The first thing in which `present` differs; the force sensor only where something was measured with one.
+    /// Requires that `present` is the calibrated bench; force sensors are compared only if one was calibrated.
     ///
     /// # Errors
-    /// [`Mismatch`] names it.
+    /// [`Mismatch`] names the first difference.
     pub fn require(&self, present: &Self) -> Result<(), Mismatch> {
         let number = |value: f64| value.to_string();
         let channels = |of: &Self| {

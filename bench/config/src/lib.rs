@@ -1,8 +1,7 @@
-//! The description of one bench: `bench.toml`, `calibration.toml`, and [`Effective`], the one checked value made of both.
+//! The description of one bench: `bench.toml`, `calibration.toml`, and [`Effective`], the checked value made of both.
 //!
 //! Files are read strictly and checked once. Everything that runs is given an [`Effective`], which nothing changes.
 
-mod audio;
 mod calibration_file;
 mod calibration_rules;
 mod correction;
@@ -12,14 +11,16 @@ mod field;
 mod force_protocol;
 mod identity;
 mod limits;
-mod plate;
-mod range;
+mod plate_constants;
+mod refused;
+mod sound_card;
+#[cfg(test)]
+mod template_tests;
 #[cfg(test)]
 mod tests;
 
-pub use audio::{Audio, AudioHost, Channels, DriveChannel, Output, PickupChannel, SampleFormat};
 pub use calibration_file::{
-    Calibration, CalibrationFileError, InputChannel, MeasuredChannels, MeasuredForce,
+    CalibrationFile, CalibrationFileError, MeasuredChannels, MeasuredForce, MeasuredInput,
     MeasuredPickup, MeasuredPlate, Provenance, Quantity,
 };
 pub use calibration_rules::{CalibrationRules, GRAVITY};
@@ -29,16 +30,32 @@ pub use error::ConfigError;
 pub use field::{Encoder, Force, Gpio, GpioBackend, Sound};
 pub use force_protocol::ForceProtocol;
 pub use identity::{Identity, Mismatch};
-pub use limits::{Limits, Safety};
-pub use plate::Plate;
+pub use limits::{HardwareStop, Limits, Safety};
+pub use plate_constants::Plate;
+pub use sound_card::{
+    Audio, AudioHost, DriveInput, InputMap, OutputChannel, PickupInput, SampleFormat,
+};
 
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use range::Refused;
+use refused::Refused;
 
-/// The bench as its file describes it. Every number is SI, peak for peak.
+/// Commented template of a `bench.toml` for real hardware, to be edited.
+pub const TEMPLATE: &str = include_str!("../../bench-template.toml");
+
+/// A bench as `bench.toml` describes it: SI units, peak amplitudes.
+///
+/// ```
+/// use config::{Config, ConfigError};
+///
+/// let text = include_str!("../../mock-bench.toml");
+/// let config = Config::parse(text, "bench.toml").unwrap();
+/// assert_eq!(config.audio.rate_hz, 192_000);
+/// let wrong = Config::parse(&text.replace("rate_hz = 192000", "rate_hz = 8000"), "bench.toml");
+/// assert!(matches!(wrong, Err(ConfigError::Value { line: Some(_), .. })));
+/// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
@@ -46,10 +63,10 @@ pub struct Config {
     pub format: u32,
     /// The sound card.
     pub audio: Audio,
-    /// The driven output.
-    pub output: Output,
-    /// What is wired to the inputs.
-    pub channels: Channels,
+    /// The output that drives the plate.
+    pub output: OutputChannel,
+    /// Inputs that read the drive and the pickup.
+    pub channels: InputMap,
     /// The plate.
     pub plate: Plate,
     /// Limits of the drive.
@@ -67,7 +84,7 @@ pub struct Config {
     /// Cues and masking noise for the participant.
     #[serde(default)]
     pub sound: Sound,
-    /// What a calibration must reach, and how long it holds.
+    /// Limits that a calibration must keep, and how long it holds.
     #[serde(default)]
     pub calibration: CalibrationRules,
 }
@@ -92,7 +109,7 @@ impl Config {
     /// Reads and checks the file at `path`.
     ///
     /// # Errors
-    /// As [`Config::parse`], and [`ConfigError::Read`].
+    /// [`ConfigError::Read`] when the file cannot be read; otherwise as [`Config::parse`].
     pub fn read(path: &Path) -> Result<Self, ConfigError> {
         let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
             path: path.to_owned(),
@@ -101,7 +118,7 @@ impl Config {
         Self::parse(&text, &path.display().to_string())
     }
 
-    /// Returns the file's text.
+    /// Returns the text of a `bench.toml`.
     ///
     /// # Errors
     /// Never for a configuration that was parsed.

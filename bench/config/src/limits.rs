@@ -1,16 +1,16 @@
-//! How far the drive may go, and what stops it.
+//! Limits of the drive, and limits beyond which the safety watch stops it.
 
 use serde::{Deserialize, Serialize};
 
-use super::range::{Refused, within};
+use super::refused::{Refused, within};
 
-/// `[limits]`
+/// `[limits]`: limits of the drive.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
     /// Largest peak voltage that this bench may ask for, V; at most the generator's compiled-in limit.
     pub drive_v: f64,
-    /// Raised-cosine ramp of every start and stop, s.
+    /// Length of the raised-cosine ramp of every start and stop, s.
     #[serde(default = "Limits::default_ramp_s")]
     pub ramp_s: f64,
 }
@@ -27,23 +27,50 @@ impl Limits {
     }
 }
 
-/// `[safety]`
+/// `[safety]`: limits beyond which the safety watch stops the drive.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Safety {
     /// Normal force that stops the drive, N.
     pub max_normal_n: f64,
-    /// Lateral force that stops the drive, either way, N. 3 N by default, an assumption: the published explorations press with
-    /// 0.65 N (Huloux 2021, section IV), so that a finger has to stick with a friction coefficient over 4 to get there.
+    /// Lateral force in either direction that stops the drive, N. 3 N by default, an assumption: the published
+    /// explorations press with 0.65 N (Huloux 2021, section IV), so a finger reaches it only with a friction
+    /// coefficient over 4.
     pub max_lateral_n: f64,
     /// Allowed relative difference of the read-back from the command.
     pub readback_tolerance: f64,
-    /// Read-back below this is silence, V.
+    /// Read-back below which the drive counts as silent, V.
     pub readback_floor_v: f64,
     /// Longest time from a command to its read-back, s.
     pub loop_latency_s: f64,
     /// Silence of the card or of the force sensor that stops the drive, s.
     pub silence_s: f64,
+    /// Hardware stops that the preflight does not require; none by default.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub waived: Vec<HardwareStop>,
+    /// Name of the person who waived them; required with `waived`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub waived_by: Option<String>,
+}
+
+/// A line that stops the drive without the computer. The preflight requires each of them unless it is waived.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum HardwareStop {
+    /// The e-stop loop.
+    Estop,
+    /// The heartbeat to the amplifier's one-shot.
+    Heartbeat,
+}
+
+impl std::fmt::Display for HardwareStop {
+    /// Writes the name of the line's key in `[gpio]`, which is its name in `waived` too.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Estop => "estop",
+            Self::Heartbeat => "heartbeat",
+        })
+    }
 }
 
 impl Default for Safety {
@@ -55,21 +82,61 @@ impl Default for Safety {
             readback_floor_v: 1.0,
             loop_latency_s: 0.1,
             silence_s: 0.05,
+            waived: Vec::new(),
+            waived_by: None,
         }
     }
 }
 
-/// No bench may set its force limits outside of these, N: below, a finger cannot explore; above, it can be hurt (an assumption).
+/// Lowest and highest force limit that a bench may set, N: below, a finger cannot explore; above, it can be hurt (an
+/// assumption).
 const FORCE_LIMITS_N: [f64; 2] = [0.1, 20.0];
 
 impl Safety {
-    /// Largest normal and lateral force, N.
+    /// Returns the largest normal and lateral force, N.
     #[must_use]
     pub fn max_forces_n(&self) -> [f64; 2] {
         [self.max_normal_n, self.max_lateral_n]
     }
 
+    /// Returns who waived `line`; `None` if the preflight requires it.
+    #[must_use]
+    pub fn waiver_of(&self, line: HardwareStop) -> Option<&str> {
+        self.waived_by
+            .as_deref()
+            .filter(|_| self.waived.contains(&line))
+    }
+
+    /// Returns the line that every screen shows of a bench with waived hardware stops; `None` if none is waived.
+    ///
+    /// ```
+    /// # use config::{HardwareStop, Safety};
+    /// let safety = Safety {
+    ///     waived: vec![HardwareStop::Estop, HardwareStop::Heartbeat],
+    ///     waived_by: Some("A. Tester".to_owned()),
+    ///     ..Safety::default()
+    /// };
+    /// assert_eq!(
+    ///     safety.waiver_in_words().as_deref(),
+    ///     Some("hardware stops waived by A. Tester: estop, heartbeat")
+    /// );
+    /// assert_eq!(Safety::default().waiver_in_words(), None);
+    /// ```
+    #[must_use]
+    pub fn waiver_in_words(&self) -> Option<String> {
+        let name = self
+            .waived_by
+            .as_ref()
+            .filter(|_| !self.waived.is_empty())?;
+        let lines: Vec<String> = self.waived.iter().map(ToString::to_string).collect();
+        Some(format!(
+            "hardware stops waived by {name}: {}",
+            lines.join(", ")
+        ))
+    }
+
     pub(super) fn check(&self) -> Result<(), Refused> {
+        self.check_waiver()?;
         let [least_n, most_n] = FORCE_LIMITS_N;
         for (key, limit_n) in [
             ("safety.max_normal_n", self.max_normal_n),
@@ -99,5 +166,29 @@ impl Safety {
             "s",
         )?;
         within("safety.silence_s", self.silence_s, 0.02, 1.0, "s")
+    }
+
+    fn check_waiver(&self) -> Result<(), Refused> {
+        let twice = |line: &HardwareStop| self.waived.iter().filter(|w| *w == line).count() > 1;
+        if let Some(line) = self.waived.iter().find(|line| twice(line)) {
+            let why = format!("safety.waived names {line} twice");
+            return Err(Refused::new("safety.waived", why));
+        }
+        let named = self
+            .waived_by
+            .as_ref()
+            .is_some_and(|name| !name.trim().is_empty());
+        if !self.waived.is_empty() && !named {
+            let why =
+                "safety.waived needs safety.waived_by, the name of the person who answers for it"
+                    .to_owned();
+            let key = if self.waived_by.is_some() {
+                "safety.waived_by"
+            } else {
+                "safety.waived"
+            };
+            return Err(Refused::new(key, why));
+        }
+        Ok(())
     }
 }

@@ -1,4 +1,4 @@
-//! What is accepted and how what is not is refused.
+//! Ranges of the configuration: each key with accepted and rejected values.
 
 use super::*;
 use crate::Correction;
@@ -160,4 +160,54 @@ fn what_is_refused_has_its_key_its_line_and_what_is_allowed() {
         let key = format!("{section}.{key} = ");
         assert!(said.contains(", line ") && said.contains(&key), "{said}");
     }
+}
+
+fn with_safety(keys: &str) -> Result<Config, ConfigError> {
+    let text = BENCH.replacen("[safety]\n", &format!("[safety]\n{keys}\n"), 1);
+    Config::parse(&text, "bench.toml")
+}
+
+#[test]
+fn a_waiver_needs_a_name_and_known_lines() {
+    let waived = with_safety("waived = [\"estop\"]\nwaived_by = \"A. Tester\"")
+        .unwrap()
+        .safety;
+    assert_eq!(waived.waiver_of(HardwareStop::Estop), Some("A. Tester"));
+    assert_eq!(waived.waiver_of(HardwareStop::Heartbeat), None);
+    for (keys, line_of) in [
+        ("waived = [\"estop\"]", "waived"),
+        ("waived = [\"estop\"]\nwaived_by = \" \"", "waived_by"),
+        (
+            "waived = [\"estop\", \"estop\"]\nwaived_by = \"A. Tester\"",
+            "waived",
+        ),
+    ] {
+        let ConfigError::Value { line, why, .. } = with_safety(keys).unwrap_err() else {
+            panic!("{keys}");
+        };
+        let safety = 1 + BENCH.lines().position(|line| line == "[safety]").unwrap();
+        let at = safety + if line_of == "waived" { 1 } else { 2 };
+        assert_eq!(line, Some(at), "{keys}: {why}");
+    }
+    let unknown = with_safety("waived = [\"estopp\"]\nwaived_by = \"A. Tester\"").unwrap_err();
+    let ConfigError::Toml(strict::TomlError::UnknownValue {
+        nearest, allowed, ..
+    }) = unknown
+    else {
+        panic!("{unknown:?}");
+    };
+    assert_eq!(nearest.as_deref(), Some("estop"));
+    assert_eq!(allowed, ["estop", "heartbeat"]);
+}
+
+#[test]
+fn a_bench_without_a_waiver_is_written_as_before() {
+    let text = Config::parse(BENCH, "bench.toml")
+        .unwrap()
+        .to_toml()
+        .unwrap();
+    assert!(!text.contains("waived"), "{text}");
+    let waived = with_safety("waived = [\"heartbeat\"]\nwaived_by = \"A. Tester\"").unwrap();
+    let again = Config::parse(&waived.to_toml().unwrap(), "bench.toml").unwrap();
+    assert_eq!(again, waived);
 }

@@ -1,15 +1,15 @@
-//! What a bench shows and hears from its operator.
+//! What a bench shows its operator, and what it is asked to do.
 
 use tui::{Action, Event};
 
-/// Takes events and gives the operator's wishes; neither ever waits.
+/// A front end: takes events and returns the operator's actions. Neither ever blocks.
 pub trait Front: Send {
-    /// Shows an event, or drops it when the screen stands still.
+    /// Shows an event; drops it when the screen stands still.
     fn show(&mut self, event: Event);
-    /// The operator's next wish.
+    /// Returns the operator's next action; `None` when there is none.
     fn action(&mut self) -> Option<Action>;
 
-    /// Nobody reads any more what is shown.
+    /// Returns whether the reader of what is shown has gone.
     fn is_unread(&self) -> bool {
         false
     }

@@ -7,7 +7,20 @@ use tui::{Action, Event};
 
 use crate::front::Front;
 
-/// Progress as lines of text, for scripts and logs. The protocol's own rules decide; nobody is asked.
+/// A front end that prints progress as lines of text, for scripts and logs. It returns no actions: the protocol's own
+/// rules decide.
+///
+/// ```
+/// use console::{Front, Headless};
+/// use tui::Event;
+/// use tui::event::LogLevel;
+///
+/// let mut text = Vec::new();
+/// let mut front = Headless::new(&mut text);
+/// front.show(Event::Log { level: LogLevel::Warning, text: "normal forces saturated: 3".to_owned() });
+/// assert!(front.action().is_none());
+/// assert_eq!(text, b"  warning: normal forces saturated: 3\n");
+/// ```
 pub struct Headless<W> {
     out: W,
     unread: bool,
@@ -16,7 +29,7 @@ pub struct Headless<W> {
 }
 
 impl<W: Write> Headless<W> {
-    /// Prints to `out`.
+    /// Makes a front end that prints to `out`.
     pub fn new(out: W) -> Self {
         Self {
             out,
@@ -27,7 +40,7 @@ impl<W: Write> Headless<W> {
     }
 
     fn line(&mut self, text: std::fmt::Arguments<'_>) {
-        // A reader who went away does not end a session; whoever runs for its lines alone looks at `unread`.
+        // A reader that has gone does not end a session; a caller that runs for these lines alone asks `is_unread`.
         self.unread |= writeln!(self.out, "{text}").is_err();
     }
 }

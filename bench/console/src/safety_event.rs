@@ -1,4 +1,4 @@
-//! The safety watch's state in the screen's words.
+//! State of the safety watch as an event for screens.
 
 use safety::SafetyState;
 

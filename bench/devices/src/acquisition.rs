@@ -1,5 +1,5 @@
-//! From the sound card's ring to impedance frames, with force and position placed on the audio clock; everything goes to the
-//! recorder untouched, and to the session as it is understood.
+//! The acquisition task: reads the sound card's ring, demodulates it to impedance frames and places force and position
+//! on the audio clock. Raw samples go to the recorder, understood ones to the session.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -9,10 +9,10 @@ use crossbeam_channel::{Receiver, Sender};
 use impedance::clock_alignment::LowerEnvelope;
 use signalgen::{BlockHeader, InputReader};
 
-use crate::field::FieldReading;
-use crate::flags::{Fault, FlagUpdate, Flags};
+use crate::field_task::FieldReading;
+use crate::flags::{FlagUpdate, Flags, InputFault};
 use crate::gauges::Gauges;
-use crate::loss::{Block, LossWatch, Lost, Piece};
+use crate::lost_frames::{LossWatch, Lost, Piece, SampleBlock};
 use recording::manifest::{EventKind, RecordedInterval, RecordingEvent};
 use recording::pipeline::{Batch, Pipeline};
 use recording::recorder::{Begin, RecorderMessage, RecorderSender};
@@ -22,22 +22,22 @@ use safety::{DriveReading, Signals};
 use tasks::Clock;
 use tasks::Task;
 
-/// What the session asks of the acquisition.
+/// A command of the session to the acquisition.
 #[derive(Debug)]
 pub enum RecordingCommand {
-    /// Starts one at the next sample.
+    /// Starts a recording at the next sample.
     Begin(Box<Begin>),
-    /// Marks an interval; times on the audio clock.
+    /// Marks an interval of the recording; its times are on the audio clock.
     Interval(protocols::Interval),
-    /// Keeps an event at the present sample.
+    /// Records an event at the present sample.
     Event(EventKind, Option<String>),
-    /// Ends it.
+    /// Ends the recording.
     End(Ending),
-    /// Hands out the next samples as they are, recorded or not.
+    /// Hands out the next samples unprocessed, whether or not a recording is open.
     Excerpt(Excerpt),
 }
 
-/// Samples of all channels, interleaved, handed out once they are whole; starts over when some are lost.
+/// A request for consecutive samples of all channels, interleaved; it starts over when samples are lost.
 #[derive(Debug)]
 pub struct Excerpt {
     values: usize,
@@ -46,7 +46,7 @@ pub struct Excerpt {
 }
 
 impl Excerpt {
-    /// The next `frames` of `channels` channels.
+    /// Requests the next `frames` frames of `channels` channels, to be sent through `to`.
     #[must_use]
     pub fn next(frames: usize, channels: u16, to: Sender<Vec<f32>>) -> Self {
         let values = frames * usize::from(channels);
@@ -57,14 +57,14 @@ impl Excerpt {
         }
     }
 
-    /// Takes `samples`; true once it is whole and on its way.
+    /// Takes `samples`; returns whether the excerpt is complete and was sent.
     fn take(&mut self, samples: &[f32]) -> bool {
         let wanted = self.values - self.samples.len();
         self.samples
             .extend_from_slice(&samples[..wanted.min(samples.len())]);
         let whole = self.samples.len() == self.values;
         if whole {
-            // Whoever asked may have left.
+            // The receiver may be gone.
             let _ = self.to.send(std::mem::take(&mut self.samples));
         }
         whole
@@ -76,7 +76,7 @@ pub struct Acquisition {
     input: InputReader,
     pipeline: Pipeline,
     host: Arc<dyn Clock>,
-    /// The audio clock on the host's.
+    /// Position of the audio clock on the host's clock.
     clock: LowerEnvelope,
     readings: Receiver<FieldReading>,
     commands: Receiver<RecordingCommand>,
@@ -86,9 +86,9 @@ pub struct Acquisition {
     gauges: Arc<Gauges>,
     block: Vec<f32>,
     waiting: Vec<FieldReading>,
-    /// Next block's first frame as the card counts, without the frames that an xrun swallowed.
+    /// First frame of the next block as the card counts, without the frames that an xrun swallowed.
     card_frames: u64,
-    recording: Option<Recording>,
+    recording: Option<OpenRecording>,
     excerpt: Option<Excerpt>,
     loss: LossWatch,
     flags: Flags,
@@ -98,12 +98,13 @@ pub struct Acquisition {
     silence: Silence,
 }
 
-/// A card that delivers nothing for this long will not come back.
-const PATIENCE_NS: u64 = 10_000_000_000;
-/// Of a longer time between two looks the program was not there, and the card may have been.
+/// Time without audio after which the card counts as gone, ns.
+const CARD_TIMEOUT_NS: u64 = 10_000_000_000;
+/// Longest time between two polls that counts as silence of the card, ns: in a longer one the program itself was
+/// stopped.
 const LONGEST_LOOK_NS: u64 = 100_000_000;
 
-/// Since when the card has delivered nothing. The safety watch has stopped the drive long before it ends the program.
+/// Time for which the card has delivered nothing; the safety watch stops the drive long before it ends the program.
 #[derive(Default)]
 struct Silence {
     looked_ns: Option<u64>,
@@ -114,10 +115,10 @@ impl Silence {
     fn passed(&mut self, now_ns: u64) -> anyhow::Result<()> {
         let before_ns = self.looked_ns.replace(now_ns).unwrap_or(now_ns);
         self.lasts_ns += now_ns.saturating_sub(before_ns).min(LONGEST_LOOK_NS);
-        if self.lasts_ns >= PATIENCE_NS {
+        if self.lasts_ns >= CARD_TIMEOUT_NS {
             bail!(
                 "the sound card has delivered nothing for {} s: is it still plugged in and switched on? `friction-bench devices` lists those that are there; what was recorded is kept",
-                PATIENCE_NS / 1_000_000_000
+                CARD_TIMEOUT_NS / 1_000_000_000
             );
         }
         Ok(())
@@ -128,30 +129,30 @@ impl Silence {
     }
 }
 
-/// Where the open recording began, on the audio clock.
-struct Recording {
+/// The open recording, by its first frame on the audio clock.
+struct OpenRecording {
     first_frame: u64,
 }
 
-/// The streams that the acquisition stands between.
-pub struct Wiring {
-    /// Readings of the slow inputs.
+/// Queues that the acquisition reads from and writes to.
+pub struct AcquisitionQueues {
+    /// Readings of the slow inputs: force, position, faults.
     pub readings: Receiver<FieldReading>,
-    /// Commands of the session.
+    /// Commands from the session.
     pub commands: Receiver<RecordingCommand>,
-    /// The recorder.
+    /// Queue to the recorder.
     pub recorder: RecorderSender,
-    /// To the session.
+    /// Acquired data for the session.
     pub batches: Sender<Batch>,
 }
 
 impl Acquisition {
-    /// Reads `input` into `pipeline`; `loss` numbers what an xrun swallows.
+    /// Makes the task that reads `input` into `pipeline`; `loss` counts the frames that an xrun swallows.
     pub fn new(
         input: InputReader,
         pipeline: Pipeline,
         loss: LossWatch,
-        wiring: Wiring,
+        wiring: AcquisitionQueues,
         signals: Arc<Signals>,
         gauges: Arc<Gauges>,
         host: Arc<dyn Clock>,
@@ -181,11 +182,11 @@ impl Acquisition {
         }
     }
 
-    fn obey(&mut self, command: RecordingCommand) {
+    fn execute(&mut self, command: RecordingCommand) {
         let message = match command {
             RecordingCommand::Begin(begin) => {
                 self.end_flags();
-                self.recording = Some(Recording {
+                self.recording = Some(OpenRecording {
                     first_frame: self.pipeline.account().frames,
                 });
                 RecorderMessage::Begin(begin)
@@ -216,7 +217,8 @@ impl Acquisition {
             .map(|recording| recording.first_frame as f64 / self.pipeline.rate_hz())
     }
 
-    /// A refused message has been counted by the queue and fails the recording there; control messages have reserved room.
+    /// Sends a message to the recorder. The queue counts a rejected one, which fails the recording; control messages
+    /// have reserved room.
     fn record(&mut self, message: RecorderMessage) {
         let _counted = self.recorder.send(message);
     }
@@ -233,9 +235,9 @@ impl Acquisition {
         }
     }
 
-    fn tell(&mut self, told: Vec<FlagUpdate>) {
+    fn report(&mut self, updates: Vec<FlagUpdate>) {
         let begin = self.recording.as_ref().map(|open| open.first_frame);
-        for FlagUpdate { flag, warning } in told {
+        for FlagUpdate { flag, warning } in updates {
             if let Some(event) = begin.and_then(|begin| flag.event(begin)) {
                 self.record(RecorderMessage::Flag(event));
             }
@@ -243,23 +245,23 @@ impl Acquisition {
         }
     }
 
-    fn tell_flags(&mut self) {
-        let told = self.flags.due(self.pipeline.account().frames);
-        self.tell(told);
+    fn report_flags(&mut self) {
+        let updates = self.flags.due(self.pipeline.account().frames);
+        self.report(updates);
     }
 
     fn end_flags(&mut self) {
-        let told = self.flags.end(self.pipeline.account().frames);
-        self.tell(told);
+        let updates = self.flags.end(self.pipeline.account().frames);
+        self.report(updates);
     }
 
     fn note_flaws(&mut self) {
         let [drive, pickup] = self.pipeline.take_flaws();
         for (flaws, fault) in [
-            (drive.lost, Fault::DriveNotFinite),
-            (pickup.lost, Fault::PickupNotFinite),
-            (drive.clipped, Fault::DriveClipped),
-            (pickup.clipped, Fault::PickupClipped),
+            (drive.lost, InputFault::DriveNotFinite),
+            (pickup.lost, InputFault::PickupNotFinite),
+            (drive.clipped, InputFault::DriveClipped),
+            (pickup.clipped, InputFault::PickupClipped),
         ] {
             if let Some(flawed) = flaws {
                 self.flags
@@ -293,9 +295,14 @@ impl Acquisition {
         Ok(())
     }
 
-    /// Takes a block whose place on the audio clock is known.
-    fn accept(&mut self, block: Block, arrival_s: f64, batch: &mut Batch) -> anyhow::Result<()> {
-        let Block {
+    /// Processes a block whose place on the audio clock is known.
+    fn accept(
+        &mut self,
+        block: SampleBlock,
+        arrival_s: f64,
+        batch: &mut Batch,
+    ) -> anyhow::Result<()> {
+        let SampleBlock {
             header, samples, ..
         } = block;
         let dropped = header.first_frame.saturating_sub(self.card_frames);
@@ -321,7 +328,7 @@ impl Acquisition {
         self.lose(lost.frames(), batch)
     }
 
-    /// Keeps the audio clock true; the recorder writes the event with the gap.
+    /// Advances the audio clock over lost frames; the recorder writes the event with the gap.
     fn lose(&mut self, frames: u64, batch: &mut Batch) -> anyhow::Result<()> {
         if frames == 0 {
             return Ok(());
@@ -351,11 +358,11 @@ impl Acquisition {
                     let time_s = time_s.max(self.last_force_s + LEAST_STEP_S);
                     self.last_force_s = time_s;
                     note(
-                        Fault::NormalSaturated,
+                        InputFault::NormalSaturated,
                         u64::from(force.sample.normal_saturated),
                     );
                     note(
-                        Fault::LateralSaturated,
+                        InputFault::LateralSaturated,
                         u64::from(force.sample.lateral_saturated),
                     );
                     if force.sample.saturated() {
@@ -368,9 +375,9 @@ impl Acquisition {
                     });
                 }
                 FieldReading::ForceFaults { faults, .. } => {
-                    note(Fault::ForceFrameLost, faults.lost);
-                    note(Fault::ForceFrameCorrupt, faults.corrupt);
-                    note(Fault::ForceFrameRepeated, faults.repeated);
+                    note(InputFault::ForceFrameLost, faults.lost);
+                    note(InputFault::ForceFrameCorrupt, faults.corrupt);
+                    note(InputFault::ForceFrameRepeated, faults.repeated);
                 }
                 FieldReading::Position {
                     position_m,
@@ -378,9 +385,9 @@ impl Acquisition {
                     jumped,
                     ..
                 } => {
-                    note(Fault::EncoderStateMissed, missed);
-                    note(Fault::PositionJumped, u64::from(jumped));
-                    note(Fault::PositionUnknown, u64::from(position_m.is_nan()));
+                    note(InputFault::EncoderStateMissed, missed);
+                    note(InputFault::PositionJumped, u64::from(jumped));
+                    note(InputFault::PositionUnknown, u64::from(position_m.is_nan()));
                     let time_s = time_s.max(self.last_position_s + LEAST_STEP_S);
                     self.last_position_s = time_s;
                     batch.position.push(PositionRow { time_s, position_m });
@@ -436,12 +443,12 @@ impl Acquisition {
         batch.audio_s = self.pipeline.audio_s();
         batch.account = self.pipeline.account();
         batch.warnings = std::mem::take(&mut self.warnings);
-        // The session is gone only when the bench stops.
+        // The session ends only when the bench stops.
         let _ = self.batches.send(batch);
     }
 }
 
-/// Rows of a file keep at least this distance, s: their times are written to the nanosecond.
+/// Smallest distance between the times of a file's rows, s: they are written to the nanosecond.
 const LEAST_STEP_S: f64 = 1e-6;
 
 impl Task for Acquisition {
@@ -455,18 +462,18 @@ impl Task for Acquisition {
 
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
         while let Ok(command) = self.commands.try_recv() {
-            self.obey(command);
+            self.execute(command);
         }
         let mut batch = Batch::default();
         self.silence.passed(now_ns)?;
         while let Some(header) = self.input.pop_block(&mut self.block) {
             self.silence.ended();
-            // Asked only now: the block may have come after `now_ns`, and no arrival may be stated early.
+            // Read only now: the block may have arrived after `now_ns`, and no arrival may be stated early.
             let arrival_s = self.host.now_ns() as f64 * 1e-9;
             self.take_block(header, arrival_s, &mut batch)?;
         }
         self.take_readings(&mut batch);
-        self.tell_flags();
+        self.report_flags();
         self.record_rows(&batch);
         if self.pipeline.account().frames > 0 {
             self.publish(batch, now_ns);
@@ -476,7 +483,7 @@ impl Task for Acquisition {
 
     fn finish(&mut self) -> anyhow::Result<()> {
         while let Ok(command) = self.commands.try_recv() {
-            self.obey(command);
+            self.execute(command);
         }
         Ok(())
     }

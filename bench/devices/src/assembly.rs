@@ -1,4 +1,4 @@
-//! Puts a bench together from its hardware: streams opened, tasks wired, nothing driven yet.
+//! Assembly of a bench from its hardware: streams are opened and tasks wired, and nothing is driven yet.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -17,52 +17,52 @@ use signalgen::audio::{Duplex, DuplexConfig, Host, StreamChoice};
 use signalgen::{Generator, InputReader, StreamDirection};
 use tasks::{Clock, Schedule, StopFlag, Task};
 
-use crate::acquisition::{Acquisition, RecordingCommand, Wiring};
-use crate::drive::{Drive, Guard, settings};
-use crate::field::{Encoder, Field, FieldReading};
+use crate::acquisition::{Acquisition, AcquisitionQueues, RecordingCommand};
+use crate::digital_lines::Lines;
+use crate::drive_control::{DriveControl, WatchedDrive, settings};
+use crate::field_task::{Field, FieldReading, PositionEncoder};
 use crate::force::{ForceLink, open_port};
 use crate::gauges::Gauges;
 use crate::life::Life;
-use crate::lines::Lines;
-use crate::loss::LossWatch;
+use crate::lost_frames::LossWatch;
 
-/// What the composition root found or simulated.
+/// Hardware of a bench, found or simulated by the composition root.
 pub struct Hardware {
     /// Sound layer.
     pub host: Host,
     /// Digital lines.
     pub lines: Lines,
-    /// The force sensor's port, where it is not the configuration's.
+    /// Port of the force sensor; `None` for the configured one.
     pub force_port: Option<PathBuf>,
-    /// Time.
+    /// Clock of the host.
     pub clock: Arc<dyn Clock>,
-    /// Who runs when.
+    /// How tasks are scheduled.
     pub schedule: Schedule,
-    /// Dropped once the streams are closed: the claim that keeps other instances away, a simulated apparatus.
+    /// Dropped once the streams are closed: the claim that keeps other instances away, or a simulated apparatus.
     pub guard: Box<dyn Send>,
-    /// Whether none of this is real, for screens and files.
+    /// Whether the hardware is simulated, as screens and files say.
     pub simulated: bool,
 }
 
-/// Streams, sensors and safety watch of a bench, opened; who reads the samples is still to be decided.
+/// Opened streams, sensors and safety watch of a bench, without a reader of the samples.
 pub struct OpenHardware {
-    /// The bench's life, about to begin.
+    /// Streams, clock and schedule; [`Life::run`] starts the bench.
     pub life: Life,
-    /// Samples.
+    /// Samples from the sound card.
     pub input: InputReader,
     /// Starts and stops the drive.
-    pub drive: Drive,
+    pub drive: DriveControl,
     /// Readings of the slow inputs.
     pub readings: Receiver<FieldReading>,
     /// The participant's button; `None` when none is wired.
     pub button: Option<Arc<AtomicBool>>,
-    /// Whether positions will come.
+    /// Whether an encoder is wired.
     pub has_position: bool,
-    /// What the safety watch judges; whoever reads the samples publishes the drive's read-back there.
+    /// Values that the safety watch judges; the reader of the samples publishes the drive's read-back there.
     pub signals: Arc<Signals>,
     /// Gauges for screens.
     pub gauges: Arc<Gauges>,
-    /// Safety watch and slow inputs: they run before whoever decides.
+    /// Safety watch and slow inputs: they run before the tasks that decide.
     pub tasks: Vec<Box<dyn Task>>,
 }
 
@@ -98,7 +98,7 @@ impl OpenHardware {
             .encoder
             .zip(config.encoder.as_ref())
             .map(|(lines, encoder)| {
-                Encoder::new(lines, encoder.metres_per_count, encoder.origin_m)
+                PositionEncoder::new(lines, encoder.metres_per_count, encoder.origin_m)
             });
         let has_position = encoder.is_some();
         let pressed = Arc::new(AtomicBool::new(false));
@@ -121,7 +121,7 @@ impl OpenHardware {
                 enable: lines.enable,
                 heartbeat: lines.heartbeat,
             },
-            Box::new(Guard::new(&drive, health)),
+            Box::new(WatchedDrive::new(&drive, health)),
             expects_force,
             signals.clone(),
             safety_orders,
@@ -129,7 +129,7 @@ impl OpenHardware {
         Ok(Self {
             life: Life::begin(host, streams, drive.kill_switch(), clock, schedule, guard)?,
             input,
-            drive: Drive::new(drive, safety_commands),
+            drive: DriveControl::new(drive, safety_commands),
             readings: waiting_readings,
             button,
             has_position,
@@ -142,37 +142,37 @@ impl OpenHardware {
 
 /// The parts of an opened bench that commands work with; its tasks are ready to be scheduled.
 pub struct Bench {
-    /// The bench's life, about to begin.
+    /// Streams, clock and schedule; [`Life::run`] starts the bench.
     pub life: Life,
     /// Starts and stops the drive.
-    pub drive: Drive,
+    pub drive: DriveControl,
     /// Acquired data.
     pub batches: Receiver<Batch>,
     /// Commands to the recording.
     pub recording: Sender<RecordingCommand>,
-    /// Answers of the recorder.
+    /// Notices from the recorder.
     pub notices: Receiver<RecorderNotice>,
-    /// State of the recorder.
+    /// Fill and faults of the recorder's queue.
     pub gauge: RecorderGauge,
     /// The participant's button; `None` when none is wired.
     pub button: Option<Arc<AtomicBool>>,
-    /// Whether positions will come.
+    /// Whether an encoder is wired.
     pub has_position: bool,
-    /// What the safety watch judges.
+    /// Values that the safety watch judges.
     pub signals: Arc<Signals>,
     /// Gauges for screens.
     pub gauges: Arc<Gauges>,
-    /// Safety watch and slow inputs: they run before whoever decides.
+    /// Safety watch and slow inputs: they run before the tasks that decide.
     pub before: Vec<Box<dyn Task>>,
-    /// Acquisition and recorder: they run after.
+    /// Acquisition and recorder: they run after the tasks that decide.
     pub after: Vec<Box<dyn Task>>,
 }
 
-/// Audio that may wait for the disk, s (DESIGN.md, FAULTS.md row 27).
+/// Length of the audio that may wait for the disk, s (DESIGN.md, FAULTS.md row 27).
 const RECORDER_QUEUE_S: f64 = 10.0;
-/// Messages to the recorder for each block of audio, at most.
+/// Most messages to the recorder for each block of audio.
 const MESSAGES_PER_BLOCK: f64 = 3.0;
-/// Messages to the recorder of forces and positions, which come by the field's polls whatever the block, per second at most.
+/// Most messages with forces and positions to the recorder per second; they come whatever the length of a block.
 const FIELD_MESSAGES_PER_S: f64 = 2000.0;
 
 impl Bench {
@@ -226,7 +226,7 @@ impl Bench {
                 channels,
                 usize::from(config.channels.drive.index),
             ),
-            Wiring {
+            AcquisitionQueues {
                 readings,
                 commands: recording_orders,
                 recorder: sender,
@@ -271,13 +271,13 @@ impl Bench {
     }
 }
 
-/// Blocks of a card that does not say how long they are.
+/// Assumed block length of a card that does not state it, frames: the shortest.
 const FEWEST_BLOCK_FRAMES: u32 = 32;
 
-/// The demodulation filter at the carrier, and the impedance by the constants in force.
+/// Returns the demodulation filter at the carrier and the computation of Z_m with the constants of `config`.
 ///
 /// # Errors
-/// When rate and carrier do not go together.
+/// When sample rate and carrier do not fit each other.
 pub fn impedance_chain(config: &Config, carrier_hz: f64) -> anyhow::Result<(Filter, Zm)> {
     let filter = Filter::new(impedance::FilterSettings {
         sample_rate_hz: config.audio.rate_hz,
@@ -362,7 +362,7 @@ impl Task for Recorder {
     }
 
     fn poll(&mut self, _now_ns: u64) -> anyhow::Result<()> {
-        // What is due on disk is due in real time, also when the apparatus runs ahead of it.
+        // Disk deadlines are in real time, also when a simulated apparatus runs ahead of it.
         self.0.poll(std::time::Instant::now());
         Ok(())
     }

@@ -1,6 +1,7 @@
-//! One instance on one bench. ALSA's raw devices, serial ports and GPIO character devices refuse a second user by themselves; a JACK
-//! server, a sound layer that mixes and a Raspberry Pi's pins do not, and two programs would drive one plate. What `bench.toml` names
-//! is therefore claimed before anything is opened, by locks that the operating system releases with their process.
+//! One instance on one bench. ALSA's raw devices, serial ports and GPIO character devices refuse a second user by
+//! themselves; a JACK server, a sound layer that mixes and a Raspberry Pi's pins do not, and two programs would drive
+//! one plate. The devices of `bench.toml` are therefore claimed before any is opened, by locks that the operating
+//! system releases with their process.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind};
@@ -11,33 +12,47 @@ use recording::DiskError;
 use recording::disk::OnPath;
 use recording::lock::{Lock, holder};
 
-/// The hardware of one bench, held against other instances for as long as this lives.
+/// A claim on the hardware of one bench: no other instance can claim it until this value is dropped.
+///
+/// ```
+/// use config::Config;
+/// use devices::claim::{Claim, ClaimError};
+///
+/// let text = include_str!("../../mock-bench.toml")
+///     .replace("\"sim\"", "\"hw:CARD=Example\"")
+///     .replace("/dev/ttyUSB0", "/dev/tty-example");
+/// let config = Config::parse(&text, "bench.toml").unwrap();
+/// let claim = Claim::take(&config).unwrap();
+/// assert!(matches!(Claim::take(&config), Err(ClaimError::InUse { .. })));
+/// drop(claim);
+/// ```
 #[derive(Debug)]
 pub struct Claim {
     _locks: Vec<File>,
 }
 
-/// Hardware that cannot be had.
+/// Why hardware cannot be claimed.
 #[derive(Debug, thiserror::Error)]
 pub enum ClaimError {
-    /// Another instance works with it.
+    /// Another instance holds it.
     #[error("{what} is in use by another friction-bench{}; end that one first", holder(*.by))]
     InUse {
-        /// The part of the bench.
+        /// Part of the bench.
         what: String,
-        /// Process that holds it, if it left its number.
+        /// Identifier of the process that holds it; `None` if it left none.
         by: Option<u32>,
     },
-    /// A lock cannot be made.
+    /// A lock cannot be created.
     #[error(transparent)]
     Disk(#[from] DiskError),
 }
 
 impl Claim {
-    /// Claims all that `config` names and this bench drives or listens to.
+    /// Claims the sound card, force sensor and GPIO lines that `config` names.
     ///
     /// # Errors
-    /// Names the part that another instance holds; or no lock can be made.
+    /// [`ClaimError::InUse`] names the part that another instance holds; [`ClaimError::Disk`] a lock that cannot be
+    /// created.
     pub fn take(config: &Config) -> Result<Self, ClaimError> {
         let folder = folder();
         let mut locks = Vec::new();
@@ -53,11 +68,11 @@ impl Claim {
     }
 }
 
-/// Names of everything that only one instance may use. The participant's loudspeakers are not among them.
+/// Returns the names of the devices that only one instance may use; the participant's loudspeaker is not among them.
 fn parts(config: &Config) -> Vec<String> {
     let audio = &config.audio;
     let mut parts = match audio.host {
-        // Whatever its ports are called, a server has one card.
+        // A server has one card, whatever its ports are called.
         AudioHost::Jack => {
             let server = std::env::var("JACK_DEFAULT_SERVER");
             vec![format!(
@@ -70,7 +85,7 @@ fn parts(config: &Config) -> Vec<String> {
             .into(),
     };
     if let Some(force) = &config.force {
-        // Ports are known by several names.
+        // A port may have several names.
         let port = fs::canonicalize(&force.port).unwrap_or_else(|_| force.port.clone());
         parts.push(format!("the force sensor's port {}", port.display()));
     }
@@ -88,7 +103,8 @@ fn parts(config: &Config) -> Vec<String> {
     parts
 }
 
-/// Where the locks of all users lie: the system's folder for them, or else that for temporary files.
+/// Returns the folder for the locks of all users: `/run/lock` where everybody may write to it, or else that for
+/// temporary files.
 #[must_use]
 pub fn folder() -> PathBuf {
     let system = Path::new("/run/lock");
@@ -114,7 +130,8 @@ fn anybody_writes(_: &fs::Permissions) -> bool {
     false
 }
 
-/// What a file may not be called is written as its bytes, so that two parts never share one.
+/// Returns the name of the lock file for `what`; characters that need escaping are written as bytes, so that no two
+/// parts share a file.
 fn file_name(what: &str) -> String {
     let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.=,".contains(&byte);
     let escaped = what.bytes().map(|byte| match byte {
@@ -125,7 +142,7 @@ fn file_name(what: &str) -> String {
     format!("friction-bench-{}.lock", escaped.collect::<String>())
 }
 
-/// A lock is left behind, and the next user of the bench may be another one.
+/// Creates a lock file that every user may open: it is left behind, and another user may be the next.
 fn make_for_everybody(path: &Path) -> io::Result<()> {
     match File::create_new(path) {
         Ok(file) => open_to_everybody(&file),

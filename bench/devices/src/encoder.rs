@@ -1,10 +1,21 @@
-//! Position along the plate from a quadrature encoder.
+//! Position along the plate from counts of a quadrature encoder.
 
 /// Counts quarter cycles of two signals in quadrature, one reading at a time.
 ///
-/// A reading in which both signals changed has missed one state: whether it was forward or back cannot be seen, so it
-/// counts two in the direction of the last movement, and is tallied in [`Quadrature::skipped`]. Three states between two
-/// readings look like one backwards: the poller must be faster than that.
+/// A reading in which both signals changed has missed one state. Its direction is unknown: it counts two in the
+/// direction of the last movement and is tallied in [`Quadrature::skipped`]. Three states between two readings look
+/// like one backwards, so the lines must be polled faster than that.
+///
+/// ```
+/// use devices::encoder::Quadrature;
+///
+/// let mut encoder = Quadrature::default();
+/// let forward = [(false, false), (false, true), (true, true), (true, false), (false, false)];
+/// let counts: Vec<i64> = forward.iter().map(|&(a, b)| encoder.read(a, b)).collect();
+/// assert_eq!(counts, [0, 1, 2, 3, 4]);
+/// assert_eq!(encoder.read(true, true), 6); // one state missed, taken to be forward
+/// assert_eq!(encoder.skipped(), 1);
+/// ```
 #[derive(Debug, Default)]
 pub struct Quadrature {
     phase: Option<u8>,
@@ -14,7 +25,7 @@ pub struct Quadrature {
 }
 
 impl Quadrature {
-    /// Takes one reading of both signals; returns the count.
+    /// Counts one reading of both signals; returns the count so far.
     pub fn read(&mut self, a: bool, b: bool) -> i64 {
         // Gray code to position in the cycle.
         let phase = (u8::from(a) << 1 | u8::from(a ^ b)) & 3;
@@ -40,39 +51,39 @@ impl Quadrature {
         self.count
     }
 
-    /// Readings so far that had missed a state.
+    /// Returns the number of readings that had missed a state.
     pub fn skipped(&self) -> u64 {
         self.skipped
     }
 }
 
-/// No finger crosses a plate of a tenth of a metre in less than a tenth of a second, m/s: an assumption, some ten times the speed
-/// of the published explorations.
+/// Speed that no finger reaches, m/s: a plate of a tenth of a metre crossed in a tenth of a second. An assumption, some
+/// ten times the speed of the published explorations.
 pub const IMPOSSIBLE_M_PER_S: f64 = 1.0;
 
-/// As long as no more than this was taken out of the positions, they are believed, m: a thirtieth of the published crop of 60 mm.
+/// Largest sum of removed jumps up to which positions are believed, m: a thirtieth of the published crop of 60 mm.
 pub const BELIEVED_M: f64 = 2e-3;
 
-/// Takes jumps out of positions: no finger jumped, so that the count slipped, unless somebody threw the carriage. Which of the two
-/// it was cannot be seen; what was taken out is how far the position may be wrong, and beyond [`BELIEVED_M`] it is not known
-/// (`docs/decisions/0013-after-a-jump-of-the-encoder.md`).
+/// Removes jumps from positions. A finger cannot jump: either the count slipped or somebody threw the carriage, which
+/// look alike. The sum of removed jumps is how far the position may be wrong; beyond [`BELIEVED_M`] the position is
+/// unknown (`docs/decisions/0013-after-a-jump-of-the-encoder.md`).
 #[derive(Debug, Default)]
 pub struct JumpWatch {
     last: Option<(f64, f64)>,
     taken_out_m: f64,
 }
 
-/// A counted position, looked at.
+/// A counted position after the check for jumps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Watched {
-    /// Without jumps, m; NaN while it is not known.
+    /// Position without jumps, m; NaN while it is unknown.
     pub position_m: f64,
-    /// It cannot have been reached since the last one.
+    /// Whether it cannot have been reached since the last one.
     pub jumped: bool,
 }
 
 impl JumpWatch {
-    /// Takes a position counted at `host_s`.
+    /// Checks a position counted at `host_s`, host time in s.
     pub fn take(&mut self, host_s: f64, counted_m: f64) -> Watched {
         let step = self
             .last

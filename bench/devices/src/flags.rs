@@ -1,13 +1,13 @@
-//! Faults of the inputs come in swarms: a clipped crest is many samples, a bad cable many crests. A swarm is told once, as a flag
-//! with its first sample, its length and what it counts.
+//! Flags of input faults. Faults come in swarms: a clipped crest is many samples, a bad cable many crests. A swarm is
+//! reported once, as a flag with its first sample, its length and its counts.
 
 use std::ops::RangeInclusive;
 
 use recording::manifest::{EventKind, QUIET_S, RecordingEvent};
 
-/// What can go wrong with one sample, frame or reading.
+/// A fault of one sample, frame or reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Fault {
+pub enum InputFault {
     /// A drive sample is NaN or infinite.
     DriveNotFinite,
     /// A pickup sample is NaN or infinite.
@@ -20,13 +20,13 @@ pub enum Fault {
     ForceFrameLost,
     /// A force frame failed its checksum.
     ForceFrameCorrupt,
-    /// A force frame came again.
+    /// A force frame arrived twice.
     ForceFrameRepeated,
     /// The normal axis is at the end of its range.
     NormalSaturated,
     /// The lateral axis is at the end of its range.
     LateralSaturated,
-    /// The encoder went on by two states between two readings.
+    /// The encoder advanced by two states between two readings.
     EncoderStateMissed,
     /// The position moved at an impossible speed.
     PositionJumped,
@@ -34,8 +34,8 @@ pub enum Fault {
     PositionUnknown,
 }
 
-impl Fault {
-    /// The event that tells of it.
+impl InputFault {
+    /// Returns the kind of event that reports the fault.
     #[must_use]
     pub fn kind(self) -> EventKind {
         match self {
@@ -51,7 +51,7 @@ impl Fault {
         }
     }
 
-    /// What stands before its number.
+    /// Returns the words before its count.
     fn words(self) -> &'static str {
         match self {
             Self::DriveNotFinite => "drive samples not finite",
@@ -73,18 +73,18 @@ impl Fault {
 /// A swarm of faults of one kind, in samples of the audio clock.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Flag {
-    /// Their kind.
+    /// Kind of event.
     pub kind: EventKind,
-    /// When the first began.
+    /// First sample of the first fault.
     pub first: u64,
-    /// When the last ended.
+    /// Last sample of the last fault.
     pub last: u64,
-    /// How many of each.
-    counts: Vec<(Fault, u64)>,
+    /// Number of faults of each sort.
+    counts: Vec<(InputFault, u64)>,
 }
 
 impl Flag {
-    /// Its numbers in words.
+    /// Returns the counts in words.
     #[must_use]
     pub fn text(&self) -> String {
         let counts = self
@@ -94,7 +94,7 @@ impl Flag {
         counts.collect::<Vec<_>>().join(", ")
     }
 
-    /// The event in a recording that began at sample `begin`; `None` when it was over before.
+    /// Returns the event for a recording that began at sample `begin`; `None` when the flag ended before.
     #[must_use]
     pub fn event(&self, begin: u64) -> Option<RecordingEvent> {
         let sample = self.first.max(begin) - begin;
@@ -107,7 +107,7 @@ impl Flag {
         })
     }
 
-    fn add(&mut self, fault: Fault, samples: &RangeInclusive<u64>, count: u64) {
+    fn add(&mut self, fault: InputFault, samples: &RangeInclusive<u64>, count: u64) {
         self.first = self.first.min(*samples.start());
         self.last = self.last.max(*samples.end());
         match self.counts.iter_mut().find(|(known, _)| *known == fault) {
@@ -120,19 +120,19 @@ impl Flag {
     }
 }
 
-/// A flag to be told of.
+/// A report of a flag, new or extended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FlagUpdate {
-    /// As it is known by now: in a recording it takes the place of what was told of it before.
+    /// The flag as known now: in a recording it replaces earlier reports of itself.
     pub flag: Flag,
-    /// The line for the operator, once for each flag.
+    /// Line for the operator, once for each flag.
     pub warning: Option<String>,
 }
 
-/// One that goes on is told of this often, s: a bench that dies keeps all but the last second.
+/// Period at which a lasting flag is reported, s: a recording cut off by a crash lacks at most its last second.
 const REFRESH_S: f64 = 1.0;
 
-/// The swarms that are not over.
+/// Flags that have not ended.
 #[derive(Debug)]
 pub struct Flags {
     rate_hz: f64,
@@ -142,12 +142,12 @@ pub struct Flags {
 #[derive(Debug)]
 struct Open {
     flag: Flag,
-    told_at: Option<u64>,
+    reported_at: Option<u64>,
     warned: bool,
 }
 
 impl Flags {
-    /// On an audio clock of `rate_hz`.
+    /// Makes an empty set of flags on an audio clock of `rate_hz`.
     #[must_use]
     pub fn new(rate_hz: f64) -> Self {
         Self {
@@ -156,8 +156,8 @@ impl Flags {
         }
     }
 
-    /// Takes `count` faults within `samples`.
-    pub fn note(&mut self, fault: Fault, samples: RangeInclusive<u64>, count: u64) {
+    /// Adds `count` faults within `samples`.
+    pub fn note(&mut self, fault: InputFault, samples: RangeInclusive<u64>, count: u64) {
         if count == 0 {
             return;
         }
@@ -173,39 +173,39 @@ impl Flags {
                 last: *samples.end(),
                 counts: vec![(fault, count)],
             },
-            told_at: None,
+            reported_at: None,
             warned: false,
         });
     }
 
-    /// What is to be told at sample `now`: what is new, what has gone on for a while, what is over.
+    /// Returns the reports due at sample `now`: of new flags, of those that last, and of those that have ended.
     pub fn due(&mut self, now: u64) -> Vec<FlagUpdate> {
-        let (rate_hz, mut told) = (self.rate_hz, Vec::new());
+        let (rate_hz, mut updates) = (self.rate_hz, Vec::new());
         self.open.retain_mut(|open| {
             let since_s = |sample: u64| now.saturating_sub(sample) as f64 / rate_hz;
             let over = since_s(open.flag.last) >= QUIET_S;
-            if over || open.told_at.is_none_or(|at| since_s(at) >= REFRESH_S) {
+            if over || open.reported_at.is_none_or(|at| since_s(at) >= REFRESH_S) {
                 let long = over || since_s(open.flag.first) >= REFRESH_S;
-                told.push(open.tell(now, long, rate_hz));
+                updates.push(open.update(now, long, rate_hz));
             }
             !over
         });
-        told
+        updates
     }
 
-    /// Ends them all: what comes now belongs to another recording.
+    /// Ends all flags and returns their last reports: later faults belong to another recording.
     pub fn end(&mut self, now: u64) -> Vec<FlagUpdate> {
         let rate_hz = self.rate_hz;
         let ended = self.open.drain(..);
         ended
-            .map(|mut open| open.tell(now, true, rate_hz))
+            .map(|mut open| open.update(now, true, rate_hz))
             .collect()
     }
 }
 
 impl Open {
-    fn tell(&mut self, now: u64, warn: bool, rate_hz: f64) -> FlagUpdate {
-        self.told_at = Some(now);
+    fn update(&mut self, now: u64, warn: bool, rate_hz: f64) -> FlagUpdate {
+        self.reported_at = Some(now);
         let warn = warn && !self.warned;
         self.warned |= warn;
         let Flag { first, last, .. } = self.flag;
@@ -230,11 +230,11 @@ mod tests {
 
     const RATE_HZ: f64 = 1000.0;
 
-    /// Events of a recording that began at 0, the last word on each; and the operator's lines.
-    fn run(faults: &[(u64, Fault, u64)], until: u64) -> (Vec<RecordingEvent>, Vec<String>) {
+    /// Events of a recording that began at 0, each as last reported; and the operator's lines.
+    fn run(faults: &[(u64, InputFault, u64)], until: u64) -> (Vec<RecordingEvent>, Vec<String>) {
         let (mut flags, mut events, mut lines) = (Flags::new(RATE_HZ), Vec::new(), Vec::new());
-        let mut take = |told: Vec<FlagUpdate>| {
-            for FlagUpdate { flag, warning } in told {
+        let mut take = |updates: Vec<FlagUpdate>| {
+            for FlagUpdate { flag, warning } in updates {
                 let event = flag.event(0).unwrap();
                 events.retain(|known: &RecordingEvent| {
                     (known.kind, known.sample) != (event.kind, event.sample)
@@ -264,10 +264,10 @@ mod tests {
 
     #[test]
     fn a_swarm_is_one_flag_and_a_later_one_another() {
-        let lost = Fault::ForceFrameLost;
+        let lost = InputFault::ForceFrameLost;
         let faults = [
             (100, lost, 2),
-            (101, Fault::ForceFrameCorrupt, 1),
+            (101, InputFault::ForceFrameCorrupt, 1),
             (599, lost, 5),
             (1100, lost, 1),
         ];
@@ -292,19 +292,19 @@ mod tests {
     #[test]
     fn a_flag_that_does_not_end_floods_nothing_and_is_kept_up_to_the_last_second() {
         let faults: Vec<_> = (10..10_000)
-            .map(|at| (at, Fault::PickupClipped, 1))
+            .map(|at| (at, InputFault::PickupClipped, 1))
             .collect();
-        let (mut flags, mut told) = (Flags::new(RATE_HZ), Vec::new());
+        let (mut flags, mut updates) = (Flags::new(RATE_HZ), Vec::new());
         for &(at, fault, count) in &faults {
             flags.note(fault, at..=at, count);
             let now: Vec<FlagUpdate> = flags.due(at);
             for each in &now {
                 assert!(at - each.flag.last < 1000);
             }
-            told.extend(now);
+            updates.extend(now);
         }
-        assert_eq!(told.len(), 10, "once a second");
-        assert_eq!(told.iter().filter(|t| t.warning.is_some()).count(), 1);
+        assert_eq!(updates.len(), 10, "once a second");
+        assert_eq!(updates.iter().filter(|t| t.warning.is_some()).count(), 1);
 
         let (events, lines) = run(&faults, 20_000);
         let whole = event(
@@ -319,9 +319,9 @@ mod tests {
     #[test]
     fn kinds_are_told_apart() {
         let faults = [
-            (5, Fault::DriveClipped, 1),
-            (5, Fault::DriveNotFinite, 1),
-            (6, Fault::LateralSaturated, 1),
+            (5, InputFault::DriveClipped, 1),
+            (5, InputFault::DriveNotFinite, 1),
+            (6, InputFault::LateralSaturated, 1),
         ];
         let (events, _) = run(&faults, 700);
         let kinds: Vec<_> = events.iter().map(|event| event.kind).collect();
@@ -338,9 +338,9 @@ mod tests {
     #[test]
     fn a_recording_holds_its_own_part() {
         let mut flags = Flags::new(RATE_HZ);
-        flags.note(Fault::DriveClipped, 90..=119, 30);
-        let told = flags.end(120);
-        let flag = &told[0].flag;
+        flags.note(InputFault::DriveClipped, 90..=119, 30);
+        let updates = flags.end(120);
+        let flag = &updates[0].flag;
         assert_eq!(flag.event(120), None);
         let event = flag.event(100).unwrap();
         assert_eq!((event.sample, event.frames), (0, Some(20)));

@@ -1,23 +1,23 @@
-//! Latest values of the devices, for screens.
+//! Latest values of the devices, as screens show them.
 
 use tasks::Slot;
 
 use crate::force::LineFaults;
 
-/// What the field's sources have suffered, for the screen.
+/// Faults and rates of the slow inputs, as screens show them.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct FieldHealth {
-    /// Of the force sensor's line.
+    /// Faults of the force sensor's line.
     pub force: LineFaults,
-    /// Force samples so far.
+    /// Number of force samples so far.
     pub force_samples: u64,
-    /// Drift of the host's clock against the sensor's, ppm.
+    /// Drift of the host's clock against the sensor's, ppm; `None` until it is known.
     pub drift_ppm: Option<f64>,
-    /// Encoder readings that had missed a state.
+    /// Number of encoder readings that had missed a state.
     pub encoder_skipped: u64,
 }
 
-/// Gauges that the devices' tasks publish.
+/// Latest values that the devices' tasks publish.
 #[derive(Debug, Default)]
 pub struct Gauges {
     /// Fill of the audio ring, 0 to 1.

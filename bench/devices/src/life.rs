@@ -1,4 +1,4 @@
-//! One life of a bench: opened, made safe, played, run, killed, closed, in this order and nowhere else.
+//! Life of a bench: opened, made safe, played, run, silenced, closed, in this order and nowhere else.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use signalgen::audio::{Host, Streams};
 use signalgen::{KillSwitch, StreamDirection};
 use tasks::{Clock, Schedule, StopFlag, Task};
 
-/// An opened bench that has not run yet. Whatever panics from here on first silences the drive; signals ask for an orderly
+/// An opened bench that has not run yet. From here on a panic first silences the drive, and signals request an orderly
 /// stop. Dropped without having run, it closes the streams.
 pub struct Life {
     host: Host,
@@ -15,7 +15,7 @@ pub struct Life {
     stop: StopFlag,
     clock: Arc<dyn Clock>,
     schedule: Schedule,
-    /// Whatever must outlive the streams.
+    /// Value that must outlive the streams.
     guard: Box<dyn Send>,
 }
 
@@ -78,11 +78,11 @@ impl Life {
         &self.kill
     }
 
-    /// Plays the streams and runs `tasks` until the bench is stopped or one of them fails; then silences the drive, closes the
-    /// streams, and calls `close_screen` to wait for the operator's terminal.
+    /// Plays the streams and runs `tasks` until the bench is stopped or one of them fails; then silences the drive,
+    /// closes the streams, and calls `close_screen` to wait for the operator's terminal.
     ///
     /// # Errors
-    /// The first error of any task, or else that of the screen.
+    /// The first error of any task, or else the screen's error.
     pub fn run(
         self,
         tasks: Vec<Box<dyn Task>>,
@@ -98,7 +98,8 @@ impl Life {
     }
 }
 
-/// The drive goes first, then whatever the hook before does: the terminal, the message.
+/// Installs a panic hook that silences the drive, then calls the hook before it, which restores the terminal and
+/// prints.
 fn silence_on_panic(kill: KillSwitch) {
     let before = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
@@ -110,7 +111,7 @@ fn silence_on_panic(kill: KillSwitch) {
 /// Raises `stop` when a signal asks the program to end: SIGINT, SIGTERM, and SIGHUP where there is one.
 ///
 /// # Errors
-/// When a signal cannot be taken.
+/// When a signal handler cannot be registered.
 pub fn stop_on_signals(stop: &StopFlag) -> anyhow::Result<()> {
     use signal_hook::consts::{SIGINT, SIGTERM};
     for signal in [SIGINT, SIGTERM] {

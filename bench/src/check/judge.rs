@@ -2,8 +2,8 @@
 
 use num_complex::Complex64;
 
-use super::Table;
 use super::measure::Measured;
+use super::table::Table;
 use calibration::{channel_match, channels};
 use config::{CalibrationError, Config, Effective, MeasuredChannels};
 use safety::{SafetyState, Trip};
@@ -54,35 +54,6 @@ pub(super) fn judge(
         }
     }
     judge_calibration(table, bench, refused, measured);
-}
-
-/// Lines that the bench has or has not: the configuration decides it, and it is the same in every session.
-pub(super) fn judge_wiring(table: &mut Table, config: &Config, measured: &Measured) {
-    if config.encoder.is_some() {
-        let found = if measured.positions > 0 {
-            "read"
-        } else {
-            "no lines: name encoder_a and encoder_b in [gpio]"
-        };
-        table.row("encoder", measured.positions > 0, found);
-    }
-    let wired = |wired: bool, line: &str| {
-        if wired {
-            "wired".to_owned()
-        } else {
-            format!("not wired: name {line} in [gpio]; without it the drive has no hardware stop")
-        }
-    };
-    table.row(
-        "e-stop",
-        measured.estop_wired,
-        wired(measured.estop_wired, "estop"),
-    );
-    table.row(
-        "heartbeat",
-        measured.heartbeat_wired,
-        wired(measured.heartbeat_wired, "heartbeat"),
-    );
 }
 
 fn judge_rate(table: &mut Table, rate_hz: f64, measured: &Measured) {

@@ -7,10 +7,10 @@ use crossbeam_channel::{Receiver, Sender};
 use impedance::ZmFrame;
 use signalgen::Waveform;
 
-use super::Extent;
+use super::extent::Extent;
 use config::Effective;
 use devices::acquisition::{Excerpt, RecordingCommand};
-use devices::drive::{Drive, settings};
+use devices::drive_control::{DriveControl, settings};
 use devices::{Bench, Gauges, Hardware};
 use recording::pipeline::Batch;
 use safety::{SafetyState, Signals};
@@ -54,6 +54,8 @@ pub(super) struct Measured {
     pub estop_wired: bool,
     pub heartbeat_wired: bool,
     pub enable_wired: bool,
+    /// Whether a tone was played, with the amplifier on or off.
+    pub driven: bool,
     /// Why the calibration does not hold for the opened bench.
     pub calibration_fault: Option<String>,
 }
@@ -152,7 +154,7 @@ struct CheckTask {
     asked: usize,
     frames: usize,
     channels: u16,
-    drive: Drive,
+    drive: DriveControl,
     signals: Arc<Signals>,
     gauges: Arc<Gauges>,
     stop: StopFlag,
@@ -198,6 +200,7 @@ impl Task for CheckTask {
         measured.corrupt = self.gauges.field.get().unwrap_or_default().force.corrupt;
         if let Some(tone) = self.relay.take() {
             self.drive.sound_disarmed(tone);
+            measured.driven = true;
             self.relay_sounds = true;
         }
         if self.relay_sounds && measured.audio_s >= RELAY_S {
@@ -209,6 +212,7 @@ impl Task for CheckTask {
         {
             measured.tone_from_s = measured.audio_s + SETTLE_S;
             self.drive.start(tone);
+            measured.driven = true;
         }
         let due_s = [SILENCE_FROM_S, measured.tone_from_s.max(QUIET_S)];
         let sounding = self.tone.is_none();

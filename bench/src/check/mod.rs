@@ -1,30 +1,28 @@
 //! `check`: the preflight. A faint tone at the carrier, and a look at everything that must be alive. `run` does its quick part
 //! before every session, and `monitor` before it drives the plate.
 
+mod extent;
 mod judge;
 mod measure;
 mod surroundings;
 mod table;
+mod wiring;
 
-use std::path::PathBuf;
-
-pub use table::{Row, Table};
+pub use extent::Extent;
+pub use table::{Row, Table, Verdict};
 
 use config::{CalibrationError, Effective};
 use devices::Hardware;
 
-/// How much is looked at.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Extent {
-    /// Two seconds, before the plate is driven.
-    Quick,
-    /// Ten seconds for drop-outs, the wiring, and what the computer has for a session.
-    Whole {
-        /// Where the study lies, or will.
-        study: PathBuf,
-        /// What a session may take there, bytes.
-        session_bytes: u64,
-    },
+use crate::complaint;
+
+/// What a preflight came to.
+#[derive(Debug)]
+pub struct Preflight {
+    /// Its rows.
+    pub table: Table,
+    /// Whether the test tone was played.
+    pub driven: bool,
 }
 
 /// Runs the preflight of `bench`; `hardware` is asked for once. `refused` is why its calibration could not be put in force.
@@ -33,67 +31,27 @@ pub fn run(
     refused: Option<&CalibrationError>,
     extent: &Extent,
     hardware: impl FnOnce() -> anyhow::Result<Hardware>,
-) -> Table {
+) -> Preflight {
     let mut table = Table::default();
+    let mut driven = false;
     match measure::measure(bench, extent, hardware) {
         Ok(measured) => {
             judge::judge(&mut table, bench, refused, &measured);
-            if wants_wiring(extent, bench.calibration().is_some()) {
-                judge::judge_wiring(&mut table, bench.config(), &measured);
-            }
+            wiring::judge(&mut table, bench.config(), &measured);
+            driven = measured.driven;
         }
-        Err(error) => table.row("hardware", false, format!("{error:#}")),
+        Err(error) => table.row("hardware", false, complaint::lines(&error).join(": ")),
     }
     if let Extent::Whole {
         study,
         session_bytes,
+        dashboard,
     } = extent
     {
-        surroundings::judge(&mut table, study, *session_bytes);
-    }
-    table
-}
-
-/// A calibrated bench is held to its e-stop, heartbeat and encoder before it is driven; only one that runs as uncalibrated,
-/// which its operator has decided, may lack them.
-fn wants_wiring(extent: &Extent, calibrated: bool) -> bool {
-    calibrated || matches!(extent, Extent::Whole { .. })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use config::Config;
-
-    #[test]
-    fn only_the_quick_part_of_an_uncalibrated_bench_leaves_wiring_out() {
-        let whole = Extent::Whole {
-            study: PathBuf::new(),
-            session_bytes: 0,
-        };
-        assert!(wants_wiring(&whole, false) && wants_wiring(&whole, true));
-        assert!(wants_wiring(&Extent::Quick, true));
-        assert!(!wants_wiring(&Extent::Quick, false));
-    }
-
-    #[test]
-    fn a_bench_without_a_hardware_stop_fails() {
-        let config = Config::parse(include_str!("../../mock-bench.toml"), "test").unwrap();
-        for (estop_wired, heartbeat_wired) in [(true, true), (false, true), (true, false)] {
-            let measured = measure::Measured {
-                positions: 1,
-                estop_wired,
-                heartbeat_wired,
-                ..measure::Measured::default()
-            };
-            let mut table = Table::default();
-            judge::judge_wiring(&mut table, &config, &measured);
-            assert_eq!(
-                table.passed(),
-                estop_wired && heartbeat_wired,
-                "{}",
-                table.to_text()
-            );
+        surroundings::judge_disk(&mut table, study, *session_bytes);
+        if *dashboard {
+            surroundings::judge_terminal(&mut table, tui::shell::size());
         }
     }
+    Preflight { table, driven }
 }

@@ -1,11 +1,12 @@
-//! What the computer has for a session: room on the disk, and on the screen.
+//! What the computer has for a session: room on the disk, and on the terminal where a dashboard will be shown.
 
 use std::path::Path;
 
-use super::Table;
+use super::table::{Table, Verdict};
 use recording::study::free_bytes;
 
-pub(super) fn judge(table: &mut Table, study: &Path, session_bytes: u64) {
+/// Judges the disk that holds `study`.
+pub(super) fn judge_disk(table: &mut Table, study: &Path, session_bytes: u64) {
     let gigabytes = |bytes: u64| bytes as f64 * 1e-9;
     // A study is made by its first session: until then the folder that will hold it tells.
     let there = study
@@ -37,23 +38,28 @@ pub(super) fn judge(table: &mut Table, study: &Path, session_bytes: u64) {
         }
         Err(error) => table.row("disk", false, error.to_string()),
     }
-    judge_terminal(table, tui::shell::size());
 }
 
-fn judge_terminal(table: &mut Table, size: Option<(u16, u16)>) {
+/// Reports a terminal too small for the dashboard. A window can be enlarged at any time, so this never fails.
+pub(super) fn judge_terminal(table: &mut Table, size: Option<(u16, u16)>) {
     let (columns, rows) = tui::TWO_COLUMNS;
-    match size {
-        None => table.row("terminal", true, "none: run with --headless"),
-        Some((width, height)) => {
-            let enough = width >= columns && height >= rows;
-            let remedy = if enough {
-                String::new()
-            } else {
-                format!(": the whole dashboard needs {columns} × {rows}; enlarge the window")
-            };
-            table.row("terminal", enough, format!("{width} × {height}{remedy}"));
+    let (verdict, found) = match size {
+        // Containers and `script` open terminals without a size.
+        None | Some((0, _) | (_, 0)) => (
+            Verdict::Warning,
+            "its size is unknown: run with --headless if no dashboard appears".to_owned(),
+        ),
+        Some((width, height)) if width >= columns && height >= rows => {
+            (Verdict::Passed, format!("{width} × {height}"))
         }
-    }
+        Some((width, height)) => (
+            Verdict::Warning,
+            format!(
+                "{width} × {height}: the whole dashboard needs {columns} × {rows}; enlarge the window before `run`"
+            ),
+        ),
+    };
+    table.judged("terminal", verdict, found);
 }
 
 #[cfg(test)]
@@ -65,23 +71,25 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         for (bytes, enough) in [(1, true), (u64::MAX, false)] {
             let mut table = Table::default();
-            judge(&mut table, &folder.path().join("not/yet"), bytes);
+            judge_disk(&mut table, &folder.path().join("not/yet"), bytes);
             assert_eq!(table.rows[0].passed, enough, "{:?}", table.rows[0]);
             assert!(table.rows[0].found.contains("GB free"));
         }
     }
 
     #[test]
-    fn a_small_terminal_is_named_and_none_is_no_fault() {
-        for (size, passed) in [
-            (None, true),
-            (Some((80, 24)), true),
-            (Some((60, 24)), false),
-            (Some((80, 12)), false),
+    fn a_small_terminal_is_a_warning_and_never_a_failure() {
+        for (size, verdict) in [
+            (None, Verdict::Warning),
+            (Some((0, 0)), Verdict::Warning),
+            (Some((80, 24)), Verdict::Passed),
+            (Some((60, 24)), Verdict::Warning),
+            (Some((80, 12)), Verdict::Warning),
         ] {
             let mut table = Table::default();
             judge_terminal(&mut table, size);
-            assert_eq!(table.rows[0].passed, passed, "{size:?}");
+            assert_eq!(table.rows[0].verdict, verdict, "{size:?}");
+            assert!(table.passed(), "{size:?}");
         }
     }
 }

@@ -9,10 +9,26 @@ use serde::Serialize;
 pub struct Row {
     /// What was looked at.
     pub name: &'static str,
-    /// Whether it is as it must be.
+    /// Whether the bench may be used in spite of this row.
     pub passed: bool,
-    /// What was found, and what to do when it failed.
+    /// The judgement in one word.
+    pub verdict: Verdict,
+    /// What was found, and what to do about it.
     pub found: String,
+}
+
+/// Judgement of a row. Only [`Verdict::Failed`] keeps the bench from being used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// As it must be.
+    Passed,
+    /// Worth a look, no obstacle.
+    Warning,
+    /// Not required, because `[safety] waived` says so.
+    Waived,
+    /// The bench must not be used.
+    Failed,
 }
 
 /// The whole preflight.
@@ -24,19 +40,34 @@ pub struct Table {
 
 impl Table {
     pub(super) fn row(&mut self, name: &'static str, passed: bool, found: impl Into<String>) {
+        let verdict = if passed {
+            Verdict::Passed
+        } else {
+            Verdict::Failed
+        };
+        self.judged(name, verdict, found);
+    }
+
+    pub(super) fn judged(
+        &mut self,
+        name: &'static str,
+        verdict: Verdict,
+        found: impl Into<String>,
+    ) {
         self.rows.push(Row {
             name,
-            passed,
+            passed: verdict != Verdict::Failed,
+            verdict,
             found: found.into(),
         });
     }
 
-    /// Nothing failed.
+    /// Returns whether no row failed.
     pub fn passed(&self) -> bool {
         self.rows.iter().all(|row| row.passed)
     }
 
-    /// As JSON.
+    /// Returns the table as JSON.
     ///
     /// # Errors
     /// Never for a table.
@@ -44,12 +75,17 @@ impl Table {
         Ok(serde_json::to_string_pretty(&self)? + "\n")
     }
 
-    /// For a person.
+    /// Returns the table as text, a line for each row.
     pub fn to_text(&self) -> String {
         let mut text = String::new();
         for row in &self.rows {
-            let verdict = if row.passed { "passed" } else { "FAILED" };
-            let _ = writeln!(text, "{verdict}  {:<16} {}", row.name, row.found);
+            let verdict = match row.verdict {
+                Verdict::Passed => "passed",
+                Verdict::Warning => "warning",
+                Verdict::Waived => "waived",
+                Verdict::Failed => "FAILED",
+            };
+            let _ = writeln!(text, "{verdict:<7} {:<16} {}", row.name, row.found);
         }
         text
     }

@@ -2,6 +2,7 @@
 //! needs to know stands in the recording.
 
 mod free_clock;
+mod listing;
 mod report;
 mod source;
 
@@ -39,6 +40,7 @@ use crate::screen_words;
 use free_clock::{FreeClock, Ticks};
 use source::Source;
 
+pub use listing::recordings_in;
 pub use report::Report;
 
 /// The screen is fed this often, s of the recording.
@@ -126,7 +128,15 @@ fn opening(plan: &Plan) -> Vec<tui::Event> {
     let centre_m = manifest.plate.centre_m;
     let hardware = manifest.hardware.as_ref();
     let calibration = hardware.and_then(|hardware| hardware.calibration.as_ref());
-    vec![
+    let waiver = hardware.and_then(|hardware| {
+        let name = hardware.waived_by.as_ref()?;
+        let lines = hardware.waived.join(", ");
+        Some(tui::Event::Log {
+            level: LogLevel::Warning,
+            text: format!("hardware stops waived by {name}: {lines}"),
+        })
+    });
+    let mut events = vec![
         tui::Event::Session(tui::event::SessionHeader {
             participant: manifest
                 .participant
@@ -145,7 +155,9 @@ fn opening(plan: &Plan) -> Vec<tui::Event> {
             level: LogLevel::Info,
             text: format!("{:.2} s of {}", plan.source.duration_s(), plan.name),
         },
-    ]
+    ];
+    events.extend(waiver);
+    events
 }
 
 /// The task.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use config::{Config, Effective};
 use devices::Life;
-use devices::drive::carrier_hz;
+use devices::drive_control::carrier_hz;
 use protocols::{Session, SessionEventKind, TrialKey, records_from_events};
 use recording::AudioFormat;
 use recording::manifest::{self, Manifest};
@@ -50,7 +50,7 @@ pub(super) fn open_session(
     }
     Ok((
         next,
-        study.begin_session(participant, next, date, &plan.protocol.name)?,
+        study.begin_session(participant, next, date, &plan.protocol.protocol.name)?,
         false,
     ))
 }
@@ -66,12 +66,12 @@ fn require_same_order(plan: &Plan, session: &study::SessionFolder) -> anyhow::Re
             _ => None,
         });
     let Some(began) = began else { return Ok(()) };
-    if began.protocol != plan.protocol.name {
+    if began.protocol != plan.protocol.protocol.name {
         bail!(
             "{} was begun with the protocol {}, not with {}: name it with --protocol, or begin another session with --new-session",
             session.folder().display(),
             began.protocol,
-            plan.protocol.name
+            plan.protocol.protocol.name
         );
     }
     if began.seed != plan.seed {
@@ -101,7 +101,7 @@ pub(super) fn machine(plan: &Plan, session: &study::SessionFolder) -> anyhow::Re
         .collect();
     let records = records_from_events(&events);
     let mut machine = Session::resume(
-        plan.protocol.clone(),
+        plan.protocol.protocol.clone(),
         plan.participant.clone(),
         plan.seed,
         &records,
@@ -109,7 +109,7 @@ pub(super) fn machine(plan: &Plan, session: &study::SessionFolder) -> anyhow::Re
     if plan.resume {
         // A recording may have been begun that the log did not come to tell of.
         for label in session.recorded_labels()? {
-            let number = label.number_in_session(plan.protocol.trials.practice);
+            let number = label.number_in_session(plan.protocol.protocol.trials.practice);
             machine.leave_out(number, label.attempt);
         }
     }
@@ -125,11 +125,11 @@ pub(super) fn begin_recording(
 ) -> BeginRecording {
     let bench = plan.bench.clone();
     let (protocol, participant, seed) = (
-        plan.protocol.name.clone(),
+        plan.protocol.protocol.name.clone(),
         plan.participant.to_string(),
         plan.seed,
     );
-    let practice_trials = plan.protocol.trials.practice;
+    let practice_trials = plan.protocol.protocol.trials.practice;
     let format = AudioFormat {
         sample_rate_hz: bench.config().audio.rate_hz,
         channels: bench.config().audio.input_channels,
@@ -232,6 +232,17 @@ fn recorded_hardware(bench: &Effective, life: &Life) -> manifest::RecordedHardwa
             .as_ref()
             .map(|_| "quadrature encoder".to_owned()),
         uncalibrated: bench.calibration().is_none(),
+        waived: config
+            .safety
+            .waived
+            .iter()
+            .map(ToString::to_string)
+            .collect(),
+        waived_by: config
+            .safety
+            .waived_by
+            .clone()
+            .filter(|_| !config.safety.waived.is_empty()),
         calibration: bench
             .calibration()
             .map(|calibration| manifest::CalibrationReference {

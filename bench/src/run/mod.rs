@@ -12,8 +12,8 @@ use config::Config;
 use console::{Dashboard, DashboardThread, Front, Headless};
 use contact::AssumedConstants;
 use devices::Bench;
-use devices::drive::waveform;
-use devices::sound::Sound;
+use devices::drive_control::waveform;
+use devices::loudspeaker::Loudspeaker;
 use jiff::tz::TimeZone;
 use protocols::{ParticipantId, Protocol};
 use recording::study::event_log::Start;
@@ -26,10 +26,11 @@ use crate::journal::Journal;
 use crate::readiness::Readiness;
 use crate::refit::Refit;
 use crate::session::{Report, SessionTask, Wiring, summary_lines};
+use crate::shell_words::quoted;
 use files::{begin_recording, machine, open_session};
 use plan::{NAME, VERSION};
 
-pub use plan::{Plan, read_protocol, session_bytes};
+pub use plan::{Plan, ProtocolFile, session_bytes};
 
 /// Runs the session to its end.
 ///
@@ -49,6 +50,7 @@ pub fn run(
     let simulated = hardware.simulated;
     let effective = plan.bench.clone();
     let config = effective.config();
+    let protocol = &plan.protocol.protocol;
     let bench = Bench::open(&effective, plan.carrier_hz, hardware)?;
     bench.require_calibration_holds(&effective)?;
     let stop = bench.stop().clone();
@@ -73,12 +75,12 @@ pub fn run(
         version: VERSION.to_owned(),
     };
     let study = Study::open_or_create(&plan.study, generated_by)?;
-    study::require_room(&plan.study, session_bytes(config, &plan.protocol))?;
+    study::require_room(&plan.study, session_bytes(config, protocol))?;
     let date = clock.utc().to_zoned(TimeZone::UTC).date().to_string();
     let (number, session, resumed) = open_session(&study, &plan, &date)?;
     let machine = machine(&plan, &session)?;
     let mut session = session;
-    session.snapshot(&format!("{}.toml", plan.protocol.name), &plan.protocol_text)?;
+    session.snapshot(&format!("{}.toml", protocol.name), &plan.protocol.text)?;
     session.snapshot("bench.toml", &config.to_toml()?)?;
     if let Some(calibration) = effective.calibration() {
         session.snapshot("calibration.toml", calibration.text())?;
@@ -88,7 +90,7 @@ pub fn run(
         resumed,
         participant: plan.participant.to_string(),
         session: number,
-        protocol: plan.protocol.name.clone(),
+        protocol: protocol.name.clone(),
         seed: plan.seed,
         software: NAME.to_owned(),
         version: VERSION.to_owned(),
@@ -113,7 +115,7 @@ pub fn run(
     let (mut front, dashboard) = front(&plan, stop.clone(), out)?;
     front.show(tui::Event::Session(tui::event::SessionHeader {
         participant: Some(plan.participant.to_string()),
-        protocol: Some(plan.protocol.name.clone()),
+        protocol: Some(protocol.name.clone()),
         study: Some(plan.study.display().to_string()),
         calibration_label: effective
             .calibration()
@@ -121,12 +123,15 @@ pub fn run(
         uncalibrated: effective.calibration().is_none(),
         simulated,
         plate_length_m: config.plate.length_m,
-        kept_m: Some(kept(config, &plan.protocol)),
+        kept_m: Some(kept(config, protocol)),
     }));
     front.show(tui::Event::ForceBand {
-        min_n: plan.protocol.force.min_n,
-        max_n: plan.protocol.force.max_n,
+        min_n: protocol.force.min_n,
+        max_n: protocol.force.max_n,
     });
+    if let Some(waiver) = config.safety.waiver_in_words() {
+        front.show(warning(waiver));
+    }
     if !has_position {
         let text = "no encoder: positions are not recorded, and no stretch can be selected live";
         front.show(warning(text.to_owned()));
@@ -135,7 +140,7 @@ pub fn run(
         let text = "no button: a finger at rest on the plate for a second counts as ready";
         front.show(warning(text.to_owned()));
     }
-    let sound = match Sound::open(life.host(), &config.sound) {
+    let sound = match Loudspeaker::open(life.host(), &config.sound) {
         Ok(sound) => sound,
         Err(error) => {
             front.show(warning(format!(
@@ -230,11 +235,11 @@ pub fn report_lines(report: &Report, study: &Path, participant: &ParticipantId) 
     match &report.reason {
         Some(reason) => {
             lines.push(format!("ended early       {reason}"));
-            lines.push("to go on          the same command with --resume".to_owned());
+            lines.push("to resume         the same command with --resume".to_owned());
         }
         None => lines.push(format!(
             "to results        friction-bench analyze {} --table --figures figures",
-            folder.display()
+            quoted(&folder)
         )),
     }
     lines

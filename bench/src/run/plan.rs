@@ -1,15 +1,16 @@
-//! What a session is to be, checked as far as it can be without hardware.
+//! The plan of a session, checked as far as it can be without hardware.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use anyhow::{Context, bail};
 use config::{Config, Effective};
-use devices::drive::{carrier_hz, settings, waveform};
-use protocols::{ParticipantId, Protocol};
+use devices::drive_control::{carrier_hz, settings, waveform};
+use protocols::{OffPlateError, ParticipantId, Protocol};
 use recording::AudioFormat;
 use recording::study::DataRates;
 use signalgen::DriveSettings;
+use strict::InFile;
 
 pub(super) const NAME: &str = "friction-bench";
 pub(super) const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -18,10 +19,8 @@ pub(super) const VERSION: &str = env!("CARGO_PKG_VERSION");
 pub struct Plan {
     /// The bench.
     pub bench: Arc<Effective>,
-    /// Protocol and the text that it was read from.
-    pub protocol: Protocol,
-    /// The protocol's file as it was read.
-    pub protocol_text: String,
+    /// The protocol and its file.
+    pub protocol: ProtocolFile,
     /// Who takes part.
     pub participant: ParticipantId,
     /// Study folder.
@@ -40,25 +39,62 @@ pub struct Plan {
     pub(super) carrier_hz: f64,
 }
 
-/// Reads a protocol by the name of a built-in one or by its path.
-///
-/// # Errors
-/// When there is none, or it cannot be used.
-pub fn read_protocol(name: &str) -> anyhow::Result<(Protocol, String)> {
-    let (text, file) = match protocols::built_in(name) {
-        Some(text) => (text.to_owned(), format!("{name}.toml (built in)")),
-        None => {
-            let text = std::fs::read_to_string(name).with_context(|| {
-                let built_in: Vec<_> = protocols::BUILT_IN.iter().map(|(name, _)| *name).collect();
-                format!(
-                    "cannot read the protocol {name}; built-in protocols are {}",
-                    built_in.join(", ")
-                )
-            })?;
-            (text, name.to_owned())
+/// A protocol and the text that it was read from.
+#[derive(Debug, Clone)]
+pub struct ProtocolFile {
+    /// The protocol.
+    pub protocol: Protocol,
+    /// The file's text.
+    pub text: String,
+    /// Name of the file in errors.
+    pub file: String,
+}
+
+impl ProtocolFile {
+    /// Reads a protocol by the name of a built-in one or by its path.
+    ///
+    /// # Errors
+    /// The file does not exist, with the built-in protocol that was probably meant; cannot be read; or cannot be used.
+    pub fn read(name: &str) -> anyhow::Result<Self> {
+        let (text, file) = match protocols::built_in(name) {
+            Some(text) => (text.to_owned(), format!("{name}.toml (built in)")),
+            None => (read_text(name)?, name.to_owned()),
+        };
+        Ok(Self {
+            protocol: Protocol::parse(&text, &file)?,
+            text,
+            file,
+        })
+    }
+
+    /// Requires the protocol's slider to stay on the plate.
+    ///
+    /// # Errors
+    /// [`InFile`] names the file, the line, the key, its value and the plate's length.
+    pub fn require_on_plate(&self, config: &Config) -> Result<(), InFile<OffPlateError>> {
+        self.protocol
+            .require_on_plate(config.plate.length_m)
+            .map_err(|error| {
+                let key = error.key();
+                InFile::at_key(error, key, &self.text, &self.file)
+            })
+    }
+}
+
+fn read_text(name: &str) -> anyhow::Result<String> {
+    std::fs::read_to_string(name).map_err(|error| {
+        if error.kind() != std::io::ErrorKind::NotFound {
+            return anyhow::Error::from(error).context(format!("cannot read the protocol {name}"));
         }
-    };
-    Ok((Protocol::parse(&text, &file)?, text))
+        let built_in: Vec<_> = protocols::BUILT_IN.iter().map(|(name, _)| *name).collect();
+        let suggestion = protocols::nearest_built_in(name)
+            .map(|nearest| format!("; did you mean `{nearest}`?"))
+            .unwrap_or_default();
+        anyhow::anyhow!(
+            "no protocol is called `{name}`, and no file{suggestion} built-in protocols: {}",
+            built_in.join(", ")
+        )
+    })
 }
 
 impl Plan {
@@ -84,11 +120,13 @@ impl Plan {
         {
             bail!("--consent-by is empty: name the operator who holds the signed form");
         }
-        let (protocol, protocol_text) = read_protocol(&options.protocol)?;
+        let file = ProtocolFile::read(&options.protocol)?;
+        let protocol = &file.protocol;
         let config = bench.config();
         if config.force.is_none() {
             bail!("a participant's session needs [force] in bench.toml; `monitor` runs without it");
         }
+        file.require_on_plate(config)?;
         let settings = settings(config)?;
         for condition in &protocol.conditions {
             settings
@@ -114,8 +152,7 @@ impl Plan {
             carrier_hz: carriers[0],
             bench: Arc::new(bench),
             seed: options.hardware.seed.unwrap_or(protocol.trials.seed),
-            protocol,
-            protocol_text,
+            protocol: file,
             participant,
             study: options.study.clone(),
             consent_by: options.consent_by.clone(),

@@ -12,7 +12,7 @@ use config::Effective;
 use console::safety_event;
 use crossbeam_channel::Sender;
 use devices::acquisition::RecordingCommand;
-use devices::sound::Tone;
+use devices::loudspeaker::Tone;
 use protocols::{
     Action, DriveRequest, Interruption, Interval, IntervalKind, Observation, OperatorCommand,
     ParticipantView, Phase, Safety, SelectionRules, SessionEvent, SessionEventKind, SessionOutcome,

@@ -8,8 +8,8 @@ use console::Front;
 use crossbeam_channel::{Receiver, Sender};
 use devices::Gauges;
 use devices::acquisition::RecordingCommand;
-use devices::drive::Drive;
-use devices::sound::Sound;
+use devices::drive_control::DriveControl;
+use devices::loudspeaker::Loudspeaker;
 use protocols::TrialKey;
 use recording::pipeline::Batch;
 use recording::recorder::{Begin, RecorderGauge, RecorderNotice};
@@ -41,7 +41,7 @@ pub struct Wiring {
     /// Where the study is, whose disk fills.
     pub study_folder: PathBuf,
     /// The drive.
-    pub drive: Drive,
+    pub drive: DriveControl,
     /// How the participant says "ready".
     pub readiness: Readiness,
     /// The operator.
@@ -49,7 +49,7 @@ pub struct Wiring {
     /// The participant's eyes and ears.
     pub watchers: Vec<Watcher>,
     /// The participant's loudspeaker.
-    pub sound: Option<Sound>,
+    pub sound: Option<Loudspeaker>,
     /// The session's log.
     pub journal: Sender<Entry>,
     /// Fits what a trial says about the contact.

@@ -176,7 +176,7 @@ impl Rig {
     }
 
     pub fn drive(&mut self) {
-        let tone = devices::drive::settings(&config(&[]))
+        let tone = devices::drive_control::settings(&config(&[]))
             .unwrap()
             .admit(Waveform::Tone {
                 carrier_hz: 35_000.0,

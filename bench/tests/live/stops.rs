@@ -9,11 +9,11 @@ use config::Effective;
 use console::Front;
 use contact::AssumedConstants;
 use crossbeam_channel::{Receiver, Sender};
-use devices::drive::{settings, waveform};
+use devices::drive_control::{settings, waveform};
 use devices::{Bench, Life, Lines};
 use friction_bench::readiness::Readiness;
 use friction_bench::refit::Refit;
-use friction_bench::run::read_protocol;
+use friction_bench::run::ProtocolFile;
 use friction_bench::session::{SessionTask, Wiring};
 use mock_hw::apparatus::Apparatus;
 use mock_hw::plant::Axis;
@@ -140,7 +140,7 @@ impl Rig {
             gauges,
             stop: life.stop().clone(),
         };
-        let (protocol, _) = read_protocol("demo").unwrap();
+        let protocol = ProtocolFile::read("demo").unwrap().protocol;
         let machine = Session::resume(protocol, "sub-01".parse().unwrap(), 1, records).unwrap();
         let session = SessionTask::new(
             machine,

@@ -10,13 +10,14 @@ use proptest::prelude::*;
 use recording::wav::WavReader;
 use recording::writer::Ending;
 use recording::{
-    FORCE_FILE, MANIFEST_FILE, POSITION_FILE, RecordingReader, RecordingWriter, SIGNALS_FILE,
+    FORCE_FILE, ForceRow, MANIFEST_FILE, POSITION_FILE, PositionRow, RecordingReader,
+    RecordingWriter, SIGNALS_FILE,
 };
 
 const FILES: [&str; 4] = [MANIFEST_FILE, SIGNALS_FILE, FORCE_FILE, POSITION_FILE];
 
-/// Copies a recording; made once, for its syncs take long.
-fn recording(folder: &Path) {
+/// Writes a whole recording into `folder` and returns the contents of its [`FILES`]; made once, for its syncs take long.
+fn recording(folder: &Path) -> &'static [Vec<u8>; 4] {
     static CONTENTS: LazyLock<[Vec<u8>; 4]> = LazyLock::new(|| {
         let temp = tempfile::tempdir().unwrap();
         let folder = temp.path().join("r");
@@ -30,20 +31,40 @@ fn recording(folder: &Path) {
     for (name, contents) in FILES.iter().zip(&*CONTENTS) {
         fs::write(folder.join(name), contents).unwrap();
     }
+    &CONTENTS
 }
 
-fn read_everything(folder: &Path) {
+/// What a reader gives of each stream, up to its first error; `None` where the stream, or the recording, does not open.
+#[derive(Debug, Default, PartialEq)]
+struct Streams {
+    signals: Option<Vec<f32>>,
+    force: Option<Vec<ForceRow>>,
+    position: Option<Vec<PositionRow>>,
+}
+
+fn read_everything(folder: &Path) -> Streams {
     let Ok(mut reader) = RecordingReader::open(folder) else {
-        return;
+        return Streams::default();
     };
-    let mut block = Vec::new();
-    while reader.read_block(100, &mut block).is_ok_and(|n| n > 0) {}
-    let _ = reader
-        .force()
-        .map(|mut rows| (rows.by_ref().count(), rows.warnings()));
-    let _ = reader
-        .position()
-        .map(|mut rows| (rows.by_ref().count(), rows.warnings()));
+    let (mut signals, mut block) = (Vec::new(), Vec::new());
+    while reader.read_block(100, &mut block).is_ok_and(|n| n > 0) {
+        signals.extend_from_slice(&block);
+    }
+    let force = reader.force().map(|mut rows| {
+        let read: Vec<ForceRow> = rows.by_ref().map_while(Result::ok).collect();
+        let _ = rows.warnings();
+        read
+    });
+    let position = reader.position().map(|mut rows| {
+        let read: Vec<PositionRow> = rows.by_ref().map_while(Result::ok).collect();
+        let _ = rows.warnings();
+        read
+    });
+    Streams {
+        signals: Some(signals),
+        force: force.ok(),
+        position: position.ok(),
+    }
 }
 
 proptest! {
@@ -57,7 +78,8 @@ proptest! {
     ) {
         let temp = tempfile::tempdir().unwrap();
         let folder = temp.path().join("r");
-        recording(&folder);
+        let contents = recording(&folder);
+        let whole = read_everything(&folder);
         let path = folder.join(name);
         let mut bytes = fs::read(&path).unwrap();
         let at = (at * bytes.len() as f64) as usize;
@@ -67,8 +89,28 @@ proptest! {
             2 => drop(bytes.remove(at)),
             _ => bytes.insert(at, byte),
         }
-        fs::write(&path, bytes).unwrap();
-        read_everything(&folder);
+        fs::write(&path, &bytes).unwrap();
+        let read = read_everything(&folder);
+
+        // A reader changes no file.
+        for (other, contents) in FILES.iter().zip(contents) {
+            let expected = if *other == name { &bytes } else { contents };
+            prop_assert_eq!(&fs::read(folder.join(other)).unwrap(), expected, "{}", other);
+        }
+        prop_assert_eq!(fs::read_dir(&folder).unwrap().count(), FILES.len());
+        // The damage of one stream costs nothing of another.
+        if name == FORCE_FILE || name == POSITION_FILE {
+            prop_assert_eq!(&read.signals, &whole.signals);
+        }
+        if name == FORCE_FILE {
+            prop_assert_eq!(&read.position, &whole.position);
+        }
+        if name == POSITION_FILE {
+            prop_assert_eq!(&read.force, &whole.force);
+        }
+        if name == SIGNALS_FILE && read.signals.is_some() {
+            prop_assert_eq!((&read.force, &read.position), (&whole.force, &whole.position));
+        }
     }
 
     #[test]

@@ -16,7 +16,7 @@ use bench_tests::program::{friction_bench, installed};
 use bench_tests::recorded::interrupted_in_good_order;
 use bench_tests::running::until;
 use bench_tests::session::{SessionFolder, config_with, finish, text};
-use config::Calibration;
+use config::CalibrationFile;
 use mock_hw::scenario::built_in;
 use recording::study::LOCK_FILE;
 use recording::study::event_log::ExitStatus;
@@ -366,7 +366,7 @@ fn an_operator_is_guided_through_the_pickups_calibration_and_measures_a_point_ag
     );
     terminal.restored();
     terminal.shows(&["calibrate pickup", "passed", "wrote calibration.toml"]);
-    let (calibration, _) = Calibration::read(&folder.join("calibration.toml")).unwrap();
+    let (calibration, _) = CalibrationFile::read(&folder.join("calibration.toml")).unwrap();
     let measured = calibration.pickup.unwrap();
     let truth = built_in("bench-unknown").unwrap().realised(SEED);
     let error = measured.metres_per_unit.value / truth.pickup.metres_per_unit - 1.0;
@@ -484,7 +484,7 @@ fn an_operator_names_the_masses_and_is_guided_through_the_force_sensors_calibrat
     );
     terminal.restored();
     let path = terminal.folder.path().join("calibration.toml");
-    let (calibration, _) = Calibration::read(&path).unwrap();
+    let (calibration, _) = CalibrationFile::read(&path).unwrap();
     assert_eq!(calibration.force.unwrap().masses, 4);
 }
 
@@ -500,6 +500,6 @@ fn an_operator_is_guided_through_the_channels_calibration() {
     assert_eq!(status.trim(), "0", "{}", terminal.screen());
     terminal.restored();
     let path = terminal.folder.path().join("calibration.toml");
-    let (calibration, _) = Calibration::read(&path).unwrap();
+    let (calibration, _) = CalibrationFile::read(&path).unwrap();
     assert!(calibration.channels.is_some());
 }

@@ -10,7 +10,7 @@ use std::path::Path;
 use bench_tests::room::{Room, refused};
 use bench_tests::session::{finish, text};
 use bench_tests::truth::Bench;
-use config::Calibration;
+use config::CalibrationFile;
 use config::Quantity;
 use rayon::prelude::*;
 
@@ -55,7 +55,7 @@ fn misses(seed: u64) -> [Miss; 5] {
     let room = Room::new(&scenario, seed);
     room.succeed(&["pickup"]);
     room.succeed(&["plate"]);
-    let (calibration, _) = Calibration::read(&room.calibration()).unwrap();
+    let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
     let (pickup, plate) = (calibration.pickup.unwrap(), calibration.plate.unwrap());
     let truth = Bench::of(&scenario, seed);
     [
@@ -156,7 +156,7 @@ fn the_wrong_ones_are_refused_each_by_its_name() {
     let output = finish(&mut room.watch());
     assert!(output.status.success(), "{}", text(&output));
     let good = fs::read(room.calibration()).unwrap();
-    let again = |change: fn(&mut Calibration), words: &[&str]| {
+    let again = |change: fn(&mut CalibrationFile), words: &[&str]| {
         fs::write(room.calibration(), &good).unwrap();
         room.change(change);
         refused(room.watch(), words);
@@ -293,7 +293,7 @@ fn typed_and_tabled_amplitudes_serve_as_well() {
         "--known-um",
         &known.join(","),
     ]);
-    let (typed, _) = Calibration::read(&room.calibration()).unwrap();
+    let (typed, _) = CalibrationFile::read(&room.calibration()).unwrap();
     let typed = typed.pickup.unwrap().metres_per_unit.value;
     assert!((typed / 5e-6 - 1.0).abs() < 3e-3, "{typed}");
     let table = room.folder.path().join("known.csv");
@@ -304,7 +304,7 @@ fn typed_and_tabled_amplitudes_serve_as_well() {
         .collect();
     fs::write(&table, format!("drive_v,known_um\n{rows}")).unwrap();
     room.succeed(&["pickup", "--known-csv", table.to_str().unwrap()]);
-    let (tabled, _) = Calibration::read(&room.calibration()).unwrap();
+    let (tabled, _) = CalibrationFile::read(&room.calibration()).unwrap();
     let tabled = tabled.pickup.unwrap().metres_per_unit.value;
     assert!((tabled / typed - 1.0).abs() < 1e-6, "{tabled} {typed}");
 }

@@ -11,7 +11,7 @@ use std::process::Command;
 
 use bench_tests::program::bench;
 use bench_tests::session::{finish, text};
-use config::Calibration;
+use config::CalibrationFile;
 use config::{MeasuredChannels, Quantity};
 
 const CARRIER_HZ: f64 = 35e3;
@@ -59,10 +59,10 @@ impl Room {
         command
     }
 
-    fn succeed(&self, what: &str) -> (String, Calibration) {
+    fn succeed(&self, what: &str) -> (String, CalibrationFile) {
         let output = finish(&mut self.calibrate(what));
         assert!(output.status.success(), "{what}: {}", text(&output));
-        let (calibration, _) = Calibration::read(&self.calibration()).unwrap();
+        let (calibration, _) = CalibrationFile::read(&self.calibration()).unwrap();
         (text(&output), calibration)
     }
 
@@ -365,7 +365,7 @@ fn the_measured_clipping_level_is_flagged_in_its_place() {
         "bench.toml",
     )
     .unwrap();
-    let (calibration, _) = Calibration::read(&room.calibration()).unwrap();
+    let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
     assert!((config.channels.pickup.clip_units - 0.999).abs() < 1e-12);
     let bench = config::Effective::under_calibration(config, &calibration);
     let config = bench.config();

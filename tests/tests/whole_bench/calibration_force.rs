@@ -12,7 +12,7 @@ use bench_tests::recorded::Recording;
 use bench_tests::room::{Room, WEIGH, refused};
 use bench_tests::session::{SessionFolder, demo_with, finish, text};
 use bench_tests::truth::Bench;
-use config::Calibration;
+use config::CalibrationFile;
 use config::MeasuredForce;
 use mock_hw::scenario::Scenario;
 use rayon::prelude::*;
@@ -27,7 +27,7 @@ fn unknown_sensor(seed: u64) -> String {
 }
 
 fn kept(room: &Room) -> MeasuredForce {
-    let (calibration, _) = Calibration::read(&room.calibration()).unwrap();
+    let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
     calibration.force.unwrap()
 }
 

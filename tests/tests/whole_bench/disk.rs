@@ -199,11 +199,7 @@ fn removed_in_a_trial(speed: &str) -> Option<String> {
     let status = running.wait(MINUTE);
     let printed = running.output();
     // Whichever of the recorder and the log asks the disk first.
-    failed(
-        status,
-        &printed,
-        &["the file or its folder does not exist"],
-    );
+    failed(status, &printed, &["the file or its folder does not exist"]);
     assert!(!participant.exists(), "made anew");
     // Taken away, not lost.
     let recording = Recording::read(&elsewhere.join("ses-01/practice-01_attempt-1"));

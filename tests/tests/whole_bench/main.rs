@@ -5,6 +5,7 @@ mod calibration;
 mod calibration_channels;
 mod calibration_force;
 mod disk;
+mod first_hour;
 mod impedance_live;
 mod kills;
 mod long;

@@ -78,7 +78,10 @@ fn without_a_configuration_it_says_how_to_get_one() {
             "--study",
         ])
         .arg(&study);
-    let words = ["bench.toml", "--mock --print-config > bench.toml"];
+    let words = [
+        "bench.toml does not exist in this folder",
+        "run --print-config > bench.toml",
+    ];
     refused_before_anything_is_made(&mut run, &study, &words);
 }
 
@@ -151,18 +154,20 @@ fn without_a_participant() {
 fn names_that_are_no_pseudonyms() {
     let (folder, study) = room();
     let long = format!("sub-{}", "1".repeat(300));
-    for id in [
-        "../x",
-        "",
-        "süb-01",
-        "sub-01/..",
-        "sub-０１",
-        " sub-01",
-        "sub-01\n",
-        &long,
+    let (prefix, characters) = ("does not begin with `sub-`", "letters and digits");
+    for (id, why) in [
+        ("../x", prefix),
+        ("", prefix),
+        ("süb-01", prefix),
+        ("sub-01/..", characters),
+        ("sub-０１", characters),
+        (" sub-01", prefix),
+        ("sub-01\n", characters),
+        (&long, "the label is too long"),
     ] {
         let mut run = unattended(&study, id, "demo");
-        refused_before_anything_is_made(&mut run, &study, &["sub-"]);
+        let words = [why, "is not allowed", "for example `sub-01`"];
+        refused_before_anything_is_made(&mut run, &study, &words);
     }
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
@@ -173,12 +178,20 @@ fn the_dashboard_and_the_participants_display_need_terminals() {
     let mut run = bench();
     run.args(["run", "--mock", "--participant", "sub-01", "--study"])
         .arg(&study);
-    refused_before_anything_is_made(&mut run, &study, &["terminal", "--headless"]);
-    let file = folder.path().join("no-terminal");
+    refused_before_anything_is_made(
+        &mut run,
+        &study,
+        &["the dashboard needs a terminal", "add --headless"],
+    );
+    let file = folder.path().join("a-file");
     fs::write(&file, "kept").unwrap();
     let mut run = unattended(&study, "sub-01", "demo");
     run.arg("--participant-display").arg(&file);
-    refused_before_anything_is_made(&mut run, &study, &["no-terminal", "terminal"]);
+    refused_before_anything_is_made(
+        &mut run,
+        &study,
+        &["a-file is not a terminal", "such as /dev/tty2"],
+    );
     assert_eq!(fs::read_to_string(&file).unwrap(), "kept");
 }
 
@@ -194,9 +207,9 @@ fn unknown_keys_are_named_with_their_line_and_the_nearest_known_one() {
     let config = config_with(folder.path(), &[("rate_hz =", "rate_hx =")]);
     let words = [
         &*line_of(&config, "rate_hx"),
+        "bench.toml, line",
         "`rate_hx`",
         "`rate_hz`",
-        "bench.toml",
     ];
     let mut run = unattended(&study, "sub-01", "demo");
     refused_before_anything_is_made(run.arg("--config").arg(&config), &study, &words);
@@ -204,9 +217,9 @@ fn unknown_keys_are_named_with_their_line_and_the_nearest_known_one() {
     let protocol = demo_with(folder.path(), &[("min_n =", "mim_n =")]);
     let words = [
         &*line_of(&protocol, "mim_n"),
+        "protocol.toml, line",
         "`mim_n`",
         "`min_n`",
-        "protocol.toml",
     ];
     refused_before_anything_is_made(&mut unattended(&study, "sub-01", &protocol), &study, &words);
 
@@ -217,10 +230,10 @@ fn unknown_keys_are_named_with_their_line_and_the_nearest_known_one() {
     )
     .unwrap();
     let words = [
-        "line 4",
-        "dampnig_n_s_per_m",
-        "damping_n_s_per_m",
         "scenario.toml",
+        "line 4",
+        "`dampnig_n_s_per_m`",
+        "`damping_n_s_per_m`",
     ];
     let mut run = bench();
     run.args(["run", "--headless", "--speed", "max", "--protocol", "demo"])
@@ -249,10 +262,9 @@ fn an_unknown_key_of_a_recording_is_named_with_its_line_and_the_nearest_known_on
         .unwrap();
     let error = RecordingReader::open(recording).unwrap_err().to_string();
     for word in [
-        &*format!("line {line}"),
+        &*format!("recording.toml, line {line}"),
         "`volt_per_unit`",
         "`volts_per_unit`",
-        "recording.toml",
     ] {
         assert!(error.contains(word), "no `{word}` in: {error}");
     }
@@ -274,8 +286,10 @@ fn a_rate_too_low_for_the_carrier_is_refused_with_the_arithmetic() {
     let (folder, study) = room();
     let config = config_with(folder.path(), &[("rate_hz = 192000", "rate_hz = 48000")]);
     let mut run = unattended(&study, "sub-01", "demo");
-    // 2 (35000 + 6)
-    let words = ["48000", "35000", "6", "70012"];
+    let words = [
+        "sample rate 48000 Hz is not above",
+        "2 × (carrier 35000 Hz + modulation 6 Hz) = 70012 Hz",
+    ];
     refused_before_anything_is_made(run.arg("--config").arg(&config), &study, &words);
 }
 
@@ -284,7 +298,11 @@ fn a_rate_that_the_card_has_not_is_refused_with_those_it_has() {
     let (folder, study) = room();
     let config = config_with(folder.path(), &[("rate_hz = 192000", "rate_hz = 128000")]);
     let mut run = unattended(&study, "sub-01", "demo");
-    let words = ["128000", "192000", "96000"];
+    let words = [
+        "does not offer 2 channels of i32 at 128000 Hz",
+        "1–2 ch i32 96000 Hz",
+        "1–2 ch i32 192000 Hz",
+    ];
     refused_before_anything_is_made(run.arg("--config").arg(&config), &study, &words);
 }
 
@@ -317,7 +335,11 @@ fn channels_or_a_sample_format_that_the_card_has_not_are_refused_with_those_it_h
     ];
     refused_before_anything_is_made(&mut configured(&format), &study, &words);
     let format = [("sample_format = \"i32\"", "sample_format = \"i20\"")];
-    let words = ["line", "`i20`", "`f32`, `i32`, `i24`, `i16`"];
+    let words = [
+        "bench.toml, line",
+        "unknown value `i20`",
+        "`f32`, `i32`, `i24`, `i16`",
+    ];
     refused_before_anything_is_made(&mut configured(&format), &study, &words);
 
     let scenario = folder.path().join("scenario.toml");
@@ -346,7 +368,7 @@ fn ten_times_the_amplitude_is_refused_not_clamped() {
         &[("mean_amplitude_v = 24.0", "mean_amplitude_v = 240.0")],
     );
     let mut run = unattended(&study, "sub-01", &protocol);
-    let words = ["drive.mean_amplitude_v", "240 V", "line"];
+    let words = ["protocol.toml, line", "drive.mean_amplitude_v", "240 V"];
     refused_before_anything_is_made(&mut run, &study, &words);
 
     // Within what any protocol may ask for, but over the configured limit at the modulation's peak.
@@ -369,10 +391,10 @@ fn ten_times_the_amplitude_is_refused_not_clamped() {
 fn without_gpio() {
     let (folder, study) = room();
     let backends = [
-        ("backend = \"rppal\"", "Raspberry Pi"),
+        ("backend = \"rppal\"", "needs a Raspberry Pi"),
         (
             "backend = \"gpiocdev\"\nchip = \"/dev/gpiochip-absent\"\nestop = 7",
-            "/dev/gpiochip-absent",
+            "cannot take GPIO line 7 for e-stop",
         ),
     ];
     for (backend, word) in backends {
@@ -501,11 +523,7 @@ fn what_cannot_be_written_is_not_measured() {
         .arg(&nowhere);
     refused(
         &finish(&mut calibrate),
-        &[
-            "nothing can be written beside",
-            "not there",
-            "--calibration",
-        ],
+        &["cannot write into", "not there", "--calibration"],
     );
 }
 

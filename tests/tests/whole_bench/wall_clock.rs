@@ -11,7 +11,7 @@ use std::sync::Arc;
 use bench_tests::program::protocol;
 use bench_tests::session::SessionFolder;
 use config::{Config, Effective};
-use devices::sound::Tone;
+use devices::loudspeaker::Tone;
 use devices::{Hardware, Lines};
 use friction_bench::apparatus::{Apparatus as Bench, Watcher};
 use friction_bench::cli;

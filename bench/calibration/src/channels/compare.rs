@@ -4,7 +4,7 @@ use metrology::spectrum::{Spectrum, SpectrumError};
 use metrology::tone::{SteadyTone, ToneError};
 
 use super::fault::ChannelsFault;
-use super::noise::{NOISE_RESOLUTION_HZ, noise_band};
+use super::input_noise::{NOISE_RESOLUTION_HZ, noise_band};
 
 /// Noise may grow by this factor before it is told.
 const NOISIER: f64 = 2.0;
@@ -72,7 +72,7 @@ pub fn compare(
     let read = level(drive).unwrap_or(0.0);
     if read < ABSENT * commanded_units {
         // The pickup carries the plate's answer, the other input the drive itself: the louder one.
-        let share = |input: &config::InputChannel| {
+        let share = |input: &config::MeasuredInput| {
             let level = level(input.index).unwrap_or(0.0);
             level / (commanded_units * input.gain.value)
         };
@@ -110,7 +110,7 @@ pub fn compare(
 
 #[cfg(test)]
 mod tests {
-    use super::super::procedure::tests::calibrated;
+    use super::super::channels_procedure::tests::calibrated;
     use super::*;
 
     fn present() -> Present {

@@ -4,13 +4,18 @@
 //! A faint look comes first, below what the safety watch acts on: silent, swapped, saturated inputs and sound layers that
 //! resample are named before anything louder is played.
 
+mod channels_procedure;
+mod channels_setup;
+mod channels_verdict;
 mod compare;
+mod faint_look;
 mod fault;
-mod judge;
+mod input_noise;
 mod ladder;
-mod noise;
-mod procedure;
+mod silence;
+mod tone_ratios;
 
+pub use channels_procedure::ChannelsProcedure;
+pub use channels_setup::ChannelsSetup;
 pub use compare::{Present, compare};
 pub use fault::ChannelsFault;
-pub use procedure::{ChannelsProcedure, Setup};

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use crate::operator::{Axis, GRAM_KG};
-use crate::table;
+use crate::operator::{ForceAxis, GRAM_KG};
+use crate::typed_table;
 
 /// A known mass and where it goes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mass {
     /// Which axis it loads.
-    pub axis: Axis,
+    pub axis: ForceAxis,
     /// Mass, kg.
     pub mass_kg: f64,
     /// Its standard deviation, kg, apart from what all masses have in common.
@@ -18,7 +18,7 @@ pub struct Mass {
 
 /// Masses in grams on one axis, as they are typed.
 #[must_use]
-pub fn from_g(axis: Axis, masses_g: &[f64]) -> Vec<Mass> {
+pub fn from_g(axis: ForceAxis, masses_g: &[f64]) -> Vec<Mass> {
     masses_g
         .iter()
         .map(|g| Mass {
@@ -48,13 +48,13 @@ pub fn read_table(path: &Path) -> anyhow::Result<Vec<Mass>> {
         sigma_g: Option<f64>,
     }
     let columns = "axis,mass_g or axis,mass_g,sigma_g, an axis normal or lateral";
-    let rows = table::rows::<Row>(path, columns)?;
+    let rows = typed_table::rows::<Row>(path, columns)?;
     Ok(rows
         .iter()
         .map(|row| Mass {
             axis: match row.axis {
-                Named::Normal => Axis::Normal,
-                Named::Lateral => Axis::Lateral,
+                Named::Normal => ForceAxis::Normal,
+                Named::Lateral => ForceAxis::Lateral,
             },
             mass_kg: row.mass_g * GRAM_KG,
             sigma_kg: row.sigma_g.unwrap_or(0.0) * GRAM_KG,
@@ -85,7 +85,10 @@ mod tests {
         )
         .unwrap();
         let read = read_table(&path).unwrap();
-        assert_eq!((read[0].axis, read[1].axis), (Axis::Normal, Axis::Lateral));
+        assert_eq!(
+            (read[0].axis, read[1].axis),
+            (ForceAxis::Normal, ForceAxis::Lateral)
+        );
         assert!((read[0].mass_kg - 0.02).abs() < 1e-12 && (read[0].sigma_kg - 1e-6).abs() < 1e-15);
         assert_eq!(read[1].sigma_kg, 0.0);
         std::fs::write(&path, "axis,mass_g\nvertical,20\n").unwrap();

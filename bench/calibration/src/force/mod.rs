@@ -4,14 +4,14 @@
 //! ([`metrology::crosstalk`]) and M = A⁻¹ kept. The plate stays silent throughout.
 
 mod common;
-mod judge;
+mod force_procedure;
+mod force_setup;
+mod force_verdict;
 mod masses;
 mod plateau;
-mod procedure;
-mod setup;
 #[cfg(test)]
 mod tests;
 
+pub use force_procedure::ForceProcedure;
+pub use force_setup::ForceSetup;
 pub use masses::{Accuracy, Mass, from_g, read_table};
-pub use procedure::ForceProcedure;
-pub use setup::Setup;

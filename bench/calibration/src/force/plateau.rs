@@ -2,7 +2,7 @@
 
 use anyhow::bail;
 
-use crate::heard::Heard;
+use crate::capture::Capture;
 
 /// Length of one look, s.
 pub const WINDOW_S: f64 = 1.0;
@@ -71,19 +71,19 @@ impl Plateau {
     ///
     /// # Errors
     /// When the sensor sent too little.
-    pub fn read(heard: &Heard) -> anyhow::Result<Self> {
-        let count = heard.normal_n.len();
+    pub fn read(capture: &Capture) -> anyhow::Result<Self> {
+        let count = capture.normal_n.len();
         if count < PIECES * LEAST_IN_PIECE {
             bail!(
                 "the force sensor sent {count} readings in {WINDOW_S} s, at least {} are needed: check port, baud and protocol in [force]",
                 PIECES * LEAST_IN_PIECE
             );
         }
-        let duration_s = heard.duration_s();
-        let looks = [&heard.normal_n, &heard.lateral_n].map(|of| Look::at(of, duration_s));
+        let duration_s = capture.duration_s();
+        let looks = [&capture.normal_n, &capture.lateral_n].map(|of| Look::at(of, duration_s));
         let both = |of: fn(&Look) -> f64| [of(&looks[0]), of(&looks[1])];
         Ok(Self {
-            at_s: heard.from_s + 0.5 * duration_s,
+            at_s: capture.from_s + 0.5 * duration_s,
             mean: both(|look| look.mean),
             error: both(|look| look.error),
             scatter: both(|look| look.scatter),
@@ -134,17 +134,17 @@ mod tests {
 
     const RATE_HZ: f64 = 10e3;
 
-    fn heard(mut reading: impl FnMut(f64) -> f64) -> Heard {
+    fn capture(mut reading: impl FnMut(f64) -> f64) -> Capture {
         let values: Vec<f64> = (0..10_000)
             .map(|i| reading(f64::from(i) / RATE_HZ))
             .collect();
-        Heard {
+        Capture {
             samples: vec![0.0; 1000],
             channels: 1,
             rate_hz: 1000.0,
             lateral_n: vec![0.0; values.len()],
             normal_n: values,
-            ..Heard::default()
+            ..Capture::default()
         }
     }
 
@@ -153,7 +153,7 @@ mod tests {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
         let (mut rests, mut inside) = (0, 0);
         for _ in 0..200 {
-            let noise = heard(|_| {
+            let noise = capture(|_| {
                 let white: f64 = StandardNormal.sample(&mut rng);
                 0.5 + 0.02 * white
             });
@@ -175,18 +175,18 @@ mod tests {
             |t| if t > 0.7 { 0.002 } else { 0.0 },
         ];
         for motion in motions {
-            assert!(!Plateau::read(&heard(motion)).unwrap().at_rest(3e-4));
+            assert!(!Plateau::read(&capture(motion)).unwrap().at_rest(3e-4));
         }
         let hum = |t: f64| 0.01 * (std::f64::consts::TAU * 50.0 * t).sin();
         assert!(
-            Plateau::read(&heard(hum)).unwrap().at_rest(3e-4),
+            Plateau::read(&capture(hum)).unwrap().at_rest(3e-4),
             "the mains"
         );
     }
 
     #[test]
     fn a_sensor_that_sends_too_little_is_named() {
-        let mut silent = heard(|_| 0.0);
+        let mut silent = capture(|_| 0.0);
         silent.normal_n.truncate(50);
         let said = Plateau::read(&silent).unwrap_err().to_string();
         assert!(said.contains("50 readings"), "{said}");

@@ -3,12 +3,12 @@
 use anyhow::bail;
 
 use super::common::TARE_WINDOWS;
-use super::setup::UNKNOWN_GRAVITY;
+use super::force_setup::UNKNOWN_GRAVITY;
 use super::*;
-use crate::heard::Heard;
+use crate::capture::Capture;
 use crate::judged::{Calibrates, Judged, Part};
-use crate::operator::{Answer, Axis, GRAVITY_M_PER_S2, Request};
-use crate::procedure::{Happened, Next, Procedure};
+use crate::operator::{Answer, ForceAxis, GRAVITY_M_PER_S2, Request};
+use crate::procedure::{NextStep, Procedure, StepOutcome};
 use config::Config;
 use config::Quantity;
 
@@ -24,8 +24,8 @@ fn config() -> Config {
 
 fn masses() -> Vec<Mass> {
     [
-        from_g(Axis::Normal, &[20.0, 50.0, 100.0, 200.0]),
-        from_g(Axis::Lateral, &[20.0, 50.0, 100.0]),
+        from_g(ForceAxis::Normal, &[20.0, 50.0, 100.0, 200.0]),
+        from_g(ForceAxis::Lateral, &[20.0, 50.0, 100.0]),
     ]
     .concat()
 }
@@ -33,7 +33,7 @@ fn masses() -> Vec<Mass> {
 /// What the sensor is given: forces, N, and the time, s.
 type Sensor<'a> = dyn Fn([f64; 2], f64) -> [f64; 2] + 'a;
 
-fn heard(sensor: &Sensor<'_>, load_n: [f64; 2], from_s: f64) -> Heard {
+fn capture(sensor: &Sensor<'_>, load_n: [f64; 2], from_s: f64) -> Capture {
     let read: Vec<[f64; 2]> = (0..1000)
         .map(|i| {
             let ripple = 1e-4 * if i % 2 == 0 { 1.0 } else { -1.0 };
@@ -41,7 +41,7 @@ fn heard(sensor: &Sensor<'_>, load_n: [f64; 2], from_s: f64) -> Heard {
         })
         .collect();
     let at_end = |axis: usize| read.iter().filter(|of| of[axis].abs() >= 5.0).count();
-    Heard {
+    Capture {
         samples: vec![0.0; 1000],
         channels: 1,
         rate_hz: 1000.0,
@@ -49,26 +49,26 @@ fn heard(sensor: &Sensor<'_>, load_n: [f64; 2], from_s: f64) -> Heard {
         normal_n: read.iter().map(|of| of[0]).collect(),
         lateral_n: read.iter().map(|of| of[1]).collect(),
         force_saturated: [at_end(0), at_end(1)],
-        ..Heard::default()
+        ..Capture::default()
     }
 }
 
 /// Does everything that is asked; the first `redo` of a review is answered with it.
 fn measured(
-    setup: Setup,
+    setup: ForceSetup,
     sensor: &Sensor<'_>,
     mut redo: Option<usize>,
 ) -> anyhow::Result<ForceProcedure> {
     let mut procedure = ForceProcedure::new(setup, false);
     let (mut load_n, mut now_s) = ([0.0; 2], 10.0);
-    let mut happened = Happened::Began;
+    let mut outcome = StepOutcome::Began;
     loop {
-        happened = match procedure.next(happened)? {
-            Next::Listen(seconds) => {
+        outcome = match procedure.next(outcome)? {
+            NextStep::Listen(seconds) => {
                 now_s += seconds;
-                Happened::Heard(heard(sensor, load_n, now_s - seconds))
+                StepOutcome::Captured(capture(sensor, load_n, now_s - seconds))
             }
-            Next::Ask(request) => {
+            NextStep::Ask(request) => {
                 now_s += 3.0;
                 let mut answer = Answer::Ready;
                 match request {
@@ -76,16 +76,16 @@ fn measured(
                     Request::Unload => load_n = [0.0; 2],
                     _ => answer = redo.take().map_or(Answer::Ready, Answer::Redo),
                 }
-                Happened::Answered(answer, Heard::default())
+                StepOutcome::Answered(answer, Capture::default())
             }
-            Next::Done => return Ok(procedure),
+            NextStep::Done => return Ok(procedure),
             other => bail!("{other:?}"),
         };
     }
 }
 
-fn setup() -> Setup {
-    Setup::new(&config(), masses(), EXACT, Some(G)).unwrap()
+fn setup() -> ForceSetup {
+    ForceSetup::new(&config(), masses(), EXACT, Some(G)).unwrap()
 }
 
 fn judged(procedure: &ForceProcedure) -> (config::MeasuredForce, Vec<String>) {
@@ -140,7 +140,7 @@ fn what_is_known_badly_widens_the_errors_and_the_pulley_only_its_row() {
         masses: 1e-3,
         pulley: 5e-3,
     };
-    let setup = Setup::new(&config(), masses(), accuracy, None).unwrap();
+    let setup = ForceSetup::new(&config(), masses(), accuracy, None).unwrap();
     let (force, _) = judged(&measured(setup, &sensor, None).unwrap());
     let relative = |of: &Quantity| of.standard_error / of.value.abs();
     let common = 1e-3f64.hypot(UNKNOWN_GRAVITY);
@@ -174,27 +174,27 @@ fn a_mass_can_be_measured_again() {
 #[test]
 fn an_operator_names_the_masses() {
     use Answer::{Number, Ready, Redo};
-    let setup = Setup::to_be_named(&config(), EXACT, Some(G)).unwrap();
+    let setup = ForceSetup::to_be_named(&config(), EXACT, Some(G)).unwrap();
     let mut procedure = ForceProcedure::new(setup, true);
-    let mut asked = procedure.next(Happened::Began).unwrap();
-    let said: [(Axis, Answer, &str); 9] = [
-        (Axis::Normal, Number(0.02), ""),
-        (Axis::Normal, Ready, "1 masses on the normal axis"),
-        (Axis::Normal, Number(0.4), "use masses up to 305 g"),
-        (Axis::Normal, Number(-0.05), "above 0"),
-        (Axis::Normal, Number(0.05), ""),
-        (Axis::Normal, Number(0.06), ""),
-        (Axis::Normal, Redo(2), ""),
-        (Axis::Normal, Ready, ""),
-        (Axis::Lateral, Ready, ""),
+    let mut asked = procedure.next(StepOutcome::Began).unwrap();
+    let said: [(ForceAxis, Answer, &str); 9] = [
+        (ForceAxis::Normal, Number(0.02), ""),
+        (ForceAxis::Normal, Ready, "1 masses on the normal axis"),
+        (ForceAxis::Normal, Number(0.4), "use masses up to 305 g"),
+        (ForceAxis::Normal, Number(-0.05), "above 0"),
+        (ForceAxis::Normal, Number(0.05), ""),
+        (ForceAxis::Normal, Number(0.06), ""),
+        (ForceAxis::Normal, Redo(2), ""),
+        (ForceAxis::Normal, Ready, ""),
+        (ForceAxis::Lateral, Ready, ""),
     ];
     for (wanted, answer, note) in said {
-        let Next::Ask(Request::NameMass { axis }) = asked else {
+        let NextStep::Ask(Request::NameMass { axis }) = asked else {
             panic!("{asked:?}")
         };
         assert_eq!(axis, wanted);
         asked = procedure
-            .next(Happened::Answered(answer, Heard::default()))
+            .next(StepOutcome::Answered(answer, Capture::default()))
             .unwrap();
         let told = procedure.progress().note.unwrap_or_default();
         assert!(
@@ -202,8 +202,8 @@ fn an_operator_names_the_masses() {
             "{told:?}"
         );
     }
-    assert!(matches!(asked, Next::Ask(Request::Unload)), "{asked:?}");
-    let expected = [Axis::Normal, Axis::Lateral].map(|axis| from_g(axis, &[20.0, 50.0]));
+    assert!(matches!(asked, NextStep::Ask(Request::Unload)), "{asked:?}");
+    let expected = [ForceAxis::Normal, ForceAxis::Lateral].map(|axis| from_g(axis, &[20.0, 50.0]));
     assert_eq!(procedure.setup.masses, expected.concat());
     assert_eq!(procedure.progress().steps, 5);
 }
@@ -216,28 +216,28 @@ fn where_somebody_is_there_a_slip_is_asked_for_again() {
     let mut slips = vec![0.06, 0.0];
     let mut leaves = true;
     let mut notes = Vec::new();
-    let mut happened = Happened::Began;
+    let mut outcome = StepOutcome::Began;
     loop {
-        let next = procedure.next(happened).unwrap();
+        let next = procedure.next(outcome).unwrap();
         notes.extend(procedure.progress().note);
         now_s += 3.0;
-        happened = match next {
-            Next::Listen(_) => Happened::Heard(heard(&|of, _| of, load_n, now_s)),
-            Next::Ask(Request::Load { axis, mass_kg }) => {
+        outcome = match next {
+            NextStep::Listen(_) => StepOutcome::Captured(capture(&|of, _| of, load_n, now_s)),
+            NextStep::Ask(Request::Load { axis, mass_kg }) => {
                 let placed_kg = slips.pop().unwrap_or(mass_kg);
                 load_n[axis.index()] = placed_kg * G;
-                Happened::Answered(Answer::Ready, Heard::default())
+                StepOutcome::Answered(Answer::Ready, Capture::default())
             }
-            Next::Ask(request) => {
+            NextStep::Ask(request) => {
                 let left = request == Request::Unload && load_n[0] > 0.0 && leaves;
                 if left {
                     leaves = false;
                 } else {
                     load_n = [0.0; 2];
                 }
-                Happened::Answered(Answer::Ready, Heard::default())
+                StepOutcome::Answered(Answer::Ready, Capture::default())
             }
-            Next::Done => break,
+            NextStep::Done => break,
             other => panic!("{other:?}"),
         };
     }
@@ -251,17 +251,20 @@ fn where_somebody_is_there_a_slip_is_asked_for_again() {
     assert!((force.normal_per_normal.value - 1.0).abs() < 1e-6);
 
     let mut crossed = ForceProcedure::new(setup(), true);
-    crossed.next(Happened::Began).unwrap();
-    let silence = || Happened::Answered(Answer::Ready, Heard::default());
+    crossed.next(StepOutcome::Began).unwrap();
+    let silence = || StepOutcome::Answered(Answer::Ready, Capture::default());
     crossed.next(silence()).unwrap();
     for _ in 0..TARE_WINDOWS {
         crossed
-            .next(Happened::Heard(heard(&|of, _| of, [0.0; 2], 0.0)))
+            .next(StepOutcome::Captured(capture(&|of, _| of, [0.0; 2], 0.0)))
             .unwrap();
     }
     crossed.next(silence()).unwrap();
-    let crosswise = heard(&|of, _| [of[1], of[0]], [0.02 * G, 0.0], 5.0);
-    let ended = crossed.next(Happened::Heard(crosswise)).err().unwrap();
+    let crosswise = capture(&|of, _| [of[1], of[0]], [0.02 * G, 0.0], 5.0);
+    let ended = crossed
+        .next(StepOutcome::Captured(crosswise))
+        .err()
+        .unwrap();
     assert!(ended.to_string().contains("exchanged"), "{ended}");
 }
 
@@ -360,7 +363,7 @@ fn what_is_beyond_a_limit_does_not_pass_and_says_so() {
         masses: 1e-2,
         pulley: 0.0,
     };
-    let setup = Setup::new(&strict, masses(), accuracy, Some(G)).unwrap();
+    let setup = ForceSetup::new(&strict, masses(), accuracy, Some(G)).unwrap();
     let (_, faults) = judged(&measured(setup, &|of, _| of, None).unwrap());
     for key in ["force_error", "force_noise_n_per_sqrt_hz"] {
         assert!(faults.iter().any(|fault| fault.contains(key)), "{faults:?}");
@@ -370,15 +373,15 @@ fn what_is_beyond_a_limit_does_not_pass_and_says_so() {
 #[test]
 fn what_cannot_be_asked_for_is_refused_before_anything_is_opened() {
     let of = |masses: &[Mass], gravity| {
-        let setup = Setup::new(&config(), masses.to_vec(), EXACT, gravity);
+        let setup = ForceSetup::new(&config(), masses.to_vec(), EXACT, gravity);
         setup.err().unwrap().to_string()
     };
-    let only_normal = from_g(Axis::Normal, &[20.0, 50.0, 100.0]);
+    let only_normal = from_g(ForceAxis::Normal, &[20.0, 50.0, 100.0]);
     assert!(of(&only_normal, None).contains("0 masses on the lateral axis"));
-    let lateral = from_g(Axis::Lateral, &[20.0, 50.0]);
-    let few = [from_g(Axis::Normal, &[20.0]), lateral.clone()].concat();
+    let lateral = from_g(ForceAxis::Lateral, &[20.0, 50.0]);
+    let few = [from_g(ForceAxis::Normal, &[20.0]), lateral.clone()].concat();
     assert!(of(&few, None).contains("1 masses on the normal axis"));
-    let heavy = [from_g(Axis::Normal, &[20.0, 400.0]), lateral.clone()].concat();
+    let heavy = [from_g(ForceAxis::Normal, &[20.0, 400.0]), lateral.clone()].concat();
     let said = of(&heavy, None);
     assert!(
         said.contains("400 g")
@@ -388,17 +391,19 @@ fn what_cannot_be_asked_for_is_refused_before_anything_is_opened() {
     );
     let mut weak = config();
     weak.safety.max_lateral_n = 0.4;
-    let said = Setup::new(&weak, masses(), EXACT, None).err().unwrap();
+    let said = ForceSetup::new(&weak, masses(), EXACT, None).err().unwrap();
     assert!(
         said.to_string().contains("safety.max_lateral_n = 0.4"),
         "{said}"
     );
-    let none = [from_g(Axis::Normal, &[20.0, -5.0]), lateral].concat();
+    let none = [from_g(ForceAxis::Normal, &[20.0, -5.0]), lateral].concat();
     assert!(of(&none, None).contains("above 0"));
     assert!(of(&masses(), Some(1.62)).contains("--gravity"));
     let mut blind = config();
     blind.force = None;
-    let said = Setup::new(&blind, masses(), EXACT, None).err().unwrap();
+    let said = ForceSetup::new(&blind, masses(), EXACT, None)
+        .err()
+        .unwrap();
     assert!(said.to_string().contains("[force]"), "{said}");
 }
 
@@ -407,7 +412,7 @@ fn a_new_tare_keeps_the_matrix() {
     let sensor = |of: [f64; 2], _: f64| response(of);
     let (kept, _) = judged(&measured(setup(), &sensor, None).unwrap());
     let moved = |of: [f64; 2], _: f64| response(of).map(|n| n + 0.12);
-    let setup = Setup::retare(&config(), kept.clone()).unwrap();
+    let setup = ForceSetup::retare(&config(), kept.clone()).unwrap();
     let (tared, faults) = judged(&measured(setup, &moved, None).unwrap());
     assert_eq!(faults, Vec::<String>::new());
     assert_eq!(tared.correction().matrix, kept.correction().matrix);

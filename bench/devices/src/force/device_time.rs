@@ -1,6 +1,6 @@
 //! Time on the force sensor's own clock.
 
-/// A 32-bit microsecond counter carried on past its wraps.
+/// A 32-bit microsecond counter, extended to 64 bits across its wraps.
 #[derive(Debug, Default)]
 pub(super) struct Unwrap {
     pub(super) last: Option<u64>,

@@ -3,17 +3,27 @@
 use crc::{CRC_16_IBM_3740, Crc};
 
 use super::device_time::Unwrap;
-use super::sample::{Decoder, ForceSample, LineFaults};
+use super::force_sample::{Decoder, ForceSample, LineFaults};
 
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 const VERSION: u8 = 1;
 const FRAME_BYTES: usize = 18;
 const NORMAL_SATURATED: u8 = 1;
 const LATERAL_SATURATED: u8 = 2;
-/// COBS adds one byte to a frame this short; anything longer before a zero byte is not a frame.
+/// Longest encoded frame: COBS adds one byte to a frame this short.
 const ENCODED_BYTES: usize = FRAME_BYTES + 1;
 
 /// Decoder of the binary format.
+///
+/// ```
+/// use devices::force::{Decoder, FrameDecoder};
+///
+/// let mut decoder = FrameDecoder::default();
+/// let mut samples = Vec::new();
+/// decoder.decode(&[1, 2, 3, 0], &mut samples); // torn: no frame
+/// assert!(samples.is_empty());
+/// assert_eq!(decoder.faults().corrupt, 1);
+/// ```
 #[derive(Default)]
 pub struct FrameDecoder {
     encoded: Vec<u8>,
@@ -21,7 +31,7 @@ pub struct FrameDecoder {
     sequence: Option<u16>,
     clock: Unwrap,
     faults: LineFaults,
-    /// Corrupt since the last good frame: these are missing from the sequence too, and count once.
+    /// Corrupt frames since the last good one: they are missing from the sequence too, and count once.
     corrupt_in_gap: u64,
 }
 
@@ -34,7 +44,7 @@ struct Frame {
 }
 
 impl Frame {
-    /// `None` when the length, the version or the checksum is wrong.
+    /// Decodes a frame in place; `None` when the length, the version or the checksum is wrong.
     fn parse(encoded: &mut [u8]) -> Option<Self> {
         let length = cobs::decode_in_place(encoded).ok()?;
         let frame: &[u8; FRAME_BYTES] = encoded.get(..length)?.try_into().ok()?;

@@ -1,4 +1,4 @@
-//! The serial line itself: bytes in, samples placed on the host's clock out.
+//! The serial line: reads bytes and returns samples on the host's clock.
 
 use config::{Correction, ForceProtocol};
 use std::io::{ErrorKind, Read};
@@ -8,38 +8,37 @@ use std::time::Duration;
 use anyhow::Context;
 use impedance::clock_alignment::LowerEnvelope;
 
+use super::force_sample::{Decoder, ForceSample, LineFaults};
 use super::frames::FrameDecoder;
-use super::lines::LineDecoder;
-use super::sample::{Decoder, ForceSample, LineFaults};
+use super::text_lines::LineDecoder;
 
 /// A force sample on the host's clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimedForce {
-    /// What the sensor said, its forces corrected.
+    /// Sample with corrected forces.
     pub sample: ForceSample,
-    /// Normal and lateral force as the sensor itself said them, N.
+    /// Normal and lateral force as the sensor sent them, N.
     pub raw_n: [f64; 2],
-    /// When it was sampled, host time, s.
+    /// Time of sampling on the host's clock, s.
     pub host_s: f64,
 }
 
-/// Where bytes come from without waiting.
+/// A source of bytes that never blocks.
 pub trait ForcePort: Send {
-    /// Appends what has arrived.
+    /// Appends the bytes that have arrived.
     ///
     /// # Errors
-    /// When the port is gone.
+    /// When the port has disappeared.
     fn read_waiting(&mut self, bytes: &mut Vec<u8>) -> std::io::Result<()>;
 }
 
 struct SerialPort {
-    port: serialport::TTYPort,
+    port: Box<dyn serialport::SerialPort>,
     buffer: Box<[u8]>,
 }
 
 impl ForcePort for SerialPort {
     fn read_waiting(&mut self, bytes: &mut Vec<u8>) -> std::io::Result<()> {
-        use serialport::SerialPort as _;
         while self.port.bytes_to_read()? > 0 {
             match self.port.read(&mut self.buffer) {
                 Ok(0) => return Err(ErrorKind::BrokenPipe.into()),
@@ -63,7 +62,7 @@ impl ForcePort for SerialPort {
 pub fn open_port(path: &Path, baud: u32) -> anyhow::Result<Box<dyn ForcePort>> {
     let port = serialport::new(path.to_string_lossy(), baud)
         .timeout(Duration::from_millis(1))
-        .open_native()
+        .open()
         .with_context(|| {
             format!(
                 "cannot open the force sensor's port {}: is it plugged in, free, and may you use it? `friction-bench devices` lists the ports",
@@ -76,7 +75,7 @@ pub fn open_port(path: &Path, baud: u32) -> anyhow::Result<Box<dyn ForcePort>> {
     }))
 }
 
-/// The force sensor as a source of samples on the host's clock.
+/// A force sensor as a source of samples on the host's clock.
 pub struct ForceLink {
     port: Box<dyn ForcePort>,
     decoder: Box<dyn Decoder>,
@@ -88,7 +87,7 @@ pub struct ForceLink {
 }
 
 impl ForceLink {
-    /// Listens on `port`; `latency_s` is the shortest time from sampling to arrival.
+    /// Makes a link on `port`; `latency_s` is the shortest time from sampling to arrival, s.
     pub fn new(
         port: Box<dyn ForcePort>,
         protocol: ForceProtocol,
@@ -106,10 +105,10 @@ impl ForceLink {
         }
     }
 
-    /// Takes what has arrived; `now_s` is the host's clock.
+    /// Reads the port and passes each new sample to `take`; `now_s` is the host's clock, s.
     ///
     /// # Errors
-    /// When the port is gone.
+    /// When the port has disappeared.
     pub fn poll(
         &mut self,
         now_s: impl Fn() -> f64,
@@ -117,11 +116,11 @@ impl ForceLink {
     ) -> std::io::Result<()> {
         self.bytes.clear();
         self.port.read_waiting(&mut self.bytes)?;
-        // Asked only now: what is read may have come after the caller looked at the clock, and no arrival may be stated early.
+        // Read only now: bytes may have arrived after the caller read the clock, and no arrival may be stated early.
         let arrival_s = now_s();
         self.samples.clear();
         self.decoder.decode(&self.bytes, &mut self.samples);
-        // The last sample of a burst has waited least: it alone tells of the delay.
+        // The last sample of a burst has waited least: it alone shows the delay.
         if let Some(last) = self.samples.last() {
             // The decoder lets only advancing times pass.
             let _ = self.clock.observe(seconds(last.device_us), arrival_s);
@@ -144,12 +143,12 @@ impl ForceLink {
         Ok(())
     }
 
-    /// Faults of the line so far.
+    /// Returns the faults of the line so far.
     pub fn faults(&self) -> LineFaults {
         self.decoder.faults()
     }
 
-    /// Drift of the host's clock against the sensor's, ppm, once it is known.
+    /// Returns the drift of the host's clock against the sensor's, ppm; `None` until it is known.
     pub fn drift_ppm(&self) -> Option<f64> {
         self.clock.settled().then(|| self.clock.drift_ppm())
     }

@@ -86,6 +86,12 @@ pub enum ManifestError {
         /// The flag.
         uncalibrated: bool,
     },
+    /// Waived hardware stops without the person who waived them, or the reverse.
+    #[error("`hardware.waived` has {} names, but `hardware.waived_by` is {}", waived.len(), if waived.is_empty() { "present" } else { "absent" })]
+    Waiver {
+        /// The waived hardware stops.
+        waived: Vec<String>,
+    },
     /// The audio file has no such channel.
     #[error("`{key}` is {index}, but signals.wav has {channels} channels, counted from 0")]
     NoSuchChannel {
@@ -137,6 +143,8 @@ impl ManifestError {
             Self::IntervalOrder { index, .. } => format!("intervals.{index}.end_s"),
             Self::SameChannel { .. } => "channels.pickup.index".to_owned(),
             Self::Calibration { .. } => "hardware.uncalibrated".to_owned(),
+            Self::Waiver { waived } if waived.is_empty() => "hardware.waived_by".to_owned(),
+            Self::Waiver { .. } => "hardware.waived".to_owned(),
             Self::NoSuchChannel { key, .. } => (*key).to_owned(),
             Self::ChannelNames { .. } => "hardware.channel_names".to_owned(),
             Self::SampleRate { .. } => "hardware.sample_rate_hz".to_owned(),

@@ -89,6 +89,12 @@ pub struct RecordedHardware {
     pub position_sensor: Option<String>,
     /// Whether the constants were taken from the configuration instead of a calibration.
     pub uncalibrated: bool,
+    /// Names of the hardware stops that the preflight did not require, such as `estop`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub waived: Vec<String>,
+    /// Name of the person who waived them; absent if and only if none is waived.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub waived_by: Option<String>,
     /// The calibration in use; absent if and only if `uncalibrated`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibration: Option<CalibrationReference>,
@@ -100,6 +106,11 @@ impl RecordedHardware {
         if self.uncalibrated == self.calibration.is_some() {
             return Err(ManifestError::Calibration {
                 uncalibrated: self.uncalibrated,
+            });
+        }
+        if self.waived.is_empty() == self.waived_by.is_some() {
+            return Err(ManifestError::Waiver {
+                waived: self.waived.clone(),
             });
         }
         Ok(())

@@ -167,6 +167,16 @@ fn every_rule_refuses_with_line_value_and_range() {
         ("session = 1", "session = 0", "from 1"),
         ("attempt = 1", "attempt = 0", "from 1"),
         ("uncalibrated = true", "uncalibrated = false", "absent"),
+        (
+            "uncalibrated = true",
+            "uncalibrated = true\nwaived = [\"estop\"]",
+            "`hardware.waived_by` is absent",
+        ),
+        (
+            "uncalibrated = true",
+            "uncalibrated = true\nwaived_by = \"A. Tester\"",
+            "`hardware.waived_by` is present",
+        ),
     ] {
         assert!(whole.contains(right), "{right}");
         let text = whole.replacen(right, wrong, 1);

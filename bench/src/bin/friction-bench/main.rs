@@ -8,10 +8,10 @@ use std::io::{IsTerminal, Write};
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::time::Instant;
 
-use anyhow::Context;
 use clap::{CommandFactory, Parser};
-use config::{AudioHost, Config, Effective};
+use config::{AudioHost, Config, ConfigError, Effective};
 use devices::Hardware;
 use devices::claim::Claim;
 use friction_bench::apparatus::Apparatus;
@@ -19,8 +19,12 @@ use friction_bench::check::Extent;
 use friction_bench::cli::{
     self, Calibrate, Check, Cli, Command, Devices, Monitor, Replay, Run, Speed,
 };
-use friction_bench::run::{self, Plan};
-use friction_bench::{analyze, calibrate as calibration, check, inventory, model, monitor, replay};
+use friction_bench::run::{self, Plan, ProtocolFile};
+use friction_bench::shell_words::quoted;
+use friction_bench::verbosity::Verbosity;
+use friction_bench::{
+    analyze, calibrate as calibration, check, complaint, inventory, model, monitor, replay,
+};
 use signalgen::audio::{HostChoice, open_host};
 use tasks::{Schedule, SystemClock};
 
@@ -30,7 +34,13 @@ fn main() -> ExitCode {
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
     // Whatever opens a bench later silences its drive before the terminal is put back.
     tui::install_panic_hook(|| {});
-    match dispatch(Cli::parse()) {
+    let began = Instant::now();
+    let cli = Cli::parse();
+    let verbosity = Verbosity::from(cli.printing);
+    let ended = dispatch(cli.command, verbosity);
+    let took_s = began.elapsed().as_secs_f64();
+    verbosity.note(format_args!("took {took_s:.1} s"));
+    match ended {
         Ok(code) => code,
         Err(error) => {
             tui::restore();
@@ -43,7 +53,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whoever read the output has read enough, as `head` does.
+/// Returns whether the reader of the output has read enough, as `head` does.
 fn is_closed_pipe(error: &anyhow::Error) -> bool {
     let cause = error.root_cause().downcast_ref::<std::io::Error>();
     // A serial line that ends has no number of the system's.
@@ -52,72 +62,117 @@ fn is_closed_pipe(error: &anyhow::Error) -> bool {
     })
 }
 
-/// The error and its causes, a line each; never a backtrace. A cause that the line above has said already is left out.
+/// Prints the error and its causes, a line each; never a backtrace.
 fn complain(error: &anyhow::Error) {
     let mut stderr = std::io::stderr().lock();
-    let mut said = error.to_string();
-    let _ = writeln!(stderr, "friction-bench: {said}");
-    for cause in error.chain().skip(1).map(ToString::to_string) {
-        if !said.contains(&cause) {
-            let _ = writeln!(stderr, "  because: {cause}");
-        }
-        said = cause;
+    for (i, line) in complaint::lines(error).iter().enumerate() {
+        let begin = if i == 0 {
+            "friction-bench"
+        } else {
+            "  because"
+        };
+        let _ = writeln!(stderr, "{begin}: {line}");
     }
 }
 
-fn dispatch(cli: Cli) -> anyhow::Result<ExitCode> {
-    match cli.command {
-        Command::Run(options) => run(&options),
-        Command::Monitor(options) => watch(&options),
-        Command::Calibrate(options) => calibrate(&options),
-        Command::Replay(options) => play(&options),
-        Command::Check(options) => preflight(&options),
+/// Prints to standard output; a reader who closed it ends the program without complaint, see [`is_closed_pipe`].
+fn print(text: impl AsRef<[u8]>) -> anyhow::Result<()> {
+    let mut stdout = std::io::stdout().lock();
+    stdout.write_all(text.as_ref())?;
+    Ok(stdout.flush()?)
+}
+
+fn passed_or_failed(passed: bool) -> ExitCode {
+    if passed {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(1)
+    }
+}
+
+fn dispatch(command: Command, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
+    match command {
+        Command::Run(options) => run(&options, verbosity),
+        Command::Monitor(options) => watch(&options, verbosity),
+        Command::Calibrate(options) => calibrate(&options, verbosity),
+        Command::Replay(options) => play(&options, verbosity),
+        Command::Check(options) => preflight(&options, verbosity),
         Command::Devices(options) => list(&options),
-        Command::Analyze(options) => Ok(if analyze::run(&options)? {
-            ExitCode::SUCCESS
-        } else {
-            ExitCode::from(1)
-        }),
+        Command::Analyze(options) => Ok(passed_or_failed(analyze::run(&options, verbosity)?)),
         Command::Model(options) => {
-            let mut stdout = std::io::stdout();
             for path in model::run(&options)? {
-                writeln!(stdout, "{}", path.display())?;
+                print(format!("{}\n", path.display()))?;
             }
             Ok(ExitCode::SUCCESS)
         }
         Command::Completions { shell } => {
-            clap_complete::generate(
-                shell,
-                &mut Cli::command(),
-                "friction-bench",
-                &mut std::io::stdout(),
-            );
+            // The generators panic where they cannot write.
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "friction-bench", &mut script);
+            print(script)?;
             Ok(ExitCode::SUCCESS)
         }
         Command::Manual => {
-            clap_mangen::Man::new(Cli::command()).render(&mut std::io::stdout())?;
+            let mut page = Vec::new();
+            clap_mangen::Man::new(Cli::command()).render(&mut page)?;
+            print(page)?;
             Ok(ExitCode::SUCCESS)
         }
     }
 }
 
-/// The configuration that holds, and whether it was only asked for.
-fn configuration(options: &cli::Hardware) -> anyhow::Result<Option<Config>> {
-    let config = match (&options.config, &options.mock) {
-        (Some(path), _) => Config::read(path)?,
-        (None, Some(_)) => Config::parse(simulated::CONFIG, "the simulated bench's configuration")?,
-        (None, None) => Config::read(Path::new("bench.toml"))?,
-    };
-    if options.print_config {
-        let text = if options.config.is_none() && options.mock.is_some() {
-            simulated::CONFIG.to_owned()
-        } else {
-            config.to_toml()?
-        };
-        write!(std::io::stdout(), "{text}")?;
+/// Name of the configuration where none is given.
+const DEFAULT_CONFIG: &str = "bench.toml";
+
+/// Returns the configuration of these options; `None` if it was to be printed, and has been.
+fn configuration(options: &cli::Hardware, verbosity: Verbosity) -> anyhow::Result<Option<Config>> {
+    // A misspelt scenario is reported before anything else is asked for.
+    let scenario = options.mock.as_deref().map(simulated::read).transpose()?;
+    if let (None, Some(scenario)) = (&options.config, &scenario) {
+        let text = simulated::config(scenario);
+        if options.print_config {
+            print(text)?;
+            return Ok(None);
+        }
+        verbosity.note(format_args!("configuration: the simulated bench's own"));
+        return Ok(Some(Config::parse(
+            &text,
+            "the simulated bench's configuration",
+        )?));
+    }
+    let path = options
+        .config
+        .as_deref()
+        .unwrap_or(Path::new(DEFAULT_CONFIG));
+    // A shell creates bench.toml before this program is started to write it.
+    let unwritten = || std::fs::read(path).map_or(true, |text| text.is_empty());
+    if options.print_config && options.config.is_none() && unwritten() {
+        print(config::TEMPLATE)?;
         return Ok(None);
     }
+    let config = Config::read(path).map_err(|error| match &error {
+        ConfigError::Read { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
+            absent_configuration(path, options.config.is_some())
+        }
+        _ => error.into(),
+    })?;
+    if options.print_config {
+        print(config.to_toml()?)?;
+        return Ok(None);
+    }
+    verbosity.note(format_args!("configuration: {}", path.display()));
     Ok(Some(config))
+}
+
+fn absent_configuration(path: &Path, named: bool) -> anyhow::Error {
+    let name = path.display();
+    if named {
+        return anyhow::anyhow!("{name} does not exist: check the spelling after --config");
+    }
+    anyhow::anyhow!(
+        "{name} does not exist in this folder: `friction-bench run --print-config > {name}` writes a commented template \
+         to edit, --config FILE names another file, and --mock uses simulated hardware"
+    )
 }
 
 fn apparatus(
@@ -150,30 +205,67 @@ fn apparatus(
     })
 }
 
+/// Returns the bench of these options, and notes where its constants come from.
+fn effective(
+    config: Config,
+    options: &cli::Hardware,
+    uncalibrated: bool,
+    verbosity: Verbosity,
+) -> Result<Effective, config::CalibrationError> {
+    let bench = calibration::effective(config, options, uncalibrated)?;
+    match bench.calibration() {
+        Some(in_force) => verbosity.note(format_args!(
+            "calibration: {}, {}, sha256 {}",
+            calibration::path(options).display(),
+            in_force.label(),
+            in_force.hash()
+        )),
+        None => verbosity.note(format_args!("calibration: none")),
+    }
+    Ok(bench)
+}
+
 /// Refuses to drive a bench that fails the quick preflight, and prints its table.
-fn require_ready(bench: &Effective, options: &cli::Hardware, speed: Speed) -> anyhow::Result<()> {
-    let table = check::run(bench, None, &Extent::Quick, || {
+fn require_ready(
+    bench: &Effective,
+    options: &cli::Hardware,
+    speed: Speed,
+    verbosity: Verbosity,
+) -> anyhow::Result<()> {
+    let began = Instant::now();
+    let preflight = check::run(bench, None, &Extent::Quick, || {
         Ok(apparatus(bench.config(), options, speed, None)?.hardware)
     });
-    if !table.passed() {
-        write!(std::io::stdout(), "{}", table.to_text())?;
-        anyhow::bail!(
-            "the bench is not what was calibrated, or not ready: nothing was driven but the test's faint tone"
-        );
+    let took_s = began.elapsed().as_secs_f64();
+    verbosity.note(format_args!("quick check: {took_s:.1} s"));
+    if !preflight.table.passed() {
+        print(preflight.table.to_text())?;
+        let driven = if preflight.driven {
+            "nothing was driven but the test's faint tone"
+        } else {
+            "nothing was driven"
+        };
+        anyhow::bail!("the bench is not ready, or not as calibrated: {driven}");
     }
     Ok(())
 }
 
-fn run(options: &Run) -> anyhow::Result<ExitCode> {
-    let Some(config) = configuration(&options.hardware)? else {
-        return Ok(ExitCode::SUCCESS);
-    };
-    let bench = calibration::effective(config, &options.hardware, options.uncalibrated)?;
-    let plan = Plan::new(bench, options)?;
-    if !options.headless && !std::io::stdout().is_terminal() {
+fn require_terminal(headless: bool) -> anyhow::Result<()> {
+    if !headless && !std::io::stdout().is_terminal() {
         anyhow::bail!("the dashboard needs a terminal; without one add --headless");
     }
-    require_ready(&plan.bench, &options.hardware, options.speed)?;
+    Ok(())
+}
+
+fn run(options: &Run, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
+    let Some(config) = configuration(&options.hardware, verbosity)? else {
+        return Ok(ExitCode::SUCCESS);
+    };
+    let bench = effective(config, &options.hardware, options.uncalibrated, verbosity)?;
+    let plan = Plan::new(bench, options)?;
+    verbosity.note(format_args!("protocol: {}", plan.protocol.file));
+    require_terminal(options.headless)?;
+    require_ready(&plan.bench, &options.hardware, options.speed, verbosity)?;
     let mut apparatus = apparatus(
         plan.bench.config(),
         &options.hardware,
@@ -190,121 +282,102 @@ fn run(options: &Run) -> anyhow::Result<ExitCode> {
         // The session has ended as it has, whether this is read or not.
         let _ = writeln!(stdout, "{line}");
     }
-    Ok(if report.completed {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::from(1)
-    })
+    Ok(passed_or_failed(report.completed))
 }
 
-fn watch(options: &Monitor) -> anyhow::Result<ExitCode> {
-    let Some(config) = configuration(&options.hardware)? else {
+fn watch(options: &Monitor, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
+    let Some(config) = configuration(&options.hardware, verbosity)? else {
         return Ok(ExitCode::SUCCESS);
     };
-    let bench = calibration::effective(config, &options.hardware, options.uncalibrated)?;
+    let bench = effective(config, &options.hardware, options.uncalibrated, verbosity)?;
     let plan = monitor::Plan::new(bench, options)?;
-    if !options.headless && !std::io::stdout().is_terminal() {
-        anyhow::bail!("the dashboard needs a terminal; without one add --headless");
-    }
+    require_terminal(options.headless)?;
     if plan.drives() {
-        require_ready(&plan.bench, &options.hardware, options.speed)?;
+        require_ready(&plan.bench, &options.hardware, options.speed, verbosity)?;
     }
     let apparatus = apparatus(plan.bench.config(), &options.hardware, options.speed, None)?;
     let completed = monitor::run(plan, apparatus, std::io::stdout())?;
-    Ok(if completed {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::from(1)
-    })
+    Ok(passed_or_failed(completed))
 }
 
-fn calibrate(options: &Calibrate) -> anyhow::Result<ExitCode> {
+fn calibrate(options: &Calibrate, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     let measure = match options {
         Calibrate::Pickup(options) => &options.measure,
         Calibrate::Plate(options) => &options.measure,
         Calibrate::Force(options) => &options.measure,
         Calibrate::Channels(options) => &options.measure,
     };
-    let Some(config) = configuration(&measure.hardware)? else {
+    let Some(config) = configuration(&measure.hardware, verbosity)? else {
         return Ok(ExitCode::SUCCESS);
     };
     let open = |config: &Config| apparatus(config, &measure.hardware, measure.speed, None);
     let report = match options {
-        Calibrate::Pickup(options) => calibration::pickup(config, options, open)?,
-        Calibrate::Plate(options) => calibration::plate(config, options, open)?,
-        Calibrate::Force(options) => calibration::force(config, options, open)?,
-        Calibrate::Channels(options) => calibration::channels(config, options, open)?,
+        Calibrate::Pickup(options) => calibration::pickup(config, options, verbosity, open)?,
+        Calibrate::Plate(options) => calibration::plate(config, options, verbosity, open)?,
+        Calibrate::Force(options) => calibration::force(config, options, verbosity, open)?,
+        Calibrate::Channels(options) => calibration::channels(config, options, verbosity, open)?,
     };
-    let text = if measure.json {
+    print(if measure.json {
         report.to_json()?
     } else {
         report.to_text()
-    };
-    write!(std::io::stdout(), "{text}")?;
-    Ok(if report.passed {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::from(1)
-    })
+    })?;
+    Ok(passed_or_failed(report.passed))
 }
 
-fn play(options: &Replay) -> anyhow::Result<ExitCode> {
+fn play(options: &Replay, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
+    let listed = replay::recordings_in(&options.recording)?;
+    if let Some(recordings) = listed {
+        for recording in recordings {
+            print(format!("friction-bench replay {}\n", quoted(&recording)))?;
+        }
+        return Ok(ExitCode::SUCCESS);
+    }
     let plan = replay::Plan::new(options)?;
-    if !options.headless && !std::io::stdout().is_terminal() {
-        anyhow::bail!("the dashboard needs a terminal; without one add --headless");
-    }
+    verbosity.note(format_args!("recording: {}", options.recording.display()));
+    require_terminal(options.headless)?;
     let report = replay::run(plan, std::io::stdout())?;
-    let mut stdout = std::io::stdout();
     for line in report.lines() {
-        writeln!(stdout, "{line}")?;
+        print(line + "\n")?;
     }
-    Ok(if report.completed {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::from(1)
-    })
+    Ok(passed_or_failed(report.completed))
 }
 
-fn preflight(options: &Check) -> anyhow::Result<ExitCode> {
-    let Some(config) = configuration(&options.hardware)? else {
+fn preflight(options: &Check, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
+    let Some(config) = configuration(&options.hardware, verbosity)? else {
         return Ok(ExitCode::SUCCESS);
     };
-    let (bench, refused) = match calibration::effective(config.clone(), &options.hardware, false) {
+    let (bench, refused) = match effective(config.clone(), &options.hardware, false, verbosity) {
         Ok(bench) => (bench, None),
         Err(error) => (Effective::uncalibrated(config), Some(error)),
     };
-    let speed = if options.hardware.mock.is_some() {
-        Speed::Max
-    } else {
-        Speed::Real
-    };
+    let simulated = options.hardware.mock.is_some();
+    let speed = if simulated { Speed::Max } else { Speed::Real };
     let extent = if options.quick {
         Extent::Quick
     } else {
-        let (protocol, _) = run::read_protocol(&options.protocol)?;
+        let file = ProtocolFile::read(&options.protocol)?;
+        verbosity.note(format_args!("protocol: {}", file.file));
+        file.require_on_plate(bench.config())?;
         Extent::Whole {
             study: options.study.clone(),
-            session_bytes: run::session_bytes(bench.config(), &protocol),
+            session_bytes: run::session_bytes(bench.config(), &file.protocol),
+            dashboard: !simulated && !options.json && std::io::stdout().is_terminal(),
         }
     };
     let table = check::run(&bench, refused.as_ref(), &extent, || {
         Ok(apparatus(bench.config(), &options.hardware, speed, None)?.hardware)
-    });
-    let text = if options.json {
+    })
+    .table;
+    print(if options.json {
         table.to_json()?
     } else {
         table.to_text()
-    };
-    write!(std::io::stdout(), "{text}")?;
-    Ok(if table.passed() {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::from(1)
-    })
+    })?;
+    Ok(passed_or_failed(table.passed()))
 }
 
 fn list(options: &Devices) -> anyhow::Result<ExitCode> {
-    let mut stdout = std::io::stdout();
     let listing = if options.mock {
         let simulated = simulated::apparatus("nominal", 1, Speed::Max, None)?.hardware;
         let ports = simulated.force_port.iter().cloned().collect();
@@ -322,11 +395,10 @@ fn list(options: &Devices) -> anyhow::Result<ExitCode> {
             gpio_chips: real_gpio::chips(),
         }
     };
-    let text = if options.json {
+    print(if options.json {
         listing.to_json()?
     } else {
         listing.to_text()
-    };
-    write!(stdout, "{text}").context("cannot print the list")?;
+    })?;
     Ok(ExitCode::SUCCESS)
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use anyhow::Context;
 use calibration::operator::{self, Cabling, Hands, Request};
-use devices::sound::Tone;
+use devices::loudspeaker::Tone;
 use devices::{Hardware, Lines};
 use friction_bench::apparatus::{Apparatus, Watcher};
 use friction_bench::cli::Speed;
@@ -15,13 +15,27 @@ use mock_hw::apparatus::{
 };
 use mock_hw::person::{Cue, Instruction, Percept};
 use mock_hw::plant::{Axis, InputWiring};
-use mock_hw::scenario::{Scenario, ScenarioError, built_in};
+use mock_hw::scenario::{ForceProtocol, Scenario, ScenarioError, built_in};
 use mock_hw::world_clock::Pace;
 use safety::{input, output};
 use tasks::{Clock, Pacer, Schedule, SystemClock, later};
 
-/// What a bench on simulated hardware assumes of it; the scenario's truth differs where real hardware would.
-pub const CONFIG: &str = include_str!("../../../mock-bench.toml");
+/// Configuration of a bench with the simulated hardware's usual force sensor. It says what the bench assumes; the truth of a
+/// scenario differs from it where that of real hardware would.
+const CONFIG: &str = include_str!("../../../mock-bench.toml");
+/// The lines of [`CONFIG`] that describe the force sensor's format, and the same for a sensor that sends lines of text.
+const FRAMES: &str =
+    "protocol = \"frames\"                # or lines, see docs/force-protocol.md\nbaud = 2000000\n";
+const LINES: &str =
+    "protocol = \"lines\"                 # or frames, see docs/force-protocol.md\nbaud = 115200\n";
+
+/// Returns the text of the configuration that fits the hardware of `scenario`.
+pub fn config(scenario: &Scenario) -> String {
+    match scenario.force_sensor.protocol {
+        ForceProtocol::Frames => CONFIG.to_owned(),
+        ForceProtocol::Lines => CONFIG.replace(FRAMES, LINES),
+    }
+}
 
 /// A free-running apparatus lives on this date, so that the same seed gives the same files.
 const FREE_RUNNING_DATE: &str = "2026-01-01T09:00:00Z";
@@ -100,7 +114,10 @@ pub fn apparatus(
 }
 
 /// Reads a built-in scenario by its name, or any other by its path.
-fn read(name: &str) -> anyhow::Result<Scenario> {
+///
+/// # Errors
+/// An unknown name suggests the nearest one; a file's error has its line.
+pub fn read(name: &str) -> anyhow::Result<Scenario> {
     let path = Path::new(name);
     let is_path = path.components().count() > 1 || path.extension().is_some() || path.exists();
     match built_in(name) {
@@ -153,8 +170,8 @@ fn hands(masses: MassSet, patchbay: Patchbay) -> Hands {
     Box::new(move |request| match *request {
         Request::Load { axis, mass_kg } => {
             let axis = match axis {
-                operator::Axis::Normal => Axis::Normal,
-                operator::Axis::Lateral => Axis::Lateral,
+                operator::ForceAxis::Normal => Axis::Normal,
+                operator::ForceAxis::Lateral => Axis::Lateral,
             };
             masses.place(axis, mass_kg);
         }
@@ -205,6 +222,18 @@ mod tests {
             read(path.to_str().unwrap()).unwrap().participant.mu0,
             Some(0.5)
         );
+    }
+
+    #[test]
+    fn each_scenario_brings_a_configuration_with_its_own_force_protocol() {
+        for (name, protocol) in [
+            ("nominal", config::ForceProtocol::Frames),
+            ("arduino", config::ForceProtocol::Lines),
+        ] {
+            let text = config(&built_in(name).unwrap());
+            let config = config::Config::parse(&text, name).unwrap();
+            assert_eq!(config.force.unwrap().protocol, protocol, "{name}");
+        }
     }
 
     #[test]

@@ -9,16 +9,16 @@ use num_complex::Complex64;
 use signalgen::{ToneList, Waveform};
 use std::f64::consts::{PI, TAU};
 
+use crate::calibration_figures as figures;
 use crate::clear::LISTEN_S;
-use crate::figures;
 use crate::judged::{Calibrates, Judged, Part};
-use crate::operator::{Answer, Curve, PointRead, Progress, Request};
+use crate::operator::{Answer, CalibrationProgress, Curve, PointRead, Request};
 use crate::plate_look::{
     LOOK_STEP_HZ, LOOK_TONES, SETTLE_TIME_CONSTANTS, highest_level_v, look, looked,
     peak_units_per_v, responses, settle_s,
 };
 use crate::points::Admittance;
-use crate::procedure::{Happened, Next, Procedure};
+use crate::procedure::{NextStep, Procedure, StepOutcome};
 use config::Config;
 use config::{Provenance, Quantity};
 
@@ -28,7 +28,7 @@ const BANDWIDTHS: f64 = 2.0;
 const WINDOW_S: f64 = 0.06;
 /// What the measurement takes from the bench.
 #[derive(Debug, Clone)]
-pub struct Setup {
+pub struct PlateSetup {
     /// Where to look for the resonance, Hz.
     pub about_hz: f64,
     /// Level of the close look, V peak; lowered where the limits ask for it.
@@ -42,12 +42,16 @@ pub struct Setup {
     config: Config,
 }
 
-impl Setup {
+impl PlateSetup {
     /// On the bench of `config`, with what has been calibrated on it so far.
     ///
     /// # Errors
     /// When the level is beyond its limit.
-    pub fn new(config: &Config, held: &config::Calibration, drive_v: f64) -> anyhow::Result<Self> {
+    pub fn new(
+        config: &Config,
+        held: &config::CalibrationFile,
+        drive_v: f64,
+    ) -> anyhow::Result<Self> {
         if !(drive_v > 0.0 && drive_v <= config.limits.drive_v) {
             bail!(
                 "--drive-v = {drive_v} V is outside 0 to limits.drive_v = {} V",
@@ -79,8 +83,8 @@ impl Setup {
 
 /// The measurement.
 pub struct PlateProcedure {
-    setup: Setup,
-    stage: Stage,
+    setup: PlateSetup,
+    stage: PlateStage,
     level_v: f64,
     settle_s: f64,
     /// The response that was fitted, with its fit, for `Fig. 10 b`.
@@ -90,7 +94,7 @@ pub struct PlateProcedure {
 }
 
 #[derive(Clone, Copy)]
-enum Stage {
+enum PlateStage {
     Listen,
     Look,
     Close,
@@ -100,18 +104,18 @@ enum Stage {
 impl PlateProcedure {
     /// Ready to begin.
     #[must_use]
-    pub fn new(setup: Setup) -> Self {
+    pub fn new(setup: PlateSetup) -> Self {
         Self {
             level_v: setup.drive_v,
             setup,
-            stage: Stage::Listen,
+            stage: PlateStage::Listen,
             settle_s: 0.0,
             responses: Vec::new(),
             fit: None,
         }
     }
 
-    fn close_look(&mut self, look: &[Response]) -> anyhow::Result<Next> {
+    fn close_look(&mut self, look: &[Response]) -> anyhow::Result<NextStep> {
         let (resonance_hz, quality) = find_resonance(look).with_context(|| {
             format!(
                 "looked {:.0} Hz to either side of {:.0} Hz; --about-hz looks elsewhere",
@@ -131,7 +135,7 @@ impl PlateProcedure {
         let tones: Vec<f64> = (0..TONES)
             .map(|i| resonance_hz + span_hz * (i as f64 / (TONES - 1) as f64 - 0.5))
             .collect();
-        Ok(Next::Play(Box::new(Waveform::SteppedTones {
+        Ok(NextStep::Play(Box::new(Waveform::SteppedTones {
             tones: ToneList::new(&tones)?,
             dwell_s: self.settle_s + WINDOW_S,
             amplitude_v: self.level_v,
@@ -140,49 +144,49 @@ impl PlateProcedure {
 }
 
 impl Procedure for PlateProcedure {
-    fn next(&mut self, happened: Happened) -> anyhow::Result<Next> {
+    fn next(&mut self, outcome: StepOutcome) -> anyhow::Result<NextStep> {
         let config = &self.setup.config;
-        match (self.stage, happened) {
-            (Stage::Listen, Happened::Heard(_)) => {
-                self.stage = Stage::Look;
+        match (self.stage, outcome) {
+            (PlateStage::Listen, StepOutcome::Captured(_)) => {
+                self.stage = PlateStage::Look;
                 look(self.setup.about_hz, config)
             }
-            (Stage::Look, Happened::Heard(heard)) => {
-                let look = looked(&heard, config)?;
-                self.stage = Stage::Close;
+            (PlateStage::Look, StepOutcome::Captured(capture)) => {
+                let look = looked(&capture, config)?;
+                self.stage = PlateStage::Close;
                 self.close_look(&look)
             }
-            (Stage::Close, Happened::Heard(heard)) => {
-                self.responses = responses(&heard, config, self.settle_s)?;
+            (PlateStage::Close, StepOutcome::Captured(capture)) => {
+                self.responses = responses(&capture, config, self.settle_s)?;
                 self.fit = Some(PlateFit::fit(&self.responses, self.setup.channel_match)?);
-                self.stage = Stage::Review;
-                Ok(Next::Ask(Request::Review))
+                self.stage = PlateStage::Review;
+                Ok(NextStep::Ask(Request::Review))
             }
-            (Stage::Review, Happened::Answered(Answer::Ready, _)) => Ok(Next::Done),
-            (Stage::Review, Happened::Answered(Answer::Redo(_), _)) => {
-                self.stage = Stage::Look;
+            (PlateStage::Review, StepOutcome::Answered(Answer::Ready, _)) => Ok(NextStep::Done),
+            (PlateStage::Review, StepOutcome::Answered(Answer::Redo(_), _)) => {
+                self.stage = PlateStage::Look;
                 look(self.setup.about_hz, config)
             }
-            (Stage::Review, _) => Ok(Next::Ask(Request::Review)),
+            (PlateStage::Review, _) => Ok(NextStep::Ask(Request::Review)),
             _ => {
-                self.stage = Stage::Listen;
-                Ok(Next::Listen(LISTEN_S))
+                self.stage = PlateStage::Listen;
+                Ok(NextStep::Listen(LISTEN_S))
             }
         }
     }
 
-    fn progress(&self) -> Progress {
+    fn progress(&self) -> CalibrationProgress {
         let (step, doing) = match self.stage {
-            Stage::Listen => (1, "Listening to the silent bench.".to_owned()),
-            Stage::Look => (2, "Looking for the resonance.".to_owned()),
-            Stage::Close | Stage::Review => (
+            PlateStage::Listen => (1, "Listening to the silent bench.".to_owned()),
+            PlateStage::Look => (2, "Looking for the resonance.".to_owned()),
+            PlateStage::Close | PlateStage::Review => (
                 3,
                 format!("{TONES} tones about it at {:.1} V.", self.level_v),
             ),
         };
-        let reviewed = matches!(self.stage, Stage::Review);
+        let reviewed = matches!(self.stage, PlateStage::Review);
         let fit = self.fit.as_ref().filter(|_| reviewed);
-        Progress {
+        CalibrationProgress {
             step: step + usize::from(reviewed),
             steps: 4,
             doing,

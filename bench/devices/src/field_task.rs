@@ -1,5 +1,5 @@
-//! Slow inputs beside the audio: force, position, the participant's button. Readings leave on the host's clock; the
-//! acquisition places them on the audio clock.
+//! The task that reads the slow inputs beside the audio: force, position, the participant's button. Its readings are on
+//! the host's clock; the acquisition places them on the audio clock.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,33 +15,33 @@ use safety::{Press, SafetyCommand, Signals, Trip};
 use tasks::Clock;
 use tasks::Task;
 
-/// One reading, on the host's clock.
+/// A reading of a slow input, on the host's clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FieldReading {
-    /// Of the force sensor.
+    /// A sample of the force sensor.
     Force(TimedForce),
-    /// Faults of the force sensor's line, within the burst that was read now.
+    /// Faults of the force sensor's line within the burst that was just read.
     ForceFaults {
         /// Host time, s.
         host_s: f64,
-        /// New ones.
+        /// Faults since the reading before.
         faults: LineFaults,
     },
-    /// Of the encoder.
+    /// A reading of the encoder.
     Position {
         /// Host time, s.
         host_s: f64,
-        /// Along the plate, m; NaN while jumps have left it unknown.
+        /// Position along the plate, m; NaN while jumps have left it unknown.
         position_m: f64,
-        /// States of the encoder missed since the last position.
+        /// Number of encoder states missed since the last position.
         missed: u64,
-        /// The last position is too far away.
+        /// Whether the last position is too far away to have been left since.
         jumped: bool,
     },
 }
 
 impl FieldReading {
-    /// Host time, s.
+    /// Returns the host time of the reading, s.
     pub fn host_s(&self) -> f64 {
         match self {
             Self::Force(force) => force.host_s,
@@ -50,8 +50,8 @@ impl FieldReading {
     }
 }
 
-/// The encoder as a source of positions.
-pub struct Encoder {
+/// An encoder as a source of positions.
+pub struct PositionEncoder {
     lines: [Box<dyn InputLine>; 2],
     quadrature: Quadrature,
     metres_per_count: f64,
@@ -60,8 +60,8 @@ pub struct Encoder {
     missed_before: u64,
 }
 
-impl Encoder {
-    /// Counts from `origin_m`, where the carriage must stand now.
+impl PositionEncoder {
+    /// Makes an encoder that counts from `origin_m`, where the carriage must stand now.
     pub fn new(lines: [Box<dyn InputLine>; 2], metres_per_count: f64, origin_m: f64) -> Self {
         Self {
             lines,
@@ -91,16 +91,16 @@ impl Encoder {
     }
 }
 
-/// Positions are passed on this often, Hz.
+/// Rate at which positions are passed on, Hz.
 pub const POSITION_HZ: f64 = 1e3;
 const POSITION_PERIOD_NS: u64 = 1_000_000;
-/// Contacts bounce for less than this, ns.
+/// Time after which a contact has stopped bouncing, ns.
 const BOUNCE_NS: u64 = 30_000_000;
 
-/// The task that reads all of them.
+/// The task that reads force sensor, encoder and button.
 pub struct Field {
     force: Option<ForceLink>,
-    encoder: Option<Encoder>,
+    encoder: Option<PositionEncoder>,
     button: Option<Box<dyn InputLine>>,
     readings: Sender<FieldReading>,
     pressed: Arc<AtomicBool>,
@@ -114,14 +114,15 @@ pub struct Field {
 }
 
 impl Field {
-    /// Reads whichever of the sources are there. `pressed` is raised at each press of the button; its reader lowers it.
+    /// Makes a task for those inputs that are wired. It raises `pressed` at each press of the button; the reader lowers
+    /// it.
     #[expect(
         clippy::too_many_arguments,
         reason = "the composition root names each once"
     )]
     pub fn new(
         force: Option<ForceLink>,
-        encoder: Option<Encoder>,
+        encoder: Option<PositionEncoder>,
         button: Option<Box<dyn InputLine>>,
         readings: Sender<FieldReading>,
         pressed: Arc<AtomicBool>,
@@ -164,7 +165,7 @@ impl Field {
                 };
                 hardest = Some(hardest.map_or(press, |hardest| hardest.or_harder(press)));
                 arrived += 1;
-                // The acquisition is gone only when the bench stops.
+                // The acquisition ends only when the bench stops.
                 let _ = self.readings.send(FieldReading::Force(force));
             },
         );
@@ -174,7 +175,7 @@ impl Field {
         }
         let mut health = self.gauges.field.get().unwrap_or_default();
         let faults = link.faults().since(&health.force);
-        // What came before the first sample is the end of a frame that began before anybody listened.
+        // Bytes before the first sample are the end of a frame that began before the port was opened.
         if faults != LineFaults::default() && health.force_samples > 0 {
             let host_s = first_s.unwrap_or(seconds(now_ns));
             let _ = self

@@ -5,17 +5,17 @@ use anyhow::bail;
 use metrology::crosstalk::{Crosstalk, Loading};
 
 use super::common::{AXES, LEAST_SIGMA_N, TARE_WINDOWS};
+use super::force_setup::{ForceSetup, require_enough};
 use super::masses::Mass;
 use super::plateau::{Plateau, WINDOW_S};
-use super::setup::{Setup, require_enough};
-use crate::heard::Heard;
-use crate::operator::{Answer, Axis, PointRead, Progress, Request, grams};
-use crate::procedure::{Happened, Next, Procedure};
+use crate::capture::Capture;
+use crate::operator::{Answer, CalibrationProgress, ForceAxis, PointRead, Request, grams};
+use crate::procedure::{NextStep, Procedure, StepOutcome};
 use config::Correction;
 use safety::SENSITIVITY;
 
 /// Windows without rest before that is given up.
-const PATIENCE_WINDOWS: usize = 20;
+const MOST_WINDOWS: usize = 20;
 /// A mass changes its axis by at least this share of its weight, and so many standard errors.
 const LEAST_CHANGE: f64 = 0.1;
 const LEAST_SIGMAS: f64 = 5.0;
@@ -25,9 +25,9 @@ const STRAIGHT: f64 = 0.8;
 const LEFT_BEHIND: f64 = 0.3;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Stage {
+enum ForceStage {
     Begin,
-    Naming(Axis),
+    Naming(ForceAxis),
     Clearing,
     Taring,
     Loading(usize),
@@ -55,10 +55,10 @@ impl Refusal {
 
 /// The measurement.
 pub struct ForceProcedure {
-    pub(super) setup: Setup,
+    pub(super) setup: ForceSetup,
     /// Somebody can be asked again.
     attended: bool,
-    stage: Stage,
+    stage: ForceStage,
     /// Why something is asked again.
     note: Option<String>,
     /// Windows of this stage so far.
@@ -83,12 +83,12 @@ struct Zero {
 impl ForceProcedure {
     /// Ready to begin; `attended` when an operator can be asked again.
     #[must_use]
-    pub fn new(setup: Setup, attended: bool) -> Self {
+    pub fn new(setup: ForceSetup, attended: bool) -> Self {
         Self {
             loads: vec![None; setup.masses.len()],
             setup,
             attended,
-            stage: Stage::Begin,
+            stage: ForceStage::Begin,
             note: None,
             windows: 0,
             taring: Vec::new(),
@@ -96,30 +96,30 @@ impl ForceProcedure {
         }
     }
 
-    fn listen(&mut self, stage: Stage) -> Next {
+    fn listen(&mut self, stage: ForceStage) -> NextStep {
         self.stage = stage;
         self.windows = 0;
-        Next::Listen(WINDOW_S)
+        NextStep::Listen(WINDOW_S)
     }
 
-    fn ask(&mut self, stage: Stage, request: Request) -> Next {
+    fn ask(&mut self, stage: ForceStage, request: Request) -> NextStep {
         self.stage = stage;
-        Next::Ask(request)
+        NextStep::Ask(request)
     }
 
-    fn begin(&mut self) -> Next {
+    fn begin(&mut self) -> NextStep {
         if self.setup.masses.is_empty() && self.setup.kept.is_none() {
-            return self.name(Axis::Normal);
+            return self.name(ForceAxis::Normal);
         }
-        self.ask(Stage::Clearing, Request::Unload)
+        self.ask(ForceStage::Clearing, Request::Unload)
     }
 
-    fn name(&mut self, axis: Axis) -> Next {
-        self.ask(Stage::Naming(axis), Request::NameMass { axis })
+    fn name(&mut self, axis: ForceAxis) -> NextStep {
+        self.ask(ForceStage::Naming(axis), Request::NameMass { axis })
     }
 
     /// Takes what was said about the masses at hand for `axis`.
-    fn named(&mut self, axis: Axis, answer: Answer) -> Next {
+    fn named(&mut self, axis: ForceAxis, answer: Answer) -> NextStep {
         match answer {
             Answer::Number(mass_kg) => {
                 let mass = Mass {
@@ -142,9 +142,14 @@ impl ForceProcedure {
         self.name(axis)
     }
 
-    fn all_named(&mut self, axis: Axis) -> Next {
+    fn all_named(&mut self, axis: ForceAxis) -> NextStep {
         let setup = &mut self.setup;
-        if axis == Axis::Lateral && setup.masses.iter().all(|mass| mass.axis == Axis::Normal) {
+        if axis == ForceAxis::Lateral
+            && setup
+                .masses
+                .iter()
+                .all(|mass| mass.axis == ForceAxis::Normal)
+        {
             let same = setup.masses.iter().map(|mass| Mass { axis, ..*mass });
             let same: Vec<_> = same.filter(|mass| setup.require(mass).is_ok()).collect();
             setup.masses.extend(same);
@@ -158,8 +163,8 @@ impl ForceProcedure {
                 self.note = Some(why.to_string());
                 self.name(axis)
             }
-            (None, Axis::Normal) => self.name(Axis::Lateral),
-            (None, Axis::Lateral) => {
+            (None, ForceAxis::Normal) => self.name(ForceAxis::Lateral),
+            (None, ForceAxis::Lateral) => {
                 self.loads = vec![None; self.setup.masses.len()];
                 self.begin()
             }
@@ -167,27 +172,27 @@ impl ForceProcedure {
     }
 
     /// Asks once more for what the present reading should have been of, where somebody is there.
-    fn again(&mut self, refusal: Refusal) -> anyhow::Result<Next> {
+    fn again(&mut self, refusal: Refusal) -> anyhow::Result<NextStep> {
         let why = match refusal {
             Refusal::Slip(why) if self.attended => why,
             refusal => bail!(refusal.into_words()),
         };
         self.note = Some(format!("{why}. This reading is not used."));
         Ok(match self.stage {
-            Stage::Resting(i) => self.load(i),
-            Stage::Returning(i) => self.ask(Stage::Unloading(i), Request::Unload),
-            _ => self.ask(Stage::Clearing, Request::Unload),
+            ForceStage::Resting(i) => self.load(i),
+            ForceStage::Returning(i) => self.ask(ForceStage::Unloading(i), Request::Unload),
+            _ => self.ask(ForceStage::Clearing, Request::Unload),
         })
     }
 
     /// Asks for mass `i`, or for what comes after the last.
-    fn load(&mut self, i: usize) -> Next {
+    fn load(&mut self, i: usize) -> NextStep {
         match self.setup.masses.get(i) {
             Some(&Mass { axis, mass_kg, .. }) => {
-                self.ask(Stage::Loading(i), Request::Load { axis, mass_kg })
+                self.ask(ForceStage::Loading(i), Request::Load { axis, mass_kg })
             }
-            None if self.setup.masses.is_empty() => Next::Done,
-            None => self.ask(Stage::Reviewing, Request::Review),
+            None if self.setup.masses.is_empty() => NextStep::Done,
+            None => self.ask(ForceStage::Reviewing, Request::Review),
         }
     }
 
@@ -197,48 +202,50 @@ impl ForceProcedure {
         missing.unwrap_or(self.loads.len())
     }
 
-    fn heard(&mut self, heard: &Heard) -> anyhow::Result<Next> {
+    fn after_capture(&mut self, capture: &Capture) -> anyhow::Result<NextStep> {
         self.windows += 1;
         let doing = self.doing();
-        require_in_range(heard, &doing)?;
+        require_in_range(capture, &doing)?;
         let rest_n = self.setup.config.calibration.force_rest_n;
-        let plateau = Plateau::read(heard)?;
+        let plateau = Plateau::read(capture)?;
         if !plateau.at_rest(rest_n) {
-            if self.windows >= PATIENCE_WINDOWS {
+            if self.windows >= MOST_WINDOWS {
                 let remedy = match self.stage {
-                    Stage::Resting(_) => "let the mass hang still, keep hands and draughts off",
+                    ForceStage::Resting(_) => {
+                        "let the mass hang still, keep hands and draughts off"
+                    }
                     _ => "let the sensor warm up until it drifts less, keep hands and draughts off",
                 };
                 return self.again(Refusal::Slip(format!(
                     "the reading does not come to rest in {:.0} s while {doing}: it still moves by {:.2} mN; {remedy}, or raise calibration.force_rest_n = {rest_n} N",
-                    PATIENCE_WINDOWS as f64 * WINDOW_S,
+                    MOST_WINDOWS as f64 * WINDOW_S,
                     1e3 * plateau.scatter.into_iter().fold(0.0, f64::max)
                 )));
             }
-            if self.stage == Stage::Taring {
+            if self.stage == ForceStage::Taring {
                 self.taring.clear();
             }
-            return Ok(Next::Listen(WINDOW_S));
+            return Ok(NextStep::Listen(WINDOW_S));
         }
         match self.stage {
-            Stage::Taring => {
+            ForceStage::Taring => {
                 self.taring.push(plateau);
                 if self.taring.len() < TARE_WINDOWS {
-                    return Ok(Next::Listen(WINDOW_S));
+                    return Ok(NextStep::Listen(WINDOW_S));
                 }
                 let zero = Plateau::together(&self.taring);
                 self.require_tare(&zero)?;
                 self.zeros.push(zero);
                 Ok(self.load(self.missing()))
             }
-            Stage::Resting(i) => {
+            ForceStage::Resting(i) => {
                 if let Err(refusal) = self.require_load(i, &plateau) {
                     return self.again(refusal);
                 }
                 self.loads[i] = Some(plateau);
-                Ok(self.ask(Stage::Unloading(i), Request::Unload))
+                Ok(self.ask(ForceStage::Unloading(i), Request::Unload))
             }
-            Stage::Returning(i) => {
+            ForceStage::Returning(i) => {
                 if let Err(refusal) = self.require_return(i, &plateau) {
                     return self.again(refusal);
                 }
@@ -316,7 +323,7 @@ impl ForceProcedure {
     }
 
     /// What the lightest mass on `axis` read per newton, where it was lighter.
-    fn gains(&self, axis: Axis, than_kg: f64) -> Option<f64> {
+    fn gains(&self, axis: ForceAxis, than_kg: f64) -> Option<f64> {
         let masses = self.setup.masses.iter().zip(&self.loads);
         masses
             .filter(|(mass, _)| mass.axis == axis && mass.mass_kg < than_kg)
@@ -421,14 +428,14 @@ impl ForceProcedure {
             format!("{} g on the {} axis", grams(mass_kg), axis.name())
         };
         match self.stage {
-            Stage::Naming(axis) => format!("naming the masses of the {} axis", axis.name()),
-            Stage::Begin | Stage::Clearing => "clearing the plate".to_owned(),
-            Stage::Taring => "reading the zero".to_owned(),
-            Stage::Loading(i) | Stage::Resting(i) => format!("reading {}", mass(i)),
-            Stage::Unloading(i) | Stage::Returning(i) => {
+            ForceStage::Naming(axis) => format!("naming the masses of the {} axis", axis.name()),
+            ForceStage::Begin | ForceStage::Clearing => "clearing the plate".to_owned(),
+            ForceStage::Taring => "reading the zero".to_owned(),
+            ForceStage::Loading(i) | ForceStage::Resting(i) => format!("reading {}", mass(i)),
+            ForceStage::Unloading(i) | ForceStage::Returning(i) => {
                 format!("reading the zero after {}", mass(i))
             }
-            Stage::Reviewing => "looking at the masses".to_owned(),
+            ForceStage::Reviewing => "looking at the masses".to_owned(),
         }
     }
 
@@ -476,8 +483,8 @@ impl ForceProcedure {
     }
 }
 
-fn require_in_range(heard: &Heard, doing: &str) -> anyhow::Result<()> {
-    for (axis, &count) in AXES.into_iter().zip(&heard.force_saturated) {
+fn require_in_range(capture: &Capture, doing: &str) -> anyhow::Result<()> {
+    for (axis, &count) in AXES.into_iter().zip(&capture.force_saturated) {
         if count > 0 {
             bail!(
                 "the {} axis is at the end of its range while {doing}: use lighter masses, tare the sensor itself, or set its range higher",
@@ -489,45 +496,58 @@ fn require_in_range(heard: &Heard, doing: &str) -> anyhow::Result<()> {
 }
 
 impl Procedure for ForceProcedure {
-    fn next(&mut self, happened: Happened) -> anyhow::Result<Next> {
+    fn next(&mut self, outcome: StepOutcome) -> anyhow::Result<NextStep> {
         self.note = None;
-        match (happened, self.stage) {
-            (Happened::Heard(heard), _) => self.heard(&heard),
-            (Happened::Began, _) => Ok(self.begin()),
-            (Happened::Answered(answer, _), Stage::Naming(axis)) => Ok(self.named(axis, answer)),
-            (Happened::Answered(..), Stage::Clearing) => Ok(self.listen(Stage::Taring)),
-            (Happened::Answered(..), Stage::Loading(i)) => Ok(self.listen(Stage::Resting(i))),
-            (Happened::Answered(..), Stage::Unloading(i)) => Ok(self.listen(Stage::Returning(i))),
-            (Happened::Answered(Answer::Redo(i), _), Stage::Reviewing) if i < self.loads.len() => {
+        match (outcome, self.stage) {
+            (StepOutcome::Captured(capture), _) => self.after_capture(&capture),
+            (StepOutcome::Began, _) => Ok(self.begin()),
+            (StepOutcome::Answered(answer, _), ForceStage::Naming(axis)) => {
+                Ok(self.named(axis, answer))
+            }
+            (StepOutcome::Answered(..), ForceStage::Clearing) => {
+                Ok(self.listen(ForceStage::Taring))
+            }
+            (StepOutcome::Answered(..), ForceStage::Loading(i)) => {
+                Ok(self.listen(ForceStage::Resting(i)))
+            }
+            (StepOutcome::Answered(..), ForceStage::Unloading(i)) => {
+                Ok(self.listen(ForceStage::Returning(i)))
+            }
+            (StepOutcome::Answered(Answer::Redo(i), _), ForceStage::Reviewing)
+                if i < self.loads.len() =>
+            {
                 self.loads[i] = None;
                 Ok(self.load(i))
             }
-            (Happened::Answered(..), _) => Ok(Next::Done),
+            (StepOutcome::Answered(..), _) => Ok(NextStep::Done),
         }
     }
 
-    fn progress(&self) -> Progress {
-        if let Stage::Naming(_) = self.stage {
-            return Progress {
+    fn progress(&self) -> CalibrationProgress {
+        if let ForceStage::Naming(_) = self.stage {
+            return CalibrationProgress {
                 doing: self.doing(),
                 note: self.note.clone(),
                 points: self.points_named(),
-                ..Progress::default()
+                ..CalibrationProgress::default()
             };
         }
         let read = self.loads.iter().flatten().count();
-        Progress {
+        CalibrationProgress {
             step: 1 + match self.stage {
-                Stage::Naming(_) | Stage::Begin | Stage::Clearing | Stage::Taring => 0,
-                Stage::Loading(_) => read + 1,
-                Stage::Resting(_) => read + 1,
-                Stage::Unloading(_) | Stage::Returning(_) | Stage::Reviewing => read,
+                ForceStage::Naming(_)
+                | ForceStage::Begin
+                | ForceStage::Clearing
+                | ForceStage::Taring => 0,
+                ForceStage::Loading(_) => read + 1,
+                ForceStage::Resting(_) => read + 1,
+                ForceStage::Unloading(_) | ForceStage::Returning(_) | ForceStage::Reviewing => read,
             },
             steps: 1 + self.loads.len(),
             doing: self.doing(),
             note: self.note.clone(),
             points: self.points_read(),
-            ..Progress::default()
+            ..CalibrationProgress::default()
         }
     }
 }

@@ -17,7 +17,7 @@ pub struct Dwell {
 
 /// What came in during one step.
 #[derive(Debug, Clone, Default)]
-pub struct Heard {
+pub struct Capture {
     /// All channels, interleaved.
     pub samples: Vec<f32>,
     /// Channels of the stream.
@@ -40,7 +40,7 @@ pub struct Heard {
     pub began: Option<usize>,
 }
 
-impl Heard {
+impl Capture {
     /// Reads `channel` at the tone of `dwell`, `settle_s` after its beginning.
     ///
     /// # Errors
@@ -105,11 +105,11 @@ const LEAST_RISE: f64 = 4.0;
 const MISPLACED: f64 = 0.01;
 
 /// The last `frames` of a tone that is held.
-pub(super) fn held_tone(heard: &Heard, waveform: &Waveform, frames: usize) -> Vec<Dwell> {
+pub(super) fn held_tone(capture: &Capture, waveform: &Waveform, frames: usize) -> Vec<Dwell> {
     let Waveform::Tone { carrier_hz, .. } = *waveform else {
         return Vec::new();
     };
-    let whole = heard.samples.len() / heard.channels;
+    let whole = capture.samples.len() / capture.channels;
     vec![Dwell {
         carrier_hz,
         frames: whole.saturating_sub(frames)..whole,
@@ -117,12 +117,12 @@ pub(super) fn held_tone(heard: &Heard, waveform: &Waveform, frames: usize) -> Ve
 }
 
 /// Root mean square of a channel in pieces of `piece` frames, as the amplitude of a tone.
-fn levels(heard: &Heard, channel: usize, piece: usize) -> Vec<f64> {
-    let samples: Vec<f64> = heard
+fn levels(capture: &Capture, channel: usize, piece: usize) -> Vec<f64> {
+    let samples: Vec<f64> = capture
         .samples
         .iter()
         .skip(channel)
-        .step_by(heard.channels)
+        .step_by(capture.channels)
         .map(|&sample| f64::from(sample))
         .collect();
     samples
@@ -137,11 +137,11 @@ fn levels(heard: &Heard, channel: usize, piece: usize) -> Vec<f64> {
 }
 
 /// The drive's levels; those of the loudest input where next to nothing is heard on the drive's.
-fn loud_levels(heard: &Heard, drive_channel: usize, piece: usize) -> Vec<f64> {
+fn loud_levels(capture: &Capture, drive_channel: usize, piece: usize) -> Vec<f64> {
     let full = |levels: &[f64]| levels.iter().copied().fold(0.0, f64::max);
-    let drive = levels(heard, drive_channel, piece);
-    let loudest = (0..heard.channels)
-        .map(|channel| levels(heard, channel, piece))
+    let drive = levels(capture, drive_channel, piece);
+    let loudest = (0..capture.channels)
+        .map(|channel| levels(capture, channel, piece))
         .max_by(|a, b| full(a).total_cmp(&full(b)));
     match loudest {
         Some(loudest) if full(&drive) < MISPLACED * full(&loudest) => loudest,
@@ -152,7 +152,7 @@ fn loud_levels(heard: &Heard, drive_channel: usize, piece: usize) -> Vec<f64> {
 /// Where each tone lies: the ramp of known length before them is half way up half of it after the program's beginning. None
 /// where no tone was heard.
 pub(super) fn dwells(
-    heard: &Heard,
+    capture: &Capture,
     waveform: &Waveform,
     drive_channel: usize,
     ramp_frames: usize,
@@ -160,8 +160,8 @@ pub(super) fn dwells(
     let Waveform::SteppedTones { tones, dwell_s, .. } = waveform else {
         return Ok(Vec::new());
     };
-    let piece = (ONSET_S * heard.rate_hz) as usize;
-    let levels = loud_levels(heard, drive_channel, piece);
+    let piece = (ONSET_S * capture.rate_hz) as usize;
+    let levels = loud_levels(capture, drive_channel, piece);
     let full = levels.iter().copied().fold(0.0, f64::max);
     let quiet = levels.iter().copied().fold(f64::INFINITY, f64::min);
     if full.is_nan() || full < LEAST_RISE * quiet {
@@ -179,9 +179,9 @@ pub(super) fn dwells(
     };
     let crossing = (half as f64 - 0.5 + share) * piece as f64;
     let first = (crossing + 0.5 * ramp_frames as f64).round() as usize;
-    let length = (dwell_s * heard.rate_hz).round() as usize;
+    let length = (dwell_s * capture.rate_hz).round() as usize;
     let last = first + length * tones.as_slice().len();
-    let frames = heard.samples.len() / heard.channels;
+    let frames = capture.samples.len() / capture.channels;
     if last > frames {
         bail!(
             "the tones were not heard to their end: safety.loop_latency_s is shorter than the loop's latency"
@@ -225,13 +225,13 @@ mod tests {
                 (0.2 * envelope * (std::f64::consts::TAU * 35e3 * n as f64 / rate).sin()) as f32
             })
             .collect();
-        let heard = Heard {
+        let capture = Capture {
             samples,
             channels: 1,
             rate_hz: rate,
-            ..Heard::default()
+            ..Capture::default()
         };
-        let found = dwells(&heard, &waveform, 0, ramp).unwrap();
+        let found = dwells(&capture, &waveform, 0, ramp).unwrap();
         assert_eq!(found.len(), 2);
         let error = found[0].frames.start.abs_diff(start + ramp);
         assert!(error < 96, "{error}");

@@ -1,4 +1,4 @@
-//! The session's hold on the drive: a program sounds only once the safety watch has armed the amplifier.
+//! Control of the drive: a program plays only once the safety watch has armed the amplifier.
 
 use crossbeam_channel::Sender;
 use signalgen::{
@@ -9,7 +9,7 @@ use signalgen::{
 use config::Config;
 use safety::{Commanded, DriveGuard, SafetyCommand, SafetyState};
 
-/// A protocol's drive as a waveform on this plate.
+/// Returns a protocol's drive as a waveform for the plate of `config`.
 pub fn waveform(drive: &protocols::Drive, config: &Config) -> Waveform {
     let carrier_hz = carrier_hz(drive.carrier, config);
     Waveform::Modulated {
@@ -21,7 +21,7 @@ pub fn waveform(drive: &protocols::Drive, config: &Config) -> Waveform {
     }
 }
 
-/// A protocol's carrier on this plate, Hz.
+/// Returns a protocol's carrier on the plate of `config`, Hz.
 pub fn carrier_hz(carrier: protocols::Carrier, config: &Config) -> f64 {
     match carrier {
         protocols::Carrier::PlateResonance => config.plate.resonance_hz,
@@ -29,7 +29,7 @@ pub fn carrier_hz(carrier: protocols::Carrier, config: &Config) -> f64 {
     }
 }
 
-/// Settings under which every program of this bench is admitted.
+/// Returns the limits under which every program of this bench is admitted.
 ///
 /// # Errors
 /// When a limit or the rate is out of range.
@@ -43,15 +43,16 @@ pub fn settings(config: &Config) -> Result<DriveSettings, signalgen::ProgramErro
 }
 
 /// Starts and stops the drive through the safety watch.
-pub struct Drive {
+pub struct DriveControl {
     handle: DriveHandle,
     safety: Sender<SafetyCommand>,
-    /// Waits for the amplifier to be armed, with the kills there had been when it was asked for: a later one it does not undo.
+    /// Program that waits for the amplifier to be armed, with the number of kills when it was requested: later kills
+    /// stay in effect.
     wanted: Option<(Program, u64)>,
 }
 
-impl Drive {
-    /// Takes the drive over, silent.
+impl DriveControl {
+    /// Takes over a silent drive.
     pub fn new(handle: DriveHandle, safety: Sender<SafetyCommand>) -> Self {
         Self {
             handle,
@@ -60,13 +61,13 @@ impl Drive {
         }
     }
 
-    /// Asks for a program; it begins as soon as the amplifier is armed.
+    /// Requests a program; it begins as soon as the amplifier is armed.
     pub fn start(&mut self, program: Program) {
         self.wanted = Some((program, self.handle.kill_switch().kills()));
-        self.tell(SafetyCommand::Arm);
+        self.command(SafetyCommand::Arm);
     }
 
-    /// Sounds with the amplifier off. What is read back of that has come past an open relay.
+    /// Plays a program with the amplifier off: what is read back has passed an open relay.
     pub fn sound_disarmed(&mut self, program: Program) {
         let kills_known = self.handle.kill_switch().kills();
         let _ = self.handle.rearm_knowing(kills_known);
@@ -79,23 +80,23 @@ impl Drive {
         self.send(DriveCommand::Stop);
     }
 
-    /// Ramps to silence and takes the amplifier off.
+    /// Ramps to silence and disarms the amplifier.
     pub fn disarm(&mut self) {
         self.stop();
-        self.tell(SafetyCommand::Disarm);
+        self.command(SafetyCommand::Disarm);
     }
 
-    /// Stops at once and latches.
+    /// Stops the drive at once and latches the trip.
     pub fn trip(&self, trip: safety::Trip) {
-        self.tell(SafetyCommand::Trip(trip));
+        self.command(SafetyCommand::Trip(trip));
     }
 
-    /// The operator has looked and releases the latch.
+    /// Releases the latch of a trip, at the operator's request.
     pub fn rearm(&self) {
-        self.tell(SafetyCommand::Rearm);
+        self.command(SafetyCommand::Rearm);
     }
 
-    /// Begins what waits, now that the watch says `state`.
+    /// Begins the waiting program if the safety watch reports an armed amplifier, and drops it after a trip.
     pub fn poll(&mut self, state: &SafetyState) {
         match state {
             SafetyState::Armed => {
@@ -109,35 +110,35 @@ impl Drive {
         }
     }
 
-    /// Programs begun so far.
+    /// Returns the number of programs begun so far.
     pub fn programs(&self) -> u32 {
         self.handle.published().programs
     }
 
-    /// The plate is driven, or a ramp is not over.
+    /// Returns whether the plate is driven, ramps included.
     pub fn sounds(&self) -> bool {
         !self.handle.published().phase.is_silent()
     }
 
-    /// The card takes no command when it is gone; the watch sees that by itself.
+    /// Sends a command to the generator; the safety watch notices by itself a card that is gone.
     fn send(&mut self, command: DriveCommand) {
         let _ = self.handle.send(command);
     }
 
-    fn tell(&self, command: SafetyCommand) {
+    fn command(&self, command: SafetyCommand) {
         let _ = self.safety.send(command);
     }
 }
 
-/// The drive as the safety watch sees it.
-pub struct Guard {
+/// Drive and streams as the safety watch sees them.
+pub struct WatchedDrive {
     kill: KillSwitch,
     monitor: DriveMonitor,
     health: StreamHealth,
 }
 
-impl Guard {
-    /// A guard over the drive of these streams.
+impl WatchedDrive {
+    /// Makes the safety watch's view of the drive and of its streams.
     pub fn new(handle: &DriveHandle, health: StreamHealth) -> Self {
         Self {
             kill: handle.kill_switch(),
@@ -147,7 +148,7 @@ impl Guard {
     }
 }
 
-impl DriveGuard for Guard {
+impl DriveGuard for WatchedDrive {
     fn kill(&self) {
         self.kill.kill();
     }

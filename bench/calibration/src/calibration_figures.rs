@@ -5,7 +5,7 @@ use num_complex::Complex64;
 
 use ::figures::{Axis, Dash, Figure, Ink, Key, Marker, Panel, Series, Width};
 
-use crate::points::{Admittance, Rung};
+use crate::points::{Admittance, PickupPoint};
 
 const MICRO: f64 = 1e6;
 const NANO: f64 = 1e9;
@@ -97,7 +97,11 @@ pub fn plate(response: &[Admittance], plate: &config::MeasuredPlate) -> Figure {
 
 /// Known amplitudes against the pickup's readings, the line through them, and each point's distance from it.
 #[must_use]
-pub fn pickup(rungs: &[Rung], residuals_m: &[f64], pickup: &config::MeasuredPickup) -> Figure {
+pub fn pickup(
+    rungs: &[PickupPoint],
+    residuals_m: &[f64],
+    pickup: &config::MeasuredPickup,
+) -> Figure {
     let known: Vec<(f64, f64)> = rungs
         .iter()
         .map(|rung| (rung.reading, rung.known_m * MICRO))
@@ -114,7 +118,7 @@ pub fn pickup(rungs: &[Rung], residuals_m: &[f64], pickup: &config::MeasuredPick
         .zip(residuals_m)
         .map(|(rung, residual_m)| (rung.reading, residual_m * NANO))
         .collect();
-    let reading = || Axis::linear("Reading of the pickup (full scale)").from_zero();
+    let reading = || Axis::linear("LiveReading of the pickup (full scale)").from_zero();
     figure(
         "pickup",
         "Sensitivity of the pickup",
@@ -236,7 +240,7 @@ pub fn channels(inputs: &[InputCurves], channels: &config::MeasuredChannels) -> 
             panel(
                 of_each(&|input| input.levels.clone(), true),
                 level().unwritten(),
-                Axis::logarithmic("Reading (full scale)"),
+                Axis::logarithmic("LiveReading (full scale)"),
             ),
             panel(
                 of_each(
@@ -323,7 +327,7 @@ pub fn force(loadings: &[Loading], fit: &Crosstalk, force: &config::MeasuredForc
         vec![
             Panel {
                 series: readings,
-                ..Panel::new(known().unwritten(), Axis::linear("Reading (N)"))
+                ..Panel::new(known().unwritten(), Axis::linear("LiveReading (N)"))
             },
             Panel {
                 series: residuals,

@@ -8,23 +8,23 @@ use tui::{Action, Event};
 
 use crate::front::Front;
 
-/// Events waiting for a screen that stands still; beyond this they are dropped.
+/// Most events that wait for a screen that stands still; further ones are dropped.
 const WAITING_EVENTS: usize = 4096;
 
-/// The operator's dashboard, on a thread of its own.
+/// Handle to the operator's dashboard, which runs on a thread of its own.
 pub struct Dashboard {
     events: SyncSender<Event>,
     actions: Receiver<Action>,
 }
 
-/// The dashboard's thread; joining it waits until the terminal is put back.
+/// The dashboard's thread; joining it waits until the terminal is restored.
 pub struct DashboardThread(std::thread::JoinHandle<Result<(), tui::shell::ShellError>>);
 
 impl Dashboard {
-    /// Opens the dashboard on this process's terminal. When it ends, for whatever reason, the bench stops in good order.
+    /// Opens the dashboard on this process's terminal and raises `stop` when it ends, for whatever reason.
     ///
     /// # Errors
-    /// When no thread can be started.
+    /// When the thread cannot be started.
     pub fn open(stop: StopFlag) -> anyhow::Result<(Self, DashboardThread)> {
         let (events, shown) = std::sync::mpsc::sync_channel(WAITING_EVENTS);
         let (asked, actions): (Sender<Action>, _) = std::sync::mpsc::channel();
@@ -40,10 +40,10 @@ impl Dashboard {
 }
 
 impl DashboardThread {
-    /// Waits for the terminal.
+    /// Waits until the terminal is restored.
     ///
     /// # Errors
-    /// What the terminal failed with.
+    /// The terminal's error, or that the dashboard panicked.
     pub fn join(self) -> anyhow::Result<()> {
         match self.0.join() {
             Ok(outcome) => outcome.context("the dashboard"),

@@ -1,14 +1,14 @@
-//! The plate.
+//! Constants of the plate.
 
 use serde::{Deserialize, Serialize};
 
-use super::range::{Refused, within};
+use super::refused::{Refused, within};
 
-/// `[plate]`
+/// `[plate]`: constants of the plate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plate {
-    /// Name of this very plate.
+    /// Name that tells this plate from others of its kind.
     pub id: String,
     /// Resonance of the driven mode, Hz; the carrier of protocols that ask for it.
     pub resonance_hz: f64,

@@ -1,16 +1,25 @@
-//! The text format: `<device µs>,<normal mN>,<lateral mN>` a line.
+//! The text format: one line `<device µs>,<normal mN>,<lateral mN>` for each sample.
 
 use super::device_time::Unwrap;
-use super::sample::{Decoder, ForceSample, LineFaults};
+use super::force_sample::{Decoder, ForceSample, LineFaults};
 
-/// Longer than any line of the format; what exceeds it is not a line.
+/// Length that no line of the format exceeds, bytes.
 const LONGEST_LINE_BYTES: usize = 80;
 
 /// Decoder of the text format.
+///
+/// ```
+/// use devices::force::{Decoder, LineDecoder};
+///
+/// let mut decoder = LineDecoder::default();
+/// let mut samples = Vec::new();
+/// decoder.decode(b"5,-80\n1000,652.5,-81\n2000,65", &mut samples);
+/// assert_eq!((samples.len(), samples[0].normal_n), (1, 0.6525));
+/// ```
 #[derive(Default)]
 pub struct LineDecoder {
     line: Vec<u8>,
-    /// The first line is usually torn.
+    /// Whether the first line, usually torn, has ended.
     begun: bool,
     clock: Unwrap,
     faults: LineFaults,

@@ -1,5 +1,5 @@
-//! What the participant hears: start and end tones, and noise that masks the plate's audible squeal. It plays on a device
-//! of its own, never on the card that drives the plate, and the session goes on without it.
+//! The participant's loudspeaker: start and end tones, and noise that masks the plate's audible squeal. It is a device
+//! of its own, never the card that drives the plate, and the session continues if it fails.
 
 use std::time::Duration;
 
@@ -15,14 +15,14 @@ const TONE: Duration = Duration::from_millis(200);
 const FADE: Duration = Duration::from_millis(10);
 
 /// The participant's loudspeaker or headphones.
-pub struct Sound {
+pub struct Loudspeaker {
     sink: MixerDeviceSink,
     noise: Option<Player>,
     cues: bool,
     level: f32,
 }
 
-/// A tone that the participant knows.
+/// A cue to the participant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tone {
     /// Begin to slide.
@@ -31,11 +31,11 @@ pub enum Tone {
     End,
 }
 
-impl Sound {
+impl Loudspeaker {
     /// Opens the device that `[sound]` names; `None` when it names none.
     ///
     /// # Errors
-    /// When there is no such device or it cannot be opened: a warning for the operator, not the end of the session.
+    /// When the device does not exist or cannot be opened: a warning for the operator, not the end of the session.
     pub fn open(
         host: &signalgen::audio::Host,
         sound: &config::Sound,
@@ -64,7 +64,7 @@ impl Sound {
         }))
     }
 
-    /// Plays a tone.
+    /// Plays a cue, if cues are on.
     pub fn play(&self, tone: Tone) {
         if !self.cues {
             return;
@@ -80,7 +80,7 @@ impl Sound {
         self.sink.mixer().add(tone.fade_out(TONE));
     }
 
-    /// Masks the plate while it is driven.
+    /// Turns the masking noise on or off.
     pub fn mask(&self, on: bool) {
         if let Some(noise) = &self.noise {
             if on { noise.play() } else { noise.pause() }

@@ -1,8 +1,8 @@
-//! One sample of the force sensor, and what a decoder of its line must do.
+//! Samples of the force sensor, faults of its line, and the trait of its decoders.
 
 use serde::Serialize;
 
-/// What the sensor said at one instant of its own clock.
+/// A sample of the force sensor at one instant of its own clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ForceSample {
     /// Device time, unwrapped to 64 bit, µs.
@@ -11,21 +11,21 @@ pub struct ForceSample {
     pub normal_n: f64,
     /// Lateral force, positive towards increasing position, N.
     pub lateral_n: f64,
-    /// The normal axis is at the end of its range.
+    /// Whether the normal axis is at the end of its range.
     pub normal_saturated: bool,
-    /// The lateral axis is at the end of its range.
+    /// Whether the lateral axis is at the end of its range.
     pub lateral_saturated: bool,
 }
 
 impl ForceSample {
-    /// Either axis is at the end of its range.
+    /// Returns whether either axis is at the end of its range.
     #[must_use]
     pub fn saturated(&self) -> bool {
         self.normal_saturated || self.lateral_saturated
     }
 }
 
-/// What went wrong on the line so far.
+/// Faults of the line so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct LineFaults {
     /// Frames or lines dropped because they did not parse or failed their checksum.
@@ -37,7 +37,7 @@ pub struct LineFaults {
 }
 
 impl LineFaults {
-    /// What came since `before`.
+    /// Returns the faults since `before`.
     #[must_use]
     pub fn since(&self, before: &Self) -> Self {
         Self {
@@ -48,10 +48,10 @@ impl LineFaults {
     }
 }
 
-/// Turns bytes into samples; resynchronises by itself.
+/// A decoder that turns bytes into samples and resynchronises by itself.
 pub trait Decoder: Send {
-    /// Reads `bytes`, whatever their cut, and appends the complete samples to `samples`.
+    /// Decodes `bytes`, cut anywhere, and appends the complete samples to `samples`.
     fn decode(&mut self, bytes: &[u8], samples: &mut Vec<ForceSample>);
-    /// Faults since the start.
+    /// Returns the faults since the start.
     fn faults(&self) -> LineFaults;
 }

@@ -4,7 +4,7 @@ use anyhow::{Context, anyhow, bail};
 
 use super::common::AXES;
 use super::masses::{Accuracy, Mass};
-use crate::operator::{Axis, GRAM_KG, GRAVITY_M_PER_S2, grams};
+use crate::operator::{ForceAxis, GRAM_KG, GRAVITY_M_PER_S2, grams};
 use config::{Config, GRAVITY};
 
 /// Standard error of gravity where nobody has said where the bench stands: 9.780 to 9.832 m/s² from equator to pole, evenly.
@@ -14,7 +14,7 @@ const LEAST_MASSES: usize = 2;
 
 /// What the measurement takes from the bench and the operator.
 #[derive(Debug, Clone)]
-pub struct Setup {
+pub struct ForceSetup {
     /// None where the operator will name them.
     pub(super) masses: Vec<Mass>,
     pub(super) accuracy: Accuracy,
@@ -26,7 +26,7 @@ pub struct Setup {
     pub(super) config: Config,
 }
 
-impl Setup {
+impl ForceSetup {
     /// Everything, on the bench of `config`, with these masses; gravity from the command line before that of `config`.
     ///
     /// # Errors
@@ -148,7 +148,7 @@ impl Setup {
 }
 
 /// Whether there are masses enough on `axis`.
-pub(super) fn require_enough(masses: &[Mass], axis: Axis) -> anyhow::Result<()> {
+pub(super) fn require_enough(masses: &[Mass], axis: ForceAxis) -> anyhow::Result<()> {
     let count = masses.iter().filter(|mass| mass.axis == axis).count();
     if count < LEAST_MASSES {
         bail!(

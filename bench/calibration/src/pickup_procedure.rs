@@ -7,17 +7,17 @@ use metrology::plate_fit::{CHANNEL_MATCH, find_resonance};
 use metrology::regression::{Line, LineError, LinePoint};
 use signalgen::{ToneList, Waveform};
 
+use crate::calibration_figures as figures;
+use crate::capture::{Capture, Dwell};
 use crate::clear::LISTEN_S;
-use crate::figures;
-use crate::heard::{Dwell, Heard};
 use crate::judged::{Calibrates, Judged, Part};
 use crate::known::{INSTRUMENT_LAG_S, Known};
-use crate::operator::{Answer, Curve, PointRead, Progress, Request};
+use crate::operator::{Answer, CalibrationProgress, Curve, PointRead, Request};
 use crate::plate_look::{
     highest_level_v, look, looked, peak_units_per_v, require_unsaturated, settle_s,
 };
-use crate::points::Rung;
-use crate::procedure::{Happened, Next, Procedure};
+use crate::points::PickupPoint;
+use crate::procedure::{NextStep, Procedure, StepOutcome};
 use config::Config;
 use config::{Provenance, Quantity};
 
@@ -36,7 +36,7 @@ const LEAST_LINES: usize = 5;
 
 /// What the measurement takes from the bench and the operator.
 #[derive(Debug, Clone)]
-pub struct Setup {
+pub struct PickupSetup {
     /// Where to look for the resonance, Hz.
     pub about_hz: f64,
     /// Levels asked for, V; the default ladder when empty.
@@ -50,14 +50,14 @@ pub struct Setup {
     config: Config,
 }
 
-impl Setup {
+impl PickupSetup {
     /// On the bench of `config`.
     ///
     /// # Errors
     /// When levels and amplitudes do not go together, or one is beyond its limit.
     pub fn new(
         config: &Config,
-        held: &config::Calibration,
+        held: &config::CalibrationFile,
         levels_v: Vec<f64>,
         known: Known,
         accuracy: f64,
@@ -118,13 +118,13 @@ impl Setup {
 
 /// The measurement.
 pub struct PickupProcedure {
-    setup: Setup,
-    stage: Stage,
+    setup: PickupSetup,
+    stage: PickupStage,
     carrier_hz: f64,
     settle_s: f64,
     levels_v: Vec<f64>,
     /// What has been read, in the order of the levels.
-    pub rungs: Vec<Rung>,
+    pub rungs: Vec<PickupPoint>,
     /// The level that is measured now: the next one, or one that is measured again.
     level: usize,
     /// A typed amplitude that was surprising, m: typed again, it is taken.
@@ -133,7 +133,7 @@ pub struct PickupProcedure {
 }
 
 #[derive(Clone, Copy)]
-enum Stage {
+enum PickupStage {
     Listen,
     Look,
     Ladder,
@@ -143,11 +143,11 @@ enum Stage {
 impl PickupProcedure {
     /// Ready to begin.
     #[must_use]
-    pub fn new(setup: Setup) -> Self {
+    pub fn new(setup: PickupSetup) -> Self {
         Self {
             levels_v: setup.levels_v.clone(),
             setup,
-            stage: Stage::Listen,
+            stage: PickupStage::Listen,
             carrier_hz: 0.0,
             settle_s: 0.0,
             rungs: Vec::new(),
@@ -157,9 +157,9 @@ impl PickupProcedure {
         }
     }
 
-    fn plan_ladder(&mut self, heard: &Heard) -> anyhow::Result<()> {
+    fn plan_ladder(&mut self, capture: &Capture) -> anyhow::Result<()> {
         let config = &self.setup.config;
-        let look = looked(heard, config)?;
+        let look = looked(capture, config)?;
         let (resonance_hz, quality) = find_resonance(&look)?;
         self.carrier_hz = resonance_hz;
         self.settle_s = settle_s(resonance_hz, quality);
@@ -189,12 +189,12 @@ impl PickupProcedure {
         (count > 0).then(|| sum / f64::from(count) * level_v)
     }
 
-    fn play(&mut self) -> anyhow::Result<Next> {
+    fn play(&mut self) -> anyhow::Result<NextStep> {
         let Some(&level_v) = self.levels_v.get(self.level) else {
-            self.stage = Stage::Review;
-            return Ok(Next::Ask(Request::Review));
+            self.stage = PickupStage::Review;
+            return Ok(NextStep::Ask(Request::Review));
         };
-        self.stage = Stage::Ladder;
+        self.stage = PickupStage::Ladder;
         let most_m = self.setup.config.calibration.max_amplitude_m;
         let expected_m = self.expected_m();
         if let Some(ahead_m) = expected_m
@@ -215,9 +215,9 @@ impl PickupProcedure {
                 drive_v: level_v,
                 expected_m,
             };
-            return Ok(Next::Sound(Box::new(tone), request));
+            return Ok(NextStep::Sound(Box::new(tone), request));
         }
-        Ok(Next::Play(Box::new(Waveform::SteppedTones {
+        Ok(NextStep::Play(Box::new(Waveform::SteppedTones {
             tones: ToneList::new(&[self.carrier_hz])?,
             dwell_s: self.settle_s + WINDOW_S,
             amplitude_v: level_v,
@@ -248,36 +248,36 @@ impl PickupProcedure {
     }
 
     /// Takes an amplitude typed while the plate moved.
-    fn typed(&mut self, known_m: f64, heard: &Heard) -> anyhow::Result<Next> {
+    fn typed(&mut self, known_m: f64, capture: &Capture) -> anyhow::Result<NextStep> {
         self.note = self.refusal(known_m);
         if self.note.is_some() {
             self.refused_m = Some(known_m);
             return self.play();
         }
         // What is held has settled long ago.
-        let reading = self.pickup(heard, 0.0)?;
+        let reading = self.pickup(capture, 0.0)?;
         self.keep(reading, known_m, TYPED_SIGMA_M);
         self.play()
     }
 
     /// The pickup's peak at the tone that was heard, sample units.
-    fn pickup(&self, heard: &Heard, settle_s: f64) -> anyhow::Result<f64> {
-        let dwell = heard.dwells.first().context("no tone was played")?;
+    fn pickup(&self, capture: &Capture, settle_s: f64) -> anyhow::Result<f64> {
+        let dwell = capture.dwells.first().context("no tone was played")?;
         let channels = &self.setup.config.channels;
-        let drive = heard.tone(dwell, channels.drive.index, settle_s)?;
-        let pickup = heard.tone(dwell, channels.pickup.index, settle_s)?;
+        let drive = capture.tone(dwell, channels.drive.index, settle_s)?;
+        let pickup = capture.tone(dwell, channels.pickup.index, settle_s)?;
         require_unsaturated(&drive, &pickup, channels, self.carrier_hz)?;
         Ok(pickup.value.norm())
     }
 
-    fn read(&mut self, heard: &Heard) -> anyhow::Result<()> {
-        let reading = self.pickup(heard, self.settle_s)?;
+    fn read(&mut self, capture: &Capture) -> anyhow::Result<()> {
+        let reading = self.pickup(capture, self.settle_s)?;
         let (known_m, sigma_m) = match &self.setup.known {
             Known::Values(values) => (values[self.level], TYPED_SIGMA_M),
             Known::Table(rows) => (rows[self.level].1, TYPED_SIGMA_M),
             Known::Instrument => {
-                let dwell = heard.dwells.first().context("no tone was played")?;
-                self.instrument(heard, dwell)?
+                let dwell = capture.dwells.first().context("no tone was played")?;
+                self.instrument(capture, dwell)?
             }
             Known::Typed => bail!("nothing was typed"),
         };
@@ -286,7 +286,7 @@ impl PickupProcedure {
     }
 
     fn keep(&mut self, reading: f64, known_m: f64, sigma_m: f64) {
-        let rung = Rung {
+        let rung = PickupPoint {
             drive_v: self.levels_v[self.level],
             reading,
             known_m,
@@ -300,16 +300,16 @@ impl PickupProcedure {
         self.refused_m = None;
     }
 
-    fn redo(&mut self, point: usize) -> anyhow::Result<Next> {
+    fn redo(&mut self, point: usize) -> anyhow::Result<NextStep> {
         self.level = point.min(self.rungs.len());
         self.refused_m = None;
         self.play()
     }
 
     /// Mean of the instrument's lines at this level, and its standard error.
-    fn instrument(&self, heard: &Heard, dwell: &Dwell) -> anyhow::Result<(f64, f64)> {
-        let window = heard.settled(dwell, self.settle_s);
-        let lines: Vec<f64> = heard
+    fn instrument(&self, capture: &Capture, dwell: &Dwell) -> anyhow::Result<(f64, f64)> {
+        let window = capture.settled(dwell, self.settle_s);
+        let lines: Vec<f64> = capture
             .known_m
             .iter()
             .filter(|(frame, _)| window.contains(frame))
@@ -330,46 +330,47 @@ impl PickupProcedure {
 }
 
 impl Procedure for PickupProcedure {
-    fn next(&mut self, happened: Happened) -> anyhow::Result<Next> {
+    fn next(&mut self, outcome: StepOutcome) -> anyhow::Result<NextStep> {
         self.note = None;
-        match (self.stage, happened) {
-            (Stage::Listen, Happened::Heard(_)) => {
-                self.stage = Stage::Look;
+        match (self.stage, outcome) {
+            (PickupStage::Listen, StepOutcome::Captured(_)) => {
+                self.stage = PickupStage::Look;
                 look(self.setup.about_hz, &self.setup.config)
             }
-            (Stage::Look, Happened::Heard(heard)) => {
-                self.plan_ladder(&heard)?;
+            (PickupStage::Look, StepOutcome::Captured(capture)) => {
+                self.plan_ladder(&capture)?;
                 self.play()
             }
-            (Stage::Ladder, Happened::Heard(heard)) => {
-                self.read(&heard)?;
+            (PickupStage::Ladder, StepOutcome::Captured(capture)) => {
+                self.read(&capture)?;
                 self.play()
             }
-            (Stage::Ladder, Happened::Answered(Answer::Number(known_m), heard)) => {
-                self.typed(known_m, &heard)
+            (PickupStage::Ladder, StepOutcome::Answered(Answer::Number(known_m), capture)) => {
+                self.typed(known_m, &capture)
             }
-            (Stage::Ladder | Stage::Review, Happened::Answered(Answer::Redo(point), _)) => {
-                self.redo(point)
-            }
-            (Stage::Review, Happened::Answered(Answer::Ready, _)) => Ok(Next::Done),
-            (Stage::Ladder | Stage::Review, _) => self.play(),
+            (
+                PickupStage::Ladder | PickupStage::Review,
+                StepOutcome::Answered(Answer::Redo(point), _),
+            ) => self.redo(point),
+            (PickupStage::Review, StepOutcome::Answered(Answer::Ready, _)) => Ok(NextStep::Done),
+            (PickupStage::Ladder | PickupStage::Review, _) => self.play(),
             _ => {
-                self.stage = Stage::Listen;
-                Ok(Next::Listen(LISTEN_S))
+                self.stage = PickupStage::Listen;
+                Ok(NextStep::Listen(LISTEN_S))
             }
         }
     }
 
-    fn progress(&self) -> Progress {
+    fn progress(&self) -> CalibrationProgress {
         let levels = if self.levels_v.is_empty() {
             LADDER.len()
         } else {
             self.levels_v.len()
         };
         let (step, doing) = match self.stage {
-            Stage::Listen => (1, "Listening to the silent bench.".to_owned()),
-            Stage::Look => (2, "Looking for the resonance.".to_owned()),
-            Stage::Ladder | Stage::Review => {
+            PickupStage::Listen => (1, "Listening to the silent bench.".to_owned()),
+            PickupStage::Look => (2, "Looking for the resonance.".to_owned()),
+            PickupStage::Ladder | PickupStage::Review => {
                 let level_v = self.levels_v.get(self.level).copied().unwrap_or_default();
                 (
                     3 + self.level,
@@ -378,12 +379,12 @@ impl Procedure for PickupProcedure {
             }
         };
         let line = self.line().ok();
-        let reviewed = matches!(self.stage, Stage::Review);
+        let reviewed = matches!(self.stage, PickupStage::Review);
         let fault = || {
             let line = line.as_ref().filter(|_| reviewed)?;
             self.faults(line).into_iter().next()
         };
-        Progress {
+        CalibrationProgress {
             step,
             steps: levels + 3,
             doing,

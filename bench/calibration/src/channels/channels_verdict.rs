@@ -1,141 +1,33 @@
 //! From what was heard to `[channels]`, and whether it passes.
 
-use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
 use anyhow::Context;
 use jiff::Timestamp;
 use metrology::FittedValue;
-use metrology::channel_fit::{ChannelFit, RatioReading, find_slip};
-use metrology::spectrum::{NoiseDensity, Spectrum};
+use metrology::channel_fit::{ChannelFit, RatioReading};
+use metrology::spectrum::NoiseDensity;
 use num_complex::Complex64;
 
+use super::channels_procedure::ChannelsProcedure;
+use super::channels_setup::{LADDER_DWELL_S, LISTEN_S, SPAN_HZ, TONES};
 use super::fault::ChannelsFault;
 use super::ladder::{self, Straightness};
-use super::procedure::{
-    ChannelsProcedure, DWELL_S, LADDER_DWELL_S, LISTEN_S, SETTLE_S, SPAN_HZ, TONES, Tones,
-};
-use crate::figures;
-use crate::figures::InputCurves;
+use super::tone_ratios::{quadrature, ratios};
+use crate::calibration_figures as figures;
+use crate::calibration_figures::InputCurves;
 use crate::judged::{Calibrates, Judged, Part};
 use config::SampleFormat;
-use config::{InputChannel, Provenance, Quantity};
+use config::{MeasuredInput, Provenance, Quantity};
 
-/// Tones in silence above this are worth a word, of full scale.
-const AUDIBLE: f64 = 1e-5;
-/// A constant offset above this is worth a word, of full scale.
-const OFFSET: f64 = 1e-3;
-/// Mains hum reaches up to here, Hz.
-const HUM_HZ: f64 = 1e3;
-/// Most tones that are named.
-const MOST_TONES: usize = 5;
-/// A tone within this of the carrier is within the band of the envelope's noise, Hz.
-const IN_BAND_HZ: f64 = 2.5e3;
 /// Delays that differ by more than this from the calibration before are slips, samples.
 const SLIPPED: f64 = 0.5;
-
-/// What there is in an input's silence besides noise, a line each.
-pub(super) fn warnings(input: u16, spectrum: &Spectrum, carrier_hz: f64) -> Vec<String> {
-    let mut lines = Vec::new();
-    if spectrum.mean.abs() > OFFSET {
-        lines.push(format!(
-            "input {input}: a constant offset of {:+.4} of full scale",
-            spectrum.mean
-        ));
-    }
-    let tones = spectrum.peaks();
-    for tone in tones
-        .iter()
-        .filter(|tone| tone.amplitude > AUDIBLE)
-        .take(MOST_TONES)
-    {
-        let of_mains = |mains_hz: f64| {
-            let multiple = (tone.frequency_hz / mains_hz).round();
-            multiple >= 1.0 && (tone.frequency_hz - multiple * mains_hz).abs() < 3.0
-        };
-        let kind = if tone.frequency_hz < HUM_HZ && (of_mains(50.0) || of_mains(60.0)) {
-            "mains hum"
-        } else if (tone.frequency_hz - carrier_hz).abs() < IN_BAND_HZ {
-            "a tone within the carrier's band"
-        } else {
-            "a foreign tone"
-        };
-        lines.push(format!(
-            "input {input}: {kind} at {:.0} Hz, {:.1e} of full scale",
-            tone.frequency_hz, tone.amplitude
-        ));
-    }
-    lines
-}
-
-/// Standard deviation of each quadrature of a tone read through a Hann window, sample units.
-fn quadrature(noise: &NoiseDensity, dwell_s: f64) -> f64 {
-    noise.value * (1.5 / (dwell_s - SETTLE_S)).sqrt()
-}
 
 fn db(ratio: f64) -> f64 {
     20.0 * ratio.log10()
 }
 
 impl ChannelsProcedure {
-    /// The input's ratio to the drive's at each tone, in the order of time, less `leaked`.
-    fn ratios(
-        &self,
-        tones: &Tones,
-        input: usize,
-        leaked: Option<&[RatioReading]>,
-    ) -> Vec<RatioReading> {
-        let drive = usize::from(self.drive());
-        tones
-            .iter()
-            .enumerate()
-            .map(|(i, (frequency_hz, values))| {
-                let ratio = values[input] / values[drive];
-                let sigma = |channel: usize| quadrature(&self.noise[channel], DWELL_S);
-                let mut absolute = sigma(input) / values[drive].norm();
-                absolute = absolute.hypot(ratio.norm() * sigma(drive) / values[drive].norm());
-                let leak = leaked.and_then(|leaked| leaked.get(i));
-                if let Some(leak) = leak {
-                    absolute = absolute.hypot(leak.sigma * leak.ratio.norm());
-                }
-                let ratio = ratio - leak.map_or(Complex64::ZERO, |leak| leak.ratio);
-                RatioReading {
-                    frequency_hz: *frequency_hz,
-                    ratio,
-                    sigma: absolute / ratio.norm(),
-                }
-            })
-            .collect()
-    }
-
-    /// Refuses a channel that slipped while it was measured. Where all others slip at once, the drive's did.
-    pub(super) fn require_kept_places(&self) -> Result<(), ChannelsFault> {
-        let drive = self.drive();
-        let slips: Vec<(u16, i32)> = (0..self.inputs())
-            .filter(|&input| input != drive)
-            .filter_map(|input| {
-                let ratios = self.ratios(&self.patched, usize::from(input), None);
-                let slip = find_slip(&ratios, self.setup.carrier_hz, self.rate_hz)?;
-                Some((input, slip.samples))
-            })
-            .collect();
-        let Some(&(first, samples)) = slips.first() else {
-            return Ok(());
-        };
-        let others = usize::from(self.inputs()) - 1;
-        let together = others > 1 && slips.len() == others && slips.iter().all(|s| s.1 == samples);
-        let (input, samples) = if together {
-            (drive, -samples)
-        } else {
-            (first, samples)
-        };
-        Err(ChannelsFault::Slipped {
-            input,
-            samples,
-            phase_rad: -TAU * self.setup.carrier_hz / self.rate_hz * f64::from(samples),
-        })
-    }
-
     /// What the input reads of the drive with only the drive's cable in, over the drive's reading: mean and standard error of
     /// the tones' magnitudes about their mean.
     fn crosstalk(&self, leaked: &[RatioReading]) -> Quantity {
@@ -156,7 +48,10 @@ impl ChannelsProcedure {
         })
     }
 
-    fn input(&self, index: u16) -> anyhow::Result<(InputChannel, Option<ChannelFit>, InputCurves)> {
+    fn input(
+        &self,
+        index: u16,
+    ) -> anyhow::Result<(MeasuredInput, Option<ChannelFit>, InputCurves)> {
         let input = usize::from(index);
         let straight = self.straightness(input)?;
         let ladder = &self.ladders[input];
@@ -186,7 +81,7 @@ impl ChannelsProcedure {
             )
         };
         let exact = |value: f64, unit: &str| Quantity::new(value, 0.0, 2 * TONES - 2, unit);
-        let mut channel = InputChannel {
+        let mut channel = MeasuredInput {
             index,
             gain: exact(1.0, "1"),
             phase_rad: exact(0.0, "rad"),
@@ -199,11 +94,12 @@ impl ChannelsProcedure {
             clean_up_to: straight.clean_up_to,
             crosstalk: None,
         };
-        if index == self.drive() {
+        if index == self.setup.drive() {
             return Ok((channel, None, curves));
         }
-        let leaked = self.ratios(&self.alone, input, None);
-        let ratios = self.ratios(&self.patched, input, Some(&leaked));
+        let pair = [input, usize::from(self.setup.drive())];
+        let leaked = ratios(&self.alone, pair, &self.noise, None);
+        let ratios = ratios(&self.patched, pair, &self.noise, Some(&leaked));
         let fit = ChannelFit::fit(&ratios, self.setup.carrier_hz)?;
         curves.departures = ratios
             .iter()
@@ -229,11 +125,11 @@ impl ChannelsProcedure {
         let unseen = back.hypot(fit.departure);
         channel.gain = quantity(fit.gain, 1.0, unseen * fit.gain.value, "1");
         channel.phase_rad = quantity(fit.phase_rad, 1.0, unseen, "rad");
-        let samples = fit.delay_s.value * self.rate_hz;
+        let samples = fit.delay_s.value * self.setup.rate_hz();
         channel.delay = quantity(
             fit.delay_s,
-            self.rate_hz,
-            (back * samples.abs().max(1.0)).hypot(fit.excess_s * self.rate_hz),
+            self.setup.rate_hz(),
+            (back * samples.abs().max(1.0)).hypot(fit.excess_s * self.setup.rate_hz()),
             "samples",
         );
         channel.departure = fit.departure;
@@ -241,7 +137,7 @@ impl ChannelsProcedure {
         Ok((channel, Some(fit), curves))
     }
 
-    fn faults(&self, channel: &InputChannel, fit: Option<&ChannelFit>) -> Vec<ChannelsFault> {
+    fn faults(&self, channel: &MeasuredInput, fit: Option<&ChannelFit>) -> Vec<ChannelsFault> {
         let limits = &self.setup.config.calibration;
         let input = channel.index;
         let mut faults = Vec::new();
@@ -305,8 +201,8 @@ impl ChannelsProcedure {
 
     /// Level read back over level commanded at the carrier: the tones within a tenth of their span.
     fn round_trip(&self) -> Quantity {
-        let drive = usize::from(self.drive());
-        let expected = self.expected(self.tones_v);
+        let drive = usize::from(self.setup.drive());
+        let expected = self.setup.expected(self.tones_v);
         let shares: Vec<f64> = self
             .patched
             .iter()
@@ -335,7 +231,7 @@ impl ChannelsProcedure {
         text
     }
 
-    fn line(&self, channel: &InputChannel) -> String {
+    fn line(&self, channel: &MeasuredInput) -> String {
         let clips = match &channel.clips_at {
             Some(clips_at) => format!("clips at {:.4}", clips_at.value),
             None => format!("clips above {:.2}", channel.clean_up_to),
@@ -377,7 +273,7 @@ impl Calibrates for ChannelsProcedure {
         let config = &self.setup.config;
         let mut faults: Vec<String> = Vec::new();
         let (mut inputs, mut curves) = (Vec::new(), Vec::new());
-        for index in 0..self.inputs() {
+        for index in 0..self.setup.inputs() {
             let (channel, fit, of_input) = self.input(index)?;
             let found = self.faults(&channel, fit.as_ref());
             faults.extend(found.iter().map(ChannelsFault::to_string));

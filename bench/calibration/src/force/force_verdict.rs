@@ -7,9 +7,9 @@ use metrology::crosstalk::Crosstalk;
 use metrology::regression::{Line, LinePoint};
 
 use super::common::{AXES, LEAST_SIGMA_N, TARE_WINDOWS};
+use super::force_procedure::ForceProcedure;
 use super::plateau::{Plateau, WINDOW_S};
-use super::procedure::ForceProcedure;
-use crate::figures;
+use crate::calibration_figures as figures;
 use crate::judged::{Calibrates, Judged, Part};
 use crate::operator::grams;
 use config::{Provenance, Quantity};

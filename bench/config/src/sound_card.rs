@@ -2,19 +2,19 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::range::{Refused, within};
+use super::refused::{Refused, within};
 
-/// Which cpal host.
+/// Sound layer that streams are opened on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum AudioHost {
-    /// The platform's own: ALSA, CoreAudio, WASAPI.
+    /// The platform's own layer: ALSA, CoreAudio or WASAPI.
     Native,
     /// A JACK server.
     Jack,
 }
 
-/// Sample format on the wire.
+/// Sample format between program and sound layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[expect(missing_docs, reason = "the names say it")]
@@ -25,27 +25,27 @@ pub enum SampleFormat {
     I16,
 }
 
-/// `[audio]`
+/// `[audio]`: the sound card's devices, rate, format and buffers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Audio {
-    /// Which sound layer.
+    /// Sound layer.
     pub host: AudioHost,
     /// Output device, by id or name.
     pub output_device: String,
-    /// Input device, by id or name; the same card as the output, for both must share one sample clock.
+    /// Input device, by id or name; on the same card as the output, because both must share one sample clock.
     pub input_device: String,
     /// Sample rate, Hz.
     pub rate_hz: u32,
     /// Sample format.
     pub sample_format: SampleFormat,
-    /// Channels of the output stream.
+    /// Number of channels of the output stream.
     pub output_channels: u16,
-    /// Channels of the input stream; all of them are recorded.
+    /// Number of channels of the input stream; all of them are recorded.
     pub input_channels: u16,
-    /// Frames a callback; the device's own choice when absent.
+    /// Frames per callback; the device's own choice when absent.
     pub buffer_frames: Option<u32>,
-    /// Audio kept for a disk that stalls, s.
+    /// Length of the ring that holds audio while a disk stalls, s.
     #[serde(default = "Audio::default_ring_s")]
     pub ring_s: f64,
 }
@@ -62,17 +62,17 @@ impl Audio {
     }
 }
 
-/// `[output]`
+/// `[output]`: the channel that drives the plate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Output {
+pub struct OutputChannel {
     /// Output channel that feeds the amplifier.
     pub channel: u16,
     /// Actuator volts per full scale of the output, amplifier included.
     pub volts_per_unit: f64,
 }
 
-impl Output {
+impl OutputChannel {
     pub(super) fn check(&self, audio: &Audio) -> Result<(), Refused> {
         numbered("output.channel", self.channel, audio.output_channels)?;
         let volts_per_unit = self.volts_per_unit;
@@ -80,17 +80,17 @@ impl Output {
     }
 }
 
-/// `[channels]`
+/// `[channels]`: which inputs read the drive and the pickup, and in which units.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Channels {
+pub struct InputMap {
     /// Read-back of the voltage across the actuators.
-    pub drive: DriveChannel,
-    /// The piezo pickup.
-    pub pickup: PickupChannel,
+    pub drive: DriveInput,
+    /// Reading of the piezo pickup.
+    pub pickup: PickupInput,
 }
 
-impl Channels {
+impl InputMap {
     pub(super) fn check(&self, audio: &Audio) -> Result<(), Refused> {
         let Self { drive, pickup } = self;
         numbered("channels.drive.index", drive.index, audio.input_channels)?;
@@ -118,6 +118,7 @@ impl Channels {
     }
 }
 
+/// Requires that `index` numbers one of `count` channels.
 fn numbered(key: &str, index: u16, count: u16) -> Result<(), Refused> {
     if index < count {
         return Ok(());
@@ -126,35 +127,35 @@ fn numbered(key: &str, index: u16, count: u16) -> Result<(), Refused> {
     Err(Refused::new(key, why))
 }
 
-/// `[channels.drive]`
+/// `[channels.drive]`: the input that reads back the voltage across the actuators.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct DriveChannel {
-    /// Input channel.
+pub struct DriveInput {
+    /// Input channel, from 0.
     pub index: u16,
     /// Actuator volts per sample value.
     pub volts_per_unit: f64,
-    /// |sample| from which on the input is taken to clip, of full scale.
+    /// |sample| from which on the input counts as clipped, as a share of full scale.
     #[serde(default = "default_clip_units")]
     pub clip_units: f64,
 }
 
-/// Just under full scale, where every converter clips at the latest.
+/// Returns a level just under full scale, where every converter clips at the latest.
 fn default_clip_units() -> f64 {
     0.999
 }
 
-/// `[channels.pickup]`
+/// `[channels.pickup]`: the input that reads the plate's displacement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct PickupChannel {
-    /// Input channel.
+pub struct PickupInput {
+    /// Input channel, from 0.
     pub index: u16,
     /// Plate displacement per sample value at the carrier, m.
     pub metres_per_unit: f64,
     /// Phase to add to the pickup's samples, rad.
     pub phase_rad: f64,
-    /// |sample| from which on the input is taken to clip, of full scale.
+    /// |sample| from which on the input counts as clipped, as a share of full scale.
     #[serde(default = "default_clip_units")]
     pub clip_units: f64,
 }

@@ -1,13 +1,13 @@
-//! What a value may be, and how it is said where it is not.
+//! Rejection of a value, with its key and what is allowed.
 
 use strict::OutOfRange;
 
-/// A value that cannot be.
+/// A value that is rejected.
 #[derive(Debug)]
 pub(super) struct Refused {
-    /// Its key, with its tables; `None` where it is not one key's fault.
+    /// Key with its tables; `None` when no single key is at fault.
     pub(super) key: Option<String>,
-    /// What is wrong, and what is allowed.
+    /// What is wrong with the value, and what is allowed.
     pub(super) why: String,
 }
 
@@ -30,7 +30,7 @@ impl From<OutOfRange> for Refused {
     }
 }
 
-/// Requires `value` to lie from `low` to `high`; NaN lies nowhere.
+/// Requires that `value` lies from `low` to `high`; NaN is rejected.
 pub(super) fn within(
     key: &str,
     value: f64,

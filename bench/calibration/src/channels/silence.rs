@@ -1,0 +1,47 @@
+//! What an input reads in silence besides noise.
+
+use metrology::spectrum::Spectrum;
+
+/// Amplitude from which on a tone in silence is reported, of full scale.
+const AUDIBLE: f64 = 1e-5;
+/// Constant offset from which on it is reported, of full scale.
+const OFFSET: f64 = 1e-3;
+/// Highest frequency at which a tone counts as mains hum, Hz.
+const HUM_HZ: f64 = 1e3;
+/// Largest number of tones reported for one input.
+const MOST_TONES: usize = 5;
+/// Distance from the carrier within which a tone falls into the envelope's band, Hz.
+const IN_BAND_HZ: f64 = 2.5e3;
+/// Returns what an input's silence holds besides noise, a line each: a constant offset, mains hum, foreign tones.
+pub(super) fn warnings(input: u16, spectrum: &Spectrum, carrier_hz: f64) -> Vec<String> {
+    let mut lines = Vec::new();
+    if spectrum.mean.abs() > OFFSET {
+        lines.push(format!(
+            "input {input}: a constant offset of {:+.4} of full scale",
+            spectrum.mean
+        ));
+    }
+    let tones = spectrum.peaks();
+    for tone in tones
+        .iter()
+        .filter(|tone| tone.amplitude > AUDIBLE)
+        .take(MOST_TONES)
+    {
+        let of_mains = |mains_hz: f64| {
+            let multiple = (tone.frequency_hz / mains_hz).round();
+            multiple >= 1.0 && (tone.frequency_hz - multiple * mains_hz).abs() < 3.0
+        };
+        let kind = if tone.frequency_hz < HUM_HZ && (of_mains(50.0) || of_mains(60.0)) {
+            "mains hum"
+        } else if (tone.frequency_hz - carrier_hz).abs() < IN_BAND_HZ {
+            "a tone within the carrier's band"
+        } else {
+            "a foreign tone"
+        };
+        lines.push(format!(
+            "input {input}: {kind} at {:.0} Hz, {:.1e} of full scale",
+            tone.frequency_hz, tone.amplitude
+        ));
+    }
+    lines
+}

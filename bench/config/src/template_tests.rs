@@ -1,0 +1,98 @@
+//! The template of `bench.toml` is complete and true.
+
+use super::*;
+
+/// The template with its optional keys put in force: a line that begins with # and a key.
+fn uncommented() -> String {
+    let line = |line: &str| match line.strip_prefix('#') {
+        Some(key) if key.starts_with(|c: char| c.is_ascii_lowercase()) => key.to_owned(),
+        _ => line.to_owned(),
+    };
+    TEMPLATE.lines().map(line).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn the_template_parses_with_its_optional_keys_and_without() {
+    let config = Config::parse(TEMPLATE, "template").unwrap();
+    assert_eq!(config.safety, Safety::default());
+    assert!(config.safety.waived.is_empty());
+    let whole = Config::parse(&uncommented(), "template").unwrap();
+    assert_eq!(
+        whole.safety.waived,
+        [HardwareStop::Estop, HardwareStop::Heartbeat]
+    );
+}
+
+#[test]
+fn an_optional_key_stands_there_with_its_default() {
+    let config = Config::parse(TEMPLATE, "template").unwrap();
+    let whole = Config::parse(&uncommented(), "template").unwrap();
+    // Examples of what has no default.
+    let expected = Config {
+        audio: Audio {
+            buffer_frames: whole.audio.buffer_frames,
+            ..config.audio
+        },
+        safety: Safety {
+            waived: whole.safety.waived.clone(),
+            waived_by: whole.safety.waived_by.clone(),
+            ..config.safety
+        },
+        gpio: whole.gpio.clone(),
+        calibration: CalibrationRules {
+            gravity_m_per_s2: whole.calibration.gravity_m_per_s2,
+            ..config.calibration
+        },
+        ..config
+    };
+    assert_eq!(whole, expected);
+}
+
+#[test]
+fn every_key_stands_in_the_template() {
+    let text = uncommented();
+    let tables = [
+        "audio",
+        "output",
+        "channels.drive",
+        "channels.pickup",
+        "plate",
+        "limits",
+        "safety",
+        "force",
+        "encoder",
+        "gpio",
+        "sound",
+        "calibration",
+    ];
+    let mut keys = 0;
+    for table in tables {
+        let header = text
+            .lines()
+            .find(|line| line.starts_with(&format!("[{table}]")))
+            .unwrap_or_else(|| panic!("no [{table}]"));
+        let wrong = text.replacen(header, &format!("{header}\nunknown_key = 0"), 1);
+        let error = Config::parse(&wrong, "template").unwrap_err();
+        let ConfigError::Toml(strict::TomlError::UnknownKey { known, .. }) = error else {
+            panic!("[{table}]: {error:?}");
+        };
+        for key in known {
+            let path = format!("{table}.{key}");
+            assert!(strict::line_of(&text, &path).is_some(), "no {path}");
+            keys += 1;
+        }
+    }
+    let wrong = format!("unknown_key = 0\n{text}");
+    let error = Config::parse(&wrong, "template").unwrap_err();
+    let ConfigError::Toml(strict::TomlError::UnknownKey { known, .. }) = error else {
+        panic!("{error:?}");
+    };
+    for key in known {
+        assert!(strict::line_of(&text, &key).is_some(), "no {key}");
+        let is_table = tables
+            .iter()
+            .any(|table| table.split('.').next() == Some(key.as_str()));
+        assert!(is_table || key == "format", "{key} is not looked into");
+    }
+    assert!(keys > 60, "{keys}");
+}

@@ -1,0 +1,168 @@
+//! Synthetic instances from a model that is written out here once more, on purpose.
+
+use std::f64::consts::TAU;
+
+use contact::fit::{InstanceSamples, InstanceSeries};
+use num_complex::Complex64;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+pub const CARRIER_HZ: f64 = 35_000.0;
+pub const OMEGA: f64 = TAU * CARRIER_HZ;
+pub const MODAL_MASS_KG: f64 = 0.008;
+pub const Z_P: Complex64 = Complex64::new(7.01, 0.0);
+pub const RATE_HZ: f64 = 2000.0;
+/// Lead-in samples.
+pub const LEAD: usize = 40;
+
+/// What a record is made from. The equations are written out here once more, on purpose.
+#[derive(Clone, Copy)]
+pub struct Truth {
+    pub sigma_t_m: f64,
+    pub z_t: Complex64,
+    pub tau_s: f64,
+    pub mu0: f64,
+    pub mean_amplitude_m: f64,
+    pub modulation_index: f64,
+    pub normal_n: f64,
+}
+
+pub const TRUTH: Truth = Truth {
+    sigma_t_m: 1.7e-6,
+    z_t: Complex64::new(0.47, 3.16),
+    tau_s: 1.2e-3,
+    mu0: 0.8,
+    mean_amplitude_m: 1.95e-6,
+    modulation_index: 0.95,
+    normal_n: 0.65,
+};
+
+impl Truth {
+    /// Time 0 is the steepest point of a rising stretch.
+    pub fn amplitude_m(&self, t: f64) -> f64 {
+        self.mean_amplitude_m * (1.0 + self.modulation_index * (TAU * 6.0 * t).sin())
+    }
+
+    pub fn normal_n(&self, t: f64) -> f64 {
+        self.normal_n * (1.0 + 0.4 * t - 10.0 * t * t + 50.0 * t * t * t)
+    }
+
+    pub fn asperity_n(&self, x: f64) -> f64 {
+        0.375 * 1.4e4 * self.sigma_t_m * 20e6 / 0.75 * 300e-6 * (-x / self.sigma_t_m).exp()
+    }
+
+    pub fn squeeze_n(&self, x: f64, a: f64) -> f64 {
+        1.25 * 101_325.0 * 300e-6 * a * a / (x * x)
+    }
+
+    pub fn equilibrium_m(&self, t: f64) -> f64 {
+        let (a, n) = (self.amplitude_m(t), self.normal_n(t));
+        let (mut lo, mut hi) = (1e-9_f64, 1e-3);
+        for _ in 0..60 {
+            let middle = 0.5 * (lo + hi);
+            if self.asperity_n(middle) + self.squeeze_n(middle, a) > n {
+                lo = middle
+            } else {
+                hi = middle
+            }
+        }
+        0.5 * (lo + hi)
+    }
+
+    /// Runge–Kutta over the lead-in and 60 ms around time 0, from 100 ms earlier.
+    pub fn record(&self) -> Record {
+        let substeps = 20;
+        let h = 1.0 / RATE_HZ / f64::from(substeps);
+        let before = 200;
+        let total = LEAD + 120;
+        let start_s = -0.03 - (LEAD + before) as f64 / RATE_HZ;
+        let mut x = self.equilibrium_m(start_s);
+        let mut record = Record::default();
+        for i in 0..before + total {
+            let t = start_s + i as f64 / RATE_HZ;
+            if i >= before {
+                self.push(
+                    &mut record,
+                    t,
+                    if self.tau_s > 0.0 {
+                        x
+                    } else {
+                        self.equilibrium_m(t)
+                    },
+                );
+            }
+            for j in (0..substeps).filter(|_| self.tau_s > 0.0) {
+                let t = t + f64::from(j) * h;
+                let (e0, e1, e2) = (
+                    self.equilibrium_m(t),
+                    self.equilibrium_m(t + 0.5 * h),
+                    self.equilibrium_m(t + h),
+                );
+                let k1 = (e0 - x) / self.tau_s;
+                let k2 = (e1 - x - 0.5 * h * k1) / self.tau_s;
+                let k3 = (e1 - x - 0.5 * h * k2) / self.tau_s;
+                let k4 = (e2 - x - h * k3) / self.tau_s;
+                x += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+            }
+        }
+        record
+    }
+
+    pub fn push(&self, record: &mut Record, t: f64, x: f64) {
+        let (a, n) = (self.amplitude_m(t), self.normal_n(t));
+        let k_c = self.asperity_n(x) / self.sigma_t_m + 2.0 * self.squeeze_n(x, a) / x;
+        let z_c = Complex64::new(0.3 * k_c / OMEGA, -k_c / OMEGA);
+        let z_m = Z_P + self.z_t * z_c / (self.z_t + z_c);
+        let growth =
+            self.mean_amplitude_m * self.modulation_index * TAU * 6.0 * (TAU * 6.0 * t).cos() / a;
+        record.time_s.push(t);
+        record.corrected.push(z_m);
+        record.plain.push(z_m + 2.0 * MODAL_MASS_KG * growth);
+        record.amplitude_m.push(a);
+        record.normal_n.push(n);
+        record.mu.push(self.mu0 * self.asperity_n(x) / n);
+        record.gap_m.push(x);
+        record.k_c.push(k_c);
+    }
+}
+
+#[derive(Clone, Default)]
+pub struct Record {
+    pub time_s: Vec<f64>,
+    pub plain: Vec<Complex64>,
+    pub corrected: Vec<Complex64>,
+    pub amplitude_m: Vec<f64>,
+    pub normal_n: Vec<f64>,
+    pub mu: Vec<f64>,
+    pub gap_m: Vec<f64>,
+    pub k_c: Vec<f64>,
+}
+
+impl Record {
+    pub fn samples(&self) -> InstanceSamples<'_> {
+        InstanceSamples {
+            time_s: &self.time_s,
+            z_m_plain_n_s_per_m: &self.plain,
+            z_m_corrected_n_s_per_m: &self.corrected,
+            amplitude_m: &self.amplitude_m,
+            normal_n: &self.normal_n,
+            mu: &self.mu,
+        }
+    }
+
+    pub fn series(&self) -> InstanceSeries<'_> {
+        InstanceSeries::new(self.samples(), LEAD).unwrap()
+    }
+
+    /// White noise on force and velocity, as a sound card adds it: noise on Z_m that grows as 1/amplitude.
+    pub fn with_noise(&self, seed: u64, relative: f64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let mut noisy = self.clone();
+        for (z, a) in noisy.corrected.iter_mut().zip(&self.amplitude_m) {
+            *z += Complex64::new(normal(), normal()) * (relative * 10.0 * 2e-6 / a);
+        }
+        noisy
+    }
+}

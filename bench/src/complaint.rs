@@ -1,0 +1,28 @@
+//! An error and its causes as lines of text, each said once.
+
+/// Returns the error and its causes, outermost first. A cause that a line above contains already is left out.
+pub fn lines(error: &anyhow::Error) -> Vec<String> {
+    let mut said: Vec<String> = Vec::new();
+    for cause in error.chain().map(ToString::to_string) {
+        if !said.iter().any(|line| line.contains(&cause)) {
+            said.push(cause);
+        }
+    }
+    said
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cause_that_was_said_is_not_said_again() {
+        let error = anyhow::anyhow!("not a folder")
+            .context("cannot create study")
+            .context("cannot begin: cannot create study: not a folder");
+        let once = ["cannot begin: cannot create study: not a folder"];
+        assert_eq!(lines(&error), once);
+        let error = anyhow::anyhow!("busy").context("cannot open the port");
+        assert_eq!(lines(&error), ["cannot open the port", "busy"]);
+    }
+}

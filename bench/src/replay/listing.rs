@@ -1,0 +1,79 @@
+//! The recordings of a study.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use recording::MANIFEST_FILE;
+
+/// Folders below a study: participants, sessions, trials.
+const DEPTH: usize = 3;
+
+/// Returns all recordings in the study, participant or session at `folder`, in order, interrupted and repeated trials
+/// included; `None` if `folder` is a recording itself, or no folder.
+///
+/// # Errors
+/// A folder cannot be listed, or there is no recording in it.
+pub fn recordings_in(folder: &Path) -> anyhow::Result<Option<Vec<PathBuf>>> {
+    if !folder.is_dir() || folder.join(MANIFEST_FILE).exists() {
+        return Ok(None);
+    }
+    let mut found = Vec::new();
+    descend(folder, DEPTH, &mut found)?;
+    if found.is_empty() {
+        bail!(
+            "{} is neither a recording (it has no {MANIFEST_FILE}) nor a study with recordings",
+            folder.display()
+        );
+    }
+    Ok(Some(found))
+}
+
+fn descend(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) -> anyhow::Result<()> {
+    let cannot_list = || format!("cannot list {}", folder.display());
+    let entries = std::fs::read_dir(folder).with_context(cannot_list)?;
+    let mut folders = Vec::new();
+    for entry in entries {
+        let path = entry.with_context(cannot_list)?.path();
+        if path.is_dir() {
+            folders.push(path);
+        }
+    }
+    folders.sort_unstable();
+    for path in folders {
+        if path.join(MANIFEST_FILE).exists() {
+            found.push(path);
+        } else if depth > 1 {
+            descend(&path, depth - 1, found)?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    #[test]
+    fn a_study_is_listed_and_a_recording_is_not() {
+        let study = tempfile::tempdir().unwrap();
+        let study = study.path();
+        let trial = |path: &str| {
+            let folder = study.join(path);
+            fs::create_dir_all(&folder).unwrap();
+            fs::write(folder.join(MANIFEST_FILE), "").unwrap();
+            folder
+        };
+        let second = trial("sub-02/ses-01/trial-001_attempt-1");
+        let first = trial("sub-01/ses-01/trial-001_attempt-1");
+        let listed = recordings_in(study).unwrap().unwrap();
+        assert_eq!(listed, [first.clone(), second]);
+        let listed = recordings_in(&study.join("sub-01")).unwrap().unwrap();
+        assert_eq!(listed, std::slice::from_ref(&first));
+        assert_eq!(recordings_in(&first).unwrap(), None);
+        assert_eq!(recordings_in(&study.join("absent")).unwrap(), None);
+        fs::create_dir(study.join("sub-03")).unwrap();
+        let error = recordings_in(&study.join("sub-03")).unwrap_err();
+        assert!(error.to_string().contains("sub-03 is neither"), "{error}");
+    }
+}

@@ -1,0 +1,53 @@
+//! How much is printed on standard error beside warnings and errors.
+
+use std::fmt;
+use std::io::Write;
+
+use crate::cli::Printing;
+
+/// How much is printed on standard error beside warnings and errors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum Verbosity {
+    /// Nothing.
+    Quiet,
+    /// Progress.
+    #[default]
+    Normal,
+    /// Progress, which files were read, and how long it took.
+    Verbose,
+}
+
+impl From<Printing> for Verbosity {
+    fn from(printing: Printing) -> Self {
+        match printing {
+            Printing { quiet: true, .. } => Self::Quiet,
+            Printing { verbose: true, .. } => Self::Verbose,
+            Printing { .. } => Self::Normal,
+        }
+    }
+}
+
+impl Verbosity {
+    /// Returns whether progress is printed.
+    #[must_use]
+    pub fn shows_progress(self) -> bool {
+        self >= Self::Normal
+    }
+
+    /// Prints a line on standard error if the user asked for more than progress.
+    pub fn note(self, text: fmt::Arguments<'_>) {
+        if self == Self::Verbose {
+            // Nobody has to read it.
+            let _ = writeln!(std::io::stderr(), "friction-bench: {text}");
+        }
+    }
+
+    /// Returns where progress is written: standard error, or nowhere.
+    pub fn progress(self) -> Box<dyn Write + Send> {
+        if self.shows_progress() {
+            Box::new(std::io::stderr())
+        } else {
+            Box::new(std::io::sink())
+        }
+    }
+}

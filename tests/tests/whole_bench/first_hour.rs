@@ -1,0 +1,405 @@
+//! What a newcomer meets in the first hour: terminals of any size, pipes, slips of the pen, a bench without GPIO.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+use std::ffi::OsStr;
+use std::fs::{self, File};
+use std::io::Read;
+use std::os::unix::ffi::OsStrExt;
+use std::path::Path;
+use std::process::{Command, ExitStatus, Stdio};
+
+use bench_tests::program::{bench, friction_bench, workspace};
+use bench_tests::session::{SessionFolder, config_with, demo_with, finish, text, unattended};
+use config::Config;
+use recording::RecordingReader;
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{Winsize, tcsetwinsize};
+
+use super::refusals::{refused, refused_before_anything_is_made, room, uncalibrated};
+
+/// Runs `command` in a terminal of its own and returns all that it shows there.
+fn in_terminal(mut command: Command, columns: u16, rows: u16) -> (ExitStatus, String) {
+    let mut controller = File::from(openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap());
+    grantpt(&controller).unwrap();
+    unlockpt(&controller).unwrap();
+    let name = ptsname(&controller, Vec::new()).unwrap();
+    let terminal = File::options()
+        .read(true)
+        .write(true)
+        .open(OsStr::from_bytes(name.to_bytes()))
+        .unwrap();
+    let size = Winsize {
+        ws_row: rows,
+        ws_col: columns,
+        ws_xpixel: 0,
+        ws_ypixel: 0,
+    };
+    tcsetwinsize(&terminal, size).unwrap();
+    let again = || terminal.try_clone().unwrap();
+    command.stdin(again()).stdout(again()).stderr(again());
+    let mut child = command.spawn().unwrap();
+    // The terminal closes with the program's own handles.
+    drop((command, terminal));
+    let mut shown = Vec::new();
+    let mut block = [0; 4096];
+    // Linux reports an error instead of an end.
+    while let Ok(read @ 1..) = controller.read(&mut block) {
+        shown.extend_from_slice(&block[..read]);
+    }
+    let status = child.wait().unwrap();
+    (status, String::from_utf8_lossy(&shown).into_owned())
+}
+
+#[test]
+fn the_demo_succeeds_in_a_terminal_without_a_size() {
+    let folder = tempfile::tempdir().unwrap();
+    let demo = folder.path().join("a demo");
+    let mut command = Command::new(workspace().join("bench/demo.sh"));
+    command.arg(&demo).env("FRICTION_BENCH", friction_bench());
+    let (status, shown) = in_terminal(command, 0, 0);
+    assert!(status.success(), "{shown}");
+    for file in [
+        "calibration/calibration.toml",
+        "study/sub-01/ses-01/events.jsonl",
+        "results.json",
+    ] {
+        assert!(demo.join(file).is_file(), "no {file}: {shown}");
+    }
+    // The command that it ends with can be copied.
+    let last = shown.trim_end().lines().last().unwrap();
+    let copied = format!("set -- {last}; shift 6; printf %s \"$1\"");
+    let study = finish(Command::new("bash").args(["-c", &copied])).stdout;
+    assert_eq!(OsStr::from_bytes(&study), demo.join("study"), "{last}");
+}
+
+#[test]
+fn a_check_of_simulated_hardware_passes_in_small_terminals_and_through_a_pipe() {
+    let check = || {
+        let mut command = bench();
+        command.args(["check", "--mock"]);
+        command
+    };
+    for (columns, rows) in [(0, 0), (40, 10), (78, 22)] {
+        let (status, shown) = in_terminal(check(), columns, rows);
+        assert!(status.success(), "{columns} × {rows}: {shown}");
+        assert!(
+            !shown.contains("terminal"),
+            "no dashboard is shown: {shown}"
+        );
+    }
+    let piped = finish(&mut check());
+    assert!(piped.status.success(), "{}", text(&piped));
+}
+
+#[test]
+fn where_a_dashboard_will_be_shown_a_small_terminal_is_a_warning() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = config_with(
+        folder.path(),
+        &[("\"sim\"", "\"absent\""), ("\"sim\"", "\"absent\"")],
+    );
+    let mut command = bench();
+    command
+        .current_dir(folder.path())
+        .arg("check")
+        .arg("--config")
+        .arg(config);
+    let (status, shown) = in_terminal(command, 40, 10);
+    assert_eq!(status.code(), Some(1), "there is no such card: {shown}");
+    let line = |name: &str| {
+        let line = shown.lines().find(|line| line.contains(name));
+        line.unwrap_or_else(|| panic!("no {name} in {shown}"))
+    };
+    assert!(line("hardware").starts_with("FAILED"), "{shown}");
+    assert!(line("terminal").starts_with("warning terminal"), "{shown}");
+    assert!(line("terminal").contains("40 × 10"), "{shown}");
+}
+
+#[test]
+fn a_reader_that_has_read_enough_ends_a_command_in_good_order() {
+    for words in [
+        &["completions", "bash"][..],
+        &["completions", "zsh"],
+        &["manual"],
+        &["devices"],
+        &["devices", "--mock", "--json"],
+        &["--help"],
+        &["run", "--help"],
+        &["run", "--mock", "--print-config"],
+    ] {
+        let mut child = bench()
+            .args(words)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        // Before anything has been written.
+        drop(child.stdout.take());
+        let output = child.wait_with_output().unwrap();
+        let said = text(&output);
+        assert!(output.status.success(), "{words:?}: {said}");
+        assert!(said.is_empty(), "{words:?}: {said}");
+    }
+}
+
+#[test]
+fn a_misspelt_name_suggests_the_right_one_before_anything_else_is_asked_for() {
+    let (_folder, study) = room();
+    for (words, suggestion) in [
+        (&["run", "--mock", "nominl", "--headless"][..], "`nominal`"),
+        (
+            &[
+                "run",
+                "--mock",
+                "--headless",
+                "--participant",
+                "sub-01",
+                "--consent-by",
+                "K",
+                "--protocol",
+                "huloux",
+            ],
+            "`huloux2021`",
+        ),
+        (&["check", "--mock", "--protocol", "dmeo"], "`demo`"),
+        (&["analyze", "--assume", "area=3", "."], "`contact_area_m2`"),
+        (&["analyse", "."], "'analyze'"),
+    ] {
+        refused(&finish(bench().args(words)), &[suggestion]);
+    }
+    assert!(!study.exists());
+}
+
+#[test]
+fn a_slider_that_leaves_the_plate_is_refused_with_both_numbers() {
+    let (folder, study) = room();
+    let protocol = demo_with(folder.path(), &[("to_m = 0.095", "to_m = 0.95")]);
+    let line = fs::read_to_string(&protocol)
+        .unwrap()
+        .lines()
+        .position(|line| line.starts_with("to_m"))
+        .unwrap();
+    let line = format!("protocol.toml, line {}: ", line + 1);
+    let words = [&line, "exploration.to_m = 0.95 m", "0.105 m"];
+    let mut run = unattended(&study, "sub-01", &protocol);
+    refused_before_anything_is_made(&mut run, &study, &words);
+    let mut check = bench();
+    check.args(["check", "--mock", "--protocol"]).arg(&protocol);
+    refused(&finish(&mut check), &words);
+}
+
+#[test]
+fn a_tone_is_reported_only_if_one_was_played() {
+    let (folder, study) = room();
+    let absent = [("\"sim\"", "\"absent\""), ("\"sim\"", "\"absent\"")];
+    let config = config_with(folder.path(), &absent);
+    let output = finish(&mut uncalibrated(&study, &config));
+    refused(&output, &["nothing was driven"]);
+    assert!(!text(&output).contains("tone"), "{}", text(&output));
+}
+
+#[test]
+fn a_sensor_that_sends_lines_brings_its_configuration() {
+    let check = finish(bench().args(["check", "--mock", "arduino", "--quick"]));
+    assert!(check.status.success(), "{}", text(&check));
+    let printed = finish(bench().args(["run", "--mock", "arduino", "--print-config"]));
+    let config = Config::parse(&text(&printed), "printed").unwrap();
+    assert_eq!(config.force.unwrap().protocol, config::ForceProtocol::Lines);
+}
+
+#[test]
+fn a_study_lists_its_recordings_with_commands_that_a_shell_can_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = folder.path().join("Ana's study");
+    let protocol = workspace().join("tests/protocols/one-exploration.toml");
+    let run = finish(&mut unattended(&study, "sub-01", protocol));
+    assert!(run.status.success(), "{}", text(&run));
+    let in_shell = |command: &str| {
+        let program = friction_bench().display().to_string();
+        let command = command.replacen("friction-bench", &format!("'{program}'"), 1);
+        finish(Command::new("sh").args(["-c", &command]))
+    };
+    let printed = text(&run);
+    let results = printed.lines().find(|line| line.starts_with("to results"));
+    let analyze = &results.unwrap()["to results".len()..];
+    let analyze = analyze.trim().replace("--figures figures", "");
+    let analysed = in_shell(&analyze);
+    assert!(analysed.status.success(), "{}", text(&analysed));
+
+    let listed = finish(bench().arg("replay").arg(&study));
+    assert!(listed.status.success(), "{}", text(&listed));
+    let recordings = SessionFolder::read(&study, "sub-01").unwrap().recordings();
+    assert_eq!(text(&listed).lines().count(), recordings.len());
+    let first = text(&listed).lines().next().unwrap().to_owned();
+    let replayed = in_shell(&format!("{first} --headless --speed max"));
+    assert!(replayed.status.success(), "{}", text(&replayed));
+
+    refused(
+        &finish(bench().arg("replay").arg(workspace())),
+        &["neither"],
+    );
+}
+
+#[test]
+fn an_operator_chooses_how_much_is_printed() {
+    let folder = tempfile::tempdir().unwrap();
+    let calibration = folder.path().join("calibration.toml");
+    let said = |words: &[&str]| {
+        let mut command = bench();
+        command
+            .args(["calibrate", "channels", "--mock", "--speed", "max"])
+            .args(["--operator", "A. Tester", "--headless"])
+            .args(words)
+            .arg("--calibration")
+            .arg(&calibration);
+        let output = finish(&mut command);
+        assert!(output.status.success(), "{}", text(&output));
+        assert!(!output.stdout.is_empty());
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let (quiet, normal, verbose) = (said(&["-q"]), said(&[]), said(&["--verbose"]));
+    assert_eq!(quiet, "");
+    assert!(
+        !normal.is_empty() && !normal.contains("configuration:"),
+        "{normal}"
+    );
+    for word in ["configuration: ", "calibration: ", "took "] {
+        assert!(verbose.contains(word), "no {word} in {verbose}");
+    }
+    assert!(
+        verbose.lines().count() > normal.lines().count(),
+        "{verbose}"
+    );
+}
+
+#[test]
+fn a_configuration_that_does_not_exist_is_named_and_nothing_else_is_touched() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = finish(bench().args(["check", "--config", "bnech.toml"]));
+    refused(&output, &["bnech.toml does not exist", "--config"]);
+    assert!(!text(&output).contains("print-config"), "{}", text(&output));
+    // The advice for a folder without a bench.toml can be followed in a shell, which creates the file first.
+    let output = finish(bench().arg("check").current_dir(&folder));
+    refused(
+        &output,
+        &["`friction-bench run --print-config > bench.toml`"],
+    );
+    let script = format!(
+        "'{}' run --print-config > bench.toml",
+        friction_bench().display()
+    );
+    let mut shell = Command::new("sh");
+    let written = finish(shell.args(["-c", &script]).current_dir(&folder));
+    assert!(written.status.success(), "{}", text(&written));
+    let path = folder.path().join("bench.toml");
+    assert_eq!(fs::read_to_string(&path).unwrap(), config::TEMPLATE);
+    let output = finish(bench().arg("check").current_dir(&folder));
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output));
+    assert!(
+        text(&output).contains("hw:CARD=Device"),
+        "{}",
+        text(&output)
+    );
+    // An edited file is printed as it is understood.
+    let printed = finish(bench().args(["run", "--print-config"]).current_dir(&folder));
+    let printed = Config::parse(&text(&printed), "printed").unwrap();
+    assert_eq!(printed, Config::read(&path).unwrap());
+}
+
+#[test]
+fn a_number_that_cannot_be_is_refused_with_what_is_wanted() {
+    for (words, wanted) in [
+        (
+            &["run", "--mock", "--seed", "-1"][..],
+            "a whole number from 0",
+        ),
+        (&["run", "--mock", "--seed", "7.5"], "a whole number from 0"),
+        (
+            &["monitor", "--mock", "--duration-s", "-1"],
+            "a finite number above 0",
+        ),
+        (&["model", "--mu0", "-1"], "a finite number above 0"),
+    ] {
+        refused(&finish(bench().args(words)), &[wanted]);
+    }
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_is_named_and_the_cause_said_once() {
+    let (folder, study) = room();
+    let absent = folder.path().join("absent");
+    let mut calibrate = bench();
+    calibrate
+        .args([
+            "calibrate",
+            "channels",
+            "--mock",
+            "--operator",
+            "K",
+            "--headless",
+        ])
+        .arg("--calibration")
+        .arg(absent.join("calibration.toml"));
+    fs::write(&study, "a file").unwrap();
+    let mut model = bench();
+    model.arg("model").arg("--out").arg(study.join("model"));
+    let mut session = unattended(&study.join("study"), "sub-01", "demo");
+    for (command, named) in [
+        (&mut calibrate, absent.clone()),
+        (&mut model, study.join("model")),
+        (&mut session, study.join("study")),
+    ] {
+        let output = finish(command);
+        refused(&output, &[&named.display().to_string()]);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(said.matches("os error").count(), 1, "{said}");
+    }
+}
+
+fn waived(folder: &Path) -> std::path::PathBuf {
+    let keys = "[safety]\nwaived = [\"estop\", \"heartbeat\"]\nwaived_by = \"A. Tester\"\n";
+    config_with(folder, &[("[safety]\n", keys)])
+}
+
+#[test]
+fn waived_hardware_stops_stand_on_the_screen_and_in_every_file() {
+    let (folder, study) = room();
+    let config = waived(folder.path());
+    let protocol = workspace().join("tests/protocols/one-exploration.toml");
+    let mut run = unattended(&study, "sub-01", protocol);
+    let output = finish(run.arg("--config").arg(&config));
+    assert!(output.status.success(), "{}", text(&output));
+    let line = "hardware stops waived by A. Tester: estop, heartbeat";
+    let shown = text(&output);
+    assert!(shown.contains(&format!("warning: {line}")), "{shown}");
+
+    let session = SessionFolder::read(&study, "sub-01").unwrap();
+    let safety = &session.starts()[0].configuration["safety"];
+    assert_eq!(safety["waived"], serde_json::json!(["estop", "heartbeat"]));
+    assert_eq!(safety["waived_by"], "A. Tester");
+    let copy = Config::read(&session.path.join("bench.toml")).unwrap();
+    assert_eq!(copy.safety.waiver_in_words().as_deref(), Some(line));
+    let recordings = session.recordings();
+    assert!(!recordings.is_empty());
+    for recording in &recordings {
+        let reader = RecordingReader::open(recording).unwrap();
+        let hardware = reader.manifest().hardware.clone().unwrap();
+        assert_eq!(hardware.waived, ["estop", "heartbeat"]);
+        assert_eq!(hardware.waived_by.as_deref(), Some("A. Tester"));
+    }
+    let mut replay = bench();
+    replay.args(["replay", "--headless", "--speed", "max"]);
+    let replayed = text(&finish(replay.arg(&recordings[0])));
+    assert!(replayed.contains(line), "{replayed}");
+
+    let mut check = bench();
+    check.args(["check", "--mock", "--quick", "--config"]);
+    let checked = finish(check.arg(&config));
+    assert!(checked.status.success(), "{}", text(&checked));
+    for row in ["waived  e-stop", "waived  heartbeat"] {
+        assert!(text(&checked).contains(row), "{}", text(&checked));
+    }
+}

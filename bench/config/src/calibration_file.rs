@@ -389,7 +389,7 @@ impl CalibrationFile {
     /// Reads a file's text; returns it with its hash. `path` names the file in errors.
     ///
     /// # Errors
-    /// As [`Calibration::read`].
+    /// As [`CalibrationFile::read`].
     pub fn parse(text: &str, path: &Path) -> Result<(Self, String), CalibrationFileError> {
         let path = || path.to_owned();
         let (first, body) = text.split_once('\n').unwrap_or((text, ""));

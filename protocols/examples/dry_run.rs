@@ -6,6 +6,12 @@
 //! condition's modulation, selected by the protocol's rules about the middle of the slider's travel, so a protocol that
 //! yields too few instances is seen to repeat its trials.
 
+#![expect(
+    clippy::disallowed_methods,
+    clippy::disallowed_types,
+    reason = "a program around a package that itself does no input or output"
+)]
+
 use std::fmt;
 use std::io::{self, Write};
 use std::process::ExitCode;

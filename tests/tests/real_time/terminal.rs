@@ -274,7 +274,7 @@ impl Terminal {
 
     /// Says that nothing is on the plate; only then is it driven.
     fn plate_is_clear(&self) {
-        let screen = self.shows(&["Take everything off", "Then the plate is driven"]);
+        let screen = self.shows(&["Take everything off", "The plate is driven next"]);
         assert!(!screen.contains("DRIVING"), "{screen}");
         self.press(&["Enter"]);
     }

@@ -7,6 +7,7 @@ use crate::support::{FORMAT_2, force_rows, manifest, ramp, read_all, write_data}
 use recording::manifest::{
     Direction, End, EventKind, ManifestError, RecordedInterval, RecordedIntervalKind,
 };
+use recording::DiskError;
 use recording::reader::{ReadError, Warning};
 use recording::wav::{MAX_DATA_BYTES, WavError, WavReader, WavWarning, header};
 use recording::writer::{Ending, WriteError};
@@ -165,7 +166,11 @@ fn a_parent_that_is_not_there_is_not_made() {
     let temp = tempfile::tempdir().unwrap();
     let folder = temp.path().join("gone").join("r");
     let error = RecordingWriter::create(&folder, manifest(), FORMAT_2).unwrap_err();
-    assert!(error.to_string().contains("its folder is gone"), "{error}");
+    let WriteError::Disk(DiskError { source, .. }) = &error else {
+        panic!("{error}");
+    };
+    assert_eq!(source.kind(), std::io::ErrorKind::NotFound);
+    assert!(!temp.path().join("gone").exists());
 }
 
 #[test]

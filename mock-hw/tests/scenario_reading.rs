@@ -55,7 +55,7 @@ fn a_wrong_type_is_named_with_its_line() {
     assert!(
         matches!(
             wrong,
-            ScenarioError::Toml(TomlError::Invalid { line: 3, .. })
+            ScenarioError::Toml(TomlError::WrongType { line: 3, .. })
         ),
         "{wrong}"
     );

@@ -4,10 +4,10 @@ use std::fs;
 use std::path::Path;
 
 use crate::support::{FORMAT_2, force_rows, manifest, ramp, read_all, write_data};
+use recording::DiskError;
 use recording::manifest::{
     Direction, End, EventKind, ManifestError, RecordedInterval, RecordedIntervalKind,
 };
-use recording::DiskError;
 use recording::reader::{ReadError, Warning};
 use recording::wav::{MAX_DATA_BYTES, WavError, WavReader, WavWarning, header};
 use recording::writer::{Ending, WriteError};

@@ -257,6 +257,26 @@ impl Rig {
         while self.apparatus.now_ns() < until_ns {
             self.tick();
         }
+        self.saved();
+    }
+
+    /// Ends the recording and the tasks as the end of a program does in which one of them failed.
+    pub fn close(&mut self) {
+        let reason = "a task failed".to_owned();
+        let end = RecordingCommand::End(Ending::Interrupted { reason });
+        self.bench.recording.send(end).unwrap();
+        let Bench { before, after, .. } = &mut self.bench;
+        before
+            .iter_mut()
+            .chain(&mut *after)
+            .for_each(|task| task.stop());
+        for task in before.iter_mut().chain(after) {
+            task.finish().unwrap();
+        }
+        self.saved();
+    }
+
+    fn saved(&self) {
         let saved = |notice| matches!(notice, RecorderNotice::Saved { .. });
         assert!(self.bench.notices.try_iter().any(saved), "not saved");
     }

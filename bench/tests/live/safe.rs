@@ -228,10 +228,7 @@ fn a_card_that_stays_silent_ends_the_program_and_the_recording_reads() {
     );
     let silent_s = (rig.apparatus.now_ns() - halted_ns) as f64 * 1e-9;
     assert!((9.9..10.1).contains(&silent_s), "{silent_s} s");
-    rig.bench
-        .after
-        .iter_mut()
-        .for_each(|task| task.finish().unwrap());
+    rig.close();
     let read = RecordingReader::open(&folder).unwrap();
     assert!(read.frames() as f64 / 192e3 > 0.49, "{}", read.frames());
 }

@@ -149,7 +149,7 @@ fn states() -> Vec<(&'static str, State)> {
     let mut empty = State::new(Theme::Colour);
     empty.apply(&Event::Calibration(CalibrationPage {
         title: "calibrate plate".to_owned(),
-        instruction: "The bench comes to rest.".to_owned(),
+        instruction: "Waiting until the force is steady.".to_owned(),
         ..CalibrationPage::default()
     }));
     let mut failed = state(CalibrationPage {

@@ -88,8 +88,14 @@ impl Life {
         tasks: Vec<Box<dyn Task>>,
         close_screen: impl FnOnce() -> anyhow::Result<()>,
     ) -> anyhow::Result<()> {
-        self.streams.play()?;
-        let ran = self.schedule.run(tasks, &self.clock, &self.stop);
+        let ran = match self.streams.play() {
+            Ok(()) => self.schedule.run(tasks, &self.clock, &self.stop),
+            Err(error) => {
+                // With its tasks the screen loses what it shows, and closes.
+                drop(tasks);
+                Err(error.into())
+            }
+        };
         self.kill.kill();
         drop(self.streams);
         drop(self.guard);

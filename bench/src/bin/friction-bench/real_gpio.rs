@@ -45,7 +45,7 @@ pub fn open(gpio: &Gpio) -> anyhow::Result<Lines> {
                 configure(&mut builder);
                 builder
                     .request()
-                    .with_context(|| format!("{} of {}", unavailable(name, line), chip.display()))
+                    .with_context(|| format!("{}: {}", chip.display(), unavailable(name, line)))
             };
             take(
                 gpio,
@@ -78,7 +78,9 @@ pub fn chips() -> Vec<std::path::PathBuf> {
 }
 
 fn unavailable(name: &str, line: u8) -> String {
-    format!("cannot take GPIO line {line} for {name}: is it free, and may you use it")
+    format!(
+        "cannot open GPIO line {line} for {name}: no other program may use it, and you need permission to use GPIO"
+    )
 }
 
 fn take(

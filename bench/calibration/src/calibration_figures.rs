@@ -118,7 +118,7 @@ pub fn pickup(
         .zip(residuals_m)
         .map(|(rung, residual_m)| (rung.reading, residual_m * NANO))
         .collect();
-    let reading = || Axis::linear("LiveReading of the pickup (full scale)").from_zero();
+    let reading = || Axis::linear("Reading of the pickup (full scale)").from_zero();
     figure(
         "pickup",
         "Sensitivity of the pickup",
@@ -243,7 +243,7 @@ pub fn channels(inputs: &[InputCurves], channels: &config::MeasuredChannels) -> 
             panel(
                 of_each(&|input| input.levels.clone(), true),
                 level().unwritten(),
-                Axis::logarithmic("LiveReading (full scale)"),
+                Axis::logarithmic("Reading (full scale)"),
             ),
             panel(
                 of_each(
@@ -331,7 +331,7 @@ pub fn force(loadings: &[Loading], fit: &Crosstalk, force: &config::MeasuredForc
         vec![
             Panel {
                 series: readings,
-                ..Panel::new(known().unwritten(), Axis::linear("LiveReading (N)"))
+                ..Panel::new(known().unwritten(), Axis::linear("Reading (N)"))
             },
             Panel {
                 series: residuals,

@@ -45,7 +45,7 @@ const FAULTS: [StreamFault; 6] = [
 /// Time of the last callback while there has been none.
 const NEVER: u64 = u64::MAX;
 
-/// StreamDirection of a stream.
+/// Direction of a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum StreamDirection {
     /// Samples go to the converter.

@@ -32,7 +32,7 @@ pub enum WriteError {
     /// Channels or sample rate are zero, or more than a WAV header can hold.
     #[error("{channels} channels at {sample_rate_hz} Hz cannot be recorded")]
     Format {
-        /// RecordedChannels.
+        /// Number of channels.
         channels: u16,
         /// Sample rate, Hz.
         sample_rate_hz: u32,
@@ -52,7 +52,7 @@ pub enum WriteError {
     PartialFrame {
         /// Samples in the block.
         samples: usize,
-        /// RecordedChannels.
+        /// Number of channels.
         channels: u16,
     },
     /// The time of a row is not finite.

@@ -99,7 +99,7 @@ pub enum ManifestError {
         key: &'static str,
         /// Value of the key.
         index: u16,
-        /// RecordedChannels in the audio file.
+        /// Channels in the audio file.
         channels: u16,
     },
     /// `hardware.channel_names` does not name every channel.
@@ -107,7 +107,7 @@ pub enum ManifestError {
     ChannelNames {
         /// Number of names.
         names: usize,
-        /// RecordedChannels in the audio file.
+        /// Channels in the audio file.
         channels: u16,
     },
     /// `hardware.sample_rate_hz` differs from the audio file's.

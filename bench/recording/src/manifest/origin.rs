@@ -13,7 +13,7 @@ pub const MAX_SEED: u64 = i64::MAX as u64;
 pub struct Participant {
     /// Pseudonym, such as `sub-01`.
     pub id: String,
-    /// SessionFolder of this participant, from 1.
+    /// Number of this participant's session, from 1.
     pub session: u32,
 }
 

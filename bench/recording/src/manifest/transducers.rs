@@ -32,7 +32,7 @@ pub struct RecordedDrive {
 pub struct RecordedPickup {
     /// Channel in `signals.wav`, from 0.
     pub index: u16,
-    /// RecordedPlate displacement per sample value at the carrier, metres, peak for peak.
+    /// Plate displacement per sample value at the carrier, metres, peak for peak.
     pub metres_per_unit: f64,
     /// Phase of the displacement relative to the sample values, radians.
     pub phase_rad: f64,

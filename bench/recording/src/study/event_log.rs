@@ -37,7 +37,7 @@ pub struct Start {
     pub resumed: bool,
     /// Participant's identifier.
     pub participant: String,
-    /// SessionFolder, from 1.
+    /// Number of the session, from 1.
     pub session: u32,
     /// Name of the protocol.
     pub protocol: String,

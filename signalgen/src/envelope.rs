@@ -45,6 +45,7 @@ impl AmplitudeEnvelope {
     }
 
     /// Returns whether the envelope has a modulation frequency, even at index 0.
+    #[inline]
     #[must_use]
     pub fn is_modulated(&self) -> bool {
         !self.step.is_zero()

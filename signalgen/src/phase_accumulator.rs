@@ -44,6 +44,7 @@ impl PhaseAccumulator {
     }
 
     /// Returns the phase in units of 2⁻⁶⁴ of a turn.
+    #[inline]
     #[must_use]
     pub fn turns(self) -> u64 {
         self.turns
@@ -101,6 +102,7 @@ impl PhaseStep {
     }
 
     /// Returns whether the phase stands still.
+    #[inline]
     #[must_use]
     pub fn is_zero(self) -> bool {
         self.turns == 0 && self.remainder == 0

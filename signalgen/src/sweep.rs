@@ -109,6 +109,7 @@ pub(crate) enum Timeline {
 }
 
 impl Timeline {
+    #[inline]
     pub(crate) fn advance(&mut self) -> CarrierMotion {
         match self {
             Self::Constant => CarrierMotion::Hold,
@@ -117,6 +118,7 @@ impl Timeline {
         }
     }
 
+    #[inline]
     pub(crate) fn step_index(&self) -> Option<u16> {
         match self {
             Self::Steps(steps) => steps.sounding,

@@ -3,8 +3,12 @@
 use std::path::PathBuf;
 
 use calibration::operator::Hands;
+use config::{AudioHost, Config};
 use devices::Hardware;
 use devices::loudspeaker::Tone;
+use safety::Pace;
+
+use crate::cli;
 
 /// Is told what the participant sees and hears: a display, a simulated person.
 pub type Watcher = Box<dyn FnMut(&tui::ParticipantView, bool, Option<Tone>) + Send>;
@@ -19,4 +23,21 @@ pub struct Apparatus {
     pub hands: Option<Hands>,
     /// The simulated vibrometer's port, where known amplitudes come from when no other source is named.
     pub vibrometer_port: Option<PathBuf>,
+}
+
+/// Beginning of the names of JACK servers that tests run without a card.
+const TEST_SERVER: &str = "friction-bench-test";
+
+/// Returns what lets time pass for the sound card of these options.
+#[must_use]
+pub fn pace(config: &Config, options: &cli::Hardware) -> Pace {
+    let of_a_test = || {
+        let server = std::env::var("JACK_DEFAULT_SERVER").unwrap_or_default();
+        config.audio.host == AudioHost::Jack && server.starts_with(TEST_SERVER)
+    };
+    if options.mock.is_some() || of_a_test() {
+        Pace::Simulated
+    } else {
+        Pace::Card
+    }
 }

@@ -245,11 +245,13 @@ impl<'a> Begun<'a> {
         let Apparatus {
             hardware, hands, ..
         } = apparatus;
-        let waiver = self.bench.config().safety.waiver_in_words();
-        let title = match &waiver {
-            Some(waiver) => format!("calibrate {}, {waiver}", C::NAME),
-            None => format!("calibrate {}", C::NAME),
-        };
+        let config = self.bench.config();
+        let notices = config.safety_notices(config.plate.resonance_hz);
+        let title = [format!("calibrate {}", C::NAME)]
+            .into_iter()
+            .chain(notices.clone())
+            .collect::<Vec<_>>()
+            .join(", ");
         let simulated = hardware.simulated;
         let (attended, verbosity) = (self.attended, self.verbosity);
         let attend = |stop: &StopFlag| -> anyhow::Result<Attendance> {
@@ -272,7 +274,7 @@ impl<'a> Begun<'a> {
         } = outcome
             .procedure
             .judge(outcome.date, &self.measure.operator)?;
-        remarks.extend(waiver);
+        remarks.extend(notices);
         remarks.push(format!("driven for       {:.1} s", outcome.driven_s));
         let mut written = write_beside(&self.path, stem, &table, figure.as_ref())?;
         let passed = faults.is_empty();

@@ -12,12 +12,12 @@ use tui::event::{LogLevel, PhaseKind, PhaseView};
 use config::Effective;
 use console::{Dashboard, DashboardThread, Front, Headless, safety_event};
 use devices::drive_control::{DriveControl, settings};
-use devices::{Bench, Gauges};
+use devices::{Bench, Gauges, require_armable, require_watched};
 use recording::pipeline::{Account, Batch};
 use safety::{SafetyState, Signals, Trip};
 use tasks::{StopFlag, Task};
 
-use crate::apparatus::Apparatus;
+use crate::apparatus::{Apparatus, pace};
 use crate::live_meter::LiveMeter;
 
 /// The published modulation (Huloux 2021, section IV).
@@ -45,14 +45,17 @@ impl Plan {
         let settings = settings(config)?;
         let program = options
             .drive_v
-            .map(|mean_amplitude_v| {
-                settings.admit(Waveform::Modulated {
+            .map(|mean_amplitude_v| -> anyhow::Result<Program> {
+                require_armable(config, pace(config, &options.hardware))?;
+                let waveform = Waveform::Modulated {
                     carrier_hz: config.plate.resonance_hz,
                     mean_amplitude_v,
                     modulation_hz: MODULATION_HZ,
                     modulation_index: MODULATION_INDEX,
                     start_phase_rad: 0.0,
-                })
+                };
+                require_watched(config, &waveform)?;
+                Ok(settings.admit(waveform)?)
             })
             .transpose()
             .context("--drive-v")?;
@@ -106,7 +109,7 @@ pub fn run(
         ..tui::event::SessionHeader::default()
     }));
     front.show(tui::Event::Phase(PhaseView::new(PhaseKind::Monitoring)));
-    if let Some(text) = config.safety.waiver_in_words() {
+    for text in config.safety_notices(config.plate.resonance_hz) {
         front.show(tui::Event::Log {
             level: LogLevel::Warning,
             text,

@@ -101,6 +101,7 @@ pub(crate) struct PinBoard {
     clock: Arc<WorldClock>,
     counts_per_m: f64,
     gone: AtomicBool,
+    amplifier_dead: AtomicBool,
     estop_pressed: AtomicBool,
     estop_cut: AtomicBool,
     person_button: AtomicBool,
@@ -131,6 +132,7 @@ impl PinBoard {
             clock,
             counts_per_m: scenario.encoder.counts_per_m,
             gone: AtomicBool::new(false),
+            amplifier_dead: AtomicBool::new(false),
             estop_pressed: AtomicBool::new(false),
             estop_cut: AtomicBool::new(false),
             person_button: AtomicBool::new(false),
@@ -170,7 +172,7 @@ impl PinBoard {
         let closed = lock(&self.one_shot).runs_at(ns)
             && self.enable.load(Ordering::Acquire)
             && self.estop_healthy();
-        closed || self.relay_welded
+        (closed || self.relay_welded) && !self.amplifier_dead.load(Ordering::Acquire)
     }
 
     /// Takes in the person's button and the carriage position at the end of a step.
@@ -179,6 +181,10 @@ impl PinBoard {
         let index = self.written.load(Ordering::Relaxed);
         self.positions_m[slot(index)].store(position_m.to_bits(), Ordering::Relaxed);
         self.written.store(index + 1, Ordering::Release);
+    }
+
+    pub(crate) fn switch_off(&self, dead: bool) {
+        self.amplifier_dead.store(dead, Ordering::Release);
     }
 
     pub(crate) fn press_estop(&self, pressed: bool) {

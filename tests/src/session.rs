@@ -50,6 +50,9 @@ pub fn config_with(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
     path
 }
 
+/// What turns the simulated bench's description into that of a bench whose sound card has a clock of its own.
+pub const ON_A_CARD: (&str, &str) = ("silence_s = 0.25", "silence_s = 0.05");
+
 /// The description of a bench that bears with a busy machine, as a file in `folder`.
 pub fn patient_config(folder: &Path) -> PathBuf {
     config_with(

@@ -46,7 +46,7 @@ impl Server {
         let folder = tempfile::tempdir().unwrap();
         static SERVERS: AtomicU32 = AtomicU32::new(0);
         let number = SERVERS.fetch_add(1, Ordering::Relaxed);
-        let name = format!("bench-{}-{number}", std::process::id());
+        let name = format!("friction-bench-test-{}-{number}", std::process::id());
         let force_port = folder.path().join("force");
         // A server that lost its clients may write without end: nothing of it is kept.
         let jackd = Running::start(

@@ -29,12 +29,18 @@ pub struct Force {
     /// Readings without load, normal and lateral, N.
     #[serde(default)]
     pub tare_n: [f64; 2],
+    /// Reading from which on an axis counts as saturated, either way, N; for sensors that do not tell so themselves.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range_n: Option<f64>,
 }
 
 impl Force {
     pub(super) fn check(&self, safety: &Safety) -> Result<(), Refused> {
         within("force.baud", f64::from(self.baud), 1200.0, 2e7, "baud")?;
         within("force.latency_s", self.latency_s, 0.0, 0.1, "s")?;
+        if let Some(range_n) = self.range_n {
+            within("force.range_n", range_n, 0.1, 1e3, "N")?;
+        }
         self.correction()
             .require_plausible(safety.max_forces_n())
             .map_err(|implausible| Refused {

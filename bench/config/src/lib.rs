@@ -30,7 +30,7 @@ pub use error::ConfigError;
 pub use field::{Encoder, Force, Gpio, GpioBackend, Sound};
 pub use force_protocol::ForceProtocol;
 pub use identity::{Identity, Mismatch};
-pub use limits::{HardwareStop, Limits, Safety};
+pub use limits::{AUDIBLE_HZ, AudibleCarrier, HEARD_BY_SOME_HZ, HardwareStop, Limits, Safety};
 pub use plate_constants::Plate;
 pub use sound_card::{
     Audio, AudioHost, DriveInput, InputMap, OutputChannel, PickupInput, SampleFormat,
@@ -124,6 +124,20 @@ impl Config {
     /// Never for a configuration that was parsed.
     pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
         toml::to_string(self)
+    }
+
+    /// Returns what every screen shows of a bench whose safety is not what it is by default, driven at `carrier_hz`: waived
+    /// hardware stops, loosened limits, a carrier that some people hear.
+    #[must_use]
+    pub fn safety_notices(&self, carrier_hz: f64) -> Vec<String> {
+        [
+            self.safety.waiver_in_words(),
+            self.safety.loosened_in_words(),
+            self.limits.hearing_in_words(carrier_hz),
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
     }
 
     fn check(&self) -> Result<(), Refused> {

@@ -13,13 +13,83 @@ pub struct Limits {
     /// Length of the raised-cosine ramp of every start and stop, s.
     #[serde(default = "Limits::default_ramp_s")]
     pub ramp_s: f64,
+    /// Largest amplitude of the plate that the pickup may read, µm; 5 µm by default, an assumption: more than twice what
+    /// the published drive makes of an unloaded plate.
+    #[serde(default = "Limits::default_amplitude_um")]
+    pub amplitude_um: f64,
+    /// Why a carrier below [`AUDIBLE_HZ`] may be driven; without a reason it may not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub audible_carrier_because: Option<String>,
+}
+
+/// Carrier below which people hear it, Hz.
+pub const AUDIBLE_HZ: f64 = 20e3;
+/// Carrier below which children, young adults and pets may hear it, Hz.
+pub const HEARD_BY_SOME_HZ: f64 = 25e3;
+
+/// A carrier that people hear, on a bench that names no reason for it.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error(
+    "a carrier of {carrier_hz} Hz is audible, and at this level harms the ears: drive at {AUDIBLE_HZ} Hz or more, or state \
+     the reason in limits.audible_carrier_because"
+)]
+pub struct AudibleCarrier {
+    /// The carrier, Hz.
+    pub carrier_hz: f64,
 }
 
 impl Limits {
     pub(super) fn check(&self) -> Result<(), Refused> {
         let most_v = signalgen::HARD_LIMIT_V;
         within("limits.drive_v", self.drive_v, 0.0, most_v, "V")?;
-        within("limits.ramp_s", self.ramp_s, 0.005, 1.0, "s")
+        within("limits.ramp_s", self.ramp_s, 0.005, 1.0, "s")?;
+        within("limits.amplitude_um", self.amplitude_um, 0.01, 20.0, "µm")?;
+        let empty = |why: &String| why.trim().is_empty();
+        if self.audible_carrier_because.as_ref().is_some_and(empty) {
+            let why =
+                "limits.audible_carrier_because is empty: state why people may hear the carrier";
+            return Err(Refused::new(
+                "limits.audible_carrier_because",
+                why.to_owned(),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Requires a carrier that nobody hears, or a reason.
+    ///
+    /// # Errors
+    /// [`AudibleCarrier`] below [`AUDIBLE_HZ`] without a reason.
+    pub fn require_inaudible(&self, carrier_hz: f64) -> Result<(), AudibleCarrier> {
+        if carrier_hz >= AUDIBLE_HZ || self.audible_carrier_because.is_some() {
+            Ok(())
+        } else {
+            Err(AudibleCarrier { carrier_hz })
+        }
+    }
+
+    /// Returns the warning that a screen shows of a carrier that some may hear; `None` if nobody does.
+    ///
+    /// ```
+    /// # let config = config::Config::parse(include_str!("../../mock-bench.toml"), "bench.toml").unwrap();
+    /// assert!(config.limits.hearing_in_words(23e3).unwrap().contains("children"));
+    /// assert_eq!(config.limits.hearing_in_words(35e3), None);
+    /// ```
+    #[must_use]
+    pub fn hearing_in_words(&self, carrier_hz: f64) -> Option<String> {
+        match &self.audible_carrier_because {
+            Some(why) if carrier_hz < AUDIBLE_HZ => Some(format!(
+                "audible carrier of {carrier_hz} Hz, because: {why}"
+            )),
+            _ if carrier_hz < HEARD_BY_SOME_HZ => Some(format!(
+                "children, young adults and pets may hear a carrier of {carrier_hz} Hz"
+            )),
+            _ => None,
+        }
+    }
+
+    fn default_amplitude_um() -> f64 {
+        5.0
     }
 
     fn default_ramp_s() -> f64 {
@@ -99,6 +169,42 @@ impl Safety {
         [self.max_normal_n, self.max_lateral_n]
     }
 
+    /// Returns each value that is looser than its default, as `readback_tolerance = 0.4 (default 0.25)`.
+    ///
+    /// ```
+    /// # use config::Safety;
+    /// let safety = Safety { silence_s: 0.1, max_normal_n: 2.0, ..Safety::default() };
+    /// assert_eq!(safety.loosened(), ["silence_s = 0.1 (default 0.05)"]);
+    /// ```
+    #[must_use]
+    pub fn loosened(&self) -> Vec<String> {
+        let default = Self::default();
+        [
+            ("max_normal_n", self.max_normal_n, default.max_normal_n),
+            ("max_lateral_n", self.max_lateral_n, default.max_lateral_n),
+            (
+                "readback_tolerance",
+                self.readback_tolerance,
+                default.readback_tolerance,
+            ),
+            (
+                "readback_floor_v",
+                self.readback_floor_v,
+                default.readback_floor_v,
+            ),
+            (
+                "loop_latency_s",
+                self.loop_latency_s,
+                default.loop_latency_s,
+            ),
+            ("silence_s", self.silence_s, default.silence_s),
+        ]
+        .into_iter()
+        .filter(|(_, value, default)| value > default)
+        .map(|(key, value, default)| format!("{key} = {value} (default {default})"))
+        .collect()
+    }
+
     /// Returns who waived `line`; `None` if the preflight requires it.
     #[must_use]
     pub fn waiver_of(&self, line: HardwareStop) -> Option<&str> {
@@ -133,6 +239,13 @@ impl Safety {
             "hardware stops waived by {name}: {}",
             lines.join(", ")
         ))
+    }
+
+    /// Returns the line that every screen shows of a bench with looser limits than the defaults; `None` if none is.
+    #[must_use]
+    pub fn loosened_in_words(&self) -> Option<String> {
+        let loosened = self.loosened();
+        (!loosened.is_empty()).then(|| format!("safety limits loosened: {}", loosened.join(", ")))
     }
 
     pub(super) fn check(&self) -> Result<(), Refused> {

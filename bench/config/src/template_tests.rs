@@ -38,6 +38,14 @@ fn an_optional_key_stands_there_with_its_default() {
             waived_by: whole.safety.waived_by.clone(),
             ..config.safety
         },
+        limits: Limits {
+            audible_carrier_because: whole.limits.audible_carrier_because.clone(),
+            ..config.limits
+        },
+        force: config.force.clone().map(|force| Force {
+            range_n: whole.force.as_ref().and_then(|force| force.range_n),
+            ..force
+        }),
         gpio: whole.gpio.clone(),
         calibration: CalibrationRules {
             gravity_m_per_s2: whole.calibration.gravity_m_per_s2,

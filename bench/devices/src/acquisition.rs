@@ -439,6 +439,10 @@ impl Acquisition {
                 at_ns: now_ns,
             });
         }
+        let amplitudes = batch.frames.iter().map(|frame| frame.amplitude_m);
+        if let Some(largest_m) = amplitudes.filter(|m| m.is_finite()).reduce(f64::max) {
+            self.signals.amplitude_m.set(largest_m);
+        }
         self.gauges.ring_fill.set(self.input.ring_fill());
         batch.audio_s = self.pipeline.audio_s();
         batch.account = self.pipeline.account();

@@ -12,12 +12,13 @@ use impedance::{
 };
 use recording::pipeline::{Batch, Pipeline};
 use recording::recorder::{RecorderGauge, RecorderNotice, RecorderTask, recorder};
-use safety::{SafetyLimits, SafetyLines, Signals, Watch};
+use safety::{Pace, SafetyLines, Signals, Watch};
 use signalgen::audio::{Duplex, DuplexConfig, Host, StreamChoice};
 use signalgen::{Generator, InputReader, StreamDirection};
 use tasks::{Clock, Schedule, StopFlag, Task};
 
 use crate::acquisition::{Acquisition, AcquisitionQueues, RecordingCommand};
+use crate::arming::safety_limits;
 use crate::digital_lines::Lines;
 use crate::drive_control::{DriveControl, WatchedDrive, settings};
 use crate::field_task::{Field, FieldReading, PositionEncoder};
@@ -42,6 +43,8 @@ pub struct Hardware {
     pub guard: Box<dyn Send>,
     /// Whether the hardware is simulated, as screens and files say.
     pub simulated: bool,
+    /// What lets time pass for the sound card.
+    pub pace: Pace,
 }
 
 /// Opened streams, sensors and safety watch of a bench, without a reader of the samples.
@@ -81,6 +84,7 @@ impl OpenHardware {
             schedule,
             guard,
             simulated: _,
+            pace,
         } = hardware;
         let drive_settings = settings(config)?;
         let Duplex {
@@ -115,7 +119,7 @@ impl OpenHardware {
             clock.clone(),
         );
         let watch = Watch::new(
-            limits(config),
+            safety_limits(config, pace),
             SafetyLines {
                 estop: lines.estop,
                 enable: lines.enable,
@@ -327,26 +331,11 @@ fn force_link(config: &Config, port: Option<PathBuf>) -> anyhow::Result<Option<F
     };
     let path = port.as_ref().unwrap_or(&force.port);
     let port = open_port(path, force.baud).context("the force sensor")?;
-    Ok(Some(ForceLink::new(
-        port,
-        force.protocol,
-        force.latency_s,
-        force.correction(),
-    )))
-}
-
-fn limits(config: &Config) -> SafetyLimits {
-    let ns = |seconds: f64| (seconds * 1e9) as u64;
-    let safety = &config.safety;
-    SafetyLimits {
-        max_normal_n: safety.max_normal_n,
-        max_lateral_n: safety.max_lateral_n,
-        readback_tolerance: safety.readback_tolerance,
-        readback_floor_v: safety.readback_floor_v,
-        loop_latency_ns: ns(safety.loop_latency_s),
-        rate_hz: f64::from(config.audio.rate_hz),
-        silence_ns: ns(safety.silence_s),
-    }
+    let link = ForceLink::new(port, force.protocol, force.latency_s, force.correction());
+    Ok(Some(match force.range_n {
+        Some(range_n) => link.with_range(range_n),
+        None => link,
+    }))
 }
 
 /// The recorder as a task.

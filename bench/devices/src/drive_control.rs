@@ -91,6 +91,11 @@ impl DriveControl {
         self.command(SafetyCommand::Trip(trip));
     }
 
+    /// Exercises the hardware stops that are wired, under the steady tone that sounds.
+    pub fn exercise_stops(&self) {
+        self.command(SafetyCommand::Exercise);
+    }
+
     /// Releases the latch of a trip, at the operator's request.
     pub fn rearm(&self) {
         self.command(SafetyCommand::Rearm);

@@ -4,6 +4,7 @@
 //! them. Nothing here knows whether the hardware is real.
 
 pub mod acquisition;
+mod arming;
 mod assembly;
 pub mod claim;
 mod digital_lines;
@@ -17,6 +18,7 @@ mod life;
 pub mod lost_frames;
 pub mod loudspeaker;
 
+pub use arming::{ArmingError, NotWired, require_armable, require_watched, safety_limits};
 pub use assembly::{Bench, Hardware, OpenHardware, impedance_chain};
 pub use digital_lines::Lines;
 pub use gauges::{FieldHealth, Gauges};

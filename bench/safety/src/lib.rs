@@ -5,6 +5,8 @@
 //! that other tasks publish, drives its own [`SafetyLines`], and reaches the drive through a [`DriveGuard`]; it knows
 //! nothing else of the bench.
 
+mod delay;
+mod exercise;
 mod guard;
 mod readback;
 mod safety_limits;
@@ -14,9 +16,10 @@ mod signals;
 mod trip;
 mod watch;
 
+pub use exercise::{StopLine, StopTimes};
 pub use guard::{Commanded, DriveGuard};
 pub use readback::{Misfit, Readback};
-pub use safety_limits::{SENSITIVITY, SafetyLimits};
+pub use safety_limits::{BlindLimit, FaintDrive, Pace, SENSITIVITY, SafetyLimits};
 pub use safety_lines::{GpioError, InputLine, OutputLine, SafetyLines, input, output};
 pub use safety_state::{SafetyCommand, SafetyState};
 pub use signals::{DriveReading, Press, Signals};

@@ -1,18 +1,30 @@
 //! Comparison of the drive's read-back with the commanded envelope, on the sample clock: detects an amplifier that is
 //! off, an unplugged cable, a changed gain.
 //!
-//! The delay from a command to its read-back is not known exactly, but it is the same for all samples: some delay
-//! within the loop's latency must explain at least half of the latest readings. Both sides are counted in frames, so a
-//! starved computer that reads late and in bursts changes nothing.
+//! The delay from a command to its read-back is not known exactly, but it is the same for all samples: of the delays
+//! within the loop's latency, those that have not explained at least half of the latest readings at some moment since
+//! the drive was armed are out, and one must remain. Otherwise half the gain of a modulated drive could pass for a delay
+//! that changes with the modulation. Of the readings at which half the gain would show, at least half must fit too, or it
+//! could hide behind the many that are low. Both sides are counted in frames, so a starved computer that reads late and in
+//! bursts changes nothing.
 
 use std::collections::VecDeque;
+
+use crate::delay::{Comparison, Delay};
+use crate::safety_limits::HALF_GAIN;
 
 /// Length of the readings that are judged together, s; half of them must fit.
 const WINDOW_S: f64 = 0.04;
 /// Fewest readings that are judged together, for a card whose buffers are longer than the window.
 const FEWEST_READINGS: usize = 4;
-/// Step between the delays that are tried, and tolerance in time of a command, s.
-const STEP_S: f64 = 0.001;
+/// Most readings that are judged together.
+const MOST_READINGS: usize = u64::BITS as usize;
+/// Step between the delays that are tried, s. A command counts with half of it before and after.
+const STEP_S: f64 = 0.0005;
+/// Time in which the delay may change by a step, as it does where output and input have clocks of their own, s.
+const DRIFT_S: f64 = 1.0;
+/// Least time between two moments at which the delay may become another one without a word from the card, s.
+const SLIP_S: f64 = 5.0;
 
 /// Readings that no delay explains.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,6 +64,13 @@ pub struct Readback {
     commands: VecDeque<(i64, f64)>,
     /// Envelope at samples read, V peak.
     readings: VecDeque<(i64, f64)>,
+    /// Delays that have explained all readings since they were forgotten, the shortest first; empty before the first.
+    delays: Vec<Delay>,
+    drift: i64,
+    slip: i64,
+    /// Samples at which `delays` were last widened, and last made anew after others had failed.
+    widened: i64,
+    slipped: Option<i64>,
 }
 
 impl Readback {
@@ -67,6 +86,11 @@ impl Readback {
             step: frames(STEP_S).max(1),
             commands: VecDeque::new(),
             readings: VecDeque::new(),
+            delays: Vec::new(),
+            drift: frames(DRIFT_S),
+            slip: frames(SLIP_S),
+            widened: 0,
+            slipped: None,
         }
     }
 
@@ -92,23 +116,16 @@ impl Readback {
             return None;
         }
         self.readings.push_back((sample, volts));
-        while self.readings.len() > FEWEST_READINGS && self.readings[1].0 <= sample - self.window {
+        while self.readings.len() > MOST_READINGS
+            || self.readings.len() > FEWEST_READINGS && self.readings[1].0 <= sample - self.window
+        {
             self.readings.pop_front();
         }
         let &(rendered, _) = self.commands.back()?;
         if self.readings.len() < FEWEST_READINGS {
             return None;
         }
-        let explained = |delay: i64| {
-            let shift = rendered - sample - delay;
-            let fits = self
-                .readings
-                .iter()
-                .filter(|&&(at, volts)| self.fits(at + shift, volts));
-            2 * fits.count() >= self.readings.len()
-        };
-        let mut delays = (0..=self.latency).step_by(self.step as usize);
-        if delays.any(explained) {
+        if self.explained(sample, rendered) {
             return None;
         }
         let late = |&&(frame, _): &&(i64, f64)| frame >= rendered - self.latency;
@@ -122,17 +139,79 @@ impl Readback {
         })
     }
 
+    /// Lets the delay become another one, as when the card lost frames.
+    pub fn slip(&mut self) {
+        self.slipped = None;
+    }
+
     /// Drops all readings, as before arming: they say nothing about what follows.
     pub fn forget_readings(&mut self) {
         self.readings.clear();
+        self.delays.clear();
+        self.slipped = None;
     }
 
-    fn fits(&self, frame: i64, volts: f64) -> bool {
-        let about = [-self.step, 0, self.step].map(|off| self.commanded_v(frame + off));
+    /// Returns whether a delay explains the latest readings that has explained all before, and strikes out those that do
+    /// not. `rendered` is the latest frame that was rendered when `sample` was read.
+    fn explained(&mut self, sample: i64, rendered: i64) -> bool {
+        let mut delays = std::mem::take(&mut self.delays);
+        let readings = self.readings.len() as u32;
+        let known = !delays.is_empty();
+        if let Some(&(at, volts)) = self.readings.back() {
+            for delay in &mut delays {
+                delay.vote(self.compare(at + delay.lead, volts));
+            }
+        }
+        self.widen(&mut delays, sample);
+        delays.retain(|delay| delay.explains(readings));
+        if delays.is_empty() {
+            if known {
+                if self.slipped.is_some_and(|at| sample - at < self.slip) {
+                    return false;
+                }
+                self.slipped = Some(sample);
+            }
+            let possible = (0..=self.latency).step_by(self.step as usize);
+            delays.extend(possible.map(|delay| self.judged(rendered - sample - delay)));
+            delays.retain(|delay| delay.explains(readings));
+        }
+        self.delays = delays;
+        !self.delays.is_empty()
+    }
+
+    /// Lets the delay change as much as clocks of the two directions may differ.
+    fn widen(&mut self, delays: &mut Vec<Delay>, sample: i64) {
+        let most = (self.latency / self.step) as usize;
+        if let (Some(&shortest), Some(&longest)) = (delays.first(), delays.last())
+            && sample - self.widened >= self.drift
+        {
+            self.widened = sample;
+            if delays.len() < most {
+                delays.insert(0, self.judged(shortest.lead + self.step));
+                delays.push(self.judged(longest.lead - self.step));
+            }
+        }
+    }
+
+    /// Returns the delay of `lead` frames with all readings judged.
+    fn judged(&self, lead: i64) -> Delay {
+        let mut delay = Delay::new(lead);
+        for &(at, volts) in &self.readings {
+            delay.vote(self.compare(at + lead, volts));
+        }
+        delay
+    }
+
+    fn compare(&self, frame: i64, volts: f64) -> Comparison {
+        let about = [-self.step / 2, 0, self.step / 2].map(|off| self.commanded_v(frame + off));
         let low_v = about.into_iter().fold(f64::INFINITY, f64::min);
         let high_v = about.into_iter().fold(0.0, f64::max);
-        volts >= low_v * (1.0 - self.tolerance) - self.floor_v
-            && volts <= high_v * (1.0 + self.tolerance) + self.floor_v
+        let least_v = low_v * (1.0 - self.tolerance) - self.floor_v;
+        let most_v = high_v * (1.0 + self.tolerance) + self.floor_v;
+        Comparison {
+            fits: (least_v..=most_v).contains(&volts),
+            tells: HALF_GAIN * high_v < least_v,
+        }
     }
 
     /// Returns the envelope commanded at `frame`, V peak: linear between two known commands, outside of them the
@@ -259,6 +338,54 @@ mod tests {
                 first_misfit_s(published_v, 0.02, 2.0, path),
                 None,
                 "{lost_s}"
+            );
+        }
+    }
+
+    #[test]
+    fn half_the_gain_does_not_pass_for_a_delay() {
+        // Modulation so fast that at each moment some delay would explain half the gain; it begins with a tone.
+        let commanded_v = |frame: u64| {
+            let time_s = (frame as f64 / RATE_HZ - 0.2).max(0.0);
+            24.0 * (1.0 + 0.95 * (TAU * 20.0 * time_s).sin())
+        };
+        for phase in 0..40 {
+            let off_s = 1.0 + f64::from(phase) / 800.0;
+            let path = |time_s: f64, sent_v: &dyn Fn(f64) -> f64| {
+                sent_v(time_s) * if time_s < off_s { 1.0 } else { 0.5 }
+            };
+            let seen_s = first_misfit_s(commanded_v, 0.02, 2.0, path);
+            assert!(
+                seen_s.is_some_and(|s| s > off_s && s - off_s < 0.11),
+                "{phase}: {seen_s:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn clocks_that_differ_by_1000_ppm_are_followed() {
+        for ppm in [-900.0, 900.0] {
+            let path =
+                |time_s: f64, sent_v: &dyn Fn(f64) -> f64| sent_v(time_s * (1.0 + 1e-6 * ppm));
+            assert_eq!(
+                first_misfit_s(published_v, 0.05, 20.0, path),
+                None,
+                "{ppm} ppm"
+            );
+        }
+    }
+
+    #[test]
+    fn frames_that_the_output_loses_now_and_then_are_no_fault() {
+        for lost_s in [0.005, 0.01, 0.025] {
+            // Every six seconds the output falls further behind, up to the loop's latency.
+            let path = |time_s: f64, sent_v: &dyn Fn(f64) -> f64| {
+                sent_v(time_s - (time_s / 6.0).floor().min(3.0) * lost_s)
+            };
+            assert_eq!(
+                first_misfit_s(published_v, 0.01, 20.0, path),
+                None,
+                "{lost_s} s"
             );
         }
     }

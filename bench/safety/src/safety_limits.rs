@@ -1,13 +1,20 @@
-//! Limits that the watch enforces.
+//! Limits that the watch enforces, and what they must be for the watch to see anything.
+
+use std::fmt;
 
 /// Least and greatest plausible sensitivity of either axis of a force sensor that reads newtons: a calibration is never
 /// off by more than these factors.
 pub const SENSITIVITY: [f64; 2] = [0.5, 2.0];
 
+/// Gain of a faulty amplifier that the watch must tell from a sound one.
+pub(crate) const HALF_GAIN: f64 = 0.5;
+/// Share of the crest by which it must be told, so that it shows for a good part of each period.
+const MARGIN: f64 = 0.05;
+
 /// Limits that the watch enforces; from `[safety]` in `bench.toml`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SafetyLimits {
-    /// Largest normal force, N.
+    /// Largest normal force, pressing or pulling, N.
     pub max_normal_n: f64,
     /// Largest lateral force in either direction, N.
     pub max_lateral_n: f64,
@@ -17,8 +24,271 @@ pub struct SafetyLimits {
     pub readback_floor_v: f64,
     /// Longest time from a command to its read-back, ns.
     pub loop_latency_ns: u64,
+    /// Largest amplitude of the plate that the pickup may read, m.
+    pub max_amplitude_m: f64,
     /// Sample rate, Hz.
     pub rate_hz: f64,
     /// Longest silence of the sound card or of the force sensor, ns.
     pub silence_ns: u64,
+    /// What lets time pass on this bench.
+    pub pace: Pace,
+}
+
+/// What lets time pass on a bench.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pace {
+    /// The clock of a sound card: silence is a fault at once.
+    Card,
+    /// A simulated apparatus, which a busy computer may hold up: no finger is on its plate.
+    Simulated,
+}
+
+/// A limit so loose that the watch could miss what it is there for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BlindLimit {
+    /// Key in `[safety]`.
+    pub key: &'static str,
+    /// The value, in `unit`.
+    pub value: f64,
+    /// Smallest and largest value that the watch arms with.
+    pub range: [f64; 2],
+    /// Unit; empty for a share.
+    pub unit: &'static str,
+    /// What would stay unseen.
+    pub unseen: &'static str,
+}
+
+impl std::error::Error for BlindLimit {}
+
+impl fmt::Display for BlindLimit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            key,
+            value,
+            range: [low, high],
+            unit,
+            unseen,
+        } = self;
+        let space = if unit.is_empty() { "" } else { " " };
+        write!(
+            f,
+            "safety.{key} = {value}{space}{unit} could hide {unseen}: the bench arms only with {low} to {high}{space}{unit}"
+        )
+    }
+}
+
+/// A drive so small that the watch could not tell a failed amplifier by it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FaintDrive {
+    /// Largest voltage that the drive reaches, V peak.
+    pub crest_v: f64,
+    /// Mean of its envelope, V peak.
+    pub mean_v: f64,
+    /// `readback_tolerance`.
+    pub tolerance: f64,
+    /// `readback_floor_v`, V.
+    pub floor_v: f64,
+}
+
+impl FaintDrive {
+    /// Returns the least read-back at the crest that the watch takes for sound, V.
+    fn accepted_v(&self) -> f64 {
+        self.crest_v * (1.0 - self.tolerance) - self.floor_v
+    }
+}
+
+impl std::error::Error for FaintDrive {}
+
+impl fmt::Display for FaintDrive {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            crest_v,
+            mean_v,
+            tolerance,
+            floor_v,
+        } = self;
+        if 2.0 * floor_v > *mean_v {
+            return write!(
+                f,
+                "safety.readback_floor_v = {floor_v} V is more than half of the drive's mean of {mean_v:.2} V: \
+                 the watch could take a driven plate for a silent one; drive with {:.2} V or more, or lower it",
+                2.0 * floor_v
+            );
+        }
+        write!(
+            f,
+            "half the gain would read {:.2} V at this drive's crest of {crest_v:.2} V, too close to the {:.2} V from which \
+             the watch accepts it ({crest_v:.2} V × (1 − {tolerance}) − {floor_v} V): drive with a crest over {:.2} V, or \
+             lower safety.readback_floor_v or safety.readback_tolerance",
+            HALF_GAIN * crest_v,
+            self.accepted_v(),
+            floor_v / (1.0 - HALF_GAIN - MARGIN - tolerance),
+        )
+    }
+}
+
+impl SafetyLimits {
+    /// Requires limits under which the watch sees what it is there for.
+    ///
+    /// # Errors
+    /// The first limit under which it could not.
+    pub fn require_sighted(&self) -> Result<(), BlindLimit> {
+        let seconds = |ns: u64| ns as f64 * 1e-9;
+        let [latency_s, silence_s] = match self.pace {
+            Pace::Card => [[0.005, 0.2], [0.05, 0.1]],
+            Pace::Simulated => [[0.005, 1.0], [0.05, 1.0]],
+        };
+        let force_n = [0.1, 6.0];
+        [
+            (
+                "readback_tolerance",
+                self.readback_tolerance,
+                [0.01, 0.4],
+                "",
+                "half the gain",
+            ),
+            (
+                "readback_floor_v",
+                self.readback_floor_v,
+                [0.0, 2.0],
+                "V",
+                "a welded relay",
+            ),
+            (
+                "loop_latency_s",
+                seconds(self.loop_latency_ns),
+                latency_s,
+                "s",
+                "a changed gain behind a delay",
+            ),
+            (
+                "silence_s",
+                seconds(self.silence_ns),
+                silence_s,
+                "s",
+                "a card or a force sensor that went silent",
+            ),
+            (
+                "max_normal_n",
+                self.max_normal_n,
+                force_n,
+                "N",
+                "a finger that presses too hard",
+            ),
+            (
+                "max_lateral_n",
+                self.max_lateral_n,
+                force_n,
+                "N",
+                "a finger that is dragged",
+            ),
+        ]
+        .into_iter()
+        .find(|&(_, value, [low, high], _, _)| !(low..=high).contains(&value))
+        .map_or(Ok(()), |(key, value, range, unit, unseen)| {
+            Err(BlindLimit {
+                key,
+                value,
+                range,
+                unit,
+                unseen,
+            })
+        })
+    }
+
+    /// Requires a drive by which the watch can tell a dead amplifier, and one with half its gain, from a sound one. A
+    /// condition without a drive, of 0 V, asks nothing of the amplifier.
+    ///
+    /// # Errors
+    /// When the drive is too faint for this floor and tolerance.
+    pub fn require_sees(&self, mean_v: f64, crest_v: f64) -> Result<(), FaintDrive> {
+        let drive = FaintDrive {
+            crest_v,
+            mean_v,
+            tolerance: self.readback_tolerance,
+            floor_v: self.readback_floor_v,
+        };
+        let told = (HALF_GAIN + MARGIN) * crest_v < drive.accepted_v();
+        let seen = told && 2.0 * self.readback_floor_v <= mean_v;
+        if crest_v == 0.0 || seen {
+            Ok(())
+        } else {
+            Err(drive)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn defaults() -> SafetyLimits {
+        SafetyLimits {
+            max_normal_n: 3.0,
+            max_lateral_n: 3.0,
+            readback_tolerance: 0.25,
+            readback_floor_v: 1.0,
+            loop_latency_ns: 100_000_000,
+            max_amplitude_m: 5e-6,
+            rate_hz: 192e3,
+            silence_ns: 50_000_000,
+            pace: Pace::Card,
+        }
+    }
+
+    #[test]
+    fn limits_that_blind_the_watch_are_named_with_their_range() {
+        assert_eq!(defaults().require_sighted(), Ok(()));
+        let edits: [(&str, fn(&mut SafetyLimits)); 14] = [
+            ("readback_tolerance", |l| l.readback_tolerance = 1.0),
+            ("readback_tolerance", |l| l.readback_tolerance = 0.41),
+            ("readback_tolerance", |l| l.readback_tolerance = f64::NAN),
+            ("readback_tolerance", |l| l.readback_tolerance = -0.25),
+            ("readback_floor_v", |l| l.readback_floor_v = 20.0),
+            ("readback_floor_v", |l| l.readback_floor_v = -1.0),
+            ("loop_latency_s", |l| l.loop_latency_ns = 1_000_000_000),
+            ("loop_latency_s", |l| l.loop_latency_ns = 0),
+            ("silence_s", |l| l.silence_ns = 250_000_000),
+            ("silence_s", |l| l.silence_ns = 20_000_000),
+            ("max_normal_n", |l| l.max_normal_n = 20.0),
+            ("max_normal_n", |l| l.max_normal_n = f64::INFINITY),
+            ("max_lateral_n", |l| l.max_lateral_n = 6.1),
+            ("max_lateral_n", |l| l.max_lateral_n = 0.0),
+        ];
+        for (key, edit) in edits {
+            let mut limits = defaults();
+            edit(&mut limits);
+            assert_eq!(limits.require_sighted().unwrap_err().key, key, "{limits:?}");
+        }
+    }
+
+    #[test]
+    fn only_a_simulated_bench_may_be_held_up() {
+        let mut limits = defaults();
+        limits.silence_ns = 1_000_000_000;
+        limits.loop_latency_ns = 1_000_000_000;
+        assert!(limits.require_sighted().is_err());
+        limits.pace = Pace::Simulated;
+        assert_eq!(limits.require_sighted(), Ok(()));
+        limits.silence_ns += 1_000_000;
+        assert!(limits.require_sighted().is_err());
+    }
+
+    #[test]
+    fn a_drive_by_which_half_the_gain_cannot_be_told_is_refused_with_the_arithmetic() {
+        let limits = defaults();
+        assert_eq!(limits.require_sees(24.0, 46.8), Ok(()));
+        assert_eq!(limits.require_sees(2.6, 5.07), Ok(()));
+        let refused = limits.require_sees(2.5, 4.875).unwrap_err();
+        assert_eq!(
+            refused.to_string(),
+            "half the gain would read 2.44 V at this drive's crest of 4.88 V, too close to the 2.66 V from which the watch \
+             accepts it (4.88 V × (1 − 0.25) − 1 V): drive with a crest over 5.00 V, or lower safety.readback_floor_v or \
+             safety.readback_tolerance"
+        );
+        let refused = limits.require_sees(1.9, 30.0).unwrap_err();
+        assert!(refused.to_string().contains("half of the drive's mean"));
+        assert_eq!(limits.require_sees(0.0, 0.0), Ok(()));
+        assert!(limits.require_sees(f64::NAN, f64::NAN).is_err());
+    }
 }

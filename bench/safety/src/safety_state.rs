@@ -29,6 +29,8 @@ pub enum SafetyCommand {
     Disarm,
     /// Stop at once.
     Trip(Trip),
+    /// Exercise the hardware stops that are wired, under the steady tone that sounds; ignored unless armed.
+    Exercise,
     /// Release a trip after the operator has confirmed: back to disarmed.
     Rearm,
 }

@@ -2,6 +2,7 @@
 
 use tasks::Slot;
 
+use crate::exercise::StopTimes;
 use crate::safety_state::SafetyState;
 
 /// Voltage of the drive as read back.
@@ -18,7 +19,7 @@ pub struct DriveReading {
 /// Greatest forces among the force readings that arrived together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Press {
-    /// Normal force, N.
+    /// Normal force, N; negative when the plate is pulled.
     pub normal_n: f64,
     /// Lateral force, N; of either sign.
     pub lateral_n: f64,
@@ -31,15 +32,21 @@ pub struct Press {
 }
 
 impl Press {
-    /// Returns the greater forces of both, at the later time.
+    /// Returns the forces of greater size of both, at the later time.
     #[must_use]
     pub fn or_harder(self, other: Self) -> Self {
-        let wider = |a: f64, b: f64| if b.abs() > a.abs() { b } else { a };
+        let wider = |a: f64, b: f64| {
+            if b.is_nan() || b.abs() > a.abs() {
+                b
+            } else {
+                a
+            }
+        };
         Self {
-            normal_n: self.normal_n.max(other.normal_n),
+            normal_n: wider(self.normal_n, other.normal_n),
             lateral_n: wider(self.lateral_n, other.lateral_n),
             raw_n: [
-                self.raw_n[0].max(other.raw_n[0]),
+                wider(self.raw_n[0], other.raw_n[0]),
                 wider(self.raw_n[1], other.raw_n[1]),
             ],
             saturated: self.saturated | other.saturated,
@@ -53,10 +60,14 @@ impl Press {
 pub struct Signals {
     /// Read-back of the drive; published by the task that reads the samples.
     pub readback: Slot<DriveReading>,
+    /// Largest amplitude of the plate in the latest readings, m; published by a task that knows what the pickup reads.
+    pub amplitude_m: Slot<f64>,
     /// Host time at which the force sensor's port was last polled, ns.
     pub force_polled_ns: Slot<u64>,
     /// Latest forces; published by the task that reads the force sensor.
     pub press: Slot<Press>,
+    /// Times of the hardware stops, once they have been exercised; published by the watch.
+    pub stop_times: Slot<Vec<StopTimes>>,
     /// State of the watch; published by the watch.
     pub state: Slot<SafetyState>,
 }

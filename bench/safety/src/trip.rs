@@ -68,6 +68,13 @@ pub enum Trip {
         /// Measured peak, V.
         measured_v: f64,
     },
+    /// The plate moves more than it may.
+    Amplitude {
+        /// Measured by the pickup, µm.
+        amplitude_um: f64,
+        /// Allowed, µm.
+        limit_um: f64,
+    },
     /// The generator refused its own output.
     Generator,
     /// Another part of the program killed the drive, as by a panic.
@@ -133,6 +140,13 @@ impl fmt::Display for Trip {
                     "drive reads back {measured_v:.1} V although disarmed: switch the amplifier off at the mains"
                 )
             }
+            Self::Amplitude {
+                amplitude_um,
+                limit_um,
+            } => write!(
+                f,
+                "the plate moves by {amplitude_um:.2} µm, over the limit of {limit_um:.2} µm (limits.amplitude_um): lower the drive, or calibrate the pickup"
+            ),
             Self::Generator => f.write_str("the generator refused an impossible output"),
             Self::Killed => f.write_str("a part of the program failed and stopped the drive"),
             Self::Frozen { for_s } => {

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use crossbeam_channel::Receiver;
 use tasks::Task;
 
+use crate::exercise::{Demand, Exercise, StopLine};
 use crate::guard::{Commanded, DriveGuard};
 use crate::readback::{Misfit, Readback};
 use crate::safety_limits::{SENSITIVITY, SafetyLimits};
@@ -29,6 +30,7 @@ pub struct Watch {
     heartbeat_high: bool,
     progress: Progress,
     readback: Readback,
+    exercise: Option<Exercise>,
     tripped_at_ns: u64,
     armed_at_ns: u64,
     /// Kills that the watch itself has caused.
@@ -64,7 +66,7 @@ impl Watch {
     /// use std::sync::Arc;
     /// use std::sync::atomic::{AtomicU64, Ordering};
     ///
-    /// use safety::{Commanded, DriveGuard, Press, SafetyLimits, SafetyLines, SafetyState, Signals, Trip, Watch};
+    /// use safety::{Commanded, DriveGuard, Pace, Press, SafetyLimits, SafetyLines, SafetyState, Signals, Trip, Watch};
     /// use tasks::Task;
     ///
     /// /// A drive that only counts how often it was killed.
@@ -93,8 +95,10 @@ impl Watch {
     ///     readback_tolerance: 0.2,
     ///     readback_floor_v: 0.5,
     ///     loop_latency_ns: 50_000_000,
+    ///     max_amplitude_m: 5e-6,
     ///     rate_hz: 192e3,
     ///     silence_ns: 50_000_000,
+    ///     pace: Pace::Card,
     /// };
     /// let (kills, signals) = (Arc::default(), Arc::new(Signals::default()));
     /// let drive = Box::new(Drive(Arc::clone(&kills)));
@@ -143,6 +147,7 @@ impl Watch {
             heartbeat_high: false,
             progress: Progress::default(),
             readback,
+            exercise: None,
             tripped_at_ns: 0,
             armed_at_ns: 0,
             kills_known: 0,
@@ -160,6 +165,7 @@ impl Watch {
         self.drive.kill();
         self.kills_known = self.drive.kills();
         // Later reasons are consequences of the first.
+        self.exercise = None;
         if !self.is_tripped() {
             self.tripped_at_ns = now_ns;
             self.set_state(SafetyState::Tripped { trip });
@@ -186,12 +192,27 @@ impl Watch {
                 self.trip(Trip::EmergencyStop, now_ns);
             }
             (SafetyCommand::Arm, SafetyState::Disarmed) => {
+                // Whoever asks has checked the limits and said what to change; nothing is armed blind if one did not.
+                if let Err(blind) = self.limits.require_sighted() {
+                    let message = blind.to_string();
+                    self.trip(Trip::Fault { message }, now_ns);
+                    return Ok(());
+                }
                 set(&mut self.lines.enable, true)?;
                 self.readback.forget_readings();
                 self.armed_at_ns = now_ns;
                 self.set_state(SafetyState::Armed);
             }
+            (SafetyCommand::Exercise, SafetyState::Armed) => {
+                let wired = [
+                    (StopLine::Heartbeat, self.lines.heartbeat.is_some()),
+                    (StopLine::Enable, self.lines.enable.is_some()),
+                ];
+                let lines = wired.into_iter().filter(|(_, wired)| *wired);
+                self.exercise = Some(Exercise::new(lines.map(|(line, _)| line).collect()));
+            }
             (SafetyCommand::Disarm, SafetyState::Armed) => {
+                self.exercise = None;
                 set(&mut self.lines.enable, false)?;
                 self.set_state(SafetyState::Disarmed);
             }
@@ -229,7 +250,19 @@ impl Watch {
         if let Some(trip) = self.readback_wrong(commanded, now_ns) {
             return Ok(Some(trip));
         }
+        if let Some(trip) = self.amplitude_wrong() {
+            return Ok(Some(trip));
+        }
         Ok(self.force_wrong(now_ns))
+    }
+
+    fn amplitude_wrong(&self) -> Option<Trip> {
+        let amplitude_m = self.signals.amplitude_m.get()?;
+        let limit_m = self.limits.max_amplitude_m;
+        (amplitude_m > limit_m).then_some(Trip::Amplitude {
+            amplitude_um: 1e6 * amplitude_m,
+            limit_um: 1e6 * limit_m,
+        })
     }
 
     /// Trips if the watch itself did not run for longer than the one-shot waits: it saw nothing, and the one-shot has
@@ -270,6 +303,9 @@ impl Watch {
         if age_ns > self.limits.loop_latency_ns.max(STALE_NS) {
             return Some(Trip::ReadbackMissing);
         }
+        if self.exercise.is_some() {
+            return None;
+        }
         let misfit = self.readback.reading(reading.sample, reading.volts)?;
         let Misfit {
             measured_v,
@@ -303,37 +339,25 @@ impl Watch {
             return (waited_ns > FIRST_READING_TIMEOUT_NS).then_some(Trip::ForceSilent);
         };
         let limit_n = self.limits.max_normal_n;
-        if normal_n > limit_n {
+        if exceeds(normal_n, limit_n) {
             return Some(Trip::ForceLimit { normal_n, limit_n });
         }
         let limit_n = self.limits.max_lateral_n;
-        if lateral_n.abs() > limit_n {
+        if exceeds(lateral_n, limit_n) {
             return Some(Trip::LateralForceLimit { lateral_n, limit_n });
         }
         // No plausible calibration reads less than this share of a newton, so a right one always trips its own limit
         // first.
-        let raw = |axis, raw_n: f64, over_n: f64, limit_n: f64| {
+        let raw = |axis, raw_n: f64, limit_n: f64| {
             let limit_n = limit_n / SENSITIVITY[0];
-            (over_n > limit_n).then_some(Trip::RawForceLimit {
+            exceeds(raw_n, limit_n).then_some(Trip::RawForceLimit {
                 axis,
                 raw_n,
                 limit_n,
             })
         };
-        let trip = raw(
-            "normal",
-            raw_normal_n,
-            raw_normal_n,
-            self.limits.max_normal_n,
-        )
-        .or_else(|| {
-            raw(
-                "lateral",
-                raw_lateral_n,
-                raw_lateral_n.abs(),
-                self.limits.max_lateral_n,
-            )
-        });
+        let trip = raw("normal", raw_normal_n, self.limits.max_normal_n)
+            .or_else(|| raw("lateral", raw_lateral_n, self.limits.max_lateral_n));
         if trip.is_some() {
             return trip;
         }
@@ -352,6 +376,27 @@ impl Watch {
         (polled_ns.saturating_sub(at_ns) > self.limits.silence_ns).then_some(Trip::ForceSilent)
     }
 
+    /// Moves a running exercise on, with the enable line; returns what the lines must do.
+    fn exercised(&mut self, now_ns: u64) -> Result<Demand, GpioError> {
+        let Some(exercise) = &mut self.exercise else {
+            return Ok(Demand::All);
+        };
+        let reading = self.signals.readback.get();
+        let demand = exercise.poll(now_ns, reading);
+        set(
+            &mut self.lines.enable,
+            demand != Some(Demand::AllBut(StopLine::Enable)),
+        )?;
+        if demand.is_none()
+            && let Some(exercise) = self.exercise.take()
+        {
+            // What was read back meanwhile was not what was commanded.
+            self.readback.forget_readings();
+            self.signals.stop_times.set(exercise.times());
+        }
+        Ok(demand.unwrap_or(Demand::All))
+    }
+
     fn watch(&mut self, now_ns: u64) -> Result<(), GpioError> {
         while let Ok(command) = self.commands.try_recv() {
             self.handle_command(command, now_ns)?;
@@ -359,8 +404,11 @@ impl Watch {
         let wrong = self.first_fault(now_ns)?;
         match (&self.state, wrong) {
             (SafetyState::Armed, None) => {
-                self.heartbeat_high = !self.heartbeat_high;
-                set(&mut self.lines.heartbeat, self.heartbeat_high)?;
+                let demand = self.exercised(now_ns)?;
+                if demand != Demand::AllBut(StopLine::Heartbeat) {
+                    self.heartbeat_high = !self.heartbeat_high;
+                    set(&mut self.lines.heartbeat, self.heartbeat_high)?;
+                }
             }
             (SafetyState::Armed, Some(trip)) => self.trip(trip, now_ns),
             // While disarmed only a drive that is alive all the same matters, and a failure that must latch.
@@ -372,6 +420,11 @@ impl Watch {
         }
         Ok(())
     }
+}
+
+/// Returns whether a force of either sign is over its limit; one that is not a number is.
+fn exceeds(force_n: f64, limit_n: f64) -> bool {
+    force_n.is_nan() || force_n.abs() > limit_n
 }
 
 fn set(line: &mut Option<Box<dyn OutputLine>>, high: bool) -> Result<(), GpioError> {

@@ -78,11 +78,11 @@ fn judge_rate(table: &mut Table, rate_hz: f64, measured: &Measured) {
     );
 }
 
-fn judge_relay(table: &mut Table, floor_v: f64, measured: &Measured) {
+pub(super) fn judge_relay(table: &mut Table, floor_v: f64, measured: &Measured) {
     let Some(past_v) = measured.past_open_relay_v() else {
         return;
     };
-    let opens = past_v <= floor_v;
+    let opens = past_v <= floor_v.min(0.5 * measured.tone_v);
     let remedy = if opens {
         ""
     } else {

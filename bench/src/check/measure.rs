@@ -13,7 +13,7 @@ use devices::acquisition::{Excerpt, RecordingCommand};
 use devices::drive_control::{DriveControl, settings};
 use devices::{Bench, Gauges, Hardware};
 use recording::pipeline::Batch;
-use safety::{SafetyState, Signals};
+use safety::{SafetyState, Signals, StopTimes};
 use tasks::{StopFlag, Task};
 
 /// Peak of the test tone, V: far below anything that a finger feels.
@@ -25,6 +25,9 @@ const SETTLE_S: f64 = 0.3;
 /// Length of the test, s.
 const QUICK_S: f64 = 2.0;
 const WHOLE_S: f64 = 10.7;
+
+/// Longest time that the exercise of the hardware stops may take, s.
+const STOPS_S: f64 = 2.0;
 
 /// Length of the stretches that are looked at sample by sample, and when the silent one begins, s.
 const EXCERPT_S: f64 = 0.2;
@@ -39,6 +42,10 @@ pub(super) struct Measured {
     pub tone_v: f64,
     pub frames: Vec<ZmFrame>,
     pub tone_from_s: f64,
+    /// From then on the hardware stops were exercised; infinite before.
+    pub tone_until_s: f64,
+    /// Times of the hardware stops that were exercised.
+    pub stops: Vec<StopTimes>,
     pub audio_s: f64,
     /// Audio and host clock at the first batch and at the last, s.
     pub clocks_s: Option<[(f64, f64); 2]>,
@@ -67,6 +74,7 @@ impl Measured {
         self.frames
             .iter()
             .filter(move |frame| sounded && frame.time_s >= self.tone_from_s)
+            .take_while(|frame| frame.time_s < self.tone_until_s)
     }
 
     /// The most that was read back while the amplifier was off and a tone was played all the same, V peak; `None` where nothing
@@ -133,6 +141,7 @@ pub(super) fn measure(
             heartbeat_wired,
             enable_wired,
             tone_v,
+            tone_until_s: f64::INFINITY,
             calibration_fault,
             ..Measured::default()
         },
@@ -234,7 +243,14 @@ impl Task for CheckTask {
             }
         }
         let tripped = matches!(measured.safety, SafetyState::Tripped { .. });
-        if measured.audio_s >= self.test_s || tripped || self.began.elapsed() > PATIENCE {
+        if measured.audio_s >= self.test_s && measured.tone_until_s.is_infinite() {
+            measured.tone_until_s = measured.audio_s;
+            self.drive.exercise_stops();
+        }
+        let exercised = self.signals.stop_times.get();
+        let over = exercised.is_some() || measured.audio_s >= self.test_s + STOPS_S;
+        measured.stops = exercised.unwrap_or_default();
+        if over || tripped || self.began.elapsed() > PATIENCE {
             self.stop.raise();
         }
         Ok(())

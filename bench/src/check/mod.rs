@@ -11,8 +11,9 @@ mod wiring;
 pub use extent::Extent;
 pub use table::{Row, Table, Verdict};
 
-use config::{CalibrationError, Effective};
-use devices::Hardware;
+use config::{CalibrationError, Config, Effective};
+use devices::{Hardware, require_armable};
+use safety::{Pace, SafetyState};
 
 use crate::complaint;
 
@@ -30,17 +31,20 @@ pub fn run(
     bench: &Effective,
     refused: Option<&CalibrationError>,
     extent: &Extent,
+    pace: Pace,
     hardware: impl FnOnce() -> anyhow::Result<Hardware>,
 ) -> Preflight {
     let mut table = Table::default();
     let mut driven = false;
-    match measure::measure(bench, extent, hardware) {
-        Ok(measured) => {
-            judge::judge(&mut table, bench, refused, &measured);
-            wiring::judge(&mut table, bench.config(), &measured);
-            driven = measured.driven;
+    if judge_limits(&mut table, bench.config(), pace) {
+        match measure::measure(bench, extent, hardware) {
+            Ok(measured) => {
+                judge::judge(&mut table, bench, refused, &measured);
+                wiring::judge(&mut table, bench.config(), &measured);
+                driven = measured.driven;
+            }
+            Err(error) => table.row("hardware", false, complaint::lines(&error).join(": ")),
         }
-        Err(error) => table.row("hardware", false, complaint::lines(&error).join(": ")),
     }
     if let Extent::Whole {
         study,
@@ -54,4 +58,41 @@ pub fn run(
         }
     }
     Preflight { table, driven }
+}
+
+/// Exercises the hardware stops of a bench that is about to be calibrated, whose gains need not be known; returns the rows
+/// on them, and on the limits of the safety watch.
+pub fn stops(
+    config: &Config,
+    pace: Pace,
+    hardware: impl FnOnce() -> anyhow::Result<Hardware>,
+) -> Table {
+    let mut table = Table::default();
+    if !judge_limits(&mut table, config, pace) {
+        return table;
+    }
+    let bench = Effective::uncalibrated(config.clone());
+    match measure::measure(&bench, &Extent::Quick, hardware) {
+        Ok(measured) => {
+            if let SafetyState::Tripped { trip } = &measured.safety {
+                table.row("safety", false, trip.to_string());
+            }
+            judge::judge_relay(&mut table, config.safety.readback_floor_v, &measured);
+            wiring::judge_stops(&mut table, config, &measured);
+        }
+        Err(error) => table.row("hardware", false, complaint::lines(&error).join(": ")),
+    }
+    table
+}
+
+/// Judges the limits of the safety watch, without which nothing may be driven.
+fn judge_limits(table: &mut Table, config: &Config, pace: Pace) -> bool {
+    let notices = config.safety_notices(config.plate.resonance_hz);
+    let (verdict, found) = match require_armable(config, pace) {
+        Err(error) => (Verdict::Failed, error.to_string()),
+        Ok(()) if notices.is_empty() => (Verdict::Passed, "as by default".to_owned()),
+        Ok(()) => (Verdict::Warning, notices.join("; ")),
+    };
+    table.judged("limits", verdict, found);
+    verdict != Verdict::Failed
 }

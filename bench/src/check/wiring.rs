@@ -1,6 +1,8 @@
 //! Whether the lines that a bench needs are wired. What `[safety] waived` does not name is required, of every bench.
 
 use config::{Config, HardwareStop, Safety};
+use devices::NotWired;
+use safety::{StopLine, StopTimes};
 
 use super::Table;
 use super::measure::Measured;
@@ -16,6 +18,10 @@ pub(super) fn judge(table: &mut Table, config: &Config, measured: &Measured) {
         };
         table.row("encoder", read, found);
     }
+    judge_stops(table, config, measured);
+}
+
+pub(super) fn judge_stops(table: &mut Table, config: &Config, measured: &Measured) {
     for (name, line, wired) in [
         ("e-stop", HardwareStop::Estop, measured.estop_wired),
         (
@@ -27,18 +33,79 @@ pub(super) fn judge(table: &mut Table, config: &Config, measured: &Measured) {
         let (verdict, found) = line_in_words(&config.safety, line, wired);
         table.judged(name, verdict, found);
     }
+    for (line, wired) in [
+        (StopLine::Heartbeat, measured.heartbeat_wired),
+        (StopLine::Enable, measured.enable_wired),
+    ] {
+        let times = measured.stops.iter().find(|times| times.line == line);
+        match times {
+            Some(times) => judge_stop(table, times),
+            None if wired => table.row(row_of(line), false, "could not be exercised"),
+            None => {}
+        }
+    }
+}
+
+/// Longest time from the last edge of the heartbeat to the amplifier off, s (FAULTS.md, row 7).
+const ONE_SHOT_S: f64 = 0.1;
+/// Longest time that the read-back itself may take to show an amplifier that is off, s: the loop, the demodulation, and a
+/// buffer.
+const SHOWN_S: f64 = 0.05;
+
+fn row_of(line: StopLine) -> &'static str {
+    match line {
+        StopLine::Heartbeat => "stop: heartbeat",
+        StopLine::Enable => "stop: enable",
+    }
+}
+
+/// Judges a hardware stop that was exercised under the faint tone.
+fn judge_stop(table: &mut Table, times: &StopTimes) {
+    let (line, most_s, remedy) = match times.line {
+        StopLine::Heartbeat => (
+            "the heartbeat",
+            ONE_SHOT_S + SHOWN_S,
+            "wire it to a retriggerable one-shot of at most 100 ms that gates the amplifier",
+        ),
+        StopLine::Enable => (
+            "the enable line",
+            SHOWN_S,
+            "wire it to the amplifier's enable input or relay",
+        ),
+    };
+    let (passed, found) = match (times.off_s, times.back_s) {
+        (None, _) => (
+            false,
+            format!("the amplifier stays on without {line}: {remedy}"),
+        ),
+        (Some(off_s), _) if off_s > most_s => (
+            false,
+            format!(
+                "the amplifier is off only {:.0} ms after {line} stopped, more than {:.0} ms: {remedy}",
+                1e3 * off_s,
+                1e3 * most_s
+            ),
+        ),
+        (Some(_), None) => (
+            false,
+            format!("the amplifier does not come back with {line}: {remedy}"),
+        ),
+        (Some(off_s), Some(back_s)) => (
+            true,
+            format!(
+                "off {:.0} ms after {line} stopped, back after {:.0} ms",
+                1e3 * off_s,
+                1e3 * back_s
+            ),
+        ),
+    };
+    table.row(row_of(times.line), passed, found);
 }
 
 fn line_in_words(safety: &Safety, line: HardwareStop, wired: bool) -> (Verdict, String) {
     match (safety.waiver_of(line), wired) {
         (None, true) => (Verdict::Passed, "wired".to_owned()),
-        (None, false) => (
-            Verdict::Failed,
-            format!(
-                "not wired: name {line} in [gpio]; without it the drive has no hardware stop, and only \
-                 `waived = [\"{line}\"]` with `waived_by` in [safety] lets the bench run"
-            ),
-        ),
+        (None, false) => (Verdict::Failed, NotWired { line }.to_string()),
         (Some(name), false) => (Verdict::Waived, format!("waived by {name}; not wired")),
         (Some(name), true) => (
             Verdict::Waived,

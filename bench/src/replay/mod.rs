@@ -136,6 +136,12 @@ fn opening(plan: &Plan) -> Vec<tui::Event> {
             text: format!("hardware stops waived by {name}: {lines}"),
         })
     });
+    let loosened = hardware.and_then(|hardware| {
+        (!hardware.loosened.is_empty()).then(|| tui::Event::Log {
+            level: LogLevel::Warning,
+            text: format!("safety limits loosened: {}", hardware.loosened.join(", ")),
+        })
+    });
     let mut events = vec![
         tui::Event::Session(tui::event::SessionHeader {
             participant: manifest
@@ -157,6 +163,7 @@ fn opening(plan: &Plan) -> Vec<tui::Event> {
         },
     ];
     events.extend(waiver);
+    events.extend(loosened);
     events
 }
 

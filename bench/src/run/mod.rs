@@ -109,6 +109,7 @@ pub fn run(
             .calibration()
             .map(|calibration| format!("{}, sha256 {}", calibration.label(), calibration.hash())),
         configuration: serde_json::to_value(config)?,
+        preflight: serde_json::to_value(plan.preflight.as_ref().map(|table| &table.rows))?,
     })?;
     let begin = begin_recording(&plan, number, session.folder().to_owned(), &life);
 
@@ -129,8 +130,8 @@ pub fn run(
         min_n: protocol.force.min_n,
         max_n: protocol.force.max_n,
     });
-    if let Some(waiver) = config.safety.waiver_in_words() {
-        front.show(warning(waiver));
+    for notice in config.safety_notices(plan.carrier_hz) {
+        front.show(warning(notice));
     }
     if !has_position {
         let text = "no encoder: positions are not recorded, and no stretch can be selected live";

@@ -6,11 +6,15 @@ use std::sync::Arc;
 use anyhow::{Context, bail};
 use config::{Config, Effective};
 use devices::drive_control::{carrier_hz, settings, waveform};
+use devices::{require_armable, require_watched};
 use protocols::{OffPlateError, ParticipantId, Protocol};
 use recording::AudioFormat;
 use recording::study::DataRates;
 use signalgen::DriveSettings;
 use strict::InFile;
+
+use crate::apparatus::pace;
+use crate::check::Table;
 
 pub(super) const NAME: &str = "friction-bench";
 pub(super) const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -35,6 +39,8 @@ pub struct Plan {
     pub seed: u64,
     /// No dashboard.
     pub headless: bool,
+    /// The preflight that this session passed, for its log.
+    pub preflight: Option<Table>,
     pub(super) settings: DriveSettings,
     pub(super) carrier_hz: f64,
 }
@@ -127,10 +133,21 @@ impl Plan {
             bail!("a participant's session needs [force] in bench.toml; `monitor` runs without it");
         }
         file.require_on_plate(config)?;
+        require_armable(config, pace(config, &options.hardware))?;
+        let (asked_n, limit_n) = (protocol.force.max_n, config.safety.max_normal_n);
+        if asked_n >= limit_n {
+            bail!(
+                "protocol {} asks for up to {asked_n} N (force.max_n), and the bench stops the drive at {limit_n} N \
+                 (safety.max_normal_n)",
+                protocol.name
+            );
+        }
         let settings = settings(config)?;
         for condition in &protocol.conditions {
-            settings
-                .admit(waveform(&condition.drive, config))
+            let waveform = waveform(&condition.drive, config);
+            let watched = require_watched(config, &waveform).map_err(anyhow::Error::from);
+            watched
+                .and(settings.admit(waveform).map_err(anyhow::Error::from))
                 .with_context(|| {
                     format!("condition {} of protocol {}", condition.name, protocol.name)
                 })?;
@@ -159,6 +176,7 @@ impl Plan {
             resume: options.resume,
             new_session: options.new_session,
             headless: options.headless,
+            preflight: None,
             settings,
         })
     }

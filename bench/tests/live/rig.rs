@@ -66,6 +66,7 @@ pub fn open(apparatus: &Apparatus, config: Config, lines: Lines) -> Bench {
         schedule: Schedule::Threads,
         guard: Box::new(()),
         simulated: true,
+        pace: safety::Pace::Simulated,
     };
     let bench = Bench::open(&Effective::uncalibrated(config), 35_000.0, hardware).unwrap();
     bench.life.streams().play().unwrap();
@@ -137,9 +138,10 @@ pub struct Rig {
 }
 
 impl Rig {
-    /// A plate that is driven with 10 V.
+    /// A plate that is driven with 10 V, watched as on a real bench.
     pub fn driven() -> Self {
-        let mut rig = Self::new(Scenario::default(), config(&[]), None);
+        let config = config(&[("silence_s = 0.25", "silence_s = 0.05")]);
+        let mut rig = Self::new(Scenario::default(), config, None);
         rig.drive();
         rig
     }

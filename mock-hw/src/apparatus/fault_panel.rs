@@ -68,6 +68,11 @@ impl FaultPanel {
         self.force.unplug();
     }
 
+    /// Switches the amplifier off at its mains switch, or on again.
+    pub fn switch_off_amplifier(&self, off: bool) {
+        self.board.switch_off(off);
+    }
+
     /// Presses or releases the emergency stop.
     pub fn press_estop(&self, pressed: bool) {
         self.board.press_estop(pressed);

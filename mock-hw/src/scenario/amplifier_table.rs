@@ -36,7 +36,7 @@ impl AmplifierTable {
         all_within! { "amplifier", self,
             volts_per_unit: 0.1, 1e3, "V";
             bandwidth_hz: 40e3, 10e6, "Hz";
-            one_shot_s: 1e-3, 0.1, "s";
+            one_shot_s: 1e-3, 10.0, "s";
         }
         Ok(())
     }

@@ -12,7 +12,9 @@ use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
 
 use bench_tests::program::{bench, friction_bench, workspace};
-use bench_tests::session::{SessionFolder, config_with, demo_with, finish, text, unattended};
+use bench_tests::session::{
+    ON_A_CARD, SessionFolder, config_with, demo_with, finish, text, unattended,
+};
 use config::Config;
 use recording::RecordingReader;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
@@ -99,7 +101,11 @@ fn where_a_dashboard_will_be_shown_a_small_terminal_is_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     let config = config_with(
         folder.path(),
-        &[("\"sim\"", "\"absent\""), ("\"sim\"", "\"absent\"")],
+        &[
+            ("\"sim\"", "\"absent\""),
+            ("\"sim\"", "\"absent\""),
+            ON_A_CARD,
+        ],
     );
     let mut command = bench();
     command
@@ -194,7 +200,11 @@ fn a_slider_that_leaves_the_plate_is_refused_with_both_numbers() {
 #[test]
 fn a_tone_is_reported_only_if_one_was_played() {
     let (folder, study) = room();
-    let absent = [("\"sim\"", "\"absent\""), ("\"sim\"", "\"absent\"")];
+    let absent = [
+        ("\"sim\"", "\"absent\""),
+        ("\"sim\"", "\"absent\""),
+        ON_A_CARD,
+    ];
     let config = config_with(folder.path(), &absent);
     let output = finish(&mut uncalibrated(&study, &config));
     refused(&output, &["nothing was driven"]);

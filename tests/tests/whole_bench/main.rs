@@ -1,5 +1,6 @@
 //! The whole bench on simulated hardware that runs free: one program of tests, so that they share the cores.
 
+mod blinding;
 mod calibrated_session;
 mod calibration;
 mod calibration_channels;
@@ -14,5 +15,6 @@ mod population;
 mod refusals;
 mod second_instance;
 mod session;
+mod stops;
 mod wall_clock;
 mod wrong_bench;

@@ -12,7 +12,9 @@ use std::time::Duration;
 
 use bench_tests::program::bench;
 use bench_tests::running::{Running, until};
-use bench_tests::session::{SessionFolder, config_with, demo_with, finish, text, unattended};
+use bench_tests::session::{
+    ON_A_CARD, SessionFolder, config_with, demo_with, finish, text, unattended,
+};
 use recording::RecordingReader;
 use rustix::process::Signal;
 use tempfile::TempDir;
@@ -95,6 +97,7 @@ fn without_a_sound_card() {
             ("\"sim\"", "\"hw:CARD=Absent\""),
             // Each of these tests has a bench of its own.
             ("/dev/ttyUSB0", "/dev/tty-absent"),
+            ON_A_CARD,
         ],
     );
     let absent = folder.path().join("absent.conf");
@@ -394,11 +397,12 @@ fn without_gpio() {
         ("backend = \"rppal\"", "needs a Raspberry Pi"),
         (
             "backend = \"gpiocdev\"\nchip = \"/dev/gpiochip-absent\"\nestop = 7",
-            "cannot take GPIO line 7 for e-stop",
+            "cannot open GPIO line 7 for e-stop",
         ),
     ];
     for (backend, word) in backends {
-        let config = config_with(folder.path(), &[("backend = \"none\"", backend)]);
+        let changes = [("backend = \"none\"", backend), ON_A_CARD];
+        let config = config_with(folder.path(), &changes);
         let mut run = uncalibrated(&study, &config);
         refused_before_anything_is_made(&mut run, &study, &[word]);
     }

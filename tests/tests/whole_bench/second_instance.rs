@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use bench_tests::program::bench;
 use bench_tests::running::Running;
-use bench_tests::session::{config_with, finish, text, unattended};
+use bench_tests::session::{ON_A_CARD, config_with, finish, text, unattended};
 use config::Config;
 use devices::claim::Claim;
 
@@ -40,6 +40,7 @@ fn a_second_instance_on_the_same_hardware() {
         ("\"sim\"", &*card),
         ("\"sim\"", &*card),
         ("\"/dev/ttyUSB0\"", &*port),
+        ON_A_CARD,
     ];
     let config = config_with(folder.path(), &changes);
     // The other instance is this test: on the same card with another sensor, then on the same sensor with another card.
@@ -70,7 +71,7 @@ fn a_second_instance_on_the_same_hardware() {
     // A simulated bench is everybody's own, whatever its description names.
     let simulated = folder.path().join("simulated");
     fs::create_dir(&simulated).unwrap();
-    let simulated = config_with(&simulated, &changes[2..]);
+    let simulated = config_with(&simulated, &changes[2..3]);
     let text_of = fs::read_to_string(&simulated).unwrap();
     let held =
         Claim::take(&Config::parse(&text_of.replace("\"sim\"", &card), "bench.toml").unwrap());

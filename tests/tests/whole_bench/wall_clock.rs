@@ -104,6 +104,7 @@ fn apparatus(set: &'static [(f64, i64)]) -> Bench {
         clock: Arc::new(clock),
         guard: Box::new(()),
         simulated: true,
+        pace: safety::Pace::Simulated,
         schedule: Schedule::Lockstep(Box::new(Stepper(apparatus))),
     };
     Bench {
@@ -121,7 +122,7 @@ fn session(study: &Path, set: &'static [(f64, i64)]) -> PathBuf {
     let options = cli::Run {
         hardware: cli::Hardware {
             config: None,
-            mock: None,
+            mock: Some("nominal".to_owned()),
             seed: None,
             print_config: false,
             calibration: None,

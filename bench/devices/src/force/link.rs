@@ -82,6 +82,8 @@ pub struct ForceLink {
     clock: LowerEnvelope,
     latency_s: f64,
     correction: Correction,
+    /// Reading from which on an axis is saturated, N.
+    range_n: f64,
     bytes: Vec<u8>,
     samples: Vec<ForceSample>,
 }
@@ -100,9 +102,17 @@ impl ForceLink {
             clock: LowerEnvelope::default(),
             latency_s,
             correction,
+            range_n: f64::INFINITY,
             bytes: Vec::new(),
             samples: Vec::new(),
         }
+    }
+
+    /// Takes an axis that reads `range_n` or more, in N and either way, for saturated.
+    #[must_use]
+    pub fn with_range(mut self, range_n: f64) -> Self {
+        self.range_n = range_n;
+        self
     }
 
     /// Reads the port and passes each new sample to `take`; `now_s` is the host's clock, s.
@@ -133,6 +143,9 @@ impl ForceLink {
                     sample: ForceSample {
                         normal_n,
                         lateral_n,
+                        normal_saturated: sample.normal_saturated || raw_n[0].abs() >= self.range_n,
+                        lateral_saturated: sample.lateral_saturated
+                            || raw_n[1].abs() >= self.range_n,
                         ..sample
                     },
                     raw_n,
@@ -163,5 +176,47 @@ pub fn decoder(protocol: ForceProtocol) -> Box<dyn Decoder> {
     match protocol {
         ForceProtocol::Frames => Box::new(FrameDecoder::default()),
         ForceProtocol::Lines => Box::new(LineDecoder::default()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A port on which some text has arrived.
+    struct Arrived(&'static [u8]);
+
+    impl ForcePort for Arrived {
+        fn read_waiting(&mut self, bytes: &mut Vec<u8>) -> std::io::Result<()> {
+            bytes.extend_from_slice(std::mem::take(&mut self.0));
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn an_axis_at_the_end_of_its_stated_range_is_saturated_either_way() {
+        let lines = b"0,0,0\n1000,9990,0\n2000,10000,0\n3000,-10200,100\n4000,500,-10000\n";
+        let read = |range_n: Option<f64>| {
+            let port = Box::new(Arrived(lines));
+            let link = ForceLink::new(port, ForceProtocol::Lines, 0.0, Correction::default());
+            let mut link = match range_n {
+                Some(range_n) => link.with_range(range_n),
+                None => link,
+            };
+            let mut saturated = Vec::new();
+            let take = |force: TimedForce| {
+                let ForceSample {
+                    normal_saturated,
+                    lateral_saturated,
+                    ..
+                } = force.sample;
+                saturated.push((normal_saturated, lateral_saturated));
+            };
+            link.poll(|| 1.0, take).unwrap();
+            saturated
+        };
+        let expected = [(false, false), (true, false), (true, false), (false, true)];
+        assert_eq!(read(Some(10.0)), expected);
+        assert_eq!(read(None), [(false, false); 4]);
     }
 }

@@ -53,6 +53,10 @@ pub struct Start {
     pub calibration: Option<String>,
     /// The whole effective configuration.
     pub configuration: Value,
+    /// Rows of the preflight: what was looked at, its verdict and what was found, the times of the exercised stops among
+    /// them. Null in logs of versions that had none.
+    #[serde(default)]
+    pub preflight: Value,
 }
 
 /// Keys of the events of one stream.

@@ -1,6 +1,7 @@
 //! Tests of the watch on a drive, lines and readings that each test sets.
 
 use super::*;
+use crate::safety_limits::Pace;
 use crate::safety_lines::{input, output};
 use crate::signals::DriveReading;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -13,8 +14,10 @@ const LIMITS: SafetyLimits = SafetyLimits {
     readback_tolerance: 0.2,
     readback_floor_v: 0.5,
     loop_latency_ns: 50_000_000,
+    max_amplitude_m: 5e-6,
     rate_hz: 192e3,
     silence_ns: 50_000_000,
+    pace: Pace::Card,
 };
 
 #[derive(Clone)]
@@ -68,6 +71,10 @@ struct Rig {
 
 impl Rig {
     fn new(lines: SafetyLines) -> Self {
+        Self::with_limits(LIMITS, lines)
+    }
+
+    fn with_limits(limits: SafetyLimits, lines: SafetyLines) -> Self {
         let card = Card {
             kills: Arc::default(),
             frames: Arc::default(),
@@ -77,7 +84,7 @@ impl Rig {
         let signals = Arc::new(Signals::default());
         let (ask, commands) = crossbeam_channel::unbounded();
         let watch = Watch::new(
-            LIMITS,
+            limits,
             lines,
             Box::new(card.clone()),
             true,
@@ -152,13 +159,48 @@ fn a_wrong_readback_stops_the_drive_within_50_ms() {
 #[test]
 fn modulation_within_the_loops_latency_is_not_a_wrong_readback() {
     let mut rig = Rig::armed(SafetyLines::default());
-    for ms in 0..400u64 {
-        let volts =
-            |ms: u64| 20.0 * (1.0 + 0.95 * (std::f64::consts::TAU * 6.0 * ms as f64 * 1e-3).sin());
-        rig.card.commanded_v.set(volts(ms + 40));
-        rig.pass(1, |rig| rig.read_back(volts(ms)));
+    let volts =
+        |ms: u64| 20.0 * (1.0 + 0.95 * (std::f64::consts::TAU * 6.0 * ms as f64 * 1e-3).sin());
+    for ms in 0..400 {
+        rig.card.commanded_v.set(volts(ms));
+        // Until then the tone comes back that was commanded before.
+        let read_v = ms.checked_sub(40).map_or(20.0, volts);
+        rig.pass(1, |rig| rig.read_back(read_v));
     }
     assert_eq!(rig.trip(), None);
+}
+
+#[test]
+fn nothing_is_armed_blind() {
+    let mut rig = Rig::with_limits(
+        SafetyLimits {
+            readback_tolerance: 1.0,
+            ..LIMITS
+        },
+        SafetyLines::default(),
+    );
+    rig.ask.send(SafetyCommand::Arm).unwrap();
+    rig.pass(1, |_| ());
+    assert!(
+        matches!(rig.trip(), Some(Trip::Fault { message }) if message.contains("readback_tolerance"))
+    );
+}
+
+#[test]
+fn the_plate_may_neither_be_pressed_nor_pulled() {
+    for normal_n in [3.1, -3.1, f64::NAN] {
+        let mut rig = Rig::armed(SafetyLines::default());
+        rig.pass(1, |rig| {
+            let now_ns = rig.now_ms * 1_000_000;
+            rig.signals
+                .press
+                .set(press(0.6, now_ns).or_harder(press(normal_n, now_ns)));
+        });
+        assert!(
+            matches!(rig.trip(), Some(Trip::ForceLimit { .. })),
+            "{normal_n} N"
+        );
+    }
 }
 
 #[test]
@@ -436,4 +478,15 @@ fn a_cut_e_stop_wire_stops_heartbeat_and_enable() {
     estop.done();
     enable.done();
     heartbeat.done();
+}
+
+#[test]
+fn a_plate_that_moves_too_much_stops() {
+    let mut rig = Rig::armed(SafetyLines::default());
+    rig.pass(1, |rig| rig.signals.amplitude_m.set(4.9e-6));
+    assert_eq!(rig.trip(), None);
+    rig.pass(1, |rig| rig.signals.amplitude_m.set(5.1e-6));
+    assert!(
+        matches!(rig.trip(), Some(Trip::Amplitude { limit_um, .. }) if (limit_um - 5.0).abs() < 1e-9)
+    );
 }

@@ -14,7 +14,7 @@ use clap::{CommandFactory, Parser};
 use config::{AudioHost, Config, ConfigError, Effective};
 use devices::Hardware;
 use devices::claim::Claim;
-use friction_bench::apparatus::Apparatus;
+use friction_bench::apparatus::{Apparatus, pace};
 use friction_bench::check::Extent;
 use friction_bench::cli::{
     self, Calibrate, Check, Cli, Command, Devices, Monitor, Replay, Run, Speed,
@@ -198,6 +198,7 @@ fn apparatus(
             schedule: Schedule::Threads,
             guard: Box::new(claim),
             simulated: false,
+            pace: pace(config, options),
         },
         watchers: Vec::new(),
         hands: None,
@@ -225,15 +226,16 @@ fn effective(
     Ok(bench)
 }
 
-/// Refuses to drive a bench that fails the quick preflight, and prints its table.
+/// Refuses to drive a bench that fails the quick preflight, and prints its table; returns the table that passed.
 fn require_ready(
     bench: &Effective,
     options: &cli::Hardware,
     speed: Speed,
     verbosity: Verbosity,
-) -> anyhow::Result<()> {
+) -> anyhow::Result<check::Table> {
     let began = Instant::now();
-    let preflight = check::run(bench, None, &Extent::Quick, || {
+    let pace = pace(bench.config(), options);
+    let preflight = check::run(bench, None, &Extent::Quick, pace, || {
         Ok(apparatus(bench.config(), options, speed, None)?.hardware)
     });
     let took_s = began.elapsed().as_secs_f64();
@@ -247,7 +249,7 @@ fn require_ready(
         };
         anyhow::bail!("the bench is not ready, or not as calibrated: {driven}");
     }
-    Ok(())
+    Ok(preflight.table)
 }
 
 fn require_terminal(headless: bool) -> anyhow::Result<()> {
@@ -262,10 +264,11 @@ fn run(options: &Run, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     };
     let bench = effective(config, &options.hardware, options.uncalibrated, verbosity)?;
-    let plan = Plan::new(bench, options)?;
+    let mut plan = Plan::new(bench, options)?;
     verbosity.note(format_args!("protocol: {}", plan.protocol.file));
     require_terminal(options.headless)?;
-    require_ready(&plan.bench, &options.hardware, options.speed, verbosity)?;
+    let ready = require_ready(&plan.bench, &options.hardware, options.speed, verbosity)?;
+    plan.preflight = Some(ready);
     let mut apparatus = apparatus(
         plan.bench.config(),
         &options.hardware,
@@ -311,6 +314,15 @@ fn calibrate(options: &Calibrate, verbosity: Verbosity) -> anyhow::Result<ExitCo
         return Ok(ExitCode::SUCCESS);
     };
     let open = |config: &Config| apparatus(config, &measure.hardware, measure.speed, None);
+    let drives = !matches!(options, Calibrate::Force(_));
+    if drives {
+        let pace = pace(&config, &measure.hardware);
+        let stops = check::stops(&config, pace, || Ok(open(&config)?.hardware));
+        if !stops.passed() {
+            print(stops.to_text())?;
+            anyhow::bail!("the bench cannot be stopped as it must be: nothing was calibrated");
+        }
+    }
     let report = match options {
         Calibrate::Pickup(options) => calibration::pickup(config, options, verbosity, open)?,
         Calibrate::Plate(options) => calibration::plate(config, options, verbosity, open)?,
@@ -365,7 +377,8 @@ fn preflight(options: &Check, verbosity: Verbosity) -> anyhow::Result<ExitCode> 
             dashboard: !simulated && !options.json && std::io::stdout().is_terminal(),
         }
     };
-    let table = check::run(&bench, refused.as_ref(), &extent, || {
+    let pace = pace(bench.config(), &options.hardware);
+    let table = check::run(&bench, refused.as_ref(), &extent, pace, || {
         Ok(apparatus(bench.config(), &options.hardware, speed, None)?.hardware)
     })
     .table;

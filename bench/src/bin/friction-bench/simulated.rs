@@ -106,6 +106,7 @@ pub fn apparatus(
             schedule,
             guard,
             simulated: true,
+            pace: safety::Pace::Simulated,
         },
         watchers,
         hands: Some(hands),

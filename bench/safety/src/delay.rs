@@ -1,0 +1,103 @@
+//! A delay from a command to its read-back, and how the latest readings speak for it.
+
+/// Outcome of comparing a reading with a command.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Comparison {
+    /// The reading is what was commanded.
+    pub(crate) fits: bool,
+    /// Half the gain would not have fitted.
+    pub(crate) tells: bool,
+}
+
+/// A delay that is still possible.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Delay {
+    /// Rendered frames less samples: sample s shows what was commanded at frame s + lead.
+    pub(crate) lead: i64,
+    all: Votes,
+    telling: Votes,
+}
+
+/// The latest votes, up to 64.
+#[derive(Debug, Clone, Copy, Default)]
+struct Votes {
+    /// A bit for each, the latest in the lowest.
+    bits: u64,
+    count: u32,
+}
+
+/// Fewest telling readings that are judged.
+const FEWEST_TELLING: u32 = 4;
+
+impl Delay {
+    pub(crate) fn new(lead: i64) -> Self {
+        Self {
+            lead,
+            all: Votes::default(),
+            telling: Votes::default(),
+        }
+    }
+
+    pub(crate) fn vote(&mut self, comparison: Comparison) {
+        self.all.push(comparison.fits);
+        if comparison.tells {
+            self.telling.push(comparison.fits);
+        }
+    }
+
+    /// Returns whether at least half of the latest `readings` fit, and at least half of as many telling ones: without
+    /// these, half the gain of a drive that is low most of the time would pass.
+    pub(crate) fn explains(&self, readings: u32) -> bool {
+        self.all.for_it(readings)
+            && (self.telling.count < FEWEST_TELLING || self.telling.for_it(readings))
+    }
+}
+
+impl Votes {
+    fn push(&mut self, vote: bool) {
+        self.bits = self.bits << 1 | u64::from(vote);
+        self.count = (self.count + 1).min(u64::BITS);
+    }
+
+    /// Returns whether at least half of the latest `most` votes are for it.
+    fn for_it(&self, most: u32) -> bool {
+        let judged = self.count.min(most);
+        let latest = self.bits & u64::MAX.checked_shr(u64::BITS - judged).unwrap_or(0);
+        2 * latest.count_ones() >= judged
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn voted(votes: &[bool]) -> Votes {
+        let mut all = Votes::default();
+        votes.iter().for_each(|&vote| all.push(vote));
+        all
+    }
+
+    #[test]
+    fn half_of_the_latest_votes_are_enough() {
+        assert!(voted(&[]).for_it(64));
+        assert!(voted(&[false, true]).for_it(2));
+        assert!(!voted(&[true, true, false, false, true]).for_it(3));
+        assert!(voted(&[true, true, false, false, true]).for_it(5));
+        assert!(voted(&[true; 100]).for_it(64));
+        assert!(!voted(&[false; 100]).for_it(64));
+        assert!(voted(&[false; 100]).for_it(0));
+    }
+
+    #[test]
+    fn a_delay_fails_by_its_telling_readings_alone() {
+        let mut delay = Delay::new(0);
+        for at in 0..64 {
+            let tells = at % 10 == 0;
+            delay.vote(Comparison {
+                fits: !tells,
+                tells,
+            });
+        }
+        assert!(!delay.explains(20));
+    }
+}

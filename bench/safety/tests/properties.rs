@@ -1,0 +1,141 @@
+//! Whatever limits and drives the watch arms with, a failed amplifier is seen, and a sound one is left alone.
+
+use std::f64::consts::{PI, TAU};
+
+use proptest::prelude::*;
+use safety::{Pace, Readback, SafetyLimits};
+
+const RATE_HZ: f64 = 192e3;
+/// Silence before the drive, and its raised-cosine ramp, s.
+const SILENCE_S: f64 = 0.2;
+const RAMP_S: f64 = 0.05;
+
+/// A bench and a drive.
+#[derive(Debug, Clone)]
+struct World {
+    tolerance: f64,
+    floor_v: f64,
+    latency_s: f64,
+    mean_v: f64,
+    index: f64,
+    modulation_hz: f64,
+    /// Delay from a command to its read-back, as a share of the latency.
+    delay: f64,
+    /// Frames between two readings.
+    block: u64,
+    /// When the fault begins, in periods of the modulation after the ramp.
+    fault_periods: f64,
+}
+
+prop_compose! {
+    fn worlds()(
+        tolerance in 0.1..=0.4,
+        floor_v in 0.2..=2.0,
+        latency_s in 0.005..=0.2,
+        mean_v in 0.5..=60.0,
+        index in prop_oneof![Just(0.0), Just(0.95), 0.0..=1.0],
+        modulation_hz in prop_oneof![Just(6.0), 0.5..=50.0],
+        delay in 0.0..=0.95,
+        block in 128u64..=1024,
+        fault_periods in 1.0..=2.5,
+    ) -> World {
+        World { tolerance, floor_v, latency_s, mean_v, index, modulation_hz, delay, block, fault_periods }
+    }
+}
+
+impl World {
+    fn limits(&self) -> SafetyLimits {
+        SafetyLimits {
+            max_normal_n: 3.0,
+            max_lateral_n: 3.0,
+            readback_tolerance: self.tolerance,
+            readback_floor_v: self.floor_v,
+            loop_latency_ns: (self.latency_s * 1e9) as u64,
+            max_amplitude_m: 5e-6,
+            rate_hz: RATE_HZ,
+            silence_ns: 50_000_000,
+            pace: Pace::Card,
+        }
+    }
+
+    /// Whether the watch arms, and knows the envelope between two callbacks to a twentieth.
+    fn is_armed(&self) -> bool {
+        let limits = self.limits();
+        let known = self.modulation_hz * self.block as f64 / RATE_HZ < 0.1;
+        known
+            && limits.require_sighted().is_ok()
+            && limits
+                .require_sees(self.mean_v, self.mean_v * (1.0 + self.index))
+                .is_ok()
+    }
+
+    fn commanded_v(&self, time_s: f64) -> f64 {
+        let on_s = time_s - SILENCE_S;
+        let ramp = 0.5 * (1.0 - (PI * (on_s / RAMP_S).clamp(0.0, 1.0)).cos());
+        ramp * self.mean_v * (1.0 + self.index * (TAU * self.modulation_hz * on_s).sin())
+    }
+
+    fn period_s(&self) -> f64 {
+        1.0 / self.modulation_hz
+    }
+
+    fn fault_s(&self) -> f64 {
+        SILENCE_S + RAMP_S + self.latency_s + self.fault_periods * self.period_s()
+    }
+
+    /// When the watch first finds the read-back wrong if the gain is `gain` from the fault on, s after the fault.
+    fn seen_s(&self, gain: f64) -> Option<f64> {
+        let mut readback = Readback::new(RATE_HZ, self.latency_s, self.tolerance, self.floor_v);
+        let fault_s = self.fault_s();
+        let blocks = ((fault_s + 4.0) * RATE_HZ) as u64 / self.block;
+        (1..blocks).find_map(|block| {
+            let frame = block * self.block;
+            let time_s = frame as f64 / RATE_HZ;
+            readback.command(frame, self.commanded_v(time_s));
+            let faulty = if time_s < fault_s { 1.0 } else { gain };
+            let read_v = faulty * self.commanded_v(time_s - self.delay * self.latency_s);
+            readback.reading(frame, read_v).map(|_| time_s - fault_s)
+        })
+    }
+
+    /// Longest time to a fault's detection, s after the fault: 50 ms of a drive at which it shows, and the blocks that are
+    /// judged together. A modulation too slow to tell delays apart hides a fault for the loop's latency; a changed gain
+    /// may pass for a changed delay once, which takes as long again.
+    fn in_time_s(&self, gain: f64) -> f64 {
+        let times = if gain == 0.0 { 1.0 } else { 2.0 };
+        let told_v = self.floor_v / (1.0 - self.tolerance - gain);
+        let (step_s, mut shown_s) = (1e-4, 0.0);
+        let from_s = self.fault_s() - self.delay * self.latency_s;
+        (0..)
+            .map(|k| f64::from(k) * step_s)
+            .find(|after_s| {
+                shown_s += f64::from(u8::from(self.commanded_v(from_s + after_s) > 1.02 * told_v))
+                    * step_s;
+                shown_s >= times * (self.latency_s + 0.05 + 4.0 * self.block as f64 / RATE_HZ)
+            })
+            .unwrap_or(f64::INFINITY)
+    }
+}
+
+proptest! {
+    #[test]
+    fn a_sound_amplifier_is_left_alone(world in worlds()) {
+        prop_assume!(world.is_armed());
+        for gain in [1.0, 1.0 + 0.5 * world.tolerance, 1.0 - 0.5 * world.tolerance] {
+            let seen_s = world.seen_s(gain);
+            prop_assert_eq!(seen_s, None, "gain {}", gain);
+        }
+    }
+
+    #[test]
+    fn a_dead_amplifier_and_half_the_gain_are_seen_in_time(world in worlds()) {
+        prop_assume!(world.is_armed());
+        for gain in [0.0, 0.5] {
+            let seen_s = world.seen_s(gain);
+            prop_assert!(
+                seen_s.is_some_and(|s| (0.0..world.in_time_s(gain)).contains(&s)),
+                "gain {}: {:?}, not in {}", gain, seen_s, world.in_time_s(gain)
+            );
+        }
+    }
+}

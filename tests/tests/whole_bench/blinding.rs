@@ -1,0 +1,304 @@
+//! Nothing that a person may write into bench.toml or a protocol blinds the safety watch: each edit is refused before
+//! anything is made or driven, with words that say what to change.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+use std::path::Path;
+use std::process::Command;
+
+use bench_tests::program::bench;
+use bench_tests::session::{config_with, demo_with, finish, text, unattended};
+
+use super::refusals::{refused_before_anything_is_made, room, uncalibrated};
+
+/// Parts of bench.toml and of the protocol that are exchanged, and a word of the refusal.
+struct Edit {
+    bench: &'static [(&'static str, &'static str)],
+    protocol: &'static [(&'static str, &'static str)],
+    word: &'static str,
+}
+
+const fn bench_edit(edit: &'static [(&'static str, &'static str)], word: &'static str) -> Edit {
+    Edit {
+        bench: edit,
+        protocol: &[],
+        word,
+    }
+}
+
+const fn protocol_edit(edit: &'static [(&'static str, &'static str)], word: &'static str) -> Edit {
+    Edit {
+        bench: &[],
+        protocol: edit,
+        word,
+    }
+}
+
+/// Edits that blind a bench whatever its sound card is.
+const EDITS: [Edit; 36] = [
+    bench_edit(
+        &[("readback_tolerance = 0.25", "readback_tolerance = 1.0")],
+        "half the gain",
+    ),
+    bench_edit(
+        &[("readback_tolerance = 0.25", "readback_tolerance = 0.5")],
+        "0.01 to 0.4",
+    ),
+    bench_edit(
+        &[("readback_tolerance = 0.25", "readback_tolerance = 0.0")],
+        "readback_tolerance",
+    ),
+    bench_edit(
+        &[("readback_tolerance = 0.25", "readback_tolerance = -0.25")],
+        "readback_tolerance",
+    ),
+    bench_edit(
+        &[("readback_tolerance = 0.25", "readback_tolerance = nan")],
+        "readback_tolerance",
+    ),
+    bench_edit(
+        &[("readback_tolerance = 0.25", "readback_tolerance = inf")],
+        "readback_tolerance",
+    ),
+    bench_edit(
+        &[("readback_floor_v = 1.0", "readback_floor_v = 20.0")],
+        "a welded relay",
+    ),
+    bench_edit(
+        &[("readback_floor_v = 1.0", "readback_floor_v = 2.1")],
+        "0 to 2 V",
+    ),
+    bench_edit(
+        &[("readback_floor_v = 1.0", "readback_floor_v = inf")],
+        "readback_floor_v",
+    ),
+    bench_edit(
+        &[("readback_floor_v = 1.0", "readback_floor_v = -1.0")],
+        "readback_floor_v",
+    ),
+    bench_edit(
+        &[("loop_latency_s = 0.1", "loop_latency_s = 2.0")],
+        "loop_latency_s",
+    ),
+    bench_edit(
+        &[("loop_latency_s = 0.1", "loop_latency_s = 0.0")],
+        "loop_latency_s",
+    ),
+    bench_edit(&[("silence_s = 0.25", "silence_s = 5.0")], "silence_s"),
+    bench_edit(&[("silence_s = 0.25", "silence_s = 0.0")], "silence_s"),
+    bench_edit(
+        &[("max_normal_n = 3.0", "max_normal_n = 20.0")],
+        "presses too hard",
+    ),
+    bench_edit(
+        &[("max_normal_n = 3.0", "max_normal_n = 6.5")],
+        "0.1 to 6 N",
+    ),
+    bench_edit(
+        &[("max_normal_n = 3.0", "max_normal_n = -3.0")],
+        "max_normal_n",
+    ),
+    bench_edit(
+        &[("max_normal_n = 3.0", "max_normal_n = 0.7")],
+        "force.max_n",
+    ),
+    bench_edit(
+        &[("max_lateral_n = 3.0", "max_lateral_n = 20.0")],
+        "dragged",
+    ),
+    bench_edit(
+        &[("max_lateral_n = 3.0", "max_lateral_n = nan")],
+        "max_lateral_n",
+    ),
+    bench_edit(
+        &[("max_normal_n = 3.0", "max_normal = 3.0")],
+        "max_normal_n",
+    ),
+    bench_edit(&[("drive_v = 55.0", "drive_v = 1000.0")], "drive_v"),
+    bench_edit(&[("ramp_s = 0.05", "ramp_s = 0.0")], "ramp_s"),
+    bench_edit(
+        &[("ramp_s = 0.05", "ramp_s = 0.05\namplitude_um = 1000.0")],
+        "amplitude_um",
+    ),
+    bench_edit(
+        &[("resonance_hz = 35000.0", "resonance_hz = 13000.0")],
+        "audible",
+    ),
+    bench_edit(
+        &[
+            ("resonance_hz = 35000.0", "resonance_hz = 13000.0"),
+            (
+                "ramp_s = 0.05",
+                "ramp_s = 0.05\naudible_carrier_because = \" \"",
+            ),
+        ],
+        "audible_carrier_because is empty",
+    ),
+    bench_edit(
+        &[("[safety]\n", "[safety]\nwaived = [\"estop\"]\n")],
+        "waived_by",
+    ),
+    bench_edit(
+        &[(
+            "latency_s = 0.0",
+            "latency_s = 0.0\nmatrix = [[0.01, 0.0], [0.0, 1.0]]",
+        )],
+        "normal axis",
+    ),
+    bench_edit(
+        &[(
+            "latency_s = 0.0",
+            "latency_s = 0.0\nmatrix = [[-1.0, 0.0], [0.0, 1.0]]",
+        )],
+        "normal axis",
+    ),
+    bench_edit(
+        &[("latency_s = 0.0", "latency_s = 0.0\ntare_n = [5.0, 0.0]")],
+        "force",
+    ),
+    protocol_edit(
+        &[("carrier = \"plate resonance\"", "carrier = 13000.0")],
+        "audible",
+    ),
+    protocol_edit(
+        &[("carrier = \"plate resonance\"", "carrier = 19999.0")],
+        "20000",
+    ),
+    protocol_edit(
+        &[("mean_amplitude_v = 24.0", "mean_amplitude_v = 1.9")],
+        "half of the drive's mean",
+    ),
+    protocol_edit(
+        &[("mean_amplitude_v = 24.0", "mean_amplitude_v = 2.5")],
+        "crest over 5.00 V",
+    ),
+    protocol_edit(
+        &[(
+            "name = \"am-6hz-95\"",
+            "name = \"loud\"\n\n[[conditions]]\nname = \"faint\"\nmean_amplitude_v = 2.2",
+        )],
+        "condition faint",
+    ),
+    Edit {
+        bench: &[
+            ("readback_tolerance = 0.25", "readback_tolerance = 0.4"),
+            ("readback_floor_v = 1.0", "readback_floor_v = 2.0"),
+        ],
+        protocol: &[("mean_amplitude_v = 24.0", "mean_amplitude_v = 20.0")],
+        word: "crest over 40.00 V",
+    },
+];
+
+/// Edits that blind a bench on a sound card of its own clock.
+const ON_A_CARD: [(&str, &str, &str); 5] = [
+    ("silence_s = 0.25", "silence_s = 0.25", "0.05 to 0.1 s"),
+    ("silence_s = 0.25", "silence_s = 1.0", "went silent"),
+    ("silence_s = 0.25", "silence_s = 0.02", "silence_s"),
+    (
+        "loop_latency_s = 0.1",
+        "loop_latency_s = 1.0",
+        "loop_latency_s",
+    ),
+    (
+        "loop_latency_s = 0.1",
+        "loop_latency_s = 0.3",
+        "behind a delay",
+    ),
+];
+
+fn session(folder: &Path, study: &Path, edit: &Edit) -> Command {
+    let config = config_with(folder, edit.bench);
+    let mut run = unattended(study, "sub-01", demo_with(folder, edit.protocol));
+    run.arg("--config").arg(config);
+    run
+}
+
+#[test]
+fn no_edit_of_a_file_blinds_the_watch() {
+    for edit in EDITS {
+        let (folder, study) = room();
+        println!("{:?} {:?}", edit.bench, edit.protocol);
+        let mut run = session(folder.path(), &study, &edit);
+        refused_before_anything_is_made(&mut run, &study, &[edit.word]);
+    }
+}
+
+#[test]
+fn a_card_of_its_own_clock_bears_no_long_silence() {
+    for (from, to, word) in ON_A_CARD {
+        let (folder, study) = room();
+        let config = config_with(folder.path(), &[(from, to)]);
+        let mut run = uncalibrated(&study, &config);
+        refused_before_anything_is_made(&mut run, &study, &[word]);
+    }
+}
+
+#[test]
+fn neither_check_nor_monitor_nor_a_calibration_drives_blind() {
+    let (folder, _) = room();
+    let blind = config_with(
+        folder.path(),
+        &[("readback_tolerance = 0.25", "readback_tolerance = 1.0")],
+    );
+    for arguments in [
+        &["check", "--mock", "--quick"][..],
+        &[
+            "monitor",
+            "--mock",
+            "--headless",
+            "--drive-v",
+            "20",
+            "--duration-s",
+            "1",
+        ],
+        &["calibrate", "plate", "--mock", "--operator", "ME"],
+    ] {
+        let mut command = bench();
+        command
+            .current_dir(folder.path())
+            .args(arguments)
+            .arg("--config")
+            .arg(&blind);
+        let ended = finish(&mut command);
+        let printed = text(&ended);
+        assert!(!ended.status.success(), "{arguments:?}:\n{printed}");
+        assert!(
+            printed.contains("readback_tolerance = 1"),
+            "{arguments:?}:\n{printed}"
+        );
+    }
+    let mut faint = bench();
+    faint.args(["monitor", "--mock", "--headless", "--drive-v", "1.5"]);
+    let printed = text(&finish(&mut faint));
+    assert!(printed.contains("half of the drive's mean"), "{printed}");
+}
+
+#[test]
+fn looser_limits_are_permitted_in_their_ranges_and_every_file_says_so() {
+    let (folder, study) = room();
+    let edit = Edit {
+        bench: &[("readback_tolerance = 0.25", "readback_tolerance = 0.4")],
+        protocol: &[
+            ("practice = 1", "practice = 0"),
+            ("per_condition = 4", "per_condition = 1"),
+        ],
+        word: "",
+    };
+    let ended = finish(&mut session(folder.path(), &study, &edit));
+    let printed = text(&ended);
+    assert!(ended.status.success(), "{printed}");
+    assert!(
+        printed.contains("readback_tolerance = 0.4 (default 0.25)"),
+        "{printed}"
+    );
+    let manifest = study.join("sub-01/ses-01/trial-001_attempt-1/recording.toml");
+    let manifest =
+        recording::Manifest::parse(&std::fs::read_to_string(manifest).unwrap(), "").unwrap();
+    let loosened = manifest.hardware.unwrap().loosened;
+    assert!(
+        loosened.contains(&"readback_tolerance = 0.4 (default 0.25)".to_owned()),
+        "{loosened:?}"
+    );
+}

@@ -301,6 +301,9 @@ pub struct Check {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub hardware: Hardware,
+    /// First test the e-stop: ask for a press and a release, and record it.
+    #[arg(long)]
+    pub press_estop: bool,
     /// Check for two seconds, as before every session, and leave the disk and the terminal out.
     #[arg(long)]
     pub quick: bool,

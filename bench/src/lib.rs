@@ -7,6 +7,7 @@ pub mod calibrate;
 pub mod check;
 pub mod cli;
 pub mod complaint;
+pub mod estop;
 pub mod inventory;
 pub mod journal;
 pub mod live_meter;

@@ -17,6 +17,10 @@ pub struct Limits {
     /// the published drive makes of an unloaded plate.
     #[serde(default = "Limits::default_amplitude_um")]
     pub amplitude_um: f64,
+    /// Largest temperature of the plate's surface, by the estimate of what drives it, °C; 40 °C by default, below the 41 to
+    /// 43 °C that IEC 60601-1 allows for contact.
+    #[serde(default = "Limits::default_surface_c")]
+    pub surface_c: f64,
     /// Why a carrier below [`AUDIBLE_HZ`] may be driven; without a reason it may not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub audible_carrier_because: Option<String>,
@@ -44,6 +48,7 @@ impl Limits {
         within("limits.drive_v", self.drive_v, 0.0, most_v, "V")?;
         within("limits.ramp_s", self.ramp_s, 0.005, 1.0, "s")?;
         within("limits.amplitude_um", self.amplitude_um, 0.01, 20.0, "µm")?;
+        within("limits.surface_c", self.surface_c, 30.0, 43.0, "°C")?;
         let empty = |why: &String| why.trim().is_empty();
         if self.audible_carrier_because.as_ref().is_some_and(empty) {
             let why =
@@ -88,6 +93,10 @@ impl Limits {
         }
     }
 
+    fn default_surface_c() -> f64 {
+        40.0
+    }
+
     fn default_amplitude_um() -> f64 {
         5.0
     }
@@ -115,6 +124,8 @@ pub struct Safety {
     pub loop_latency_s: f64,
     /// Silence of the card or of the force sensor that stops the drive, s.
     pub silence_s: f64,
+    /// Largest age of the last press of the e-stop with which a bench on real hardware is driven, h.
+    pub estop_test_hours: f64,
     /// Hardware stops that the preflight does not require; none by default.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub waived: Vec<HardwareStop>,
@@ -152,6 +163,7 @@ impl Default for Safety {
             readback_floor_v: 1.0,
             loop_latency_s: 0.1,
             silence_s: 0.05,
+            estop_test_hours: 24.0,
             waived: Vec::new(),
             waived_by: None,
         }
@@ -198,6 +210,11 @@ impl Safety {
                 default.loop_latency_s,
             ),
             ("silence_s", self.silence_s, default.silence_s),
+            (
+                "estop_test_hours",
+                self.estop_test_hours,
+                default.estop_test_hours,
+            ),
         ]
         .into_iter()
         .filter(|(_, value, default)| value > default)
@@ -278,7 +295,9 @@ impl Safety {
             1.0,
             "s",
         )?;
-        within("safety.silence_s", self.silence_s, 0.02, 1.0, "s")
+        within("safety.silence_s", self.silence_s, 0.02, 1.0, "s")?;
+        let hours = self.estop_test_hours;
+        within("safety.estop_test_hours", hours, 0.1, 168.0, "h")
     }
 
     fn check_waiver(&self) -> Result<(), Refused> {

@@ -20,6 +20,15 @@ pub struct Plate {
     pub length_m: f64,
     /// Position of the plate's centre, m.
     pub centre_m: f64,
+    /// Heat capacity, J/K; 14 J/K by default, that of a glass plate of 105 mm × 22 mm × 3 mm (an assumption).
+    #[serde(default = "Plate::default_heat_capacity")]
+    pub heat_capacity_j_per_k: f64,
+    /// Heat that the plate loses to the room, W/K; 0.1 W/K by default (an assumption).
+    #[serde(default = "Plate::default_heat_loss")]
+    pub heat_loss_w_per_k: f64,
+    /// Temperature of the room, °C.
+    #[serde(default = "Plate::default_room")]
+    pub room_c: f64,
 }
 
 impl Plate {
@@ -29,6 +38,23 @@ impl Plate {
         let force_factor = self.force_factor_n_per_v;
         within("plate.force_factor_n_per_v", force_factor, 1e-4, 1e2, "N/V")?;
         within("plate.length_m", self.length_m, 0.01, 1.0, "m")?;
-        within("plate.centre_m", self.centre_m, 0.0, self.length_m, "m")
+        within("plate.centre_m", self.centre_m, 0.0, self.length_m, "m")?;
+        let capacity = self.heat_capacity_j_per_k;
+        within("plate.heat_capacity_j_per_k", capacity, 0.1, 1e4, "J/K")?;
+        let loss = self.heat_loss_w_per_k;
+        within("plate.heat_loss_w_per_k", loss, 1e-3, 10.0, "W/K")?;
+        within("plate.room_c", self.room_c, 5.0, 27.0, "°C")
+    }
+
+    fn default_heat_capacity() -> f64 {
+        14.0
+    }
+
+    fn default_heat_loss() -> f64 {
+        0.1
+    }
+
+    fn default_room() -> f64 {
+        25.0
     }
 }

@@ -2,7 +2,7 @@
 //! nobody may hear their carriers.
 
 use config::{AudibleCarrier, Config, HardwareStop};
-use safety::{BlindLimit, FaintDrive, Pace, SafetyLimits};
+use safety::{BlindLimit, FaintDrive, Pace, PlateHeat, SafetyLimits};
 use signalgen::Waveform;
 
 /// A bench or a drive that is not armed.
@@ -31,6 +31,14 @@ pub fn safety_limits(config: &Config, pace: Pace) -> SafetyLimits {
         readback_floor_v: safety.readback_floor_v,
         loop_latency_ns: ns(safety.loop_latency_s),
         max_amplitude_m: 1e-6 * config.limits.amplitude_um,
+        heat: PlateHeat {
+            force_factor_n_per_v: config.plate.force_factor_n_per_v,
+            omega_rad_per_s: std::f64::consts::TAU * config.plate.resonance_hz,
+            capacity_j_per_k: config.plate.heat_capacity_j_per_k,
+            loss_w_per_k: config.plate.heat_loss_w_per_k,
+            room_c: config.plate.room_c,
+            limit_c: config.limits.surface_c,
+        },
         rate_hz: f64::from(config.audio.rate_hz),
         silence_ns: ns(safety.silence_s),
         pace,

@@ -10,6 +10,7 @@ pub mod claim;
 mod digital_lines;
 pub mod drive_control;
 pub mod encoder;
+pub mod estop_press;
 pub mod field_task;
 pub mod flags;
 pub mod force;

@@ -8,6 +8,7 @@
 mod delay;
 mod exercise;
 mod guard;
+mod plate_heat;
 mod readback;
 mod safety_limits;
 mod safety_lines;
@@ -18,6 +19,7 @@ mod watch;
 
 pub use exercise::{StopLine, StopTimes};
 pub use guard::{Commanded, DriveGuard};
+pub use plate_heat::PlateHeat;
 pub use readback::{Misfit, Readback};
 pub use safety_limits::{BlindLimit, FaintDrive, Pace, SENSITIVITY, SafetyLimits};
 pub use safety_lines::{GpioError, InputLine, OutputLine, SafetyLines, input, output};

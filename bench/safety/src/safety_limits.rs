@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::plate_heat::PlateHeat;
+
 /// Least and greatest plausible sensitivity of either axis of a force sensor that reads newtons: a calibration is never
 /// off by more than these factors.
 pub const SENSITIVITY: [f64; 2] = [0.5, 2.0];
@@ -26,6 +28,8 @@ pub struct SafetyLimits {
     pub loop_latency_ns: u64,
     /// Largest amplitude of the plate that the pickup may read, m.
     pub max_amplitude_m: f64,
+    /// Thermal constants of the plate and its limit.
+    pub heat: PlateHeat,
     /// Sample rate, Hz.
     pub rate_hz: f64,
     /// Longest silence of the sound card or of the force sensor, ns.
@@ -230,6 +234,14 @@ mod tests {
             readback_floor_v: 1.0,
             loop_latency_ns: 100_000_000,
             max_amplitude_m: 5e-6,
+            heat: PlateHeat {
+                force_factor_n_per_v: 0.13,
+                omega_rad_per_s: 219_911.5,
+                capacity_j_per_k: 14.0,
+                loss_w_per_k: 0.1,
+                room_c: 25.0,
+                limit_c: 40.0,
+            },
             rate_hz: 192e3,
             silence_ns: 50_000_000,
             pace: Pace::Card,

@@ -75,6 +75,15 @@ pub enum Trip {
         /// Allowed, µm.
         limit_um: f64,
     },
+    /// The plate is warmer than it may be, by the estimate of what drove it.
+    Warm {
+        /// Estimated temperature of its surface, °C.
+        surface_c: f64,
+        /// Allowed, °C.
+        limit_c: f64,
+        /// Time after which the drive may go on, s.
+        wait_s: f64,
+    },
     /// The generator refused its own output.
     Generator,
     /// Another part of the program killed the drive, as by a panic.
@@ -146,6 +155,15 @@ impl fmt::Display for Trip {
             } => write!(
                 f,
                 "the plate moves by {amplitude_um:.2} µm, over the limit of {limit_um:.2} µm (limits.amplitude_um): lower the drive, or calibrate the pickup"
+            ),
+            Self::Warm {
+                surface_c,
+                limit_c,
+                wait_s,
+            } => write!(
+                f,
+                "the plate is estimated at {surface_c:.1} °C, at its limit of {limit_c:.1} °C (limits.surface_c): go on in {:.0} s",
+                wait_s.ceil()
             ),
             Self::Generator => f.write_str("the generator refused an impossible output"),
             Self::Killed => f.write_str("a part of the program failed and stopped the drive"),

@@ -31,6 +31,8 @@ pub struct Watch {
     progress: Progress,
     readback: Readback,
     exercise: Option<Exercise>,
+    /// Estimated temperature of the plate above the room, K.
+    rise_k: f64,
     tripped_at_ns: u64,
     armed_at_ns: u64,
     /// Kills that the watch itself has caused.
@@ -66,7 +68,9 @@ impl Watch {
     /// use std::sync::Arc;
     /// use std::sync::atomic::{AtomicU64, Ordering};
     ///
-    /// use safety::{Commanded, DriveGuard, Pace, Press, SafetyLimits, SafetyLines, SafetyState, Signals, Trip, Watch};
+    /// use safety::{
+    ///     Commanded, DriveGuard, Pace, PlateHeat, Press, SafetyLimits, SafetyLines, SafetyState, Signals, Trip, Watch,
+    /// };
     /// use tasks::Task;
     ///
     /// /// A drive that only counts how often it was killed.
@@ -96,6 +100,14 @@ impl Watch {
     ///     readback_floor_v: 0.5,
     ///     loop_latency_ns: 50_000_000,
     ///     max_amplitude_m: 5e-6,
+    ///     heat: PlateHeat {
+    ///         force_factor_n_per_v: 0.13,
+    ///         omega_rad_per_s: 219_911.5,
+    ///         capacity_j_per_k: 14.0,
+    ///         loss_w_per_k: 0.1,
+    ///         room_c: 25.0,
+    ///         limit_c: 40.0,
+    ///     },
     ///     rate_hz: 192e3,
     ///     silence_ns: 50_000_000,
     ///     pace: Pace::Card,
@@ -148,6 +160,7 @@ impl Watch {
             progress: Progress::default(),
             readback,
             exercise: None,
+            rise_k: 0.0,
             tripped_at_ns: 0,
             armed_at_ns: 0,
             kills_known: 0,
@@ -198,6 +211,10 @@ impl Watch {
                     self.trip(Trip::Fault { message }, now_ns);
                     return Ok(());
                 }
+                if let Some(trip) = self.too_warm() {
+                    self.trip(trip, now_ns);
+                    return Ok(());
+                }
                 set(&mut self.lines.enable, true)?;
                 self.readback.forget_readings();
                 self.armed_at_ns = now_ns;
@@ -227,6 +244,35 @@ impl Watch {
         Ok(())
     }
 
+    /// Moves the estimate of the plate's temperature on to `now_ns`.
+    fn warm_up(&mut self, now_ns: u64) {
+        let Some(before_ns) = self.polled_ns else {
+            return;
+        };
+        let seconds = now_ns.saturating_sub(before_ns) as f64 * 1e-9;
+        let drive_v = self
+            .signals
+            .readback
+            .get()
+            .map_or(0.0, |reading| reading.volts);
+        let amplitude_m = self.signals.amplitude_m.get().unwrap_or(0.0);
+        let power_w = self.limits.heat.power_w(drive_v, amplitude_m);
+        self.rise_k = self.limits.heat.rise_after(self.rise_k, power_w, seconds);
+    }
+
+    /// Trips at the limit; before arming, already where the drive could not go on for long.
+    fn too_warm(&self) -> Option<Trip> {
+        let heat = &self.limits.heat;
+        let surface_c = heat.surface_c(self.rise_k);
+        let arms = self.state == SafetyState::Disarmed;
+        let warm = surface_c >= heat.limit_c || arms && heat.wait_s(self.rise_k) > 0.0;
+        warm.then(|| Trip::Warm {
+            surface_c,
+            limit_c: heat.limit_c,
+            wait_s: heat.wait_s(self.rise_k),
+        })
+    }
+
     /// Returns the first fault that is present now.
     fn first_fault(&mut self, now_ns: u64) -> Result<Option<Trip>, GpioError> {
         if self.e_stop_open()? {
@@ -234,6 +280,12 @@ impl Watch {
         }
         if self.drive.kills() != self.kills_known {
             return Ok(Some(Trip::Killed));
+        }
+        self.warm_up(now_ns);
+        if self.state == SafetyState::Armed
+            && let Some(trip) = self.too_warm()
+        {
+            return Ok(Some(trip));
         }
         if let Some(trip) = self.frozen(now_ns) {
             return Ok(Some(trip));

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use proptest::prelude::*;
-use safety::{Pace, Readback, SafetyLimits};
+use safety::{Pace, PlateHeat, Readback, SafetyLimits};
 
 const RATE_HZ: f64 = 192e3;
 /// Silence before the drive, and its raised-cosine ramp, s.
@@ -52,6 +52,14 @@ impl World {
             readback_floor_v: self.floor_v,
             loop_latency_ns: (self.latency_s * 1e9) as u64,
             max_amplitude_m: 5e-6,
+            heat: PlateHeat {
+                force_factor_n_per_v: 0.13,
+                omega_rad_per_s: 219_911.5,
+                capacity_j_per_k: 14.0,
+                loss_w_per_k: 0.1,
+                room_c: 25.0,
+                limit_c: 40.0,
+            },
             rate_hz: RATE_HZ,
             silence_ns: 50_000_000,
             pace: Pace::Card,

@@ -39,7 +39,7 @@ pub(super) fn judge_stops(table: &mut Table, config: &Config, measured: &Measure
     ] {
         let times = measured.stops.iter().find(|times| times.line == line);
         match times {
-            Some(times) => judge_stop(table, times),
+            Some(times) => judge_stop(table, &config.safety, times),
             None if wired => table.row(row_of(line), false, "could not be exercised"),
             None => {}
         }
@@ -60,7 +60,7 @@ fn row_of(line: StopLine) -> &'static str {
 }
 
 /// Judges a hardware stop that was exercised under the faint tone.
-fn judge_stop(table: &mut Table, times: &StopTimes) {
+fn judge_stop(table: &mut Table, safety: &Safety, times: &StopTimes) {
     let (line, most_s, remedy) = match times.line {
         StopLine::Heartbeat => (
             "the heartbeat",
@@ -99,7 +99,16 @@ fn judge_stop(table: &mut Table, times: &StopTimes) {
             ),
         ),
     };
-    table.row(row_of(times.line), passed, found);
+    let waiver = match times.line {
+        StopLine::Heartbeat => safety.waiver_of(HardwareStop::Heartbeat),
+        StopLine::Enable => None,
+    };
+    let verdict = match (passed, waiver) {
+        (true, _) => Verdict::Passed,
+        (false, Some(_)) => Verdict::Waived,
+        (false, None) => Verdict::Failed,
+    };
+    table.judged(row_of(times.line), verdict, found);
 }
 
 fn line_in_words(safety: &Safety, line: HardwareStop, wired: bool) -> (Verdict, String) {
@@ -126,6 +135,11 @@ mod tests {
             positions: 1,
             estop_wired,
             heartbeat_wired,
+            stops: Vec::from_iter(heartbeat_wired.then_some(StopTimes {
+                line: StopLine::Heartbeat,
+                off_s: Some(0.09),
+                back_s: Some(0.01),
+            })),
             ..Measured::default()
         };
         let mut table = Table::default();
@@ -134,7 +148,60 @@ mod tests {
     }
 
     fn verdicts(table: &Table) -> Vec<Verdict> {
-        table.rows.iter().map(|row| row.verdict).collect()
+        let lines = table
+            .rows
+            .iter()
+            .filter(|row| !row.name.starts_with("stop"));
+        lines.map(|row| row.verdict).collect()
+    }
+
+    /// The verdict on a heartbeat or enable line that took so long, under `[safety]` with these keys.
+    fn stop(safety: &str, line: StopLine, off_s: Option<f64>, back_s: Option<f64>) -> Verdict {
+        let text = include_str!("../../mock-bench.toml")
+            .replace("[safety]\n", &format!("[safety]\n{safety}\n"));
+        let config = Config::parse(&text, "test").unwrap();
+        let mut table = Table::default();
+        judge_stop(
+            &mut table,
+            &config.safety,
+            &StopTimes {
+                line,
+                off_s,
+                back_s,
+            },
+        );
+        table.rows[0].verdict
+    }
+
+    #[test]
+    fn a_stop_must_stop_in_time_and_let_go() {
+        use Verdict::{Failed, Passed, Waived};
+        let heartbeat = |off_s, back_s| stop("", StopLine::Heartbeat, off_s, back_s);
+        assert_eq!(heartbeat(Some(0.104), Some(0.003)), Passed);
+        assert_eq!(heartbeat(Some(0.16), Some(0.003)), Failed);
+        assert_eq!(heartbeat(None, Some(0.0)), Failed);
+        assert_eq!(heartbeat(Some(0.1), None), Failed);
+        let enable = |off_s| stop("", StopLine::Enable, off_s, Some(0.003));
+        assert_eq!(enable(Some(0.02)), Passed);
+        assert_eq!(enable(Some(0.06)), Failed);
+        let waived = "waived = [\"heartbeat\"]\nwaived_by = \"A. Tester\"";
+        assert_eq!(stop(waived, StopLine::Heartbeat, None, None), Waived);
+        assert_eq!(stop(waived, StopLine::Enable, None, None), Failed);
+    }
+
+    #[test]
+    fn a_wired_line_that_was_not_exercised_fails() {
+        let mut table = Table::default();
+        let config = Config::parse(include_str!("../../mock-bench.toml"), "test").unwrap();
+        let measured = Measured {
+            heartbeat_wired: true,
+            estop_wired: true,
+            enable_wired: true,
+            ..Measured::default()
+        };
+        judge_stops(&mut table, &config, &measured);
+        let failed = table.rows.iter().filter(|row| !row.passed);
+        assert_eq!(failed.count(), 2);
     }
 
     #[test]

@@ -46,6 +46,7 @@ pub fn run(
         watchers,
         hands: _,
         vibrometer_port: _,
+        estop_hand: _,
     } = apparatus;
     let simulated = hardware.simulated;
     let effective = plan.bench.clone();

@@ -156,7 +156,7 @@ const EDITS: [Edit; 36] = [
     ),
     bench_edit(
         &[("latency_s = 0.0", "latency_s = 0.0\ntare_n = [5.0, 0.0]")],
-        "force",
+        "without load",
     ),
     protocol_edit(
         &[("carrier = \"plate resonance\"", "carrier = 13000.0")],

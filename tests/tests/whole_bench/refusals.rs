@@ -401,7 +401,12 @@ fn without_gpio() {
         ),
     ];
     for (backend, word) in backends {
-        let changes = [("backend = \"none\"", backend), ON_A_CARD];
+        let waived = "[safety]\nwaived = [\"estop\"]\nwaived_by = \"A. Tester\"\n";
+        let changes = [
+            ("backend = \"none\"", backend),
+            ("[safety]\n", waived),
+            ON_A_CARD,
+        ];
         let config = config_with(folder.path(), &changes);
         let mut run = uncalibrated(&study, &config);
         refused_before_anything_is_made(&mut run, &study, &[word]);

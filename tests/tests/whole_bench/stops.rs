@@ -7,9 +7,11 @@
 use std::path::{Path, PathBuf};
 
 use bench_tests::program::bench;
-use bench_tests::session::{SessionFolder, demo_with, finish, text, unattended};
+use bench_tests::session::{
+    ON_A_CARD, SessionFolder, config_with, demo_with, finish, text, unattended,
+};
 
-use super::refusals::{refused, refused_before_anything_is_made, room};
+use super::refusals::{refused, refused_before_anything_is_made, room, uncalibrated};
 
 fn scenario(folder: &Path, text: &str) -> PathBuf {
     let path = folder.join("scenario.toml");
@@ -92,4 +94,60 @@ fn a_session_logs_how_long_its_stops_took() {
         assert_eq!(row["passed"], true, "{row}");
         assert!(row["found"].as_str().unwrap().contains("ms after"), "{row}");
     }
+}
+
+#[test]
+fn a_real_bench_drives_only_after_its_e_stop_was_pressed() {
+    let (folder, study) = room();
+    let wired = [
+        ON_A_CARD,
+        (
+            "backend = \"none\"",
+            "backend = \"rppal\"\nestop = 13\nheartbeat = 21",
+        ),
+    ];
+    let config = config_with(folder.path(), &wired);
+    let mut run = uncalibrated(&study, &config);
+    run.current_dir(folder.path());
+    refused_before_anything_is_made(
+        &mut run,
+        &study,
+        &["never been tested", "check --press-estop"],
+    );
+
+    let record = |pressed: jiff::Timestamp, line: &str| {
+        let text = format!("pressed = \"{pressed}\"\nline = \"{line}\"\n");
+        std::fs::write(folder.path().join("estop.toml"), text).unwrap();
+    };
+    let now = jiff::Timestamp::now();
+    let hours = |hours: i64| jiff::SignedDuration::from_hours(hours);
+    for (pressed, line, word) in [
+        (now - hours(25), "rppal, line 13", "25.0 hours ago"),
+        (now, "rppal, line 14", "was tested on rppal, line 14"),
+        (now + hours(2), "rppal, line 13", "in the future"),
+        // This machine has no such line, but its press is recent.
+        (now - hours(1), "rppal, line 13", "Raspberry Pi"),
+    ] {
+        record(pressed, line);
+        let mut run = uncalibrated(&study, &config);
+        run.current_dir(folder.path());
+        refused_before_anything_is_made(&mut run, &study, &[word]);
+    }
+}
+
+#[test]
+fn a_press_is_rehearsed_on_the_simulated_bench() {
+    let (folder, _) = room();
+    let mut check = bench();
+    check
+        .current_dir(folder.path())
+        .args(["check", "--mock", "--quick", "--press-estop"]);
+    let ended = finish(&mut check);
+    let printed = text(&ended);
+    assert!(ended.status.success(), "{printed}");
+    for word in ["Press the e-stop now.", "Release it.", "The e-stop works"] {
+        assert!(printed.contains(word), "{printed}");
+    }
+    let record = std::fs::read_to_string(folder.path().join("estop.toml")).unwrap();
+    assert!(record.contains("line = "), "{record}");
 }

@@ -1,6 +1,7 @@
 //! Tests of the watch on a drive, lines and readings that each test sets.
 
 use super::*;
+use crate::plate_heat::PlateHeat;
 use crate::safety_limits::Pace;
 use crate::safety_lines::{input, output};
 use crate::signals::DriveReading;
@@ -15,6 +16,14 @@ const LIMITS: SafetyLimits = SafetyLimits {
     readback_floor_v: 0.5,
     loop_latency_ns: 50_000_000,
     max_amplitude_m: 5e-6,
+    heat: PlateHeat {
+        force_factor_n_per_v: 0.13,
+        omega_rad_per_s: 219_911.5,
+        capacity_j_per_k: 14.0,
+        loss_w_per_k: 0.1,
+        room_c: 25.0,
+        limit_c: 40.0,
+    },
     rate_hz: 192e3,
     silence_ns: 50_000_000,
     pace: Pace::Card,
@@ -489,4 +498,42 @@ fn a_plate_that_moves_too_much_stops() {
     assert!(
         matches!(rig.trip(), Some(Trip::Amplitude { limit_um, .. }) if (limit_um - 5.0).abs() < 1e-9)
     );
+}
+
+#[test]
+fn a_plate_that_is_driven_for_long_is_stopped_and_let_go_on_when_it_has_cooled() {
+    let mut rig = Rig::armed(SafetyLines::default());
+    // 20 V and 4 µm: 1.14 W, which a plate of a twentieth of the capacity takes to 10 K in 13 s.
+    rig.watch.limits.heat.capacity_j_per_k = 0.7;
+    rig.watch.limits.heat.limit_c = 35.0;
+    rig.signals.amplitude_m.set(4e-6);
+    rig.pass(10_000, |_| ());
+    assert_eq!(rig.trip(), None);
+    rig.pass(6_000, |_| ());
+    let Some(Trip::Warm {
+        surface_c, wait_s, ..
+    }) = rig.trip()
+    else {
+        panic!("{:?}", rig.trip())
+    };
+    assert!((35.0..35.1).contains(&surface_c), "{surface_c}");
+    // It cools, and says when it may go on.
+    rig.card.commanded_v.set(0.0);
+    rig.signals.amplitude_m.set(0.0);
+    let again = |rig: &mut Rig| {
+        rig.ask.send(SafetyCommand::Rearm).unwrap();
+        rig.ask.send(SafetyCommand::Arm).unwrap();
+        rig.pass(10, |_| ());
+        rig.watch.state.clone()
+    };
+    rig.pass(100, |_| ());
+    assert!(matches!(
+        again(&mut rig),
+        SafetyState::Tripped {
+            trip: Trip::Warm { .. }
+        }
+    ));
+    // The ramp to silence warmed it a little further.
+    rig.pass((1e3 * wait_s) as u64 + 500, |_| ());
+    assert_eq!(again(&mut rig), SafetyState::Armed);
 }

@@ -23,7 +23,7 @@ use friction_bench::run::{self, Plan, ProtocolFile};
 use friction_bench::shell_words::quoted;
 use friction_bench::verbosity::Verbosity;
 use friction_bench::{
-    analyze, calibrate as calibration, check, complaint, inventory, model, monitor, replay,
+    analyze, calibrate as calibration, check, complaint, estop, inventory, model, monitor, replay,
 };
 use signalgen::audio::{HostChoice, open_host};
 use tasks::{Schedule, SystemClock};
@@ -203,6 +203,7 @@ fn apparatus(
         watchers: Vec::new(),
         hands: None,
         vibrometer_port: None,
+        estop_hand: None,
     })
 }
 
@@ -252,6 +253,12 @@ fn require_ready(
     Ok(preflight.table)
 }
 
+/// Requires a recent press of the e-stop; asks for it unless nobody is there.
+fn require_estop(config: &Config, options: &cli::Hardware, headless: bool) -> anyhow::Result<()> {
+    let open = || apparatus(config, options, Speed::Real, None);
+    estop::require(config, options, !headless, open)
+}
+
 fn require_terminal(headless: bool) -> anyhow::Result<()> {
     if !headless && !std::io::stdout().is_terminal() {
         anyhow::bail!("the dashboard needs a terminal; without one add --headless");
@@ -267,6 +274,7 @@ fn run(options: &Run, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     let mut plan = Plan::new(bench, options)?;
     verbosity.note(format_args!("protocol: {}", plan.protocol.file));
     require_terminal(options.headless)?;
+    require_estop(plan.bench.config(), &options.hardware, options.headless)?;
     let ready = require_ready(&plan.bench, &options.hardware, options.speed, verbosity)?;
     plan.preflight = Some(ready);
     let mut apparatus = apparatus(
@@ -296,6 +304,7 @@ fn watch(options: &Monitor, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     let plan = monitor::Plan::new(bench, options)?;
     require_terminal(options.headless)?;
     if plan.drives() {
+        require_estop(plan.bench.config(), &options.hardware, options.headless)?;
         require_ready(&plan.bench, &options.hardware, options.speed, verbosity)?;
     }
     let apparatus = apparatus(plan.bench.config(), &options.hardware, options.speed, None)?;
@@ -316,6 +325,8 @@ fn calibrate(options: &Calibrate, verbosity: Verbosity) -> anyhow::Result<ExitCo
     let open = |config: &Config| apparatus(config, &measure.hardware, measure.speed, None);
     let drives = !matches!(options, Calibrate::Force(_));
     if drives {
+        let attended = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
+        require_estop(&config, &measure.hardware, !attended)?;
         let pace = pace(&config, &measure.hardware);
         let stops = check::stops(&config, pace, || Ok(open(&config)?.hardware));
         if !stops.passed() {
@@ -365,6 +376,10 @@ fn preflight(options: &Check, verbosity: Verbosity) -> anyhow::Result<ExitCode> 
     };
     let simulated = options.hardware.mock.is_some();
     let speed = if simulated { Speed::Max } else { Speed::Real };
+    if options.press_estop {
+        let apparatus = apparatus(bench.config(), &options.hardware, Speed::Real, None)?;
+        estop::press(bench.config(), &options.hardware, apparatus)?;
+    }
     let extent = if options.quick {
         Extent::Quick
     } else {

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
 use anyhow::Context;
 use calibration::operator::{self, Cabling, Hands, Request};
@@ -11,7 +12,8 @@ use friction_bench::apparatus::{Apparatus, Watcher};
 use friction_bench::cli::Speed;
 use jiff::Timestamp;
 use mock_hw::apparatus::{
-    Apparatus as SimulatedApparatus, ApparatusClock, ApparatusConfig, MassSet, Patchbay, Senses,
+    Apparatus as SimulatedApparatus, ApparatusClock, ApparatusConfig, FaultPanel, MassSet,
+    Patchbay, Senses,
 };
 use mock_hw::person::{Cue, Instruction, Percept};
 use mock_hw::plant::{Axis, InputWiring};
@@ -79,6 +81,7 @@ pub fn apparatus(
     );
     let watchers = vec![participant(apparatus.senses())];
     let hands = hands(apparatus.masses(), apparatus.patchbay());
+    let estop_hand = estop_hand(apparatus.faults());
     let (clock, schedule, guard): (Arc<dyn Clock>, _, Box<dyn Send>) = match speed {
         Speed::Max => {
             let date = FREE_RUNNING_DATE
@@ -111,6 +114,19 @@ pub fn apparatus(
         watchers,
         hands: Some(hands),
         vibrometer_port: Some(vibrometer_port),
+        estop_hand: Some(estop_hand),
+    })
+}
+
+/// The hand of a person who is asked for a press of the e-stop.
+fn estop_hand(faults: FaultPanel) -> Box<dyn FnOnce() + Send> {
+    Box::new(move || {
+        std::thread::spawn(move || {
+            for pressed in [true, false] {
+                std::thread::sleep(Duration::from_millis(500));
+                faults.press_estop(pressed);
+            }
+        });
     })
 }
 

@@ -1,0 +1,287 @@
+//! The test of the e-stop: somebody presses it, and the bench sees its loop open and close again. A record of the press
+//! lies in a file beside the calibration, because a bench may be driven only within some hours of it.
+
+use std::path::{Path, PathBuf};
+
+use config::{Config, GpioBackend};
+use jiff::Timestamp;
+use recording::disk::replace_file;
+use serde::{Deserialize, Serialize};
+
+/// Longest wait for the press, and for the release, s.
+pub const PATIENCE_S: f64 = 60.0;
+/// Time for which a level must last to count, s: a contact bounces.
+const STEADY_S: f64 = 0.05;
+
+/// What the person at the e-stop is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PressStep {
+    /// The e-stop is open already: it must be released first.
+    ReleaseFirst,
+    /// Press it.
+    Press,
+    /// Release it.
+    Release,
+    /// It was pressed and released.
+    Done,
+    /// Nothing was done in time.
+    TimedOut,
+}
+
+/// The course of one press, fed with the level of the line.
+#[derive(Debug, Clone, Copy)]
+pub struct PressTest {
+    step: PressStep,
+    /// Since when the step is waited for, and since when the line has had the level that ends it, s.
+    asked_s: f64,
+    reached_s: Option<f64>,
+}
+
+impl PressTest {
+    /// Begins at `now_s` with the line at a level; high is a closed loop.
+    #[must_use]
+    pub fn new(high: bool, now_s: f64) -> Self {
+        Self {
+            step: if high {
+                PressStep::Press
+            } else {
+                PressStep::ReleaseFirst
+            },
+            asked_s: now_s,
+            reached_s: None,
+        }
+    }
+
+    /// Takes the level of the line at `now_s`; returns what is asked for.
+    pub fn poll(&mut self, high: bool, now_s: f64) -> PressStep {
+        let next = match self.step {
+            PressStep::ReleaseFirst if high => PressStep::Press,
+            PressStep::Press if !high => PressStep::Release,
+            PressStep::Release if high => PressStep::Done,
+            ended @ (PressStep::Done | PressStep::TimedOut) => return ended,
+            waiting => {
+                self.reached_s = None;
+                if now_s - self.asked_s > PATIENCE_S {
+                    self.step = PressStep::TimedOut;
+                    return self.step;
+                }
+                return waiting;
+            }
+        };
+        if now_s - *self.reached_s.get_or_insert(now_s) >= STEADY_S {
+            *self = Self {
+                step: next,
+                asked_s: now_s,
+                reached_s: None,
+            };
+        }
+        self.step
+    }
+}
+
+/// Record of the latest press.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EstopPress {
+    /// When it was pressed and released.
+    pub pressed: Timestamp,
+    /// The line that saw it: a press of another bench proves nothing.
+    pub line: String,
+}
+
+/// A press that is missing, too old, of another line, or dated in the future.
+#[derive(Debug, thiserror::Error)]
+pub enum EstopPressError {
+    /// There is no record.
+    #[error("the e-stop has never been tested on this bench: {HOW}")]
+    Never,
+    /// The record cannot be read.
+    #[error("{} cannot be used: {HOW}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: anyhow::Error,
+    },
+    /// The record is of another line.
+    #[error("the e-stop was tested on {found}, and this bench has it on {line}: {HOW}")]
+    OtherLine {
+        /// Line of the record.
+        found: String,
+        /// Line of this bench.
+        line: String,
+    },
+    /// The press is too long ago.
+    #[error(
+        "the e-stop was last tested {hours:.1} hours ago, more than safety.estop_test_hours = {most}: {HOW}"
+    )]
+    TooOld {
+        /// Age, h.
+        hours: f64,
+        /// Largest age allowed, h.
+        most: f64,
+    },
+    /// The press is dated in the future.
+    #[error(
+        "the e-stop was tested at {pressed}, in the future: set the computer's clock, or: {HOW}"
+    )]
+    Future {
+        /// Date of the press.
+        pressed: Timestamp,
+    },
+}
+
+const HOW: &str = "press it once, `friction-bench check --press-estop`";
+/// Time ahead from which on a date is not the clock's inaccuracy, h.
+const AHEAD_H: f64 = 0.1;
+
+/// Returns where the record lies, beside the calibration at `calibration`.
+#[must_use]
+pub fn record_path(calibration: &Path) -> PathBuf {
+    calibration.with_file_name("estop.toml")
+}
+
+/// Returns the name of the line that the e-stop of `config` is wired to; `None` without one.
+#[must_use]
+pub fn line_name(config: &Config) -> Option<String> {
+    let gpio = &config.gpio;
+    let line = gpio.estop?;
+    let chip = match (gpio.backend, &gpio.chip) {
+        (GpioBackend::Gpiocdev, Some(chip)) => chip.display().to_string(),
+        (backend, _) => format!("{backend:?}").to_lowercase(),
+    };
+    Some(format!("{chip}, line {line}"))
+}
+
+impl EstopPress {
+    /// Writes the record of a press on `line` now.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn record(path: &Path, line: String, pressed: Timestamp) -> anyhow::Result<Self> {
+        let press = Self { pressed, line };
+        replace_file(path, toml::to_string(&press)?.as_bytes())?;
+        Ok(press)
+    }
+
+    /// Returns the record at `path` if it is of `line` and not older than `most_hours` at `now`.
+    ///
+    /// # Errors
+    /// [`EstopPressError`] says what is wrong with it, and what to do.
+    pub fn require(
+        path: &Path,
+        line: &str,
+        now: Timestamp,
+        most_hours: f64,
+    ) -> Result<Self, EstopPressError> {
+        let unreadable = |source: anyhow::Error| EstopPressError::Unreadable {
+            path: path.to_owned(),
+            source,
+        };
+        let text = match std::fs::read_to_string(path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                return Err(EstopPressError::Never);
+            }
+            Err(error) => return Err(unreadable(error.into())),
+        };
+        let press: Self = toml::from_str(&text).map_err(|error| unreadable(error.into()))?;
+        if press.line != line {
+            return Err(EstopPressError::OtherLine {
+                found: press.line,
+                line: line.to_owned(),
+            });
+        }
+        let hours = now.duration_since(press.pressed).as_secs_f64() / 3600.0;
+        if hours < -AHEAD_H {
+            return Err(EstopPressError::Future {
+                pressed: press.pressed,
+            });
+        }
+        if hours > most_hours {
+            return Err(EstopPressError::TooOld {
+                hours,
+                most: most_hours,
+            });
+        }
+        Ok(press)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn steps(levels: &[(bool, f64)]) -> Vec<PressStep> {
+        let mut test = PressTest::new(levels[0].0, 0.0);
+        let (mut now_s, mut seen) = (0.0, Vec::new());
+        for &(high, for_s) in levels {
+            let until_s = now_s + for_s;
+            while now_s < until_s {
+                let step = test.poll(high, now_s);
+                if seen.last() != Some(&step) {
+                    seen.push(step);
+                }
+                now_s += 0.01;
+            }
+        }
+        seen
+    }
+
+    #[test]
+    fn a_press_is_seen_open_and_closed() {
+        use PressStep::{Done, Press, Release, ReleaseFirst};
+        assert_eq!(
+            steps(&[(true, 1.0), (false, 1.0), (true, 1.0)]),
+            [Press, Release, Done]
+        );
+        assert_eq!(
+            steps(&[(false, 1.0), (true, 1.0), (false, 1.0), (true, 1.0)]),
+            [ReleaseFirst, Press, Release, Done]
+        );
+    }
+
+    #[test]
+    fn a_bouncing_contact_is_no_press() {
+        let bounce = [
+            (true, 0.1),
+            (false, 0.02),
+            (true, 0.02),
+            (false, 0.03),
+            (true, 1.0),
+        ];
+        assert_eq!(steps(&bounce), [PressStep::Press]);
+    }
+
+    #[test]
+    fn nobody_is_waited_for_for_ever() {
+        use PressStep::{Press, Release, TimedOut};
+        assert_eq!(steps(&[(true, 61.0)]), [Press, TimedOut]);
+        // A wire that is cut stays open.
+        assert_eq!(
+            steps(&[(true, 1.0), (false, 62.0)]),
+            [Press, Release, TimedOut]
+        );
+    }
+
+    #[test]
+    fn only_a_fresh_press_of_this_line_counts() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = record_path(&folder.path().join("calibration.toml"));
+        let at = |text: &str| text.parse::<Timestamp>().unwrap();
+        let now = at("2026-05-04T12:00:00Z");
+        let require = |line: &str, now| EstopPress::require(&path, line, now, 24.0);
+        assert!(matches!(require("a", now), Err(EstopPressError::Never)));
+        let press = EstopPress::record(&path, "a".to_owned(), now).unwrap();
+        assert_eq!(require("a", at("2026-05-05T11:59:00Z")).unwrap(), press);
+        let old = require("a", at("2026-05-05T12:01:00Z"));
+        assert!(matches!(old, Err(EstopPressError::TooOld { .. })));
+        let other = require("b", now);
+        assert!(matches!(other, Err(EstopPressError::OtherLine { .. })));
+        let before = require("a", at("2026-05-04T11:00:00Z"));
+        assert!(matches!(before, Err(EstopPressError::Future { .. })));
+        std::fs::write(&path, "pressed = 1").unwrap();
+        let damaged = require("a", now);
+        assert!(matches!(damaged, Err(EstopPressError::Unreadable { .. })));
+    }
+}

@@ -71,7 +71,10 @@ pub fn stops(
     if !judge_limits(&mut table, config, pace) {
         return table;
     }
-    let bench = Effective::uncalibrated(config.clone());
+    let mut unknown = config.clone();
+    // What the pickup reads is not yet in micrometres.
+    unknown.limits.amplitude_um = f64::INFINITY;
+    let bench = Effective::uncalibrated(unknown);
     match measure::measure(&bench, &Extent::Quick, hardware) {
         Ok(measured) => {
             if let SafetyState::Tripped { trip } = &measured.safety {

@@ -54,7 +54,7 @@ impl Plan {
                     modulation_index: MODULATION_INDEX,
                     start_phase_rad: 0.0,
                 };
-                require_watched(config, &waveform)?;
+                require_watched(&bench, &waveform)?;
                 Ok(settings.admit(waveform)?)
             })
             .transpose()

@@ -1,7 +1,9 @@
 //! Whether a bench may be armed: its safety watch must see what it is there for, by the drives that are asked for, and
 //! nobody may hear their carriers.
 
-use config::{AudibleCarrier, Config, HardwareStop};
+use std::f64::consts::TAU;
+
+use config::{AudibleCarrier, Config, Effective, HardwareStop, Plate};
 use safety::{BlindLimit, FaintDrive, Pace, PlateHeat, SafetyLimits};
 use signalgen::Waveform;
 
@@ -17,6 +19,19 @@ pub enum ArmingError {
     /// People hear the carrier.
     #[error(transparent)]
     Audible(#[from] AudibleCarrier),
+    /// The calibrated plate would move too much.
+    #[error(
+        "{crest_v:.2} V would move the unloaded plate by {amplitude_um:.2} µm, over limits.amplitude_um = {limit_um} µm: drive \
+         with at most {:.2} V peak", crest_v * limit_um / amplitude_um
+    )]
+    Amplitude {
+        /// Largest voltage that the drive reaches, V peak.
+        crest_v: f64,
+        /// Amplitude predicted, µm.
+        amplitude_um: f64,
+        /// Allowed, µm.
+        limit_um: f64,
+    },
 }
 
 /// Returns the limits of the safety watch of `config`.
@@ -33,7 +48,7 @@ pub fn safety_limits(config: &Config, pace: Pace) -> SafetyLimits {
         max_amplitude_m: 1e-6 * config.limits.amplitude_um,
         heat: PlateHeat {
             force_factor_n_per_v: config.plate.force_factor_n_per_v,
-            omega_rad_per_s: std::f64::consts::TAU * config.plate.resonance_hz,
+            omega_rad_per_s: TAU * config.plate.resonance_hz,
             capacity_j_per_k: config.plate.heat_capacity_j_per_k,
             loss_w_per_k: config.plate.heat_loss_w_per_k,
             room_c: config.plate.room_c,
@@ -55,11 +70,13 @@ pub fn require_armable(config: &Config, pace: Pace) -> Result<(), ArmingError> {
 }
 
 /// Requires a drive under which the safety watch of an armable bench can tell a dead amplifier, or one with half its gain,
-/// and whose carrier nobody hears.
+/// whose carrier nobody hears, and that moves a calibrated plate no more than it may.
 ///
 /// # Errors
-/// [`ArmingError::Faint`] with the arithmetic, [`ArmingError::Audible`] with the carrier.
-pub fn require_watched(config: &Config, waveform: &Waveform) -> Result<(), ArmingError> {
+/// [`ArmingError::Faint`] with the arithmetic, [`ArmingError::Audible`] with the carrier, [`ArmingError::Amplitude`] with
+/// the amplitude predicted.
+pub fn require_watched(bench: &Effective, waveform: &Waveform) -> Result<(), ArmingError> {
+    let config = bench.config();
     let (carrier_hz, mean_v, crest_v) = match *waveform {
         Waveform::Tone {
             carrier_hz,
@@ -78,8 +95,30 @@ pub fn require_watched(config: &Config, waveform: &Waveform) -> Result<(), Armin
         _ => return Ok(()),
     };
     config.limits.require_inaudible(carrier_hz)?;
+    let calibration = bench.calibration().map(|in_force| in_force.calibration());
+    if let Some(plate) = calibration.and_then(|calibration| calibration.plate.as_ref()) {
+        let amplitude_m = amplitude_m(&config.plate, plate.quality.value, carrier_hz, crest_v);
+        let (amplitude_um, limit_um) = (1e6 * amplitude_m, config.limits.amplitude_um);
+        if amplitude_um > limit_um {
+            return Err(ArmingError::Amplitude {
+                crest_v,
+                amplitude_um,
+                limit_um,
+            });
+        }
+    }
     // A pace limits silences alone.
     Ok(safety_limits(config, Pace::Card).require_sees(mean_v, crest_v)?)
+}
+
+/// Returns the amplitude of the unloaded plate under `drive_v` peak, m: x = γU / |k − mω² + iωb_p|, with k = mω₀² and
+/// b_p = mω₀/Q (Huloux 2021, section III).
+fn amplitude_m(plate: &Plate, quality: f64, carrier_hz: f64, drive_v: f64) -> f64 {
+    let (mass_kg, omega_0) = (plate.modal_mass_kg, TAU * plate.resonance_hz);
+    let omega = TAU * carrier_hz;
+    let stiffness_n_per_m = mass_kg * (omega_0 * omega_0 - omega * omega);
+    let damping_n_per_m = omega * mass_kg * omega_0 / quality;
+    plate.force_factor_n_per_v * drive_v / stiffness_n_per_m.hypot(damping_n_per_m)
 }
 
 /// A hardware stop that is neither wired nor waived.
@@ -91,4 +130,20 @@ pub fn require_watched(config: &Config, waveform: &Waveform) -> Result<(), Armin
 pub struct NotWired {
     /// The stop.
     pub line: HardwareStop,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_published_drive_moves_the_published_plate_by_two_micrometres() {
+        let config = Config::parse(include_str!("../../mock-bench.toml"), "test").unwrap();
+        // b_p = 7.01 N·s/m.
+        let quality = 0.008 * TAU * 35e3 / 7.01;
+        let at = |hz| amplitude_m(&config.plate, quality, hz, 24.0);
+        assert!((at(35e3) - 2.024e-6).abs() < 1e-9, "{}", at(35e3));
+        // Half the width of the resonance away it has fallen by √2.
+        assert!((at(35e3 * (1.0 + 0.5 / quality)) * 2f64.sqrt() / at(35e3) - 1.0).abs() < 5e-3);
+    }
 }

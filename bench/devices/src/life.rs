@@ -114,7 +114,8 @@ fn silence_on_panic(kill: KillSwitch) {
     }));
 }
 
-/// Raises `stop` when a signal asks the program to end: SIGINT, SIGTERM, and SIGHUP where there is one.
+/// Raises `stop` when a signal asks the program to end: SIGINT, SIGTERM, and SIGHUP and SIGQUIT where
+/// there are any.
 ///
 /// # Errors
 /// When a signal handler cannot be registered.
@@ -123,8 +124,10 @@ pub fn stop_on_signals(stop: &StopFlag) -> anyhow::Result<()> {
     for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register(signal, stop.shared())?;
     }
-    // The terminal was closed.
+    // The terminal was closed, or its key for the hardest stop was pressed.
     #[cfg(unix)]
-    signal_hook::flag::register(signal_hook::consts::SIGHUP, stop.shared())?;
+    for signal in [signal_hook::consts::SIGHUP, signal_hook::consts::SIGQUIT] {
+        signal_hook::flag::register(signal, stop.shared())?;
+    }
     Ok(())
 }

@@ -39,7 +39,7 @@ pub(super) fn judge_stops(table: &mut Table, config: &Config, measured: &Measure
     ] {
         let times = measured.stops.iter().find(|times| times.line == line);
         match times {
-            Some(times) => judge_stop(table, &config.safety, times),
+            Some(times) => judge_stop(table, &config.safety, times, shown_s(&measured.stops)),
             None if wired => table.row(row_of(line), false, "could not be exercised"),
             None => {}
         }
@@ -51,6 +51,16 @@ const ONE_SHOT_S: f64 = 0.1;
 /// Longest time that the read-back itself may take to show an amplifier that is off, s: the loop, the demodulation, and a
 /// buffer.
 const SHOWN_S: f64 = 0.05;
+/// Time between two looks at the read-back, s.
+const LOOK_S: f64 = 0.01;
+
+/// Returns the time that the read-back takes to show an amplifier that is off, s: what the enable line has shown, if it is
+/// wired.
+fn shown_s(stops: &[StopTimes]) -> f64 {
+    let enable = stops.iter().find(|times| times.line == StopLine::Enable);
+    let off_s = enable.and_then(|times| times.off_s);
+    off_s.map_or(SHOWN_S, |off_s| (off_s + LOOK_S).min(SHOWN_S))
+}
 
 fn row_of(line: StopLine) -> &'static str {
     match line {
@@ -60,11 +70,11 @@ fn row_of(line: StopLine) -> &'static str {
 }
 
 /// Judges a hardware stop that was exercised under the faint tone.
-fn judge_stop(table: &mut Table, safety: &Safety, times: &StopTimes) {
+fn judge_stop(table: &mut Table, safety: &Safety, times: &StopTimes, shown_s: f64) {
     let (line, most_s, remedy) = match times.line {
         StopLine::Heartbeat => (
             "the heartbeat",
-            ONE_SHOT_S + SHOWN_S,
+            ONE_SHOT_S + shown_s,
             "wire it to a retriggerable one-shot of at most 100 ms that gates the amplifier",
         ),
         StopLine::Enable => (
@@ -169,6 +179,7 @@ mod tests {
                 off_s,
                 back_s,
             },
+            0.013,
         );
         table.rows[0].verdict
     }
@@ -178,7 +189,7 @@ mod tests {
         use Verdict::{Failed, Passed, Waived};
         let heartbeat = |off_s, back_s| stop("", StopLine::Heartbeat, off_s, back_s);
         assert_eq!(heartbeat(Some(0.104), Some(0.003)), Passed);
-        assert_eq!(heartbeat(Some(0.16), Some(0.003)), Failed);
+        assert_eq!(heartbeat(Some(0.12), Some(0.003)), Failed);
         assert_eq!(heartbeat(None, Some(0.0)), Failed);
         assert_eq!(heartbeat(Some(0.1), None), Failed);
         let enable = |off_s| stop("", StopLine::Enable, off_s, Some(0.003));

@@ -145,7 +145,7 @@ impl Plan {
         let settings = settings(config)?;
         for condition in &protocol.conditions {
             let waveform = waveform(&condition.drive, config);
-            let watched = require_watched(config, &waveform).map_err(anyhow::Error::from);
+            let watched = require_watched(&bench, &waveform).map_err(anyhow::Error::from);
             watched
                 .and(settings.admit(waveform).map_err(anyhow::Error::from))
                 .with_context(|| {

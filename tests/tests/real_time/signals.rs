@@ -225,6 +225,11 @@ fn sighup_ends_a_session_in_good_order() {
 }
 
 #[test]
+fn sigquit_ends_a_session_in_good_order() {
+    ends_in_good_order(Signal::QUIT);
+}
+
+#[test]
 fn sigkill_at_any_moment_takes_at_most_a_second() {
     for after_ms in [170, 810, 1430, 2290, 3070] {
         let loss_s = (0..TRIES)

@@ -5,6 +5,8 @@
 )]
 
 mod alignment;
+#[path = "../../../tests/src/campaign.rs"]
+mod campaign;
 mod exclusive;
 mod flags;
 mod held_up;

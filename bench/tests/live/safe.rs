@@ -5,9 +5,12 @@ use mock_hw::apparatus::FaultPanel;
 use mock_hw::host::Direction;
 use mock_hw::plant::Axis;
 use mock_hw::serial::ForceFault;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use recording::RecordingReader;
 use safety::{SafetyState, Trip};
 
+use crate::campaign;
 use crate::rig::Rig;
 
 /// What happens, whether the bench says the right thing of it, and how long it may take, s.
@@ -128,6 +131,69 @@ const CASES: [Case; 14] = [
     },
 ];
 
+/// Times from a fault, s.
+struct Stop {
+    tripped_s: f64,
+    /// To the last rendered sample that is not zero; to the trip where the card renders no more.
+    silent_s: f64,
+}
+
+impl Case {
+    /// Lays the fault, and waits until the drive is silent.
+    fn stop(&self, rig: &mut Rig) -> Stop {
+        let what = self.what;
+        (self.lay)(rig);
+        let laid_ns = rig.apparatus.now_ns();
+        let since_s = |rig: &Rig| (rig.apparatus.now_ns() - laid_ns) as f64 * 1e-9;
+        let trip = loop {
+            if let SafetyState::Tripped { trip } = rig.tick() {
+                break trip;
+            }
+            assert!(
+                since_s(rig) < self.within_s,
+                "{what}: not within {} s",
+                self.within_s
+            );
+        };
+        assert!((self.told)(&trip), "{what}: {trip}");
+        let tripped_s = since_s(rig);
+        while self.audio_goes_on && rig.bench.drive.sounds() {
+            rig.tick();
+            assert!(since_s(rig) < tripped_s + 0.02, "{what}: sounds on");
+        }
+        Stop {
+            tripped_s,
+            silent_s: since_s(rig),
+        }
+    }
+}
+
+/// Median, 99th percentile and greatest of some times, in ms.
+fn quantiles_ms(mut times_s: Vec<f64>) -> String {
+    times_s.sort_by(f64::total_cmp);
+    let at = |share: f64| 1e3 * times_s[((times_s.len() - 1) as f64 * share).round() as usize];
+    format!("{:.1} / {:.1} / {:.1} ms", at(0.5), at(0.99), at(1.0))
+}
+
+#[test]
+fn faults_at_random_moments_stop_the_drive_in_time() {
+    let count = campaign::repeats("FRICTION_BENCH_INJECTIONS", 3);
+    let mut rng = ChaCha8Rng::seed_from_u64(41);
+    for case in CASES {
+        let stops: Vec<Stop> = (0..count)
+            .map(|_| {
+                let mut rig = Rig::driven();
+                rig.pass(rng.random_range(0.25..0.5));
+                case.stop(&mut rig)
+            })
+            .collect();
+        let tripped = quantiles_ms(stops.iter().map(|stop| stop.tripped_s).collect());
+        let silent = quantiles_ms(stops.iter().map(|stop| stop.silent_s).collect());
+        let text = format!("median / 99 % / worst: tripped {tripped}, silent {silent}");
+        campaign::found(&format!("stop: {}", case.what), count, &text);
+    }
+}
+
 #[test]
 fn the_drive_is_silent_in_time_and_what_was_recorded_is_kept() {
     for case in CASES {
@@ -138,25 +204,9 @@ fn the_drive_is_silent_in_time_and_what_was_recorded_is_kept() {
         rig.pass(0.5);
         assert!(rig.bench.drive.sounds(), "{what}");
 
-        (case.lay)(&mut rig);
         let laid_ns = rig.apparatus.now_ns();
         let since_s = |rig: &Rig| (rig.apparatus.now_ns() - laid_ns) as f64 * 1e-9;
-        let trip = loop {
-            if let SafetyState::Tripped { trip } = rig.tick() {
-                break trip;
-            }
-            assert!(
-                since_s(&rig) < case.within_s,
-                "{what}: not within {} s",
-                case.within_s
-            );
-        };
-        assert!((case.told)(&trip), "{what}: {trip}");
-        let tripped_s = since_s(&rig);
-        while case.audio_goes_on && rig.bench.drive.sounds() {
-            rig.tick();
-            assert!(since_s(&rig) < tripped_s + 0.02, "{what}: sounds on");
-        }
+        let tripped_s = case.stop(&mut rig).tripped_s;
 
         // Neither time nor a program that is asked for brings it back.
         rig.drive();

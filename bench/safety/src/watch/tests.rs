@@ -5,7 +5,7 @@ use crate::plate_heat::PlateHeat;
 use crate::safety_limits::Pace;
 use crate::safety_lines::{input, output};
 use crate::signals::DriveReading;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use embedded_hal_mock::eh1::digital::{Mock, State, Transaction};
 
@@ -34,6 +34,7 @@ struct Card {
     kills: Arc<AtomicU64>,
     frames: Arc<AtomicU64>,
     commanded_v: Arc<tasks::Slot<f64>>,
+    refuses: Arc<AtomicBool>,
 }
 
 impl DriveGuard for Card {
@@ -44,7 +45,9 @@ impl DriveGuard for Card {
         self.kills.load(Ordering::Relaxed)
     }
     fn commanded(&self) -> Option<Commanded> {
-        self.commanded_v.get().map(|envelope_v| Commanded {
+        let commanded_v = self.commanded_v.get();
+        let commanded_v = commanded_v.filter(|_| !self.refuses.load(Ordering::Relaxed));
+        commanded_v.map(|envelope_v| Commanded {
             frame: self.frames.load(Ordering::Relaxed),
             envelope_v,
         })
@@ -88,6 +91,7 @@ impl Rig {
             kills: Arc::default(),
             frames: Arc::default(),
             commanded_v: Arc::default(),
+            refuses: Arc::default(),
         };
         card.commanded_v.set(0.0);
         let signals = Arc::new(Signals::default());
@@ -461,6 +465,7 @@ fn a_cut_e_stop_wire_stops_heartbeat_and_enable() {
         kills: Arc::default(),
         frames: Arc::default(),
         commanded_v: Arc::default(),
+        refuses: Arc::default(),
     };
     card.commanded_v.set(0.0);
     let mut watch = Watch::new(
@@ -536,4 +541,12 @@ fn a_plate_that_is_driven_for_long_is_stopped_and_let_go_on_when_it_has_cooled()
     // The ramp to silence warmed it a little further.
     rig.pass((1e3 * wait_s) as u64 + 500, |_| ());
     assert_eq!(again(&mut rig), SafetyState::Armed);
+}
+
+#[test]
+fn a_generator_that_refuses_its_own_output_stops() {
+    let mut rig = Rig::armed(SafetyLines::default());
+    rig.card.refuses.store(true, Ordering::Relaxed);
+    rig.pass(1, |_| ());
+    assert_eq!(rig.trip(), Some(Trip::Generator));
 }

@@ -251,7 +251,8 @@ mod tests {
     #[test]
     fn limits_that_blind_the_watch_are_named_with_their_range() {
         assert_eq!(defaults().require_sighted(), Ok(()));
-        let edits: [(&str, fn(&mut SafetyLimits)); 14] = [
+        type Edit = (&'static str, fn(&mut SafetyLimits));
+        let edits: [Edit; 14] = [
             ("readback_tolerance", |l| l.readback_tolerance = 1.0),
             ("readback_tolerance", |l| l.readback_tolerance = 0.41),
             ("readback_tolerance", |l| l.readback_tolerance = f64::NAN),

@@ -1,9 +1,18 @@
 //! Whatever limits and drives the watch arms with, a failed amplifier is seen, and a sound one is left alone.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
 
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 use proptest::prelude::*;
-use safety::{Pace, PlateHeat, Readback, SafetyLimits};
+use safety::{
+    Commanded, DriveGuard, Pace, PlateHeat, Press, Readback, SafetyCommand, SafetyLimits,
+    SafetyLines, SafetyState, Signals, Trip, Watch,
+};
+use tasks::Task;
 
 const RATE_HZ: f64 = 192e3;
 /// Silence before the drive, and its raised-cosine ramp, s.
@@ -125,7 +134,76 @@ impl World {
     }
 }
 
+/// A silent drive on a card that calls.
+struct Silent;
+
+impl DriveGuard for Silent {
+    fn kill(&self) {}
+
+    fn kills(&self) -> u64 {
+        0
+    }
+
+    fn commanded(&self) -> Option<Commanded> {
+        Some(Commanded::default())
+    }
+
+    fn callbacks(&self) -> (u64, u64) {
+        (0, 0)
+    }
+
+    fn lost(&self) -> bool {
+        false
+    }
+}
+
+/// What an armed watch makes of a press.
+fn pressed(limits: SafetyLimits, normal_n: f64, lateral_n: f64) -> SafetyState {
+    let signals = Arc::new(Signals::default());
+    let (commands, received) = crossbeam_channel::unbounded();
+    let lines = SafetyLines::default();
+    let mut watch = Watch::new(
+        limits,
+        lines,
+        Box::new(Silent),
+        true,
+        Arc::clone(&signals),
+        received,
+    );
+    commands.send(SafetyCommand::Arm).unwrap();
+    let at_ns = 1_000_000;
+    signals.press.set(Press {
+        normal_n,
+        lateral_n,
+        raw_n: [normal_n, lateral_n],
+        saturated: false,
+        at_ns,
+    });
+    signals.force_polled_ns.set(at_ns);
+    watch.poll(at_ns).unwrap();
+    signals.state.get().unwrap()
+}
+
 proptest! {
+    #[test]
+    fn a_press_of_a_fifth_over_its_limit_stops_whatever_the_limits(
+        max_normal_n in 0.1..=6.0,
+        max_lateral_n in 0.1..=6.0,
+        sign in prop_oneof![Just(-1.0), Just(1.0)],
+        world in worlds(),
+    ) {
+        let limits = SafetyLimits { max_normal_n, max_lateral_n, ..world.limits() };
+        prop_assume!(limits.require_sighted().is_ok());
+        let below = pressed(limits.clone(), 0.9 * sign * max_normal_n, -0.9 * sign * max_lateral_n);
+        prop_assert_eq!(below, SafetyState::Armed);
+        let normal = pressed(limits.clone(), 1.2 * sign * max_normal_n, 0.0);
+        let by_normal = matches!(normal, SafetyState::Tripped { trip: Trip::ForceLimit { .. } });
+        prop_assert!(by_normal, "{:?}", normal);
+        let lateral = pressed(limits, 0.0, 1.2 * sign * max_lateral_n);
+        let by_lateral = matches!(lateral, SafetyState::Tripped { trip: Trip::LateralForceLimit { .. } });
+        prop_assert!(by_lateral, "{:?}", lateral);
+    }
+
     #[test]
     fn a_sound_amplifier_is_left_alone(world in worlds()) {
         prop_assume!(world.is_armed());

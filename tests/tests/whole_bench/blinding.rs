@@ -1,9 +1,5 @@
 //! Nothing that a person may write into bench.toml or a protocol blinds the safety watch: each edit is refused before
 //! anything is made or driven, with words that say what to change.
-#![expect(
-    clippy::unwrap_used,
-    reason = "what cannot be unwrapped fails the test"
-)]
 
 use std::path::Path;
 use std::process::Command;

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, bail};
 use config::{Config, HardwareStop};
 use devices::estop_press::{EstopPress, PressStep, PressTest, line_name, record_path};
-use jiff::Timestamp;
 use safety::Pace;
+use tasks::{Clock, SystemClock};
 
 use crate::apparatus::{Apparatus, pace};
 use crate::calibrate;
@@ -36,7 +36,7 @@ pub fn require(
     };
     let path = record_path(&calibrate::path(options));
     let hours = config.safety.estop_test_hours;
-    match EstopPress::require(&path, &line, Timestamp::now(), hours) {
+    match EstopPress::require(&path, &line, SystemClock::start().utc(), hours) {
         Ok(_) => Ok(()),
         Err(missing) if ask => {
             say(&missing.to_string());
@@ -78,7 +78,7 @@ pub fn press(config: &Config, options: &cli::Hardware, apparatus: Apparatus) -> 
     }
     let line = line_name(config).unwrap_or_else(|| "simulated".to_owned());
     let path = record_path(&calibrate::path(options));
-    EstopPress::record(&path, line, Timestamp::now())
+    EstopPress::record(&path, line, SystemClock::start().utc())
         .with_context(|| format!("the press could not be recorded in {}", path.display()))?;
     say(&format!(
         "The e-stop works; recorded in {}.",

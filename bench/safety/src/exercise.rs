@@ -1,36 +1,14 @@
 //! Exercise of the hardware stops under a faint tone: first the heartbeat is withheld, then the enable line is low. Each
 //! time the read-back must fall, and come back when the line does.
 
-use serde::Serialize;
-
 use crate::signals::DriveReading;
+use crate::stop_times::{StopLine, StopTimes};
 
 /// Longest wait for the read-back to fall or to come back, s. A stop that takes longer is no stop.
 const PATIENCE_S: f64 = 0.3;
 /// Shares of the tone as it was read back before, below which the drive counts as off, and above which as back.
 const OFF: f64 = 0.5;
 const BACK: f64 = 0.75;
-
-/// A line that stops the amplifier without the computer's consent.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum StopLine {
-    /// The heartbeat, through the one-shot.
-    Heartbeat,
-    /// The amplifier's enable line.
-    Enable,
-}
-
-/// Times that a stop took, as the read-back shows them: the delays of the loop and of the demodulation are in them.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct StopTimes {
-    /// The line.
-    pub line: StopLine,
-    /// Time from the line to the silent read-back, s; `None` if it did not fall within 0.3 s.
-    pub off_s: Option<f64>,
-    /// Time from the line's return to the tone's, s; `None` if it did not come back within 0.3 s.
-    pub back_s: Option<f64>,
-}
 
 /// A running exercise.
 #[derive(Debug)]

@@ -14,10 +14,10 @@ mod safety_limits;
 mod safety_lines;
 mod safety_state;
 mod signals;
+mod stop_times;
 mod trip;
 mod watch;
 
-pub use exercise::{StopLine, StopTimes};
 pub use guard::{Commanded, DriveGuard};
 pub use plate_heat::PlateHeat;
 pub use readback::{Misfit, Readback};
@@ -25,6 +25,7 @@ pub use safety_limits::{BlindLimit, FaintDrive, Pace, SENSITIVITY, SafetyLimits}
 pub use safety_lines::{GpioError, InputLine, OutputLine, SafetyLines, input, output};
 pub use safety_state::{SafetyCommand, SafetyState};
 pub use signals::{DriveReading, Press, Signals};
+pub use stop_times::{StopLine, StopTimes};
 pub use trip::Trip;
 pub use watch::Watch;
 

@@ -2,8 +2,8 @@
 
 use tasks::Slot;
 
-use crate::exercise::StopTimes;
 use crate::safety_state::SafetyState;
+use crate::stop_times::StopTimes;
 
 /// Voltage of the drive as read back.
 #[derive(Debug, Clone, Copy, PartialEq)]

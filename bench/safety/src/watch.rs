@@ -9,13 +9,14 @@ use std::time::{Duration, Instant};
 use crossbeam_channel::Receiver;
 use tasks::Task;
 
-use crate::exercise::{Demand, Exercise, StopLine};
+use crate::exercise::{Demand, Exercise};
 use crate::guard::{Commanded, DriveGuard};
 use crate::readback::{Misfit, Readback};
 use crate::safety_limits::{SENSITIVITY, SafetyLimits};
 use crate::safety_lines::{GpioError, OutputLine, SafetyLines};
 use crate::safety_state::{SafetyCommand, SafetyState};
 use crate::signals::{Press, Signals};
+use crate::stop_times::StopLine;
 use crate::trip::Trip;
 
 /// Task that judges the bench every two milliseconds and stops the drive; see [`Watch::new`] for an example.

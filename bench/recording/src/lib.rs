@@ -14,6 +14,7 @@ pub mod recorder;
 pub mod storage;
 pub mod study;
 pub mod sums;
+pub mod verify;
 pub mod wav;
 pub mod writer;
 

@@ -14,5 +14,6 @@ mod population;
 mod refusals;
 mod second_instance;
 mod session;
+mod verify;
 mod wall_clock;
 mod wrong_bench;

@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 pub use event_log::{Document, EventLog, EventLogError};
 pub use label::{TrialBlock, TrialLabel};
 pub use room::{DataRates, free_bytes, require_room};
-pub use session_folder::{RecordedTrial, SessionFolder};
+pub use session_folder::{EVENTS_FILE, RecordedTrial, SessionFolder};
 pub use study_error::{DESCRIPTION_FILE, PARTICIPANTS_FILE, StudyError};
 
 use crate::disk::{self, OnPath};

@@ -1,0 +1,230 @@
+//! A session as its log tells it, and what is out of order in it.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use protocols::{SessionEventKind, TrialKey, TrialOutcome};
+use serde_json::Value;
+
+use super::defect::SessionDefect;
+use super::findings::{SessionEnd, Standing};
+use crate::study::TrialLabel;
+use crate::study::event_log::{Document, LogContent, LogEvent, Start};
+use crate::sums::Sums;
+
+/// An attempt as the log tells it.
+#[derive(Debug, Clone, Default)]
+pub struct Attempt {
+    /// What became of it; `None` while it is open.
+    pub standing: Option<Standing>,
+    /// Whether it is called saved.
+    pub saved: bool,
+    /// The sums of its files.
+    pub sums: Option<Sums>,
+}
+
+/// A session as its log tells it.
+#[derive(Debug)]
+pub struct History {
+    /// Attempts by label.
+    pub attempts: BTreeMap<TrialLabel, Attempt>,
+    /// Trials in the session's order.
+    pub planned: Option<usize>,
+    /// How it ended.
+    pub end: SessionEnd,
+    /// The last start.
+    pub start: Option<Start>,
+    /// What is out of order.
+    pub defects: Vec<SessionDefect>,
+}
+
+/// State while the log is gone through.
+struct Reading {
+    history: History,
+    practice_trials: u32,
+    running: bool,
+    events: u64,
+    audio_s: f64,
+    streams: BTreeSet<String>,
+    open: Option<TrialLabel>,
+}
+
+/// Returns the number of practice trials that the log's events show: the first other trial comes after them.
+#[must_use]
+pub fn practice_trials(content: &LogContent) -> u32 {
+    let keys = content
+        .documents
+        .iter()
+        .filter_map(|document| match document {
+            Document::Event(event) => key(event),
+            _ => None,
+        });
+    let numbers = keys.filter(|key| !key.practice).map(|key| key.number);
+    numbers.min().unwrap_or(1).saturating_sub(1)
+}
+
+fn key(event: &LogEvent) -> Option<TrialKey> {
+    match session_event(event)? {
+        SessionEventKind::TrialBegan { key } => Some(key),
+        SessionEventKind::TrialSettled { record } => Some(record.key),
+        _ => None,
+    }
+}
+
+fn session_event(event: &LogEvent) -> Option<SessionEventKind> {
+    serde_json::from_value(Value::Object(event.data.clone())).ok()
+}
+
+impl History {
+    /// Goes through a log.
+    #[must_use]
+    pub fn of(content: &LogContent, practice_trials: u32) -> Self {
+        let mut reading = Reading {
+            history: Self {
+                attempts: BTreeMap::new(),
+                planned: None,
+                end: SessionEnd::NotBegun,
+                start: None,
+                defects: Vec::new(),
+            },
+            practice_trials,
+            running: false,
+            events: 0,
+            audio_s: f64::NEG_INFINITY,
+            streams: BTreeSet::new(),
+            open: None,
+        };
+        for (index, document) in content.documents.iter().enumerate() {
+            reading.take(index + 1, document);
+        }
+        reading.history
+    }
+}
+
+impl Reading {
+    fn take(&mut self, number: usize, document: &Document) {
+        let begins = matches!(document, Document::Start(_));
+        if !begins && !self.running {
+            self.defect(SessionDefect::NoStart { document: number });
+            // Said once.
+            self.running = true;
+        }
+        match document {
+            Document::Start(start) => {
+                self.running = true;
+                self.audio_s = f64::NEG_INFINITY;
+                self.open = None;
+                self.history.start = Some((**start).clone());
+                self.history.end = SessionEnd::Unfinished;
+            }
+            Document::Descriptor(descriptor) => {
+                self.streams.insert(descriptor.stream.clone());
+            }
+            Document::Event(event) => self.event(event),
+            Document::Stop(stop) => {
+                self.running = false;
+                if stop.num_events != self.events {
+                    self.defect(SessionDefect::Count {
+                        expected: stop.num_events,
+                        found: self.events,
+                    });
+                }
+                self.history.end = SessionEnd::Stopped {
+                    status: stop.exit_status,
+                    reason: stop.reason.clone(),
+                };
+            }
+        }
+    }
+
+    fn defect(&mut self, defect: SessionDefect) {
+        self.history.defects.push(defect);
+    }
+
+    fn event(&mut self, event: &LogEvent) {
+        let number = event.seq_num;
+        if number != self.events + 1 {
+            self.defect(SessionDefect::Number {
+                expected: self.events + 1,
+                found: number,
+            });
+        }
+        // One missing line is one defect.
+        self.events = number;
+        if event.audio_s < self.audio_s {
+            self.defect(SessionDefect::Time {
+                number,
+                audio_s: event.audio_s,
+                before_s: self.audio_s,
+            });
+        }
+        self.audio_s = event.audio_s;
+        if !self.streams.contains(&event.stream) {
+            self.defect(SessionDefect::Undescribed {
+                number,
+                stream: event.stream.clone(),
+            });
+            self.streams.insert(event.stream.clone());
+        }
+        match session_event(event) {
+            Some(SessionEventKind::SessionStarted { order, .. }) => {
+                self.history.planned = Some(order.len());
+            }
+            Some(SessionEventKind::TrialBegan { key }) => {
+                let trial = TrialLabel::new(&key, self.practice_trials);
+                if self.open.is_some() {
+                    self.out_of_order(
+                        number,
+                        trial,
+                        "began before the trial before it was settled",
+                    );
+                }
+                if self.history.attempts.contains_key(&trial) {
+                    self.out_of_order(number, trial, "began twice");
+                }
+                self.history.attempts.entry(trial).or_default();
+                self.open = Some(trial);
+            }
+            Some(SessionEventKind::TrialSettled { record }) => {
+                let trial = TrialLabel::new(&record.key, self.practice_trials);
+                if self.open.take() != Some(trial) {
+                    self.out_of_order(number, trial, "was settled and had not begun");
+                }
+                self.attempt(trial).standing = Some(match record.outcome {
+                    TrialOutcome::Accepted | TrialOutcome::AcceptedAnyway { .. } => {
+                        Standing::Accepted
+                    }
+                    TrialOutcome::Redo { .. } => Standing::Repeated,
+                    TrialOutcome::GivenUp { .. } => Standing::GivenUp,
+                    TrialOutcome::Interrupted { .. } => Standing::Interrupted,
+                });
+            }
+            _ => self.saved(event),
+        }
+    }
+
+    fn saved(&mut self, event: &LogEvent) {
+        let name = event.data.get("saved").and_then(Value::as_str);
+        let Some(trial) = name.and_then(|name| name.parse::<TrialLabel>().ok()) else {
+            return;
+        };
+        if !self.history.attempts.contains_key(&trial) {
+            self.out_of_order(event.seq_num, trial, "was saved and had not begun");
+        }
+        let sums = event.data.get("sha256").cloned();
+        let attempt = self.attempt(trial);
+        attempt.saved = true;
+        attempt.sums = sums.and_then(|sums| serde_json::from_value(sums).ok());
+    }
+
+    fn attempt(&mut self, trial: TrialLabel) -> &mut Attempt {
+        self.history.attempts.entry(trial).or_default()
+    }
+
+    fn out_of_order(&mut self, number: u64, trial: TrialLabel, what: &'static str) {
+        self.defect(SessionDefect::Order {
+            number,
+            trial,
+            what,
+        });
+    }
+}

@@ -6,6 +6,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
 use std::sync::OnceLock;
 
 use bench_tests::program::bench;
@@ -88,6 +89,12 @@ impl Copied {
         fs::write(log, kept).unwrap();
     }
 
+    /// Goes on with the session.
+    fn resume(&self) -> Output {
+        let protocol = recorded().join("protocol.toml");
+        finish(unattended(&self.study(), "sub-01", protocol).arg("--resume"))
+    }
+
     /// Returns the exit status and what is printed.
     fn verify(&self) -> (i32, String) {
         let output = finish(bench().arg("verify").arg(self.study()));
@@ -124,7 +131,7 @@ fn a_whole_study_passes_with_every_sum() {
     let (status, printed) = study.verify();
     assert_eq!(status, 0, "{printed}");
     for line in [
-        "complete, 3 of 3 trials accepted",
+        "complete, 2 of 2 trials accepted",
         "practice              sums agree",
         "accepted              sums agree",
         "nothing is damaged or missing",
@@ -157,7 +164,7 @@ fn a_whole_study_passes_with_every_sum() {
     assert_eq!(sums.lines().count(), 4);
     fs::write(study.file("SHA256SUMS"), sums).unwrap();
     let checked = finish(
-        std::process::Command::new("sha256sum")
+        Command::new("sha256sum")
             .args(["--check", "--strict", "SHA256SUMS"])
             .current_dir(study.session().join(TRIAL)),
     );
@@ -310,10 +317,8 @@ fn a_participant_in_another_folder_is_found() {
     ]);
 }
 
-#[test]
-fn an_interrupted_session_passes_and_says_so() {
-    let study = Copied::new();
-    // Killed in the last trial: neither its end nor anything after it.
+/// Cuts the study to what a kill in its last trial leaves: neither its end nor anything after it. Returns the trial.
+fn killed_in_the_last_trial(study: &Copied) -> String {
     let log = study.session().join("events.jsonl");
     let text = fs::read_to_string(&log).unwrap();
     let lines: Vec<&str> = text.lines().collect();
@@ -334,6 +339,13 @@ fn an_interrupted_session_passes_and_says_so() {
         "end = \"completed\"\n",
         "",
     );
+    name
+}
+
+#[test]
+fn an_interrupted_session_passes_and_is_resumed_with_a_word_on_its_last_trial() {
+    let study = Copied::new();
+    let name = killed_in_the_last_trial(&study);
     let (status, printed) = study.verify();
     assert_eq!(status, 0, "{printed}");
     for word in [
@@ -342,6 +354,60 @@ fn an_interrupted_session_passes_and_says_so() {
         "was torn",
     ] {
         assert!(printed.contains(word), "no `{word}` in:\n{printed}");
+    }
+    let resumed = study.resume();
+    assert!(resumed.status.success(), "{}", text(&resumed));
+    let line = format!("the last trial before this: {name}: interrupted, no sum recorded");
+    assert!(text(&resumed).contains(&line), "{}", text(&resumed));
+    let (status, printed) = study.verify();
+    assert_eq!(status, 0, "{printed}");
+    assert!(printed.contains("complete, 2 of 2"), "{printed}");
+}
+
+#[test]
+fn a_damaged_last_trial_is_said_when_the_session_is_resumed() {
+    let study = Copied::new();
+    // The operator ended it after the first trial.
+    let log = study.session().join("events.jsonl");
+    let text_before = fs::read_to_string(&log).unwrap();
+    let lines: Vec<&str> = text_before.lines().collect();
+    let settled = |line: &&str| line.contains("trial_settled") && line.contains("\"number\":2");
+    let last = lines.iter().position(settled).unwrap();
+    fs::write(&log, lines[..=last].join("\n") + "\n").unwrap();
+    for entry in fs::read_dir(study.session()).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_str().unwrap();
+        if name.starts_with("trial-") && name > TRIAL {
+            fs::remove_dir_all(path).unwrap();
+        }
+    }
+    fs::remove_file(study.file(FORCE_FILE)).unwrap();
+    let resumed = study.resume();
+    assert!(resumed.status.success(), "{}", text(&resumed));
+    let line =
+        format!("the last trial before this: {TRIAL}: accepted, DAMAGED; force.csv is missing");
+    assert!(text(&resumed).contains(&line), "{}", text(&resumed));
+}
+
+#[test]
+fn a_session_whose_log_has_a_hole_is_not_resumed() {
+    for damage in ["trial_settled", "half a line"] {
+        let study = Copied::new();
+        killed_in_the_last_trial(&study);
+        if damage == "trial_settled" {
+            study.remove_lines(|line| line.contains(damage));
+        } else {
+            let log = study.session().join("events.jsonl");
+            study.edit(&log, "{\"document\":\"event\"", "{\"docu");
+        }
+        let before = fs::read(study.session().join("events.jsonl")).unwrap();
+        let refused = study.resume();
+        assert_eq!(refused.status.code(), Some(2), "{}", text(&refused));
+        for word in ["cannot be trusted", "events.jsonl", "--new-session"] {
+            assert!(text(&refused).contains(word), "{}", text(&refused));
+        }
+        let after = fs::read(study.session().join("events.jsonl")).unwrap();
+        assert!(before == after, "the log is left as it is");
     }
 }
 

@@ -166,6 +166,17 @@ pub enum SessionDefect {
     },
 }
 
+impl SessionDefect {
+    /// Returns whether trials may be hidden by it: lines of the log are missing or not where they belong.
+    #[must_use]
+    pub fn hides_trials(&self) -> bool {
+        matches!(
+            self,
+            Self::NoStart { .. } | Self::Number { .. } | Self::Count { .. } | Self::Order { .. }
+        )
+    }
+}
+
 /// What is wrong with a study beside its sessions.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]

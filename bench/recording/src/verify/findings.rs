@@ -4,8 +4,8 @@ use std::fmt;
 use std::path::PathBuf;
 
 use super::defect::{RecordingDefect, SessionDefect, StudyDefect};
-use crate::study::TrialLabel;
 use crate::study::event_log::ExitStatus;
+use crate::study::{TrialBlock, TrialLabel};
 
 /// What became of an attempt at a trial, by the log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -99,7 +99,7 @@ pub struct SessionFindings {
     pub folder: PathBuf,
     /// How it ended.
     pub end: SessionEnd,
-    /// Trials in its order, practice included; `None` if the log does not say.
+    /// Trials in its order, without practice; `None` if the log does not say.
     pub planned: Option<usize>,
     /// Attempts, in order.
     pub trials: Vec<TrialFindings>,
@@ -116,11 +116,12 @@ impl SessionFindings {
         self.defects.is_empty() && self.trials.iter().all(|trial| trial.defects.is_empty())
     }
 
-    /// Returns the number of trials that the session went on from.
+    /// Returns the number of accepted trials, without practice.
     #[must_use]
     pub fn accepted(&self) -> usize {
         let trials = self.trials.iter();
         trials
+            .filter(|trial| trial.label.block == TrialBlock::Main)
             .filter(|trial| trial.standing == Standing::Accepted)
             .count()
     }

@@ -27,7 +27,7 @@ pub struct Attempt {
 pub struct History {
     /// Attempts by label.
     pub attempts: BTreeMap<TrialLabel, Attempt>,
-    /// Trials in the session's order.
+    /// Trials in the session's order, without practice.
     pub planned: Option<usize>,
     /// How it ended.
     pub end: SessionEnd,
@@ -167,7 +167,8 @@ impl Reading {
         }
         match session_event(event) {
             Some(SessionEventKind::SessionStarted { order, .. }) => {
-                self.history.planned = Some(order.len());
+                let practice = self.practice_trials as usize;
+                self.history.planned = Some(order.len().saturating_sub(practice));
             }
             Some(SessionEventKind::TrialBegan { key }) => {
                 let trial = TrialLabel::new(&key, self.practice_trials);

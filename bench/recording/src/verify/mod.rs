@@ -11,5 +11,5 @@ pub use defect::{RecordingDefect, SessionDefect, StudyDefect};
 pub use findings::{
     Integrity, SessionEnd, SessionFindings, Standing, StudyFindings, TrialFindings,
 };
-pub use session_check::{last_trial, recordings, session};
+pub use session_check::{last_trial, log_defects, recordings, session};
 pub use study_check::{VerifyError, beside_sessions, sessions};

@@ -83,12 +83,22 @@ pub fn session(folder: &Path, mut done: impl FnMut()) -> Result<SessionFindings,
 /// The folder cannot be listed.
 pub fn last_trial(folder: &Path, content: &LogContent) -> Result<Option<TrialFindings>, DiskError> {
     let present: BTreeSet<TrialLabel> = recordings(folder)?.into_iter().collect();
-    let history = History::of(content, practice(folder, content).unwrap_or_default());
+    let history = History::of(
+        content,
+        practice(folder, content).unwrap_or_else(|_| practice_trials(content)),
+    );
     let known = history.attempts.keys();
     Ok(known.chain(&present).max().map(|label| {
         let attempt = history.attempts.get(label);
         trial(folder, *label, attempt, present.contains(label), true)
     }))
+}
+
+/// Returns what is out of order in the log of a session.
+#[must_use]
+pub fn log_defects(folder: &Path, content: &LogContent) -> Vec<SessionDefect> {
+    let practice = practice(folder, content).unwrap_or_else(|_| practice_trials(content));
+    History::of(content, practice).defects
 }
 
 /// Returns the number of practice trials by the session's copy of its protocol, or else by the log.

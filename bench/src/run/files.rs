@@ -72,7 +72,8 @@ pub(super) fn last_trial(plan: &Plan) -> anyhow::Result<Option<(String, bool)>> 
     let distrust = |because: String| {
         anyhow::anyhow!(
             "the log of {} cannot be trusted, so nobody can tell which trials are still to be done: {because}; put back \
-             its events.jsonl from a copy, or begin another session with --new-session (`friction-bench verify {}` says more)",
+             its events.jsonl from a copy, or begin another session with --new-session; `friction-bench verify {}` says \
+             more",
             folder.display(),
             quoted(&folder)
         )

@@ -6,14 +6,18 @@ use std::io::{IsTerminal, Write};
 use std::path::Path;
 
 use anyhow::Context;
+use config::{CalibrationFile, CalibrationFileError};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use recording::disk;
-use recording::verify::{self, StudyFindings};
+use recording::verify::{self, SessionDefect, StudyFindings};
 
 use crate::cli::Verify;
 use crate::verbosity::Verbosity;
 
 pub use table::trial_words;
+
+/// The session's copy of the calibration.
+const CALIBRATION_COPY: &str = "calibration.toml";
 
 /// Runs the command. True if nothing is damaged or missing.
 ///
@@ -41,13 +45,27 @@ fn findings(study: &Path, verbosity: Verbosity) -> anyhow::Result<StudyFindings>
     let bar = progress_bar(recordings as u64, verbosity);
     let mut found = StudyFindings::default();
     for session in &sessions {
-        found
-            .sessions
-            .push(verify::session(session, || bar.inc(1))?);
+        let mut session = verify::session(session, || bar.inc(1))?;
+        session.defects.extend(edited_calibration(&session.folder));
+        found.sessions.push(session);
     }
     bar.finish_and_clear();
     verify::beside_sessions(study, &mut found)?;
     Ok(found)
+}
+
+/// Returns what is wrong with the session's copy of the calibration, which has a hash of its own. That it is missing or no
+/// TOML has been found; that this version has other rules for it is no damage.
+fn edited_calibration(session: &Path) -> Option<SessionDefect> {
+    match CalibrationFile::read(&session.join(CALIBRATION_COPY)) {
+        Err(CalibrationFileError::Edited { .. } | CalibrationFileError::NoHash { .. }) => {
+            Some(SessionDefect::BrokenCopy {
+                file: CALIBRATION_COPY.to_owned(),
+                reason: "it was edited after it was measured".to_owned(),
+            })
+        }
+        _ => None,
+    }
 }
 
 fn progress_bar(recordings: u64, verbosity: Verbosity) -> ProgressBar {

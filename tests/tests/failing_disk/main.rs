@@ -1,5 +1,5 @@
-//! A disk that fails on purpose, at every operation of a recording and in every way: nothing is called saved that is not, and
-//! what is on the disk can be read.
+//! A disk that fails on purpose, at every operation of a recording and in every way: nothing is called saved that is not,
+//! and what is on the disk can be read.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -79,7 +79,7 @@ fn whatever_fails_nothing_is_called_saved_that_is_not() {
 }
 
 /// Power cuts at every operation in every test run; `FRICTION_BENCH_POWER_CUTS` asks for more.
-const POWER_CUTS: usize = 3;
+const POWER_CUTS: usize = 2;
 
 #[test]
 fn a_power_cut_at_any_operation_leaves_what_was_synced() {

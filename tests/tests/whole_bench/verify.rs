@@ -191,7 +191,9 @@ fn a_missing_file_and_a_missing_folder_are_found() {
     fs::remove_file(study.file(FORCE_FILE)).unwrap();
     fs::remove_dir_all(study.session().join(PRACTICE)).unwrap();
     fs::remove_file(study.session().join("bench.toml")).unwrap();
+    fs::write(study.session().join("calibration.toml"), "format = 1\n").unwrap();
     study.require_found(&[
+        "calibration.toml cannot be read: it was edited",
         "DAMAGED",
         "force.csv is missing",
         "practice-01_attempt-1      practice              MISSING",

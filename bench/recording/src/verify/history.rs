@@ -229,3 +229,116 @@ impl Reading {
         });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The lines of a log, with these in place of the events of its one trial.
+    fn history(events: &[&str]) -> History {
+        let start = r#"{"document":"start","time":"","resumed":false,"participant":"sub-01","session":1,"protocol":"p",
+            "seed":1,"software":"s","version":"1","devices":{},"calibration":null,"configuration":null}"#;
+        let descriptor = r#"{"document":"descriptor","stream":"session","data_keys":{}}"#;
+        let lines = [start, descriptor]
+            .into_iter()
+            .chain(events.iter().copied());
+        let content = LogContent {
+            documents: lines
+                .map(|line| serde_json::from_str(line).unwrap())
+                .collect(),
+            torn_lines: Vec::new(),
+        };
+        History::of(&content, practice_trials(&content))
+    }
+
+    fn event(number: u64, audio_s: f64, data: &str) -> String {
+        format!(
+            r#"{{"document":"event","stream":"session","seq_num":{number},"time":"","audio_s":{audio_s},"data":{data}}}"#
+        )
+    }
+
+    /// The key of a trial after one of practice.
+    fn key(trial: u32) -> String {
+        let number = trial + 1;
+        format!(r#"{{"number":{number},"attempt":1,"practice":false,"condition":"c"}}"#)
+    }
+
+    fn began(number: u64, trial: u32) -> String {
+        let data = format!(r#"{{"event":"trial_began","key":{}}}"#, key(trial));
+        event(number, number as f64, &data)
+    }
+
+    fn settled(number: u64, trial: u32) -> String {
+        let data = format!(
+            r#"{{"event":"trial_settled","record":{{"key":{},"outcome":{{"outcome":"accepted"}},"analysis":null}}}}"#,
+            key(trial)
+        );
+        event(number, number as f64, &data)
+    }
+
+    fn saved(number: u64, name: &str) -> String {
+        event(
+            number,
+            number as f64,
+            &format!(r#"{{"saved":"{name}","sha256":{{"force.csv":"ab"}}}}"#),
+        )
+    }
+
+    fn label(name: &str) -> TrialLabel {
+        name.parse().unwrap()
+    }
+
+    const FIRST: &str = "trial-001_attempt-1";
+
+    #[test]
+    fn a_trial_that_began_was_saved_and_settled_is_in_order() {
+        let stop = r#"{"document":"stop","time":"","exit_status":"success","num_events":3}"#;
+        let found = history(&[&began(1, 1), &saved(2, FIRST), &settled(3, 1), stop]);
+        assert_eq!(found.defects, []);
+        let attempt = &found.attempts[&label(FIRST)];
+        assert_eq!(attempt.standing, Some(Standing::Accepted));
+        assert!(attempt.saved);
+        assert_eq!(attempt.sums.as_ref().unwrap()["force.csv"], "ab");
+        assert!(matches!(found.end, SessionEnd::Stopped { .. }));
+    }
+
+    #[test]
+    fn each_disorder_is_one_defect() {
+        let stop = r#"{"document":"stop","time":"","exit_status":"success","num_events":2}"#;
+        let early = event(2, 0.5, "{}");
+        let other = event(2, 2.0, "{}").replace("\"session\"", "\"other\"");
+        let defects = |events: &[&str]| history(events).defects;
+        let order = |found: &[SessionDefect]| matches!(found, [SessionDefect::Order { .. }]);
+        let first = began(1, 1);
+        assert!(matches!(
+            defects(&[&first, &settled(3, 1)])[..],
+            [SessionDefect::Number {
+                expected: 2,
+                found: 3
+            }]
+        ));
+        assert!(matches!(
+            defects(&[&first, &early])[..],
+            [SessionDefect::Time { number: 2, .. }]
+        ));
+        assert!(matches!(
+            defects(&[&first, &other])[..],
+            [SessionDefect::Undescribed { number: 2, .. }]
+        ));
+        assert!(matches!(
+            defects(&[&first, stop])[..],
+            [SessionDefect::Count {
+                expected: 2,
+                found: 1
+            }]
+        ));
+        assert!(matches!(
+            defects(&[stop.replace('2', "0").as_str(), &first])[..],
+            [SessionDefect::NoStart { document: 4 }]
+        ));
+        assert!(order(&defects(&[&first, &began(2, 2)])));
+        assert!(order(&defects(&[&first, &settled(2, 1), &began(3, 1)])));
+        assert!(order(&defects(&[&first, &settled(2, 2)])));
+        assert!(order(&defects(&[&saved(1, FIRST)])));
+    }
+}

@@ -192,7 +192,6 @@ impl RecorderTask {
                 Err(TryRecvError::Empty) => break Polled::Open,
                 Err(TryRecvError::Disconnected) => {
                     self.core.fail(RecorderError::Disconnected);
-                    // Whoever ended the session does not wait.
                     self.core.leave_sums();
                     break Polled::Closed;
                 }
@@ -202,6 +201,14 @@ impl RecorderTask {
         self.core.sum();
         self.publish();
         polled
+    }
+
+    /// Takes every message that waits, for the last time: what is saved is reported, with its sums or without, because
+    /// whoever ended the session does not wait.
+    pub fn finish(&mut self, now: Instant) {
+        self.poll(now);
+        self.core.leave_sums();
+        self.publish();
     }
 
     /// Runs until the sender is gone.

@@ -68,7 +68,9 @@ pub fn session(folder: &Path, mut done: impl FnMut()) -> Result<SessionFindings,
         let attempt = history.attempts.get(&label);
         let trial = trial(folder, label, attempt, present.contains(&label), has_log);
         found.trials.push(trial);
-        done();
+        if present.contains(&label) {
+            done();
+        }
     }
     strangers(folder, &mut found)?;
     found.end = history.end;

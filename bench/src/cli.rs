@@ -47,6 +47,8 @@ pub enum Command {
     Devices(Devices),
     /// Analyse recordings: impedance, gap and friction by both methods.
     Analyze(Analyze),
+    /// Verify that a study is all there and as it was recorded.
+    Verify(Verify),
     /// Compute the published model: curves as CSV, figures as SVG and PNG.
     Model(Model),
     /// Print a completion script for a shell.
@@ -356,6 +358,17 @@ pub struct Analyze {
     /// Include practice trials.
     #[arg(long)]
     pub practice: bool,
+}
+
+/// `verify`
+#[derive(Debug, Args)]
+pub struct Verify {
+    /// Folder of a study, a participant or a session.
+    #[arg(value_name = "STUDY")]
+    pub study: PathBuf,
+    /// Write the findings as JSON; `-` for standard output, instead of the table.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
 }
 
 /// `model`

@@ -11,6 +11,7 @@ use serde_json::{Map, Value};
 
 use recording::study::SessionFolder;
 use recording::study::event_log::ExitStatus;
+use recording::sums::Sums;
 use tasks::Clock;
 use tasks::Task;
 
@@ -25,6 +26,8 @@ pub enum Entry {
         t_s: f64,
         /// Its folder.
         folder: PathBuf,
+        /// Sums of its files; `None` if the session ended before they were made.
+        sums: Option<Sums>,
     },
     /// The session ended.
     Stop {
@@ -79,13 +82,16 @@ impl Journal {
                 };
                 log.event(SESSION_STREAM, time, event.t_s, data)?;
             }
-            Entry::Saved { t_s, folder } => {
+            Entry::Saved { t_s, folder, sums } => {
                 let name = folder
                     .file_name()
                     .unwrap_or_default()
                     .to_string_lossy()
                     .into_owned();
-                let data = Map::from_iter([("saved".to_owned(), Value::String(name))]);
+                let mut data = Map::from_iter([("saved".to_owned(), Value::String(name))]);
+                if let Some(sums) = sums {
+                    data.insert("sha256".to_owned(), serde_json::to_value(sums)?);
+                }
                 log.event(RECORDING_STREAM, time, t_s, data)?;
             }
             Entry::Stop { status, reason } => {
@@ -108,11 +114,11 @@ impl Journal {
 
 fn descriptors() -> [recording::study::event_log::Descriptor; 2] {
     use recording::study::event_log::{DataKey, Descriptor};
-    let key = |name: &str, source: &str| {
+    let key = |name: &str, dtype: &str, source: &str| {
         (
             name.to_owned(),
             DataKey {
-                dtype: "string".to_owned(),
+                dtype: dtype.to_owned(),
                 unit: None,
                 source: source.to_owned(),
             },
@@ -121,11 +127,15 @@ fn descriptors() -> [recording::study::event_log::Descriptor; 2] {
     [
         Descriptor {
             stream: SESSION_STREAM.to_owned(),
-            data_keys: [key("event", "the protocol's state machine; further keys depend on the event, docs/session-log.md")].into(),
+            data_keys: [key("event", "string", "the protocol's state machine; further keys depend on the event, docs/session-log.md")].into(),
         },
         Descriptor {
             stream: RECORDING_STREAM.to_owned(),
-            data_keys: [key("saved", "folder of a recording that is complete and synced")].into(),
+            data_keys: [
+                key("saved", "string", "folder of a recording that is complete and synced"),
+                key("sha256", "object", "SHA-256 of each file of that folder, by name"),
+            ]
+            .into(),
         },
     ]
 }

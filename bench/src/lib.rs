@@ -21,3 +21,4 @@ pub mod screen_words;
 pub mod session;
 pub mod shell_words;
 pub mod verbosity;
+pub mod verify;

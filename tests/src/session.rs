@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use recording::study::event_log::{self, Document, LogEvent, Start, Stop};
+use recording::verify;
 use serde_json::Value;
 
 use crate::program::bench;
@@ -95,6 +96,15 @@ impl SessionFolder {
             documents: event_log::read(&log).expect("a readable log").documents,
             path,
         })
+    }
+
+    /// Holds the session to be verified as neither damaged nor missing anything.
+    ///
+    /// # Panics
+    /// When it is not.
+    pub fn require_whole(&self) {
+        let found = verify::session(&self.path, || {}).expect("a folder that can be listed");
+        assert!(found.is_whole(), "{found:#?}");
     }
 
     /// The log's start documents: more than one after `--resume`.

@@ -357,7 +357,7 @@ impl Task for Recorder {
     }
 
     fn finish(&mut self) -> anyhow::Result<()> {
-        self.0.poll(std::time::Instant::now());
+        self.0.finish(std::time::Instant::now());
         Ok(())
     }
 }

@@ -1,9 +1,12 @@
 //! Files that report data as saved only when they are on the disk: no hidden buffer, no ignored error.
 
 use std::ffi::OsString;
-use std::fs::{self, File, OpenOptions};
-use std::io::{self, Seek, SeekFrom, Write};
+use std::fs;
+use std::io::{self, SeekFrom};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::storage::{FileSystem, Storage, StoredFile};
 
 /// Bytes gathered before the operating system is asked to write them.
 const BATCH_BYTES: usize = 1 << 18;
@@ -82,7 +85,8 @@ impl Records {
 #[derive(Debug)]
 pub struct AppendFile {
     path: PathBuf,
-    file: File,
+    storage: Arc<dyn Storage>,
+    file: Box<dyn StoredFile>,
     records: Records,
     /// Whole records not yet handed to the operating system.
     pending: Vec<u8>,
@@ -102,15 +106,17 @@ enum Failed {
 
 impl AppendFile {
     /// Creates the file with `head` at its start; a file that exists is an error.
-    pub fn create(path: PathBuf, head: &[u8], records: Records) -> Result<Self, DiskError> {
-        let mut file = OpenOptions::new()
-            .write(true)
-            .create_new(true)
-            .open(&path)
-            .on("create", &path)?;
+    pub fn create(
+        storage: &Arc<dyn Storage>,
+        path: PathBuf,
+        head: &[u8],
+        records: Records,
+    ) -> Result<Self, DiskError> {
+        let mut file = storage.create_new(&path).on("create", &path)?;
         file.write_all(head).on("write", &path)?;
         Ok(Self {
             path,
+            storage: Arc::clone(storage),
             file,
             records,
             pending: Vec::with_capacity(BATCH_BYTES + BATCH_BYTES / 4),
@@ -165,12 +171,16 @@ impl AppendFile {
     }
 
     fn overwrite_head(&mut self, head: &[u8]) -> Result<(), DiskError> {
-        self.file
+        let written = self
+            .file
             .seek(SeekFrom::Start(0))
             .and_then(|_| self.file.write_all(head))
-            .and_then(|()| self.file.seek(SeekFrom::Start(self.whole)))
-            .map(drop)
-            .on("write", &self.path)
+            .and_then(|()| self.file.seek(SeekFrom::Start(self.whole)));
+        if written.is_err() {
+            // The next write would go anywhere.
+            self.failed = Some(Failed::Write);
+        }
+        written.map(drop).on("write", &self.path)
     }
 
     /// Returns once all that was appended is on the disk under its name.
@@ -182,7 +192,7 @@ impl AppendFile {
         }
         synced.on("sync", &self.path)?;
         // An unlinked file syncs without complaint.
-        fs::metadata(&self.path).map(drop).on("find", &self.path)
+        self.storage.find(&self.path).on("find", &self.path)
     }
 
     /// Saves what can be saved after a failure, here or in another file of the recording: writes what is pending, cuts
@@ -204,47 +214,52 @@ impl AppendFile {
 
 /// Replaces the file at `path` by `contents`; at every moment either the old or the new content is complete.
 pub fn replace_file(path: &Path, contents: &[u8]) -> Result<(), DiskError> {
+    replace_file_on(&FileSystem, path, contents)
+}
+
+/// As [`replace_file`], on any storage.
+pub fn replace_file_on(
+    storage: &dyn Storage,
+    path: &Path,
+    contents: &[u8],
+) -> Result<(), DiskError> {
     let mut name = path.file_name().map_or_else(OsString::new, OsString::from);
     name.push(".tmp");
     let temporary = path.with_file_name(name);
     // A killed process may have left a temporary file.
-    let written = File::create(&temporary)
+    let written = storage
+        .create(&temporary)
         .on("create", &temporary)
-        .and_then(|file| write_all(file, &temporary, contents))
-        .and_then(|()| fs::rename(&temporary, path).on("replace", path));
+        .and_then(|mut file| {
+            file.write_all(contents).on("write", &temporary)?;
+            file.sync_data().on("sync", &temporary)
+        })
+        .and_then(|()| storage.rename(&temporary, path).on("replace", path));
     if written.is_err() {
         // The old file is still whole; what is left of the new one must not stop the next attempt.
-        let _ = fs::remove_file(&temporary);
+        let _ = storage.remove(&temporary);
     }
     written?;
-    path.parent().map_or(Ok(()), sync_folder)
+    sync_parent(storage, path)
 }
 
 /// Makes an empty file and returns once its name is on the disk; a file that exists is an error.
-pub fn create_empty(path: &Path) -> Result<(), DiskError> {
-    File::create_new(path).on("create", path)?;
-    path.parent().map_or(Ok(()), sync_folder)
+pub fn create_empty(storage: &dyn Storage, path: &Path) -> Result<(), DiskError> {
+    storage.create_new(path).on("create", path)?;
+    sync_parent(storage, path)
 }
 
-fn write_all(mut file: File, path: &Path, contents: &[u8]) -> Result<(), DiskError> {
-    file.write_all(contents).on("write", path)?;
-    file.sync_all().on("sync", path)
+/// Makes the name of `path` durable.
+pub fn sync_parent(storage: &dyn Storage, path: &Path) -> Result<(), DiskError> {
+    path.parent().map_or(Ok(()), |folder| {
+        storage.sync_folder(folder).on("sync", folder)
+    })
 }
 
 /// Makes the names in a folder durable. Does nothing on systems other than Unix, where a folder cannot be opened to be
 /// synced.
 pub fn sync_folder(path: &Path) -> Result<(), DiskError> {
-    if cfg!(not(unix)) {
-        return Ok(());
-    }
-    let path = if path.as_os_str().is_empty() {
-        Path::new(".")
-    } else {
-        path
-    };
-    File::open(path)
-        .and_then(|folder| folder.sync_all())
-        .on("sync", path)
+    FileSystem.sync_folder(path).on("sync", path)
 }
 
 /// Returns the sorted names in a folder; none if the folder does not exist. Names that are not Unicode get replacement
@@ -271,6 +286,11 @@ pub(crate) fn entries(folder: &Path) -> Result<Vec<String>, DiskError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs::{File, OpenOptions};
+
+    fn file_system() -> Arc<dyn Storage> {
+        Arc::new(FileSystem)
+    }
 
     #[cfg(target_os = "linux")]
     fn lines_to(device: &str) -> AppendFile {
@@ -278,7 +298,8 @@ mod tests {
         let file = OpenOptions::new().write(true).open(&path).unwrap();
         AppendFile {
             path,
-            file,
+            storage: file_system(),
+            file: Box::new(file),
             records: Records::Lines,
             pending: Vec::new(),
             whole: 0,
@@ -307,7 +328,8 @@ mod tests {
         assert_eq!(rows.sync().unwrap_err().action, "sync");
         assert_eq!(rows.failed, Some(Failed::Sync));
         // A second sync could succeed after the system dropped what it could not write.
-        rows.file = File::create_new(tempfile::tempdir().unwrap().path().join("a")).unwrap();
+        let path = tempfile::tempdir().unwrap().path().join("a");
+        rows.file = Box::new(File::create_new(path).unwrap());
         assert!(rows.sync().is_err());
         assert_eq!(rows.salvage(|_| Vec::new()).unwrap_err().action, "sync");
     }
@@ -316,7 +338,8 @@ mod tests {
     fn a_removed_file_is_not_saved() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("rows");
-        let mut file = AppendFile::create(path.clone(), b"", Records::Lines).unwrap();
+        let mut file =
+            AppendFile::create(&file_system(), path.clone(), b"", Records::Lines).unwrap();
         file.append(|bytes| bytes.extend(b"1\n")).unwrap();
         file.sync().unwrap();
         fs::remove_file(&path).unwrap();

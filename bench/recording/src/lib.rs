@@ -11,7 +11,10 @@ pub mod manifest;
 pub mod pipeline;
 pub mod reader;
 pub mod recorder;
+pub mod storage;
 pub mod study;
+pub mod sums;
+pub mod verify;
 pub mod wav;
 pub mod writer;
 

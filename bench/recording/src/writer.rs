@@ -1,12 +1,13 @@
 //! Writes one recording folder so that a killed process leaves a readable one.
 
-use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use crate::csv_rows::{CsvRow, ForceRow, PositionRow};
 use crate::disk::{self, AppendFile, DiskError, Records};
 use crate::manifest::End;
 use crate::manifest::{EventKind, Manifest, ManifestError, RecordedInterval, RecordingEvent};
+use crate::storage::{FileSystem, Storage};
 use crate::wav::{self, AudioFormat, SAMPLE_BYTES};
 use crate::{FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE};
 
@@ -147,6 +148,7 @@ impl From<&protocols::TrialEnd> for Ending {
 /// leaves a recording without `end`, as a killed process does.
 #[derive(Debug)]
 pub struct RecordingWriter {
+    storage: Arc<dyn Storage>,
     folder: PathBuf,
     manifest: Manifest,
     manifest_changed: bool,
@@ -168,6 +170,19 @@ impl RecordingWriter {
         manifest: Manifest,
         format: AudioFormat,
     ) -> Result<Self, WriteError> {
+        Self::create_on(Arc::new(FileSystem), folder, manifest, format)
+    }
+
+    /// As [`create`](Self::create), on any storage.
+    ///
+    /// # Errors
+    /// As [`create`](Self::create).
+    pub fn create_on(
+        storage: Arc<dyn Storage>,
+        folder: &Path,
+        manifest: Manifest,
+        format: AudioFormat,
+    ) -> Result<Self, WriteError> {
         if !format.fits_a_header() {
             return Err(WriteError::Format {
                 channels: format.channels,
@@ -176,7 +191,7 @@ impl RecordingWriter {
         }
         let text = manifest.to_toml()?;
         manifest.validate_audio(format.sample_rate_hz, format.channels)?;
-        fs::create_dir(folder).map_err(|source| {
+        storage.create_folder(folder).map_err(|source| {
             if source.kind() == std::io::ErrorKind::AlreadyExists {
                 WriteError::Exists {
                     path: folder.to_owned(),
@@ -190,10 +205,9 @@ impl RecordingWriter {
                 .into()
             }
         })?;
-        if let Some(parent) = folder.parent() {
-            disk::sync_folder(parent)?;
-        }
+        disk::sync_parent(&*storage, folder)?;
         let signals = AppendFile::create(
+            &storage,
             folder.join(SIGNALS_FILE),
             &wav::header(format, 0),
             Records::Bytes(format.frame_bytes() as usize),
@@ -205,13 +219,16 @@ impl RecordingWriter {
             format,
             signals,
             frames: 0,
-            force: CsvFile::create::<ForceRow>(folder, FORCE_FILE)?,
-            position: CsvFile::create::<PositionRow>(folder, POSITION_FILE)?,
+            force: CsvFile::create::<ForceRow>(&storage, folder, FORCE_FILE)?,
+            position: CsvFile::create::<PositionRow>(&storage, folder, POSITION_FILE)?,
             on_disk: OnDisk::default(),
+            storage,
         };
         writer.sync()?;
-        // Last and whole: a folder without it is no recording, and a recording has all of its files.
-        disk::replace_file(&folder.join(MANIFEST_FILE), text.as_bytes())?;
+        // Last and whole: a folder without it is no recording, and a recording has all of its files, also after a power
+        // cut.
+        disk::sync_parent(&*writer.storage, &folder.join(MANIFEST_FILE))?;
+        writer.replace_manifest(&text)?;
         Ok(writer)
     }
 
@@ -380,7 +397,7 @@ impl RecordingWriter {
         self.position.file.sync()?;
         if self.manifest_changed {
             let text = self.manifest.to_toml()?;
-            disk::replace_file(&self.folder.join(MANIFEST_FILE), text.as_bytes())?;
+            self.replace_manifest(&text)?;
             self.manifest_changed = false;
         }
         self.on_disk = OnDisk {
@@ -388,6 +405,11 @@ impl RecordingWriter {
             bytes: self.bytes(),
         };
         Ok(self.on_disk)
+    }
+
+    fn replace_manifest(&self, text: &str) -> Result<(), DiskError> {
+        let path = self.folder.join(MANIFEST_FILE);
+        disk::replace_file_on(&*self.storage, &path, text.as_bytes())
     }
 
     fn bytes(&self) -> u64 {
@@ -401,6 +423,10 @@ impl RecordingWriter {
     pub fn finish(mut self, ending: Ending) -> Result<OnDisk, Box<Unfinished>> {
         self.set_end(ending);
         self.sync().map_err(|error| {
+            // Whoever reads it must not take it for whole.
+            self.set_end(Ending::Interrupted {
+                reason: error.to_string(),
+            });
             Box::new(Unfinished {
                 error,
                 kept: self.salvage(),
@@ -436,14 +462,14 @@ impl RecordingWriter {
         let position = self.position.file.salvage(|_| Vec::new());
         // Last, because it needs room that a full disk does not have.
         if let Ok(text) = self.manifest.to_toml() {
-            let _ = disk::replace_file(&self.folder.join(MANIFEST_FILE), text.as_bytes());
+            let _ = self.replace_manifest(&text);
         }
         match signals {
             Ok(bytes) => OnDisk {
                 frames: frames(bytes),
                 bytes: bytes + force.unwrap_or(0) + position.unwrap_or(0),
             },
-            Err(_) if self.folder.join(SIGNALS_FILE).exists() => self.on_disk,
+            Err(_) if self.storage.find(&self.folder.join(SIGNALS_FILE)).is_ok() => self.on_disk,
             Err(_) => OnDisk::default(),
         }
     }
@@ -460,11 +486,15 @@ struct CsvFile {
 }
 
 impl CsvFile {
-    fn create<R: CsvRow>(folder: &Path, name: &'static str) -> Result<Self, DiskError> {
+    fn create<R: CsvRow>(
+        storage: &Arc<dyn Storage>,
+        folder: &Path,
+        name: &'static str,
+    ) -> Result<Self, DiskError> {
         let head = R::COLUMNS.join(",") + "\n";
         Ok(Self {
             name,
-            file: AppendFile::create(folder.join(name), head.as_bytes(), Records::Lines)?,
+            file: AppendFile::create(storage, folder.join(name), head.as_bytes(), Records::Lines)?,
             rows: 0,
             last_time_s: f64::NEG_INFINITY,
             disordered: false,

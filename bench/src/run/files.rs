@@ -10,12 +10,15 @@ use protocols::{Session, SessionEventKind, TrialKey, records_from_events};
 use recording::AudioFormat;
 use recording::manifest::{self, Manifest};
 use recording::recorder::Begin;
-use recording::study::event_log::Document;
-use recording::study::{self, Study, TrialLabel};
+use recording::study::event_log::{self, Document};
+use recording::study::{self, EVENTS_FILE, EventLogError, Study, TrialLabel};
+use recording::verify;
 use signalgen::StreamDirection;
 
 use super::plan::{NAME, Plan, VERSION};
 use crate::session::BeginRecording;
+use crate::shell_words::quoted;
+use crate::verify::trial_words;
 
 /// Opens the participant's next session, or the one that `--resume` goes on with: its number, its folder, and whether it is
 /// resumed.
@@ -53,6 +56,43 @@ pub(super) fn open_session(
         study.begin_session(participant, next, date, &plan.protocol.protocol.name)?,
         false,
     ))
+}
+
+/// Returns a line on the last attempt of the session that is gone on with, and whether its recording is as it was made;
+/// `None` if there is no such session.
+///
+/// # Errors
+/// The log has holes, so that nobody can tell which trials are still to be done.
+pub(super) fn last_trial(plan: &Plan) -> anyhow::Result<Option<(String, bool)>> {
+    let participant = plan.study.join(plan.participant.as_str());
+    let Some(number) = study::last_session(&participant)? else {
+        return Ok(None);
+    };
+    let folder = participant.join(study::session_name(number));
+    let distrust = |because: String| {
+        anyhow::anyhow!(
+            "the log of {} cannot be trusted, so nobody can tell which trials are still to be done: {because}; put back \
+             its events.jsonl from a copy, or begin another session with --new-session; `friction-bench verify {}` says \
+             more",
+            folder.display(),
+            quoted(&folder)
+        )
+    };
+    let log = match event_log::read(&folder.join(EVENTS_FILE)) {
+        Ok(log) => log,
+        Err(error @ EventLogError::Line { .. }) => return Err(distrust(error.to_string())),
+        // Killed before there was a log, or it cannot be read: whoever opens the session says so.
+        Err(_) => return Ok(None),
+    };
+    let holes = verify::log_defects(&folder, &log);
+    if let Some(hole) = holes.iter().find(|defect| defect.hides_trials()) {
+        return Err(distrust(hole.to_string()));
+    }
+    let Some(trial) = verify::last_trial(&folder, &log)? else {
+        return Ok(Some(("no trial was recorded before this".to_owned(), true)));
+    };
+    let words = format!("the last trial before this: {}", trial_words(&trial));
+    Ok(Some((words, trial.defects.is_empty())))
 }
 
 /// A session goes on in the order that it began with, or not at all.

@@ -27,7 +27,7 @@ use crate::readiness::Readiness;
 use crate::refit::Refit;
 use crate::session::{Report, SessionTask, Wiring, summary_lines};
 use crate::shell_words::quoted;
-use files::{begin_recording, machine, open_session};
+use files::{begin_recording, last_trial, machine, open_session};
 use plan::{NAME, VERSION};
 
 pub use plan::{Plan, ProtocolFile, session_bytes};
@@ -52,6 +52,12 @@ pub fn run(
     let effective = plan.bench.clone();
     let config = effective.config();
     let protocol = &plan.protocol.protocol;
+    // Before the sound card waits to be read.
+    let last_trial = if plan.resume {
+        last_trial(&plan)?
+    } else {
+        None
+    };
     let bench = Bench::open(&effective, plan.carrier_hz, hardware)?;
     bench.require_calibration_holds(&effective)?;
     let stop = bench.stop().clone();
@@ -131,6 +137,9 @@ pub fn run(
         min_n: protocol.force.min_n,
         max_n: protocol.force.max_n,
     });
+    if let Some((text, whole)) = last_trial {
+        front.show(if whole { note(text) } else { warning(text) });
+    }
     for notice in config.safety_notices(plan.carrier_hz) {
         front.show(warning(notice));
     }
@@ -200,6 +209,13 @@ pub fn run(
     report
         .try_recv()
         .context("the session ended without a report")
+}
+
+fn note(text: String) -> tui::Event {
+    tui::Event::Log {
+        level: tui::event::LogLevel::Info,
+        text,
+    }
 }
 
 fn warning(text: String) -> tui::Event {

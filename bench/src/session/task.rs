@@ -1,6 +1,7 @@
 //! The task that steps the protocol.
 
 use std::collections::VecDeque;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -67,7 +68,7 @@ pub struct SessionTask {
     screen_due_ns: u64,
     meter: LiveMeter,
     contact: LiveContact,
-    open: bool,
+    open: Option<PathBuf>,
     ended: Option<SessionOutcome>,
     report: Sender<Report>,
 }
@@ -120,7 +121,7 @@ impl SessionTask {
             screen_due_ns: 0,
             meter: LiveMeter::default(),
             contact,
-            open: false,
+            open: None,
             ended: None,
             report,
         }
@@ -166,11 +167,12 @@ impl SessionTask {
         while let Ok(notice) = self.wiring.notices.try_recv() {
             match notice {
                 RecorderNotice::Began { .. } => {}
-                RecorderNotice::Saved { folder, .. } => {
-                    self.open = false;
+                RecorderNotice::Saved { folder, sums, .. } => {
+                    self.open.take_if(|open| *open == folder);
                     let _ = self.wiring.journal.send(Entry::Saved {
                         t_s: self.audio_s,
                         folder,
+                        sums,
                     });
                 }
                 RecorderNotice::Failed {
@@ -178,7 +180,7 @@ impl SessionTask {
                     error,
                     kept,
                 } => {
-                    self.open = false;
+                    self.open.take_if(|open| *open == folder);
                     let message = format!(
                         "the recording {} failed: {error}; {:.1} s of it are readable",
                         folder.display(),
@@ -388,6 +390,7 @@ impl SessionTask {
 
     fn begin_trial(&mut self, key: &TrialKey, drive: &protocols::Drive) -> anyhow::Result<()> {
         let begin = (self.begin)(key, drive)?;
+        self.open = Some(begin.folder.clone());
         self.send(RecordingCommand::Begin(Box::new(begin)));
         if let Some(text) = self.resumed.take() {
             self.mark(EventKind::Resume, text);
@@ -395,7 +398,6 @@ impl SessionTask {
         if key.attempt > 1 {
             self.mark(EventKind::Redo, format!("attempt {}", key.attempt));
         }
-        self.open = true;
         self.record = Measurements::default();
         self.collecting = true;
         self.account_at_begin = self.account;
@@ -561,7 +563,7 @@ impl Task for SessionTask {
         self.step()?;
         self.feed_screen(now_ns);
         self.nobody_to_ask();
-        if self.ended.is_some() && self.unattended && !self.open {
+        if self.ended.is_some() && self.unattended && self.open.is_none() {
             self.wiring.stop.raise();
         }
         Ok(())
@@ -569,7 +571,7 @@ impl Task for SessionTask {
 
     fn finish(&mut self) -> anyhow::Result<()> {
         self.wiring.drive.stop();
-        if self.open {
+        if self.open.is_some() {
             let reason = self.reason().unwrap_or_default();
             self.send(RecordingCommand::End(Ending::Interrupted { reason }));
         }

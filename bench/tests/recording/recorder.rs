@@ -249,3 +249,106 @@ fn a_recorder_that_has_ended_gives_the_message_back() {
     );
     assert_eq!(sender.gauge().lag_s(), 0.0);
 }
+
+/// Names of the recordings that began and were saved, in the order of the answers; the latter with their sums.
+type Answer = (String, Option<recording::sums::Sums>);
+
+fn answers(notices: &Receiver<RecorderNotice>) -> Vec<Answer> {
+    let name = |folder: PathBuf| folder.file_name().unwrap().to_str().unwrap().to_owned();
+    let answers = notices.try_iter().map(|notice| match notice {
+        RecorderNotice::Began { folder } => (format!("{} began", name(folder)), None),
+        RecorderNotice::Saved { folder, sums, .. } => (name(folder), sums),
+        RecorderNotice::Failed { error, .. } => panic!("{error}"),
+    });
+    answers.collect()
+}
+
+#[test]
+fn the_sums_of_a_long_recording_hold_nothing_up() {
+    use sha2::{Digest, Sha256};
+    let temp = tempfile::tempdir().unwrap();
+    let (mut sender, notices, mut task) = recorder(100);
+    let now = Instant::now();
+    sender.send(begin(&temp.path().join("long"))).unwrap();
+    for n in 0..20 {
+        // 8 bytes a frame: 16 MB.
+        let block = ramp(n * 100_000, 100_000);
+        sender.send(RecorderMessage::Audio(block)).unwrap();
+    }
+    let end = || RecorderMessage::End(Ending::Completed);
+    sender.send(end()).unwrap();
+    task.poll(now);
+    assert_eq!(answers(&notices), [("long began".to_owned(), None)]);
+    // The next one is recorded while the first is read back.
+    sender.send(begin(&temp.path().join("next"))).unwrap();
+    sender.send(audio(0)).unwrap();
+    task.poll(now + SYNC_INTERVAL);
+    assert_eq!(answers(&notices), [("next began".to_owned(), None)]);
+    assert_eq!(sender.gauge().lag_s(), 0.0);
+    sender.send(end()).unwrap();
+    let mut saved = Vec::new();
+    while saved.len() < 2 {
+        assert_eq!(task.poll(now + SYNC_INTERVAL), Polled::Open);
+        saved.extend(answers(&notices));
+    }
+    assert_eq!(saved[0].0, "long");
+    assert_eq!(saved[1].0, "next");
+    for (name, sums) in saved {
+        let sums = sums.unwrap();
+        assert_eq!(sums.len(), 4);
+        for (file, sum) in sums {
+            let bytes = std::fs::read(temp.path().join(&name).join(&file)).unwrap();
+            let expected: String = Sha256::digest(bytes)
+                .iter()
+                .map(|byte| format!("{byte:02x}"))
+                .collect();
+            assert_eq!(sum, expected, "{name}/{file}");
+        }
+    }
+}
+
+#[test]
+fn a_recorder_that_ends_reports_what_is_saved_without_its_sums() {
+    let temp = tempfile::tempdir().unwrap();
+    let (mut sender, notices, task) = recorder(10);
+    sender.send(begin(&temp.path().join("r"))).unwrap();
+    sender.send(audio(0)).unwrap();
+    sender
+        .send(RecorderMessage::End(Ending::Completed))
+        .unwrap();
+    drop(sender);
+    task.run();
+    // Nobody waits for them any more.
+    let expected = ["r began", "r"].map(|answer| (answer.to_owned(), None));
+    assert_eq!(answers(&notices), expected);
+}
+
+#[test]
+fn a_recording_that_cannot_be_read_back_is_not_called_saved() {
+    let temp = tempfile::tempdir().unwrap();
+    let folder = temp.path().join("r");
+    let mut core = RecorderCore::new();
+    core.handle(begin(&folder));
+    core.handle(audio(0));
+    core.handle(RecorderMessage::End(Ending::Completed));
+    std::fs::remove_file(folder.join(recording::FORCE_FILE)).unwrap();
+    while core.is_summing() {
+        core.sum();
+    }
+    assert!(matches!(
+        core.take_notice(),
+        Some(RecorderNotice::Began { .. })
+    ));
+    let failed = core.take_notice();
+    assert!(
+        matches!(
+            failed,
+            Some(RecorderNotice::Failed {
+                error: RecorderError::ReadBack(_),
+                ..
+            })
+        ),
+        "{failed:?}"
+    );
+    assert_eq!(core.status().state, RecorderState::Failed);
+}

@@ -102,6 +102,7 @@ fn filled_up(limit: u64) -> f64 {
     assert_eq!(stops[0].exit_status, Ended::Fail);
     assert!(stops[0].reason.as_ref().unwrap().contains("file sizes"));
     assert_eq!(saved(&session), Vec::<&str>::new());
+    session.require_whole();
 
     let recordings = session.recordings();
     let [broken] = &recordings[..] else {

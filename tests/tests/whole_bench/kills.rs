@@ -218,6 +218,8 @@ fn killed(place: &Place, moment: Moment, seen: &Mutex<Seen>) -> bool {
             Some(End::Completed)
         );
     }
+    // A kill is no damage.
+    session.require_whole();
     let Some(last) = newest(&session) else {
         return true;
     };

@@ -16,5 +16,6 @@ mod refusals;
 mod second_instance;
 mod session;
 mod stops;
+mod verify;
 mod wall_clock;
 mod wrong_bench;

@@ -4,15 +4,17 @@
 //! is of a session that was killed; a resumed session appends another start.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File, OpenOptions};
-use std::io::Write;
+use std::fs;
+use std::io::{self, SeekFrom};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::DiskError;
 use crate::disk::{self, OnPath};
+use crate::storage::{FileSystem, Storage, StoredFile};
 
 /// Line of the log.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -71,7 +73,7 @@ pub struct Descriptor {
 /// Type, unit and source of a value of an event.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DataKey {
-    /// `number`, `integer`, `string`, `boolean` or `array`.
+    /// `number`, `integer`, `string`, `boolean`, `array` or `object`.
     pub dtype: String,
     /// Unit, if the value has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -179,10 +181,13 @@ impl LogContent {
 #[derive(Debug)]
 pub struct EventLog {
     path: PathBuf,
-    file: File,
+    storage: Arc<dyn Storage>,
+    file: Box<dyn StoredFile>,
     /// Length of the whole lines.
     bytes: u64,
     events: u64,
+    /// Whether the last line may be torn or not on the disk: another one after it would make the log unreadable.
+    spoilt: bool,
 }
 
 impl EventLog {
@@ -191,8 +196,16 @@ impl EventLog {
     /// # Errors
     /// The operating system refused.
     pub fn create(path: PathBuf) -> Result<Self, EventLogError> {
-        disk::create_empty(&path)?;
-        Self::open(path).map(|(log, _)| log)
+        Self::create_on(Arc::new(FileSystem), path)
+    }
+
+    /// As [`create`](Self::create), on any storage.
+    ///
+    /// # Errors
+    /// The disk refused.
+    pub fn create_on(storage: Arc<dyn Storage>, path: PathBuf) -> Result<Self, EventLogError> {
+        disk::create_empty(&*storage, &path)?;
+        Self::open_on(storage, path).map(|(log, _)| log)
     }
 
     /// Opens a log to append to it, ending a line that a killed process left torn.
@@ -200,21 +213,35 @@ impl EventLog {
     /// # Errors
     /// The operating system refused, or a line is no document.
     pub fn open(path: PathBuf) -> Result<(Self, LogContent), EventLogError> {
-        let content = read(&path)?;
-        let torn = !fs::read(&path).on("read", &path)?.ends_with(b"\n");
-        let mut file = OpenOptions::new()
-            .append(true)
-            .open(&path)
-            .on("open", &path)?;
-        if torn && file.metadata().on("read", &path)?.len() > 0 {
+        Self::open_on(Arc::new(FileSystem), path)
+    }
+
+    /// As [`open`](Self::open), on any storage.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_on(
+        storage: Arc<dyn Storage>,
+        path: PathBuf,
+    ) -> Result<(Self, LogContent), EventLogError> {
+        let mut text = Vec::new();
+        storage
+            .read(&path)
+            .and_then(|mut file| file.read_to_end(&mut text))
+            .on("read", &path)?;
+        let content = parse(&text, &path)?;
+        let mut file = storage.append(&path).on("open", &path)?;
+        if !text.is_empty() && !text.ends_with(b"\n") {
             file.write_all(b"\n").on("write", &path)?;
         }
-        let bytes = file.metadata().on("read", &path)?.len();
+        let bytes = file.seek(SeekFrom::End(0)).on("read", &path)?;
         let log = Self {
             path,
+            storage,
             file,
             bytes,
             events: content.events(),
+            spoilt: false,
         };
         Ok((log, content))
     }
@@ -258,9 +285,7 @@ impl EventLog {
             time,
             audio_s,
             data,
-        }))?;
-        self.events += 1;
-        Ok(())
+        }))
     }
 
     /// Appends the end of the session.
@@ -287,16 +312,24 @@ impl EventLog {
             reason: error.to_string(),
         })?;
         line.push('\n');
+        if self.spoilt {
+            return Err(io::Error::other("an earlier line could not be saved"))
+                .on("write", &self.path)?;
+        }
         let written = self.file.write_all(line.as_bytes());
         if written.is_err() {
             // Half a line would spoil the next one.
-            let _ = self.file.set_len(self.bytes);
+            self.spoilt = self.file.set_len(self.bytes).is_err();
         }
         written.on("write", &self.path)?;
         self.bytes += line.len() as u64;
-        self.file.sync_data().on("sync", &self.path)?;
+        self.events += u64::from(matches!(document, Document::Event(_)));
+        let synced = self.file.sync_data();
+        // A second sync could succeed after the system dropped what it could not write.
+        self.spoilt = synced.is_err();
+        synced.on("sync", &self.path)?;
         // An unlinked file syncs without complaint.
-        fs::metadata(&self.path).on("find", &self.path)?;
+        self.storage.find(&self.path).on("find", &self.path)?;
         Ok(())
     }
 }
@@ -306,7 +339,10 @@ impl EventLog {
 /// # Errors
 /// The operating system refused, or another line is no document.
 pub fn read(path: &Path) -> Result<LogContent, EventLogError> {
-    let bytes = fs::read(path).on("read", path)?;
+    parse(&fs::read(path).on("read", path)?, path)
+}
+
+fn parse(bytes: &[u8], path: &Path) -> Result<LogContent, EventLogError> {
     let mut content = LogContent::default();
     let mut unreadable: Option<(usize, String)> = None;
     let lines = bytes.split(|byte| *byte == b'\n').enumerate();

@@ -25,10 +25,10 @@ use serde::{Deserialize, Serialize};
 pub use event_log::{Document, EventLog, EventLogError};
 pub use label::{TrialBlock, TrialLabel};
 pub use room::{DataRates, free_bytes, require_room};
-pub use session_folder::{RecordedTrial, SessionFolder};
+pub use session_folder::{EVENTS_FILE, RecordedTrial, SessionFolder};
 pub use study_error::{DESCRIPTION_FILE, PARTICIPANTS_FILE, StudyError};
 
-use crate::disk::{self, OnPath};
+use crate::disk::{self, DiskError, OnPath};
 use crate::lock::Lock;
 
 /// Lock file of the instance that works on the study.
@@ -117,7 +117,7 @@ impl Study {
     pub fn session_folder(&self, participant: &ParticipantId, session: u32) -> PathBuf {
         self.folder
             .join(participant.as_str())
-            .join(format!("ses-{session:02}"))
+            .join(session_name(session))
     }
 
     /// Returns the number of the participant's next session, one above the highest so far.
@@ -125,11 +125,8 @@ impl Study {
     /// # Errors
     /// The participant's folder cannot be listed.
     pub fn next_session(&self, participant: &ParticipantId) -> Result<u32, StudyError> {
-        let highest = disk::entries(&self.folder.join(participant.as_str()))?
-            .iter()
-            .filter_map(|name| name.strip_prefix("ses-")?.parse::<u32>().ok())
-            .max();
-        Ok(highest.unwrap_or(0).saturating_add(1))
+        let last = last_session(&self.folder.join(participant.as_str()))?;
+        Ok(last.unwrap_or(0).saturating_add(1))
     }
 
     /// Begins a session: its folder and its log, and the participant's line in `participants.tsv` if it is the first.
@@ -211,6 +208,24 @@ impl Study {
         file.sync_data().on("sync", &path)?;
         Ok(())
     }
+}
+
+/// Returns the name of a session's folder.
+#[must_use]
+pub fn session_name(session: u32) -> String {
+    format!("ses-{session:02}")
+}
+
+/// Returns the number of the last session in a participant's folder; `None` if there is none.
+///
+/// # Errors
+/// The folder cannot be listed.
+pub fn last_session(participant: &Path) -> Result<Option<u32>, DiskError> {
+    let names = disk::entries(participant)?;
+    let numbers = names
+        .iter()
+        .filter_map(|name| name.strip_prefix("ses-")?.parse().ok());
+    Ok(numbers.max())
 }
 
 fn participant_line(

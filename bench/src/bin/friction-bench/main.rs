@@ -24,6 +24,7 @@ use friction_bench::shell_words::quoted;
 use friction_bench::verbosity::Verbosity;
 use friction_bench::{
     analyze, calibrate as calibration, check, complaint, estop, inventory, model, monitor, replay,
+    verify,
 };
 use signalgen::audio::{HostChoice, open_host};
 use tasks::{Schedule, SystemClock};
@@ -99,6 +100,7 @@ fn dispatch(command: Command, verbosity: Verbosity) -> anyhow::Result<ExitCode> 
         Command::Check(options) => preflight(&options, verbosity),
         Command::Devices(options) => list(&options),
         Command::Analyze(options) => Ok(passed_or_failed(analyze::run(&options, verbosity)?)),
+        Command::Verify(options) => Ok(passed_or_failed(verify::run(&options, verbosity)?)),
         Command::Model(options) => {
             for path in model::run(&options)? {
                 print(format!("{}\n", path.display()))?;

@@ -1,0 +1,309 @@
+//! The recorder: a bounded queue from the acquisition into a [`RecordingWriter`](crate::RecordingWriter), on a thread or
+//! polled in lock step.
+//!
+//! Audio never waits for the disk: a full queue refuses data, the loss is counted, and the trial fails at that sample
+//! with an error. What was recorded up to there is kept.
+
+mod message;
+mod recorder_core;
+
+use std::io;
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TryRecvError, TrySendError};
+
+pub use message::{
+    Begin, RecorderError, RecorderMessage, RecorderNotice, RecorderState, RecorderStatus,
+};
+pub use recorder_core::{RecorderCore, SYNC_INTERVAL};
+
+/// Places in the queue that are reserved for messages without data.
+const RESERVED: usize = 16;
+
+/// Message that was not taken.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SendError {
+    /// The queue is full. Data are counted as lost and fail the recording; other messages may be sent again.
+    #[error("the recorder's queue is full")]
+    Full(RecorderMessage),
+    /// The recorder has ended.
+    #[error("the recorder has ended")]
+    Closed(RecorderMessage),
+}
+
+/// Data that the full queue refused just before a message.
+#[derive(Debug, Default, Clone, Copy)]
+struct Loss {
+    messages: u64,
+    frames: u64,
+}
+
+#[derive(Debug)]
+struct Queued {
+    lost_before: Loss,
+    frames: u64,
+    message: RecorderMessage,
+}
+
+#[derive(Debug, Default)]
+struct Shared {
+    sample_rate_hz: AtomicU32,
+    frames_sent: AtomicU64,
+    frames_settled: AtomicU64,
+    messages_lost: AtomicU64,
+    status: Mutex<RecorderStatus>,
+}
+
+/// Gauge of the recorder's lag and state, for any thread.
+#[derive(Debug, Clone)]
+pub struct RecorderGauge(Arc<Shared>);
+
+impl RecorderGauge {
+    /// Returns the seconds of audio sent but neither on disk nor discarded after a failure.
+    #[must_use]
+    pub fn lag_s(&self) -> f64 {
+        let rate_hz = self.0.sample_rate_hz.load(Ordering::Relaxed);
+        if rate_hz == 0 {
+            return 0.0;
+        }
+        let settled = self.0.frames_settled.load(Ordering::Acquire);
+        let sent = self.0.frames_sent.load(Ordering::Acquire);
+        sent.saturating_sub(settled) as f64 / f64::from(rate_hz)
+    }
+
+    /// Returns how many messages with data the full queue has refused so far.
+    #[must_use]
+    pub fn messages_lost(&self) -> u64 {
+        self.0.messages_lost.load(Ordering::Relaxed)
+    }
+
+    /// Returns the state of the recorder.
+    #[must_use]
+    pub fn status(&self) -> RecorderStatus {
+        self.0
+            .status
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .clone()
+    }
+}
+
+/// The acquisition's end of the queue; never blocks.
+#[derive(Debug)]
+pub struct RecorderSender {
+    queue: Sender<Queued>,
+    data_capacity: usize,
+    channels: u64,
+    lost: Loss,
+    shared: Arc<Shared>,
+}
+
+impl RecorderSender {
+    /// Sends a message.
+    ///
+    /// # Errors
+    /// [`SendError`] gives the message back. If it held data, the recording has failed.
+    pub fn send(&mut self, message: RecorderMessage) -> Result<(), SendError> {
+        if let RecorderMessage::Begin(begin) = &message {
+            self.channels = u64::from(begin.format.channels).max(1);
+            self.shared
+                .sample_rate_hz
+                .store(begin.format.sample_rate_hz, Ordering::Relaxed);
+        }
+        let frames = match &message {
+            RecorderMessage::Audio(samples) => samples.len() as u64 / self.channels,
+            RecorderMessage::Gap(frames) => *frames,
+            _ => 0,
+        };
+        let is_data = matches!(
+            message,
+            RecorderMessage::Audio(_)
+                | RecorderMessage::Gap(_)
+                | RecorderMessage::Force(_)
+                | RecorderMessage::Position(_)
+        );
+        let full = |sender: &mut Self, message| {
+            if is_data {
+                sender.lost.messages += 1;
+                sender.lost.frames += frames;
+                sender.shared.messages_lost.fetch_add(1, Ordering::Relaxed);
+            }
+            Err(SendError::Full(message))
+        };
+        if is_data && self.queue.len() >= self.data_capacity {
+            return full(self, message);
+        }
+        // Counted before it can be settled.
+        self.shared.frames_sent.fetch_add(frames, Ordering::Release);
+        let sent = self.queue.try_send(Queued {
+            lost_before: self.lost,
+            frames,
+            message,
+        });
+        if sent.is_err() {
+            self.shared.frames_sent.fetch_sub(frames, Ordering::Release);
+        }
+        match sent {
+            Ok(()) => {
+                self.lost = Loss::default();
+                Ok(())
+            }
+            Err(TrySendError::Full(queued)) => full(self, queued.message),
+            Err(TrySendError::Disconnected(queued)) => Err(SendError::Closed(queued.message)),
+        }
+    }
+
+    /// Returns a gauge of this recorder.
+    #[must_use]
+    pub fn gauge(&self) -> RecorderGauge {
+        RecorderGauge(Arc::clone(&self.shared))
+    }
+}
+
+/// Recorder at the other end of the queue, to be run on a thread or polled.
+#[derive(Debug)]
+pub struct RecorderTask {
+    core: RecorderCore,
+    queue: Receiver<Queued>,
+    notices: Sender<RecorderNotice>,
+    frames_taken: u64,
+    shared: Arc<Shared>,
+}
+
+/// Whether a polled recorder may still get messages.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Polled {
+    /// The sender is still there.
+    Open,
+    /// The sender is gone; whatever was open has been failed and kept.
+    Closed,
+}
+
+impl RecorderTask {
+    /// Takes every message that waits, syncs if it is time, and reads on for the sums of what is saved.
+    pub fn poll(&mut self, now: Instant) -> Polled {
+        let polled = loop {
+            match self.queue.try_recv() {
+                Ok(queued) => self.take(queued),
+                Err(TryRecvError::Empty) => break Polled::Open,
+                Err(TryRecvError::Disconnected) => {
+                    self.core.fail(RecorderError::Disconnected);
+                    self.core.leave_sums();
+                    break Polled::Closed;
+                }
+            }
+        };
+        self.core.tick(now);
+        self.core.sum();
+        self.publish();
+        polled
+    }
+
+    /// Takes every message that waits, for the last time: what is saved is reported, with its sums or without, because
+    /// whoever ended the session does not wait.
+    pub fn finish(&mut self, now: Instant) {
+        self.poll(now);
+        self.core.leave_sums();
+        self.publish();
+    }
+
+    /// Runs until the sender is gone.
+    pub fn run(mut self) {
+        loop {
+            let wait = if self.core.is_summing() {
+                Duration::ZERO
+            } else {
+                SYNC_INTERVAL / 4
+            };
+            match self.queue.recv_timeout(wait) {
+                Ok(queued) => {
+                    self.take(queued);
+                    self.core.tick(Instant::now());
+                    self.publish();
+                }
+                Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {
+                    if self.poll(Instant::now()) == Polled::Closed {
+                        return;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Runs on a thread of its own.
+    ///
+    /// # Errors
+    /// The operating system has no thread to give.
+    pub fn spawn(self) -> io::Result<JoinHandle<()>> {
+        thread::Builder::new()
+            .name("recorder".to_owned())
+            .spawn(move || self.run())
+    }
+
+    fn take(&mut self, queued: Queued) {
+        let Queued {
+            lost_before,
+            frames,
+            message,
+        } = queued;
+        if lost_before.messages > 0 {
+            self.core.overflow(lost_before.messages, lost_before.frames);
+        }
+        self.core.handle(message);
+        self.frames_taken += frames;
+    }
+
+    fn publish(&mut self) {
+        let status = self.core.status();
+        let settled =
+            status.state != RecorderState::Recording || status.on_disk.frames == status.frames;
+        if settled {
+            self.shared
+                .frames_settled
+                .store(self.frames_taken, Ordering::Release);
+        }
+        let mut shown = self
+            .shared
+            .status
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        if *shown != *status {
+            shown.clone_from(status);
+        }
+        drop(shown);
+        while let Some(notice) = self.core.take_notice() {
+            // Recording goes on even if nobody receives the notices.
+            let _ = self.notices.send(notice);
+        }
+    }
+}
+
+/// Makes a recorder whose queue holds `data_capacity` messages with data.
+///
+/// DESIGN.md asks for 10 s: that many seconds divided by the length of an audio block, times the messages sent per
+/// block.
+#[must_use]
+pub fn recorder(data_capacity: usize) -> (RecorderSender, Receiver<RecorderNotice>, RecorderTask) {
+    let (queue, waiting) = crossbeam_channel::bounded(data_capacity + RESERVED);
+    let (notices, answers) = crossbeam_channel::unbounded();
+    let shared = Arc::new(Shared::default());
+    let sender = RecorderSender {
+        queue,
+        data_capacity,
+        channels: 1,
+        lost: Loss::default(),
+        shared: Arc::clone(&shared),
+    };
+    let task = RecorderTask {
+        core: RecorderCore::new(),
+        queue: waiting,
+        notices,
+        frames_taken: 0,
+        shared,
+    };
+    (sender, answers, task)
+}

@@ -1,0 +1,230 @@
+//! The recorder without queue or clock of its own.
+
+use std::collections::VecDeque;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::message::{
+    Begin, RecorderError, RecorderMessage, RecorderNotice, RecorderState, RecorderStatus,
+};
+use crate::manifest::{EventKind, RecordingEvent};
+use crate::storage::{FileSystem, Storage};
+use crate::sums::Summing;
+use crate::writer::{Ending, OnDisk, RecordingWriter, WriteError};
+
+/// Time between syncs; together with the sync itself well under the 1 s within which everything must be on disk.
+pub const SYNC_INTERVAL: Duration = Duration::from_millis(400);
+
+/// Bytes of a saved recording that are read back for its sums before the queue is looked at again: well under 0.1 s.
+const SUM_BYTES: usize = 4 << 20;
+
+/// Recorder without queue or clock of its own.
+#[derive(Debug)]
+pub struct RecorderCore {
+    storage: Arc<dyn Storage>,
+    writer: Option<RecordingWriter>,
+    status: RecorderStatus,
+    synced_at: Option<Instant>,
+    /// Complete recordings whose sums are being made, oldest first.
+    summing: VecDeque<(Summing, OnDisk)>,
+    notices: VecDeque<RecorderNotice>,
+}
+
+impl Default for RecorderCore {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl RecorderCore {
+    /// Makes a recorder without an open recording.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::on(Arc::new(FileSystem))
+    }
+
+    /// Makes a recorder without an open recording, on any storage.
+    #[must_use]
+    pub fn on(storage: Arc<dyn Storage>) -> Self {
+        Self {
+            storage,
+            writer: None,
+            status: RecorderStatus::default(),
+            synced_at: None,
+            summing: VecDeque::new(),
+            notices: VecDeque::new(),
+        }
+    }
+
+    /// Takes one message. Errors become notices; data outside a recording are discarded.
+    pub fn handle(&mut self, message: RecorderMessage) {
+        match message {
+            RecorderMessage::Begin(begin) => self.begin(*begin),
+            RecorderMessage::Audio(samples) => self.write(|w| w.write_audio(&samples)),
+            RecorderMessage::Gap(frames) => self.write(|w| w.write_gap(frames)),
+            RecorderMessage::Force(rows) => self.write(|w| w.write_force(&rows)),
+            RecorderMessage::Position(rows) => self.write(|w| w.write_position(&rows)),
+            RecorderMessage::Event(event) => self.write(|w| {
+                w.add_event(event);
+                Ok(())
+            }),
+            RecorderMessage::Flag(event) => self.write(|w| {
+                w.renew_event(event);
+                Ok(())
+            }),
+            RecorderMessage::Interval(interval) => self.write(|w| w.add_interval(interval)),
+            RecorderMessage::End(ending) => self.end(ending),
+        }
+    }
+
+    /// Syncs when [`SYNC_INTERVAL`] has passed since the last sync; `now` is the monotonic clock, also in lock step.
+    pub fn tick(&mut self, now: Instant) {
+        let due = self
+            .synced_at
+            .is_none_or(|at| now.saturating_duration_since(at) >= SYNC_INTERVAL);
+        if due {
+            self.synced_at = Some(now);
+            self.write(|w| w.sync().map(drop));
+        }
+    }
+
+    /// Reads on in the oldest recording without sums; when nothing else waits. [`RecorderNotice::Saved`] follows.
+    pub fn sum(&mut self) {
+        let Some((summing, on_disk)) = self.summing.front_mut() else {
+            return;
+        };
+        let on_disk = *on_disk;
+        let folder = summing.folder().to_owned();
+        if let Err(error) = summing.advance(SUM_BYTES) {
+            self.summing.pop_front();
+            self.failed(folder, error.into(), on_disk);
+        } else if let Some(sums) = summing.sums() {
+            let sums = Some(sums.clone());
+            self.summing.pop_front();
+            self.notices.push_back(RecorderNotice::Saved {
+                folder,
+                on_disk,
+                sums,
+            });
+        }
+    }
+
+    /// Returns whether recordings wait for their sums.
+    #[must_use]
+    pub fn is_summing(&self) -> bool {
+        !self.summing.is_empty()
+    }
+
+    /// Reports recordings that wait for their sums as saved without.
+    pub(super) fn leave_sums(&mut self) {
+        for (summing, on_disk) in self.summing.drain(..) {
+            self.notices.push_back(RecorderNotice::Saved {
+                folder: summing.folder().to_owned(),
+                on_disk,
+                sums: None,
+            });
+        }
+    }
+
+    /// Returns the oldest answer not yet taken.
+    pub fn take_notice(&mut self) -> Option<RecorderNotice> {
+        self.notices.pop_front()
+    }
+
+    /// Returns the state of the recorder.
+    #[must_use]
+    pub fn status(&self) -> &RecorderStatus {
+        &self.status
+    }
+
+    fn begin(&mut self, begin: Begin) {
+        self.fail(RecorderError::NotEnded);
+        let Begin {
+            folder,
+            manifest,
+            format,
+        } = begin;
+        self.status = RecorderStatus {
+            state: RecorderState::Recording,
+            folder: Some(folder.clone()),
+            ..RecorderStatus::default()
+        };
+        match RecordingWriter::create_on(Arc::clone(&self.storage), &folder, manifest, format) {
+            Ok(writer) => {
+                self.writer = Some(writer);
+                self.notices.push_back(RecorderNotice::Began { folder });
+            }
+            Err(error) => self.failed(folder, error.into(), OnDisk::default()),
+        }
+    }
+
+    fn write(&mut self, write: impl FnOnce(&mut RecordingWriter) -> Result<(), WriteError>) {
+        let Some(writer) = &mut self.writer else {
+            return;
+        };
+        match write(writer) {
+            Ok(()) => {
+                self.status.frames = writer.frames();
+                self.status.on_disk = writer.on_disk();
+            }
+            Err(error) => self.fail(error.into()),
+        }
+    }
+
+    fn end(&mut self, ending: Ending) {
+        let Some(writer) = self.writer.take() else {
+            return;
+        };
+        let folder = writer.folder().to_owned();
+        match writer.finish(ending) {
+            Ok(on_disk) => {
+                self.status.state = RecorderState::Idle;
+                self.status.on_disk = on_disk;
+                let summing = Summing::new(Arc::clone(&self.storage), &folder);
+                self.summing.push_back((summing, on_disk));
+            }
+            Err(unfinished) => self.failed(folder, unfinished.error.into(), unfinished.kept),
+        }
+    }
+
+    /// Ends the recording at this sample, because data were lost on their way to the recorder.
+    pub(super) fn overflow(&mut self, messages: u64, frames: u64) {
+        let Some(writer) = &mut self.writer else {
+            return;
+        };
+        let at_frame = writer.frames();
+        writer.add_event(RecordingEvent {
+            kind: EventKind::RecorderOverflow,
+            sample: at_frame,
+            frames: Some(frames),
+            text: None,
+        });
+        self.fail(RecorderError::Overflow {
+            messages,
+            frames,
+            at_frame,
+        });
+    }
+
+    pub(super) fn fail(&mut self, error: RecorderError) {
+        if let Some(writer) = self.writer.take() {
+            let folder = writer.folder().to_owned();
+            let kept = writer.abandon(error.to_string());
+            self.failed(folder, error, kept);
+        }
+    }
+
+    fn failed(&mut self, folder: PathBuf, error: RecorderError, kept: OnDisk) {
+        if self.status.folder.as_deref() == Some(&folder) {
+            self.status.state = RecorderState::Failed;
+            self.status.on_disk = kept;
+        }
+        self.status.error = Some(error.to_string());
+        self.notices.push_back(RecorderNotice::Failed {
+            folder,
+            error,
+            kept,
+        });
+    }
+}

@@ -1,0 +1,170 @@
+//! SHA-256 of the files of a recording, read back a little at a time.
+//!
+//! The sums are not made of the bytes as they are written: the head of `signals.wav` is written anew until the recording
+//! ends, and SHA-256 begins with it. Reading back also shows that what was called saved can be read.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::fmt::Write;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use sha2::{Digest, Sha256};
+
+use crate::disk::{DiskError, OnPath};
+use crate::storage::Storage;
+use crate::{FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE};
+
+/// Files of a recording, in the order in which they are summed.
+pub const FILES: [&str; 4] = [MANIFEST_FILE, FORCE_FILE, POSITION_FILE, SIGNALS_FILE];
+
+/// Bytes read at a time.
+const BUFFER_BYTES: usize = 1 << 16;
+
+/// SHA-256 of each file of a recording, in hexadecimal, by the file's name.
+pub type Sums = BTreeMap<String, String>;
+
+/// Sum of a file that is being read.
+struct OpenFile {
+    name: &'static str,
+    path: PathBuf,
+    source: Box<dyn Read + Send>,
+    digest: Sha256,
+}
+
+/// Sums of a recording on their way.
+pub struct Summing {
+    storage: Arc<dyn Storage>,
+    folder: PathBuf,
+    waiting: VecDeque<&'static str>,
+    open: Option<OpenFile>,
+    done: Sums,
+    buffer: Vec<u8>,
+}
+
+impl Summing {
+    /// Begins with nothing read.
+    #[must_use]
+    pub fn new(storage: Arc<dyn Storage>, folder: &Path) -> Self {
+        Self {
+            storage,
+            folder: folder.to_owned(),
+            waiting: FILES.into(),
+            open: None,
+            done: Sums::new(),
+            buffer: vec![0; BUFFER_BYTES],
+        }
+    }
+
+    /// Returns the recording.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Reads on, about `bytes` bytes; returns the bytes read, fewer only when every file has been read.
+    ///
+    /// # Errors
+    /// A file cannot be read.
+    pub fn advance(&mut self, bytes: usize) -> Result<usize, DiskError> {
+        let mut taken = 0;
+        while taken < bytes {
+            self.open_next()?;
+            let Some(file) = &mut self.open else {
+                break;
+            };
+            match file.source.read(&mut self.buffer) {
+                Ok(0) => {
+                    if let Some(file) = self.open.take() {
+                        let sum = hexadecimal(&file.digest.finalize());
+                        self.done.insert(file.name.to_owned(), sum);
+                    }
+                }
+                Ok(read) => {
+                    file.digest.update(&self.buffer[..read]);
+                    taken += read;
+                }
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) => return Err(error).on("read back", &file.path),
+            }
+        }
+        Ok(taken)
+    }
+
+    /// Opens the next file, if none is open and there is one.
+    fn open_next(&mut self) -> Result<(), DiskError> {
+        if self.open.is_none()
+            && let Some(name) = self.waiting.pop_front()
+        {
+            let path = self.folder.join(name);
+            self.open = Some(OpenFile {
+                name,
+                source: self.storage.read(&path).on("read back", &path)?,
+                path,
+                digest: Sha256::new(),
+            });
+        }
+        Ok(())
+    }
+
+    /// Returns the sums once every file has been read.
+    #[must_use]
+    pub fn sums(&self) -> Option<&Sums> {
+        (self.open.is_none() && self.waiting.is_empty()).then_some(&self.done)
+    }
+}
+
+impl std::fmt::Debug for Summing {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Summing")
+            .field("folder", &self.folder)
+            .field("done", &self.done)
+            .finish_non_exhaustive()
+    }
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        // Writing to a string does not fail.
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::storage::FileSystem;
+    use std::fs;
+
+    /// NIST's example (FIPS 180-4): "abc".
+    const ABC: &str = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+    const NOTHING: &str = "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855";
+
+    #[test]
+    fn sums_are_those_of_the_standard_however_little_is_read_at_a_time() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in FILES {
+            fs::write(folder.path().join(name), "abc").unwrap();
+        }
+        fs::write(folder.path().join(FORCE_FILE), "").unwrap();
+        let mut summing = Summing::new(Arc::new(FileSystem), folder.path());
+        let mut steps = 0;
+        while summing.sums().is_none() {
+            summing.advance(1).unwrap();
+            steps += 1;
+        }
+        assert!(steps >= 3, "{steps} steps for three files with a content");
+        let sums = summing.sums().unwrap();
+        assert_eq!(sums.len(), FILES.len());
+        assert_eq!(sums[SIGNALS_FILE], ABC);
+        assert_eq!(sums[FORCE_FILE], NOTHING);
+    }
+
+    #[test]
+    fn a_file_that_is_gone_has_no_sum() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut summing = Summing::new(Arc::new(FileSystem), folder.path());
+        assert_eq!(summing.advance(1).unwrap_err().action, "read back");
+    }
+}

@@ -1,0 +1,15 @@
+//! Verification of a study: whether what was recorded is all there and as it was made.
+
+mod defect;
+mod findings;
+mod history;
+mod recording_check;
+mod session_check;
+mod study_check;
+
+pub use defect::{RecordingDefect, SessionDefect, StudyDefect};
+pub use findings::{
+    Integrity, SessionEnd, SessionFindings, Standing, StudyFindings, TrialFindings,
+};
+pub use session_check::{last_trial, log_defects, recordings, session};
+pub use study_check::{VerifyError, beside_sessions, sessions};

@@ -1,0 +1,292 @@
+//! A session: its log, the copies that it keeps, and its recordings against the log.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use protocols::Protocol;
+
+use super::defect::{RecordingDefect, SessionDefect};
+use super::findings::{Integrity, SessionEnd, SessionFindings, Standing, TrialFindings};
+use super::history::{Attempt, History, practice_trials};
+use super::recording_check;
+use crate::disk::entries;
+use crate::manifest::{End, Manifest};
+use crate::study::event_log::{self, LogContent};
+use crate::study::{EVENTS_FILE, TrialBlock, TrialLabel};
+use crate::{DiskError, MANIFEST_FILE};
+
+/// Returns the recordings that have a folder in the session.
+///
+/// # Errors
+/// The folder cannot be listed.
+pub fn recordings(session: &Path) -> Result<Vec<TrialLabel>, DiskError> {
+    let mut labels: Vec<TrialLabel> = entries(session)?
+        .iter()
+        .filter_map(|name| name.parse().ok())
+        .collect();
+    labels.sort_unstable();
+    Ok(labels)
+}
+
+/// Verifies the session in `folder`; `done` is called after each recording.
+///
+/// # Errors
+/// The folder cannot be listed.
+pub fn session(folder: &Path, mut done: impl FnMut()) -> Result<SessionFindings, DiskError> {
+    let mut found = SessionFindings {
+        folder: folder.to_owned(),
+        end: SessionEnd::NotBegun,
+        planned: None,
+        trials: Vec::new(),
+        defects: Vec::new(),
+        notes: Vec::new(),
+    };
+    let present: BTreeSet<TrialLabel> = recordings(folder)?.into_iter().collect();
+    let path = folder.join(EVENTS_FILE);
+    let content = match event_log::read(&path) {
+        Ok(content) => content,
+        Err(error) => {
+            if path.exists() {
+                let reason = error.to_string();
+                found.defects.push(SessionDefect::Unreadable { reason });
+            } else if !present.is_empty() {
+                found.defects.push(SessionDefect::NoLog);
+            }
+            LogContent::default()
+        }
+    };
+    let has_log = found.defects.is_empty();
+    for line in &content.torn_lines {
+        let text = format!("{EVENTS_FILE}: line {line} was torn when the program was killed");
+        found.notes.push(text);
+    }
+    let history = history(folder, &content, &mut found);
+    let labels: BTreeSet<TrialLabel> = history.attempts.keys().chain(&present).copied().collect();
+    for label in labels {
+        let attempt = history.attempts.get(&label);
+        let trial = trial(folder, label, attempt, present.contains(&label), has_log);
+        found.trials.push(trial);
+        if present.contains(&label) {
+            done();
+        }
+    }
+    strangers(folder, &mut found)?;
+    found.end = history.end;
+    found.planned = history.planned;
+    found.defects.extend(history.defects);
+    Ok(found)
+}
+
+/// Verifies the last attempt of a session whose log is `content`; `None` if there was none.
+///
+/// # Errors
+/// The folder cannot be listed.
+pub fn last_trial(folder: &Path, content: &LogContent) -> Result<Option<TrialFindings>, DiskError> {
+    let present: BTreeSet<TrialLabel> = recordings(folder)?.into_iter().collect();
+    let history = History::of(
+        content,
+        practice(folder, content).unwrap_or_else(|_| practice_trials(content)),
+    );
+    let known = history.attempts.keys();
+    Ok(known.chain(&present).max().map(|label| {
+        let attempt = history.attempts.get(label);
+        trial(folder, *label, attempt, present.contains(label), true)
+    }))
+}
+
+/// Returns what is out of order in the log of a session.
+#[must_use]
+pub fn log_defects(folder: &Path, content: &LogContent) -> Vec<SessionDefect> {
+    let practice = practice(folder, content).unwrap_or_else(|_| practice_trials(content));
+    History::of(content, practice).defects
+}
+
+/// Returns the number of practice trials by the session's copy of its protocol, or else by the log.
+fn practice(folder: &Path, content: &LogContent) -> Result<u32, SessionDefect> {
+    let start = content
+        .documents
+        .iter()
+        .find_map(|document| match document {
+            event_log::Document::Start(start) => Some(start),
+            _ => None,
+        });
+    let Some(start) = start else {
+        return Ok(practice_trials(content));
+    };
+    let file = format!("{}.toml", start.protocol);
+    let text = copy(folder, &file)?;
+    // A later version may have other rules; the log is as good.
+    Ok(Protocol::parse(&text, &file).map_or_else(
+        |_| practice_trials(content),
+        |protocol| protocol.trials.practice,
+    ))
+}
+
+/// Returns a file that the session keeps a copy of, which must be TOML.
+fn copy(folder: &Path, file: &str) -> Result<String, SessionDefect> {
+    let broken = |reason| SessionDefect::BrokenCopy {
+        file: file.to_owned(),
+        reason,
+    };
+    let text = fs::read_to_string(folder.join(file)).map_err(|error| {
+        if error.kind() == io::ErrorKind::NotFound {
+            SessionDefect::NoCopy {
+                file: file.to_owned(),
+            }
+        } else {
+            broken(error.to_string())
+        }
+    })?;
+    match text.parse::<toml::Table>() {
+        Ok(_) => Ok(text),
+        Err(error) => Err(broken(error.message().to_owned())),
+    }
+}
+
+fn history(folder: &Path, content: &LogContent, found: &mut SessionFindings) -> History {
+    let practice = practice(folder, content).unwrap_or_else(|defect| {
+        found.defects.push(defect);
+        practice_trials(content)
+    });
+    let history = History::of(content, practice);
+    if let Some(start) = &history.start {
+        let mut copies = vec!["bench.toml"];
+        copies.extend(start.calibration.is_some().then_some("calibration.toml"));
+        for file in copies {
+            found.defects.extend(copy(folder, file).err());
+        }
+        let said = format!("{}, session {}", start.participant, start.session);
+        let expected = names(folder);
+        if expected.as_ref().is_some_and(|expected| *expected != said) {
+            found.defects.push(SessionDefect::OtherSession {
+                found: said,
+                expected: expected.unwrap_or_default(),
+            });
+        }
+    }
+    history
+}
+
+/// Returns participant and session by the folders' names, if these are named as in a study.
+fn names(folder: &Path) -> Option<String> {
+    let folder = folder.canonicalize().ok()?;
+    let number: u32 = folder
+        .file_name()?
+        .to_str()?
+        .strip_prefix("ses-")?
+        .parse()
+        .ok()?;
+    let participant = folder.parent()?.file_name()?.to_str()?;
+    Some(format!("{participant}, session {number}"))
+}
+
+fn trial(
+    session: &Path,
+    label: TrialLabel,
+    attempt: Option<&Attempt>,
+    present: bool,
+    has_log: bool,
+) -> TrialFindings {
+    let mut found = TrialFindings {
+        label,
+        standing: attempt.map_or(Standing::Unknown, |attempt| {
+            attempt.standing.unwrap_or(Standing::Interrupted)
+        }),
+        integrity: Integrity::NotRecorded,
+        defects: Vec::new(),
+        notes: Vec::new(),
+    };
+    let saved = attempt.is_some_and(|attempt| attempt.saved);
+    let judged = matches!(
+        found.standing,
+        Standing::Accepted | Standing::Repeated | Standing::GivenUp
+    );
+    if !present {
+        if saved || judged {
+            found.integrity = Integrity::Missing;
+            found.defects.push(RecordingDefect::NoFolder);
+        }
+        return found;
+    }
+    let folder = session.join(label.to_string());
+    let begun_only = !saved && !judged && !folder.join(MANIFEST_FILE).exists();
+    if begun_only {
+        let text = "the program was killed before it had written the description";
+        found.notes.push(text.to_owned());
+        return found;
+    }
+    let sums = attempt.and_then(|attempt| attempt.sums.as_ref());
+    let check = recording_check::check(&folder, sums);
+    found.defects = check.defects;
+    found.notes = check.notes;
+    if let Some(manifest) = &check.manifest {
+        found.defects.extend(other_trial(session, label, manifest));
+        let end = manifest.trial.as_ref().and_then(|trial| trial.end);
+        if end.is_none() && manifest.trial.is_some() && (saved || judged) {
+            found.defects.push(RecordingDefect::NoEnd);
+        }
+        if attempt.is_none() && has_log {
+            if end.is_some() {
+                found.defects.push(RecordingDefect::NotInLog);
+            } else {
+                found.standing = Standing::Interrupted;
+                let text = "the program was killed before the log told of it";
+                found.notes.push(text.to_owned());
+            }
+        }
+        if judged && !saved && end == Some(End::Completed) {
+            let text = "the log does not call it saved: the program ended too early";
+            found.notes.push(text.to_owned());
+        }
+    }
+    found.integrity = match (found.defects.is_empty(), sums) {
+        (false, _) => Integrity::Damaged,
+        (true, Some(_)) => Integrity::Intact,
+        (true, None) => Integrity::NoSum,
+    };
+    found
+}
+
+/// Compares the description with the names of the folders.
+fn other_trial(session: &Path, label: TrialLabel, manifest: &Manifest) -> Option<RecordingDefect> {
+    let trial = manifest.trial.as_ref()?;
+    let said = TrialLabel {
+        block: if trial.practice {
+            TrialBlock::Practice
+        } else {
+            TrialBlock::Main
+        },
+        number: trial.number,
+        attempt: trial.attempt,
+    };
+    let whose = manifest
+        .participant
+        .as_ref()
+        .map(|participant| format!("{}, session {}", participant.id, participant.session));
+    let folders = names(session);
+    let elsewhere = whose.is_some() && folders.is_some() && whose != folders;
+    (said != label || elsewhere).then(|| RecordingDefect::OtherTrial {
+        found: format!("{said} of {}", whose.unwrap_or_default()),
+        expected: format!("{label} of {}", folders.unwrap_or_default()),
+    })
+}
+
+/// Names folders that are no trials.
+fn strangers(folder: &Path, found: &mut SessionFindings) -> Result<(), DiskError> {
+    for name in entries(folder)? {
+        let path = folder.join(&name);
+        if !path.is_dir() || name.parse::<TrialLabel>().is_ok() {
+            continue;
+        }
+        if path.join(MANIFEST_FILE).exists() {
+            found.defects.push(SessionDefect::ForeignRecording { name });
+        } else {
+            found
+                .notes
+                .push(format!("{name} is no part of the session"));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,91 @@
+//! `verify`: whether a study is all there and as it was recorded.
+
+mod table;
+
+use std::io::{IsTerminal, Write};
+use std::path::Path;
+
+use anyhow::Context;
+use config::{CalibrationFile, CalibrationFileError};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use recording::disk;
+use recording::verify::{self, SessionDefect, StudyFindings};
+
+use crate::cli::Verify;
+use crate::verbosity::Verbosity;
+
+pub use table::trial_words;
+
+/// The session's copy of the calibration.
+const CALIBRATION_COPY: &str = "calibration.toml";
+
+/// Runs the command. True if nothing is damaged or missing.
+///
+/// # Errors
+/// There is nothing to verify, a folder cannot be listed, or the findings cannot be written.
+pub fn run(options: &Verify, verbosity: Verbosity) -> anyhow::Result<bool> {
+    let found = findings(&options.study, verbosity)?;
+    match &options.json {
+        Some(path) => write_text(path, &table::to_json(&found)?)?,
+        None => write!(std::io::stdout(), "{}", table::to_text(&found))?,
+    }
+    Ok(found.is_whole())
+}
+
+fn findings(study: &Path, verbosity: Verbosity) -> anyhow::Result<StudyFindings> {
+    let sessions = verify::sessions(study)?;
+    let mut recordings = 0;
+    for session in &sessions {
+        recordings += verify::recordings(session)?.len();
+    }
+    verbosity.note(format_args!(
+        "{} sessions, {recordings} recordings",
+        sessions.len()
+    ));
+    let bar = progress_bar(recordings as u64, verbosity);
+    let mut found = StudyFindings::default();
+    for session in &sessions {
+        let mut session = verify::session(session, || bar.inc(1))?;
+        session.defects.extend(edited_calibration(&session.folder));
+        found.sessions.push(session);
+    }
+    bar.finish_and_clear();
+    verify::beside_sessions(study, &mut found)?;
+    Ok(found)
+}
+
+/// Returns what is wrong with the session's copy of the calibration, which has a hash of its own. That it is missing or no
+/// TOML has been found; that this version has other rules for it is no damage.
+fn edited_calibration(session: &Path) -> Option<SessionDefect> {
+    match CalibrationFile::read(&session.join(CALIBRATION_COPY)) {
+        Err(CalibrationFileError::Edited { .. } | CalibrationFileError::NoHash { .. }) => {
+            Some(SessionDefect::BrokenCopy {
+                file: CALIBRATION_COPY.to_owned(),
+                reason: "it was edited after it was measured".to_owned(),
+            })
+        }
+        _ => None,
+    }
+}
+
+fn progress_bar(recordings: u64, verbosity: Verbosity) -> ProgressBar {
+    let target = if verbosity.shows_progress() && std::io::stderr().is_terminal() {
+        ProgressDrawTarget::stderr()
+    } else {
+        ProgressDrawTarget::hidden()
+    };
+    let bar = ProgressBar::with_draw_target(Some(recordings), target);
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} recordings {eta}") {
+        bar.set_style(style);
+    }
+    bar
+}
+
+/// Standard output for `-`, otherwise a file that is whole or not there.
+fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
+    if path == Path::new("-") {
+        std::io::stdout().write_all(text.as_bytes())?;
+        return Ok(());
+    }
+    disk::replace_file(path, text.as_bytes()).context("cannot write the findings")
+}

@@ -1,0 +1,104 @@
+//! A disk that fails on purpose, at every operation of a recording and in every way: nothing is called saved that is not,
+//! and what is on the disk can be read.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+mod memory_disk;
+mod trial;
+
+use std::time::Instant;
+
+use bench_tests::campaign;
+use memory_disk::{Failure, Kept, MemoryDisk};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use trial::{Ended, Session};
+
+/// Records a session on disks that fail at the first, the second … operation; how often, until none failed.
+fn at_every_operation(failure: Failure, mut check: impl FnMut(&MemoryDisk, &Session)) -> usize {
+    for n in 0.. {
+        let disk = MemoryDisk::new(trial::folder(), Some(failure), n);
+        let session = Session::record(&disk);
+        if !disk.has_failed() {
+            assert!(session.is_saved(), "{session:?}");
+            return n;
+        }
+        check(&disk, &session);
+    }
+    unreachable!("a session has an end");
+}
+
+#[test]
+fn a_session_on_a_sound_disk_is_saved() {
+    let disk = MemoryDisk::new(trial::folder(), None, 0);
+    let session = Session::record(&disk);
+    assert!(session.is_saved(), "{session:?}");
+    let place = tempfile::tempdir().unwrap();
+    disk.show(place.path());
+    session.require_kept(place.path(), Ended::ByItself);
+}
+
+#[test]
+fn whatever_fails_nothing_is_called_saved_that_is_not() {
+    let begin = Instant::now();
+    let mut failures = 0;
+    for failure in Failure::ALL {
+        if failure == Failure::PowerCut {
+            continue;
+        }
+        failures += at_every_operation(failure, |disk, session| {
+            let place = tempfile::tempdir().unwrap();
+            disk.show(place.path());
+            session.require_kept(place.path(), Ended::ByItself);
+            // The next trial is recorded on a disk that works again.
+            assert!(failure.lasts() || session.lost_trials() <= 1, "{session:?}");
+            // What was synced, and nothing else, survives a power cut soon after.
+            let after = tempfile::tempdir().unwrap();
+            let mut rng = ChaCha8Rng::seed_from_u64(0);
+            disk.show_after_power_cut(Kept::Nothing, &mut rng, after.path());
+            session.require_kept(after.path(), Ended::ByPowerCut);
+            match failure {
+                Failure::ShortWrite | Failure::Interrupted => {
+                    assert!(session.is_saved(), "{failure:?} is no fault: {session:?}");
+                }
+                _ => assert!(
+                    !session.is_saved(),
+                    "{failure:?} passed unseen: {session:?}"
+                ),
+            }
+        });
+    }
+    let text = format!(
+        "nothing was called saved that was not, in {:.0} s",
+        begin.elapsed().as_secs_f64()
+    );
+    campaign::found("failures of every operation", failures, &text);
+    assert!(failures > 300, "{failures} failures");
+}
+
+/// Power cuts at every operation in every test run; `FRICTION_BENCH_POWER_CUTS` asks for more.
+const POWER_CUTS: usize = 2;
+
+#[test]
+fn a_power_cut_at_any_operation_leaves_what_was_synced() {
+    let begin = Instant::now();
+    let random = campaign::repeats("FRICTION_BENCH_POWER_CUTS", POWER_CUTS);
+    let kept = [Kept::Nothing, Kept::All].into_iter();
+    let mut cuts = 0;
+    for (seed, kept) in (0..).zip(kept.chain(std::iter::repeat_n(Kept::Random, random))) {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        cuts += at_every_operation(Failure::PowerCut, |disk, session| {
+            let place = tempfile::tempdir().unwrap();
+            disk.show_after_power_cut(kept, &mut rng, place.path());
+            session.require_kept(place.path(), Ended::ByPowerCut);
+        });
+    }
+    let text = format!(
+        "what was synced was kept, in {:.0} s",
+        begin.elapsed().as_secs_f64()
+    );
+    campaign::found("power cuts at every operation", cuts, &text);
+    assert!(cuts > 100 * (random + 2), "{cuts} cuts");
+}

@@ -1,0 +1,501 @@
+//! A disk in memory that fails as it is told, and keeps after a power cut what was synced and of the rest what it likes.
+
+use std::collections::BTreeMap;
+use std::io::{self, Cursor, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard};
+
+use rand::{Rng, RngExt};
+use recording::storage::{Storage, StoredFile};
+
+/// Bytes that a disk writes whole or not at all.
+const SECTOR_BYTES: usize = 512;
+
+/// What is asked of the disk.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Operation {
+    Create,
+    Write,
+    /// A write within what the file holds, which needs no room.
+    Overwrite,
+    SetLength,
+    Sync,
+    Rename,
+    Remove,
+    Find,
+    Read,
+}
+
+/// How the disk fails.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Failure {
+    /// Any one operation fails.
+    Once,
+    /// One write fails.
+    Write,
+    /// One sync fails, of a file or of a folder, and what it was to write is dropped.
+    Sync,
+    /// One rename fails.
+    Rename,
+    /// One write takes half of its bytes.
+    ShortWrite,
+    /// One write is interrupted by a signal.
+    Interrupted,
+    /// From one operation on there is no room.
+    Full,
+    /// From one operation on nothing can be changed.
+    ReadOnly,
+    /// From one operation on there is no disk.
+    PowerCut,
+}
+
+impl Failure {
+    pub const ALL: [Self; 9] = [
+        Self::Once,
+        Self::Write,
+        Self::Sync,
+        Self::Rename,
+        Self::ShortWrite,
+        Self::Interrupted,
+        Self::Full,
+        Self::ReadOnly,
+        Self::PowerCut,
+    ];
+
+    /// Whether the failure counts, and may hit, this operation.
+    fn concerns(self, operation: Operation) -> bool {
+        let written = matches!(operation, Operation::Write | Operation::Overwrite);
+        match self {
+            Self::Write | Self::ShortWrite | Self::Interrupted => written,
+            Self::Sync => operation == Operation::Sync,
+            Self::Rename => operation == Operation::Rename,
+            Self::Full => matches!(operation, Operation::Create | Operation::Write),
+            Self::ReadOnly => !matches!(operation, Operation::Find | Operation::Read),
+            Self::Once | Self::PowerCut => true,
+        }
+    }
+
+    /// Whether nothing works after it.
+    pub fn lasts(self) -> bool {
+        matches!(self, Self::Full | Self::ReadOnly | Self::PowerCut)
+    }
+
+    fn error(self) -> io::Error {
+        match self {
+            Self::Full => io::ErrorKind::StorageFull.into(),
+            Self::ReadOnly => io::ErrorKind::ReadOnlyFilesystem.into(),
+            Self::Interrupted => io::ErrorKind::Interrupted.into(),
+            _ => io::Error::other("the disk failed on purpose"),
+        }
+    }
+}
+
+#[derive(Debug, Clone)]
+enum Change {
+    Write { at: usize, bytes: Vec<u8> },
+    Length(usize),
+}
+
+impl Change {
+    fn apply(&self, content: &mut Vec<u8>) {
+        match self {
+            Self::Write { at, bytes } => {
+                let end = at + bytes.len();
+                if content.len() < end {
+                    content.resize(end, 0);
+                }
+                content[*at..end].copy_from_slice(bytes);
+            }
+            Self::Length(bytes) => content.resize(*bytes, 0),
+        }
+    }
+
+    /// Applies what a power cut lets through: some of the sectors.
+    fn apply_partly(&self, content: &mut Vec<u8>, rng: &mut impl Rng) {
+        let Self::Write { at, bytes } = self else {
+            return;
+        };
+        let (mut from, end) = (*at, at + bytes.len());
+        while from < end {
+            let to = end.min((from / SECTOR_BYTES + 1) * SECTOR_BYTES);
+            if rng.random_bool(0.5) {
+                let bytes = bytes[from - at..to - at].to_vec();
+                Self::Write { at: from, bytes }.apply(content);
+            }
+            from = to;
+        }
+    }
+}
+
+#[derive(Debug, Default)]
+struct Content {
+    now: Vec<u8>,
+    synced: Vec<u8>,
+    /// Since the last sync.
+    changes: Vec<Change>,
+}
+
+impl Content {
+    fn change(&mut self, change: Change) {
+        change.apply(&mut self.now);
+        self.changes.push(change);
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Node {
+    Folder,
+    File(usize),
+}
+
+type Names = BTreeMap<PathBuf, Node>;
+
+/// Names that come and go together.
+type NameChange = Vec<(PathBuf, Option<Node>)>;
+
+fn rename(names: &mut Names, change: &NameChange) {
+    for (path, node) in change {
+        match node {
+            Some(node) => names.insert(path.clone(), *node),
+            None => names.remove(path),
+        };
+    }
+}
+
+#[derive(Debug)]
+struct State {
+    contents: Vec<Content>,
+    now: Names,
+    synced: Names,
+    /// Since the last sync of their folder.
+    changes: Vec<NameChange>,
+    failure: Option<Failure>,
+    /// Operations that the failure concerns, up to the one that it hits.
+    left: usize,
+    hit: bool,
+}
+
+/// The disk.
+#[derive(Debug, Clone)]
+pub struct MemoryDisk(Arc<Mutex<State>>);
+
+impl MemoryDisk {
+    /// A disk with one folder, whose `n`-th operation, from 0, that `failure` concerns fails.
+    pub fn new(folder: &Path, failure: Option<Failure>, n: usize) -> Self {
+        let names: Names = [(folder.to_owned(), Node::Folder)].into();
+        Self(Arc::new(Mutex::new(State {
+            contents: Vec::new(),
+            now: names.clone(),
+            synced: names,
+            changes: Vec::new(),
+            failure,
+            left: n,
+            hit: false,
+        })))
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.0.lock().unwrap()
+    }
+
+    /// Whether the failure came.
+    pub fn has_failed(&self) -> bool {
+        self.state().hit
+    }
+
+    /// Writes what programs see on the disk into `to`.
+    pub fn show(&self, to: &Path) {
+        let state = self.state();
+        let contents: Vec<_> = state.contents.iter().map(|c| c.now.clone()).collect();
+        show(&state.now, &contents, to);
+    }
+
+    /// Writes what is on the disk after a power cut into `to`.
+    pub fn show_after_power_cut(&self, kept: Kept, rng: &mut impl Rng, to: &Path) {
+        let state = self.state();
+        let mut names = state.synced.clone();
+        for change in &state.changes {
+            if kept.of(rng) == Kept::All {
+                rename(&mut names, change);
+            }
+        }
+        let contents = state.contents.iter().map(|content| {
+            let mut bytes = content.synced.clone();
+            for change in &content.changes {
+                match kept.of(rng) {
+                    Kept::All => change.apply(&mut bytes),
+                    Kept::Random => change.apply_partly(&mut bytes, rng),
+                    Kept::Nothing => {}
+                }
+            }
+            bytes
+        });
+        let contents: Vec<_> = contents.collect();
+        show(&names, &contents, to);
+    }
+}
+
+/// What a power cut keeps of what was not synced.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kept {
+    Nothing,
+    All,
+    /// Each change by chance, whole, in part or not at all.
+    Random,
+}
+
+impl Kept {
+    /// What becomes of one change; `Random` for a part of it.
+    fn of(self, rng: &mut impl Rng) -> Self {
+        match self {
+            Self::Random => [Self::Nothing, Self::All, Self::Random][rng.random_range(0..3)],
+            certain => certain,
+        }
+    }
+}
+
+fn show(names: &Names, contents: &[Vec<u8>], to: &Path) {
+    for (path, node) in names {
+        let path = to.join(path.strip_prefix("/").unwrap());
+        // A folder sorts before what is in it; what is in a folder that was lost is lost.
+        match node {
+            Node::Folder => std::fs::create_dir_all(path).unwrap(),
+            Node::File(number) if path.parent().unwrap().is_dir() => {
+                std::fs::write(path, &contents[*number]).unwrap();
+            }
+            Node::File(_) => {}
+        }
+    }
+}
+
+impl State {
+    /// Counts an operation; whether the failure hits it.
+    fn hits(&mut self, operation: Operation) -> Option<Failure> {
+        let failure = self.failure.filter(|failure| failure.concerns(operation))?;
+        if self.hit {
+            return failure.lasts().then_some(failure);
+        }
+        if self.left > 0 {
+            self.left -= 1;
+            return None;
+        }
+        self.hit = true;
+        Some(failure)
+    }
+
+    fn ask(&mut self, operation: Operation) -> io::Result<()> {
+        self.hits(operation).map_or(Ok(()), |f| Err(f.error()))
+    }
+
+    fn file(&self, path: &Path) -> io::Result<usize> {
+        match self.now.get(path) {
+            Some(Node::File(number)) => Ok(*number),
+            Some(Node::Folder) => Err(io::ErrorKind::IsADirectory.into()),
+            None => Err(io::ErrorKind::NotFound.into()),
+        }
+    }
+
+    fn change_names(&mut self, change: NameChange) {
+        rename(&mut self.now, &change);
+        self.changes.push(change);
+    }
+
+    fn make(&mut self, path: &Path) -> io::Result<usize> {
+        if !matches!(
+            path.parent().and_then(|folder| self.now.get(folder)),
+            Some(Node::Folder)
+        ) {
+            return Err(io::ErrorKind::NotFound.into());
+        }
+        self.contents.push(Content::default());
+        let number = self.contents.len() - 1;
+        self.change_names(vec![(path.to_owned(), Some(Node::File(number)))]);
+        Ok(number)
+    }
+}
+
+impl Storage for MemoryDisk {
+    fn create_new(&self, path: &Path) -> io::Result<Box<dyn StoredFile>> {
+        let mut state = self.state();
+        state.ask(Operation::Create)?;
+        if state.now.contains_key(path) {
+            return Err(io::ErrorKind::AlreadyExists.into());
+        }
+        let number = state.make(path)?;
+        Ok(Box::new(MemoryFile::new(self, number, false)))
+    }
+
+    fn create(&self, path: &Path) -> io::Result<Box<dyn StoredFile>> {
+        let mut state = self.state();
+        state.ask(Operation::Create)?;
+        let number = match state.file(path) {
+            Ok(number) => {
+                state.contents[number].change(Change::Length(0));
+                number
+            }
+            Err(_) => state.make(path)?,
+        };
+        Ok(Box::new(MemoryFile::new(self, number, false)))
+    }
+
+    fn append(&self, path: &Path) -> io::Result<Box<dyn StoredFile>> {
+        let mut state = self.state();
+        state.ask(Operation::Find)?;
+        let number = state.file(path)?;
+        Ok(Box::new(MemoryFile::new(self, number, true)))
+    }
+
+    fn read(&self, path: &Path) -> io::Result<Box<dyn Read + Send>> {
+        let mut state = self.state();
+        state.ask(Operation::Read)?;
+        let number = state.file(path)?;
+        Ok(Box::new(Cursor::new(state.contents[number].now.clone())))
+    }
+
+    fn create_folder(&self, path: &Path) -> io::Result<()> {
+        let mut state = self.state();
+        state.ask(Operation::Create)?;
+        if state.now.contains_key(path) {
+            return Err(io::ErrorKind::AlreadyExists.into());
+        }
+        state.change_names(vec![(path.to_owned(), Some(Node::Folder))]);
+        Ok(())
+    }
+
+    fn rename(&self, from: &Path, to: &Path) -> io::Result<()> {
+        let mut state = self.state();
+        state.ask(Operation::Rename)?;
+        let number = state.file(from)?;
+        state.change_names(vec![
+            (from.to_owned(), None),
+            (to.to_owned(), Some(Node::File(number))),
+        ]);
+        Ok(())
+    }
+
+    fn remove(&self, path: &Path) -> io::Result<()> {
+        let mut state = self.state();
+        state.ask(Operation::Remove)?;
+        state.file(path)?;
+        state.change_names(vec![(path.to_owned(), None)]);
+        Ok(())
+    }
+
+    fn find(&self, path: &Path) -> io::Result<()> {
+        let mut state = self.state();
+        state.ask(Operation::Find)?;
+        let found = state.now.contains_key(path);
+        found.then_some(()).ok_or(io::ErrorKind::NotFound.into())
+    }
+
+    fn sync_folder(&self, path: &Path) -> io::Result<()> {
+        let mut state = self.state();
+        // A failed sync leaves the names as they are: not on the disk for certain.
+        state.ask(Operation::Sync)?;
+        let State {
+            changes, synced, ..
+        } = &mut *state;
+        changes.retain(|change| {
+            let in_folder = change[0].0.parent() == Some(path);
+            if in_folder {
+                rename(synced, change);
+            }
+            !in_folder
+        });
+        Ok(())
+    }
+}
+
+/// A file of the disk, open for writing.
+#[derive(Debug)]
+struct MemoryFile {
+    disk: MemoryDisk,
+    number: usize,
+    at: usize,
+    appends: bool,
+}
+
+impl MemoryFile {
+    fn new(disk: &MemoryDisk, number: usize, appends: bool) -> Self {
+        Self {
+            disk: disk.clone(),
+            number,
+            at: 0,
+            appends,
+        }
+    }
+}
+
+impl Write for MemoryFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let mut state = self.disk.state();
+        let length = state.contents[self.number].now.len();
+        if self.appends {
+            self.at = length;
+        }
+        let operation = if self.at + bytes.len() > length {
+            Operation::Write
+        } else {
+            Operation::Overwrite
+        };
+        let taken = match state.hits(operation) {
+            None => bytes.len(),
+            Some(Failure::ShortWrite) => bytes.len().div_ceil(2),
+            Some(failure) => return Err(failure.error()),
+        };
+        state.contents[self.number].change(Change::Write {
+            at: self.at,
+            bytes: bytes[..taken].to_vec(),
+        });
+        self.at += taken;
+        Ok(taken)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Seek for MemoryFile {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        let length = self.disk.state().contents[self.number].now.len();
+        self.at = match to {
+            SeekFrom::Start(at) => at as usize,
+            SeekFrom::End(0) => length,
+            other => panic!("{other:?} is not needed"),
+        };
+        Ok(self.at as u64)
+    }
+}
+
+impl StoredFile for MemoryFile {
+    fn set_len(&mut self, bytes: u64) -> io::Result<()> {
+        let mut state = self.disk.state();
+        state.ask(Operation::SetLength)?;
+        state.contents[self.number].change(Change::Length(bytes as usize));
+        Ok(())
+    }
+
+    fn sync_data(&mut self) -> io::Result<()> {
+        let mut state = self.disk.state();
+        let hit = state.hits(Operation::Sync);
+        let Content {
+            synced, changes, ..
+        } = &mut state.contents[self.number];
+        match hit {
+            None => {
+                for change in changes.drain(..) {
+                    change.apply(synced);
+                }
+                Ok(())
+            }
+            Some(failure) => {
+                if !failure.lasts() {
+                    // Linux marks the pages as written: a later sync passes over them.
+                    changes.clear();
+                }
+                Err(failure.error())
+            }
+        }
+    }
+}

@@ -1,0 +1,437 @@
+//! `verify` on studies that are whole, and on studies that something happened to.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+use bench_tests::program::bench;
+use bench_tests::session::{demo_with, finish, text, unattended};
+use recording::{FORCE_FILE, MANIFEST_FILE, SIGNALS_FILE};
+use serde_json::Value;
+use tempfile::TempDir;
+
+const SESSION: &str = "sub-01/ses-01";
+const TRIAL: &str = "trial-001_attempt-1";
+const PRACTICE: &str = "practice-01_attempt-1";
+
+/// A study of one short session: a practice trial and two others.
+fn recorded() -> &'static Path {
+    static STUDY: OnceLock<TempDir> = OnceLock::new();
+    let folder = STUDY.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let protocol = demo_with(
+            folder.path(),
+            &[
+                ("per_condition = 4", "per_condition = 2"),
+                (
+                    "[\"left_to_right\", \"right_to_left\"]",
+                    "[\"left_to_right\"]",
+                ),
+                ("speed_m_per_s = 0.050", "speed_m_per_s = 0.080"),
+                ("countdown_s = 1.0", "countdown_s = 0.2"),
+                ("min_instances = 5", "min_instances = 1"),
+            ],
+        );
+        let study = folder.path().join("study");
+        let output = finish(&mut unattended(&study, "sub-01", protocol));
+        assert!(output.status.success(), "{}", text(&output));
+        folder
+    });
+    Path::new(folder.path())
+}
+
+/// A copy of that study, to be damaged.
+struct Copied {
+    folder: TempDir,
+}
+
+impl Copied {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        copy(&recorded().join("study"), &folder.path().join("study"));
+        Self { folder }
+    }
+
+    fn study(&self) -> PathBuf {
+        self.folder.path().join("study")
+    }
+
+    fn session(&self) -> PathBuf {
+        self.study().join(SESSION)
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.session().join(TRIAL).join(name)
+    }
+
+    /// Exchanges part of a text file.
+    fn edit(&self, file: &Path, from: &str, to: &str) {
+        let text = fs::read_to_string(file).unwrap();
+        assert!(text.contains(from), "no `{from}` in {text}");
+        fs::write(file, text.replacen(from, to, 1)).unwrap();
+    }
+
+    /// Removes the lines of the log that `of` chooses.
+    fn remove_lines(&self, of: impl Fn(&str) -> bool) {
+        let log = self.session().join("events.jsonl");
+        let text = fs::read_to_string(&log).unwrap();
+        let kept: String = text
+            .lines()
+            .filter(|line| !of(line))
+            .map(|l| format!("{l}\n"))
+            .collect();
+        assert!(kept.len() < text.len(), "no such line");
+        fs::write(log, kept).unwrap();
+    }
+
+    /// Goes on with the session.
+    fn resume(&self) -> Output {
+        let protocol = recorded().join("protocol.toml");
+        finish(unattended(&self.study(), "sub-01", protocol).arg("--resume"))
+    }
+
+    /// Returns the exit status and what is printed.
+    fn verify(&self) -> (i32, String) {
+        let output = finish(bench().arg("verify").arg(self.study()));
+        (output.status.code().unwrap(), text(&output))
+    }
+
+    /// Holds the study to be found damaged, and named in these words.
+    fn require_found(&self, words: &[&str]) {
+        let (status, printed) = self.verify();
+        assert_eq!(status, 1, "{printed}");
+        for word in words.iter().chain(&["NOT WHOLE"]) {
+            assert!(printed.contains(word), "no `{word}` in:\n{printed}");
+        }
+        assert!(!printed.contains("panicked"), "{printed}");
+    }
+}
+
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        let to = to.join(entry.file_name());
+        if entry.file_type().unwrap().is_dir() {
+            copy(&entry.path(), &to);
+        } else {
+            fs::copy(entry.path(), to).unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_whole_study_passes_with_every_sum() {
+    let study = Copied::new();
+    let (status, printed) = study.verify();
+    assert_eq!(status, 0, "{printed}");
+    for line in [
+        "complete, 2 of 2 trials accepted",
+        "practice              sums agree",
+        "accepted              sums agree",
+        "nothing is damaged or missing",
+    ] {
+        assert!(printed.contains(line), "no `{line}` in:\n{printed}");
+    }
+    assert!(!printed.contains("note"), "{printed}");
+    // A part of it, and as JSON.
+    let output = finish(bench().args(["verify", "--json", "-"]).arg(study.session()));
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["whole"], true);
+    let trials = found["sessions"][0]["trials"].as_array().unwrap();
+    assert!(trials.len() >= 3, "{found:#}");
+    assert!(trials.iter().all(|trial| trial["integrity"] == "intact"));
+    assert_eq!(trials[0]["name"], PRACTICE);
+    assert_eq!(trials[0]["practice"], true);
+    // The sums are those that any other program computes.
+    let log = fs::read_to_string(study.session().join("events.jsonl")).unwrap();
+    let saved: Value = log
+        .lines()
+        .map(|line| serde_json::from_str::<Value>(line).unwrap())
+        .find(|line| line["data"]["saved"] == TRIAL)
+        .unwrap();
+    let sums: String = saved["data"]["sha256"]
+        .as_object()
+        .unwrap()
+        .iter()
+        .map(|(file, sum)| format!("{}  {file}\n", sum.as_str().unwrap()))
+        .collect();
+    assert_eq!(sums.lines().count(), 4);
+    fs::write(study.file("SHA256SUMS"), sums).unwrap();
+    let checked = finish(
+        Command::new("sha256sum")
+            .args(["--check", "--strict", "SHA256SUMS"])
+            .current_dir(study.session().join(TRIAL)),
+    );
+    assert!(checked.status.success(), "{}", text(&checked));
+}
+
+#[test]
+fn a_flipped_byte_is_found() {
+    let study = Copied::new();
+    let path = study.file(SIGNALS_FILE);
+    let mut bytes = fs::read(&path).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(path, bytes).unwrap();
+    study.require_found(&[
+        "trial-001_attempt-1        accepted              DAMAGED",
+        "signals.wav is not as it was recorded",
+    ]);
+}
+
+#[test]
+fn a_missing_file_and_a_missing_folder_are_found() {
+    let study = Copied::new();
+    fs::remove_file(study.file(FORCE_FILE)).unwrap();
+    fs::remove_dir_all(study.session().join(PRACTICE)).unwrap();
+    fs::remove_file(study.session().join("bench.toml")).unwrap();
+    fs::write(study.session().join("calibration.toml"), "format = 1\n").unwrap();
+    study.require_found(&[
+        "calibration.toml cannot be read: it was edited",
+        "DAMAGED",
+        "force.csv is missing",
+        "practice-01_attempt-1      practice              MISSING",
+        "its folder is missing",
+        "bench.toml is missing",
+    ]);
+}
+
+#[test]
+fn a_truncated_wav_and_an_edited_description_are_found_also_without_sums() {
+    let study = Copied::new();
+    // As recorded before there were sums.
+    let log = study.session().join("events.jsonl");
+    let without: String = fs::read_to_string(&log)
+        .unwrap()
+        .lines()
+        .map(|line| {
+            let mut line: Value = serde_json::from_str(line).unwrap();
+            if let Some(data) = line["data"].as_object_mut() {
+                data.remove("sha256");
+            }
+            format!("{line}\n")
+        })
+        .collect();
+    fs::write(&log, without).unwrap();
+    let (status, printed) = study.verify();
+    assert_eq!(status, 0, "{printed}");
+    assert!(printed.contains("no sum recorded: "), "{printed}");
+    assert!(!printed.contains("sums agree"), "{printed}");
+
+    let path = study.file(SIGNALS_FILE);
+    let length = path.metadata().unwrap().len();
+    let file = fs::OpenOptions::new().write(true).open(&path).unwrap();
+    file.set_len(length - 1000).unwrap();
+    let other = study.session().join("trial-002_attempt-1");
+    study.edit(&other.join(MANIFEST_FILE), "number = 2", "number = 7");
+    study.require_found(&["truncated", "recording.toml is of trial-007_attempt-1"]);
+}
+
+#[test]
+fn an_edited_description_has_another_sum_and_a_broken_one_is_named() {
+    let study = Copied::new();
+    study.edit(
+        &study.file(MANIFEST_FILE),
+        "modulation_index = 0.95",
+        "modulation_index = 0.9",
+    );
+    let other = study.session().join("trial-002_attempt-1");
+    study.edit(&other.join(MANIFEST_FILE), "carrier_hz", "carier_hz");
+    study.require_found(&[
+        "recording.toml is not as it was recorded",
+        "unknown key `carier_hz`",
+    ]);
+}
+
+#[test]
+fn lost_frames_that_no_event_explains_are_found() {
+    let study = Copied::new();
+    let path = study.file(SIGNALS_FILE);
+    let mut bytes = fs::read(&path).unwrap();
+    let frame_bytes = usize::from(u16::from_le_bytes([bytes[32], bytes[33]]));
+    let start = bytes.len() - 10 * frame_bytes;
+    for sample in bytes[start..].chunks_exact_mut(4) {
+        sample.copy_from_slice(&f32::NAN.to_le_bytes());
+    }
+    fs::write(path, bytes).unwrap();
+    let manifest = study
+        .session()
+        .join("trial-002_attempt-1")
+        .join(MANIFEST_FILE);
+    let text = fs::read_to_string(&manifest).unwrap();
+    let gap = "\n[[events]]\nkind = \"gap\"\nsample = 100\nframes = 5\n";
+    fs::write(&manifest, text + gap).unwrap();
+    study.require_found(&[
+        "10 frames of signals.wav are lost, and no event",
+        "5 frames from 100 on were lost, but signals.wav has samples there",
+    ]);
+}
+
+#[test]
+fn a_line_that_is_removed_from_the_log_is_found() {
+    let study = Copied::new();
+    study.remove_lines(|line| line.contains("trial_settled") && line.contains("\"number\":2"));
+    study.require_found(&["events.jsonl", "lines are missing or in another order"]);
+    // The first and the last too.
+    for (of, word) in [
+        ("\"document\":\"start\"", "before any start"),
+        ("\"saved\":\"trial-002_attempt-1\"", "lines are missing"),
+    ] {
+        let study = Copied::new();
+        study.remove_lines(|line| line.contains(of));
+        study.require_found(&[word]);
+    }
+    let study = Copied::new();
+    fs::remove_file(study.session().join("events.jsonl")).unwrap();
+    study.require_found(&["events.jsonl is missing"]);
+}
+
+#[test]
+fn what_was_put_there_is_named() {
+    let study = Copied::new();
+    let session = study.session();
+    copy(&session.join(TRIAL), &session.join("trial-009_attempt-1"));
+    copy(&session.join(TRIAL), &session.join("a copy"));
+    fs::create_dir(session.join("figures")).unwrap();
+    fs::create_dir(study.study().join("sub-09")).unwrap();
+    study.require_found(&[
+        "trial-009_attempt-1        unknown               DAMAGED",
+        "the log does not know it",
+        "a copy is a recording that is no trial of this session",
+        "note: figures is no part of the session",
+        "note: sub-09 is not in participants.tsv",
+    ]);
+}
+
+#[test]
+fn a_participant_in_another_folder_is_found() {
+    let study = Copied::new();
+    fs::rename(study.study().join("sub-01"), study.study().join("sub-02")).unwrap();
+    study.require_found(&[
+        "participants.tsv lists sub-01",
+        "events.jsonl is of sub-01, session 1",
+    ]);
+}
+
+/// Cuts the study to what a kill in its last trial leaves: neither its end nor anything after it. Returns the trial.
+fn killed_in_the_last_trial(study: &Copied) -> String {
+    let log = study.session().join("events.jsonl");
+    let text = fs::read_to_string(&log).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    let last = lines
+        .iter()
+        .rposition(|line| line.contains("trial_began"))
+        .unwrap();
+    fs::write(&log, lines[..=last].join("\n") + "\n{\"docu").unwrap();
+    let began: Value = serde_json::from_str(lines[last]).unwrap();
+    let key = &began["data"]["key"];
+    let name = format!(
+        "trial-{:03}_attempt-{}",
+        key["number"].as_u64().unwrap() - 1,
+        key["attempt"]
+    );
+    study.edit(
+        &study.session().join(&name).join(MANIFEST_FILE),
+        "end = \"completed\"\n",
+        "",
+    );
+    name
+}
+
+#[test]
+fn an_interrupted_session_passes_and_is_resumed_with_a_word_on_its_last_trial() {
+    let study = Copied::new();
+    let name = killed_in_the_last_trial(&study);
+    let (status, printed) = study.verify();
+    assert_eq!(status, 0, "{printed}");
+    for word in [
+        "unfinished: the program was killed",
+        "interrupted           no sum recorded",
+        "was torn",
+    ] {
+        assert!(printed.contains(word), "no `{word}` in:\n{printed}");
+    }
+    let resumed = study.resume();
+    assert!(resumed.status.success(), "{}", text(&resumed));
+    let line = format!("the last trial before this: {name}: interrupted, no sum recorded");
+    assert!(text(&resumed).contains(&line), "{}", text(&resumed));
+    let (status, printed) = study.verify();
+    assert_eq!(status, 0, "{printed}");
+    assert!(printed.contains("complete, 2 of 2"), "{printed}");
+}
+
+#[test]
+fn a_damaged_last_trial_is_said_when_the_session_is_resumed() {
+    let study = Copied::new();
+    // The operator ended it after the first trial.
+    let log = study.session().join("events.jsonl");
+    let text_before = fs::read_to_string(&log).unwrap();
+    let lines: Vec<&str> = text_before.lines().collect();
+    let settled = |line: &&str| line.contains("trial_settled") && line.contains("\"number\":2");
+    let last = lines.iter().position(settled).unwrap();
+    fs::write(&log, lines[..=last].join("\n") + "\n").unwrap();
+    for entry in fs::read_dir(study.session()).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_str().unwrap();
+        if name.starts_with("trial-") && name > TRIAL {
+            fs::remove_dir_all(path).unwrap();
+        }
+    }
+    fs::remove_file(study.file(FORCE_FILE)).unwrap();
+    let resumed = study.resume();
+    assert!(resumed.status.success(), "{}", text(&resumed));
+    let line =
+        format!("the last trial before this: {TRIAL}: accepted, DAMAGED; force.csv is missing");
+    assert!(text(&resumed).contains(&line), "{}", text(&resumed));
+}
+
+#[test]
+fn a_session_whose_log_has_a_hole_is_not_resumed() {
+    for damage in ["trial_settled", "half a line"] {
+        let study = Copied::new();
+        killed_in_the_last_trial(&study);
+        if damage == "trial_settled" {
+            study.remove_lines(|line| line.contains(damage));
+        } else {
+            let log = study.session().join("events.jsonl");
+            study.edit(&log, "{\"document\":\"event\"", "{\"docu");
+        }
+        let before = fs::read(study.session().join("events.jsonl")).unwrap();
+        let refused = study.resume();
+        assert_eq!(refused.status.code(), Some(2), "{}", text(&refused));
+        for word in ["cannot be trusted", "events.jsonl", "--new-session"] {
+            assert!(text(&refused).contains(word), "{}", text(&refused));
+        }
+        let after = fs::read(study.session().join("events.jsonl")).unwrap();
+        assert!(before == after, "the log is left as it is");
+    }
+}
+
+#[test]
+fn a_misspelt_folder_suggests_the_right_one() {
+    let study = Copied::new();
+    let output = finish(
+        bench()
+            .arg("verify")
+            .arg(study.folder.path().join("studdy")),
+    );
+    let printed = text(&output);
+    assert_eq!(output.status.code(), Some(2), "{printed}");
+    let meant = format!("did you mean `{}`?", study.study().display());
+    assert!(printed.contains(&meant), "{printed}");
+    // Neither a recording nor something else is a study.
+    for (path, words) in [
+        (study.session().join(TRIAL), "is a recording"),
+        (study.session().join("demo.toml"), "is not a folder"),
+    ] {
+        let output = finish(bench().arg("verify").arg(path));
+        assert_eq!(output.status.code(), Some(2), "{}", text(&output));
+        assert!(text(&output).contains(words), "{}", text(&output));
+    }
+}

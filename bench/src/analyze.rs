@@ -21,7 +21,8 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     let mut settings = Settings::default();
     for path in &options.assume_file {
         let file = path.display().to_string();
-        let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {file}"))?;
+        let text = files::read_text(path, files::TEXT_LIMIT_BYTES)
+            .with_context(|| format!("cannot read {file}"))?;
         settings.assume_file(&text, &file)?;
     }
     for assumption in &options.assume {

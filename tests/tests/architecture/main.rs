@@ -20,8 +20,9 @@ const PACKAGE_LINES: usize = 8_000;
 const FILE_LINES: usize = 600;
 
 /// Packages that build on any machine, without sound, serial port or GPIO; `./dev portable` builds them.
-const PORTABLE: [&str; 8] = [
+const PORTABLE: [&str; 9] = [
     "strict",
+    "files",
     "figures",
     "impedance",
     "metrology",

@@ -6,6 +6,7 @@ mod calibration_channels;
 mod calibration_force;
 mod disk;
 mod first_hour;
+mod hostile;
 mod impedance_live;
 mod kills;
 mod long;

@@ -14,6 +14,9 @@ use serde_json::{Map, Value};
 use crate::DiskError;
 use crate::disk::{self, OnPath};
 
+/// Longest log that is read, bytes: some 30 000 events, a hundred times those of a long session.
+const LIMIT_BYTES: u64 = 16 << 20;
+
 /// Line of the log.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "document", rename_all = "snake_case")]
@@ -197,7 +200,8 @@ impl EventLog {
     /// The operating system refused, or a line is no document.
     pub fn open(path: PathBuf) -> Result<(Self, LogContent), EventLogError> {
         let content = read(&path)?;
-        let torn = !fs::read(&path).on("read", &path)?.ends_with(b"\n");
+        let log = files::read(&path, LIMIT_BYTES).on("read", &path)?;
+        let torn = !log.ends_with(b"\n");
         let mut file = OpenOptions::new()
             .append(true)
             .open(&path)
@@ -302,7 +306,7 @@ impl EventLog {
 /// # Errors
 /// The operating system refused, or another line is no document.
 pub fn read(path: &Path) -> Result<LogContent, EventLogError> {
-    let bytes = fs::read(path).on("read", path)?;
+    let bytes = files::read(path, LIMIT_BYTES).on("read", path)?;
     let mut content = LogContent::default();
     let mut unreadable: Option<(usize, String)> = None;
     let lines = bytes.split(|byte| *byte == b'\n').enumerate();

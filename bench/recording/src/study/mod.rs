@@ -194,7 +194,7 @@ impl Study {
     /// Adds the participant's line unless the table has one.
     fn register(&self, participant: &ParticipantId, line: &str) -> Result<(), StudyError> {
         let path = self.folder.join(PARTICIPANTS_FILE);
-        let table = fs::read_to_string(&path).on("read", &path)?;
+        let table = files::read_text(&path, files::TEXT_LIMIT_BYTES).on("read", &path)?;
         let known = table
             .lines()
             .any(|line| line.split('\t').next() == Some(participant.as_str()));
@@ -260,7 +260,7 @@ fn create_description(path: &Path, description: &Description) -> Result<(), Stud
 }
 
 fn read_description(path: &Path) -> Result<Description, StudyError> {
-    let text = fs::read_to_string(path).on("read", path)?;
+    let text = files::read_text(path, files::TEXT_LIMIT_BYTES).on("read", path)?;
     serde_json::from_str(&text).map_err(|error| StudyError::Description {
         path: path.to_owned(),
         reason: error.to_string(),

@@ -145,7 +145,8 @@ fn configuration(options: &cli::Hardware, verbosity: Verbosity) -> anyhow::Resul
         .as_deref()
         .unwrap_or(Path::new(DEFAULT_CONFIG));
     // A shell creates bench.toml before this program is started to write it.
-    let unwritten = || std::fs::read(path).map_or(true, |text| text.is_empty());
+    let unwritten =
+        || files::read(path, 0).map_or_else(|error| files::refusal(&error).is_none(), |_| true);
     if options.print_config && options.config.is_none() && unwritten() {
         print(config::TEMPLATE)?;
         return Ok(None);

@@ -6,6 +6,7 @@
 pub mod acquisition;
 mod assembly;
 pub mod claim;
+mod device_nodes;
 mod digital_lines;
 pub mod drive_control;
 pub mod encoder;
@@ -14,6 +15,7 @@ pub mod flags;
 pub mod force;
 mod gauges;
 mod life;
+mod lock_folder;
 pub mod lost_frames;
 pub mod loudspeaker;
 
@@ -21,6 +23,7 @@ pub use assembly::{Bench, Hardware, OpenHardware, impedance_chain};
 pub use digital_lines::Lines;
 pub use gauges::{FieldHealth, Gauges};
 pub use life::{Life, stop_on_signals};
+pub use lock_folder::lock_folder;
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

@@ -70,6 +70,9 @@ pub enum Refusal {
     /// It is no regular file.
     #[error("it is {0}, not a regular file")]
     NotRegular(FileKind),
+    /// It is a symbolic link where one is not followed.
+    #[error("it is a symbolic link, which is not followed here")]
+    Link,
     /// It has more bytes than are read of such a file.
     #[error("it is longer than {limit_bytes} bytes, the most that is read of such a file")]
     TooLong {
@@ -82,7 +85,7 @@ impl From<Refusal> for io::Error {
     fn from(refusal: Refusal) -> Self {
         let kind = match refusal {
             Refusal::NotRegular(FileKind::Folder) => io::ErrorKind::IsADirectory,
-            Refusal::NotRegular(_) => io::ErrorKind::InvalidInput,
+            Refusal::NotRegular(_) | Refusal::Link => io::ErrorKind::InvalidInput,
             Refusal::TooLong { .. } => io::ErrorKind::InvalidData,
         };
         Self::new(kind, refusal)

@@ -20,28 +20,30 @@ pub fn open(path: &Path) -> io::Result<File> {
     require_regular(&fs::metadata(path)?)?;
     let mut options = OpenOptions::new();
     options.read(true);
-    never_wait(&mut options);
+    never_wait(&mut options, false);
     let file = options.open(path)?;
     // Another may have taken its place in the meantime.
     require_regular(&file.metadata()?)?;
     Ok(file)
 }
 
-fn require_regular(metadata: &fs::Metadata) -> Result<(), Refusal> {
+pub(crate) fn require_regular(metadata: &fs::Metadata) -> Result<(), Refusal> {
     FileKind::of(metadata.file_type()).map_or(Ok(()), |kind| Err(Refusal::NotRegular(kind)))
 }
 
-/// Opens a named pipe without waiting for its writer, and a terminal without belonging to it.
+/// Lets a named pipe be opened without waiting for its writer, a terminal without belonging to it, and a link not at all
+/// if `in_place`.
 #[cfg(unix)]
-fn never_wait(options: &mut OpenOptions) {
+pub(crate) fn never_wait(options: &mut OpenOptions, in_place: bool) {
     use rustix::fs::OFlags;
     use std::os::unix::fs::OpenOptionsExt;
-    let flags = OFlags::NONBLOCK | OFlags::NOCTTY;
+    let mut flags = OFlags::NONBLOCK | OFlags::NOCTTY;
+    flags.set(OFlags::NOFOLLOW, in_place);
     options.custom_flags(flags.bits().cast_signed());
 }
 
 #[cfg(not(unix))]
-fn never_wait(_: &mut OpenOptions) {}
+pub(crate) fn never_wait(_: &mut OpenOptions, _: bool) {}
 
 /// Reads a whole file of at most `limit_bytes`.
 ///

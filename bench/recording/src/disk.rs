@@ -202,7 +202,8 @@ impl AppendFile {
     }
 }
 
-/// Replaces the file at `path` by `contents`; at every moment either the old or the new content is complete.
+/// Replaces the file at `path` by `contents`; at every moment either the old or the new content is complete. A file that
+/// exists keeps its permissions.
 pub fn replace_file(path: &Path, contents: &[u8]) -> Result<(), DiskError> {
     let mut name = path.file_name().map_or_else(OsString::new, OsString::from);
     name.push(".tmp");
@@ -210,6 +211,7 @@ pub fn replace_file(path: &Path, contents: &[u8]) -> Result<(), DiskError> {
     // A killed process may have left a temporary file.
     let written = File::create(&temporary)
         .on("create", &temporary)
+        .and_then(|file| keep_permissions(path, &file).map(|()| file))
         .and_then(|file| write_all(file, &temporary, contents))
         .and_then(|()| fs::rename(&temporary, path).on("replace", path));
     if written.is_err() {
@@ -218,6 +220,14 @@ pub fn replace_file(path: &Path, contents: &[u8]) -> Result<(), DiskError> {
     }
     written?;
     path.parent().map_or(Ok(()), sync_folder)
+}
+
+/// Gives a new file the permissions of the one whose place it takes.
+fn keep_permissions(of: &Path, file: &File) -> Result<(), DiskError> {
+    match fs::metadata(of) {
+        Ok(known) if known.is_file() => file.set_permissions(known.permissions()).on("create", of),
+        _ => Ok(()),
+    }
 }
 
 /// Makes an empty file and returns once its name is on the disk; a file that exists is an error.

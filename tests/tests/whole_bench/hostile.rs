@@ -404,3 +404,85 @@ fn a_recording_that_is_no_folder_is_refused() {
         &["pipe"],
     );
 }
+
+/// Requires that a terminal would show what was printed and obey nothing in it.
+fn harmless(output: &std::process::Output) -> String {
+    for (name, bytes) in [("output", &output.stdout), ("errors", &output.stderr)] {
+        let printed = std::str::from_utf8(bytes).unwrap();
+        let obeyed = |c: char| (c.is_control() && c != '\n') || c == '\u{202e}';
+        assert!(!printed.contains(obeyed), "{name}: {printed:?}");
+    }
+    text(output)
+}
+
+#[test]
+fn control_characters_of_a_recording_are_shown_and_not_obeyed() {
+    const EVIL: &str = "\u{1b}]0;owned\u{7}\u{9b}2J\u{202e}";
+    const SHOWN: &str = r"\u001b]0;owned\u0007\u009b2J\u202e";
+    let (room, folder) = recording();
+    let evil = room.path().join(format!("trial{EVIL}"));
+    fs::rename(&folder, &evil).unwrap();
+    let command = |words: &[&str]| {
+        let mut command = bench();
+        harmless(&finish(command.args(words).arg(&evil)))
+    };
+    for words in [
+        &["analyze"][..],
+        &["analyze", "--table"],
+        &["analyze", "--json", "-"],
+        &["replay", "--headless", "--speed", "max", "--verbose"],
+    ] {
+        let printed = command(words);
+        assert!(
+            words.contains(&"--table") || printed.contains(SHOWN),
+            "{words:?}: {printed}"
+        );
+    }
+    let json = finish(bench().args(["analyze", "--json", "-"]).arg(&evil));
+    let json: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
+    let path = json["recordings"][0]["path"].as_str().unwrap();
+    assert_eq!(Path::new(path), evil);
+
+    // Text within the files, which errors quote.
+    fs::write(evil.join("force.csv"), "time_s,\u{9b}2J\n").unwrap();
+    assert!(command(&["analyze"]).contains("force.csv"));
+    let escape = r"\u001b]0;owned\u0007\u009b2J\u202e";
+    for line in [
+        format!("\"{escape}\" = 1\n"),
+        format!("participant = {{ id = \"a\", session = 1, \"{escape}\" = 1 }}\n"),
+        format!("events = [{{ kind = \"{escape}\", sample = 1 }}]\n"),
+    ] {
+        fs::write(
+            evil.join("recording.toml"),
+            format!("{MANIFEST}{line}{INTERVALS}"),
+        )
+        .unwrap();
+        for words in [&["analyze"][..], &["replay", "--headless"]] {
+            let printed = command(words);
+            assert!(printed.contains("recording.toml"), "{printed}");
+        }
+    }
+    let study = evil.parent().unwrap();
+    let listed = harmless(&finish(bench().arg("replay").arg(study)));
+    assert!(listed.contains("friction-bench replay"), "{listed}");
+}
+
+#[test]
+fn control_characters_of_a_protocol_are_shown_and_not_obeyed() {
+    let room = tempfile::tempdir().unwrap();
+    let protocol = room.path().join("protocol\u{1b}[2J.toml");
+    fs::write(&protocol, "name = \"a\\u001b[2J\"\nfriends\u{9b} = 1\n").unwrap();
+    let mut run = bench();
+    run.args([
+        "run",
+        "--mock",
+        "--headless",
+        "--verbose",
+        "--participant",
+        "sub-01",
+    ]);
+    run.args(["--consent-by", "K\u{1b}[2J", "--protocol"])
+        .arg(&protocol);
+    let output = finish(run.arg("--study").arg(room.path().join("study")));
+    assert!(harmless(&output).contains(r"protocol\u001b[2J.toml"));
+}

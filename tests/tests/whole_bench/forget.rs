@@ -212,3 +212,47 @@ fn a_study_that_cannot_be_changed_is_left_as_it_is() {
     );
     assert_eq!(tree(&study), before);
 }
+
+/// Answers both questions on a terminal; how the command ended, and what it printed.
+#[cfg(target_os = "linux")]
+fn answered(study: &Path, answers: &str) -> (Option<i32>, String) {
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+    use std::io::Write;
+    let operator = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+    grantpt(&operator).unwrap();
+    unlockpt(&operator).unwrap();
+    let name = ptsname(&operator, Vec::new()).unwrap();
+    let terminal = fs::File::options()
+        .read(true)
+        .write(true)
+        .open(name.to_str().unwrap())
+        .unwrap();
+    fs::File::from(operator.try_clone().unwrap())
+        .write_all(answers.as_bytes())
+        .unwrap();
+    let mut command = bench();
+    command
+        .arg("forget")
+        .arg(study)
+        .arg("sub-07")
+        .stdin(terminal);
+    let output = finish(&mut command);
+    drop(operator);
+    (output.status.code(), text(&output))
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn on_a_terminal_it_asks_twice() {
+    let (_room, study) = study();
+    let before = tree(&study);
+    for no in ["no\n", "yes\nsub-06\n"] {
+        let (code, printed) = answered(&study, no);
+        assert_eq!(code, Some(1), "{printed}");
+        assert!(printed.contains("nothing was removed"), "{printed}");
+        assert_eq!(tree(&study), before);
+    }
+    let (code, printed) = answered(&study, "yes\nsub-07\n");
+    assert_eq!(code, Some(0), "{printed}");
+    assert!(!study.join("sub-07").exists());
+}

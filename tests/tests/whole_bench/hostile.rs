@@ -358,7 +358,7 @@ fn gigabytes_of_sound_audio_are_a_stream() {
 }
 
 #[test]
-fn a_header_of_five_gigabytes_is_one_of_a_killed_writer() {
+fn a_header_is_judged_before_gigabytes_are_read() {
     let (_room, folder) = recording();
     let mut file = File::options()
         .write(true)

@@ -12,6 +12,7 @@ use analysis::published::statistics;
 use analysis::results::Results;
 use analysis::{Analysed, RecordingAnalysis, Settings, analyse, find, tables, write_figures};
 use recording::disk;
+use tui::{escaped, escaped_line};
 
 /// Runs the command. True if every recording could be read; what is wrong with which goes to standard error.
 ///
@@ -21,7 +22,8 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     let mut settings = Settings::default();
     for path in &options.assume_file {
         let file = path.display().to_string();
-        let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {file}"))?;
+        let text = files::read_text(path, files::TEXT_LIMIT_BYTES)
+            .with_context(|| format!("cannot read {file}"))?;
         settings.assume_file(&text, &file)?;
     }
     for assumption in &options.assume {
@@ -47,10 +49,14 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
         write_figures(&analysed, folder).context("cannot draw the figures")?;
     }
     if options.table {
-        write!(std::io::stdout(), "{}", statistics(&analysed).to_text())?;
+        write!(
+            std::io::stdout(),
+            "{}",
+            escaped(&statistics(&analysed).to_text())
+        )?;
     }
     if options.json.is_none() && !options.table {
-        write!(std::io::stdout(), "{}", summary(&analysed))?;
+        write!(std::io::stdout(), "{}", escaped(&summary(&analysed)))?;
     }
     Ok(analysed.recordings.iter().all(|r| r.found.is_ok()))
 }
@@ -71,7 +77,8 @@ fn progress_bar(recordings: u64, verbosity: Verbosity) -> ProgressBar {
 /// Standard output for `-`, otherwise a file that is whole or not there.
 fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
     if path == Path::new("-") {
-        std::io::stdout().write_all(text.as_bytes())?;
+        // JSON writes it in the same way.
+        std::io::stdout().write_all(escaped(text).as_bytes())?;
         return Ok(());
     }
     disk::replace_file(path, text.as_bytes()).context("cannot write the results")
@@ -79,16 +86,21 @@ fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
 
 /// Says what is wrong with a recording. That nobody reads it does not stop the analysis.
 fn report(analysis: &RecordingAnalysis) {
-    let path = analysis.path.display();
+    let path = analysis.path.display().to_string();
+    let path = escaped_line(&path);
     let mut stderr = std::io::stderr().lock();
     match &analysis.found {
         Ok(found) => {
             for flaw in &found.flaws {
-                let _ = writeln!(stderr, "{path}: warning: {flaw}");
+                let _ = writeln!(stderr, "{path}: warning: {}", escaped(&flaw.to_string()));
             }
         }
         Err(error) => {
-            let _ = writeln!(stderr, "{path}: cannot be read: {error}");
+            let _ = writeln!(
+                stderr,
+                "{path}: cannot be read: {}",
+                escaped(&error.to_string())
+            );
         }
     }
 }
@@ -106,7 +118,10 @@ fn summary(analysed: &Analysed) -> String {
             ),
             Err(_) => "cannot be read".to_owned(),
         };
-        lines.push_str(&format!("{}: {found}\n", recording.path.display()));
+        lines.push_str(&format!(
+            "{}: {found}\n",
+            escaped_line(&recording.path.display().to_string())
+        ));
     }
     lines
 }

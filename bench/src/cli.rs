@@ -49,6 +49,8 @@ pub enum Command {
     Analyze(Analyze),
     /// Verify that a study is all there and as it was recorded.
     Verify(Verify),
+    /// Remove a participant from a study, for good.
+    Forget(Forget),
     /// Compute the published model: curves as CSV, figures as SVG and PNG.
     Model(Model),
     /// Print a completion script for a shell.
@@ -125,6 +127,9 @@ pub struct Run {
     /// Existing folder for the simulated truth, for tests; never read by the bench.
     #[arg(long, value_name = "DIR", requires = "mock", hide = true)]
     pub mock_truth: Option<PathBuf>,
+    /// Let the umask decide who can read what this session writes; without it, nobody but you can.
+    #[arg(long)]
+    pub shared: bool,
     /// Terminal for the participant's screen, such as /dev/tty2.
     #[arg(long, value_name = "TTY")]
     pub participant_display: Option<PathBuf>,
@@ -179,6 +184,9 @@ pub struct Measure {
     /// Name of the operator, kept in the calibration file.
     #[arg(long, value_name = "NAME")]
     pub operator: String,
+    /// Let the umask decide who can read a new calibration, which names the operator; without it, nobody but you can.
+    #[arg(long)]
+    pub shared: bool,
     /// Print the result as JSON; implies --headless.
     #[arg(long)]
     pub json: bool,
@@ -369,6 +377,19 @@ pub struct Verify {
     /// Write the findings as JSON; `-` for standard output, instead of the table.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+}
+
+/// `forget`
+#[derive(Debug, Args)]
+pub struct Forget {
+    /// Folder of the study.
+    pub study: PathBuf,
+    /// Participant's pseudonym, such as sub-07.
+    #[arg(value_name = "ID")]
+    pub participant: String,
+    /// Answer both questions beforehand, by the participant's pseudonym again; required without a terminal.
+    #[arg(long, value_name = "ID")]
+    pub confirm: Option<String>,
 }
 
 /// `model`

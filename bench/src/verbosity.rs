@@ -3,6 +3,8 @@
 use std::fmt;
 use std::io::Write;
 
+use tui::escaped_line;
+
 use crate::cli::Printing;
 
 /// How much is printed on standard error beside warnings and errors.
@@ -38,7 +40,8 @@ impl Verbosity {
     pub fn note(self, text: fmt::Arguments<'_>) {
         if self == Self::Verbose {
             // Nobody has to read it.
-            let _ = writeln!(std::io::stderr(), "friction-bench: {text}");
+            let text = text.to_string();
+            let _ = writeln!(std::io::stderr(), "friction-bench: {}", escaped_line(&text));
         }
     }
 

@@ -4,6 +4,7 @@ use ratatui::Frame;
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect, Spacing};
 
+use crate::escape::clean;
 use crate::panels::impedance::ImpedancePart;
 use crate::panels::panel::note;
 use crate::panels::{
@@ -37,6 +38,7 @@ const WIDE: (u16, u16) = (120, 35);
 pub fn view(state: &State, frame: &mut Frame) {
     let area = frame.area();
     draw(state, area, frame.buffer_mut());
+    clean(frame.buffer_mut());
 }
 
 /// Draws the screen into `area`.

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::action::Action;
 use crate::calibration_page::{CalibrationPage, CalibrationReadings};
+use crate::escape::escaped_line;
 use crate::event::{
     ComplexImpedance, Crop, Event, Live, LogLevel, PhaseKind, PhaseView, SafetyState,
     SessionHeader, SystemHealth, TrialVerdict, ValueAndStd,
@@ -375,13 +376,14 @@ impl State {
     }
 
     fn push_log(&mut self, level: LogLevel, text: &str) {
+        let text = escaped_line(text);
         match self.log.back_mut() {
             Some(last) if last.level == level && last.text == text => {
                 last.count = last.count.saturating_add(1);
             }
             _ => self.log.push_back(LogLine {
                 level,
-                text: text.to_owned(),
+                text: text.into_owned(),
                 count: 1,
             }),
         }

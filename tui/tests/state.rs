@@ -6,7 +6,9 @@ mod synthetic;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
-use tui::event::{ComplexImpedance, Event, Live, LogLevel, SafetyState, TrialVerdict};
+use tui::event::{
+    ComplexImpedance, Event, Live, LogLevel, SafetyState, SessionHeader, TrialVerdict,
+};
 use tui::{HISTORY_S, State, Theme, view};
 
 fn live(t_s: f64) -> Event {
@@ -169,4 +171,46 @@ fn the_reason_of_a_trip_goes_when_it_is_rearmed() {
     ]);
     assert_eq!(state.safety, Some(SafetyState::Armed));
     assert_eq!(state.safety_reason, None);
+}
+
+#[test]
+fn control_characters_reach_no_cell_and_the_log_shows_them() {
+    const EVIL: &str = "\u{1b}[2J\u{9b}2J\u{202e}\n";
+    let evil = || Some(format!("evil{EVIL}"));
+    let said = after([
+        Event::Session(SessionHeader {
+            participant: evil(),
+            protocol: evil(),
+            study: evil(),
+            ..SessionHeader::default()
+        }),
+        Event::Safety {
+            state: SafetyState::Tripped,
+            reason: evil(),
+        },
+        Event::Log {
+            level: LogLevel::Warning,
+            text: format!("evil{EVIL}"),
+        },
+    ]);
+    let ended = Event::Finished {
+        summary: vec![format!("evil{EVIL}")],
+    };
+    let mut finished = said.clone();
+    finished.apply(&ended);
+    for state in [&said, &finished] {
+        let screen = drawn(state);
+        let cells: Vec<&str> = screen.content.iter().map(|cell| cell.symbol()).collect();
+        let obeyed = |c: char| c.is_control() || c == '\u{202e}';
+        assert!(cells.iter().all(|symbol| !symbol.contains(obeyed)));
+        assert!(cells.concat().contains("evil"));
+    }
+    assert!(
+        drawn(&said)
+            .content
+            .iter()
+            .map(|cell| cell.symbol())
+            .collect::<String>()
+            .contains(r"evil\u001b[2J\u009b2J\u202e\n")
+    );
 }

@@ -58,6 +58,14 @@ pub enum RecordingError {
     /// A file is missing, unreadable or breaks a rule of the format.
     #[error(transparent)]
     Read(#[from] ReadError),
+    /// More rows lie within the intervals than are analysed.
+    #[error("{file}: more than {limit} rows within the intervals, the most that are analysed")]
+    TooManyRows {
+        /// The file.
+        file: &'static str,
+        /// The most rows.
+        limit: usize,
+    },
     /// The audio cannot be demodulated with the stated constants.
     #[error(transparent)]
     Demodulation(#[from] RecordedError),

@@ -1,16 +1,21 @@
-//! Streams a recording folder through the demodulator that also runs live; only its 2 kHz frames are held in memory.
+//! Streams a recording folder through the demodulator that also runs live; only what lies in its intervals is held in
+//! memory: 2 kHz frames, and the rows of force and position.
 
 use std::path::Path;
+
+use impedance::ZmFrame;
 
 use crate::analysed::RecordingError;
 use crate::clipping::Extremes;
 use crate::flaw::{Channel, Flaw};
 use crate::levels::Levels;
-use crate::measurements::{LONGEST_GAP_S, Measurements};
+use crate::measurements::Measurements;
+use crate::row_times;
+use crate::spans::Spans;
 use recording::manifest::Manifest;
 use recording::pipeline::{FoundProperties, PickupOffset, Pipeline, RecordedError};
-use recording::reader::{ReadError, RecordingReader};
-use recording::{FORCE_FILE, POSITION_FILE};
+use recording::reader::RecordingReader;
+use recording::{FORCE_FILE, ForceRow, POSITION_FILE, PositionRow};
 
 /// Frames of audio read at a time.
 const BLOCK_FRAMES: usize = 16_384;
@@ -85,50 +90,37 @@ pub fn read(folder: &Path, pickup: PickupOffset) -> Result<DemodulatedRecording,
     let mut pipeline = Pipeline::of_recording_with(&manifest, reader.format(), &found)?;
     let mut levels = Levels::new(&manifest, reader.format().sample_rate_hz);
     let mut record = Measurements::default();
+    let spans = Spans::of(&manifest);
+    let mut frames: Vec<ZmFrame> = Vec::new();
     while reader.read_block(BLOCK_FRAMES, &mut block)? > 0 {
-        let (first, before) = (pipeline.account().frames, record.frames.len());
-        levels.take(first, &block, channels, [drive, piezo]);
+        levels.take(pipeline.account().frames, &block, channels, [drive, piezo]);
         pipeline
-            .take(&block, &mut record.frames)
+            .take(&block, &mut frames)
             .map_err(RecordedError::from)?;
-        for frame in &record.frames[before..] {
-            levels.take_frame(frame);
+        for frame in frames.drain(..) {
+            levels.take_frame(&frame);
+            if spans.contain(frame.time_s, 0.0) {
+                record.frames.push(frame);
+            }
         }
     }
     flaws.extend(levels.flaws(manifest.carrier_hz));
 
-    let mut force = reader.force()?;
-    record.force = force.by_ref().collect::<Result<_, ReadError>>()?;
-    flaws.extend(force.warnings().into_iter().map(Flaw::from));
-    let mut position = reader.position()?;
-    record.position = position.by_ref().collect::<Result<_, ReadError>>()?;
-    flaws.extend(position.warnings().into_iter().map(Flaw::from));
-    let duration_s = reader.frames() as f64 / f64::from(reader.format().sample_rate_hz);
-    let force_s: Vec<f64> = record.force.iter().map(|row| row.time_s).collect();
-    flaws.extend(misplaced(FORCE_FILE, &force_s, duration_s));
-    let position_s: Vec<f64> = record.position.iter().map(|row| row.time_s).collect();
-    flaws.extend(misplaced(POSITION_FILE, &position_s, duration_s));
+    let duration_s = reader.duration_s();
+    let mut rows = reader.force()?;
+    let time_s = |row: &ForceRow| row.time_s;
+    let (force, times) = row_times::within(&spans, FORCE_FILE, rows.by_ref(), time_s)?;
+    record.force = force;
+    flaws.extend(times.flaws(rows.warnings(), duration_s));
+    let mut rows = reader.position()?;
+    let time_s = |row: &PositionRow| row.time_s;
+    let (position, times) = row_times::within(&spans, POSITION_FILE, rows.by_ref(), time_s)?;
+    record.position = position;
+    flaws.extend(times.flaws(rows.warnings(), duration_s));
     record.saturated = manifest.saturated_s(reader.format().sample_rate_hz);
     Ok(DemodulatedRecording {
         manifest,
         record,
         flaws,
     })
-}
-
-/// Returns the flaw of readings that lie outside the recording, or too far apart for anything to be estimated.
-fn misplaced(file: &'static str, times_s: &[f64], duration_s: f64) -> Option<Flaw> {
-    let (&from_s, &to_s) = times_s.first().zip(times_s.last())?;
-    if to_s < 0.0 || from_s > duration_s {
-        return Some(Flaw::ElsewhereInTime {
-            file,
-            from_s,
-            to_s,
-            duration_s,
-        });
-    }
-    let mut steps_s: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    steps_s.sort_by(f64::total_cmp);
-    let step_s = *steps_s.get(steps_s.len() / 2)?;
-    (step_s > LONGEST_GAP_S).then_some(Flaw::Sparse { file, step_s })
 }

@@ -7,6 +7,7 @@ use impedance::{CarrierLevel, Mask, ZmFrame};
 use num_complex::Complex64;
 
 use crate::flaw::{Channel, Flaw};
+use crate::spans::Spans;
 use recording::manifest::Manifest;
 
 /// Ratio of carrier power to all else below which the carrier counts as missing, and as weak, dB.
@@ -30,13 +31,8 @@ pub(super) struct Levels {
 
 impl Levels {
     pub(super) fn new(manifest: &Manifest, sample_rate_hz: u32) -> Self {
-        let sample = |time_s: f64| (time_s * f64::from(sample_rate_hz)) as u64;
-        let spans = manifest
-            .intervals
-            .iter()
-            .map(|interval| sample(interval.start_s)..sample(interval.end_s));
         Self {
-            spans: spans.collect(),
+            spans: Spans::of(manifest).samples(sample_rate_hz),
             units: [
                 manifest.channels.drive.volts_per_unit,
                 manifest.channels.pickup.metres_per_unit,
@@ -51,7 +47,9 @@ impl Levels {
 
     pub(super) fn take(&mut self, first: u64, block: &[f32], channels: usize, indices: [usize; 2]) {
         let end = first + (block.len() / channels) as u64;
-        for span in &self.spans {
+        let ended = self.spans.partition_point(|span| span.end <= first);
+        let begun = self.spans[ended..].iter();
+        for span in begun.take_while(|span| span.start < end) {
             let within = span.start.clamp(first, end)..span.end.clamp(first, end);
             let frames = (within.start - first) as usize * channels
                 ..(within.end - first) as usize * channels;
@@ -71,8 +69,10 @@ impl Levels {
     }
 
     pub(super) fn take_frame(&mut self, frame: &ZmFrame) {
-        let counts = |span: &Range<u64>| span.contains(&frame.sample);
-        if frame.mask.contains(Mask::LOST_SAMPLES) || !self.spans.iter().any(counts) {
+        let ended = |span: &Range<u64>| span.end <= frame.sample;
+        let span = self.spans.get(self.spans.partition_point(ended));
+        let counts = span.is_some_and(|span| span.contains(&frame.sample));
+        if frame.mask.contains(Mask::LOST_SAMPLES) || !counts {
             self.rotation.before = None;
             return;
         }

@@ -22,6 +22,8 @@ pub mod model_check;
 pub mod published;
 pub mod recording_analysis;
 pub mod results;
+mod row_times;
+mod spans;
 pub mod statistics;
 pub mod tables;
 pub mod trial_fit;

@@ -20,7 +20,7 @@ pub struct Measurements {
     pub force: Vec<ForceRow>,
     /// Position readings.
     pub position: Vec<PositionRow>,
-    /// Spans during which the force sensor was at the end of its range, s.
+    /// Spans during which the force sensor was at the end of its range, s; none touching another.
     pub saturated: Vec<(f64, f64)>,
 }
 
@@ -142,16 +142,16 @@ impl Measurements {
     }
 
     fn is_saturated(&self, time_s: f64) -> bool {
-        let reached = |(from_s, to_s): &(f64, f64)| {
-            (*from_s - SATURATION_REACH_S..=*to_s + SATURATION_REACH_S).contains(&time_s)
-        };
-        self.saturated.iter().any(reached)
+        let ended = |(_, to_s): &(f64, f64)| *to_s + SATURATION_REACH_S < time_s;
+        let next = self.saturated.get(self.saturated.partition_point(ended));
+        next.is_some_and(|(from_s, _)| *from_s - SATURATION_REACH_S <= time_s)
     }
 
     /// Returns the series of the frames from `start_s` to `end_s`.
     pub fn series(&self, start_s: f64, end_s: f64) -> FrameSeries {
-        let inside = |frame: &&ZmFrame| (start_s..=end_s).contains(&frame.time_s);
-        let frames: Vec<ZmFrame> = self.frames.iter().filter(inside).copied().collect();
+        let from = self.frames.partition_point(|frame| frame.time_s < start_s);
+        let later = &self.frames[from..];
+        let frames = later[..later.partition_point(|frame| frame.time_s <= end_s)].to_vec();
         let time_s: Vec<f64> = frames.iter().map(|frame| frame.time_s).collect();
         let normal_n = smoothed(&self.force, |row| row.time_s, |row| row.normal_n, &time_s);
         let lateral_n = smoothed(&self.force, |row| row.time_s, |row| row.lateral_n, &time_s);
@@ -273,7 +273,7 @@ pub(super) const LONGEST_GAP_S: f64 = 0.02;
 /// Least rate of the grid, Hz, so that the filter keeps its response at any rate of readings.
 const LEAST_RATE_HZ: f64 = 2000.0;
 /// Time beyond the wanted span from which readings are used, s, so that the filter settles.
-const MARGIN_S: f64 = 0.1;
+pub(super) const MARGIN_S: f64 = 0.1;
 
 /// Returns central differences, one-sided at the ends.
 fn derivative(time_s: &[f64], values: &[f64]) -> Vec<f64> {

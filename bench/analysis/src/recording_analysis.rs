@@ -132,7 +132,7 @@ fn protocol_copy(folder: &Path, manifest: &Manifest) -> Result<Option<Protocol>,
     };
     let path = session.join(format!("{}.toml", trial.protocol));
     let file = path.display().to_string();
-    let parsed = match std::fs::read_to_string(&path) {
+    let parsed = match files::read_text(&path, files::TEXT_LIMIT_BYTES) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
         Err(error) => Err(format!("{file}: {error}")),
         Ok(text) => Protocol::parse(&text, &file).map_err(|error| error.to_string()),

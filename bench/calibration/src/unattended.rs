@@ -57,7 +57,7 @@ impl<W: Write> Unattended<W> {
 
     fn line(&mut self, text: std::fmt::Arguments<'_>) {
         // A reader that has gone does not end a calibration.
-        let _ = writeln!(self.out, "{text}");
+        let _ = writeln!(self.out, "{}", tui::escaped(&text.to_string()));
     }
 
     fn mean_n(readings: impl Iterator<Item = [f64; 2]>) -> [f64; 2] {

@@ -374,15 +374,18 @@ impl CalibrationFile {
     /// # Errors
     /// [`CalibrationFileError`] when the file does not exist, was edited, or is not of this format.
     pub fn read(path: &Path) -> Result<(Self, String), CalibrationFileError> {
-        let text = std::fs::read_to_string(path).map_err(|source| match source.kind() {
-            std::io::ErrorKind::NotFound => CalibrationFileError::Absent {
-                path: path.to_owned(),
-            },
-            _ => CalibrationFileError::Io {
-                path: path.to_owned(),
-                source,
-            },
-        })?;
+        let text =
+            files::read_text(path, files::TEXT_LIMIT_BYTES).map_err(|source| {
+                match source.kind() {
+                    std::io::ErrorKind::NotFound => CalibrationFileError::Absent {
+                        path: path.to_owned(),
+                    },
+                    _ => CalibrationFileError::Io {
+                        path: path.to_owned(),
+                        source,
+                    },
+                }
+            })?;
         Self::parse(&text, path)
     }
 

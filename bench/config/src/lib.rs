@@ -111,9 +111,11 @@ impl Config {
     /// # Errors
     /// [`ConfigError::Read`] when the file cannot be read; otherwise as [`Config::parse`].
     pub fn read(path: &Path) -> Result<Self, ConfigError> {
-        let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
-            path: path.to_owned(),
-            source,
+        let text = files::read_text(path, files::TEXT_LIMIT_BYTES).map_err(|source| {
+            ConfigError::Read {
+                path: path.to_owned(),
+                source,
+            }
         })?;
         Self::parse(&text, &path.display().to_string())
     }

@@ -41,7 +41,8 @@ impl<W: Write> Headless<W> {
 
     fn line(&mut self, text: std::fmt::Arguments<'_>) {
         // A reader that has gone does not end a session; a caller that runs for these lines alone asks `is_unread`.
-        self.unread |= writeln!(self.out, "{text}").is_err();
+        let text = text.to_string();
+        self.unread |= writeln!(self.out, "{}", tui::escaped_line(&text)).is_err();
     }
 }
 

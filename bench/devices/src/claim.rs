@@ -1,16 +1,16 @@
 //! One instance on one bench. ALSA's raw devices, serial ports and GPIO character devices refuse a second user by
 //! themselves; a JACK server, a sound layer that mixes and a Raspberry Pi's pins do not, and two programs would drive
 //! one plate. The devices of `bench.toml` are therefore claimed before any is opened, by locks that the operating
-//! system releases with their process.
+//! system releases with their process: files in a folder of the user's own, and device nodes, which hold between users.
 
 use std::fs::{self, File};
-use std::io::{self, ErrorKind};
-use std::path::{Path, PathBuf};
 
 use config::{AudioHost, Config, GpioBackend};
 use recording::DiskError;
-use recording::disk::OnPath;
 use recording::lock::{Lock, holder};
+
+use crate::device_nodes::{self, NodeInUse};
+use crate::lock_folder::lock_folder;
 
 /// A claim on the hardware of one bench: no other instance can claim it until this value is dropped.
 ///
@@ -54,14 +54,20 @@ impl Claim {
     /// [`ClaimError::InUse`] names the part that another instance holds; [`ClaimError::Disk`] a lock that cannot be
     /// created.
     pub fn take(config: &Config) -> Result<Self, ClaimError> {
-        let folder = folder();
+        let folder = lock_folder()?;
         let mut locks = Vec::new();
         for what in parts(config) {
             let path = folder.join(file_name(&what));
-            make_for_everybody(&path).on("create", &path)?;
             match Lock::try_take(&path)? {
                 Lock::Taken(file) => locks.push(file),
                 Lock::Held { by } => return Err(ClaimError::InUse { what, by }),
+            }
+        }
+        // Last, for these do not say who holds them.
+        for (what, node) in device_nodes::nodes(config) {
+            match device_nodes::lock(&node) {
+                Ok(file) => locks.extend(file),
+                Err(NodeInUse) => return Err(ClaimError::InUse { what, by: None }),
             }
         }
         Ok(Self { _locks: locks })
@@ -103,33 +109,6 @@ fn parts(config: &Config) -> Vec<String> {
     parts
 }
 
-/// Returns the folder for the locks of all users: `/run/lock` where everybody may write to it, or else that for
-/// temporary files.
-#[must_use]
-pub fn folder() -> PathBuf {
-    let system = Path::new("/run/lock");
-    let open_to_all = |folder: &Path| {
-        let permissions = folder.metadata().map(|it| it.permissions());
-        permissions.is_ok_and(|permissions| anybody_writes(&permissions))
-    };
-    if open_to_all(system) {
-        system.to_owned()
-    } else {
-        std::env::temp_dir()
-    }
-}
-
-#[cfg(unix)]
-fn anybody_writes(permissions: &fs::Permissions) -> bool {
-    use std::os::unix::fs::PermissionsExt;
-    permissions.mode() & 0o002 != 0
-}
-
-#[cfg(not(unix))]
-fn anybody_writes(_: &fs::Permissions) -> bool {
-    false
-}
-
 /// Returns the name of the lock file for `what`; characters that need escaping are written as bytes, so that no two
 /// parts share a file.
 fn file_name(what: &str) -> String {
@@ -140,26 +119,6 @@ fn file_name(what: &str) -> String {
         byte => format!("%{byte:02x}"),
     });
     format!("friction-bench-{}.lock", escaped.collect::<String>())
-}
-
-/// Creates a lock file that every user may open: it is left behind, and another user may be the next.
-fn make_for_everybody(path: &Path) -> io::Result<()> {
-    match File::create_new(path) {
-        Ok(file) => open_to_everybody(&file),
-        Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(()),
-        Err(error) => Err(error),
-    }
-}
-
-#[cfg(unix)]
-fn open_to_everybody(file: &File) -> io::Result<()> {
-    use std::os::unix::fs::PermissionsExt;
-    file.set_permissions(fs::Permissions::from_mode(0o666))
-}
-
-#[cfg(not(unix))]
-fn open_to_everybody(_: &File) -> io::Result<()> {
-    Ok(())
 }
 
 #[cfg(test)]
@@ -214,7 +173,7 @@ mod tests {
         let other = Claim::take(&with("B", "ttyB", &gpio("chipA", 8))).unwrap();
         drop((held, other));
         drop(Claim::take(&with("A", "ttyB", &gpio("chipA", 7))).unwrap());
-        for entry in fs::read_dir(folder()).unwrap() {
+        for entry in fs::read_dir(lock_folder().unwrap()).unwrap() {
             let path = entry.unwrap().path();
             if path.to_string_lossy().contains(&name) {
                 fs::remove_file(path).unwrap();

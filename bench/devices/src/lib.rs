@@ -7,6 +7,7 @@ pub mod acquisition;
 mod arming;
 mod assembly;
 pub mod claim;
+mod device_nodes;
 mod digital_lines;
 pub mod drive_control;
 pub mod encoder;
@@ -16,6 +17,7 @@ pub mod flags;
 pub mod force;
 mod gauges;
 mod life;
+mod lock_folder;
 pub mod lost_frames;
 pub mod loudspeaker;
 
@@ -24,6 +26,7 @@ pub use assembly::{Bench, Hardware, OpenHardware, impedance_chain};
 pub use digital_lines::Lines;
 pub use gauges::{FieldHealth, Gauges};
 pub use life::{Life, stop_on_signals};
+pub use lock_folder::lock_folder;
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

@@ -212,7 +212,8 @@ impl AppendFile {
     }
 }
 
-/// Replaces the file at `path` by `contents`; at every moment either the old or the new content is complete.
+/// Replaces the file at `path` by `contents`; at every moment either the old or the new content is complete. A file that
+/// exists keeps its permissions.
 pub fn replace_file(path: &Path, contents: &[u8]) -> Result<(), DiskError> {
     replace_file_on(&FileSystem, path, contents)
 }
@@ -231,6 +232,9 @@ pub fn replace_file_on(
         .create(&temporary)
         .on("create", &temporary)
         .and_then(|mut file| {
+            storage
+                .keep_permissions(path, &temporary)
+                .on("create", &temporary)?;
             file.write_all(contents).on("write", &temporary)?;
             file.sync_data().on("sync", &temporary)
         })

@@ -1,7 +1,7 @@
 //! Lock files, which one process at a time can hold and which contain its process number.
 
-use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{ErrorKind, Read, Write};
+use std::fs::{File, TryLockError};
+use std::io::{Read, Write};
 use std::path::Path;
 
 use crate::DiskError;
@@ -23,17 +23,17 @@ pub enum Lock {
 }
 
 impl Lock {
-    /// Tries to take the lock on the file at `path`, which is made if it does not exist.
+    /// Tries to take the lock on the file at `path`, which is made if it does not exist. A symbolic link is refused.
     ///
     /// # Errors
     /// The file cannot be made, locked or written.
     pub fn try_take(path: &Path) -> Result<Self, DiskError> {
-        let mut file = open(path).on("open", path)?;
+        let mut file = files::open_in_place(path).on("open", path)?;
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
                 let mut text = String::new();
-                let by = file.read_to_string(&mut text).ok();
+                let by = (&mut file).take(32).read_to_string(&mut text).ok();
                 return Ok(Self::Held {
                     by: by.and_then(|_| text.trim().parse().ok()),
                 });
@@ -44,17 +44,6 @@ impl Lock {
             .and_then(|()| writeln!(file, "{}", std::process::id()))
             .on("write", path)?;
         Ok(Self::Taken(file))
-    }
-}
-
-/// Opens the file, or makes it if it does not exist. A file that exists is opened without the flag to make it: in a
-/// folder of temporary files the system refuses that for another user's file.
-fn open(path: &Path) -> std::io::Result<File> {
-    let mut options = OpenOptions::new();
-    options.read(true).write(true);
-    match options.open(path) {
-        Err(error) if error.kind() == ErrorKind::NotFound => options.create(true).open(path),
-        opened => opened,
     }
 }
 

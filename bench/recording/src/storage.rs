@@ -46,6 +46,14 @@ pub trait Storage: Debug + Send + Sync {
     /// The disk refused.
     fn read(&self, path: &Path) -> io::Result<Box<dyn Read + Send>>;
 
+    /// Gives the file at `to` the permissions of the file at `of`, if there is one.
+    ///
+    /// # Errors
+    /// The disk refused.
+    fn keep_permissions(&self, _of: &Path, _to: &Path) -> io::Result<()> {
+        Ok(())
+    }
+
     /// Makes a folder; one that exists is an error.
     ///
     /// # Errors
@@ -105,7 +113,14 @@ impl Storage for FileSystem {
     }
 
     fn read(&self, path: &Path) -> io::Result<Box<dyn Read + Send>> {
-        Ok(Box::new(File::open(path)?))
+        Ok(Box::new(files::open(path)?))
+    }
+
+    fn keep_permissions(&self, of: &Path, to: &Path) -> io::Result<()> {
+        match fs::metadata(of) {
+            Ok(known) if known.is_file() => fs::set_permissions(to, known.permissions()),
+            _ => Ok(()),
+        }
     }
 
     fn create_folder(&self, path: &Path) -> io::Result<()> {

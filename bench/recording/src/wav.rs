@@ -14,6 +14,11 @@ pub const SAMPLE_BYTES: u64 = 4;
 /// Largest number of sample bytes that a file written here can declare: the RIFF size is 32 bits and excludes 8 bytes.
 pub const MAX_DATA_BYTES: u64 = u32::MAX as u64 - (HEADER_BYTES - 8);
 
+/// Most chunks before the samples, most channels, and highest sample rate, Hz, of a file that is read.
+const MAX_CHUNKS: u64 = 1000;
+const MAX_CHANNELS: u64 = 256;
+const MAX_SAMPLE_RATE_HZ: u64 = 2_000_000;
+
 const TAG_PCM: u16 = 1;
 const TAG_FLOAT: u16 = 3;
 const TAG_EXTENSIBLE: u16 = 0xFFFE;
@@ -133,6 +138,23 @@ pub enum WavError {
         /// Its value.
         value: u64,
     },
+    /// The file has more of something than is read.
+    #[error("its {what} is {value} or more; at most {limit} is read")]
+    OverLimit {
+        /// What it has too much of.
+        what: &'static str,
+        /// Number of them in the file, as far as it was read.
+        value: u64,
+        /// The most that is read.
+        limit: u64,
+    },
+}
+
+fn limited(what: &'static str, value: u64, limit: u64) -> Result<(), WavError> {
+    if value > limit {
+        return Err(WavError::OverLimit { what, value, limit });
+    }
+    Ok(())
 }
 
 /// Defect of a WAV file that can be read nevertheless.
@@ -238,7 +260,10 @@ impl<R: Read + Seek> WavReader<R> {
         let riff_end = read_riff(&mut source, file_bytes)?;
         let mut format = None;
         let mut at = 12;
+        let mut chunks = 0;
         let (data_start, declared_bytes) = loop {
+            limited("number of chunks before the samples", chunks, MAX_CHUNKS)?;
+            chunks += 1;
             if at + 8 > file_bytes {
                 let chunk = if format.is_none() { "fmt " } else { "data" };
                 return Err(WavError::NoChunk { chunk });
@@ -401,6 +426,12 @@ fn read_format<R: Read>(
             value: 0,
         });
     }
+    limited("number of channels", channels.into(), MAX_CHANNELS)?;
+    limited(
+        "sample rate in Hz",
+        sample_rate_hz.into(),
+        MAX_SAMPLE_RATE_HZ,
+    )?;
     if u64::from(frame_bytes) != u64::from(channels) * encoding.bytes() {
         return Err(WavError::Field {
             field: "bytes per frame",

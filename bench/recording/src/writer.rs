@@ -1,12 +1,15 @@
 //! Writes one recording folder so that a killed process leaves a readable one.
 
+use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::csv_rows::{CsvRow, ForceRow, PositionRow};
 use crate::disk::{self, AppendFile, DiskError, Records};
 use crate::manifest::End;
-use crate::manifest::{EventKind, Manifest, ManifestError, RecordedInterval, RecordingEvent};
+use crate::manifest::{
+    EventKind, MAX_ENTRIES, Manifest, ManifestError, RecordedInterval, RecordingEvent,
+};
 use crate::storage::{FileSystem, Storage};
 use crate::wav::{self, AudioFormat, SAMPLE_BYTES};
 use crate::{FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE};
@@ -354,13 +357,24 @@ impl RecordingWriter {
         }
     }
 
-    /// Adds an event to the manifest; on disk with the next sync.
+    /// Adds an event to the manifest; on disk with the next sync. The last of the events that can be read back says that
+    /// further ones are left out.
     pub fn add_event(&mut self, event: RecordingEvent) {
-        self.manifest.events.push(event);
+        let events = &mut self.manifest.events;
+        match (events.len() + 1).cmp(&MAX_ENTRIES) {
+            Ordering::Less => events.push(event),
+            Ordering::Equal => events.push(RecordingEvent {
+                kind: EventKind::Note,
+                sample: event.sample,
+                frames: None,
+                text: Some("more events followed, which are not listed".to_owned()),
+            }),
+            Ordering::Greater => return,
+        }
         self.manifest_changed = true;
     }
 
-    /// Adds an event, or replaces the event of its kind at its sample; on disk with the next sync.
+    /// Adds an event as [`add_event`](Self::add_event) does, or replaces the event of its kind at its sample.
     pub fn renew_event(&mut self, event: RecordingEvent) {
         let known = self
             .manifest
@@ -368,10 +382,12 @@ impl RecordingWriter {
             .iter_mut()
             .find(|known| known.kind == event.kind && known.sample == event.sample);
         match known {
-            Some(known) => *known = event,
-            None => self.manifest.events.push(event),
+            Some(known) => {
+                *known = event;
+                self.manifest_changed = true;
+            }
+            None => self.add_event(event),
         }
-        self.manifest_changed = true;
     }
 
     /// Adds an interval to the manifest; on disk with the next sync.

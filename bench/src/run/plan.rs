@@ -1,6 +1,6 @@
 //! The plan of a session, checked as far as it can be without hardware.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, bail};
@@ -88,7 +88,7 @@ impl ProtocolFile {
 }
 
 fn read_text(name: &str) -> anyhow::Result<String> {
-    std::fs::read_to_string(name).map_err(|error| {
+    files::read_text(Path::new(name), files::TEXT_LIMIT_BYTES).map_err(|error| {
         if error.kind() != std::io::ErrorKind::NotFound {
             return anyhow::Error::from(error).context(format!("cannot read the protocol {name}"));
         }

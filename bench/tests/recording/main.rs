@@ -3,6 +3,7 @@
 
 mod damage;
 mod files;
+mod limits;
 #[cfg(unix)]
 mod process;
 mod recorder;

@@ -87,7 +87,7 @@ fn a_full_disk_or_file_size_limit_is_an_error_and_the_rest_is_kept() {
                 break error;
             }
             writer
-                .write_force(&force_rows(writer.frames() as u32, 10))
+                .write_force(&force_rows(writer.frames() as u32 / 20, 10))
                 .unwrap();
         };
         let text = error.to_string();

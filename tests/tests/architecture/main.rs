@@ -20,8 +20,9 @@ const PACKAGE_LINES: usize = 8_000;
 const FILE_LINES: usize = 600;
 
 /// Packages that build on any machine, without sound, serial port or GPIO; `./dev portable` builds them.
-const PORTABLE: [&str; 8] = [
+const PORTABLE: [&str; 9] = [
     "strict",
+    "files",
     "figures",
     "impedance",
     "metrology",
@@ -250,11 +251,13 @@ fn the_wall_clock_is_read_in_one_place_and_asked_by_those_who_write_dates() {
         panic!("the wall clock is read in {files:?}");
     };
     assert!(clock.ends_with("clock.rs"), "{clock}");
-    // The calibration's age and date, the session's folder and log, the press of the e-stop.
+    // The calibration's age and date, the session's folder and log, the press of the e-stop, the day of a
+    // removal.
     let dates = [
         "devices/src/assembly.rs",
         "calibration/src/rig.rs",
         "src/estop.rs",
+        "src/forget.rs",
         "src/journal.rs",
         "src/run/mod.rs",
     ];

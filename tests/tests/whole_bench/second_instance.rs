@@ -87,7 +87,7 @@ fn a_second_instance_on_the_same_hardware() {
     let words = ["no output device matches", "hw:CARD=Absent"];
     let mut run = uncalibrated(&study, &config);
     refused_before_anything_is_made(&mut run, &study, &words);
-    for entry in fs::read_dir(devices::claim::folder()).unwrap() {
+    for entry in fs::read_dir(devices::lock_folder().unwrap()).unwrap() {
         let path = entry.unwrap().path();
         let name = path.to_string_lossy().into_owned();
         if name.contains("friction-bench-") && name.contains(&*own) {

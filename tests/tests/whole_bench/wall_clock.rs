@@ -138,6 +138,7 @@ fn session(study: &Path, set: &'static [(f64, i64)]) -> PathBuf {
         headless: true,
         speed: cli::Speed::Max,
         mock_truth: None,
+        shared: false,
         participant_display: None,
     };
     let plan = Plan::new(Effective::uncalibrated(config), &options).unwrap();

@@ -17,6 +17,7 @@ use ratatui::{Terminal, TerminalOptions, Viewport};
 use rustix::fs::OFlags;
 
 use super::error::DisplayError;
+use crate::escape::clean;
 use crate::participant_screen::{self, ParticipantView};
 use crate::theme::Theme;
 
@@ -159,6 +160,7 @@ fn draw_until_closed(device: File, latest: &LatestView, theme: Theme) -> io::Res
         if let (true, Some(view)) = (changed, &shown) {
             terminal.draw(|frame| {
                 participant_screen::view(view, theme, frame.area(), frame.buffer_mut());
+                clean(frame.buffer_mut());
             })?;
         }
         thread::sleep(FRAME);

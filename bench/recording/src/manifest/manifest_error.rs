@@ -7,6 +7,13 @@ use strict::TomlError;
 /// Version of `recording.toml` that this crate writes and reads.
 pub const FORMAT: u32 = 1;
 
+/// Most intervals, and most events, that are read of a recording.
+pub const MAX_ENTRIES: usize = 10_000;
+/// Longest time that the intervals of a recording may last together, s.
+pub const MAX_INTERVALS_S: f64 = 1800.0;
+/// Longest time that they may last together, as a multiple of the recording's length: intervals may overlap.
+pub(super) const MAX_OVERLAP: f64 = 4.0;
+
 /// Why a `recording.toml` cannot be read.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ManifestReadError {
@@ -61,6 +68,24 @@ pub enum ManifestError {
         value: f64,
         /// The allowed values in words.
         allowed: String,
+    },
+    /// A list has more entries than are read.
+    #[error("`{key}` has {count} entries; at most {MAX_ENTRIES} are read")]
+    TooMany {
+        /// The list.
+        key: &'static str,
+        /// Number of its entries.
+        count: usize,
+    },
+    /// The intervals last too long together.
+    #[error(
+        "`intervals` last {total_s:.1} s together; at most {limit_s:.1} s are analysed: four times the recording's length, and no more than {MAX_INTERVALS_S} s"
+    )]
+    IntervalTime {
+        /// Their lengths together, within the recording, s.
+        total_s: f64,
+        /// The longest time allowed, s.
+        limit_s: f64,
     },
     /// An interval ends before it starts.
     #[error("`intervals.{index}` ends at {end_s} s, not after its start at {start_s} s")]
@@ -140,6 +165,8 @@ impl ManifestError {
             Self::NotToml { .. } => return None,
             Self::Format { .. } => "format".to_owned(),
             Self::Value { key, .. } => key.clone(),
+            Self::TooMany { key, .. } => (*key).to_owned(),
+            Self::IntervalTime { .. } => "intervals".to_owned(),
             Self::IntervalOrder { index, .. } => format!("intervals.{index}.end_s"),
             Self::SameChannel { .. } => "channels.pickup.index".to_owned(),
             Self::Calibration { .. } => "hardware.uncalibrated".to_owned(),

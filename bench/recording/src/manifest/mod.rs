@@ -13,7 +13,7 @@ mod tests;
 mod transducers;
 
 pub use interval::{RecordedInterval, RecordedIntervalKind};
-pub use manifest_error::{FORMAT, ManifestError, ManifestReadError};
+pub use manifest_error::{FORMAT, MAX_ENTRIES, MAX_INTERVALS_S, ManifestError, ManifestReadError};
 pub use origin::{
     CalibrationReference, End, MAX_SEED, Participant, RecordedHardware, Software, Trial,
 };
@@ -23,7 +23,7 @@ pub use transducers::{RecordedChannels, RecordedDrive, RecordedPickup, RecordedP
 
 use serde::{Deserialize, Serialize};
 
-use manifest_error::{finite, from_one, not_negative, not_zero, positive, within};
+use manifest_error::{MAX_OVERLAP, finite, from_one, not_negative, not_zero, positive, within};
 
 /// Content of `recording.toml`.
 ///
@@ -90,7 +90,15 @@ impl Manifest {
     /// [`ManifestReadError`] names the key, its line, its value and what is allowed; for unknown keys the nearest known key.
     pub fn parse(text: &str, file: &str) -> Result<Self, ManifestReadError> {
         let manifest: Self = strict::parse(text, file)?;
-        match manifest.validate() {
+        let counts = [
+            ("intervals", manifest.intervals.len()),
+            ("events", manifest.events.len()),
+        ];
+        let too_many = counts.into_iter().find(|(_, count)| *count > MAX_ENTRIES);
+        let within_limits = too_many.map_or(Ok(()), |(key, count)| {
+            Err(ManifestError::TooMany { key, count })
+        });
+        match within_limits.and_then(|()| manifest.validate()) {
             Ok(()) => Ok(manifest),
             Err(rule) => Err(ManifestReadError::at(rule, text, file)),
         }
@@ -107,18 +115,27 @@ impl Manifest {
         })
     }
 
-    /// Returns from when to when the force sensor was at the end of its range, s.
+    /// Returns from when to when the force sensor was at the end of its range, s; in order, none touching another.
     #[must_use]
     pub fn saturated_s(&self, sample_rate_hz: u32) -> Vec<(f64, f64)> {
         let time_s = |sample: u64| sample as f64 / f64::from(sample_rate_hz);
         let events = self.events.iter();
-        events
+        let mut spans: Vec<(f64, f64)> = events
             .filter(|event| event.kind == EventKind::ForceOverRange)
             .map(|event| {
-                let end = event.sample + event.frames.unwrap_or(1);
+                let end = event.sample.saturating_add(event.frames.unwrap_or(1));
                 (time_s(event.sample), time_s(end))
             })
-            .collect()
+            .collect();
+        spans.sort_by(|a, b| a.0.total_cmp(&b.0));
+        spans.dedup_by(|next, span| {
+            let joined = next.0 <= span.1;
+            if joined {
+                span.1 = span.1.max(next.1);
+            }
+            joined
+        });
+        spans
     }
 
     /// Checks every rule that needs nothing but the manifest.
@@ -164,6 +181,23 @@ impl Manifest {
         }
         if let Some(hardware) = &self.hardware {
             hardware.validate()?;
+        }
+        Ok(())
+    }
+
+    /// Checks the intervals against the length of the audio, s.
+    ///
+    /// # Errors
+    /// [`ManifestError::IntervalTime`]: together they last too long for their analysis to end in time.
+    pub fn validate_length(&self, duration_s: f64) -> Result<(), ManifestError> {
+        let within = |time_s: f64| time_s.clamp(0.0, duration_s);
+        let lengths_s = self.intervals.iter();
+        let total_s: f64 = lengths_s
+            .map(|interval| within(interval.end_s) - within(interval.start_s))
+            .sum();
+        let limit_s = (MAX_OVERLAP * duration_s).min(MAX_INTERVALS_S);
+        if total_s > limit_s {
+            return Err(ManifestError::IntervalTime { total_s, limit_s });
         }
         Ok(())
     }

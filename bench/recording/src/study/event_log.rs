@@ -4,7 +4,6 @@
 //! is of a session that was killed; a resumed session appends another start.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::io::{self, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -15,6 +14,9 @@ use serde_json::{Map, Value};
 use crate::DiskError;
 use crate::disk::{self, OnPath};
 use crate::storage::{FileSystem, Storage, StoredFile};
+
+/// Longest log that is read, bytes: some 30 000 events, a hundred times those of a long session.
+const LIMIT_BYTES: u64 = 16 << 20;
 
 /// Line of the log.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -224,10 +226,9 @@ impl EventLog {
         storage: Arc<dyn Storage>,
         path: PathBuf,
     ) -> Result<(Self, LogContent), EventLogError> {
-        let mut text = Vec::new();
-        storage
+        let text = storage
             .read(&path)
-            .and_then(|mut file| file.read_to_end(&mut text))
+            .and_then(|file| files::read_limited(file, LIMIT_BYTES))
             .on("read", &path)?;
         let content = parse(&text, &path)?;
         let mut file = storage.append(&path).on("open", &path)?;
@@ -339,7 +340,7 @@ impl EventLog {
 /// # Errors
 /// The operating system refused, or another line is no document.
 pub fn read(path: &Path) -> Result<LogContent, EventLogError> {
-    parse(&fs::read(path).on("read", path)?, path)
+    parse(&files::read(path, LIMIT_BYTES).on("read", path)?, path)
 }
 
 fn parse(bytes: &[u8], path: &Path) -> Result<LogContent, EventLogError> {

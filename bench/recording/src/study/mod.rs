@@ -3,6 +3,7 @@
 //! ```text
 //! STUDY/dataset_description.json
 //! STUDY/participants.tsv
+//! STUDY/removals.tsv                          when participants were removed, without who they were
 //! STUDY/sub-01/ses-01/events.jsonl            start, descriptors, events, stop
 //! STUDY/sub-01/ses-01/huloux2021.toml …       snapshots of the protocol and the hardware file
 //! STUDY/sub-01/ses-01/practice-01_attempt-1/  recordings
@@ -11,6 +12,7 @@
 
 pub mod event_log;
 mod label;
+mod removal;
 mod room;
 mod session_folder;
 mod study_error;
@@ -24,6 +26,7 @@ use serde::{Deserialize, Serialize};
 
 pub use event_log::{Document, EventLog, EventLogError};
 pub use label::{TrialBlock, TrialLabel};
+pub use removal::{REMOVALS_FILE, Traces};
 pub use room::{DataRates, free_bytes, require_room};
 pub use session_folder::{EVENTS_FILE, RecordedTrial, SessionFolder};
 pub use study_error::{DESCRIPTION_FILE, PARTICIPANTS_FILE, StudyError};
@@ -98,6 +101,44 @@ impl Study {
             description,
             _lock: lock,
         })
+    }
+
+    /// Opens the study in `folder`, which must be one.
+    ///
+    /// # Errors
+    /// The folder holds no study, or another instance holds it.
+    pub fn open(folder: &Path) -> Result<Self, StudyError> {
+        let description = folder.join(DESCRIPTION_FILE);
+        if !description.is_file() {
+            return Err(StudyError::NoStudy {
+                path: folder.to_owned(),
+            });
+        }
+        let lock = lock(folder)?;
+        Ok(Self {
+            folder: folder.to_owned(),
+            description: read_description(&description)?,
+            _lock: lock,
+        })
+    }
+
+    /// Returns what the study holds of a participant, beside what other participants' folders say.
+    ///
+    /// # Errors
+    /// [`StudyError::NoParticipant`]; [`StudyError::Link`] where the participant's folder is a symbolic link; or something
+    /// in it cannot be read.
+    pub fn traces(&self, participant: &ParticipantId) -> Result<Traces, StudyError> {
+        Traces::find(&self.folder, participant)
+    }
+
+    /// Removes what [`Study::traces`] found of a participant: its folder, with whatever came into it since, and its line of
+    /// `participants.tsv`. A line in [`REMOVALS_FILE`] says that somebody was removed on `date`. Everything is on disk when
+    /// this returns; if it was broken off, it can be done again.
+    ///
+    /// # Errors
+    /// The operating system refused; what was not removed is still found by [`Study::traces`].
+    pub fn remove(&self, traces: &Traces, date: &str) -> Result<(), StudyError> {
+        traces.remove(&self.folder, date)
     }
 
     /// Returns the folder.
@@ -191,7 +232,7 @@ impl Study {
     /// Adds the participant's line unless the table has one.
     fn register(&self, participant: &ParticipantId, line: &str) -> Result<(), StudyError> {
         let path = self.folder.join(PARTICIPANTS_FILE);
-        let table = fs::read_to_string(&path).on("read", &path)?;
+        let table = files::read_text(&path, files::TEXT_LIMIT_BYTES).on("read", &path)?;
         let known = table
             .lines()
             .any(|line| line.split('\t').next() == Some(participant.as_str()));
@@ -275,7 +316,7 @@ fn create_description(path: &Path, description: &Description) -> Result<(), Stud
 }
 
 fn read_description(path: &Path) -> Result<Description, StudyError> {
-    let text = fs::read_to_string(path).on("read", path)?;
+    let text = files::read_text(path, files::TEXT_LIMIT_BYTES).on("read", path)?;
     serde_json::from_str(&text).map_err(|error| StudyError::Description {
         path: path.to_owned(),
         reason: error.to_string(),

@@ -100,7 +100,8 @@ impl SessionFolder {
                 disk::replace_file(&path, contents.as_bytes())?;
                 return Ok(path);
             }
-            if std::fs::read(&path).is_ok_and(|held| held == contents.as_bytes()) {
+            let held = files::read(&path, contents.len() as u64);
+            if held.is_ok_and(|held| held == contents.as_bytes()) {
                 return Ok(path);
             }
             number += 1;

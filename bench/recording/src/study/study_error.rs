@@ -29,6 +29,29 @@ pub enum StudyError {
         /// The folder.
         path: PathBuf,
     },
+    /// The folder holds no study.
+    #[error("{} is not a study: it has no {DESCRIPTION_FILE}; check the spelling", path.display())]
+    NoStudy {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The study holds nothing of a participant.
+    #[error("{} holds nothing of {participant}; check the spelling", path.display())]
+    NoParticipant {
+        /// The study's folder.
+        path: PathBuf,
+        /// The participant.
+        participant: String,
+    },
+    /// A symbolic link stands where a folder of the study is expected.
+    #[error(
+        "{} is a symbolic link, which is not followed out of the study; remove it, and what it leads to, by hand",
+        path.display()
+    )]
+    Link {
+        /// The link.
+        path: PathBuf,
+    },
     /// The study's description cannot be read.
     #[error("{}: {reason}", path.display())]
     Description {

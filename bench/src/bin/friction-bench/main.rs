@@ -23,11 +23,12 @@ use friction_bench::run::{self, Plan, ProtocolFile};
 use friction_bench::shell_words::quoted;
 use friction_bench::verbosity::Verbosity;
 use friction_bench::{
-    analyze, calibrate as calibration, check, complaint, estop, inventory, model, monitor, replay,
-    verify,
+    analyze, calibrate as calibration, check, complaint, estop, forget, inventory, model, monitor,
+    privacy, replay, verify,
 };
 use signalgen::audio::{HostChoice, open_host};
 use tasks::{Schedule, SystemClock};
+use tui::{escaped, escaped_line};
 
 fn main() -> ExitCode {
     // A file over its limit then fails to be written, which is handled, instead of killing the process.
@@ -72,14 +73,17 @@ fn complain(error: &anyhow::Error) {
         } else {
             "  because"
         };
+        // What a file says on lines of its own is not to pass for a line of this program.
+        let line = escaped(line).replace('\n', "\n    ");
         let _ = writeln!(stderr, "{begin}: {line}");
     }
 }
 
-/// Prints to standard output; a reader who closed it ends the program without complaint, see [`is_closed_pipe`].
+/// Prints to standard output, harmless to a terminal; a reader who closed it ends the program without complaint, see [`is_closed_pipe`].
 fn print(text: impl AsRef<[u8]>) -> anyhow::Result<()> {
     let mut stdout = std::io::stdout().lock();
-    stdout.write_all(text.as_ref())?;
+    let text = String::from_utf8_lossy(text.as_ref());
+    stdout.write_all(escaped(&text).as_bytes())?;
     Ok(stdout.flush()?)
 }
 
@@ -101,9 +105,10 @@ fn dispatch(command: Command, verbosity: Verbosity) -> anyhow::Result<ExitCode> 
         Command::Devices(options) => list(&options),
         Command::Analyze(options) => Ok(passed_or_failed(analyze::run(&options, verbosity)?)),
         Command::Verify(options) => Ok(passed_or_failed(verify::run(&options, verbosity)?)),
+        Command::Forget(options) => Ok(passed_or_failed(forget::run(&options)?)),
         Command::Model(options) => {
             for path in model::run(&options)? {
-                print(format!("{}\n", path.display()))?;
+                print(format!("{}\n", escaped_line(&path.display().to_string())))?;
             }
             Ok(ExitCode::SUCCESS)
         }
@@ -147,7 +152,8 @@ fn configuration(options: &cli::Hardware, verbosity: Verbosity) -> anyhow::Resul
         .as_deref()
         .unwrap_or(Path::new(DEFAULT_CONFIG));
     // A shell creates bench.toml before this program is started to write it.
-    let unwritten = || std::fs::read(path).map_or(true, |text| text.is_empty());
+    let unwritten =
+        || files::read(path, 0).map_or_else(|error| files::refusal(&error).is_none(), |_| true);
     if options.print_config && options.config.is_none() && unwritten() {
         print(config::TEMPLATE)?;
         return Ok(None);
@@ -269,6 +275,9 @@ fn require_terminal(headless: bool) -> anyhow::Result<()> {
 }
 
 fn run(options: &Run, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
+    if !options.shared {
+        privacy::keep_new_files_private();
+    }
     let Some(config) = configuration(&options.hardware, verbosity)? else {
         return Ok(ExitCode::SUCCESS);
     };
@@ -293,7 +302,7 @@ fn run(options: &Run, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     let mut stdout = std::io::stdout();
     for line in run::report_lines(&report, &study, &participant) {
         // The session has ended as it has, whether this is read or not.
-        let _ = writeln!(stdout, "{line}");
+        let _ = writeln!(stdout, "{}", escaped_line(&line));
     }
     Ok(passed_or_failed(report.completed))
 }
@@ -321,6 +330,9 @@ fn calibrate(options: &Calibrate, verbosity: Verbosity) -> anyhow::Result<ExitCo
         Calibrate::Force(options) => &options.measure,
         Calibrate::Channels(options) => &options.measure,
     };
+    if !measure.shared {
+        privacy::keep_new_files_private();
+    }
     let Some(config) = configuration(&measure.hardware, verbosity)? else {
         return Ok(ExitCode::SUCCESS);
     };
@@ -363,7 +375,7 @@ fn play(options: &Replay, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     require_terminal(options.headless)?;
     let report = replay::run(plan, std::io::stdout())?;
     for line in report.lines() {
-        print(line + "\n")?;
+        print(format!("{}\n", escaped_line(&line)))?;
     }
     Ok(passed_or_failed(report.completed))
 }

@@ -139,7 +139,7 @@ pub fn read(name: &str) -> anyhow::Result<Scenario> {
     let is_path = path.components().count() > 1 || path.extension().is_some() || path.exists();
     match built_in(name) {
         Err(ScenarioError::UnknownName { known, .. }) if is_path => {
-            let text = std::fs::read_to_string(path).with_context(|| {
+            let text = files::read_text(path, files::TEXT_LIMIT_BYTES).with_context(|| {
                 format!(
                     "cannot read the scenario {name}; built-in scenarios: {}",
                     known.join(", ")

@@ -1,0 +1,97 @@
+//! Takes in the rows of force and position that an analysis needs, and looks at the times of all.
+
+use recording::reader::{ReadError, Warning};
+
+use crate::analysed::RecordingError;
+use crate::flaw::Flaw;
+use crate::measurements::{LONGEST_GAP_S, MARGIN_S};
+use crate::spans::Spans;
+
+/// Most rows of a file within the intervals: the longest time that these may last, at a little over 10 kHz.
+const MAX_KEPT_ROWS: usize = 20_000_000;
+/// Number of rows whose distance in time is looked at.
+const STEPS: usize = 1_000_000;
+
+/// Returns the rows that the spans' smoothing needs, and the times of all.
+pub(super) fn within<R>(
+    spans: &Spans,
+    file: &'static str,
+    rows: impl Iterator<Item = Result<R, ReadError>>,
+    time_s: impl Fn(&R) -> f64,
+) -> Result<(Vec<R>, RowTimes), RecordingError> {
+    let (mut kept, mut times) = (Vec::new(), RowTimes::new(file));
+    for row in rows {
+        let row = row?;
+        times.take(time_s(&row));
+        // One row more on each side changes nothing, one less might.
+        if spans.contain(time_s(&row), 2.0 * MARGIN_S) {
+            if kept.len() == MAX_KEPT_ROWS {
+                return Err(RecordingError::TooManyRows {
+                    file,
+                    limit: MAX_KEPT_ROWS,
+                });
+            }
+            kept.push(row);
+        }
+    }
+    Ok((kept, times))
+}
+
+/// Times of the rows of a file.
+pub(super) struct RowTimes {
+    file: &'static str,
+    ends_s: Option<(f64, f64)>,
+    steps_s: Vec<f64>,
+}
+
+impl RowTimes {
+    fn new(file: &'static str) -> Self {
+        Self {
+            file,
+            ends_s: None,
+            steps_s: Vec::new(),
+        }
+    }
+
+    fn take(&mut self, time_s: f64) {
+        let (first_s, last_s) = self.ends_s.unwrap_or((time_s, time_s));
+        if time_s > last_s && self.steps_s.len() < STEPS {
+            self.steps_s.push(time_s - last_s);
+        }
+        self.ends_s = Some((first_s, time_s));
+    }
+
+    /// Returns the flaws of a file: those that its reader found, and readings that lie outside the recording, or too far
+    /// apart for anything to be estimated.
+    pub(super) fn flaws(mut self, warnings: Vec<Warning>, duration_s: f64) -> Vec<Flaw> {
+        let file = self.file;
+        let elsewhere = |from_s, to_s| Flaw::ElsewhereInTime {
+            file,
+            from_s,
+            to_s,
+            duration_s,
+        };
+        let mut flaws: Vec<Flaw> = Vec::new();
+        for warning in warnings {
+            flaws.push(match (&warning, self.ends_s) {
+                (Warning::OutsideRecording { from_s, to_s, .. }, None) => elsewhere(*from_s, *to_s),
+                _ => warning.into(),
+            });
+        }
+        let Some((from_s, to_s)) = self.ends_s else {
+            return flaws;
+        };
+        if to_s < 0.0 || from_s > duration_s {
+            flaws.push(elsewhere(from_s, to_s));
+            return flaws;
+        }
+        self.steps_s.sort_by(f64::total_cmp);
+        let step_s = self.steps_s.get(self.steps_s.len() / 2).copied();
+        flaws.extend(
+            step_s
+                .filter(|step_s| *step_s > LONGEST_GAP_S)
+                .map(|step_s| Flaw::Sparse { file, step_s }),
+        );
+        flaws
+    }
+}

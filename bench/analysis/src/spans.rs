@@ -1,0 +1,43 @@
+//! Spans of a recording that the analysis looks at.
+
+use std::ops::Range;
+
+use recording::Manifest;
+
+/// Spans of a recording that the analysis looks at: its intervals, in order, joined where they overlap.
+#[derive(Debug)]
+pub(super) struct Spans(Vec<(f64, f64)>);
+
+impl Spans {
+    pub(super) fn of(manifest: &Manifest) -> Self {
+        let intervals = manifest.intervals.iter();
+        let mut spans: Vec<_> = intervals.map(|it| (it.start_s, it.end_s)).collect();
+        spans.sort_by(|a, b| a.0.total_cmp(&b.0));
+        spans.dedup_by(|next, span| {
+            let joined = next.0 <= span.1;
+            if joined {
+                span.1 = span.1.max(next.1);
+            }
+            joined
+        });
+        Self(spans)
+    }
+
+    /// Returns whether a time is in a span, or no farther than `margin_s` from it.
+    pub(super) fn contain(&self, time_s: f64, margin_s: f64) -> bool {
+        let at = self
+            .0
+            .partition_point(|(_, end_s)| end_s + margin_s < time_s);
+        let span = self.0.get(at);
+        span.is_some_and(|(start_s, _)| start_s - margin_s <= time_s)
+    }
+
+    /// Returns the spans in samples.
+    pub(super) fn samples(&self, sample_rate_hz: u32) -> Vec<Range<u64>> {
+        let sample = |time_s: f64| (time_s * f64::from(sample_rate_hz)) as u64;
+        let spans = self.0.iter();
+        spans
+            .map(|&(start_s, end_s)| sample(start_s)..sample(end_s))
+            .collect()
+    }
+}

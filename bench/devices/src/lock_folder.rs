@@ -1,0 +1,87 @@
+//! The folder of a user's hardware locks, which no other user can write to.
+
+use std::path::PathBuf;
+
+use recording::DiskError;
+#[cfg(unix)]
+use recording::disk::OnPath;
+
+/// Returns the folder, made if need be: the user's runtime folder, or else a folder of that user's own among the temporary
+/// files.
+///
+/// # Errors
+/// The folder among the temporary files is another user's, or others may write to it.
+#[cfg(unix)]
+pub fn lock_folder() -> Result<PathBuf, DiskError> {
+    use rustix::process::geteuid;
+    let user = geteuid().as_raw();
+    let runtime = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from);
+    let usual = PathBuf::from(format!("/run/user/{user}"));
+    let mut known = runtime.into_iter().chain([usual]);
+    if let Some(folder) = known.find(|it| it.is_absolute() && unix::require_own(it, user).is_ok()) {
+        return Ok(folder);
+    }
+    let folder = std::env::temp_dir().join(format!("friction-bench-{user}"));
+    unix::make_own(&folder, user).on("use", &folder)?;
+    Ok(folder)
+}
+
+/// Returns the folder for temporary files, which is the user's own.
+///
+/// # Errors
+/// None occur.
+#[cfg(not(unix))]
+pub fn lock_folder() -> Result<PathBuf, DiskError> {
+    Ok(std::env::temp_dir())
+}
+
+#[cfg(unix)]
+mod unix {
+    use std::fs::{self, DirBuilder};
+    use std::io;
+    use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+    use std::path::Path;
+
+    /// Requires a folder, no link to one, that belongs to the user and that nobody else may write to.
+    pub(super) fn require_own(folder: &Path, user: u32) -> io::Result<()> {
+        let found = fs::symlink_metadata(folder)?;
+        if found.is_dir() && found.uid() == user && found.mode() & 0o022 == 0 {
+            return Ok(());
+        }
+        Err(io::Error::other(
+            "it is not a folder of this user's own, or others may write to it; remove it, or let XDG_RUNTIME_DIR name another",
+        ))
+    }
+
+    pub(super) fn make_own(folder: &Path, user: u32) -> io::Result<()> {
+        match DirBuilder::new().mode(0o700).create(folder) {
+            Err(error) if error.kind() != io::ErrorKind::AlreadyExists => Err(error),
+            _ => require_own(folder, user),
+        }
+    }
+
+    #[cfg(test)]
+    mod tests {
+        use super::*;
+        use rustix::process::geteuid;
+        use std::os::unix::fs::{PermissionsExt, symlink};
+
+        #[test]
+        fn a_folder_that_others_may_have_planted_is_refused() {
+            let room = tempfile::tempdir().unwrap();
+            let at = |name: &str| room.path().join(name);
+            let user = geteuid().as_raw();
+            make_own(&at("own"), user).unwrap();
+            make_own(&at("own"), user).unwrap();
+            assert_eq!(fs::metadata(at("own")).unwrap().mode() & 0o777, 0o700);
+            symlink(at("own"), at("link")).unwrap();
+            fs::write(at("file"), "").unwrap();
+            fs::create_dir(at("open")).unwrap();
+            fs::set_permissions(at("open"), fs::Permissions::from_mode(0o770)).unwrap();
+            for name in ["link", "file", "open"] {
+                assert!(make_own(&at(name), user).is_err(), "{name}");
+            }
+            assert!(make_own(&at("own"), user + 1).is_err());
+        }
+    }
+}

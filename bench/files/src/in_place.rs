@@ -1,0 +1,56 @@
+//! Opening files that are written where they stand.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, ErrorKind};
+use std::path::Path;
+
+use crate::refusal::Refusal;
+use crate::regular::{never_wait, require_regular};
+
+/// Opens a regular file for reading and writing, or makes it if it does not exist. A symbolic link is not followed:
+/// whoever can make one in the folder could lead it to another file of this user.
+///
+/// # Errors
+/// [`Refusal`] inside the error for a link and for what is no regular file; otherwise the operating system's reason.
+pub fn open_in_place(path: &Path) -> io::Result<File> {
+    match fs::symlink_metadata(path) {
+        Ok(metadata) if metadata.is_symlink() => return Err(Refusal::Link.into()),
+        Ok(metadata) => require_regular(&metadata)?,
+        Err(error) if error.kind() == ErrorKind::NotFound => {}
+        Err(error) => return Err(error),
+    }
+    let mut options = OpenOptions::new();
+    options.read(true).write(true);
+    never_wait(&mut options, true);
+    // Without the flag to make it first: in a folder of temporary files the system refuses that for another user's file.
+    let file = match options.open(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => options.create(true).open(path)?,
+        opened => opened?,
+    };
+    require_regular(&file.metadata()?)?;
+    Ok(file)
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use crate::refusal::{FileKind, refusal};
+    use std::os::unix::fs::symlink;
+
+    #[test]
+    fn a_link_is_not_followed_and_its_end_not_made() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        symlink(at("end"), at("link")).unwrap();
+        let error = open_in_place(&at("link")).unwrap_err();
+        assert_eq!(refusal(&error), Some(&Refusal::Link));
+        assert!(!at("end").exists());
+        open_in_place(&at("end")).unwrap();
+        assert!(at("end").is_file());
+        let error = open_in_place(&at("link")).unwrap_err();
+        assert_eq!(refusal(&error), Some(&Refusal::Link));
+        let error = open_in_place(folder.path()).unwrap_err();
+        let kind = Refusal::NotRegular(FileKind::Folder);
+        assert_eq!(refusal(&error), Some(&kind));
+    }
+}

@@ -1,0 +1,17 @@
+//! Opens regular files only and reads them up to a limit, so that a folder made by somebody else costs neither time nor
+//! memory before it is refused.
+
+mod in_place;
+mod lines;
+mod refusal;
+mod regular;
+
+pub use in_place::open_in_place;
+pub use lines::{BoundedLines, Line};
+pub use refusal::{FileKind, Refusal, refusal};
+pub use regular::{TEXT_LIMIT_BYTES, open, read, read_limited, read_text};
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

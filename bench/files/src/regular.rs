@@ -1,0 +1,139 @@
+//! Opening and reading regular files.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Read};
+use std::path::Path;
+
+use crate::refusal::{FileKind, Refusal};
+
+/// Largest text that is read whole, bytes: a hundred times the longest description of a bench, a protocol or a
+/// calibration.
+pub const TEXT_LIMIT_BYTES: u64 = 1 << 20;
+
+/// Opens a regular file for reading; a symbolic link counts as what it leads to.
+///
+/// # Errors
+/// [`Refusal::NotRegular`] inside the error for anything else, without waiting for it; otherwise the operating system's
+/// reason.
+pub fn open(path: &Path) -> io::Result<File> {
+    // Opening alone may already do something to a device, such as rewind a tape or reset a board.
+    require_regular(&fs::metadata(path)?)?;
+    let mut options = OpenOptions::new();
+    options.read(true);
+    never_wait(&mut options, false);
+    let file = options.open(path)?;
+    // Another may have taken its place in the meantime.
+    require_regular(&file.metadata()?)?;
+    Ok(file)
+}
+
+pub(crate) fn require_regular(metadata: &fs::Metadata) -> Result<(), Refusal> {
+    FileKind::of(metadata.file_type()).map_or(Ok(()), |kind| Err(Refusal::NotRegular(kind)))
+}
+
+/// Lets a named pipe be opened without waiting for its writer, a terminal without belonging to it, and a link not at all
+/// if `in_place`.
+#[cfg(unix)]
+pub(crate) fn never_wait(options: &mut OpenOptions, in_place: bool) {
+    use rustix::fs::OFlags;
+    use std::os::unix::fs::OpenOptionsExt;
+    let mut flags = OFlags::NONBLOCK | OFlags::NOCTTY;
+    flags.set(OFlags::NOFOLLOW, in_place);
+    options.custom_flags(flags.bits().cast_signed());
+}
+
+#[cfg(not(unix))]
+pub(crate) fn never_wait(_: &mut OpenOptions, _: bool) {}
+
+/// Reads a whole file of at most `limit_bytes`.
+///
+/// # Errors
+/// [`Refusal`] inside the error for a longer one and for what is no regular file; otherwise the operating system's
+/// reason.
+pub fn read(path: &Path, limit_bytes: u64) -> io::Result<Vec<u8>> {
+    read_limited(open(path)?, limit_bytes)
+}
+
+/// Reads `source` to its end, at most `limit_bytes`.
+///
+/// # Errors
+/// [`Refusal::TooLong`] inside the error for a longer one; otherwise the source's reason.
+pub fn read_limited(source: impl Read, limit_bytes: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    // Not by the length that a file states: it may grow, and some files state none.
+    source
+        .take(limit_bytes.saturating_add(1))
+        .read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > limit_bytes {
+        return Err(Refusal::TooLong { limit_bytes }.into());
+    }
+    Ok(bytes)
+}
+
+/// Reads a whole text of at most `limit_bytes`.
+///
+/// # Errors
+/// As [`read`]; and bytes that are no UTF-8.
+pub fn read_text(path: &Path, limit_bytes: u64) -> io::Result<String> {
+    String::from_utf8(read(path, limit_bytes)?).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        io::Error::new(
+            io::ErrorKind::InvalidData,
+            format!("it is no text in UTF-8: byte {at} is none"),
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::refusal::refusal;
+
+    #[test]
+    fn a_text_of_exactly_the_limit_is_read_and_one_byte_more_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("text");
+        fs::write(&path, "12345").unwrap();
+        assert_eq!(read_text(&path, 5).unwrap(), "12345");
+        let error = read_text(&path, 4).unwrap_err();
+        assert_eq!(refusal(&error), Some(&Refusal::TooLong { limit_bytes: 4 }));
+        fs::write(&path, b"\xff").unwrap();
+        let error = read_text(&path, 4).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::InvalidData);
+        assert_eq!(refusal(&error), None);
+        let absent = read(&folder.path().join("absent"), 4).unwrap_err();
+        assert_eq!(absent.kind(), io::ErrorKind::NotFound);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_is_no_regular_file_is_named_at_once() {
+        use std::os::unix::fs::symlink;
+        use std::os::unix::net::UnixListener;
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir(at("folder")).unwrap();
+        let _listener = UnixListener::bind(at("socket")).unwrap();
+        symlink("/dev/zero", at("device")).unwrap();
+        rustix::fs::mknodat(
+            rustix::fs::CWD,
+            at("pipe"),
+            rustix::fs::FileType::Fifo,
+            rustix::fs::Mode::RUSR | rustix::fs::Mode::WUSR,
+            0,
+        )
+        .unwrap();
+        for (name, kind) in [
+            ("folder", FileKind::Folder),
+            ("socket", FileKind::Socket),
+            ("device", FileKind::Device),
+            ("pipe", FileKind::NamedPipe),
+        ] {
+            let error = read_text(&at(name), TEXT_LIMIT_BYTES).unwrap_err();
+            assert_eq!(refusal(&error), Some(&Refusal::NotRegular(kind)), "{name}");
+        }
+        fs::write(at("file"), "text").unwrap();
+        symlink(at("file"), at("link")).unwrap();
+        assert_eq!(read_text(&at("link"), 4).unwrap(), "text");
+    }
+}

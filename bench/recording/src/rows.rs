@@ -1,0 +1,360 @@
+//! Reads the rows of `force.csv` and `position.csv` as a stream.
+
+use std::collections::VecDeque;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+use files::BoundedLines;
+
+use crate::csv_rows::CsvRow;
+use crate::read_error::{
+    MAX_ROW_BYTES, MAX_ROWS_PER_S, MEAN_ROW_BYTES, OUTSIDE_S, ReadError, Warning,
+};
+
+/// Bytes read from the operating system at a time.
+const BUFFER_BYTES: usize = 1 << 16;
+/// Step in time from one row to the next beyond which the rows that follow must confirm it, s.
+const LEAP_S: f64 = 0.1;
+/// Number of rows that confirm a leap in time.
+const CONFIRMING_ROWS: usize = 64;
+
+/// Rows of a CSV file, in file order, with rising times.
+///
+/// Rows that cannot be read, whose time does not increase, leaps ahead of the rows that follow or is outside the
+/// recording are left out and counted; [`warnings`](Self::warnings) after the last row returns them. Memory does not grow
+/// with the file.
+#[derive(Debug)]
+pub struct RowReader<R> {
+    file: &'static str,
+    path: PathBuf,
+    lines: BoundedLines<BufReader<File>>,
+    columns: Vec<usize>,
+    /// Number of columns in the header.
+    width: usize,
+    /// Length of the audio, s.
+    duration_s: f64,
+    limit_rows: u64,
+    /// Line that was read last, from 1.
+    line: u64,
+    ended: bool,
+    last_time_s: f64,
+    /// Rows after a leap in time, until as many follow as confirm it.
+    held: VecDeque<Parsed<R>>,
+    confirmed: bool,
+    rows: u64,
+    unreadable: Tally,
+    first_unreadable: String,
+    disordered: Tally,
+    leapt: Tally,
+    outside: Tally,
+    outside_from_s: f64,
+    outside_to_s: f64,
+    not_finite: Tally,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Parsed<R> {
+    row: R,
+    line: u64,
+    finite: bool,
+}
+
+#[derive(Debug, Default, Clone, Copy)]
+struct Tally {
+    rows: u64,
+    first_line: u64,
+}
+
+impl Tally {
+    fn count(&mut self, line: u64) {
+        if self.rows == 0 {
+            self.first_line = line;
+        }
+        self.rows += 1;
+    }
+}
+
+impl<R: CsvRow> RowReader<R> {
+    /// Opens the rows of a recording of `duration_s`.
+    pub(crate) fn open(
+        folder: &Path,
+        file: &'static str,
+        duration_s: f64,
+    ) -> Result<Self, ReadError> {
+        let path = folder.join(file);
+        let io_error = |reason| ReadError::Io {
+            path: path.clone(),
+            reason,
+        };
+        let source = files::open(&path).map_err(io_error)?;
+        let source = BufReader::with_capacity(BUFFER_BYTES, source);
+        let mut lines = BoundedLines::new(source, MAX_ROW_BYTES);
+        let limit_rows = ((duration_s + OUTSIDE_S) * MAX_ROWS_PER_S as f64) as u64;
+        let (mut line, mut header) = (0, Vec::new());
+        while header.is_empty() {
+            let limit_bytes = limit_rows.saturating_mul(MEAN_ROW_BYTES);
+            let left = limit_bytes.saturating_sub(lines.read_bytes());
+            let Some(next) = lines.next_line(left).map_err(io_error)? else {
+                break;
+            };
+            line += 1;
+            header = next.bytes.trim_ascii().to_vec();
+        }
+        let names = header
+            .strip_prefix("\u{feff}".as_bytes())
+            .unwrap_or(&header);
+        let names: Vec<&[u8]> = fields(names).collect();
+        let columns = R::COLUMNS
+            .iter()
+            .map(|&column| {
+                names
+                    .iter()
+                    .position(|name| *name == column.as_bytes())
+                    .ok_or_else(|| ReadError::MissingColumn {
+                        path: path.clone(),
+                        column,
+                        header: beginning(&header),
+                    })
+            })
+            .collect::<Result<_, _>>()?;
+        Ok(Self {
+            file,
+            lines,
+            columns,
+            width: names.len(),
+            duration_s,
+            limit_rows,
+            line,
+            ended: false,
+            last_time_s: f64::NEG_INFINITY,
+            held: VecDeque::new(),
+            confirmed: false,
+            rows: 0,
+            unreadable: Tally::default(),
+            first_unreadable: String::new(),
+            disordered: Tally::default(),
+            leapt: Tally::default(),
+            outside: Tally::default(),
+            outside_from_s: f64::INFINITY,
+            outside_to_s: f64::NEG_INFINITY,
+            not_finite: Tally::default(),
+            path,
+        })
+    }
+
+    /// Returns the defects of the rows so far; complete once the iterator has ended.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Warning> {
+        let file = self.file;
+        let mut warnings = Vec::new();
+        let Tally { rows, first_line } = self.unreadable;
+        if rows > 0 {
+            warnings.push(Warning::UnreadableRows {
+                file,
+                rows,
+                first_line,
+                first: self.first_unreadable.clone(),
+            });
+        }
+        let Tally { rows, first_line } = self.disordered;
+        if rows > 0 {
+            warnings.push(Warning::TimeDisorder {
+                file,
+                rows,
+                first_line,
+            });
+        }
+        let Tally { rows, first_line } = self.leapt;
+        if rows > 0 {
+            warnings.push(Warning::TimeLeap {
+                file,
+                rows,
+                first_line,
+            });
+        }
+        let Tally { rows, first_line } = self.outside;
+        if rows > 0 {
+            warnings.push(Warning::OutsideRecording {
+                file,
+                rows,
+                first_line,
+                from_s: self.outside_from_s,
+                to_s: self.outside_to_s,
+                duration_s: self.duration_s,
+            });
+        }
+        let Tally { rows, first_line } = self.not_finite;
+        if rows > 0 {
+            warnings.push(Warning::NotFinite {
+                file,
+                rows,
+                first_line,
+            });
+        }
+        if self.rows == 0 && self.outside.rows == 0 {
+            warnings.push(Warning::NoRows { file });
+        }
+        warnings
+    }
+
+    /// Reads the next line that is a row; `None` at the end of the file.
+    fn read_row(&mut self) -> Result<Option<Parsed<R>>, ReadError> {
+        loop {
+            if self.line > self.limit_rows {
+                return Err(ReadError::TooManyRows {
+                    path: self.path.clone(),
+                    limit_rows: self.limit_rows,
+                    duration_s: self.duration_s,
+                });
+            }
+            let limit_bytes = self.limit_rows.saturating_mul(MEAN_ROW_BYTES);
+            let left = limit_bytes.saturating_sub(self.lines.read_bytes());
+            let line = self.lines.next_line(left).map_err(|reason| ReadError::Io {
+                path: self.path.clone(),
+                reason,
+            })?;
+            let Some(line) = line else {
+                if left > 0 {
+                    return Ok(None);
+                }
+                return Err(ReadError::RowsTooLong {
+                    path: self.path.clone(),
+                    limit_bytes,
+                    duration_s: self.duration_s,
+                });
+            };
+            self.line += 1;
+            let text = line.bytes.trim_ascii();
+            if text.is_empty() && !line.cut {
+                continue;
+            }
+            let whole = line.ended && !line.cut;
+            match parse::<R>(text, &self.columns, self.width).filter(|_| whole) {
+                Some((row, finite)) => {
+                    return Ok(Some(Parsed {
+                        row,
+                        line: self.line,
+                        finite,
+                    }));
+                }
+                None => {
+                    if self.unreadable.rows == 0 {
+                        self.first_unreadable = beginning(text);
+                    }
+                    self.unreadable.count(self.line);
+                }
+            }
+        }
+    }
+
+    /// Takes a row in, or counts why it is left out.
+    fn take(&mut self, next: Parsed<R>) {
+        let time_s = next.row.time_s();
+        if !(-OUTSIDE_S..=self.duration_s + OUTSIDE_S).contains(&time_s) {
+            self.outside.count(next.line);
+            self.outside_from_s = self.outside_from_s.min(time_s);
+            self.outside_to_s = self.outside_to_s.max(time_s);
+            return;
+        }
+        if time_s <= self.last_time_s {
+            self.disordered.count(next.line);
+            return;
+        }
+        let ends = self.held.front().zip(self.held.back());
+        match ends.map(|(first, last)| (first.row.time_s(), last.row.time_s())) {
+            Some((first_s, _)) if time_s < first_s => {
+                // Back to before the leap: what leapt was wrong, not what follows.
+                for leapt in self.held.drain(..) {
+                    self.leapt.count(leapt.line);
+                }
+            }
+            Some((_, last_s)) if time_s <= last_s => {
+                self.disordered.count(next.line);
+                return;
+            }
+            _ => {}
+        }
+        let leaps = time_s - self.last_time_s.max(0.0) > LEAP_S;
+        self.held.push_back(next);
+        self.confirmed = !leaps || self.held.len() > CONFIRMING_ROWS;
+    }
+
+    /// Returns the next row whose time is certain.
+    fn certain(&mut self) -> Option<R> {
+        if !self.confirmed && !self.ended {
+            return None;
+        }
+        let Some(Parsed { row, line, finite }) = self.held.pop_front() else {
+            self.confirmed = false;
+            return None;
+        };
+        if !finite {
+            self.not_finite.count(line);
+        }
+        self.last_time_s = row.time_s();
+        self.rows += 1;
+        Some(row)
+    }
+}
+
+impl<R: CsvRow> Iterator for RowReader<R> {
+    type Item = Result<R, ReadError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            if let Some(row) = self.certain() {
+                return Some(Ok(row));
+            }
+            if self.ended {
+                return None;
+            }
+            match self.read_row() {
+                Ok(Some(row)) => self.take(row),
+                Ok(None) => self.ended = true,
+                Err(error) => {
+                    self.ended = true;
+                    self.held.clear();
+                    return Some(Err(error));
+                }
+            }
+        }
+    }
+}
+
+/// Returns the fields of a line, without the spaces around them.
+fn fields(line: &[u8]) -> impl Iterator<Item = &[u8]> {
+    line.split(|byte| *byte == b',').map(<[u8]>::trim_ascii)
+}
+
+/// Returns the row and whether all its values are finite; `None` if it is no row with a finite time.
+fn parse<R: CsvRow>(line: &[u8], columns: &[usize], width: usize) -> Option<(R, bool)> {
+    if !fields(line).skip(width).all(<[u8]>::is_empty) {
+        return None;
+    }
+    let mut values = [0.0; 4];
+    let values = values.get_mut(..columns.len())?;
+    let mut missing = columns.len();
+    for (at, field) in fields(line).enumerate() {
+        for (value, _) in values
+            .iter_mut()
+            .zip(columns)
+            .filter(|(_, column)| **column == at)
+        {
+            *value = std::str::from_utf8(field).ok()?.parse().ok()?;
+            missing -= 1;
+        }
+    }
+    let row = R::from_fields(values).filter(|_| missing == 0)?;
+    let finite = values.iter().all(|value| value.is_finite());
+    row.time_s().is_finite().then_some((row, finite))
+}
+
+/// Returns the first 80 characters of a line, for messages.
+fn beginning(line: &[u8]) -> String {
+    String::from_utf8_lossy(line)
+        .chars()
+        .map(|c| if c.is_control() { ' ' } else { c })
+        .take(80)
+        .collect()
+}

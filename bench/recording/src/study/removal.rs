@@ -1,0 +1,184 @@
+//! Removes a participant from a study.
+
+use std::fs::{self, OpenOptions};
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use protocols::ParticipantId;
+
+use super::study_error::{PARTICIPANTS_FILE, StudyError};
+use crate::disk::{self, DiskError, OnPath};
+
+/// File with one line for each participant who was removed: the date, and nothing of the person.
+pub const REMOVALS_FILE: &str = "removals.tsv";
+
+const REMOVALS_HEADER: &str = "removed_on\twhat\n";
+/// Largest file beside the participants' folders that is searched for a participant, bytes.
+const SEARCHED_BYTES: u64 = 16 << 20;
+/// Levels of folders beside the participants' folders that are searched.
+const SEARCHED_DEPTH: usize = 4;
+
+/// What a study holds of a participant.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Traces {
+    participant: String,
+    /// The participant's folder, if there is one.
+    pub folder: Option<PathBuf>,
+    /// Folders in it, itself included.
+    pub folders: u64,
+    /// Files in it.
+    pub files: u64,
+    /// Symbolic links in it, which are removed without what they lead to.
+    pub links: u64,
+    /// Bytes of the files.
+    pub bytes: u64,
+    /// Whether the participant is in `participants.tsv`.
+    pub listed: bool,
+    /// Files of the study, outside all participants' folders, that have the participant's identifier in their name or
+    /// text. They are not removed.
+    pub elsewhere: Vec<PathBuf>,
+}
+
+impl Traces {
+    pub(super) fn find(study: &Path, participant: &ParticipantId) -> Result<Self, StudyError> {
+        let mut traces = Self {
+            participant: participant.as_str().to_owned(),
+            folder: None,
+            folders: 0,
+            files: 0,
+            links: 0,
+            bytes: 0,
+            listed: false,
+            elsewhere: Vec::new(),
+        };
+        let folder = study.join(participant.as_str());
+        match fs::symlink_metadata(&folder) {
+            Ok(found) if found.is_symlink() => return Err(StudyError::Link { path: folder }),
+            Ok(found) if found.is_dir() => {
+                traces.count(&folder)?;
+                traces.folder = Some(folder);
+            }
+            Ok(_) => {}
+            Err(error) if error.kind() == ErrorKind::NotFound => {}
+            Err(error) => return Err(error).on("read", &folder)?,
+        }
+        traces.listed = read_table(study)?
+            .lines()
+            .any(|line| traces.is_listed_in(line));
+        if traces.folder.is_none() && !traces.listed {
+            return Err(StudyError::NoParticipant {
+                path: study.to_owned(),
+                participant: traces.participant,
+            });
+        }
+        traces.search(study, SEARCHED_DEPTH)?;
+        Ok(traces)
+    }
+
+    fn is_listed_in(&self, line: &str) -> bool {
+        line.split('\t').next() == Some(&self.participant)
+    }
+
+    /// Counts what is in a folder; links are counted and not followed.
+    fn count(&mut self, folder: &Path) -> Result<(), DiskError> {
+        self.folders += 1;
+        for entry in fs::read_dir(folder).on("list", folder)? {
+            let entry = entry.on("list", folder)?;
+            let path = entry.path();
+            // Of the entry itself, not of what it may lead to.
+            let found = entry.metadata().on("read", &path)?;
+            if found.is_symlink() {
+                self.links += 1;
+            } else if found.is_dir() {
+                self.count(&path)?;
+            } else {
+                self.files += 1;
+                self.bytes += found.len();
+            }
+        }
+        Ok(())
+    }
+
+    /// Looks for the participant beside the participants' folders.
+    fn search(&mut self, folder: &Path, depth: usize) -> Result<(), DiskError> {
+        for entry in fs::read_dir(folder).on("list", folder)? {
+            let entry = entry.on("list", folder)?;
+            let (path, name) = (entry.path(), entry.file_name());
+            let name = name.to_string_lossy();
+            let found = entry.file_type().on("read", &path)?;
+            if name == PARTICIPANTS_FILE || name.starts_with("sub-") && found.is_dir() {
+                continue;
+            }
+            if found.is_dir() {
+                if depth > 1 {
+                    self.search(&path, depth - 1)?;
+                }
+                continue;
+            }
+            let text = || files::read(&path, SEARCHED_BYTES).unwrap_or_default();
+            if self.is_named_in(name.as_bytes()) || found.is_file() && self.is_named_in(&text()) {
+                self.elsewhere.push(path);
+            }
+        }
+        self.elsewhere.sort_unstable();
+        Ok(())
+    }
+
+    /// Returns whether a text has the identifier, and not merely a longer one that begins with it.
+    fn is_named_in(&self, text: &[u8]) -> bool {
+        let name = self.participant.as_bytes();
+        text.windows(name.len()).enumerate().any(|(at, window)| {
+            let next = text.get(at + name.len());
+            window == name && !next.is_some_and(u8::is_ascii_alphanumeric)
+        })
+    }
+
+    pub(super) fn remove(&self, study: &Path, date: &str) -> Result<(), StudyError> {
+        if let Some(folder) = &self.folder {
+            match fs::symlink_metadata(folder) {
+                Ok(found) if found.is_symlink() => {
+                    return Err(StudyError::Link {
+                        path: folder.clone(),
+                    });
+                }
+                // It follows no links itself.
+                _ => fs::remove_dir_all(folder).on("remove", folder)?,
+            }
+            disk::sync_folder(study)?;
+        }
+        // Before the last trace is gone: if the program is killed, a line too many is better than none.
+        note_removal(study, date)?;
+        let table: String = read_table(study)?
+            .split_inclusive('\n')
+            .filter(|line| !self.is_listed_in(line.trim_end()))
+            .collect();
+        if self.listed {
+            disk::replace_file(&study.join(PARTICIPANTS_FILE), table.as_bytes())?;
+        }
+        Ok(())
+    }
+}
+
+fn read_table(study: &Path) -> Result<String, DiskError> {
+    let path = study.join(PARTICIPANTS_FILE);
+    match files::read_text(&path, files::TEXT_LIMIT_BYTES) {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(String::new()),
+        table => table.on("read", &path),
+    }
+}
+
+fn note_removal(study: &Path, date: &str) -> Result<(), DiskError> {
+    let path = study.join(REMOVALS_FILE);
+    let mut file = files::open_in_place(&path).on("open", &path)?;
+    let new = file.metadata().on("read", &path)?.len() == 0;
+    let header = if new { REMOVALS_HEADER } else { "" };
+    drop(file);
+    file = OpenOptions::new()
+        .append(true)
+        .open(&path)
+        .on("open", &path)?;
+    file.write_all(format!("{header}{date}\ta participant was removed\n").as_bytes())
+        .on("write", &path)?;
+    file.sync_all().on("sync", &path)?;
+    disk::sync_folder(study)
+}

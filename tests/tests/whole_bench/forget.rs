@@ -1,0 +1,258 @@
+//! `forget`: one participant leaves a study, and nobody else does.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use bench_tests::program::bench;
+use bench_tests::session::{finish, text};
+use recording::study::Study;
+use tempfile::TempDir;
+
+use super::refusals::refused;
+
+/// A study of three participants, one of whom has a code that begins like another's.
+fn study() -> (TempDir, PathBuf) {
+    let room = tempfile::tempdir().unwrap();
+    let folder = room.path().join("study");
+    // By hand: a lock of this process would be held on by the programs that other tests start at the same moment.
+    let mut table = "participant_id\tfirst_session_date\tprotocol\n".to_owned();
+    for id in ["sub-06", "sub-07", "sub-071"] {
+        let session = folder.join(id).join("ses-01");
+        let trial = session.join("trial-001_attempt-1");
+        fs::create_dir_all(&trial).unwrap();
+        fs::write(trial.join("signals.wav"), vec![0; 5000]).unwrap();
+        fs::write(session.join("events.jsonl"), "").unwrap();
+        table.push_str(&format!("{id}\t2026-01-31\tdemo\n"));
+    }
+    fs::write(folder.join("participants.tsv"), table).unwrap();
+    let description = r#"{"Name": "study", "DatasetType": "raw", "GeneratedBy": []}"#;
+    fs::write(folder.join("dataset_description.json"), description).unwrap();
+    fs::write(folder.join(".friction-bench.lock"), "").unwrap();
+    (room, folder)
+}
+
+fn forget(study: &Path, words: &[&str]) -> Output {
+    let mut command = bench();
+    finish(
+        command
+            .arg("forget")
+            .arg(study)
+            .args(words)
+            .stdin(Stdio::null()),
+    )
+}
+
+/// Every path in a folder, links not followed.
+fn tree(folder: &Path) -> Vec<PathBuf> {
+    let mut paths = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() && !path.is_symlink() {
+            paths.extend(tree(&path));
+        }
+        paths.push(path);
+    }
+    paths.sort();
+    paths
+}
+
+#[test]
+fn one_participant_is_removed_with_every_trace() {
+    let (_room, study) = study();
+    let others: Vec<_> = tree(&study)
+        .into_iter()
+        .filter(|path| !path.starts_with(study.join("sub-07")))
+        .collect();
+    let output = forget(&study, &["sub-07", "--confirm", "sub-07"]);
+    let printed = text(&output);
+    assert_eq!(output.status.code(), Some(0), "{printed}");
+    for word in [
+        "sub-07: 2 files in 3 folders, 5000 bytes",
+        "participants.tsv",
+        "is removed",
+    ] {
+        assert!(printed.contains(word), "no `{word}` in:\n{printed}");
+    }
+    let removals = study.join("removals.tsv");
+    let left: Vec<_> = tree(&study)
+        .into_iter()
+        .filter(|path| *path != removals)
+        .collect();
+    assert_eq!(left, others);
+    let table = fs::read_to_string(study.join("participants.tsv")).unwrap();
+    let ids: Vec<_> = table
+        .lines()
+        .map(|line| line.split('\t').next().unwrap())
+        .collect();
+    assert_eq!(ids, ["participant_id", "sub-06", "sub-071"]);
+    let log = fs::read_to_string(&removals).unwrap();
+    assert!(!log.contains("sub-"), "{log}");
+    let (header, line) = log.split_once('\n').unwrap();
+    assert_eq!(header, "removed_on\twhat");
+    let (date, what) = line.trim_end().split_once('\t').unwrap();
+    assert!(date.parse::<jiff::civil::Date>().is_ok(), "{date}");
+    assert_eq!(what, "a participant was removed");
+
+    // Nothing is left to remove; another one adds a line.
+    let again = forget(&study, &["sub-07", "--confirm", "sub-07"]);
+    refused(&again, &["holds nothing of sub-07"]);
+    assert!(
+        forget(&study, &["sub-06", "--confirm", "sub-06"])
+            .status
+            .success()
+    );
+    assert_eq!(fs::read_to_string(&removals).unwrap().lines().count(), 3);
+    // The study goes on.
+    Study::open(&study)
+        .unwrap()
+        .next_session(&"sub-07".parse().unwrap())
+        .unwrap();
+}
+
+#[test]
+fn nothing_is_removed_without_both_answers() {
+    let (_room, study) = study();
+    let before = tree(&study);
+    for (words, said) in [
+        (&["sub-07"][..], "--confirm sub-07 answers both"),
+        (&["sub-07", "--confirm", "sub-06"], "--confirm names sub-06"),
+        (
+            &["sub-99", "--confirm", "sub-99"],
+            "holds nothing of sub-99",
+        ),
+        (&["../sub-07", "--confirm", "../sub-07"], "is not allowed"),
+    ] {
+        refused(&forget(&study, words), &[said]);
+        assert_eq!(tree(&study), before);
+    }
+    let nowhere = study.join("sub-06");
+    refused(
+        &forget(&nowhere, &["sub-07", "--confirm", "sub-07"]),
+        &["is not a study"],
+    );
+    let held = Study::open(&study).unwrap();
+    refused(
+        &forget(&study, &["sub-07", "--confirm", "sub-07"]),
+        &["in use"],
+    );
+    drop(held);
+    assert_eq!(tree(&study), before);
+}
+
+#[cfg(unix)]
+#[test]
+fn no_link_leads_out_of_the_study() {
+    use std::os::unix::fs::symlink;
+    let (room, study) = study();
+    let outside = room.path().join("outside");
+    fs::create_dir(&outside).unwrap();
+    fs::write(outside.join("kept"), "kept").unwrap();
+    let trial = study.join("sub-07/ses-01/trial-001_attempt-1");
+    symlink(&outside, trial.join("link")).unwrap();
+    symlink(outside.join("kept"), trial.join("force.csv")).unwrap();
+    let output = forget(&study, &["sub-07", "--confirm", "sub-07"]);
+    assert!(output.status.success(), "{}", text(&output));
+    assert!(
+        text(&output).contains("2 symbolic links"),
+        "{}",
+        text(&output)
+    );
+    assert_eq!(tree(&outside), [outside.join("kept")]);
+    assert!(!study.join("sub-07").exists());
+
+    // A participant's folder that is itself a link.
+    symlink(&outside, study.join("sub-07")).unwrap();
+    let refused_link = forget(&study, &["sub-07", "--confirm", "sub-07"]);
+    refused(&refused_link, &["sub-07 is a symbolic link"]);
+    assert_eq!(tree(&outside), [outside.join("kept")]);
+}
+
+#[test]
+fn what_names_the_participant_elsewhere_is_listed() {
+    let (_room, study) = study();
+    fs::create_dir(study.join("results")).unwrap();
+    fs::write(
+        study.join("results/all.json"),
+        r#"{"path": "study/sub-07/ses-01"}"#,
+    )
+    .unwrap();
+    fs::write(
+        study.join("results/other.json"),
+        r#"{"path": "study/sub-071/ses-01"}"#,
+    )
+    .unwrap();
+    fs::write(study.join("sub-07.svg"), "").unwrap();
+    let printed = text(&forget(&study, &["sub-07", "--confirm", "sub-07"]));
+    assert!(
+        printed.contains("all.json") && printed.contains("sub-07.svg"),
+        "{printed}"
+    );
+    assert!(!printed.contains("other.json"), "{printed}");
+    assert!(study.join("results/all.json").exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_study_that_cannot_be_changed_is_left_as_it_is() {
+    let (_room, study) = study();
+    // A pipe in the table's place: nothing is read of it, and nothing removed.
+    let table = study.join("participants.tsv");
+    fs::remove_file(&table).unwrap();
+    let made = Command::new("mkfifo").arg(&table).status().unwrap();
+    assert!(made.success());
+    let before = tree(&study);
+    refused(
+        &forget(&study, &["sub-07", "--confirm", "sub-07"]),
+        &["participants.tsv", "a named pipe"],
+    );
+    assert_eq!(tree(&study), before);
+}
+
+/// Answers both questions on a terminal; how the command ended, and what it printed.
+#[cfg(target_os = "linux")]
+fn answered(study: &Path, answers: &str) -> (Option<i32>, String) {
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+    use std::io::Write;
+    let operator = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+    grantpt(&operator).unwrap();
+    unlockpt(&operator).unwrap();
+    let name = ptsname(&operator, Vec::new()).unwrap();
+    let terminal = fs::File::options()
+        .read(true)
+        .write(true)
+        .open(name.to_str().unwrap())
+        .unwrap();
+    fs::File::from(operator.try_clone().unwrap())
+        .write_all(answers.as_bytes())
+        .unwrap();
+    let mut command = bench();
+    command
+        .arg("forget")
+        .arg(study)
+        .arg("sub-07")
+        .stdin(terminal);
+    let output = finish(&mut command);
+    drop(operator);
+    (output.status.code(), text(&output))
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn on_a_terminal_it_asks_twice() {
+    let (_room, study) = study();
+    let before = tree(&study);
+    for no in ["no\n", "yes\nsub-06\n"] {
+        let (code, printed) = answered(&study, no);
+        assert_eq!(code, Some(1), "{printed}");
+        assert!(printed.contains("nothing was removed"), "{printed}");
+        assert_eq!(tree(&study), before);
+    }
+    let (code, printed) = answered(&study, "yes\nsub-07\n");
+    assert_eq!(code, Some(0), "{printed}");
+    assert!(!study.join("sub-07").exists());
+}

@@ -1,0 +1,177 @@
+//! Who can read what a session leaves, and what another user cannot plant.
+#![cfg(unix)]
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::os::unix::fs::{PermissionsExt, symlink};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use bench_tests::program::{bench, protocol};
+use bench_tests::session::{config_with, finish, text, unattended};
+
+use super::refusals::{refused, refused_before_anything_is_made, room, uncalibrated};
+
+/// The same command under a umask that keeps nothing from anybody.
+fn open_to_all(command: &Command) -> Command {
+    let mut shell = Command::new("sh");
+    shell.args(["-c", "umask 0; exec \"$@\"", "sh"]);
+    shell.arg(command.get_program()).args(command.get_args());
+    shell
+}
+
+fn mode(path: &Path) -> u32 {
+    fs::symlink_metadata(path).unwrap().permissions().mode() & 0o777
+}
+
+/// Permissions of all folders and of all files in a folder, itself included.
+fn modes(folder: &Path) -> (BTreeSet<u32>, BTreeSet<u32>) {
+    let (mut folders, mut files) = (BTreeSet::from([mode(folder)]), BTreeSet::new());
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            let (inner_folders, inner_files) = modes(&path);
+            folders.extend(inner_folders);
+            files.extend(inner_files);
+        } else {
+            files.insert(mode(&path));
+        }
+    }
+    (folders, files)
+}
+
+#[test]
+fn a_study_is_the_users_own_unless_it_is_shared() {
+    let (_room, study) = room();
+    let session =
+        |participant: &str| unattended(&study, participant, protocol("one-exploration.toml"));
+    let finished = |command: &Command| {
+        let output = finish(&mut open_to_all(command));
+        assert!(output.status.success(), "{}", text(&output));
+    };
+    finished(&session("sub-01"));
+    assert_eq!(modes(&study), ([0o700].into(), [0o600].into()));
+    finished(session("sub-02").arg("--shared"));
+    assert_eq!(
+        modes(&study.join("sub-02")),
+        ([0o777].into(), [0o666].into())
+    );
+    // What existed stays as it was.
+    assert_eq!(mode(&study), 0o700);
+    assert_eq!(
+        modes(&study.join("sub-01")),
+        ([0o700].into(), [0o600].into())
+    );
+    fs::set_permissions(&study, fs::Permissions::from_mode(0o755)).unwrap();
+    let table = study.join("participants.tsv");
+    fs::set_permissions(&table, fs::Permissions::from_mode(0o644)).unwrap();
+    finished(&session("sub-03"));
+    assert_eq!((mode(&study), mode(&table)), (0o755, 0o644));
+    assert_eq!(
+        modes(&study.join("sub-03")),
+        ([0o700].into(), [0o600].into())
+    );
+    // Removing a participant writes the table anew.
+    finished(
+        bench()
+            .arg("forget")
+            .arg(&study)
+            .args(["sub-01", "--confirm", "sub-01"]),
+    );
+    assert_eq!(mode(&table), 0o644);
+}
+
+#[test]
+fn a_calibration_names_its_operator_to_nobody_else() {
+    let (room, _) = room();
+    let calibrate = |name: &str, shared: bool| {
+        let folder = room.path().join(name);
+        fs::create_dir(&folder).unwrap();
+        let mut command = bench();
+        command.args([
+            "calibrate",
+            "channels",
+            "--mock",
+            "--speed",
+            "max",
+            "--headless",
+        ]);
+        command.args(["--operator", "A. Tester", "--calibration"]);
+        command.arg(folder.join("calibration.toml"));
+        if shared {
+            command.arg("--shared");
+        }
+        let output = finish(&mut open_to_all(&command));
+        assert!(output.status.success(), "{}", text(&output));
+        modes(&folder).1
+    };
+    assert_eq!(calibrate("own", false), [0o600].into());
+    assert_eq!(calibrate("shared", true), [0o666].into());
+}
+
+/// The files in a folder.
+fn names(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).unwrap();
+    entries.map(|entry| entry.unwrap().path()).collect()
+}
+
+#[test]
+fn a_link_in_the_place_of_a_studys_lock_is_not_followed() {
+    let (room, study) = room();
+    fs::create_dir(&study).unwrap();
+    let victim = room.path().join("victim");
+    fs::write(&victim, "kept").unwrap();
+    let lock = study.join(".friction-bench.lock");
+    for target in [victim.clone(), room.path().join("absent")] {
+        symlink(&target, &lock).unwrap();
+        let run = finish(&mut unattended(&study, "sub-01", "demo"));
+        refused(&run, &[".friction-bench.lock", "a symbolic link"]);
+        fs::remove_file(&lock).unwrap();
+    }
+    assert_eq!(fs::read_to_string(&victim).unwrap(), "kept");
+    assert_eq!(names(room.path()).len(), 2);
+}
+
+#[test]
+fn locks_on_hardware_are_in_a_folder_of_the_users_own() {
+    let (room, study) = room();
+    let own = room.path().file_name().unwrap().to_string_lossy();
+    let card = format!("\"hw:CARD=Absent{own}\"");
+    let port = format!("\"{}\"", room.path().join("port").display());
+    let changes = [
+        ("\"sim\"", &*card),
+        ("\"sim\"", &*card),
+        ("\"/dev/ttyUSB0\"", &*port),
+    ];
+    let config = config_with(room.path(), &changes);
+    let runtime = room.path().join("runtime");
+    fs::create_dir(&runtime).unwrap();
+    fs::set_permissions(&runtime, fs::Permissions::from_mode(0o700)).unwrap();
+    let run = || {
+        let mut run = uncalibrated(&study, &config);
+        run.env("XDG_RUNTIME_DIR", &runtime)
+            .env("TMPDIR", room.path());
+        run
+    };
+    let absent = ["no output device matches"];
+    refused_before_anything_is_made(&mut run(), &study, &absent);
+    let locks = names(&runtime);
+    assert_eq!(locks.len(), 2, "{locks:?}");
+
+    // A link in a lock's place leads nowhere.
+    let victim = room.path().join("victim");
+    fs::write(&victim, "kept").unwrap();
+    fs::remove_file(&locks[0]).unwrap();
+    symlink(&victim, &locks[0]).unwrap();
+    let words = ["a symbolic link", "friction-bench-"];
+    refused_before_anything_is_made(&mut run(), &study, &words);
+    assert_eq!(fs::read_to_string(&victim).unwrap(), "kept");
+
+    // A folder that others may write to is not used.
+    fs::set_permissions(&runtime, fs::Permissions::from_mode(0o777)).unwrap();
+    refused_before_anything_is_made(&mut run(), &study, &absent);
+}

@@ -1,0 +1,94 @@
+//! Text of somebody else's files and devices, made harmless before it reaches a terminal.
+
+use std::borrow::Cow;
+
+use ratatui::buffer::Buffer;
+
+/// Returns `text` with every character escaped that a terminal would obey instead of showing it: controls, such as the
+/// one that begins a command to the terminal, and marks that turn the direction of writing. They become `\u001b` and the
+/// like, as JSON and TOML write them. Line ends and tabs stay.
+///
+/// ```
+/// assert_eq!(tui::escaped("sub-01\n"), "sub-01\n");
+/// assert_eq!(tui::escaped("\u{1b}[2Jsub-01"), r"\u001b[2Jsub-01");
+/// ```
+pub fn escaped(text: &str) -> Cow<'_, str> {
+    if !text.chars().any(is_obeyed) {
+        return Cow::Borrowed(text);
+    }
+    let mut shown = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        if is_obeyed(c) {
+            shown.push_str(&format!("\\u{:04x}", u32::from(c)));
+        } else {
+            shown.push(c);
+        }
+    }
+    Cow::Owned(shown)
+}
+
+/// Returns `text` as a single line: as [`escaped`], and line ends and tabs escaped too.
+///
+/// ```
+/// assert_eq!(tui::escaped_line("a\tb\n"), r"a\tb\n");
+/// ```
+pub fn escaped_line(text: &str) -> Cow<'_, str> {
+    match escaped(text) {
+        shown if shown.contains(['\n', '\t']) => {
+            Cow::Owned(shown.replace('\n', "\\n").replace('\t', "\\t"))
+        }
+        shown => shown,
+    }
+}
+
+fn is_obeyed(c: char) -> bool {
+    let turns = matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    turns || matches!(c, '\u{2028}' | '\u{2029}') || (c.is_control() && c != '\n' && c != '\t')
+}
+
+/// Replaces what a terminal would obey in every cell of a screen that is drawn.
+pub(crate) fn clean(buf: &mut Buffer) {
+    for cell in &mut buf.content {
+        if cell
+            .symbol()
+            .chars()
+            .any(|c| is_obeyed(c) || c.is_control())
+        {
+            cell.set_symbol("\u{fffd}");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ratatui::layout::Rect;
+
+    #[test]
+    fn what_a_terminal_obeys_is_shown_and_the_rest_stays() {
+        let plain = "Größe µ ≤ 3 N·s/m\t✓ 日本\n";
+        assert!(matches!(escaped(plain), Cow::Borrowed(same) if same == plain));
+        for (c, shown) in [
+            ('\u{0}', r"a\u0000b"),
+            ('\r', r"a\u000db"),
+            ('\u{7f}', r"a\u007fb"),
+            ('\u{9b}', r"a\u009bb"),
+            ('\u{202e}', r"a\u202eb"),
+            ('\u{2028}', r"a\u2028b"),
+        ] {
+            assert_eq!(escaped(&format!("a{c}b")), shown);
+            assert_eq!(escaped_line(&format!("a{c}b")), shown);
+        }
+    }
+
+    #[test]
+    fn cells_are_cleaned() {
+        let mut buf = Buffer::empty(Rect::new(0, 0, 3, 1));
+        buf[(0, 0)].set_symbol("\u{1b}[2J");
+        buf[(1, 0)].set_symbol("a\u{202e}");
+        buf[(2, 0)].set_symbol("b");
+        clean(&mut buf);
+        let shown: String = buf.content.iter().map(|cell| cell.symbol()).collect();
+        assert_eq!(shown, "\u{fffd}\u{fffd}b");
+    }
+}

@@ -202,8 +202,8 @@ impl AppendFile {
     }
 }
 
-/// Replaces the file at `path` by `contents`; at every moment either the old or the new content is complete. A file that
-/// exists keeps its permissions.
+/// Replaces the file at `path` by `contents`; at every moment either the old or the new content is complete. A file
+/// that exists keeps its permissions.
 pub fn replace_file(path: &Path, contents: &[u8]) -> Result<(), DiskError> {
     let mut name = path.file_name().map_or_else(OsString::new, OsString::from);
     name.push(".tmp");

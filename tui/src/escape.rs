@@ -5,8 +5,8 @@ use std::borrow::Cow;
 use ratatui::buffer::Buffer;
 
 /// Returns `text` with every character escaped that a terminal would obey instead of showing it: controls, such as the
-/// one that begins a command to the terminal, and marks that turn the direction of writing. They become `\u001b` and the
-/// like, as JSON and TOML write them. Line ends and tabs stay.
+/// one that begins a command to the terminal, and marks that turn the direction of writing. They become `\u001b` and
+/// the like, as JSON and TOML write them. Line ends and tabs stay.
 ///
 /// ```
 /// assert_eq!(tui::escaped("sub-01\n"), "sub-01\n");

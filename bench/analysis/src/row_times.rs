@@ -61,8 +61,8 @@ impl RowTimes {
         self.ends_s = Some((first_s, time_s));
     }
 
-    /// Returns the flaws of a file: those that its reader found, and readings that lie outside the recording, or too far
-    /// apart for anything to be estimated.
+    /// Returns the flaws of a file: those that its reader found, and readings that lie outside the recording, or too
+    /// far apart for anything to be estimated.
     pub(super) fn flaws(mut self, warnings: Vec<Warning>, duration_s: f64) -> Vec<Flaw> {
         let file = self.file;
         let elsewhere = |from_s, to_s| Flaw::ElsewhereInTime {

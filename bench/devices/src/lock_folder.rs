@@ -6,8 +6,8 @@ use recording::DiskError;
 #[cfg(unix)]
 use recording::disk::OnPath;
 
-/// Returns the folder, made if need be: the user's runtime folder, or else a folder of that user's own among the temporary
-/// files.
+/// Returns the folder, made if need be: the user's runtime folder, or else a folder of that user's own among the
+/// temporary files.
 ///
 /// # Errors
 /// The folder among the temporary files is another user's, or others may write to it.

@@ -22,7 +22,8 @@ pub fn open_in_place(path: &Path) -> io::Result<File> {
     let mut options = OpenOptions::new();
     options.read(true).write(true);
     never_wait(&mut options, true);
-    // Without the flag to make it first: in a folder of temporary files the system refuses that for another user's file.
+    // Without the flag to make it first: in a folder of temporary files the system refuses that for another user's
+    // file.
     let file = match options.open(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => options.create(true).open(path)?,
         opened => opened?,

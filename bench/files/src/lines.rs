@@ -39,8 +39,8 @@ impl<R: BufRead> BoundedLines<R> {
         self.read_bytes
     }
 
-    /// Returns the next line; `None` at the end. A line of which `most_bytes` are read without its end is returned as it
-    /// is then, and goes on as the next one.
+    /// Returns the next line; `None` at the end. A line of which `most_bytes` are read without its end is returned as
+    /// it is then, and goes on as the next one.
     ///
     /// # Errors
     /// The operating system refused.

@@ -31,8 +31,8 @@ pub(crate) fn require_regular(metadata: &fs::Metadata) -> Result<(), Refusal> {
     FileKind::of(metadata.file_type()).map_or(Ok(()), |kind| Err(Refusal::NotRegular(kind)))
 }
 
-/// Lets a named pipe be opened without waiting for its writer, a terminal without belonging to it, and a link not at all
-/// if `in_place`.
+/// Lets a named pipe be opened without waiting for its writer, a terminal without belonging to it, and a link not at
+/// all if `in_place`.
 #[cfg(unix)]
 pub(crate) fn never_wait(options: &mut OpenOptions, in_place: bool) {
     use rustix::fs::OFlags;

@@ -212,8 +212,8 @@ impl AppendFile {
     }
 }
 
-/// Replaces the file at `path` by `contents`; at every moment either the old or the new content is complete. A file that
-/// exists keeps its permissions.
+/// Replaces the file at `path` by `contents`; at every moment either the old or the new content is complete. A file
+/// that exists keeps its permissions.
 pub fn replace_file(path: &Path, contents: &[u8]) -> Result<(), DiskError> {
     replace_file_on(&FileSystem, path, contents)
 }

@@ -14,7 +14,8 @@ use crate::{FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE};
 /// Bytes of audio read from the operating system at a time.
 const BUFFER_BYTES: usize = 1 << 18;
 
-/// Largest `recording.toml` that is read, bytes: as many events and intervals as are allowed, of twice the usual length.
+/// Largest `recording.toml` that is read, bytes: as many events and intervals as are allowed, of twice the usual
+/// length.
 const MANIFEST_LIMIT_BYTES: u64 = 2 << 20;
 
 /// Recording folder opened for reading; its audio is read in blocks. [`RecordingWriter`](crate::RecordingWriter) has an

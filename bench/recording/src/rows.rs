@@ -22,8 +22,8 @@ const CONFIRMING_ROWS: usize = 64;
 /// Rows of a CSV file, in file order, with rising times.
 ///
 /// Rows that cannot be read, whose time does not increase, leaps ahead of the rows that follow or is outside the
-/// recording are left out and counted; [`warnings`](Self::warnings) after the last row returns them. Memory does not grow
-/// with the file.
+/// recording are left out and counted; [`warnings`](Self::warnings) after the last row returns them. Memory does not
+/// grow with the file.
 #[derive(Debug)]
 pub struct RowReader<R> {
     file: &'static str,

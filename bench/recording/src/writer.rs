@@ -357,8 +357,8 @@ impl RecordingWriter {
         }
     }
 
-    /// Adds an event to the manifest; on disk with the next sync. The last of the events that can be read back says that
-    /// further ones are left out.
+    /// Adds an event to the manifest; on disk with the next sync. The last of the events that can be read back says
+    /// that further ones are left out.
     pub fn add_event(&mut self, event: RecordingEvent) {
         let events = &mut self.manifest.events;
         match (events.len() + 1).cmp(&MAX_ENTRIES) {

@@ -125,15 +125,15 @@ impl Study {
     /// Returns what the study holds of a participant, beside what other participants' folders say.
     ///
     /// # Errors
-    /// [`StudyError::NoParticipant`]; [`StudyError::Link`] where the participant's folder is a symbolic link; or something
-    /// in it cannot be read.
+    /// [`StudyError::NoParticipant`]; [`StudyError::Link`] where the participant's folder is a symbolic link; or
+    /// something in it cannot be read.
     pub fn traces(&self, participant: &ParticipantId) -> Result<Traces, StudyError> {
         Traces::find(&self.folder, participant)
     }
 
-    /// Removes what [`Study::traces`] found of a participant: its folder, with whatever came into it since, and its line of
-    /// `participants.tsv`. A line in [`REMOVALS_FILE`] says that somebody was removed on `date`. Everything is on disk when
-    /// this returns; if it was broken off, it can be done again.
+    /// Removes what [`Study::traces`] found of a participant: its folder, with whatever came into it since, and its
+    /// line of `participants.tsv`. A line in [`REMOVALS_FILE`] says that somebody was removed on `date`. Everything is
+    /// on disk when this returns; if it was broken off, it can be done again.
     ///
     /// # Errors
     /// The operating system refused; what was not removed is still found by [`Study::traces`].

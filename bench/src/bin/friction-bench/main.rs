@@ -79,7 +79,8 @@ fn complain(error: &anyhow::Error) {
     }
 }
 
-/// Prints to standard output, harmless to a terminal; a reader who closed it ends the program without complaint, see [`is_closed_pipe`].
+/// Prints to standard output, harmless to a terminal; a reader who closed it ends the program without complaint, see
+/// [`is_closed_pipe`].
 fn print(text: impl AsRef<[u8]>) -> anyhow::Result<()> {
     let mut stdout = std::io::stdout().lock();
     let text = String::from_utf8_lossy(text.as_ref());

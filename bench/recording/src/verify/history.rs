@@ -24,7 +24,7 @@ pub struct Attempt {
 
 /// A session as its log tells it.
 #[derive(Debug)]
-pub struct History {
+pub struct SessionHistory {
     /// Attempts by label.
     pub attempts: BTreeMap<TrialLabel, Attempt>,
     /// Trials in the session's order, without practice.
@@ -39,7 +39,7 @@ pub struct History {
 
 /// State while the log is gone through.
 struct Reading {
-    history: History,
+    history: SessionHistory,
     practice_trials: u32,
     running: bool,
     events: u64,
@@ -74,7 +74,7 @@ fn session_event(event: &LogEvent) -> Option<SessionEventKind> {
     serde_json::from_value(Value::Object(event.data.clone())).ok()
 }
 
-impl History {
+impl SessionHistory {
     /// Goes through a log.
     #[must_use]
     pub fn of(content: &LogContent, practice_trials: u32) -> Self {
@@ -235,7 +235,7 @@ mod tests {
     use super::*;
 
     /// The lines of a log, with these in place of the events of its one trial.
-    fn history(events: &[&str]) -> History {
+    fn history(events: &[&str]) -> SessionHistory {
         let start = r#"{"document":"start","time":"","resumed":false,"participant":"sub-01","session":1,"protocol":"p",
             "seed":1,"software":"s","version":"1","devices":{},"calibration":null,"configuration":null}"#;
         let descriptor = r#"{"document":"descriptor","stream":"session","data_keys":{}}"#;
@@ -248,7 +248,7 @@ mod tests {
                 .collect(),
             torn_lines: Vec::new(),
         };
-        History::of(&content, practice_trials(&content))
+        SessionHistory::of(&content, practice_trials(&content))
     }
 
     fn event(number: u64, audio_s: f64, data: &str) -> String {

@@ -9,7 +9,7 @@ use protocols::Protocol;
 
 use super::defect::{RecordingDefect, SessionDefect};
 use super::findings::{Integrity, SessionEnd, SessionFindings, Standing, TrialFindings};
-use super::history::{Attempt, History, practice_trials};
+use super::history::{Attempt, SessionHistory, practice_trials};
 use super::recording_check;
 use crate::disk::entries;
 use crate::manifest::{End, Manifest};
@@ -85,7 +85,7 @@ pub fn session(folder: &Path, mut done: impl FnMut()) -> Result<SessionFindings,
 /// The folder cannot be listed.
 pub fn last_trial(folder: &Path, content: &LogContent) -> Result<Option<TrialFindings>, DiskError> {
     let present: BTreeSet<TrialLabel> = recordings(folder)?.into_iter().collect();
-    let history = History::of(
+    let history = SessionHistory::of(
         content,
         practice(folder, content).unwrap_or_else(|_| practice_trials(content)),
     );
@@ -100,7 +100,7 @@ pub fn last_trial(folder: &Path, content: &LogContent) -> Result<Option<TrialFin
 #[must_use]
 pub fn log_defects(folder: &Path, content: &LogContent) -> Vec<SessionDefect> {
     let practice = practice(folder, content).unwrap_or_else(|_| practice_trials(content));
-    History::of(content, practice).defects
+    SessionHistory::of(content, practice).defects
 }
 
 /// Returns the number of practice trials by the session's copy of its protocol, or else by the log.
@@ -145,12 +145,12 @@ fn copy(folder: &Path, file: &str) -> Result<String, SessionDefect> {
     }
 }
 
-fn history(folder: &Path, content: &LogContent, found: &mut SessionFindings) -> History {
+fn history(folder: &Path, content: &LogContent, found: &mut SessionFindings) -> SessionHistory {
     let practice = practice(folder, content).unwrap_or_else(|defect| {
         found.defects.push(defect);
         practice_trials(content)
     });
-    let history = History::of(content, practice);
+    let history = SessionHistory::of(content, practice);
     if let Some(start) = &history.start {
         let mut copies = vec!["bench.toml"];
         copies.extend(start.calibration.is_some().then_some("calibration.toml"));

@@ -4,9 +4,7 @@
 pub mod analyze;
 pub mod apparatus;
 pub mod calibrate;
-pub mod check;
 pub mod cli;
-pub mod complaint;
 pub mod estop;
 pub mod forget;
 pub mod inventory;

@@ -1,6 +1,7 @@
 //! Front ends of a bench: the operator's [`Dashboard`], or lines of text by [`Headless`]. One stream of events feeds
 //! both, and neither makes the bench wait.
 
+pub mod complaint;
 mod dashboard_thread;
 mod front;
 mod headless;

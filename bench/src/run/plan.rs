@@ -14,7 +14,7 @@ use signalgen::DriveSettings;
 use strict::InFile;
 
 use crate::apparatus::pace;
-use crate::check::Table;
+use preflight::Table;
 
 pub(super) const NAME: &str = "friction-bench";
 pub(super) const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -15,7 +15,6 @@ use config::{AudioHost, Config, ConfigError, Effective};
 use devices::Hardware;
 use devices::claim::Claim;
 use friction_bench::apparatus::{Apparatus, pace};
-use friction_bench::check::Extent;
 use friction_bench::cli::{
     self, Calibrate, Check, Cli, Command, Devices, Monitor, Replay, Run, Speed,
 };
@@ -23,9 +22,10 @@ use friction_bench::run::{self, Plan, ProtocolFile};
 use friction_bench::shell_words::quoted;
 use friction_bench::verbosity::Verbosity;
 use friction_bench::{
-    analyze, calibrate as calibration, check, complaint, estop, forget, inventory, model, monitor,
-    privacy, replay, verify,
+    analyze, calibrate as calibration, estop, forget, inventory, model, monitor, privacy, replay,
+    verify,
 };
+use preflight::Extent;
 use signalgen::audio::{HostChoice, open_host};
 use tasks::{Schedule, SystemClock};
 use tui::{escaped, escaped_line};
@@ -67,7 +67,7 @@ fn is_closed_pipe(error: &anyhow::Error) -> bool {
 /// Prints the error and its causes, a line each; never a backtrace.
 fn complain(error: &anyhow::Error) {
     let mut stderr = std::io::stderr().lock();
-    for (i, line) in complaint::lines(error).iter().enumerate() {
+    for (i, line) in console::complaint::lines(error).iter().enumerate() {
         let begin = if i == 0 {
             "friction-bench"
         } else {
@@ -102,7 +102,7 @@ fn dispatch(command: Command, verbosity: Verbosity) -> anyhow::Result<ExitCode> 
         Command::Monitor(options) => watch(&options, verbosity),
         Command::Calibrate(options) => calibrate(&options, verbosity),
         Command::Replay(options) => play(&options, verbosity),
-        Command::Check(options) => preflight(&options, verbosity),
+        Command::Check(options) => check(&options, verbosity),
         Command::Devices(options) => list(&options),
         Command::Analyze(options) => Ok(passed_or_failed(analyze::run(&options, verbosity)?)),
         Command::Verify(options) => Ok(passed_or_failed(verify::run(&options, verbosity)?)),
@@ -242,24 +242,24 @@ fn require_ready(
     options: &cli::Hardware,
     speed: Speed,
     verbosity: Verbosity,
-) -> anyhow::Result<check::Table> {
+) -> anyhow::Result<preflight::Table> {
     let began = Instant::now();
     let pace = pace(bench.config(), options);
-    let preflight = check::run(bench, None, &Extent::Quick, pace, || {
+    let ready = preflight::run(bench, None, &Extent::Quick, pace, || {
         Ok(apparatus(bench.config(), options, speed, None)?.hardware)
     });
     let took_s = began.elapsed().as_secs_f64();
     verbosity.note(format_args!("quick check: {took_s:.1} s"));
-    if !preflight.table.passed() {
-        print(preflight.table.to_text())?;
-        let driven = if preflight.driven {
+    if !ready.table.passed() {
+        print(ready.table.to_text())?;
+        let driven = if ready.driven {
             "nothing was driven but the test's faint tone"
         } else {
             "nothing was driven"
         };
         anyhow::bail!("the bench is not ready, or not as calibrated: {driven}");
     }
-    Ok(preflight.table)
+    Ok(ready.table)
 }
 
 /// Requires a recent press of the e-stop; asks for it unless nobody is there.
@@ -343,7 +343,7 @@ fn calibrate(options: &Calibrate, verbosity: Verbosity) -> anyhow::Result<ExitCo
         let attended = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
         require_estop(&config, &measure.hardware, !attended)?;
         let pace = pace(&config, &measure.hardware);
-        let stops = check::stops(&config, pace, || Ok(open(&config)?.hardware));
+        let stops = preflight::stops(&config, pace, || Ok(open(&config)?.hardware));
         if !stops.passed() {
             print(stops.to_text())?;
             anyhow::bail!("the bench cannot be stopped as it must be: nothing was calibrated");
@@ -381,7 +381,7 @@ fn play(options: &Replay, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     Ok(passed_or_failed(report.completed))
 }
 
-fn preflight(options: &Check, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
+fn check(options: &Check, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     let Some(config) = configuration(&options.hardware, verbosity)? else {
         return Ok(ExitCode::SUCCESS);
     };
@@ -408,7 +408,7 @@ fn preflight(options: &Check, verbosity: Verbosity) -> anyhow::Result<ExitCode> 
         }
     };
     let pace = pace(bench.config(), &options.hardware);
-    let table = check::run(&bench, refused.as_ref(), &extent, pace, || {
+    let table = preflight::run(&bench, refused.as_ref(), &extent, pace, || {
         Ok(apparatus(bench.config(), &options.hardware, speed, None)?.hardware)
     })
     .table;

@@ -7,7 +7,7 @@ use crossbeam_channel::{Receiver, Sender};
 use impedance::ZmFrame;
 use signalgen::Waveform;
 
-use super::extent::Extent;
+use crate::extent::Extent;
 use config::Effective;
 use devices::acquisition::{Excerpt, RecordingCommand};
 use devices::drive_control::{DriveControl, settings};

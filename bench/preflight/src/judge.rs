@@ -2,8 +2,8 @@
 
 use num_complex::Complex64;
 
-use super::measure::Measured;
-use super::table::Table;
+use crate::measure::Measured;
+use crate::table::Table;
 use calibration::{channel_match, channels};
 use config::{CalibrationError, Config, Effective, MeasuredChannels};
 use safety::{SafetyState, Trip};

@@ -1,5 +1,5 @@
-//! `check`: the preflight. A faint tone at the carrier, and a look at everything that must be alive. `run` does its quick part
-//! before every session, and `monitor` before it drives the plate.
+//! The preflight: a faint tone at the carrier, a look at everything that must be alive, and the exercise of the hardware
+//! stops.
 
 mod extent;
 mod judge;
@@ -15,7 +15,7 @@ use config::{CalibrationError, Config, Effective};
 use devices::{Hardware, require_armable};
 use safety::{Pace, SafetyState};
 
-use crate::complaint;
+use console::complaint;
 
 /// What a preflight came to.
 #[derive(Debug)]
@@ -99,3 +99,8 @@ fn judge_limits(table: &mut Table, config: &Config, pace: Pace) -> bool {
     table.judged("limits", verdict, found);
     verdict != Verdict::Failed
 }
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

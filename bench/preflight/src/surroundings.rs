@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::table::{Table, Verdict};
+use crate::table::{Table, Verdict};
 use recording::study::free_bytes;
 
 /// Judges the disk that holds `study`.

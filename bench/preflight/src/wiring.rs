@@ -4,9 +4,9 @@ use config::{Config, HardwareStop, Safety};
 use devices::NotWired;
 use safety::{StopLine, StopTimes};
 
-use super::Table;
-use super::measure::Measured;
-use super::table::Verdict;
+use crate::Table;
+use crate::measure::Measured;
+use crate::table::Verdict;
 
 pub(super) fn judge(table: &mut Table, config: &Config, measured: &Measured) {
     if config.encoder.is_some() {

@@ -213,6 +213,8 @@ proptest! {
         }
     }
 
+    /// Fault 16.
+    /// Hazards 3, 6.
     #[test]
     fn a_dead_amplifier_and_half_the_gain_are_seen_in_time(world in worlds()) {
         prop_assume!(world.is_armed());

@@ -194,6 +194,8 @@ fn faults_at_random_moments_stop_the_drive_in_time() {
     }
 }
 
+/// Faults 5, 16, 17, 18, 21, 23.
+/// Hazards 8, 10, 20.
 #[test]
 fn the_drive_is_silent_in_time_and_what_was_recorded_is_kept() {
     for case in CASES {
@@ -225,6 +227,8 @@ fn the_drive_is_silent_in_time_and_what_was_recorded_is_kept() {
     }
 }
 
+/// Fault 17.
+/// Hazard 16.
 #[test]
 fn a_bouncing_e_stop_stops_once_and_only_the_operator_brings_the_drive_back() {
     let mut rig = Rig::driven();
@@ -252,6 +256,7 @@ fn a_bouncing_e_stop_stops_once_and_only_the_operator_brings_the_drive_back() {
     assert!(rig.bench.drive.sounds());
 }
 
+/// Hazard 15.
 #[test]
 fn a_kill_from_anywhere_latches() {
     let mut rig = Rig::driven();
@@ -271,6 +276,7 @@ fn a_kill_from_anywhere_latches() {
     assert!(!rig.bench.drive.sounds());
 }
 
+/// Fault 5.
 #[test]
 fn a_card_that_stays_silent_ends_the_program_and_the_recording_reads() {
     let mut rig = Rig::driven();

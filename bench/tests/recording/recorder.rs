@@ -190,6 +190,7 @@ fn the_next_trial_after_a_failed_one_is_recorded() {
     assert_eq!(read_all(&second).1, ramp(0, 100));
 }
 
+/// Fault 31.
 #[test]
 fn a_folder_that_exists_fails_the_trial_and_is_left_alone() {
     let temp = tempfile::tempdir().unwrap();

@@ -91,6 +91,7 @@ impl Decoder for LineDecoder {
 mod tests {
     use super::*;
 
+    /// Fault 21.
     #[test]
     fn lines_are_read_comments_skipped_and_nonsense_counted() {
         let mut decoder = LineDecoder::default();

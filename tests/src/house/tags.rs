@@ -155,25 +155,26 @@ enum Tag {
 
 /// Reads `Fault 16.`, `Faults 5, 17.`, `Hazard 3.` or `Hazards 3, 10.`, which is the whole line.
 fn tag(line: &str) -> Tag {
-    let forms: [(&str, bool, fn(u32) -> Row); 4] = [
-        ("Fault ", false, Row::Fault),
-        ("Faults ", true, Row::Fault),
-        ("Hazard ", false, Row::Hazard),
-        ("Hazards ", true, Row::Hazard),
-    ];
-    for (word, several, row) in forms {
-        let Some(numbers) = line.strip_prefix(word) else {
-            continue;
-        };
-        if !numbers.starts_with(|c: char| c.is_ascii_digit()) {
-            return Tag::None;
-        }
-        let numbers = numbers.strip_suffix('.').unwrap_or("");
-        let rows = numbers.split(", ").map(|number| number.parse().map(row));
-        return match rows.collect::<Result<Vec<_>, _>>() {
-            Ok(rows) if (rows.len() > 1) == several => Tag::Rows(rows),
-            _ => Tag::Malformed,
-        };
+    let fault = line.strip_prefix("Fault");
+    let row = if fault.is_some() {
+        Row::Fault
+    } else {
+        Row::Hazard
+    };
+    let Some(rest) = fault.or_else(|| line.strip_prefix("Hazard")) else {
+        return Tag::None;
+    };
+    let several = rest.starts_with('s');
+    let numbers = rest.strip_prefix(if several { "s " } else { " " });
+    let numbers = numbers.unwrap_or("");
+    if !numbers.starts_with(|c: char| c.is_ascii_digit()) {
+        return Tag::None;
     }
-    Tag::None
+    // Without its full stop it has no number that could be read.
+    let numbers = numbers.strip_suffix('.').unwrap_or("");
+    let rows = numbers.split(", ").map(|number| number.parse().map(row));
+    match rows.collect::<Result<Vec<_>, _>>() {
+        Ok(rows) if (rows.len() > 1) == several => Tag::Rows(rows),
+        _ => Tag::Malformed,
+    }
 }

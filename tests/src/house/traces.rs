@@ -89,7 +89,7 @@ pub fn faults(document: &str) -> Vec<Entry> {
 
 /// Returns a sentence up to its first mark of punctuation, commas aside: they stand between kinds of one fault.
 fn beginning(sentence: &str) -> &str {
-    let marks = [": ", "; ", ". ", " ("];
+    let marks = [": ", "; ", " (", ", e.g. "];
     let end = marks.iter().filter_map(|mark| sentence.find(mark)).min();
     &sentence[..end.unwrap_or(sentence.len())]
 }

@@ -130,7 +130,7 @@ fn a_tag_in_another_form_or_above_no_test_is_found() {
 }
 
 const FAULTS: &str = "# Faults\n\n| # | fault | required |\n| --- | --- | --- |\n\
-    | 1 | rate ≤ 2·(carrier + modulation): none | REFUSE |\n| 2 | index 0.5 (odd) | FLAG |\n\
+    | 1 | rate ≤ 2·(carrier + modulation), e.g. 48 kHz | REFUSE |\n| 2 | index 0.5 (odd) | FLAG |\n\
     | 3, planned | a cable out, a wire | SAFE |\n\nText.\n| 4 | of another table | |\n";
 const HAZARDS: &str = "# Hazards\n## Scope\n- **Tests:** none.\n## 1. Heat of the plate\n\
     - **Tests:** `outer::first`, `outer::second` of `some text` and `outer::third`\n\

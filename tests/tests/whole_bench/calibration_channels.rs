@@ -221,6 +221,7 @@ fn twenty_four_converters_are_known_within_their_intervals() {
     assert!(worst(0) < 1e-4 && worst(1) < 1e-4 && worst(2) < 1e-2);
 }
 
+/// Fault 12.
 #[test]
 fn the_round_trip_is_told_and_the_bench_is_put_back() {
     let room = Room::new("[converter]\noffset_units = 0.004\n", 1);

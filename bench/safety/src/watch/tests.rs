@@ -572,6 +572,7 @@ fn a_plate_that_is_driven_for_long_is_stopped_and_let_go_on_when_it_has_cooled()
     assert_eq!(again(&mut rig), SafetyState::Armed);
 }
 
+/// Fault 8.
 #[test]
 fn a_generator_that_refuses_its_own_output_stops() {
     let mut rig = Rig::armed(SafetyLines::default());

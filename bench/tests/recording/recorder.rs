@@ -264,6 +264,7 @@ fn answers(notices: &Receiver<RecorderNotice>) -> Vec<Answer> {
     answers.collect()
 }
 
+/// Fault 27.
 #[test]
 fn the_sums_of_a_long_recording_hold_nothing_up() {
     use sha2::{Digest, Sha256};
@@ -324,6 +325,7 @@ fn a_recorder_that_ends_reports_what_is_saved_without_its_sums() {
     assert_eq!(answers(&notices), expected);
 }
 
+/// Fault 26.
 #[test]
 fn a_recording_that_cannot_be_read_back_is_not_called_saved() {
     let temp = tempfile::tempdir().unwrap();

@@ -137,6 +137,7 @@ mod tests {
         assert_eq!((samples.len(), decoder.faults().corrupt), (1, 1));
     }
 
+    /// Fault 44.
     #[test]
     fn an_endless_line_takes_no_memory() {
         let mut decoder = LineDecoder::default();

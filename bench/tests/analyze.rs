@@ -221,6 +221,7 @@ fn one_bad_recording_is_reported_and_does_not_stop_the_others() {
     );
 }
 
+/// Fault 38.
 #[test]
 fn what_cannot_be_read_is_named() {
     let error = |damage: fn(&Path)| damaged(damage).found.unwrap_err().to_string();
@@ -241,6 +242,7 @@ fn what_cannot_be_read_is_named() {
     assert!(torn.contains("signals.wav"), "{torn}");
 }
 
+/// Fault 38.
 #[test]
 fn flaws_are_told_and_the_sound_rest_is_analysed() {
     let cut = damaged(|r| {

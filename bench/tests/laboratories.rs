@@ -475,6 +475,7 @@ fn all_of_it_at_once_serves() {
     assert_found("all at once", &laboratory);
 }
 
+/// Fault 13.
 #[test]
 fn at_an_envelope_null_no_impedance_explodes() {
     let folder = tempfile::tempdir().unwrap();

@@ -111,6 +111,7 @@ mod tests {
         }
     }
 
+    /// Fault 32.
     #[test]
     fn rejects_everything_else_and_names_the_form() {
         let long = format!("sub-{}", "x".repeat(300));

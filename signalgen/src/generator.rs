@@ -418,6 +418,8 @@ mod tests {
     }
 
     /// FAULTS 8: past every check, the amplitude itself goes bad under way.
+    /// Fault 8.
+    /// Hazards 3, 6.
     #[test]
     fn bad_amplitudes_reach_zero_and_latch() {
         for (amplitude_v, cause) in [

@@ -108,6 +108,8 @@ mod tests {
         }
     }
 
+    /// Fault 14.
+    /// Hazard 1.
     #[test]
     fn limits_above_the_hard_limit_are_rejected_with_both_values() {
         for limit_v in [150.000_001, 800.0, f64::INFINITY] {
@@ -129,6 +131,7 @@ mod tests {
         }
     }
 
+    /// Hazard 1.
     #[test]
     fn only_voltages_within_the_limit_pass() {
         let limiter = Limiter::new(80.0).unwrap();

@@ -232,6 +232,7 @@ fn an_exploration_over_a_real_audio_server_is_recorded_to_the_sample() {
     assert!(step_rad < SLIP_RAD, "the carrier jumps by {step_rad} rad");
 }
 
+/// Fault 21.
 #[test]
 fn a_force_sensor_that_is_not_there_is_named() {
     // A server under load may refuse a client before the bench comes to the sensor.

@@ -247,6 +247,7 @@ fn every_small_size_in_every_state_is_drawn_with_the_instruction() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
 
+    /// Fault 37.
     #[test]
     fn any_size_in_any_state_shows_the_safety_word(
         columns in 0..=200u16,

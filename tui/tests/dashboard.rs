@@ -193,6 +193,7 @@ fn stale_values_are_grey_and_say_their_age() {
     }
 }
 
+/// Fault 37.
 #[test]
 fn without_colours_only_modifiers_are_used() {
     for (name, mut state) in states() {
@@ -203,6 +204,7 @@ fn without_colours_only_modifiers_are_used() {
     }
 }
 
+/// Fault 37.
 #[test]
 fn the_background_is_the_terminals_own() {
     for (name, state) in states() {
@@ -239,6 +241,7 @@ fn the_participants_page_keeps_the_safety_line() {
     insta::assert_snapshot!("page_participant_80x24", screen.backend());
 }
 
+/// Fault 37.
 #[test]
 fn every_small_size_in_every_state_is_drawn_with_the_safety_word_first() {
     let mut preview = exploring();
@@ -296,6 +299,7 @@ fn value() -> impl Strategy<Value = Option<f64>> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 400, ..ProptestConfig::default() })]
 
+    /// Fault 37.
     #[test]
     fn any_size_in_any_state_shows_the_safety_word(
         columns in 0..=200u16,

@@ -31,6 +31,7 @@ fn shown(instruction: Instruction) -> ParticipantView {
     }
 }
 
+/// Fault 37.
 #[test]
 fn it_draws_on_its_terminal_follows_its_size_and_puts_it_back() {
     let mut screen = Screen::new(60, 20);

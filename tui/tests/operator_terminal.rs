@@ -98,6 +98,8 @@ fn control_c_ends_it_and_the_terminal_is_as_before() {
     assert!(!is_raw(&screen));
 }
 
+/// Fault 30.
+/// Hazard 15.
 #[test]
 fn a_panic_elsewhere_makes_safe_then_puts_back_then_speaks() {
     if std::env::var_os(PART).is_some() {

@@ -71,6 +71,7 @@ fn a_small_screen_still_instructs() {
     }
 }
 
+/// Fault 37.
 #[test]
 fn every_small_size_shows_the_instruction() {
     // Instructions within a size, because a layout once solved is remembered.

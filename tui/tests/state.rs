@@ -173,6 +173,7 @@ fn the_reason_of_a_trip_goes_when_it_is_rearmed() {
     assert_eq!(state.safety_reason, None);
 }
 
+/// Fault 44.
 #[test]
 fn control_characters_reach_no_cell_and_the_log_shows_them() {
     const EVIL: &str = "\u{1b}[2J\u{9b}2J\u{202e}\n";

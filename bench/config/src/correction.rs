@@ -134,6 +134,7 @@ mod tests {
         assert_eq!(Correction::default().forces_n([0.3, 0.2]), [0.3, 0.2]);
     }
 
+    /// Hazard 19.
     #[test]
     fn what_could_hide_a_press_is_refused() {
         let of = |matrix, tare_n| Correction { matrix, tare_n }.require_plausible([3.0, 2.0]);

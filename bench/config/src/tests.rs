@@ -37,6 +37,7 @@ fn every_limit_of_a_force_calibration_has_a_range() {
     }
 }
 
+/// Hazard 8.
 #[test]
 fn each_force_limit_has_its_range_and_a_default() {
     for key in ["max_normal_n", "max_lateral_n"] {
@@ -59,6 +60,7 @@ fn each_force_limit_has_its_range_and_a_default() {
     }
 }
 
+/// Hazard 19.
 #[test]
 fn a_force_matrix_that_could_hide_a_press_is_refused() {
     let config = with_force("matrix = [[1.1, 0.02], [-0.03, 0.9]]\ntare_n = [0.1, 0.2]");
@@ -126,6 +128,7 @@ fn a_clip_level_is_a_part_of_full_scale() {
     }
 }
 
+/// Fault 33.
 #[test]
 fn what_is_refused_has_its_key_its_line_and_what_is_allowed() {
     let drive_v = BENCH.lines().find(|line| line.starts_with("drive_v"));

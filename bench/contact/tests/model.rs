@@ -81,6 +81,7 @@ fn at_zero_amplitude_the_gap_is_the_one_at_rest() {
 /// The paper measured "close to 10 N·s/m": 2.29 − 2.44i of the finger with the published averages, 7.01 of the plate,
 /// and what the plain ratio adds while the amplitude rises, 2 m_p (d|ṽ_p|/dt)/|ṽ_p|, over the lower half of a 6 Hz, 95
 /// % modulation.
+/// Hazard 5.
 #[test]
 fn impedance_of_the_published_averages_at_rest_is_near_10_minus_2i() {
     let contact = contact(1.7e-6);

@@ -147,6 +147,7 @@ proptest! {
     }
 
     /// Passive parts make a passive whole: Re Z_m ≥ Re Z_p.
+    /// Hazard 5.
     #[test]
     fn the_finger_only_takes_power((contact, amplitude_m, normal_n) in physical(), re in 0.0..2.0, im in -6.0..6.0) {
         let gap_m = contact.equilibrium_gap_m(amplitude_m, normal_n).unwrap();

@@ -137,6 +137,8 @@ mod tests {
         Config::parse(&text, "bench.toml").unwrap()
     }
 
+    /// Fault 34.
+    /// Hazard 21.
     #[test]
     fn each_part_of_a_bench_is_one_instances_own() {
         let name = format!("Claim{}", std::process::id());

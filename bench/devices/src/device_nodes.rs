@@ -104,6 +104,8 @@ mod tests {
         }
     }
 
+    /// Fault 34.
+    /// Hazard 21.
     #[test]
     fn a_node_is_one_programs_own() {
         let node = tempfile::NamedTempFile::new().unwrap();

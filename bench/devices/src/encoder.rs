@@ -153,6 +153,7 @@ mod tests {
         }
     }
 
+    /// Fault 20.
     #[test]
     fn a_jump_is_what_no_finger_does_and_is_taken_out() {
         let (positions_m, jumps) = watched(&[0.0500, 0.0509, 0.0520, 0.0521, 0.0522]);

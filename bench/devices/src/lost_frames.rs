@@ -280,6 +280,7 @@ mod tests {
     }
 
     proptest! {
+        /// Fault 6.
         #[test]
         fn a_loss_is_exact_to_the_frame_or_undecided(
             lost in 1u64..20_000,

@@ -106,6 +106,7 @@ mod tests {
     }
 
     #[cfg(unix)]
+    /// Fault 44.
     #[test]
     fn what_is_no_regular_file_is_named_at_once() {
         use std::os::unix::fs::symlink;

@@ -322,6 +322,7 @@ mod tests {
         }
     }
 
+    /// Fault 24.
     #[test]
     fn bursts_and_drift_over_ten_minutes() {
         // A sensor at 1 kHz whose bursts were locked to its samples would hide up to 1 ms of waiting for many seconds.

@@ -171,6 +171,7 @@ mod tests {
     }
 
     proptest! {
+        /// Fault 6.
         #[test]
         fn the_number_lost_is_exact(
             (rate, period) in prop_oneof![Just((192_000u32, 192u64)), Just((96_000, 96)), Just((100_000, 20))],

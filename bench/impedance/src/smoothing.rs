@@ -343,6 +343,7 @@ mod tests {
         }
     }
 
+    /// Fault 9.
     #[test]
     fn causal_agrees_with_scipy_and_recovers_from_nan() {
         let mut causal = Causal::new(low_pass());

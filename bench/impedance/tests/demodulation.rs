@@ -94,6 +94,7 @@ fn envelopes_and_their_derivatives_are_exact() {
     }
 }
 
+/// Fault 12.
 #[test]
 fn dc_hum_and_foreign_tones_are_rejected() {
     let rate = 192_000;
@@ -287,6 +288,7 @@ fn a_foreign_tone_does_not_pass_for_noise() {
     }
 }
 
+/// Fault 13.
 #[test]
 fn envelope_nulls_are_masked_and_nothing_explodes() {
     let filter = filter(192_000, 35_000.0);
@@ -316,6 +318,7 @@ fn envelope_nulls_are_masked_and_nothing_explodes() {
     );
 }
 
+/// Fault 13.
 #[test]
 fn silence_is_a_null_not_a_number() {
     let filter = filter(96_000, 35_000.0);

@@ -20,6 +20,7 @@ fn decibels(gain: f64) -> f64 {
     20.0 * gain.abs().log10()
 }
 
+/// Fault 12.
 #[test]
 fn passband_is_flat_and_the_rest_rejected() {
     for rate in [96_000, 100_000, 192_000, 50_000, 194_000] {
@@ -56,6 +57,7 @@ fn passband_is_flat_and_the_rest_rejected() {
     }
 }
 
+/// Fault 12.
 #[test]
 fn dc_and_hum_vanish_under_the_carrier() {
     for sample_rate_hz in [96_000, 100_000, 192_000] {

@@ -18,6 +18,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
+/// Fault 6.
 #[test]
 fn lost_samples_invalidate_what_they_touch_and_nothing_else() {
     let rate = 96_000;
@@ -62,6 +63,7 @@ fn lost_samples_invalidate_what_they_touch_and_nothing_else() {
     }
 }
 
+/// Fault 10.
 #[test]
 fn clipped_samples_are_counted_within_the_window() {
     let rate = 96_000;
@@ -181,6 +183,7 @@ fn a_clean_carrier_stands_out() {
     }
 }
 
+/// Fault 1.
 #[test]
 fn a_carrier_lost_to_resampling_is_missed() {
     let filter = filter(192_000, 35_000.0);

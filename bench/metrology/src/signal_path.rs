@@ -192,6 +192,7 @@ mod tests {
         );
     }
 
+    /// Fault 1.
     #[test]
     fn a_filtered_path_is_named_with_its_rate() {
         for (rate_hz, passes) in [
@@ -219,6 +220,7 @@ mod tests {
         }
     }
 
+    /// Fault 1.
     #[test]
     fn a_folded_carrier_is_named_with_the_rate_it_points_to() {
         for (rate_hz, heard) in [

@@ -215,6 +215,7 @@ mod tests {
         assert_eq!(failed.count(), 2);
     }
 
+    /// Hazards 15, 16.
     #[test]
     fn a_bench_without_a_hardware_stop_fails() {
         use Verdict::{Failed, Passed};

@@ -311,6 +311,7 @@ mod tests {
         }
     }
 
+    /// Faults 25, 26.
     #[test]
     #[cfg(target_os = "linux")]
     fn a_full_disk_is_said_to_be_full() {
@@ -323,6 +324,7 @@ mod tests {
         assert!(full.sync().is_err());
     }
 
+    /// Fault 26.
     #[test]
     #[cfg(target_os = "linux")]
     fn what_could_not_be_synced_is_never_called_saved() {
@@ -338,6 +340,7 @@ mod tests {
         assert_eq!(rows.salvage(|_| Vec::new()).unwrap_err().action, "sync");
     }
 
+    /// Fault 26.
     #[test]
     fn a_removed_file_is_not_saved() {
         let folder = tempfile::tempdir().unwrap();

@@ -285,6 +285,8 @@ mod tests {
         }
     }
 
+    /// Fault 16.
+    /// Hazard 18.
     #[test]
     fn an_amplifier_that_goes_off_is_seen_within_50_ms_at_any_phase() {
         for commanded_v in [published_v, tone_v] {
@@ -305,6 +307,8 @@ mod tests {
         }
     }
 
+    /// Fault 16.
+    /// Hazards 3, 6.
     #[test]
     fn a_changed_gain_is_seen_at_the_next_crest() {
         for gain in [0.5, 2.0] {

@@ -185,6 +185,8 @@ fn pressed(limits: SafetyLimits, normal_n: f64, lateral_n: f64) -> SafetyState {
 }
 
 proptest! {
+    /// Fault 23.
+    /// Hazards 8, 10.
     #[test]
     fn a_press_of_a_fifth_over_its_limit_stops_whatever_the_limits(
         max_normal_n in 0.1..=6.0,
@@ -213,6 +215,8 @@ proptest! {
         }
     }
 
+    /// Fault 16.
+    /// Hazards 3, 6.
     #[test]
     fn a_dead_amplifier_and_half_the_gain_are_seen_in_time(world in worlds()) {
         prop_assume!(world.is_armed());

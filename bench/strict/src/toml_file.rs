@@ -207,6 +207,7 @@ mod tests {
         );
     }
 
+    /// Fault 33.
     #[test]
     fn an_unknown_key_is_named_with_its_line_and_the_nearest_known_one() {
         let error = failure(&GOOD.replace("centre_m", "center_m"));
@@ -270,6 +271,7 @@ mod tests {
         );
     }
 
+    /// Fault 33.
     #[test]
     fn a_missing_key_is_named_with_its_table() {
         let error = failure(&GOOD.replace("centre_m = 0.05\n", ""));
@@ -299,6 +301,7 @@ mod tests {
         );
     }
 
+    /// Fault 33.
     #[test]
     fn a_number_with_a_unit_is_to_lose_it() {
         let with_unit = |line, key: &str, value: &str| TomlError::NumberWithUnit {

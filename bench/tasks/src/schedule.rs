@@ -339,6 +339,7 @@ mod tests {
         }
     }
 
+    /// Fault 27.
     #[test]
     fn a_task_stops_while_another_hangs_on_a_disk() {
         let (stop, log) = (
@@ -376,6 +377,7 @@ mod tests {
         assert_eq!(*log.lock().unwrap(), expected);
     }
 
+    /// Fault 30.
     #[test]
     fn a_task_that_panics_ends_the_others_and_all_finish() {
         for schedule in schedules() {

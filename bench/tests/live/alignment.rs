@@ -92,6 +92,7 @@ impl Case {
     }
 }
 
+/// Fault 24.
 #[test]
 fn ten_minutes_of_forces_are_where_they_acted_to_a_tenth_of_a_millisecond() {
     let case = Case {

@@ -5,6 +5,7 @@ use mock_hw::scenario::Scenario;
 
 use crate::rig::{Rig, apparatus, config};
 
+/// Fault 34.
 #[test]
 fn a_force_sensor_that_is_listened_to_is_not_opened_again() {
     let alone = apparatus(Scenario::default());

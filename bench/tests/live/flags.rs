@@ -33,6 +33,7 @@ fn near(sample: u64, begin_ns: u64, at_ns: u64, within_s: f64) -> bool {
     (sample as f64 / f64::from(RATE_HZ) - at_s).abs() < within_s
 }
 
+/// Fault 9.
 #[test]
 fn samples_that_are_not_finite_are_a_flag_and_the_filters_recover() {
     let f32s = config(&[(r#"sample_format = "i32""#, r#"sample_format = "f32""#)]);
@@ -71,6 +72,7 @@ fn samples_that_are_not_finite_are_a_flag_and_the_filters_recover() {
     assert!(rig.record.frames.last().unwrap().mask.is_clear());
 }
 
+/// Fault 10.
 #[test]
 fn clipping_is_one_flag_with_every_sample_counted() {
     let mut scenario = Scenario::default();
@@ -132,6 +134,7 @@ fn clipping_is_one_flag_with_every_sample_counted() {
     assert_eq!(rig.warnings.len(), 3, "{:?}", rig.warnings);
 }
 
+/// Fault 22.
 #[test]
 fn force_frames_that_fail_are_counted_exactly() {
     let mut rig = Rig::driven();
@@ -177,6 +180,7 @@ fn force_frames_that_fail_are_counted_exactly() {
     assert!(rig.warnings[0].starts_with(told[0].1));
 }
 
+/// Fault 23.
 #[test]
 fn a_saturated_axis_is_one_flag_for_as_long_as_it_lasts() {
     let mut scenario = Scenario::default();
@@ -238,6 +242,7 @@ fn positions_m(folder: &Path) -> Vec<f64> {
         .collect()
 }
 
+/// Fault 20.
 #[test]
 fn an_encoder_that_jumps_is_a_flag_and_the_jump_is_taken_out() {
     let levels: [Arc<AtomicBool>; 2] = Default::default();

@@ -14,6 +14,7 @@ fn forces(held_up_every: u64) -> Vec<ForceRow> {
     rig.record.force
 }
 
+/// Fault 24.
 #[test]
 fn forces_keep_their_place_on_the_audio_clock() {
     let (prompt, held_up) = (forces(u64::MAX), forces(7));

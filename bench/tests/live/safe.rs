@@ -175,6 +175,8 @@ fn quantiles_ms(mut times_s: Vec<f64>) -> String {
     format!("{:.1} / {:.1} / {:.1} ms", at(0.5), at(0.99), at(1.0))
 }
 
+/// Faults 5, 16, 17, 18, 21, 23.
+/// Hazards 8, 10, 20.
 #[test]
 fn faults_at_random_moments_stop_the_drive_in_time() {
     let count = campaign::repeats("FRICTION_BENCH_INJECTIONS", 3);
@@ -194,6 +196,8 @@ fn faults_at_random_moments_stop_the_drive_in_time() {
     }
 }
 
+/// Faults 5, 16, 17, 18, 21, 23.
+/// Hazards 8, 10, 20.
 #[test]
 fn the_drive_is_silent_in_time_and_what_was_recorded_is_kept() {
     for case in CASES {
@@ -225,6 +229,8 @@ fn the_drive_is_silent_in_time_and_what_was_recorded_is_kept() {
     }
 }
 
+/// Fault 17.
+/// Hazard 16.
 #[test]
 fn a_bouncing_e_stop_stops_once_and_only_the_operator_brings_the_drive_back() {
     let mut rig = Rig::driven();
@@ -252,6 +258,7 @@ fn a_bouncing_e_stop_stops_once_and_only_the_operator_brings_the_drive_back() {
     assert!(rig.bench.drive.sounds());
 }
 
+/// Hazard 15.
 #[test]
 fn a_kill_from_anywhere_latches() {
     let mut rig = Rig::driven();
@@ -271,6 +278,7 @@ fn a_kill_from_anywhere_latches() {
     assert!(!rig.bench.drive.sounds());
 }
 
+/// Fault 5.
 #[test]
 fn a_card_that_stays_silent_ends_the_program_and_the_recording_reads() {
     let mut rig = Rig::driven();

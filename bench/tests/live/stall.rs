@@ -3,6 +3,8 @@
 use crate::rig::{CHANNELS, Level, RATE_HZ, Rig, config, samples};
 use mock_hw::scenario::Scenario;
 
+/// Fault 27.
+/// Hazard 14.
 #[test]
 fn ten_seconds_of_a_stalled_disk_cost_nothing() {
     // Long buffers: few blocks of audio, and as many forces and positions as ever.

@@ -229,6 +229,7 @@ impl Rig {
     }
 }
 
+/// Fault 35.
 #[test]
 fn pause_resume_and_redo_are_marked_where_they_fall() {
     let mut rig = Rig::new(&[]);
@@ -268,6 +269,7 @@ fn pause_resume_and_redo_are_marked_where_they_fall() {
     assert_eq!((second.len(), third.len()), (3, 2));
 }
 
+/// Fault 22.
 #[test]
 fn the_operator_is_told_of_a_flag_once() {
     let mut rig = Rig::new(&[]);
@@ -285,6 +287,7 @@ fn the_operator_is_told_of_a_flag_once() {
     assert_eq!(rig.warnings.len(), 1);
 }
 
+/// Fault 35.
 #[test]
 fn a_session_that_goes_on_after_the_programs_end_says_so() {
     let lost = TrialRecord {
@@ -328,6 +331,7 @@ fn weigh(rig: &Rig, axis: Axis, on: bool) {
     }
 }
 
+/// Faults 16, 17, 23.
 #[test]
 fn a_stop_is_marked_by_its_reason() {
     let mut rig = Rig::new(&[]);

@@ -4,6 +4,8 @@ use mock_hw::host::Direction;
 
 use crate::rig::Rig;
 
+/// Fault 6.
+/// Hazard 14.
 #[test]
 fn the_frames_that_an_xrun_swallows_are_counted_exactly_and_time_stays_true() {
     let mut rig = Rig::driven();
@@ -45,6 +47,7 @@ fn the_frames_that_an_xrun_swallows_are_counted_exactly_and_time_stays_true() {
     );
 }
 
+/// Fault 6.
 #[test]
 fn an_xrun_without_a_loss_leaves_no_gap() {
     let mut rig = Rig::driven();

@@ -71,6 +71,7 @@ fn read_everything(folder: &Path) -> Streams {
 }
 
 proptest! {
+    /// Fault 38.
     #[test]
     fn any_byte_changed_removed_or_added_anywhere(
         name in prop::sample::select(&FILES),
@@ -116,6 +117,7 @@ proptest! {
         }
     }
 
+    /// Fault 38.
     #[test]
     fn a_truncated_file_gives_every_whole_frame(kept in 0usize..8000) {
         let temp = tempfile::tempdir().unwrap();

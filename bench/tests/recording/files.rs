@@ -127,6 +127,7 @@ fn audio_of_an_independent_writer_is_read_in_every_format() {
     }
 }
 
+/// Fault 6.
 #[test]
 fn lost_samples_are_exactly_so_many_nan() {
     let temp = tempfile::tempdir().unwrap();
@@ -150,6 +151,7 @@ fn lost_samples_are_exactly_so_many_nan() {
     );
 }
 
+/// Fault 31.
 #[test]
 fn nothing_is_overwritten() {
     let temp = tempfile::tempdir().unwrap();
@@ -173,6 +175,7 @@ fn a_parent_that_is_not_there_is_not_made() {
     assert!(!temp.path().join("gone").exists());
 }
 
+/// Fault 25.
 #[test]
 fn a_folder_removed_during_the_trial_is_an_error_not_a_success() {
     let temp = tempfile::tempdir().unwrap();
@@ -236,6 +239,7 @@ fn the_largest_file_declares_sizes_that_fit() {
     assert_eq!(u64::from(size_at(4)), frames * 8 + 50);
 }
 
+/// Fault 38.
 #[test]
 fn times_that_do_not_increase_are_marked_and_read_without() {
     let temp = tempfile::tempdir().unwrap();
@@ -280,6 +284,7 @@ fn a_dropped_writer_leaves_a_readable_recording_that_says_it_was_cut_off() {
     assert_eq!(reader.warnings(), [Warning::CutOff]);
 }
 
+/// Fault 38.
 #[test]
 fn samples_behind_the_header_of_a_killed_writer_are_read() {
     let temp = tempfile::tempdir().unwrap();
@@ -322,6 +327,7 @@ fn other_chunks_around_the_samples_are_passed_over() {
     assert_eq!(reader.warnings(), []);
 }
 
+/// Fault 38.
 #[test]
 fn every_damage_of_the_audio_file_has_its_name() {
     let temp = tempfile::tempdir().unwrap();
@@ -373,6 +379,7 @@ fn every_damage_of_the_audio_file_has_its_name() {
     }
 }
 
+/// Fault 38.
 #[test]
 fn missing_files_and_columns_are_named() {
     let temp = tempfile::tempdir().unwrap();

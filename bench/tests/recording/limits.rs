@@ -46,6 +46,7 @@ fn force_of(times: &[&str]) -> (Vec<f64>, Vec<Warning>) {
     (read, force.warnings())
 }
 
+/// Fault 44.
 #[test]
 fn an_absurd_time_costs_its_row_alone() {
     let (read, warnings) = force_of(&["0.0", "1e300", "0.1", "-1e300", "0.2"]);
@@ -125,6 +126,7 @@ fn a_line_that_is_too_long_is_an_unreadable_row() {
     ));
 }
 
+/// Fault 44.
 #[test]
 fn more_rows_than_a_sensor_gives_are_refused() {
     let temp = tempfile::tempdir().unwrap();
@@ -166,6 +168,7 @@ fn more_rows_than_a_sensor_gives_are_refused() {
     );
 }
 
+/// Fault 44.
 #[test]
 fn a_file_that_is_none_is_refused_by_its_kind() {
     let temp = tempfile::tempdir().unwrap();
@@ -188,6 +191,7 @@ fn a_file_that_is_none_is_refused_by_its_kind() {
     }
 }
 
+/// Fault 44.
 #[test]
 fn a_header_beyond_its_limits_is_refused() {
     let over = |bytes: Vec<u8>| match WavReader::new(std::io::Cursor::new(bytes)) {
@@ -209,6 +213,7 @@ fn a_header_beyond_its_limits_is_refused() {
     assert_eq!(over(of(4_000_000, 2)), (4_000_000, 2_000_000));
 }
 
+/// Fault 44.
 #[test]
 fn a_manifest_beyond_its_limits_is_refused() {
     let text = |entry: &str, count: usize| manifest().to_toml().unwrap() + &entry.repeat(count);

@@ -37,6 +37,7 @@ fn saved(line: &str) -> Option<u64> {
     line.rsplit_once("saved ")?.1.parse().ok()
 }
 
+/// Fault 28.
 #[test]
 fn sigkill_loses_nothing_that_was_saved() {
     const BLOCK: usize = 1920;
@@ -73,6 +74,7 @@ fn sigkill_loses_nothing_that_was_saved() {
     }
 }
 
+/// Fault 25.
 #[test]
 fn a_full_disk_or_file_size_limit_is_an_error_and_the_rest_is_kept() {
     const WIDE: AudioFormat = AudioFormat {
@@ -119,6 +121,7 @@ fn a_full_disk_or_file_size_limit_is_an_error_and_the_rest_is_kept() {
     assert_eq!(force.warnings(), []);
 }
 
+/// Fault 26.
 #[test]
 fn a_log_line_that_a_limit_tears_is_taken_back() {
     if let Some(folder) = victim_folder() {
@@ -149,6 +152,7 @@ fn a_log_line_that_a_limit_tears_is_taken_back() {
     assert_eq!(content.documents.len(), 3);
 }
 
+/// Fault 26.
 #[test]
 fn a_limit_met_at_the_very_end_is_not_called_saved() {
     if let Some(folder) = victim_folder() {

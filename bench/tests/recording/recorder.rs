@@ -190,6 +190,7 @@ fn the_next_trial_after_a_failed_one_is_recorded() {
     assert_eq!(read_all(&second).1, ramp(0, 100));
 }
 
+/// Fault 31.
 #[test]
 fn a_folder_that_exists_fails_the_trial_and_is_left_alone() {
     let temp = tempfile::tempdir().unwrap();
@@ -263,6 +264,7 @@ fn answers(notices: &Receiver<RecorderNotice>) -> Vec<Answer> {
     answers.collect()
 }
 
+/// Fault 27.
 #[test]
 fn the_sums_of_a_long_recording_hold_nothing_up() {
     use sha2::{Digest, Sha256};
@@ -323,6 +325,7 @@ fn a_recorder_that_ends_reports_what_is_saved_without_its_sums() {
     assert_eq!(answers(&notices), expected);
 }
 
+/// Fault 26.
 #[test]
 fn a_recording_that_cannot_be_read_back_is_not_called_saved() {
     let temp = tempfile::tempdir().unwrap();

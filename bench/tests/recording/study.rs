@@ -102,6 +102,7 @@ fn a_new_study_describes_itself() {
     );
 }
 
+/// Fault 34.
 #[test]
 fn a_second_instance_is_refused_until_the_first_has_ended() {
     let temp = tempfile::tempdir().unwrap();
@@ -161,6 +162,7 @@ fn participants_have_one_line_each() {
     assert!(!temp.path().join("sub-03").exists());
 }
 
+/// Fault 31.
 #[test]
 fn a_session_is_never_begun_twice_and_the_error_says_what_to_do() {
     let temp = tempfile::tempdir().unwrap();
@@ -178,6 +180,7 @@ fn a_session_is_never_begun_twice_and_the_error_says_what_to_do() {
     );
 }
 
+/// Fault 35.
 #[test]
 fn a_killed_or_aborted_session_can_be_resumed_and_an_ended_one_cannot() {
     let temp = tempfile::tempdir().unwrap();
@@ -215,6 +218,7 @@ fn a_killed_or_aborted_session_can_be_resumed_and_an_ended_one_cannot() {
     );
 }
 
+/// Fault 31.
 #[test]
 fn trials_are_listed_as_recorded_and_never_overwritten() {
     let temp = tempfile::tempdir().unwrap();

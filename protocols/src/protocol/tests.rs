@@ -20,6 +20,7 @@ fn rule(read: Result<Protocol, ProtocolError>) -> InFile<BrokenRule> {
     }
 }
 
+/// Hazard 11.
 #[test]
 fn the_published_protocol_is_the_published_one() {
     let p = Protocol::parse(text(), "huloux2021.toml").unwrap();
@@ -338,6 +339,7 @@ fn another_word_for_the_carrier_is_an_error_that_says_what_to_write() {
     assert_eq!(wanted, "\"plate resonance\" or a number in Hz");
 }
 
+/// Fault 33.
 #[test]
 fn a_quoted_number_and_a_number_with_a_unit_say_what_to_write() {
     let error = toml(with("\"plate resonance\"", "\"35000\""));
@@ -356,6 +358,7 @@ fn a_quoted_number_and_a_number_with_a_unit_say_what_to_write() {
     );
 }
 
+/// Fault 33.
 #[test]
 fn a_typing_error_names_the_nearest_key() {
     let error = toml(with("baseline_s", "base_line_s"));
@@ -365,6 +368,7 @@ fn a_typing_error_names_the_nearest_key() {
     );
 }
 
+/// Fault 33.
 #[test]
 fn a_missing_section_is_named() {
     let error = toml(with("[quality]", ""));

@@ -125,6 +125,7 @@ fn the_other_direction_is_selected_alike() {
     assert_eq!(instances(&made.select()), instances(&published().select()));
 }
 
+/// Fault 10.
 #[test]
 fn lost_and_clipped_samples_reject_the_instance_they_fall_in() {
     for validity in [Validity::LostSamples, Validity::Clipped] {
@@ -170,6 +171,7 @@ fn amplitudes_below_the_noise_are_tolerated_at_nulls_only() {
     ));
 }
 
+/// Fault 23.
 #[test]
 fn a_saturated_force_sensor_costs_its_instance() {
     let mut made = published();

@@ -207,6 +207,7 @@ mod tests {
         assert_eq!(devices[index].id, "alsa:hw:CARD=PCH,DEV=1");
     }
 
+    /// Fault 1.
     #[test]
     fn a_raw_device_is_never_replaced_by_a_layer_that_resamples() {
         // Held by another program, it does not report its capabilities.

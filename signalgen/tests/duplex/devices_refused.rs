@@ -17,6 +17,7 @@ fn refused(bench: &Bench, config: &DuplexConfig) -> AudioError {
     open_duplex(&bench.host(), config, Generator::new(settings())).unwrap_err()
 }
 
+/// Fault 2.
 #[test]
 fn a_stream_that_the_device_lacks_is_refused_with_its_capabilities() {
     let bench = Bench::default();
@@ -48,6 +49,7 @@ fn a_stream_that_the_device_lacks_is_refused_with_its_capabilities() {
 }
 
 /// As cards with packed 24-bit samples alone appear through cpal.
+/// Fault 2.
 #[test]
 fn a_card_without_a_format_that_cpal_knows_is_refused_with_the_way_round() {
     let bench = Bench::offering(&[]);
@@ -111,6 +113,7 @@ fn contradictions_are_refused_by_name() {
     assert!(no_match, "{unknown}");
 }
 
+/// Fault 5.
 #[test]
 fn a_device_in_use_is_busy() {
     let bench = Bench::default();
@@ -143,6 +146,7 @@ fn devices_are_listed_with_their_capabilities() {
 }
 
 /// FAULTS 4: a machine without sound is an error that the program reports; no library prints it.
+/// Fault 4.
 #[test]
 fn a_machine_without_sound_is_refused_without_a_panic_or_a_print() {
     const CHILD: &str = "SIGNALGEN_TEST_NO_SOUND";

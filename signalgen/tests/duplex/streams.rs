@@ -86,6 +86,7 @@ fn headers_carry_the_stream_clock() {
     assert!(headers[2].arrived_ns <= duplex.health.now_ns());
 }
 
+/// Fault 6.
 #[test]
 fn xruns_and_losses_are_counted_per_direction() {
     let bench = Bench::default();
@@ -157,6 +158,7 @@ fn a_kill_before_the_first_callback_is_not_lost() {
     assert_eq!(duplex.drive.published().programs, 0);
 }
 
+/// Hazard 15.
 #[test]
 fn the_drive_stops_when_nobody_commands_it_any_more() {
     let bench = Bench::default();

@@ -15,6 +15,7 @@ fn out_of_range(result: Result<(), ProgramError>) -> &'static str {
     }
 }
 
+/// Fault 3.
 #[test]
 fn rates_at_or_below_twice_carrier_plus_modulation_are_refused_with_the_arithmetic() {
     let waveform = Waveform::Modulated {
@@ -57,6 +58,8 @@ fn rates_at_or_below_twice_carrier_plus_modulation_are_refused_with_the_arithmet
     }
 }
 
+/// Fault 14.
+/// Hazard 1.
 #[test]
 fn amplitudes_above_the_configured_limit_are_rejected_not_clamped() {
     let limit_v = 78.0;

@@ -87,6 +87,8 @@ proptest! {
 
     /// FAULTS 15: whatever is commanded and whenever, the envelope moves no faster than its ramp
     /// and modulation allow, and the samples no faster than that and the carrier.
+    /// Fault 15.
+    /// Hazards 3, 6.
     #[test]
     fn envelope_never_steps(
         commands in prop::collection::vec((any_command(), 1_usize..1_000), 1..25)

@@ -31,6 +31,8 @@ fn modulated_carrier_is_the_closed_form_after_ten_minutes() {
     }
 }
 
+/// Fault 15.
+/// Hazard 8.
 #[test]
 fn start_and_stop_are_raised_cosines_of_the_configured_length() {
     let frames = (DEFAULT_RAMP_S * f64::from(RATE_HZ)) as usize;

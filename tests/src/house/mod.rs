@@ -1,4 +1,5 @@
-//! The rules that ARCHITECTURE.md states, as functions on source trees: which package uses which, circles of files, sizes.
+//! The rules that ARCHITECTURE.md states, as functions on source trees: which package uses which, circles of files, sizes;
+//! and which test proves which fault and hazard.
 
 pub mod circles;
 pub mod code;
@@ -6,3 +7,5 @@ pub mod edges;
 pub mod modules;
 pub mod packages;
 pub mod sizes;
+pub mod tags;
+pub mod traces;

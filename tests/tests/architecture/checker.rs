@@ -9,7 +9,7 @@ use bench_tests::house::sizes::{TooLong, large_package, long_files};
 use tempfile::TempDir;
 
 /// Writes files by their paths into a folder of their own.
-fn tree(files: &[(&str, &str)]) -> TempDir {
+pub fn tree(files: &[(&str, &str)]) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     for (path, text) in files {
         let path = folder.path().join(path);

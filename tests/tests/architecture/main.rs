@@ -5,6 +5,7 @@
 )]
 
 mod checker;
+mod traces;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

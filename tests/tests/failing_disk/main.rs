@@ -40,6 +40,8 @@ fn a_session_on_a_sound_disk_is_saved() {
     session.require_kept(place.path(), Ended::ByItself);
 }
 
+/// Faults 25, 26.
+/// Hazard 14.
 #[test]
 fn whatever_fails_nothing_is_called_saved_that_is_not() {
     let begin = Instant::now();
@@ -81,6 +83,8 @@ fn whatever_fails_nothing_is_called_saved_that_is_not() {
 /// Power cuts at every operation in every test run; `FRICTION_BENCH_POWER_CUTS` asks for more.
 const POWER_CUTS: usize = 2;
 
+/// Fault 28.
+/// Hazard 14.
 #[test]
 fn a_power_cut_at_any_operation_leaves_what_was_synced() {
     let begin = Instant::now();

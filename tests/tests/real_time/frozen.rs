@@ -13,6 +13,8 @@ const MINUTE: Duration = Duration::from_secs(60);
 /// Longer than anything that this bench bears with.
 const FROZEN: Duration = Duration::from_millis(2500);
 
+/// Fault 7.
+/// Hazard 15.
 #[test]
 fn a_session_that_was_frozen_is_stopped_when_it_goes_on() {
     let folder = tempfile::tempdir().unwrap();

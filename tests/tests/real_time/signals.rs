@@ -209,21 +209,25 @@ fn ends_in_good_order(signal: Signal) {
     goes_on_in_the_same_order(&place.resume());
 }
 
+/// Fault 29.
 #[test]
 fn sigint_ends_a_session_in_good_order() {
     ends_in_good_order(Signal::INT);
 }
 
+/// Fault 29.
 #[test]
 fn sigterm_ends_a_session_in_good_order() {
     ends_in_good_order(Signal::TERM);
 }
 
+/// Fault 29.
 #[test]
 fn sighup_ends_a_session_in_good_order() {
     ends_in_good_order(Signal::HUP);
 }
 
+/// Fault 28.
 #[test]
 fn sigquit_ends_a_session_in_good_order() {
     ends_in_good_order(Signal::QUIT);

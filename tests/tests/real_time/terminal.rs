@@ -238,21 +238,25 @@ fn a_signal_ends_the_dashboard(signals: &[Signal]) {
     assert!(!screen.contains("panicked"), "{screen}");
 }
 
+/// Fault 29.
 #[test]
 fn sigint_twice_ends_a_session_with_its_dashboard() {
     a_signal_ends_the_dashboard(&[Signal::INT, Signal::INT]);
 }
 
+/// Fault 29.
 #[test]
 fn sigterm_ends_a_session_with_its_dashboard() {
     a_signal_ends_the_dashboard(&[Signal::TERM]);
 }
 
+/// Fault 29.
 #[test]
 fn sighup_ends_a_session_with_its_dashboard() {
     a_signal_ends_the_dashboard(&[Signal::HUP]);
 }
 
+/// Fault 29.
 #[test]
 fn a_terminal_that_is_closed_ends_its_session() {
     let terminal = ends_in_good_order(|terminal, _| {

@@ -211,6 +211,7 @@ fn session(folder: &Path, study: &Path, edit: &Edit) -> Command {
     run
 }
 
+/// Hazards 3, 6.
 #[test]
 fn no_edit_of_a_file_blinds_the_watch() {
     for edit in EDITS {

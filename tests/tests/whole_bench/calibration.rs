@@ -141,6 +141,8 @@ fn drift_is_told_and_too_much_of_it_refused() {
     );
 }
 
+/// Fault 36.
+/// Hazard 19.
 #[test]
 fn the_wrong_ones_are_refused_each_by_its_name() {
     let room = Room::new("", 1);
@@ -239,6 +241,7 @@ fn what_cannot_be_measured_is_said() {
     );
 }
 
+/// Fault 11.
 #[test]
 fn check_compares_the_channels_with_the_calibration() {
     let room = Room::new("", 1);

@@ -221,6 +221,7 @@ fn twenty_four_converters_are_known_within_their_intervals() {
     assert!(worst(0) < 1e-4 && worst(1) < 1e-4 && worst(2) < 1e-2);
 }
 
+/// Fault 12.
 #[test]
 fn the_round_trip_is_told_and_the_bench_is_put_back() {
     let room = Room::new("[converter]\noffset_units = 0.004\n", 1);
@@ -287,6 +288,7 @@ fn a_measured_match_narrows_the_plates_intervals_and_they_hold() {
     );
 }
 
+/// Fault 1.
 #[test]
 fn sound_layers_are_named_with_their_rate() {
     for (rate_hz, passes) in [(48_000, "21000"), (44_100, "18000"), (32_000, "14000")] {
@@ -309,6 +311,7 @@ fn sound_layers_are_named_with_their_rate() {
     }
 }
 
+/// Fault 11.
 #[test]
 fn wrong_channels_are_named() {
     Room::new("[sound_layer]\ninputs = [1, 0, 2, 3]\n", 1)
@@ -335,6 +338,7 @@ fn wrong_channels_are_named() {
     ]);
 }
 
+/// Fault 11.
 #[test]
 fn a_channel_that_slips_is_named_during_the_measurement_and_since_the_last() {
     let slip = |channel: u32| {
@@ -353,6 +357,7 @@ fn a_channel_that_slips_is_named_during_the_measurement_and_since_the_last() {
 /// Amid the 42 tones of a measurement, s after the streams were opened.
 const AMID_TONES_S: f64 = 9.5;
 
+/// Fault 10.
 #[test]
 fn the_measured_clipping_level_is_flagged_in_its_place() {
     let scenario = "[converter]\nclip_units = 0.5\n";

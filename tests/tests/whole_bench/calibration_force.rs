@@ -243,6 +243,7 @@ fn apart(recorded: &[Vec<f64>], truth: &[[f64; 2]]) -> [f64; 2] {
         .unwrap()
 }
 
+/// Fault 36.
 #[test]
 fn a_calibrated_session_records_the_forces_that_acted() {
     let scenario = "[force_sensor]\nnormal_gain = 1.2\nlateral_gain = 0.85\nlateral_to_normal = 0.04\nnormal_to_lateral = -0.05\nnormal_offset_n = 0.03\nlateral_offset_n = -0.04\n";

@@ -64,6 +64,8 @@ fn one_trial(study: &Path) -> Command {
     unattended(study, "sub-01", protocol("one-exploration.toml"))
 }
 
+/// Fault 25.
+/// Hazard 14.
 #[test]
 fn a_file_size_limit_in_a_trial_stops_the_drive_and_keeps_what_is_recorded() {
     // A frame of 16 bytes does not divide it.
@@ -73,6 +75,7 @@ fn a_file_size_limit_in_a_trial_stops_the_drive_and_keeps_what_is_recorded() {
 /// Full disks at random moments in every test run; `FRICTION_BENCH_FULL_DISKS` asks for more.
 const FULL_DISKS: usize = 2;
 
+/// Fault 25.
 #[test]
 fn a_file_size_limit_at_a_random_moment_of_a_trial_does_too() {
     let disks = campaign::repeats("FRICTION_BENCH_FULL_DISKS", FULL_DISKS);
@@ -143,6 +146,7 @@ fn force_goes_on_to(end_s: f64, recording: &Path) {
     assert!((last.time_s - end_s).abs() < 0.2, "{} s", last.time_s);
 }
 
+/// Fault 25.
 #[test]
 fn a_file_size_limit_that_lets_no_session_begin() {
     let folder = tempfile::tempdir().unwrap();
@@ -164,6 +168,7 @@ fn a_file_size_limit_that_lets_no_session_begin() {
     assert_eq!(saved(&session), ["trial-001_attempt-1"]);
 }
 
+/// Fault 25.
 #[test]
 fn a_session_folder_removed_in_a_trial_stops_the_drive() {
     for speed in ["max", "real"] {
@@ -208,6 +213,7 @@ fn removed_in_a_trial(speed: &str) -> Option<String> {
     Some(printed)
 }
 
+/// Fault 25.
 #[test]
 fn a_study_where_no_folder_can_be_made() {
     let folder = tempfile::tempdir().unwrap();
@@ -226,6 +232,8 @@ fn a_study_where_no_folder_can_be_made() {
     }
 }
 
+/// Fault 25.
+/// Hazard 14.
 #[test]
 fn a_session_that_does_not_fit_on_the_disk() {
     let folder = tempfile::tempdir().unwrap();

@@ -55,6 +55,7 @@ fn in_terminal(mut command: Command, columns: u16, rows: u16) -> (ExitStatus, St
     (status, String::from_utf8_lossy(&shown).into_owned())
 }
 
+/// Fault 37.
 #[test]
 fn the_demo_succeeds_in_a_terminal_without_a_size() {
     let folder = tempfile::tempdir().unwrap();
@@ -337,6 +338,7 @@ fn a_number_that_cannot_be_is_refused_with_what_is_wanted() {
     }
 }
 
+/// Fault 25.
 #[test]
 fn a_folder_that_cannot_be_written_is_named_and_the_cause_said_once() {
     let (folder, study) = room();

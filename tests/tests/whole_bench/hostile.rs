@@ -190,6 +190,7 @@ fn a_sound_recording_is_read() {
     read.within_limits();
 }
 
+/// Fault 44.
 #[test]
 fn what_is_no_file_in_a_recording_is_refused_by_its_name() {
     for name in FILES {
@@ -218,6 +219,7 @@ fn what_is_no_file_in_a_recording_is_refused_by_its_name() {
     }
 }
 
+/// Fault 44.
 #[test]
 fn what_is_no_file_beside_the_bench_is_refused_by_its_name() {
     let room = tempfile::tempdir().unwrap();
@@ -257,6 +259,7 @@ fn what_is_no_file_beside_the_bench_is_refused_by_its_name() {
     assert!(!study.exists());
 }
 
+/// Fault 44.
 #[test]
 fn a_log_that_is_no_file_stops_a_resumption() {
     let room = tempfile::tempdir().unwrap();
@@ -279,6 +282,7 @@ fn a_log_that_is_no_file_stops_a_resumption() {
     resume().refused(&["events.jsonl", "longer than 16777216 bytes"]);
 }
 
+/// Fault 44.
 #[test]
 fn rows_without_end_are_refused() {
     for name in ["force.csv", "position.csv"] {
@@ -300,6 +304,7 @@ fn rows_without_end_are_refused() {
     analyze(&folder).refused(&["force.csv", "more than 300000 rows", "100000 a second"]);
 }
 
+/// Fault 44.
 #[test]
 fn a_hundred_thousand_chunks_are_refused() {
     let (_room, folder) = recording();
@@ -310,6 +315,7 @@ fn a_hundred_thousand_chunks_are_refused() {
     analyze(&folder).refused(&["signals.wav", "number of chunks", "at most 1000"]);
 }
 
+/// Fault 44.
 #[test]
 fn a_hundred_thousand_intervals_and_events_are_refused() {
     let event = "\n[[events]]\nkind = \"note\"\nsample = 3\n";
@@ -357,6 +363,7 @@ fn gigabytes_of_sound_audio_are_a_stream() {
     assert!(read.peak_kb < 60 * 1024, "{} kB", read.peak_kb);
 }
 
+/// Fault 44.
 #[test]
 fn a_header_is_judged_before_gigabytes_are_read() {
     let (_room, folder) = recording();
@@ -371,6 +378,7 @@ fn a_header_is_judged_before_gigabytes_are_read() {
     analyze(&folder).refused(&["signals.wav", "0x0055"]);
 }
 
+/// Fault 44.
 #[test]
 fn an_absurd_time_costs_one_row() {
     let (_room, folder) = recording();
@@ -415,6 +423,7 @@ fn harmless(output: &std::process::Output) -> String {
     text(output)
 }
 
+/// Fault 44.
 #[test]
 fn control_characters_of_a_recording_are_shown_and_not_obeyed() {
     const EVIL: &str = "\u{1b}]0;owned\u{7}\u{9b}2J\u{202e}";
@@ -467,6 +476,7 @@ fn control_characters_of_a_recording_are_shown_and_not_obeyed() {
     assert!(listed.contains("friction-bench replay"), "{listed}");
 }
 
+/// Fault 44.
 #[test]
 fn control_characters_of_a_protocol_are_shown_and_not_obeyed() {
     let room = tempfile::tempdir().unwrap();

@@ -157,6 +157,8 @@ struct Seen {
     total_loss_s: f64,
 }
 
+/// Fault 28.
+/// Hazard 14.
 #[test]
 fn kills_at_random_moments_take_at_most_a_second_each() {
     let begin = Instant::now();

@@ -87,6 +87,7 @@ fn without_a_configuration_it_says_how_to_get_one() {
     refused_before_anything_is_made(&mut run, &study, &words);
 }
 
+/// Fault 4.
 #[test]
 fn without_a_sound_card() {
     let (folder, study) = room();
@@ -114,6 +115,7 @@ fn without_a_sound_card() {
     }
 }
 
+/// Hazard 12.
 #[test]
 fn without_consent() {
     let (_folder, study) = room();
@@ -153,6 +155,7 @@ fn without_a_participant() {
     refused_before_anything_is_made(&mut run, &study, &["--participant sub-01"]);
 }
 
+/// Fault 32.
 #[test]
 fn names_that_are_no_pseudonyms() {
     let (folder, study) = room();
@@ -198,6 +201,7 @@ fn the_dashboard_and_the_participants_display_need_terminals() {
     assert_eq!(fs::read_to_string(&file).unwrap(), "kept");
 }
 
+/// Fault 33.
 #[test]
 fn unknown_keys_are_named_with_their_line_and_the_nearest_known_one() {
     let (folder, study) = room();
@@ -284,6 +288,7 @@ const ONE_TRIAL: &[(&str, &str)] = &[
     ("min_instances = 5", "min_instances = 1"),
 ];
 
+/// Fault 3.
 #[test]
 fn a_rate_too_low_for_the_carrier_is_refused_with_the_arithmetic() {
     let (folder, study) = room();
@@ -296,6 +301,7 @@ fn a_rate_too_low_for_the_carrier_is_refused_with_the_arithmetic() {
     refused_before_anything_is_made(run.arg("--config").arg(&config), &study, &words);
 }
 
+/// Fault 2.
 #[test]
 fn a_rate_that_the_card_has_not_is_refused_with_those_it_has() {
     let (folder, study) = room();
@@ -309,6 +315,7 @@ fn a_rate_that_the_card_has_not_is_refused_with_those_it_has() {
     refused_before_anything_is_made(run.arg("--config").arg(&config), &study, &words);
 }
 
+/// Fault 2.
 #[test]
 fn channels_or_a_sample_format_that_the_card_has_not_are_refused_with_those_it_has() {
     let (folder, study) = room();
@@ -363,6 +370,8 @@ fn channels_or_a_sample_format_that_the_card_has_not_are_refused_with_those_it_h
     refused_before_anything_is_made(&mut run, &study, &words);
 }
 
+/// Fault 14.
+/// Hazards 1, 3, 4, 6.
 #[test]
 fn ten_times_the_amplitude_is_refused_not_clamped() {
     let (folder, study) = room();
@@ -390,6 +399,7 @@ fn ten_times_the_amplitude_is_refused_not_clamped() {
 }
 
 #[cfg(target_os = "linux")]
+/// Fault 18.
 #[test]
 fn without_gpio() {
     let (folder, study) = room();
@@ -413,6 +423,8 @@ fn without_gpio() {
     }
 }
 
+/// Fault 31.
+/// Hazard 14.
 #[test]
 fn a_session_or_a_trial_that_exists_is_never_overwritten() {
     let (folder, study) = room();
@@ -458,6 +470,7 @@ fn a_session_or_a_trial_that_exists_is_never_overwritten() {
     assert_eq!(fs::read(&signals).unwrap(), bytes);
 }
 
+/// Fault 35.
 #[test]
 fn a_session_goes_on_in_its_own_order_or_not_at_all() {
     let (folder, study) = room();

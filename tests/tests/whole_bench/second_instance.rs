@@ -14,6 +14,7 @@ use super::refusals::{refused, refused_before_anything_is_made, room, uncalibrat
 
 const MINUTE: Duration = Duration::from_secs(60);
 
+/// Fault 34.
 #[test]
 fn a_second_instance_on_the_same_study() {
     let (folder, study) = room();
@@ -30,6 +31,8 @@ fn a_second_instance_on_the_same_study() {
     assert!(first.ended().is_none(), "the first one goes on");
 }
 
+/// Fault 34.
+/// Hazard 21.
 #[test]
 fn a_second_instance_on_the_same_hardware() {
     let (folder, study) = room();

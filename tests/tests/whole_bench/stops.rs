@@ -31,6 +31,8 @@ const UNSTOPPABLE: [(&str, &str); 2] = [
     ),
 ];
 
+/// Fault 7.
+/// Hazard 15.
 #[test]
 fn a_bench_that_its_stops_do_not_stop_is_not_driven() {
     for (faulty, row) in UNSTOPPABLE {
@@ -96,6 +98,7 @@ fn a_session_logs_how_long_its_stops_took() {
     }
 }
 
+/// Hazard 16.
 #[test]
 fn a_real_bench_drives_only_after_its_e_stop_was_pressed() {
     let (folder, study) = room();

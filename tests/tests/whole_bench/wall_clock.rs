@@ -176,6 +176,7 @@ fn left(session: &Path) -> Left {
     (files, documents.collect(), dates)
 }
 
+/// Fault 39.
 #[test]
 fn a_wall_clock_that_is_set_during_a_session_changes_nothing_but_the_dates() {
     let folder = tempfile::tempdir().unwrap();

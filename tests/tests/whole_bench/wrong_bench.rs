@@ -59,6 +59,8 @@ const WRONG: [(&str, &str, &[&str]); 10] = [
     ),
 ];
 
+/// Faults 1, 11, 19.
+/// Hazards 3, 6, 9, 17.
 #[test]
 fn no_session_begins_on_a_bench_that_is_not_what_was_calibrated() {
     let room = Room::new("", 1);
@@ -83,6 +85,7 @@ fn no_session_begins_on_a_bench_that_is_not_what_was_calibrated() {
     }
 }
 
+/// Hazard 19.
 #[test]
 fn nothing_is_calibrated_under_a_finger() {
     let room = Room::new("[participant.behaviour]\nrests_unasked = true\n", 1);

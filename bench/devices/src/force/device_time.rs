@@ -25,6 +25,7 @@ impl Unwrap {
 mod tests {
     use super::Unwrap;
 
+    /// Fault 22.
     #[test]
     fn device_time_goes_on_past_the_wrap() {
         let mut clock = Unwrap::default();

@@ -146,6 +146,8 @@ mod tests {
         assert_eq!(CRC.checksum(b"123456789"), 0x29B1);
     }
 
+    /// Fault 22.
+    /// Hazard 20.
     #[test]
     fn lost_corrupt_and_repeated_frames_are_each_counted_once() {
         let mut decoder = FrameDecoder::default();
@@ -171,6 +173,7 @@ mod tests {
     }
 
     proptest! {
+        /// Fault 22.
         #[test]
         fn any_cut_of_the_stream_gives_the_same_samples(cut in 1usize..64, noise in prop::collection::vec(any::<u8>(), 0..40)) {
             let mut bytes = noise;
@@ -185,6 +188,7 @@ mod tests {
             prop_assert!(whole.len() >= 50);
         }
 
+        /// Fault 21.
         #[test]
         fn noise_is_never_a_sample(noise in prop::collection::vec(any::<u8>(), 0..4000)) {
             // One frame in 2^24 of random bytes would pass version and checksum.

@@ -193,6 +193,7 @@ mod tests {
         }
     }
 
+    /// Fault 23.
     #[test]
     fn an_axis_at_the_end_of_its_stated_range_is_saturated_either_way() {
         let lines = b"0,0,0\n1000,9990,0\n2000,10000,0\n3000,-10200,100\n4000,500,-10000\n";

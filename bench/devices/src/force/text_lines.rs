@@ -91,6 +91,7 @@ impl Decoder for LineDecoder {
 mod tests {
     use super::*;
 
+    /// Fault 21.
     #[test]
     fn lines_are_read_comments_skipped_and_nonsense_counted() {
         let mut decoder = LineDecoder::default();
@@ -136,6 +137,7 @@ mod tests {
         assert_eq!((samples.len(), decoder.faults().corrupt), (1, 1));
     }
 
+    /// Fault 44.
     #[test]
     fn an_endless_line_takes_no_memory() {
         let mut decoder = LineDecoder::default();

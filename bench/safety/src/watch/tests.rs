@@ -158,6 +158,8 @@ impl Rig {
     }
 }
 
+/// Fault 16.
+/// Hazards 3, 6, 18.
 #[test]
 fn a_wrong_readback_stops_the_drive_within_50_ms() {
     let mut rig = Rig::armed(SafetyLines::default());
@@ -216,6 +218,8 @@ fn the_plate_may_neither_be_pressed_nor_pulled() {
     }
 }
 
+/// Fault 19.
+/// Hazard 17.
 #[test]
 fn a_drive_that_is_alive_while_disarmed_is_an_alarm() {
     let mut rig = Rig::new(SafetyLines::default());
@@ -223,6 +227,8 @@ fn a_drive_that_is_alive_while_disarmed_is_an_alarm() {
     assert!(matches!(rig.trip(), Some(Trip::AliveWhileDisarmed { .. })));
 }
 
+/// Faults 5, 21.
+/// Hazard 20.
 #[test]
 fn silence_of_the_force_sensor_or_of_the_card_stops_the_drive() {
     let mut rig = Rig::armed(SafetyLines::default());
@@ -237,6 +243,8 @@ fn silence_of_the_force_sensor_or_of_the_card_stops_the_drive() {
     assert_eq!(rig.trip(), Some(Trip::AudioSilent));
 }
 
+/// Fault 21.
+/// Hazard 20.
 #[test]
 fn a_force_sensor_that_never_speaks_stops_the_drive_after_a_second() {
     let mut rig = Rig::new(SafetyLines::default());
@@ -252,6 +260,8 @@ fn a_force_sensor_that_never_speaks_stops_the_drive_after_a_second() {
     assert_eq!(rig.trip(), Some(Trip::ForceSilent));
 }
 
+/// Fault 23.
+/// Hazard 10.
 #[test]
 fn too_much_force_stops_the_drive_and_only_the_operator_releases_it() {
     let mut rig = Rig::armed(SafetyLines::default());
@@ -274,6 +284,8 @@ fn too_much_force_stops_the_drive_and_only_the_operator_releases_it() {
     assert_eq!(rig.watch.state, SafetyState::Disarmed);
 }
 
+/// Fault 23.
+/// Hazard 8.
 #[test]
 fn too_much_lateral_force_stops_the_drive_whichever_way_it_pulls() {
     for sign in [1.0, -1.0] {
@@ -307,6 +319,8 @@ fn too_much_lateral_force_stops_the_drive_whichever_way_it_pulls() {
     }
 }
 
+/// Fault 23.
+/// Hazards 10, 19.
 #[test]
 fn a_wrong_calibration_or_a_sensor_at_its_end_hides_no_press() {
     let hidden = |raw_n: [f64; 2]| {
@@ -347,6 +361,8 @@ fn a_wrong_calibration_or_a_sensor_at_its_end_hides_no_press() {
     assert_eq!(rig.trip(), Some(Trip::ForceSaturated));
 }
 
+/// Fault 7.
+/// Hazard 15.
 #[test]
 fn a_watch_that_was_frozen_does_not_go_on_as_if_nothing_had_been() {
     let mut rig = Rig::armed(SafetyLines::default());
@@ -360,6 +376,7 @@ fn a_watch_that_was_frozen_does_not_go_on_as_if_nothing_had_been() {
     assert!(rig.trip().is_some(), "it latches");
 }
 
+/// Hazard 15.
 #[test]
 fn a_kill_by_another_latches_armed_or_not() {
     for mut rig in [
@@ -377,6 +394,8 @@ fn a_kill_by_another_latches_armed_or_not() {
     }
 }
 
+/// Fault 16.
+/// Hazard 18.
 #[test]
 fn a_drive_that_is_not_read_back_any_more_is_stopped() {
     let mut rig = Rig::armed(SafetyLines::default());
@@ -385,6 +404,8 @@ fn a_drive_that_is_not_read_back_any_more_is_stopped() {
     assert_eq!(rig.trip(), Some(Trip::ReadbackMissing));
 }
 
+/// Fault 17.
+/// Hazard 16.
 #[test]
 fn a_pressed_e_stop_outlasts_the_operators_rearming_and_raises_no_enable() {
     let estop = Mock::new(&[
@@ -418,6 +439,8 @@ fn a_pressed_e_stop_outlasts_the_operators_rearming_and_raises_no_enable() {
     pins.1.done();
 }
 
+/// Fault 18.
+/// Hazard 16.
 #[test]
 fn an_e_stop_line_that_cannot_be_read_takes_the_amplifier_off_all_the_same() {
     use embedded_hal_mock::eh1::MockError;
@@ -438,6 +461,8 @@ fn an_e_stop_line_that_cannot_be_read_takes_the_amplifier_off_all_the_same() {
     pins.1.done();
 }
 
+/// Fault 17.
+/// Hazard 16.
 #[test]
 fn a_cut_e_stop_wire_stops_heartbeat_and_enable() {
     let estop = Mock::new(
@@ -494,6 +519,8 @@ fn a_cut_e_stop_wire_stops_heartbeat_and_enable() {
     heartbeat.done();
 }
 
+/// Fault 42.
+/// Hazards 3, 6.
 #[test]
 fn a_plate_that_moves_too_much_stops() {
     let mut rig = Rig::armed(SafetyLines::default());
@@ -505,6 +532,8 @@ fn a_plate_that_moves_too_much_stops() {
     );
 }
 
+/// Fault 42.
+/// Hazard 4.
 #[test]
 fn a_plate_that_is_driven_for_long_is_stopped_and_let_go_on_when_it_has_cooled() {
     let mut rig = Rig::armed(SafetyLines::default());
@@ -543,6 +572,7 @@ fn a_plate_that_is_driven_for_long_is_stopped_and_let_go_on_when_it_has_cooled()
     assert_eq!(again(&mut rig), SafetyState::Armed);
 }
 
+/// Fault 8.
 #[test]
 fn a_generator_that_refuses_its_own_output_stops() {
     let mut rig = Rig::armed(SafetyLines::default());

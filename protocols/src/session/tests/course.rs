@@ -86,6 +86,7 @@ fn the_slider_is_a_function_of_time() {
     assert!(seen > 80);
 }
 
+/// Hazard 10.
 #[test]
 fn the_participant_is_told_the_mean_force_of_the_exploration() {
     let mut rig = Rig::new(demo()).consented();
@@ -95,6 +96,7 @@ fn the_participant_is_told_the_mean_force_of_the_exploration() {
     approx_eq(view.mean_force_n.unwrap(), 0.65);
 }
 
+/// Hazard 12.
 #[test]
 fn nothing_happens_before_the_consent() {
     let mut rig = Rig::new(demo());
@@ -262,6 +264,7 @@ fn a_finger_that_stays_on_the_plate_pauses_the_session() {
     timed_out(|rig| rig.lifts = false, Interruption::FingerNotLifted);
 }
 
+/// Hazard 4.
 #[test]
 fn a_button_that_comes_too_late_pauses_the_session() {
     timed_out(|rig| rig.presses = false, Interruption::FingerNotPlaced);
@@ -282,6 +285,7 @@ fn a_finger_that_stays_after_an_exploration_does_not_cost_the_trial() {
     rig.check();
 }
 
+/// Hazard 11.
 #[test]
 fn a_break_is_as_long_as_the_protocol_says_or_as_the_operator_wants() {
     let mut rig = rig_in(Phase::Rest);

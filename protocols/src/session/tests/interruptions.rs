@@ -4,6 +4,7 @@ use super::rig::*;
 use crate::session::*;
 use crate::trial::*;
 
+/// Hazard 4.
 #[test]
 fn a_pause_in_any_phase_stops_the_drive_and_the_session_still_completes() {
     for phase in RUNNING {

@@ -46,6 +46,7 @@ fn a_bad_trial_is_repeated_with_its_reasons_until_the_limit() {
     );
 }
 
+/// Hazard 11.
 #[test]
 fn the_sessions_limit_of_repetitions_holds_over_all_trials() {
     let mut protocol = demo();

@@ -62,6 +62,7 @@ fn a_counterbalanced_order_depends_on_the_participants_number_alone() {
     );
 }
 
+/// Fault 35.
 #[test]
 fn a_session_resumed_from_its_log_keeps_its_order_and_counts() {
     let protocol = many_conditions("randomised");

@@ -247,11 +247,17 @@ impl<'a> Begun<'a> {
         } = apparatus;
         let config = self.bench.config();
         let notices = config.safety_notices(config.plate.resonance_hz);
-        let title = [format!("calibrate {}", C::NAME)]
-            .into_iter()
-            .chain(notices.clone())
-            .collect::<Vec<_>>()
-            .join(", ");
+        // The page has one line for the title and the step; the report has all the words.
+        let loosened = (!config.safety.loosened().is_empty()).then(|| "limits loosened".to_owned());
+        let title = [
+            Some(format!("calibrate {}", C::NAME)),
+            loosened,
+            config.safety.waiver_in_words(),
+        ]
+        .into_iter()
+        .flatten()
+        .collect::<Vec<_>>()
+        .join(", ");
         let simulated = hardware.simulated;
         let (attended, verbosity) = (self.attended, self.verbosity);
         let attend = |stop: &StopFlag| -> anyhow::Result<Attendance> {

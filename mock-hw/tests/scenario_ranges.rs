@@ -17,7 +17,7 @@ const RANGES: &[(&str, f64, f64)] = &[
     ("plate.second_mode.contact_ratio", -2.0, 2.0),
     ("amplifier.volts_per_unit", 0.1, 1e3),
     ("amplifier.bandwidth_hz", 40e3, 10e6),
-    ("amplifier.one_shot_s", 1e-3, 0.1),
+    ("amplifier.one_shot_s", 1e-3, 10.0),
     ("pickup.metres_per_unit", 1e-9, 1e-3),
     ("pickup.phase_rad", -3.15, 3.15),
     ("converter.readback_volts_per_unit", 0.1, 1e4),

@@ -13,7 +13,7 @@ pub use table::{Row, Table, Verdict};
 
 use config::{CalibrationError, Config, Effective};
 use devices::{Hardware, require_armable};
-use safety::{Pace, SafetyState};
+use safety::{Pace, SafetyState, Trip};
 
 use console::complaint;
 
@@ -75,13 +75,20 @@ pub fn stops(
     // What the pickup reads is not yet in micrometres.
     unknown.limits.amplitude_um = f64::INFINITY;
     let bench = Effective::uncalibrated(unknown);
-    match measure::measure(&bench, &Extent::Quick, hardware) {
+    match measure::measure(&bench, &Extent::Stops, hardware) {
         Ok(measured) => {
-            if let SafetyState::Tripped { trip } = &measured.safety {
-                table.row("safety", false, trip.to_string());
-            }
             judge::judge_relay(&mut table, config.safety.readback_floor_v, &measured);
-            wiring::judge_stops(&mut table, config, &measured);
+            wiring::judge_wired(&mut table, config, &measured);
+            match &measured.safety {
+                // Nothing is driven that is not read back, and the calibration names the cause.
+                SafetyState::Tripped {
+                    trip: trip @ (Trip::Readback { .. } | Trip::ReadbackMissing),
+                } => table.judged("stops", Verdict::Warning, format!("not exercised: {trip}")),
+                SafetyState::Tripped { trip } => table.row("safety", false, trip.to_string()),
+                SafetyState::Armed | SafetyState::Disarmed => {
+                    wiring::judge_stops(&mut table, config, &measured);
+                }
+            }
         }
         Err(error) => table.row("hardware", false, complaint::lines(&error).join(": ")),
     }

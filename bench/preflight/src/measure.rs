@@ -23,6 +23,7 @@ pub(super) const QUIET_S: f64 = 0.7;
 /// From the tone's start to the first frame that is judged: ramp, plate, demodulator, s.
 const SETTLE_S: f64 = 0.3;
 /// Length of the test, s.
+const STOPS_FROM_S: f64 = 1.1;
 const QUICK_S: f64 = 2.0;
 const WHOLE_S: f64 = 10.7;
 
@@ -131,6 +132,7 @@ pub(super) fn measure(
         relay_sounds: false,
         tone: Some(tone),
         test_s: match extent {
+            Extent::Stops => STOPS_FROM_S,
             Extent::Quick => QUICK_S,
             Extent::Whole { .. } => WHOLE_S,
         },

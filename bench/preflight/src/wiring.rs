@@ -18,10 +18,12 @@ pub(super) fn judge(table: &mut Table, config: &Config, measured: &Measured) {
         };
         table.row("encoder", read, found);
     }
+    judge_wired(table, config, measured);
     judge_stops(table, config, measured);
 }
 
-pub(super) fn judge_stops(table: &mut Table, config: &Config, measured: &Measured) {
+/// Judges which hardware stops are wired.
+pub(super) fn judge_wired(table: &mut Table, config: &Config, measured: &Measured) {
     for (name, line, wired) in [
         ("e-stop", HardwareStop::Estop, measured.estop_wired),
         (
@@ -33,6 +35,10 @@ pub(super) fn judge_stops(table: &mut Table, config: &Config, measured: &Measure
         let (verdict, found) = line_in_words(&config.safety, line, wired);
         table.judged(name, verdict, found);
     }
+}
+
+/// Judges the exercise of the hardware stops.
+pub(super) fn judge_stops(table: &mut Table, config: &Config, measured: &Measured) {
     for (line, wired) in [
         (StopLine::Heartbeat, measured.heartbeat_wired),
         (StopLine::Enable, measured.enable_wired),

@@ -334,8 +334,8 @@ mod tests {
         assert_eq!(rows.sync().unwrap_err().action, "sync");
         assert_eq!(rows.failed, Some(Failed::Sync));
         // A second sync could succeed after the system dropped what it could not write.
-        let path = tempfile::tempdir().unwrap().path().join("a");
-        rows.file = Box::new(File::create_new(path).unwrap());
+        let folder = tempfile::tempdir().unwrap();
+        rows.file = Box::new(File::create_new(folder.path().join("a")).unwrap());
         assert!(rows.sync().is_err());
         assert_eq!(rows.salvage(|_| Vec::new()).unwrap_err().action, "sync");
     }

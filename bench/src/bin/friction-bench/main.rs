@@ -262,6 +262,21 @@ fn require_ready(
     Ok(ready.table)
 }
 
+/// Requires the hardware stops to stop a bench that is about to be calibrated, and prints what they did if not.
+fn require_stops(config: &Config, measure: &cli::Measure) -> anyhow::Result<()> {
+    let attended = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
+    require_estop(config, &measure.hardware, !attended)?;
+    let pace = pace(config, &measure.hardware);
+    let stops = preflight::stops(config, pace, || {
+        Ok(apparatus(config, &measure.hardware, measure.speed, None)?.hardware)
+    });
+    if stops.passed() {
+        return Ok(());
+    }
+    print(stops.to_text())?;
+    anyhow::bail!("the bench cannot be stopped as it must be: nothing was calibrated")
+}
+
 /// Requires a recent press of the e-stop; asks for it unless nobody is there.
 fn require_estop(config: &Config, options: &cli::Hardware, headless: bool) -> anyhow::Result<()> {
     let open = || apparatus(config, options, Speed::Real, None);
@@ -337,18 +352,14 @@ fn calibrate(options: &Calibrate, verbosity: Verbosity) -> anyhow::Result<ExitCo
     let Some(config) = configuration(&measure.hardware, verbosity)? else {
         return Ok(ExitCode::SUCCESS);
     };
-    let open = |config: &Config| apparatus(config, &measure.hardware, measure.speed, None);
     let drives = !matches!(options, Calibrate::Force(_));
-    if drives {
-        let attended = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
-        require_estop(&config, &measure.hardware, !attended)?;
-        let pace = pace(&config, &measure.hardware);
-        let stops = preflight::stops(&config, pace, || Ok(open(&config)?.hardware));
-        if !stops.passed() {
-            print(stops.to_text())?;
-            anyhow::bail!("the bench cannot be stopped as it must be: nothing was calibrated");
+    // Opened once all that was typed is known to be in order.
+    let open = |config: &Config| {
+        if drives {
+            require_stops(config, measure)?;
         }
-    }
+        apparatus(config, &measure.hardware, measure.speed, None)
+    };
     let report = match options {
         Calibrate::Pickup(options) => calibration::pickup(config, options, verbosity, open)?,
         Calibrate::Plate(options) => calibration::plate(config, options, verbosity, open)?,

@@ -46,7 +46,7 @@ pub fn require(
     }
 }
 
-/// Asks for a press of the e-stop, waits for it, and records it.
+/// Asks for a press of the e-stop, waits for it, and records it unless it is simulated.
 ///
 /// # Errors
 /// When there is no e-stop, it cannot be read, or nobody pressed and released it in time.
@@ -76,7 +76,12 @@ pub fn press(config: &Config, options: &cli::Hardware, apparatus: Apparatus) -> 
         }
         std::thread::sleep(Duration::from_millis(10));
     }
-    let line = line_name(config).unwrap_or_else(|| "simulated".to_owned());
+    let line = line_name(config).filter(|_| pace(config, options) == Pace::Card);
+    let Some(line) = line else {
+        // The press of a simulated e-stop proves nothing of a real one, whatever the configuration names.
+        say("The e-stop works. It is simulated: nothing was recorded.");
+        return Ok(());
+    };
     let path = record_path(&calibrate::path(options));
     EstopPress::record(&path, line, SystemClock::start().utc())
         .with_context(|| format!("the press could not be recorded in {}", path.display()))?;

@@ -151,6 +151,6 @@ fn a_press_is_rehearsed_on_the_simulated_bench() {
     for word in ["Press the e-stop now.", "Release it.", "The e-stop works"] {
         assert!(printed.contains(word), "{printed}");
     }
-    let record = std::fs::read_to_string(folder.path().join("estop.toml")).unwrap();
-    assert!(record.contains("line = "), "{record}");
+    // It would count for the real bench that the configuration names.
+    assert!(!folder.path().join("estop.toml").exists());
 }

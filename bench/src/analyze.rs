@@ -1,17 +1,15 @@
 //! `analyze`: recordings to results.
 
-use std::io::{IsTerminal, Write};
-use std::path::Path;
+use std::io::Write;
 
 use anyhow::Context;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::cli::Analyze;
+use crate::outcome::{progress_bar, write_text};
 use crate::verbosity::Verbosity;
 use analysis::published::statistics;
 use analysis::results::Results;
 use analysis::{Analysed, RecordingAnalysis, Settings, analyse, find, tables, write_figures};
-use recording::disk;
 use tui::{escaped, escaped_line};
 
 /// Runs the command. True if every recording could be read; what is wrong with which goes to standard error.
@@ -59,29 +57,6 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
         write!(std::io::stdout(), "{}", escaped(&summary(&analysed)))?;
     }
     Ok(analysed.recordings.iter().all(|r| r.found.is_ok()))
-}
-
-fn progress_bar(recordings: u64, verbosity: Verbosity) -> ProgressBar {
-    let target = if verbosity.shows_progress() && std::io::stderr().is_terminal() {
-        ProgressDrawTarget::stderr()
-    } else {
-        ProgressDrawTarget::hidden()
-    };
-    let bar = ProgressBar::with_draw_target(Some(recordings), target);
-    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} recordings {eta}") {
-        bar.set_style(style);
-    }
-    bar
-}
-
-/// Standard output for `-`, otherwise a file that is whole or not there.
-fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
-    if path == Path::new("-") {
-        // JSON writes it in the same way.
-        std::io::stdout().write_all(escaped(text).as_bytes())?;
-        return Ok(());
-    }
-    disk::replace_file(path, text.as_bytes()).context("cannot write the results")
 }
 
 /// Says what is wrong with a recording. That nobody reads it does not stop the analysis.

@@ -248,7 +248,7 @@ impl<'a> Begun<'a> {
         let config = self.bench.config();
         let notices = config.safety_notices(config.plate.resonance_hz);
         // The page has one line for the title and the step; the report has all the words.
-        let loosened = (!config.safety.loosened().is_empty()).then(|| "limits loosened".to_owned());
+        let loosened = (!config.loosened().is_empty()).then(|| "limits loosened".to_owned());
         let title = [
             Some(format!("calibrate {}", C::NAME)),
             loosened,

@@ -12,6 +12,7 @@ pub mod journal;
 pub mod live_meter;
 pub mod model;
 pub mod monitor;
+mod outcome;
 pub mod privacy;
 pub mod readiness;
 pub mod refit;

@@ -134,12 +134,91 @@ impl Config {
     pub fn safety_notices(&self, carrier_hz: f64) -> Vec<String> {
         [
             self.safety.waiver_in_words(),
-            self.safety.loosened_in_words(),
+            self.loosened_in_words(),
             self.limits.hearing_in_words(carrier_hz),
         ]
         .into_iter()
         .flatten()
         .collect()
+    }
+
+    /// Returns each value on which the safety watch relies and that is looser than its default, as
+    /// `safety.readback_tolerance = 0.4 (default 0.25)`.
+    ///
+    /// ```
+    /// # let text = include_str!("../../bench-template.toml").replace("silence_s = 0.05", "silence_s = 0.1");
+    /// # let config = config::Config::parse(&text, "bench.toml").unwrap();
+    /// assert_eq!(config.loosened(), ["safety.silence_s = 0.1 (default 0.05)"]);
+    /// ```
+    #[must_use]
+    pub fn loosened(&self) -> Vec<String> {
+        let (safety, limits, plate) = (&self.safety, &self.limits, &self.plate);
+        let default = Safety::default();
+        let over = |key, value: f64, default: f64| (key, value, default, value > default);
+        let under = |key, value: f64, default: f64| (key, value, default, value < default);
+        [
+            over(
+                "safety.max_normal_n",
+                safety.max_normal_n,
+                default.max_normal_n,
+            ),
+            over(
+                "safety.max_lateral_n",
+                safety.max_lateral_n,
+                default.max_lateral_n,
+            ),
+            over(
+                "safety.readback_tolerance",
+                safety.readback_tolerance,
+                default.readback_tolerance,
+            ),
+            over(
+                "safety.readback_floor_v",
+                safety.readback_floor_v,
+                default.readback_floor_v,
+            ),
+            over(
+                "safety.loop_latency_s",
+                safety.loop_latency_s,
+                default.loop_latency_s,
+            ),
+            over("safety.silence_s", safety.silence_s, default.silence_s),
+            over(
+                "safety.estop_test_hours",
+                safety.estop_test_hours,
+                default.estop_test_hours,
+            ),
+            over(
+                "limits.amplitude_um",
+                limits.amplitude_um,
+                Limits::default_amplitude_um(),
+            ),
+            over(
+                "limits.surface_c",
+                limits.surface_c,
+                Limits::default_surface_c(),
+            ),
+            over(
+                "plate.heat_capacity_j_per_k",
+                plate.heat_capacity_j_per_k,
+                Plate::default_heat_capacity(),
+            ),
+            over(
+                "plate.heat_loss_w_per_k",
+                plate.heat_loss_w_per_k,
+                Plate::default_heat_loss(),
+            ),
+            under("plate.room_c", plate.room_c, Plate::default_room()),
+        ]
+        .into_iter()
+        .filter(|(_, _, _, loose)| *loose)
+        .map(|(key, value, default, _)| format!("{key} = {value} (default {default})"))
+        .collect()
+    }
+
+    fn loosened_in_words(&self) -> Option<String> {
+        let loosened = self.loosened();
+        (!loosened.is_empty()).then(|| format!("safety limits loosened: {}", loosened.join(", ")))
     }
 
     fn check(&self) -> Result<(), Refused> {

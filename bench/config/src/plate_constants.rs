@@ -20,7 +20,7 @@ pub struct Plate {
     pub length_m: f64,
     /// Position of the plate's centre, m.
     pub centre_m: f64,
-    /// Heat capacity, J/K; 14 J/K by default, that of a glass plate of 105 mm × 22 mm × 3 mm (an assumption).
+    /// Heat capacity, J/K; 14 J/K by default, an assumption: 17 g of glass.
     #[serde(default = "Plate::default_heat_capacity")]
     pub heat_capacity_j_per_k: f64,
     /// Heat that the plate loses to the room, W/K; 0.1 W/K by default (an assumption).
@@ -46,15 +46,15 @@ impl Plate {
         within("plate.room_c", self.room_c, 5.0, 27.0, "°C")
     }
 
-    fn default_heat_capacity() -> f64 {
+    pub(crate) fn default_heat_capacity() -> f64 {
         14.0
     }
 
-    fn default_heat_loss() -> f64 {
+    pub(crate) fn default_heat_loss() -> f64 {
         0.1
     }
 
-    fn default_room() -> f64 {
+    pub(crate) fn default_room() -> f64 {
         25.0
     }
 }

@@ -178,7 +178,7 @@ impl EstopPress {
             path: path.to_owned(),
             source,
         };
-        let text = match std::fs::read_to_string(path) {
+        let text = match files::read_text(path, files::TEXT_LIMIT_BYTES) {
             Ok(text) => text,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
                 return Err(EstopPressError::Never);

@@ -27,6 +27,8 @@ const STOPS_FROM_S: f64 = 1.1;
 const QUICK_S: f64 = 2.0;
 const WHOLE_S: f64 = 10.7;
 
+/// Factor over the silence from which on a tone is read back.
+const STANDS_OUT: f64 = 10.0;
 /// Longest time that the exercise of the hardware stops may take, s.
 const STOPS_S: f64 = 2.0;
 
@@ -85,6 +87,15 @@ impl Measured {
         let before = frames.take_while(|frame| frame.time_s < SILENCE_FROM_S);
         let most_v = before.map(|frame| frame.drive_v.norm()).fold(0.0, f64::max);
         self.enable_wired.then_some(most_v)
+    }
+
+    /// Whether the tone was read back: it stands out of the silence, whatever the gain of the read-back.
+    pub fn tone_is_read_back(&self) -> bool {
+        let level = |frames: &mut dyn Iterator<Item = &ZmFrame>| {
+            frames.map(|frame| frame.drive_v.norm()).fold(0.0, f64::max)
+        };
+        let silence = |frame: &&ZmFrame| frame.time_s > SILENCE_FROM_S;
+        level(&mut self.tone()) > STANDS_OUT * level(&mut self.quiet().filter(silence))
     }
 
     /// Frames of the silence.

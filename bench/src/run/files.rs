@@ -283,7 +283,7 @@ fn recorded_hardware(bench: &Effective, life: &Life) -> manifest::RecordedHardwa
             .waived_by
             .clone()
             .filter(|_| !config.safety.waived.is_empty()),
-        loosened: config.safety.loosened(),
+        loosened: config.loosened(),
         calibration: bench
             .calibration()
             .map(|calibration| manifest::CalibrationReference {

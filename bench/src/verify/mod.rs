@@ -2,16 +2,14 @@
 
 mod table;
 
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::path::Path;
 
-use anyhow::Context;
 use config::{CalibrationFile, CalibrationFileError};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use recording::disk;
 use recording::verify::{self, SessionDefect, StudyFindings};
 
 use crate::cli::Verify;
+use crate::outcome::{progress_bar, write_text};
 use crate::verbosity::Verbosity;
 
 pub use table::trial_words;
@@ -66,26 +64,4 @@ fn edited_calibration(session: &Path) -> Option<SessionDefect> {
         }
         _ => None,
     }
-}
-
-fn progress_bar(recordings: u64, verbosity: Verbosity) -> ProgressBar {
-    let target = if verbosity.shows_progress() && std::io::stderr().is_terminal() {
-        ProgressDrawTarget::stderr()
-    } else {
-        ProgressDrawTarget::hidden()
-    };
-    let bar = ProgressBar::with_draw_target(Some(recordings), target);
-    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} recordings {eta}") {
-        bar.set_style(style);
-    }
-    bar
-}
-
-/// Standard output for `-`, otherwise a file that is whole or not there.
-fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
-    if path == Path::new("-") {
-        std::io::stdout().write_all(text.as_bytes())?;
-        return Ok(());
-    }
-    disk::replace_file(path, text.as_bytes()).context("cannot write the findings")
 }

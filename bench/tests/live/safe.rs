@@ -4,6 +4,7 @@
 use mock_hw::apparatus::FaultPanel;
 use mock_hw::host::Direction;
 use mock_hw::plant::Axis;
+use mock_hw::scenario::Scenario;
 use mock_hw::serial::ForceFault;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -11,7 +12,7 @@ use recording::RecordingReader;
 use safety::{SafetyState, Trip};
 
 use crate::campaign;
-use crate::rig::Rig;
+use crate::rig::{Rig, config};
 
 /// What happens, whether the bench says the right thing of it, and how long it may take, s.
 struct Case {
@@ -130,6 +131,63 @@ const CASES: [Case; 14] = [
         audio_goes_on: true,
     },
 ];
+
+/// What a bench whose description is changed trips on when it is driven.
+fn trips_on(changes: &[(&str, &str)], lay: fn(&mut Rig), within_s: f64) -> Trip {
+    let mut rig = Rig::new(Scenario::default(), config(changes), None);
+    rig.drive();
+    lay(&mut rig);
+    let until_ns = rig.apparatus.now_ns() + (within_s * 1e9) as u64;
+    while rig.apparatus.now_ns() < until_ns {
+        if let SafetyState::Tripped { trip } = rig.tick() {
+            return trip;
+        }
+    }
+    panic!("nothing stopped the drive within {within_s} s")
+}
+
+/// Fault 42.
+#[test]
+fn a_plate_that_moves_or_warms_too_much_stops_the_whole_bench() {
+    // 10 V move the nominal plate by 0.84 µm.
+    let amplitude = [("ramp_s = 0.05", "ramp_s = 0.05\namplitude_um = 0.6")];
+    let trip = trips_on(&amplitude, |_| (), 1.0);
+    let Trip::Amplitude {
+        amplitude_um,
+        limit_um,
+    } = trip
+    else {
+        panic!("{trip}")
+    };
+    assert!(
+        (0.6..0.85).contains(&amplitude_um) && limit_um == 0.6,
+        "{trip}"
+    );
+    // 0.12 W warm a hundredth of a gram of glass by a kelvin in 0.8 s.
+    let heat = [
+        ("ramp_s = 0.05", "ramp_s = 0.05\nsurface_c = 30.0"),
+        (
+            "length_m = 0.105",
+            "length_m = 0.105\nheat_capacity_j_per_k = 0.1\nheat_loss_w_per_k = 0.001\nroom_c = 27.0",
+        ),
+    ];
+    let trip = trips_on(&heat, |_| (), 10.0);
+    let Trip::Warm {
+        surface_c, wait_s, ..
+    } = trip
+    else {
+        panic!("{trip}")
+    };
+    assert!((30.0..30.1).contains(&surface_c) && wait_s > 10.0, "{trip}");
+}
+
+/// Fault 23.
+#[test]
+fn an_axis_beyond_its_stated_range_stops_the_whole_bench() {
+    let range = [("latency_s = 0.0", "latency_s = 0.0\nrange_n = 2.0")];
+    let press = |rig: &mut Rig| rig.apparatus.masses().place(Axis::Normal, 0.25);
+    assert_eq!(trips_on(&range, press, 0.5), Trip::ForceSaturated);
+}
 
 /// Times from a fault, s.
 struct Stop {

@@ -287,7 +287,7 @@ fn looser_limits_are_permitted_in_their_ranges_and_every_file_says_so() {
     let printed = text(&ended);
     assert!(ended.status.success(), "{printed}");
     assert!(
-        printed.contains("readback_tolerance = 0.4 (default 0.25)"),
+        printed.contains("safety.readback_tolerance = 0.4 (default 0.25)"),
         "{printed}"
     );
     let manifest = study.join("sub-01/ses-01/trial-001_attempt-1/recording.toml");
@@ -295,7 +295,7 @@ fn looser_limits_are_permitted_in_their_ranges_and_every_file_says_so() {
         recording::Manifest::parse(&std::fs::read_to_string(manifest).unwrap(), "").unwrap();
     let loosened = manifest.hardware.unwrap().loosened;
     assert!(
-        loosened.contains(&"readback_tolerance = 0.4 (default 0.25)".to_owned()),
+        loosened.contains(&"safety.readback_tolerance = 0.4 (default 0.25)".to_owned()),
         "{loosened:?}"
     );
 }

@@ -95,7 +95,8 @@ pub struct RecordedHardware {
     /// Name of the person who waived them; absent if and only if none is waived.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub waived_by: Option<String>,
-    /// Safety limits that are looser than their defaults, such as `readback_tolerance = 0.4 (default 0.25)`.
+    /// Safety limits that are looser than their defaults, such as `safety.readback_tolerance = 0.4 (default
+    /// 0.25)`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub loosened: Vec<String>,
     /// The calibration in use; absent if and only if `uncalibrated`.

@@ -20,9 +20,9 @@ use analysis::flaw::Flaw;
 use analysis::model_check::quantile;
 use analysis::{Settings, recording_analysis};
 use hound::{SampleFormat, WavSpec, WavWriter};
-use mock_hw::person::FingerState;
-use mock_hw::plant::Plant;
-use mock_hw::scenario::Scenario;
+use mock_world::person::FingerState;
+use mock_world::plant::Plant;
+use mock_world::scenario::Scenario;
 use num_complex::Complex64;
 use protocols::Validity;
 

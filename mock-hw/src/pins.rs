@@ -21,8 +21,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use embedded_hal::digital::{Error, ErrorKind, ErrorType, InputPin, OutputPin};
 
-use crate::scenario::Scenario;
 use crate::world_clock::{Pace, WorldClock};
+use mock_world::scenario::Scenario;
 
 /// Latency of the encoder in real time, ns: the simulation advances in bursts, and a reader faster than them must still
 /// see every state.

@@ -1,8 +1,8 @@
 //! Software between the program and the sound card that changes samples without reporting it: a resampler, a wrong
 //! order of channels, a channel that falls behind.
 
-use crate::plant::reconstruction::kaiser_sinc;
-use crate::scenario::{ChannelSlip, SoundLayerTable};
+use mock_world::plant::kaiser_sinc;
+use mock_world::scenario::{ChannelSlip, SoundLayerTable};
 
 /// Number of zero crossings of the interpolation kernel to either side.
 const CROSSINGS: f64 = 32.0;

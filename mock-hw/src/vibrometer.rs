@@ -6,9 +6,9 @@ use std::path::Path;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::run_truth::TruthSample;
-use crate::seed;
 use crate::serial::SerialLine;
+use mock_world::run_truth::TruthSample;
+use mock_world::seed;
 
 /// Number of truth samples, one a millisecond, that one line averages: 100 lines a second.
 const SAMPLES_PER_LINE: usize = 10;

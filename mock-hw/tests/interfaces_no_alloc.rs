@@ -5,9 +5,9 @@ use cpal::traits::{DeviceTrait, HostTrait, StreamTrait};
 use cpal::{BufferSize, Data, DeviceId, HostId, SampleFormat, StreamConfig};
 use mock_hw::apparatus::{Apparatus, ApparatusConfig};
 use mock_hw::host::{BENCH_ID, SPEAKERS_ID};
-use mock_hw::person::{Instruction, Percept};
-use mock_hw::scenario::Scenario;
 use mock_hw::world_clock::Pace;
+use mock_world::person::{Instruction, Percept};
+use mock_world::scenario::Scenario;
 
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;

@@ -2,7 +2,7 @@
 #![cfg(unix)]
 
 use mock_hw::apparatus::{Outboard, Timetable};
-use mock_hw::scenario::Scenario;
+use mock_world::scenario::Scenario;
 
 #[test]
 fn the_timetable_begins_with_the_drive_and_ends_with_it() {

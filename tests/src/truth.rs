@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use config::CalibrationFile;
-use mock_hw::scenario::Scenario;
+use mock_world::scenario::Scenario;
 use num_complex::Complex64;
 
 /// The skin as simulated, averaged over the time that the finger slides.

@@ -1,7 +1,7 @@
 //! Forces stand where they acted on the audio clock, whatever the sensor's own clock, its bursts, and a computer that is late
 //! (FAULTS.md, row 24).
 
-use mock_hw::scenario::Scenario;
+use mock_world::scenario::Scenario;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use safety::SafetyState;

@@ -1,7 +1,7 @@
 //! A serial port that is open is nobody else's (FAULTS.md, row 34).
 
 use devices::force::open_port;
-use mock_hw::scenario::Scenario;
+use mock_world::scenario::Scenario;
 
 use crate::rig::{Rig, apparatus, config};
 

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use impedance::Mask;
-use mock_hw::plant::Axis;
-use mock_hw::scenario::Scenario;
 use mock_hw::serial::ForceFault;
+use mock_world::plant::Axis;
+use mock_world::scenario::Scenario;
 use protocols::Validity;
 use recording::RecordingReader;
 use recording::manifest::EventKind;

@@ -1,6 +1,6 @@
 //! A loaded computer takes the processor away between a look at the clock and the reading of what has arrived (FAULTS.md, row 24).
 
-use mock_hw::scenario::Scenario;
+use mock_world::scenario::Scenario;
 use recording::ForceRow;
 
 use crate::rig::{Rig, config};

@@ -3,9 +3,9 @@
 
 use mock_hw::apparatus::FaultPanel;
 use mock_hw::host::Direction;
-use mock_hw::plant::Axis;
-use mock_hw::scenario::Scenario;
 use mock_hw::serial::ForceFault;
+use mock_world::plant::Axis;
+use mock_world::scenario::Scenario;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use recording::RecordingReader;

@@ -1,7 +1,7 @@
 //! A disk that stalls for seconds stops neither the audio nor the recording (FAULTS.md, row 27).
 
 use crate::rig::{CHANNELS, Level, RATE_HZ, Rig, config, samples};
-use mock_hw::scenario::Scenario;
+use mock_world::scenario::Scenario;
 
 /// Fault 27.
 /// Hazard 14.

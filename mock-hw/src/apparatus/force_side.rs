@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::apparatus_error::ApparatusError;
-use crate::plant::SensorSample;
-use crate::scenario::ForceSensorTable;
 use crate::serial::{DeviceStart, ForceDevice, ForceFault, SerialLine};
+use mock_world::plant::SensorSample;
+use mock_world::scenario::ForceSensorTable;
 
 /// The force sensor's device and its serial line.
 #[derive(Clone)]

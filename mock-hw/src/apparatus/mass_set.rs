@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::plant::{Axis, Plant};
+use mock_world::plant::{Axis, Plant};
 
 /// A change of the masses that was asked for.
 #[derive(Debug, Clone, Copy)]

@@ -7,10 +7,10 @@ use std::path::PathBuf;
 
 use super::apparatus_error::ApparatusError;
 use super::force_side::ForceSide;
-use crate::person::FingerState;
-use crate::plant::Plant;
-use crate::scenario::Scenario;
 use crate::serial::DeviceStart;
+use mock_world::person::FingerState;
+use mock_world::plant::Plant;
+use mock_world::scenario::Scenario;
 
 /// Generator output above this counts as drive, full scale 1.
 const DRIVEN: f32 = 1e-3;

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::plant::InputWiring;
+use mock_world::plant::InputWiring;
 
 /// Handle that connects the cables of the inputs; any thread may hold a clone and reconnect them during a run.
 #[derive(Debug, Clone, Default)]

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::person::Percept;
+use mock_world::person::Percept;
 
 /// Handle that shows percepts to the simulated person; any thread may hold a clone.
 #[derive(Debug, Clone, Default)]
@@ -31,7 +31,7 @@ impl Senses {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::person::Cue;
+    use mock_world::person::Cue;
 
     #[test]
     fn a_cue_is_heard_once_and_never_overwritten_by_silence() {

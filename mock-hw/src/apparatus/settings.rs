@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use crate::scenario::Scenario;
 use crate::serial::DeviceStart;
 use crate::world_clock::Pace;
+use mock_world::scenario::Scenario;
 
 /// What apparatus to simulate, and how.
 #[derive(Debug, Clone)]

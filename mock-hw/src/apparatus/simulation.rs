@@ -38,7 +38,7 @@ enum Driver {
 /// ```
 /// use cpal::traits::{DeviceTrait, HostTrait};
 /// use mock_hw::apparatus::{Apparatus, ApparatusConfig, ApparatusError};
-/// use mock_hw::scenario::built_in;
+/// use mock_world::scenario::built_in;
 /// use mock_hw::world_clock::Pace;
 ///
 /// let scenario = built_in("nominal").expect("a built-in scenario");

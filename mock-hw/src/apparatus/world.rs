@@ -9,16 +9,16 @@ use super::mass_set::MassSet;
 use super::patchbay::Patchbay;
 use super::senses::Senses;
 use super::settings::ApparatusConfig;
-use crate::fingertip::Fingertip;
 use crate::host::SoundCards;
-use crate::person::Person;
 use crate::pins::PinBoard;
-use crate::plant::Plant;
-use crate::run_truth::TruthWriter;
-use crate::scenario::SoundLayerTable;
 use crate::sound_layer::SoundLayer;
 use crate::vibrometer::Vibrometer;
 use crate::world_clock::{BASE_RATE_HZ, WorldClock};
+use mock_world::fingertip::Fingertip;
+use mock_world::person::Person;
+use mock_world::plant::Plant;
+use mock_world::run_truth::TruthWriter;
+use mock_world::scenario::SoundLayerTable;
 
 /// Everything simulated, and what it shares with the bench.
 pub(super) struct World {

@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 use clap::Parser;
 use jack::{AsyncClient, AudioIn, AudioOut, Client, ClientOptions, Control, PortFlags};
 use mock_hw::apparatus::{Outboard, Timetable};
-use mock_hw::scenario::Scenario;
+use mock_world::scenario::Scenario;
 
 /// Time without a period after which the server counts as stopped.
 const SILENCE: Duration = Duration::from_secs(2);

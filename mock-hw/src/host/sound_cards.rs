@@ -6,8 +6,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use cpal::{ErrorKind, SampleFormat};
 
 use super::stream::{InputStream, OutputStream, Track};
-use crate::scenario::{self, ConverterTable};
 use crate::world_clock::{BASE_RATE_HZ, WorldClock};
+use mock_world::scenario::{self, ConverterTable};
 
 /// Id of the bench's converter.
 pub const BENCH_ID: &str = "sim";

@@ -6,9 +6,9 @@ use std::io::Write;
 use crc::{CRC_16_IBM_3740, Crc};
 use rand::RngExt;
 
-use crate::plant::SensorSample;
-use crate::scenario::{ForceProtocol, ForceSensorTable};
-use crate::seed;
+use mock_world::plant::SensorSample;
+use mock_world::scenario::{ForceProtocol, ForceSensorTable};
+use mock_world::seed;
 
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 /// Version of the frame format.

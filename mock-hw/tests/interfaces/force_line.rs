@@ -3,9 +3,9 @@
 use std::io::{ErrorKind, Read};
 
 use mock_hw::apparatus::{Apparatus, ApparatusConfig};
-use mock_hw::scenario::{ForceProtocol, Scenario};
 use mock_hw::serial::{DeviceStart, ForceFault};
 use mock_hw::world_clock::Pace;
+use mock_world::scenario::{ForceProtocol, Scenario};
 
 use crate::streams::{open_force_port, pass, read_available, stepped};
 

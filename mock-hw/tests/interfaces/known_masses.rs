@@ -1,7 +1,7 @@
 //! Known masses, as read from the force sensor's serial line.
 
-use mock_hw::plant::Axis;
-use mock_hw::scenario::Scenario;
+use mock_world::plant::Axis;
+use mock_world::scenario::Scenario;
 
 use crate::force_line::frames;
 use crate::streams::{open_force_port, pass, read_available, stepped};

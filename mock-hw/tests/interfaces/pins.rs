@@ -2,8 +2,8 @@ use embedded_hal::digital::{InputPin, OutputPin};
 use mock_hw::apparatus::{Apparatus, ApparatusConfig, FaultPanel};
 use mock_hw::host::BENCH_ID;
 use mock_hw::pins::PinError;
-use mock_hw::scenario::Scenario;
 use mock_hw::world_clock::Pace;
+use mock_world::scenario::Scenario;
 
 use crate::streams::{amplitude_at, device, pass, play_sine, record, stepped, stream_config};
 

@@ -5,8 +5,8 @@ use cpal::traits::{DeviceTrait, HostTrait, StreamTrait};
 use cpal::{BufferSize, Data, ErrorKind, SampleFormat};
 use mock_hw::apparatus::ApparatusConfig;
 use mock_hw::host::{BENCH_ID, Direction, SPEAKERS_ID, SPEAKERS_RATE_HZ};
-use mock_hw::scenario::Scenario;
 use mock_hw::world_clock::Pace;
+use mock_world::scenario::Scenario;
 
 use crate::streams::{amplitude_at, device, pass, play_sine, record, stepped, stream_config};
 

@@ -6,8 +6,8 @@ use std::time::Duration;
 use cpal::traits::{DeviceTrait, HostTrait, StreamTrait};
 use cpal::{BufferSize, Data, DeviceId, HostId, SampleFormat, StreamConfig};
 use mock_hw::apparatus::{Apparatus, ApparatusConfig};
-use mock_hw::scenario::Scenario;
 use mock_hw::world_clock::Pace;
+use mock_world::scenario::Scenario;
 use serialport::SerialPort;
 
 pub fn stepped(scenario: Scenario, seed: u64) -> Apparatus {

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use mock_hw::scenario::Scenario;
+use mock_world::scenario::Scenario;
 
 use crate::streams::{pass, read_available, stepped};
 

@@ -1,9 +1,9 @@
 use embedded_hal::digital::InputPin;
 use mock_hw::apparatus::{Apparatus, ApparatusConfig, ApparatusError};
 use mock_hw::host::BENCH_ID;
-use mock_hw::person::{Instruction, Percept};
-use mock_hw::scenario::Scenario;
 use mock_hw::world_clock::Pace;
+use mock_world::person::{Instruction, Percept};
+use mock_world::scenario::Scenario;
 
 use crate::force_line::frames;
 use crate::streams::{

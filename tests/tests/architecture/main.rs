@@ -42,7 +42,7 @@ const HARDWARE: [&str; 6] = [
     "rppal",
 ];
 /// Packages that stand in for hardware and people, or test the whole.
-const AROUND: [&str; 2] = ["mock-hw", "bench-tests"];
+const AROUND: [&str; 3] = ["mock-world", "mock-hw", "bench-tests"];
 
 fn architecture() -> String {
     std::fs::read_to_string(workspace().join("ARCHITECTURE.md")).unwrap()
@@ -207,7 +207,13 @@ fn the_simulated_apparatus_and_the_gpio_libraries_are_named_by_the_binary_alone(
         let files = survey(root).unwrap().files;
         binary.extend(files.iter().map(|file| short(file)));
     }
-    for name in ["mock_hw", "rppal", "gpiocdev", "gpiocdev_embedded_hal"] {
+    for name in [
+        "mock_world",
+        "mock_hw",
+        "rppal",
+        "gpiocdev",
+        "gpiocdev_embedded_hal",
+    ] {
         let files = having(program_files(), &[&format!("{name}::")]);
         assert!(!files.is_empty(), "nothing uses {name}");
         for file in files {
@@ -216,9 +222,10 @@ fn the_simulated_apparatus_and_the_gpio_libraries_are_named_by_the_binary_alone(
         }
     }
     for Package { name, uses, .. } in all() {
+        let simulates = uses.contains("mock-hw") || uses.contains("mock-world");
         assert!(
-            !uses.contains("mock-hw") || ["friction-bench", "bench-tests"].contains(&name.as_str()),
-            "{name} uses mock-hw"
+            !simulates || ["mock-hw", "friction-bench", "bench-tests"].contains(&name.as_str()),
+            "{name} uses the simulated apparatus"
         );
     }
 }
@@ -246,8 +253,9 @@ fn the_wall_clock_is_read_in_one_place_and_asked_by_those_who_write_dates() {
         "UtcDateTime",
         "chrono::",
     ];
-    let simulated = rust_files(&package("mock-hw").source()).unwrap();
-    let files = having([program_files(), simulated].concat(), &readers);
+    let simulated =
+        ["mock-hw", "mock-world"].map(|name| rust_files(&package(name).source()).unwrap());
+    let files = having([program_files(), simulated.concat()].concat(), &readers);
     let [clock] = &files[..] else {
         panic!("the wall clock is read in {files:?}");
     };

@@ -17,7 +17,7 @@ use bench_tests::recorded::interrupted_in_good_order;
 use bench_tests::running::until;
 use bench_tests::session::{SessionFolder, config_with, finish, text};
 use config::CalibrationFile;
-use mock_hw::scenario::built_in;
+use mock_world::scenario::built_in;
 use recording::study::LOCK_FILE;
 use recording::study::event_log::ExitStatus;
 use rustix::process::{Pid, Signal, kill_process};

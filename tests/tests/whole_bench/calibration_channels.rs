@@ -263,7 +263,7 @@ fn a_measured_match_narrows_the_plates_intervals_and_they_hold() {
         room.succeed("channels");
         room.succeed("pickup");
         let plate = room.succeed("plate").1.plate.unwrap();
-        let truth = mock_hw::scenario::Scenario::parse(scenario, "scenario")
+        let truth = mock_world::scenario::Scenario::parse(scenario, "scenario")
             .unwrap()
             .realised(seed);
         let omega = truth.plate.omega_rad_per_s();

@@ -14,7 +14,7 @@ use bench_tests::session::{SessionFolder, demo_with, finish, text};
 use bench_tests::truth::Bench;
 use config::CalibrationFile;
 use config::MeasuredForce;
-use mock_hw::scenario::Scenario;
+use mock_world::scenario::Scenario;
 use rayon::prelude::*;
 
 /// An unknown sensor: gains ± 20 %, crosstalk ± 5 %, offsets ± 0.3 N, drift ± 5 mN/min, wander, a pulley that keeps up to

@@ -15,10 +15,10 @@ use mock_hw::apparatus::{
     Apparatus as SimulatedApparatus, ApparatusClock, ApparatusConfig, FaultPanel, MassSet,
     Patchbay, Senses,
 };
-use mock_hw::person::{Cue, Instruction, Percept};
-use mock_hw::plant::{Axis, InputWiring};
-use mock_hw::scenario::{ForceProtocol, Scenario, ScenarioError, built_in};
 use mock_hw::world_clock::Pace;
+use mock_world::person::{Cue, Instruction, Percept};
+use mock_world::plant::{Axis, InputWiring};
+use mock_world::scenario::{ForceProtocol, Scenario, ScenarioError, built_in};
 use safety::{input, output};
 use tasks::{Clock, Pacer, Schedule, SystemClock, later};
 

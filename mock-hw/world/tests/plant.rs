@@ -3,10 +3,10 @@
 
 use std::f64::consts::TAU;
 
-use mock_hw::person::FingerState;
-use mock_hw::plant::{InputWiring, Plant};
-use mock_hw::run_truth::{TruthConstants, TruthSample};
-use mock_hw::scenario::{FilmTable, ParticipantTable, Scenario};
+use mock_world::person::FingerState;
+use mock_world::plant::{InputWiring, Plant};
+use mock_world::run_truth::{TruthConstants, TruthSample};
+use mock_world::scenario::{FilmTable, ParticipantTable, Scenario};
 use nalgebra::{Complex, Matrix3, Vector3};
 
 type C = Complex<f64>;

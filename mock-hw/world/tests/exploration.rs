@@ -2,10 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use mock_hw::person::{Instruction, Percept, Person};
-use mock_hw::plant::{Plant, SensorSample};
-use mock_hw::run_truth::TruthSample;
-use mock_hw::scenario::{Scenario, built_in};
+use mock_world::person::{Instruction, Percept, Person};
+use mock_world::plant::{Plant, SensorSample};
+use mock_world::run_truth::TruthSample;
+use mock_world::scenario::{Scenario, built_in};
 
 const RATE_HZ: f64 = 192e3;
 const PERIOD: usize = 384;

@@ -22,14 +22,14 @@ impl Fingertip {
     /// Draws the fingertip of `seed`; pinned values replace drawn ones.
     ///
     /// ```
-    /// use mock_hw::fingertip::Fingertip;
-    /// use mock_hw::scenario::built_in;
+    /// use mock_world::fingertip::Fingertip;
+    /// use mock_world::scenario::built_in;
     ///
     /// let pinned = built_in("nominal")?.participant;
     /// assert_eq!(Fingertip::draw(&pinned, 1), Fingertip::draw(&pinned, 2));
     /// let drawn = built_in("population")?.participant;
     /// assert_ne!(Fingertip::draw(&drawn, 1), Fingertip::draw(&drawn, 2));
-    /// # Ok::<(), mock_hw::scenario::ScenarioError>(())
+    /// # Ok::<(), mock_world::scenario::ScenarioError>(())
     /// ```
     ///
     /// σ_t and Z_t are normal, truncated to physical values; μ0 has the published Spearman correlation ρ_S with Im Z_t

@@ -1,7 +1,7 @@
 //! The virtual participant follows the screen as a person would: late, imprecisely, and learning.
 
-use mock_hw::person::{Act, Cue, Instruction, Percept, Person};
-use mock_hw::scenario::{BehaviourTable, ParticipantTable};
+use mock_world::person::{Act, Cue, Instruction, Percept, Person};
+use mock_world::scenario::{BehaviourTable, ParticipantTable};
 
 const DT_S: f64 = 2e-3;
 const START_M: f64 = 0.01;

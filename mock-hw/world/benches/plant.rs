@@ -2,9 +2,9 @@
 #![allow(missing_docs, reason = "criterion_group! makes public items")]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use mock_hw::person::FingerState;
-use mock_hw::plant::Plant;
-use mock_hw::scenario::Scenario;
+use mock_world::person::FingerState;
+use mock_world::plant::Plant;
+use mock_world::scenario::Scenario;
 
 const RATE_HZ: f64 = 192e3;
 const PERIOD: usize = 1024;

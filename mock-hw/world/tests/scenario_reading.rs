@@ -1,6 +1,6 @@
 //! Scenarios are read strictly, survive writing, are found by name and draw their constants by seed.
 
-use mock_hw::scenario::{
+use mock_world::scenario::{
     ChannelSlip, ParticipantTable, Scenario, ScenarioError, SoundLayerTable, built_in,
     built_in_names,
 };

@@ -7,21 +7,32 @@ use rand_chacha::ChaCha8Rng;
 ///
 /// The numbers of the streams are part of every seeded result: new ones go to the end.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Stream {
+pub enum Stream {
+    /// When callbacks come.
     Jitter = 1,
+    /// The skin of a person.
     Fingertip,
+    /// How the skin changes over a session.
     Moisture,
+    /// Noise of the converter.
     ConverterNoise,
+    /// Noise of the force sensor.
     ForceNoise,
+    /// What the person does.
     Person,
+    /// Where the counters of the force sensor begin.
     ForceCounters,
+    /// Errors of the vibrometer.
     Vibrometer,
+    /// Slow drift of the force sensor.
     ForceWander,
+    /// Errors of the known masses.
     Masses,
 }
 
 /// Returns the generator of one stream of `seed`.
-pub(crate) fn stream(seed: u64, stream: Stream) -> ChaCha8Rng {
+#[must_use]
+pub fn stream(seed: u64, stream: Stream) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(stream as u64);
     rng

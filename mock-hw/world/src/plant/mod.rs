@@ -13,7 +13,7 @@ mod known_masses;
 mod mechanics;
 mod moisture;
 mod patch;
-pub(crate) mod reconstruction;
+mod reconstruction;
 mod squeeze_film;
 #[cfg(test)]
 mod tests;
@@ -27,6 +27,7 @@ use mechanics::{Modes, PlateState, Propagator, SkinContact, Tissue};
 use moisture::Moisture;
 pub use patch::InputWiring;
 use patch::Patch;
+pub use reconstruction::kaiser_sinc;
 use reconstruction::{History, Polynomial, Reconstruction, evaluate};
 use squeeze_film::SqueezeFilm;
 
@@ -53,9 +54,9 @@ const TRUTH_STEP_S: f64 = 1e-3;
 /// The simulated apparatus without its interfaces.
 ///
 /// ```
-/// use mock_hw::person::FingerState;
-/// use mock_hw::plant::Plant;
-/// use mock_hw::scenario::Scenario;
+/// use mock_world::person::FingerState;
+/// use mock_world::plant::Plant;
+/// use mock_world::scenario::Scenario;
 ///
 /// let mut plant = Plant::new(&Scenario::default(), 1, 192e3);
 /// let drive: Vec<f32> = (0..1_920)

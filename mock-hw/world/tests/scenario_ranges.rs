@@ -1,7 +1,7 @@
 //! The range of every number in a scenario file: both ends are accepted, what lies beyond them is not.
 #![expect(clippy::unwrap_used, reason = "a failing test should panic")]
 
-use mock_hw::scenario::{Scenario, ScenarioError};
+use mock_world::scenario::{Scenario, ScenarioError};
 
 /// Dotted path of a key, and the least and greatest number that it accepts.
 const RANGES: &[(&str, f64, f64)] = &[

@@ -4,11 +4,11 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use mock_hw::fingertip::Fingertip;
-use mock_hw::person::FingerState;
-use mock_hw::plant::Plant;
-use mock_hw::run_truth::TruthWriter;
-use mock_hw::scenario::{Scenario, built_in_names};
+use mock_world::fingertip::Fingertip;
+use mock_world::person::FingerState;
+use mock_world::plant::Plant;
+use mock_world::run_truth::TruthWriter;
+use mock_world::scenario::{Scenario, built_in_names};
 
 fn shipped(name: &str) -> Scenario {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -26,7 +26,7 @@ const BUILT_IN: [(&str, &str); 7] = [
 /// Returns the names of the built-in scenarios.
 ///
 /// ```
-/// assert!(mock_hw::scenario::built_in_names().contains(&"nominal"));
+/// assert!(mock_world::scenario::built_in_names().contains(&"nominal"));
 /// ```
 #[must_use]
 pub fn built_in_names() -> [&'static str; BUILT_IN.len()] {
@@ -39,7 +39,7 @@ pub fn built_in_names() -> [&'static str; BUILT_IN.len()] {
 /// [`ScenarioError::UnknownName`], with the names of all built-in scenarios and the one most like `name`.
 ///
 /// ```
-/// use mock_hw::scenario::{ScenarioError, built_in};
+/// use mock_world::scenario::{ScenarioError, built_in};
 ///
 /// assert_eq!(built_in("nominal")?.participant.mu0, Some(0.8));
 /// let error = built_in("nominl").unwrap_err();

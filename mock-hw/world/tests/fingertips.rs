@@ -1,7 +1,7 @@
 //! Fingertips have the published moments and correlation, and pinned values hold.
 
-use mock_hw::fingertip::Fingertip;
-use mock_hw::scenario::ParticipantTable;
+use mock_world::fingertip::Fingertip;
+use mock_world::scenario::ParticipantTable;
 
 fn ranks(values: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..values.len()).collect();

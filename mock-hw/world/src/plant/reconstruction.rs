@@ -160,7 +160,8 @@ fn windowed_sinc(t: f64) -> f64 {
 }
 
 /// Returns sinc(t) under a Kaiser window that ends at ±`half`; sidelobes are below 1e-5.
-pub(crate) fn kaiser_sinc(t: f64, half: f64) -> f64 {
+#[must_use]
+pub fn kaiser_sinc(t: f64, half: f64) -> f64 {
     if t.abs() >= half {
         return 0.0;
     }

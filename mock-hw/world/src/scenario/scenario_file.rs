@@ -21,7 +21,7 @@ use crate::seed;
 /// A simulated bench with its participant: the truth, which may differ from what the bench assumes.
 ///
 /// ```
-/// use mock_hw::scenario::{Scenario, ScenarioError};
+/// use mock_world::scenario::{Scenario, ScenarioError};
 ///
 /// let scenario = Scenario::parse("[participant]\nmu0 = 0.9\n", "soft-skin.toml")?;
 /// assert_eq!(scenario.participant.mu0, Some(0.9));

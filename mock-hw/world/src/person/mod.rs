@@ -35,8 +35,8 @@ const IMPATIENCE_S: f64 = 2.0;
 /// One simulated participant.
 ///
 /// ```
-/// use mock_hw::person::{Instruction, Percept, Person};
-/// use mock_hw::scenario::Scenario;
+/// use mock_world::person::{Instruction, Percept, Person};
+/// use mock_world::scenario::Scenario;
 ///
 /// let mut person = Person::draw(&Scenario::default().participant, 1);
 /// let percept = Percept {

@@ -9,6 +9,7 @@ mod alignment;
 mod campaign;
 mod exclusive;
 mod flags;
+mod freezes;
 mod held_up;
 mod rig;
 mod safe;

@@ -152,7 +152,15 @@ impl Rig {
         config: Config,
         encoder: Option<[Box<dyn InputLine>; 2]>,
     ) -> Self {
-        let mut apparatus = apparatus(scenario);
+        Self::on(apparatus(scenario), config, encoder)
+    }
+
+    /// A plate of `apparatus` at rest.
+    pub fn on(
+        mut apparatus: Apparatus,
+        config: Config,
+        encoder: Option<[Box<dyn InputLine>; 2]>,
+    ) -> Self {
         let pins = apparatus.pins().unwrap();
         let lines = Lines {
             encoder,
@@ -231,6 +239,14 @@ impl Rig {
             self.warnings.extend(batch.warnings);
         }
         Ok(safety)
+    }
+
+    /// Lets time pass for the apparatus alone: the program is frozen.
+    pub fn freeze(&mut self, seconds: f64) {
+        let until_ns = self.apparatus.now_ns() + (seconds * 1e9) as u64;
+        while self.apparatus.now_ns() < until_ns {
+            self.apparatus.step().unwrap();
+        }
     }
 
     /// At every so many ticks all tasks are held up for `by_ns` between looking at the clock and all else.

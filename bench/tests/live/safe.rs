@@ -227,7 +227,7 @@ impl Case {
 }
 
 /// Median, 99th percentile and greatest of some times, in ms.
-fn quantiles_ms(mut times_s: Vec<f64>) -> String {
+pub fn quantiles_ms(mut times_s: Vec<f64>) -> String {
     times_s.sort_by(f64::total_cmp);
     let at = |share: f64| 1e3 * times_s[((times_s.len() - 1) as f64 * share).round() as usize];
     format!("{:.1} / {:.1} / {:.1} ms", at(0.5), at(0.99), at(1.0))

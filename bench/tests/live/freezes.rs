@@ -1,0 +1,107 @@
+//! A program that is frozen while the plate is driven: the one-shot at the amplifier takes the enable off, whatever the sound card
+//! does with what it was given last (FAULTS.md, row 7).
+
+use std::path::Path;
+
+use mock_hw::apparatus::{Apparatus, ApparatusConfig};
+use mock_hw::host::Direction;
+use mock_hw::world_clock::Pace;
+use mock_world::scenario::Scenario;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use safety::SafetyState;
+
+use crate::campaign;
+use crate::rig::{Rig, config};
+use crate::safe::quantiles_ms;
+
+const FROZEN_S: f64 = 0.5;
+/// The one-shot may take as long as the row says.
+const ENABLE_S: f64 = 0.1;
+/// The plate rings down to a hundredth in 5 time constants of 2 Q/omega, with Q = 200 at 35 kHz; the truth has a sample a millisecond.
+const RING_DOWN_S: f64 = 0.012;
+
+/// When the program was frozen, true time in s.
+struct Freeze {
+    at_s: f64,
+    card_plays_on: bool,
+}
+
+/// True times and amplitudes.
+fn amplitudes(folder: &Path) -> Vec<(f64, f64)> {
+    let series = std::fs::read_to_string(folder.join("truth.csv")).unwrap();
+    let rows = series.lines().skip(1).map(|line| {
+        let cell = |column| line.split(',').nth(column).unwrap().parse().unwrap();
+        (cell(0), cell(13))
+    });
+    rows.collect()
+}
+
+/// Fault 7.
+/// Hazard 15.
+#[test]
+fn a_program_frozen_at_random_moments_leaves_the_plate_at_rest_within_a_tenth_of_a_second() {
+    let count = campaign::repeats("FRICTION_BENCH_FREEZES", 6);
+    let folder = tempfile::tempdir().unwrap();
+    let apparatus = Apparatus::new(ApparatusConfig {
+        truth_path: Some(folder.path().to_owned()),
+        ..ApparatusConfig::new(Scenario::default(), 1, Pace::Stepped)
+    });
+    let config = config(&[("silence_s = 0.25", "silence_s = 0.05")]);
+    let mut rig = Rig::on(apparatus.unwrap(), config, None);
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let mut freezes = Vec::new();
+    let halt = |rig: &Rig, halted| {
+        for side in [Direction::Input, Direction::Output] {
+            rig.apparatus.faults().halt_audio(side, halted);
+        }
+    };
+    for number in 0..count {
+        rig.drive();
+        rig.pass(rng.random_range(0.25..0.5));
+        assert!(rig.bench.drive.sounds());
+        // As a card that repeats its buffer, and as one that stops with the program.
+        let card_plays_on = number % 2 == 0;
+        freezes.push(Freeze {
+            at_s: rig.apparatus.now_ns() as f64 * 1e-9,
+            card_plays_on,
+        });
+        halt(&rig, !card_plays_on);
+        rig.freeze(FROZEN_S);
+        halt(&rig, false);
+
+        for _ in 0..600 {
+            rig.tick();
+        }
+        let state = rig.tick();
+        assert!(matches!(state, SafetyState::Tripped { .. }), "{state:?}");
+        assert!(!rig.bench.drive.sounds(), "drives by itself");
+        rig.bench.drive.rearm();
+        rig.pass(0.1);
+    }
+
+    let Rig { apparatus, .. } = rig;
+    apparatus.finish().unwrap();
+    let truth = amplitudes(folder.path());
+    let to_rest = freezes.iter().map(|freeze| {
+        let during =
+            |&&(t_s, _): &&(f64, f64)| (freeze.at_s..freeze.at_s + FROZEN_S).contains(&t_s);
+        let driven = truth.iter().rfind(|(t_s, _)| *t_s < freeze.at_s).unwrap().1;
+        assert!(driven > 0.5e-6, "{driven} m");
+        let moving = |&&(_, amplitude): &&(f64, f64)| amplitude > 0.01 * driven;
+        let last = truth.iter().filter(during).filter(moving).next_back();
+        let rest_s = last.map_or(0.0, |(t_s, _)| t_s - freeze.at_s);
+        assert!(rest_s < ENABLE_S + RING_DOWN_S, "moves for {rest_s} s");
+        assert!(
+            rest_s > 0.02 || !freeze.card_plays_on,
+            "the card that plays on was not what the one-shot stopped: {rest_s} s"
+        );
+        rest_s
+    });
+    let to_rest = to_rest.collect();
+    let text = format!(
+        "median / 99 % / worst: plate at rest {}",
+        quantiles_ms(to_rest)
+    );
+    campaign::found("stop: program frozen", count, &text);
+}

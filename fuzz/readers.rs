@@ -3,12 +3,18 @@
 //!
 //! Included by the targets beside it and by `bench/tests/fuzz_seeds.rs`, which replays the seeds.
 
-use std::io::Cursor;
-use std::path::Path;
+use std::cell::RefCell;
+use std::io::{Cursor, ErrorKind, Read};
+use std::path::{Path, PathBuf};
 
+use calibration::known::{Instrument, read_table};
 use config::{CalibrationFile, Config, ForceProtocol};
+use devices::estop_press::EstopPress;
 use devices::force::{ForceSample, decoder};
+use jiff::Timestamp;
+use mock_world::scenario::Scenario;
 use protocols::Protocol;
+use recording::study::event_log;
 use recording::wav::{AudioFormat, WavReader, header};
 use recording::{
     FORCE_FILE, MANIFEST_FILE, Manifest, POSITION_FILE, RecordingReader, SIGNALS_FILE,
@@ -144,8 +150,91 @@ fn force_line(protocol: ForceProtocol, bytes: &[u8]) -> bool {
     !samples.is_empty()
 }
 
+/// A serial port with so many bytes a read.
+struct Port {
+    bytes: Cursor<Vec<u8>>,
+    cut: usize,
+}
+
+impl Read for Port {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let length = buffer.len().min(self.cut);
+        match self.bytes.read(&mut buffer[..length])? {
+            0 => Err(ErrorKind::WouldBlock.into()),
+            n => Ok(n),
+        }
+    }
+}
+
+/// Bytes of a vibrometer's line, the first of them choosing how the rest is cut: the cut does not matter, amplitudes are numbers.
+pub fn vibrometer(bytes: &[u8]) -> bool {
+    let Some((&cut, bytes)) = bytes.split_first() else {
+        return false;
+    };
+    let listen = |cut: usize| {
+        let mut heard = Vec::new();
+        let port = Port {
+            bytes: Cursor::new(bytes.to_vec()),
+            cut,
+        };
+        let mut instrument = Instrument::on(Box::new(port), Path::new("vibrometer"));
+        let sound = (0..=bytes.len() / cut).all(|_| instrument.poll(|m| heard.push(m)).is_ok());
+        (heard, sound)
+    };
+    let whole = listen(512);
+    assert_eq!(listen(usize::from(cut).max(1)), whole);
+    let (heard, sound) = whole;
+    assert!(heard.iter().all(|amplitude_m| amplitude_m.is_finite()));
+    sound && !heard.is_empty()
+}
+
+/// Bytes as a table of known amplitudes: its cells are numbers.
+pub fn known_amplitudes(bytes: &[u8]) -> bool {
+    in_a_file(bytes, |path| read_table(path).is_ok())
+}
+
+/// Bytes as a session's log.
+pub fn event_log(bytes: &[u8]) -> bool {
+    in_a_file(bytes, |path| {
+        event_log::read(path).is_ok_and(|log| !log.documents.is_empty())
+    })
+}
+
+/// Bytes as a scenario of the simulated apparatus.
+pub fn scenario(bytes: &[u8]) -> bool {
+    text(bytes).is_some_and(|text| Scenario::parse(text, "scenario.toml").is_ok())
+}
+
+/// Bytes as the record of a press of the e-stop, asked for at its own time and later.
+pub fn estop_press(bytes: &[u8]) -> bool {
+    in_a_file(bytes, |path| {
+        let ask = |now| EstopPress::require(path, "/dev/gpiochip0, line 17", now, 24.0);
+        let now = "2026-01-01T12:00:00Z".parse().expect("a date");
+        for extreme in [Timestamp::MIN, Timestamp::MAX] {
+            assert!(ask(extreme).is_err());
+        }
+        ask(now).is_ok()
+    })
+}
+
 fn text(bytes: &[u8]) -> Option<&str> {
     std::str::from_utf8(bytes).ok()
+}
+
+thread_local! {
+    /// A folder for each thread that reads, and a file in it.
+    static FILE: RefCell<(tempfile::TempDir, PathBuf)> = RefCell::new({
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("file");
+        (folder, path)
+    });
+}
+
+fn in_a_file(bytes: &[u8], reads: impl Fn(&Path) -> bool) -> bool {
+    FILE.with_borrow(|(_, path)| {
+        std::fs::write(path, bytes).expect("written");
+        reads(path)
+    })
 }
 
 fn beside_sound_files(

@@ -92,3 +92,24 @@ fn lines_of_force_sensors() {
     replay("force_frames", readers::force_frames);
     replay("force_lines", readers::force_lines);
 }
+
+#[test]
+fn lines_and_tables_of_known_amplitudes() {
+    replay("vibrometer", readers::vibrometer);
+    replay("known_amplitudes", readers::known_amplitudes);
+}
+
+#[test]
+fn logs_of_sessions() {
+    replay("event_log", readers::event_log);
+}
+
+#[test]
+fn presses_of_the_estop() {
+    replay("estop_press", readers::estop_press);
+}
+
+#[test]
+fn scenarios() {
+    replay("scenario", readers::scenario);
+}

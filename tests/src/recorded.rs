@@ -6,7 +6,7 @@ use std::path::Path;
 use num_complex::Complex64;
 use recording::RecordingReader;
 use recording::manifest::{End, Manifest};
-use recording::study::event_log::ExitStatus;
+use recording::study::event_log::{ExitStatus, LogEvent};
 
 use crate::session::SessionFolder;
 
@@ -112,6 +112,30 @@ impl Recording {
             .map(|phase| Complex64::cis(phase - phases[0]).arg().abs())
             .fold(0.0, f64::max)
     }
+}
+
+/// Holds each recording of a completed session on the simulated bench to have every sample, in its place; how many they are.
+///
+/// # Panics
+/// When one has not.
+pub fn every_sample(session: &SessionFolder) -> usize {
+    let recordings = session.recordings();
+    for (index, path) in recordings.iter().enumerate() {
+        let recording = Recording::read(path);
+        let at_s = |event: Option<&LogEvent>| event.expect("an event of each trial").audio_s;
+        let began_s = at_s(session.named("trial_began").nth(index));
+        let ended_s = at_s(session.phases("verdict").nth(index));
+        let frames = ((ended_s - began_s) * 192_000.0).round() as usize;
+        let name = path.display();
+        assert_eq!(
+            (recording.frames(), recording.channels),
+            (frames, 4),
+            "{name}"
+        );
+        assert_eq!(recording.not_finite(), 0, "{name}");
+        assert!(recording.greatest_phase_step_rad() < 0.01, "{name}");
+    }
+    recordings.len()
 }
 
 /// Holds a session to have been told to end in its first recording and to have ended in good order; that recording.

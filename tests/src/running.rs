@@ -38,6 +38,13 @@ impl Running {
         self.child.id()
     }
 
+    /// Its resident memory, kB; `None` once it has ended, or where the system does not say.
+    pub fn resident_kb(&self) -> Option<i64> {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.pid())).ok()?;
+        let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;
+        line.split_whitespace().nth(1)?.parse().ok()
+    }
+
     /// All that it has printed.
     pub fn output(&self) -> String {
         std::fs::read_to_string(&self.output).unwrap_or_default()

@@ -87,10 +87,12 @@ impl Instrument {
                     path.display()
                 )
             })?;
-        Ok(Self::new(Box::new(NeverWaiting(port)), path))
+        Ok(Self::on(Box::new(NeverWaiting(port)), path))
     }
 
-    fn new(port: Box<dyn Read + Send>, path: &Path) -> Self {
+    /// Listens to `port`, whose reads never wait; `path` is its name in errors.
+    #[must_use]
+    pub fn on(port: Box<dyn Read + Send>, path: &Path) -> Self {
         Self {
             port,
             path: path.to_owned(),
@@ -172,7 +174,7 @@ mod tests {
     use std::io::Cursor;
 
     fn read(text: &[u8]) -> anyhow::Result<Vec<f64>> {
-        let mut instrument = Instrument::new(Box::new(Cursor::new(text.to_vec())), Path::new("x"));
+        let mut instrument = Instrument::on(Box::new(Cursor::new(text.to_vec())), Path::new("x"));
         let mut out = Vec::new();
         instrument.poll(|m| out.push(m))?;
         Ok(out)

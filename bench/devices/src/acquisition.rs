@@ -443,7 +443,9 @@ impl Acquisition {
         if let Some(largest_m) = amplitudes.filter(|m| m.is_finite()).reduce(f64::max) {
             self.signals.amplitude_m.set(largest_m);
         }
-        self.gauges.ring_fill.set(self.input.ring_fill());
+        let ring_fill = self.input.ring_fill();
+        self.gauges.ring_fill.set(ring_fill);
+        self.gauges.fullest_ring.raise(ring_fill);
         batch.audio_s = self.pipeline.audio_s();
         batch.account = self.pipeline.account();
         batch.warnings = std::mem::take(&mut self.warnings);

@@ -22,6 +22,8 @@ pub struct FieldHealth {
 pub struct Gauges {
     /// Fill of the audio ring, 0 to 1.
     pub ring_fill: Slot<f64>,
+    /// Greatest fill of the audio ring so far, 0 to 1.
+    pub fullest_ring: Slot<f64>,
     /// Faults and rates of the slow inputs.
     pub field: Slot<FieldHealth>,
 }

@@ -68,6 +68,8 @@ pub struct Signals {
     pub press: Slot<Press>,
     /// Times of the hardware stops, once they have been exercised; published by the watch.
     pub stop_times: Slot<Vec<StopTimes>>,
+    /// Longest time from one look of the watch to the next, ns; published by the watch.
+    pub longest_away_ns: Slot<u64>,
     /// State of the watch; published by the watch.
     pub state: Slot<SafetyState>,
 }

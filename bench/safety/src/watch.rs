@@ -322,6 +322,7 @@ impl Watch {
     /// disabled the amplifier.
     fn frozen(&mut self, now_ns: u64) -> Option<Trip> {
         let away_ns = now_ns.saturating_sub(self.polled_ns.replace(now_ns)?);
+        self.signals.longest_away_ns.raise(away_ns);
         (away_ns > self.limits.silence_ns.max(ONE_SHOT_NS)).then_some(Trip::Frozen {
             for_s: away_ns as f64 * 1e-9,
         })

@@ -25,7 +25,7 @@ use crate::apparatus::{Apparatus, Watcher};
 use crate::journal::Journal;
 use crate::readiness::Readiness;
 use crate::refit::Refit;
-use crate::session::{Report, SessionTask, Wiring, summary_lines};
+use crate::session::{KeptUp, Report, SessionTask, Wiring, summary_lines};
 use crate::shell_words::quoted;
 use files::{begin_recording, last_trial, machine, open_session};
 use plan::{NAME, VERSION};
@@ -40,7 +40,7 @@ pub fn run(
     plan: Plan,
     apparatus: Apparatus,
     out: impl Write + Send + 'static,
-) -> anyhow::Result<Report> {
+) -> anyhow::Result<(Report, KeptUp)> {
     let Apparatus {
         hardware,
         watchers,
@@ -170,6 +170,7 @@ pub fn run(
             Ok(settings.admit(waveform(drive, effective.config()))?)
         })
     };
+    let machinery = (signals.clone(), gauges.clone(), gauge.clone());
     let wiring = Wiring {
         batches,
         recording,
@@ -206,9 +207,11 @@ pub fn run(
     tasks.extend(after);
     tasks.push(Box::new(journal));
     life.run(tasks, || dashboard.map_or(Ok(()), DashboardThread::join))?;
-    report
+    let report = report
         .try_recv()
-        .context("the session ended without a report")
+        .context("the session ended without a report")?;
+    let (signals, gauges, recorder) = machinery;
+    Ok((report, KeptUp::read(&signals, &gauges, &recorder)))
 }
 
 fn note(text: String) -> tui::Event {
@@ -246,8 +249,14 @@ fn kept(config: &Config, protocol: &Protocol) -> (f64, f64) {
 }
 
 /// The lines printed at the end.
-pub fn report_lines(report: &Report, study: &Path, participant: &ParticipantId) -> Vec<String> {
+pub fn report_lines(
+    report: &Report,
+    kept_up: &KeptUp,
+    study: &Path,
+    participant: &ParticipantId,
+) -> Vec<String> {
     let mut lines = summary_lines(&report.summary, &report.account);
+    lines.push(kept_up.line());
     let folder = study.join(participant.as_str());
     lines.push(format!("recordings        {}", folder.display()));
     match &report.reason {

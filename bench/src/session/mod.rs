@@ -4,6 +4,6 @@ mod report;
 mod task;
 mod wiring;
 
-pub use report::{Report, summary_lines};
+pub use report::{KeptUp, Report, summary_lines};
 pub use task::SessionTask;
 pub use wiring::{Admit, BeginRecording, Wiring};

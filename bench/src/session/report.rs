@@ -1,7 +1,10 @@
 //! How a session ended, and the lines that say so.
 
+use devices::Gauges;
 use protocols::SessionSummary;
 use recording::pipeline::Account;
+use recording::recorder::RecorderGauge;
+use safety::Signals;
 
 /// How a session ended.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,6 +17,38 @@ pub struct Report {
     pub completed: bool,
     /// What ended it early.
     pub reason: Option<String>,
+}
+
+/// How close the program came to missing what it had to do in time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct KeptUp {
+    /// Longest time from one look of the safety watch to the next, s.
+    pub watch_away_s: f64,
+    /// Greatest fill of the ring between sound card and acquisition, 0 to 1.
+    pub ring_fill: f64,
+    /// Most audio that waited for the disk, s.
+    pub recorder_lag_s: f64,
+}
+
+impl KeptUp {
+    /// Reads the gauges of a bench, up to now.
+    pub fn read(signals: &Signals, gauges: &Gauges, recorder: &RecorderGauge) -> Self {
+        Self {
+            watch_away_s: signals.longest_away_ns.get().unwrap_or_default() as f64 * 1e-9,
+            ring_fill: gauges.fullest_ring.get().unwrap_or_default(),
+            recorder_lag_s: recorder.greatest_lag_s(),
+        }
+    }
+
+    /// The line that says so at the end of a session.
+    pub fn line(&self) -> String {
+        format!(
+            "at worst          {:.1} ms between looks of the safety watch, audio ring {:.1} % full, disk {:.2} s behind",
+            1e3 * self.watch_away_s,
+            100.0 * self.ring_fill,
+            self.recorder_lag_s
+        )
+    }
 }
 
 /// The session in a few lines.

@@ -20,6 +20,23 @@ impl<T> Default for Slot<T> {
     }
 }
 
+impl<T: PartialOrd> Slot<T> {
+    /// Publishes `value` if it is greater than the latest one.
+    ///
+    /// ```
+    /// let longest_s = tasks::Slot::default();
+    /// longest_s.raise(0.4);
+    /// longest_s.raise(0.3);
+    /// assert_eq!(longest_s.get(), Some(0.4));
+    /// ```
+    pub fn raise(&self, value: T) {
+        let mut latest = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if latest.as_ref().is_none_or(|latest| value > *latest) {
+            *latest = Some(value);
+        }
+    }
+}
+
 impl<T: Clone> Slot<T> {
     /// Publishes `value`.
     pub fn set(&self, value: T) {

@@ -142,7 +142,7 @@ fn session(study: &Path, set: &'static [(f64, i64)]) -> PathBuf {
         participant_display: None,
     };
     let plan = Plan::new(Effective::uncalibrated(config), &options).unwrap();
-    let report = run(plan, apparatus(set), std::io::sink()).unwrap();
+    let (report, _) = run(plan, apparatus(set), std::io::sink()).unwrap();
     assert!(report.completed, "{:?}", report.reason);
     SessionFolder::read(study, "sub-01").unwrap().path
 }

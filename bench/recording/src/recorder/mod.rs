@@ -54,8 +54,25 @@ struct Shared {
     sample_rate_hz: AtomicU32,
     frames_sent: AtomicU64,
     frames_settled: AtomicU64,
+    greatest_lag_frames: AtomicU64,
     messages_lost: AtomicU64,
     status: Mutex<RecorderStatus>,
+}
+
+impl Shared {
+    fn lag_frames(&self) -> u64 {
+        let settled = self.frames_settled.load(Ordering::Acquire);
+        let sent = self.frames_sent.load(Ordering::Acquire);
+        sent.saturating_sub(settled)
+    }
+
+    fn seconds(&self, frames: u64) -> f64 {
+        let rate_hz = self.sample_rate_hz.load(Ordering::Relaxed);
+        if rate_hz == 0 {
+            return 0.0;
+        }
+        frames as f64 / f64::from(rate_hz)
+    }
 }
 
 /// Gauge of the recorder's lag and state, for any thread.
@@ -66,13 +83,14 @@ impl RecorderGauge {
     /// Returns the seconds of audio sent but neither on disk nor discarded after a failure.
     #[must_use]
     pub fn lag_s(&self) -> f64 {
-        let rate_hz = self.0.sample_rate_hz.load(Ordering::Relaxed);
-        if rate_hz == 0 {
-            return 0.0;
-        }
-        let settled = self.0.frames_settled.load(Ordering::Acquire);
-        let sent = self.0.frames_sent.load(Ordering::Acquire);
-        sent.saturating_sub(settled) as f64 / f64::from(rate_hz)
+        self.0.seconds(self.0.lag_frames())
+    }
+
+    /// Returns the greatest lag so far, s.
+    #[must_use]
+    pub fn greatest_lag_s(&self) -> f64 {
+        let frames = self.0.greatest_lag_frames.load(Ordering::Relaxed);
+        self.0.seconds(frames)
     }
 
     /// Returns how many messages with data the full queue has refused so far.
@@ -150,6 +168,10 @@ impl RecorderSender {
         match sent {
             Ok(()) => {
                 self.lost = Loss::default();
+                let lag = self.shared.lag_frames();
+                self.shared
+                    .greatest_lag_frames
+                    .fetch_max(lag, Ordering::Relaxed);
                 Ok(())
             }
             Err(TrySendError::Full(queued)) => full(self, queued.message),

@@ -314,9 +314,9 @@ fn run(options: &Run, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
         apparatus.watchers.push(run::participant_display(terminal)?);
     }
     let (study, participant) = (plan.study.clone(), plan.participant.clone());
-    let report = run::run(plan, apparatus, std::io::stdout())?;
+    let (report, kept_up) = run::run(plan, apparatus, std::io::stdout())?;
     let mut stdout = std::io::stdout();
-    for line in run::report_lines(&report, &study, &participant) {
+    for line in run::report_lines(&report, &kept_up, &study, &participant) {
         // The session has ended as it has, whether this is read or not.
         let _ = writeln!(stdout, "{}", escaped_line(&line));
     }

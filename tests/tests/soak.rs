@@ -1,0 +1,133 @@
+//! Sessions in real time while another process keeps a core busy: every sample accounted for, and memory that does not grow.
+//!
+//! In a program of its own, so that no other test runs beside it. The bench bears with more than a real one: what stands in for the
+//! force sensor's line is carried across by a worker of the kernel, which a busy machine keeps waiting.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+use std::path::Path;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use bench_tests::campaign;
+use bench_tests::program::{bench, protocol};
+use bench_tests::recorded::every_sample;
+use bench_tests::running::Running;
+use bench_tests::session::{SessionFolder, patient_config};
+use recording::RecordingReader;
+
+/// Length of one trial of the protocol, s.
+const TRIAL_S: f64 = 11.0;
+/// Of what a long run may take more at its end than in its second minute.
+const GROWTH_KB: i64 = 8 * 1024;
+
+/// Longest of what has been seen so far.
+fn greatest(of: &[(f64, i64)], from_s: f64, to_s: f64) -> Option<i64> {
+    let stretch = of.iter().filter(|(at_s, _)| (from_s..to_s).contains(at_s));
+    stretch.map(|(_, kb)| *kb).max()
+}
+
+/// Samples of the force sensor that a recording has lost, as its events say, which must be what its rows lack.
+fn lost_forces(path: &Path) -> u64 {
+    let reader = RecordingReader::open(path).unwrap();
+    let times_s: Vec<f64> = reader
+        .force()
+        .unwrap()
+        .map(|row| row.unwrap().time_s)
+        .collect();
+    let mut steps_s: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps_s.sort_by(f64::total_cmp);
+    let (first_s, last_s) = (times_s[0], times_s[times_s.len() - 1]);
+    let lacking =
+        ((last_s - first_s) / steps_s[steps_s.len() / 2]).round() as i64 + 1 - times_s.len() as i64;
+    let events = reader.manifest().events.iter();
+    let texts = events.filter_map(|event| event.text.as_deref()?.split_once("force frames lost: "));
+    let counts = texts.map(|(_, text)| text.split(',').next().unwrap().parse::<u64>().unwrap());
+    let lost = counts.sum::<u64>();
+    let off = lacking - lost as i64;
+    assert!(
+        off.abs() <= 2,
+        "{}: {lost} said to be lost, {lacking} lacking",
+        path.display()
+    );
+    lost
+}
+
+/// Faults 7, 22, 24.
+#[test]
+fn real_time_beside_a_busy_process_loses_no_sample() {
+    let seconds = campaign::repeats("FRICTION_BENCH_SOAK_S", 20);
+    let trials = (seconds as f64 / TRIAL_S).ceil() as usize;
+    let folder = tempfile::tempdir().unwrap();
+    let (study, path) = (folder.path().join("study"), folder.path().join("long.toml"));
+    let text = std::fs::read_to_string(protocol("long.toml")).unwrap();
+    let as_long = text.replace("per_condition = 54", &format!("per_condition = {trials}"));
+    assert!(trials == 54 || as_long != text);
+    std::fs::write(&path, as_long).unwrap();
+
+    let mut endless = Command::new("sh");
+    endless.args(["-c", "while :; do :; done"]);
+    let _busy = Running::start(&mut endless, &folder.path().join("busy"));
+    let mut run = bench();
+    run.args(["run", "--mock", "--headless", "--participant", "sub-01"])
+        .args(["--consent-by", "A. Tester"])
+        .arg("--study")
+        .arg(&study)
+        .arg("--config")
+        .arg(patient_config(folder.path()))
+        .arg("--protocol")
+        .arg(&path);
+    let begin = Instant::now();
+    let mut running = Running::start(&mut run, &folder.path().join("output"));
+    let mut memory = Vec::new();
+    let status = loop {
+        if let Some(status) = running.ended() {
+            break status;
+        }
+        let at_s = begin.elapsed().as_secs_f64();
+        assert!(
+            at_s < 60.0 + 2.0 * TRIAL_S * trials as f64,
+            "{}",
+            running.output()
+        );
+        memory.extend(running.resident_kb().map(|kb| (at_s, kb)));
+        std::thread::sleep(Duration::from_millis(250));
+    };
+    let whole_s = begin.elapsed().as_secs_f64();
+    let printed = running.output();
+    assert!(status.success(), "{printed}");
+    assert!(
+        printed.contains("drop-outs         0 frames lost, 0 input and 0 output xruns"),
+        "{printed}"
+    );
+    let session = SessionFolder::read(&study, "sub-01").unwrap();
+    let recordings = every_sample(&session);
+    assert!(recordings >= trials, "{recordings} of {trials}");
+    session.require_whole();
+    let lost: u64 = session
+        .recordings()
+        .iter()
+        .map(|path| lost_forces(path))
+        .sum();
+
+    let most = greatest(&memory, 0.0, f64::INFINITY);
+    let early = greatest(&memory, 60.0, 120.0);
+    let late = greatest(&memory, whole_s - 60.0, f64::INFINITY);
+    if let (Some(early), Some(late)) = (early, late) {
+        assert!(late - early < GROWTH_KB, "{early} kB, then {late} kB");
+    }
+    let kept_up = printed
+        .lines()
+        .find_map(|line| line.strip_prefix("at worst"));
+    let kept_up = kept_up.expect("how well it kept up").trim();
+    campaign::found(
+        "trials in real time beside a busy process",
+        recordings,
+        &format!(
+            "{whole_s:.0} s, every sample of audio there, {lost} of force lost and counted; {kept_up}; at most {} kB",
+            most.unwrap_or(0)
+        ),
+    );
+}

@@ -132,5 +132,13 @@ pub fn interrupted_in_good_order(session: &SessionFolder) -> Recording {
     assert_eq!(end, Some(End::Interrupted));
     assert!(recording.duration_s() > 1.0, "{} s", recording.duration_s());
     assert_eq!(recording.not_finite(), 0);
+    let saved = session.events().last().map(|event| &event.data);
+    let saved = saved.expect("the recording's event, last of all");
+    assert_eq!(saved.get("interrupted"), Some(&true.into()), "{saved:?}");
+    assert_eq!(
+        saved["sha256"].as_object().map(serde_json::Map::len),
+        Some(4)
+    );
+    session.require_whole();
     recording
 }

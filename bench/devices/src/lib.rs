@@ -20,6 +20,7 @@ mod life;
 mod lock_folder;
 pub mod lost_frames;
 pub mod loudspeaker;
+mod output_gap;
 
 pub use arming::{ArmingError, NotWired, require_armable, require_watched, safety_limits};
 pub use assembly::{Bench, Hardware, OpenHardware, impedance_chain};

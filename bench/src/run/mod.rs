@@ -170,6 +170,7 @@ pub fn run(
             Ok(settings.admit(waveform(drive, effective.config()))?)
         })
     };
+    let last_notices = notices.clone();
     let wiring = Wiring {
         batches,
         recording,
@@ -198,7 +199,7 @@ pub fn run(
         plan.headless,
         reports,
     );
-    let journal = Journal::new(session, journal_entries, clock.clone())?;
+    let journal = Journal::new(session, journal_entries, last_notices, clock.clone())?;
 
     let mut tasks = before;
     tasks.push(Box::new(task));

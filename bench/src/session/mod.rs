@@ -1,6 +1,7 @@
 //! The session task: acquired data go to the protocol's state machine, what it asks for goes to the devices.
 
 mod report;
+mod stop_kind;
 mod task;
 mod wiring;
 

@@ -30,8 +30,9 @@ use tasks::Task;
 use tui::event::LogLevel;
 
 use super::report::{Report, summary_lines};
+use super::stop_kind::stop_kind;
 use super::wiring::{Admit, BeginRecording, Wiring};
-use crate::journal::Entry;
+use crate::journal::{Entry, SavedRecording};
 use crate::live_meter::LiveMeter;
 use crate::screen_words;
 
@@ -140,25 +141,20 @@ impl SessionTask {
     }
 
     fn take_batches(&mut self) {
-        for batch in self.wiring.batches.try_iter() {
+        for mut batch in self.wiring.batches.try_iter() {
             self.audio_s = batch.audio_s;
             self.account = batch.account;
             self.normal_n = batch.force.last().map(|row| row.normal_n).or(self.normal_n);
             self.meter.take(&batch);
             self.contact.take(&batch, |_| {});
-            for text in batch.warnings {
+            for text in std::mem::take(&mut batch.warnings) {
                 self.wiring.front.show(tui::Event::Log {
                     level: LogLevel::Warning,
                     text,
                 });
             }
             if self.collecting {
-                self.record.frames.extend(batch.frames);
-                self.record.force.extend(batch.force);
-                self.record.position.extend(batch.position);
-                for at_s in batch.saturated_s {
-                    self.record.saturate(at_s);
-                }
+                self.record.take(batch);
             }
         }
     }
@@ -167,13 +163,19 @@ impl SessionTask {
         while let Ok(notice) = self.wiring.notices.try_recv() {
             match notice {
                 RecorderNotice::Began { .. } => {}
-                RecorderNotice::Saved { folder, sums, .. } => {
+                RecorderNotice::Saved {
+                    folder,
+                    sums,
+                    interrupted,
+                    ..
+                } => {
                     self.open.take_if(|open| *open == folder);
-                    let _ = self.wiring.journal.send(Entry::Saved {
+                    let _ = self.wiring.journal.send(Entry::Saved(SavedRecording {
                         t_s: self.audio_s,
                         folder,
                         sums,
-                    });
+                        interrupted,
+                    }));
                 }
                 RecorderNotice::Failed {
                     folder,
@@ -525,19 +527,6 @@ impl SessionTask {
     }
 }
 
-/// The event of a stop, by its reason.
-fn stop_kind(safety: &SafetyState) -> EventKind {
-    match safety {
-        SafetyState::Tripped {
-            trip: Trip::EmergencyStop | Trip::Operator,
-        } => EventKind::EmergencyStop,
-        SafetyState::Tripped {
-            trip: Trip::Readback { .. } | Trip::ReadbackMissing | Trip::AliveWhileDisarmed { .. },
-        } => EventKind::ReadbackMismatch,
-        _ => EventKind::Safe,
-    }
-}
-
 impl Task for SessionTask {
     fn name(&self) -> &'static str {
         "session"
@@ -584,6 +573,7 @@ impl Task for SessionTask {
             _ => ExitStatus::Abort,
         };
         let _ = self.wiring.journal.send(Entry::Stop {
+            t_s: self.audio_s,
             status,
             reason: reason.clone(),
         });

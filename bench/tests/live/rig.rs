@@ -222,13 +222,9 @@ impl Rig {
         let safety = self.bench.signals.state.get().unwrap_or_default();
         self.bench.drive.poll(&safety);
         for batch in self.bench.batches.try_iter() {
-            self.record.frames.extend(batch.frames);
-            self.record.force.extend(batch.force);
-            for at_s in batch.saturated_s {
-                self.record.saturate(at_s);
-            }
             self.account = batch.account;
-            self.warnings.extend(batch.warnings);
+            self.warnings.extend(batch.warnings.iter().cloned());
+            self.record.take(batch);
         }
         Ok(safety)
     }

@@ -32,6 +32,8 @@ pub enum RecordingCommand {
     Interval(protocols::Interval),
     /// Records an event at the present sample.
     Event(EventKind, Option<String>),
+    /// Records an event at the present sample, and tells the operator.
+    Warn(EventKind, String),
     /// Ends the recording.
     End(Ending),
     /// Hands out the next samples unprocessed, whether or not a recording is open.
@@ -206,6 +208,10 @@ impl Acquisition {
                 return;
             }
             RecordingCommand::Event(kind, text) => return self.event(kind, None, text),
+            RecordingCommand::Warn(kind, text) => {
+                self.warnings.push(text.clone());
+                return self.event(kind, None, Some(text));
+            }
             RecordingCommand::End(end) => {
                 self.end_flags();
                 self.recording = None;

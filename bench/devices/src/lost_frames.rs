@@ -75,21 +75,6 @@ impl LossFinder {
         TAU * self.carrier_hz / f64::from(self.sample_rate_hz)
     }
 
-    /// Returns amplitude and phase of the carrier in a few of its periods, referred to the sample `start` before the
-    /// first.
-    pub(crate) fn short_phasor(&self, drive: &[f32], start: usize) -> Complex64 {
-        let length = drive.len() as f64;
-        let rotation = Complex64::from_polar(1.0, -self.step_rad());
-        let mut turn = Complex64::from_polar(2.0 / length, -(self.step_rad() * start as f64) % TAU);
-        let mut sum = Complex64::ZERO;
-        for (i, &x) in drive.iter().enumerate() {
-            let hann = 1.0 - (TAU * (i as f64 + 0.5) / length).cos();
-            sum += f64::from(x) * hann * turn;
-            turn *= rotation;
-        }
-        sum
-    }
-
     /// Returns amplitude and phase of the carrier, referred to the first sample.
     pub(crate) fn phasor(&self, drive: &[f32]) -> Complex64 {
         2.0 * drive

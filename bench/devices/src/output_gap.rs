@@ -16,6 +16,8 @@ const HOP: usize = 32;
 /// Change of the carrier from one short window to the next but one, of its size, that is a gap's edge. The steepest
 /// modulation changes it by less, ramps included.
 const EDGE: f64 = 0.15;
+/// Time between two searches, s: each takes a third of a millisecond.
+const SEARCH_EVERY_S: f64 = 0.01;
 /// Samples over which the level is taken inside a gap, one period of the carrier or more.
 const LEVEL: usize = 6;
 /// Share of the drive's power below which it pauses.
@@ -87,8 +89,12 @@ pub struct OutputGapWatch {
     finder: LossFinder,
     channels: usize,
     drive_channel: usize,
+    /// Window of [`SHORT`] samples, with the sum 2.
+    short_window: Vec<f64>,
     before: usize,
     after: u64,
+    search_every: u64,
+    search_due: u64,
     /// Newest drive samples; the first is frame `begin` of the audio clock.
     recent: VecDeque<f32>,
     begin: u64,
@@ -111,6 +117,11 @@ impl OutputGapWatch {
             finder: LossFinder::new(carrier_hz, sample_rate_hz),
             channels,
             drive_channel,
+            short_window: (0..SHORT)
+                .map(|n| (1.0 - (TAU * (n as f64 + 0.5) / SHORT as f64).cos()) * 2.0 / SHORT as f64)
+                .collect(),
+            search_every: (SEARCH_EVERY_S * rate_hz) as u64,
+            search_due: 0,
             before: (BEFORE_REPORT_S * rate_hz) as usize,
             after: (AFTER_REPORT_S * rate_hz) as u64,
             recent: VecDeque::new(),
@@ -142,10 +153,13 @@ impl OutputGapWatch {
             self.forget_but(self.before);
             return None;
         };
-        let found = self.search(since);
-        if found.is_some() {
-            self.since = None;
-            return found;
+        if self.end() >= self.search_due {
+            self.search_due = self.end() + self.search_every;
+            let found = self.search(since);
+            if found.is_some() {
+                self.since = None;
+                return found;
+            }
         }
         (!std::mem::replace(&mut self.reported, true)).then(|| self.xrun(since, Gap::Sought))
     }
@@ -181,7 +195,7 @@ impl OutputGapWatch {
     fn search(&mut self, since: u64) -> Option<OutputXrun> {
         let over = self.end() >= since + self.after;
         let samples = self.recent.make_contiguous();
-        let (gap, edges) = match edges(&self.finder, samples) {
+        let (gap, edges) = match edges(&self.finder, &self.short_window, samples) {
             // The drive has not been back for long enough to tell its phase.
             Some((_, end)) if samples.len() < end + WINDOW => {
                 return over.then(|| self.xrun(since, Gap::Unknown));
@@ -220,11 +234,20 @@ fn level(samples: &[f32]) -> f64 {
 }
 
 /// First sample that may belong to a gap, and the one behind the last.
-fn edges(finder: &LossFinder, samples: &[f32]) -> Option<(usize, usize)> {
+fn edges(finder: &LossFinder, window: &[f64], samples: &[f32]) -> Option<(usize, usize)> {
+    let rotation = Complex64::from_polar(1.0, -finder.step_rad());
+    // Referred to the first sample of all.
+    let phasor = |start: usize| {
+        let mut turn = Complex64::from_polar(1.0, -(finder.step_rad() * start as f64) % TAU);
+        let mut sum = Complex64::ZERO;
+        for (&x, w) in samples[start..].iter().zip(window) {
+            sum += f64::from(x) * w * turn;
+            turn *= rotation;
+        }
+        sum
+    };
     let starts = (0..samples.len().saturating_sub(SHORT)).step_by(HOP);
-    let phasors: Vec<Complex64> = starts
-        .map(|start| finder.short_phasor(&samples[start..start + SHORT], start))
-        .collect();
+    let phasors: Vec<Complex64> = starts.map(phasor).collect();
     let is_edge = |i: &usize| {
         let (was, is) = (phasors[i - 2], phasors[*i]);
         let larger = was.norm().max(is.norm());

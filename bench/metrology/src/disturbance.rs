@@ -50,7 +50,8 @@ impl Disturbance {
     /// Returns whether both are one and the same source, seen twice.
     #[must_use]
     pub fn is_again(&self, other: &Self) -> bool {
-        self.sort == other.sort && (self.frequency_hz - other.frequency_hz).abs() < 2.0 * OF_MAINS_HZ
+        self.sort == other.sort
+            && (self.frequency_hz - other.frequency_hz).abs() < 2.0 * OF_MAINS_HZ
     }
 }
 
@@ -58,7 +59,11 @@ impl fmt::Display for Disturbance {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (hz, level_db) = (self.frequency_hz, 20.0 * self.amplitude.log10());
         match self.sort {
-            Sort::Offset => write!(f, "a constant offset of {:.3} of full scale", self.amplitude),
+            Sort::Offset => write!(
+                f,
+                "a constant offset of {:.3} of full scale",
+                self.amplitude
+            ),
             Sort::Hum => write!(f, "mains hum at {hz:.0} Hz, {level_db:.0} dB of full scale"),
             Sort::InBand => write!(
                 f,
@@ -91,11 +96,7 @@ impl fmt::Display for Disturbance {
 /// # Ok::<(), metrology::spectrum::SpectrumError>(())
 /// ```
 #[must_use]
-pub fn disturbances(
-    spectrum: &Spectrum,
-    carrier_hz: f64,
-    sample_rate_hz: f64,
-) -> Vec<Disturbance> {
+pub fn disturbances(spectrum: &Spectrum, carrier_hz: f64, sample_rate_hz: f64) -> Vec<Disturbance> {
     let peaks = spectrum.peaks();
     let carrier = peaks
         .iter()
@@ -127,7 +128,10 @@ pub fn disturbances(
         };
         found.amplitude > least
     };
-    std::iter::once(offset).chain(tones).filter(counts).collect()
+    std::iter::once(offset)
+        .chain(tones)
+        .filter(counts)
+        .collect()
 }
 
 fn sort(hz: f64, carrier_hz: f64) -> Sort {
@@ -159,7 +163,12 @@ mod tests {
     const RATE_HZ: f64 = 192e3;
 
     /// A quarter of a second of a driven, distorted and noisy channel, with these tones.
-    fn found(drive: f64, modulation_hz: f64, offset: f64, tones: &[(f64, f64)]) -> Vec<Disturbance> {
+    fn found(
+        drive: f64,
+        modulation_hz: f64,
+        offset: f64,
+        tones: &[(f64, f64)],
+    ) -> Vec<Disturbance> {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(12);
         let samples: Vec<f32> = (0..48_000)
             .map(|n| {

@@ -61,6 +61,8 @@ const RAMP_TIMEOUT: Duration = Duration::from_millis(30);
 const FIRST_READING_TIMEOUT_NS: u64 = 1_000_000_000;
 /// Time from a trip to disabling the amplifier, when the emergency ramp is over, ns.
 const DISABLE_AFTER_NS: u64 = 20_000_000;
+/// Time from a trip to when nothing may be read back any more, beside the loop's latency, ns.
+const OFF_AFTER_NS: u64 = DISABLE_AFTER_NS + 80_000_000;
 
 impl Watch {
     /// Makes a disarmed watch.
@@ -364,6 +366,9 @@ impl Watch {
             measured_v,
             commanded_v,
         } = misfit;
+        if self.state == SafetyState::Armed && commanded_v.1 <= 0.0 {
+            return Some(Trip::AliveUndriven { measured_v });
+        }
         if self.state == SafetyState::Armed {
             return Some(Trip::Readback {
                 measured_v,
@@ -373,6 +378,23 @@ impl Watch {
         // A disarmed amplifier is expected to be silent, whatever is commanded.
         (measured_v > self.limits.readback_floor_v)
             .then_some(Trip::AliveWhileDisarmed { measured_v })
+    }
+
+    /// Alarm of a drive that is alive although it was stopped. It replaces the reason of the stop: whoever reads that the
+    /// e-stop was pressed must not believe that the plate is off.
+    fn alive_after_stop(&self, now_ns: u64) -> Option<Trip> {
+        let SafetyState::Tripped { trip } = &self.state else {
+            return None;
+        };
+        let off_ns = self.tripped_at_ns + OFF_AFTER_NS + self.limits.loop_latency_ns;
+        let reading = self.signals.readback.get()?;
+        let known = matches!(trip, Trip::AliveWhileDisarmed { .. });
+        let alive = reading.volts > self.limits.readback_floor_v;
+        (!known && now_ns > off_ns && reading.at_ns > off_ns && alive).then_some(
+            Trip::AliveWhileDisarmed {
+                measured_v: reading.volts,
+            },
+        )
     }
 
     fn force_wrong(&self, now_ns: u64) -> Option<Trip> {
@@ -470,6 +492,9 @@ impl Watch {
                 Some(trip @ (Trip::AliveWhileDisarmed { .. } | Trip::Killed)),
             ) => self.trip(trip, now_ns),
             _ => {}
+        }
+        if let Some(trip) = self.alive_after_stop(now_ns) {
+            self.set_state(SafetyState::Tripped { trip });
         }
         Ok(())
     }

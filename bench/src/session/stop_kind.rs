@@ -10,7 +10,11 @@ pub(super) fn stop_kind(safety: &SafetyState) -> EventKind {
             trip: Trip::EmergencyStop | Trip::Operator,
         } => EventKind::EmergencyStop,
         SafetyState::Tripped {
-            trip: Trip::Readback { .. } | Trip::ReadbackMissing | Trip::AliveWhileDisarmed { .. },
+            trip:
+                Trip::Readback { .. }
+                | Trip::ReadbackMissing
+                | Trip::AliveUndriven { .. }
+                | Trip::AliveWhileDisarmed { .. },
         } => EventKind::ReadbackMismatch,
         _ => EventKind::Safe,
     }

@@ -4,12 +4,15 @@
 use mock_hw::apparatus::FaultPanel;
 use mock_hw::host::Direction;
 use mock_hw::plant::Axis;
-use mock_hw::scenario::Scenario;
+use mock_hw::scenario::{ForceProtocol, Scenario};
 use mock_hw::serial::ForceFault;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use recording::RecordingReader;
 use safety::{SafetyState, Trip};
+use signalgen::{DriveConfig, DriveSettings, Waveform};
+
+use devices::drive_control::settings;
 
 use crate::campaign;
 use crate::rig::{Rig, config};
@@ -187,6 +190,80 @@ fn an_axis_beyond_its_stated_range_stops_the_whole_bench() {
     let range = [("latency_s = 0.0", "latency_s = 0.0\nrange_n = 2.0")];
     let press = |rig: &mut Rig| rig.apparatus.masses().place(Axis::Normal, 0.25);
     assert_eq!(trips_on(&range, press, 0.5), Trip::ForceSaturated);
+}
+
+/// Fault 8.
+/// Hazard 3.
+#[test]
+fn what_the_generator_must_not_play_is_refused_clamped_to_zero_and_stops_the_bench() {
+    let tone = |amplitude_v| Waveform::Tone {
+        carrier_hz: 35_000.0,
+        amplitude_v,
+    };
+    let settings = settings(&config(&[])).unwrap();
+    for amplitude_v in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 55.1, 1e9] {
+        assert!(
+            settings.admit(tone(amplitude_v)).is_err(),
+            "{amplitude_v} V"
+        );
+    }
+    // Past that check, as an error of the program would come: 120 V of a bench whose limit is 55 V.
+    let other = DriveSettings::new(DriveConfig {
+        limit_v: 150.0,
+        volts_per_unit: 200.0,
+        sample_rate_hz: 192_000,
+        ramp_s: 0.05,
+    });
+    let program = other.unwrap().admit(tone(120.0)).unwrap();
+    let mut rig = Rig::driven();
+    rig.pass(0.3);
+    rig.bench.drive.start(program);
+    let asked_ns = rig.apparatus.now_ns();
+    let trip = loop {
+        if let SafetyState::Tripped { trip } = rig.tick() {
+            break trip;
+        }
+    };
+    assert_eq!(trip, Trip::Generator);
+    let took_s = (rig.apparatus.now_ns() - asked_ns) as f64 * 1e-9;
+    assert!(took_s < 0.02, "{took_s} s");
+    for _ in 0..500 {
+        assert!(matches!(rig.tick(), SafetyState::Tripped { .. }));
+    }
+    assert!(!rig.bench.drive.sounds());
+    let read_v = rig.bench.signals.readback.get().unwrap().volts;
+    assert!(read_v < 0.1, "{read_v} V");
+}
+
+/// Fault 21.
+/// Hazard 20.
+#[test]
+fn another_device_on_the_force_sensors_port_is_refused_after_a_second_of_nonsense() {
+    let mut scenario = Scenario::default();
+    // What it sends is no frame of the protocol that the bench expects.
+    scenario.force_sensor.protocol = ForceProtocol::Lines;
+    let mut rig = Rig::new(scenario, config(&[]), None);
+    let trip = loop {
+        if let SafetyState::Tripped { trip } = rig.tick() {
+            break trip;
+        }
+        assert!(rig.apparatus.now_ns() < 2_000_000_000, "nothing is refused");
+    };
+    let at_s = rig.apparatus.now_ns() as f64 * 1e-9;
+    assert!((0.99..1.1).contains(&at_s), "{at_s} s");
+    let Trip::ForceNonsense { bytes } = trip else {
+        panic!("{trip}");
+    };
+    assert!(bytes > 1000, "{bytes}");
+    let words = trip.to_string();
+    for word in ["force.baud", "force.protocol", "another device"] {
+        assert!(words.contains(word), "{words}");
+    }
+    rig.drive();
+    for _ in 0..200 {
+        assert!(matches!(rig.tick(), SafetyState::Tripped { .. }));
+    }
+    assert!(!rig.bench.drive.sounds(), "it arms nothing");
 }
 
 /// Times from a fault, s.

@@ -10,6 +10,7 @@ use impedance::clock_alignment::LowerEnvelope;
 
 use super::force_sample::{Decoder, ForceSample, LineFaults};
 use super::frames::FrameDecoder;
+use super::nonsense::NonsenseWatch;
 use super::text_lines::LineDecoder;
 
 /// A force sample on the host's clock.
@@ -86,6 +87,7 @@ pub struct ForceLink {
     range_n: f64,
     bytes: Vec<u8>,
     samples: Vec<ForceSample>,
+    nonsense: NonsenseWatch,
 }
 
 impl ForceLink {
@@ -105,6 +107,7 @@ impl ForceLink {
             range_n: f64::INFINITY,
             bytes: Vec::new(),
             samples: Vec::new(),
+            nonsense: NonsenseWatch::default(),
         }
     }
 
@@ -154,6 +157,13 @@ impl ForceLink {
             }
         }
         Ok(())
+    }
+
+    /// Returns the number of bytes that have come without a reading, once the last poll, at `now_ns`, has shown that
+    /// nothing else is to be expected.
+    pub fn nonsense(&mut self, now_ns: u64) -> Option<u64> {
+        let (bytes, readings) = (self.bytes.len() as u64, self.samples.len() as u64);
+        self.nonsense.take(now_ns, bytes, readings)
     }
 
     /// Returns the faults of the line so far.

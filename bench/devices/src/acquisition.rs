@@ -350,7 +350,7 @@ impl Acquisition {
         if frames == 0 {
             return Ok(());
         }
-        let given_up = self.output_gaps.give_up();
+        let given_up = self.output_gaps.lose();
         self.output_xrun(given_up, batch);
         self.pipeline.take_lost(frames, &mut batch.frames)?;
         if let Some(excerpt) = &mut self.excerpt {

@@ -186,10 +186,7 @@ impl Field {
         health.drift_ppm = link.drift_ppm();
         health.force_samples += arrived;
         self.gauges.field.set(health);
-        if let Some(bytes) = link.nonsense(now_ns) {
-            let trip = Trip::ForceNonsense { bytes };
-            let _ = self.safety.send(SafetyCommand::Trip(trip));
-        }
+        self.signals.nonsense.set(link.nonsense(now_ns));
         if let Err(error) = polled {
             let message = format!("the force sensor's port is gone: {error}");
             let _ = self

@@ -164,10 +164,15 @@ impl OutputGapWatch {
         (!std::mem::replace(&mut self.reported, true)).then(|| self.xrun(since, Gap::Sought))
     }
 
-    /// Gives up an xrun that is looked into, as when input frames are lost too or a recording ends.
+    /// Gives up an xrun that is looked into, as when a recording ends.
     pub fn give_up(&mut self) -> Option<OutputXrun> {
         let since = self.since.take();
-        let given_up = since.map(|since| self.xrun(since, Gap::Unknown));
+        since.map(|since| self.xrun(since, Gap::Unknown))
+    }
+
+    /// Gives up an xrun that is looked into because input frames are lost too: the phase has another reason to jump.
+    pub fn lose(&mut self) -> Option<OutputXrun> {
+        let given_up = self.give_up();
         self.recent.clear();
         given_up
     }
@@ -381,9 +386,9 @@ mod tests {
             assert_eq!(watch.take(first, &silence, 0), None);
         }
         let told = watch.take(40_000, &silence, 1).unwrap();
-        let given_up = watch.give_up().unwrap();
+        let given_up = watch.lose().unwrap();
         assert_eq!((told.gap, given_up.gap), (Gap::Sought, Gap::Unknown));
         assert_eq!((given_up.from, given_up.to), (20_800, 88_000));
-        assert_eq!(watch.give_up(), None);
+        assert_eq!((watch.give_up(), watch.lose()), (None, None));
     }
 }

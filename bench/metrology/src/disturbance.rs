@@ -14,6 +14,8 @@ const IN_BAND_HZ: f64 = 2.5e3;
 const MOVED_HZ: f64 = 400.0;
 /// Highest harmonic of the carrier that an amplifier makes.
 const HARMONICS: u32 = 9;
+/// Most disturbances of a channel that are reported: one source has many harmonics.
+const MOST: usize = 5;
 /// Amplitude, of full scale, from which on an offset, hum or a tone out of the carrier's band is reported: a hundredth
 /// of the range that is lost to the signal. An assumption.
 const OUT_OF_BAND: f64 = 0.01;
@@ -78,7 +80,7 @@ impl fmt::Display for Disturbance {
 }
 
 /// Returns what disturbs a channel whose drive, if any, is at `carrier_hz`; the offset first, then tones by their
-/// amplitude.
+/// amplitude, five at most.
 ///
 /// ```
 /// use metrology::disturbance::{Sort, disturbances};
@@ -131,6 +133,7 @@ pub fn disturbances(spectrum: &Spectrum, carrier_hz: f64, sample_rate_hz: f64) -
     std::iter::once(offset)
         .chain(tones)
         .filter(counts)
+        .take(MOST)
         .collect()
 }
 

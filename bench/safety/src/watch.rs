@@ -15,7 +15,7 @@ use crate::readback::{Misfit, Readback};
 use crate::safety_limits::{SENSITIVITY, SafetyLimits};
 use crate::safety_lines::{GpioError, OutputLine, SafetyLines};
 use crate::safety_state::{SafetyCommand, SafetyState};
-use crate::signals::{Press, Signals};
+use crate::signals::{Nonsense, Press, Signals};
 use crate::stop_times::StopLine;
 use crate::trip::Trip;
 
@@ -59,6 +59,8 @@ const ONE_SHOT_NS: u64 = 100_000_000;
 const RAMP_TIMEOUT: Duration = Duration::from_millis(30);
 /// Longest wait of an armed bench for the first force reading, ns (FAULTS.md row 21).
 const FIRST_READING_TIMEOUT_NS: u64 = 1_000_000_000;
+/// Bytes without a reading from which on a port is not called silent; a frame that is cut off has fewer.
+const NONSENSE_BYTES: u64 = 256;
 /// Time from a trip to disabling the amplifier, when the emergency ramp is over, ns.
 const DISABLE_AFTER_NS: u64 = 20_000_000;
 /// Time from a trip to when nothing may be read back any more, beside the loop's latency, ns.
@@ -401,6 +403,15 @@ impl Watch {
         if !self.expects_force {
             return None;
         }
+        let Nonsense { bytes, lasts } = self.signals.nonsense.get().unwrap_or_default();
+        if lasts {
+            return Some(Trip::ForceNonsense { bytes });
+        }
+        let silent = if bytes >= NONSENSE_BYTES {
+            Trip::ForceNonsense { bytes }
+        } else {
+            Trip::ForceSilent
+        };
         let Some(Press {
             normal_n,
             lateral_n,
@@ -411,7 +422,7 @@ impl Watch {
         else {
             // The preflight check saw readings, so the first reading is only waited for, and not for ever.
             let waited_ns = now_ns.saturating_sub(self.armed_at_ns);
-            return (waited_ns > FIRST_READING_TIMEOUT_NS).then_some(Trip::ForceSilent);
+            return (waited_ns > FIRST_READING_TIMEOUT_NS).then_some(silent);
         };
         let limit_n = self.limits.max_normal_n;
         if exceeds(normal_n, limit_n) {
@@ -448,7 +459,7 @@ impl Watch {
                 message: "the force sensor was not read for a quarter of a second".to_owned(),
             });
         }
-        (polled_ns.saturating_sub(at_ns) > self.limits.silence_ns).then_some(Trip::ForceSilent)
+        (polled_ns.saturating_sub(at_ns) > self.limits.silence_ns).then_some(silent)
     }
 
     /// Moves a running exercise on, with the enable line; returns what the lines must do.

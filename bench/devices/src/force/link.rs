@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use anyhow::Context;
 use impedance::clock_alignment::LowerEnvelope;
+use safety::Nonsense;
 
 use super::force_sample::{Decoder, ForceSample, LineFaults};
 use super::frames::FrameDecoder;
@@ -159,9 +160,8 @@ impl ForceLink {
         Ok(())
     }
 
-    /// Returns the number of bytes that have come without a reading, once the last poll, at `now_ns`, has shown that
-    /// nothing else is to be expected.
-    pub fn nonsense(&mut self, now_ns: u64) -> Option<u64> {
+    /// Returns what the port has sent instead of readings, up to the last poll, which was at `now_ns`.
+    pub fn nonsense(&mut self, now_ns: u64) -> Nonsense {
         let (bytes, readings) = (self.bytes.len() as u64, self.samples.len() as u64);
         self.nonsense.take(now_ns, bytes, readings)
     }

@@ -207,7 +207,7 @@ impl RecorderTask {
     }
 
     /// Takes every message that waits, for the last time, and reads on for the sums of what is saved. What is not summed
-    /// within [`LAST_SUMS`] is reported without, because whoever ended the session does not wait.
+    /// within 0.4 s is reported without, because whoever ended the session does not wait.
     pub fn finish(&mut self, now: Instant) {
         self.poll(now);
         let begun = Instant::now();

@@ -9,6 +9,7 @@ use crossbeam_channel::Receiver;
 use protocols::SessionEvent;
 use serde_json::{Map, Value};
 
+use recording::recorder::RecorderNotice;
 use recording::study::SessionFolder;
 use recording::study::event_log::ExitStatus;
 use recording::sums::Sums;
@@ -20,22 +21,30 @@ use tasks::Task;
 pub enum Entry {
     /// Something happened in the protocol.
     Event(SessionEvent),
-    /// A recording is complete and on disk.
-    Saved {
-        /// Audio clock, s.
-        t_s: f64,
-        /// Its folder.
-        folder: PathBuf,
-        /// Sums of its files; `None` if the session ended before they were made.
-        sums: Option<Sums>,
-    },
+    /// A recording has ended and is on disk.
+    Saved(SavedRecording),
     /// The session ended.
     Stop {
+        /// Audio clock, s.
+        t_s: f64,
         /// How.
         status: ExitStatus,
         /// Why, unless it succeeded.
         reason: Option<String>,
     },
+}
+
+/// A recording that has ended and is on disk.
+#[derive(Debug)]
+pub struct SavedRecording {
+    /// Audio clock, s.
+    pub t_s: f64,
+    /// Its folder.
+    pub folder: PathBuf,
+    /// Sums of its files; `None` if the session ended before they were made.
+    pub sums: Option<Sums>,
+    /// Whether the trial was broken off.
+    pub interrupted: bool,
 }
 
 /// Streams of the log.
@@ -46,18 +55,32 @@ const RECORDING_STREAM: &str = "recording";
 pub struct Journal {
     session: SessionFolder,
     entries: Receiver<Entry>,
+    /// What the recorder says after the session has ended.
+    notices: Receiver<RecorderNotice>,
     clock: Arc<dyn Clock>,
-    stopped: bool,
+    /// How the session ended, which is the log's last line.
+    stop: Option<Stop>,
+    /// Audio clock of the last event, s.
+    last_s: f64,
+}
+
+/// End of a session.
+struct Stop {
+    t_s: f64,
+    status: ExitStatus,
+    reason: Option<String>,
 }
 
 impl Journal {
-    /// Writes what comes through `entries`; the start document has been written.
+    /// Writes what comes through `entries`, and at the end what is left in `notices`; the start document has been
+    /// written.
     ///
     /// # Errors
     /// When the descriptors cannot be written.
     pub fn new(
         mut session: SessionFolder,
         entries: Receiver<Entry>,
+        notices: Receiver<RecorderNotice>,
         clock: Arc<dyn Clock>,
     ) -> anyhow::Result<Self> {
         for descriptor in descriptors() {
@@ -66,8 +89,10 @@ impl Journal {
         Ok(Self {
             session,
             entries,
+            notices,
             clock,
-            stopped: false,
+            stop: None,
+            last_s: 0.0,
         })
     }
 
@@ -81,25 +106,63 @@ impl Journal {
                     other => Map::from_iter([("event".to_owned(), other)]),
                 };
                 log.event(SESSION_STREAM, time, event.t_s, data)?;
+                self.last_s = event.t_s;
             }
-            Entry::Saved { t_s, folder, sums } => {
-                let name = folder
+            Entry::Saved(saved) => {
+                let name = saved
+                    .folder
                     .file_name()
                     .unwrap_or_default()
                     .to_string_lossy()
                     .into_owned();
                 let mut data = Map::from_iter([("saved".to_owned(), Value::String(name))]);
-                if let Some(sums) = sums {
+                if let Some(sums) = saved.sums {
                     data.insert("sha256".to_owned(), serde_json::to_value(sums)?);
                 }
-                log.event(RECORDING_STREAM, time, t_s, data)?;
+                if saved.interrupted {
+                    data.insert("interrupted".to_owned(), Value::Bool(true));
+                }
+                log.event(RECORDING_STREAM, time, saved.t_s, data)?;
             }
-            Entry::Stop { status, reason } => {
-                self.stopped = true;
-                log.stop(time, status, reason)?;
+            Entry::Stop {
+                t_s,
+                status,
+                reason,
+            } => {
+                self.stop = Some(Stop {
+                    t_s,
+                    status,
+                    reason,
+                });
             }
         }
         Ok(())
+    }
+
+    /// Writes what the recorder ended after the session had.
+    fn write_last_recordings(&mut self, t_s: f64) -> anyhow::Result<()> {
+        let mut failed = Ok(());
+        while let Ok(notice) = self.notices.try_recv() {
+            match notice {
+                RecorderNotice::Began { .. } => {}
+                RecorderNotice::Saved {
+                    folder,
+                    sums,
+                    interrupted,
+                    ..
+                } => self.write(Entry::Saved(SavedRecording {
+                    t_s,
+                    folder,
+                    sums,
+                    interrupted,
+                }))?,
+                RecorderNotice::Failed { folder, error, .. } => {
+                    failed = Err(error)
+                        .with_context(|| format!("the recording {} failed", folder.display()));
+                }
+            }
+        }
+        failed
     }
 
     fn write_waiting(&mut self) -> anyhow::Result<()> {
@@ -132,8 +195,9 @@ fn descriptors() -> [recording::study::event_log::Descriptor; 2] {
         Descriptor {
             stream: RECORDING_STREAM.to_owned(),
             data_keys: [
-                key("saved", "string", "folder of a recording that is complete and synced"),
+                key("saved", "string", "folder of a recording that has ended and is synced"),
                 key("sha256", "object", "SHA-256 of each file of that folder, by name"),
+                key("interrupted", "boolean", "true if the trial was broken off"),
             ]
             .into(),
         },
@@ -155,13 +219,16 @@ impl Task for Journal {
 
     fn finish(&mut self) -> anyhow::Result<()> {
         self.write_waiting()?;
-        if !self.stopped {
-            let reason = Some("the session task failed".to_owned());
-            self.write(Entry::Stop {
-                status: ExitStatus::Fail,
-                reason,
-            })?;
-        }
-        Ok(())
+        let stop = self.stop.take().unwrap_or_else(|| Stop {
+            t_s: self.last_s,
+            status: ExitStatus::Fail,
+            reason: Some("the session task failed".to_owned()),
+        });
+        let recorded = self.write_last_recordings(stop.t_s);
+        let time = self.clock.utc().to_string();
+        let log = self.session.log();
+        log.stop(time, stop.status, stop.reason)
+            .context("cannot write the end of the session's log")?;
+        recorded
     }
 }

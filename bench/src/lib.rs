@@ -7,6 +7,7 @@ pub mod calibrate;
 pub mod cli;
 pub mod estop;
 pub mod forget;
+pub mod interference;
 pub mod inventory;
 pub mod journal;
 pub mod live_meter;

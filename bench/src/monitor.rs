@@ -18,6 +18,7 @@ use safety::{SafetyState, Signals, Trip};
 use tasks::{StopFlag, Task};
 
 use crate::apparatus::{Apparatus, pace};
+use crate::interference::Interference;
 use crate::live_meter::LiveMeter;
 
 /// The published modulation (Huloux 2021, section IV).
@@ -143,8 +144,10 @@ pub fn run(
         driven: false,
         ended,
     };
+    let interference = Interference::new(bench.recording, config, config.plate.resonance_hz);
     let mut tasks = bench.before;
     tasks.push(Box::new(task));
+    tasks.push(Box::new(interference));
     tasks.extend(bench.after);
     bench
         .life

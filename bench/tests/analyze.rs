@@ -123,6 +123,7 @@ fn analyze(arguments: &[&str], recordings: &[&Path]) -> Output {
         .unwrap()
 }
 
+/// Fault 36.
 #[test]
 fn a_study_gives_results_by_the_schema() {
     let output = analyze(&["--json", "-"], &[study()]);
@@ -135,6 +136,7 @@ fn a_study_gives_results_by_the_schema() {
     assert_eq!(results["format"], 1);
     assert_eq!(results["settings"]["sigma_q0_rad_per_m"], 14000.0);
     let recording = &results["recordings"][0];
+    assert_eq!(recording["uncalibrated"], true);
     for method in ["paper", "dynamic"] {
         assert!(recording["z_p_n_s_per_m"][method][0].is_f64());
     }
@@ -399,6 +401,42 @@ fn a_pickup_that_changes_on_the_way_is_told_of() {
     });
     let found = loosened.found.unwrap();
     assert!(told(&found), "{:?} {:?}", found.flaws, found.model_check);
+}
+
+/// Fault 6.
+#[test]
+fn an_output_xrun_costs_the_instance_that_it_falls_in_and_no_other() {
+    let sound = analyse(&copied().1, &Settings::default()).found.unwrap();
+    let hit = sound.instances[2].start_s + 0.01;
+    let with_event = |event: &str| {
+        let event = event.to_owned();
+        let broken = damaged(move |r| {
+            edit(r.join("recording.toml"), |text| {
+                format!("{text}\n[[events]]\nkind = \"output_xrun\"\n{event}\n")
+            });
+        });
+        broken.found.unwrap()
+    };
+    let sample = (hit * 192e3) as u64;
+    let lost = |found: &RecordingFindings| {
+        let reason = "drive broken off by an output xrun";
+        let rejected = found.rejected.iter();
+        rejected.filter(|r| r.reason.contains(reason)).count()
+    };
+    let broken = with_event(&format!("sample = {sample}\nframes = 1000"));
+    assert_eq!(
+        (broken.instances.len(), lost(&broken)),
+        (sound.instances.len() - 1, 1)
+    );
+    // The drive went on all the same.
+    let harmless = with_event(&format!("sample = {sample}\nframes = 0"));
+    assert_eq!(
+        (harmless.instances.len(), lost(&harmless)),
+        (sound.instances.len(), 0)
+    );
+    // As earlier versions wrote it: the gap is somewhere about the report.
+    let old = with_event(&format!("sample = {sample}"));
+    assert!((1..=3).contains(&lost(&old)), "{:?}", old.rejected);
 }
 
 #[test]

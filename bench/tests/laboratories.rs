@@ -441,6 +441,31 @@ fn noise_and_few_bits_serve() {
     }
 }
 
+/// Fault 12.
+#[test]
+fn dc_and_hum_are_told_of_and_change_no_estimate() {
+    let folder = tempfile::tempdir().unwrap();
+    PUBLISHED.record(folder.path());
+    let path = folder.path().join("signals.wav");
+    let mut wav = hound::WavReader::open(&path).unwrap();
+    let (spec, samples) = (wav.spec(), wav.samples::<f32>());
+    let samples: Vec<f32> = samples.map(Result::unwrap).collect();
+    let mut disturbed = WavWriter::create(&path, spec).unwrap();
+    for (n, sample) in samples.into_iter().enumerate() {
+        let time_s = (n / 2) as f64 / 100e3;
+        let foreign =
+            0.15 + 0.05 * (TAU * 50.0 * time_s).sin() + 0.03 * (TAU * 12e3 * time_s).sin();
+        disturbed.write_sample(sample + foreign as f32).unwrap();
+    }
+    disturbed.finalize().unwrap();
+    let warnings = assert_within("DC, hum and a tone", errors(folder.path()));
+    let weak = |warning: &Flaw| matches!(warning, Flaw::CarrierWeak { ratio_db, .. } if (0.0..15.0).contains(ratio_db));
+    assert!(
+        warnings.len() == 2 && warnings.iter().all(weak),
+        "{warnings:?}"
+    );
+}
+
 #[test]
 fn slow_and_fast_sensors_serve() {
     for (force_rate_hz, position_rate_hz) in

@@ -44,6 +44,12 @@ pub enum Rejection {
         /// Number of such frames.
         frames: usize,
     },
+    /// The output lost frames, so that the drive was broken off.
+    #[error("drive broken off by an output xrun in {frames} frames")]
+    DriveGap {
+        /// Number of such frames.
+        frames: usize,
+    },
     /// An axis of the force sensor was at the end of its range.
     #[error("force sensor saturated in {frames} frames")]
     ForceSaturated {
@@ -100,6 +106,7 @@ impl Rejection {
             Self::TooShort { .. } => "too short",
             Self::LostSamples { .. } => "lost samples",
             Self::Clipped { .. } => "clipped samples",
+            Self::DriveGap { .. } => "drive broken off by an output xrun",
             Self::ForceSaturated { .. } => "force sensor saturated",
             Self::BelowNoise { .. } => "amplitude below its noise",
             Self::NotMeasured { .. } => "force or position missing",

@@ -156,5 +156,12 @@ pub fn interrupted_in_good_order(session: &SessionFolder) -> Recording {
     assert_eq!(end, Some(End::Interrupted));
     assert!(recording.duration_s() > 1.0, "{} s", recording.duration_s());
     assert_eq!(recording.not_finite(), 0);
+    let saved = session.events().last().map(|event| &event.data);
+    let saved = saved.expect("the recording's event, last of all");
+    assert_eq!(saved.get("interrupted"), Some(&true.into()), "{saved:?}");
+    // A busy computer may have no time for the sums.
+    let sums = saved.get("sha256").and_then(|sums| sums.as_object());
+    assert!(sums.is_none_or(|sums| sums.len() == 4), "{saved:?}");
+    session.require_whole();
     recording
 }

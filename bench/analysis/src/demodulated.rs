@@ -89,7 +89,7 @@ pub fn read(folder: &Path, pickup: PickupOffset) -> Result<DemodulatedRecording,
     let mut reader = RecordingReader::open(folder)?;
     let mut pipeline = Pipeline::of_recording_with(&manifest, reader.format(), &found)?;
     let mut levels = Levels::new(&manifest, reader.format().sample_rate_hz);
-    let mut record = Measurements::default();
+    let mut record = Measurements::faults_of(&manifest, reader.format().sample_rate_hz);
     let spans = Spans::of(&manifest);
     let mut frames: Vec<ZmFrame> = Vec::new();
     while reader.read_block(BLOCK_FRAMES, &mut block)? > 0 {
@@ -117,7 +117,6 @@ pub fn read(folder: &Path, pickup: PickupOffset) -> Result<DemodulatedRecording,
     let (position, times) = row_times::within(&spans, POSITION_FILE, rows.by_ref(), time_s)?;
     record.position = position;
     flaws.extend(times.flaws(rows.warnings(), duration_s));
-    record.saturated = manifest.saturated_s(reader.format().sample_rate_hz);
     Ok(DemodulatedRecording {
         manifest,
         record,

@@ -5,7 +5,8 @@ use impedance::smoothing::LowPass;
 use impedance::{Mask, ZmFrame};
 use protocols::{Direction, ExplorationSeries, Validity};
 
-use recording::manifest::QUIET_S;
+use recording::manifest::{Manifest, QUIET_S};
+use recording::pipeline::{Batch, DriveGap};
 use recording::{ForceRow, PositionRow};
 
 /// Cut-off of the second-order Butterworth filter on forces and position, Hz (Huloux 2021, section IV).
@@ -22,6 +23,8 @@ pub struct Measurements {
     pub position: Vec<PositionRow>,
     /// Spans during which the force sensor was at the end of its range, s; none touching another.
     pub saturated: Vec<(f64, f64)>,
+    /// Stretches in which the drive may have been broken off, in order.
+    pub drive_gaps: Vec<DriveGap>,
 }
 
 /// Impedance frames of an interval with force and position at each; NaN where they were not measured.
@@ -67,6 +70,31 @@ impl Measurements {
         ends.map_or((0.0, 0.0), |(first, last)| (first.time_s, last.time_s))
     }
 
+    /// Returns what a recording says of its faults, without any data.
+    pub fn faults_of(manifest: &Manifest, sample_rate_hz: u32) -> Self {
+        let gaps = (0..).zip(manifest.drive_gaps_s(sample_rate_hz));
+        let gap = |(xrun, (from_s, to_s))| DriveGap { xrun, from_s, to_s };
+        Self {
+            saturated: manifest.saturated_s(sample_rate_hz),
+            drive_gaps: gaps.map(gap).collect(),
+            ..Self::default()
+        }
+    }
+
+    /// Takes what was acquired.
+    pub fn take(&mut self, batch: Batch) {
+        self.frames.extend(batch.frames);
+        self.force.extend(batch.force);
+        self.position.extend(batch.position);
+        for at_s in batch.saturated_s {
+            self.saturate(at_s);
+        }
+        for gap in batch.drive_gaps {
+            self.drive_gaps.retain(|known| known.xrun != gap.xrun);
+            self.drive_gaps.push(gap);
+        }
+    }
+
     /// Takes a time at which the force sensor was at the end of its range, in order; joined as in a recording's events.
     pub fn saturate(&mut self, at_s: f64) {
         match self.saturated.last_mut() {
@@ -81,6 +109,7 @@ impl Measurements {
         let force = self.force.partition_point(|row| row.time_s < time_s);
         let position = self.position.partition_point(|row| row.time_s < time_s);
         self.saturated.retain(|(_, end_s)| *end_s >= time_s);
+        self.drive_gaps.retain(|gap| gap.to_s >= time_s);
         self.frames.drain(..frames);
         self.force.drain(..force);
         self.position.drain(..position);
@@ -112,6 +141,12 @@ impl Measurements {
                 .saturated
                 .iter()
                 .filter(|(from_s, to_s)| *from_s <= end_s && *to_s >= start_s)
+                .copied()
+                .collect(),
+            drive_gaps: self
+                .drive_gaps
+                .iter()
+                .filter(|gap| gap.from_s <= end_s && gap.to_s >= start_s)
                 .copied()
                 .collect(),
         }
@@ -147,6 +182,29 @@ impl Measurements {
         next.is_some_and(|(from_s, _)| *from_s - SATURATION_REACH_S <= time_s)
     }
 
+    fn is_broken_off(&self, time_s: f64) -> bool {
+        self.drive_gaps.iter().any(|gap| {
+            let reach_s = gap.from_s - GAP_REACH_S..=gap.to_s + GAP_REACH_S;
+            gap.to_s > gap.from_s && reach_s.contains(&time_s)
+        })
+    }
+
+    fn validity(&self, frame: &ZmFrame) -> Validity {
+        if frame.mask.contains(Mask::LOST_SAMPLES) {
+            Validity::LostSamples
+        } else if frame.mask.contains(Mask::CLIPPED) {
+            Validity::Clipped
+        } else if self.is_broken_off(frame.time_s) {
+            Validity::DriveGap
+        } else if self.is_saturated(frame.time_s) {
+            Validity::ForceSaturated
+        } else if frame.mask.contains(Mask::ENVELOPE_NULL) {
+            Validity::BelowNoise
+        } else {
+            Validity::Valid
+        }
+    }
+
     /// Returns the series of the frames from `start_s` to `end_s`.
     pub fn series(&self, start_s: f64, end_s: f64) -> FrameSeries {
         let from = self.frames.partition_point(|frame| frame.time_s < start_s);
@@ -164,10 +222,7 @@ impl Measurements {
         FrameSeries {
             amplitude_m: frames.iter().map(|frame| frame.amplitude_m).collect(),
             velocity_m_per_s: derivative(&time_s, &position_m),
-            validity: frames
-                .iter()
-                .map(|frame| validity(frame.mask, self.is_saturated(frame.time_s)))
-                .collect(),
+            validity: frames.iter().map(|frame| self.validity(frame)).collect(),
             time_s,
             frames,
             normal_n,
@@ -180,20 +235,9 @@ impl Measurements {
 /// Distance in time to which a saturated reading affects the smoothed force, s: the response of the 100 Hz filter has
 /// fallen to about a hundredth by then.
 const SATURATION_REACH_S: f64 = 0.01;
-
-fn validity(mask: Mask, saturated: bool) -> Validity {
-    if mask.contains(Mask::LOST_SAMPLES) {
-        Validity::LostSamples
-    } else if mask.contains(Mask::CLIPPED) {
-        Validity::Clipped
-    } else if saturated {
-        Validity::ForceSaturated
-    } else if mask.contains(Mask::ENVELOPE_NULL) {
-        Validity::BelowNoise
-    } else {
-        Validity::Valid
-    }
-}
+/// Distance in time to which a gap of the drive affects the impedance, s: by then the plate, which rings with a time
+/// constant of 2 m/b or some 2 ms, has forgotten it to a thousandth, and the demodulator's window is past.
+const GAP_REACH_S: f64 = 0.02;
 
 /// Interpolates linearly; NaN beyond the readings' ends.
 fn interpolate<R>(

@@ -28,6 +28,9 @@ struct Recording {
     path: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     participant: Option<String>,
+    /// Its constants are the configuration's, and were not measured.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    uncalibrated: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     carrier_hz: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -170,6 +173,7 @@ impl From<&RecordingAnalysis> for Recording {
                 return Self {
                     path,
                     participant: None,
+                    uncalibrated: false,
                     carrier_hz: None,
                     pickup_undone: None,
                     z_p_n_s_per_m: Methods {
@@ -186,6 +190,8 @@ impl From<&RecordingAnalysis> for Recording {
         Self {
             path,
             participant: found.participant().map(str::to_owned),
+            uncalibrated: (found.manifest.hardware.as_ref())
+                .is_some_and(|hardware| hardware.uncalibrated),
             carrier_hz: Some(found.manifest.carrier_hz),
             pickup_undone: Some(PickupUndone {
                 phase_rad: found.pickup.turn_rad,

@@ -13,8 +13,9 @@ use crate::field_task::FieldReading;
 use crate::flags::{FlagUpdate, Flags, InputFault};
 use crate::gauges::Gauges;
 use crate::lost_frames::{LossWatch, Lost, Piece, SampleBlock};
+use crate::output_gap::{Gap, OutputGapWatch, OutputXrun};
 use recording::manifest::{EventKind, RecordedInterval, RecordingEvent};
-use recording::pipeline::{Batch, Pipeline};
+use recording::pipeline::{Batch, DriveGap, Pipeline};
 use recording::recorder::{Begin, RecorderMessage, RecorderSender};
 use recording::writer::Ending;
 use recording::{ForceRow, PositionRow};
@@ -31,6 +32,8 @@ pub enum RecordingCommand {
     Interval(protocols::Interval),
     /// Records an event at the present sample.
     Event(EventKind, Option<String>),
+    /// Records an event at the present sample, and tells the operator.
+    Warn(EventKind, String),
     /// Ends the recording.
     End(Ending),
     /// Hands out the next samples unprocessed, whether or not a recording is open.
@@ -91,6 +94,7 @@ pub struct Acquisition {
     recording: Option<OpenRecording>,
     excerpt: Option<Excerpt>,
     loss: LossWatch,
+    output_gaps: OutputGapWatch,
     flags: Flags,
     warnings: Vec<String>,
     last_force_s: f64,
@@ -147,11 +151,12 @@ pub struct AcquisitionQueues {
 }
 
 impl Acquisition {
-    /// Makes the task that reads `input` into `pipeline`; `loss` counts the frames that an xrun swallows.
+    /// Makes the task that reads `input` into `pipeline`; `loss` counts the frames that an xrun of the input swallows,
+    /// `output_gaps` those of the output.
     pub fn new(
         input: InputReader,
         pipeline: Pipeline,
-        loss: LossWatch,
+        (loss, output_gaps): (LossWatch, OutputGapWatch),
         wiring: AcquisitionQueues,
         signals: Arc<Signals>,
         gauges: Arc<Gauges>,
@@ -176,6 +181,7 @@ impl Acquisition {
             recording: None,
             excerpt: None,
             loss,
+            output_gaps,
             last_force_s: f64::NEG_INFINITY,
             last_position_s: f64::NEG_INFINITY,
             silence: Silence::default(),
@@ -202,6 +208,10 @@ impl Acquisition {
                 return;
             }
             RecordingCommand::Event(kind, text) => return self.event(kind, None, text),
+            RecordingCommand::Warn(kind, text) => {
+                self.warnings.push(text.clone());
+                return self.event(kind, None, Some(text));
+            }
             RecordingCommand::End(end) => {
                 self.end_flags();
                 self.recording = None;
@@ -251,6 +261,9 @@ impl Acquisition {
     }
 
     fn end_flags(&mut self) {
+        let given_up = self.output_gaps.give_up();
+        // The stretch itself was reported with the xrun.
+        self.output_xrun(given_up, &mut Batch::default());
         let updates = self.flags.end(self.pipeline.account().frames);
         self.report(updates);
     }
@@ -281,9 +294,10 @@ impl Acquisition {
             .count_xruns(header.input_xruns, header.output_xruns);
         if header.input_xruns > before.input_xruns {
             self.event(EventKind::InputXrun, None, None);
-        }
-        if header.output_xruns > before.output_xruns {
-            self.event(EventKind::OutputXrun, None, None);
+            self.warnings.push(format!(
+                "input xrun at {:.3} s: the card or the computer was too slow; what was lost is marked in the recording",
+                self.pipeline.audio_s()
+            ));
         }
         let samples = std::mem::take(&mut self.block);
         for piece in self.loss.pass(header, samples) {
@@ -308,6 +322,9 @@ impl Acquisition {
         let dropped = header.first_frame.saturating_sub(self.card_frames);
         self.card_frames = header.first_frame + u64::from(header.frames);
         self.lose(dropped, batch)?;
+        let first = self.pipeline.account().frames;
+        let xrun = self.output_gaps.take(first, &samples, header.output_xruns);
+        self.output_xrun(xrun, batch);
         self.pipeline.take(&samples, &mut batch.frames)?;
         self.note_flaws();
         self.excerpt.take_if(|excerpt| excerpt.take(&samples));
@@ -333,6 +350,8 @@ impl Acquisition {
         if frames == 0 {
             return Ok(());
         }
+        let given_up = self.output_gaps.lose();
+        self.output_xrun(given_up, batch);
         self.pipeline.take_lost(frames, &mut batch.frames)?;
         if let Some(excerpt) = &mut self.excerpt {
             excerpt.samples.clear();
@@ -341,6 +360,29 @@ impl Acquisition {
             self.record(RecorderMessage::Gap(frames));
         }
         Ok(())
+    }
+
+    /// Reports an output xrun: the stretch at once, the event and the line for the operator when the gap is known.
+    fn output_xrun(&mut self, xrun: Option<OutputXrun>, batch: &mut Batch) {
+        let Some(xrun) = xrun else { return };
+        let time_s = |frame: u64| frame as f64 / self.pipeline.rate_hz();
+        let (from_s, to_s) = (time_s(xrun.from), time_s(xrun.to));
+        let none = xrun.gap == Gap::Nowhere;
+        batch.drive_gaps.push(DriveGap {
+            xrun: xrun.number,
+            from_s,
+            to_s: if none { from_s } else { to_s },
+        });
+        if xrun.gap == Gap::Sought {
+            return;
+        }
+        let text = xrun.gap.to_string();
+        self.warnings
+            .push(format!("output xrun at {from_s:.3} s: {text}"));
+        let begin = self.recording.as_ref().map(|open| open.first_frame);
+        if let Some(event) = begin.and_then(|begin| xrun.event(begin)) {
+            self.record(RecorderMessage::Event(event));
+        }
     }
 
     /// Places readings on the audio clock, each stream in order.

@@ -26,6 +26,7 @@ use crate::force::{ForceLink, open_port};
 use crate::gauges::Gauges;
 use crate::life::Life;
 use crate::lost_frames::LossWatch;
+use crate::output_gap::OutputGapWatch;
 
 /// Hardware of a bench, found or simulated by the composition root.
 pub struct Hardware {
@@ -210,6 +211,7 @@ impl Bench {
             clipping(on_drive.index, on_drive.clip_units),
             clipping(on_pickup.index, on_pickup.clip_units),
         )?;
+        let drive_channel = usize::from(on_drive.index);
         let (recording, recording_orders) = crossbeam_channel::unbounded();
         let (batches, acquired) = crossbeam_channel::unbounded();
         let block_frames = f64::from(
@@ -224,11 +226,9 @@ impl Bench {
         let acquisition = Acquisition::new(
             input,
             Pipeline::new(demodulator, zm, channels),
-            LossWatch::new(
-                carrier_hz,
-                config.audio.rate_hz,
-                channels,
-                usize::from(config.channels.drive.index),
+            (
+                LossWatch::new(carrier_hz, config.audio.rate_hz, channels, drive_channel),
+                OutputGapWatch::new(carrier_hz, config.audio.rate_hz, channels, drive_channel),
             ),
             AcquisitionQueues {
                 readings,

@@ -186,6 +186,7 @@ impl Field {
         health.drift_ppm = link.drift_ppm();
         health.force_samples += arrived;
         self.gauges.field.set(health);
+        self.signals.nonsense.set(link.nonsense(now_ns));
         if let Err(error) = polled {
             let message = format!("the force sensor's port is gone: {error}");
             let _ = self

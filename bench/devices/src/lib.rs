@@ -17,15 +17,18 @@ pub mod flags;
 pub mod force;
 mod gauges;
 mod life;
+mod line_source;
 mod lock_folder;
 pub mod lost_frames;
 pub mod loudspeaker;
+mod output_gap;
 
 pub use arming::{ArmingError, NotWired, require_armable, require_watched, safety_limits};
 pub use assembly::{Bench, Hardware, OpenHardware, impedance_chain};
 pub use digital_lines::Lines;
 pub use gauges::{FieldHealth, Gauges};
 pub use life::{Life, stop_on_signals};
+pub use line_source::{LineError, LineSource, take_lines};
 pub use lock_folder::lock_folder;
 
 /// Compiles and runs the example in the README.

@@ -11,11 +11,11 @@ use signalgen::BlockHeader;
 pub const WINDOW: usize = 512;
 /// Largest error of a phase read from such windows, rad; at 35 kHz and 192 kHz the nearest two of the 192 phases that
 /// losses can leave lie 1.9° apart.
-const TOLERANCE_RAD: f64 = 0.012;
+pub(crate) const TOLERANCE_RAD: f64 = 0.012;
 /// Largest error of the timestamps, s.
-const TIMESTAMP_S: f64 = 0.4e-3;
+pub(crate) const TIMESTAMP_S: f64 = 0.4e-3;
 /// Amplitude of the carrier below which its phase is noise, of full scale.
-const LEAST_AMPLITUDE: f64 = 1e-3;
+pub(crate) const LEAST_AMPLITUDE: f64 = 1e-3;
 
 /// Number of lost frames, and whether it is exact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,8 +60,23 @@ impl LossFinder {
         }
     }
 
+    /// Returns the carrier, Hz.
+    pub(crate) fn carrier_hz(&self) -> f64 {
+        self.carrier_hz
+    }
+
+    /// Returns the rate of the samples, Hz.
+    pub(crate) fn sample_rate_hz(&self) -> u32 {
+        self.sample_rate_hz
+    }
+
+    /// Returns the carrier's turn from one sample to the next, rad.
+    pub(crate) fn step_rad(&self) -> f64 {
+        TAU * self.carrier_hz / f64::from(self.sample_rate_hz)
+    }
+
     /// Returns amplitude and phase of the carrier, referred to the first sample.
-    fn phasor(&self, drive: &[f32]) -> Complex64 {
+    pub(crate) fn phasor(&self, drive: &[f32]) -> Complex64 {
         2.0 * drive
             .iter()
             .zip(&self.window)

@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | amplitude and phase of a tone, with their errors | [`tone`] |
 //! | power density, noise, and the tones in a silent recording | [`spectrum`] |
+//! | offsets, hum and foreign tones beside a drive | [`disturbance`] |
 //! | whether a generated carrier comes back, and as itself | [`signal_path`] |
 //! | whether a converter cuts a tone's peaks off | [`tone_clipping`] |
 //! | a straight line with its errors | [`regression`] |
@@ -16,6 +17,7 @@
 
 pub mod channel_fit;
 pub mod crosstalk;
+pub mod disturbance;
 mod fitted_value;
 pub mod plate_fit;
 pub mod regression;

@@ -247,6 +247,22 @@ pub fn replace_file_on(
     sync_parent(storage, path)
 }
 
+/// Returns whether there is something at `path`; not being able to look is an error.
+pub fn exists(storage: &dyn Storage, path: &Path) -> Result<bool, DiskError> {
+    match storage.find(path) {
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
+        Err(error) => Err(error).on("find", path),
+    }
+}
+
+/// Returns the content of a file of at most `limit_bytes`.
+pub fn read_on(storage: &dyn Storage, path: &Path, limit_bytes: u64) -> Result<Vec<u8>, DiskError> {
+    let file = storage.read(path);
+    file.and_then(|file| files::read_limited(file, limit_bytes))
+        .on("read", path)
+}
+
 /// Makes an empty file and returns once its name is on the disk; a file that exists is an error.
 pub fn create_empty(storage: &dyn Storage, path: &Path) -> Result<(), DiskError> {
     storage.create_new(path).on("create", path)?;

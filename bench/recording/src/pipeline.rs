@@ -24,10 +24,23 @@ pub struct Batch {
     pub position: Vec<PositionRow>,
     /// Times of forces at the end of the sensor's range, s.
     pub saturated_s: Vec<f64>,
+    /// Stretches in which the output lost frames, so that the drive is not what was commanded.
+    pub drive_gaps: Vec<DriveGap>,
     /// Warnings for the operator.
     pub warnings: Vec<String>,
     /// Totals since the start.
     pub account: Account,
+}
+
+/// Stretch in which the output lost frames.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct DriveGap {
+    /// Number of output xruns so far; a later report of the same number replaces the earlier one.
+    pub xrun: u64,
+    /// First moment at which the drive may be wrong, s.
+    pub from_s: f64,
+    /// Last moment, s; `from_s` if the drive went on without a gap.
+    pub to_s: f64,
 }
 
 /// Totals of the frames since the stream was opened.

@@ -24,7 +24,7 @@ pub use readback::{Misfit, Readback};
 pub use safety_limits::{BlindLimit, FaintDrive, Pace, SENSITIVITY, SafetyLimits};
 pub use safety_lines::{GpioError, InputLine, OutputLine, SafetyLines, input, output};
 pub use safety_state::{SafetyCommand, SafetyState};
-pub use signals::{DriveReading, Press, Signals};
+pub use signals::{DriveReading, Nonsense, Press, Signals};
 pub use stop_times::{StopLine, StopTimes};
 pub use trip::Trip;
 pub use watch::Watch;

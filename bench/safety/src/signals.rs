@@ -55,6 +55,15 @@ impl Press {
     }
 }
 
+/// Bytes of the force sensor's port that are no reading.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Nonsense {
+    /// Number of bytes since the last reading.
+    pub bytes: u64,
+    /// Whether they have come for so long that no reading is to be expected.
+    pub lasts: bool,
+}
+
 /// Latest values that the watch judges, and the state that it publishes.
 #[derive(Debug, Default)]
 pub struct Signals {
@@ -64,6 +73,8 @@ pub struct Signals {
     pub amplitude_m: Slot<f64>,
     /// Host time at which the force sensor's port was last polled, ns.
     pub force_polled_ns: Slot<u64>,
+    /// What the force sensor's port sends instead of readings; published by the task that reads the force sensor.
+    pub nonsense: Slot<Nonsense>,
     /// Latest forces; published by the task that reads the force sensor.
     pub press: Slot<Press>,
     /// Times of the hardware stops, once they have been exercised; published by the watch.

@@ -63,10 +63,20 @@ pub enum Trip {
         /// Least and greatest command within the loop's latency, V.
         commanded_v: (f64, f64),
     },
-    /// The drive reads back a voltage although the bench is disarmed: a welded relay, another generator.
+    /// The drive reads back a voltage although the amplifier is off: a welded relay, another generator.
     AliveWhileDisarmed {
         /// Measured peak, V.
         measured_v: f64,
+    },
+    /// The drive reads back a voltage although nothing is played, with the amplifier on: another generator.
+    AliveUndriven {
+        /// Measured peak, V.
+        measured_v: f64,
+    },
+    /// The force sensor's port sends bytes, and no reading among them: wrong baud or protocol, another device.
+    ForceNonsense {
+        /// Number of bytes.
+        bytes: u64,
     },
     /// The plate moves more than it may.
     Amplitude {
@@ -146,9 +156,19 @@ impl fmt::Display for Trip {
             Self::AliveWhileDisarmed { measured_v } => {
                 write!(
                     f,
-                    "drive reads back {measured_v:.1} V although disarmed: switch the amplifier off at the mains"
+                    "drive reads back {measured_v:.1} V although disarmed: take the finger off the plate and switch the amplifier off at the mains; its relay is welded, or another generator drives it"
                 )
             }
+            Self::AliveUndriven { measured_v } => {
+                write!(
+                    f,
+                    "drive reads back {measured_v:.1} V although nothing is played: take the finger off the plate and switch the amplifier off at the mains; another generator drives it"
+                )
+            }
+            Self::ForceNonsense { bytes } => write!(
+                f,
+                "the force sensor's port has sent {bytes} bytes and no reading: compare force.baud and force.protocol with the sensor, and look whether another device is on that port"
+            ),
             Self::Amplitude {
                 amplitude_um,
                 limit_um,

@@ -15,7 +15,7 @@ use crate::readback::{Misfit, Readback};
 use crate::safety_limits::{SENSITIVITY, SafetyLimits};
 use crate::safety_lines::{GpioError, OutputLine, SafetyLines};
 use crate::safety_state::{SafetyCommand, SafetyState};
-use crate::signals::{Press, Signals};
+use crate::signals::{Nonsense, Press, Signals};
 use crate::stop_times::StopLine;
 use crate::trip::Trip;
 
@@ -59,8 +59,12 @@ const ONE_SHOT_NS: u64 = 100_000_000;
 const RAMP_TIMEOUT: Duration = Duration::from_millis(30);
 /// Longest wait of an armed bench for the first force reading, ns (FAULTS.md row 21).
 const FIRST_READING_TIMEOUT_NS: u64 = 1_000_000_000;
+/// Bytes without a reading from which on a port is not called silent; a frame that is cut off has fewer.
+const NONSENSE_BYTES: u64 = 256;
 /// Time from a trip to disabling the amplifier, when the emergency ramp is over, ns.
 const DISABLE_AFTER_NS: u64 = 20_000_000;
+/// Time from a trip to when nothing may be read back any more, beside the loop's latency, ns.
+const OFF_AFTER_NS: u64 = DISABLE_AFTER_NS + 80_000_000;
 
 impl Watch {
     /// Makes a disarmed watch.
@@ -365,6 +369,9 @@ impl Watch {
             measured_v,
             commanded_v,
         } = misfit;
+        if self.state == SafetyState::Armed && commanded_v.1 <= 0.0 {
+            return Some(Trip::AliveUndriven { measured_v });
+        }
         if self.state == SafetyState::Armed {
             return Some(Trip::Readback {
                 measured_v,
@@ -376,10 +383,36 @@ impl Watch {
             .then_some(Trip::AliveWhileDisarmed { measured_v })
     }
 
+    /// Alarm of a drive that is alive although it was stopped. It replaces the reason of the stop: whoever reads that the
+    /// e-stop was pressed must not believe that the plate is off.
+    fn alive_after_stop(&self, now_ns: u64) -> Option<Trip> {
+        let SafetyState::Tripped { trip } = &self.state else {
+            return None;
+        };
+        let off_ns = self.tripped_at_ns + OFF_AFTER_NS + self.limits.loop_latency_ns;
+        let reading = self.signals.readback.get()?;
+        let known = matches!(trip, Trip::AliveWhileDisarmed { .. });
+        let alive = reading.volts > self.limits.readback_floor_v;
+        (!known && now_ns > off_ns && reading.at_ns > off_ns && alive).then_some(
+            Trip::AliveWhileDisarmed {
+                measured_v: reading.volts,
+            },
+        )
+    }
+
     fn force_wrong(&self, now_ns: u64) -> Option<Trip> {
         if !self.expects_force {
             return None;
         }
+        let Nonsense { bytes, lasts } = self.signals.nonsense.get().unwrap_or_default();
+        if lasts {
+            return Some(Trip::ForceNonsense { bytes });
+        }
+        let silent = if bytes >= NONSENSE_BYTES {
+            Trip::ForceNonsense { bytes }
+        } else {
+            Trip::ForceSilent
+        };
         let Some(Press {
             normal_n,
             lateral_n,
@@ -390,7 +423,7 @@ impl Watch {
         else {
             // The preflight check saw readings, so the first reading is only waited for, and not for ever.
             let waited_ns = now_ns.saturating_sub(self.armed_at_ns);
-            return (waited_ns > FIRST_READING_TIMEOUT_NS).then_some(Trip::ForceSilent);
+            return (waited_ns > FIRST_READING_TIMEOUT_NS).then_some(silent);
         };
         let limit_n = self.limits.max_normal_n;
         if exceeds(normal_n, limit_n) {
@@ -427,7 +460,7 @@ impl Watch {
                 message: "the force sensor was not read for a quarter of a second".to_owned(),
             });
         }
-        (polled_ns.saturating_sub(at_ns) > self.limits.silence_ns).then_some(Trip::ForceSilent)
+        (polled_ns.saturating_sub(at_ns) > self.limits.silence_ns).then_some(silent)
     }
 
     /// Moves a running exercise on, with the enable line; returns what the lines must do.
@@ -471,6 +504,9 @@ impl Watch {
                 Some(trip @ (Trip::AliveWhileDisarmed { .. } | Trip::Killed)),
             ) => self.trip(trip, now_ns),
             _ => {}
+        }
+        if let Some(trip) = self.alive_after_stop(now_ns) {
+            self.set_state(SafetyState::Tripped { trip });
         }
         Ok(())
     }

@@ -215,7 +215,7 @@ impl Replay {
         report: Sender<Report>,
     ) -> Self {
         let intervals = in_order(plan.source.manifest());
-        let saturated = plan.source.manifest().saturated_s(plan.source.rate_hz());
+        let record = Measurements::faults_of(plan.source.manifest(), plan.source.rate_hz());
         let explorations = intervals
             .iter()
             .filter(|interval| matches!(interval.kind, RecordedIntervalKind::Exploration(_)));
@@ -243,10 +243,7 @@ impl Replay {
             screen_due_s: 0.0,
             phase: None,
             intervals,
-            record: Measurements {
-                saturated,
-                ..Measurements::default()
-            },
+            record,
             plate: Err(UnloadedError::NoInterval),
             explored: 0,
             instances: 0,

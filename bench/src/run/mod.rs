@@ -22,6 +22,7 @@ use signalgen::StreamDirection;
 use tasks::StopFlag;
 
 use crate::apparatus::{Apparatus, Watcher};
+use crate::interference::Interference;
 use crate::journal::Journal;
 use crate::readiness::Readiness;
 use crate::refit::Refit;
@@ -171,6 +172,8 @@ pub fn run(
         })
     };
     let machinery = (signals.clone(), gauges.clone(), gauge.clone());
+    let last_notices = notices.clone();
+    let interference = Interference::new(recording.clone(), effective.config(), plan.carrier_hz);
     let wiring = Wiring {
         batches,
         recording,
@@ -199,11 +202,12 @@ pub fn run(
         plan.headless,
         reports,
     );
-    let journal = Journal::new(session, journal_entries, clock.clone())?;
+    let journal = Journal::new(session, journal_entries, last_notices, clock.clone())?;
 
     let mut tasks = before;
     tasks.push(Box::new(task));
     tasks.push(Box::new(refit));
+    tasks.push(Box::new(interference));
     tasks.extend(after);
     tasks.push(Box::new(journal));
     life.run(tasks, || dashboard.map_or(Ok(()), DashboardThread::join))?;

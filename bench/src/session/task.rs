@@ -23,15 +23,16 @@ use recording::manifest::EventKind;
 use recording::pipeline::Account;
 use recording::recorder::RecorderNotice;
 use recording::study::TrialLabel;
-use recording::study::event_log::ExitStatus;
 use recording::writer::Ending;
 use safety::{SafetyState, Trip};
 use tasks::Task;
 use tui::event::LogLevel;
 
+use super::how_ended::HowEnded;
 use super::report::{Report, summary_lines};
+use super::stop_kind::stop_kind;
 use super::wiring::{Admit, BeginRecording, Wiring};
-use crate::journal::Entry;
+use crate::journal::{Entry, SavedRecording};
 use crate::live_meter::LiveMeter;
 use crate::screen_words;
 
@@ -140,25 +141,20 @@ impl SessionTask {
     }
 
     fn take_batches(&mut self) {
-        for batch in self.wiring.batches.try_iter() {
+        for mut batch in self.wiring.batches.try_iter() {
             self.audio_s = batch.audio_s;
             self.account = batch.account;
             self.normal_n = batch.force.last().map(|row| row.normal_n).or(self.normal_n);
             self.meter.take(&batch);
             self.contact.take(&batch, |_| {});
-            for text in batch.warnings {
+            for text in std::mem::take(&mut batch.warnings) {
                 self.wiring.front.show(tui::Event::Log {
                     level: LogLevel::Warning,
                     text,
                 });
             }
             if self.collecting {
-                self.record.frames.extend(batch.frames);
-                self.record.force.extend(batch.force);
-                self.record.position.extend(batch.position);
-                for at_s in batch.saturated_s {
-                    self.record.saturate(at_s);
-                }
+                self.record.take(batch);
             }
         }
     }
@@ -167,13 +163,19 @@ impl SessionTask {
         while let Ok(notice) = self.wiring.notices.try_recv() {
             match notice {
                 RecorderNotice::Began { .. } => {}
-                RecorderNotice::Saved { folder, sums, .. } => {
+                RecorderNotice::Saved {
+                    folder,
+                    sums,
+                    interrupted,
+                    ..
+                } => {
                     self.open.take_if(|open| *open == folder);
-                    let _ = self.wiring.journal.send(Entry::Saved {
+                    let _ = self.wiring.journal.send(Entry::Saved(SavedRecording {
                         t_s: self.audio_s,
                         folder,
                         sums,
-                    });
+                        interrupted,
+                    }));
                 }
                 RecorderNotice::Failed {
                     folder,
@@ -495,6 +497,21 @@ impl SessionTask {
         }
     }
 
+    /// Tells of a stop that the protocol's state machine does not: one whose reason has become another, as when the plate is
+    /// alive after it, and one after the session's end.
+    fn alarm(&mut self, before: &SafetyState) {
+        let SafetyState::Tripped { trip } = &self.safety else {
+            return;
+        };
+        if matches!(before, SafetyState::Tripped { .. }) || self.ended.is_some() {
+            let reason = trip.to_string();
+            self.tell(SessionEvent {
+                t_s: self.audio_s,
+                kind: SessionEventKind::SafetyTripped { reason },
+            });
+        }
+    }
+
     /// A session without an operator ends where one would be needed.
     fn nobody_to_ask(&mut self) {
         if !self.unattended || self.ended.is_some() {
@@ -507,34 +524,13 @@ impl SessionTask {
         }
     }
 
-    fn reason(&self) -> Option<String> {
-        if let Some(failure) = self.wiring.stop.failure() {
-            return Some(failure.to_owned());
+    fn how_ended(&self) -> HowEnded<'_> {
+        HowEnded {
+            failure: self.wiring.stop.failure(),
+            safety: &self.safety,
+            outcome: self.ended.as_ref(),
+            phase: self.machine.phase(),
         }
-        match (&self.safety, &self.ended) {
-            (_, Some(SessionOutcome::Completed { .. })) => None,
-            (SafetyState::Tripped { trip }, _) => Some(trip.to_string()),
-            (_, Some(SessionOutcome::Aborted { .. })) => Some("aborted by the operator".to_owned()),
-            (_, None) => Some(match self.machine.phase() {
-                Phase::Paused => {
-                    "timed out waiting for the participant; no operator to resume".to_owned()
-                }
-                _ => "stopped before its end".to_owned(),
-            }),
-        }
-    }
-}
-
-/// The event of a stop, by its reason.
-fn stop_kind(safety: &SafetyState) -> EventKind {
-    match safety {
-        SafetyState::Tripped {
-            trip: Trip::EmergencyStop | Trip::Operator,
-        } => EventKind::EmergencyStop,
-        SafetyState::Tripped {
-            trip: Trip::Readback { .. } | Trip::ReadbackMissing | Trip::AliveWhileDisarmed { .. },
-        } => EventKind::ReadbackMismatch,
-        _ => EventKind::Safe,
     }
 }
 
@@ -550,7 +546,8 @@ impl Task for SessionTask {
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
         let safety = self.wiring.signals.state.get().unwrap_or_default();
         if safety != self.safety {
-            self.safety = safety;
+            let before = std::mem::replace(&mut self.safety, safety);
+            self.alarm(&before);
             let shown = safety_event(&self.safety, self.wiring.drive.sounds());
             self.wiring.front.show(shown);
         }
@@ -571,19 +568,15 @@ impl Task for SessionTask {
 
     fn finish(&mut self) -> anyhow::Result<()> {
         self.wiring.drive.stop();
+        let reason = self.how_ended().reason();
         if self.open.is_some() {
-            let reason = self.reason().unwrap_or_default();
+            let reason = reason.clone().unwrap_or_default();
             self.send(RecordingCommand::End(Ending::Interrupted { reason }));
         }
-        let reason = self.reason();
         let completed = matches!(self.ended, Some(SessionOutcome::Completed { .. }));
-        let status = match (&self.ended, &self.safety) {
-            (Some(SessionOutcome::Completed { .. }), _) => ExitStatus::Success,
-            _ if self.wiring.stop.failure().is_some() => ExitStatus::Fail,
-            (_, SafetyState::Tripped { .. }) => ExitStatus::Fail,
-            _ => ExitStatus::Abort,
-        };
+        let status = self.how_ended().status();
         let _ = self.wiring.journal.send(Entry::Stop {
+            t_s: self.audio_s,
             status,
             reason: reason.clone(),
         });

@@ -1,9 +1,12 @@
-//! A serial port that is open is nobody else's (FAULTS.md, row 34).
+//! A sound card or a serial port that is open is nobody else's (FAULTS.md, rows 5 and 34).
 
+use config::Effective;
 use devices::force::open_port;
+use devices::{Bench, Lines};
 use mock_world::scenario::Scenario;
+use signalgen::audio::AudioError;
 
-use crate::rig::{Rig, apparatus, config};
+use crate::rig::{Rig, apparatus, config, hardware};
 
 /// Fault 34.
 #[test]
@@ -18,4 +21,18 @@ fn a_force_sensor_that_is_listened_to_is_not_opened_again() {
         error.contains("force sensor's port") && error.contains("free"),
         "{error}"
     );
+}
+
+/// Fault 5.
+#[test]
+fn a_sound_card_that_plays_for_another_is_refused_by_its_name_with_what_to_do() {
+    let rig = Rig::new(Scenario::default(), config(&[]), None);
+    let other = hardware(&rig.apparatus, Lines::default());
+    let bench = Effective::uncalibrated(config(&[]));
+    let error = Bench::open(&bench, 35_000.0, other).err().unwrap();
+    let Some(AudioError::Busy { device, holder, .. }) = error.downcast_ref() else {
+        panic!("{error:#}");
+    };
+    assert!(device.contains("sim"), "{device}");
+    assert!(holder.contains("another program holds it"), "{holder}");
 }

@@ -11,6 +11,7 @@ mod exclusive;
 mod flags;
 mod freezes;
 mod held_up;
+mod interference;
 mod rig;
 mod safe;
 mod stall;

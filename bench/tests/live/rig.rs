@@ -17,7 +17,7 @@ use recording::pipeline::Account;
 use recording::recorder::{Begin, RecorderNotice};
 use recording::writer::Ending;
 use recording::{AudioFormat, RecordingReader};
-use safety::{GpioError, InputLine, SafetyState, input, output};
+use safety::{DriveReading, GpioError, InputLine, SafetyState, Signals, input, output};
 use signalgen::Waveform;
 use tasks::{Clock, Schedule};
 
@@ -58,7 +58,15 @@ pub fn clock(apparatus: &Apparatus) -> Arc<dyn Clock> {
 
 /// The bench of `config` on `apparatus`, opened and played; the test itself steps its tasks.
 pub fn open(apparatus: &Apparatus, config: Config, lines: Lines) -> Bench {
-    let hardware = Hardware {
+    let hardware = hardware(apparatus, lines);
+    let bench = Bench::open(&Effective::uncalibrated(config), 35_000.0, hardware).unwrap();
+    bench.life.streams().play().unwrap();
+    bench
+}
+
+/// What a bench on `apparatus` is opened with.
+pub fn hardware(apparatus: &Apparatus, lines: Lines) -> Hardware {
+    Hardware {
         host: apparatus.host(),
         lines,
         force_port: Some(apparatus.force_port().unwrap().to_owned()),
@@ -67,10 +75,7 @@ pub fn open(apparatus: &Apparatus, config: Config, lines: Lines) -> Bench {
         guard: Box::new(()),
         simulated: true,
         pace: safety::Pace::Simulated,
-    };
-    let bench = Bench::open(&Effective::uncalibrated(config), 35_000.0, hardware).unwrap();
-    bench.life.streams().play().unwrap();
-    bench
+    }
 }
 
 /// A recording in `folder` of all inputs at `rate_hz`.
@@ -121,6 +126,35 @@ pub struct Level(pub Arc<AtomicBool>);
 impl InputLine for Level {
     fn is_high(&mut self) -> Result<bool, GpioError> {
         Ok(self.0.load(Ordering::Relaxed))
+    }
+}
+
+/// What stands between the read-back and the watch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Tamper {
+    Nothing,
+    /// The gain has become another.
+    Gain(f64),
+    /// Something else drives the plate, V.
+    Alive(f64),
+}
+
+impl Tamper {
+    /// Changes the newest reading, once.
+    pub fn with(self, signals: &Signals, tampered: &mut u64) {
+        let Some(reading) = signals.readback.get() else {
+            return;
+        };
+        if self == Self::Nothing || reading.sample == *tampered {
+            return;
+        }
+        *tampered = reading.sample;
+        let volts = match self {
+            Self::Gain(gain) => gain * reading.volts,
+            Self::Alive(volts) => reading.volts.max(volts),
+            Self::Nothing => reading.volts,
+        };
+        signals.readback.set(DriveReading { volts, ..reading });
     }
 }
 
@@ -230,13 +264,9 @@ impl Rig {
         let safety = self.bench.signals.state.get().unwrap_or_default();
         self.bench.drive.poll(&safety);
         for batch in self.bench.batches.try_iter() {
-            self.record.frames.extend(batch.frames);
-            self.record.force.extend(batch.force);
-            for at_s in batch.saturated_s {
-                self.record.saturate(at_s);
-            }
             self.account = batch.account;
-            self.warnings.extend(batch.warnings);
+            self.warnings.extend(batch.warnings.iter().cloned());
+            self.record.take(batch);
         }
         Ok(safety)
     }

@@ -5,11 +5,14 @@ use mock_hw::apparatus::FaultPanel;
 use mock_hw::host::Direction;
 use mock_hw::serial::ForceFault;
 use mock_world::plant::Axis;
-use mock_world::scenario::Scenario;
+use mock_world::scenario::{ForceProtocol, Scenario};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use recording::RecordingReader;
 use safety::{SafetyState, Trip};
+use signalgen::{DriveConfig, DriveSettings, Waveform};
+
+use devices::drive_control::settings;
 
 use crate::campaign;
 use crate::rig::{Rig, config};
@@ -28,8 +31,8 @@ fn faults(rig: &Rig) -> FaultPanel {
     rig.apparatus.faults()
 }
 
-/// Longest silence of a real bench (`silence_s`), and a poll or two.
-const SILENCE_S: f64 = 0.06;
+/// Longest silence of a real bench (`silence_s`), and the polls of those who notice it.
+const SILENCE_S: f64 = 0.055;
 
 const CASES: [Case; 14] = [
     Case {
@@ -187,6 +190,92 @@ fn an_axis_beyond_its_stated_range_stops_the_whole_bench() {
     let range = [("latency_s = 0.0", "latency_s = 0.0\nrange_n = 2.0")];
     let press = |rig: &mut Rig| rig.apparatus.masses().place(Axis::Normal, 0.25);
     assert_eq!(trips_on(&range, press, 0.5), Trip::ForceSaturated);
+}
+
+/// Fault 8.
+/// Hazard 3.
+#[test]
+fn what_the_generator_must_not_play_is_refused_clamped_to_zero_and_stops_the_bench() {
+    let tone = |amplitude_v| Waveform::Tone {
+        carrier_hz: 35_000.0,
+        amplitude_v,
+    };
+    let settings = settings(&config(&[])).unwrap();
+    for amplitude_v in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 55.1, 1e9] {
+        assert!(
+            settings.admit(tone(amplitude_v)).is_err(),
+            "{amplitude_v} V"
+        );
+    }
+    // Past that check, as an error of the program would come: 120 V of a bench whose limit is 55 V.
+    let other = DriveSettings::new(DriveConfig {
+        limit_v: 150.0,
+        volts_per_unit: 200.0,
+        sample_rate_hz: 192_000,
+        ramp_s: 0.05,
+    });
+    let program = other.unwrap().admit(tone(120.0)).unwrap();
+    let mut rig = Rig::driven();
+    rig.pass(0.3);
+    rig.bench.drive.start(program);
+    let asked_ns = rig.apparatus.now_ns();
+    let trip = loop {
+        if let SafetyState::Tripped { trip } = rig.tick() {
+            break trip;
+        }
+    };
+    assert_eq!(trip, Trip::Generator);
+    let took_s = (rig.apparatus.now_ns() - asked_ns) as f64 * 1e-9;
+    assert!(took_s < 0.02, "{took_s} s");
+    for _ in 0..500 {
+        assert!(matches!(rig.tick(), SafetyState::Tripped { .. }));
+    }
+    assert!(!rig.bench.drive.sounds());
+    let read_v = rig.bench.signals.readback.get().unwrap().volts;
+    assert!(read_v < 0.1, "{read_v} V");
+}
+
+/// Fault 21.
+/// Hazard 20.
+#[test]
+fn another_device_on_the_force_sensors_port_is_refused_after_a_second_of_nonsense() {
+    let mut scenario = Scenario::default();
+    // What it sends is no frame of the protocol that the bench expects.
+    scenario.force_sensor.protocol = ForceProtocol::Lines;
+    let mut rig = Rig::new(scenario, config(&[]), None);
+    // Watching is permitted, so that somebody can find out what it is.
+    rig.pass(1.1);
+    rig.drive();
+    let SafetyState::Tripped { trip } = rig.tick() else {
+        panic!("armed");
+    };
+    let Trip::ForceNonsense { bytes } = trip else {
+        panic!("{trip}");
+    };
+    assert!(bytes > 1000, "{bytes}");
+    let words = trip.to_string();
+    for word in ["force.baud", "force.protocol", "another device"] {
+        assert!(words.contains(word), "{words}");
+    }
+    for _ in 0..200 {
+        assert!(matches!(rig.tick(), SafetyState::Tripped { .. }));
+        let read_v = rig.bench.signals.readback.get().unwrap().volts;
+        assert!(read_v < 0.1, "driven with {read_v} V");
+    }
+    assert!(!rig.bench.drive.sounds(), "it arms nothing");
+
+    // Armed before anybody could tell: no longer than the first reading is waited for.
+    let mut scenario = Scenario::default();
+    scenario.force_sensor.protocol = ForceProtocol::Lines;
+    let mut rig = Rig::new(scenario, config(&[]), None);
+    rig.drive();
+    let trip = loop {
+        if let SafetyState::Tripped { trip } = rig.tick() {
+            break trip;
+        }
+        assert!(rig.apparatus.now_ns() < 1_050_000_000, "it is not stopped");
+    };
+    assert!(matches!(trip, Trip::ForceNonsense { .. }), "{trip}");
 }
 
 /// Times from a fault, s.

@@ -11,6 +11,7 @@ use contact::AssumedConstants;
 use crossbeam_channel::{Receiver, Sender};
 use devices::drive_control::{settings, waveform};
 use devices::{Bench, Life, Lines};
+use friction_bench::journal::Entry;
 use friction_bench::readiness::Readiness;
 use friction_bench::refit::Refit;
 use friction_bench::run::ProtocolFile;
@@ -19,13 +20,13 @@ use mock_hw::apparatus::Apparatus;
 use mock_hw::serial::ForceFault;
 use mock_world::plant::Axis;
 use mock_world::scenario::Scenario;
-use protocols::{Session, TrialKey, TrialOutcome, TrialRecord};
+use protocols::{Session, SessionEventKind, TrialKey, TrialOutcome, TrialRecord};
 use recording::manifest::EventKind;
-use safety::{GpioError, OutputLine, input, output};
+use safety::{GpioError, OutputLine, SafetyState, Signals, Trip, input, output};
 use tasks::Task;
 use tui::event::{LogLevel, PhaseKind};
 
-use crate::rig::{RATE_HZ, apparatus, begin, config, events, open};
+use crate::rig::{RATE_HZ, Tamper, apparatus, begin, config, events, open};
 
 /// A heartbeat whose wire can be cut.
 struct Cuttable {
@@ -69,6 +70,10 @@ struct Rig {
     warnings: Vec<String>,
     errors: Vec<String>,
     begun: Arc<Mutex<Vec<PathBuf>>>,
+    signals: Arc<Signals>,
+    tamper: Tamper,
+    tampered: u64,
+    journal: Receiver<Entry>,
     _life: Life,
     _temp: tempfile::TempDir,
 }
@@ -121,6 +126,8 @@ impl Rig {
         };
         let (ask, asked) = crossbeam_channel::unbounded();
         let (show, seen) = crossbeam_channel::unbounded();
+        let (entries, journal) = crossbeam_channel::unbounded();
+        let watched = signals.clone();
         let (refits, fits, refit) = Refit::new(35_000.0, AssumedConstants::ESTIMATION);
         let wiring = Wiring {
             batches,
@@ -133,7 +140,7 @@ impl Rig {
             front: Box::new(Operator { seen: show, asked }),
             watchers: Vec::new(),
             sound: None,
-            journal: crossbeam_channel::unbounded().0,
+            journal: entries,
             refits,
             fits,
             signals,
@@ -166,6 +173,10 @@ impl Rig {
             warnings: Vec::new(),
             errors: Vec::new(),
             begun,
+            signals: watched,
+            tamper: Tamper::Nothing,
+            tampered: 0,
+            journal,
             _life: life,
             _temp: temp,
         };
@@ -185,6 +196,7 @@ impl Rig {
         for task in &mut self.tasks {
             task.poll(now_ns).unwrap();
         }
+        self.tamper.with(&self.signals, &mut self.tampered);
         for event in self.seen.try_iter() {
             match event {
                 tui::Event::Phase(phase) => self.phase = Some(phase.kind),
@@ -373,5 +385,144 @@ fn a_stop_is_marked_by_its_reason() {
             vec![Resume, Redo, Safe, Abort],
             vec![Resume, Redo, Abort],
         ]
+    );
+}
+
+impl Rig {
+    /// Peak of the drive as read back now, V.
+    fn volts(&self) -> f64 {
+        self.signals.readback.get().map_or(0.0, |now| now.volts)
+    }
+
+    /// Waits until the drive is at the crest of its modulation, which takes a period.
+    fn until_crest(&mut self) {
+        let mut most_v = 0.0f64;
+        for _ in 0..2_000 {
+            self.tick();
+            most_v = most_v.max(self.volts());
+        }
+        let until_ns = self.apparatus.now_ns() + 1_000_000_000;
+        while self.volts() < 0.97 * most_v {
+            assert!(self.apparatus.now_ns() < until_ns, "{most_v} V");
+            self.tick();
+        }
+    }
+
+    /// Time until the operator is told of an error, s.
+    fn told_within_s(&mut self) -> f64 {
+        let (laid_ns, told) = (self.apparatus.now_ns(), self.errors.len());
+        while self.errors.len() == told {
+            let waited_ns = self.apparatus.now_ns() - laid_ns;
+            assert!(waited_ns < 1_000_000_000, "nobody was told");
+            self.tick();
+        }
+        (self.apparatus.now_ns() - laid_ns) as f64 * 1e-9
+    }
+
+    /// Reasons of the stops in the session's log so far.
+    fn logged_stops(&self) -> Vec<String> {
+        let entries = self.journal.try_iter();
+        entries
+            .filter_map(|entry| match entry {
+                Entry::Event(event) => match event.kind {
+                    SessionEventKind::SafetyTripped { reason } => Some(reason),
+                    _ => None,
+                },
+                _ => None,
+            })
+            .collect()
+    }
+}
+
+/// Fault 16.
+/// Hazard 18.
+#[test]
+fn a_dead_amplifier_and_half_the_gain_stop_a_session_within_50_ms() {
+    type Fault = (&'static str, fn(&mut Rig));
+    let faults: [Fault; 2] = [
+        ("dead amplifier", |rig| {
+            rig.apparatus.faults().switch_off_amplifier(true);
+        }),
+        ("half the gain", |rig| rig.tamper = Tamper::Gain(0.5)),
+    ];
+    for (what, lay) in faults {
+        let mut rig = Rig::new(&[]);
+        rig.pass(0.4);
+        rig.until_crest();
+        assert_eq!(rig.errors, Vec::<String>::new(), "{what}");
+        lay(&mut rig);
+        let told_s = rig.told_within_s();
+        println!("{what}: stopped after {:.1} ms", 1e3 * told_s);
+        assert!(told_s < 0.05, "{what}: {told_s} s");
+        let state = rig.signals.state.get().unwrap();
+        let readback = |trip: &Trip| matches!(trip, Trip::Readback { .. });
+        assert!(
+            matches!(&state, SafetyState::Tripped { trip } if readback(trip)),
+            "{what}: {state:?}"
+        );
+        assert!(rig.errors[0].contains("reads back"), "{:?}", rig.errors);
+        rig.tamper = Tamper::Nothing;
+        rig.pass(0.06);
+        assert!(rig.volts() < 0.1, "{what}: {} V", rig.volts());
+        let kinds: Vec<_> = rig.told()[0].iter().map(|event| event.0).collect();
+        assert_eq!(
+            kinds,
+            [EventKind::ReadbackMismatch, EventKind::Abort],
+            "{what}"
+        );
+    }
+}
+
+/// Fault 19.
+/// Hazard 17.
+#[test]
+fn a_plate_that_is_alive_while_a_session_is_paused_is_an_alarm_with_what_to_do() {
+    let mut rig = Rig::new(&[]);
+    rig.pass(0.3);
+    rig.ask(tui::Action::Pause);
+    rig.until(PhaseKind::Paused);
+    rig.pass(0.5);
+    assert!(rig.logged_stops().is_empty() && rig.errors.is_empty());
+    rig.tamper = Tamper::Alive(12.0);
+    let told_s = rig.told_within_s();
+    assert!(told_s < 0.05, "{told_s} s");
+    let alarm = rig.errors[0].clone();
+    for word in [
+        "12.0 V although nothing is played",
+        "finger off the plate",
+        "at the mains",
+    ] {
+        assert!(alarm.contains(word), "{alarm}");
+    }
+    assert!(alarm.ends_with(&rig.logged_stops()[0]), "{alarm}");
+}
+
+/// Fault 19.
+/// Hazard 17.
+#[test]
+fn a_plate_that_is_alive_after_the_e_stop_is_an_alarm_of_its_own_and_cannot_be_rearmed() {
+    let mut rig = Rig::new(&[]);
+    rig.pass(0.3);
+    rig.apparatus.faults().press_estop(true);
+    rig.until(PhaseKind::Paused);
+    rig.tamper = Tamper::Alive(12.0);
+    rig.pass(0.5);
+    let [estop, alive] = &rig.logged_stops()[..] else {
+        panic!("{:?}", rig.errors);
+    };
+    assert!(
+        estop.contains("e-stop") && alive.contains("12.0 V although disarmed"),
+        "{alive}"
+    );
+    assert!(rig.errors[1].ends_with(alive), "{:?}", rig.errors);
+    // Between two trials, with the amplifier off.
+    rig.apparatus.faults().press_estop(false);
+    rig.ask(tui::Action::Rearm);
+    rig.pass(0.2);
+    let state = rig.signals.state.get().unwrap();
+    let latched = |trip: &Trip| matches!(trip, Trip::AliveWhileDisarmed { .. });
+    assert!(
+        matches!(&state, SafetyState::Tripped { trip } if latched(trip)),
+        "{state:?}"
     );
 }

@@ -1,8 +1,11 @@
 //! An input xrun swallows frames: the bench finds how many, and time stays true (FAULTS.md, row 6).
 
 use mock_hw::host::Direction;
+use protocols::Validity;
+use recording::RecordingReader;
+use recording::manifest::EventKind;
 
-use crate::rig::Rig;
+use crate::rig::{RATE_HZ, Rig, events};
 
 /// Fault 6.
 /// Hazard 14.
@@ -55,4 +58,82 @@ fn an_xrun_without_a_loss_leaves_no_gap() {
     rig.apparatus.faults().xrun(Direction::Input, 0);
     rig.pass(0.1);
     assert_eq!((rig.account.input_xruns, rig.account.lost_frames), (1, 0));
+}
+
+/// Fault 6.
+/// Hazard 14.
+#[test]
+fn frames_that_the_output_alone_lost_are_counted_exactly_and_cost_the_frames_about_them() {
+    let mut rig = Rig::driven();
+    rig.pass(0.5);
+    for (n, lost) in (0..).zip([1, 191, 192, 1000]) {
+        let folder = rig.begin(&format!("output-{n}"));
+        rig.pass(0.3);
+        let before = rig.account;
+        let now_s = rig.apparatus.now_ns() as f64 * 1e-9;
+        rig.apparatus.faults().xrun(Direction::Output, lost);
+        rig.pass(0.4);
+        rig.end();
+        assert_eq!(rig.account.output_xruns, before.output_xruns + 1);
+        assert_eq!((rig.account.lost_frames, rig.account.input_xruns), (0, 0));
+        let [(kind, sample, frames, text)] = &events(&folder)[..] else {
+            panic!("{:?}", events(&folder));
+        };
+        assert_eq!((*kind, *frames), (EventKind::OutputXrun, Some(lost)));
+        assert_eq!(*text, format!("the drive paused for exactly {lost} frames"));
+        let at_s = *sample as f64 / f64::from(RATE_HZ);
+        assert!((0.295..0.32).contains(&at_s), "{at_s} s");
+        let warning = rig.warnings.pop().unwrap();
+        assert!(
+            warning.starts_with("output xrun at ") && warning.ends_with(text),
+            "{warning}"
+        );
+
+        // Here and in the recording alone the frames about the gap are not used, and those a little further are.
+        let manifest = RecordingReader::open(&folder).unwrap().manifest().clone();
+        assert_eq!(manifest.drive_gaps_s(RATE_HZ).len(), 1);
+        let series = rig.record.series(now_s - 0.1, now_s + 0.2);
+        let broken: Vec<f64> = (series.time_s.iter().zip(&series.validity))
+            .filter(|(_, validity)| **validity == Validity::DriveGap)
+            .map(|(time_s, _)| *time_s)
+            .collect();
+        let (from_s, to_s) = (broken[0], broken[broken.len() - 1]);
+        assert!(
+            from_s < now_s && now_s + 0.015 < to_s,
+            "{from_s} {to_s} {now_s}"
+        );
+        assert!(to_s - from_s < 0.055, "{from_s} {to_s}");
+    }
+    assert_eq!(rig.warnings, Vec::<String>::new());
+}
+
+/// Fault 6.
+#[test]
+fn an_output_xrun_that_cost_nothing_costs_no_frame() {
+    let mut rig = Rig::driven();
+    rig.pass(0.3);
+    let folder = rig.begin("r");
+    rig.pass(0.2);
+    rig.apparatus.faults().xrun(Direction::Output, 0);
+    rig.pass(0.4);
+    // One whose gap is still sought when the recording ends.
+    rig.apparatus.faults().xrun(Direction::Output, 0);
+    rig.pass(0.1);
+    rig.end();
+    let events = events(&folder);
+    let [(_, _, Some(0), none), (_, sample, Some(frames), unknown)] = &events[..] else {
+        panic!("{events:?}");
+    };
+    assert!(
+        none.contains("without a gap") && unknown.contains("not known"),
+        "{events:?}"
+    );
+    let (from_s, lasts_s) = (*sample as f64 / 192e3, *frames as f64 / 192e3);
+    assert!(
+        (0.49..0.51).contains(&from_s) && (0.34..0.36).contains(&lasts_s),
+        "{events:?}"
+    );
+    let manifest = RecordingReader::open(&folder).unwrap().manifest().clone();
+    assert_eq!(manifest.drive_gaps_s(RATE_HZ).len(), 1);
+    assert_eq!(rig.account.output_xruns, 2);
 }

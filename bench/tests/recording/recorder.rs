@@ -264,6 +264,37 @@ fn answers(notices: &Receiver<RecorderNotice>) -> Vec<Answer> {
     answers.collect()
 }
 
+#[test]
+fn a_recording_that_the_end_of_the_program_breaks_off_is_saved_with_its_sums_and_said_to_be() {
+    let temp = tempfile::tempdir().unwrap();
+    let (mut sender, notices, mut task) = recorder(100);
+    for name in ["whole", "broken off"] {
+        sender.send(begin(&temp.path().join(name))).unwrap();
+        sender.send(audio(0)).unwrap();
+        let ending = match name {
+            "whole" => Ending::Completed,
+            _ => Ending::Interrupted {
+                reason: "the program ended".to_owned(),
+            },
+        };
+        sender.send(RecorderMessage::End(ending)).unwrap();
+    }
+    task.finish(Instant::now());
+    let saved: Vec<bool> = notices
+        .try_iter()
+        .filter_map(|notice| match notice {
+            RecorderNotice::Saved {
+                sums, interrupted, ..
+            } => {
+                assert_eq!(sums.unwrap().len(), 4);
+                Some(interrupted)
+            }
+            _ => None,
+        })
+        .collect();
+    assert_eq!(saved, [false, true]);
+}
+
 /// Fault 27.
 #[test]
 fn the_sums_of_a_long_recording_hold_nothing_up() {

@@ -132,6 +132,10 @@ fn valid(series: &ExplorationSeries<'_>, frames: &Range<usize>) -> Result<(), Re
     if clipped > 0 {
         return Err(Rejection::Clipped { frames: clipped });
     }
+    let broken_off = count(Validity::DriveGap);
+    if broken_off > 0 {
+        return Err(Rejection::DriveGap { frames: broken_off });
+    }
     let saturated = count(Validity::ForceSaturated);
     if saturated > 0 {
         return Err(Rejection::ForceSaturated { frames: saturated });

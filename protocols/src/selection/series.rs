@@ -14,6 +14,8 @@ pub enum Validity {
     LostSamples,
     /// Samples within the demodulation filter were at the converter's limit.
     Clipped,
+    /// The output lost frames, so that the drive was broken off.
+    DriveGap,
     /// An axis of the force sensor was at the end of its range.
     ForceSaturated,
     /// The amplitude is too small against its noise for an impedance, as at envelope nulls.

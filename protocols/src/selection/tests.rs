@@ -183,6 +183,18 @@ fn a_saturated_force_sensor_costs_its_instance() {
     assert_eq!(rejection(&stretches), Rejection::ForceSaturated { frames });
 }
 
+/// Fault 6.
+#[test]
+fn a_gap_of_the_drive_costs_its_instance() {
+    let mut made = published();
+    let frames = made.frames(1.97, 1.975);
+    made.validity[frames.clone()].fill(Validity::DriveGap);
+    let stretches = made.select();
+    assert_eq!(instances(&stretches).len(), 5);
+    let frames = frames.len();
+    assert_eq!(rejection(&stretches), Rejection::DriveGap { frames });
+}
+
 #[test]
 fn a_lifted_finger_is_no_contact() {
     let mut made = published();
@@ -382,6 +394,7 @@ proptest! {
                 1 => Validity::BelowNoise,
                 2 => Validity::LostSamples,
                 3 => Validity::ForceSaturated,
+                4 => Validity::DriveGap,
                 _ => Validity::Valid,
             });
         }

@@ -46,12 +46,14 @@ pub enum AudioError {
         wanted: String,
     },
     /// Another program holds the device.
-    #[error("{direction} device {device} is busy: close the program that uses it ({reason})")]
+    #[error("{direction} device {device} is busy: {holder} ({reason})")]
     Busy {
         /// Direction of the stream.
         direction: StreamDirection,
         /// Id and name of the device.
         device: String,
+        /// Who holds it, as far as it is known, and what to do.
+        holder: String,
         /// Message of the backend.
         reason: String,
     },

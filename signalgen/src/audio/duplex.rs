@@ -5,6 +5,7 @@ use cpal::{BufferSize, Device, ErrorKind, Host, Stream, StreamConfig, traits::St
 use super::{
     audio_error::AudioError,
     callbacks::{open_input, open_output},
+    card_holder,
     choice::choose,
     device_list::enumerate,
     sound_device::{DeviceInfo, Offer},
@@ -293,6 +294,7 @@ fn stream_error(
         ErrorKind::DeviceBusy => AudioError::Busy {
             direction,
             device: device.to_string(),
+            holder: card_holder::words(&device.id, direction),
             reason: error.to_string(),
         },
         _ => AudioError::Backend {

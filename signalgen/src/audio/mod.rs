@@ -7,6 +7,7 @@
 mod audio_error;
 mod audio_host;
 mod callbacks;
+mod card_holder;
 mod card_sample;
 mod choice;
 mod device_list;

@@ -119,7 +119,16 @@ fn a_device_in_use_is_busy() {
     let bench = Bench::default();
     let _held = bench.open(&config(SampleFormat::F32));
     let error = refused(&bench, &config(SampleFormat::F32));
-    assert!(matches!(error, AudioError::Busy { .. }), "{error}");
+    let AudioError::Busy { device, holder, .. } = &error else {
+        panic!("{error}");
+    };
+    assert_eq!(device, "custom:stepped (stepped card)");
+    // Not a card of this computer.
+    assert!(
+        holder.contains("sound server") && holder.contains("fuser"),
+        "{holder}"
+    );
+    assert!(error.to_string().contains(&**holder), "{error}");
 }
 
 #[test]

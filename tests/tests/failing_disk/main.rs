@@ -6,6 +6,7 @@
 )]
 
 mod memory_disk;
+mod study;
 mod trial;
 
 use std::time::Instant;
@@ -14,6 +15,7 @@ use bench_tests::campaign;
 use memory_disk::{Failure, Kept, MemoryDisk};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use study::Registered;
 use trial::{Ended, Session};
 
 /// Records a session on disks that fail at the first, the second … operation; how often, until none failed.
@@ -105,4 +107,50 @@ fn a_power_cut_at_any_operation_leaves_what_was_synced() {
     );
     campaign::found("power cuts at every operation", cuts, &text);
     assert!(cuts > 100 * (random + 2), "{cuts} cuts");
+}
+
+/// Faults 25, 26.
+/// Hazard 14.
+#[test]
+fn whatever_fails_no_participant_is_half_registered_and_no_copy_half_written() {
+    let (mut failures, mut rng) = (0, ChaCha8Rng::seed_from_u64(25));
+    for failure in Failure::ALL {
+        for n in 0.. {
+            let disk = MemoryDisk::new(study::folder(), Some(failure), n);
+            let said = Registered::on(&disk);
+            if !disk.has_failed() {
+                assert!(said.is_saved(), "{said:?}");
+                assert!(n > 2, "{failure:?} concerns only {n} operations");
+                break;
+            }
+            failures += 1;
+            match failure {
+                Failure::ShortWrite | Failure::Interrupted => {
+                    assert!(said.is_saved(), "{failure:?} is no fault: {said:?}");
+                }
+                _ => assert!(
+                    !said.is_saved(),
+                    "{failure:?} at {n} passed unseen: {said:?}"
+                ),
+            }
+            // The next participant is registered on a disk that works again.
+            assert!(failure.lasts() || said.lost() <= 1, "{said:?}");
+            let now = tempfile::tempdir().unwrap();
+            disk.show(now.path());
+            if failure != Failure::PowerCut {
+                said.require_kept(now.path());
+            }
+            for kept in [Kept::Nothing, Kept::All, Kept::Random] {
+                let later = tempfile::tempdir().unwrap();
+                disk.show_after_power_cut(kept, &mut rng, later.path());
+                said.require_kept(later.path());
+            }
+        }
+    }
+    campaign::found(
+        "failures of every operation of registering two participants",
+        failures,
+        "no file was half written, and nothing called saved that was not",
+    );
+    assert!(failures > 150, "{failures} failures");
 }

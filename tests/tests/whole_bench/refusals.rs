@@ -407,7 +407,7 @@ fn without_gpio() {
         ("backend = \"rppal\"", "needs a Raspberry Pi"),
         (
             "backend = \"gpiocdev\"\nchip = \"/dev/gpiochip-absent\"\nestop = 7",
-            "cannot open GPIO line 7 for e-stop",
+            "there is no GPIO chip /dev/gpiochip-absent for the e-stop",
         ),
     ];
     for (backend, word) in backends {

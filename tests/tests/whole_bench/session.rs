@@ -17,6 +17,7 @@ use serde_json::Value;
 
 const RATE_HZ: f64 = 192_000.0;
 
+/// Fault 36.
 #[test]
 fn a_session_is_recorded_to_the_letter() {
     let folder = tempfile::tempdir().unwrap();
@@ -85,6 +86,7 @@ fn log_is_in_order(session: &SessionFolder) {
     };
     assert_eq!((start.participant.as_str(), start.session), ("sub-01", 1));
     assert_eq!(start.devices["simulated"], "true");
+    assert_eq!(start.calibration, None);
     assert!(start.configuration["audio"]["rate_hz"] == 192_000);
     let Some(Document::Stop(stop)) = documents.last() else {
         panic!("the log ends with {:?}", documents.last());
@@ -157,6 +159,7 @@ fn recording_is_complete(path: &Path, session: &SessionFolder, index: usize) {
     assert!(step_rad < 0.01, "{at}: the carrier jumps by {step_rad} rad");
 
     let manifest = &recording.manifest;
+    assert!(manifest.hardware.as_ref().unwrap().uncalibrated, "{at}");
     let trial = manifest.trial.as_ref().unwrap();
     assert_eq!(
         (trial.end, &trial.interruption),

@@ -7,9 +7,11 @@ use std::time::Duration;
 
 use anyhow::Context;
 use impedance::clock_alignment::LowerEnvelope;
+use safety::Nonsense;
 
 use super::force_sample::{Decoder, ForceSample, LineFaults};
 use super::frames::FrameDecoder;
+use super::nonsense::NonsenseWatch;
 use super::text_lines::LineDecoder;
 
 /// A force sample on the host's clock.
@@ -86,6 +88,7 @@ pub struct ForceLink {
     range_n: f64,
     bytes: Vec<u8>,
     samples: Vec<ForceSample>,
+    nonsense: NonsenseWatch,
 }
 
 impl ForceLink {
@@ -105,6 +108,7 @@ impl ForceLink {
             range_n: f64::INFINITY,
             bytes: Vec::new(),
             samples: Vec::new(),
+            nonsense: NonsenseWatch::default(),
         }
     }
 
@@ -154,6 +158,12 @@ impl ForceLink {
             }
         }
         Ok(())
+    }
+
+    /// Returns what the port has sent instead of readings, up to the last poll, which was at `now_ns`.
+    pub fn nonsense(&mut self, now_ns: u64) -> Nonsense {
+        let (bytes, readings) = (self.bytes.len() as u64, self.samples.len() as u64);
+        self.nonsense.take(now_ns, bytes, readings)
     }
 
     /// Returns the faults of the line so far.

@@ -4,6 +4,7 @@ mod device_time;
 mod force_sample;
 mod frames;
 mod link;
+mod nonsense;
 mod text_lines;
 
 pub use force_sample::{Decoder, ForceSample, LineFaults};

@@ -83,6 +83,11 @@ pub struct Manifest {
     pub events: Vec<RecordingEvent>,
 }
 
+/// Time before the report of an output xrun in which the drive may have a gap, s.
+pub const BEFORE_REPORT_S: f64 = 0.1;
+/// Time after the report, s: the loop's delay and the gap itself.
+pub const AFTER_REPORT_S: f64 = 0.25;
+
 impl Manifest {
     /// Reads and checks a `recording.toml`; `file` names it in errors.
     ///
@@ -118,14 +123,38 @@ impl Manifest {
     /// Returns from when to when the force sensor was at the end of its range, s; in order, none touching another.
     #[must_use]
     pub fn saturated_s(&self, sample_rate_hz: u32) -> Vec<(f64, f64)> {
-        let time_s = |sample: u64| sample as f64 / f64::from(sample_rate_hz);
-        let events = self.events.iter();
+        let rate_hz = f64::from(sample_rate_hz);
+        self.spans_s(EventKind::ForceOverRange, |sample, frames| {
+            let end = sample.saturating_add(frames.unwrap_or(1));
+            (sample as f64 / rate_hz, end as f64 / rate_hz)
+        })
+    }
+
+    /// Returns from when to when the drive may have been broken off by an output xrun, s; in order, none touching
+    /// another. Recordings of versions that did not look for the gap say only when the xrun was reported.
+    #[must_use]
+    pub fn drive_gaps_s(&self, sample_rate_hz: u32) -> Vec<(f64, f64)> {
+        let rate_hz = f64::from(sample_rate_hz);
+        let mut spans_s = self.spans_s(EventKind::OutputXrun, |sample, frames| {
+            let reported_s = sample as f64 / rate_hz;
+            match frames {
+                Some(frames) => (reported_s, sample.saturating_add(frames) as f64 / rate_hz),
+                None => (reported_s - BEFORE_REPORT_S, reported_s + AFTER_REPORT_S),
+            }
+        });
+        // The drive went on without a gap.
+        spans_s.retain(|(from_s, to_s)| to_s > from_s);
+        spans_s
+    }
+
+    fn spans_s(
+        &self,
+        kind: EventKind,
+        span_s: impl Fn(u64, Option<u64>) -> (f64, f64),
+    ) -> Vec<(f64, f64)> {
+        let events = self.events.iter().filter(|event| event.kind == kind);
         let mut spans: Vec<(f64, f64)> = events
-            .filter(|event| event.kind == EventKind::ForceOverRange)
-            .map(|event| {
-                let end = event.sample.saturating_add(event.frames.unwrap_or(1));
-                (time_s(event.sample), time_s(end))
-            })
+            .map(|event| span_s(event.sample, event.frames))
             .collect();
         spans.sort_by(|a, b| a.0.total_cmp(&b.0));
         spans.dedup_by(|next, span| {

@@ -53,6 +53,8 @@ pub enum EventKind {
     EmergencyStop,
     /// The drive was taken to zero by another fault.
     Safe,
+    /// A constant offset, mains hum or a foreign tone on drive or pickup, seen in the quarter of a second before.
+    Interference,
     /// The trial was broken off.
     Abort,
     /// The trial was broken off by a pause.

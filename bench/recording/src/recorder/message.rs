@@ -51,7 +51,7 @@ pub enum RecorderNotice {
         /// The recording.
         folder: PathBuf,
     },
-    /// The recording is complete and synced, and was read back. It may come after the next recording began.
+    /// The recording has ended and is synced, and was read back. It may come after the next recording began.
     Saved {
         /// The recording.
         folder: PathBuf,
@@ -59,6 +59,8 @@ pub enum RecorderNotice {
         on_disk: OnDisk,
         /// Sums of its files; `None` if the recorder ended before it had read them.
         sums: Option<Sums>,
+        /// Whether the trial was broken off.
+        interrupted: bool,
     },
     /// The recording failed; later data up to the next `Begin` are discarded.
     Failed {

@@ -186,6 +186,9 @@ impl RecorderSender {
     }
 }
 
+/// Longest time that sums may hold up the end of a session.
+const LAST_SUMS: Duration = Duration::from_millis(400);
+
 /// Recorder at the other end of the queue, to be run on a thread or polled.
 #[derive(Debug)]
 pub struct RecorderTask {
@@ -225,10 +228,14 @@ impl RecorderTask {
         polled
     }
 
-    /// Takes every message that waits, for the last time: what is saved is reported, with its sums or without, because
-    /// whoever ended the session does not wait.
+    /// Takes every message that waits, for the last time, and reads on for the sums of what is saved. What is not summed
+    /// within 0.4 s is reported without, because whoever ended the session does not wait.
     pub fn finish(&mut self, now: Instant) {
         self.poll(now);
+        let begun = Instant::now();
+        while self.core.is_summing() && begun.elapsed() < LAST_SUMS {
+            self.core.sum();
+        }
         self.core.leave_sums();
         self.publish();
     }

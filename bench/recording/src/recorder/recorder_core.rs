@@ -26,9 +26,28 @@ pub struct RecorderCore {
     writer: Option<RecordingWriter>,
     status: RecorderStatus,
     synced_at: Option<Instant>,
-    /// Complete recordings whose sums are being made, oldest first.
-    summing: VecDeque<(Summing, OnDisk)>,
+    /// Recordings that have ended and whose sums are being made, oldest first.
+    summing: VecDeque<Ended>,
     notices: VecDeque<RecorderNotice>,
+}
+
+/// A recording that has ended and is synced.
+#[derive(Debug)]
+struct Ended {
+    summing: Summing,
+    on_disk: OnDisk,
+    interrupted: bool,
+}
+
+impl Ended {
+    fn saved(&self) -> RecorderNotice {
+        RecorderNotice::Saved {
+            folder: self.summing.folder().to_owned(),
+            on_disk: self.on_disk,
+            sums: self.summing.sums().cloned(),
+            interrupted: self.interrupted,
+        }
+    }
 }
 
 impl Default for RecorderCore {
@@ -91,22 +110,16 @@ impl RecorderCore {
 
     /// Reads on in the oldest recording without sums; when nothing else waits. [`RecorderNotice::Saved`] follows.
     pub fn sum(&mut self) {
-        let Some((summing, on_disk)) = self.summing.front_mut() else {
+        let Some(ended) = self.summing.front_mut() else {
             return;
         };
-        let on_disk = *on_disk;
-        let folder = summing.folder().to_owned();
-        if let Err(error) = summing.advance(SUM_BYTES) {
+        if let Err(error) = ended.summing.advance(SUM_BYTES) {
+            let (folder, kept) = (ended.summing.folder().to_owned(), ended.on_disk);
             self.summing.pop_front();
-            self.failed(folder, error.into(), on_disk);
-        } else if let Some(sums) = summing.sums() {
-            let sums = Some(sums.clone());
+            self.failed(folder, error.into(), kept);
+        } else if ended.summing.sums().is_some() {
+            self.notices.push_back(ended.saved());
             self.summing.pop_front();
-            self.notices.push_back(RecorderNotice::Saved {
-                folder,
-                on_disk,
-                sums,
-            });
         }
     }
 
@@ -118,13 +131,8 @@ impl RecorderCore {
 
     /// Reports recordings that wait for their sums as saved without.
     pub(super) fn leave_sums(&mut self) {
-        for (summing, on_disk) in self.summing.drain(..) {
-            self.notices.push_back(RecorderNotice::Saved {
-                folder: summing.folder().to_owned(),
-                on_disk,
-                sums: None,
-            });
-        }
+        let ended = self.summing.drain(..);
+        self.notices.extend(ended.map(|ended| ended.saved()));
     }
 
     /// Returns the oldest answer not yet taken.
@@ -177,12 +185,17 @@ impl RecorderCore {
             return;
         };
         let folder = writer.folder().to_owned();
+        let interrupted = matches!(ending, Ending::Interrupted { .. });
         match writer.finish(ending) {
             Ok(on_disk) => {
                 self.status.state = RecorderState::Idle;
                 self.status.on_disk = on_disk;
                 let summing = Summing::new(Arc::clone(&self.storage), &folder);
-                self.summing.push_back((summing, on_disk));
+                self.summing.push_back(Ended {
+                    summing,
+                    on_disk,
+                    interrupted,
+                });
             }
             Err(unfinished) => self.failed(folder, unfinished.error.into(), unfinished.kept),
         }

@@ -12,14 +12,16 @@
 
 pub mod event_log;
 mod label;
+mod participants;
 mod removal;
 mod room;
 mod session_folder;
 mod study_error;
 
-use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
+use std::fs::{self, File};
+use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use protocols::ParticipantId;
 use serde::{Deserialize, Serialize};
@@ -33,11 +35,10 @@ pub use study_error::{DESCRIPTION_FILE, PARTICIPANTS_FILE, StudyError};
 
 use crate::disk::{self, DiskError, OnPath};
 use crate::lock::Lock;
+use crate::storage::{FileSystem, Storage};
 
 /// Lock file of the instance that works on the study.
 pub const LOCK_FILE: &str = ".friction-bench.lock";
-
-const PARTICIPANTS_HEADER: &str = "participant_id\tfirst_session_date\tprotocol\n";
 
 /// `dataset_description.json`, with the keys of BIDS.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -65,8 +66,9 @@ pub struct GeneratedBy {
 #[derive(Debug)]
 pub struct Study {
     folder: PathBuf,
+    storage: Arc<dyn Storage>,
     description: Description,
-    _lock: File,
+    _lock: Option<File>,
 }
 
 impl Study {
@@ -83,22 +85,42 @@ impl Study {
             });
         }
         let lock = lock(folder)?;
-        if !description_path.exists() {
+        Self::open_locked(Arc::new(FileSystem), folder, generated_by, Some(lock))
+    }
+
+    /// Opens the study in `folder` of a storage that no other program can reach, and so without a lock, or makes one
+    /// there.
+    ///
+    /// # Errors
+    /// The disk refused.
+    pub fn open_or_create_on(
+        storage: Arc<dyn Storage>,
+        folder: &Path,
+        generated_by: GeneratedBy,
+    ) -> Result<Self, StudyError> {
+        Self::open_locked(storage, folder, generated_by, None)
+    }
+
+    fn open_locked(
+        storage: Arc<dyn Storage>,
+        folder: &Path,
+        generated_by: GeneratedBy,
+        lock: Option<File>,
+    ) -> Result<Self, StudyError> {
+        let description_path = folder.join(DESCRIPTION_FILE);
+        if !disk::exists(&*storage, &description_path)? {
             let description = Description {
                 name: study_name(folder),
                 dataset_type: "raw".to_owned(),
                 generated_by: vec![generated_by],
             };
-            create_description(&description_path, &description)?;
+            create_description(&*storage, &description_path, &description)?;
         }
-        let participants = folder.join(PARTICIPANTS_FILE);
-        if !participants.exists() {
-            disk::replace_file(&participants, PARTICIPANTS_HEADER.as_bytes())?;
-        }
-        let description = read_description(&description_path)?;
+        participants::require_table(&*storage, &folder.join(PARTICIPANTS_FILE))?;
         Ok(Self {
             folder: folder.to_owned(),
-            description,
+            description: read_description(&*storage, &description_path)?,
+            storage,
             _lock: lock,
         })
     }
@@ -117,8 +139,9 @@ impl Study {
         let lock = lock(folder)?;
         Ok(Self {
             folder: folder.to_owned(),
-            description: read_description(&description)?,
-            _lock: lock,
+            description: read_description(&FileSystem, &description)?,
+            storage: Arc::new(FileSystem),
+            _lock: Some(lock),
         })
     }
 
@@ -182,17 +205,25 @@ impl Study {
         date: &str,
         protocol: &str,
     ) -> Result<SessionFolder, StudyError> {
-        let line = participant_line(participant, date, protocol)?;
+        let line = participants::line(participant, date, protocol)?;
         let folder = self.session_folder(participant, session);
         let participant_folder = self.folder.join(participant.as_str());
-        if let Err(error) = fs::create_dir(&participant_folder)
+        let storage = &*self.storage;
+        if let Err(error) = storage.create_folder(&participant_folder)
             && error.kind() != io::ErrorKind::AlreadyExists
         {
             return Err(error).on("create", &participant_folder)?;
         }
+        // Whoever is in the table has a folder.
+        disk::sync_parent(storage, &participant_folder)?;
         // Before the session can be resumed, because resuming registers nobody.
-        self.register(participant, &line)?;
-        match fs::create_dir(&folder) {
+        participants::register(
+            storage,
+            &self.folder.join(PARTICIPANTS_FILE),
+            participant,
+            &line,
+        )?;
+        match storage.create_folder(&folder) {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
                 return Err(StudyError::SessionExists {
                     path: folder,
@@ -201,9 +232,8 @@ impl Study {
             }
             result => result.on("create", &folder)?,
         }
-        disk::sync_folder(&participant_folder)?;
-        disk::sync_folder(&self.folder)?;
-        SessionFolder::create(folder)
+        disk::sync_parent(storage, &folder)?;
+        SessionFolder::create(Arc::clone(&self.storage), folder)
     }
 
     /// Opens a session that was broken off, to resume it.
@@ -216,10 +246,10 @@ impl Study {
         session: u32,
     ) -> Result<SessionFolder, StudyError> {
         let folder = self.session_folder(participant, session);
-        if !folder.is_dir() {
+        if !disk::exists(&*self.storage, &folder)? {
             return Err(StudyError::NoSession { path: folder });
         }
-        let session = SessionFolder::open(folder.clone())?;
+        let session = SessionFolder::open(Arc::clone(&self.storage), folder.clone())?;
         if session.has_succeeded() {
             return Err(StudyError::SessionEnded {
                 path: folder,
@@ -227,27 +257,6 @@ impl Study {
             });
         }
         Ok(session)
-    }
-
-    /// Adds the participant's line unless the table has one.
-    fn register(&self, participant: &ParticipantId, line: &str) -> Result<(), StudyError> {
-        let path = self.folder.join(PARTICIPANTS_FILE);
-        let table = files::read_text(&path, files::TEXT_LIMIT_BYTES).on("read", &path)?;
-        let known = table
-            .lines()
-            .any(|line| line.split('\t').next() == Some(participant.as_str()));
-        if known {
-            return Ok(());
-        }
-        let end_of_torn_line = if table.ends_with('\n') { "" } else { "\n" };
-        let mut file = OpenOptions::new()
-            .append(true)
-            .open(&path)
-            .on("open", &path)?;
-        file.write_all(format!("{end_of_torn_line}{line}").as_bytes())
-            .on("write", &path)?;
-        file.sync_data().on("sync", &path)?;
-        Ok(())
     }
 }
 
@@ -269,22 +278,6 @@ pub fn last_session(participant: &Path) -> Result<Option<u32>, DiskError> {
     Ok(numbers.max())
 }
 
-fn participant_line(
-    participant: &ParticipantId,
-    date: &str,
-    protocol: &str,
-) -> Result<String, StudyError> {
-    for (field, value) in [("first_session_date", date), ("protocol", protocol)] {
-        if value.contains(['\t', '\n', '\r']) {
-            return Err(StudyError::Tsv {
-                field,
-                value: value.to_owned(),
-            });
-        }
-    }
-    Ok(format!("{}\t{date}\t{protocol}\n", participant.as_str()))
-}
-
 fn study_name(folder: &Path) -> String {
     folder
         .canonicalize()
@@ -304,20 +297,24 @@ fn is_unused(folder: &Path) -> Result<bool, StudyError> {
         .all(|name| name == LOCK_FILE || name.strip_suffix(".tmp") == Some(DESCRIPTION_FILE)))
 }
 
-fn create_description(path: &Path, description: &Description) -> Result<(), StudyError> {
+fn create_description(
+    storage: &dyn Storage,
+    path: &Path,
+    description: &Description,
+) -> Result<(), StudyError> {
     let mut text =
         serde_json::to_string_pretty(description).map_err(|error| StudyError::Description {
             path: path.to_owned(),
             reason: error.to_string(),
         })?;
     text.push('\n');
-    disk::replace_file(path, text.as_bytes())?;
+    disk::replace_file_on(storage, path, text.as_bytes())?;
     Ok(())
 }
 
-fn read_description(path: &Path) -> Result<Description, StudyError> {
-    let text = files::read_text(path, files::TEXT_LIMIT_BYTES).on("read", path)?;
-    serde_json::from_str(&text).map_err(|error| StudyError::Description {
+fn read_description(storage: &dyn Storage, path: &Path) -> Result<Description, StudyError> {
+    let text = disk::read_on(storage, path, files::TEXT_LIMIT_BYTES)?;
+    serde_json::from_slice(&text).map_err(|error| StudyError::Description {
         path: path.to_owned(),
         reason: error.to_string(),
     })

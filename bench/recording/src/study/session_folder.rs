@@ -1,6 +1,7 @@
 //! A session's folder.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::event_log::{EventLog, ExitStatus, LogContent};
 use super::label::TrialLabel;
@@ -8,6 +9,7 @@ use super::study_error::StudyError;
 use crate::Manifest;
 use crate::disk;
 use crate::reader::{self, ReadError};
+use crate::storage::Storage;
 
 /// File of a session's log.
 pub const EVENTS_FILE: &str = "events.jsonl";
@@ -16,6 +18,7 @@ pub const EVENTS_FILE: &str = "events.jsonl";
 #[derive(Debug)]
 pub struct SessionFolder {
     folder: PathBuf,
+    storage: Arc<dyn Storage>,
     log: EventLog,
     before: LogContent,
 }
@@ -32,23 +35,25 @@ pub struct RecordedTrial {
 }
 
 impl SessionFolder {
-    pub(super) fn create(folder: PathBuf) -> Result<Self, StudyError> {
+    pub(super) fn create(storage: Arc<dyn Storage>, folder: PathBuf) -> Result<Self, StudyError> {
         Ok(Self {
-            log: EventLog::create(folder.join(EVENTS_FILE))?,
+            log: EventLog::create_on(Arc::clone(&storage), folder.join(EVENTS_FILE))?,
             before: LogContent::default(),
             folder,
+            storage,
         })
     }
 
-    pub(super) fn open(folder: PathBuf) -> Result<Self, StudyError> {
+    pub(super) fn open(storage: Arc<dyn Storage>, folder: PathBuf) -> Result<Self, StudyError> {
         let path = folder.join(EVENTS_FILE);
-        if !path.exists() {
+        if !disk::exists(&*storage, &path)? {
             // Killed between making the folder and the log.
-            return Self::create(folder);
+            return Self::create(storage, folder);
         }
-        let (log, before) = EventLog::open(path)?;
+        let (log, before) = EventLog::open_on(Arc::clone(&storage), path)?;
         Ok(Self {
             folder,
+            storage,
             log,
             before,
         })
@@ -96,12 +101,14 @@ impl SessionFolder {
                 1 => self.folder.join(name),
                 _ => self.folder.join(format!("{stem}.{number}.{extension}")),
             };
-            if !path.exists() {
-                disk::replace_file(&path, contents.as_bytes())?;
+            if !disk::exists(&*self.storage, &path)? {
+                disk::replace_file_on(&*self.storage, &path, contents.as_bytes())?;
                 return Ok(path);
             }
-            let held = files::read(&path, contents.len() as u64);
+            let held = disk::read_on(&*self.storage, &path, contents.len() as u64);
             if held.is_ok_and(|held| held == contents.as_bytes()) {
+                // An earlier attempt may have failed after it was written.
+                disk::sync_parent(&*self.storage, &path)?;
                 return Ok(path);
             }
             number += 1;

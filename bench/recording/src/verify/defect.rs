@@ -46,6 +46,9 @@ pub enum RecordingDefect {
     /// The log calls the trial saved or settled, and its description has no `end`.
     #[error("recording.toml has no `end`, though the log says that the trial ended")]
     NoEnd,
+    /// The log calls the trial broken off, and its description calls it complete.
+    #[error("recording.toml says that the trial is complete, and the log that it was broken off")]
+    OtherEnd,
     /// Samples where the description says that frames were lost, or no frames at all.
     #[error(
         "recording.toml says that {frames} frames from {sample} on were lost, but signals.wav has samples there"

@@ -20,6 +20,8 @@ pub struct Attempt {
     pub saved: bool,
     /// The sums of its files.
     pub sums: Option<Sums>,
+    /// Whether the log calls the recording broken off.
+    pub interrupted: bool,
 }
 
 /// A session as its log tells it.
@@ -212,8 +214,10 @@ impl Reading {
             self.out_of_order(event.seq_num, trial, "was saved and had not begun");
         }
         let sums = event.data.get("sha256").cloned();
+        let interrupted = event.data.get("interrupted").and_then(Value::as_bool);
         let attempt = self.attempt(trial);
         attempt.saved = true;
+        attempt.interrupted = interrupted.unwrap_or(false);
         attempt.sums = sums.and_then(|sums| serde_json::from_value(sums).ok());
     }
 
@@ -300,6 +304,18 @@ mod tests {
         assert!(attempt.saved);
         assert_eq!(attempt.sums.as_ref().unwrap()["force.csv"], "ab");
         assert!(matches!(found.end, SessionEnd::Stopped { .. }));
+        assert!(!attempt.interrupted);
+    }
+
+    #[test]
+    fn a_trial_that_the_programs_end_broke_off_is_saved_and_interrupted() {
+        let saved = saved(2, FIRST).replace(r#""sha256""#, r#""interrupted":true,"sha256""#);
+        let stop = r#"{"document":"stop","time":"","exit_status":"abort","num_events":2}"#;
+        let found = history(&[&began(1, 1), &saved, stop]);
+        assert_eq!(found.defects, []);
+        let attempt = &found.attempts[&label(FIRST)];
+        assert_eq!(attempt.standing, None);
+        assert!(attempt.saved && attempt.interrupted && attempt.sums.is_some());
     }
 
     #[test]

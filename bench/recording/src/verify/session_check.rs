@@ -227,6 +227,10 @@ fn trial(
         if end.is_none() && manifest.trial.is_some() && (saved || judged) {
             found.defects.push(RecordingDefect::NoEnd);
         }
+        let broken_off = attempt.is_some_and(|attempt| attempt.interrupted);
+        if broken_off && end == Some(End::Completed) {
+            found.defects.push(RecordingDefect::OtherEnd);
+        }
         if attempt.is_none() && has_log {
             if end.is_some() {
                 found.defects.push(RecordingDefect::NotInLog);

@@ -1,5 +1,7 @@
 //! Tests of the watch on a drive, lines and readings that each test sets.
 
+mod alive;
+
 use super::*;
 use crate::plate_heat::PlateHeat;
 use crate::safety_limits::Pace;
@@ -216,15 +218,6 @@ fn the_plate_may_neither_be_pressed_nor_pulled() {
             "{normal_n} N"
         );
     }
-}
-
-/// Fault 19.
-/// Hazard 17.
-#[test]
-fn a_drive_that_is_alive_while_disarmed_is_an_alarm() {
-    let mut rig = Rig::new(SafetyLines::default());
-    rig.pass(60, |rig| rig.read_back(12.0));
-    assert!(matches!(rig.trip(), Some(Trip::AliveWhileDisarmed { .. })));
 }
 
 /// Faults 5, 21.
@@ -543,7 +536,12 @@ fn a_plate_that_is_driven_for_long_is_stopped_and_let_go_on_when_it_has_cooled()
     rig.signals.amplitude_m.set(4e-6);
     rig.pass(10_000, |_| ());
     assert_eq!(rig.trip(), None);
-    rig.pass(6_000, |_| ());
+    // No further than to the stop: this card goes on, as no real one would.
+    for _ in 0..600 {
+        if rig.trip().is_none() {
+            rig.pass(10, |_| ());
+        }
+    }
     let Some(Trip::Warm {
         surface_c, wait_s, ..
     }) = rig.trip()

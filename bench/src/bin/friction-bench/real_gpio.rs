@@ -1,8 +1,13 @@
 //! Real digital lines, on Linux. Levels are defined without a wire: inputs are pulled down, so that an open loop reads low.
 
+use std::io;
+use std::path::{Path, PathBuf};
+
 use anyhow::{Context, bail};
 use config::{Gpio, GpioBackend};
-use devices::Lines;
+use devices::{LineSource, Lines, take_lines};
+use gpiocdev::line::{Bias, Value};
+use gpiocdev_uapi as uapi;
 use safety::{InputLine, OutputLine, input, output};
 
 /// Takes the lines that `[gpio]` names.
@@ -13,97 +18,169 @@ pub fn open(gpio: &Gpio) -> anyhow::Result<Lines> {
     match gpio.backend {
         GpioBackend::None => Ok(Lines::default()),
         GpioBackend::Rppal => {
-            let chip = rppal::gpio::Gpio::new().context(
-                "gpio.backend = \"rppal\" needs a Raspberry Pi; on another board use \"gpiocdev\"",
-            )?;
-            take(
-                gpio,
-                |name, line| {
-                    let pin = chip.get(line).with_context(|| unavailable(name, line))?;
-                    Ok(input(name, pin.into_input_pulldown()))
-                },
-                |name, line| {
-                    let mut pin = chip
-                        .get(line)
-                        .with_context(|| unavailable(name, line))?
-                        .into_output_low();
-                    pin.set_reset_on_drop(true);
-                    Ok(output(name, pin))
-                },
-            )
+            let header = match rppal::gpio::Gpio::new() {
+                Err(rppal::gpio::Error::PermissionDenied(path)) => bail!(
+                    "no permission for {path}: add yourself to the group `gpio` (sudo usermod -aG gpio $USER) and log in again"
+                ),
+                opened => opened.context(
+                    "gpio.backend = \"rppal\" needs a Raspberry Pi; on another board use \"gpiocdev\"",
+                )?,
+            };
+            Ok(take_lines(gpio, &Header(header))?)
         }
         GpioBackend::Gpiocdev => {
             let Some(chip) = &gpio.chip else {
                 bail!("gpio.chip is missing")
             };
-            let request = |configure: &dyn Fn(&mut gpiocdev::request::Builder), name, line| {
-                let mut builder = gpiocdev::Request::builder();
-                builder
-                    .on_chip(chip)
-                    .with_consumer("friction-bench")
-                    .with_line(u32::from(line));
-                configure(&mut builder);
-                builder
-                    .request()
-                    .with_context(|| format!("{}: {}", chip.display(), unavailable(name, line)))
-            };
-            take(
-                gpio,
-                |name, line| {
-                    let pull_down = |builder: &mut gpiocdev::request::Builder| {
-                        builder.as_input().with_bias(gpiocdev::line::Bias::PullDown);
-                    };
-                    let pin =
-                        gpiocdev_embedded_hal::InputPin::try_from(request(&pull_down, name, line)?)
-                            .with_context(|| unavailable(name, line))?;
-                    Ok(input(name, pin))
-                },
-                |name, line| {
-                    let low = |builder: &mut gpiocdev::request::Builder| {
-                        builder.as_output(gpiocdev::line::Value::Inactive);
-                    };
-                    let pin =
-                        gpiocdev_embedded_hal::OutputPin::try_from(request(&low, name, line)?)
-                            .with_context(|| unavailable(name, line))?;
-                    Ok(output(name, pin))
-                },
-            )
+            Ok(take_lines(gpio, &CharacterDevice(chip))?)
         }
     }
 }
 
 /// GPIO character devices of this computer.
-pub fn chips() -> Vec<std::path::PathBuf> {
+pub fn chips() -> Vec<PathBuf> {
     gpiocdev::chip::chips().unwrap_or_default()
 }
 
-fn unavailable(name: &str, line: u8) -> String {
-    format!(
-        "cannot open GPIO line {line} for {name}: no other program may use it, and you need permission to use GPIO"
-    )
+/// Pins of a Raspberry Pi as mapped memory.
+struct Header(rppal::gpio::Gpio);
+
+impl Header {
+    fn pin(&self, line: u8) -> io::Result<rppal::gpio::Pin> {
+        use rppal::gpio::Error;
+        self.0.get(line).map_err(|error| match error {
+            Error::PinUsed(_) => io::ErrorKind::ResourceBusy.into(),
+            Error::PinNotAvailable(_) => io::ErrorKind::InvalidInput.into(),
+            Error::PermissionDenied(_) => io::ErrorKind::PermissionDenied.into(),
+            Error::Io(error) => error,
+            other => io::Error::other(other),
+        })
+    }
 }
 
-fn take(
-    gpio: &Gpio,
-    input: impl Fn(&'static str, u8) -> anyhow::Result<Box<dyn InputLine>>,
-    output: impl Fn(&'static str, u8) -> anyhow::Result<Box<dyn OutputLine>>,
-) -> anyhow::Result<Lines> {
-    let encoder = match (gpio.encoder_a, gpio.encoder_b) {
-        (Some(a), Some(b)) => Some([input("encoder A", a)?, input("encoder B", b)?]),
-        (None, None) => None,
-        _ => bail!("[gpio] names one of encoder_a and encoder_b: an encoder needs both"),
-    };
-    Ok(Lines {
-        encoder,
-        estop: gpio.estop.map(|line| input("e-stop", line)).transpose()?,
-        button: gpio.button.map(|line| input("button", line)).transpose()?,
-        enable: gpio
-            .enable
-            .map(|line| output("amplifier enable", line))
-            .transpose()?,
-        heartbeat: gpio
-            .heartbeat
-            .map(|line| output("heartbeat", line))
-            .transpose()?,
-    })
+impl LineSource for Header {
+    fn chip(&self) -> String {
+        "the Raspberry Pi's header".to_owned()
+    }
+
+    fn input(&self, name: &'static str, line: u8) -> io::Result<Box<dyn InputLine>> {
+        Ok(input(name, self.pin(line)?.into_input_pulldown()))
+    }
+
+    fn output(&self, name: &'static str, line: u8) -> io::Result<Box<dyn OutputLine>> {
+        let mut pin = self.pin(line)?.into_output_low();
+        pin.set_reset_on_drop(true);
+        Ok(output(name, pin))
+    }
+
+    fn consumer(&self, _line: u8) -> Option<String> {
+        None
+    }
+}
+
+/// A GPIO character device.
+struct CharacterDevice<'a>(&'a Path);
+
+impl CharacterDevice<'_> {
+    fn request(
+        &self,
+        line: u8,
+        configure: impl FnOnce(&mut gpiocdev::request::Builder),
+    ) -> io::Result<gpiocdev::Request> {
+        let mut builder = gpiocdev::Request::builder();
+        builder
+            .on_chip(self.0)
+            .with_consumer("friction-bench")
+            .with_line(u32::from(line));
+        configure(&mut builder);
+        builder.request().map_err(system_error)
+    }
+}
+
+impl LineSource for CharacterDevice<'_> {
+    fn chip(&self) -> String {
+        self.0.display().to_string()
+    }
+
+    fn input(&self, name: &'static str, line: u8) -> io::Result<Box<dyn InputLine>> {
+        let request = self.request(line, |builder| {
+            builder.as_input().with_bias(Bias::PullDown);
+        })?;
+        let pin = gpiocdev_embedded_hal::InputPin::try_from(request).map_err(io::Error::other)?;
+        Ok(input(name, pin))
+    }
+
+    fn output(&self, name: &'static str, line: u8) -> io::Result<Box<dyn OutputLine>> {
+        let request = self.request(line, |builder| {
+            builder.as_output(Value::Inactive);
+        })?;
+        let pin = gpiocdev_embedded_hal::OutputPin::try_from(request).map_err(io::Error::other)?;
+        Ok(output(name, pin))
+    }
+
+    fn consumer(&self, line: u8) -> Option<String> {
+        let chip = gpiocdev::Chip::from_path(self.0).ok()?;
+        let consumer = chip.line_info(u32::from(line)).ok()?.consumer;
+        Some(consumer).filter(|consumer| !consumer.is_empty())
+    }
+}
+
+/// The operating system's error behind one of the library.
+fn system_error(error: gpiocdev::Error) -> io::Error {
+    use gpiocdev::chip::ErrorKind;
+    match &error {
+        gpiocdev::Error::Os(errno) | gpiocdev::Error::Uapi(_, uapi::Error::Os(errno)) => {
+            io::Error::from_raw_os_error(errno.0)
+        }
+        gpiocdev::Error::GpioChip(_, ErrorKind::NotGpioDevice | ErrorKind::NotCharacterDevice) => {
+            io::ErrorKind::NotFound.into()
+        }
+        _ => io::Error::other(error),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use devices::LineError;
+
+    /// Fault 18.
+    #[test]
+    fn errors_of_the_library_are_those_of_the_system() {
+        use gpiocdev::UapiCall::GetLine;
+        let kind = |error| system_error(error).kind();
+        for (errno, expected) in [
+            (16, io::ErrorKind::ResourceBusy),
+            (13, io::ErrorKind::PermissionDenied),
+            (2, io::ErrorKind::NotFound),
+            (22, io::ErrorKind::InvalidInput),
+        ] {
+            let os = uapi::Errno(errno);
+            assert_eq!(kind(gpiocdev::Error::Os(os.clone())), expected);
+            let call = gpiocdev::Error::Uapi(GetLine, uapi::Error::Os(os));
+            assert_eq!(kind(call), expected);
+        }
+    }
+
+    /// Fault 18.
+    #[test]
+    fn a_chip_that_is_missing_or_none_is_refused_by_its_name() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        for path in [Path::new("/dev/gpiochip-absent"), file.path()] {
+            let gpio = Gpio {
+                backend: GpioBackend::Gpiocdev,
+                chip: Some(path.to_owned()),
+                estop: Some(17),
+                ..Gpio::default()
+            };
+            let error = open(&gpio).err().unwrap();
+            let Some(LineError::NoChip { name, chip }) = error.downcast_ref() else {
+                panic!("{error:#}");
+            };
+            assert_eq!(
+                (*name, chip.as_str()),
+                ("e-stop", &*path.display().to_string())
+            );
+        }
+    }
 }

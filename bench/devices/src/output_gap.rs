@@ -1,0 +1,393 @@
+//! Gaps of the drive. When the output alone runs dry the input goes on: nothing is missing in a recording, but the drive
+//! pauses, and returns with its phase turned by as many frames as it paused for.
+
+use std::collections::VecDeque;
+use std::f64::consts::TAU;
+
+use impedance::sample_loss::{PhaseJump, TimestampEstimate, lost_frames};
+use num_complex::Complex64;
+use recording::manifest::{AFTER_REPORT_S, BEFORE_REPORT_S, EventKind, RecordingEvent};
+
+use crate::lost_frames::{LEAST_AMPLITUDE, LossFinder, Lost, TIMESTAMP_S, TOLERANCE_RAD, WINDOW};
+
+/// Length of the short windows in which the carrier is followed, and their distance.
+const SHORT: usize = 64;
+const HOP: usize = 32;
+/// Change of the carrier from one short window to the next but one, of its size, that is a gap's edge. The steepest
+/// modulation changes it by less, ramps included.
+const EDGE: f64 = 0.15;
+/// Time between two searches, s: each takes a third of a millisecond.
+const SEARCH_EVERY_S: f64 = 0.01;
+/// Samples over which the level is taken inside a gap, one period of the carrier or more.
+const LEVEL: usize = 6;
+/// Share of the drive's power below which it pauses.
+const PAUSED: f64 = 0.1;
+
+/// An output xrun, and what the drive channel shows of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OutputXrun {
+    /// Number of output xruns so far.
+    pub number: u64,
+    /// First frame, on the audio clock, at which the drive may be wrong.
+    pub from: u64,
+    /// Frame behind the last at which it may be wrong.
+    pub to: u64,
+    /// Frames that the output lost.
+    pub gap: Gap,
+}
+
+/// Frames that the output lost in an xrun.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Gap {
+    /// Still sought; a later report of the same xrun follows.
+    Sought,
+    /// The drive paused for so many frames.
+    Of(Lost),
+    /// The drive went on without a gap.
+    Nowhere,
+    /// Not known: the drive was silent, or input frames were lost too.
+    Unknown,
+}
+
+impl std::fmt::Display for Gap {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Sought => f.write_str("the gap of the drive is being sought"),
+            Self::Of(Lost::Exactly(frames)) => {
+                write!(f, "the drive paused for exactly {frames} frames")
+            }
+            Self::Of(Lost::About(frames)) => {
+                write!(f, "the drive was broken off, for about {frames} frames")
+            }
+            Self::Nowhere => f.write_str("the drive went on without a gap"),
+            Self::Unknown => f.write_str("the drive may have a gap here; its length is not known"),
+        }
+    }
+}
+
+impl OutputXrun {
+    /// Returns the event for a recording that began at frame `begin`; `None` if the gap was before.
+    pub fn event(&self, begin: u64) -> Option<RecordingEvent> {
+        let sample = self.from.max(begin) - begin;
+        let end = self.to.checked_sub(begin).filter(|&end| end > 0)?;
+        let frames = match self.gap {
+            Gap::Nowhere => 0,
+            Gap::Of(Lost::Exactly(frames)) if self.from >= begin => frames,
+            _ => end - sample,
+        };
+        Some(RecordingEvent {
+            kind: EventKind::OutputXrun,
+            sample,
+            frames: Some(frames),
+            text: Some(self.gap.to_string()),
+        })
+    }
+}
+
+/// Watches the drive channel for the gaps of output xruns.
+pub struct OutputGapWatch {
+    finder: LossFinder,
+    channels: usize,
+    drive_channel: usize,
+    /// Window of [`SHORT`] samples, with the sum 2.
+    short_window: Vec<f64>,
+    before: usize,
+    after: u64,
+    search_every: u64,
+    search_due: u64,
+    /// Newest drive samples; the first is frame `begin` of the audio clock.
+    recent: VecDeque<f32>,
+    begin: u64,
+    xruns: u64,
+    /// Frame at which the xrun was reported that is looked into.
+    since: Option<u64>,
+    reported: bool,
+}
+
+impl OutputGapWatch {
+    /// Makes a watch for a stream of `channels` channels that carries the drive, at `carrier_hz`, in `drive_channel`.
+    pub fn new(
+        carrier_hz: f64,
+        sample_rate_hz: u32,
+        channels: usize,
+        drive_channel: usize,
+    ) -> Self {
+        let rate_hz = f64::from(sample_rate_hz);
+        Self {
+            finder: LossFinder::new(carrier_hz, sample_rate_hz),
+            channels,
+            drive_channel,
+            short_window: (0..SHORT)
+                .map(|n| (1.0 - (TAU * (n as f64 + 0.5) / SHORT as f64).cos()) * 2.0 / SHORT as f64)
+                .collect(),
+            search_every: (SEARCH_EVERY_S * rate_hz) as u64,
+            search_due: 0,
+            before: (BEFORE_REPORT_S * rate_hz) as usize,
+            after: (AFTER_REPORT_S * rate_hz) as u64,
+            recent: VecDeque::new(),
+            begin: 0,
+            xruns: 0,
+            since: None,
+            reported: false,
+        }
+    }
+
+    /// Takes interleaved samples that begin at frame `first` of the audio clock, with the stream's count of output
+    /// xruns. Returns what is known of an xrun: once when it is reported, and once when its gap was found or given up.
+    pub fn take(&mut self, first: u64, samples: &[f32], xruns: u64) -> Option<OutputXrun> {
+        if self.recent.is_empty() {
+            self.begin = first;
+        }
+        self.recent.extend(
+            samples
+                .iter()
+                .skip(self.drive_channel)
+                .step_by(self.channels),
+        );
+        if xruns > self.xruns {
+            self.xruns = xruns;
+            self.since = Some(first);
+            self.reported = false;
+        }
+        let Some(since) = self.since else {
+            self.forget_but(self.before);
+            return None;
+        };
+        if self.end() >= self.search_due {
+            self.search_due = self.end() + self.search_every;
+            let found = self.search(since);
+            if found.is_some() {
+                self.since = None;
+                return found;
+            }
+        }
+        (!std::mem::replace(&mut self.reported, true)).then(|| self.xrun(since, Gap::Sought))
+    }
+
+    /// Gives up an xrun that is looked into, as when a recording ends.
+    pub fn give_up(&mut self) -> Option<OutputXrun> {
+        let since = self.since.take();
+        since.map(|since| self.xrun(since, Gap::Unknown))
+    }
+
+    /// Gives up an xrun that is looked into because input frames are lost too: the phase has another reason to jump.
+    pub fn lose(&mut self) -> Option<OutputXrun> {
+        let given_up = self.give_up();
+        self.recent.clear();
+        given_up
+    }
+
+    fn end(&self) -> u64 {
+        self.begin + self.recent.len() as u64
+    }
+
+    fn forget_but(&mut self, newest: usize) {
+        let old = self.recent.len().saturating_sub(newest);
+        self.recent.drain(..old);
+        self.begin += old as u64;
+    }
+
+    /// The xrun with all of the time in which its gap may be.
+    fn xrun(&self, since: u64, gap: Gap) -> OutputXrun {
+        OutputXrun {
+            number: self.xruns,
+            from: since.saturating_sub(self.before as u64),
+            to: self.end().max(since + self.after),
+            gap,
+        }
+    }
+
+    fn search(&mut self, since: u64) -> Option<OutputXrun> {
+        let over = self.end() >= since + self.after;
+        let samples = self.recent.make_contiguous();
+        let (gap, edges) = match edges(&self.finder, &self.short_window, samples) {
+            // The drive has not been back for long enough to tell its phase.
+            Some((_, end)) if samples.len() < end + WINDOW => {
+                return over.then(|| self.xrun(since, Gap::Unknown));
+            }
+            Some((first, end)) => match gap(&self.finder, samples, first, end) {
+                // It may still go on.
+                Gap::Unknown if !over => return None,
+                gap => (gap, Some((first, end))),
+            },
+            None if !over => return None,
+            None if level(samples) < LEAST_AMPLITUDE => (Gap::Unknown, None),
+            None => (Gap::Nowhere, None),
+        };
+        let found = match edges {
+            Some((first, end)) => {
+                let found = OutputXrun {
+                    number: self.xruns,
+                    from: self.begin + first as u64,
+                    to: self.begin + end as u64,
+                    gap,
+                };
+                // A later xrun is not to find this gap again.
+                self.forget_but(self.recent.len() - end);
+                found
+            }
+            None => self.xrun(since, gap),
+        };
+        Some(found)
+    }
+}
+
+/// Peak amplitude of a carrier of the same power.
+fn level(samples: &[f32]) -> f64 {
+    let power: f64 = samples.iter().map(|&x| f64::from(x).powi(2)).sum();
+    (2.0 * power / samples.len().max(1) as f64).sqrt()
+}
+
+/// First sample that may belong to a gap, and the one behind the last.
+fn edges(finder: &LossFinder, window: &[f64], samples: &[f32]) -> Option<(usize, usize)> {
+    let rotation = Complex64::from_polar(1.0, -finder.step_rad());
+    // Referred to the first sample of all.
+    let phasor = |start: usize| {
+        let mut turn = Complex64::from_polar(1.0, -(finder.step_rad() * start as f64) % TAU);
+        let mut sum = Complex64::ZERO;
+        for (&x, w) in samples[start..].iter().zip(window) {
+            sum += f64::from(x) * w * turn;
+            turn *= rotation;
+        }
+        sum
+    };
+    let starts = (0..samples.len().saturating_sub(SHORT)).step_by(HOP);
+    let phasors: Vec<Complex64> = starts.map(phasor).collect();
+    let is_edge = |i: &usize| {
+        let (was, is) = (phasors[i - 2], phasors[*i]);
+        let larger = was.norm().max(is.norm());
+        larger > LEAST_AMPLITUDE && (is - was).norm() > EDGE * larger
+    };
+    let mut found = (2..phasors.len()).filter(is_edge);
+    let first = found.next()?;
+    let last = found.next_back().unwrap_or(first);
+    Some(((first - 2) * HOP, last * HOP + SHORT))
+}
+
+fn gap(finder: &LossFinder, samples: &[f32], first: usize, end: usize) -> Gap {
+    let Some(from) = first.checked_sub(WINDOW) else {
+        return Gap::Unknown;
+    };
+    let (before, after) = (&samples[from..first], &samples[end..end + WINDOW]);
+    let (was, is) = (finder.phasor(before), finder.phasor(after));
+    let least = was.norm().min(is.norm());
+    if least < LEAST_AMPLITUDE {
+        return Gap::Unknown;
+    }
+    let paused = samples[first..end]
+        .windows(LEVEL)
+        .filter(|piece| level(piece).powi(2) < PAUSED * least.powi(2))
+        .count();
+    // A pause shorter than a period shows in the phase alone.
+    let paused = if paused > 0 { paused + LEVEL - 1 } else { 0 };
+    let turned = finder.step_rad() * (end - from) as f64;
+    let expected = was * Complex64::from_polar(1.0, turned % TAU);
+    let jump = PhaseJump {
+        jump_rad: (expected * is.conj()).arg(),
+        tolerance_rad: TOLERANCE_RAD,
+    };
+    let rate_hz = f64::from(finder.sample_rate_hz());
+    let estimate = TimestampEstimate {
+        frames: paused as f64,
+        uncertainty_frames: TIMESTAMP_S * rate_hz,
+    };
+    match lost_frames(finder.carrier_hz(), finder.sample_rate_hz(), jump, estimate) {
+        Ok(0) => Gap::Nowhere,
+        Ok(frames) => Gap::Of(Lost::Exactly(frames)),
+        Err(_) => Gap::Of(Lost::About(paused as u64)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const RATE_HZ: u32 = 192_000;
+    const BLOCK: usize = 64;
+
+    /// What the watch says in the end of an output that pauses at `at` for `lost` frames, of which it is told at
+    /// `told`.
+    fn found(
+        lost: usize,
+        at: usize,
+        told: usize,
+        modulation_hz: f64,
+        amplitude: f64,
+    ) -> OutputXrun {
+        let frames = told + 60_000;
+        let mut played = 0u32;
+        let samples: Vec<f32> = (0..frames)
+            .flat_map(|n| {
+                let silent = (at..at + lost).contains(&n);
+                let t_s = f64::from(played) / f64::from(RATE_HZ);
+                played += u32::from(!silent);
+                let envelope = amplitude * (1.0 + 0.95 * (TAU * modulation_hz * t_s).sin());
+                let drive = envelope * (TAU * 35_000.0 * t_s).sin();
+                [0.0, if silent { 0.0 } else { drive as f32 }]
+            })
+            .collect();
+        let mut watch = OutputGapWatch::new(35_000.0, RATE_HZ, 2, 1);
+        let reports: Vec<OutputXrun> = samples
+            .chunks(2 * BLOCK)
+            .enumerate()
+            .filter_map(|(i, block)| {
+                let first = i * BLOCK;
+                watch.take(first as u64, block, u64::from(first >= told))
+            })
+            .collect();
+        match reports[..] {
+            [sought, found] => {
+                assert_eq!((sought.gap, sought.number), (Gap::Sought, 1));
+                // To the search after the last sample that it may be in.
+                let most = sought.to + 1_920 + BLOCK as u64;
+                assert!(sought.from <= found.from && found.to <= most, "{reports:?}");
+                found
+            }
+            // The gap was over when the xrun was reported.
+            [found] if told > at + lost => found,
+            _ => panic!("{reports:?}"),
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
+
+        /// Fault 6.
+        #[test]
+        fn the_gap_of_the_output_is_exact_to_the_frame(
+            lost in 1usize..5_000,
+            at in 30_000usize..60_000,
+            late in -4_000i32..4_000,
+            modulation_hz in 0.0..20.0f64,
+        ) {
+            let told = (at as i32 + late) as usize;
+            let xrun = found(lost, at, told, modulation_hz, 0.3);
+            prop_assert_eq!(xrun.gap, Gap::Of(Lost::Exactly(lost as u64)));
+            let near = 200;
+            prop_assert!(xrun.from <= at as u64 && at as u64 <= xrun.from + near, "{:?}", xrun);
+            let end = (at + lost) as u64;
+            prop_assert!(end <= xrun.to && xrun.to <= end + near, "{:?}", xrun);
+        }
+    }
+
+    #[test]
+    fn an_xrun_that_cost_the_drive_nothing_is_told_from_one_that_cannot_be_judged() {
+        assert_eq!(found(0, 30_000, 30_000, 6.0, 0.3).gap, Gap::Nowhere);
+        assert_eq!(found(500, 30_000, 30_000, 6.0, 0.0).gap, Gap::Unknown);
+    }
+
+    #[test]
+    fn losses_of_the_input_leave_the_gap_unknown_in_all_the_time_that_it_may_be_in() {
+        let mut watch = OutputGapWatch::new(35_000.0, RATE_HZ, 1, 0);
+        let silence = [0.0; 1000];
+        for first in (0..40_000).step_by(1000) {
+            assert_eq!(watch.take(first, &silence, 0), None);
+        }
+        let told = watch.take(40_000, &silence, 1).unwrap();
+        let given_up = watch.lose().unwrap();
+        assert_eq!((told.gap, given_up.gap), (Gap::Sought, Gap::Unknown));
+        assert_eq!((given_up.from, given_up.to), (20_800, 88_000));
+        assert_eq!((watch.give_up(), watch.lose()), (None, None));
+    }
+}

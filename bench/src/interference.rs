@@ -1,0 +1,268 @@
+//! Looks for offsets, mains hum and foreign tones on drive and pickup while a bench runs. They are rejected by the
+//! demodulation, but cost range, and tell of a cable, a ground or a supply that somebody should look at.
+
+use std::time::Duration;
+
+use config::Config;
+use crossbeam_channel::{Receiver, Sender, TryRecvError};
+use devices::acquisition::{Excerpt, RecordingCommand};
+use metrology::disturbance::{Disturbance, Sort, disturbances};
+use metrology::spectrum::Spectrum;
+use recording::manifest::EventKind;
+use tasks::Task;
+
+/// Length of a stretch that is looked at, s, and the resolution of its spectrum, Hz.
+const EXCERPT_S: f64 = 0.25;
+const RESOLUTION_HZ: f64 = 10.0;
+/// Time between two looks, ns.
+const PERIOD_NS: u64 = 2_500_000_000;
+/// A disturbance is told of when it was seen this often: a ramp or a stop may look like one, once.
+const SEEN: u32 = 2;
+/// A disturbance that was not seen this often is over.
+const MISSED: u32 = 2;
+
+/// The task.
+pub struct Interference {
+    recording: Sender<RecordingCommand>,
+    frames: usize,
+    input_channels: u16,
+    excerpt: Option<Receiver<Vec<f32>>>,
+    due_ns: Option<u64>,
+    watch: DisturbanceWatch,
+}
+
+impl Interference {
+    /// Looks at the channels of `config` under a carrier of `carrier_hz`; the samples come from the acquisition at the
+    /// other end of `recording`, which also takes the warnings.
+    #[must_use]
+    pub fn new(recording: Sender<RecordingCommand>, config: &Config, carrier_hz: f64) -> Self {
+        let rate_hz = f64::from(config.audio.rate_hz);
+        let channels = &config.channels;
+        Self {
+            recording,
+            frames: (EXCERPT_S * rate_hz) as usize,
+            input_channels: config.audio.input_channels,
+            excerpt: None,
+            due_ns: None,
+            watch: DisturbanceWatch {
+                inputs: [
+                    ("drive", usize::from(channels.drive.index)),
+                    ("pickup", usize::from(channels.pickup.index)),
+                ],
+                stream_channels: usize::from(config.audio.input_channels),
+                rate_hz,
+                carrier_hz,
+                suspected: Vec::new(),
+            },
+        }
+    }
+
+    fn send(&self, command: RecordingCommand) {
+        // The acquisition is gone only when the bench stops.
+        let _ = self.recording.send(command);
+    }
+}
+
+impl Task for Interference {
+    fn name(&self) -> &'static str {
+        "interference"
+    }
+
+    fn period(&self) -> Duration {
+        Duration::from_millis(50)
+    }
+
+    fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        let Some(excerpt) = &self.excerpt else {
+            if now_ns >= *self.due_ns.get_or_insert(now_ns) {
+                self.due_ns = Some(now_ns + PERIOD_NS);
+                let (to, excerpt) = crossbeam_channel::bounded(1);
+                self.excerpt = Some(excerpt);
+                let next = Excerpt::next(self.frames, self.input_channels, to);
+                self.send(RecordingCommand::Excerpt(next));
+            }
+            return Ok(());
+        };
+        match excerpt.try_recv() {
+            Ok(samples) => {
+                self.excerpt = None;
+                for Notice { text, is_new } in self.watch.look(&samples) {
+                    let kind = EventKind::Interference;
+                    self.send(if is_new {
+                        RecordingCommand::Warn(kind, text)
+                    } else {
+                        RecordingCommand::Event(kind, Some(text))
+                    });
+                }
+            }
+            Err(TryRecvError::Empty) => {}
+            Err(TryRecvError::Disconnected) => self.excerpt = None,
+        }
+        Ok(())
+    }
+}
+
+/// A disturbance that is there.
+#[derive(Debug, PartialEq, Eq)]
+struct Notice {
+    text: String,
+    /// The operator has not been told.
+    is_new: bool,
+}
+
+/// What was seen on an input.
+struct Suspect {
+    input: &'static str,
+    disturbance: Disturbance,
+    seen: u32,
+    missed: u32,
+}
+
+/// Tells what lasts from what was seen once.
+struct DisturbanceWatch {
+    inputs: [(&'static str, usize); 2],
+    stream_channels: usize,
+    rate_hz: f64,
+    carrier_hz: f64,
+    suspected: Vec<Suspect>,
+}
+
+impl DisturbanceWatch {
+    /// Looks at interleaved samples; returns what is there and was there before.
+    fn look(&mut self, samples: &[f32]) -> Vec<Notice> {
+        let mut notices = Vec::new();
+        for (input, channel) in self.inputs {
+            let spectrum = Spectrum::read(
+                samples,
+                self.stream_channels,
+                channel,
+                self.rate_hz,
+                RESOLUTION_HZ,
+            );
+            // Samples that are not finite are a flag of their own.
+            let Ok(spectrum) = spectrum else { continue };
+            let found = disturbances(&spectrum, self.carrier_hz, self.rate_hz);
+            notices.extend(self.take(input, &found));
+        }
+        notices
+    }
+
+    fn take(&mut self, input: &'static str, found: &[Disturbance]) -> Vec<Notice> {
+        for suspect in self.suspected.iter_mut().filter(|s| s.input == input) {
+            let again = found.iter().find(|d| d.is_again(&suspect.disturbance));
+            match again {
+                Some(again) => {
+                    suspect.disturbance = *again;
+                    suspect.seen += 1;
+                    suspect.missed = 0;
+                }
+                None => suspect.missed += 1,
+            }
+        }
+        let lasting = self
+            .suspected
+            .iter()
+            .filter(|s| s.input == input && s.seen >= SEEN && s.missed == 0);
+        let notices = lasting.map(|s| Notice {
+            text: format!("{input}: {}{}", s.disturbance, remedy(s.disturbance.sort)),
+            is_new: s.seen == SEEN,
+        });
+        let notices = notices.collect();
+        self.suspected.retain(|s| s.missed < MISSED);
+        for &disturbance in found {
+            let is_known = |s: &Suspect| s.input == input && s.disturbance.is_again(&disturbance);
+            if !self.suspected.iter().any(is_known) {
+                self.suspected.push(Suspect {
+                    input,
+                    disturbance,
+                    seen: 1,
+                    missed: 0,
+                });
+            }
+        }
+        notices
+    }
+}
+
+fn remedy(sort: Sort) -> &'static str {
+    match sort {
+        Sort::Offset => ": look at the input's coupling and the amplifier's bias",
+        Sort::Hum => ": look at grounds and shields",
+        Sort::InBand => ": find its source before the next trial",
+        Sort::OutOfBand => ": a switching supply or another generator may be near",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    fn watch() -> DisturbanceWatch {
+        DisturbanceWatch {
+            inputs: [("drive", 0), ("pickup", 1)],
+            stream_channels: 2,
+            rate_hz: 192e3,
+            carrier_hz: 35e3,
+            suspected: Vec::new(),
+        }
+    }
+
+    /// A quarter of a second of a drive, with a tone on the pickup.
+    fn samples(hz: f64, amplitude: f64) -> Vec<f32> {
+        (0..48_000)
+            .flat_map(|n| {
+                let t_s = f64::from(n) / 192e3;
+                let carrier = 0.3 * (TAU * 35e3 * t_s).cos();
+                [carrier, carrier + amplitude * (TAU * hz * t_s).sin()].map(|x| x as f32)
+            })
+            .collect()
+    }
+
+    /// Fault 12.
+    #[test]
+    fn what_lasts_is_told_of_once_and_recorded_as_long_as_it_lasts() {
+        let mut watch = watch();
+        let (clean, hum) = (samples(50.0, 0.0), samples(50.0, 0.03));
+        let mut told = |samples: &[f32]| -> Vec<bool> {
+            let notices = watch.look(samples);
+            let text =
+                "pickup: mains hum at 50 Hz, -30 dB of full scale: look at grounds and shields";
+            assert!(
+                notices.iter().all(|notice| notice.text == text),
+                "{notices:?}"
+            );
+            notices.iter().map(|notice| notice.is_new).collect()
+        };
+        assert!(told(&clean).is_empty());
+        // Once may be a ramp.
+        assert!(told(&hum).is_empty());
+        assert_eq!(told(&hum), [true]);
+        assert_eq!(told(&hum), [false]);
+        assert!(told(&clean).is_empty());
+        assert_eq!(told(&hum), [false]);
+        assert_eq!((told(&clean), told(&clean)), (vec![], vec![]));
+        assert_eq!((told(&hum), told(&hum)), (vec![], vec![true]));
+        // Samples that cannot be judged say nothing.
+        assert!(told(&vec![f32::NAN; 96_000]).is_empty());
+        assert!(told(&[]).is_empty());
+    }
+
+    #[test]
+    fn sources_are_told_apart() {
+        let mut watch = watch();
+        let words = |watch: &mut DisturbanceWatch, hz| {
+            let tone = samples(hz, 0.03);
+            watch.look(&tone);
+            let notices = watch.look(&tone);
+            assert!(
+                notices.iter().all(|n| n.is_new) && notices.len() == 1,
+                "{notices:?}"
+            );
+            notices[0].text.clone()
+        };
+        assert!(words(&mut watch, 34_000.0).contains("biases Z_m"));
+        assert!(words(&mut watch, 12_000.0).contains("a foreign tone at 12000 Hz"));
+        assert!(words(&mut watch, 12_100.0).contains("12100 Hz"));
+    }
+}

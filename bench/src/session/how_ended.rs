@@ -1,0 +1,47 @@
+//! How a session came to its end, for its log and its operator.
+
+use protocols::{Phase, SessionOutcome};
+use recording::study::event_log::ExitStatus;
+use safety::SafetyState;
+
+/// What is known of a session at its end.
+pub(super) struct HowEnded<'a> {
+    /// What of the program failed.
+    pub failure: Option<&'a str>,
+    /// State of the safety watch.
+    pub safety: &'a SafetyState,
+    /// Outcome, if the session came to one.
+    pub outcome: Option<&'a SessionOutcome>,
+    /// Phase in which it ended.
+    pub phase: Phase,
+}
+
+impl HowEnded<'_> {
+    /// Returns why the session ended early; `None` if it is complete.
+    pub fn reason(&self) -> Option<String> {
+        if let Some(failure) = self.failure {
+            return Some(failure.to_owned());
+        }
+        match (self.safety, self.outcome) {
+            (_, Some(SessionOutcome::Completed { .. })) => None,
+            (SafetyState::Tripped { trip }, _) => Some(trip.to_string()),
+            (_, Some(SessionOutcome::Aborted { .. })) => Some("aborted by the operator".to_owned()),
+            (_, None) => Some(match self.phase {
+                Phase::Paused => {
+                    "timed out waiting for the participant; no operator to resume".to_owned()
+                }
+                _ => "stopped before its end".to_owned(),
+            }),
+        }
+    }
+
+    /// Returns the exit status.
+    pub fn status(&self) -> ExitStatus {
+        match (self.outcome, self.safety) {
+            (Some(SessionOutcome::Completed { .. }), _) => ExitStatus::Success,
+            _ if self.failure.is_some() => ExitStatus::Fail,
+            (_, SafetyState::Tripped { .. }) => ExitStatus::Fail,
+            _ => ExitStatus::Abort,
+        }
+    }
+}

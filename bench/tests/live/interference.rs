@@ -1,0 +1,48 @@
+//! An offset that comes with every sample is told of, and recorded as long as it lasts (FAULTS.md, row 12).
+
+use friction_bench::interference::Interference;
+use mock_world::scenario::Scenario;
+use recording::manifest::EventKind;
+
+use crate::rig::{Rig, config, events};
+
+/// Fault 12.
+#[test]
+fn an_offset_is_told_of_once_and_recorded_while_it_lasts() {
+    let mut scenario = Scenario::default();
+    scenario.converter.offset_units = 0.03;
+    let mut rig = Rig::new(scenario, config(&[]), None);
+    let recording = rig.bench.recording.clone();
+    let task = Interference::new(recording, &config(&[]), 35_000.0);
+    rig.bench.before.push(Box::new(task));
+    rig.drive();
+    rig.pass(0.3);
+    let folder = rig.begin("offset");
+    rig.pass(6.0);
+    let warnings = std::mem::take(&mut rig.warnings);
+    rig.end();
+    let words = ["drive", "pickup"].map(|input| {
+        format!(
+            "{input}: a constant offset of 0.030 of full scale: look at the input's coupling and the amplifier's bias"
+        )
+    });
+    assert_eq!(warnings, words);
+    let found: Vec<_> = events(&folder)
+        .into_iter()
+        .map(|(kind, _, _, text)| (kind, text))
+        .collect();
+    let twice = words.iter().chain(&words);
+    let expected: Vec<_> = twice
+        .map(|text| (EventKind::Interference, text.clone()))
+        .collect();
+    assert_eq!(found, expected);
+    // A clean bench says nothing.
+    let mut rig = Rig::new(Scenario::default(), config(&[]), None);
+    let recording = rig.bench.recording.clone();
+    let task = Interference::new(recording, &config(&[]), 35_000.0);
+    rig.bench.before.push(Box::new(task));
+    rig.pass(1.0);
+    rig.drive();
+    rig.pass(5.0);
+    assert_eq!(rig.warnings, Vec::<String>::new());
+}

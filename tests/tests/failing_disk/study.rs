@@ -1,0 +1,130 @@
+//! Two participants registered in a study on a disk, with the copies that their sessions keep, and what must then be there.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use recording::storage::Storage;
+use recording::study::event_log::ExitStatus;
+use recording::study::{self, EVENTS_FILE, GeneratedBy, Study, StudyError};
+
+use crate::memory_disk::MemoryDisk;
+
+const PARTICIPANTS: [&str; 2] = ["sub-01", "sub-02"];
+const HEADER: &str = "participant_id\tfirst_session_date\tprotocol";
+/// Longer than a sector.
+const COPIES: [(&str, &str); 2] = [
+    ("demo.toml", "# a protocol, long enough to be torn\n"),
+    ("bench.toml", "rate_hz = 192000 # and much more to say\n"),
+];
+
+/// Folder of the study, which is there from the start.
+pub fn folder() -> &'static Path {
+    Path::new("/study")
+}
+
+/// What was said to be on the disk.
+#[derive(Debug, Default)]
+pub struct Registered {
+    /// Participants whose sessions began.
+    begun: Vec<&'static str>,
+    /// Files that are whole.
+    copies: Vec<(PathBuf, String)>,
+    /// Sessions whose logs ended.
+    stopped: usize,
+    errors: Vec<String>,
+}
+
+fn copy_of(text: &str) -> String {
+    text.repeat(40)
+}
+
+impl Registered {
+    /// Registers both participants; what fails is left, and the next one tried.
+    pub fn on(disk: &MemoryDisk) -> Self {
+        let mut said = Self::default();
+        for participant in PARTICIPANTS {
+            if let Err(error) = said.register(disk, participant) {
+                said.errors.push(error.to_string());
+            }
+        }
+        said
+    }
+
+    fn register(&mut self, disk: &MemoryDisk, participant: &'static str) -> Result<(), StudyError> {
+        let storage: Arc<dyn Storage> = Arc::new(disk.clone());
+        let generated_by = GeneratedBy {
+            name: "test".to_owned(),
+            version: "1".to_owned(),
+        };
+        let study = Study::open_or_create_on(storage, folder(), generated_by)?;
+        let id = participant.parse().unwrap();
+        let mut session = study.begin_session(&id, 1, "2026-01-31", "demo")?;
+        self.begun.push(participant);
+        for (name, text) in COPIES {
+            let path = session.snapshot(name, &copy_of(text))?;
+            self.copies.push((path, copy_of(text)));
+        }
+        let stopped = session.log().stop(String::new(), ExitStatus::Success, None);
+        stopped?;
+        self.stopped += 1;
+        Ok(())
+    }
+
+    /// Whether everything is said to be on the disk.
+    pub fn is_saved(&self) -> bool {
+        self.stopped == PARTICIPANTS.len() && self.errors.is_empty()
+    }
+
+    /// Participants that are not wholly registered.
+    pub fn lost(&self) -> usize {
+        PARTICIPANTS.len() - self.stopped
+    }
+
+    /// Holds what lies in `root` to what was said, and every file to be whole.
+    pub fn require_kept(&self, root: &Path) {
+        let place = |path: &Path| root.join(path.strip_prefix("/").unwrap());
+        let study = place(folder());
+        let listed = participants(&study);
+        for participant in &self.begun {
+            assert!(
+                listed.iter().any(|p| p == participant),
+                "{listed:?}: {self:?}"
+            );
+        }
+        for participant in &listed {
+            assert!(study.join(participant).is_dir(), "{participant}: {self:?}");
+        }
+        for (path, text) in &self.copies {
+            assert_eq!(std::fs::read_to_string(place(path)).unwrap(), *text);
+        }
+        for participant in PARTICIPANTS {
+            let session = study.join(participant).join(study::session_name(1));
+            for (name, text) in COPIES {
+                if let Ok(found) = std::fs::read_to_string(session.join(name)) {
+                    assert_eq!(found, copy_of(text), "{name} of {participant}");
+                }
+            }
+            let log = session.join(EVENTS_FILE);
+            assert!(!log.exists() || study::event_log::read(&log).is_ok());
+        }
+    }
+}
+
+/// The participants of the table, each with a whole line; none if there is no table.
+fn participants(study: &Path) -> Vec<String> {
+    let Ok(text) = std::fs::read_to_string(study.join(study::PARTICIPANTS_FILE)) else {
+        return Vec::new();
+    };
+    assert!(text.ends_with('\n'), "{text:?}");
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some(HEADER));
+    lines
+        .map(|line| {
+            let [participant, "2026-01-31", "demo"] = line.split('\t').collect::<Vec<_>>()[..]
+            else {
+                panic!("half a line: {line:?}");
+            };
+            participant.to_owned()
+        })
+        .collect()
+}

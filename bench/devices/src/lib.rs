@@ -20,6 +20,8 @@ mod life;
 mod lock_folder;
 pub mod lost_frames;
 pub mod loudspeaker;
+mod stream_threads;
+mod thread_priority;
 
 pub use arming::{ArmingError, NotWired, require_armable, require_watched, safety_limits};
 pub use assembly::{Bench, Hardware, OpenHardware, impedance_chain};
@@ -27,6 +29,8 @@ pub use digital_lines::Lines;
 pub use gauges::{FieldHealth, Gauges};
 pub use life::{Life, stop_on_signals};
 pub use lock_folder::lock_folder;
+pub use stream_threads::StreamThreads;
+pub use thread_priority::ThreadPriorities;
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

@@ -1,6 +1,7 @@
 //! Latest values that other tasks publish for the watch; each slot holds one small value, so nobody waits for long.
 
 use tasks::Slot;
+use tasks::scheduling::Scheduling;
 
 use crate::safety_state::SafetyState;
 use crate::stop_times::StopTimes;
@@ -68,6 +69,8 @@ pub struct Signals {
     pub press: Slot<Press>,
     /// Times of the hardware stops, once they have been exercised; published by the watch.
     pub stop_times: Slot<Vec<StopTimes>>,
+    /// Scheduling of the watch's thread; published by the watch, where it has one of its own.
+    pub scheduling: Slot<Scheduling>,
     /// State of the watch; published by the watch.
     pub state: Slot<SafetyState>,
 }

@@ -1,10 +1,11 @@
-//! The commands of the test bench controller. The binary composes them with hardware, real or simulated; nothing in here
-//! knows which.
+//! The commands of the test bench controller. The binary composes them with hardware, real or simulated; nothing in
+//! here knows which.
 
 pub mod analyze;
 pub mod apparatus;
 pub mod calibrate;
 pub mod cli;
+pub mod ending;
 pub mod estop;
 pub mod forget;
 pub mod interference;

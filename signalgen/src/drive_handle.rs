@@ -9,6 +9,7 @@ use rtrb::{Consumer, Producer, PushError, RingBuffer};
 use thiserror::Error;
 
 use crate::{
+    attendance::Attendance,
     generator::{DriveCommand, DriveState},
     seqlock::{self, PublishedState, StatePublisher},
 };
@@ -70,6 +71,7 @@ pub(crate) struct SentCommand {
 pub struct DriveHandle {
     commands: Producer<SentCommand>,
     kill_switch: KillSwitch,
+    attendance: Attendance,
     monitor: DriveMonitor,
 }
 
@@ -82,6 +84,7 @@ impl DriveHandle {
         let handle = Self {
             commands: producer,
             kill_switch: kill_switch.clone(),
+            attendance: Attendance::default(),
             monitor: DriveMonitor(published),
         };
         (handle, consumer, kill_switch, publisher)
@@ -144,6 +147,12 @@ impl DriveHandle {
         self.monitor.clone()
     }
 
+    /// Returns where whoever watches the drive shows it.
+    #[must_use]
+    pub fn attendance(&self) -> Attendance {
+        self.attendance.clone()
+    }
+
     /// Returns a kill switch for another thread.
     #[must_use]
     pub fn kill_switch(&self) -> KillSwitch {
@@ -162,8 +171,10 @@ impl DriveMonitor {
         self.0.read()
     }
 
-    /// Returns the published state, or `None` while it is being written: for callbacks, which must not wait.
-    pub(crate) fn try_published(&self) -> Option<DriveState> {
+    /// Returns the published state, or `None` while it is being written: for callbacks and threads of high priority,
+    /// which must not wait.
+    #[must_use]
+    pub fn try_published(&self) -> Option<DriveState> {
         self.0.try_read()
     }
 }

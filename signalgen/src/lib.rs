@@ -14,6 +14,7 @@
 //!   callbacks on it. Everything else is free of input and output and builds for any target of the standard library.
 //! - `jack`: in addition, a JACK server as the host of the sound card.
 
+mod attendance;
 #[cfg(feature = "sound-card")]
 pub mod audio;
 mod capture;
@@ -33,6 +34,7 @@ mod stream_health;
 mod stream_layout;
 mod sweep;
 
+pub use attendance::Attendance;
 pub use capture::{BlockHeader, BlockTime, InputReader, InputWriter};
 pub use drive_handle::{CommandError, DriveHandle, DriveMonitor, KillSwitch};
 pub use drive_program::{

@@ -3,6 +3,7 @@
 use rtrb::Consumer;
 
 use crate::{
+    attendance::AttendanceCheck,
     drive_handle::{DriveHandle, KillSwitch, SentCommand},
     generator::{DriveCommand, Generator},
     sample::ConverterSample,
@@ -21,6 +22,7 @@ pub struct DriveRenderer {
     commands: Consumer<SentCommand>,
     kill_switch: KillSwitch,
     kills_obeyed: u64,
+    attendance: AttendanceCheck,
     publisher: StatePublisher,
     health: StreamHealth,
     channels: usize,
@@ -52,6 +54,7 @@ impl DriveRenderer {
             commands,
             kill_switch,
             kills_obeyed: 0,
+            attendance: AttendanceCheck::new(handle.attendance()),
             publisher,
             health,
             channels,
@@ -66,6 +69,7 @@ impl DriveRenderer {
     pub fn render<T: ConverterSample>(&mut self, out: &mut [T]) {
         self.health.beat(StreamDirection::Output);
         self.obey();
+        self.require_attendance(out.len() / self.channels);
         let mut drive = [0.0_f32; CHUNK_FRAMES];
         for chunk in out.chunks_mut(CHUNK_FRAMES * self.channels) {
             let frames = chunk.len() / self.channels;
@@ -77,6 +81,15 @@ impl DriveRenderer {
             }
         }
         self.publisher.publish(&self.generator.state());
+    }
+
+    fn require_attendance(&mut self, frames: usize) {
+        let phase = self.generator.state().phase;
+        let driven = !phase.is_silent() && !phase.is_latched();
+        if self.attendance.is_missed(frames) && driven {
+            self.kill_switch.kill();
+            self.obey_kills();
+        }
     }
 
     fn obey(&mut self) {

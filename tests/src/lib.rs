@@ -2,6 +2,7 @@
 
 pub mod campaign;
 pub mod house;
+pub mod panicking;
 pub mod program;
 pub mod recorded;
 pub mod room;

@@ -1,9 +1,11 @@
 //! The operator's terminal: set up, drawn to at most 30 times a second, read for keys, and restored.
 
-use std::io::{self, IsTerminal};
+use std::io::{self, IsTerminal, Write};
 use std::mem::ManuallyDrop;
+use std::panic::PanicHookInfo;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use ratatui::backend::{Backend, CrosstermBackend};
@@ -85,27 +87,45 @@ pub fn size() -> Option<(u16, u16)> {
     }
 }
 
-/// Restores the operator's terminal. Harmless when called twice, from any thread, or when the dashboard was never
-/// shown. Errors are ignored: the terminal is the only place to report them.
+/// Restores the operator's terminal, and says what waited for it. Harmless when called twice, from any thread, or
+/// when the dashboard was never shown. Errors are ignored: the terminal is the only place to report them.
 pub fn restore() {
-    if !SHOWN.swap(false, Ordering::SeqCst) {
-        return;
+    if SHOWN.swap(false, Ordering::SeqCst) {
+        let _ = terminal::disable_raw_mode();
+        let _ = execute!(io::stdout(), terminal::LeaveAlternateScreen, cursor::Show);
     }
-    let _ = terminal::disable_raw_mode();
-    let _ = execute!(io::stdout(), terminal::LeaveAlternateScreen, cursor::Show);
+    let unsaid = std::mem::take(&mut *UNSAID.lock().unwrap_or_else(PoisonError::into_inner));
+    unsaid.iter().for_each(|line| say(line));
 }
 
-/// Makes a panic in any thread call `make_safe`, then [`restore`], then the hook installed before, which prints the
-/// message where it can be read.
+/// Reports a panic in any thread in `words`, in place of the hook installed before. While the dashboard is shown, the
+/// report waits for [`restore`]: the terminal is put back last, by the dashboard's end, after whatever ends the bench
+/// in good order. Only a panic of the main thread, which waits for the dashboard, puts it back at once.
 ///
-/// Call it once, early. `make_safe` comes first because writing to a terminal can block.
-pub fn install_panic_hook(make_safe: impl Fn() + Send + Sync + 'static) {
-    let before = std::panic::take_hook();
+/// Call it once, early. Hooks that make a bench safe are installed after it and so come before it: writing to a
+/// terminal can block.
+pub fn install_panic_hook(words: impl Fn(&PanicHookInfo<'_>) -> String + Send + Sync + 'static) {
     std::panic::set_hook(Box::new(move |info| {
-        make_safe();
-        restore();
-        before(info);
+        let line = words(info);
+        let is_main = std::thread::current().name() == Some("main");
+        if SHOWN.load(Ordering::SeqCst) && !is_main {
+            UNSAID
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .push(line);
+        } else {
+            restore();
+            say(&line);
+        }
     }));
+}
+
+/// Reports of panics that wait until the terminal is restored.
+static UNSAID: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+fn say(line: &str) {
+    // Nothing is left to report it to.
+    let _ = writeln!(io::stderr(), "{line}");
 }
 
 /// Whether the dashboard has the terminal in raw mode and on the alternate screen.

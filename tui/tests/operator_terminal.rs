@@ -103,7 +103,12 @@ fn control_c_ends_it_and_the_terminal_is_as_before() {
 #[test]
 fn a_panic_elsewhere_makes_safe_then_puts_back_then_speaks() {
     if std::env::var_os(PART).is_some() {
-        tui::install_panic_hook(|| std::io::stderr().write_all(b"<made safe>").unwrap());
+        tui::install_panic_hook(|info| info.to_string());
+        let report = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |info| {
+            std::io::stderr().write_all(b"<made safe>").unwrap();
+            report(info);
+        }));
         dashboard();
         return;
     }
@@ -111,6 +116,7 @@ fn a_panic_elsewhere_makes_safe_then_puts_back_then_speaks() {
     let (mut screen, mut part) = on_a_terminal(name);
     screen.wait_for("UNKNOWN");
     assert!(is_raw(&screen));
+    // The thread that panics is the one that reads what the operator asks for: with it the dashboard ends.
     screen.controller.write_all(b"e").unwrap();
     screen.wait_for("<made safe>");
     screen.wait_for("\x1b[?1049l");

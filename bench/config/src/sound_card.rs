@@ -48,6 +48,9 @@ pub struct Audio {
     /// Length of the ring that holds audio while a disk stalls, s.
     #[serde(default = "Audio::default_ring_s")]
     pub ring_s: f64,
+    /// Whether the program's memory is kept from being paged out; a bench that may not do so is refused.
+    #[serde(default)]
+    pub lock_memory: bool,
 }
 
 impl Audio {

@@ -15,7 +15,7 @@ use recording::recorder::{RecorderGauge, RecorderNotice, RecorderTask, recorder}
 use safety::{Pace, SafetyLines, Signals, Watch};
 use signalgen::audio::{Duplex, DuplexConfig, Host, StreamChoice};
 use signalgen::{Generator, InputReader, StreamDirection};
-use tasks::{Clock, Schedule, StopFlag, Task};
+use tasks::{Clock, Mailbox, Schedule, StopFlag, Task};
 
 use crate::acquisition::{Acquisition, AcquisitionQueues, RecordingCommand};
 use crate::arming::safety_limits;
@@ -27,6 +27,7 @@ use crate::gauges::Gauges;
 use crate::life::Life;
 use crate::lost_frames::LossWatch;
 use crate::output_gap::OutputGapWatch;
+use crate::thread_priority::{lock_memory, thread_start};
 
 /// Hardware of a bench, found or simulated by the composition root.
 pub struct Hardware {
@@ -84,18 +85,21 @@ impl OpenHardware {
             clock,
             schedule,
             guard,
-            simulated: _,
+            simulated,
             pace,
         } = hardware;
         let drive_settings = settings(config)?;
+        lock_memory(config, &schedule)?;
+        let (signals, gauges) = (Arc::new(Signals::default()), Arc::new(Gauges::default()));
+        let start = thread_start(config, simulated, &gauges);
+        let generator = Generator::new(drive_settings);
         let Duplex {
             streams,
             drive,
             input,
             health,
-        } = signalgen::audio::open_duplex(&host, &duplex(config), Generator::new(drive_settings))?;
-        let (signals, gauges) = (Arc::new(Signals::default()), Arc::new(Gauges::default()));
-        let (safety_commands, safety_orders) = crossbeam_channel::unbounded();
+        } = signalgen::audio::open_duplex(&host, &duplex(config), generator, start.as_ref())?;
+        let safety_commands = Mailbox::default();
         let (readings, waiting_readings) = crossbeam_channel::unbounded();
         let force = force_link(config, force_port)?;
         let expects_force = force.is_some();
@@ -119,17 +123,20 @@ impl OpenHardware {
             safety_commands.clone(),
             clock.clone(),
         );
+        let limits = safety_limits(config, pace);
+        let absence_s = limits.longest_absence_ns() as f64 * 1e-9;
+        let absence_frames = (absence_s * f64::from(config.audio.rate_hz)) as u64;
         let watch = Watch::new(
-            safety_limits(config, pace),
+            limits,
             SafetyLines {
                 estop: lines.estop,
                 enable: lines.enable,
                 heartbeat: lines.heartbeat,
             },
-            Box::new(WatchedDrive::new(&drive, health)),
+            Box::new(WatchedDrive::new(&drive, health, absence_frames)),
             expects_force,
             signals.clone(),
-            safety_orders,
+            safety_commands.clone(),
         );
         Ok(Self {
             life: Life::begin(host, streams, drive.kill_switch(), clock, schedule, guard)?,

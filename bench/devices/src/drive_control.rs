@@ -1,13 +1,15 @@
 //! Control of the drive: a program plays only once the safety watch has armed the amplifier.
 
-use crossbeam_channel::Sender;
+use std::cell::Cell;
+
 use signalgen::{
-    DriveCommand, DriveHandle, DriveMonitor, DrivePhase, DriveSettings, KillSwitch, Program,
-    StreamDirection, StreamHealth, Waveform,
+    Attendance, DriveCommand, DriveHandle, DriveMonitor, DrivePhase, DriveSettings, DriveState,
+    KillSwitch, Program, StreamDirection, StreamHealth, Waveform,
 };
 
 use config::Config;
 use safety::{Commanded, DriveGuard, SafetyCommand, SafetyState};
+use tasks::Mailbox;
 
 /// Returns a protocol's drive as a waveform for the plate of `config`.
 pub fn waveform(drive: &protocols::Drive, config: &Config) -> Waveform {
@@ -45,7 +47,7 @@ pub fn settings(config: &Config) -> Result<DriveSettings, signalgen::ProgramErro
 /// Starts and stops the drive through the safety watch.
 pub struct DriveControl {
     handle: DriveHandle,
-    safety: Sender<SafetyCommand>,
+    safety: Mailbox<SafetyCommand>,
     /// Program that waits for the amplifier to be armed, with the number of kills when it was requested: later kills
     /// stay in effect.
     wanted: Option<(Program, u64)>,
@@ -53,7 +55,7 @@ pub struct DriveControl {
 
 impl DriveControl {
     /// Takes over a silent drive.
-    pub fn new(handle: DriveHandle, safety: Sender<SafetyCommand>) -> Self {
+    pub fn new(handle: DriveHandle, safety: Mailbox<SafetyCommand>) -> Self {
         Self {
             handle,
             safety,
@@ -131,7 +133,7 @@ impl DriveControl {
     }
 
     fn command(&self, command: SafetyCommand) {
-        let _ = self.safety.send(command);
+        self.safety.send(command);
     }
 }
 
@@ -140,20 +142,41 @@ pub struct WatchedDrive {
     kill: KillSwitch,
     monitor: DriveMonitor,
     health: StreamHealth,
+    attendance: Attendance,
+    /// State of the drive when it was last looked at.
+    seen: Cell<DriveState>,
 }
 
 impl WatchedDrive {
-    /// Makes the safety watch's view of the drive and of its streams.
-    pub fn new(handle: &DriveHandle, health: StreamHealth) -> Self {
+    /// Makes the safety watch's view of the drive and of its streams. From now on the drive stops by itself when it
+    /// was not watched for `absence_frames`.
+    pub fn new(handle: &DriveHandle, health: StreamHealth, absence_frames: u64) -> Self {
+        let attendance = handle.attendance();
+        attendance.require(absence_frames);
         Self {
+            attendance,
             kill: handle.kill_switch(),
             monitor: handle.monitor(),
             health,
+            seen: Cell::new(handle.published()),
         }
+    }
+
+    /// Returns the drive's state, or the one before while a callback publishes: the watch may have interrupted it,
+    /// and it could not go on before the watch sleeps. Of a callback that never goes on, the count of callbacks tells.
+    fn state(&self) -> DriveState {
+        if let Some(state) = self.monitor.try_published() {
+            self.seen.set(state);
+        }
+        self.seen.get()
     }
 }
 
 impl DriveGuard for WatchedDrive {
+    fn attend(&self) {
+        self.attendance.show();
+    }
+
     fn kill(&self) {
         self.kill.kill();
     }
@@ -163,7 +186,7 @@ impl DriveGuard for WatchedDrive {
     }
 
     fn commanded(&self) -> Option<Commanded> {
-        let state = self.monitor.published();
+        let state = self.state();
         (!matches!(state.phase, DrivePhase::Tripped(_))).then_some(Commanded {
             frame: state.frames,
             envelope_v: state.envelope_v,

@@ -12,8 +12,7 @@ use crate::force::{ForceLink, LineFaults, TimedForce};
 use crate::gauges::Gauges;
 use safety::InputLine;
 use safety::{Press, SafetyCommand, Signals, Trip};
-use tasks::Clock;
-use tasks::Task;
+use tasks::{Clock, Mailbox, Task};
 
 /// A reading of a slow input, on the host's clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,7 +105,7 @@ pub struct Field {
     pressed: Arc<AtomicBool>,
     signals: Arc<Signals>,
     gauges: Arc<Gauges>,
-    safety: Sender<SafetyCommand>,
+    safety: Mailbox<SafetyCommand>,
     clock: Arc<dyn Clock>,
     position_due_ns: u64,
     button_high: bool,
@@ -128,7 +127,7 @@ impl Field {
         pressed: Arc<AtomicBool>,
         signals: Arc<Signals>,
         gauges: Arc<Gauges>,
-        safety: Sender<SafetyCommand>,
+        safety: Mailbox<SafetyCommand>,
         clock: Arc<dyn Clock>,
     ) -> Self {
         Self {
@@ -189,8 +188,7 @@ impl Field {
         self.signals.nonsense.set(link.nonsense(now_ns));
         if let Err(error) = polled {
             let message = format!("the force sensor's port is gone: {error}");
-            let _ = self
-                .safety
+            self.safety
                 .send(SafetyCommand::Trip(Trip::Fault { message }));
             self.force = None;
         }

@@ -3,6 +3,7 @@
 use tasks::Slot;
 
 use crate::force::LineFaults;
+use crate::stream_threads::StreamThreads;
 
 /// Faults and rates of the slow inputs, as screens show them.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -26,4 +27,6 @@ pub struct Gauges {
     pub fullest_ring: Slot<f64>,
     /// Faults and rates of the slow inputs.
     pub field: Slot<FieldHealth>,
+    /// Scheduling of the sound card's callbacks.
+    pub stream_threads: StreamThreads,
 }

@@ -22,6 +22,8 @@ mod lock_folder;
 pub mod lost_frames;
 pub mod loudspeaker;
 mod output_gap;
+mod stream_threads;
+mod thread_priority;
 
 pub use arming::{ArmingError, NotWired, require_armable, require_watched, safety_limits};
 pub use assembly::{Bench, Hardware, OpenHardware, impedance_chain};
@@ -30,6 +32,8 @@ pub use gauges::{FieldHealth, Gauges};
 pub use life::{Life, stop_on_signals};
 pub use line_source::{LineError, LineSource, take_lines};
 pub use lock_folder::lock_folder;
+pub use stream_threads::StreamThreads;
+pub use thread_priority::ThreadPriorities;
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

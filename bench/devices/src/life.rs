@@ -1,10 +1,11 @@
 //! Life of a bench: opened, made safe, played, run, silenced, closed, in this order and nowhere else.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use signalgen::audio::{Host, Streams};
 use signalgen::{KillSwitch, StreamDirection};
-use tasks::{Clock, Schedule, StopFlag, Task};
+use tasks::{Clock, Panicked, Schedule, StopFlag, Task};
 
 /// An opened bench that has not run yet. From here on a panic first silences the drive, and signals request an orderly
 /// stop. Dropped without having run, it closes the streams.
@@ -13,6 +14,8 @@ pub struct Life {
     streams: Streams,
     kill: KillSwitch,
     stop: StopFlag,
+    /// Whether any thread of the program has panicked since the bench was opened.
+    panicked: Arc<AtomicBool>,
     clock: Arc<dyn Clock>,
     schedule: Schedule,
     /// Value that must outlive the streams.
@@ -28,14 +31,15 @@ impl Life {
         schedule: Schedule,
         guard: Box<dyn Send>,
     ) -> anyhow::Result<Self> {
-        let stop = StopFlag::default();
-        silence_on_panic(kill.clone());
+        let (stop, panicked) = (StopFlag::default(), Arc::default());
+        end_on_panic(kill.clone(), stop.clone(), Arc::clone(&panicked));
         stop_on_signals(&stop)?;
         Ok(Self {
             host,
             streams,
             kill,
             stop,
+            panicked,
             clock,
             schedule,
             guard,
@@ -100,16 +104,35 @@ impl Life {
         drop(self.streams);
         drop(self.guard);
         let closed = close_screen();
-        ran.and(closed)
+        let ended = ran.and(closed);
+        if self.panicked.load(Ordering::Acquire) {
+            return Err(match ended {
+                Err(error) if !error.is::<Panicked>() => error.context(AFTER_PANIC),
+                // The panic hook has named the part.
+                _ => anyhow::anyhow!(AFTER_PANIC),
+            });
+        }
+        ended
     }
 }
 
-/// Installs a panic hook that silences the drive, then calls the hook before it, which restores the terminal and
-/// prints.
-fn silence_on_panic(kill: KillSwitch) {
+/// What is said of a bench that an error in the program itself has ended.
+const AFTER_PANIC: &str = "an error in the program itself ended the bench: the drive was stopped first, and what was recorded \
+    until then is kept; look at the plate and at the amplifier, then run the command again (`run` with --resume), and report \
+    the line above";
+
+/// Installs a panic hook that silences the drive and ends the bench in good order, whichever thread panics; then
+/// calls the hook before it, which reports.
+fn end_on_panic(kill: KillSwitch, stop: StopFlag, panicked: Arc<AtomicBool>) {
     let before = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
         kill.kill();
+        panicked.store(true, Ordering::Release);
+        let thread = std::thread::current();
+        let part = thread.name().unwrap_or("without a name");
+        stop.fail(format!(
+            "an error in the program itself, in its part `{part}`"
+        ));
         before(info);
     }));
 }

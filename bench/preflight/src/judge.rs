@@ -3,6 +3,7 @@
 use num_complex::Complex64;
 
 use crate::measure::Measured;
+use crate::real_time;
 use crate::table::Table;
 use calibration::{channel_match, channels};
 use config::{CalibrationError, Config, Effective, MeasuredChannels};
@@ -42,6 +43,7 @@ pub(super) fn judge(
         measured.lost_frames + input + output == 0,
         found,
     );
+    real_time::judge(table, config, measured.simulated, measured.priorities);
     judge_tone(table, config, measured);
     judge_relay(table, config.safety.readback_floor_v, measured);
     if let Some(force) = &config.force {

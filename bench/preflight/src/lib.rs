@@ -1,9 +1,10 @@
-//! The preflight: a faint tone at the carrier, a look at everything that must be alive, and the exercise of the hardware
-//! stops.
+//! The preflight: a faint tone at the carrier, a look at everything that must be alive, and the exercise of the
+//! hardware stops.
 
 mod extent;
 mod judge;
 mod measure;
+mod real_time;
 mod surroundings;
 mod table;
 mod wiring;
@@ -26,7 +27,8 @@ pub struct Preflight {
     pub driven: bool,
 }
 
-/// Runs the preflight of `bench`; `hardware` is asked for once. `refused` is why its calibration could not be put in force.
+/// Runs the preflight of `bench`; `hardware` is asked for once. `refused` is why its calibration could not be put in
+/// force.
 pub fn run(
     bench: &Effective,
     refused: Option<&CalibrationError>,
@@ -60,8 +62,8 @@ pub fn run(
     Preflight { table, driven }
 }
 
-/// Exercises the hardware stops of a bench that is about to be calibrated, whose gains need not be known; returns the rows
-/// on them, and on the limits of the safety watch.
+/// Exercises the hardware stops of a bench that is about to be calibrated, whose gains need not be known; returns the
+/// rows on them, and on the limits of the safety watch.
 pub fn stops(
     config: &Config,
     pace: Pace,

@@ -11,7 +11,7 @@ use crate::extent::Extent;
 use config::Effective;
 use devices::acquisition::{Excerpt, RecordingCommand};
 use devices::drive_control::{DriveControl, settings};
-use devices::{Bench, Gauges, Hardware};
+use devices::{Bench, Gauges, Hardware, ThreadPriorities};
 use recording::pipeline::Batch;
 use safety::{SafetyState, Signals, StopTimes};
 use tasks::{StopFlag, Task};
@@ -66,6 +66,10 @@ pub(super) struct Measured {
     pub enable_wired: bool,
     /// Whether a tone was played, with the amplifier on or off.
     pub driven: bool,
+    /// Whether the hardware is simulated.
+    pub simulated: bool,
+    /// Scheduling of the threads whose time counts.
+    pub priorities: ThreadPriorities,
     /// Why the calibration does not hold for the opened bench.
     pub calibration_fault: Option<String>,
 }
@@ -80,8 +84,8 @@ impl Measured {
             .take_while(|frame| frame.time_s < self.tone_until_s)
     }
 
-    /// The most that was read back while the amplifier was off and a tone was played all the same, V peak; `None` where nothing
-    /// switches the amplifier.
+    /// The most that was read back while the amplifier was off and a tone was played all the same, V peak; `None`
+    /// where nothing switches the amplifier.
     pub fn past_open_relay_v(&self) -> Option<f64> {
         let frames = self.frames.iter();
         let before = frames.take_while(|frame| frame.time_s < SILENCE_FROM_S);
@@ -114,6 +118,7 @@ pub(super) fn measure(
     let lines = &hardware.lines;
     let (estop_wired, heartbeat_wired) = (lines.estop.is_some(), lines.heartbeat.is_some());
     let enable_wired = lines.enable.is_some();
+    let simulated = hardware.simulated;
     let tone_v = TONE_V.min(config.limits.drive_v);
     let tone = settings(config)?.admit(Waveform::Tone {
         carrier_hz: config.plate.resonance_hz,
@@ -153,6 +158,7 @@ pub(super) fn measure(
             estop_wired,
             heartbeat_wired,
             enable_wired,
+            simulated,
             tone_v,
             tone_until_s: f64::INFINITY,
             calibration_fault,
@@ -271,6 +277,7 @@ impl Task for CheckTask {
 
     fn finish(&mut self) -> anyhow::Result<()> {
         self.drive.stop();
+        self.measured.priorities = ThreadPriorities::now(&self.signals, &self.gauges);
         let _ = self.done.send(self.measured.clone());
         Ok(())
     }

@@ -11,6 +11,8 @@ pub struct Commanded {
 
 /// What the watch needs of the drive: its kill switch and its state.
 pub trait DriveGuard: Send {
+    /// Shows the drive that it is watched: one that is not shown this for a while stops by itself.
+    fn attend(&self);
     /// Ramps the drive to zero at once and latches it, until its owner releases it after a new arming.
     fn kill(&self);
     /// Returns how often the drive was killed, by the watch or by others.

@@ -131,7 +131,17 @@ impl fmt::Display for FaintDrive {
     }
 }
 
+/// Time without a heartbeat after which the hardware's one-shot disables the amplifier, ns.
+const ONE_SHOT_NS: u64 = 100_000_000;
+
 impl SafetyLimits {
+    /// Returns the longest time that the watch may be away before the drive counts as unwatched, ns: as long as the
+    /// one-shot waits, or longer where time may be held up.
+    #[must_use]
+    pub fn longest_absence_ns(&self) -> u64 {
+        self.silence_ns.max(ONE_SHOT_NS)
+    }
+
     /// Requires limits under which the watch sees what it is there for.
     ///
     /// # Errors

@@ -1,6 +1,9 @@
 //! Latest values that other tasks publish for the watch; each slot holds one small value, so nobody waits for long.
 
+use std::sync::atomic::AtomicU64;
+
 use tasks::Slot;
+use tasks::scheduling::Scheduling;
 
 use crate::safety_state::SafetyState;
 use crate::stop_times::StopTimes;
@@ -80,7 +83,9 @@ pub struct Signals {
     /// Times of the hardware stops, once they have been exercised; published by the watch.
     pub stop_times: Slot<Vec<StopTimes>>,
     /// Longest time from one look of the watch to the next, ns; published by the watch.
-    pub longest_away_ns: Slot<u64>,
+    pub longest_away_ns: AtomicU64,
+    /// Scheduling of the watch's thread; published by the watch, where it has one of its own.
+    pub scheduling: Slot<Scheduling>,
     /// State of the watch; published by the watch.
     pub state: Slot<SafetyState>,
 }

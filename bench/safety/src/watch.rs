@@ -1,13 +1,14 @@
 //! The watch: a task that judges the bench every two milliseconds and stops the drive when anything is wrong.
 
+mod seen;
 #[cfg(test)]
 mod tests;
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use crossbeam_channel::Receiver;
-use tasks::Task;
+use tasks::{Mailbox, Task, scheduling};
 
 use crate::exercise::{Demand, Exercise};
 use crate::guard::{Commanded, DriveGuard};
@@ -18,6 +19,7 @@ use crate::safety_state::{SafetyCommand, SafetyState};
 use crate::signals::{Nonsense, Press, Signals};
 use crate::stop_times::StopLine;
 use crate::trip::Trip;
+use seen::{Seen, Unpublished};
 
 /// Task that judges the bench every two milliseconds and stops the drive; see [`Watch::new`] for an example.
 pub struct Watch {
@@ -26,8 +28,11 @@ pub struct Watch {
     drive: Box<dyn DriveGuard>,
     expects_force: bool,
     signals: Arc<Signals>,
-    commands: Receiver<SafetyCommand>,
+    seen: Seen,
+    commands: Mailbox<SafetyCommand>,
     state: SafetyState,
+    /// What is to be published as soon as nobody is at its slot.
+    unpublished: Unpublished,
     heartbeat_high: bool,
     progress: Progress,
     readback: Readback,
@@ -51,10 +56,11 @@ struct Progress {
     begun: bool,
 }
 
+/// Real-time priority of the watch's thread: under the sound card's callbacks, whose deadlines are closer, and far
+/// under the kernel's threads for interrupts.
+const PRIORITY: u8 = 10;
 /// Age from which on the force sensor counts as not polled, ns.
 const STALE_NS: u64 = 250_000_000;
-/// Time without a heartbeat after which the hardware's one-shot disables the amplifier, ns.
-const ONE_SHOT_NS: u64 = 100_000_000;
 /// Longest wait for the emergency ramp at the end.
 const RAMP_TIMEOUT: Duration = Duration::from_millis(30);
 /// Longest wait of an armed bench for the first force reading, ns (FAULTS.md row 21).
@@ -81,6 +87,7 @@ impl Watch {
     /// /// A drive that only counts how often it was killed.
     /// struct Drive(Arc<AtomicU64>);
     /// impl DriveGuard for Drive {
+    ///     fn attend(&self) {}
     ///     fn kill(&self) {
     ///         self.0.fetch_add(1, Ordering::Relaxed);
     ///     }
@@ -119,10 +126,10 @@ impl Watch {
     /// };
     /// let (kills, signals) = (Arc::default(), Arc::new(Signals::default()));
     /// let drive = Box::new(Drive(Arc::clone(&kills)));
-    /// let (commands, received) = crossbeam_channel::unbounded();
-    /// let mut watch = Watch::new(limits, SafetyLines::default(), drive, true, Arc::clone(&signals), received);
+    /// let commands = tasks::Mailbox::default();
+    /// let mut watch = Watch::new(limits, SafetyLines::default(), drive, true, Arc::clone(&signals), commands.clone());
     ///
-    /// commands.send(safety::SafetyCommand::Arm).unwrap();
+    /// commands.send(safety::SafetyCommand::Arm);
     /// let press = |normal_n, at_ns| Press {
     ///     normal_n,
     ///     lateral_n: 0.0,
@@ -145,7 +152,7 @@ impl Watch {
         drive: Box<dyn DriveGuard>,
         expects_force: bool,
         signals: Arc<Signals>,
-        commands: Receiver<SafetyCommand>,
+        commands: Mailbox<SafetyCommand>,
     ) -> Self {
         let readback = Readback::new(
             limits.rate_hz,
@@ -159,8 +166,10 @@ impl Watch {
             drive,
             expects_force,
             signals,
+            seen: Seen::default(),
             commands,
             state: SafetyState::Disarmed,
+            unpublished: Unpublished::default(),
             heartbeat_high: false,
             progress: Progress::default(),
             readback,
@@ -176,7 +185,8 @@ impl Watch {
 
     fn set_state(&mut self, state: SafetyState) {
         self.state = state.clone();
-        self.signals.state.set(state);
+        self.unpublished.state = Some(state);
+        self.unpublished.offer(&self.signals);
     }
 
     fn trip(&mut self, trip: Trip, now_ns: u64) {
@@ -255,12 +265,8 @@ impl Watch {
             return;
         };
         let seconds = now_ns.saturating_sub(before_ns) as f64 * 1e-9;
-        let drive_v = self
-            .signals
-            .readback
-            .get()
-            .map_or(0.0, |reading| reading.volts);
-        let amplitude_m = self.signals.amplitude_m.get().unwrap_or(0.0);
+        let drive_v = self.seen.readback.map_or(0.0, |reading| reading.volts);
+        let amplitude_m = self.seen.amplitude_m.unwrap_or(0.0);
         let power_w = self.limits.heat.power_w(drive_v, amplitude_m);
         self.rise_k = self.limits.heat.rise_after(self.rise_k, power_w, seconds);
     }
@@ -283,16 +289,17 @@ impl Watch {
         if self.e_stop_open()? {
             return Ok(Some(Trip::EmergencyStop));
         }
+        self.warm_up(now_ns);
+        // Before the kill that the drive itself has made meanwhile.
+        if let Some(trip) = self.frozen(now_ns) {
+            return Ok(Some(trip));
+        }
         if self.drive.kills() != self.kills_known {
             return Ok(Some(Trip::Killed));
         }
-        self.warm_up(now_ns);
         if self.state == SafetyState::Armed
             && let Some(trip) = self.too_warm()
         {
-            return Ok(Some(trip));
-        }
-        if let Some(trip) = self.frozen(now_ns) {
             return Ok(Some(trip));
         }
         if self.drive.lost() {
@@ -314,7 +321,7 @@ impl Watch {
     }
 
     fn amplitude_wrong(&self) -> Option<Trip> {
-        let amplitude_m = self.signals.amplitude_m.get()?;
+        let amplitude_m = self.seen.amplitude_m?;
         let limit_m = self.limits.max_amplitude_m;
         (amplitude_m > limit_m).then_some(Trip::Amplitude {
             amplitude_um: 1e6 * amplitude_m,
@@ -326,8 +333,10 @@ impl Watch {
     /// disabled the amplifier.
     fn frozen(&mut self, now_ns: u64) -> Option<Trip> {
         let away_ns = now_ns.saturating_sub(self.polled_ns.replace(now_ns)?);
-        self.signals.longest_away_ns.raise(away_ns);
-        (away_ns > self.limits.silence_ns.max(ONE_SHOT_NS)).then_some(Trip::Frozen {
+        self.signals
+            .longest_away_ns
+            .fetch_max(away_ns, Ordering::Relaxed);
+        (away_ns > self.limits.longest_absence_ns()).then_some(Trip::Frozen {
             for_s: away_ns as f64 * 1e-9,
         })
     }
@@ -356,7 +365,7 @@ impl Watch {
 
     fn readback_wrong(&mut self, commanded: Commanded, now_ns: u64) -> Option<Trip> {
         self.readback.command(commanded.frame, commanded.envelope_v);
-        let reading = self.signals.readback.get()?;
+        let reading = self.seen.readback?;
         let age_ns = now_ns.saturating_sub(reading.at_ns);
         if age_ns > self.limits.loop_latency_ns.max(STALE_NS) {
             return Some(Trip::ReadbackMissing);
@@ -390,7 +399,7 @@ impl Watch {
             return None;
         };
         let off_ns = self.tripped_at_ns + OFF_AFTER_NS + self.limits.loop_latency_ns;
-        let reading = self.signals.readback.get()?;
+        let reading = self.seen.readback?;
         let known = matches!(trip, Trip::AliveWhileDisarmed { .. });
         let alive = reading.volts > self.limits.readback_floor_v;
         (!known && now_ns > off_ns && reading.at_ns > off_ns && alive).then_some(
@@ -404,7 +413,7 @@ impl Watch {
         if !self.expects_force {
             return None;
         }
-        let Nonsense { bytes, lasts } = self.signals.nonsense.get().unwrap_or_default();
+        let Nonsense { bytes, lasts } = self.seen.nonsense.unwrap_or_default();
         if lasts {
             return Some(Trip::ForceNonsense { bytes });
         }
@@ -419,7 +428,7 @@ impl Watch {
             raw_n: [raw_normal_n, raw_lateral_n],
             saturated,
             at_ns,
-        }) = self.signals.press.get()
+        }) = self.seen.press
         else {
             // The preflight check saw readings, so the first reading is only waited for, and not for ever.
             let waited_ns = now_ns.saturating_sub(self.armed_at_ns);
@@ -454,7 +463,7 @@ impl Watch {
             return Some(Trip::ForceSaturated);
         }
         // The sensor is silent only if it was polled and sent nothing; not being polled is another fault.
-        let polled_ns = self.signals.force_polled_ns.get()?;
+        let polled_ns = self.seen.force_polled_ns?;
         if now_ns.saturating_sub(polled_ns) > STALE_NS {
             return Some(Trip::Fault {
                 message: "the force sensor was not read for a quarter of a second".to_owned(),
@@ -468,8 +477,7 @@ impl Watch {
         let Some(exercise) = &mut self.exercise else {
             return Ok(Demand::All);
         };
-        let reading = self.signals.readback.get();
-        let demand = exercise.poll(now_ns, reading);
+        let demand = exercise.poll(now_ns, self.seen.readback);
         set(
             &mut self.lines.enable,
             demand != Some(Demand::AllBut(StopLine::Enable)),
@@ -479,13 +487,15 @@ impl Watch {
         {
             // What was read back meanwhile was not what was commanded.
             self.readback.forget_readings();
-            self.signals.stop_times.set(exercise.times());
+            self.unpublished.stop_times = Some(exercise.times());
         }
         Ok(demand.unwrap_or(Demand::All))
     }
 
     fn watch(&mut self, now_ns: u64) -> Result<(), GpioError> {
-        while let Ok(command) = self.commands.try_recv() {
+        self.drive.attend();
+        self.seen.look(&self.signals);
+        while let Some(command) = self.commands.take() {
             self.handle_command(command, now_ns)?;
         }
         let wrong = self.first_fault(now_ns)?;
@@ -530,6 +540,10 @@ impl Task for Watch {
         Duration::from_millis(2)
     }
 
+    fn begin(&mut self) {
+        self.signals.scheduling.set(scheduling::ask(PRIORITY));
+    }
+
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
         let mut watched = self.watch(now_ns);
         if self.is_tripped() && now_ns.saturating_sub(self.tripped_at_ns) >= DISABLE_AFTER_NS {
@@ -540,6 +554,7 @@ impl Task for Watch {
             let message = error.to_string();
             self.trip(Trip::Gpio { message }, now_ns);
         }
+        self.unpublished.offer(&self.signals);
         Ok(())
     }
 

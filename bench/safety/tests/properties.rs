@@ -115,9 +115,9 @@ impl World {
         })
     }
 
-    /// Longest time to a fault's detection, s after the fault: 50 ms of a drive at which it shows, and the blocks that are
-    /// judged together. A modulation too slow to tell delays apart hides a fault for the loop's latency; a changed gain
-    /// may pass for a changed delay once, which takes as long again.
+    /// Longest time to a fault's detection, s after the fault: 50 ms of a drive at which it shows, and the blocks
+    /// that are judged together. A modulation too slow to tell delays apart hides a fault for the loop's latency; a
+    /// changed gain may pass for a changed delay once, which takes as long again.
     fn in_time_s(&self, gain: f64) -> f64 {
         let times = if gain == 0.0 { 1.0 } else { 2.0 };
         let told_v = self.floor_v / (1.0 - self.tolerance - gain);
@@ -138,6 +138,8 @@ impl World {
 struct Silent;
 
 impl DriveGuard for Silent {
+    fn attend(&self) {}
+
     fn kill(&self) {}
 
     fn kills(&self) -> u64 {
@@ -160,7 +162,7 @@ impl DriveGuard for Silent {
 /// What an armed watch makes of a press.
 fn pressed(limits: SafetyLimits, normal_n: f64, lateral_n: f64) -> SafetyState {
     let signals = Arc::new(Signals::default());
-    let (commands, received) = crossbeam_channel::unbounded();
+    let commands = tasks::Mailbox::default();
     let lines = SafetyLines::default();
     let mut watch = Watch::new(
         limits,
@@ -168,9 +170,9 @@ fn pressed(limits: SafetyLimits, normal_n: f64, lateral_n: f64) -> SafetyState {
         Box::new(Silent),
         true,
         Arc::clone(&signals),
-        received,
+        commands.clone(),
     );
-    commands.send(SafetyCommand::Arm).unwrap();
+    commands.send(SafetyCommand::Arm);
     let at_ns = 1_000_000;
     signals.press.set(Press {
         normal_n,

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use config::{Config, Effective};
-use devices::Life;
 use devices::drive_control::carrier_hz;
+use devices::{Life, ThreadPriorities};
 use protocols::{Session, SessionEventKind, TrialKey, records_from_events};
 use recording::AudioFormat;
 use recording::manifest::{self, Manifest};
@@ -20,8 +20,8 @@ use crate::session::BeginRecording;
 use crate::shell_words::quoted;
 use crate::verify::trial_words;
 
-/// Opens the participant's next session, or the one that `--resume` goes on with: its number, its folder, and whether it is
-/// resumed.
+/// Opens the participant's next session, or the one that `--resume` goes on with: its number, its folder, and whether
+/// it is resumed.
 ///
 /// # Errors
 /// Names what already exists, or what does not, and what to do.
@@ -156,12 +156,14 @@ pub(super) fn machine(plan: &Plan, session: &study::SessionFolder) -> anyhow::Re
     Ok(machine)
 }
 
-/// Returns what makes the manifest and the folder of each attempt's recording. Its provenance is that of the effective bench.
+/// Returns what makes the manifest and the folder of each attempt's recording. Its provenance is that of the
+/// effective bench.
 pub(super) fn begin_recording(
     plan: &Plan,
     session: u32,
     folder: PathBuf,
     life: &Life,
+    priorities: impl Fn() -> ThreadPriorities + Send + 'static,
 ) -> BeginRecording {
     let bench = plan.bench.clone();
     let (protocol, participant, seed) = (
@@ -176,7 +178,7 @@ pub(super) fn begin_recording(
     };
     let hardware = recorded_hardware(&bench, life);
     Box::new(move |key: &TrialKey, drive: &protocols::Drive| {
-        let config = bench.config();
+        let (config, scheduling) = (bench.config(), recorded_scheduling(priorities()));
         Ok(Begin {
             folder: trial_folder(&folder, key, practice_trials)?,
             format,
@@ -202,7 +204,12 @@ pub(super) fn begin_recording(
                     end: None,
                     interruption: None,
                 }),
-                hardware: Some(hardware.clone()),
+                hardware: Some(manifest::RecordedHardware {
+                    // Known once the threads have started.
+                    memory_locked: config.audio.lock_memory && scheduling.is_some(),
+                    scheduling,
+                    ..hardware.clone()
+                }),
                 software: Some(manifest::Software {
                     name: NAME.to_owned(),
                     version: VERSION.to_owned(),
@@ -250,6 +257,14 @@ fn recorded_plate(config: &Config) -> manifest::RecordedPlate {
     }
 }
 
+fn recorded_scheduling(priorities: ThreadPriorities) -> Option<manifest::RecordedScheduling> {
+    Some(manifest::RecordedScheduling {
+        watch: priorities.watch?.to_string(),
+        output: priorities.output.map(|thread| thread.to_string()),
+        input: priorities.input.map(|thread| thread.to_string()),
+    })
+}
+
 fn recorded_hardware(bench: &Effective, life: &Life) -> manifest::RecordedHardware {
     let config = bench.config();
     let mut channel_names: Vec<String> = (0..config.audio.input_channels)
@@ -284,6 +299,8 @@ fn recorded_hardware(bench: &Effective, life: &Life) -> manifest::RecordedHardwa
             .clone()
             .filter(|_| !config.safety.waived.is_empty()),
         loosened: config.loosened(),
+        memory_locked: false,
+        scheduling: None,
         calibration: bench
             .calibration()
             .map(|calibration| manifest::CalibrationReference {

@@ -11,9 +11,9 @@ use anyhow::Context;
 use config::Config;
 use console::{Dashboard, DashboardThread, Front, Headless};
 use contact::AssumedConstants;
-use devices::Bench;
 use devices::drive_control::waveform;
 use devices::loudspeaker::Loudspeaker;
+use devices::{Bench, ThreadPriorities};
 use jiff::tz::TimeZone;
 use protocols::{ParticipantId, Protocol};
 use recording::study::event_log::Start;
@@ -119,7 +119,12 @@ pub fn run(
         configuration: serde_json::to_value(config)?,
         preflight: serde_json::to_value(plan.preflight.as_ref().map(|table| &table.rows))?,
     })?;
-    let begin = begin_recording(&plan, number, session.folder().to_owned(), &life);
+    let priorities = {
+        let (signals, gauges) = (signals.clone(), gauges.clone());
+        move || ThreadPriorities::now(&signals, &gauges)
+    };
+    let folder = session.folder().to_owned();
+    let begin = begin_recording(&plan, number, folder, &life, priorities);
 
     let (mut front, dashboard) = front(&plan, stop.clone(), out)?;
     front.show(tui::Event::Session(tui::event::SessionHeader {

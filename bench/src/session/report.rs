@@ -1,5 +1,7 @@
 //! How a session ended, and the lines that say so.
 
+use std::sync::atomic::Ordering;
+
 use devices::Gauges;
 use protocols::SessionSummary;
 use recording::pipeline::Account;
@@ -34,7 +36,7 @@ impl KeptUp {
     /// Reads the gauges of a bench, up to now.
     pub fn read(signals: &Signals, gauges: &Gauges, recorder: &RecorderGauge) -> Self {
         Self {
-            watch_away_s: signals.longest_away_ns.get().unwrap_or_default() as f64 * 1e-9,
+            watch_away_s: signals.longest_away_ns.load(Ordering::Relaxed) as f64 * 1e-9,
             ring_fill: gauges.fullest_ring.get().unwrap_or_default(),
             recorder_lag_s: recorder.greatest_lag_s(),
         }

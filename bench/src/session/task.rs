@@ -74,13 +74,15 @@ pub struct SessionTask {
     report: Sender<Report>,
 }
 
-/// Data of the last exploration arrive within this time after its end: a force sensor's burst, the demodulator's delay, s.
+/// Data of the last exploration arrive within this time after its end: a force sensor's burst, the demodulator's
+/// delay, s.
 const DATA_DELAY_S: f64 = 0.06;
 /// The screen is fed this often, ns.
 const SCREEN_PERIOD_NS: u64 = 16_000_000;
 
 impl SessionTask {
-    /// A session about to take its first step. `consent_by` is the operator who holds the signed consent, if anybody does yet.
+    /// A session about to take its first step. `consent_by` is the operator who holds the signed consent, if anybody
+    /// does yet.
     #[expect(
         clippy::too_many_arguments,
         reason = "the composition root names each once"
@@ -580,7 +582,6 @@ impl Task for SessionTask {
             status,
             reason: reason.clone(),
         });
-        self.wiring.front.show(tui::Event::Close);
         let summary = self.machine.summary();
         let _ = self.report.send(Report {
             summary,

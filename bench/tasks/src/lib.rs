@@ -4,11 +4,14 @@
 //! thread, or runs them in turn on one thread, in step with an apparatus that advances its own [`Clock`].
 
 mod clock;
+mod mailbox;
 mod schedule;
+pub mod scheduling;
 mod slot;
 
 pub use clock::{Clock, SystemClock, later};
-pub use schedule::{Pacer, RaiseOnDrop, Schedule, StopFlag, Task};
+pub use mailbox::Mailbox;
+pub use schedule::{Pacer, Panicked, RaiseOnDrop, Schedule, StopFlag, Task};
 pub use slot::Slot;
 
 /// Compiles and runs the example in the README.

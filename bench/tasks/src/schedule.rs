@@ -19,6 +19,8 @@ pub trait Task: Send {
     fn name(&self) -> &'static str;
     /// Returns how long the task may sleep between polls when it has a thread of its own.
     fn period(&self) -> Duration;
+    /// Prepares the task's own thread, on it, before the first poll. Not called when tasks share a thread.
+    fn begin(&mut self) {}
     /// Does what is due at `now_ns` and returns; never waits for another task.
     ///
     /// # Errors
@@ -52,6 +54,18 @@ pub enum Schedule {
     /// All tasks on the calling thread, in the order given, one round per tick: deterministic.
     Lockstep(Box<dyn Pacer>),
 }
+
+/// A task panicked; the panic hook has run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Panicked;
+
+impl std::fmt::Display for Panicked {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("panicked")
+    }
+}
+
+impl std::error::Error for Panicked {}
 
 /// Flag that any thread may raise to end a schedule, and that keeps the first failure.
 ///
@@ -100,7 +114,7 @@ impl StopFlag {
 
 impl Schedule {
     /// Runs `tasks` until `stop` is raised or one of them fails; then each stops by itself, and then they finish in
-    /// order. A task that panicked finishes too.
+    /// order. A task that panicked finishes too. None is dropped before all have finished.
     ///
     /// # Errors
     /// The first error of any task, named by its task; a panic in a task counts as one.
@@ -131,7 +145,7 @@ fn run_lockstep(
         }
         let now_ns = clock.now_ns();
         for task in &mut tasks {
-            if let Err(error) = poll(task.as_mut(), now_ns) {
+            if let Err(error) = caught(|| task.poll(now_ns)) {
                 result = Err(error.context(task.name()));
                 break 'run;
             }
@@ -141,18 +155,23 @@ fn run_lockstep(
         Ok(()) => stop.raise(),
         Err(error) => stop.fail(format!("{error:#}")),
     }
-    tasks.iter_mut().for_each(|task| task.stop());
     for task in &mut tasks {
-        let finished = task.finish().context(task.name());
-        result = result.and(finished);
+        let stopped = caught(|| {
+            task.stop();
+            Ok(())
+        });
+        result = result.and(stopped.context(task.name()));
+    }
+    for task in &mut tasks {
+        result = result.and(caught(|| task.finish()).context(task.name()));
     }
     result
 }
 
-/// Polls a task; a panic becomes an error, after the panic hook has run.
-fn poll(task: &mut dyn Task, now_ns: u64) -> anyhow::Result<()> {
-    catch_unwind(AssertUnwindSafe(|| task.poll(now_ns)))
-        .unwrap_or_else(|_| Err(anyhow::anyhow!("panicked")))
+/// Does a part of a task's work; a panic becomes an error, after the panic hook has run, so that no task keeps
+/// another one from being finished.
+fn caught(work: impl FnOnce() -> anyhow::Result<()>) -> anyhow::Result<()> {
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| Err(Panicked.into()))
 }
 
 fn run_threads(
@@ -160,12 +179,18 @@ fn run_threads(
     clock: &Arc<dyn Clock>,
     stop: &StopFlag,
 ) -> anyhow::Result<()> {
-    let mut threads = Vec::new();
+    let (mut threads, mut result) = (Vec::new(), Ok(()));
     for task in tasks {
-        threads.push(spawn(task, clock.clone(), stop.clone())?);
+        match spawn(task, clock.clone(), stop.clone()) {
+            Ok(thread) => threads.push(thread),
+            Err(error) => {
+                stop.fail(format!("{error:#}"));
+                result = Err(error);
+                break;
+            }
+        }
     }
     // Every task first stops polling, then each finishes in the order given: producers before the recorder.
-    let mut result = Ok(());
     let mut returned = Vec::new();
     for (name, thread) in threads {
         match thread.join() {
@@ -173,12 +198,12 @@ fn run_threads(
                 result = result.and(outcome);
                 returned.push(task);
             }
-            Err(_) => result = result.and(Err(anyhow::anyhow!("{name} panicked as it stopped"))),
+            Err(_) => result = result.and(Err(Panicked).context(name)),
         }
     }
-    for mut task in returned {
-        let finished = task.finish().context(task.name());
-        result = result.and(finished);
+    // None is dropped before all have finished: with the last task that shows something the screen closes.
+    for task in &mut returned {
+        result = result.and(caught(|| task.finish()).context(task.name()));
     }
     result
 }
@@ -195,17 +220,22 @@ fn spawn(
         .name(name.to_owned())
         .spawn(move || {
             let _raise_on_unwind = RaiseOnDrop(stop.clone());
-            let mut outcome = Ok(());
-            while !stop.is_raised() {
-                if let Err(error) = poll(task.as_mut(), clock.now_ns()) {
-                    stop.fail(format!("{name}: {error:#}"));
-                    outcome = Err(error.context(name));
-                    break;
+            let mut outcome = caught(|| {
+                task.begin();
+                while !stop.is_raised() {
+                    task.poll(clock.now_ns())?;
+                    std::thread::sleep(task.period());
                 }
-                std::thread::sleep(task.period());
+                Ok(())
+            });
+            if let Err(error) = &outcome {
+                stop.fail(format!("{name}: {error:#}"));
             }
-            task.stop();
-            (task, outcome)
+            outcome = outcome.and(caught(|| {
+                task.stop();
+                Ok(())
+            }));
+            (task, outcome.context(name))
         })
         .with_context(|| format!("cannot start the thread {name}"))?;
     Ok((name, thread))

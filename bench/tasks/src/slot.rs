@@ -1,6 +1,6 @@
 //! Latest value that one task publishes and others read.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 
 /// Latest value of a quantity: replaced, never queued.
 ///
@@ -49,5 +49,59 @@ impl<T: Clone> Slot<T> {
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
             .clone()
+    }
+
+    /// Updates `seen` to the latest value, unless another thread is at the slot at this very moment: for a thread of
+    /// high priority, which must not wait for one of lower priority.
+    ///
+    /// ```
+    /// let (force_n, mut seen) = (tasks::Slot::default(), None);
+    /// force_n.set(0.4);
+    /// force_n.look(&mut seen);
+    /// assert_eq!(seen, Some(0.4));
+    /// ```
+    pub fn look(&self, seen: &mut Option<T>) {
+        if let Some(latest) = self.without_waiting() {
+            seen.clone_from(&latest);
+        }
+    }
+
+    /// Publishes `value` and takes it, unless another thread is at the slot at this very moment; then it is left for a
+    /// later try.
+    pub fn offer(&self, value: &mut Option<T>) {
+        if value.is_some()
+            && let Some(mut latest) = self.without_waiting()
+        {
+            *latest = value.take();
+        }
+    }
+
+    fn without_waiting(&self) -> Option<MutexGuard<'_, Option<T>>> {
+        match self.0.try_lock() {
+            Ok(latest) => Some(latest),
+            Err(TryLockError::Poisoned(poisoned)) => Some(poisoned.into_inner()),
+            Err(TryLockError::WouldBlock) => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slot_that_another_thread_holds_is_not_waited_for() {
+        let slot = Slot::default();
+        slot.set(1);
+        let (mut seen, mut offered) = (None, Some(3));
+        slot.look(&mut seen);
+        let held = slot.0.lock().unwrap();
+        slot.look(&mut seen);
+        slot.offer(&mut offered);
+        assert_eq!((seen, offered), (Some(1), Some(3)));
+        drop(held);
+        slot.offer(&mut offered);
+        slot.look(&mut seen);
+        assert_eq!((seen, offered), (Some(3), None));
     }
 }

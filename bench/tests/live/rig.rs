@@ -166,6 +166,7 @@ pub struct Rig {
     pub warnings: Vec<String>,
     ticks: u64,
     disk_stalls: bool,
+    watch_hangs: bool,
     rate_hz: u32,
     held_up: (u64, u64),
     temp: tempfile::TempDir,
@@ -213,6 +214,7 @@ impl Rig {
             warnings: Vec::new(),
             ticks: 0,
             disk_stalls: false,
+            watch_hangs: false,
             rate_hz,
             held_up: (u64::MAX, 0),
             temp: tempfile::tempdir().unwrap(),
@@ -257,7 +259,9 @@ impl Rig {
         let now_ns = self.apparatus.now_ns() - stale_ns;
         let Bench { before, after, .. } = &mut self.bench;
         for task in before.iter_mut().chain(after) {
-            if !(self.disk_stalls && task.name() == "recorder") {
+            let hangs = self.disk_stalls && task.name() == "recorder"
+                || self.watch_hangs && task.name() == "safety";
+            if !hangs {
                 task.poll(now_ns)?;
             }
         }
@@ -287,6 +291,11 @@ impl Rig {
     /// The recorder waits for its disk, or goes on.
     pub fn stall_disk(&mut self, stalls: bool) {
         self.disk_stalls = stalls;
+    }
+
+    /// The safety watch hangs, or goes on.
+    pub fn hang_watch(&mut self, hangs: bool) {
+        self.watch_hangs = hangs;
     }
 
     /// Records from now on.

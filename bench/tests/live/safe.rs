@@ -1,5 +1,5 @@
-//! Whatever fails while the plate is driven: the drive is silent in time and stays so, and what was recorded reads (FAULTS.md, rows 5,
-//! 17, 18, 21 and 23).
+//! Whatever fails while the plate is driven: the drive is silent in time and stays so, and what was recorded reads
+//! (FAULTS.md, rows 5, 17, 18, 21 and 23).
 
 use mock_hw::apparatus::FaultPanel;
 use mock_hw::host::Direction;
@@ -423,6 +423,43 @@ fn a_kill_from_anywhere_latches() {
         rig.tick();
     }
     assert!(!rig.bench.drive.sounds());
+}
+
+/// Hazard 15.
+#[test]
+fn a_watch_that_hangs_leaves_no_drive_and_trips_when_it_goes_on() {
+    let mut rig = Rig::driven();
+    rig.pass(0.3);
+    rig.hang_watch(true);
+    let hung_ns = rig.apparatus.now_ns();
+    let since_s = |rig: &Rig| (rig.apparatus.now_ns() - hung_ns) as f64 * 1e-9;
+    while rig.bench.drive.sounds() {
+        assert_eq!(rig.tick(), SafetyState::Armed, "nobody else may say so");
+        assert!(since_s(&rig) < 0.11, "sounds on unwatched");
+    }
+    assert!(since_s(&rig) > 0.09, "{} s", since_s(&rig));
+    while since_s(&rig) < 0.3 {
+        rig.tick();
+    }
+    // A program that is asked for now is not played: what the watch last said no longer counts.
+    let silent = rig.record.frames.len();
+    rig.drive();
+    while since_s(&rig) < 0.5 {
+        rig.tick();
+    }
+    let again = rig.record.frames[silent..]
+        .iter()
+        .map(|frame| frame.drive_v.norm());
+    let most_v = again.fold(0.0, f64::max);
+    assert!(most_v < 0.5, "{most_v} V unwatched");
+    rig.hang_watch(false);
+    let SafetyState::Tripped {
+        trip: Trip::Frozen { for_s },
+    } = rig.tick()
+    else {
+        panic!("a watch that was away goes on");
+    };
+    assert!((0.4..0.6).contains(&for_s), "{for_s} s");
 }
 
 /// Fault 5.

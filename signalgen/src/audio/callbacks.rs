@@ -1,5 +1,6 @@
 //! The callbacks of both streams, bound to cpal.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use cpal::{
@@ -14,6 +15,32 @@ use crate::{
     stream_health::{StreamDirection, StreamFault, StreamHealth},
 };
 
+/// What a stream's own thread does before its first block. It must neither allocate nor wait.
+pub type ThreadStart = Arc<dyn Fn(StreamDirection) + Send + Sync>;
+
+/// A [`ThreadStart`] that is done once. It is never freed on the stream's thread.
+struct Once {
+    start: Option<ThreadStart>,
+    done: bool,
+}
+
+impl Once {
+    fn new(start: Option<&ThreadStart>) -> Self {
+        Self {
+            start: start.cloned(),
+            done: false,
+        }
+    }
+
+    fn run(&mut self, direction: StreamDirection) {
+        if !std::mem::replace(&mut self.done, true)
+            && let Some(start) = &self.start
+        {
+            start(direction);
+        }
+    }
+}
+
 /// How long JACK may take to open a stream, and how often ALSA checks whether a silent one is lost.
 const BACKEND_TIMEOUT: Duration = Duration::from_secs(2);
 
@@ -24,12 +51,13 @@ pub(super) fn open_output(
     format: SampleFormat,
     renderer: DriveRenderer,
     health: &StreamHealth,
+    start: Option<&ThreadStart>,
 ) -> Result<Stream, cpal::Error> {
     match format {
-        SampleFormat::F32 => output_of::<f32>(device, config, renderer, health),
-        SampleFormat::I32 => output_of::<i32>(device, config, renderer, health),
-        SampleFormat::I24 => output_of::<cpal::I24>(device, config, renderer, health),
-        SampleFormat::I16 => output_of::<i16>(device, config, renderer, health),
+        SampleFormat::F32 => output_of::<f32>(device, config, renderer, health, start),
+        SampleFormat::I32 => output_of::<i32>(device, config, renderer, health, start),
+        SampleFormat::I24 => output_of::<cpal::I24>(device, config, renderer, health, start),
+        SampleFormat::I16 => output_of::<i16>(device, config, renderer, health, start),
     }
 }
 
@@ -40,12 +68,13 @@ pub(super) fn open_input(
     format: SampleFormat,
     writer: InputWriter,
     health: &StreamHealth,
+    start: Option<&ThreadStart>,
 ) -> Result<Stream, cpal::Error> {
     match format {
-        SampleFormat::F32 => input_of::<f32>(device, config, writer, health),
-        SampleFormat::I32 => input_of::<i32>(device, config, writer, health),
-        SampleFormat::I24 => input_of::<cpal::I24>(device, config, writer, health),
-        SampleFormat::I16 => input_of::<i16>(device, config, writer, health),
+        SampleFormat::F32 => input_of::<f32>(device, config, writer, health, start),
+        SampleFormat::I32 => input_of::<i32>(device, config, writer, health, start),
+        SampleFormat::I24 => input_of::<cpal::I24>(device, config, writer, health, start),
+        SampleFormat::I16 => input_of::<i16>(device, config, writer, health, start),
     }
 }
 
@@ -54,11 +83,15 @@ fn output_of<T: ConverterSample + SizedSample>(
     config: StreamConfig,
     mut renderer: DriveRenderer,
     health: &StreamHealth,
+    start: Option<&ThreadStart>,
 ) -> Result<Stream, cpal::Error> {
-    let health = health.clone();
+    let (health, mut start) = (health.clone(), Once::new(start));
     device.build_output_stream(
         config,
-        move |out: &mut [T], _: &OutputCallbackInfo| renderer.render(out),
+        move |out: &mut [T], _: &OutputCallbackInfo| {
+            start.run(StreamDirection::Output);
+            renderer.render(out);
+        },
         move |error: cpal::Error| health.report(StreamDirection::Output, fault(error.kind())),
         Some(BACKEND_TIMEOUT),
     )
@@ -69,11 +102,13 @@ fn input_of<T: ConverterSample + SizedSample>(
     config: StreamConfig,
     mut writer: InputWriter,
     health: &StreamHealth,
+    start: Option<&ThreadStart>,
 ) -> Result<Stream, cpal::Error> {
-    let health = health.clone();
+    let (health, mut start) = (health.clone(), Once::new(start));
     device.build_input_stream(
         config,
         move |block: &[T], info: &InputCallbackInfo| {
+            start.run(StreamDirection::Input);
             let timestamp = info.timestamp();
             let time = BlockTime {
                 callback_ns: nanos(timestamp.callback),

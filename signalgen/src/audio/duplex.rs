@@ -4,7 +4,7 @@ use cpal::{BufferSize, Device, ErrorKind, Host, Stream, StreamConfig, traits::St
 
 use super::{
     audio_error::AudioError,
-    callbacks::{open_input, open_output},
+    callbacks::{ThreadStart, open_input, open_output},
     card_holder,
     choice::choose,
     device_list::enumerate,
@@ -76,7 +76,9 @@ pub struct Duplex {
     pub health: StreamHealth,
 }
 
-/// Opens both directions, paused, on the devices that the configuration names.
+/// Opens both directions, paused, on the devices that the configuration names. Each stream's own thread does `start`
+/// before its first block, where no software stands between the device and the converter: a thread that such software
+/// may keep busy or waiting must not be given a high priority.
 ///
 /// # Errors
 /// If the configuration contradicts itself or the generator, or a device is missing, busy, or does not offer the
@@ -85,6 +87,7 @@ pub fn open_duplex(
     host: &Host,
     config: &DuplexConfig,
     generator: Generator,
+    start: Option<&ThreadStart>,
 ) -> Result<Duplex, AudioError> {
     check_config(config, &generator)?;
     let health = StreamHealth::new();
@@ -117,6 +120,7 @@ pub fn open_duplex(
         config.output.format,
         renderer,
         &health,
+        start.filter(|_| output_info.is_raw),
     )
     .map_err(|error| stream_error(&error, direction, output_info, config))?;
     let direction = StreamDirection::Input;
@@ -126,6 +130,7 @@ pub fn open_duplex(
         config.input.format,
         writer,
         &health,
+        start.filter(|_| input_info.is_raw),
     )
     .map_err(|error| stream_error(&error, direction, input_info, config))?;
 

@@ -17,6 +17,7 @@ mod sound_device;
 
 pub use audio_error::AudioError;
 pub use audio_host::{HostChoice, open_host};
+pub use callbacks::ThreadStart;
 pub use choice::ChoiceError;
 pub use cpal::{Device, Host};
 pub use device_list::{list_devices, output_device};

@@ -1,6 +1,7 @@
 //! Neither callback allocates.
 
 use std::process;
+use std::sync::atomic::Ordering;
 
 use assert_no_alloc::assert_no_alloc;
 use cpal::ErrorKind;
@@ -76,6 +77,8 @@ fn callbacks_do_not_allocate() {
         assert!(input.ring_fill() > 0.9);
         drop(input);
         bench.periods(2);
+        let started = bench.started.each_ref().map(|n| n.load(Ordering::Relaxed));
+        assert_eq!(started, [1, 1], "each thread starts once");
     }
 }
 

@@ -14,7 +14,7 @@ use signalgen::{
 use crate::stepped_card::*;
 
 fn refused(bench: &Bench, config: &DuplexConfig) -> AudioError {
-    open_duplex(&bench.host(), config, Generator::new(settings())).unwrap_err()
+    open_duplex(&bench.host(), config, Generator::new(settings()), None).unwrap_err()
 }
 
 /// Fault 2.
@@ -171,6 +171,7 @@ fn a_machine_without_sound_is_refused_without_a_panic_or_a_print() {
                 &host,
                 &config(SampleFormat::F32),
                 Generator::new(settings()),
+                None,
             )
         });
         let error = opened.unwrap_err();

@@ -7,7 +7,10 @@
 
 use std::{
     hash::{Hash, Hasher},
-    sync::{Arc, Mutex},
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicU32, Ordering},
+    },
     time::Duration,
 };
 
@@ -22,7 +25,9 @@ use cpal::{
 use signalgen::{
     ConverterSample, DriveConfig, DriveSettings, Generator, Program, SampleFormat, StreamDirection,
     Waveform,
-    audio::{Duplex, DuplexConfig, Host, HostChoice, StreamChoice, open_duplex, open_host},
+    audio::{
+        Duplex, DuplexConfig, Host, HostChoice, StreamChoice, ThreadStart, open_duplex, open_host,
+    },
 };
 
 pub const RATE_HZ: u32 = 192_000;
@@ -133,6 +138,8 @@ fn take<T: ConverterSample>(
 #[derive(Clone)]
 pub struct Bench {
     card: Arc<Mutex<Card>>,
+    /// How often the output's and the input's thread started.
+    pub started: Arc<[AtomicU32; 2]>,
     formats: &'static [CpalFormat],
 }
 
@@ -152,6 +159,7 @@ impl Bench {
     pub fn offering(formats: &'static [CpalFormat]) -> Self {
         Self {
             card: Arc::default(),
+            started: Arc::default(),
             formats,
         }
     }
@@ -166,7 +174,13 @@ impl Bench {
     }
 
     pub fn open(&self, config: &DuplexConfig) -> Duplex {
-        let duplex = open_duplex(&self.host(), config, Generator::new(settings())).unwrap();
+        let started = Arc::clone(&self.started);
+        let start: ThreadStart = Arc::new(move |direction| {
+            let count = usize::from(direction == StreamDirection::Input);
+            started[count].fetch_add(1, Ordering::Relaxed);
+        });
+        let generator = Generator::new(settings());
+        let duplex = open_duplex(&self.host(), config, generator, Some(&start)).unwrap();
         duplex.streams.play().unwrap();
         duplex
     }

@@ -11,7 +11,7 @@ use tui::{Action, Event, ParticipantDisplay, Theme};
 mod synthetic;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    tui::install_panic_hook(|| {});
+    tui::install_panic_hook(|info| info.to_string());
     let (to_screen, events) = mpsc::sync_channel(1024);
     let (from_operator, actions) = mpsc::channel();
     let display = match std::env::args_os().nth(1) {

@@ -15,7 +15,8 @@ mod transducers;
 pub use interval::{RecordedInterval, RecordedIntervalKind};
 pub use manifest_error::{FORMAT, MAX_ENTRIES, MAX_INTERVALS_S, ManifestError, ManifestReadError};
 pub use origin::{
-    CalibrationReference, End, MAX_SEED, Participant, RecordedHardware, Software, Trial,
+    CalibrationReference, End, MAX_SEED, Participant, RecordedHardware, RecordedScheduling,
+    Software, Trial,
 };
 pub use protocols::Direction;
 pub use recording_event::{EventKind, QUIET_S, RecordingEvent};
@@ -92,7 +93,8 @@ impl Manifest {
     /// Reads and checks a `recording.toml`; `file` names it in errors.
     ///
     /// # Errors
-    /// [`ManifestReadError`] names the key, its line, its value and what is allowed; for unknown keys the nearest known key.
+    /// [`ManifestReadError`] names the key, its line, its value and what is allowed; for unknown keys the nearest
+    /// known key.
     pub fn parse(text: &str, file: &str) -> Result<Self, ManifestReadError> {
         let manifest: Self = strict::parse(text, file)?;
         let counts = [

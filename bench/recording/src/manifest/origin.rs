@@ -99,6 +99,12 @@ pub struct RecordedHardware {
     /// 0.25)`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub loosened: Vec<String>,
+    /// Whether the program's memory was kept from being paged out.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub memory_locked: bool,
+    /// Scheduling of the threads whose time counts; absent where no thread had one of its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scheduling: Option<RecordedScheduling>,
     /// The calibration in use; absent if and only if `uncalibrated`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibration: Option<CalibrationReference>,
@@ -119,6 +125,20 @@ impl RecordedHardware {
         }
         Ok(())
     }
+}
+
+/// Scheduling of the threads whose time counts, each in words, such as `real-time priority 10`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RecordedScheduling {
+    /// The safety watch.
+    pub watch: String,
+    /// The output's callbacks; absent where nothing was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub output: Option<String>,
+    /// The input's callbacks; absent where nothing was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub input: Option<String>,
 }
 
 /// Calibration that the constants of a recording come from.

@@ -40,6 +40,7 @@ struct Card {
 }
 
 impl DriveGuard for Card {
+    fn attend(&self) {}
     fn kill(&self) {
         self.kills.fetch_add(1, Ordering::Relaxed);
     }
@@ -77,7 +78,7 @@ struct Rig {
     watch: Watch,
     card: Card,
     signals: Arc<Signals>,
-    ask: crossbeam_channel::Sender<SafetyCommand>,
+    ask: Mailbox<SafetyCommand>,
     now_ms: u64,
     /// Whether the force sensor sends nothing.
     force_silent: bool,
@@ -97,14 +98,14 @@ impl Rig {
         };
         card.commanded_v.set(0.0);
         let signals = Arc::new(Signals::default());
-        let (ask, commands) = crossbeam_channel::unbounded();
+        let ask = Mailbox::default();
         let watch = Watch::new(
             limits,
             lines,
             Box::new(card.clone()),
             true,
             signals.clone(),
-            commands,
+            ask.clone(),
         );
         let mut rig = Self {
             watch,
@@ -145,7 +146,7 @@ impl Rig {
 
     fn armed(lines: SafetyLines) -> Self {
         let mut rig = Self::new(lines);
-        rig.ask.send(SafetyCommand::Arm).unwrap();
+        rig.ask.send(SafetyCommand::Arm);
         rig.card.commanded_v.set(20.0);
         rig.pass(100, |_| ());
         assert_eq!(rig.watch.state, SafetyState::Armed);
@@ -196,7 +197,7 @@ fn nothing_is_armed_blind() {
         },
         SafetyLines::default(),
     );
-    rig.ask.send(SafetyCommand::Arm).unwrap();
+    rig.ask.send(SafetyCommand::Arm);
     rig.pass(1, |_| ());
     assert!(
         matches!(rig.trip(), Some(Trip::Fault { message }) if message.contains("readback_tolerance"))
@@ -246,7 +247,7 @@ fn a_force_sensor_that_never_speaks_stops_the_drive_after_a_second() {
     rig.force_silent = true;
     rig.pass(2000, |_| ());
     assert_eq!(rig.trip(), None, "nothing is armed");
-    rig.ask.send(SafetyCommand::Arm).unwrap();
+    rig.ask.send(SafetyCommand::Arm);
     rig.pass(1000, |_| ());
     assert_eq!(rig.watch.state, SafetyState::Armed);
     rig.pass(2, |_| ());
@@ -269,10 +270,10 @@ fn too_much_force_stops_the_drive_and_only_the_operator_releases_it() {
         })
     );
     rig.card.commanded_v.set(0.0);
-    rig.ask.send(SafetyCommand::Arm).unwrap();
+    rig.ask.send(SafetyCommand::Arm);
     rig.pass(100, |_| ());
     assert!(rig.trip().is_some(), "arming must not release a trip");
-    rig.ask.send(SafetyCommand::Rearm).unwrap();
+    rig.ask.send(SafetyCommand::Rearm);
     rig.pass(1, |_| ());
     assert_eq!(rig.watch.state, SafetyState::Disarmed);
 }
@@ -381,7 +382,7 @@ fn a_kill_by_another_latches_armed_or_not() {
         assert_eq!(rig.trip(), Some(Trip::Killed));
         rig.card.commanded_v.set(0.0);
         rig.pass(100, |_| ());
-        rig.ask.send(SafetyCommand::Rearm).unwrap();
+        rig.ask.send(SafetyCommand::Rearm);
         rig.pass(100, |_| ());
         assert_eq!(rig.trip(), None, "its own kills are known to the watch");
     }
@@ -411,18 +412,18 @@ fn a_pressed_e_stop_outlasts_the_operators_rearming_and_raises_no_enable() {
     ]);
     let enable = Mock::new(&[Transaction::set(State::Low)]);
     let mut rig = Rig::new(SafetyLines::default());
-    rig.ask.send(SafetyCommand::Trip(Trip::Operator)).unwrap();
+    rig.ask.send(SafetyCommand::Trip(Trip::Operator));
     rig.pass(1, |_| ());
     let mut pins = (estop.clone(), enable.clone());
     rig.watch.lines.estop = Some(input("e-stop", estop));
     rig.watch.lines.enable = Some(output("enable", enable));
-    rig.ask.send(SafetyCommand::Rearm).unwrap();
+    rig.ask.send(SafetyCommand::Rearm);
     rig.pass(1, |_| ());
     assert_eq!(rig.trip(), Some(Trip::Operator));
-    rig.ask.send(SafetyCommand::Rearm).unwrap();
+    rig.ask.send(SafetyCommand::Rearm);
     rig.pass(1, |_| ());
     assert_eq!(rig.trip(), None);
-    rig.ask.send(SafetyCommand::Arm).unwrap();
+    rig.ask.send(SafetyCommand::Arm);
     rig.now_ms += 30;
     rig.pass(1, |_| ());
     assert_eq!(rig.trip(), Some(Trip::EmergencyStop));
@@ -478,7 +479,7 @@ fn a_cut_e_stop_wire_stops_heartbeat_and_enable() {
         heartbeat: Some(output("heartbeat", heartbeat)),
     };
     let signals = Arc::new(Signals::default());
-    let (ask, commands) = crossbeam_channel::unbounded();
+    let ask = Mailbox::default();
     let card = Card {
         kills: Arc::default(),
         frames: Arc::default(),
@@ -492,10 +493,10 @@ fn a_cut_e_stop_wire_stops_heartbeat_and_enable() {
         Box::new(card.clone()),
         false,
         signals,
-        commands,
+        ask.clone(),
     );
     watch.poll(0).unwrap();
-    ask.send(SafetyCommand::Arm).unwrap();
+    ask.send(SafetyCommand::Arm);
     watch.poll(1_000_000).unwrap();
     watch.poll(2_000_000).unwrap();
     assert_eq!(
@@ -553,8 +554,8 @@ fn a_plate_that_is_driven_for_long_is_stopped_and_let_go_on_when_it_has_cooled()
     rig.card.commanded_v.set(0.0);
     rig.signals.amplitude_m.set(0.0);
     let again = |rig: &mut Rig| {
-        rig.ask.send(SafetyCommand::Rearm).unwrap();
-        rig.ask.send(SafetyCommand::Arm).unwrap();
+        rig.ask.send(SafetyCommand::Rearm);
+        rig.ask.send(SafetyCommand::Arm);
         rig.pass(10, |_| ());
         rig.watch.state.clone()
     };

@@ -22,8 +22,8 @@ use friction_bench::run::{self, Plan, ProtocolFile};
 use friction_bench::shell_words::quoted;
 use friction_bench::verbosity::Verbosity;
 use friction_bench::{
-    analyze, calibrate as calibration, estop, forget, inventory, model, monitor, privacy, replay,
-    verify,
+    analyze, calibrate as calibration, ending, estop, forget, inventory, model, monitor, privacy,
+    replay, verify,
 };
 use preflight::Extent;
 use signalgen::audio::{HostChoice, open_host};
@@ -34,53 +34,19 @@ fn main() -> ExitCode {
     // A file over its limit then fails to be written, which is handled, instead of killing the process.
     #[cfg(unix)]
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
-    // Whatever opens a bench later silences its drive before the terminal is put back.
-    tui::install_panic_hook(|| {});
-    let began = Instant::now();
-    let cli = Cli::parse();
-    let verbosity = Verbosity::from(cli.printing);
-    let ended = dispatch(cli.command, verbosity);
-    let took_s = began.elapsed().as_secs_f64();
-    verbosity.note(format_args!("took {took_s:.1} s"));
-    match ended {
-        Ok(code) => code,
-        Err(error) => {
-            tui::restore();
-            if is_closed_pipe(&error) {
-                return ExitCode::SUCCESS;
-            }
-            complain(&error);
-            ExitCode::from(2)
-        }
-    }
-}
-
-/// Returns whether the reader of the output has read enough, as `head` does.
-fn is_closed_pipe(error: &anyhow::Error) -> bool {
-    let cause = error.root_cause().downcast_ref::<std::io::Error>();
-    // A serial line that ends has no number of the system's.
-    cause.is_some_and(|cause| {
-        cause.kind() == std::io::ErrorKind::BrokenPipe && cause.raw_os_error().is_some()
+    ending::run(|| {
+        let began = Instant::now();
+        let cli = Cli::parse();
+        let verbosity = Verbosity::from(cli.printing);
+        let ended = dispatch(cli.command, verbosity);
+        let took_s = began.elapsed().as_secs_f64();
+        verbosity.note(format_args!("took {took_s:.1} s"));
+        ended
     })
 }
 
-/// Prints the error and its causes, a line each; never a backtrace.
-fn complain(error: &anyhow::Error) {
-    let mut stderr = std::io::stderr().lock();
-    for (i, line) in console::complaint::lines(error).iter().enumerate() {
-        let begin = if i == 0 {
-            "friction-bench"
-        } else {
-            "  because"
-        };
-        // What a file says on lines of its own is not to pass for a line of this program.
-        let line = escaped(line).replace('\n', "\n    ");
-        let _ = writeln!(stderr, "{begin}: {line}");
-    }
-}
-
 /// Prints to standard output, harmless to a terminal; a reader who closed it ends the program without complaint, see
-/// [`is_closed_pipe`].
+/// [`ending::run`].
 fn print(text: impl AsRef<[u8]>) -> anyhow::Result<()> {
     let mut stdout = std::io::stdout().lock();
     let text = String::from_utf8_lossy(text.as_ref());

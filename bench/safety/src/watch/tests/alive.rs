@@ -16,7 +16,7 @@ fn a_drive_that_is_alive_while_disarmed_is_an_alarm() {
 #[test]
 fn a_drive_that_is_alive_after_a_stop_is_an_alarm_that_takes_the_place_of_the_reason() {
     let mut rig = Rig::armed(SafetyLines::default());
-    rig.ask.send(SafetyCommand::Trip(Trip::Operator)).unwrap();
+    rig.ask.send(SafetyCommand::Trip(Trip::Operator));
     rig.card.commanded_v.set(0.0);
     // As long as the ramp and the loop may take, it says nothing else.
     rig.pass(100, |rig| rig.read_back(12.0));
@@ -31,7 +31,7 @@ fn a_drive_that_is_alive_after_a_stop_is_an_alarm_that_takes_the_place_of_the_re
     // The alarm latches, and re-arming brings it back for as long as the drive is alive.
     rig.pass(500, |_| ());
     assert_eq!(rig.trip(), Some(alive));
-    rig.ask.send(SafetyCommand::Rearm).unwrap();
+    rig.ask.send(SafetyCommand::Rearm);
     rig.pass(60, |rig| rig.read_back(9.0));
     assert_eq!(
         rig.trip(),
@@ -42,7 +42,7 @@ fn a_drive_that_is_alive_after_a_stop_is_an_alarm_that_takes_the_place_of_the_re
 #[test]
 fn a_stop_after_which_nothing_is_read_back_keeps_its_reason() {
     let mut rig = Rig::armed(SafetyLines::default());
-    rig.ask.send(SafetyCommand::Trip(Trip::Operator)).unwrap();
+    rig.ask.send(SafetyCommand::Trip(Trip::Operator));
     rig.card.commanded_v.set(0.0);
     rig.pass(1000, |rig| rig.read_back(0.4));
     assert_eq!(rig.trip(), Some(Trip::Operator));
@@ -50,7 +50,7 @@ fn a_stop_after_which_nothing_is_read_back_keeps_its_reason() {
     // A reading from before the stop is no news.
     let mut rig = Rig::armed(SafetyLines::default());
     let stale = rig.signals.readback.get().unwrap();
-    rig.ask.send(SafetyCommand::Trip(Trip::Operator)).unwrap();
+    rig.ask.send(SafetyCommand::Trip(Trip::Operator));
     rig.pass(1000, |rig| rig.signals.readback.set(stale));
     assert_eq!(rig.trip(), Some(Trip::Operator));
 }

@@ -1,0 +1,33 @@
+//! Scheduling of the sound card's callbacks, as their threads found it.
+
+use std::sync::OnceLock;
+
+use signalgen::StreamDirection;
+use tasks::scheduling::Scheduling;
+
+/// Scheduling of the threads of both streams, once they have started.
+#[derive(Debug, Default)]
+pub struct StreamThreads {
+    output: OnceLock<Scheduling>,
+    input: OnceLock<Scheduling>,
+}
+
+impl StreamThreads {
+    /// Returns a stream's; `None` before its first block, or where nobody looked.
+    #[must_use]
+    pub fn get(&self, direction: StreamDirection) -> Option<Scheduling> {
+        self.thread(direction).get().copied()
+    }
+
+    /// Keeps a stream's. Neither allocates nor waits: each stream has one thread.
+    pub(crate) fn started(&self, direction: StreamDirection, scheduling: Scheduling) {
+        let _ = self.thread(direction).set(scheduling);
+    }
+
+    fn thread(&self, direction: StreamDirection) -> &OnceLock<Scheduling> {
+        match direction {
+            StreamDirection::Output => &self.output,
+            StreamDirection::Input => &self.input,
+        }
+    }
+}

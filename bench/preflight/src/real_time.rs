@@ -1,0 +1,132 @@
+//! Whether the threads whose time counts go before other work of the computer.
+
+use config::{AudioHost, Config};
+use devices::ThreadPriorities;
+use tasks::scheduling::Scheduling;
+
+use crate::table::{Table, Verdict};
+
+/// Priority that the hint for an administrator names: the most that the bench asks for.
+const HINTED: u8 = 20;
+
+/// Judges the priorities of the threads. Normal priority is a warning: a busy computer then loses samples or stops the
+/// drive, and neither harms.
+pub(super) fn judge(table: &mut Table, config: &Config, simulated: bool, found: ThreadPriorities) {
+    let (verdict, text) = judged(config, simulated, found, &user());
+    table.judged("real time", verdict, text);
+}
+
+fn judged(
+    config: &Config,
+    simulated: bool,
+    found: ThreadPriorities,
+    user: &str,
+) -> (Verdict, String) {
+    if simulated {
+        return (
+            Verdict::Passed,
+            "simulated hardware can wait: nothing was asked of the system".to_owned(),
+        );
+    }
+    let in_words = |thread: Option<Scheduling>| {
+        thread.map_or_else(
+            || "normal priority: not asked for, because the device is no hw: device".to_owned(),
+            |thread| thread.to_string(),
+        )
+    };
+    let locked = if config.audio.lock_memory {
+        "; memory locked"
+    } else {
+        ""
+    };
+    let all = format!(
+        "safety watch: {}; output: {}; input: {}{locked}",
+        in_words(found.watch),
+        in_words(found.output),
+        in_words(found.input),
+    );
+    let threads = [found.watch, found.output, found.input];
+    if threads
+        .iter()
+        .all(|thread| thread.is_some_and(Scheduling::is_real_time))
+    {
+        return (Verdict::Passed, all);
+    }
+    let refused = |thread: &Option<Scheduling>| matches!(thread, Some(Scheduling::Refused { .. }));
+    let mut text = format!(
+        "{all}: other work of the computer can hold them up, which loses samples or stops the drive"
+    );
+    if threads.iter().any(refused) {
+        text += &format!(
+            "; add the line `{user} - rtprio {HINTED}` to /etc/security/limits.conf and log in again (a systemd service: \
+             LimitRTPRIO={HINTED}; a container: --cap-add=SYS_NICE)"
+        );
+    }
+    let served = [found.output, found.input].contains(&Some(Scheduling::Normal));
+    if config.audio.host == AudioHost::Jack && served {
+        text += "; the JACK server gives its clients no real-time priority: start it with -R";
+    }
+    (Verdict::Warning, text)
+}
+
+/// Returns whom the hint is for: the user, or where that is not known, or is root, the group that sound commonly has.
+fn user() -> String {
+    let name = std::env::var("USER").unwrap_or_default();
+    let plain = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
+    let named = !name.is_empty() && name != "root" && name.len() <= 32 && name.chars().all(plain);
+    if named { name } else { "@audio".to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GRANTED: Option<Scheduling> = Some(Scheduling::RealTime { priority: 10 });
+    const REFUSED: Option<Scheduling> = Some(Scheduling::Refused { limit: 0 });
+    const SERVED: Option<Scheduling> = Some(Scheduling::Found { priority: 5 });
+    const NORMAL: Option<Scheduling> = Some(Scheduling::Normal);
+
+    fn judge_on(
+        host: &str,
+        watch: Option<Scheduling>,
+        stream: Option<Scheduling>,
+    ) -> (Verdict, String) {
+        let text = config::TEMPLATE.replace("host = \"native\"", &format!("host = \"{host}\""));
+        let config = Config::parse(&text, "bench.toml").unwrap();
+        let found = ThreadPriorities {
+            watch,
+            output: stream,
+            input: stream,
+        };
+        judged(&config, false, found, "alice")
+    }
+
+    #[test]
+    fn what_was_granted_is_said_and_what_was_refused_comes_with_the_line_to_add() {
+        for stream in [GRANTED, SERVED] {
+            assert_eq!(judge_on("jack", GRANTED, stream).0, Verdict::Passed);
+        }
+        let line = "`alice - rtprio 20`";
+        let cases = [
+            ("native", REFUSED, REFUSED, Some(line)),
+            ("native", GRANTED, REFUSED, Some(line)),
+            ("jack", REFUSED, SERVED, Some(line)),
+            ("jack", GRANTED, NORMAL, Some("start it with -R")),
+            ("native", GRANTED, None, Some("no hw: device")),
+            ("native", None, None, None),
+        ];
+        for (host, watch, stream, hint) in cases {
+            let (verdict, text) = judge_on(host, watch, stream);
+            assert_eq!(verdict, Verdict::Warning, "{text}");
+            assert!(text.contains("can hold them up"), "{text}");
+            assert!(hint.is_none_or(|hint| text.contains(hint)), "{text}");
+        }
+    }
+
+    #[test]
+    fn simulated_hardware_demands_nothing() {
+        let config = Config::parse(config::TEMPLATE, "bench.toml").unwrap();
+        let (verdict, _) = judged(&config, true, ThreadPriorities::default(), "alice");
+        assert_eq!(verdict, Verdict::Passed);
+    }
+}

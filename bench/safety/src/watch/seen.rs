@@ -1,0 +1,43 @@
+//! Values that the watch shares with other tasks, without ever waiting for one of them. It may have a higher priority
+//! than they have: one that is interrupted while it is at a slot could not go on before the watch sleeps.
+
+use crate::safety_state::SafetyState;
+use crate::signals::{DriveReading, Nonsense, Press, Signals};
+use crate::stop_times::StopTimes;
+
+/// Latest values of other tasks; one that is being published at this moment is as it was before. Each has a time by
+/// which the watch tells a value that stays old, but for the amplitude, which the same task publishes as the read-back.
+#[derive(Default)]
+pub(super) struct Seen {
+    pub(super) readback: Option<DriveReading>,
+    pub(super) amplitude_m: Option<f64>,
+    pub(super) force_polled_ns: Option<u64>,
+    pub(super) press: Option<Press>,
+    pub(super) nonsense: Option<Nonsense>,
+}
+
+impl Seen {
+    /// Looks at all of `signals`.
+    pub(super) fn look(&mut self, signals: &Signals) {
+        signals.readback.look(&mut self.readback);
+        signals.amplitude_m.look(&mut self.amplitude_m);
+        signals.force_polled_ns.look(&mut self.force_polled_ns);
+        signals.press.look(&mut self.press);
+        signals.nonsense.look(&mut self.nonsense);
+    }
+}
+
+/// Values of the watch that wait to be published.
+#[derive(Default)]
+pub(super) struct Unpublished {
+    pub(super) state: Option<SafetyState>,
+    pub(super) stop_times: Option<Vec<StopTimes>>,
+}
+
+impl Unpublished {
+    /// Publishes what it can.
+    pub(super) fn offer(&mut self, signals: &Signals) {
+        signals.state.offer(&mut self.state);
+        signals.stop_times.offer(&mut self.stop_times);
+    }
+}

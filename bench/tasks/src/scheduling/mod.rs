@@ -1,0 +1,90 @@
+//! Priority and memory of threads whose time counts, as the system grants them.
+
+#[cfg_attr(not(target_os = "linux"), path = "other_system.rs")]
+mod system;
+
+mod granted;
+mod locked;
+
+pub use granted::Scheduling;
+pub use locked::LockRefused;
+
+/// Asks the system for real-time priority for the calling thread (Linux: `SCHED_FIFO`, not inherited by what it
+/// starts), at most `priority` and at most what the user's limit permits. A thread that has real-time priority keeps
+/// its own.
+///
+/// Neither allocates nor waits, so that an audio callback may call it.
+#[must_use]
+pub fn ask(priority: u8) -> Scheduling {
+    if !system::SUPPORTED {
+        return Scheduling::Unsupported;
+    }
+    granted::asked(
+        priority,
+        system::real_time_priority(),
+        system::priority_limit(),
+        system::set_real_time,
+    )
+}
+
+/// Returns the scheduling of the calling thread, which another program has set up, such as a sound server. Neither
+/// allocates nor waits.
+#[must_use]
+pub fn look() -> Scheduling {
+    if !system::SUPPORTED {
+        return Scheduling::Unsupported;
+    }
+    granted::found(system::real_time_priority())
+}
+
+/// Keeps all memory of this program, present and future, from being paged out.
+///
+/// # Errors
+/// [`LockRefused::Limit`] where a later allocation could fail for the limit: that would end the program while the
+/// plate is driven.
+pub fn lock_memory() -> Result<(), LockRefused> {
+    if !system::SUPPORTED {
+        return Err(LockRefused::Unsupported);
+    }
+    locked::judge(system::locked_limit_bytes(), system::mapped_bytes())?;
+    system::lock_memory().map_err(|source| LockRefused::System {
+        source,
+        mapped_bytes: system::mapped_bytes(),
+    })
+}
+
+#[cfg(test)]
+#[cfg(target_os = "linux")]
+mod tests {
+    use super::*;
+
+    /// Runs on a thread of its own: the priority stays with a thread.
+    fn on_a_thread<T: Send + 'static>(run: impl FnOnce() -> T + Send + 'static) -> T {
+        std::thread::spawn(run).join().unwrap()
+    }
+
+    #[test]
+    fn what_the_system_grants_is_what_a_thread_has_and_what_it_starts_has_not() {
+        let asked = on_a_thread(|| (ask(7), look(), on_a_thread(look)));
+        match asked {
+            (Scheduling::RealTime { priority }, looked, started) => {
+                assert!((1..=7).contains(&priority), "{priority}");
+                assert_eq!(looked, Scheduling::Found { priority });
+                assert_eq!(started, Scheduling::Normal);
+            }
+            (refused, looked, started) => {
+                assert!(matches!(refused, Scheduling::Refused { .. }), "{refused:?}");
+                assert_eq!([looked, started], [Scheduling::Normal; 2]);
+            }
+        }
+    }
+
+    #[test]
+    fn a_thread_that_has_real_time_priority_keeps_its_own() {
+        let (first, second) = on_a_thread(|| (ask(3), ask(9)));
+        match first {
+            Scheduling::RealTime { priority } => assert_eq!(second, Scheduling::Found { priority }),
+            _ => assert_eq!(second, first),
+        }
+    }
+}

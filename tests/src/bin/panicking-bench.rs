@@ -1,0 +1,260 @@
+//! The bench on simulated hardware in real time, one part of which panics while the plate is driven:
+//! `panicking-bench PART FOLDER run --mock …`, with the options of `friction-bench`.
+//!
+//! A part is a task, by the name of its thread: the bench's own clock, which every task reads before each of its polls,
+//! panics on that thread. So nothing in the program is there for this test. A part that no task is called panics on a
+//! thread of that name which is no task. What happened to the lines is left in `FOLDER/report.json`.
+
+use std::collections::BTreeSet;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use anyhow::Context;
+use bench_tests::panicking::{Edge, HAND, OTHER_THREAD, Report};
+use clap::Parser;
+use config::{Config, Effective};
+use devices::{Hardware, Lines};
+use friction_bench::apparatus::Apparatus;
+use friction_bench::cli::{Calibrate, Cli, Command};
+use friction_bench::run::Plan;
+use friction_bench::verbosity::Verbosity;
+use friction_bench::{calibrate, ending, monitor, run};
+use jiff::Timestamp;
+use mock_hw::apparatus::{Apparatus as Simulated, ApparatusClock, ApparatusConfig};
+use mock_hw::world_clock::Pace;
+use mock_world::scenario::Scenario;
+use preflight::Extent;
+use safety::{GpioError, OutputLine, input, output};
+use tasks::{Clock, Schedule, SystemClock};
+
+/// Time from the arming to the panic, in the apparatus's time: the drive has ramped up, and the audio is being
+/// recorded.
+const DRIVEN_NS: u64 = 800_000_000;
+
+/// What is seen of the bench from outside.
+struct Seen {
+    part: String,
+    time: ApparatusClock,
+    /// The part panics from now on.
+    panics: AtomicBool,
+    panicked_ns: AtomicU64,
+    edges: Mutex<Vec<Edge>>,
+    readers: Mutex<BTreeSet<String>>,
+}
+
+impl Seen {
+    fn panic(&self) -> ! {
+        self.panicked_ns
+            .store(self.time.now_ns(), Ordering::Release);
+        panic!("on purpose");
+    }
+
+    fn report(&self) -> Report {
+        let readers = self.readers.lock().unwrap_or_else(PoisonError::into_inner);
+        let edges = self.edges.lock().unwrap_or_else(PoisonError::into_inner);
+        Report {
+            panicked_ns: self.panicked_ns.load(Ordering::Acquire),
+            edges: edges.clone(),
+            clock_readers: readers.clone(),
+        }
+    }
+}
+
+/// The computer's clock, on which one of its readers panics once.
+struct PanickingClock {
+    clock: SystemClock,
+    seen: Arc<Seen>,
+}
+
+impl Clock for PanickingClock {
+    fn now_ns(&self) -> u64 {
+        let thread = std::thread::current();
+        let name = thread.name().unwrap_or_default();
+        let seen = &self.seen;
+        let known = |readers: &mut BTreeSet<String>| {
+            if !readers.contains(name) {
+                readers.insert(name.to_owned());
+            }
+        };
+        known(&mut seen.readers.lock().unwrap_or_else(PoisonError::into_inner));
+        if name == seen.part && seen.panics.swap(false, Ordering::AcqRel) {
+            seen.panic();
+        }
+        self.clock.now_ns()
+    }
+
+    fn utc(&self) -> Timestamp {
+        self.clock.utc()
+    }
+}
+
+/// A line whose edges are kept.
+struct SeenLine {
+    name: &'static str,
+    line: Box<dyn OutputLine>,
+    high: bool,
+    seen: Arc<Seen>,
+}
+
+impl OutputLine for SeenLine {
+    fn set(&mut self, high: bool) -> Result<(), GpioError> {
+        self.line.set(high)?;
+        if high != self.high {
+            self.high = high;
+            let edge = Edge {
+                at_ns: self.seen.time.now_ns(),
+                line: self.name.to_owned(),
+                high,
+            };
+            let mut edges = self
+                .seen
+                .edges
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner);
+            edges.push(edge);
+        }
+        Ok(())
+    }
+}
+
+/// Waits until the plate has been driven for a while, and lets the part panic.
+fn panic_while_driven(seen: &Seen) {
+    let armed_ns = || {
+        let edges = seen.edges.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut edges = edges.iter();
+        edges
+            .find(|edge| edge.line == "enable")
+            .map(|edge| edge.at_ns)
+    };
+    while armed_ns().is_none_or(|armed_ns| seen.time.now_ns() < armed_ns + DRIVEN_NS) {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    if seen.part == OTHER_THREAD {
+        seen.panic();
+    }
+    seen.panics.store(true, Ordering::Release);
+}
+
+fn apparatus(part: &str, folder: &Path) -> anyhow::Result<(Apparatus, Arc<Seen>)> {
+    let mut config = ApparatusConfig::new(Scenario::default(), 1, Pace::RealTime);
+    config.truth_path = Some(folder.to_owned());
+    let mut simulated = Simulated::new(config)?;
+    let seen = Arc::new(Seen {
+        part: part.to_owned(),
+        time: simulated.clock(),
+        panics: AtomicBool::new(false),
+        panicked_ns: AtomicU64::new(0),
+        edges: Mutex::default(),
+        readers: Mutex::default(),
+    });
+    let watched = |name, line| -> Option<Box<dyn OutputLine>> {
+        Some(Box::new(SeenLine {
+            name,
+            line,
+            high: false,
+            seen: Arc::clone(&seen),
+        }))
+    };
+    let pins = simulated.pins().context("no pins")?;
+    let lines = Lines {
+        encoder: Some([
+            input("encoder A", pins.encoder_a),
+            input("encoder B", pins.encoder_b),
+        ]),
+        estop: Some(input("e-stop", pins.estop)),
+        button: Some(input("button", pins.button)),
+        enable: watched("enable", output("enable", pins.amplifier_enable)),
+        heartbeat: watched("heartbeat", output("heartbeat", pins.heartbeat)),
+    };
+    let hand = {
+        let seen = Arc::clone(&seen);
+        let name = if part == OTHER_THREAD {
+            OTHER_THREAD
+        } else {
+            HAND
+        };
+        std::thread::Builder::new()
+            .name(name.to_owned())
+            .spawn(move || panic_while_driven(&seen))?
+    };
+    drop(hand);
+    let hardware = Hardware {
+        host: simulated.host(),
+        lines,
+        force_port: Some(simulated.force_port()?.to_owned()),
+        clock: Arc::new(PanickingClock {
+            clock: SystemClock::start(),
+            seen: Arc::clone(&seen),
+        }),
+        schedule: Schedule::Threads,
+        guard: Box::new(simulated),
+        simulated: true,
+        pace: safety::Pace::Simulated,
+    };
+    let apparatus = Apparatus {
+        hardware,
+        watchers: Vec::new(),
+        hands: None,
+        vibrometer_port: None,
+        estop_hand: None,
+    };
+    Ok((apparatus, seen))
+}
+
+fn config_of(path: &Option<PathBuf>) -> anyhow::Result<Config> {
+    Ok(Config::read(path.as_deref().context("--config")?)?)
+}
+
+/// Does what is asked for, on that apparatus; returns whether it came to its end.
+fn command(command: Command, apparatus: Apparatus) -> anyhow::Result<bool> {
+    match command {
+        Command::Run(options) => {
+            let bench = Effective::uncalibrated(config_of(&options.hardware.config)?);
+            let report = run::run(Plan::new(bench, &options)?, apparatus, std::io::stdout())?;
+            Ok(report.completed)
+        }
+        Command::Monitor(options) => {
+            let bench = Effective::uncalibrated(config_of(&options.hardware.config)?);
+            let plan = monitor::Plan::new(bench, &options)?;
+            monitor::run(plan, apparatus, std::io::stdout())
+        }
+        Command::Calibrate(Calibrate::Plate(options)) => {
+            let config = config_of(&options.measure.hardware.config)?;
+            Ok(calibrate::plate(config, &options, Verbosity::Quiet, |_| Ok(apparatus))?.passed)
+        }
+        Command::Check(options) => {
+            let bench = Effective::uncalibrated(config_of(&options.hardware.config)?);
+            let pace = safety::Pace::Simulated;
+            let extent = Extent::Quick;
+            let ready = preflight::run(&bench, None, &extent, pace, || Ok(apparatus.hardware));
+            std::io::stdout().write_all(ready.table.to_text().as_bytes())?;
+            Ok(ready.table.passed())
+        }
+        other => anyhow::bail!("{other:?} drives nothing"),
+    }
+}
+
+fn main() -> ExitCode {
+    ending::run(|| {
+        let mut arguments = std::env::args().skip(1);
+        let part = arguments.next().context("PART")?;
+        let folder = PathBuf::from(arguments.next().context("FOLDER")?);
+        let program = std::iter::once("friction-bench".to_owned());
+        let cli = Cli::parse_from(program.chain(arguments));
+        let (apparatus, seen) = apparatus(&part, &folder)?;
+        let ended = command(cli.command, apparatus);
+        std::fs::write(
+            folder.join("report.json"),
+            serde_json::to_vec(&seen.report())?,
+        )?;
+        Ok(if ended? {
+            ExitCode::SUCCESS
+        } else {
+            ExitCode::FAILURE
+        })
+    })
+}

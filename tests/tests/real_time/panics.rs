@@ -1,0 +1,348 @@
+//! A part of a driving bench panics: the drive is silent in time, what was recorded is kept, the terminal is as
+//! before, and the user is told which part it was and what to do. Each bench is a process of its own, for a panic
+//! there silences every drive.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use bench_tests::panicking::{HAND, OTHER_THREAD, Report};
+use bench_tests::program::workspace;
+use bench_tests::running::until;
+use bench_tests::session::{SessionFolder, patient_config};
+use recording::RecordingReader;
+use recording::manifest::End;
+use recording::study::event_log;
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{LocalModes, Winsize, tcgetattr, tcsetwinsize};
+
+const MINUTE: Duration = Duration::from_secs(60);
+/// Longest time from the panic to a still plate: its ramp and the plate's own decay are over in 15 ms.
+const STILL_NS: u64 = 50_000_000;
+/// Longest time from the panic to the last edge of the heartbeat, and from there to the enable line: a busy machine
+/// is late.
+const LINES_NS: u64 = 200_000_000;
+
+/// A bench that was driving when one of its parts panicked.
+struct Panicked {
+    part: &'static str,
+    folder: tempfile::TempDir,
+    status: ExitStatus,
+    /// Everything on its terminal.
+    shown: String,
+    /// Whether the terminal was as before.
+    restored: bool,
+    report: Report,
+}
+
+/// The last of what was shown.
+fn end(shown: &str) -> String {
+    let last: Vec<char> = shown.chars().rev().take(2000).collect();
+    last.into_iter().rev().collect()
+}
+
+/// A terminal that is read to its end.
+struct Screen {
+    controller: File,
+    path: PathBuf,
+    shown: Arc<Mutex<Vec<u8>>>,
+    reader: JoinHandle<()>,
+}
+
+impl Screen {
+    fn open() -> Self {
+        let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
+        let controller = openpt(flags).unwrap();
+        grantpt(&controller).unwrap();
+        unlockpt(&controller).unwrap();
+        let size = Winsize {
+            ws_row: 30,
+            ws_col: 100,
+            ws_xpixel: 0,
+            ws_ypixel: 0,
+        };
+        tcsetwinsize(&controller, size).unwrap();
+        let path = ptsname(&controller, Vec::new())
+            .unwrap()
+            .into_string()
+            .unwrap();
+        let controller = File::from(controller);
+        let mut output = controller.try_clone().unwrap();
+        let shown = Arc::new(Mutex::new(Vec::new()));
+        let to = Arc::clone(&shown);
+        let reader = std::thread::spawn(move || {
+            let mut bytes = [0; 4096];
+            // Fails once nobody has the terminal open any more.
+            while let Ok(n @ 1..) = output.read(&mut bytes) {
+                to.lock().unwrap().extend_from_slice(&bytes[..n]);
+            }
+        });
+        Self {
+            controller,
+            path: path.into(),
+            shown,
+            reader,
+        }
+    }
+
+    fn end(&self) -> File {
+        File::options()
+            .read(true)
+            .write(true)
+            .open(&self.path)
+            .unwrap()
+    }
+}
+
+impl Panicked {
+    fn bench(part: &'static str, command: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let config = patient_config(folder.path());
+        let mut screen = Screen::open();
+        let modes = |screen: &Screen| tcgetattr(&screen.controller).unwrap().local_modes;
+        let before = modes(&screen);
+        let mut bench = Command::new(env!("CARGO_BIN_EXE_panicking-bench"));
+        bench
+            .arg(part)
+            .arg(folder.path())
+            .args(command.split_whitespace())
+            .arg("--config")
+            .arg(&config)
+            .current_dir(folder.path())
+            .env("RUST_BACKTRACE", "1")
+            .stdin(screen.end())
+            .stdout(screen.end())
+            .stderr(screen.end());
+        let mut child = bench.spawn().unwrap();
+        drop(bench);
+        let mut idle = true;
+        let status = until(MINUTE, || {
+            let begins = |shown: &[u8]| shown.windows(6).any(|words| words == b"begins");
+            if idle && begins(&screen.shown.lock().unwrap()) {
+                // A session waits for its participant, or for the operator's space bar.
+                screen.controller.write_all(b" ").unwrap();
+                idle = false;
+            }
+            child.try_wait().unwrap()
+        });
+        if status.is_none() {
+            child.kill().unwrap();
+            child.wait().unwrap();
+        }
+        let after = modes(&screen);
+        screen.reader.join().unwrap();
+        let shown = String::from_utf8_lossy(&screen.shown.lock().unwrap()).into_owned();
+        let status = status.unwrap_or_else(|| panic!("{part}: still running; {}", end(&shown)));
+        let report = std::fs::read(folder.path().join("report.json"));
+        let report = report.unwrap_or_else(|error| panic!("{part}: {error}; {}", end(&shown)));
+        Self {
+            part,
+            status,
+            restored: before == after && after.contains(LocalModes::ICANON | LocalModes::ECHO),
+            shown,
+            report: serde_json::from_slice(&report).unwrap(),
+            folder,
+        }
+    }
+
+    /// Requires the drive to be silent in time, by every means, and to stay so.
+    fn require_safe(&self) {
+        let Self { part, report, .. } = self;
+        let panicked_ns = report.panicked_ns;
+        assert!(
+            panicked_ns > 0,
+            "{part} never panicked: {}",
+            end(&self.shown)
+        );
+        let last = |line: &str| report.edges.iter().rfind(|edge| edge.line == line).unwrap();
+        let beat = last("heartbeat");
+        assert!(
+            beat.at_ns < panicked_ns + LINES_NS,
+            "{part}: {beat:?} after {panicked_ns}"
+        );
+        let enable = last("enable");
+        assert!(!enable.high, "{part}: still enabled");
+        assert!(
+            enable.at_ns < panicked_ns + 2 * LINES_NS,
+            "{part}: {enable:?} after {panicked_ns}"
+        );
+        let amplitude_m = |from_ns: u64, to_ns: u64| {
+            let truth = std::fs::read_to_string(self.folder.path().join("truth.csv")).unwrap();
+            let rows = truth.lines().skip(1).map(|line| {
+                let value = |cell: &str| cell.parse::<f64>().unwrap();
+                let cells: Vec<&str> = line.split(',').collect();
+                ((1e9 * value(cells[0])) as u64, value(cells[13]))
+            });
+            let within = rows.filter(|(at_ns, _)| (from_ns..to_ns).contains(at_ns));
+            within
+                .map(|(_, amplitude_m)| amplitude_m)
+                .fold(0.0, f64::max)
+        };
+        let driven_m = amplitude_m(panicked_ns - 300_000_000, panicked_ns);
+        assert!(driven_m > 1e-8, "{part}: {driven_m} m before");
+        let left_m = amplitude_m(panicked_ns + STILL_NS, u64::MAX);
+        assert!(
+            left_m < 0.01 * driven_m,
+            "{part}: {left_m} m of {driven_m} m"
+        );
+    }
+
+    /// Requires the terminal to be as before, and what is on it then to name the part and say what to do.
+    fn require_words(&self) {
+        let Self { part, shown, .. } = self;
+        assert!(self.restored, "{part}: the terminal is not as before");
+        assert_ne!(self.status.code(), None, "{part}: {}", self.status);
+        assert!(!self.status.success(), "{part}");
+        let said = match shown.rsplit_once("\x1b[?1049l") {
+            Some((_, said)) => said,
+            None => shown,
+        };
+        assert!(
+            !shown.contains("\x1b[?1049h") || said.len() < shown.len(),
+            "{part}: {}",
+            end(shown)
+        );
+        for words in [
+            &format!("an error in the program itself, in its part `{part}`: on purpose"),
+            "look at the plate",
+        ] {
+            assert!(said.contains(words), "{part}: no {words:?} in {said:?}");
+        }
+        for words in ["panicked at", "RUST_BACKTRACE", "stack backtrace"] {
+            assert!(!shown.contains(words), "{part}: {words:?} in {said:?}");
+        }
+    }
+
+    /// Requires the recording that went on to be readable, and the log to be whole.
+    fn require_kept(&self) {
+        let Self { part, shown, .. } = self;
+        let session = SessionFolder::read(&self.folder.path().join("study"), "sub-01").unwrap();
+        let recordings = session.recordings();
+        assert_eq!(recordings.len(), 1, "{part}: {}", end(shown));
+        let reader = RecordingReader::open(&recordings[0]).unwrap();
+        let kept_s = reader.frames() as f64 / f64::from(reader.format().sample_rate_hz);
+        assert!(kept_s > 0.3, "{part}: {kept_s} s kept");
+        let trial = reader.manifest().trial.as_ref().unwrap();
+        assert_eq!(trial.end, Some(End::Interrupted), "{part}: {trial:?}");
+        let why = trial.interruption.clone().unwrap_or_default();
+        assert!(why.contains(&format!("`{part}`")), "{part}: {why}");
+        let [stop] = &session.stops()[..] else {
+            panic!("{part}: {:?}", session.stops());
+        };
+        assert_eq!(stop.exit_status, event_log::ExitStatus::Fail, "{part}");
+        session.require_whole();
+    }
+
+    /// The bench's tasks.
+    fn tasks(&self) -> BTreeSet<&str> {
+        let readers = self.report.clock_readers.iter().map(String::as_str);
+        readers
+            .filter(|name| !["main", HAND, ""].contains(name))
+            .collect()
+    }
+}
+
+/// Lets each of these parts of the bench panic in turn.
+fn each_part_panics(command: &str, parts: &[&'static str], more: fn(&Panicked)) {
+    let tasks: BTreeSet<&str> = parts
+        .iter()
+        .copied()
+        .filter(|part| *part != OTHER_THREAD)
+        .collect();
+    for part in parts {
+        let bench = Panicked::bench(part, command);
+        bench.require_safe();
+        bench.require_words();
+        more(&bench);
+        let forgotten: Vec<_> = bench
+            .tasks()
+            .difference(&tasks)
+            .map(ToString::to_string)
+            .collect();
+        assert!(forgotten.is_empty(), "no test lets {forgotten:?} panic");
+    }
+}
+
+const SESSION: [&str; 8] = [
+    "safety",
+    "field",
+    "session",
+    "refit",
+    "acquisition",
+    "recorder",
+    "journal",
+    OTHER_THREAD,
+];
+/// The task that each other command has in the place of the session's.
+const OTHERS: [(&str, &str); 3] = [
+    ("monitor", "monitor --mock --uncalibrated --drive-v 10"),
+    (
+        "calibration",
+        "calibrate plate --mock --operator Tester --headless",
+    ),
+    ("check", "check --mock --quick"),
+];
+
+/// Fault 30.
+/// Hazard 15.
+#[test]
+fn a_panic_in_any_part_of_a_session_stops_the_drive_then_keeps_the_files_then_restores_the_terminal()
+ {
+    let command =
+        "run --mock --study study --participant sub-01 --protocol demo --consent-by Tester";
+    each_part_panics(command, &SESSION, Panicked::require_kept);
+}
+
+/// Fault 30.
+#[test]
+fn a_panic_in_any_other_command_that_drives_stops_the_drive_and_restores_the_terminal() {
+    for (part, command) in OTHERS {
+        let bench = Panicked::bench(part, command);
+        bench.require_safe();
+        bench.require_words();
+    }
+}
+
+/// Each task of the program has a panic above, but for the one that drives nothing.
+#[test]
+fn no_task_is_forgotten() {
+    let mut names = BTreeSet::new();
+    let mut folders = vec![workspace().join("bench")];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() && path.file_name().unwrap() != "tests" {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                names.extend(tasks_of(&path));
+            }
+        }
+    }
+    let mut tested: BTreeSet<_> = SESSION.map(str::to_owned).into();
+    tested.extend(OTHERS.map(|(task, _)| task.to_owned()));
+    tested.remove(OTHER_THREAD);
+    tested.insert("replay".to_owned());
+    assert_eq!(names, tested);
+}
+
+/// Names of the tasks that a source file implements, its tests aside.
+fn tasks_of(path: &Path) -> Vec<String> {
+    let text = std::fs::read_to_string(path).unwrap();
+    let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
+    let code: String = code
+        .lines()
+        .filter(|line| !line.trim_start().starts_with("//"))
+        .collect();
+    let tasks = code.split("Task for ").skip(1);
+    let name = |task: &str| Some(task.split_once("fn name")?.1.split('"').nth(1)?.to_owned());
+    tasks.map(|task| name(task).unwrap()).collect()
+}

@@ -20,13 +20,22 @@ pub fn phase_kind(phase: Phase) -> PhaseKind {
         Phase::Consent => PhaseKind::Consent,
         Phase::Welcome => PhaseKind::Idle,
         Phase::Baseline => PhaseKind::Baseline,
-        Phase::Ready => PhaseKind::Ready,
+        Phase::Hold | Phase::Ready => PhaseKind::Ready,
         Phase::Countdown => PhaseKind::Countdown,
         Phase::Exploration => PhaseKind::Exploration,
         Phase::Lift | Phase::Feedback | Phase::Analysing | Phase::Verdict => PhaseKind::Feedback,
         Phase::Rest => PhaseKind::Rest,
         Phase::Paused | Phase::Fault => PhaseKind::Paused,
         Phase::Finished | Phase::Aborted => PhaseKind::Finished,
+    }
+}
+
+/// What the participant must do with the dead-man switch.
+pub fn hold(hold: safety::Hold) -> protocols::Hold {
+    match hold {
+        safety::Hold::Release => protocols::Hold::Release,
+        safety::Hold::Press => protocols::Hold::Press,
+        safety::Hold::Held => protocols::Hold::Held,
     }
 }
 
@@ -37,6 +46,7 @@ pub fn advice(phase: Phase) -> Option<&'static str> {
         Phase::Welcome => "the participant's button or Enter begins",
         Phase::Baseline => "no finger on the plate",
         Phase::Ready => "the participant places the finger and presses the button",
+        Phase::Hold => "the participant releases the dead-man switch, then holds it",
         Phase::Fault => "stopped: find the cause, x re-arms, p goes on",
         Phase::Verdict => "r repeats the trial",
         Phase::Lift => "the participant lifts the finger",
@@ -94,6 +104,9 @@ pub fn participant(
         instruction: match view.instruction {
             From::Wait => To::Wait,
             From::Welcome => To::Welcome,
+            From::ReleaseSwitch => To::ReleaseSwitch,
+            From::HoldSwitch => To::HoldSwitch,
+            From::SwitchReleased => To::SwitchReleased,
             From::LiftFinger => To::LiftFinger,
             From::PlaceFinger => To::PlaceFinger,
             From::GetReady => To::GetReady,

@@ -9,9 +9,10 @@ use anyhow::{Context, bail};
 use config::{Effective, Identity};
 use console::DashboardThread;
 use crossbeam_channel::{Receiver, Sender};
+use devices::dose_account::DoseAccount;
 use devices::drive_control::{DriveControl, settings};
 use devices::field_task::FieldReading;
-use devices::{Hardware, OpenHardware};
+use devices::{Boot, Hardware, OpenHardware};
 use jiff::Timestamp;
 use safety::{DriveReading, SafetyState, Signals, Trip};
 use signalgen::{BlockHeader, DrivePhase, InputReader, StreamDirection, Waveform};
@@ -38,7 +39,7 @@ pub struct Outcome<P> {
 /// The operator, and the thread of their screen if there is one.
 pub type Attendance = (Box<dyn Operator>, Option<DashboardThread>);
 
-/// Runs `procedure` on the bench. `attend` opens the operator's screen once the bench is open; quitting the screen
+/// Runs `procedure` on the bench, whose driving time counts on `account`. `attend` opens the operator's screen once the bench is open; quitting the screen
 /// raises the flag that `attend` is given.
 ///
 /// # Errors
@@ -47,6 +48,7 @@ pub type Attendance = (Box<dyn Operator>, Option<DashboardThread>);
 pub fn run<P: Procedure>(
     bench: &Effective,
     hardware: Hardware,
+    account: DoseAccount,
     hands: Option<Hands>,
     instrument: Option<Instrument>,
     attend: impl FnOnce(&StopFlag) -> anyhow::Result<Attendance>,
@@ -54,7 +56,9 @@ pub fn run<P: Procedure>(
 ) -> anyhow::Result<Outcome<P>> {
     let config = bench.config();
     let settings = settings(config)?;
-    let open = OpenHardware::open(bench, hardware)?;
+    // Nobody is at the plate that could hold a switch: the calibration asks for a clear one.
+    let mut open = OpenHardware::open(&bench.clone().without_dead_man(), hardware)?;
+    open.charge(account, Boot::now());
     let device = |direction| open.life.device(direction);
     let identity = Identity::of(
         config,
@@ -496,6 +500,7 @@ impl<P: Procedure> RigTask<P> {
             known_m: meter.known_m,
             safety: safety.clone(),
             sounds: self.drive.sounds(),
+            dose: self.signals.dose.get(),
         });
         self.meter = Meter {
             known_m: meter.known_m,

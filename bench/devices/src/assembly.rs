@@ -19,7 +19,9 @@ use tasks::{Clock, Schedule, StopFlag, Task};
 
 use crate::acquisition::{Acquisition, AcquisitionQueues, RecordingCommand};
 use crate::arming::safety_limits;
+use crate::boot::Boot;
 use crate::digital_lines::Lines;
+use crate::dose_account::DoseAccount;
 use crate::drive_control::{DriveControl, WatchedDrive, settings};
 use crate::field_task::{Field, FieldReading, PositionEncoder};
 use crate::force::{ForceLink, open_port};
@@ -122,6 +124,7 @@ impl OpenHardware {
             safety_limits(config, pace),
             SafetyLines {
                 estop: lines.estop,
+                dead_man: lines.dead_man,
                 enable: lines.enable,
                 heartbeat: lines.heartbeat,
             },
@@ -142,6 +145,25 @@ impl OpenHardware {
             tasks: vec![Box::new(watch), Box::new(field)],
         })
     }
+}
+
+impl OpenHardware {
+    /// Counts the driving time on `account`, as of this moment of the computer's run.
+    pub fn charge(&mut self, account: DoseAccount, boot: Boot) {
+        charge(&self.drive, &self.life, &mut self.tasks, account, boot);
+    }
+}
+
+fn charge(
+    drive: &DriveControl,
+    life: &Life,
+    tasks: &mut Vec<Box<dyn Task>>,
+    account: DoseAccount,
+    boot: Boot,
+) {
+    let (allowance, keeper) = account.begin(life.clock(), boot);
+    drive.allow(allowance);
+    tasks.extend(keeper);
 }
 
 /// The parts of an opened bench that commands work with; its tasks are ready to be scheduled.
@@ -254,6 +276,11 @@ impl Bench {
             before,
             after: vec![Box::new(acquisition), Box::new(Recorder(recorder))],
         })
+    }
+
+    /// Counts the driving time on `account`, as of this moment of the computer's run.
+    pub fn charge(&mut self, account: DoseAccount, boot: Boot) {
+        charge(&self.drive, &self.life, &mut self.before, account, boot);
     }
 
     /// Requires that the calibration in force was measured on this opened bench and has not expired.

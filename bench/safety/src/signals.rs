@@ -2,6 +2,8 @@
 
 use tasks::Slot;
 
+use crate::dead_man::Hold;
+use crate::dose::DoseLeft;
 use crate::safety_state::SafetyState;
 use crate::stop_times::StopTimes;
 
@@ -68,6 +70,10 @@ pub struct Signals {
     pub press: Slot<Press>,
     /// Times of the hardware stops, once they have been exercised; published by the watch.
     pub stop_times: Slot<Vec<StopTimes>>,
+    /// What is left of the hour's driving time; published by the watch.
+    pub dose: Slot<DoseLeft>,
+    /// What the person at the dead-man switch must do next, on a bench that uses one; published by the watch.
+    pub hold: Slot<Hold>,
     /// State of the watch; published by the watch.
     pub state: Slot<SafetyState>,
 }

@@ -1,5 +1,6 @@
 //! The session task: acquired data go to the protocol's state machine, what it asks for goes to the devices.
 
+mod ending;
 mod report;
 mod task;
 mod wiring;

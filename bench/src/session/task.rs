@@ -23,12 +23,12 @@ use recording::manifest::EventKind;
 use recording::pipeline::Account;
 use recording::recorder::RecorderNotice;
 use recording::study::TrialLabel;
-use recording::study::event_log::ExitStatus;
 use recording::writer::Ending;
 use safety::{SafetyState, Trip};
 use tasks::Task;
 use tui::event::LogLevel;
 
+use super::ending;
 use super::report::{Report, summary_lines};
 use super::wiring::{Admit, BeginRecording, Wiring};
 use crate::journal::Entry;
@@ -70,6 +70,8 @@ pub struct SessionTask {
     contact: LiveContact,
     open: Option<PathBuf>,
     ended: Option<SessionOutcome>,
+    /// Why the session last paused by itself.
+    paused: Option<String>,
     report: Sender<Report>,
 }
 
@@ -123,6 +125,7 @@ impl SessionTask {
             contact,
             open: None,
             ended: None,
+            paused: None,
             report,
         }
     }
@@ -314,6 +317,13 @@ impl SessionTask {
                 SafetyState::Tripped { trip } => Safety::Tripped(trip.to_string()),
                 SafetyState::Armed | SafetyState::Disarmed => Safety::Ok,
             },
+            hold: self.wiring.signals.hold.get().map(screen_words::hold),
+            drive_wait_s: self
+                .wiring
+                .signals
+                .dose
+                .get()
+                .map_or(0.0, |dose| dose.wait_s),
             analysis: self.analysed.clone(),
         };
         let mut tone = None;
@@ -321,6 +331,7 @@ impl SessionTask {
         let before = self.machine.phase();
         let actions = self.machine.step(&observation);
         if halted(before) && !halted(self.machine.phase()) {
+            self.paused = None;
             self.resumed = Some(match before {
                 Phase::Fault => "after a fault",
                 _ => "after a pause",
@@ -427,6 +438,10 @@ impl SessionTask {
     }
 
     fn tell(&mut self, event: SessionEvent) {
+        if let Some(why) = ending::pause(&event.kind) {
+            self.log(LogLevel::Warning, &why);
+            self.paused = Some(why);
+        }
         match &event.kind {
             SessionEventKind::SessionStarted {
                 resumed_attempts: 1..,
@@ -443,7 +458,7 @@ impl SessionTask {
             }
             SessionEventKind::SafetyTripped { reason } => {
                 let text = format!("drive stopped: {reason}");
-                self.mark(stop_kind(&self.safety), reason);
+                self.mark(ending::stop_kind(&self.safety), reason);
                 self.log(LogLevel::Error, text);
             }
             _ => {}
@@ -490,9 +505,14 @@ impl SessionTask {
                 .health(now_ns, &self.account, gauges, Some(gauge), rate_hz, free)
         {
             self.wiring.front.show(tui::Event::Health(health));
-            let shown = safety_event(&self.safety, self.wiring.drive.sounds());
-            self.wiring.front.show(shown);
+            self.show_safety();
         }
+    }
+
+    fn show_safety(&mut self) {
+        let left = self.wiring.signals.dose.get();
+        let shown = safety_event(&self.safety, self.wiring.drive.sounds(), left.as_ref());
+        self.wiring.front.show(shown);
     }
 
     /// A session without an operator ends where one would be needed.
@@ -508,33 +528,9 @@ impl SessionTask {
     }
 
     fn reason(&self) -> Option<String> {
-        if let Some(failure) = self.wiring.stop.failure() {
-            return Some(failure.to_owned());
-        }
-        match (&self.safety, &self.ended) {
-            (_, Some(SessionOutcome::Completed { .. })) => None,
-            (SafetyState::Tripped { trip }, _) => Some(trip.to_string()),
-            (_, Some(SessionOutcome::Aborted { .. })) => Some("aborted by the operator".to_owned()),
-            (_, None) => Some(match self.machine.phase() {
-                Phase::Paused => {
-                    "timed out waiting for the participant; no operator to resume".to_owned()
-                }
-                _ => "stopped before its end".to_owned(),
-            }),
-        }
-    }
-}
-
-/// The event of a stop, by its reason.
-fn stop_kind(safety: &SafetyState) -> EventKind {
-    match safety {
-        SafetyState::Tripped {
-            trip: Trip::EmergencyStop | Trip::Operator,
-        } => EventKind::EmergencyStop,
-        SafetyState::Tripped {
-            trip: Trip::Readback { .. } | Trip::ReadbackMissing | Trip::AliveWhileDisarmed { .. },
-        } => EventKind::ReadbackMismatch,
-        _ => EventKind::Safe,
+        let (failure, paused) = (self.wiring.stop.failure(), self.paused.as_deref());
+        let phase = self.machine.phase();
+        ending::reason(failure, &self.safety, self.ended.as_ref(), phase, paused)
     }
 }
 
@@ -551,8 +547,7 @@ impl Task for SessionTask {
         let safety = self.wiring.signals.state.get().unwrap_or_default();
         if safety != self.safety {
             self.safety = safety;
-            let shown = safety_event(&self.safety, self.wiring.drive.sounds());
-            self.wiring.front.show(shown);
+            self.show_safety();
         }
         self.wiring.drive.poll(&self.safety);
         self.take_batches();
@@ -577,12 +572,8 @@ impl Task for SessionTask {
         }
         let reason = self.reason();
         let completed = matches!(self.ended, Some(SessionOutcome::Completed { .. }));
-        let status = match (&self.ended, &self.safety) {
-            (Some(SessionOutcome::Completed { .. }), _) => ExitStatus::Success,
-            _ if self.wiring.stop.failure().is_some() => ExitStatus::Fail,
-            (_, SafetyState::Tripped { .. }) => ExitStatus::Fail,
-            _ => ExitStatus::Abort,
-        };
+        let failed = self.wiring.stop.failure().is_some();
+        let status = ending::status(failed, &self.safety, self.ended.as_ref());
         let _ = self.wiring.journal.send(Entry::Stop {
             status,
             reason: reason.clone(),

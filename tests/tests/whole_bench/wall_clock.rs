@@ -97,6 +97,7 @@ fn apparatus(set: &'static [(f64, i64)]) -> Bench {
             ]),
             estop: Some(input("e-stop", pins.estop)),
             button: None,
+            dead_man: None,
             enable: Some(output("enable", pins.amplifier_enable)),
             heartbeat: Some(output("heartbeat", pins.heartbeat)),
         },

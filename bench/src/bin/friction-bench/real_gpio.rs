@@ -97,6 +97,10 @@ fn take(
         encoder,
         estop: gpio.estop.map(|line| input("e-stop", line)).transpose()?,
         button: gpio.button.map(|line| input("button", line)).transpose()?,
+        dead_man: gpio
+            .dead_man
+            .map(|line| input("dead-man switch", line))
+            .transpose()?,
         enable: gpio
             .enable
             .map(|line| output("amplifier enable", line))

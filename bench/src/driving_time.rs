@@ -13,6 +13,9 @@ use safety::{Allowance, Pace, at_least, at_most};
 /// Factor on what a protocol drives in an hour that gives the limit where the configuration states none (an assumption: it
 /// leaves room for as many repetitions as there are trials).
 const ROOM: f64 = 2.0;
+/// Least limit where the configuration states none, s (an assumption): a participant who hesitates once must not use up the
+/// hour of a session of one trial.
+const LEAST_S: f64 = 120.0;
 /// Most driving time that there is in an hour, s.
 const HOUR_S: f64 = 3600.0;
 
@@ -23,7 +26,7 @@ pub fn limit_s(config: &Config, driving: &DrivingTime) -> f64 {
     if configured_s > 0.0 {
         configured_s
     } else {
-        (ROOM * driving.hour_s).min(HOUR_S)
+        (ROOM * driving.hour_s).clamp(LEAST_S, HOUR_S)
     }
 }
 
@@ -137,6 +140,9 @@ mod tests {
         let driving = published().driving_time();
         assert!((limit_s(&config("0.0"), &driving) - 729.6).abs() < 1e-9);
         assert!((limit_s(&config("500.0"), &driving) - 500.0).abs() < 1e-9);
+        let hour = |hour_s| DrivingTime { hour_s, ..driving };
+        assert_eq!(limit_s(&config("0.0"), &hour(10.0)), 120.0);
+        assert_eq!(limit_s(&config("0.0"), &hour(3000.0)), 3600.0);
         // What a bench allows where there is no protocol.
         let without = config("0").limits.driving_s_per_hour();
         assert!((without - limit_s(&config("0"), &driving)).abs() < 1e-9);

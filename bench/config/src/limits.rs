@@ -22,7 +22,7 @@ pub struct Limits {
     #[serde(default = "Limits::default_surface_c")]
     pub surface_c: f64,
     /// Driving time that a person is allowed within any hour, s; 0, the default, for twice what the protocol itself drives
-    /// in an hour, and for [`Limits::PUBLISHED_DRIVING_S_PER_HOUR`] where there is no protocol (assumptions).
+    /// in an hour and at least 120 s, and for [`Limits::PUBLISHED_DRIVING_S_PER_HOUR`] where there is no protocol (assumptions).
     #[serde(default)]
     pub driving_s_per_hour: f64,
     /// Why a carrier below [`AUDIBLE_HZ`] may be driven; without a reason it may not.

@@ -96,9 +96,10 @@ impl DeadMan {
     /// Returns what must be done next.
     pub(crate) fn hold(&self) -> Hold {
         match (self.opened, self.let_go_ns) {
+            // Also while it is open, until that has lasted.
+            (false, _) => Hold::Release,
             (true, None) => Hold::Held,
-            (false, _) if self.closed_ns.is_some() => Hold::Release,
-            _ => Hold::Press,
+            (true, Some(_)) => Hold::Press,
         }
     }
 }
@@ -173,6 +174,22 @@ mod tests {
         bounces.pass(40, false, false);
         bounces.pass(1000, true, false);
         assert_eq!(bounces.switch.hold(), Hold::Release);
+    }
+
+    #[test]
+    fn whoever_does_as_asked_at_once_comes_to_hold_it() {
+        // A hand that is quicker than any: the next look finds what the last one asked for.
+        let mut rig = Rig::new();
+        rig.pass(100, true, false);
+        let mut asked = Vec::new();
+        for _ in 0..200 {
+            let hold = rig.switch.hold();
+            if asked.last() != Some(&hold) {
+                asked.push(hold);
+            }
+            rig.pass(2, hold != Hold::Release, false);
+        }
+        assert_eq!(asked, [Hold::Release, Hold::Press, Hold::Held]);
     }
 
     /// Hazard 15.

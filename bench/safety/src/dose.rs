@@ -54,19 +54,22 @@ pub struct DoseLeft {
 }
 
 impl DoseLeft {
-    /// Returns the words of screens, such as `driving time left this hour: 11 min of 12 min`.
+    /// Returns the words of screens.
+    ///
+    /// ```
+    /// let left = safety::DoseLeft { limit_s: 730.0, left_s: 300.0, wait_s: 0.0 };
+    /// assert_eq!(left.in_words(), "5 min of driving left this hour");
+    /// let spent = safety::DoseLeft { left_s: 3.0, wait_s: 1200.0, ..left };
+    /// assert_eq!(spent.in_words(), "3 s of driving left this hour, go on in 20 min");
+    /// ```
     #[must_use]
     pub fn in_words(&self) -> String {
-        let wait = if self.wait_s > 0.0 {
-            format!(", go on in {}", at_least(self.wait_s))
+        let left = format!("{} of driving left this hour", at_most(self.left_s));
+        if self.wait_s > 0.0 {
+            format!("{left}, go on in {}", at_least(self.wait_s))
         } else {
-            String::new()
-        };
-        format!(
-            "driving time left this hour: {} of {}{wait}",
-            at_most(self.left_s),
-            at_most(self.limit_s)
-        )
+            left
+        }
     }
 }
 

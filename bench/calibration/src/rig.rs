@@ -10,7 +10,7 @@ use config::{Effective, Identity};
 use console::DashboardThread;
 use crossbeam_channel::{Receiver, Sender};
 use devices::dose_account::DoseAccount;
-use devices::drive_control::{DriveControl, settings};
+use devices::drive_control::DriveControl;
 use devices::field_task::FieldReading;
 use devices::{Boot, Hardware, OpenHardware};
 use jiff::Timestamp;
@@ -18,6 +18,7 @@ use safety::{DriveReading, SafetyState, Signals, Trip};
 use signalgen::{BlockHeader, DrivePhase, InputReader, StreamDirection, Waveform};
 use tasks::{StopFlag, Task};
 
+use crate::admission::Admission;
 use crate::capture::{Capture, dwells, held_tone};
 use crate::known::Instrument;
 use crate::meter::Meter;
@@ -55,7 +56,7 @@ pub fn run<P: Procedure>(
     procedure: P,
 ) -> anyhow::Result<Outcome<P>> {
     let config = bench.config();
-    let settings = settings(config)?;
+    let admission = Admission::new(config)?;
     // Nobody is at the plate that could hold a switch: the calibration asks for a clear one.
     let mut open = OpenHardware::open(&bench.clone().without_dead_man(), hardware)?;
     open.charge(account, Boot::now());
@@ -70,8 +71,8 @@ pub fn run<P: Procedure>(
     let (done, outcome) = crossbeam_channel::bounded(1);
     let rate_hz = f64::from(config.audio.rate_hz);
     let task = RigTask {
-        ramp_frames: settings.ramp_frames() as usize,
-        settings,
+        ramp_frames: admission.ramp_frames(),
+        admission,
         channels: open.input.channels(),
         drive_channel: usize::from(config.channels.drive.index),
         pickup_channel: usize::from(config.channels.pickup.index),
@@ -170,7 +171,7 @@ struct StreamAccount {
 }
 
 struct RigTask<P> {
-    settings: signalgen::DriveSettings,
+    admission: Admission,
     ramp_frames: usize,
     channels: usize,
     drive_channel: usize,
@@ -323,7 +324,7 @@ impl<P: Procedure> RigTask<P> {
                 until: (seconds * self.rate_hz) as usize,
             },
             NextStep::Play(waveform) => {
-                self.drive.start(self.settings.admit(*waveform)?);
+                self.drive.start(self.admission.admit(*waveform)?);
                 Step::Playing {
                     waveform,
                     started: false,
@@ -332,7 +333,7 @@ impl<P: Procedure> RigTask<P> {
                 }
             }
             NextStep::Sound(waveform, _) if self.held.is_none() => {
-                self.drive.start(self.settings.admit(*waveform)?);
+                self.drive.start(self.admission.admit(*waveform)?);
                 self.held = Some(HeldTone {
                     waveform: *waveform,
                     after: self.drive.programs(),

@@ -6,9 +6,9 @@ use anyhow::bail;
 use config::Config;
 use devices::dose_account::{DoseAccount, DoseError, bench_path, participant_path};
 use devices::{Boot, Hardware};
-use jiff::Timestamp;
 use protocols::{DrivingTime, Protocol};
 use safety::{Allowance, Pace, at_least, at_most};
+use tasks::Clock;
 
 /// Factor on what a protocol drives in an hour that gives the limit where the configuration states none (an assumption: it
 /// leaves room for as many repetitions as there are trials).
@@ -97,8 +97,12 @@ pub fn of_bench(
 ///
 /// # Errors
 /// What is left, and when the rest is free.
-pub fn require_left(account: &DoseAccount, need_s: f64, now: Timestamp) -> anyhow::Result<String> {
-    let boot = Boot::now();
+pub fn require_left(
+    account: &DoseAccount,
+    need_s: f64,
+    clock: &dyn Clock,
+) -> anyhow::Result<String> {
+    let (boot, now) = (Boot::now(), clock.utc());
     let (left_s, wait_s) = (
         account.left_s(&boot, now),
         account.wait_s(need_s, &boot, now),

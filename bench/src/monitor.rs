@@ -100,8 +100,8 @@ pub fn run(
         Some(_) => {
             let hardware = &apparatus.hardware;
             let account = driving_time::of_bench(&calibration, config, hardware)?;
-            let now = hardware.clock.utc();
-            let left = driving_time::require_left(&account, account.need_s(), now)?;
+            let left =
+                driving_time::require_left(&account, account.need_s(), hardware.clock.as_ref())?;
             Some((account, left))
         }
         None => None,

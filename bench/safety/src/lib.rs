@@ -10,6 +10,7 @@ mod delay;
 mod dose;
 mod exercise;
 mod guard;
+mod minutes;
 mod plate_heat;
 mod readback;
 mod safety_limits;
@@ -22,8 +23,9 @@ mod trip;
 mod watch;
 
 pub use dead_man::Hold;
-pub use dose::{Allowance, DoseLeft, FAINT_V, at_least, at_most};
+pub use dose::{Allowance, DoseLeft, FAINT_V};
 pub use guard::{Commanded, DriveGuard};
+pub use minutes::{at_least, at_most};
 pub use plate_heat::PlateHeat;
 pub use readback::{Misfit, Readback};
 pub use safety_limits::{

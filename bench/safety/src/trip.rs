@@ -5,7 +5,7 @@ use std::fmt;
 use serde::Serialize;
 
 use crate::dead_man::Hold;
-use crate::dose::{at_least, at_most};
+use crate::minutes::{at_least, at_most};
 
 /// Reason for which the bench stopped.
 ///

@@ -62,14 +62,13 @@ pub fn run(
     let driving = protocol.driving_time();
     let participant_folder = plan.study.join(plan.participant.as_str());
     let account = driving_time::of_participant(&participant_folder, config, &driving, &hardware)?;
-    let now = hardware.clock.utc();
+    let clock = hardware.clock.clone();
     if !plan.resume {
-        driving_time::require_left(&account, driving.hour_s, now)?;
+        driving_time::require_left(&account, driving.hour_s, clock.as_ref())?;
     }
     let mut bench = Bench::open(&effective, plan.carrier_hz, hardware)?;
     bench.require_calibration_holds(&effective)?;
     let stop = bench.stop().clone();
-    let clock = bench.life.clock().clone();
 
     let generated_by = GeneratedBy {
         name: NAME.to_owned(),
@@ -81,7 +80,8 @@ pub fn run(
     let (number, session, resumed) = open_session(&study, &plan, &date)?;
     let machine = machine(&plan, &session)?;
     let to_drive_s = driving.trial_s * f64::from(machine.trials_left());
-    let left = driving_time::require_left(&account, to_drive_s.min(driving.hour_s), now)?;
+    let left =
+        driving_time::require_left(&account, to_drive_s.min(driving.hour_s), clock.as_ref())?;
     bench.charge(account, Boot::now());
     let Bench {
         life,

@@ -258,6 +258,7 @@ fn the_wall_clock_is_read_in_one_place_and_asked_by_those_who_write_dates() {
         "devices/src/assembly.rs",
         "devices/src/dose_account.rs",
         "calibration/src/rig.rs",
+        "src/driving_time.rs",
         "src/estop.rs",
         "src/forget.rs",
         "src/journal.rs",

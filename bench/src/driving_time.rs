@@ -10,11 +10,11 @@ use protocols::{DrivingTime, Protocol};
 use safety::{Allowance, Pace, at_least, at_most};
 use tasks::Clock;
 
-/// Factor on what a protocol drives in an hour that gives the limit where the configuration states none (an assumption: it
-/// leaves room for as many repetitions as there are trials).
+/// Factor on what a protocol drives in an hour that gives the limit where the configuration states none (an assumption:
+/// it leaves room for as many repetitions as there are trials).
 const ROOM: f64 = 2.0;
-/// Least limit where the configuration states none, s (an assumption): a participant who hesitates once must not use up the
-/// hour of a session of one trial.
+/// Least limit where the configuration states none, s (an assumption): a participant who hesitates once must not use up
+/// the hour of a session of one trial.
 const LEAST_S: f64 = 120.0;
 /// Most driving time that there is in an hour, s.
 const HOUR_S: f64 = 3600.0;

@@ -40,8 +40,8 @@ pub struct Outcome<P> {
 /// The operator, and the thread of their screen if there is one.
 pub type Attendance = (Box<dyn Operator>, Option<DashboardThread>);
 
-/// Runs `procedure` on the bench, whose driving time counts on `account`. `attend` opens the operator's screen once the bench is open; quitting the screen
-/// raises the flag that `attend` is given.
+/// Runs `procedure` on the bench, whose driving time counts on `account`. `attend` opens the operator's screen once the
+/// bench is open; quitting the screen raises the flag that `attend` is given.
 ///
 /// # Errors
 /// When a part of the bench is missing or fails, samples are lost, the safety watch trips, the operator quits, or the

@@ -147,7 +147,8 @@ impl Effective {
         self
     }
 
-    /// Returns the same bench without a dead-man switch, for tests and calibrations that drive a plate with nobody at it.
+    /// Returns the same bench without a dead-man switch, for tests and calibrations that drive a plate with nobody at
+    /// it.
     #[must_use]
     pub fn without_dead_man(mut self) -> Self {
         self.config.safety.dead_man = None;

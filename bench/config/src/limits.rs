@@ -21,8 +21,9 @@ pub struct Limits {
     /// 43 °C that IEC 60601-1 allows for contact.
     #[serde(default = "Limits::default_surface_c")]
     pub surface_c: f64,
-    /// Driving time that a person is allowed within any hour, s; 0, the default, for twice what the protocol itself drives
-    /// in an hour and at least 120 s, and for [`Limits::PUBLISHED_DRIVING_S_PER_HOUR`] where there is no protocol (assumptions).
+    /// Driving time that a person is allowed within any hour, s; 0, the default, for twice what the protocol itself
+    /// drives in an hour and at least 120 s, and for [`Limits::PUBLISHED_DRIVING_S_PER_HOUR`] where there is no
+    /// protocol (assumptions).
     #[serde(default)]
     pub driving_s_per_hour: f64,
     /// Why a carrier below [`AUDIBLE_HZ`] may be driven; without a reason it may not.
@@ -163,8 +164,8 @@ pub struct Safety {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum DeadManSwitch {
-    /// A contact on `gpio.dead_man` that is closed while it is held: a push button, or an enabling device of three positions,
-    /// which opens when it is released and when it is clenched.
+    /// A contact on `gpio.dead_man` that is closed while it is held: a push button, or an enabling device of three
+    /// positions, which opens when it is released and when it is clenched.
     Button,
 }
 

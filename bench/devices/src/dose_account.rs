@@ -1,5 +1,6 @@
-//! The account of a person's or a bench's driving time, which outlasts the program: a small file that is replaced as a whole
-//! while the plate is driven, always ahead of what has been driven, so that a crash counts too much and never too little.
+//! The account of a person's or a bench's driving time, which outlasts the program: a small file that is replaced as a
+//! whole while the plate is driven, always ahead of what has been driven, so that a crash counts too much and never too
+//! little.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -129,8 +130,8 @@ impl DoseAccount {
         (self.limit_s - used_s).max(0.0)
     }
 
-    /// Begins to count on the clock of a bench: returns the allowance for its watch, and the task that keeps the account if
-    /// it is to be kept.
+    /// Begins to count on the clock of a bench: returns the allowance for its watch, and the task that keeps the
+    /// account if it is to be kept.
     pub(crate) fn begin(
         self,
         clock: &Arc<dyn Clock>,

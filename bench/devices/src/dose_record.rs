@@ -1,7 +1,8 @@
 //! The record of driving times: a table of spans, each with the computer's run that it fell into.
 //!
-//! Within one run of the computer its own clock counts, which nobody sets. Over a restart the wall clock is believed only
-//! where it says that more than a day has passed: a wall clock that is hours wrong, or set by hours, frees no driving time.
+//! Within one run of the computer its own clock counts, which nobody sets. Over a restart the wall clock is believed
+//! only where it says that more than a day has passed: a wall clock that is hours wrong, or set by hours, frees no
+//! driving time.
 
 use jiff::{SignedDuration, Timestamp};
 
@@ -89,8 +90,8 @@ pub fn to_text(spans: &[Driven]) -> String {
     std::iter::once(HEADER.to_owned()).chain(rows).collect()
 }
 
-/// Returns what may still lie within the last hour, as start and end in seconds of the present run of the computer; what was
-/// driven in an earlier run lies as late as it can, before the start of the present one.
+/// Returns what may still lie within the last hour, as start and end in seconds of the present run of the computer;
+/// what was driven in an earlier run lies as late as it can, before the start of the present one.
 #[must_use]
 pub fn on_this_run(spans: &[Driven], boot: &Boot, now: Timestamp) -> Vec<(f64, f64)> {
     let mut placed = Vec::new();
@@ -270,8 +271,8 @@ mod tests {
             let _ = parse(&text);
         }
 
-        /// Whatever the wall clock says within a day, nothing of an earlier run is younger than it can be, and nothing of it is
-        /// older than this run.
+        /// Whatever the wall clock says within a day, nothing of an earlier run is younger than it can be, and nothing
+        /// of it is older than this run.
         /// Fault 39.
         #[test]
         fn within_a_day_the_wall_clock_changes_nothing(wrong_s in -80_000i64..80_000, up_s in 0.0..4000.0) {

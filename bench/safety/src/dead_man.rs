@@ -1,5 +1,5 @@
-//! The dead-man switch: the plate is driven only while it is held, and only if it was released and pressed since the last
-//! drive, so that a contact that is welded, tied down or shorted starts nothing.
+//! The dead-man switch: the plate is driven only while it is held, and only if it was released and pressed since the
+//! last drive, so that a contact that is welded, tied down or shorted starts nothing.
 
 use serde::Serialize;
 
@@ -24,8 +24,8 @@ pub(crate) enum LetGo {
     NotHeld(Hold),
 }
 
-/// Time for which the contact must be closed before it counts as held again, ns: a contact bounces, and a loose wire closes
-/// for moments.
+/// Time for which the contact must be closed before it counts as held again, ns: a contact bounces, and a loose wire
+/// closes for moments.
 const STEADY_NS: u64 = 20_000_000;
 /// Time for which the contact must be open to prove that it opens, ns.
 const OPEN_NS: u64 = 50_000_000;

@@ -31,8 +31,8 @@ pub struct Allowance {
 }
 
 impl Allowance {
-    /// Allows `limit_s` an hour, of which nothing is used; a bench that has used it up goes on when a tenth of it is free,
-    /// at most 10 s.
+    /// Allows `limit_s` an hour, of which nothing is used; a bench that has used it up goes on when a tenth of it is
+    /// free, at most 10 s.
     #[must_use]
     pub fn of(limit_s: f64) -> Self {
         Self {

@@ -72,8 +72,8 @@ impl SlidingHour {
         self.within(now_ns).map(|(_, length_ns)| length_ns).sum()
     }
 
-    /// Returns how long nothing must be driven from `now_ns` on until `need_ns` of `limit_ns` an hour are free, ns. More
-    /// than the limit is never free: the time until all of it is.
+    /// Returns how long nothing must be driven from `now_ns` on until `need_ns` of `limit_ns` an hour are free, ns.
+    /// More than the limit is never free: the time until all of it is.
     #[must_use]
     pub fn wait_ns(&self, now_ns: i64, need_ns: i64, limit_ns: i64) -> i64 {
         let need_ns = need_ns.min(limit_ns);

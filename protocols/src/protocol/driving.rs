@@ -104,7 +104,8 @@ mod tests {
 
     #[test]
     fn of_a_longer_session_the_busiest_hour_counts() {
-        // Trials of 22.4 s, each with a verdict of 0.5 s after it, and no rests: 157 of them and a part begin in an hour.
+        // Trials of 22.4 s, each with a verdict of 0.5 s after it, and no rests: 157 of them and a part begin in an
+        // hour.
         let driving = demo(&[
             ("per_condition = 4", "per_condition = 400"),
             ("every_trials = 2", "every_trials = 0"),

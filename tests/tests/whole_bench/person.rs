@@ -1,5 +1,5 @@
-//! What protects the person at the plate: the driving time of an hour, the dead-man switch, the plate's temperature (FAULTS.md, row
-//! 42).
+//! What protects the person at the plate: the driving time of an hour, the dead-man switch, the plate's temperature
+//! (FAULTS.md, row 42).
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"

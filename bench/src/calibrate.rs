@@ -25,6 +25,7 @@ use tasks::StopFlag;
 
 use crate::apparatus::Apparatus;
 use crate::cli;
+use crate::driving_time;
 use crate::verbosity::Verbosity;
 
 /// Name of the calibration file where none is given.
@@ -267,7 +268,11 @@ impl<'a> Begun<'a> {
             let (guided, screen) = Guided::open(title, simulated, stop.clone())?;
             Ok((Box::new(guided), Some(screen)))
         };
-        let outcome = rig::run(&self.bench, hardware, hands, instrument, attend, procedure)?;
+        let account = driving_time::of_bench(&self.path, config, &hardware)?;
+        let bench = &self.bench;
+        let outcome = rig::run(
+            bench, hardware, account, hands, instrument, attend, procedure,
+        )?;
         own(&mut self.calibration, outcome.identity, &self.path)?;
         let Judged {
             part,

@@ -1,6 +1,7 @@
 //! `monitor`: the dashboard without a protocol.
 
 use std::io::Write;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -12,14 +13,15 @@ use tui::event::{LogLevel, PhaseKind, PhaseView};
 use config::Effective;
 use console::{Dashboard, DashboardThread, Front, Headless, safety_event};
 use devices::drive_control::{DriveControl, settings};
-use devices::{Bench, Gauges, require_armable, require_watched};
+use devices::{Bench, Boot, Gauges, require_armable, require_watched};
 use recording::pipeline::{Account, Batch};
-use safety::{SafetyState, Signals, Trip};
+use safety::{Hold, SafetyState, Signals, Trip};
 use tasks::{StopFlag, Task};
 
 use crate::apparatus::{Apparatus, pace};
 use crate::interference::Interference;
 use crate::live_meter::LiveMeter;
+use crate::{calibrate, driving_time};
 
 /// The published modulation (Huloux 2021, section IV).
 const MODULATION_HZ: f64 = 6.0;
@@ -34,6 +36,8 @@ pub struct Plan {
     program: Option<Program>,
     duration_s: Option<f64>,
     headless: bool,
+    /// Where the calibration lies, and beside it the account of the driving time.
+    calibration: PathBuf,
 }
 
 impl Plan {
@@ -65,6 +69,7 @@ impl Plan {
             program,
             duration_s: options.duration_s,
             headless: options.headless,
+            calibration: calibrate::path(&options.hardware),
         })
     }
 
@@ -89,9 +94,20 @@ pub fn run(
         program,
         duration_s,
         headless,
+        calibration,
     } = plan;
     let (config, simulated) = (effective.config(), apparatus.hardware.simulated);
-    let bench = Bench::open(&effective, config.plate.resonance_hz, apparatus.hardware)?;
+    let account = match program {
+        Some(_) => {
+            let hardware = &apparatus.hardware;
+            let account = driving_time::of_bench(&calibration, config, hardware)?;
+            let left =
+                driving_time::require_left(&account, account.need_s(), hardware.clock.as_ref())?;
+            Some((account, left))
+        }
+        None => None,
+    };
+    let mut bench = Bench::open(&effective, config.plate.resonance_hz, apparatus.hardware)?;
     bench.require_calibration_holds(&effective)?;
     let stop = bench.stop().clone();
     let (mut front, dashboard): (Box<dyn Front>, Option<DashboardThread>) = if headless {
@@ -115,6 +131,15 @@ pub fn run(
             level: LogLevel::Warning,
             text,
         });
+    }
+    if let Some((account, left)) = account {
+        bench.charge(account, Boot::now());
+        for text in config.safety.dead_man_in_words().into_iter().chain([left]) {
+            front.show(tui::Event::Log {
+                level: LogLevel::Info,
+                text,
+            });
+        }
     }
     if program.is_none() {
         front.show(tui::Event::Log {
@@ -142,6 +167,9 @@ pub fn run(
         screen_due_ns: 0,
         safety: SafetyState::default(),
         driven: false,
+        holds: config.safety.dead_man.is_some(),
+        wanted: false,
+        said: None,
         ended,
     };
     let interference = Interference::new(bench.recording, config, config.plate.resonance_hz);
@@ -173,6 +201,12 @@ struct MonitorTask {
     screen_due_ns: u64,
     safety: SafetyState,
     driven: bool,
+    /// Whether a dead-man switch must be held.
+    holds: bool,
+    /// Whether the drive begins as soon as it is held.
+    wanted: bool,
+    /// What its holder was last asked for.
+    said: Option<Hold>,
     ended: Sender<bool>,
 }
 
@@ -185,9 +219,35 @@ impl MonitorTask {
     }
 
     fn drive_on(&mut self) {
-        if let Some(program) = self.program {
+        (self.wanted, self.said) = (self.program.is_some(), None);
+    }
+
+    /// Begins the drive that is wanted, once the dead-man switch is held.
+    fn drive_once_held(&mut self) {
+        let (true, Some(program)) = (self.wanted, self.program) else {
+            return;
+        };
+        let hold = self.signals.hold.get();
+        if !self.holds || hold == Some(Hold::Held) {
+            self.wanted = false;
             self.drive.start(program);
+        } else if self.said != hold {
+            self.said = hold;
+            let text = match hold {
+                Some(Hold::Release) => "release the dead-man switch, then hold it",
+                _ => "press the dead-man switch and hold it",
+            };
+            self.front.show(tui::Event::Log {
+                level: LogLevel::Info,
+                text: text.to_owned(),
+            });
         }
+    }
+
+    fn show_safety(&mut self) {
+        let left = self.signals.dose.get().filter(|_| self.program.is_some());
+        let shown = safety_event(&self.safety, self.drive.sounds(), left.as_ref());
+        self.front.show(shown);
     }
 
     fn take_actions(&mut self) {
@@ -198,10 +258,14 @@ impl MonitorTask {
                     self.show_phase(PhaseKind::Monitoring);
                 }
                 tui::Action::Pause | tui::Action::Abort => {
+                    self.wanted = false;
                     self.drive.disarm();
                     self.show_phase(PhaseKind::Paused);
                 }
-                tui::Action::EmergencyStop => self.drive.trip(Trip::Operator),
+                tui::Action::EmergencyStop => {
+                    self.wanted = false;
+                    self.drive.trip(Trip::Operator);
+                }
                 tui::Action::Rearm => {
                     self.drive.rearm();
                     self.show_phase(PhaseKind::Paused);
@@ -258,8 +322,8 @@ impl Task for MonitorTask {
         let safety = self.signals.state.get().unwrap_or_default();
         if safety != self.safety {
             self.safety = safety;
-            self.front
-                .show(safety_event(&self.safety, self.drive.sounds()));
+            self.wanted &= !matches!(self.safety, SafetyState::Tripped { .. });
+            self.show_safety();
         }
         self.drive.poll(&self.safety);
         for batch in self.batches.try_iter() {
@@ -278,6 +342,7 @@ impl Task for MonitorTask {
             self.drive_on();
         }
         self.take_actions();
+        self.drive_once_held();
         self.line();
         if now_ns >= self.screen_due_ns {
             self.screen_due_ns = now_ns + SCREEN_PERIOD_NS;
@@ -294,8 +359,7 @@ impl Task for MonitorTask {
             || None,
         ) {
             self.front.show(tui::Event::Health(health));
-            self.front
-                .show(safety_event(&self.safety, self.drive.sounds()));
+            self.show_safety();
         }
         let over = self
             .duration_s

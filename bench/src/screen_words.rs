@@ -3,10 +3,10 @@
 use impedance::{Mask, ZmFrame};
 use num_complex::Complex64;
 use protocols::{
-    Direction, ParticipantView, Phase, Progress, Protocol, Stretch, TrialAnalysis, TrialKey,
-    Verdict,
+    Direction, ParticipantView, Phase, Progress, Protocol, SessionEventKind, Stretch,
+    TrialAnalysis, TrialKey, Verdict,
 };
-use tui::event::{ComplexImpedance, Crop, Live, PhaseKind, ValueAndStd};
+use tui::event::{ComplexImpedance, Crop, Live, LogLevel, PhaseKind, ValueAndStd};
 
 use analysis::live_contact::ContactReading;
 use analysis::measurements::Measurements;
@@ -20,7 +20,7 @@ pub fn phase_kind(phase: Phase) -> PhaseKind {
         Phase::Consent => PhaseKind::Consent,
         Phase::Welcome => PhaseKind::Idle,
         Phase::Baseline => PhaseKind::Baseline,
-        Phase::Ready => PhaseKind::Ready,
+        Phase::Hold | Phase::Ready => PhaseKind::Ready,
         Phase::Countdown => PhaseKind::Countdown,
         Phase::Exploration => PhaseKind::Exploration,
         Phase::Lift | Phase::Feedback | Phase::Analysing | Phase::Verdict => PhaseKind::Feedback,
@@ -30,6 +30,36 @@ pub fn phase_kind(phase: Phase) -> PhaseKind {
     }
 }
 
+/// What the participant must do with the dead-man switch.
+pub fn hold(hold: safety::Hold) -> protocols::Hold {
+    match hold {
+        safety::Hold::Release => protocols::Hold::Release,
+        safety::Hold::Press => protocols::Hold::Press,
+        safety::Hold::Held => protocols::Hold::Held,
+    }
+}
+
+/// The line that tells the operator of an event, if it needs one.
+pub fn notice(event: &SessionEventKind) -> Option<(LogLevel, String)> {
+    Some(match event {
+        SessionEventKind::CommandRefused { because, .. } => {
+            (LogLevel::Warning, format!("not now: {because}"))
+        }
+        SessionEventKind::FingerLiftedEarly => (
+            LogLevel::Info,
+            "finger lifted during the countdown".to_owned(),
+        ),
+        SessionEventKind::FingerNotLifted => (
+            LogLevel::Warning,
+            "the finger stayed on the plate".to_owned(),
+        ),
+        SessionEventKind::SafetyTripped { reason } => {
+            (LogLevel::Error, format!("drive stopped: {reason}"))
+        }
+        _ => return None,
+    })
+}
+
 /// What the operator should know or do in a phase.
 pub fn advice(phase: Phase) -> Option<&'static str> {
     Some(match phase {
@@ -37,6 +67,7 @@ pub fn advice(phase: Phase) -> Option<&'static str> {
         Phase::Welcome => "the participant's button or Enter begins",
         Phase::Baseline => "no finger on the plate",
         Phase::Ready => "the participant places the finger and presses the button",
+        Phase::Hold => "the participant releases the dead-man switch, then holds it",
         Phase::Fault => "stopped: find the cause, x re-arms, p goes on",
         Phase::Verdict => "r repeats the trial",
         Phase::Lift => "the participant lifts the finger",
@@ -94,6 +125,9 @@ pub fn participant(
         instruction: match view.instruction {
             From::Wait => To::Wait,
             From::Welcome => To::Welcome,
+            From::ReleaseSwitch => To::ReleaseSwitch,
+            From::HoldSwitch => To::HoldSwitch,
+            From::SwitchReleased => To::SwitchReleased,
             From::LiftFinger => To::LiftFinger,
             From::PlaceFinger => To::PlaceFinger,
             From::GetReady => To::GetReady,

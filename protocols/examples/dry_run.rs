@@ -392,13 +392,15 @@ fn in_words(instruction: Instruction) -> &'static str {
     match instruction {
         Instruction::Wait => "wait",
         Instruction::Welcome => "press button",
+        Instruction::ReleaseSwitch => "release switch",
+        Instruction::HoldSwitch => "hold switch",
         Instruction::LiftFinger => "lift finger",
         Instruction::PlaceFinger => "place finger",
         Instruction::GetReady => "get ready",
         Instruction::FollowSlider => "follow slider",
         Instruction::Feedback => "see force",
         Instruction::Rest => "rest",
-        Instruction::Paused => "paused",
+        Instruction::Paused | Instruction::SwitchReleased => "paused",
         Instruction::Finished => "finished",
     }
 }

@@ -26,17 +26,17 @@ pub mod verdict;
 pub use analysis::{ExplorationAnalysis, TrialAnalysis};
 pub use participant::{ParticipantId, ParticipantIdError};
 pub use protocol::{
-    BUILT_IN, BrokenRule, Carrier, Condition, Drive, Exploration, OffPlateError, Order, Protocol,
-    ProtocolError, RedoLimits, Rest, Selection, Slider, Timeouts, Timing, Trials, built_in,
-    nearest_built_in,
+    BUILT_IN, BrokenRule, Carrier, Condition, Drive, DrivingTime, Exploration, OffPlateError,
+    Order, Protocol, ProtocolError, RedoLimits, Rest, Selection, Slider, Timeouts, Timing, Trials,
+    built_in, nearest_built_in,
 };
 pub use record::{TrialOutcome, TrialRecord};
 pub use redo_reason::RedoReason;
 pub use rules::{ForceBand, Quality, SelectionRules, VerdictRules};
 pub use selection::{ExplorationSeries, Validity};
 pub use session::{
-    Action, Cue, DriveRequest, Instruction, Observation, OperatorCommand, ParticipantView, Phase,
-    Progress, RecordMismatch, Safety, Session, SessionError, SessionEvent, SessionEventKind,
+    Action, Cue, DriveRequest, Hold, Instruction, Observation, OperatorCommand, ParticipantView,
+    Phase, Progress, RecordMismatch, Safety, Session, SessionError, SessionEvent, SessionEventKind,
     SessionOutcome, records_from_events,
 };
 pub use stretch::{Instance, Rejection, Stretch};

@@ -19,6 +19,12 @@ pub enum Instruction {
     Wait,
     /// Press the button to begin.
     Welcome,
+    /// Release the dead-man switch.
+    ReleaseSwitch,
+    /// Press the dead-man switch and hold it.
+    HoldSwitch,
+    /// Lift the finger: the dead-man switch was released.
+    SwitchReleased,
     /// Take the finger off the plate.
     LiftFinger,
     /// Put the finger on the start mark.
@@ -44,6 +50,9 @@ impl Instruction {
         match self {
             Self::Wait => "Please wait",
             Self::Welcome => "Press the button to begin",
+            Self::ReleaseSwitch => "Release the hold button",
+            Self::HoldSwitch => "Press the hold button and keep it pressed",
+            Self::SwitchReleased => "You released the hold button. Please lift your finger",
             Self::LiftFinger => "Lift your finger off the plate",
             Self::PlaceFinger => "Place your finger on the start mark",
             Self::GetReady => "Get ready",

@@ -115,6 +115,28 @@ fn cells<'a>(buffer: &'a Buffer, words: &str) -> Vec<&'a Cell> {
 }
 
 #[test]
+fn words_that_are_no_alarm_give_way_to_the_flags() {
+    let mut state = State::new(Theme::Mono);
+    state.session.simulated = true;
+    state.session.uncalibrated = true;
+    state.apply(&Event::Safety {
+        state: SafetyState::Driving,
+        reason: Some("11 min of driving left this hour".to_owned()),
+    });
+    let line = |columns| row(&buffer(&state, columns, 24), 0);
+    let wide = line(80);
+    assert!(
+        wide.contains("11 min of driving left") && wide.contains("UNCALIBRATED"),
+        "{wide}"
+    );
+    let narrow = line(60);
+    assert!(
+        !narrow.contains("11 min") && narrow.contains("UNCALIBRATED"),
+        "{narrow}"
+    );
+}
+
+#[test]
 fn every_state_at_two_sizes() {
     for (name, state) in states() {
         for (columns, rows) in [(80, 24), (140, 45)] {

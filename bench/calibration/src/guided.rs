@@ -177,7 +177,8 @@ impl<F: Front> Operator for Guided<F> {
         let safety = (now.safety.clone(), now.sounds);
         let due = now.t_s - self.safety_shown_s >= SAFETY_S;
         if due || self.safety.as_ref() != Some(&safety) {
-            self.front.show(safety_event(&safety.0, safety.1));
+            self.front
+                .show(safety_event(&safety.0, safety.1, now.dose.as_ref()));
             self.safety = Some(safety);
             self.safety_shown_s = now.t_s;
         }

@@ -4,6 +4,7 @@
 //! [`operator::Operator`], who is [`guided::Guided`] by the dashboard or [`unattended::Unattended`];
 //! [`judged::Calibrates`] judges what came out.
 
+mod admission;
 mod calibration_figures;
 pub mod capture;
 pub mod channel_match;

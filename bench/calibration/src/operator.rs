@@ -1,6 +1,6 @@
 //! The operator as a calibration sees them: asked for one thing at a time, shown the readings, answering.
 
-use safety::SafetyState;
+use safety::{DoseLeft, SafetyState};
 
 /// Standard gravity, m/s² (ISO 80000-3).
 pub const GRAVITY_M_PER_S2: f64 = 9.806_65;
@@ -203,6 +203,8 @@ pub struct LiveReading {
     pub safety: SafetyState,
     /// Whether the plate is driven, ramps included.
     pub sounds: bool,
+    /// What is left of the hour's driving time.
+    pub dose: Option<DoseLeft>,
 }
 
 /// Progress of a measurement.

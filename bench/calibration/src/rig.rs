@@ -9,14 +9,16 @@ use anyhow::{Context, bail};
 use config::{Effective, Identity};
 use console::DashboardThread;
 use crossbeam_channel::{Receiver, Sender};
-use devices::drive_control::{DriveControl, settings};
+use devices::dose_account::DoseAccount;
+use devices::drive_control::DriveControl;
 use devices::field_task::FieldReading;
-use devices::{Hardware, OpenHardware};
+use devices::{Boot, Hardware, OpenHardware};
 use jiff::Timestamp;
 use safety::{DriveReading, SafetyState, Signals, Trip};
 use signalgen::{BlockHeader, DrivePhase, InputReader, StreamDirection, Waveform};
 use tasks::{StopFlag, Task};
 
+use crate::admission::Admission;
 use crate::capture::{Capture, dwells, held_tone};
 use crate::known::Instrument;
 use crate::meter::Meter;
@@ -38,8 +40,8 @@ pub struct Outcome<P> {
 /// The operator, and the thread of their screen if there is one.
 pub type Attendance = (Box<dyn Operator>, Option<DashboardThread>);
 
-/// Runs `procedure` on the bench. `attend` opens the operator's screen once the bench is open; quitting the screen
-/// raises the flag that `attend` is given.
+/// Runs `procedure` on the bench, whose driving time counts on `account`. `attend` opens the operator's screen once the
+/// bench is open; quitting the screen raises the flag that `attend` is given.
 ///
 /// # Errors
 /// When a part of the bench is missing or fails, samples are lost, the safety watch trips, the operator quits, or the
@@ -47,14 +49,17 @@ pub type Attendance = (Box<dyn Operator>, Option<DashboardThread>);
 pub fn run<P: Procedure>(
     bench: &Effective,
     hardware: Hardware,
+    account: DoseAccount,
     hands: Option<Hands>,
     instrument: Option<Instrument>,
     attend: impl FnOnce(&StopFlag) -> anyhow::Result<Attendance>,
     procedure: P,
 ) -> anyhow::Result<Outcome<P>> {
     let config = bench.config();
-    let settings = settings(config)?;
-    let open = OpenHardware::open(bench, hardware)?;
+    let admission = Admission::new(config)?;
+    // Nobody is at the plate that could hold a switch: the calibration asks for a clear one.
+    let mut open = OpenHardware::open(&bench.clone().without_dead_man(), hardware)?;
+    open.charge(account, Boot::now());
     let device = |direction| open.life.device(direction);
     let identity = Identity::of(
         config,
@@ -66,8 +71,8 @@ pub fn run<P: Procedure>(
     let (done, outcome) = crossbeam_channel::bounded(1);
     let rate_hz = f64::from(config.audio.rate_hz);
     let task = RigTask {
-        ramp_frames: settings.ramp_frames() as usize,
-        settings,
+        ramp_frames: admission.ramp_frames(),
+        admission,
         channels: open.input.channels(),
         drive_channel: usize::from(config.channels.drive.index),
         pickup_channel: usize::from(config.channels.pickup.index),
@@ -166,7 +171,7 @@ struct StreamAccount {
 }
 
 struct RigTask<P> {
-    settings: signalgen::DriveSettings,
+    admission: Admission,
     ramp_frames: usize,
     channels: usize,
     drive_channel: usize,
@@ -319,7 +324,7 @@ impl<P: Procedure> RigTask<P> {
                 until: (seconds * self.rate_hz) as usize,
             },
             NextStep::Play(waveform) => {
-                self.drive.start(self.settings.admit(*waveform)?);
+                self.drive.start(self.admission.admit(*waveform)?);
                 Step::Playing {
                     waveform,
                     started: false,
@@ -328,7 +333,7 @@ impl<P: Procedure> RigTask<P> {
                 }
             }
             NextStep::Sound(waveform, _) if self.held.is_none() => {
-                self.drive.start(self.settings.admit(*waveform)?);
+                self.drive.start(self.admission.admit(*waveform)?);
                 self.held = Some(HeldTone {
                     waveform: *waveform,
                     after: self.drive.programs(),
@@ -496,6 +501,7 @@ impl<P: Procedure> RigTask<P> {
             known_m: meter.known_m,
             safety: safety.clone(),
             sounds: self.drive.sounds(),
+            dose: self.signals.dose.get(),
         });
         self.meter = Meter {
             known_m: meter.known_m,

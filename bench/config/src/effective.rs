@@ -147,6 +147,14 @@ impl Effective {
         self
     }
 
+    /// Returns the same bench without a dead-man switch, for tests and calibrations that drive a plate with nobody at
+    /// it.
+    #[must_use]
+    pub fn without_dead_man(mut self) -> Self {
+        self.config.safety.dead_man = None;
+        self
+    }
+
     /// Returns the configuration with its calibrated constants.
     #[must_use]
     pub fn config(&self) -> &Config {

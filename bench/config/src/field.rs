@@ -127,6 +127,8 @@ pub struct Gpio {
     pub estop: Option<u8>,
     /// Participant's button, line number.
     pub button: Option<u8>,
+    /// Dead-man switch, line number; not the participant's button, which is pressed while the plate is driven.
+    pub dead_man: Option<u8>,
     /// Amplifier enable, line number.
     pub enable: Option<u8>,
     /// Amplifier heartbeat, line number.
@@ -155,6 +157,7 @@ impl Gpio {
             self.encoder_b,
             self.estop,
             self.button,
+            self.dead_man,
             self.enable,
             self.heartbeat,
         ];

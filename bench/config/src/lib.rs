@@ -30,7 +30,9 @@ pub use error::ConfigError;
 pub use field::{Encoder, Force, Gpio, GpioBackend, Sound};
 pub use force_protocol::ForceProtocol;
 pub use identity::{Identity, Mismatch};
-pub use limits::{AUDIBLE_HZ, AudibleCarrier, HEARD_BY_SOME_HZ, HardwareStop, Limits, Safety};
+pub use limits::{
+    AUDIBLE_HZ, AudibleCarrier, DeadManSwitch, HEARD_BY_SOME_HZ, HardwareStop, Limits, Safety,
+};
 pub use plate_constants::Plate;
 pub use sound_card::{
     Audio, AudioHost, DriveInput, InputMap, OutputChannel, PickupInput, SampleFormat,
@@ -199,6 +201,11 @@ impl Config {
                 Limits::default_surface_c(),
             ),
             over(
+                "limits.driving_s_per_hour",
+                limits.driving_s_per_hour(),
+                Limits::PUBLISHED_DRIVING_S_PER_HOUR,
+            ),
+            over(
                 "plate.heat_capacity_j_per_k",
                 plate.heat_capacity_j_per_k,
                 Plate::default_heat_capacity(),
@@ -219,6 +226,24 @@ impl Config {
     fn loosened_in_words(&self) -> Option<String> {
         let loosened = self.loosened();
         (!loosened.is_empty()).then(|| format!("safety limits loosened: {}", loosened.join(", ")))
+    }
+
+    /// A switch that is wired and not watched would be trusted for nothing, and one that is not wired cannot be held.
+    fn check_dead_man(&self) -> Result<(), Refused> {
+        let has_lines = self.gpio.backend != GpioBackend::None;
+        let (key, why) = match (self.safety.dead_man, self.gpio.dead_man) {
+            (Some(_), None) if has_lines => (
+                "safety.dead_man",
+                "safety.dead_man = \"button\" needs the switch's line, gpio.dead_man",
+            ),
+            (None, Some(_)) => (
+                "gpio.dead_man",
+                "gpio.dead_man names a dead-man switch that nobody would watch: add dead_man = \"button\" to [safety], or \
+                 remove it",
+            ),
+            _ => return Ok(()),
+        };
+        Err(Refused::new(key, why.to_owned()))
     }
 
     fn check(&self) -> Result<(), Refused> {
@@ -244,6 +269,7 @@ impl Config {
             encoder.check()?;
         }
         self.gpio.check()?;
+        self.check_dead_man()?;
         self.sound.check()?;
         self.calibration.check()
     }

@@ -21,6 +21,11 @@ pub struct Limits {
     /// 43 °C that IEC 60601-1 allows for contact.
     #[serde(default = "Limits::default_surface_c")]
     pub surface_c: f64,
+    /// Driving time that a person is allowed within any hour, s; 0, the default, for twice what the protocol itself
+    /// drives in an hour and at least 120 s, and for [`Limits::PUBLISHED_DRIVING_S_PER_HOUR`] where there is no
+    /// protocol (assumptions).
+    #[serde(default)]
+    pub driving_s_per_hour: f64,
     /// Why a carrier below [`AUDIBLE_HZ`] may be driven; without a reason it may not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub audible_carrier_because: Option<String>,
@@ -43,12 +48,28 @@ pub struct AudibleCarrier {
 }
 
 impl Limits {
+    /// Twice the driving time of the published protocol, s: the driving time allowed within an hour where neither the
+    /// configuration nor a protocol says another (an assumption).
+    pub const PUBLISHED_DRIVING_S_PER_HOUR: f64 = 729.6;
+
+    /// Returns the driving time allowed within an hour where no protocol says it, s.
+    #[must_use]
+    pub fn driving_s_per_hour(&self) -> f64 {
+        if self.driving_s_per_hour > 0.0 {
+            self.driving_s_per_hour
+        } else {
+            Self::PUBLISHED_DRIVING_S_PER_HOUR
+        }
+    }
+
     pub(super) fn check(&self) -> Result<(), Refused> {
         let most_v = signalgen::HARD_LIMIT_V;
         within("limits.drive_v", self.drive_v, 0.0, most_v, "V")?;
         within("limits.ramp_s", self.ramp_s, 0.005, 1.0, "s")?;
         within("limits.amplitude_um", self.amplitude_um, 0.01, 20.0, "µm")?;
         within("limits.surface_c", self.surface_c, 30.0, 43.0, "°C")?;
+        let driving_s = self.driving_s_per_hour;
+        within("limits.driving_s_per_hour", driving_s, 0.0, 3600.0, "s")?;
         let empty = |why: &String| why.trim().is_empty();
         if self.audible_carrier_because.as_ref().is_some_and(empty) {
             let why =
@@ -126,12 +147,26 @@ pub struct Safety {
     pub silence_s: f64,
     /// Largest age of the last press of the e-stop with which a bench on real hardware is driven, h.
     pub estop_test_hours: f64,
+    /// Dead-man switch that must be held while the plate is driven; none by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dead_man: Option<DeadManSwitch>,
+    /// Time for which it may be released before the drive stops, s.
+    pub dead_man_release_s: f64,
     /// Hardware stops that the preflight does not require; none by default.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub waived: Vec<HardwareStop>,
     /// Name of the person who waived them; required with `waived`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub waived_by: Option<String>,
+}
+
+/// Kind of dead-man switch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DeadManSwitch {
+    /// A contact on `gpio.dead_man` that is closed while it is held: a push button, or an enabling device of three
+    /// positions, which opens when it is released and when it is clenched.
+    Button,
 }
 
 /// A line that stops the drive without the computer. The preflight requires each of them unless it is waived.
@@ -164,6 +199,8 @@ impl Default for Safety {
             loop_latency_s: 0.1,
             silence_s: 0.05,
             estop_test_hours: 24.0,
+            dead_man: None,
+            dead_man_release_s: 0.2,
             waived: Vec::new(),
             waived_by: None,
         }
@@ -217,6 +254,26 @@ impl Safety {
         ))
     }
 
+    /// Returns the line that every screen shows of a bench with a dead-man switch; `None` if none is used.
+    ///
+    /// ```
+    /// # use config::{DeadManSwitch, Safety};
+    /// let safety = Safety { dead_man: Some(DeadManSwitch::Button), ..Safety::default() };
+    /// assert_eq!(
+    ///     safety.dead_man_in_words().as_deref(),
+    ///     Some("dead-man switch in use: released for 0.2 s it stops the drive")
+    /// );
+    /// ```
+    #[must_use]
+    pub fn dead_man_in_words(&self) -> Option<String> {
+        self.dead_man.map(|_| {
+            format!(
+                "dead-man switch in use: released for {} s it stops the drive",
+                self.dead_man_release_s
+            )
+        })
+    }
+
     pub(super) fn check(&self) -> Result<(), Refused> {
         self.check_waiver()?;
         let [least_n, most_n] = FORCE_LIMITS_N;
@@ -249,7 +306,10 @@ impl Safety {
         )?;
         within("safety.silence_s", self.silence_s, 0.02, 1.0, "s")?;
         let hours = self.estop_test_hours;
-        within("safety.estop_test_hours", hours, 0.1, 168.0, "h")
+        within("safety.estop_test_hours", hours, 0.1, 168.0, "h")?;
+        let [least_s, most_s] = ::safety::DEAD_MAN_RELEASE_S;
+        let release_s = self.dead_man_release_s;
+        within("safety.dead_man_release_s", release_s, least_s, most_s, "s")
     }
 
     fn check_waiver(&self) -> Result<(), Refused> {

@@ -36,6 +36,7 @@ fn an_optional_key_stands_there_with_its_default() {
         safety: Safety {
             waived: whole.safety.waived.clone(),
             waived_by: whole.safety.waived_by.clone(),
+            dead_man: whole.safety.dead_man,
             ..config.safety
         },
         limits: Limits {

@@ -1,14 +1,16 @@
 //! State of the safety watch as an event for screens.
 
-use safety::SafetyState;
+use safety::{DoseLeft, SafetyState};
 
-/// Returns the watch's state as an event; `driving` tells an armed bench that drives the plate from a silent one.
+/// Returns the watch's state as an event, with what is `left` of the hour's driving time unless it tripped; `driving`
+/// tells an armed bench that drives the plate from a silent one.
 #[must_use]
-pub fn safety_event(state: &SafetyState, driving: bool) -> tui::Event {
+pub fn safety_event(state: &SafetyState, driving: bool, left: Option<&DoseLeft>) -> tui::Event {
+    let left = left.map(DoseLeft::in_words);
     let (state, reason) = match state {
-        SafetyState::Disarmed => (tui::event::SafetyState::Disarmed, None),
-        SafetyState::Armed if driving => (tui::event::SafetyState::Driving, None),
-        SafetyState::Armed => (tui::event::SafetyState::Armed, None),
+        SafetyState::Disarmed => (tui::event::SafetyState::Disarmed, left),
+        SafetyState::Armed if driving => (tui::event::SafetyState::Driving, left),
+        SafetyState::Armed => (tui::event::SafetyState::Armed, left),
         SafetyState::Tripped { trip } => (tui::event::SafetyState::Tripped, Some(trip.to_string())),
     };
     tui::Event::Safety { state, reason }

@@ -54,6 +54,8 @@ pub fn safety_limits(config: &Config, pace: Pace) -> SafetyLimits {
             room_c: config.plate.room_c,
             limit_c: config.limits.surface_c,
         },
+        driving_s_per_hour: config.limits.driving_s_per_hour(),
+        dead_man_release_ns: safety.dead_man.map(|_| ns(safety.dead_man_release_s)),
         rate_hz: f64::from(config.audio.rate_hz),
         silence_ns: ns(safety.silence_s),
         pace,

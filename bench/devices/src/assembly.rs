@@ -19,7 +19,9 @@ use tasks::{Clock, Mailbox, Schedule, StopFlag, Task};
 
 use crate::acquisition::{Acquisition, AcquisitionQueues, RecordingCommand};
 use crate::arming::safety_limits;
+use crate::boot::Boot;
 use crate::digital_lines::Lines;
+use crate::dose_account::DoseAccount;
 use crate::drive_control::{DriveControl, WatchedDrive, settings};
 use crate::field_task::{Field, FieldReading, PositionEncoder};
 use crate::force::{ForceLink, open_port};
@@ -130,6 +132,7 @@ impl OpenHardware {
             limits,
             SafetyLines {
                 estop: lines.estop,
+                dead_man: lines.dead_man,
                 enable: lines.enable,
                 heartbeat: lines.heartbeat,
             },
@@ -150,6 +153,25 @@ impl OpenHardware {
             tasks: vec![Box::new(watch), Box::new(field)],
         })
     }
+}
+
+impl OpenHardware {
+    /// Counts the driving time on `account`, as of this moment of the computer's run.
+    pub fn charge(&mut self, account: DoseAccount, boot: Boot) {
+        charge(&self.drive, &self.life, &mut self.tasks, account, boot);
+    }
+}
+
+fn charge(
+    drive: &DriveControl,
+    life: &Life,
+    tasks: &mut Vec<Box<dyn Task>>,
+    account: DoseAccount,
+    boot: Boot,
+) {
+    let (allowance, keeper) = account.begin(life.clock(), boot);
+    drive.allow(allowance);
+    tasks.extend(keeper);
 }
 
 /// The parts of an opened bench that commands work with; its tasks are ready to be scheduled.
@@ -261,6 +283,11 @@ impl Bench {
             before,
             after: vec![Box::new(acquisition), Box::new(Recorder(recorder))],
         })
+    }
+
+    /// Counts the driving time on `account`, as of this moment of the computer's run.
+    pub fn charge(&mut self, account: DoseAccount, boot: Boot) {
+        charge(&self.drive, &self.life, &mut self.before, account, boot);
     }
 
     /// Requires that the calibration in force was measured on this opened bench and has not expired.

@@ -11,6 +11,8 @@ pub struct Lines {
     pub estop: Option<Box<dyn InputLine>>,
     /// The participant's button, high while pressed.
     pub button: Option<Box<dyn InputLine>>,
+    /// The dead-man switch: held reads high, released or cut reads low.
+    pub dead_man: Option<Box<dyn InputLine>>,
     /// Enable input of the amplifier, high for on.
     pub enable: Option<Box<dyn OutputLine>>,
     /// Heartbeat into the amplifier's retriggerable one-shot.

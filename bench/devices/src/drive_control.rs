@@ -8,7 +8,7 @@ use signalgen::{
 };
 
 use config::Config;
-use safety::{Commanded, DriveGuard, SafetyCommand, SafetyState};
+use safety::{Allowance, Commanded, DriveGuard, SafetyCommand, SafetyState};
 use tasks::Mailbox;
 
 /// Returns a protocol's drive as a waveform for the plate of `config`.
@@ -91,6 +91,11 @@ impl DriveControl {
     /// Stops the drive at once and latches the trip.
     pub fn trip(&self, trip: safety::Trip) {
         self.command(SafetyCommand::Trip(trip));
+    }
+
+    /// Counts the driving time under an allowance from now on.
+    pub(crate) fn allow(&self, allowance: Allowance) {
+        self.command(SafetyCommand::Allow(allowance));
     }
 
     /// Exercises the hardware stops that are wired, under the steady tone that sounds.

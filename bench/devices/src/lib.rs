@@ -6,9 +6,12 @@
 pub mod acquisition;
 mod arming;
 mod assembly;
+mod boot;
 pub mod claim;
 mod device_nodes;
 mod digital_lines;
+pub mod dose_account;
+mod dose_record;
 pub mod drive_control;
 pub mod encoder;
 pub mod estop_press;
@@ -27,6 +30,7 @@ mod thread_priority;
 
 pub use arming::{ArmingError, NotWired, require_armable, require_watched, safety_limits};
 pub use assembly::{Bench, Hardware, OpenHardware, impedance_chain};
+pub use boot::Boot;
 pub use digital_lines::Lines;
 pub use gauges::{FieldHealth, Gauges};
 pub use life::{Life, stop_on_signals};

@@ -130,6 +130,10 @@ pub fn take_lines(gpio: &Gpio, source: &dyn LineSource) -> Result<Lines, LineErr
         encoder,
         estop: gpio.estop.map(|line| input("e-stop", line)).transpose()?,
         button: gpio.button.map(|line| input("button", line)).transpose()?,
+        dead_man: gpio
+            .dead_man
+            .map(|line| input("dead-man switch", line))
+            .transpose()?,
         enable: gpio
             .enable
             .map(|line| output("amplifier enable", line))

@@ -13,11 +13,11 @@ use devices::acquisition::{Excerpt, RecordingCommand};
 use devices::drive_control::{DriveControl, settings};
 use devices::{Bench, Gauges, Hardware, ThreadPriorities};
 use recording::pipeline::Batch;
-use safety::{SafetyState, Signals, StopTimes};
+use safety::{FAINT_V, SafetyState, Signals, StopTimes};
 use tasks::{StopFlag, Task};
 
 /// Peak of the test tone, V: far below anything that a finger feels.
-const TONE_V: f64 = 2.0;
+const TONE_V: f64 = FAINT_V;
 /// Silence before the tone, s.
 pub(super) const QUIET_S: f64 = 0.7;
 /// From the tone's start to the first frame that is judged: ramp, plate, demodulator, s.
@@ -62,6 +62,7 @@ pub(super) struct Measured {
     pub tone_samples: Vec<f32>,
     pub safety: SafetyState,
     pub estop_wired: bool,
+    pub dead_man_wired: bool,
     pub heartbeat_wired: bool,
     pub enable_wired: bool,
     /// Whether a tone was played, with the amplifier on or off.
@@ -119,12 +120,15 @@ pub(super) fn measure(
     let (estop_wired, heartbeat_wired) = (lines.estop.is_some(), lines.heartbeat.is_some());
     let enable_wired = lines.enable.is_some();
     let simulated = hardware.simulated;
+    let dead_man_wired = lines.dead_man.is_some();
     let tone_v = TONE_V.min(config.limits.drive_v);
     let tone = settings(config)?.admit(Waveform::Tone {
         carrier_hz: config.plate.resonance_hz,
         amplitude_v: tone_v,
     })?;
-    let bench = Bench::open(effective, config.plate.resonance_hz, hardware)?;
+    // The tone is too faint to be felt, and nobody holds the switch yet.
+    let unheld = effective.clone().without_dead_man();
+    let bench = Bench::open(&unheld, config.plate.resonance_hz, hardware)?;
     let calibration_fault = bench
         .require_calibration_holds(effective)
         .err()
@@ -156,6 +160,7 @@ pub(super) fn measure(
         measured: Measured {
             device: bench.life.device(signalgen::StreamDirection::Input),
             estop_wired,
+            dead_man_wired,
             heartbeat_wired,
             enable_wired,
             simulated,

@@ -19,6 +19,7 @@ pub(super) fn judge(table: &mut Table, config: &Config, measured: &Measured) {
         table.row("encoder", read, found);
     }
     judge_wired(table, config, measured);
+    judge_dead_man(table, config, measured.dead_man_wired);
     judge_stops(table, config, measured);
 }
 
@@ -35,6 +36,23 @@ pub(super) fn judge_wired(table: &mut Table, config: &Config, measured: &Measure
         let (verdict, found) = line_in_words(&config.safety, line, wired);
         table.judged(name, verdict, found);
     }
+}
+
+/// Judges the dead-man switch of a bench that uses one; whether it opens and closes is seen before each trial.
+fn judge_dead_man(table: &mut Table, config: &Config, wired: bool) {
+    let safety = &config.safety;
+    if safety.dead_man.is_none() {
+        return;
+    }
+    let found = if wired {
+        format!(
+            "in use: released for {} s it stops the drive, and each drive wants a release and a press before it",
+            safety.dead_man_release_s
+        )
+    } else {
+        "not wired: name dead_man in [gpio]; safety.dead_man asks for it".to_owned()
+    };
+    table.row("dead-man", wired, found);
 }
 
 /// Judges the exercise of the hardware stops.
@@ -204,6 +222,24 @@ mod tests {
         let waived = "waived = [\"heartbeat\"]\nwaived_by = \"A. Tester\"";
         assert_eq!(stop(waived, StopLine::Heartbeat, None, None), Waived);
         assert_eq!(stop(waived, StopLine::Enable, None, None), Failed);
+    }
+
+    /// Hazard 15.
+    #[test]
+    fn a_dead_man_switch_that_is_asked_for_must_be_wired() {
+        let text = include_str!("../../mock-bench.toml")
+            .replace("[safety]\n", "[safety]\ndead_man = \"button\"\n");
+        for (text, wired, expected) in [
+            (text.as_str(), true, vec![Verdict::Passed]),
+            (&text, false, vec![Verdict::Failed]),
+            (include_str!("../../mock-bench.toml"), false, vec![]),
+        ] {
+            let config = Config::parse(text, "test").unwrap();
+            let mut table = Table::default();
+            judge_dead_man(&mut table, &config, wired);
+            let verdicts: Vec<Verdict> = table.rows.iter().map(|row| row.verdict).collect();
+            assert_eq!(verdicts, expected);
+        }
     }
 
     #[test]

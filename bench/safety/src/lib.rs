@@ -5,26 +5,36 @@
 //! that other tasks publish, drives its own [`SafetyLines`], and reaches the drive through a [`DriveGuard`]; it knows
 //! nothing else of the bench.
 
+mod dead_man;
 mod delay;
+mod dose;
 mod exercise;
 mod guard;
+mod minutes;
 mod plate_heat;
 mod readback;
 mod safety_limits;
 mod safety_lines;
 mod safety_state;
 mod signals;
+mod sliding_hour;
 mod stop_times;
 mod trip;
 mod watch;
 
+pub use dead_man::Hold;
+pub use dose::{Allowance, DoseLeft, FAINT_V};
 pub use guard::{Commanded, DriveGuard};
+pub use minutes::{at_least, at_most};
 pub use plate_heat::PlateHeat;
 pub use readback::{Misfit, Readback};
-pub use safety_limits::{BlindLimit, FaintDrive, Pace, SENSITIVITY, SafetyLimits};
+pub use safety_limits::{
+    BlindLimit, DEAD_MAN_RELEASE_S, FaintDrive, Pace, SENSITIVITY, SafetyLimits,
+};
 pub use safety_lines::{GpioError, InputLine, OutputLine, SafetyLines, input, output};
 pub use safety_state::{SafetyCommand, SafetyState};
 pub use signals::{DriveReading, Nonsense, Press, Signals};
+pub use sliding_hour::{SlidingHour, Span};
 pub use stop_times::{StopLine, StopTimes};
 pub use trip::Trip;
 pub use watch::Watch;

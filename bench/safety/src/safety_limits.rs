@@ -8,6 +8,9 @@ use crate::plate_heat::PlateHeat;
 /// off by more than these factors.
 pub const SENSITIVITY: [f64; 2] = [0.5, 2.0];
 
+/// Shortest and longest time for which a dead-man switch may be open while the plate is driven, s.
+pub const DEAD_MAN_RELEASE_S: [f64; 2] = [0.05, 0.5];
+
 /// Gain of a faulty amplifier that the watch must tell from a sound one.
 pub(crate) const HALF_GAIN: f64 = 0.5;
 /// Share of the crest by which it must be told, so that it shows for a good part of each period.
@@ -30,6 +33,10 @@ pub struct SafetyLimits {
     pub max_amplitude_m: f64,
     /// Thermal constants of the plate and its limit.
     pub heat: PlateHeat,
+    /// Driving time allowed within an hour, until an [`Allowance`](crate::Allowance) comes, s.
+    pub driving_s_per_hour: f64,
+    /// Time for which the dead-man switch may be open while the plate is driven, ns; `None` on a bench that uses none.
+    pub dead_man_release_ns: Option<u64>,
     /// Sample rate, Hz.
     pub rate_hz: f64,
     /// Longest silence of the sound card or of the force sensor, ns.
@@ -153,6 +160,7 @@ impl SafetyLimits {
             Pace::Simulated => [[0.005, 1.0], [0.05, 1.0]],
         };
         let force_n = [0.1, 6.0];
+        let release_ns = self.dead_man_release_ns;
         [
             (
                 "readback_tolerance",
@@ -195,6 +203,13 @@ impl SafetyLimits {
                 force_n,
                 "N",
                 "a finger that is dragged",
+            ),
+            (
+                "dead_man_release_s",
+                release_ns.map_or(DEAD_MAN_RELEASE_S[0], seconds),
+                DEAD_MAN_RELEASE_S,
+                "s",
+                "a hand that let go",
             ),
         ]
         .into_iter()
@@ -252,6 +267,8 @@ mod tests {
                 room_c: 25.0,
                 limit_c: 40.0,
             },
+            driving_s_per_hour: 730.0,
+            dead_man_release_ns: None,
             rate_hz: 192e3,
             silence_ns: 50_000_000,
             pace: Pace::Card,
@@ -262,7 +279,7 @@ mod tests {
     fn limits_that_blind_the_watch_are_named_with_their_range() {
         assert_eq!(defaults().require_sighted(), Ok(()));
         type Edit = (&'static str, fn(&mut SafetyLimits));
-        let edits: [Edit; 14] = [
+        let edits: [Edit; 16] = [
             ("readback_tolerance", |l| l.readback_tolerance = 1.0),
             ("readback_tolerance", |l| l.readback_tolerance = 0.41),
             ("readback_tolerance", |l| l.readback_tolerance = f64::NAN),
@@ -277,6 +294,10 @@ mod tests {
             ("max_normal_n", |l| l.max_normal_n = f64::INFINITY),
             ("max_lateral_n", |l| l.max_lateral_n = 6.1),
             ("max_lateral_n", |l| l.max_lateral_n = 0.0),
+            ("dead_man_release_s", |l| {
+                l.dead_man_release_ns = Some(600_000_000);
+            }),
+            ("dead_man_release_s", |l| l.dead_man_release_ns = Some(0)),
         ];
         for (key, edit) in edits {
             let mut limits = defaults();

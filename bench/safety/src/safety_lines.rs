@@ -73,6 +73,8 @@ pub fn output(line: &'static str, pin: impl OutputPin + Send + 'static) -> Box<d
 pub struct SafetyLines {
     /// Emergency stop: a closed loop reads high, pressed or cut reads low.
     pub estop: Option<Box<dyn InputLine>>,
+    /// Dead-man switch: held reads high, released or cut reads low.
+    pub dead_man: Option<Box<dyn InputLine>>,
     /// Amplifier enable, high = on.
     pub enable: Option<Box<dyn OutputLine>>,
     /// Heartbeat into the amplifier's retriggerable one-shot.

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::dose::Allowance;
 use crate::trip::Trip;
 
 /// State of the watch, for every screen and file.
@@ -21,7 +22,7 @@ pub enum SafetyState {
 }
 
 /// Command to the watch from the rest of the bench.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub enum SafetyCommand {
     /// Enable the amplifier; ignored while tripped.
     Arm,
@@ -29,6 +30,8 @@ pub enum SafetyCommand {
     Disarm,
     /// Stop at once.
     Trip(Trip),
+    /// Count the driving time under this allowance, beginning with what was driven before.
+    Allow(Allowance),
     /// Exercise the hardware stops that are wired, under the steady tone that sounds; ignored unless armed.
     Exercise,
     /// Release a trip after the operator has confirmed: back to disarmed.

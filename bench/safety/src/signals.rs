@@ -5,6 +5,8 @@ use std::sync::atomic::AtomicU64;
 use tasks::Slot;
 use tasks::scheduling::Scheduling;
 
+use crate::dead_man::Hold;
+use crate::dose::DoseLeft;
 use crate::safety_state::SafetyState;
 use crate::stop_times::StopTimes;
 
@@ -86,6 +88,10 @@ pub struct Signals {
     pub longest_away_ns: AtomicU64,
     /// Scheduling of the watch's thread; published by the watch, where it has one of its own.
     pub scheduling: Slot<Scheduling>,
+    /// What is left of the hour's driving time; published by the watch.
+    pub dose: Slot<DoseLeft>,
+    /// What the person at the dead-man switch must do next, on a bench that uses one; published by the watch.
+    pub hold: Slot<Hold>,
     /// State of the watch; published by the watch.
     pub state: Slot<SafetyState>,
 }

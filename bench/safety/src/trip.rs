@@ -4,6 +4,9 @@ use std::fmt;
 
 use serde::Serialize;
 
+use crate::dead_man::Hold;
+use crate::minutes::{at_least, at_most};
+
 /// Reason for which the bench stopped.
 ///
 /// ```
@@ -93,6 +96,22 @@ pub enum Trip {
         limit_c: f64,
         /// Time after which the drive may go on, s.
         wait_s: f64,
+    },
+    /// The plate was driven for as long as it may be within an hour.
+    Dose {
+        /// Driven within the last hour, s.
+        driven_s: f64,
+        /// Allowed, s.
+        limit_s: f64,
+        /// Time after which the drive may go on, s.
+        wait_s: f64,
+    },
+    /// The dead-man switch was released while the plate was driven.
+    DeadManReleased,
+    /// The drive was asked for while the dead-man switch was not released and pressed.
+    DeadManNotHeld {
+        /// What must be done first.
+        hold: Hold,
     },
     /// The generator refused its own output.
     Generator,
@@ -185,6 +204,25 @@ impl fmt::Display for Trip {
                 "the plate is estimated at {surface_c:.1} °C, at its limit of {limit_c:.1} °C (limits.surface_c): go on in {:.0} s",
                 wait_s.ceil()
             ),
+            Self::Dose {
+                driven_s,
+                limit_s,
+                wait_s,
+            } => write!(
+                f,
+                "the plate was driven for {} within an hour, of at most {limit_s:.0} s (limits.driving_s_per_hour): go on in {}",
+                at_most(*driven_s),
+                at_least(*wait_s)
+            ),
+            Self::DeadManReleased => {
+                f.write_str("the dead-man switch was released: press it again, and re-arm")
+            }
+            Self::DeadManNotHeld { hold: Hold::Release } => f.write_str(
+                "the dead-man switch has not been released since the last drive, or does not open: release it, then hold it",
+            ),
+            Self::DeadManNotHeld { .. } => {
+                f.write_str("the dead-man switch is not held: press and hold it")
+            }
             Self::Generator => f.write_str("the generator refused an impossible output"),
             Self::Killed => f.write_str("a part of the program failed and stopped the drive"),
             Self::Frozen { for_s } => {

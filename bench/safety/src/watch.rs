@@ -10,6 +10,8 @@ use std::time::{Duration, Instant};
 
 use tasks::{Mailbox, Task, scheduling};
 
+use crate::dead_man::{DeadMan, Hold, LetGo};
+use crate::dose::{self, Allowance, Dose};
 use crate::exercise::{Demand, Exercise};
 use crate::guard::{Commanded, DriveGuard};
 use crate::readback::{Misfit, Readback};
@@ -37,6 +39,9 @@ pub struct Watch {
     progress: Progress,
     readback: Readback,
     exercise: Option<Exercise>,
+    dose: Dose,
+    /// `None` on a bench that uses none.
+    dead_man: Option<DeadMan>,
     /// Estimated temperature of the plate above the room, K.
     rise_k: f64,
     tripped_at_ns: u64,
@@ -120,6 +125,8 @@ impl Watch {
     ///         room_c: 25.0,
     ///         limit_c: 40.0,
     ///     },
+    ///     driving_s_per_hour: 730.0,
+    ///     dead_man_release_ns: None,
     ///     rate_hz: 192e3,
     ///     silence_ns: 50_000_000,
     ///     pace: Pace::Card,
@@ -161,6 +168,8 @@ impl Watch {
             limits.readback_floor_v,
         );
         Self {
+            dose: Dose::new(Allowance::of(limits.driving_s_per_hour)),
+            dead_man: limits.dead_man_release_ns.map(DeadMan::new),
             limits,
             lines,
             drive,
@@ -216,6 +225,7 @@ impl Watch {
         let pressed = releases && self.e_stop_open()?;
         match (command, &self.state) {
             (SafetyCommand::Trip(trip), _) => self.trip(trip, now_ns),
+            (SafetyCommand::Allow(allowance), _) => self.dose.allow(allowance),
             (SafetyCommand::Arm, SafetyState::Disarmed) if pressed => {
                 self.trip(Trip::EmergencyStop, now_ns);
             }
@@ -226,7 +236,11 @@ impl Watch {
                     self.trip(Trip::Fault { message }, now_ns);
                     return Ok(());
                 }
-                if let Some(trip) = self.too_warm() {
+                let not_yet = self
+                    .too_warm()
+                    .or(self.dose_refuses(now_ns))
+                    .or(self.not_held());
+                if let Some(trip) = not_yet {
                     self.trip(trip, now_ns);
                     return Ok(());
                 }
@@ -284,14 +298,67 @@ impl Watch {
         })
     }
 
+    /// Counts the driving time; returns the trip once it is used up.
+    fn count_dose(&mut self, now_ns: u64) -> Option<Trip> {
+        let commanded_v = self.drive.commanded().map_or(0.0, |drive| drive.envelope_v);
+        let reading = self.seen.readback;
+        let fresh = reading.filter(|reading| now_ns.saturating_sub(reading.at_ns) <= STALE_NS);
+        let now_ns = now_ns as i64;
+        self.dose.count(
+            now_ns,
+            commanded_v,
+            fresh.map_or(0.0, |reading| reading.volts),
+        );
+        let left = self.dose.left(now_ns);
+        self.unpublished.dose = Some(left);
+        self.dose.spent(&left)
+    }
+
+    /// Returns the trip of a bench that has too little driving time left to be armed.
+    fn dose_refuses(&self, now_ns: u64) -> Option<Trip> {
+        let left = self.dose.left(now_ns as i64);
+        (left.wait_s > 0.0 || left.left_s <= 0.0).then(|| dose::trip(&left))
+    }
+
+    /// Looks at the dead-man switch, if one is used; one that is not wired is never held.
+    fn watch_hold(&mut self, now_ns: u64) -> Result<Option<Trip>, GpioError> {
+        let Some(dead_man) = &mut self.dead_man else {
+            return Ok(None);
+        };
+        let closed = match &mut self.lines.dead_man {
+            Some(line) => line.is_high()?,
+            None => false,
+        };
+        let driven = self
+            .drive
+            .commanded()
+            .is_some_and(|drive| drive.envelope_v != 0.0);
+        let let_go = dead_man.poll(closed, driven, now_ns);
+        self.unpublished.hold = Some(dead_man.hold());
+        Ok(let_go.map(|let_go| match let_go {
+            LetGo::Released => Trip::DeadManReleased,
+            LetGo::NotHeld(hold) => Trip::DeadManNotHeld { hold },
+        }))
+    }
+
+    fn not_held(&self) -> Option<Trip> {
+        let hold = self.dead_man.as_ref()?.hold();
+        (hold != Hold::Held).then_some(Trip::DeadManNotHeld { hold })
+    }
+
     /// Returns the first fault that is present now.
     fn first_fault(&mut self, now_ns: u64) -> Result<Option<Trip>, GpioError> {
+        let spent = self.count_dose(now_ns);
+        let let_go = self.watch_hold(now_ns)?;
         if self.e_stop_open()? {
             return Ok(Some(Trip::EmergencyStop));
         }
         self.warm_up(now_ns);
         // Before the kill that the drive itself has made meanwhile.
         if let Some(trip) = self.frozen(now_ns) {
+            return Ok(Some(trip));
+        }
+        if let Some(trip) = let_go.or(spent) {
             return Ok(Some(trip));
         }
         if self.drive.kills() != self.kills_known {

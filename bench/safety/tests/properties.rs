@@ -69,6 +69,8 @@ impl World {
                 room_c: 25.0,
                 limit_c: 40.0,
             },
+            driving_s_per_hour: 730.0,
+            dead_man_release_ns: None,
             rate_hz: RATE_HZ,
             silence_ns: 50_000_000,
             pace: Pace::Card,

@@ -13,7 +13,7 @@ use console::{Dashboard, DashboardThread, Front, Headless};
 use contact::AssumedConstants;
 use devices::drive_control::waveform;
 use devices::loudspeaker::Loudspeaker;
-use devices::{Bench, ThreadPriorities};
+use devices::{Bench, Boot, ThreadPriorities};
 use jiff::tz::TimeZone;
 use protocols::{ParticipantId, Protocol};
 use recording::study::event_log::Start;
@@ -22,6 +22,7 @@ use signalgen::StreamDirection;
 use tasks::StopFlag;
 
 use crate::apparatus::{Apparatus, Watcher};
+use crate::driving_time;
 use crate::interference::Interference;
 use crate::journal::Journal;
 use crate::readiness::Readiness;
@@ -59,9 +60,30 @@ pub fn run(
     } else {
         None
     };
-    let bench = Bench::open(&effective, plan.carrier_hz, hardware)?;
+    let driving = protocol.driving_time();
+    let participant_folder = plan.study.join(plan.participant.as_str());
+    let account = driving_time::of_participant(&participant_folder, config, &driving, &hardware)?;
+    let clock = hardware.clock.clone();
+    if !plan.resume {
+        driving_time::require_left(&account, driving.hour_s, clock.as_ref())?;
+    }
+    let mut bench = Bench::open(&effective, plan.carrier_hz, hardware)?;
     bench.require_calibration_holds(&effective)?;
     let stop = bench.stop().clone();
+
+    let generated_by = GeneratedBy {
+        name: NAME.to_owned(),
+        version: VERSION.to_owned(),
+    };
+    let study = Study::open_or_create(&plan.study, generated_by)?;
+    study::require_room(&plan.study, session_bytes(config, protocol))?;
+    let date = clock.utc().to_zoned(TimeZone::UTC).date().to_string();
+    let (number, session, resumed) = open_session(&study, &plan, &date)?;
+    let machine = machine(&plan, &session)?;
+    let to_drive_s = driving.trial_s * f64::from(machine.trials_left());
+    let left =
+        driving_time::require_left(&account, to_drive_s.min(driving.hour_s), clock.as_ref())?;
+    bench.charge(account, Boot::now());
     let Bench {
         life,
         drive,
@@ -76,17 +98,6 @@ pub fn run(
         before,
         after,
     } = bench;
-    let clock = life.clock().clone();
-
-    let generated_by = GeneratedBy {
-        name: NAME.to_owned(),
-        version: VERSION.to_owned(),
-    };
-    let study = Study::open_or_create(&plan.study, generated_by)?;
-    study::require_room(&plan.study, session_bytes(config, protocol))?;
-    let date = clock.utc().to_zoned(TimeZone::UTC).date().to_string();
-    let (number, session, resumed) = open_session(&study, &plan, &date)?;
-    let machine = machine(&plan, &session)?;
     let mut session = session;
     session.snapshot(&format!("{}.toml", protocol.name), &plan.protocol.text)?;
     session.snapshot("bench.toml", &config.to_toml()?)?;
@@ -145,6 +156,9 @@ pub fn run(
     });
     if let Some((text, whole)) = last_trial {
         front.show(if whole { note(text) } else { warning(text) });
+    }
+    for text in config.safety.dead_man_in_words().into_iter().chain([left]) {
+        front.show(note(text));
     }
     for notice in config.safety_notices(plan.carrier_hz) {
         front.show(warning(notice));

@@ -14,6 +14,7 @@ use signalgen::DriveSettings;
 use strict::InFile;
 
 use crate::apparatus::pace;
+use crate::driving_time;
 use preflight::Table;
 
 pub(super) const NAME: &str = "friction-bench";
@@ -142,6 +143,7 @@ impl Plan {
                 protocol.name
             );
         }
+        driving_time::require_finishable(config, protocol)?;
         let settings = settings(config)?;
         for condition in &protocol.conditions {
             let waveform = waveform(&condition.drive, config);

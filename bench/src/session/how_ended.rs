@@ -1,8 +1,22 @@
 //! How a session came to its end, for its log and its operator.
 
-use protocols::{Phase, SessionOutcome};
+use protocols::{Phase, SessionEventKind, SessionOutcome};
 use recording::study::event_log::ExitStatus;
-use safety::SafetyState;
+use safety::{SafetyState, at_least};
+
+/// Returns why a session paused by itself before a trial; `None` for any other event.
+pub(super) fn pause(event: &SessionEventKind) -> Option<String> {
+    match event {
+        SessionEventKind::DrivingTimeSpent { wait_s } => Some(format!(
+            "the hour's driving time does not allow another trial: go on in {}",
+            at_least(*wait_s)
+        )),
+        SessionEventKind::DeadManNotHeld => {
+            Some("the dead-man switch was not released and held in time".to_owned())
+        }
+        _ => None,
+    }
+}
 
 /// What is known of a session at its end.
 pub(super) struct HowEnded<'a> {
@@ -14,6 +28,8 @@ pub(super) struct HowEnded<'a> {
     pub outcome: Option<&'a SessionOutcome>,
     /// Phase in which it ended.
     pub phase: Phase,
+    /// Why it last paused by itself.
+    pub paused: Option<&'a str>,
 }
 
 impl HowEnded<'_> {
@@ -26,8 +42,9 @@ impl HowEnded<'_> {
             (_, Some(SessionOutcome::Completed { .. })) => None,
             (SafetyState::Tripped { trip }, _) => Some(trip.to_string()),
             (_, Some(SessionOutcome::Aborted { .. })) => Some("aborted by the operator".to_owned()),
-            (_, None) => Some(match self.phase {
-                Phase::Paused => {
+            (_, None) => Some(match (self.phase, self.paused) {
+                (Phase::Paused, Some(paused)) => paused.to_owned(),
+                (Phase::Paused, None) => {
                     "timed out waiting for the participant; no operator to resume".to_owned()
                 }
                 _ => "stopped before its end".to_owned(),

@@ -1,5 +1,6 @@
 //! How a stop of the drive is marked in a recording.
 
+use protocols::Interruption;
 use recording::manifest::EventKind;
 use safety::{SafetyState, Trip};
 
@@ -17,5 +18,14 @@ pub(super) fn stop_kind(safety: &SafetyState) -> EventKind {
                 | Trip::AliveWhileDisarmed { .. },
         } => EventKind::ReadbackMismatch,
         _ => EventKind::Safe,
+    }
+}
+
+/// Returns the event of what interrupts a trial.
+pub(super) fn interruption_kind(interruption: &Interruption) -> EventKind {
+    match interruption {
+        Interruption::Paused => EventKind::Pause,
+        Interruption::Redo => EventKind::Redo,
+        _ => EventKind::Abort,
     }
 }

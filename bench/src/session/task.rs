@@ -15,9 +15,9 @@ use crossbeam_channel::Sender;
 use devices::acquisition::RecordingCommand;
 use devices::loudspeaker::Tone;
 use protocols::{
-    Action, DriveRequest, Interruption, Interval, IntervalKind, Observation, OperatorCommand,
-    ParticipantView, Phase, Safety, SelectionRules, SessionEvent, SessionEventKind, SessionOutcome,
-    Stretch, TrialAnalysis, TrialEnd, TrialKey, Verdict,
+    Action, DriveRequest, Interval, IntervalKind, Observation, OperatorCommand, ParticipantView,
+    Phase, Safety, SelectionRules, SessionEvent, SessionEventKind, SessionOutcome, Stretch,
+    TrialAnalysis, TrialEnd, TrialKey, Verdict,
 };
 use recording::manifest::EventKind;
 use recording::pipeline::Account;
@@ -28,9 +28,9 @@ use safety::{SafetyState, Trip};
 use tasks::Task;
 use tui::event::LogLevel;
 
-use super::how_ended::HowEnded;
+use super::how_ended::{HowEnded, pause};
 use super::report::{Report, summary_lines};
-use super::stop_kind::stop_kind;
+use super::stop_kind::{interruption_kind, stop_kind};
 use super::wiring::{Admit, BeginRecording, Wiring};
 use crate::journal::{Entry, SavedRecording};
 use crate::live_meter::LiveMeter;
@@ -71,6 +71,8 @@ pub struct SessionTask {
     contact: LiveContact,
     open: Option<PathBuf>,
     ended: Option<SessionOutcome>,
+    /// Why the session last paused by itself.
+    paused: Option<String>,
     report: Sender<Report>,
 }
 
@@ -126,6 +128,7 @@ impl SessionTask {
             contact,
             open: None,
             ended: None,
+            paused: None,
             report,
         }
     }
@@ -318,6 +321,13 @@ impl SessionTask {
                 SafetyState::Tripped { trip } => Safety::Tripped(trip.to_string()),
                 SafetyState::Armed | SafetyState::Disarmed => Safety::Ok,
             },
+            hold: self.wiring.signals.hold.get().map(screen_words::hold),
+            drive_wait_s: self
+                .wiring
+                .signals
+                .dose
+                .get()
+                .map_or(0.0, |dose| dose.wait_s),
             analysis: self.analysed.clone(),
         };
         let mut tone = None;
@@ -325,6 +335,7 @@ impl SessionTask {
         let before = self.machine.phase();
         let actions = self.machine.step(&observation);
         if halted(before) && !halted(self.machine.phase()) {
+            self.paused = None;
             self.resumed = Some(match before {
                 Phase::Fault => "after a fault",
                 _ => "after a pause",
@@ -414,12 +425,7 @@ impl SessionTask {
         if let TrialEnd::Interrupted { interruption } = end {
             self.collecting = false;
             self.due = None;
-            let kind = match interruption {
-                Interruption::Paused => EventKind::Pause,
-                Interruption::Redo => EventKind::Redo,
-                _ => EventKind::Abort,
-            };
-            self.mark(kind, interruption.to_string());
+            self.mark(interruption_kind(interruption), interruption.to_string());
             self.send(RecordingCommand::End(end.into()));
         }
     }
@@ -431,26 +437,22 @@ impl SessionTask {
     }
 
     fn tell(&mut self, event: SessionEvent) {
+        if let Some(why) = pause(&event.kind) {
+            self.log(LogLevel::Warning, &why);
+            self.paused = Some(why);
+        }
         match &event.kind {
             SessionEventKind::SessionStarted {
                 resumed_attempts: 1..,
                 ..
             } => self.resumed = Some("after the program's end"),
-            SessionEventKind::CommandRefused { because, .. } => {
-                self.log(LogLevel::Warning, format!("not now: {because}"))
-            }
-            SessionEventKind::FingerLiftedEarly => {
-                self.log(LogLevel::Info, "finger lifted during the countdown")
-            }
-            SessionEventKind::FingerNotLifted => {
-                self.log(LogLevel::Warning, "the finger stayed on the plate")
-            }
             SessionEventKind::SafetyTripped { reason } => {
-                let text = format!("drive stopped: {reason}");
                 self.mark(stop_kind(&self.safety), reason);
-                self.log(LogLevel::Error, text);
             }
             _ => {}
+        }
+        if let Some((level, text)) = screen_words::notice(&event.kind) {
+            self.log(level, text);
         }
         self.journal(event);
     }
@@ -481,21 +483,15 @@ impl SessionTask {
                 self.wiring.front.show(tui::Event::Live(live));
             }
         }
-        let Wiring {
-            gauges,
-            gauge,
-            study_folder,
-            ..
-        } = &self.wiring;
-        let free = || recording::study::free_bytes(study_folder).ok();
+        let (gauges, gauge) = (&self.wiring.gauges, &self.wiring.gauge);
+        let free = || recording::study::free_bytes(&self.wiring.study_folder).ok();
         let rate_hz = self.bench.config().audio.rate_hz;
         if let Some(health) =
             self.meter
                 .health(now_ns, &self.account, gauges, Some(gauge), rate_hz, free)
         {
             self.wiring.front.show(tui::Event::Health(health));
-            let shown = safety_event(&self.safety, self.wiring.drive.sounds());
-            self.wiring.front.show(shown);
+            self.show_safety();
         }
     }
 
@@ -514,6 +510,12 @@ impl SessionTask {
         }
     }
 
+    fn show_safety(&mut self) {
+        let left = self.wiring.signals.dose.get();
+        let shown = safety_event(&self.safety, self.wiring.drive.sounds(), left.as_ref());
+        self.wiring.front.show(shown);
+    }
+
     /// A session without an operator ends where one would be needed.
     fn nobody_to_ask(&mut self) {
         if !self.unattended || self.ended.is_some() {
@@ -528,6 +530,7 @@ impl SessionTask {
 
     fn how_ended(&self) -> HowEnded<'_> {
         HowEnded {
+            paused: self.paused.as_deref(),
             failure: self.wiring.stop.failure(),
             safety: &self.safety,
             outcome: self.ended.as_ref(),
@@ -550,8 +553,7 @@ impl Task for SessionTask {
         if safety != self.safety {
             let before = std::mem::replace(&mut self.safety, safety);
             self.alarm(&before);
-            let shown = safety_event(&self.safety, self.wiring.drive.sounds());
-            self.wiring.front.show(shown);
+            self.show_safety();
         }
         self.wiring.drive.poll(&self.safety);
         self.take_batches();

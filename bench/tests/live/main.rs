@@ -12,6 +12,7 @@ mod flags;
 mod freezes;
 mod held_up;
 mod interference;
+mod person;
 mod rig;
 mod safe;
 mod stall;

@@ -119,7 +119,7 @@ pub fn samples(folder: &Path) -> Vec<f32> {
     wav.into_samples().map(Result::unwrap).collect()
 }
 
-/// A line of the encoder at a level that the test sets.
+/// A line at a level that the test sets.
 #[derive(Default)]
 pub struct Level(pub Arc<AtomicBool>);
 
@@ -192,17 +192,25 @@ impl Rig {
 
     /// A plate of `apparatus` at rest.
     pub fn on(
-        mut apparatus: Apparatus,
+        apparatus: Apparatus,
         config: Config,
         encoder: Option<[Box<dyn InputLine>; 2]>,
     ) -> Self {
-        let pins = apparatus.pins().unwrap();
         let lines = Lines {
             encoder,
+            ..Lines::default()
+        };
+        Self::with_lines(apparatus, config, lines)
+    }
+
+    /// A plate of `apparatus` at rest, with these lines beside those that stop it.
+    pub fn with_lines(mut apparatus: Apparatus, config: Config, lines: Lines) -> Self {
+        let pins = apparatus.pins().unwrap();
+        let lines = Lines {
             estop: Some(input("e-stop", pins.estop)),
             enable: Some(output("enable", pins.amplifier_enable)),
             heartbeat: Some(output("heartbeat", pins.heartbeat)),
-            ..Lines::default()
+            ..lines
         };
         let rate_hz = config.audio.rate_hz;
         let bench = open(&apparatus, config, lines);

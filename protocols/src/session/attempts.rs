@@ -84,6 +84,11 @@ impl Attempts {
         &self.plan
     }
 
+    /// Returns the number of trials left.
+    pub(super) fn unsettled(&self) -> u32 {
+        (self.plan.len() - self.cursor) as u32
+    }
+
     /// Whether no trial is left.
     pub(super) fn all_settled(&self) -> bool {
         self.cursor == self.plan.len()

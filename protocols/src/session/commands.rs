@@ -3,7 +3,7 @@
 use super::action::{Action, DriveRequest, StepActions};
 use super::event::SessionEventKind;
 use super::machine::Session;
-use super::observation::{Observation, OperatorCommand, Safety};
+use super::observation::{Hold, Observation, OperatorCommand, Safety};
 use super::phase::Phase;
 use super::state::{AfterHalt, State};
 use crate::record::TrialOutcome;
@@ -28,6 +28,8 @@ pub(super) enum Refusal {
     NotPaused,
     #[error("the safety chain is not armed again")]
     NotArmed,
+    #[error("the hour's driving time is used up")]
+    DrivingTimeSpent,
     #[error("no repetition is left")]
     NoRepetitionLeft,
     #[error("no trial is running, and none has just been judged")]
@@ -55,6 +57,7 @@ impl Session {
         out.log(SessionEventKind::SafetyTripped {
             reason: reason.clone(),
         });
+        self.let_go = self.hold == Some(Hold::Press);
         self.halt(
             true,
             Interruption::Safety {
@@ -133,6 +136,7 @@ impl Session {
                 self.interrupt(open, interruption, out);
                 AfterHalt::Trial
             }
+            State::Hold { .. } => AfterHalt::Trial,
             State::Halted { then, .. } => then,
             other => AfterHalt::State(Box::new(other)),
         };
@@ -146,8 +150,11 @@ impl Session {
         if *fault && *safety != Safety::Ok {
             return Err(Refusal::NotArmed);
         }
+        if matches!(then, AfterHalt::Trial) && self.drive_wait_s > 0.0 {
+            return Err(Refusal::DrivingTimeSpent);
+        }
         self.state = match then.clone() {
-            AfterHalt::Trial => self.begin_trial(out),
+            AfterHalt::Trial => self.enter_trial(out),
             AfterHalt::State(state) => self.restarted(*state),
         };
         Ok(())
@@ -172,7 +179,7 @@ impl Session {
         self.state = match self.take_state() {
             State::Trial { open, .. } => {
                 self.interrupt(open, Interruption::Redo, out);
-                self.begin_trial(out)
+                self.enter_trial(out)
             }
             State::Judged {
                 key,

@@ -64,6 +64,13 @@ pub enum SessionEventKind {
     FingerLiftedEarly,
     /// The finger stayed on the plate after an exploration.
     FingerNotLifted,
+    /// The dead-man switch was not released and held in time; the session paused.
+    DeadManNotHeld,
+    /// The hour's driving time does not allow another trial; the session paused.
+    DrivingTimeSpent {
+        /// Time after which it does, s.
+        wait_s: f64,
+    },
     /// The safety chain tripped.
     SafetyTripped {
         /// What tripped.

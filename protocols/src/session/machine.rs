@@ -2,6 +2,7 @@
 
 use super::attempts::Attempts;
 use super::error::SessionError;
+use super::observation::Hold;
 use super::phase::Phase;
 use super::plan;
 use super::state::State;
@@ -46,6 +47,12 @@ pub struct Session {
     pub(super) now_s: f64,
     /// Whether the finger is on the plate; `None` when the force is not known.
     pub(super) finger: Option<bool>,
+    /// The dead-man switch; `None` on a bench that uses none.
+    pub(super) hold: Option<Hold>,
+    /// Whether the safety chain tripped while the dead-man switch was open.
+    pub(super) let_go: bool,
+    /// Time after which the hour's driving time allows another trial, s.
+    pub(super) drive_wait_s: f64,
     /// The attempt whose analysis is awaited.
     pub(super) awaited: Option<TrialKey>,
     /// Its analysis, once it arrived.
@@ -92,6 +99,9 @@ impl Session {
             resumed_attempts: records.len(),
             now_s: 0.0,
             finger: None,
+            hold: None,
+            let_go: false,
+            drive_wait_s: 0.0,
             awaited: None,
             analysis: None,
             started: false,
@@ -108,6 +118,11 @@ impl Session {
     /// Returns the phase that the session is in.
     pub fn phase(&self) -> Phase {
         self.state.phase()
+    }
+
+    /// Returns the number of trials that are not settled yet, practice included.
+    pub fn trials_left(&self) -> u32 {
+        self.attempts.unsettled()
     }
 
     /// Returns the attempts so far, restored ones included.

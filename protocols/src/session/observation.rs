@@ -17,8 +17,26 @@ pub struct Observation {
     pub command: Option<OperatorCommand>,
     /// State of the safety chain.
     pub safety: Safety,
+    /// The dead-man switch; `None` on a bench that uses none.
+    #[serde(default)]
+    pub hold: Option<Hold>,
+    /// Time without driving after which the hour's driving time allows another trial, s; 0 if it allows one now.
+    #[serde(default)]
+    pub drive_wait_s: f64,
     /// The answer to [`Action::AnalyseTrial`](crate::Action::AnalyseTrial).
     pub analysis: Option<TrialAnalysis>,
+}
+
+/// What the participant must do with the dead-man switch before a trial.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Hold {
+    /// Release it: it was not released since the last drive.
+    Release,
+    /// Press and hold it.
+    Press,
+    /// Nothing: it was released, and is held.
+    Held,
 }
 
 /// State of the safety chain.

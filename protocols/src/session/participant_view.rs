@@ -12,6 +12,12 @@ pub enum Instruction {
     Wait,
     /// Press the button to begin.
     Welcome,
+    /// Release the dead-man switch.
+    ReleaseSwitch,
+    /// Press the dead-man switch and hold it.
+    HoldSwitch,
+    /// Lift the finger: the dead-man switch was released.
+    SwitchReleased,
     /// Take the finger off the plate.
     LiftFinger,
     /// Put the finger where the slider stands and press the button.

@@ -10,6 +10,8 @@ pub enum Phase {
     Consent,
     /// The participant is welcomed.
     Welcome,
+    /// The dead-man switch is to be released and held; nothing is driven.
+    Hold,
     /// The plate is driven without finger.
     Baseline,
     /// The finger on the plate and the button are awaited.

@@ -78,6 +78,6 @@ impl Session {
         if self.attempts.all_settled() {
             return State::Finished { aborted: false };
         }
-        self.begin_trial(out)
+        self.enter_trial(out)
     }
 }

@@ -1,6 +1,7 @@
 //! What the participant sees in each state.
 
 use super::machine::Session;
+use super::observation::Hold;
 use super::participant_view::{Instruction, ParticipantView, Progress};
 use super::state::{OpenTrial, State, TrialStep};
 
@@ -23,6 +24,13 @@ impl Session {
                 view.instruction = Instruction::Welcome;
                 view.button = true;
             }
+            State::Hold { .. } => {
+                view.instruction = match self.hold {
+                    Some(Hold::Release) => Instruction::ReleaseSwitch,
+                    Some(Hold::Press) => Instruction::HoldSwitch,
+                    Some(Hold::Held) | None => Instruction::Wait,
+                }
+            }
             State::Trial {
                 open,
                 step,
@@ -33,6 +41,9 @@ impl Session {
                 view.instruction = Instruction::Rest;
                 view.countdown_s = Some(left_s);
                 view.button = left_s <= 0.0;
+            }
+            State::Halted { fault: true, .. } if self.let_go => {
+                view.instruction = Instruction::SwitchReleased;
             }
             State::Halted { .. } => view.instruction = Instruction::Paused,
             State::Finished { .. } => view.instruction = Instruction::Finished,

@@ -10,6 +10,10 @@ use crate::trial::{Interval, TrialKey};
 pub(super) enum State {
     Consent,
     Welcome,
+    /// The dead-man switch is to be held before the next trial.
+    Hold {
+        since_s: f64,
+    },
     Trial {
         open: OpenTrial,
         step: TrialStep,
@@ -112,6 +116,7 @@ impl State {
         match self {
             Self::Consent => Phase::Consent,
             Self::Welcome => Phase::Welcome,
+            Self::Hold { .. } => Phase::Hold,
             Self::Trial { step, .. } => match step {
                 TrialStep::Baseline { .. } => Phase::Baseline,
                 TrialStep::Ready { .. } => Phase::Ready,

@@ -45,6 +45,8 @@ impl Session {
         if observation.t_s.is_finite() && observation.t_s > self.now_s {
             self.now_s = observation.t_s;
         }
+        self.hold = observation.hold;
+        self.drive_wait_s = observation.drive_wait_s;
         let contact_n = self.protocol.force.contact_n;
         self.finger = match observation.normal_n {
             Some(normal_n) if normal_n >= contact_n => Some(true),
@@ -67,6 +69,7 @@ impl Session {
         let go_on = continued || observation.button_pressed;
         self.state = match self.take_state() {
             State::Welcome if go_on => self.next_trial(out),
+            State::Hold { since_s } => self.advance_hold(since_s, out),
             State::Trial {
                 open,
                 step,

@@ -3,6 +3,7 @@
 use super::action::{Action, Cue, DriveRequest, StepActions};
 use super::event::SessionEventKind;
 use super::machine::Session;
+use super::observation::Hold;
 use super::state::{AfterHalt, Mean, OpenTrial, State, TrialStep};
 use crate::analysis::TrialAnalysis;
 use crate::record::{TrialOutcome, TrialRecord};
@@ -21,8 +22,43 @@ enum Next {
 }
 
 impl Session {
+    /// Begins the next attempt, once the hour's driving time allows it and the dead-man switch is held.
+    pub(super) fn enter_trial(&mut self, out: &mut StepActions) -> State {
+        self.let_go = false;
+        if self.drive_wait_s > 0.0 {
+            let wait_s = self.drive_wait_s;
+            out.log(SessionEventKind::DrivingTimeSpent { wait_s });
+            return self.paused_before_trial();
+        }
+        if self.hold.is_some_and(|hold| hold != Hold::Held) {
+            return State::Hold {
+                since_s: self.now_s,
+            };
+        }
+        self.begin_trial(out)
+    }
+
+    /// Waits for the dead-man switch for as long as for the finger.
+    pub(super) fn advance_hold(&mut self, since_s: f64, out: &mut StepActions) -> State {
+        if self.hold.is_none_or(|hold| hold == Hold::Held) {
+            return self.enter_trial(out);
+        }
+        if self.elapsed_s(since_s) > self.protocol.timeouts.place_finger_s {
+            out.log(SessionEventKind::DeadManNotHeld);
+            return self.paused_before_trial();
+        }
+        State::Hold { since_s }
+    }
+
+    fn paused_before_trial(&self) -> State {
+        State::Halted {
+            fault: false,
+            then: AfterHalt::Trial,
+        }
+    }
+
     /// Opens the recording of the next attempt and starts its drive.
-    pub(super) fn begin_trial(&mut self, out: &mut StepActions) -> State {
+    fn begin_trial(&mut self, out: &mut StepActions) -> State {
         let key = self.attempts.next_key();
         let drive = self.attempts.condition().drive;
         out.push(Action::BeginTrial {

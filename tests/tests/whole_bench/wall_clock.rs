@@ -6,143 +6,23 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use bench_tests::program::protocol;
 use bench_tests::session::SessionFolder;
-use config::{Config, Effective};
-use devices::loudspeaker::Tone;
-use devices::{Hardware, Lines};
-use friction_bench::apparatus::{Apparatus as Bench, Watcher};
-use friction_bench::cli;
+use config::Effective;
 use friction_bench::run::{Plan, run};
 use jiff::{SignedDuration, Timestamp};
-use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig, Senses};
-use mock_hw::world_clock::Pace;
-use mock_world::person::{Cue, Instruction, Percept};
-use mock_world::scenario::Scenario;
-use safety::{input, output};
 use serde_json::Value;
-use tasks::{Clock, Pacer, Schedule, later};
 
-/// An apparatus's clock whose date is set by an hour back and forth.
-struct SetClock {
-    clock: ApparatusClock,
-    /// From when on, s, and by how much it is wrong, h.
-    set: &'static [(f64, i64)],
-}
-
-impl Clock for SetClock {
-    fn now_ns(&self) -> u64 {
-        self.clock.now_ns()
-    }
-
-    fn utc(&self) -> Timestamp {
-        let date: Timestamp = "2026-01-01T09:00:00Z".parse().unwrap();
-        let now_s = self.now_ns() as f64 * 1e-9;
-        let set = self.set.iter().rev().find(|(from_s, _)| now_s >= *from_s);
-        let wrong = SignedDuration::from_hours(set.map_or(0, |(_, hours)| *hours));
-        later(date, self.now_ns()).checked_add(wrong).unwrap()
-    }
-}
-
-struct Stepper(Apparatus);
-
-impl Pacer for Stepper {
-    fn tick(&mut self) -> anyhow::Result<()> {
-        Ok(self.0.step()?)
-    }
-}
-
-/// Shows the simulated person what a session of one exploration, without a button, shows.
-fn participant(senses: Senses) -> Watcher {
-    Box::new(move |view, _, tone| {
-        let instruction = match view.instruction {
-            tui::Instruction::LiftFinger => Instruction::LiftFinger,
-            tui::Instruction::PlaceFinger => Instruction::PlaceFinger,
-            tui::Instruction::GetReady => Instruction::GetReady,
-            tui::Instruction::FollowSlider => Instruction::FollowSlider,
-            tui::Instruction::Feedback => Instruction::Feedback,
-            _ => Instruction::Wait,
-        };
-        senses.show(Percept {
-            instruction,
-            slider_m: view.slider_m,
-            countdown: view.countdown,
-            mean_force_n: view.mean_force_n,
-            force_band_n: view.force_band_n,
-            cue: tone.map(|tone| match tone {
-                Tone::Start => Cue::Start,
-                Tone::End => Cue::End,
-            }),
-        });
-    })
-}
-
-fn apparatus(set: &'static [(f64, i64)]) -> Bench {
-    let config = ApparatusConfig::new(Scenario::default(), 1, Pace::Stepped);
-    let mut apparatus = Apparatus::new(config).unwrap();
-    let pins = apparatus.pins().unwrap();
-    let clock = SetClock {
-        clock: apparatus.clock(),
-        set,
-    };
-    let watchers = vec![participant(apparatus.senses())];
-    let hardware = Hardware {
-        host: apparatus.host(),
-        lines: Lines {
-            encoder: Some([
-                input("encoder A", pins.encoder_a),
-                input("encoder B", pins.encoder_b),
-            ]),
-            estop: Some(input("e-stop", pins.estop)),
-            button: None,
-            enable: Some(output("enable", pins.amplifier_enable)),
-            heartbeat: Some(output("heartbeat", pins.heartbeat)),
-        },
-        force_port: Some(apparatus.force_port().unwrap().to_owned()),
-        clock: Arc::new(clock),
-        guard: Box::new(()),
-        simulated: true,
-        pace: safety::Pace::Simulated,
-        schedule: Schedule::Lockstep(Box::new(Stepper(apparatus))),
-    };
-    Bench {
-        hardware,
-        watchers,
-        hands: None,
-        vibrometer_port: None,
-        estop_hand: None,
-    }
-}
+use super::in_process::{Setup, apparatus, config, options};
 
 /// Holds a session and returns its folder.
 fn session(study: &Path, set: &'static [(f64, i64)]) -> PathBuf {
-    let config =
-        Config::parse(include_str!("../../../bench/mock-bench.toml"), "bench.toml").unwrap();
-    let options = cli::Run {
-        hardware: cli::Hardware {
-            config: None,
-            mock: Some("nominal".to_owned()),
-            seed: None,
-            print_config: false,
-            calibration: None,
-        },
-        study: study.to_owned(),
-        participant: Some("sub-01".to_owned()),
-        protocol: protocol("one-exploration.toml").display().to_string(),
-        consent_by: Some("A. Tester".to_owned()),
-        resume: false,
-        new_session: false,
-        uncalibrated: true,
-        headless: true,
-        speed: cli::Speed::Max,
-        mock_truth: None,
-        shared: false,
-        participant_display: None,
+    let plan = Plan::new(Effective::uncalibrated(config(&[])), &options(study)).unwrap();
+    let setup = Setup {
+        set,
+        ..Setup::default()
     };
-    let plan = Plan::new(Effective::uncalibrated(config), &options).unwrap();
-    let (report, _) = run(plan, apparatus(set), std::io::sink()).unwrap();
+    let (report, _) = run(plan, apparatus(setup), std::io::sink()).unwrap();
     assert!(report.completed, "{:?}", report.reason);
     SessionFolder::read(study, "sub-01").unwrap().path
 }

@@ -27,6 +27,8 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     };
     let mut spans = vec![Span::styled(format!(" {word} "), style)];
     let faint = theme.faint();
+    let flags = flags(state);
+    let flags_columns = u16::try_from(flags.width()).unwrap_or(u16::MAX);
     // The end of the line is cut first where the row is short.
     if let Some(silent_s) = state.silent_s() {
         spans.push(Span::styled(
@@ -34,12 +36,14 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
             theme.bad(),
         ));
     } else if let Some(reason) = &state.safety_reason {
-        let style = if state.safety == Some(SafetyState::Tripped) {
-            theme.bad()
-        } else {
-            faint
-        };
-        spans.push(Span::styled(format!(" {reason}"), style));
+        let tripped = state.safety == Some(SafetyState::Tripped);
+        let style = if tripped { theme.bad() } else { faint };
+        let words = Span::styled(format!(" {reason}"), style);
+        // What is no alarm gives way to the flags.
+        let columns = spans[0].width() + words.width() + 2 + usize::from(flags_columns);
+        if tripped || columns <= usize::from(row.width) {
+            spans.push(words);
+        }
     }
     if state.safety == Some(SafetyState::Tripped) && state.calibration.is_none() {
         spans.push(Span::styled(" · x to re-arm", faint));
@@ -47,8 +51,6 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let line = Line::from(spans);
     let told = u16::try_from(line.width()).unwrap_or(u16::MAX);
     render_line(line, row, buf);
-    let flags = flags(state);
-    let flags_columns = u16::try_from(flags.width()).unwrap_or(u16::MAX);
     if told.saturating_add(2).saturating_add(flags_columns) <= row.width {
         let end = Rect {
             x: row.right() - flags_columns,

@@ -1,6 +1,8 @@
 //! Values that the watch shares with other tasks, without ever waiting for one of them. It may have a higher priority
 //! than they have: one that is interrupted while it is at a slot could not go on before the watch sleeps.
 
+use crate::dead_man::Hold;
+use crate::dose::DoseLeft;
 use crate::safety_state::SafetyState;
 use crate::signals::{DriveReading, Nonsense, Press, Signals};
 use crate::stop_times::StopTimes;
@@ -32,6 +34,8 @@ impl Seen {
 pub(super) struct Unpublished {
     pub(super) state: Option<SafetyState>,
     pub(super) stop_times: Option<Vec<StopTimes>>,
+    pub(super) dose: Option<DoseLeft>,
+    pub(super) hold: Option<Hold>,
 }
 
 impl Unpublished {
@@ -39,5 +43,7 @@ impl Unpublished {
     pub(super) fn offer(&mut self, signals: &Signals) {
         signals.state.offer(&mut self.state);
         signals.stop_times.offer(&mut self.stop_times);
+        signals.dose.offer(&mut self.dose);
+        signals.hold.offer(&mut self.hold);
     }
 }

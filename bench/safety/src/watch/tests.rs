@@ -1,6 +1,7 @@
 //! Tests of the watch on a drive, lines and readings that each test sets.
 
 mod alive;
+mod person;
 
 use super::*;
 use crate::plate_heat::PlateHeat;
@@ -26,6 +27,8 @@ const LIMITS: SafetyLimits = SafetyLimits {
         room_c: 25.0,
         limit_c: 40.0,
     },
+    driving_s_per_hour: 730.0,
+    dead_man_release_ns: None,
     rate_hz: 192e3,
     silence_ns: 50_000_000,
     pace: Pace::Card,
@@ -475,6 +478,7 @@ fn a_cut_e_stop_wire_stops_heartbeat_and_enable() {
     let pins = (estop.clone(), enable.clone(), heartbeat.clone());
     let lines = SafetyLines {
         estop: Some(input("e-stop", estop)),
+        dead_man: None,
         enable: Some(output("enable", enable)),
         heartbeat: Some(output("heartbeat", heartbeat)),
     };

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::time::Duration;
 
 use anyhow::Context;
@@ -19,7 +20,7 @@ use mock_hw::world_clock::Pace;
 use mock_world::person::{Cue, Instruction, Percept};
 use mock_world::plant::{Axis, InputWiring};
 use mock_world::scenario::{ForceProtocol, Scenario, ScenarioError, built_in};
-use safety::{input, output};
+use safety::{GpioError, InputLine, input, output};
 use tasks::{Clock, Pacer, Schedule, SystemClock, later};
 
 /// Configuration of a bench with the simulated hardware's usual force sensor. It says what the bench assumes; the truth of a
@@ -63,6 +64,7 @@ pub fn apparatus(
     let pins = apparatus
         .pins()
         .context("the simulated apparatus has no pins")?;
+    let hold = HeldSwitch::default();
     let lines = Lines {
         encoder: Some([
             input("encoder A", pins.encoder_a),
@@ -70,6 +72,7 @@ pub fn apparatus(
         ]),
         estop: Some(input("e-stop", pins.estop)),
         button: Some(input("button", pins.button)),
+        dead_man: Some(Box::new(hold.clone())),
         enable: Some(output("amplifier enable", pins.amplifier_enable)),
         heartbeat: Some(output("heartbeat", pins.heartbeat)),
     };
@@ -79,7 +82,7 @@ pub fn apparatus(
         apparatus.vibrometer_port()?.to_owned(),
         apparatus.clock(),
     );
-    let watchers = vec![participant(apparatus.senses())];
+    let watchers = vec![participant(apparatus.senses()), holder(hold)];
     let hands = hands(apparatus.masses(), apparatus.patchbay());
     let estop_hand = estop_hand(apparatus.faults());
     let (clock, schedule, guard): (Arc<dyn Clock>, _, Box<dyn Send>) = match speed {
@@ -115,6 +118,38 @@ pub fn apparatus(
         hands: Some(hands),
         vibrometer_port: Some(vibrometer_port),
         estop_hand: Some(estop_hand),
+    })
+}
+
+/// The simulated dead-man switch: open at first, then held, and then as the participant's screen asks.
+#[derive(Clone, Default)]
+struct HeldSwitch {
+    reads: Arc<AtomicU32>,
+    let_go: Arc<AtomicBool>,
+}
+
+/// Number of looks at the switch after which a hand first closes it: looked at every 2 ms, a fifth of a second.
+const OPEN_READS: u32 = 100;
+
+impl InputLine for HeldSwitch {
+    fn is_high(&mut self) -> Result<bool, GpioError> {
+        let reads = self.reads.load(Ordering::Relaxed);
+        self.reads.store(reads.saturating_add(1), Ordering::Relaxed);
+        Ok(reads > OPEN_READS && !self.let_go.load(Ordering::Relaxed))
+    }
+}
+
+/// The hand at the switch of a person who does what the participant's screen says.
+fn holder(switch: HeldSwitch) -> Watcher {
+    Box::new(move |view, _, _| {
+        use tui::Instruction::{Finished, HoldSwitch, Paused, ReleaseSwitch, Rest, SwitchReleased};
+        match view.instruction {
+            HoldSwitch => switch.let_go.store(false, Ordering::Relaxed),
+            ReleaseSwitch | SwitchReleased | Rest | Paused | Finished => {
+                switch.let_go.store(true, Ordering::Relaxed);
+            }
+            _ => {}
+        }
     })
 }
 
@@ -158,14 +193,17 @@ fn participant(senses: Senses) -> Watcher {
             tui::Instruction::Welcome | tui::Instruction::Rest if button => {
                 Instruction::PressButton
             }
-            tui::Instruction::Wait | tui::Instruction::Welcome => Instruction::Wait,
+            tui::Instruction::Wait
+            | tui::Instruction::Welcome
+            | tui::Instruction::ReleaseSwitch
+            | tui::Instruction::HoldSwitch => Instruction::Wait,
             tui::Instruction::LiftFinger => Instruction::LiftFinger,
             tui::Instruction::PlaceFinger => Instruction::PlaceFinger,
             tui::Instruction::GetReady => Instruction::GetReady,
             tui::Instruction::FollowSlider => Instruction::FollowSlider,
             tui::Instruction::Feedback => Instruction::Feedback,
             tui::Instruction::Rest => Instruction::Rest,
-            tui::Instruction::Paused => Instruction::Paused,
+            tui::Instruction::Paused | tui::Instruction::SwitchReleased => Instruction::Paused,
             tui::Instruction::Finished => Instruction::Finished,
         };
         senses.show(Percept {

@@ -35,6 +35,12 @@ enum Move {
         command: Option<OperatorCommand>,
     },
     Trip,
+    /// The dead-man switch is not held, or the hour's driving time used up, for a while.
+    NotYet {
+        steps: u16,
+        hold: Option<Hold>,
+        drive_wait_s: f64,
+    },
     Analyse {
         normal_n: f64,
     },
@@ -51,6 +57,11 @@ fn a_move() -> impl Strategy<Value = Move> {
     ];
     // Rare, or few sessions would get far.
     let command = prop_oneof![100 => command, 1 => Just(OperatorCommand::Abort)];
+    let holds = prop::option::of(prop_oneof![
+        Just(Hold::Release),
+        Just(Hold::Press),
+        Just(Hold::Held)
+    ]);
     let dt_s = prop_oneof![Just(0.0), -1.0..3.0, Just(40.0), Just(f64::NAN)];
     let normal_n = prop::option::of(prop_oneof![Just(0.0), -0.1..1.5, Just(f64::NAN)]);
     prop_oneof![
@@ -58,6 +69,8 @@ fn a_move() -> impl Strategy<Value = Move> {
         4 => (dt_s, normal_n, any::<bool>(), prop::option::of(command))
             .prop_map(|(dt_s, normal_n, button, command)| Move::Anything { dt_s, normal_n, button, command }),
         1 => Just(Move::Trip),
+        2 => (1u16..8000, holds, prop_oneof![Just(0.0), Just(700.0), Just(f64::NAN)])
+            .prop_map(|(steps, hold, drive_wait_s)| Move::NotYet { steps, hold, drive_wait_s }),
         2 => (0.1..1.5).prop_map(|normal_n| Move::Analyse { normal_n }),
     ]
 }
@@ -94,6 +107,14 @@ proptest! {
                 }
                 Move::Trip => {
                     rig.step(|o| o.safety = Safety::Tripped("any".to_owned()));
+                }
+                Move::NotYet { steps, hold, drive_wait_s } => {
+                    for _ in 0..steps {
+                        rig.step(|o| {
+                            o.hold = hold;
+                            o.drive_wait_s = drive_wait_s;
+                        });
+                    }
                 }
                 Move::Analyse { normal_n } => rig.normal_n = normal_n,
             }

@@ -121,6 +121,7 @@ impl Rig {
             command: None,
             safety: self.safety.clone(),
             analysis: key.map(|key| analysis(&key, &self.protocol, self.normal_n)),
+            ..Observation::default()
         }
     }
 

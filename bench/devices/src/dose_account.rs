@@ -1,0 +1,427 @@
+//! The account of a person's or a bench's driving time, which outlasts the program: a small file that is replaced as a
+//! whole while the plate is driven, always ahead of what has been driven, so that a crash counts too much and never too
+//! little.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use crossbeam_channel::{Receiver, Sender};
+use jiff::{SignedDuration, Timestamp};
+use recording::DiskError;
+use recording::disk::replace_file;
+use safety::{Allowance, SlidingHour, Span};
+use tasks::{Clock, Task};
+
+use crate::boot::Boot;
+use crate::dose_record::{self, DamagedLine, Driven};
+
+/// Time by which the file is ahead of the drive, s.
+const AHEAD_S: f64 = 5.0;
+/// Silence after which a span is over, s; the watch counts shorter pauses.
+const OVER_S: f64 = 2.0;
+/// Time within which the end of the program counts as driven after the last report, ns.
+const LATE_NS: i64 = 1_000_000_000;
+
+/// An account that cannot be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum DoseError {
+    /// The file is damaged, so that nobody can tell what was driven.
+    #[error(
+        "{} cannot be used, so nobody can tell how long the plate was driven within the last hour: put it back from a copy, or \
+         move it away once nobody has been at the driven plate for an hour",
+        path.display()
+    )]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// The line.
+        source: DamagedLine,
+    },
+    /// The file cannot be read.
+    #[error("cannot read {}, which says how long the plate was driven within the last hour", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+}
+
+/// An account of driving time.
+#[derive(Debug)]
+pub struct DoseAccount {
+    limit_s: f64,
+    need_s: f64,
+    /// `None` for one that ends with the program.
+    path: Option<PathBuf>,
+    spans: Vec<Driven>,
+}
+
+/// Returns where the account of a bench lies, beside its calibration.
+#[must_use]
+pub fn bench_path(calibration: &Path) -> PathBuf {
+    let stem = calibration.file_stem().unwrap_or_default();
+    calibration.with_file_name(format!("{}-driving.tsv", stem.to_string_lossy()))
+}
+
+/// Returns where the account of a participant lies, whose folder in the study this is.
+#[must_use]
+pub fn participant_path(folder: &Path) -> PathBuf {
+    folder.join("driving.tsv")
+}
+
+impl DoseAccount {
+    /// Opens the account at `path`, made with the first drive; `None` for one of a simulated bench, which ends with the
+    /// program. `limit_s` is allowed within an hour, and `need_s` of it must be left to arm.
+    ///
+    /// # Errors
+    /// [`DoseError`] when what was driven cannot be told.
+    pub fn open(path: Option<PathBuf>, limit_s: f64, need_s: f64) -> Result<Self, DoseError> {
+        let spans = match &path {
+            Some(path) => read(path)?,
+            None => Vec::new(),
+        };
+        Ok(Self {
+            limit_s,
+            need_s,
+            path,
+            spans,
+        })
+    }
+
+    /// Returns what was driven within the last hour, on a clock whose origin was `origin_s` after the computer's start.
+    fn before(&self, boot: &Boot, origin_s: f64, now: Timestamp) -> SlidingHour {
+        let mut hour = SlidingHour::default();
+        for (start_s, end_s) in dose_record::on_this_run(&self.spans, boot, now) {
+            let ns = |up_s: f64| ((up_s - origin_s) * 1e9) as i64;
+            hour.add(Span {
+                start_ns: ns(start_s),
+                end_ns: ns(end_s),
+            });
+        }
+        hour
+    }
+
+    /// Returns the time after which `need_s` are free, s; 0 if they are now.
+    #[must_use]
+    pub fn wait_s(&self, need_s: f64, boot: &Boot, now: Timestamp) -> f64 {
+        let ns = |seconds: f64| (seconds * 1e9) as i64;
+        let hour = self.before(boot, boot.up_s, now);
+        hour.wait_ns(0, ns(need_s), ns(self.limit_s)) as f64 * 1e-9
+    }
+
+    /// Returns the driving time allowed within an hour, s.
+    #[must_use]
+    pub fn limit_s(&self) -> f64 {
+        self.limit_s
+    }
+
+    /// Returns the driving time that must be left to arm, s.
+    #[must_use]
+    pub fn need_s(&self) -> f64 {
+        self.need_s
+    }
+
+    /// Returns the driving time left, s.
+    #[must_use]
+    pub fn left_s(&self, boot: &Boot, now: Timestamp) -> f64 {
+        let used_s = self.before(boot, boot.up_s, now).used_ns(0) as f64 * 1e-9;
+        (self.limit_s - used_s).max(0.0)
+    }
+
+    /// Begins to count on the clock of a bench: returns the allowance for its watch, and the task that keeps the
+    /// account if it is to be kept.
+    pub(crate) fn begin(
+        self,
+        clock: &Arc<dyn Clock>,
+        boot: Boot,
+    ) -> (Allowance, Option<Box<dyn Task>>) {
+        let now = clock.utc();
+        let origin_s = boot.up_s - clock.now_ns() as f64 * 1e-9;
+        let before = self.before(&boot, origin_s, now);
+        let (sender, spans): (Sender<Span>, Receiver<Span>) = crossbeam_channel::unbounded();
+        let task = self.path.map(|path| -> Box<dyn Task> {
+            Box::new(DoseKeeper {
+                path,
+                kept: dose_record::kept(&self.spans, &boot, now),
+                clock: Arc::clone(clock),
+                boot,
+                origin_s,
+                spans,
+                open: None,
+                written_s: 0.0,
+            })
+        });
+        let allowance = Allowance {
+            limit_s: self.limit_s,
+            need_s: self.need_s,
+            before,
+            spans: task.is_some().then_some(sender),
+        };
+        (allowance, task)
+    }
+}
+
+fn read(path: &Path) -> Result<Vec<Driven>, DoseError> {
+    match files::read_text(path, files::TEXT_LIMIT_BYTES) {
+        Ok(text) => dose_record::parse(&text).map_err(|source| DoseError::Damaged {
+            path: path.to_owned(),
+            source,
+        }),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Vec::new()),
+        Err(source) => Err(DoseError::Unreadable {
+            path: path.to_owned(),
+            source,
+        }),
+    }
+}
+
+/// The task that keeps an account on the disk.
+struct DoseKeeper {
+    path: PathBuf,
+    /// Spans that are over.
+    kept: Vec<Driven>,
+    clock: Arc<dyn Clock>,
+    boot: Boot,
+    /// Origin of the bench's clock, in seconds of this run of the computer.
+    origin_s: f64,
+    spans: Receiver<Span>,
+    open: Option<Span>,
+    /// Length of the open span on the disk, s.
+    written_s: f64,
+}
+
+fn length_s(span: Span) -> f64 {
+    (span.end_ns - span.start_ns) as f64 * 1e-9
+}
+
+impl DoseKeeper {
+    fn take(&mut self, span: Span) -> Result<(), DiskError> {
+        if self.open.is_some_and(|open| open.start_ns != span.start_ns) {
+            self.end()?;
+        }
+        let begins = self.open.replace(span).is_none();
+        if begins || length_s(span) + 0.5 * AHEAD_S > self.written_s {
+            self.write(length_s(span) + AHEAD_S)?;
+        }
+        Ok(())
+    }
+
+    fn driven(&self, span: Span, driven_s: f64) -> Driven {
+        let start_s = span.start_ns as f64 * 1e-9;
+        let ago_s = self.clock.now_ns() as f64 * 1e-9 - start_s;
+        let ago = SignedDuration::try_from_secs_f64(ago_s).unwrap_or_default();
+        let now = self.clock.utc();
+        Driven {
+            boot: self.boot.id.clone(),
+            up_s: (self.origin_s + start_s).max(0.0),
+            driven_s,
+            date: now.saturating_sub(ago).unwrap_or(now),
+        }
+    }
+
+    /// Writes the account with the open span at this length.
+    fn write(&mut self, driven_s: f64) -> Result<(), DiskError> {
+        let open = self.open.map(|span| self.driven(span, driven_s));
+        let all: Vec<Driven> = self.kept.iter().cloned().chain(open).collect();
+        replace_file(&self.path, dose_record::to_text(&all).as_bytes())?;
+        self.written_s = driven_s;
+        Ok(())
+    }
+
+    /// Writes the length that the open span has come to.
+    fn end(&mut self) -> Result<(), DiskError> {
+        if let Some(span) = self.open {
+            self.write(length_s(span))?;
+            self.kept.push(self.driven(span, length_s(span)));
+            self.open = None;
+        }
+        Ok(())
+    }
+
+    fn keep(&mut self) -> anyhow::Result<()> {
+        while let Ok(span) = self.spans.try_recv() {
+            self.take(span)?;
+        }
+        Ok(())
+    }
+}
+
+impl Task for DoseKeeper {
+    fn name(&self) -> &'static str {
+        "driving time"
+    }
+
+    fn period(&self) -> Duration {
+        Duration::from_millis(20)
+    }
+
+    fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        self.keep()?;
+        let over_ns = now_ns as i64 - (OVER_S * 1e9) as i64;
+        if self.open.is_some_and(|span| span.end_ns < over_ns) {
+            self.end()?;
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self) -> anyhow::Result<()> {
+        self.keep()?;
+        let now_ns = self.clock.now_ns() as i64;
+        if let Some(open) = &mut self.open
+            && now_ns - open.end_ns < LATE_NS
+        {
+            // The watch may have ended before its last report.
+            open.end_ns = now_ns;
+        }
+        Ok(self.end()?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A clock that the test sets; its date is its time.
+    struct Hands(std::sync::atomic::AtomicU64);
+
+    impl Clock for Hands {
+        fn now_ns(&self) -> u64 {
+            self.0.load(std::sync::atomic::Ordering::Relaxed)
+        }
+
+        fn utc(&self) -> Timestamp {
+            Timestamp::from_nanosecond(i128::from(self.now_ns())).unwrap()
+        }
+    }
+
+    fn boot(up_s: f64) -> Boot {
+        Boot {
+            id: Some("abc".to_owned()),
+            up_s,
+        }
+    }
+
+    fn span(start_s: f64, end_s: f64) -> Span {
+        Span {
+            start_ns: (start_s * 1e9) as i64,
+            end_ns: (end_s * 1e9) as i64,
+        }
+    }
+
+    struct Rig {
+        folder: tempfile::TempDir,
+        clock: Arc<Hands>,
+        task: Box<dyn Task>,
+        spans: Sender<Span>,
+    }
+
+    impl Rig {
+        fn new() -> Self {
+            let folder = tempfile::tempdir().unwrap();
+            let account = Self::account_in(folder.path());
+            let clock = Arc::new(Hands(std::sync::atomic::AtomicU64::new(0)));
+            let shared: Arc<dyn Clock> = clock.clone();
+            let (allowance, task) = account.begin(&shared, boot(1000.0));
+            Self {
+                folder,
+                clock,
+                task: task.unwrap(),
+                spans: allowance.spans.unwrap(),
+            }
+        }
+
+        fn account_in(folder: &Path) -> DoseAccount {
+            DoseAccount::open(Some(participant_path(folder)), 600.0, 10.0).unwrap()
+        }
+
+        fn driven(&mut self, start_s: f64, end_s: f64) {
+            self.spans.send(span(start_s, end_s)).unwrap();
+            self.at(end_s);
+        }
+
+        fn at(&mut self, now_s: f64) {
+            let now_ns = (now_s * 1e9) as u64;
+            self.clock
+                .0
+                .store(now_ns, std::sync::atomic::Ordering::Relaxed);
+            self.task.poll(now_ns).unwrap();
+        }
+
+        /// What another program finds left when this one has been on for `now_s`.
+        fn left_s(&self, now_s: f64) -> f64 {
+            let account = Self::account_in(self.folder.path());
+            account.left_s(&boot(1000.0 + now_s), self.clock.utc())
+        }
+    }
+
+    /// Fault 42.
+    #[test]
+    fn a_program_that_is_killed_while_it_drives_has_counted_more_than_it_drove() {
+        let mut rig = Rig::new();
+        rig.driven(10.0, 10.0);
+        for step in 0..=4000 {
+            let now_s = 10.0 + 0.01 * f64::from(step);
+            if step % 25 == 0 {
+                rig.driven(10.0, now_s);
+                let counted_s = 600.0 - rig.left_s(now_s);
+                let driven_s = now_s - 10.0;
+                assert!(
+                    counted_s > driven_s && counted_s <= driven_s + AHEAD_S,
+                    "{counted_s}"
+                );
+            }
+        }
+        rig.at(60.0);
+        assert!(
+            (rig.left_s(60.0) - 560.0).abs() < 1e-3,
+            "corrected at the end"
+        );
+    }
+
+    #[test]
+    fn the_end_of_the_program_writes_what_was_driven() {
+        let mut rig = Rig::new();
+        rig.driven(1.0, 8.0);
+        rig.driven(20.0, 23.0);
+        rig.task.finish().unwrap();
+        assert!((rig.left_s(24.0) - 590.0).abs() < 1e-3);
+        assert!((rig.left_s(24.0 + 3600.0) - 600.0).abs() < 1e-3);
+        let account = Rig::account_in(rig.folder.path());
+        let now = rig.clock.utc();
+        assert_eq!(account.wait_s(590.0, &boot(1024.0), now), 0.0);
+        // All of it is free again an hour after the end of the second drive.
+        let wait_s = account.wait_s(600.0, &boot(1024.0), now);
+        assert!((wait_s - 3599.0).abs() < 1e-3, "{wait_s}");
+    }
+
+    #[test]
+    fn nothing_is_written_for_a_bench_that_is_not_driven() {
+        let mut rig = Rig::new();
+        rig.at(100.0);
+        rig.task.finish().unwrap();
+        assert!(!participant_path(rig.folder.path()).exists());
+    }
+
+    #[test]
+    fn a_damaged_account_is_refused_by_its_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = participant_path(folder.path());
+        std::fs::write(&path, "boot\tup_s\tdriven_s\tdate\nabc\t1.0\t2").unwrap();
+        let error = DoseAccount::open(Some(path.clone()), 600.0, 10.0).unwrap_err();
+        assert!(matches!(&error, DoseError::Damaged { path: of, .. } if *of == path));
+        std::fs::remove_file(&path).unwrap();
+        std::fs::create_dir(&path).unwrap();
+        let error = DoseAccount::open(Some(path), 600.0, 10.0).unwrap_err();
+        assert!(matches!(error, DoseError::Unreadable { .. }));
+    }
+
+    #[test]
+    fn a_simulated_bench_keeps_nothing() {
+        let account = DoseAccount::open(None, 600.0, 10.0).unwrap();
+        let clock: Arc<dyn Clock> = Arc::new(Hands(std::sync::atomic::AtomicU64::new(0)));
+        let (allowance, task) = account.begin(&clock, boot(5.0));
+        assert!(task.is_none() && allowance.spans.is_none());
+    }
+}

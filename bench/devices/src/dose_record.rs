@@ -1,0 +1,286 @@
+//! The record of driving times: a table of spans, each with the computer's run that it fell into.
+//!
+//! Within one run of the computer its own clock counts, which nobody sets. Over a restart the wall clock is believed
+//! only where it says that more than a day has passed: a wall clock that is hours wrong, or set by hours, frees no
+//! driving time.
+
+use jiff::{SignedDuration, Timestamp};
+
+use crate::boot::Boot;
+
+const HEADER: &str = "boot\tup_s\tdriven_s\tdate\n";
+/// Run of a computer that does not tell its runs apart.
+const NO_BOOT: &str = "-";
+/// Age from which on the wall clock is believed over a restart, s.
+const BELIEVED_S: f64 = 86_400.0;
+/// Age from which on a span of this run is left out of the record, s.
+const KEPT_S: f64 = 7_200.0;
+/// Longest span, s: a week.
+const LONGEST_S: f64 = 604_800.0;
+
+/// A span of driving.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Driven {
+    /// Run of the computer; `None` where it does not tell its runs apart.
+    pub boot: Option<String>,
+    /// When the drive came on, in seconds of that run.
+    pub up_s: f64,
+    /// How long it was on, s.
+    pub driven_s: f64,
+    /// When it came on, by the wall clock.
+    pub date: Timestamp,
+}
+
+/// A line of a record that cannot be read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("line {line} is damaged")]
+pub struct DamagedLine {
+    /// Number of the line, from 1.
+    pub line: usize,
+}
+
+/// Reads a record.
+///
+/// # Errors
+/// The first line that cannot be read: nobody can tell then what was driven.
+pub fn parse(text: &str) -> Result<Vec<Driven>, DamagedLine> {
+    let mut lines = text.split_inclusive('\n').enumerate();
+    if lines.next().is_none_or(|(_, header)| header != HEADER) {
+        return Err(DamagedLine { line: 1 });
+    }
+    lines
+        .map(|(i, line)| row(line).ok_or(DamagedLine { line: i + 1 }))
+        .collect()
+}
+
+fn row(line: &str) -> Option<Driven> {
+    let line = line.strip_suffix('\n')?;
+    let mut fields = line.split('\t');
+    let boot = fields.next()?;
+    let named = |c: char| c.is_ascii_hexdigit() || c == '-';
+    if boot.is_empty() || boot.len() > 64 || !boot.chars().all(named) {
+        return None;
+    }
+    let number = |text: &str| {
+        text.parse()
+            .ok()
+            .filter(|n: &f64| n.is_finite() && *n >= 0.0)
+    };
+    let up_s = number(fields.next()?)?;
+    let driven_s = number(fields.next()?)?;
+    let date = fields.next()?.parse().ok()?;
+    (fields.next().is_none() && driven_s <= LONGEST_S).then(|| Driven {
+        boot: (boot != NO_BOOT).then(|| boot.to_owned()),
+        up_s,
+        driven_s,
+        date,
+    })
+}
+
+/// Returns the text of a record.
+#[must_use]
+pub fn to_text(spans: &[Driven]) -> String {
+    let rows = spans.iter().map(|span| {
+        let boot = span.boot.as_deref().unwrap_or(NO_BOOT);
+        format!(
+            "{boot}\t{:.3}\t{:.3}\t{}\n",
+            span.up_s, span.driven_s, span.date
+        )
+    });
+    std::iter::once(HEADER.to_owned()).chain(rows).collect()
+}
+
+/// Returns what may still lie within the last hour, as start and end in seconds of the present run of the computer;
+/// what was driven in an earlier run lies as late as it can, before the start of the present one.
+#[must_use]
+pub fn on_this_run(spans: &[Driven], boot: &Boot, now: Timestamp) -> Vec<(f64, f64)> {
+    let mut placed = Vec::new();
+    // End of what was driven in earlier runs, and the earlier run that is being placed: its name and its shift.
+    let mut until_s = 0.0;
+    let mut run: Option<(&str, f64)> = None;
+    for span in spans.iter().rev() {
+        let wall_s = age_s(span, now);
+        match (&span.boot, &boot.id) {
+            (Some(of), Some(this)) if of == this => {
+                placed.push((span.up_s, span.up_s + span.driven_s));
+            }
+            (Some(_), Some(_)) if wall_s > BELIEVED_S => {}
+            (Some(of), Some(_)) => {
+                let end_s = span.up_s + span.driven_s;
+                let shift_s = match run {
+                    Some((name, shift_s)) if name == of => shift_s,
+                    _ => until_s - end_s,
+                };
+                run = Some((of, shift_s));
+                until_s = f64::min(until_s, span.up_s + shift_s);
+                placed.push((span.up_s + shift_s, end_s + shift_s));
+            }
+            _ => {
+                let end_s = boot.up_s - wall_s.max(0.0);
+                placed.push((end_s - span.driven_s, end_s));
+            }
+        }
+    }
+    placed
+}
+
+/// Returns the time since the end of a span by the wall clock, s.
+fn age_s(span: &Driven, now: Timestamp) -> f64 {
+    let since: SignedDuration = now.duration_since(span.date);
+    since.as_secs_f64() - span.driven_s
+}
+
+/// Returns what a record still needs.
+pub fn kept(spans: &[Driven], boot: &Boot, now: Timestamp) -> Vec<Driven> {
+    let needed = |span: &&Driven| {
+        let this = span.boot.is_some() && span.boot == boot.id;
+        if this {
+            boot.up_s - span.up_s - span.driven_s < KEPT_S
+        } else {
+            age_s(span, now) <= BELIEVED_S
+        }
+    };
+    spans.iter().filter(needed).cloned().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn at(text: &str) -> Timestamp {
+        text.parse().unwrap()
+    }
+
+    fn driven(boot: &str, up_s: f64, driven_s: f64, date: &str) -> Driven {
+        Driven {
+            boot: Some(boot.to_owned()),
+            up_s,
+            driven_s,
+            date: at(date),
+        }
+    }
+
+    fn run(id: &str, up_s: f64) -> Boot {
+        Boot {
+            id: Some(id.to_owned()),
+            up_s,
+        }
+    }
+
+    const NOON: &str = "2026-05-04T12:00:00Z";
+
+    /// Fault 39.
+    #[test]
+    fn on_the_same_run_the_wall_clock_is_not_asked() {
+        let spans = [driven("a", 1000.0, 60.0, NOON)];
+        for now in [
+            "2026-05-04T12:10:00Z",
+            "2027-01-01T00:00:00Z",
+            "1999-01-01T00:00:00Z",
+        ] {
+            let placed = on_this_run(&spans, &run("a", 1700.0), at(now));
+            assert_eq!(placed, [(1000.0, 1060.0)], "{now}");
+            assert_eq!(kept(&spans, &run("a", 1700.0), at(now)), spans);
+        }
+    }
+
+    /// Fault 39.
+    #[test]
+    fn over_a_restart_hours_of_the_wall_clock_free_nothing_and_days_do() {
+        let spans = [
+            driven("a", 1000.0, 60.0, "2026-05-04T11:00:00Z"),
+            driven("a", 2000.0, 40.0, "2026-05-04T11:16:40Z"),
+        ];
+        for now in [
+            "2026-05-04T11:20:00Z",
+            "2026-05-05T11:00:00Z",
+            "2025-01-01T00:00:00Z",
+        ] {
+            let placed = on_this_run(&spans, &run("b", 30.0), at(now));
+            assert_eq!(placed, [(-40.0, 0.0), (-1040.0, -980.0)], "{now}");
+        }
+        let a_week_later = at("2026-05-11T12:00:00Z");
+        assert!(on_this_run(&spans, &run("b", 30.0), a_week_later).is_empty());
+        assert!(kept(&spans, &run("b", 30.0), a_week_later).is_empty());
+    }
+
+    #[test]
+    fn several_runs_lie_one_before_the_other() {
+        let spans = [driven("a", 10.0, 60.0, NOON), driven("b", 5.0, 20.0, NOON)];
+        let placed = on_this_run(&spans, &run("c", 3.0), at(NOON));
+        assert_eq!(placed, [(-20.0, 0.0), (-80.0, -20.0)]);
+    }
+
+    #[test]
+    fn a_computer_that_tells_no_runs_apart_goes_by_the_wall_clock() {
+        let spans = [Driven {
+            boot: None,
+            ..driven("a", 0.0, 60.0, "2026-05-04T11:50:00Z")
+        }];
+        let nowhere = Boot {
+            id: None,
+            up_s: 0.0,
+        };
+        let placed = on_this_run(&spans, &nowhere, at(NOON));
+        assert_eq!(placed, [(-600.0, -540.0)]);
+        // Dated in the future, it may have been just now.
+        let early = on_this_run(&spans, &nowhere, at("2026-05-04T11:00:00Z"));
+        assert_eq!(early, [(-60.0, 0.0)]);
+    }
+
+    #[test]
+    fn a_damaged_line_is_named() {
+        let good = to_text(&[driven("a", 1.0, 2.0, NOON)]);
+        assert_eq!(parse(&good).unwrap().len(), 1);
+        for (text, line) in [
+            (String::new(), 1),
+            ("boot\n".to_owned(), 1),
+            (good.trim_end().to_owned(), 2),
+            (format!("{good}a\t1\t2\n"), 3),
+            (format!("{good}a\t1\t-2\t{NOON}\n"), 3),
+            (format!("{good}a\t1\tNaN\t{NOON}\n"), 3),
+            (format!("{good}a\t1\t1e300\t{NOON}\n"), 3),
+            (format!("{good}a b\t1\t1\t{NOON}\n"), 3),
+            (format!("{good}a\t1\t1\tyesterday\n"), 3),
+            (format!("{good}\n{good}"), 3),
+        ] {
+            assert_eq!(parse(&text), Err(DamagedLine { line }), "{text:?}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_record_reads_as_it_was_written(
+            rows in prop::collection::vec((prop::option::of("[0-9a-f]{1,36}"), 0u32..1_000_000, 0u32..100_000, 0i64..2_000_000_000), 0..20),
+        ) {
+            let spans: Vec<Driven> = rows
+                .into_iter()
+                .map(|(boot, up, driven, date)| Driven {
+                    boot,
+                    up_s: f64::from(up) / 8.0,
+                    driven_s: f64::from(driven) / 8.0,
+                    date: Timestamp::from_second(date).unwrap(),
+                })
+                .collect();
+            prop_assert_eq!(parse(&to_text(&spans)).unwrap(), spans);
+        }
+
+        #[test]
+        fn no_text_makes_the_reader_fail_otherwise(text in "(boot\tup_s\tdriven_s\tdate\n)?[0-9a-f\t\n.:TZe-]{0,80}") {
+            let _ = parse(&text);
+        }
+
+        /// Whatever the wall clock says within a day, nothing of an earlier run is younger than it can be, and nothing
+        /// of it is older than this run.
+        /// Fault 39.
+        #[test]
+        fn within_a_day_the_wall_clock_changes_nothing(wrong_s in -80_000i64..80_000, up_s in 0.0..4000.0) {
+            let spans = [driven("a", 100.0, 50.0, NOON), driven("b", 20.0, 30.0, "2026-05-04T12:05:00Z")];
+            let now = at("2026-05-04T12:10:00Z");
+            let wrong = now.checked_add(SignedDuration::from_secs(wrong_s)).unwrap();
+            let boot = run("c", up_s);
+            prop_assert_eq!(on_this_run(&spans, &boot, wrong), on_this_run(&spans, &boot, now));
+        }
+    }
+}

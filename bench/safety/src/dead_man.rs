@@ -1,0 +1,256 @@
+//! The dead-man switch: the plate is driven only while it is held, and only if it was released and pressed since the
+//! last drive, so that a contact that is welded, tied down or shorted starts nothing.
+
+use serde::Serialize;
+
+/// What the person at the switch must do next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Hold {
+    /// Release it: it has been closed since before the last drive, or since the start.
+    Release,
+    /// Press it.
+    Press,
+    /// Nothing: it was released, and is held.
+    Held,
+}
+
+/// Why the switch stops the drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum LetGo {
+    /// It was released while the plate was driven.
+    Released,
+    /// The drive began although it was not released and held.
+    NotHeld(Hold),
+}
+
+/// Time for which the contact must be closed before it counts as held again, ns: a contact bounces, and a loose wire
+/// closes for moments.
+const STEADY_NS: u64 = 20_000_000;
+/// Time for which the contact must be open to prove that it opens, ns.
+const OPEN_NS: u64 = 50_000_000;
+/// Silence after which a drive is over, ns; a modulation passes zero for an instant.
+const OVER_NS: u64 = 200_000_000;
+
+/// The course of the switch, fed with its level; high is closed.
+#[derive(Debug)]
+pub(crate) struct DeadMan {
+    release_ns: u64,
+    /// Since when the contact has not been closed for [`STEADY_NS`]; `None` while it is held.
+    let_go_ns: Option<u64>,
+    /// Since when it has been closed, and open, without interruption.
+    closed_ns: Option<u64>,
+    open_ns: Option<u64>,
+    /// Whether it was seen to open since the last drive.
+    opened: bool,
+    /// When the plate was last driven, while that drive is not over.
+    driven_ns: Option<u64>,
+}
+
+impl DeadMan {
+    /// A switch that stops the drive once it was released for `release_ns`.
+    pub(crate) fn new(release_ns: u64) -> Self {
+        Self {
+            release_ns,
+            let_go_ns: Some(0),
+            closed_ns: None,
+            open_ns: None,
+            opened: false,
+            driven_ns: None,
+        }
+    }
+
+    /// Takes the level, and whether the plate is driven; returns why it must not be.
+    pub(crate) fn poll(&mut self, closed: bool, driven: bool, now_ns: u64) -> Option<LetGo> {
+        if closed {
+            self.open_ns = None;
+            let since_ns = *self.closed_ns.get_or_insert(now_ns);
+            if now_ns - since_ns >= STEADY_NS {
+                self.let_go_ns = None;
+            }
+        } else {
+            self.closed_ns = None;
+            self.let_go_ns.get_or_insert(now_ns);
+            let since_ns = *self.open_ns.get_or_insert(now_ns);
+            self.opened |= self.driven_ns.is_none() && now_ns - since_ns >= OPEN_NS;
+        }
+        if !driven {
+            if self
+                .driven_ns
+                .is_some_and(|last_ns| now_ns - last_ns >= OVER_NS)
+            {
+                self.driven_ns = None;
+                self.opened = false;
+            }
+            return None;
+        }
+        let begins = self.driven_ns.replace(now_ns).is_none();
+        if begins && self.hold() != Hold::Held {
+            return Some(LetGo::NotHeld(self.hold()));
+        }
+        self.let_go_ns
+            .is_some_and(|since_ns| now_ns - since_ns >= self.release_ns)
+            .then_some(LetGo::Released)
+    }
+
+    /// Returns what must be done next.
+    pub(crate) fn hold(&self) -> Hold {
+        match (self.opened, self.let_go_ns) {
+            // Also while it is open, until that has lasted.
+            (false, _) => Hold::Release,
+            (true, None) => Hold::Held,
+            (true, Some(_)) => Hold::Press,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const MS: u64 = 1_000_000;
+    const RELEASE_NS: u64 = 200 * MS;
+
+    /// A switch, looked at every 2 ms.
+    struct Rig {
+        switch: DeadMan,
+        now_ns: u64,
+    }
+
+    impl Rig {
+        fn new() -> Self {
+            Self {
+                switch: DeadMan::new(RELEASE_NS),
+                now_ns: 0,
+            }
+        }
+
+        /// Lets time pass; returns the first stop, and after how long.
+        fn pass(&mut self, ms: u64, closed: bool, driven: bool) -> Option<(u64, LetGo)> {
+            let mut first = None;
+            for step in 1..=ms / 2 {
+                self.now_ns += 2 * MS;
+                let stop = self.switch.poll(closed, driven, self.now_ns);
+                first = first.or(stop.map(|why| (2 * step, why)));
+            }
+            first
+        }
+
+        /// A switch that was released and is held.
+        fn held() -> Self {
+            let mut rig = Self::new();
+            assert_eq!(rig.pass(100, false, false), None);
+            assert_eq!(rig.switch.hold(), Hold::Press);
+            assert_eq!(rig.pass(100, true, false), None);
+            assert_eq!(rig.switch.hold(), Hold::Held);
+            rig
+        }
+    }
+
+    /// Hazard 15.
+    #[test]
+    fn a_release_of_a_fifth_of_a_second_stops_and_a_bounce_does_not() {
+        let mut rig = Rig::held();
+        assert_eq!(rig.pass(1000, true, true), None);
+        assert_eq!(rig.pass(150, false, true), None);
+        assert_eq!(rig.pass(1000, true, true), None, "it was held again");
+        let (after_ms, why) = rig.pass(400, false, true).unwrap();
+        assert_eq!(why, LetGo::Released);
+        assert!((200..=204).contains(&after_ms), "{after_ms} ms");
+    }
+
+    /// Hazard 15.
+    #[test]
+    fn a_switch_that_is_stuck_closed_starts_nothing() {
+        let mut stuck = Rig::new();
+        stuck.pass(5000, true, false);
+        assert_eq!(stuck.switch.hold(), Hold::Release);
+        let began = stuck.pass(2, true, true);
+        assert_eq!(began, Some((2, LetGo::NotHeld(Hold::Release))));
+        // A contact that opens for a moment proves nothing.
+        let mut bounces = Rig::new();
+        bounces.pass(1000, true, false);
+        bounces.pass(40, false, false);
+        bounces.pass(1000, true, false);
+        assert_eq!(bounces.switch.hold(), Hold::Release);
+    }
+
+    #[test]
+    fn whoever_does_as_asked_at_once_comes_to_hold_it() {
+        // A hand that is quicker than any: the next look finds what the last one asked for.
+        let mut rig = Rig::new();
+        rig.pass(100, true, false);
+        let mut asked = Vec::new();
+        for _ in 0..200 {
+            let hold = rig.switch.hold();
+            if asked.last() != Some(&hold) {
+                asked.push(hold);
+            }
+            rig.pass(2, hold != Hold::Release, false);
+        }
+        assert_eq!(asked, [Hold::Release, Hold::Press, Hold::Held]);
+    }
+
+    /// Hazard 15.
+    #[test]
+    fn each_drive_wants_a_release_and_a_press_of_its_own() {
+        let mut rig = Rig::held();
+        rig.pass(1000, true, true);
+        rig.pass(300, true, false);
+        assert_eq!(rig.switch.hold(), Hold::Release);
+        rig.pass(100, false, false);
+        rig.pass(100, true, false);
+        assert_eq!(rig.switch.hold(), Hold::Held);
+        assert_eq!(rig.pass(1000, true, true), None);
+    }
+
+    #[test]
+    fn a_modulation_that_passes_zero_is_one_drive() {
+        let mut rig = Rig::held();
+        for _ in 0..20 {
+            assert_eq!(rig.pass(160, true, true), None);
+            assert_eq!(rig.pass(10, true, false), None);
+        }
+    }
+
+    proptest! {
+        /// Hazard 15.
+        #[test]
+        fn a_contact_that_never_closes_for_long_stops_in_time_however_it_chatters(
+            chatter in prop::collection::vec((1u64..=9, 1u64..=30), 20..60),
+        ) {
+            let mut rig = Rig::held();
+            rig.pass(500, true, true);
+            let (mut passed_ms, mut stopped_ms) = (0, None);
+            for (closed, open) in chatter {
+                for (level, steps) in [(false, open), (true, closed)] {
+                    if let Some((after_ms, _)) = rig.pass(2 * steps, level, true) {
+                        stopped_ms = stopped_ms.or(Some(passed_ms + after_ms));
+                    }
+                    passed_ms += 2 * steps;
+                }
+            }
+            if passed_ms > 210 {
+                prop_assert!(stopped_ms.is_some_and(|ms| ms <= 204), "{:?}", stopped_ms);
+            }
+        }
+
+        /// Whatever the switch does, a drive that is not stopped began with a release and a press, and was never let go
+        /// for longer than allowed.
+        #[test]
+        fn nothing_is_driven_unheld(levels in prop::collection::vec((any::<bool>(), 1u64..150), 1..30)) {
+            let mut rig = Rig::new();
+            let (mut opened, mut closed_ms) = (false, 0);
+            for (closed, steps) in levels {
+                rig.pass(2 * steps, closed, false);
+                opened |= !closed && 2 * (steps - 1) >= 50;
+                closed_ms = if closed { closed_ms + 2 * steps } else { 0 };
+            }
+            let starts = rig.pass(2, closed_ms > 0, true).is_none();
+            if starts {
+                prop_assert!(opened && closed_ms + 2 >= 20);
+            }
+        }
+    }
+}

@@ -1,0 +1,189 @@
+//! Driving time that a person is allowed within an hour: what counts, what is left, when it goes on.
+
+use crossbeam_channel::Sender;
+use serde::Serialize;
+
+use crate::minutes::{at_least, at_most};
+use crate::sliding_hour::{SlidingHour, Span};
+use crate::trip::Trip;
+
+/// Largest drive that does not count, V peak: the preflight's tone, which no finger feels.
+pub const FAINT_V: f64 = 2.0;
+/// Read-back from which on the plate counts as driven whatever was commanded, V peak: the faint tone and half as much
+/// again.
+const FAINT_READ_V: f64 = 1.5 * FAINT_V;
+/// Longest time below [`FAINT_V`] that counts all the same, ns: a modulation falls through it in each period.
+const PAUSE_NS: i64 = 1_000_000_000;
+/// Largest step by which a span grows before it is reported again, ns.
+const REPORT_NS: i64 = 250_000_000;
+
+/// Driving time that is allowed from now on.
+#[derive(Debug, Clone, Default)]
+pub struct Allowance {
+    /// Allowed within any hour, s.
+    pub limit_s: f64,
+    /// Least that must be left when the bench arms, s.
+    pub need_s: f64,
+    /// What was driven before.
+    pub before: SlidingHour,
+    /// Is sent each span as it begins, grows and ends; the start tells one from the next.
+    pub spans: Option<Sender<Span>>,
+}
+
+impl Allowance {
+    /// Allows `limit_s` an hour, of which nothing is used; a bench that has used it up goes on when a tenth of it is
+    /// free, at most 10 s.
+    #[must_use]
+    pub fn of(limit_s: f64) -> Self {
+        Self {
+            limit_s,
+            need_s: (0.1 * limit_s).min(10.0),
+            ..Self::default()
+        }
+    }
+}
+
+/// What is left of the driving time of an hour.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct DoseLeft {
+    /// Allowed within an hour, s.
+    pub limit_s: f64,
+    /// Left at this moment, s.
+    pub left_s: f64,
+    /// Time without driving after which the bench may be armed, s; 0 if it may now.
+    pub wait_s: f64,
+}
+
+impl DoseLeft {
+    /// Returns the words of screens.
+    ///
+    /// ```
+    /// let left = safety::DoseLeft { limit_s: 730.0, left_s: 300.0, wait_s: 0.0 };
+    /// assert_eq!(left.in_words(), "5 min of driving left this hour");
+    /// let spent = safety::DoseLeft { left_s: 3.0, wait_s: 1200.0, ..left };
+    /// assert_eq!(spent.in_words(), "3 s of driving left this hour, go on in 20 min");
+    /// ```
+    #[must_use]
+    pub fn in_words(&self) -> String {
+        let left = format!("{} of driving left this hour", at_most(self.left_s));
+        if self.wait_s > 0.0 {
+            format!("{left}, go on in {}", at_least(self.wait_s))
+        } else {
+            left
+        }
+    }
+}
+
+/// Account of the driving time.
+#[derive(Debug)]
+pub(crate) struct Dose {
+    limit_ns: i64,
+    need_ns: i64,
+    hour: SlidingHour,
+    /// The span that may still grow.
+    open: Option<Span>,
+    /// Whether the plate was driven when last looked at.
+    driven: bool,
+    reported_ns: i64,
+    spans: Option<Sender<Span>>,
+}
+
+impl Dose {
+    pub(crate) fn new(allowance: Allowance) -> Self {
+        // What is no number allows nothing.
+        let ns = |seconds: f64| (seconds * 1e9) as i64;
+        Self {
+            limit_ns: ns(allowance.limit_s),
+            need_ns: ns(allowance.need_s),
+            hour: allowance.before,
+            open: None,
+            driven: false,
+            reported_ns: 0,
+            spans: allowance.spans,
+        }
+    }
+
+    /// Takes another allowance; what was driven so far counts under both.
+    pub(crate) fn allow(&mut self, allowance: Allowance) {
+        let open = self.open.take();
+        *self = Self::new(allowance);
+        if let Some(open) = open {
+            self.hour.add(open);
+        }
+    }
+
+    /// Counts the time up to `now_ns`, in which the plate was last commanded and last read back like this.
+    pub(crate) fn count(&mut self, now_ns: i64, commanded_v: f64, read_back_v: f64) {
+        let driven = commanded_v.abs() > FAINT_V || read_back_v > FAINT_READ_V;
+        let goes_on = self
+            .open
+            .is_some_and(|open| self.driven || now_ns - open.end_ns < PAUSE_NS);
+        match &mut self.open {
+            Some(open) if goes_on => {
+                if driven {
+                    open.end_ns = now_ns;
+                    if now_ns - self.reported_ns >= REPORT_NS {
+                        self.report(now_ns);
+                    }
+                } else if self.driven {
+                    self.report(now_ns);
+                }
+            }
+            open => {
+                if let Some(over) = open.take() {
+                    self.hour.add(over);
+                    self.hour.forget(now_ns);
+                }
+                if driven {
+                    self.open = Some(Span {
+                        start_ns: now_ns,
+                        end_ns: now_ns,
+                    });
+                    self.report(now_ns);
+                }
+            }
+        }
+        self.driven = driven;
+    }
+
+    fn report(&mut self, now_ns: i64) {
+        self.reported_ns = now_ns;
+        if let (Some(spans), Some(open)) = (&self.spans, self.open) {
+            // Who keeps the account ends before the watch only when it failed, and that stops the bench.
+            let _ = spans.send(open);
+        }
+    }
+
+    /// Returns what is left at `now_ns`.
+    pub(crate) fn left(&self, now_ns: i64) -> DoseLeft {
+        let seconds = |ns: i64| ns as f64 * 1e-9;
+        let hour = self.whole();
+        DoseLeft {
+            limit_s: seconds(self.limit_ns),
+            left_s: seconds((self.limit_ns - hour.used_ns(now_ns)).max(0)),
+            wait_s: seconds(hour.wait_ns(now_ns, self.need_ns, self.limit_ns)),
+        }
+    }
+
+    fn whole(&self) -> SlidingHour {
+        let mut hour = self.hour.clone();
+        if let Some(open) = self.open {
+            hour.add(open);
+        }
+        hour
+    }
+
+    /// Returns the trip of a plate that is driven and may not be any longer.
+    pub(crate) fn spent(&self, left: &DoseLeft) -> Option<Trip> {
+        (self.driven && left.left_s <= 0.0).then(|| trip(left))
+    }
+}
+
+/// Returns the trip of a dose that is used up.
+pub(crate) fn trip(left: &DoseLeft) -> Trip {
+    Trip::Dose {
+        driven_s: left.limit_s - left.left_s,
+        limit_s: left.limit_s,
+        wait_s: left.wait_s,
+    }
+}

@@ -1,0 +1,220 @@
+//! What protects the person at the plate: driving time, dead-man switch.
+
+use super::*;
+use crate::dose::DoseLeft;
+use crate::sliding_hour::{SlidingHour, Span};
+
+const S: u64 = 1000;
+
+fn allow(rig: &Rig, limit_s: f64, before: &[(i64, i64)]) {
+    let mut hour = SlidingHour::default();
+    for &(start_s, end_s) in before {
+        hour.add(Span {
+            start_ns: start_s * 1_000_000_000,
+            end_ns: end_s * 1_000_000_000,
+        });
+    }
+    let allowance = Allowance {
+        before: hour,
+        ..Allowance::of(limit_s)
+    };
+    rig.ask.send(SafetyCommand::Allow(allowance));
+}
+
+fn left(rig: &Rig) -> DoseLeft {
+    rig.signals.dose.get().unwrap()
+}
+
+/// Lets the drive sound at a voltage.
+fn sound(rig: &mut Rig, volts: f64, ms: u64) {
+    rig.card.commanded_v.set(volts);
+    rig.pass(ms, |_| ());
+}
+
+/// Fault 42.
+/// Hazards 4, 5, 6.
+#[test]
+fn a_dose_that_is_used_up_stops_and_says_when_to_go_on() {
+    let mut rig = Rig::armed(SafetyLines::default());
+    allow(&rig, 20.0, &[]);
+    sound(&mut rig, 20.0, 19 * S);
+    assert_eq!(rig.trip(), None);
+    rig.pass(2 * S, |_| ());
+    let Some(Trip::Dose {
+        driven_s, wait_s, ..
+    }) = rig.trip()
+    else {
+        panic!("{:?}", rig.trip())
+    };
+    assert!((driven_s - 20.0).abs() < 0.01, "{driven_s}");
+    // A tenth of it is free an hour after its first two seconds.
+    assert!((wait_s - (3600.0 - 18.0)).abs() < 0.1, "{wait_s}");
+    sound(&mut rig, 0.0, S);
+    rig.ask.send(SafetyCommand::Rearm);
+    rig.ask.send(SafetyCommand::Arm);
+    rig.pass(10, |_| ());
+    assert!(matches!(rig.trip(), Some(Trip::Dose { .. })), "not yet");
+}
+
+/// Fault 42.
+#[test]
+fn what_was_driven_before_the_program_started_counts() {
+    let mut rig = Rig::new(SafetyLines::default());
+    allow(&rig, 600.0, &[(-1000, -500), (-400, -301)]);
+    rig.pass(10, |_| ());
+    assert!((left(&rig).left_s - 1.0).abs() < 1e-6);
+    rig.ask.send(SafetyCommand::Arm);
+    rig.pass(10, |_| ());
+    let Some(Trip::Dose { wait_s, .. }) = rig.trip() else {
+        panic!("armed with a second left")
+    };
+    // Nine more seconds of the earliest drive must fall out of the hour.
+    assert!((wait_s - (3600.0 - 1000.0 + 9.0)).abs() < 0.1, "{wait_s}");
+}
+
+#[test]
+fn the_faint_tone_costs_nothing_and_each_drive_that_is_felt_does() {
+    let mut rig = Rig::new(SafetyLines::default());
+    allow(&rig, 100.0, &[]);
+    sound(&mut rig, 2.0, 5 * S);
+    assert_eq!(left(&rig).left_s, 100.0);
+    // A modulation that falls through the faint level.
+    for _ in 0..60 {
+        sound(&mut rig, 20.0, 130);
+        sound(&mut rig, 1.0, 36);
+    }
+    let used_s = 100.0 - left(&rig).left_s;
+    assert!((9.8..=10.0).contains(&used_s), "{used_s}");
+    // A plate that is driven by nobody's command.
+    sound(&mut rig, 0.0, 2 * S);
+    let before_s = left(&rig).left_s;
+    rig.pass(3 * S, |rig| rig.read_back(10.0));
+    let used_s = before_s - left(&rig).left_s;
+    assert!((used_s - 3.0).abs() < 0.01, "{used_s}");
+}
+
+#[test]
+fn whoever_keeps_the_account_is_sent_each_span_from_its_first_moment() {
+    let mut rig = Rig::armed(SafetyLines::default());
+    let (spans, sent) = crossbeam_channel::unbounded();
+    let allowance = Allowance {
+        spans: Some(spans),
+        ..Allowance::of(100.0)
+    };
+    sound(&mut rig, 0.0, 2 * S);
+    rig.ask.send(SafetyCommand::Allow(allowance));
+    rig.pass(S, |_| ());
+    assert_eq!(sent.len(), 0);
+    sound(&mut rig, 20.0, 1);
+    let first = sent.recv().unwrap();
+    assert_eq!(first.start_ns, first.end_ns);
+    sound(&mut rig, 20.0, 10 * S);
+    sound(&mut rig, 0.0, 2 * S);
+    let spans: Vec<Span> = sent.try_iter().collect();
+    assert!(spans.iter().all(|span| span.start_ns == first.start_ns));
+    let last = spans.last().unwrap();
+    let length_s = (last.end_ns - last.start_ns) as f64 * 1e-9;
+    assert!((length_s - 10.0).abs() < 0.01, "{length_s}");
+}
+
+/// A dead-man line at a level that the test sets.
+struct Held(Arc<AtomicBool>);
+
+impl crate::InputLine for Held {
+    fn is_high(&mut self) -> Result<bool, GpioError> {
+        Ok(self.0.load(Ordering::Relaxed))
+    }
+}
+
+/// A bench with a dead-man switch that lets go in a fifth of a second, and the switch.
+fn with_switch() -> (Rig, Arc<AtomicBool>) {
+    let held = Arc::new(AtomicBool::new(false));
+    let lines = SafetyLines {
+        dead_man: Some(Box::new(Held(Arc::clone(&held)))),
+        ..SafetyLines::default()
+    };
+    let limits = SafetyLimits {
+        dead_man_release_ns: Some(200_000_000),
+        ..LIMITS
+    };
+    (Rig::with_limits(limits, lines), held)
+}
+
+fn arm(rig: &mut Rig) -> SafetyState {
+    rig.ask.send(SafetyCommand::Rearm);
+    rig.ask.send(SafetyCommand::Arm);
+    rig.pass(10, |_| ());
+    rig.watch.state.clone()
+}
+
+/// Fault 42.
+/// Hazard 15.
+#[test]
+fn a_released_dead_man_switch_stops_and_wants_a_press_and_the_operator() {
+    let (mut rig, held) = with_switch();
+    rig.pass(100, |_| ());
+    held.store(true, Ordering::Relaxed);
+    rig.pass(100, |_| ());
+    assert_eq!(arm(&mut rig), SafetyState::Armed);
+    sound(&mut rig, 20.0, 2 * S);
+    held.store(false, Ordering::Relaxed);
+    rig.pass(190, |_| ());
+    assert_eq!(rig.trip(), None);
+    let kills = rig.card.kills();
+    rig.pass(20, |_| ());
+    assert_eq!(rig.trip(), Some(Trip::DeadManReleased));
+    assert!(rig.card.kills() > kills);
+
+    sound(&mut rig, 0.0, S);
+    let unheld = Trip::DeadManNotHeld { hold: Hold::Press };
+    assert_eq!(arm(&mut rig), SafetyState::Tripped { trip: unheld });
+    held.store(true, Ordering::Relaxed);
+    rig.pass(S, |_| ());
+    assert!(rig.trip().is_some(), "a press alone starts nothing");
+    assert_eq!(arm(&mut rig), SafetyState::Armed);
+}
+
+/// Fault 42.
+/// Hazard 15.
+#[test]
+fn a_dead_man_switch_that_does_not_open_arms_nothing() {
+    let (mut rig, held) = with_switch();
+    held.store(true, Ordering::Relaxed);
+    // The rig began with an open line.
+    rig.watch.dead_man = Some(DeadMan::new(200_000_000));
+    rig.pass(S, |_| ());
+    assert_eq!(rig.signals.hold.get(), Some(Hold::Release));
+    let stuck = Trip::DeadManNotHeld {
+        hold: Hold::Release,
+    };
+    assert_eq!(arm(&mut rig), SafetyState::Tripped { trip: stuck });
+}
+
+/// Hazard 15.
+#[test]
+fn a_drive_that_begins_without_a_new_press_is_stopped_although_the_bench_is_armed() {
+    let (mut rig, held) = with_switch();
+    rig.pass(100, |_| ());
+    held.store(true, Ordering::Relaxed);
+    rig.pass(100, |_| ());
+    assert_eq!(arm(&mut rig), SafetyState::Armed);
+    sound(&mut rig, 20.0, S);
+    sound(&mut rig, 0.0, S);
+    assert_eq!(rig.trip(), None);
+    sound(&mut rig, 20.0, 2);
+    let stuck = Trip::DeadManNotHeld {
+        hold: Hold::Release,
+    };
+    assert_eq!(rig.trip(), Some(stuck));
+}
+
+#[test]
+fn a_dead_man_switch_that_is_not_wired_is_never_held() {
+    let limits = SafetyLimits {
+        dead_man_release_ns: Some(200_000_000),
+        ..LIMITS
+    };
+    let mut rig = Rig::with_limits(limits, SafetyLines::default());
+    rig.pass(S, |_| ());
+    assert!(matches!(arm(&mut rig), SafetyState::Tripped { .. }));
+}

@@ -1,0 +1,113 @@
+//! What a trial waits for: the hour's driving time, and the dead-man switch.
+
+use super::rig::*;
+use crate::session::*;
+
+fn holding(rig: &mut Rig, hold: Hold, steps: usize) {
+    for _ in 0..steps {
+        rig.step(|o| o.hold = Some(hold));
+    }
+}
+
+fn instruction(rig: &Rig) -> Instruction {
+    rig.view.as_ref().unwrap().instruction
+}
+
+/// Fault 42.
+/// Hazard 15.
+#[test]
+fn each_trial_waits_until_the_switch_was_released_and_is_held() {
+    let mut rig = Rig::new(demo()).consented();
+    holding(&mut rig, Hold::Release, 300);
+    assert_eq!(rig.session.phase(), Phase::Hold);
+    assert_eq!(instruction(&rig), Instruction::ReleaseSwitch);
+    holding(&mut rig, Hold::Press, 300);
+    assert_eq!(instruction(&rig), Instruction::HoldSwitch);
+    assert_eq!(rig.begun().len(), 0, "nothing is driven meanwhile");
+    holding(&mut rig, Hold::Held, 1);
+    assert_eq!(rig.session.phase(), Phase::Baseline);
+    for _ in 0..100_000 {
+        if rig.session.phase() == Phase::Hold {
+            break;
+        }
+        // After its drive the switch must be released anew.
+        let after = matches!(rig.session.phase(), Phase::Analysing | Phase::Verdict);
+        let hold = if after { Hold::Release } else { Hold::Held };
+        holding(&mut rig, hold, 1);
+    }
+    assert_eq!(rig.session.phase(), Phase::Hold);
+    assert_eq!(rig.begun().len(), 1);
+    rig.check();
+}
+
+/// Hazard 15.
+#[test]
+fn a_switch_that_nobody_holds_pauses_the_session() {
+    let mut rig = Rig::new(demo()).consented();
+    let longest_s = rig.protocol.timeouts.place_finger_s;
+    let steps = (longest_s / STEP_S) as usize;
+    holding(&mut rig, Hold::Press, steps - 100);
+    assert_eq!(rig.session.phase(), Phase::Hold);
+    holding(&mut rig, Hold::Press, 300);
+    assert_eq!(rig.session.phase(), Phase::Paused);
+    assert!(rig.events().contains(&SessionEventKind::DeadManNotHeld));
+    assert_eq!(rig.begun().len(), 0);
+    // The operator goes on, and it is waited for again.
+    rig.step(|o| {
+        o.hold = Some(Hold::Press);
+        o.command = Some(OperatorCommand::Resume);
+    });
+    assert_eq!(rig.session.phase(), Phase::Hold);
+}
+
+/// Hazard 15.
+#[test]
+fn a_participant_who_let_go_is_told_so() {
+    let mut rig = Rig::new(demo()).consented();
+    while rig.session.phase() != Phase::Exploration {
+        holding(&mut rig, Hold::Held, 1);
+    }
+    rig.safety = Safety::Tripped("the dead-man switch was released".to_owned());
+    holding(&mut rig, Hold::Press, 1);
+    assert_eq!(instruction(&rig), Instruction::SwitchReleased);
+    rig.safety = Safety::Ok;
+    holding(&mut rig, Hold::Held, 500);
+    assert_eq!(
+        rig.session.phase(),
+        Phase::Fault,
+        "it must not go on by itself"
+    );
+    rig.step(|o| {
+        o.hold = Some(Hold::Release);
+        o.command = Some(OperatorCommand::Resume);
+    });
+    assert_eq!(rig.session.phase(), Phase::Hold);
+}
+
+/// Fault 42.
+/// Hazards 4, 5.
+#[test]
+fn no_trial_begins_in_an_hour_that_is_used_up() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.until(Phase::Verdict);
+    let begun = rig.begun().len();
+    let wait = |o: &mut Observation| o.drive_wait_s = 700.0;
+    while rig.session.phase() != Phase::Paused {
+        rig.step(wait);
+    }
+    assert_eq!(rig.begun().len(), begun);
+    let spent = SessionEventKind::DrivingTimeSpent { wait_s: 700.0 };
+    assert!(rig.events().contains(&spent));
+    rig.step(|o| {
+        wait(o);
+        o.command = Some(OperatorCommand::Resume);
+    });
+    assert_eq!(rig.session.phase(), Phase::Paused);
+    let refused = |event: &SessionEventKind| matches!(event, SessionEventKind::CommandRefused { because, .. } if because.contains("driving time"));
+    assert!(rig.events().iter().any(refused));
+    rig.tell(OperatorCommand::Resume);
+    assert_eq!(rig.session.phase(), Phase::Baseline);
+    assert_eq!(rig.begun().len(), begun + 1);
+    rig.until(Phase::Finished);
+    rig.check();
+}

@@ -1,0 +1,235 @@
+//! What protects the person at the plate: the driving time of an hour, the dead-man switch, the plate's temperature
+//! (FAULTS.md, row 42).
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use bench_tests::program::bench;
+use bench_tests::session::{SessionFolder, config_with, finish, text, unattended};
+use config::{Config, Effective};
+use friction_bench::run::{Plan, run};
+use friction_bench::session::Report;
+use recording::RecordingReader;
+use safety::{GpioError, InputLine};
+use tui::Instruction;
+
+use super::in_process::{Setup, apparatus, config, options};
+use super::refusals::{refused_before_anything_is_made, room};
+
+/// A bench that passes for hardware, and allows 12 s an hour; the session of one exploration wants 10.4 s.
+fn short_hour() -> Config {
+    config(&[
+        ("silence_s = 0.25", "silence_s = 0.05"),
+        ("ramp_s = 0.05", "ramp_s = 0.05\ndriving_s_per_hour = 12.0"),
+    ])
+}
+
+fn held(study: &Path, participant: &str, config: Config, setup: Setup) -> anyhow::Result<Report> {
+    let mut options = options(study);
+    options.participant = Some(participant.to_owned());
+    options.new_session = true;
+    let plan = Plan::new(Effective::uncalibrated(config), &options)?;
+    run(plan, apparatus(setup), std::io::sink()).map(|(report, _)| report)
+}
+
+/// Faults 39, 42.
+/// Hazards 4, 5, 6.
+#[test]
+fn a_person_is_not_driven_again_by_starting_the_program_again() {
+    let (_folder, study) = room();
+    let real = |set| Setup {
+        set,
+        real: true,
+        ..Setup::default()
+    };
+    let first = held(&study, "sub-01", short_hour(), real(&[])).unwrap();
+    assert!(first.completed, "{:?}", first.reason);
+    let account = study.join("sub-01").join("driving.tsv");
+    assert!(std::fs::read_to_string(&account).unwrap().lines().count() == 2);
+    // A wall clock that is wrong, or set meanwhile, frees nothing.
+    for set in [&[][..], &[(0.0, 2)], &[(0.0, -2)], &[(0.0, 1), (0.5, 20)]] {
+        let again = held(&study, "sub-01", short_hour(), real(set)).unwrap_err();
+        let again = again.to_string();
+        for word in [
+            "driving time left this hour: ",
+            " s of 12 s",
+            "11 s are needed",
+            "begin in",
+        ] {
+            assert!(again.contains(word), "{again}");
+        }
+    }
+    // Another person has an hour of their own.
+    let other = held(&study, "sub-02", short_hour(), real(&[])).unwrap();
+    assert!(other.completed, "{:?}", other.reason);
+
+    std::fs::write(&account, "boot\tup_s\tdriven_s\tdate\nnonsense\n").unwrap();
+    let damaged = held(&study, "sub-01", short_hour(), real(&[])).unwrap_err();
+    assert!(
+        damaged.to_string().contains("driving.tsv cannot be used"),
+        "{damaged}"
+    );
+}
+
+#[test]
+fn simulated_time_is_on_nobodys_account() {
+    let (_folder, study) = room();
+    for _ in 0..2 {
+        let report = held(&study, "sub-01", short_hour(), Setup::default()).unwrap();
+        assert!(report.completed, "{:?}", report.reason);
+    }
+    assert!(!study.join("sub-01").join("driving.tsv").exists());
+}
+
+/// A switch that a hand holds.
+#[derive(Clone, Default)]
+struct Switch(Arc<AtomicBool>);
+
+impl InputLine for Switch {
+    fn is_high(&mut self) -> Result<bool, GpioError> {
+        Ok(self.0.load(Ordering::Relaxed))
+    }
+}
+
+/// A session with a dead-man switch that is let go once the slider is past `until_m`.
+fn with_switch(study: &Path, until_m: f64) -> Report {
+    let switch = Switch::default();
+    let hand = switch.clone();
+    let holder = Box::new(
+        move |view: &tui::ParticipantView, _: bool, _: Option<devices::loudspeaker::Tone>| {
+            let past = view.slider_m.is_some_and(|at_m| at_m > until_m);
+            let follows = view.instruction == Instruction::FollowSlider;
+            match view.instruction {
+                Instruction::HoldSwitch => hand.0.store(true, Ordering::Relaxed),
+                Instruction::ReleaseSwitch => hand.0.store(false, Ordering::Relaxed),
+                _ if follows && past => hand.0.store(false, Ordering::Relaxed),
+                _ => {}
+            }
+        },
+    );
+    let setup = Setup {
+        dead_man: Some((Box::new(switch), holder)),
+        ..Setup::default()
+    };
+    let config = config(&[("[safety]\n", "[safety]\ndead_man = \"button\"\n")]);
+    held(study, "sub-01", config, setup).unwrap()
+}
+
+/// Fault 42.
+/// Hazard 15.
+#[test]
+fn a_participant_who_lets_go_stops_the_session_and_what_was_recorded_reads() {
+    let (_folder, study) = room();
+    let report = with_switch(&study, 0.04);
+    assert!(!report.completed);
+    let reason = report.reason.unwrap();
+    assert!(
+        reason.contains("the dead-man switch was released"),
+        "{reason}"
+    );
+    let session = SessionFolder::read(&study, "sub-01").unwrap();
+    let recordings = session.recordings();
+    assert_eq!(recordings.len(), 1);
+    let reader = RecordingReader::open(&recordings[0]).unwrap();
+    let events = &reader.manifest().events;
+    let told = |text: &str| {
+        events
+            .iter()
+            .any(|event| event.text.as_deref().is_some_and(|t| t.contains(text)))
+    };
+    assert!(told("the dead-man switch was released"), "{events:?}");
+    assert!(reader.frames() > 192_000, "{}", reader.frames());
+
+    let report = with_switch(&study, 1.0);
+    assert!(report.completed, "{:?}", report.reason);
+}
+
+/// Hazard 15.
+#[test]
+fn a_session_with_a_dead_man_switch_says_so_and_runs() {
+    let (folder, study) = room();
+    let keys = "[safety]\ndead_man = \"button\"\n";
+    let config = config_with(folder.path(), &[("[safety]\n", keys)]);
+    let mut run = unattended(
+        &study,
+        "sub-01",
+        bench_tests::program::protocol("one-exploration.toml"),
+    );
+    let output = finish(run.arg("--config").arg(&config));
+    let shown = text(&output);
+    assert!(output.status.success(), "{shown}");
+    assert!(
+        shown.contains("dead-man switch in use: released for 0.2 s it stops the drive"),
+        "{shown}"
+    );
+    assert!(
+        shown.contains("driving time left this hour: 2 min of 2 min"),
+        "{shown}"
+    );
+    let session = SessionFolder::read(&study, "sub-01").unwrap();
+    let rows = session.starts()[0].preflight.as_array().unwrap().clone();
+    assert!(
+        rows.iter()
+            .any(|row| row["name"] == "dead-man" && row["passed"] == true)
+    );
+    let log = std::fs::read_to_string(session.path.join("events.jsonl")).unwrap();
+    assert!(log.contains("\"phase\":\"hold\""), "{log}");
+}
+
+/// Fault 42.
+/// Hazard 4.
+#[test]
+fn a_drive_over_its_dose_or_too_warm_says_when_to_go_on() {
+    let (folder, study) = room();
+    let dose = [("ramp_s = 0.05", "ramp_s = 0.05\ndriving_s_per_hour = 3.0")];
+    let heat = [
+        ("ramp_s = 0.05", "ramp_s = 0.05\nsurface_c = 30.0"),
+        (
+            "length_m = 0.105",
+            "length_m = 0.105\nheat_capacity_j_per_k = 0.5\nroom_c = 27.0",
+        ),
+    ];
+    for (changes, words) in [
+        (
+            &dose[..],
+            "STOPPED: the plate was driven for 3 s within an hour, of at most 3 s (limits.driving_s_per_hour): go on in 60 min",
+        ),
+        (
+            &heat[..],
+            "STOPPED: the plate is estimated at 30.0 °C, at its limit of 30.0 °C (limits.surface_c): go on in 6 s",
+        ),
+    ] {
+        let config = config_with(folder.path(), changes);
+        let mut monitor = bench();
+        monitor
+            .args([
+                "monitor",
+                "--mock",
+                "--headless",
+                "--speed",
+                "max",
+                "--drive-v",
+                "20",
+            ])
+            .args(["--duration-s", "20", "--config"])
+            .arg(&config);
+        let output = finish(&mut monitor);
+        let shown = text(&output);
+        assert!(!output.status.success() && shown.contains(words), "{shown}");
+    }
+    // A protocol that does not fit is refused with the arithmetic.
+    let config = config_with(folder.path(), &dose);
+    let mut run = unattended(&study, "sub-01", "demo");
+    run.arg("--config").arg(&config);
+    let words = [
+        "5 trials of 22.4 s",
+        "drives the plate for 112 s within an hour",
+        "allows 3 s",
+    ];
+    refused_before_anything_is_made(&mut run, &study, &words);
+}

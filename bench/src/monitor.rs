@@ -19,6 +19,7 @@ use tasks::{StopFlag, Task};
 
 use crate::apparatus::{Apparatus, pace};
 use crate::live_meter::LiveMeter;
+use crate::rehearsed;
 
 /// The published modulation (Huloux 2021, section IV).
 const MODULATION_HZ: f64 = 6.0;
@@ -33,6 +34,8 @@ pub struct Plan {
     program: Option<Program>,
     duration_s: Option<f64>,
     headless: bool,
+    /// Faults that are injected, in the form of `--fault`.
+    pub rehearsed: Vec<String>,
 }
 
 impl Plan {
@@ -64,6 +67,7 @@ impl Plan {
             program,
             duration_s: options.duration_s,
             headless: options.headless,
+            rehearsed: Vec::new(),
         })
     }
 
@@ -88,6 +92,7 @@ pub fn run(
         program,
         duration_s,
         headless,
+        rehearsed,
     } = plan;
     let (config, simulated) = (effective.config(), apparatus.hardware.simulated);
     let bench = Bench::open(&effective, config.plate.resonance_hz, apparatus.hardware)?;
@@ -109,7 +114,8 @@ pub fn run(
         ..tui::event::SessionHeader::default()
     }));
     front.show(tui::Event::Phase(PhaseView::new(PhaseKind::Monitoring)));
-    for text in config.safety_notices(config.plate.resonance_hz) {
+    let notices = config.safety_notices(config.plate.resonance_hz);
+    for text in rehearsed::notice(&rehearsed).into_iter().chain(notices) {
         front.show(tui::Event::Log {
             level: LogLevel::Warning,
             text,

@@ -174,7 +174,10 @@ pub(super) fn begin_recording(
         sample_rate_hz: bench.config().audio.rate_hz,
         channels: bench.config().audio.input_channels,
     };
-    let hardware = recorded_hardware(&bench, life);
+    let hardware = manifest::RecordedHardware {
+        rehearsed: plan.rehearsed.clone(),
+        ..recorded_hardware(&bench, life)
+    };
     Box::new(move |key: &TrialKey, drive: &protocols::Drive| {
         let config = bench.config();
         Ok(Begin {
@@ -284,6 +287,7 @@ fn recorded_hardware(bench: &Effective, life: &Life) -> manifest::RecordedHardwa
             .clone()
             .filter(|_| !config.safety.waived.is_empty()),
         loosened: config.loosened(),
+        rehearsed: Vec::new(),
         calibration: bench
             .calibration()
             .map(|calibration| manifest::CalibrationReference {

@@ -25,6 +25,7 @@ use crate::apparatus::{Apparatus, Watcher};
 use crate::journal::Journal;
 use crate::readiness::Readiness;
 use crate::refit::Refit;
+use crate::rehearsed;
 use crate::session::{Report, SessionTask, Wiring, summary_lines};
 use crate::shell_words::quoted;
 use files::{begin_recording, last_trial, machine, open_session};
@@ -47,6 +48,7 @@ pub fn run(
         hands: _,
         vibrometer_port: _,
         estop_hand: _,
+        fault_hand: _,
     } = apparatus;
     let simulated = hardware.simulated;
     let effective = plan.bench.clone();
@@ -116,6 +118,7 @@ pub fn run(
             .calibration()
             .map(|calibration| format!("{}, sha256 {}", calibration.label(), calibration.hash())),
         configuration: serde_json::to_value(config)?,
+        rehearsed: plan.rehearsed.clone(),
         preflight: serde_json::to_value(plan.preflight.as_ref().map(|table| &table.rows))?,
     })?;
     let begin = begin_recording(&plan, number, session.folder().to_owned(), &life);
@@ -139,6 +142,9 @@ pub fn run(
     });
     if let Some((text, whole)) = last_trial {
         front.show(if whole { note(text) } else { warning(text) });
+    }
+    if let Some(notice) = rehearsed::notice(&plan.rehearsed) {
+        front.show(warning(notice));
     }
     for notice in config.safety_notices(plan.carrier_hz) {
         front.show(warning(notice));

@@ -10,6 +10,7 @@ mod campaign;
 mod exclusive;
 mod flags;
 mod held_up;
+mod rehearsed;
 mod rig;
 mod safe;
 mod stall;

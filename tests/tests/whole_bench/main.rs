@@ -16,6 +16,7 @@ mod opens_in_python;
 mod population;
 mod private;
 mod refusals;
+mod rehearsal;
 mod second_instance;
 mod session;
 mod stops;

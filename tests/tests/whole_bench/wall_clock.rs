@@ -111,6 +111,7 @@ fn apparatus(set: &'static [(f64, i64)]) -> Bench {
         hardware,
         watchers,
         hands: None,
+        fault_hand: None,
         vibrometer_port: None,
         estop_hand: None,
     }
@@ -121,6 +122,7 @@ fn session(study: &Path, set: &'static [(f64, i64)]) -> PathBuf {
     let config =
         Config::parse(include_str!("../../../bench/mock-bench.toml"), "bench.toml").unwrap();
     let options = cli::Run {
+        rehearsal: cli::Rehearsal::default(),
         hardware: cli::Hardware {
             config: None,
             mock: Some("nominal".to_owned()),

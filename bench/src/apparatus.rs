@@ -25,6 +25,8 @@ pub struct Apparatus {
     pub vibrometer_port: Option<PathBuf>,
     /// Presses and releases the e-stop after a moment; `None` where that takes a person.
     pub estop_hand: Option<Box<dyn FnOnce() + Send>>,
+    /// Brings faults over simulated hardware; `None` where that takes a person.
+    pub fault_hand: Option<drill::FaultHand>,
 }
 
 /// Beginning of the names of JACK servers that tests run without a card.

@@ -5,6 +5,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use contact::AssumedConstants;
+use rehearsal::{FaultKind, RehearsedFault};
+
+use crate::fault_option::NamedFault;
 
 /// Test bench controller for ultrasonic friction modulation.
 #[derive(Debug, Parser)]
@@ -39,6 +42,8 @@ pub enum Command {
     /// Measure the bench's constants and write them to the calibration file.
     #[command(subcommand)]
     Calibrate(Calibrate),
+    /// Rehearse faults: the operator meets one after the other, and the times are kept.
+    Drill(Drill),
     /// Replay a recording on the dashboard, or list those of a study.
     Replay(Replay),
     /// Check that the bench is connected, works and is as calibrated.
@@ -82,6 +87,16 @@ pub struct Hardware {
     pub calibration: Option<PathBuf>,
 }
 
+/// Faults that are injected into simulated hardware.
+#[derive(Debug, Clone, Default, Args)]
+pub struct Rehearsal {
+    /// Inject a fault into simulated hardware: NAME@TIME, NAME@TIME-UNTIL or NAME@TIME:ARGUMENT, with times in s or ms
+    /// such as estop@12s-14s or xrun@3s:192. Time counts from the start of the sound card, after the quick check; a fault
+    /// at 0 s is there in the quick check too. May be repeated.
+    #[arg(long = "fault", value_name = "NAME@TIME", value_parser = NamedFault::<RehearsedFault>::new())]
+    pub faults: Vec<RehearsedFault>,
+}
+
 /// Pace of simulated or recorded time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Speed {
@@ -97,6 +112,9 @@ pub struct Run {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub hardware: Hardware,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub rehearsal: Rehearsal,
     /// Study folder; created if it does not exist.
     #[arg(long, value_name = "DIR", default_value = "study")]
     pub study: PathBuf,
@@ -141,6 +159,9 @@ pub struct Monitor {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub hardware: Hardware,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub rehearsal: Rehearsal,
     /// Drive the plate at this mean voltage with the published modulation, after the quick check [default: no drive, no
     /// check].
     #[arg(long, value_name = "VOLTS", allow_negative_numbers = true)]
@@ -178,6 +199,9 @@ pub struct Measure {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub hardware: Hardware,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub rehearsal: Rehearsal,
     /// Pace of simulated hardware.
     #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock")]
     pub speed: Speed,
@@ -291,6 +315,35 @@ pub struct CalibrateForce {
     pub tare: bool,
 }
 
+/// `drill`
+#[derive(Debug, Args)]
+pub struct Drill {
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub hardware: Hardware,
+    /// Name of the operator, kept with the times.
+    #[arg(long, value_name = "NAME")]
+    pub operator: String,
+    /// Faults to rehearse, in an order that is drawn [default: all that this bench can be drilled with].
+    #[arg(long, value_name = "FAULTS", value_delimiter = ',', value_parser = NamedFault::<FaultKind>::new())]
+    pub only: Vec<FaultKind>,
+    /// Folder of the drills; each is kept in a folder of its own in it.
+    #[arg(long, value_name = "DIR", default_value = "drills")]
+    pub out: PathBuf,
+    /// Run without a valid calibration; the screen says so.
+    #[arg(long, conflicts_with = "calibration")]
+    pub uncalibrated: bool,
+    /// Let a program do what the operator should, and print lines; only with --mock.
+    #[arg(long, requires = "mock")]
+    pub headless: bool,
+    /// Pace of simulated hardware; max only with --headless.
+    #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock")]
+    pub speed: Speed,
+    /// Let the umask decide who can read what this drill writes; without it, nobody but you can.
+    #[arg(long)]
+    pub shared: bool,
+}
+
 /// `replay`
 #[derive(Debug, Args)]
 pub struct Replay {
@@ -311,6 +364,9 @@ pub struct Check {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub hardware: Hardware,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub rehearsal: Rehearsal,
     /// First test the e-stop: ask for a press and a release, and record it.
     #[arg(long)]
     pub press_estop: bool,

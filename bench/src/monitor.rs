@@ -21,7 +21,7 @@ use tasks::{StopFlag, Task};
 use crate::apparatus::{Apparatus, pace};
 use crate::interference::Interference;
 use crate::live_meter::LiveMeter;
-use crate::{calibrate, driving_time};
+use crate::{calibrate, driving_time, rehearsed};
 
 /// The published modulation (Huloux 2021, section IV).
 const MODULATION_HZ: f64 = 6.0;
@@ -38,6 +38,8 @@ pub struct Plan {
     headless: bool,
     /// Where the calibration lies, and beside it the account of the driving time.
     calibration: PathBuf,
+    /// Faults that are injected, in the form of `--fault`.
+    pub rehearsed: Vec<String>,
 }
 
 impl Plan {
@@ -70,6 +72,7 @@ impl Plan {
             duration_s: options.duration_s,
             headless: options.headless,
             calibration: calibrate::path(&options.hardware),
+            rehearsed: Vec::new(),
         })
     }
 
@@ -95,6 +98,7 @@ pub fn run(
         duration_s,
         headless,
         calibration,
+        rehearsed,
     } = plan;
     let (config, simulated) = (effective.config(), apparatus.hardware.simulated);
     let account = match program {
@@ -126,7 +130,8 @@ pub fn run(
         ..tui::event::SessionHeader::default()
     }));
     front.show(tui::Event::Phase(PhaseView::new(PhaseKind::Monitoring)));
-    for text in config.safety_notices(config.plate.resonance_hz) {
+    let notices = config.safety_notices(config.plate.resonance_hz);
+    for text in rehearsed::notice(&rehearsed).into_iter().chain(notices) {
         front.show(tui::Event::Log {
             level: LogLevel::Warning,
             text,

@@ -109,7 +109,7 @@ pub(crate) struct PinBoard {
     enable: AtomicBool,
     heartbeat: AtomicBool,
     one_shot: Mutex<OneShot>,
-    relay_welded: bool,
+    relay_welded: AtomicBool,
     /// Bits of the carriage positions, m; that of the end of step k is in slot k mod [`HISTORY`].
     positions_m: Box<[AtomicU64]>,
     /// Number of positions written.
@@ -140,7 +140,7 @@ impl PinBoard {
             enable: AtomicBool::new(false),
             heartbeat: AtomicBool::new(false),
             one_shot: Mutex::new(OneShot::new(scenario.amplifier.one_shot_s)),
-            relay_welded: scenario.amplifier.relay_welded,
+            relay_welded: AtomicBool::new(scenario.amplifier.relay_welded),
             positions_m: (0..HISTORY).map(|_| AtomicU64::new(0)).collect(),
             written: AtomicU64::new(0),
             shown: Mutex::new(None),
@@ -172,7 +172,8 @@ impl PinBoard {
         let closed = lock(&self.one_shot).runs_at(ns)
             && self.enable.load(Ordering::Acquire)
             && self.estop_healthy();
-        (closed || self.relay_welded) && !self.amplifier_dead.load(Ordering::Acquire)
+        (closed || self.relay_welded.load(Ordering::Acquire))
+            && !self.amplifier_dead.load(Ordering::Acquire)
     }
 
     /// Takes in the person's button and the carriage position at the end of a step.
@@ -197,6 +198,10 @@ impl PinBoard {
 
     pub(crate) fn hold_button(&self, held: bool) {
         self.held_button.store(held, Ordering::Release);
+    }
+
+    pub(crate) fn weld_relay(&self, welded: bool) {
+        self.relay_welded.store(welded, Ordering::Release);
     }
 
     pub(crate) fn remove(&self, gone: bool) {

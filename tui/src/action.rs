@@ -21,7 +21,7 @@ pub enum Action {
     Start,
     /// Record that the participant has given consent. Needs confirmation.
     Consent,
-    /// Continue: the participant is in place. Also ends a rest.
+    /// Continue: the participant is in place. Also ends a rest, and says that a drill's fault was seen.
     Ready,
     /// Pause the session.
     Pause,

@@ -6,9 +6,9 @@ use ratatui::layout::{Constraint, Layout, Rect, Spacing};
 
 use crate::escape::clean;
 use crate::panels::impedance::ImpedancePart;
-use crate::panels::panel::note;
+use crate::panels::panel::{note, rows};
 use crate::panels::{
-    amplitude, calibration_layout, crop, estimates, forces, help, impedance, key_hints, log,
+    amplitude, calibration_layout, crop, drill, estimates, forces, help, impedance, key_hints, log,
     plate_drawing, readings, safety_line, session_header, session_phase, summary, system_health,
     trials,
 };
@@ -79,16 +79,17 @@ fn preview(state: &State, body: Rect, buf: &mut Buffer) {
 /// Draws the dashboard in two columns of panels.
 fn two_columns(state: &State, area: Rect, body: Rect, buf: &mut Buffer) {
     let wide = area.width >= WIDE.0 && area.height >= WIDE.1;
+    let phase_rows = phase_rows(state, body.width, 3);
     let [head, stand, estimated, _, body] = Layout::vertical([
         Constraint::Length(1),
-        Constraint::Length(1),
+        Constraint::Length(phase_rows),
         Constraint::Length(1),
         Constraint::Length(u16::from(wide)),
         Constraint::Fill(1),
     ])
     .areas(body);
     session_header::render(state, head, buf);
-    session_phase::render(state, stand, buf);
+    phase(state, stand, buf);
     estimates::render(state, estimated, buf);
     let (gap, shares) = if wide { (3, (3, 2)) } else { (2, (5, 4)) };
     let [left, right] =
@@ -113,10 +114,29 @@ fn two_columns(state: &State, area: Rect, body: Rect, buf: &mut Buffer) {
         log_rows,
     ])
     .areas(right);
-    trials::render(state, list, buf);
+    match &state.drill {
+        Some(drilled) => drill::render(state, drilled, list, buf),
+        None => trials::render(state, list, buf),
+    }
     crop::render(state, last, buf);
     system_health::render(state, machinery, buf);
     log::render(state, lines, buf);
+}
+
+/// Returns the rows of the phase: one, or as many of `most` as a drill's instruction takes.
+fn phase_rows(state: &State, columns: u16, most: u16) -> u16 {
+    state.drill.as_ref().map_or(1, |drilled| {
+        let lines = drill::instruction(state, drilled, columns).len();
+        u16::try_from(lines).unwrap_or(most).max(1).min(most)
+    })
+}
+
+/// Draws the phase, or a drill's instruction in its place.
+fn phase(state: &State, area: Rect, buf: &mut Buffer) {
+    match &state.drill {
+        Some(drilled) => rows(drill::instruction(state, drilled, area.width), area, buf),
+        None => session_phase::render(state, area, buf),
+    }
 }
 
 /// Draws the left column: strip charts above the plate.
@@ -139,23 +159,24 @@ fn curves(state: &State, wide: bool, area: Rect, buf: &mut Buffer) {
 
 /// Draws the dashboard as a list, the most important first; what does not fit is left out.
 fn list(state: &State, body: Rect, buf: &mut Buffer) {
-    let strip_rows = if body.width >= 30 && body.height >= 2 + readings::ROWS + 4 {
-        body.height - 2 - readings::ROWS
+    let phase_rows = phase_rows(state, body.width, body.height.min(4));
+    let strip_rows = if body.width >= 30 && body.height > phase_rows + readings::ROWS + 4 {
+        body.height - 1 - phase_rows - readings::ROWS
     } else {
         0
     };
     let [stand, values, strip, head] = Layout::vertical([
-        Constraint::Length(1),
+        Constraint::Length(phase_rows),
         Constraint::Max(readings::ROWS),
         Constraint::Length(strip_rows),
-        Constraint::Length(u16::from(body.height > 1 + readings::ROWS)),
+        Constraint::Length(u16::from(body.height > phase_rows + readings::ROWS)),
     ])
     .areas(body);
-    session_phase::render(state, stand, buf);
+    phase(state, stand, buf);
     if let Some(lines) = &state.summary {
         let rest = Rect {
-            height: body.height.saturating_sub(1),
-            y: body.y + u16::from(body.height > 0),
+            height: body.height - stand.height,
+            y: body.y + stand.height,
             ..body
         };
         summary::render(state, lines, rest, buf);

@@ -6,6 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::calibration_page::{CalibrationPage, CalibrationReadings};
+use crate::drill_view::DrillView;
 use crate::participant_screen::ParticipantView;
 
 /// One message from the bench to the screen.
@@ -67,6 +68,8 @@ pub enum Event {
     Calibration(CalibrationPage),
     /// The current readings of a calibration.
     CalibrationReadings(CalibrationReadings),
+    /// The progress of a drill.
+    Drill(DrillView),
     /// The session has finished.
     Finished {
         /// Lines of the summary.

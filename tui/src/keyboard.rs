@@ -133,6 +133,7 @@ pub(crate) fn letter_effect(state: &State, letter: char) -> KeyEffect {
     let kind = state.phase.kind;
     let tripped = state.safety == Some(SafetyState::Tripped);
     match letter {
+        ' ' | 's' if state.drill.is_some() && state.is_running() => KeyEffect::Do(Action::Ready),
         ' ' | 's' => match kind {
             _ if tripped => KeyEffect::Explain("tripped: remove the cause, then re-arm with x"),
             PhaseKind::Idle => KeyEffect::Do(Action::Start),

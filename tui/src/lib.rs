@@ -8,6 +8,7 @@ pub mod calibration_page;
 mod dashboard;
 mod digits;
 pub mod display;
+pub mod drill_view;
 mod escape;
 pub mod event;
 mod keyboard;

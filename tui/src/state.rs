@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::action::Action;
 use crate::calibration_page::{CalibrationPage, CalibrationReadings};
+use crate::drill_view::DrillView;
 use crate::escape::escaped_line;
 use crate::event::{
     ComplexImpedance, Crop, Event, Live, LogLevel, PhaseKind, PhaseView, SafetyState,
@@ -78,6 +79,9 @@ pub struct State {
     pub calibration: Option<CalibrationPage>,
     /// Current readings of the calibration.
     pub readings: Option<CalibrationReadings>,
+    /// Progress of the running drill.
+    #[serde(default)]
+    pub drill: Option<DrillView>,
     /// Summary of the finished session.
     pub summary: Option<Vec<String>>,
     /// Whether the bench has closed the screen.
@@ -213,6 +217,7 @@ impl State {
             participant: None,
             calibration: None,
             readings: None,
+            drill: None,
             summary: None,
             closed: false,
             ui: Ui {
@@ -261,6 +266,7 @@ impl State {
                 self.live_heard_s = Some(self.now_s);
                 self.readings = Some(readings.finite_only());
             }
+            Event::Drill(drill) => self.drill = Some(drill.clone()),
             Event::Finished { summary } => self.summary = Some(summary.clone()),
             Event::Close => self.closed = true,
         }
@@ -293,13 +299,13 @@ impl State {
         !matches!(self.phase.kind, PhaseKind::Idle | PhaseKind::Finished)
     }
 
-    /// Whether a participant's session runs, as opposed to `monitor` and calibrations.
+    /// Whether a participant's session runs, as opposed to `monitor`, drills and calibrations.
     #[must_use]
     pub fn in_session(&self) -> bool {
         let watching = self.phase.trial == 0
             && self.session.participant.is_none()
             && matches!(self.phase.kind, PhaseKind::Monitoring | PhaseKind::Paused);
-        self.calibration.is_none() && self.is_running() && !watching
+        self.calibration.is_none() && self.drill.is_none() && self.is_running() && !watching
     }
 
     /// Returns the point of a calibration that would be remeasured, counted from 0: the selected one, else the one with

@@ -9,7 +9,8 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::buffer::{Buffer, Cell};
 use ratatui::style::{Color, Modifier};
-use tui::event::{Live, PhaseKind, SafetyState};
+use tui::drill_view::{DrillResult, DrillStep, DrillView};
+use tui::event::{Live, PhaseKind, PhaseView, SafetyState};
 use tui::{Action, Event, Page, State, Theme, key, view};
 
 mod crossterm_key {
@@ -151,6 +152,56 @@ fn small_terminals_keep_what_matters() {
     for (columns, rows) in [(40, 10), (20, 5)] {
         let screen = drawn(&exploring(), columns, rows);
         insta::assert_snapshot!(format!("running_{columns}x{rows}"), screen.backend());
+    }
+}
+
+/// A drill in which the third fault was just shown.
+fn drilled(asked: DrillStep, instruction: &str) -> State {
+    let mut state = State::new(Theme::Colour);
+    let result = |fault: &str, met, words: &str| DrillResult {
+        fault: fault.to_owned(),
+        met,
+        words: words.to_owned(),
+    };
+    for event in [
+        Event::Phase(PhaseView {
+            trial: 3,
+            trials: 20,
+            ..PhaseView::new(PhaseKind::Monitoring)
+        }),
+        Event::Safety {
+            state: SafetyState::Tripped,
+            reason: Some("drive reads back 0.0 V, commanded 1.0 to 39.0 V".to_owned()),
+        },
+        Event::Live(Live {
+            t_s: 1.0,
+            normal_n: Some(0.01),
+            ..Live::default()
+        }),
+        Event::Drill(DrillView {
+            exercise: 3,
+            exercises: 20,
+            instruction: instruction.to_owned(),
+            note: Some("The cause is still there.".to_owned()),
+            asked,
+            results: vec![
+                result("estop", true, "shown 2 ms, silent 4 ms, seen 1.2 s"),
+                result("xrun", false, "nobody acknowledged it"),
+            ],
+        }),
+    ] {
+        state.apply(&event);
+    }
+    state
+}
+
+#[test]
+fn a_drill_says_what_is_asked_at_every_size() {
+    let words = "It was: the amplifier is switched off. The cause is removed. Re-arm: x, then y.";
+    let state = drilled(DrillStep::Rearm, words);
+    for (columns, rows) in [(200, 60), (80, 24), (40, 10), (20, 5)] {
+        let screen = drawn(&state, columns, rows);
+        insta::assert_snapshot!(format!("drill_{columns}x{rows}"), screen.backend());
     }
 }
 

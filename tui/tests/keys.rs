@@ -175,3 +175,40 @@ fn the_view_is_the_operators() {
     press(&mut state, "++++");
     assert_eq!(state.ui.window, Window::One);
 }
+
+#[test]
+fn a_drill_takes_the_keys_of_a_session_and_says_seen_with_space() {
+    use Action::{EmergencyStop, Pause, Quit, Ready, Rearm, Redo, Resume};
+    for (kind, safety, keys, expected) in [
+        (
+            PhaseKind::Monitoring,
+            SafetyState::Driving,
+            " ",
+            &[Ready][..],
+        ),
+        (PhaseKind::Monitoring, SafetyState::Tripped, " ", &[Ready]),
+        (PhaseKind::Monitoring, SafetyState::Tripped, "xy", &[Rearm]),
+        (PhaseKind::Monitoring, SafetyState::Tripped, "xn", &[]),
+        (PhaseKind::Monitoring, SafetyState::Driving, "x", &[]),
+        (PhaseKind::Monitoring, SafetyState::Driving, "p", &[Pause]),
+        (PhaseKind::Paused, SafetyState::Disarmed, "p", &[Resume]),
+        (PhaseKind::Monitoring, SafetyState::Driving, "ry", &[Redo]),
+        (PhaseKind::Monitoring, SafetyState::Tripped, "qy", &[Quit]),
+        (PhaseKind::Monitoring, SafetyState::Tripped, "ay", &[]),
+        (
+            PhaseKind::Monitoring,
+            SafetyState::Driving,
+            "e",
+            &[EmergencyStop],
+        ),
+        (PhaseKind::Finished, SafetyState::Disarmed, "q", &[Quit]),
+    ] {
+        let mut state = state(kind, safety, 1);
+        state.apply(&Event::Drill(tui::drill_view::DrillView::default()));
+        assert_eq!(
+            press(&mut state, keys),
+            expected,
+            "{kind:?} {safety:?} {keys:?}"
+        );
+    }
+}

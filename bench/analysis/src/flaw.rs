@@ -34,6 +34,12 @@ pub enum Flaw {
     /// A file has a defect.
     #[error(transparent)]
     File(#[from] reader::Warning),
+    /// Faults were injected on purpose while it was recorded.
+    #[error("a rehearsal, not data: faults were injected: {}", .faults.join(", "))]
+    Rehearsed {
+        /// The faults, as they were asked for.
+        faults: Vec<String>,
+    },
     /// The copy of the session's protocol beside the recording cannot be read, so the settings' selection rules were
     /// used.
     #[error(

@@ -46,6 +46,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
         mut flaws,
     } = reading;
     flaws.extend(protocol_flaw);
+    flaws.extend(rehearsed(&manifest));
     let mut findings = RecordingFindings {
         path: folder.to_owned(),
         rules,
@@ -91,6 +92,12 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
             .extend(model_check::flaw(&findings.model_check));
     }
     Ok(findings)
+}
+
+/// Returns the flaw of a recording during which faults were injected on purpose.
+fn rehearsed(manifest: &Manifest) -> Option<Flaw> {
+    let faults = manifest.hardware.as_ref()?.rehearsed.clone();
+    (!faults.is_empty()).then_some(Flaw::Rehearsed { faults })
 }
 
 /// Returns direction, start and end of each exploration, in time order.

@@ -176,7 +176,10 @@ pub(super) fn begin_recording(
         sample_rate_hz: bench.config().audio.rate_hz,
         channels: bench.config().audio.input_channels,
     };
-    let hardware = recorded_hardware(&bench, life);
+    let hardware = manifest::RecordedHardware {
+        rehearsed: plan.rehearsed.clone(),
+        ..recorded_hardware(&bench, life)
+    };
     Box::new(move |key: &TrialKey, drive: &protocols::Drive| {
         let (config, scheduling) = (bench.config(), recorded_scheduling(priorities()));
         Ok(Begin {
@@ -301,6 +304,7 @@ fn recorded_hardware(bench: &Effective, life: &Life) -> manifest::RecordedHardwa
         loosened: config.loosened(),
         memory_locked: false,
         scheduling: None,
+        rehearsed: Vec::new(),
         calibration: bench
             .calibration()
             .map(|calibration| manifest::CalibrationReference {

@@ -27,6 +27,7 @@ use crate::interference::Interference;
 use crate::journal::Journal;
 use crate::readiness::Readiness;
 use crate::refit::Refit;
+use crate::rehearsed;
 use crate::session::{KeptUp, Report, SessionTask, Wiring, summary_lines};
 use crate::shell_words::quoted;
 use files::{begin_recording, last_trial, machine, open_session};
@@ -49,6 +50,7 @@ pub fn run(
         hands: _,
         vibrometer_port: _,
         estop_hand: _,
+        fault_hand: _,
     } = apparatus;
     let simulated = hardware.simulated;
     let effective = plan.bench.clone();
@@ -128,6 +130,7 @@ pub fn run(
             .calibration()
             .map(|calibration| format!("{}, sha256 {}", calibration.label(), calibration.hash())),
         configuration: serde_json::to_value(config)?,
+        rehearsed: plan.rehearsed.clone(),
         preflight: serde_json::to_value(plan.preflight.as_ref().map(|table| &table.rows))?,
     })?;
     let priorities = {
@@ -159,6 +162,9 @@ pub fn run(
     }
     for text in config.safety.dead_man_in_words().into_iter().chain([left]) {
         front.show(note(text));
+    }
+    if let Some(notice) = rehearsed::notice(&plan.rehearsed) {
+        front.show(warning(notice));
     }
     for notice in config.safety_notices(plan.carrier_hz) {
         front.show(warning(notice));

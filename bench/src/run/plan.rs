@@ -42,6 +42,8 @@ pub struct Plan {
     pub headless: bool,
     /// The preflight that this session passed, for its log.
     pub preflight: Option<Table>,
+    /// Faults that are injected, in the form of `--fault`: what is recorded is a rehearsal.
+    pub rehearsed: Vec<String>,
     pub(super) settings: DriveSettings,
     pub(super) carrier_hz: f64,
 }
@@ -179,6 +181,7 @@ impl Plan {
             new_session: options.new_session,
             headless: options.headless,
             preflight: None,
+            rehearsed: Vec::new(),
             settings,
         })
     }

@@ -13,6 +13,7 @@ mod freezes;
 mod held_up;
 mod interference;
 mod person;
+mod rehearsed;
 mod rig;
 mod safe;
 mod stall;

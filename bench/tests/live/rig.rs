@@ -17,8 +17,9 @@ use recording::pipeline::Account;
 use recording::recorder::{Begin, RecorderNotice};
 use recording::writer::Ending;
 use recording::{AudioFormat, RecordingReader};
+use rehearsal::RehearsedFault;
 use safety::{DriveReading, GpioError, InputLine, SafetyState, Signals, input, output};
-use signalgen::Waveform;
+use signalgen::{Program, Waveform};
 use tasks::{Clock, Schedule};
 
 pub const RATE_HZ: u32 = 192_000;
@@ -35,7 +36,14 @@ pub fn config(changes: &[(&str, &str)]) -> Config {
 }
 
 pub fn apparatus(scenario: Scenario) -> Apparatus {
-    Apparatus::new(ApparatusConfig::new(scenario, 1, Pace::Stepped)).unwrap()
+    rehearsing(scenario, &[])
+}
+
+/// An apparatus into which faults are injected.
+pub fn rehearsing(scenario: Scenario, faults: &[RehearsedFault]) -> Apparatus {
+    let mut config = ApparatusConfig::new(scenario, 1, Pace::Stepped);
+    config.faults = faults.to_vec();
+    Apparatus::new(config).unwrap()
 }
 
 /// The apparatus's time as the host's.
@@ -117,6 +125,16 @@ pub fn events(folder: &Path) -> Vec<Read> {
 pub fn samples(folder: &Path) -> Vec<f32> {
     let wav = hound::WavReader::open(folder.join("signals.wav")).unwrap();
     wav.into_samples().map(Result::unwrap).collect()
+}
+
+/// A tone of 10 V.
+pub fn tone() -> Program {
+    let settings = devices::drive_control::settings(&config(&[])).unwrap();
+    let tone = Waveform::Tone {
+        carrier_hz: 35_000.0,
+        amplitude_v: 10.0,
+    };
+    settings.admit(tone).unwrap()
 }
 
 /// A line at a level that the test sets.
@@ -230,14 +248,7 @@ impl Rig {
     }
 
     pub fn drive(&mut self) {
-        let tone = devices::drive_control::settings(&config(&[]))
-            .unwrap()
-            .admit(Waveform::Tone {
-                carrier_hz: 35_000.0,
-                amplitude_v: 10.0,
-            })
-            .unwrap();
-        self.bench.drive.start(tone);
+        self.bench.drive.start(tone());
     }
 
     /// Lets time pass in which nothing stops the drive.

@@ -46,6 +46,7 @@ fn start(resumed: bool) -> Start {
         version: "0.1.0".to_owned(),
         devices: BTreeMap::from([("audio".to_owned(), "hw:1,0".to_owned())]),
         calibration: None,
+        rehearsed: Vec::new(),
         preflight: Value::Null,
         configuration: json!({ "carrier_hz": 35_000.0 }),
     }

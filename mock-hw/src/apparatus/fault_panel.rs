@@ -88,6 +88,11 @@ impl FaultPanel {
         self.board.hold_button(held);
     }
 
+    /// Welds the amplifier's relay, so that it never opens, or replaces it.
+    pub fn weld_relay(&self, welded: bool) {
+        self.board.weld_relay(welded);
+    }
+
     /// Removes the GPIO chip, or restores it.
     pub fn remove_gpio(&self, gone: bool) {
         self.board.remove(gone);

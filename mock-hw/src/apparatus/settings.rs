@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use crate::serial::DeviceStart;
 use crate::world_clock::Pace;
 use mock_world::scenario::Scenario;
+use rehearsal::RehearsedFault;
 
 /// What apparatus to simulate, and how.
 #[derive(Debug, Clone)]
@@ -24,6 +25,9 @@ pub struct ApparatusConfig {
     /// An existing folder for `truth.json` and `truth.csv`; they are not written when absent. They begin with the first
     /// period in which a stream of the bench's converter is open.
     pub truth_path: Option<PathBuf>,
+    /// Faults that are injected, each at its time from the first period in which both streams of the bench's converter
+    /// play. Those of the scenario are not injected by themselves.
+    pub faults: Vec<RehearsedFault>,
 }
 
 impl ApparatusConfig {
@@ -38,6 +42,7 @@ impl ApparatusConfig {
             period_frames: 64,
             force_start: None,
             truth_path: None,
+            faults: Vec::new(),
         }
     }
 }

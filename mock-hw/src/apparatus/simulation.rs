@@ -11,6 +11,7 @@ use super::fault_panel::FaultPanel;
 use super::force_side::ForceSide;
 use super::mass_set::MassSet;
 use super::patchbay::Patchbay;
+use super::rehearsal_hand::RehearsalHand;
 use super::senses::Senses;
 use super::settings::ApparatusConfig;
 use super::world::World;
@@ -63,6 +64,7 @@ pub struct Apparatus {
     senses: Senses,
     patchbay: Patchbay,
     masses: MassSet,
+    rehearsal: RehearsalHand,
     pins: Option<Pins>,
     force_port: Option<PathBuf>,
     vibrometer_port: Option<PathBuf>,
@@ -114,6 +116,7 @@ impl Apparatus {
         ));
         let patchbay = world.patchbay();
         let masses = world.masses();
+        let rehearsal = world.rehearsal();
         let stop = Arc::new(AtomicBool::new(false));
         let driver = match config.pace {
             Pace::Stepped => Driver::Stepped(world),
@@ -128,6 +131,7 @@ impl Apparatus {
             senses,
             patchbay,
             masses,
+            rehearsal,
             force_port,
             vibrometer_port,
             stop,
@@ -190,6 +194,12 @@ impl Apparatus {
     #[must_use]
     pub fn faults(&self) -> FaultPanel {
         FaultPanel::new(&self.cards, &self.board, &self.force)
+    }
+
+    /// Returns a handle that injects faults by their names, as they are rehearsed.
+    #[must_use]
+    pub fn rehearsal(&self) -> RehearsalHand {
+        self.rehearsal.clone()
     }
 
     /// Returns a clock of the simulated time for other threads.

@@ -4,9 +4,11 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::apparatus_error::ApparatusError;
+use super::fault_panel::FaultPanel;
 use super::force_side::ForceSide;
 use super::mass_set::MassSet;
 use super::patchbay::Patchbay;
+use super::rehearsal_hand::{RehearsalHand, Timetable};
 use super::senses::Senses;
 use super::settings::ApparatusConfig;
 use crate::host::SoundCards;
@@ -28,6 +30,7 @@ pub(super) struct World {
     force: ForceSide,
     senses: Senses,
     masses: MassSet,
+    timetable: Timetable,
     person: Person,
     plant: Plant,
     patchbay: Patchbay,
@@ -57,13 +60,16 @@ impl World {
         let skin = Fingertip::draw(&scenario.participant, participant_seed);
         let rate_hz = f64::from(BASE_RATE_HZ);
         let most_frames = clock.period_frames_at(BASE_RATE_HZ);
+        let masses = MassSet::default();
+        let panel = FaultPanel::new(cards, board, force);
         Self {
+            timetable: Timetable::new(&config.faults, panel, masses.clone()),
             clock: Arc::clone(clock),
             cards: Arc::clone(cards),
             board: Arc::clone(board),
             force: force.clone(),
             senses: senses.clone(),
-            masses: MassSet::default(),
+            masses,
             person: Person::draw(&scenario.participant, participant_seed),
             plant: Plant::with_fingertip(scenario, skin, config.seed, rate_hz),
             patchbay: Patchbay::default(),
@@ -89,11 +95,17 @@ impl World {
         self.masses.clone()
     }
 
+    /// Returns a handle that injects faults by their names.
+    pub(super) fn rehearsal(&self) -> RehearsalHand {
+        self.timetable.hand()
+    }
+
     /// Lets one period pass.
     pub(super) fn step(&mut self) -> Result<(), ApparatusError> {
         let start_ns = self.clock.ns_of(self.step);
         self.follow_rate();
         self.begin_truth()?;
+        self.timetable.carry_out(start_ns, self.cards.is_running());
         let frames = self.clock.period_frames_at(self.rate_hz);
         let drive = &mut self.drive[..frames];
         let inputs = &mut self.inputs[..frames * self.plant.channels()];

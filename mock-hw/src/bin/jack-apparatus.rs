@@ -76,6 +76,11 @@ fn run(cli: &Cli) -> Result<(), Box<dyn std::error::Error>> {
         }
         None => Scenario::default(),
     };
+    if !scenario.faults.is_empty() {
+        return Err(
+            "[[faults]] are injected by `friction-bench --mock` alone: take them out".into(),
+        );
+    }
     let timetable = Timetable {
         touch_after_s: cli.touch_after_s,
         slide_after_s: cli.slide_after_s,

@@ -92,6 +92,12 @@ impl SoundCards {
         bench.output.is_open() || bench.input.is_open()
     }
 
+    /// Whether both streams of the bench's converter play.
+    pub(crate) fn is_running(&self) -> bool {
+        let mut bench = lock(&self.bench);
+        bench.output.is_running() && bench.input.is_running()
+    }
+
     /// Returns the number of frames that the speakers have played.
     pub(crate) fn speaker_frames(&self) -> u64 {
         self.speaker_frames.load(Ordering::Relaxed)

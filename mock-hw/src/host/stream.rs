@@ -197,6 +197,12 @@ impl<S: Opened> Track<S> {
         self.stream.is_some()
     }
 
+    /// Whether its stream plays.
+    pub(super) fn is_running(&mut self) -> bool {
+        let stream = self.stream.as_mut();
+        stream.is_some_and(|stream| stream.buffer().running.load(Ordering::Acquire))
+    }
+
     pub(super) fn open(&mut self, stream: S) {
         self.stream = Some(stream);
     }

@@ -49,7 +49,14 @@ pub enum ForceFault {
     Repeat(u32),
     /// Whether nothing is sent, though the device goes on counting.
     Silent(bool),
+    /// Whether the normal axis reads the end of its range.
+    Saturated(bool),
+    /// Whether another device, which sends text of its own, is on the line.
+    OtherDevice(bool),
 }
+
+/// What the other device sends in the place of a sample: a line of a GPS receiver, as short as a frame.
+const OTHER_TEXT: &[u8] = b"$GPGLL,4717.1,N*71\r\n";
 
 /// Faults that are still to be shown.
 #[derive(Debug, Default)]
@@ -58,6 +65,8 @@ struct Faults {
     corrupt: u32,
     repeat: u32,
     silent: bool,
+    saturated: bool,
+    other_device: bool,
 }
 
 /// The device between the force sensor and its serial line.
@@ -68,6 +77,7 @@ pub(crate) struct ForceDevice {
     sequence: u16,
     burst_period_s: f64,
     next_burst_s: f64,
+    range_n: f64,
     faults: Faults,
     frame: Vec<u8>,
     outbox: Vec<u8>,
@@ -87,6 +97,7 @@ impl ForceDevice {
             sequence: start.sequence,
             burst_period_s: sensor.burst_period_s,
             next_burst_s: sensor.burst_period_s,
+            range_n: sensor.range_n,
             faults: Faults::default(),
             frame: Vec::with_capacity(longest),
             // Every frame of a burst may be a repeated one.
@@ -101,6 +112,8 @@ impl ForceDevice {
             ForceFault::Corrupt(frames) => self.faults.corrupt += frames,
             ForceFault::Repeat(frames) => self.faults.repeat += frames,
             ForceFault::Silent(silent) => self.faults.silent = silent,
+            ForceFault::Saturated(saturated) => self.faults.saturated = saturated,
+            ForceFault::OtherDevice(other) => self.faults.other_device = other,
         }
     }
 
@@ -113,7 +126,15 @@ impl ForceDevice {
         if self.faults.silent || take_one(&mut self.faults.drop) {
             return;
         }
-        self.encode(device_us, sequence, sample);
+        if self.faults.other_device {
+            self.outbox.extend_from_slice(OTHER_TEXT);
+            return;
+        }
+        let mut sample = *sample;
+        if self.faults.saturated {
+            (sample.normal_n, sample.normal_saturated) = (self.range_n, true);
+        }
+        self.encode(device_us, sequence, &sample);
         if take_one(&mut self.faults.corrupt) {
             let middle = self.frame.len() / 2;
             self.frame[middle] ^= 0x40;

@@ -200,3 +200,60 @@ fn an_unknown_name_suggests_the_nearest_one_also_by_a_part_of_it() {
          population, participant-late, bench-unknown, arduino"
     );
 }
+
+#[test]
+fn faults_are_read_and_written_and_what_cannot_be_injected_is_named_with_its_line() {
+    use rehearsal::{FaultKind, RehearsedFault, RehearsedFaultError};
+
+    let text = "[[faults]]\nfault = \"press\"\nat_s = 5.0\nuntil_s = 6.0\nargument = 4.5\n";
+    let scenario = parse(text).unwrap();
+    let pressed = RehearsedFault {
+        fault: FaultKind::Press,
+        at_s: 5.0,
+        until_s: Some(6.0),
+        argument: Some(4.5),
+    };
+    assert_eq!(scenario.faults, [pressed]);
+    let written = toml::to_string(&scenario).unwrap();
+    assert_eq!(parse(&written).unwrap(), scenario);
+
+    let refused = |text: &str| match parse(text) {
+        Err(ScenarioError::Fault(refused)) => (refused.line, refused.error),
+        other => panic!("{text}: {other:?}"),
+    };
+    let (line, error) = refused(
+        "[[faults]]\nfault = \"xrun\"\nat_s = 1.0\n[[faults]]\nfault = \"xrun\"\nat_s = -1.0\n",
+    );
+    assert!(
+        matches!(error, RehearsedFaultError::OutOfRange(_)) && line == Some(6),
+        "{error}"
+    );
+    let (line, error) = refused("[[faults]]\nfault = \"xrun\"\nat_s = 1.0\nuntil_s = 2.0\n");
+    assert!(
+        matches!(error, RehearsedFaultError::NoEnd { .. }) && line == Some(4),
+        "{error}"
+    );
+    let (line, error) = refused("[[faults]]\nfault = \"nan\"\nat_s = nan\n");
+    assert!(
+        matches!(error, RehearsedFaultError::OutOfRange(_)) && line == Some(3),
+        "{error}"
+    );
+
+    let twice =
+        "[[faults]]\nfault = \"estop\"\nat_s = 1.0\n[[faults]]\nfault = \"estop\"\nat_s = 2.0\n";
+    assert!(matches!(parse(twice), Err(ScenarioError::Overlap { .. })));
+    let unknown = parse("[[faults]]\nfault = \"e-stop\"\nat_s = 1.0\n").unwrap_err();
+    assert!(matches!(unknown, ScenarioError::Toml(_)), "{unknown:?}");
+    assert!(unknown.to_string().contains("`estop`"), "{unknown}");
+    let key = parse("[[faults]]\nfault = \"estop\"\nat = 1.0\n").unwrap_err();
+    assert!(
+        matches!(
+            key,
+            ScenarioError::Toml(TomlError::UnknownKey {
+                nearest: Some(_),
+                ..
+            })
+        ),
+        "{key:?}"
+    );
+}

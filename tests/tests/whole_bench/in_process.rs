@@ -128,6 +128,7 @@ pub fn apparatus(setup: Setup) -> Bench {
         schedule: Schedule::Lockstep(Box::new(Stepper(apparatus))),
     };
     Bench {
+        fault_hand: None,
         hardware,
         watchers,
         hands: None,
@@ -149,6 +150,7 @@ pub fn config(changes: &[(&str, &str)]) -> Config {
 /// A session of one exploration.
 pub fn options(study: &Path) -> cli::Run {
     cli::Run {
+        rehearsal: cli::Rehearsal::default(),
         hardware: cli::Hardware {
             config: None,
             mock: Some("nominal".to_owned()),

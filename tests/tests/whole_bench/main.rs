@@ -18,6 +18,7 @@ mod person;
 mod population;
 mod private;
 mod refusals;
+mod rehearsal;
 mod second_instance;
 mod session;
 mod stops;

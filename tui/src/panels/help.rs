@@ -23,6 +23,17 @@ const KEYS: [(&str, &str); 12] = [
     ("esc", "dismiss a question or this help"),
 ];
 
+const DRILL_KEYS: [(&str, &str); 8] = [
+    ("e", "stop the drive at once, without confirmation"),
+    ("space", "you have seen the fault"),
+    ("x", "re-arm after a trip"),
+    ("p", "pause, resume"),
+    ("r", "repeat the current trial"),
+    ("q", "end the program; leaves the drill if not asked for"),
+    ("Ctrl-C", "leave the drill"),
+    ("esc", "dismiss a question or this help"),
+];
+
 const CALIBRATION_KEYS: [(&str, &str); 8] = [
     ("e", "stop the drive at once, without confirmation"),
     ("enter", "confirm the step, the number or the points"),
@@ -36,7 +47,9 @@ const CALIBRATION_KEYS: [(&str, &str); 8] = [
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
-    let keys: &[(&str, &str)] = if state.calibration.is_some() {
+    let keys: &[(&str, &str)] = if state.drill.is_some() {
+        &DRILL_KEYS
+    } else if state.calibration.is_some() {
         &CALIBRATION_KEYS
     } else {
         &KEYS

@@ -53,6 +53,7 @@ fn hints(state: &State) -> Vec<(&'static str, &'static str)> {
     }
     let start = match state.phase.kind {
         PhaseKind::Idle => "start",
+        _ if state.drill.is_some() => "seen",
         _ => "ready",
     };
     let pause = match state.phase.kind {

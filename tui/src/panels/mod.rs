@@ -5,6 +5,7 @@ pub(crate) mod calibration_layout;
 mod calibration_points;
 mod calibration_values;
 pub(crate) mod crop;
+pub(crate) mod drill;
 pub(crate) mod estimates;
 pub(crate) mod forces;
 pub(crate) mod help;

@@ -9,7 +9,14 @@ use crate::state::State;
 use crate::words::wrap;
 
 pub(crate) fn render(state: &State, summary: &[String], area: Rect, buf: &mut Buffer) {
-    let title = Line::styled("session finished", state.ui.theme.strong());
+    let title = Line::styled(
+        if state.drill.is_some() {
+            "drill finished"
+        } else {
+            "session finished"
+        },
+        state.ui.theme.strong(),
+    );
     let body = titled(state, title, &[], area, buf);
     let lines = summary
         .iter()

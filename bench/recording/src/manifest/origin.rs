@@ -105,6 +105,9 @@ pub struct RecordedHardware {
     /// Scheduling of the threads whose time counts; absent where no thread had one of its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scheduling: Option<RecordedScheduling>,
+    /// Faults that were injected on purpose, such as `estop@12s`: the recording is of a rehearsal, not data.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rehearsed: Vec<String>,
     /// The calibration in use; absent if and only if `uncalibrated`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibration: Option<CalibrationReference>,

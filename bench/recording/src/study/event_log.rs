@@ -57,6 +57,9 @@ pub struct Start {
     pub calibration: Option<String>,
     /// The whole effective configuration.
     pub configuration: Value,
+    /// Faults that are injected on purpose, such as `estop@12s`; absent in a session of data.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rehearsed: Vec<String>,
     /// Rows of the preflight: what was looked at, its verdict and what was found, the times of the exercised stops among
     /// them. Null in logs of versions that had none.
     #[serde(default)]

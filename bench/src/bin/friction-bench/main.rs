@@ -16,16 +16,17 @@ use devices::Hardware;
 use devices::claim::Claim;
 use friction_bench::apparatus::{Apparatus, pace};
 use friction_bench::cli::{
-    self, Calibrate, Check, Cli, Command, Devices, Monitor, Replay, Run, Speed,
+    self, Calibrate, Check, Cli, Command, Devices, Drill, Monitor, Replay, Run, Speed,
 };
 use friction_bench::run::{self, Plan, ProtocolFile};
 use friction_bench::shell_words::quoted;
 use friction_bench::verbosity::Verbosity;
 use friction_bench::{
-    analyze, calibrate as calibration, ending, estop, forget, inventory, model, monitor, privacy,
-    replay, verify,
+    analyze, calibrate as calibration, drilling, ending, estop, forget, inventory, model, monitor,
+    privacy, rehearsed, replay, verify,
 };
 use preflight::Extent;
+use rehearsal::RehearsedFault;
 use signalgen::audio::{HostChoice, open_host};
 use tasks::{Schedule, SystemClock};
 use tui::{escaped, escaped_line};
@@ -67,6 +68,7 @@ fn dispatch(command: Command, verbosity: Verbosity) -> anyhow::Result<ExitCode> 
         Command::Run(options) => run(&options, verbosity),
         Command::Monitor(options) => watch(&options, verbosity),
         Command::Calibrate(options) => calibrate(&options, verbosity),
+        Command::Drill(options) => rehearse(&options, verbosity),
         Command::Replay(options) => play(&options, verbosity),
         Command::Check(options) => check(&options, verbosity),
         Command::Devices(options) => list(&options),
@@ -150,14 +152,40 @@ fn absent_configuration(path: &Path, named: bool) -> anyhow::Error {
     )
 }
 
+/// Returns the faults that are injected, those of the scenario and those of the command line, and warns of them.
+fn faults(
+    config: &Config,
+    options: &cli::Hardware,
+    typed: &cli::Rehearsal,
+) -> anyhow::Result<Vec<RehearsedFault>> {
+    let mut faults = match &options.mock {
+        Some(scenario) => simulated::read(scenario)?.faults,
+        None => Vec::new(),
+    };
+    faults.extend(&typed.faults);
+    rehearsed::require_possible(&faults, config, options.mock.is_some())?;
+    if let Some(notice) = rehearsed::notice(&rehearsed::words(&faults)) {
+        let _ = writeln!(std::io::stderr(), "friction-bench: {notice}");
+    }
+    Ok(faults)
+}
+
+/// Returns those of `faults` that what precedes a session or a calibration meets too.
+fn from_the_start(faults: &[RehearsedFault]) -> Vec<RehearsedFault> {
+    let early = faults.iter().filter(|fault| fault.from_the_start());
+    early.copied().collect()
+}
+
 fn apparatus(
     config: &Config,
     options: &cli::Hardware,
     speed: Speed,
     truth: Option<&Path>,
+    faults: &[RehearsedFault],
 ) -> anyhow::Result<Apparatus> {
     if let Some(scenario) = &options.mock {
-        return simulated::apparatus(scenario, options.seed.unwrap_or(1), speed, truth);
+        let seed = options.seed.unwrap_or(1);
+        return simulated::apparatus(scenario, seed, speed, truth, faults);
     }
     let choice = match config.audio.host {
         AudioHost::Native => HostChoice::Default,
@@ -179,6 +207,7 @@ fn apparatus(
         hands: None,
         vibrometer_port: None,
         estop_hand: None,
+        fault_hand: None,
     })
 }
 
@@ -207,12 +236,14 @@ fn require_ready(
     bench: &Effective,
     options: &cli::Hardware,
     speed: Speed,
+    faults: &[RehearsedFault],
     verbosity: Verbosity,
 ) -> anyhow::Result<preflight::Table> {
+    let early = from_the_start(faults);
     let began = Instant::now();
     let pace = pace(bench.config(), options);
     let ready = preflight::run(bench, None, &Extent::Quick, pace, || {
-        Ok(apparatus(bench.config(), options, speed, None)?.hardware)
+        Ok(apparatus(bench.config(), options, speed, None, &early)?.hardware)
     });
     let took_s = began.elapsed().as_secs_f64();
     verbosity.note(format_args!("quick check: {took_s:.1} s"));
@@ -229,12 +260,17 @@ fn require_ready(
 }
 
 /// Requires the hardware stops to stop a bench that is about to be calibrated, and prints what they did if not.
-fn require_stops(config: &Config, measure: &cli::Measure) -> anyhow::Result<()> {
+fn require_stops(
+    config: &Config,
+    measure: &cli::Measure,
+    faults: &[RehearsedFault],
+) -> anyhow::Result<()> {
+    let early = from_the_start(faults);
     let attended = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
     require_estop(config, &measure.hardware, !attended)?;
     let pace = pace(config, &measure.hardware);
     let stops = preflight::stops(config, pace, || {
-        Ok(apparatus(config, &measure.hardware, measure.speed, None)?.hardware)
+        Ok(apparatus(config, &measure.hardware, measure.speed, None, &early)?.hardware)
     });
     if stops.passed() {
         return Ok(());
@@ -245,7 +281,7 @@ fn require_stops(config: &Config, measure: &cli::Measure) -> anyhow::Result<()> 
 
 /// Requires a recent press of the e-stop; asks for it unless nobody is there.
 fn require_estop(config: &Config, options: &cli::Hardware, headless: bool) -> anyhow::Result<()> {
-    let open = || apparatus(config, options, Speed::Real, None);
+    let open = || apparatus(config, options, Speed::Real, None, &[]);
     estop::require(config, options, !headless, open)
 }
 
@@ -264,17 +300,26 @@ fn run(options: &Run, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     };
     let bench = effective(config, &options.hardware, options.uncalibrated, verbosity)?;
+    let faults = faults(bench.config(), &options.hardware, &options.rehearsal)?;
     let mut plan = Plan::new(bench, options)?;
+    plan.rehearsed = rehearsed::words(&faults);
     verbosity.note(format_args!("protocol: {}", plan.protocol.file));
     require_terminal(options.headless)?;
     require_estop(plan.bench.config(), &options.hardware, options.headless)?;
-    let ready = require_ready(&plan.bench, &options.hardware, options.speed, verbosity)?;
+    let ready = require_ready(
+        &plan.bench,
+        &options.hardware,
+        options.speed,
+        &faults,
+        verbosity,
+    )?;
     plan.preflight = Some(ready);
     let mut apparatus = apparatus(
         plan.bench.config(),
         &options.hardware,
         options.speed,
         options.mock_truth.as_deref(),
+        &faults,
     )?;
     if let Some(terminal) = &options.participant_display {
         apparatus.watchers.push(run::participant_display(terminal)?);
@@ -294,15 +339,63 @@ fn watch(options: &Monitor, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     };
     let bench = effective(config, &options.hardware, options.uncalibrated, verbosity)?;
-    let plan = monitor::Plan::new(bench, options)?;
+    let faults = faults(bench.config(), &options.hardware, &options.rehearsal)?;
+    let mut plan = monitor::Plan::new(bench, options)?;
+    plan.rehearsed = rehearsed::words(&faults);
     require_terminal(options.headless)?;
     if plan.drives() {
         require_estop(plan.bench.config(), &options.hardware, options.headless)?;
-        require_ready(&plan.bench, &options.hardware, options.speed, verbosity)?;
+        require_ready(
+            &plan.bench,
+            &options.hardware,
+            options.speed,
+            &faults,
+            verbosity,
+        )?;
     }
-    let apparatus = apparatus(plan.bench.config(), &options.hardware, options.speed, None)?;
+    let apparatus = apparatus(
+        plan.bench.config(),
+        &options.hardware,
+        options.speed,
+        None,
+        &faults,
+    )?;
     let completed = monitor::run(plan, apparatus, std::io::stdout())?;
     Ok(passed_or_failed(completed))
+}
+
+fn rehearse(options: &Drill, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
+    if !options.shared {
+        privacy::keep_new_files_private();
+    }
+    let Some(config) = configuration(&options.hardware, verbosity)? else {
+        return Ok(ExitCode::SUCCESS);
+    };
+    let hardware = &options.hardware;
+    if let Some(scenario) = hardware.mock.as_deref().map(simulated::read).transpose()?
+        && !scenario.faults.is_empty()
+    {
+        anyhow::bail!(
+            "the scenario injects faults of its own ([[faults]]), and a drill brings its own: name another"
+        );
+    }
+    let bench = effective(config.clone(), hardware, options.uncalibrated, verbosity)?;
+    let course = drilling::plan(bench.clone(), options)?;
+    require_terminal(options.headless)?;
+    require_estop(&config, hardware, options.headless)?;
+    require_ready(&bench, hardware, options.speed, &[], verbosity)?;
+    let open = || {
+        let apparatus = apparatus(&config, hardware, options.speed, None, &[])?;
+        Ok(drill::Watched {
+            hardware: apparatus.hardware,
+            hand: apparatus.fault_hand,
+        })
+    };
+    let (record, lines) = drilling::run(&course, options, &config, open, std::io::stdout())?;
+    for line in lines {
+        print(format!("{}\n", escaped_line(&line)))?;
+    }
+    Ok(passed_or_failed(record.passed))
 }
 
 fn calibrate(options: &Calibrate, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
@@ -318,13 +411,14 @@ fn calibrate(options: &Calibrate, verbosity: Verbosity) -> anyhow::Result<ExitCo
     let Some(config) = configuration(&measure.hardware, verbosity)? else {
         return Ok(ExitCode::SUCCESS);
     };
+    let faults = faults(&config, &measure.hardware, &measure.rehearsal)?;
     let drives = !matches!(options, Calibrate::Force(_));
     // Opened once all that was typed is known to be in order.
     let open = |config: &Config| {
         if drives {
-            require_stops(config, measure)?;
+            require_stops(config, measure, &faults)?;
         }
-        apparatus(config, &measure.hardware, measure.speed, None)
+        apparatus(config, &measure.hardware, measure.speed, None, &faults)
     };
     let report = match options {
         Calibrate::Pickup(options) => calibration::pickup(config, options, verbosity, open)?,
@@ -366,10 +460,11 @@ fn check(options: &Check, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
         Ok(bench) => (bench, None),
         Err(error) => (Effective::uncalibrated(config), Some(error)),
     };
+    let faults = faults(bench.config(), &options.hardware, &options.rehearsal)?;
     let simulated = options.hardware.mock.is_some();
     let speed = if simulated { Speed::Max } else { Speed::Real };
     if options.press_estop {
-        let apparatus = apparatus(bench.config(), &options.hardware, Speed::Real, None)?;
+        let apparatus = apparatus(bench.config(), &options.hardware, Speed::Real, None, &[])?;
         estop::press(bench.config(), &options.hardware, apparatus)?;
     }
     let extent = if options.quick {
@@ -386,7 +481,7 @@ fn check(options: &Check, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     };
     let pace = pace(bench.config(), &options.hardware);
     let table = preflight::run(&bench, refused.as_ref(), &extent, pace, || {
-        Ok(apparatus(bench.config(), &options.hardware, speed, None)?.hardware)
+        Ok(apparatus(bench.config(), &options.hardware, speed, None, &faults)?.hardware)
     })
     .table;
     print(if options.json {
@@ -399,7 +494,7 @@ fn check(options: &Check, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
 
 fn list(options: &Devices) -> anyhow::Result<ExitCode> {
     let listing = if options.mock {
-        let simulated = simulated::apparatus("nominal", 1, Speed::Max, None)?.hardware;
+        let simulated = simulated::apparatus("nominal", 1, Speed::Max, None, &[])?.hardware;
         let ports = simulated.force_port.iter().cloned().collect();
         inventory::Listing {
             hosts: vec![inventory::audio("simulated", Ok(&simulated.host))],

@@ -9,17 +9,19 @@ use anyhow::Context;
 use calibration::operator::{self, Cabling, Hands, Request};
 use devices::loudspeaker::Tone;
 use devices::{Hardware, Lines};
+use drill::{Deed, FaultHand};
 use friction_bench::apparatus::{Apparatus, Watcher};
 use friction_bench::cli::Speed;
 use jiff::Timestamp;
 use mock_hw::apparatus::{
     Apparatus as SimulatedApparatus, ApparatusClock, ApparatusConfig, FaultPanel, MassSet,
-    Patchbay, Senses,
+    Patchbay, RehearsalHand, Senses,
 };
 use mock_hw::world_clock::Pace;
 use mock_world::person::{Cue, Instruction, Percept};
 use mock_world::plant::{Axis, InputWiring};
 use mock_world::scenario::{ForceProtocol, Scenario, ScenarioError, built_in};
+use rehearsal::RehearsedFault;
 use safety::{GpioError, InputLine, input, output};
 use tasks::{Clock, Pacer, Schedule, SystemClock, later};
 
@@ -43,7 +45,7 @@ pub fn config(scenario: &Scenario) -> String {
 /// A free-running apparatus lives on this date, so that the same seed gives the same files.
 const FREE_RUNNING_DATE: &str = "2026-01-01T09:00:00Z";
 
-/// Builds an apparatus and gives it the place of the hardware.
+/// Builds an apparatus into which `faults` are injected, and gives it the place of the hardware.
 ///
 /// # Errors
 /// When the scenario cannot be read or the apparatus not be built.
@@ -52,6 +54,7 @@ pub fn apparatus(
     seed: u64,
     speed: Speed,
     truth: Option<&Path>,
+    faults: &[RehearsedFault],
 ) -> anyhow::Result<Apparatus> {
     let scenario = read(scenario)?.realised(seed);
     let pace = match speed {
@@ -60,6 +63,7 @@ pub fn apparatus(
     };
     let mut config = ApparatusConfig::new(scenario, seed, pace);
     config.truth_path = truth.map(Path::to_owned);
+    config.faults = faults.to_vec();
     let mut apparatus = SimulatedApparatus::new(config).context("the simulated apparatus")?;
     let pins = apparatus
         .pins()
@@ -85,6 +89,7 @@ pub fn apparatus(
     let watchers = vec![participant(apparatus.senses()), holder(hold)];
     let hands = hands(apparatus.masses(), apparatus.patchbay());
     let estop_hand = estop_hand(apparatus.faults());
+    let fault_hand = fault_hand(apparatus.rehearsal());
     let (clock, schedule, guard): (Arc<dyn Clock>, _, Box<dyn Send>) = match speed {
         Speed::Max => {
             let date = FREE_RUNNING_DATE
@@ -118,6 +123,7 @@ pub fn apparatus(
         hands: Some(hands),
         vibrometer_port: Some(vibrometer_port),
         estop_hand: Some(estop_hand),
+        fault_hand: Some(fault_hand),
     })
 }
 
@@ -162,6 +168,14 @@ fn estop_hand(faults: FaultPanel) -> Box<dyn FnOnce() + Send> {
                 faults.press_estop(pressed);
             }
         });
+    })
+}
+
+/// Brings the faults of a drill over the apparatus.
+fn fault_hand(hand: RehearsalHand) -> FaultHand {
+    Box::new(move |deed| match deed {
+        Deed::Begin(fault) => hand.begin(fault, None),
+        Deed::End(fault) => hand.end(fault),
     })
 }
 

@@ -1,6 +1,7 @@
 //! Reasons for which a scenario is rejected.
 
-use strict::{OutOfRange, TomlError};
+use rehearsal::{OverlapError, RehearsedFaultError};
+use strict::{InFile, OutOfRange, TomlError};
 
 /// Why a scenario is rejected.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -17,6 +18,17 @@ pub enum ScenarioError {
         line: Option<usize>,
         /// Key, value and range.
         range: OutOfRange,
+    },
+    /// A fault that cannot be injected as it is asked for.
+    #[error(transparent)]
+    Fault(InFile<RehearsedFaultError>),
+    /// Faults that could not be told from each other.
+    #[error("{file}: {error}")]
+    Overlap {
+        /// The file, as the caller named it.
+        file: String,
+        /// The two faults.
+        error: OverlapError,
     },
     /// A name that no built-in scenario has.
     #[error("unknown scenario `{name}`{}; built-in scenarios: {}", did_you_mean(.nearest), .known.join(", "))]

@@ -1,8 +1,9 @@
 //! A whole scenario: its tables, how it is read, and the bench that a seed makes of it.
 
 use rand::RngExt;
+use rehearsal::{RehearsedFault, require_apart};
 use serde::{Deserialize, Serialize};
-use strict::OutOfRange;
+use strict::{InFile, OutOfRange};
 
 use super::amplifier_table::AmplifierTable;
 use super::converter_table::ConverterTable;
@@ -58,6 +59,9 @@ pub struct Scenario {
     pub participant: ParticipantTable,
     /// Spread of the constants from seed to seed.
     pub jitter: JitterTable,
+    /// Faults that are injected, each at its time from the start of the bench's sound card.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub faults: Vec<RehearsedFault>,
 }
 
 impl Scenario {
@@ -65,7 +69,8 @@ impl Scenario {
     ///
     /// # Errors
     /// [`ScenarioError::Toml`] for text that is not TOML or has keys or values that no scenario has,
-    /// [`ScenarioError::OutOfRange`] for a number that the simulation cannot represent.
+    /// [`ScenarioError::OutOfRange`] for a number that the simulation cannot represent, [`ScenarioError::Fault`] or
+    /// [`ScenarioError::Overlap`] for faults that cannot be injected.
     pub fn parse(text: &str, file: &str) -> Result<Self, ScenarioError> {
         let scenario: Self = strict::parse(text, file)?;
         scenario
@@ -75,6 +80,16 @@ impl Scenario {
                 line: line_of(text, &range.key),
                 range,
             })?;
+        for (index, fault) in scenario.faults.iter().enumerate() {
+            fault.check().map_err(|error| {
+                let key = format!("faults.{index}.{}", error.key());
+                ScenarioError::Fault(InFile::at_key(error, &key, text, file))
+            })?;
+        }
+        require_apart(&scenario.faults).map_err(|error| ScenarioError::Overlap {
+            file: file.to_owned(),
+            error,
+        })?;
         Ok(scenario)
     }
 

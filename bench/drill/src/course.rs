@@ -1,0 +1,313 @@
+//! The course of a drill: exercises one after the other, each on a bench of its own, and the record of their times.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use config::{Config, Effective};
+use console::{Front, safety_event};
+use devices::drive_control::settings;
+use devices::{Bench, Hardware, require_armable, require_watched};
+use jiff::Timestamp;
+use rehearsal::FaultKind;
+use safety::{Pace, SafetyState, Trip};
+use signalgen::{Program, Waveform};
+use tasks::StopFlag;
+use tui::event::{PhaseKind, PhaseView};
+use tui::{Action, Event};
+
+use crate::draw::{Drawn, NotDrilledError, draw};
+use crate::drill_task::{Company, DrillTask};
+use crate::exercise::{Exercise, Sight};
+use crate::page::Page;
+use crate::record::{DrillFolder, DrillRecord};
+use crate::signs::Signs;
+use crate::{FaultHand, Screen, TONE_V};
+
+/// Mean voltage that drives a simulated bench, and its modulation (Huloux 2021, section IV).
+const MEAN_V: f64 = 20.0;
+const MODULATION_HZ: f64 = 6.0;
+const MODULATION_INDEX: f64 = 0.95;
+/// Time between two looks while there is no bench.
+const ALONE: Duration = Duration::from_millis(20);
+
+/// A bench that is drilled.
+pub struct Watched {
+    /// Its hardware.
+    pub hardware: Hardware,
+    /// Who brings faults over it; `None` where the operator is asked to.
+    pub hand: Option<FaultHand>,
+}
+
+/// A drill that was found to be possible.
+pub struct Course {
+    bench: Effective,
+    only: Vec<FaultKind>,
+    simulated: bool,
+    seed: Option<u64>,
+    operator: String,
+    unattended: bool,
+    program: Program,
+}
+
+impl Course {
+    /// Plans a drill of `only` these faults, or of all that this bench can be drilled with; `seed` draws their order,
+    /// else the time of day does.
+    ///
+    /// # Errors
+    /// When a fault cannot be drilled, or the drive is not admitted.
+    pub fn new(
+        bench: Effective,
+        only: &[FaultKind],
+        simulated: bool,
+        pace: Pace,
+        seed: Option<u64>,
+        operator: &str,
+        unattended: bool,
+    ) -> anyhow::Result<Self> {
+        let config = bench.config();
+        require_armable(config, pace)?;
+        let drawn: Result<Vec<Drawn>, NotDrilledError> = draw(only, config, simulated, 0);
+        if drawn?.is_empty() {
+            anyhow::bail!(
+                "this bench can be drilled with nothing: it has neither e-stop nor force sensor"
+            );
+        }
+        let waveform = waveform(config, simulated);
+        if simulated {
+            require_watched(&bench, &waveform)?;
+        }
+        let program = settings(config)?.admit(waveform)?;
+        Ok(Self {
+            only: only.to_vec(),
+            simulated,
+            seed,
+            operator: operator.to_owned(),
+            unattended,
+            program,
+            bench,
+        })
+    }
+
+    /// Runs the drill; its record is kept in a folder of its own in `parent`, after each exercise. `over` ends it.
+    ///
+    /// # Errors
+    /// When the bench cannot be opened or the record not be written.
+    pub fn run(
+        &self,
+        parent: &Path,
+        mut front: Box<dyn Front>,
+        over: &StopFlag,
+        mut open: impl FnMut() -> anyhow::Result<Watched>,
+        mut screen: impl FnMut() -> Box<dyn Screen>,
+    ) -> anyhow::Result<(DrillRecord, DrillFolder)> {
+        let first = open()?;
+        let began = first.hardware.clock.utc();
+        let seed = self.seed.unwrap_or_else(|| of_the_day(began));
+        let drawn = draw(&self.only, self.bench.config(), self.simulated, seed)?;
+        let mut record = DrillRecord::new(began, &self.operator, self.simulated, seed, drawn.len());
+        record.unattended = self.unattended;
+        let folder = DrillFolder::create(parent, began)?;
+        folder.write(&record)?;
+
+        let mut page = Page::new(drawn.len());
+        let mut opened = Some(first);
+        for (number, drawn) in (1..).zip(&drawn) {
+            page.turn();
+            let silence_s = self.bench.config().safety.silence_s;
+            let mut company = Company {
+                front,
+                page,
+                exercise: Exercise::new(drawn.fault, !self.simulated, drawn.settle_s, silence_s),
+                left: false,
+                now_s: 0.0,
+            };
+            company.show();
+            let watched = match opened.take() {
+                Some(watched) => Some(watched),
+                None => self.reopened(&mut company, over, &mut open)?,
+            };
+            if let Some(watched) = watched {
+                company =
+                    self.exercised(company, watched, over, screen(), (number, record.planned))?;
+            }
+            record.add(&company.exercise);
+            folder.write(&record)?;
+            let Company {
+                front: back,
+                page: turned,
+                left,
+                ..
+            } = company;
+            (front, page) = (back, turned);
+            page.add(&record.exercises[record.exercises.len() - 1]);
+            if left || over.is_raised() {
+                break;
+            }
+        }
+        front.show(Event::Drill(page.last()));
+        conclude(front.as_mut(), &record, over);
+        Ok((record, folder))
+    }
+
+    /// Opens the bench again; on real hardware the operator is asked to put right what the last exercise left. `None` if
+    /// they leave.
+    fn reopened(
+        &self,
+        company: &mut Company,
+        over: &StopFlag,
+        open: &mut impl FnMut() -> anyhow::Result<Watched>,
+    ) -> anyhow::Result<Option<Watched>> {
+        loop {
+            let missing = match open() {
+                Ok(watched) => return Ok(Some(watched)),
+                Err(error) if self.simulated => return Err(error),
+                Err(error) => error,
+            };
+            let words = format!("{missing:#}. Put it right, then space.");
+            if let Some(view) = company.page.with_words(words) {
+                company.front.show(Event::Drill(view));
+            }
+            loop {
+                if over.is_raised() {
+                    company.left = true;
+                    return Ok(None);
+                }
+                match company.front.action() {
+                    Some(Action::Ready) => break,
+                    Some(Action::Quit | Action::Interrupt) => {
+                        company.left = true;
+                        return Ok(None);
+                    }
+                    _ => rest(company.front.as_mut(), &SafetyState::Disarmed),
+                }
+            }
+        }
+    }
+
+    /// Runs one exercise on an opened bench.
+    fn exercised(
+        &self,
+        company: Company,
+        watched: Watched,
+        over: &StopFlag,
+        screen: Box<dyn Screen>,
+        (number, numbers): (u32, usize),
+    ) -> anyhow::Result<Company> {
+        let mut hardware = watched.hardware;
+        // Nobody slides or presses a button, and a GPIO chip that is gone must not end what reads them.
+        (hardware.lines.encoder, hardware.lines.button) = (None, None);
+        let bench = Bench::open(
+            &self.bench,
+            self.bench.config().plate.resonance_hz,
+            hardware,
+        )?;
+        bench.require_calibration_holds(&self.bench)?;
+        let (back, returned) = crossbeam_channel::bounded(1);
+        let task = DrillTask {
+            batches: bench.batches,
+            drive: bench.drive,
+            signals: bench.signals,
+            gauges: bench.gauges,
+            stop: bench.life.stop().clone(),
+            over: over.clone(),
+            program: self.program,
+            hand: watched.hand,
+            screen,
+            company: Some(company),
+            back,
+            signs: Signs::default(),
+            safety: None,
+            phase: None,
+            screen_due_ns: 0,
+            number,
+            numbers: numbers as u32,
+        };
+        let mut tasks = bench.before;
+        tasks.push(Box::new(task));
+        tasks.extend(bench.after);
+        let ran = bench.life.run(tasks, || Ok(()));
+        let Ok(mut company) = returned.try_recv() else {
+            ran?;
+            anyhow::bail!("the exercise ended without its operator");
+        };
+        if let Err(error) = ran {
+            company.exercise.bench_ended(&format!("{error:#}"));
+            alone(&mut company, over);
+        } else if company.exercise.outcome().is_none() {
+            company.left = true;
+        }
+        Ok(company)
+    }
+}
+
+/// Returns a seed of the time of day.
+fn of_the_day(now: Timestamp) -> u64 {
+    now.as_nanosecond().unsigned_abs() as u64 & (i64::MAX as u64)
+}
+
+/// Returns the drive of a drill: the published one on simulated hardware, as far as its limits allow, and a faint tone on
+/// real hardware.
+fn waveform(config: &Config, simulated: bool) -> Waveform {
+    let carrier_hz = config.plate.resonance_hz;
+    let limit_v = config.limits.drive_v;
+    if simulated {
+        Waveform::Modulated {
+            carrier_hz,
+            mean_amplitude_v: MEAN_V.min(limit_v / (1.0 + MODULATION_INDEX)),
+            modulation_hz: MODULATION_HZ,
+            modulation_index: MODULATION_INDEX,
+            start_phase_rad: 0.0,
+        }
+    } else {
+        Waveform::Tone {
+            carrier_hz,
+            amplitude_v: TONE_V.min(limit_v),
+        }
+    }
+}
+
+/// Goes on with the operator alone after the bench has ended by itself.
+fn alone(company: &mut Company, over: &StopFlag) {
+    let (began, from_s) = (Instant::now(), company.now_s);
+    let safety = SafetyState::Tripped {
+        trip: Trip::AudioLost,
+    };
+    while company.exercise.outcome().is_none() && !company.left {
+        company.now_s = from_s + began.elapsed().as_secs_f64();
+        let sight = Sight {
+            now_s: company.now_s,
+            safety: &safety,
+            sounds: false,
+            flag: None,
+        };
+        // There is nothing that could obey.
+        let _ = company.exercise.poll(sight);
+        company.show();
+        if let Some(action) = company.front.action() {
+            let _ = company.act(action);
+        }
+        company.left |= over.is_raised() || company.front.is_unread();
+        rest(company.front.as_mut(), &safety);
+    }
+}
+
+/// Waits for the next look while there is no bench, whose last state stays on the screen.
+fn rest(front: &mut dyn Front, safety: &SafetyState) {
+    front.show(safety_event(safety, false, None));
+    std::thread::sleep(ALONE);
+}
+
+/// Shows the summary until the operator has read it.
+fn conclude(front: &mut dyn Front, record: &DrillRecord, over: &StopFlag) {
+    front.show(Event::Phase(PhaseView::new(PhaseKind::Finished)));
+    front.show(Event::Finished {
+        summary: record.lines(),
+    });
+    while !over.is_raised() && !front.is_unread() {
+        if let Some(Action::Quit | Action::Interrupt) = front.action() {
+            break;
+        }
+        rest(front, &SafetyState::Disarmed);
+    }
+    front.show(Event::Close);
+}

@@ -1,0 +1,171 @@
+//! Which faults a drill brings, in which order, and when.
+
+use config::{Config, SampleFormat};
+use rand::seq::SliceRandom;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rehearsal::{FaultKind, Needs, Required};
+
+use crate::TONE_V;
+
+/// Shortest and longest time of drive before a fault, s.
+const SETTLE_S: (f64, f64) = (1.5, 5.0);
+
+/// A fault that was asked for and cannot be drilled on this bench.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{fault} cannot be drilled {because}")]
+pub struct NotDrilledError {
+    /// The fault.
+    pub fault: FaultKind,
+    /// Why not, and what to do.
+    pub because: String,
+}
+
+/// A fault of a drill, and the time of drive before it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Drawn {
+    pub fault: FaultKind,
+    pub settle_s: f64,
+}
+
+/// Returns why `fault` cannot be drilled on the bench of `config`; `None` if it can.
+fn obstacle(fault: FaultKind, config: &Config, simulated: bool) -> Option<String> {
+    let row = fault.row();
+    if matches!(row.required, Required::Refuse | Required::GoOn) {
+        return Some(format!(
+            "while the bench drives: see what `friction-bench check --mock --fault {fault}@0s` makes of it"
+        ));
+    }
+    if simulated {
+        let needs_floats =
+            fault == FaultKind::Nan && config.audio.sample_format != SampleFormat::F32;
+        let needs_force =
+            row.row.is_some_and(|row| (21..=23).contains(&row)) && config.force.is_none();
+        return match (needs_floats, needs_force) {
+            (true, _) => Some(
+                "with a sound card that sends whole numbers: name a --config with sample_format = \"f32\"".to_owned(),
+            ),
+            (_, true) => Some("without a force sensor: [force] is not in bench.toml".to_owned()),
+            _ => None,
+        };
+    }
+    let safety = &config.safety;
+    match row.real.map(|real| real.needs) {
+        None => Some("on real hardware: practise it with --mock".to_owned()),
+        Some(Needs::Estop) if config.gpio.estop.is_none() => {
+            Some("without an e-stop: name estop in [gpio]".to_owned())
+        }
+        Some(Needs::Amplifier)
+            if TONE_V * (1.0 - safety.readback_tolerance) <= safety.readback_floor_v =>
+        {
+            Some(format!(
+                "under the faint tone of {TONE_V} V, which safety.readback_floor_v = {} V hides: lower the floor",
+                safety.readback_floor_v
+            ))
+        }
+        Some(Needs::ForceSensor) if config.force.is_none() => {
+            Some("without a force sensor: [force] is not in bench.toml".to_owned())
+        }
+        Some(_) => None,
+    }
+}
+
+/// Returns the faults of a drill, in an order and with times that `seed` draws: those of `only`, or all that this bench can
+/// be drilled with.
+///
+/// # Errors
+/// [`NotDrilledError`] names a fault of `only` that this bench cannot be drilled with.
+pub(crate) fn draw(
+    only: &[FaultKind],
+    config: &Config,
+    simulated: bool,
+    seed: u64,
+) -> Result<Vec<Drawn>, NotDrilledError> {
+    let mut faults = Vec::new();
+    if only.is_empty() {
+        let all = FaultKind::ALL.iter().copied();
+        faults.extend(all.filter(|fault| obstacle(*fault, config, simulated).is_none()));
+    }
+    for &fault in only {
+        if let Some(because) = obstacle(fault, config, simulated) {
+            return Err(NotDrilledError { fault, because });
+        }
+        if !faults.contains(&fault) {
+            faults.push(fault);
+        }
+    }
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    faults.shuffle(&mut rng);
+    let settle = |fault| Drawn {
+        fault,
+        settle_s: rng.random_range(SETTLE_S.0..SETTLE_S.1),
+    };
+    Ok(faults.into_iter().map(settle).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn config(from: &str, to: &str) -> Config {
+        let text = include_str!("../../mock-bench.toml");
+        assert!(text.contains(from));
+        Config::parse(&text.replacen(from, to, 1), "test").unwrap()
+    }
+
+    fn faults(drawn: &[Drawn]) -> Vec<FaultKind> {
+        drawn.iter().map(|drawn| drawn.fault).collect()
+    }
+
+    #[test]
+    fn a_seed_draws_the_same_order_and_another_seed_another() {
+        let config = config("[force]", "[force]");
+        let draw = |seed| draw(&[], &config, true, seed).unwrap();
+        assert_eq!(draw(1), draw(1));
+        assert_ne!(faults(&draw(1)), faults(&draw(2)));
+        let sorted = |seed| {
+            let mut faults = faults(&draw(seed));
+            faults.sort();
+            faults
+        };
+        assert_eq!(sorted(1), sorted(2));
+        let drilled = FaultKind::ALL.iter().filter(|fault| fault.is_drilled());
+        // A card of whole numbers sends no NaN.
+        assert_eq!(draw(1).len(), drilled.count() - 1);
+        for drawn in draw(1) {
+            assert!((SETTLE_S.0..SETTLE_S.1).contains(&drawn.settle_s));
+        }
+    }
+
+    #[test]
+    fn what_this_bench_cannot_be_drilled_with_is_refused_if_it_was_asked_for() {
+        let mock = config("[force]", "[force]");
+        let refused = |fault, config: &Config, simulated| {
+            let refused = draw(&[FaultKind::Press, fault], config, simulated, 1);
+            refused.is_err_and(|error| error.fault == fault)
+        };
+        for fault in [
+            FaultKind::RelayWelded,
+            FaultKind::ButtonHeld,
+            FaultKind::Nan,
+        ] {
+            assert!(refused(fault, &mock, true), "{fault}");
+        }
+        let floats = config("sample_format = \"i32\"", "sample_format = \"f32\"");
+        assert!(!refused(FaultKind::Nan, &floats, true));
+        for fault in [FaultKind::Xrun, FaultKind::Estop] {
+            assert!(refused(fault, &mock, false), "{fault}");
+        }
+        assert!(!refused(FaultKind::AmplifierOff, &mock, false));
+        let floor = config("readback_floor_v = 1.0", "readback_floor_v = 1.6");
+        assert!(refused(FaultKind::AmplifierOff, &floor, false));
+        assert!(!refused(FaultKind::AmplifierOff, &floor, true));
+    }
+
+    #[test]
+    fn a_fault_that_is_named_twice_comes_once() {
+        let mock = config("[force]", "[force]");
+        let drawn = draw(&[FaultKind::Estop, FaultKind::Estop], &mock, true, 1).unwrap();
+        assert_eq!(faults(&drawn), [FaultKind::Estop]);
+    }
+}

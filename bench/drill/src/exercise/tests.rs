@@ -1,0 +1,334 @@
+use super::*;
+
+/// A bench and its clock, for exercises of the fault after a second of drive, with a `silence_s` of 0.05 s.
+struct Bench {
+    exercise: Exercise,
+    now_s: f64,
+    safety: SafetyState,
+    sounds: bool,
+    flag: Option<String>,
+    orders: Vec<Order>,
+}
+
+impl Bench {
+    fn new(fault: FaultKind, by_hand: bool) -> Self {
+        let mut bench = Self {
+            exercise: Exercise::new(fault, by_hand, 1.0, 0.05),
+            now_s: 100.0,
+            safety: SafetyState::Disarmed,
+            sounds: false,
+            flag: None,
+            orders: Vec::new(),
+        };
+        bench.pass(0.01);
+        assert_eq!(bench.ordered(), [Order::Drive]);
+        (bench.safety, bench.sounds) = (SafetyState::Armed, true);
+        bench.pass(1.1);
+        bench
+    }
+
+    fn pass(&mut self, seconds: f64) {
+        for _ in 0..(seconds / 0.001).round() as usize {
+            self.now_s += 0.001;
+            let sight = Sight {
+                now_s: self.now_s,
+                safety: &self.safety,
+                sounds: self.sounds,
+                flag: self.flag.as_deref(),
+            };
+            self.orders.extend(self.exercise.poll(sight));
+        }
+    }
+
+    fn act(&mut self, action: Action) {
+        self.orders.extend(self.exercise.act(action, self.now_s));
+    }
+
+    fn ordered(&mut self) -> Vec<Order> {
+        std::mem::take(&mut self.orders)
+    }
+
+    fn trip(&mut self, trip: Trip) {
+        self.safety = SafetyState::Tripped { trip };
+    }
+
+    fn missed(&self) -> &str {
+        match self.exercise.outcome() {
+            Some(Outcome::Missed(why)) => why,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// A pressed e-stop, 2 ms late, silent after another 3 ms, seen by the operator a second later.
+    fn stopped() -> Self {
+        let mut bench = Self::new(FaultKind::Estop, false);
+        assert_eq!(bench.ordered(), [Order::Begin]);
+        bench.pass(0.002 - 0.1 + 0.1);
+        bench.trip(Trip::EmergencyStop);
+        bench.pass(0.003);
+        bench.sounds = false;
+        bench.pass(1.0);
+        bench
+    }
+}
+
+fn near(time_s: Option<f64>, expected_s: f64) -> bool {
+    // The fault comes up to 0.1 s before `Bench::new` returns.
+    time_s.is_some_and(|time_s| (time_s - expected_s).abs() < 0.11)
+}
+
+#[test]
+fn a_stop_is_acknowledged_re_armed_and_resumed() {
+    let mut bench = Bench::stopped();
+    assert_eq!(bench.exercise.asked(), DrillStep::Acknowledge);
+    bench.act(Action::Ready);
+    assert_eq!(bench.ordered(), [Order::End]);
+    assert_eq!(bench.exercise.asked(), DrillStep::Rearm);
+    bench.act(Action::Rearm);
+    assert_eq!(bench.ordered(), [Order::Rearm]);
+    bench.safety = SafetyState::Disarmed;
+    bench.pass(0.01);
+    assert_eq!(bench.exercise.asked(), DrillStep::Resume);
+    bench.act(Action::Resume);
+    assert_eq!(bench.ordered(), [Order::Drive]);
+    (bench.safety, bench.sounds) = (SafetyState::Armed, true);
+    bench.pass(0.4);
+    let times = bench.exercise.times();
+    assert!(
+        near(times.silent_s, 0.005) && near(times.seen_s, 1.0),
+        "{times:?}"
+    );
+    assert!(
+        times.shown_s < times.silent_s && times.seen_s < times.rearmed_s,
+        "{times:?}"
+    );
+    assert!(times.rearmed_s < times.done_s, "{times:?}");
+}
+
+#[test]
+fn re_arming_before_acknowledging_removes_the_cause_and_is_asked_for_again() {
+    let mut bench = Bench::stopped();
+    bench.act(Action::Rearm);
+    assert_eq!(bench.ordered(), [Order::End]);
+    assert!(bench.exercise.note().is_some());
+    assert_eq!(bench.exercise.asked(), DrillStep::Rearm);
+    bench.act(Action::Rearm);
+    assert_eq!(bench.ordered(), [Order::Rearm]);
+    // It did not help: the e-stop is held.
+    bench.pass(1.0);
+    assert_eq!(bench.exercise.asked(), DrillStep::Rearm);
+    assert_eq!(bench.exercise.note(), Some("The cause is still there."));
+}
+
+#[test]
+fn a_drive_that_resumes_and_stops_again_is_to_be_re_armed_again() {
+    let mut bench = Bench::stopped();
+    bench.act(Action::Ready);
+    bench.act(Action::Rearm);
+    bench.safety = SafetyState::Disarmed;
+    bench.pass(0.01);
+    bench.act(Action::Resume);
+    (bench.safety, bench.sounds) = (SafetyState::Armed, true);
+    bench.pass(0.1);
+    bench.trip(Trip::EmergencyStop);
+    bench.pass(0.01);
+    assert_eq!(bench.exercise.asked(), DrillStep::Rearm);
+    assert!(bench.exercise.outcome().is_none());
+}
+
+#[test]
+fn a_drive_that_is_silent_too_late_is_missed_whatever_the_operator_does() {
+    let mut bench = Bench::new(FaultKind::AmplifierOff, false);
+    bench.pass(0.02);
+    bench.trip(Trip::EmergencyStop);
+    bench.pass(0.2);
+    bench.sounds = false;
+    bench.pass(0.1);
+    for action in [Action::Ready, Action::Rearm] {
+        bench.act(action);
+    }
+    bench.safety = SafetyState::Disarmed;
+    bench.pass(0.01);
+    bench.act(Action::Resume);
+    (bench.safety, bench.sounds) = (SafetyState::Armed, true);
+    bench.pass(0.5);
+    assert!(
+        bench.missed().contains("silent only after"),
+        "{}",
+        bench.missed()
+    );
+}
+
+#[test]
+fn a_bench_that_does_not_stop_and_one_that_flags_nothing_are_missed() {
+    let mut bench = Bench::new(FaultKind::Estop, false);
+    bench.pass(2.5);
+    assert_eq!(bench.missed(), "the bench did not stop");
+    let mut bench = Bench::new(FaultKind::Xrun, false);
+    bench.pass(2.5);
+    assert_eq!(bench.missed(), "the bench flagged nothing");
+    let mut bench = Bench::new(FaultKind::Xrun, false);
+    bench.trip(Trip::AudioSilent);
+    bench.pass(0.01);
+    assert!(bench.missed().contains("should have gone on"));
+    let mut bench = Bench::new(FaultKind::Estop, false);
+    bench.exercise.stage = Stage::Settling { sounding_s: None };
+    bench.trip(Trip::AudioSilent);
+    bench.pass(0.01);
+    assert!(bench.missed().contains("before the fault"));
+}
+
+#[test]
+fn a_flag_is_answered_by_repeating_at_once_or_after_a_word() {
+    for first in [None, Some(Action::Ready)] {
+        let mut bench = Bench::new(FaultKind::Xrun, false);
+        bench.flag = Some("input xruns: 1".to_owned());
+        bench.pass(0.5);
+        for action in first.into_iter().chain([Action::Redo]) {
+            bench.act(action);
+        }
+        assert_eq!(bench.exercise.outcome(), Some(&Outcome::Met));
+        assert_eq!(bench.exercise.seen_by(), "input xruns: 1");
+        assert!(bench.exercise.times().silent_s.is_none(), "it goes on");
+    }
+}
+
+#[test]
+fn what_cannot_be_re_armed_is_ended_also_after_the_bench_has_ended_by_itself() {
+    let mut bench = Bench::new(FaultKind::CardLostOutput, false);
+    bench.trip(Trip::AudioLost);
+    // The card renders no more, and so never says that it is silent.
+    bench.pass(0.05);
+    assert!(bench.exercise.times().silent_s.is_some());
+    bench.exercise.bench_ended("nothing for 10 s");
+    bench.act(Action::Ready);
+    assert_eq!(bench.exercise.asked(), DrillStep::Quit);
+    bench.act(Action::Rearm);
+    assert!(bench.exercise.outcome().is_none());
+    bench.act(Action::Quit);
+    // 0.1 s of these had passed before the trip.
+    assert!(bench.exercise.times().done_s.is_some());
+
+    let mut bench = Bench::stopped();
+    bench.exercise.bench_ended("the disk is gone");
+    assert!(bench.missed().contains("the disk is gone"));
+}
+
+#[test]
+fn by_hand_time_counts_from_when_the_bench_saw_it() {
+    let mut bench = Bench::new(FaultKind::Estop, true);
+    assert_eq!(bench.ordered(), [], "nobody injects it");
+    assert_eq!(bench.exercise.asked(), DrillStep::Act);
+    assert_eq!(bench.exercise.instruction(), "Press the e-stop now.");
+    bench.pass(20.0);
+    bench.trip(Trip::EmergencyStop);
+    bench.pass(0.003);
+    bench.sounds = false;
+    bench.pass(1.0);
+    bench.act(Action::Rearm);
+    assert_eq!(
+        bench.ordered(),
+        [Order::Rearm],
+        "the operator has released it"
+    );
+    bench.safety = SafetyState::Disarmed;
+    bench.pass(0.01);
+    bench.act(Action::Resume);
+    (bench.safety, bench.sounds) = (SafetyState::Armed, true);
+    bench.pass(0.5);
+    assert_eq!(bench.exercise.outcome(), Some(&Outcome::Met));
+    let times = bench.exercise.times();
+    assert!(
+        times.silent_s.is_some_and(|silent_s| silent_s < 0.01),
+        "{times:?}"
+    );
+
+    let mut bench = Bench::new(FaultKind::Estop, true);
+    bench.pass(PATIENCE_S + 1.0);
+    assert!(bench.missed().contains("nothing was done"));
+}
+
+#[test]
+fn keys_at_the_wrong_moment_change_nothing() {
+    let all = [
+        Action::Start,
+        Action::Consent,
+        Action::Ready,
+        Action::Redo,
+        Action::Abort,
+        Action::Answer(tui::calibration_page::Reply::Ready),
+    ];
+    let mut bench = Bench::new(FaultKind::Estop, true);
+    for action in all
+        .into_iter()
+        .chain([Action::Rearm, Action::Resume, Action::Pause])
+    {
+        bench.act(action);
+    }
+    assert_eq!(
+        (bench.ordered(), bench.exercise.asked()),
+        (vec![], DrillStep::Act)
+    );
+    let mut bench = Bench::stopped();
+    bench.act(Action::Ready);
+    bench.ordered();
+    for action in all
+        .into_iter()
+        .chain([Action::Resume, Action::Pause, Action::Quit])
+    {
+        bench.act(action);
+    }
+    assert_eq!(
+        (bench.ordered(), bench.exercise.asked()),
+        (vec![], DrillStep::Rearm)
+    );
+    assert!(bench.exercise.outcome().is_none());
+}
+
+#[test]
+fn an_operator_may_pause_or_stop_before_the_fault_and_it_waits() {
+    let mut bench = Bench::new(FaultKind::Estop, false);
+    bench.exercise.stage = Stage::Settling { sounding_s: None };
+    bench.ordered();
+    bench.act(Action::EmergencyStop);
+    assert_eq!(bench.ordered(), [Order::Stop]);
+    bench.trip(Trip::Operator);
+    bench.sounds = false;
+    bench.pass(3.0);
+    assert_eq!(bench.ordered(), []);
+    bench.act(Action::Rearm);
+    bench.act(Action::Resume);
+    assert_eq!(bench.ordered(), [Order::Rearm, Order::Drive]);
+    (bench.safety, bench.sounds) = (SafetyState::Armed, true);
+    bench.pass(1.1);
+    assert_eq!(bench.ordered(), [Order::Begin]);
+}
+
+#[test]
+fn an_operator_who_does_nothing_misses() {
+    let mut bench = Bench::stopped();
+    bench.pass(PATIENCE_S + 1.0);
+    assert_eq!(bench.missed(), "nobody acknowledged it");
+    let mut bench = Bench::stopped();
+    bench.act(Action::Ready);
+    bench.pass(PATIENCE_S + 1.0);
+    assert_eq!(bench.missed(), "nobody did what was right");
+}
+
+#[test]
+fn every_drilled_fault_has_words_for_each_step() {
+    for &fault in FaultKind::ALL.iter().filter(|fault| fault.is_drilled()) {
+        let mut bench = Bench::new(fault, false);
+        bench.flag = Some("flag".to_owned());
+        if fault.row().required != Required::Flag {
+            bench.trip(Trip::EmergencyStop);
+        }
+        bench.pass(0.1);
+        assert_eq!(bench.exercise.asked(), DrillStep::Acknowledge, "{fault}");
+        bench.act(Action::Ready);
+        assert!(
+            bench.exercise.instruction().contains(fault.row().words),
+            "{fault}"
+        );
+    }
+}

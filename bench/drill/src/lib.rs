@@ -1,0 +1,54 @@
+//! The operator's rehearsal: one fault after another comes over a bench that drives, the operator does what is right, and
+//! the times are kept.
+//!
+//! On simulated hardware a [`FaultHand`] brings the faults. On real hardware a person is asked to, under a faint tone. Each
+//! exercise has a bench of its own: some faults end a bench for good.
+
+mod course;
+mod draw;
+mod drill_task;
+mod exercise;
+mod page;
+mod record;
+mod scripted;
+mod signs;
+mod times;
+
+pub use course::{Course, Watched};
+pub use draw::NotDrilledError;
+pub use record::{DrillFolder, DrillRecord, ExerciseRecord};
+pub use scripted::Scripted;
+pub use times::{Outcome, Times};
+
+use devices::Gauges;
+use recording::pipeline::Batch;
+use rehearsal::FaultKind;
+
+/// Amplitude of the faint tone that drives a real bench, V peak.
+pub const TONE_V: f64 = 2.0;
+
+/// What is done to a simulated apparatus.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Deed {
+    /// A fault begins.
+    Begin(FaultKind),
+    /// A fault ends.
+    End(FaultKind),
+}
+
+/// Brings faults over a simulated apparatus, and removes them.
+pub type FaultHand = Box<dyn FnMut(Deed) + Send>;
+
+/// Turns what was acquired into what the dashboard shows.
+pub trait Screen: Send {
+    /// Takes what was acquired.
+    fn take(&mut self, batch: &Batch);
+
+    /// Returns what is to be shown at `now_ns`.
+    fn events(&mut self, now_ns: u64, gauges: &Gauges) -> Vec<tui::Event>;
+}
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

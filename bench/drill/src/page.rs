@@ -1,0 +1,70 @@
+//! What the drill shows beside the bench.
+
+use tui::drill_view::{DrillResult, DrillView};
+
+use crate::exercise::Exercise;
+use crate::record::ExerciseRecord;
+
+/// The drill's page as it was last shown.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Page {
+    shown: Option<DrillView>,
+    view: DrillView,
+}
+
+impl Page {
+    pub fn new(exercises: usize) -> Self {
+        Self {
+            shown: None,
+            view: DrillView {
+                exercises: exercises as u32,
+                ..DrillView::default()
+            },
+        }
+    }
+
+    /// Turns to the next exercise.
+    pub fn turn(&mut self) {
+        self.view.exercise += 1;
+    }
+
+    /// Adds an exercise that is over.
+    pub fn add(&mut self, record: &ExerciseRecord) {
+        self.view.results.push(DrillResult {
+            fault: record.fault.name().to_owned(),
+            met: record.met,
+            words: record.words(),
+        });
+    }
+
+    /// Returns the page if it differs from what was last shown.
+    pub fn news(&mut self, exercise: &Exercise) -> Option<DrillView> {
+        self.view.instruction = exercise.instruction();
+        self.view.note = exercise.note().map(str::to_owned);
+        self.view.asked = exercise.asked();
+        self.changed()
+    }
+
+    /// Returns the page with other words, to be shown while there is no bench.
+    pub fn with_words(&mut self, instruction: String) -> Option<DrillView> {
+        self.view.instruction = instruction;
+        self.view.note = None;
+        self.view.asked = tui::drill_view::DrillStep::Act;
+        self.changed()
+    }
+
+    /// Returns the page at the end of the drill.
+    pub fn last(mut self) -> DrillView {
+        self.view.instruction = "over: q leaves it.".to_owned();
+        self.view.note = None;
+        self.view.asked = tui::drill_view::DrillStep::Watch;
+        self.view
+    }
+
+    fn changed(&mut self) -> Option<DrillView> {
+        (self.shown.as_ref() != Some(&self.view)).then(|| {
+            self.shown = Some(self.view.clone());
+            self.view.clone()
+        })
+    }
+}

@@ -1,0 +1,82 @@
+//! A program in the place of the operator: prints what happens, and does what is asked after a moment.
+
+use std::io::Write;
+
+use console::{Front, Headless};
+use tui::drill_view::{DrillStep, DrillView};
+use tui::{Action, Event};
+
+/// Looks at the bench between a request and what is done about it.
+const REACTION: u32 = 100;
+/// Looks after which it is done once more.
+const AGAIN: u32 = 5_000;
+
+/// An operator who does what is asked.
+pub struct Scripted<W> {
+    lines: Headless<W>,
+    view: DrillView,
+    /// Looks since the request.
+    looks: u32,
+    over: bool,
+}
+
+impl<W: Write> Scripted<W> {
+    /// Prints to `out`.
+    pub fn new(out: W) -> Self {
+        Self {
+            lines: Headless::new(out),
+            view: DrillView::default(),
+            looks: 0,
+            over: false,
+        }
+    }
+}
+
+impl<W: Write + Send> Front for Scripted<W> {
+    fn show(&mut self, event: Event) {
+        match event {
+            Event::Drill(view) => {
+                if view.asked != self.view.asked || view.exercise != self.view.exercise {
+                    self.looks = 0;
+                }
+                let news = view.results.len() > self.view.results.len();
+                if let Some(result) = view.results.last().filter(|_| news) {
+                    let verdict = if result.met { "met" } else { "MISSED" };
+                    let text = format!("{}: {verdict}: {}", result.fault, result.words);
+                    self.lines.show(Event::Log {
+                        level: tui::event::LogLevel::Info,
+                        text,
+                    });
+                }
+                self.view = view;
+            }
+            Event::Finished { .. } => self.over = true,
+            other => self.lines.show(other),
+        }
+    }
+
+    fn action(&mut self) -> Option<Action> {
+        if self.over {
+            return Some(Action::Quit);
+        }
+        self.looks += 1;
+        if self.looks == REACTION + AGAIN {
+            self.looks = 0;
+        }
+        if self.looks != REACTION {
+            return None;
+        }
+        match self.view.asked {
+            DrillStep::Watch | DrillStep::Act => None,
+            DrillStep::Acknowledge => Some(Action::Ready),
+            DrillStep::Rearm => Some(Action::Rearm),
+            DrillStep::Resume => Some(Action::Resume),
+            DrillStep::Repeat => Some(Action::Redo),
+            DrillStep::Quit => Some(Action::Quit),
+        }
+    }
+
+    fn is_unread(&self) -> bool {
+        self.lines.is_unread()
+    }
+}

@@ -1,0 +1,109 @@
+//! `drill`: the operator's rehearsal, from flags to the summary at the end.
+
+use std::io::Write;
+
+use config::{Config, Effective};
+use console::{Dashboard, DashboardThread, Front};
+use devices::{Gauges, stop_on_signals};
+use drill::{Course, DrillRecord, Screen, Scripted, Watched};
+use recording::pipeline::{Account, Batch};
+use tasks::StopFlag;
+use tui::Event;
+use tui::event::{LogLevel, SessionHeader};
+
+use crate::apparatus::pace;
+use crate::cli;
+use crate::live_meter::LiveMeter;
+
+/// Plans the drill of these options: nothing is opened or driven.
+///
+/// # Errors
+/// Names the fault that cannot be drilled on this bench, or what is wrong with its limits.
+pub fn plan(bench: Effective, options: &cli::Drill) -> anyhow::Result<Course> {
+    if options.speed == cli::Speed::Max && !options.headless {
+        anyhow::bail!("--speed max leaves nobody time to act: add --headless");
+    }
+    if options.operator.trim().is_empty() {
+        anyhow::bail!("--operator is empty: name who is drilled");
+    }
+    let hardware = &options.hardware;
+    let pace = pace(bench.config(), hardware);
+    Course::new(
+        bench,
+        &options.only,
+        hardware.mock.is_some(),
+        pace,
+        hardware.seed,
+        &options.operator,
+        options.headless,
+    )
+}
+
+/// Runs the drill, and returns its record and the lines that end it.
+///
+/// # Errors
+/// When a part of the bench is missing or fails, or the record cannot be written.
+pub fn run(
+    course: &Course,
+    options: &cli::Drill,
+    config: &Config,
+    open: impl FnMut() -> anyhow::Result<Watched>,
+    out: impl Write + Send + 'static,
+) -> anyhow::Result<(DrillRecord, Vec<String>)> {
+    let over = StopFlag::default();
+    stop_on_signals(&over)?;
+    let (mut front, dashboard): (Box<dyn Front>, Option<DashboardThread>) = if options.headless {
+        (Box::new(Scripted::new(out)), None)
+    } else {
+        let (dashboard, thread) = Dashboard::open(over.clone())?;
+        (Box::new(dashboard), Some(thread))
+    };
+    front.show(Event::Session(SessionHeader {
+        uncalibrated: options.uncalibrated,
+        simulated: options.hardware.mock.is_some(),
+        plate_length_m: config.plate.length_m,
+        ..SessionHeader::default()
+    }));
+    for text in config.safety_notices(config.plate.resonance_hz) {
+        let level = LogLevel::Warning;
+        front.show(Event::Log { level, text });
+    }
+    let rate_hz = config.audio.rate_hz;
+    let screen = || -> Box<dyn Screen> {
+        Box::new(Panels {
+            meter: LiveMeter::default(),
+            account: Account::default(),
+            rate_hz,
+        })
+    };
+    let ran = course.run(&options.out, front, &over, open, screen);
+    let closed = dashboard.map_or(Ok(()), DashboardThread::join);
+    let (record, folder) = ran?;
+    closed?;
+    let mut lines = record.lines();
+    lines.push(format!("times             {}", folder.file().display()));
+    Ok((record, lines))
+}
+
+/// The live panels of a drill.
+struct Panels {
+    meter: LiveMeter,
+    account: Account,
+    rate_hz: u32,
+}
+
+impl Screen for Panels {
+    fn take(&mut self, batch: &Batch) {
+        self.account = batch.account;
+        self.meter.take(batch);
+    }
+
+    fn events(&mut self, now_ns: u64, gauges: &Gauges) -> Vec<Event> {
+        let live = self.meter.live(None).map(Event::Live);
+        let health = self
+            .meter
+            .health(now_ns, &self.account, gauges, None, self.rate_hz, || None)
+            .map(Event::Health);
+        live.into_iter().chain(health).collect()
+    }
+}

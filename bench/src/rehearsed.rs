@@ -1,0 +1,78 @@
+//! What is said of faults that are injected on purpose, so that a rehearsal is never taken for data.
+
+use anyhow::bail;
+use config::{Config, SampleFormat};
+use rehearsal::{FaultKind, RehearsedFault, require_apart};
+
+/// Requires that these faults can be injected into the hardware of `config`, simulated or not.
+///
+/// # Errors
+/// On real hardware, for faults of one kind at the same time, and for what the sound card cannot show.
+pub fn require_possible(
+    faults: &[RehearsedFault],
+    config: &Config,
+    simulated: bool,
+) -> anyhow::Result<()> {
+    if !simulated && !faults.is_empty() {
+        bail!(
+            "--fault injects faults into simulated hardware, and this is real: practise with --mock; `friction-bench drill` \
+             asks for the real action (press, unplug, switch off) and times it"
+        );
+    }
+    require_apart(faults)?;
+    let floats = config.audio.sample_format == SampleFormat::F32;
+    if !floats && faults.iter().any(|fault| fault.fault == FaultKind::Nan) {
+        bail!(
+            "{} cannot be injected: the sound card sends whole numbers; name a --config with sample_format = \"f32\"",
+            FaultKind::Nan
+        );
+    }
+    Ok(())
+}
+
+/// Returns the words for files and screens, in the form of `--fault`.
+#[must_use]
+pub fn words(faults: &[RehearsedFault]) -> Vec<String> {
+    faults.iter().map(ToString::to_string).collect()
+}
+
+/// Returns the warning that faults are injected; `None` if none is.
+#[must_use]
+pub fn notice(rehearsed: &[String]) -> Option<String> {
+    (!rehearsed.is_empty()).then(|| {
+        format!(
+            "REHEARSAL, not data: faults are injected: {}",
+            rehearsed.join(", ")
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn possible(faults: &[&str], format: &str, simulated: bool) -> bool {
+        let text = include_str!("../mock-bench.toml").replace("\"i32\"", format);
+        let config = Config::parse(&text, "test").unwrap();
+        let faults: Vec<_> = faults.iter().map(|fault| fault.parse().unwrap()).collect();
+        require_possible(&faults, &config, simulated).is_ok()
+    }
+
+    #[test]
+    fn faults_are_injected_where_they_can_be() {
+        assert!(possible(&["estop@1s", "xrun@1s"], "\"i32\"", true));
+        assert!(!possible(&["estop@1s"], "\"i32\"", false), "real hardware");
+        assert!(possible(&[], "\"i32\"", false));
+        assert!(!possible(&["estop@1s", "estop@2s"], "\"i32\"", true));
+        assert!(!possible(&["nan@1s"], "\"i32\"", true));
+        assert!(possible(&["nan@1s"], "\"f32\"", true));
+    }
+
+    #[test]
+    fn a_notice_names_the_faults_as_they_are_typed() {
+        assert_eq!(notice(&[]), None);
+        let fault: RehearsedFault = "press@500ms-2s:4N".parse().unwrap();
+        let notice = notice(&words(&[fault])).unwrap();
+        assert!(notice.contains("press@0.5s-2s:4"), "{notice}");
+    }
+}

@@ -1,0 +1,236 @@
+//! Every fault of the table, injected at its time into a bench that drives, leads to what its row demands.
+
+use std::sync::atomic::Ordering;
+
+use devices::Lines;
+use mock_world::scenario::Scenario;
+use recording::manifest::EventKind;
+use rehearsal::{FaultKind, RehearsedFault, Remedy, Required};
+use safety::{SafetyState, Trip, input};
+
+use crate::rig::{Rig, config, events, open, rehearsing, tone};
+
+/// Longest silence of a real bench, s.
+const SILENCE_S: f64 = 0.05;
+/// When the fault begins and ends, s.
+const SPAN_S: (f64, f64) = (0.6, 1.0);
+/// Time from a trip to an amplifier that is off, s.
+const DISABLED_S: f64 = 0.02;
+
+fn rehearsed(fault: FaultKind, argument: Option<f64>) -> RehearsedFault {
+    let rehearsed = RehearsedFault {
+        fault,
+        at_s: SPAN_S.0,
+        // Nobody replaces a relay meanwhile.
+        until_s: (fault.ends() && fault.row().required != Required::Refuse).then_some(SPAN_S.1),
+        argument,
+    };
+    rehearsed.check().unwrap();
+    rehearsed
+}
+
+/// A plate that is driven up to the moment before the fault, watched as on a real bench.
+fn driven(fault: &RehearsedFault) -> Rig {
+    let changes = [
+        ("silence_s = 0.25", "silence_s = 0.05"),
+        (r#"sample_format = "i32""#, r#"sample_format = "f32""#),
+    ];
+    let apparatus = rehearsing(Scenario::default(), &[*fault]);
+    let mut rig = Rig::on(apparatus, config(&changes), None);
+    rig.drive();
+    rig.pass(SPAN_S.0 - 0.01);
+    assert!(rig.bench.drive.sounds(), "{fault}");
+    rig
+}
+
+fn now_s(rig: &Rig) -> f64 {
+    rig.apparatus.now_ns() as f64 * 1e-9
+}
+
+fn tripped(rig: &mut Rig) -> Option<Trip> {
+    match rig.tick() {
+        SafetyState::Tripped { trip } => Some(trip),
+        _ => None,
+    }
+}
+
+fn pass_tripped(rig: &mut Rig, until_s: f64, what: &RehearsedFault) {
+    while now_s(rig) < until_s {
+        assert!(tripped(rig).is_some(), "{what}: re-armed by itself");
+    }
+}
+
+/// The trips that tell of the fault.
+fn tells(fault: FaultKind, trip: &Trip) -> bool {
+    match fault.row().row {
+        Some(5) => matches!(
+            trip,
+            Trip::AudioLost | Trip::AudioSilent | Trip::Readback { .. } | Trip::ReadbackMissing
+        ),
+        Some(16) => matches!(trip, Trip::Readback { .. }),
+        Some(17) => *trip == Trip::EmergencyStop,
+        Some(18) => matches!(trip, Trip::Gpio { .. }),
+        Some(21) => matches!(trip, Trip::ForceSilent | Trip::Fault { .. }),
+        Some(23) => matches!(
+            trip,
+            Trip::ForceLimit { .. }
+                | Trip::LateralForceLimit { .. }
+                | Trip::RawForceLimit { .. }
+                | Trip::ForceSaturated
+        ),
+        _ => false,
+    }
+}
+
+/// The drive is silent in time and stays so; then what the operator is told to do brings it back, or cannot.
+fn stops(what: &RehearsedFault, within_s: f64) {
+    let mut rig = driven(what);
+    let trip = loop {
+        if let Some(trip) = tripped(&mut rig) {
+            break trip;
+        }
+        let late_s = now_s(&rig) - SPAN_S.0;
+        assert!(late_s <= within_s, "{what}: not stopped after {late_s} s");
+    };
+    assert!(now_s(&rig) >= SPAN_S.0, "{what}: before its time");
+    assert!(tells(what.fault, &trip), "{what}: {trip}");
+    let tripped_s = now_s(&rig);
+    // A card that renders no more never says that it is silent; its amplifier is off by then.
+    let gone = what.fault.row().row == Some(5);
+    while rig.bench.drive.sounds() && !(gone && now_s(&rig) - tripped_s > DISABLED_S) {
+        rig.tick();
+        let late_s = now_s(&rig) - SPAN_S.0;
+        assert!(late_s <= within_s, "{what}: sounds after {late_s} s");
+    }
+    // Neither time nor a program that is asked for brings it back.
+    rig.drive();
+    // A load that was taken off leaves the plate ringing.
+    let rings_s = if what.amount().is_some() { 1.0 } else { 0.1 };
+    pass_tripped(&mut rig, SPAN_S.1 + rings_s, what);
+    rig.bench.drive.rearm();
+    for _ in 0..100 {
+        rig.tick();
+    }
+    rig.drive();
+    match what.fault.row().remedy {
+        Remedy::Rearm(_) => {
+            rig.pass(0.3);
+            assert!(rig.bench.drive.sounds(), "{what}: does not come back");
+        }
+        _ => {
+            let until_s = now_s(&rig) + 0.2;
+            while tripped(&mut rig).is_none() {
+                assert!(now_s(&rig) < until_s, "{what}: drives without its part");
+            }
+        }
+    }
+}
+
+/// The recording is marked, and the drive goes on.
+fn flags(what: &RehearsedFault) {
+    let mut rig = driven(what);
+    let folder = rig.begin("flagged");
+    rig.pass(0.8);
+    assert!(rig.bench.drive.sounds(), "{what}");
+    rig.end();
+    let kinds: Vec<_> = events(&folder).into_iter().map(|(kind, ..)| kind).collect();
+    let expected = match what.fault {
+        FaultKind::Xrun => EventKind::InputXrun,
+        FaultKind::XrunOutput => EventKind::OutputXrun,
+        FaultKind::Nan => EventKind::NonFinite,
+        _ => EventKind::ForceLost,
+    };
+    assert!(kinds.contains(&expected), "{what}: {kinds:?}");
+    let lost = if what.fault == FaultKind::Xrun {
+        what.amount().unwrap() as u64
+    } else {
+        0
+    };
+    assert_eq!(rig.account.lost_frames, lost, "{what}");
+}
+
+/// A tone with the amplifier off, as precedes every session, comes back all the same: the preflight judges by that.
+fn refused(what: &RehearsedFault) {
+    let mut rig = driven(what);
+    rig.pass(0.05);
+    rig.bench.drive.disarm();
+    rig.pass(0.2);
+    rig.bench.drive.sound_disarmed(tone());
+    rig.pass(0.3);
+    let read_back_v = rig.record.frames.last().unwrap().drive_v.norm();
+    assert!(read_back_v > 5.0, "{what}: reads back {read_back_v} V");
+}
+
+/// It is one press, however long it lasts.
+fn counts_once(what: &RehearsedFault) {
+    let mut apparatus = rehearsing(Scenario::default(), &[*what]);
+    let lines = Lines {
+        button: Some(input("button", apparatus.pins().unwrap().button)),
+        ..Lines::default()
+    };
+    let mut bench = open(&apparatus, config(&[]), lines);
+    let mut presses = 0;
+    while apparatus.now_ns() < ((SPAN_S.1 + 0.2) * 1e9) as u64 {
+        apparatus.step().unwrap();
+        for task in bench.before.iter_mut().chain(&mut bench.after) {
+            task.poll(apparatus.now_ns()).unwrap();
+        }
+        let pressed = bench.button.as_ref().unwrap();
+        presses += u32::from(pressed.swap(false, Ordering::AcqRel));
+    }
+    assert_eq!(presses, 1, "{what}");
+}
+
+/// Faults 5, 6, 9, 16, 17, 18, 19, 21, 22, 23.
+/// Hazards 8, 10, 16, 17, 18, 20.
+#[test]
+fn every_fault_of_the_table_leads_to_what_its_row_demands() {
+    for &fault in FaultKind::ALL {
+        let row = fault.row();
+        let ends = row.amount.map(|amount| [amount.default, amount.high]);
+        let arguments = ends.map_or(vec![None], |ends| ends.map(Some).to_vec());
+        for argument in arguments {
+            let what = rehearsed(fault, argument);
+            match row.required {
+                Required::Stop(within) => stops(&what, within.seconds(SILENCE_S)),
+                Required::Flag => flags(&what),
+                Required::Refuse => refused(&what),
+                Required::GoOn => counts_once(&what),
+            }
+        }
+    }
+}
+
+#[test]
+fn the_same_faults_give_the_same_bits() {
+    let run = || {
+        let faults = [
+            "xrun@0.35s:100",
+            "nan@0.4s:7",
+            "press@0.3s-0.45s:0.5",
+            "force-dropped@0.3s",
+        ];
+        let faults: Vec<_> = faults.iter().map(|fault| fault.parse().unwrap()).collect();
+        let floats = config(&[(r#"sample_format = "i32""#, r#"sample_format = "f32""#)]);
+        let mut rig = Rig::on(rehearsing(Scenario::default(), &faults), floats, None);
+        rig.drive();
+        rig.pass(0.6);
+        let pickup: Vec<_> = rig
+            .record
+            .frames
+            .iter()
+            .map(|f| f.displacement_m.re.to_bits())
+            .collect();
+        let forces: Vec<_> = rig
+            .record
+            .force
+            .iter()
+            .map(|row| row.normal_n.to_bits())
+            .collect();
+        (rig.account, pickup, forces)
+    };
+    let (account, pickup, forces) = run();
+    assert_eq!(account.lost_frames, 100);
+    assert!(pickup.len() > 500 && forces.len() > 5000);
+    assert_eq!(run(), (account, pickup, forces));
+}

@@ -1,0 +1,198 @@
+//! Faults that are rehearsed: injected at their times, or from any thread at once.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use mock_world::plant::Axis;
+use rehearsal::{FaultKind, RehearsedFault};
+
+use super::fault_panel::FaultPanel;
+use super::mass_set::MassSet;
+use crate::host::Direction;
+use crate::serial::ForceFault;
+
+/// Standard gravity, m/s² (ISO 80000-3): a load is given in newtons and placed as a mass.
+const GRAVITY_M_PER_S2: f64 = 9.806_65;
+/// Lengths of a bouncing contact's states, closed and open by turns, as shares of the time for which it bounces: no look
+/// at even intervals falls into the same state each time.
+const BOUNCE: [f64; 9] = [0.11, 0.06, 0.17, 0.04, 0.09, 0.15, 0.05, 0.13, 0.20];
+
+/// What is done to the apparatus.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Deed {
+    /// The fault begins, with its argument.
+    Begin(FaultKind, Option<f64>),
+    /// The fault ends.
+    End(FaultKind),
+    /// A contact of the e-stop opens or closes.
+    Contact { open: bool },
+}
+
+/// Handle that injects faults by their names; any thread may hold a clone. Each takes effect with the next period.
+#[derive(Debug, Clone, Default)]
+pub struct RehearsalHand(Arc<Mutex<Vec<Deed>>>);
+
+impl RehearsalHand {
+    /// Begins a fault, with its argument or that of the table.
+    pub fn begin(&self, fault: FaultKind, argument: Option<f64>) {
+        self.ask(Deed::Begin(fault, argument));
+    }
+
+    /// Ends a fault that lasts; others are left as they are.
+    pub fn end(&self, fault: FaultKind) {
+        self.ask(Deed::End(fault));
+    }
+
+    fn ask(&self, deed: Deed) {
+        let mut asked = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        asked.push(deed);
+    }
+}
+
+/// What is to be done, and when.
+pub(super) struct Timetable {
+    /// Times from the start of the sound card, s, latest first; equal ones in the order in which they were named.
+    due: Vec<(f64, Deed)>,
+    hand: RehearsalHand,
+    panel: FaultPanel,
+    masses: MassSet,
+    /// Simulated time at which the sound card started, ns.
+    started_ns: Option<u64>,
+}
+
+impl Timetable {
+    pub(super) fn new(faults: &[RehearsedFault], panel: FaultPanel, masses: MassSet) -> Self {
+        let mut timetable = Self {
+            due: Vec::new(),
+            hand: RehearsalHand::default(),
+            panel,
+            masses,
+            started_ns: None,
+        };
+        for fault in faults {
+            timetable.add(fault.at_s, Deed::Begin(fault.fault, fault.argument));
+            if let Some(until_s) = fault.until_s {
+                timetable.add(until_s, Deed::End(fault.fault));
+            }
+        }
+        timetable
+    }
+
+    /// Returns the handle that injects faults at once.
+    pub(super) fn hand(&self) -> RehearsalHand {
+        self.hand.clone()
+    }
+
+    fn add(&mut self, at_s: f64, deed: Deed) {
+        let place = self.due.partition_point(|(due_s, _)| *due_s > at_s);
+        self.due.insert(place, (at_s, deed));
+    }
+
+    /// Does what is due in the period that begins at `now_ns`; time counts once the sound card runs.
+    pub(super) fn carry_out(&mut self, now_ns: u64, runs: bool) {
+        if self.started_ns.is_none() && runs {
+            self.started_ns = Some(now_ns);
+        }
+        let now_s = self.started_ns.map_or(f64::NEG_INFINITY, |started_ns| {
+            1e-9 * (now_ns - started_ns) as f64
+        });
+        let asked =
+            std::mem::take(&mut *self.hand.0.lock().unwrap_or_else(PoisonError::into_inner));
+        for deed in asked {
+            self.do_now(deed, now_s);
+        }
+        while let Some((_, deed)) = self.due.pop_if(|(due_s, _)| *due_s <= now_s) {
+            self.do_now(deed, now_s);
+        }
+    }
+
+    fn do_now(&mut self, deed: Deed, now_s: f64) {
+        match deed {
+            Deed::Begin(fault, argument) => {
+                let amount = RehearsedFault {
+                    fault,
+                    at_s: 0.0,
+                    until_s: None,
+                    argument,
+                }
+                .amount();
+                self.begin(fault, amount.unwrap_or_default(), now_s);
+            }
+            Deed::End(fault) => self.end(fault),
+            Deed::Contact { open } => self.panel.press_estop(open),
+        }
+    }
+
+    fn begin(&mut self, fault: FaultKind, amount: f64, now_s: f64) {
+        let panel = &self.panel;
+        // The table's range is that of whole counts.
+        let count = amount as u32;
+        match fault {
+            FaultKind::EstopBounce => self.bounce(1e-3 * amount, now_s.max(0.0)),
+            FaultKind::Xrun => panel.xrun(Direction::Input, count.into()),
+            FaultKind::XrunOutput => panel.xrun(Direction::Output, count.into()),
+            FaultKind::Nan => panel.spoil_frames(count.into()),
+            FaultKind::CardLostInput => panel.lose_card(Direction::Input),
+            FaultKind::CardLostOutput => panel.lose_card(Direction::Output),
+            FaultKind::ForceUnplugged => panel.unplug_force(),
+            FaultKind::ForceDropped => panel.force(ForceFault::Drop(count)),
+            FaultKind::ForceCorrupted => panel.force(ForceFault::Corrupt(count)),
+            FaultKind::ForceRepeated => panel.force(ForceFault::Repeat(count)),
+            FaultKind::Press => self.masses.place(Axis::Normal, amount / GRAVITY_M_PER_S2),
+            FaultKind::Drag => self.masses.place(Axis::Lateral, amount / GRAVITY_M_PER_S2),
+            FaultKind::Estop
+            | FaultKind::EstopCut
+            | FaultKind::AmplifierOff
+            | FaultKind::RelayWelded
+            | FaultKind::GpioRemoved
+            | FaultKind::InputStops
+            | FaultKind::OutputStops
+            | FaultKind::ForceSilent
+            | FaultKind::ForceOtherDevice
+            | FaultKind::ForceSaturated
+            | FaultKind::ButtonHeld => self.set(fault, true),
+        }
+    }
+
+    fn end(&mut self, fault: FaultKind) {
+        match fault {
+            FaultKind::Press | FaultKind::Drag => self.masses.remove(),
+            FaultKind::EstopBounce => {
+                self.due
+                    .retain(|(_, deed)| !matches!(deed, Deed::Contact { .. }));
+                self.panel.press_estop(false);
+            }
+            other => self.set(other, false),
+        }
+    }
+
+    /// Begins or ends a fault that is either there or not; leaves others as they are.
+    fn set(&self, fault: FaultKind, there: bool) {
+        let panel = &self.panel;
+        match fault {
+            FaultKind::Estop => panel.press_estop(there),
+            FaultKind::EstopCut => panel.cut_estop_wire(there),
+            FaultKind::AmplifierOff => panel.switch_off_amplifier(there),
+            FaultKind::RelayWelded => panel.weld_relay(there),
+            FaultKind::GpioRemoved => panel.remove_gpio(there),
+            FaultKind::InputStops => panel.halt_audio(Direction::Input, there),
+            FaultKind::OutputStops => panel.halt_audio(Direction::Output, there),
+            FaultKind::ForceSilent => panel.force(ForceFault::Silent(there)),
+            FaultKind::ForceOtherDevice => panel.force(ForceFault::OtherDevice(there)),
+            FaultKind::ForceSaturated => panel.force(ForceFault::Saturated(there)),
+            FaultKind::ButtonHeld => panel.hold_button(there),
+            _ => {}
+        }
+    }
+
+    /// Lets the contact of the e-stop open and close for `for_s`, and stay open then.
+    fn bounce(&mut self, for_s: f64, now_s: f64) {
+        self.panel.press_estop(true);
+        let (mut at_s, mut open) = (now_s, true);
+        for share in BOUNCE {
+            at_s += share * for_s;
+            open = !open;
+            self.add(at_s, Deed::Contact { open });
+        }
+        self.add(now_s + for_s, Deed::Contact { open: true });
+    }
+}

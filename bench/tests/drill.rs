@@ -76,6 +76,7 @@ fn hardware() -> (Hardware, RehearsalHand) {
             encoder: Some([input("A", pins.encoder_a), input("B", pins.encoder_b)]),
             estop: Some(input("e-stop", pins.estop)),
             button: Some(input("button", pins.button)),
+            dead_man: None,
             enable: Some(output("enable", pins.amplifier_enable)),
             heartbeat: Some(output("heartbeat", pins.heartbeat)),
         },

@@ -167,6 +167,7 @@ fn apparatus(part: &str, folder: &Path) -> anyhow::Result<(Apparatus, Arc<Seen>)
         ]),
         estop: Some(input("e-stop", pins.estop)),
         button: Some(input("button", pins.button)),
+        dead_man: None,
         enable: watched("enable", output("enable", pins.amplifier_enable)),
         heartbeat: watched("heartbeat", output("heartbeat", pins.heartbeat)),
     };
@@ -199,6 +200,7 @@ fn apparatus(part: &str, folder: &Path) -> anyhow::Result<(Apparatus, Arc<Seen>)
         hardware,
         watchers: Vec::new(),
         hands: None,
+        fault_hand: None,
         vibrometer_port: None,
         estop_hand: None,
     };
@@ -214,7 +216,7 @@ fn command(command: Command, apparatus: Apparatus) -> anyhow::Result<bool> {
     match command {
         Command::Run(options) => {
             let bench = Effective::uncalibrated(config_of(&options.hardware.config)?);
-            let report = run::run(Plan::new(bench, &options)?, apparatus, std::io::stdout())?;
+            let (report, _) = run::run(Plan::new(bench, &options)?, apparatus, std::io::stdout())?;
             Ok(report.completed)
         }
         Command::Monitor(options) => {

@@ -4,7 +4,6 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use contact::AssumedConstants;
 use rehearsal::{FaultKind, RehearsedFault};
 
 use crate::fault_option::NamedFault;
@@ -57,7 +56,7 @@ pub enum Command {
     /// Remove a participant from a study, for good.
     Forget(Forget),
     /// Compute the published model: curves as CSV, figures as SVG and PNG.
-    Model(Model),
+    Model(model::Options),
     /// Print a completion script for a shell.
     Completions {
         /// Shell to write it for.
@@ -176,7 +175,7 @@ pub struct Monitor {
     #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock")]
     pub speed: Speed,
     /// Stop after this many seconds of audio.
-    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", value_parser = model::positive, allow_negative_numbers = true)]
     pub duration_s: Option<f64>,
 }
 
@@ -282,7 +281,7 @@ pub struct CalibratePlate {
     )]
     pub drive_v: f64,
     /// Search for the resonance around this frequency, Hz [default: the last known resonance].
-    #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "HZ", value_parser = model::positive, allow_negative_numbers = true)]
     pub about_hz: Option<f64>,
 }
 
@@ -448,95 +447,10 @@ pub struct Forget {
     pub confirm: Option<String>,
 }
 
-/// `model`
-#[derive(Debug, Args)]
-pub struct Model {
-    /// Folder for the files; created if it does not exist.
-    #[arg(long, value_name = "DIR", default_value = "model")]
-    pub out: PathBuf,
-    /// Write the curves only, no figures.
-    #[arg(long)]
-    pub csv_only: bool,
-    /// Values that the model assumes.
-    #[command(flatten)]
-    pub assume: ModelAssumptions,
-}
-
-/// Values that the model's curves assume; the defaults are those of the published figures where they are stated.
-#[derive(Debug, Clone, Copy, Args)]
-#[command(next_help_heading = "Assumptions")]
-pub struct ModelAssumptions {
-    /// σ_t, characteristic height of the asperities, m.
-    #[arg(long, value_parser = positive, allow_negative_numbers = true, default_value_t = 2e-6)]
-    pub sigma_t_m: f64,
-    /// S, apparent contact area, m².
-    #[arg(long, value_parser = positive, allow_negative_numbers = true, default_value_t = AssumedConstants::FIGURES.contact_area_m2)]
-    pub contact_area_m2: f64,
-    /// E, Young's modulus of the skin, Pa.
-    #[arg(long, value_parser = positive, allow_negative_numbers = true, default_value_t = AssumedConstants::FIGURES.young_modulus_pa)]
-    pub young_modulus_pa: f64,
-    /// ν, Poisson's ratio of the skin.
-    #[arg(long, value_parser = not_negative, allow_negative_numbers = true, default_value_t = AssumedConstants::FIGURES.poisson_ratio)]
-    pub poisson_ratio: f64,
-    /// q0, wave vector of the coarsest roughness, rad/m.
-    #[arg(long, value_parser = positive, allow_negative_numbers = true, default_value_t = AssumedConstants::FIGURES.q0_rad_per_m)]
-    pub q0_rad_per_m: f64,
-    /// p0, ambient pressure, Pa.
-    #[arg(long, value_parser = positive, allow_negative_numbers = true, default_value_t = AssumedConstants::FIGURES.ambient_pressure_pa)]
-    pub ambient_pressure_pa: f64,
-    /// η, loss factor of the contact.
-    #[arg(long, value_parser = not_negative, allow_negative_numbers = true, default_value_t = AssumedConstants::FIGURES.loss_factor)]
-    pub loss_factor: f64,
-    /// f0, carrier and resonance of the plate, Hz.
-    #[arg(long, value_parser = positive, allow_negative_numbers = true, default_value_t = 35e3)]
-    pub carrier_hz: f64,
-    /// m_p, modal mass of the plate, kg.
-    #[arg(long, value_parser = positive, allow_negative_numbers = true, default_value_t = 8e-3)]
-    pub plate_mass_kg: f64,
-    /// b_p, damping of the plate, N·s/m.
-    #[arg(long, value_parser = positive, allow_negative_numbers = true, default_value_t = 7.01)]
-    pub plate_damping_n_s_per_m: f64,
-    /// m_t, mass of the skin, kg.
-    #[arg(long, value_parser = not_negative, allow_negative_numbers = true, default_value_t = 1e-4)]
-    pub tissue_mass_kg: f64,
-    /// k_t, stiffness of the skin, N/m.
-    #[arg(long, value_parser = not_negative, allow_negative_numbers = true, default_value_t = 0.0)]
-    pub tissue_stiffness_n_per_m: f64,
-    /// b_t, damping of the skin, N·s/m.
-    #[arg(long, value_parser = positive, allow_negative_numbers = true, default_value_t = 32.0)]
-    pub tissue_damping_n_s_per_m: f64,
-    /// μ0, friction without vibration.
-    #[arg(long, value_parser = positive, allow_negative_numbers = true, default_value_t = 0.8)]
-    pub mu0: f64,
-}
-
 fn seed(text: &str) -> Result<u64, String> {
     const LARGEST: u64 = i64::MAX as u64;
     text.parse()
         .ok()
         .filter(|seed| *seed <= LARGEST)
         .ok_or_else(|| format!("a seed is a whole number from 0 to {LARGEST}"))
-}
-
-fn number(text: &str, allowed: fn(f64) -> bool, limit: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(value) if allowed(value) => Ok(value),
-        _ => Err(format!("must be {limit}")),
-    }
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    number(
-        text,
-        |value| value.is_finite() && value > 0.0,
-        "a finite number above 0",
-    )
-}
-
-fn not_negative(text: &str) -> Result<f64, String> {
-    number(
-        text,
-        |value| value.is_finite() && value >= 0.0,
-        "a finite number from 0",
-    )
 }

@@ -15,7 +15,6 @@ pub mod interference;
 pub mod inventory;
 pub mod journal;
 pub mod live_meter;
-pub mod model;
 pub mod monitor;
 mod outcome;
 pub mod privacy;

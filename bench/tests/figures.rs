@@ -16,8 +16,8 @@ use contact::fit::FitConditions;
 use contact::{AssumedConstants, Contact, harmonic};
 use figures::{Figure, Mark};
 use friction_bench::cli::{Cli, Command};
-use friction_bench::model::{self, Curves, Parameters};
 use impedance::{Mask, ZmFrame};
+use model::{Curves, Parameters};
 use num_complex::Complex64;
 use protocols::{Direction, Instance, Validity};
 use recording::Manifest;
@@ -97,7 +97,7 @@ const MEASURED: [Expected; 4] = [
     ),
 ];
 
-fn options(arguments: &[&str]) -> friction_bench::cli::Model {
+fn options(arguments: &[&str]) -> model::Options {
     let line = ["friction-bench", "model"].iter().chain(arguments);
     match Cli::parse_from(line).command {
         Command::Model(options) => options,

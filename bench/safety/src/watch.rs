@@ -1,5 +1,6 @@
 //! The watch: a task that judges the bench every two milliseconds and stops the drive when anything is wrong.
 
+mod person;
 mod seen;
 #[cfg(test)]
 mod tests;
@@ -10,8 +11,8 @@ use std::time::{Duration, Instant};
 
 use tasks::{Mailbox, Task, scheduling};
 
-use crate::dead_man::{DeadMan, Hold, LetGo};
-use crate::dose::{self, Allowance, Dose};
+use crate::dead_man::DeadMan;
+use crate::dose::{Allowance, Dose};
 use crate::exercise::{Demand, Exercise};
 use crate::guard::{Commanded, DriveGuard};
 use crate::readback::{Misfit, Readback};
@@ -296,54 +297,6 @@ impl Watch {
             limit_c: heat.limit_c,
             wait_s: heat.wait_s(self.rise_k),
         })
-    }
-
-    /// Counts the driving time; returns the trip once it is used up.
-    fn count_dose(&mut self, now_ns: u64) -> Option<Trip> {
-        let commanded_v = self.drive.commanded().map_or(0.0, |drive| drive.envelope_v);
-        let reading = self.seen.readback;
-        let fresh = reading.filter(|reading| now_ns.saturating_sub(reading.at_ns) <= STALE_NS);
-        let now_ns = now_ns as i64;
-        self.dose.count(
-            now_ns,
-            commanded_v,
-            fresh.map_or(0.0, |reading| reading.volts),
-        );
-        let left = self.dose.left(now_ns);
-        self.unpublished.dose = Some(left);
-        self.dose.spent(&left)
-    }
-
-    /// Returns the trip of a bench that has too little driving time left to be armed.
-    fn dose_refuses(&self, now_ns: u64) -> Option<Trip> {
-        let left = self.dose.left(now_ns as i64);
-        (left.wait_s > 0.0 || left.left_s <= 0.0).then(|| dose::trip(&left))
-    }
-
-    /// Looks at the dead-man switch, if one is used; one that is not wired is never held.
-    fn watch_hold(&mut self, now_ns: u64) -> Result<Option<Trip>, GpioError> {
-        let Some(dead_man) = &mut self.dead_man else {
-            return Ok(None);
-        };
-        let closed = match &mut self.lines.dead_man {
-            Some(line) => line.is_high()?,
-            None => false,
-        };
-        let driven = self
-            .drive
-            .commanded()
-            .is_some_and(|drive| drive.envelope_v != 0.0);
-        let let_go = dead_man.poll(closed, driven, now_ns);
-        self.unpublished.hold = Some(dead_man.hold());
-        Ok(let_go.map(|let_go| match let_go {
-            LetGo::Released => Trip::DeadManReleased,
-            LetGo::NotHeld(hold) => Trip::DeadManNotHeld { hold },
-        }))
-    }
-
-    fn not_held(&self) -> Option<Trip> {
-        let hold = self.dead_man.as_ref()?.hold();
-        (hold != Hold::Held).then_some(Trip::DeadManNotHeld { hold })
     }
 
     /// Returns the first fault that is present now.

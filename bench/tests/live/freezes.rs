@@ -89,7 +89,7 @@ fn a_program_frozen_at_random_moments_leaves_the_plate_at_rest_within_a_tenth_of
         let driven = truth.iter().rfind(|(t_s, _)| *t_s < freeze.at_s).unwrap().1;
         assert!(driven > 0.5e-6, "{driven} m");
         let moving = |&&(_, amplitude): &&(f64, f64)| amplitude > 0.01 * driven;
-        let last = truth.iter().filter(during).filter(moving).next_back();
+        let last = truth.iter().filter(during).rfind(moving);
         let rest_s = last.map_or(0.0, |(t_s, _)| t_s - freeze.at_s);
         assert!(rest_s < ENABLE_S + RING_DOWN_S, "moves for {rest_s} s");
         assert!(

@@ -22,7 +22,7 @@ use friction_bench::run::{self, Plan, ProtocolFile};
 use friction_bench::shell_words::quoted;
 use friction_bench::verbosity::Verbosity;
 use friction_bench::{
-    analyze, calibrate as calibration, drilling, ending, estop, forget, inventory, model, monitor,
+    analyze, calibrate as calibration, drilling, ending, estop, forget, inventory, monitor,
     privacy, rehearsed, replay, verify,
 };
 use preflight::Extent;

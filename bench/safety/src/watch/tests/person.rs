@@ -1,6 +1,7 @@
 //! What protects the person at the plate: driving time, dead-man switch.
 
 use super::*;
+use crate::dead_man::Hold;
 use crate::dose::DoseLeft;
 use crate::sliding_hour::{SlidingHour, Span};
 

@@ -4,7 +4,7 @@ use contact::harmonic::Resonator;
 use contact::{AssumedConstants, Contact, ModelError};
 use num_complex::Complex64;
 
-use crate::cli::ModelAssumptions;
+use crate::options::Assumptions;
 
 /// Everything that the model's curves assume.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,8 +25,8 @@ pub struct Parameters {
     pub mu0: f64,
 }
 
-impl From<&ModelAssumptions> for Parameters {
-    fn from(options: &ModelAssumptions) -> Self {
+impl From<&Assumptions> for Parameters {
+    fn from(options: &Assumptions) -> Self {
         Self {
             assumed: AssumedConstants {
                 q0_rad_per_m: options.q0_rad_per_m,

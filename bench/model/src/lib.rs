@@ -2,6 +2,7 @@
 
 mod curves;
 mod figures;
+mod options;
 mod parameters;
 mod rows;
 
@@ -10,10 +11,9 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 
-use crate::cli;
-
 pub use curves::Curves;
 pub use figures::draw;
+pub use options::{Assumptions, Options, positive};
 pub use parameters::Parameters;
 pub use rows::{
     Balance, Friction, Gap, Impedance, ImpedanceByStiffness, Motion, Squeeze, Stiffness,
@@ -23,7 +23,7 @@ pub use rows::{
 ///
 /// # Errors
 /// If a parameter has no physical meaning or a file cannot be written.
-pub fn run(options: &cli::Model) -> anyhow::Result<Vec<PathBuf>> {
+pub fn run(options: &Options) -> anyhow::Result<Vec<PathBuf>> {
     let parameters = Parameters::from(&options.assume);
     let curves = Curves::compute(&parameters)?;
     fs::create_dir_all(&options.out)

@@ -1,0 +1,57 @@
+//! What the watch guards a person from: too much driving within an hour, and a drive that goes on without their hold.
+
+use super::{STALE_NS, Watch};
+use crate::dead_man::{Hold, LetGo};
+use crate::dose;
+use crate::safety_lines::GpioError;
+use crate::trip::Trip;
+
+impl Watch {
+    /// Counts the driving time; returns the trip once it is used up.
+    pub(super) fn count_dose(&mut self, now_ns: u64) -> Option<Trip> {
+        let commanded_v = self.drive.commanded().map_or(0.0, |drive| drive.envelope_v);
+        let reading = self.seen.readback;
+        let fresh = reading.filter(|reading| now_ns.saturating_sub(reading.at_ns) <= STALE_NS);
+        let now_ns = now_ns as i64;
+        self.dose.count(
+            now_ns,
+            commanded_v,
+            fresh.map_or(0.0, |reading| reading.volts),
+        );
+        let left = self.dose.left(now_ns);
+        self.unpublished.dose = Some(left);
+        self.dose.spent(&left)
+    }
+
+    /// Returns the trip of a bench that has too little driving time left to be armed.
+    pub(super) fn dose_refuses(&self, now_ns: u64) -> Option<Trip> {
+        let left = self.dose.left(now_ns as i64);
+        (left.wait_s > 0.0 || left.left_s <= 0.0).then(|| dose::trip(&left))
+    }
+
+    /// Looks at the dead-man switch, if one is used; one that is not wired is never held.
+    pub(super) fn watch_hold(&mut self, now_ns: u64) -> Result<Option<Trip>, GpioError> {
+        let Some(dead_man) = &mut self.dead_man else {
+            return Ok(None);
+        };
+        let closed = match &mut self.lines.dead_man {
+            Some(line) => line.is_high()?,
+            None => false,
+        };
+        let driven = self
+            .drive
+            .commanded()
+            .is_some_and(|drive| drive.envelope_v != 0.0);
+        let let_go = dead_man.poll(closed, driven, now_ns);
+        self.unpublished.hold = Some(dead_man.hold());
+        Ok(let_go.map(|let_go| match let_go {
+            LetGo::Released => Trip::DeadManReleased,
+            LetGo::NotHeld(hold) => Trip::DeadManNotHeld { hold },
+        }))
+    }
+
+    pub(super) fn not_held(&self) -> Option<Trip> {
+        let hold = self.dead_man.as_ref()?.hold();
+        (hold != Hold::Held).then_some(Trip::DeadManNotHeld { hold })
+    }
+}

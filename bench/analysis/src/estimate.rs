@@ -11,7 +11,7 @@ use protocols::{Direction, Instance};
 use crate::analysis_settings::Settings;
 use crate::instance::PreparedInstance;
 use crate::measurements::FrameSeries;
-use crate::statistics::{Correlation, spearman};
+use crate::statistics::{Coefficient, Correlation};
 
 /// Length at either end of an instance that is averaged for changes over it, s: as long as Z_t is read at rest.
 const EDGE_S: f64 = 5e-3;
@@ -313,7 +313,7 @@ impl Film<'_> {
             })
         };
         Estimated {
-            spearman_mu: spearman(&fitted.series.mu, self.mu),
+            spearman_mu: Coefficient::Spearman.of(&fitted.series.mu, self.mu),
             deltas: Deltas {
                 abs_z_m_n_s_per_m: self.edges.fall(|i| z_m[i].norm()),
                 re_z_m_n_s_per_m: self.edges.fall(|i| z_m[i].re),

@@ -7,6 +7,7 @@
 pub mod analysed;
 pub mod analysis_settings;
 mod clipping;
+mod clustered;
 pub mod demodulated;
 pub mod estimate;
 pub mod exploration_findings;
@@ -20,6 +21,7 @@ mod measured_figures;
 pub mod measurements;
 pub mod model_check;
 pub mod published;
+mod published_text;
 pub mod recording_analysis;
 pub mod results;
 mod row_times;

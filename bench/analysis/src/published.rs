@@ -9,8 +9,9 @@ use serde::ser::{SerializeMap, Serializer};
 
 use crate::analysed::{Analysed, RecordingFindings};
 use crate::analysis_settings::Settings;
+use crate::clustered::{self, Clustered};
 use crate::estimate::{Estimated, InstanceAnalysis, Method};
-use crate::statistics::{Correlation, Spread, pearson, r_squared, spearman, spread};
+use crate::statistics::{Coefficient, Spread, r_squared, spread};
 
 /// Amplitude, m, and normal force, N, at which k_c is compared with k_c at rest.
 const FALL_AT: (f64, f64) = (5e-6, 1.0);
@@ -30,7 +31,7 @@ pub enum Level {
 }
 
 impl Level {
-    fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Samples => "samples",
             Self::Instances => "instances",
@@ -48,9 +49,12 @@ pub struct Statistic {
     /// Sample standard deviation of what the value is the mean of.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub std: Option<f64>,
-    /// Two-sided p-value of a correlation.
+    /// Two-sided p-value of a correlation, as if its pairs were independent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub p: Option<f64>,
+    /// The same at the level of participants, where one has several pairs and all are known by name.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clustered: Option<Clustered>,
     /// Number of values.
     pub n: usize,
     /// Level of the values.
@@ -64,20 +68,34 @@ impl Statistic {
             value: spread.map(|s| s.mean),
             std: spread.and_then(|s: Spread| s.std),
             p: None,
+            clustered: None,
             n: spread.map_or(0, |s| s.n),
             over,
         }
     }
 
-    fn correlation(over: Level, pairs: usize, correlation: Option<Correlation>) -> Self {
+    fn correlation(over: Level, coefficient: Coefficient, pairs: &Pairs) -> Self {
+        let found = coefficient.of(&pairs.x, &pairs.y);
+        let people = pairs.people.as_deref();
         Self {
-            value: correlation.map(|c| c.rho),
+            value: found.map(|c| c.rho),
             std: None,
-            p: correlation.map(|c| c.p),
-            n: correlation.map_or(pairs, |c| c.n),
+            p: found.map(|c| c.p),
+            clustered: people
+                .and_then(|people| clustered::test(coefficient, &pairs.x, &pairs.y, people)),
+            n: found.map_or(pairs.x.len(), |c| c.n),
             over,
         }
     }
+}
+
+/// Values to be correlated.
+#[derive(Default)]
+struct Pairs {
+    x: Vec<f64>,
+    y: Vec<f64>,
+    /// Who each is of, as a number from 0; `None` if that is not known of all, or each is another's.
+    people: Option<Vec<usize>>,
 }
 
 /// Statistic by one method: at the published level, and at others.
@@ -168,7 +186,7 @@ const ROWS: [(&str, &str, &str, Compute); 17] = [
         "0.28",
         |pool| {
             pool.correlate(
-                spearman,
+                Coefficient::Spearman,
                 |_, e| e.deltas.abs_z_m_n_s_per_m,
                 |i, _| i.delta_mu,
             )
@@ -178,13 +196,25 @@ const ROWS: [(&str, &str, &str, Compute); 17] = [
         "spearman_acoustic_force_delta_mu",
         "Spearman of the rise of the squeeze film's force and the fall of mu",
         "0.34",
-        |pool| pool.correlate(spearman, |_, e| e.deltas.squeeze_n, |i, _| i.delta_mu),
+        |pool| {
+            pool.correlate(
+                Coefficient::Spearman,
+                |_, e| e.deltas.squeeze_n,
+                |i, _| i.delta_mu,
+            )
+        },
     ),
     (
         "spearman_delta_gap_delta_mu",
         "Spearman of the rise of the gap and the fall of mu",
         "0.43",
-        |pool| pool.correlate(spearman, |_, e| e.deltas.gap_m, |i, _| i.delta_mu),
+        |pool| {
+            pool.correlate(
+                Coefficient::Spearman,
+                |_, e| e.deltas.gap_m,
+                |i, _| i.delta_mu,
+            )
+        },
     ),
     (
         "spearman_within_trials_delta_re_z_m_delta_mu",
@@ -210,19 +240,31 @@ const ROWS: [(&str, &str, &str, Compute); 17] = [
         "pearson_delta_mu_estimated_delta_mu",
         "Pearson of the falls of estimated and measured mu",
         "0.76 (140 trials)",
-        |pool| pool.correlate(pearson, |_, e| e.deltas.mu, |i, _| i.delta_mu),
+        |pool| pool.correlate(Coefficient::Pearson, |_, e| e.deltas.mu, |i, _| i.delta_mu),
     ),
     (
         "spearman_mu0_im_z_t",
         "Spearman of mu0 and Im Z_t",
         "-0.58",
-        |pool| pool.correlate(spearman, |_, e| e.mu0, |_, e| e.z_t_n_s_per_m.im),
+        |pool| {
+            pool.correlate(
+                Coefficient::Spearman,
+                |_, e| e.mu0,
+                |_, e| e.z_t_n_s_per_m.im,
+            )
+        },
     ),
     (
         "spearman_mu0_re_z_t",
         "Spearman of mu0 and Re Z_t",
         "-0.25",
-        |pool| pool.correlate(spearman, |_, e| e.mu0, |_, e| e.z_t_n_s_per_m.re),
+        |pool| {
+            pool.correlate(
+                Coefficient::Spearman,
+                |_, e| e.mu0,
+                |_, e| e.z_t_n_s_per_m.re,
+            )
+        },
     ),
     (
         "r2_mu",
@@ -283,6 +325,8 @@ struct Pool<'a> {
 /// Instances that belong together.
 struct Trial<'a> {
     method: Method,
+    /// Number of the participant, from 0; `None` if unknown.
+    person: Option<usize>,
     instances: Vec<&'a InstanceAnalysis>,
 }
 
@@ -292,14 +336,21 @@ impl<'a> Pool<'a> {
         let mut trials = Vec::new();
         for found in analysed.findings().filter(|f| !f.instances.is_empty()) {
             let instances: Vec<_> = found.instances.iter().collect();
-            if let Some(id) = RecordingFindings::participant(found) {
+            let person = RecordingFindings::participant(found).map(|id| {
+                let number = participants.len();
                 let of = participants.entry(id).or_insert_with(|| Trial {
                     method,
+                    person: Some(number),
                     instances: Vec::new(),
                 });
                 of.instances.extend(&instances);
-            }
-            trials.push(Trial { method, instances });
+                of.person.unwrap_or(number)
+            });
+            trials.push(Trial {
+                method,
+                person,
+                instances,
+            });
         }
         Self {
             analysed,
@@ -356,6 +407,7 @@ impl<'a> Pool<'a> {
                 value: crate::model_check::quantile(&values, 0.5),
                 std: None,
                 p: None,
+                clustered: None,
                 n: values.len(),
                 over: Level::Trials,
             },
@@ -365,27 +417,42 @@ impl<'a> Pool<'a> {
 
     fn correlate(
         &self,
-        coefficient: fn(&[f64], &[f64]) -> Option<Correlation>,
+        coefficient: Coefficient,
         x: impl Fn(&InstanceAnalysis, &Estimated) -> f64 + Copy,
         y: impl Fn(&InstanceAnalysis, &Estimated) -> f64 + Copy,
     ) -> Found {
-        let of = |over, pairs: Vec<(f64, f64)>| {
-            let (x, y): (Vec<f64>, Vec<f64>) = pairs.into_iter().unzip();
-            Statistic::correlation(over, x.len(), coefficient(&x, &y))
+        let means = |of: &mut dyn Iterator<Item = &Trial<'a>>| -> Pairs {
+            let (x, y) = of.map(|group| (group.mean(x), group.mean(y))).unzip();
+            Pairs { x, y, people: None }
         };
-        let means = |group: &Trial<'_>| (group.mean(x), group.mean(y));
-        let instances = self.trials.iter().flat_map(|trial| {
-            let (x, y) = (trial.values(x), trial.values(y));
-            x.into_iter().zip(y)
-        });
+        let trials = Pairs {
+            people: self.trials.iter().map(|trial| trial.person).collect(),
+            ..means(&mut self.trials.iter())
+        };
+        let person_of_each = self
+            .trials
+            .iter()
+            .flat_map(|trial| std::iter::repeat_n(trial.person, trial.instances.len()));
+        let instances = Pairs {
+            x: self
+                .trials
+                .iter()
+                .flat_map(|trial| trial.values(x))
+                .collect(),
+            y: self
+                .trials
+                .iter()
+                .flat_map(|trial| trial.values(y))
+                .collect(),
+            people: person_of_each.collect(),
+        };
+        let participants = means(&mut self.participants.values());
+        let of = |over, pairs| Statistic::correlation(over, coefficient, &pairs);
         Found {
-            main: of(Level::Trials, self.trials.iter().map(means).collect()),
+            main: of(Level::Trials, trials),
             also: vec![
-                of(Level::Instances, instances.collect()),
-                of(
-                    Level::Participants,
-                    self.participants.values().map(means).collect(),
-                ),
+                of(Level::Instances, instances),
+                of(Level::Participants, participants),
             ],
         }
     }
@@ -407,6 +474,7 @@ impl<'a> Pool<'a> {
                 value: r_squared(&measured, &estimated),
                 std: None,
                 p: None,
+                clustered: None,
                 n: measured.len(),
                 over: Level::Samples,
             },
@@ -437,7 +505,9 @@ impl Trial<'_> {
                 (0..instance.samples.mu.len()).map(at).collect::<Vec<_>>()
             })
             .unzip();
-        spearman(&x, &y).map_or(f64::NAN, |correlation| correlation.rho)
+        Coefficient::Spearman
+            .of(&x, &y)
+            .map_or(f64::NAN, |correlation| correlation.rho)
     }
 
     /// Returns Spearman's coefficient over the instances.
@@ -446,7 +516,9 @@ impl Trial<'_> {
         x: impl Fn(&InstanceAnalysis, &Estimated) -> f64,
         y: impl Fn(&InstanceAnalysis, &Estimated) -> f64,
     ) -> f64 {
-        spearman(&self.values(x), &self.values(y)).map_or(f64::NAN, |correlation| correlation.rho)
+        Coefficient::Spearman
+            .of(&self.values(x), &self.values(y))
+            .map_or(f64::NAN, |correlation| correlation.rho)
     }
 
     fn drift(&self) -> f64 {
@@ -460,67 +532,5 @@ impl Trial<'_> {
         }
         let mean = z_t().sum::<num_complex::Complex64>() / self.instances.len() as f64;
         z_t().map(|z| (z - mean).norm()).fold(0.0, f64::max) / mean.norm()
-    }
-}
-
-impl Statistics {
-    /// Returns the statistics beside the published values, in columns.
-    pub fn to_text(&self) -> String {
-        let mut lines = vec![["statistic", "published", "paper", "dynamic"].map(str::to_owned)];
-        for row in &self.rows {
-            lines.push([
-                row.meaning.to_owned(),
-                row.published.to_owned(),
-                row.paper.main.to_text(),
-                row.dynamic.main.to_text(),
-            ]);
-            for (paper, dynamic) in row.paper.also.iter().zip(&row.dynamic.also) {
-                lines.push([
-                    format!("  over {}", paper.over.name()),
-                    String::new(),
-                    paper.to_text(),
-                    dynamic.to_text(),
-                ]);
-            }
-        }
-        let widths: [usize; 4] = std::array::from_fn(|column| {
-            let cells = lines.iter().map(|line| line[column].chars().count());
-            cells.max().unwrap_or(0)
-        });
-        let mut text = String::new();
-        for line in &lines {
-            let cells = line
-                .iter()
-                .zip(widths)
-                .map(|(cell, width)| format!("{cell:width$}"));
-            text.push_str(cells.collect::<Vec<_>>().join("  ").trim_end());
-            text.push('\n');
-        }
-        text
-    }
-}
-
-impl Statistic {
-    fn to_text(self) -> String {
-        // Metres need an exponent, what rounding leaves of a zero does not.
-        let number = |value: f64| match value.abs() {
-            size if size < 1e-12 => "0.00".to_owned(),
-            size if size < 1e-3 => format!("{value:.2e}"),
-            _ => format!("{value:.2}"),
-        };
-        let p_value = |p: f64| {
-            if p < 1e-3 {
-                "p<0.001".to_owned()
-            } else {
-                format!("p={p:.3}")
-            }
-        };
-        let n = format!("n={} {}", self.n, self.over.name());
-        match (self.value, self.std, self.p) {
-            (None, ..) => format!("- ({n})"),
-            (Some(value), Some(std), _) => format!("{} ± {} ({n})", number(value), number(std)),
-            (Some(value), None, Some(p)) => format!("{} ({}, {n})", number(value), p_value(p)),
-            (Some(value), None, None) => format!("{} ({n})", number(value)),
-        }
     }
 }

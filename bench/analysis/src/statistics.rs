@@ -15,6 +15,32 @@ pub struct Correlation {
     pub n: usize,
 }
 
+/// Coefficient of correlation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Coefficient {
+    /// Pearson's, of the values.
+    Pearson,
+    /// Spearman's, of their ranks, ties at their mean rank.
+    Spearman,
+}
+
+impl Coefficient {
+    /// Correlates the pairs in which both values are finite. `None` with fewer than three of them, or when either side does
+    /// not vary.
+    pub fn of(self, x: &[f64], y: &[f64]) -> Option<Correlation> {
+        let (x, y) = finite_pairs(x, y);
+        correlate(&self.scores(x), &self.scores(y))
+    }
+
+    /// Returns what is correlated of finite values.
+    pub fn scores(self, values: Vec<f64>) -> Vec<f64> {
+        match self {
+            Self::Pearson => values,
+            Self::Spearman => Data::new(values).ranks(RankTieBreaker::Average),
+        }
+    }
+}
+
 /// Mean and sample standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Spread {
@@ -24,19 +50,6 @@ pub struct Spread {
     pub std: Option<f64>,
     /// Number of values.
     pub n: usize,
-}
-
-/// Pearson's correlation of the pairs in which both values are finite. `None` with fewer than three of them, or when
-/// either side does not vary.
-pub fn pearson(x: &[f64], y: &[f64]) -> Option<Correlation> {
-    let (x, y): (Vec<f64>, Vec<f64>) = finite_pairs(x, y);
-    correlate(&x, &y)
-}
-
-/// Spearman's rank correlation, ties at their mean rank; otherwise as [`pearson`].
-pub fn spearman(x: &[f64], y: &[f64]) -> Option<Correlation> {
-    let (x, y) = finite_pairs(x, y);
-    correlate(&ranks(x), &ranks(y))
 }
 
 /// 1 − Σ(y − ŷ)²/Σ(y − ȳ)² over the pairs in which both are finite; `None` when y does not vary.
@@ -73,10 +86,6 @@ fn finite_pairs(x: &[f64], y: &[f64]) -> (Vec<f64>, Vec<f64>) {
         .unzip()
 }
 
-fn ranks(values: Vec<f64>) -> Vec<f64> {
-    Data::new(values).ranks(RankTieBreaker::Average)
-}
-
 fn correlate(x: &[f64], y: &[f64]) -> Option<Correlation> {
     let n = x.len();
     if n < 3 {
@@ -111,18 +120,19 @@ mod tests {
 
     #[test]
     fn coefficients_and_p_values_are_scipys() {
-        let pearson = pearson(&X, &Y).unwrap();
+        let pearson = Coefficient::Pearson.of(&X, &Y).unwrap();
         assert_relative_eq!(pearson.rho, PEARSON.0, max_relative = 1e-12);
         assert_relative_eq!(pearson.p, PEARSON.1, max_relative = 1e-9);
-        let spearman = spearman(&X, &Y).unwrap();
+        let spearman = Coefficient::Spearman.of(&X, &Y).unwrap();
         assert_relative_eq!(spearman.rho, SPEARMAN.0, max_relative = 1e-12);
         assert_relative_eq!(spearman.p, SPEARMAN.1, max_relative = 1e-9);
     }
 
     #[test]
     fn nothing_is_claimed_of_what_does_not_vary_or_is_missing() {
-        assert_eq!(pearson(&[1.0, 1.0, 1.0], &[1.0, 2.0, 3.0]), None);
-        assert_eq!(spearman(&[1.0, f64::NAN, 3.0], &[1.0, 2.0, 3.0]), None);
+        let [pearson, spearman] = [Coefficient::Pearson, Coefficient::Spearman];
+        assert_eq!(pearson.of(&[1.0, 1.0, 1.0], &[1.0, 2.0, 3.0]), None);
+        assert_eq!(spearman.of(&[1.0, f64::NAN, 3.0], &[1.0, 2.0, 3.0]), None);
         assert_eq!(spread([f64::NAN]), None);
         assert_eq!(spread([2.0]).unwrap().std, None);
     }

@@ -3,7 +3,7 @@
 use super::elements::{MICRO, assumed, points};
 use crate::analysed::Analysed;
 use crate::estimate::{Deltas, Method};
-use crate::statistics::spearman;
+use crate::statistics::Coefficient;
 use figures::Width;
 use figures::written;
 use figures::{Axis, Figure, Key, Panel};
@@ -23,7 +23,7 @@ pub(super) fn figure(analysed: &Analysed) -> Figure {
                 .map(|(_, i)| (i.delta_mu, change(&i.estimated(method).deltas)))
                 .collect();
             let (mu, change): (Vec<f64>, Vec<f64>) = pairs.iter().copied().unzip();
-            if let Some(found) = spearman(&change, &mu) {
+            if let Some(found) = Coefficient::Spearman.of(&change, &mu) {
                 panel
                     .notes
                     .push(format!("ρ = {} ({})", written(found.rho, 2), method.name()));

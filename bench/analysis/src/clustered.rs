@@ -1,0 +1,163 @@
+//! p-values of correlations whose pairs come from few people, several from each.
+//!
+//! Ten trials of one person are not ten people: taken for independent pairs, 140 trials of 14 people show a correlation at 5 %
+//! that is not there in 13, 33 or 52 % of studies at intraclass correlations of 0.3, 0.6 and 0.9. Here each person contributes
+//! one number, the sum of the products of their centred values (ranks, for Spearman), and without a correlation its sign is as
+//! likely one as the other. The p-value is the share of all arrangements of signs whose sum is as far from zero as the one
+//! found: a randomisation test under an approximate symmetry (Canay, Romano and Shaikh 2017), which is the wild cluster
+//! bootstrap with every arrangement drawn once (Cameron, Gelbach and Miller 2008). It needs no random numbers, and keeps its
+//! level with few people, where a bootstrap of pairs and sandwich errors reject too often.
+
+use serde::Serialize;
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use crate::statistics::Coefficient;
+
+/// Fewest people for a test: of the 32 arrangements of five signs, two are always as far as the farthest, so that p is never
+/// under 0.06.
+pub const FEWEST_PEOPLE: usize = 6;
+/// Most people whose arrangements are all tried; with more, the sum is as good as normal.
+const MOST_ARRANGED: usize = 22;
+
+/// Test of a correlation at the level of people.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Clustered {
+    /// Two-sided p-value; `None` with fewer than [`FEWEST_PEOPLE`].
+    pub p: Option<f64>,
+    /// Number of people.
+    pub people: usize,
+}
+
+/// Tests the correlation of the pairs in which both values are finite; `people[i]` is who the pair `i` is of, as a number from
+/// 0. `None` where the coefficient itself has no value.
+pub fn test(coefficient: Coefficient, x: &[f64], y: &[f64], people: &[usize]) -> Option<Clustered> {
+    let finite = |&i: &usize| x[i].is_finite() && y[i].is_finite();
+    let pairs: Vec<usize> = (0..people.len()).filter(finite).collect();
+    let of = |values: &[f64]| coefficient.scores(pairs.iter().map(|&i| values[i]).collect());
+    let (x, y) = (of(x), of(y));
+    coefficient.of(&x, &y)?;
+    let mut sums = std::collections::BTreeMap::<usize, f64>::new();
+    for (&pair, (x, y)) in pairs.iter().zip(centred(&x).zip(centred(&y))) {
+        *sums.entry(people[pair]).or_default() += x * y;
+    }
+    let sums: Vec<f64> = sums.into_values().collect();
+    Some(Clustered {
+        p: (sums.len() >= FEWEST_PEOPLE).then(|| p_value(&sums)),
+        people: sums.len(),
+    })
+}
+
+fn centred(values: &[f64]) -> impl Iterator<Item = f64> {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    values.iter().map(move |value| value - mean)
+}
+
+fn p_value(sums: &[f64]) -> f64 {
+    if sums.len() > MOST_ARRANGED {
+        return normal_p_value(sums);
+    }
+    let found = sums.iter().sum::<f64>().abs();
+    // Arrangements that differ by rounding alone are one.
+    let slack = 1e-9 * sums.iter().map(|sum| sum.abs()).sum::<f64>();
+    // One sign stays: the opposite of an arrangement is as far from zero. A Gray code turns one of the others at a time.
+    let arrangements = 1_u64 << (sums.len() - 1);
+    let mut signed = sums.to_vec();
+    let (mut sum, mut as_far) = (sums.iter().sum::<f64>(), 0_u64);
+    for number in 1..=arrangements {
+        as_far += u64::from(sum.abs() >= found - slack);
+        let turned = number.trailing_zeros() as usize;
+        signed[turned] = -signed[turned];
+        sum += 2.0 * signed[turned];
+    }
+    as_far as f64 / arrangements as f64
+}
+
+/// The same from the distribution of a studentised sum.
+fn normal_p_value(sums: &[f64]) -> f64 {
+    let t = sums.iter().sum::<f64>().abs() / sums.iter().map(|sum| sum * sum).sum::<f64>().sqrt();
+    let freedom = (sums.len() - 1) as f64;
+    StudentsT::new(0.0, 1.0, freedom).map_or(f64::NAN, |student| 2.0 * student.sf(t))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    const TRIALS: usize = 10;
+
+    fn normal(rng: &mut impl Rng) -> f64 {
+        StandardNormal.sample(rng)
+    }
+
+    /// Values of people with the given intraclass correlation.
+    fn values(rng: &mut impl Rng, people: usize, icc: f64) -> Vec<f64> {
+        let of_one = |rng: &mut _| {
+            let own = normal(rng);
+            let trial = |_| icc.sqrt() * own + (1.0 - icc).sqrt() * normal(rng);
+            (0..TRIALS).map(trial).collect::<Vec<_>>()
+        };
+        (0..people).flat_map(|_| of_one(rng)).collect()
+    }
+
+    /// Shares of studies without a correlation in which the clustered and the pooled test find one at 5 %.
+    fn rejected(coefficient: Coefficient, people: usize, icc: f64, studies: usize) -> (f64, f64) {
+        let mut rng = ChaCha8Rng::seed_from_u64(140);
+        let of: Vec<usize> = (0..people * TRIALS).map(|i| i / TRIALS).collect();
+        let (mut clustered, mut pooled) = (0, 0);
+        for _ in 0..studies {
+            let (x, y) = (values(&mut rng, people, icc), values(&mut rng, people, icc));
+            let p = test(coefficient, &x, &y, &of).unwrap().p.unwrap();
+            clustered += usize::from(p <= 0.05);
+            pooled += usize::from(coefficient.of(&x, &y).unwrap().p <= 0.05);
+        }
+        (
+            clustered as f64 / studies as f64,
+            pooled as f64 / studies as f64,
+        )
+    }
+
+    #[test]
+    fn the_level_is_kept_where_pooled_trials_of_the_same_people_do_not_keep_it() {
+        for (icc, pooled_at_least) in [(0.0, 0.03), (0.3, 0.10), (0.6, 0.28), (0.9, 0.46)] {
+            for coefficient in [Coefficient::Spearman, Coefficient::Pearson] {
+                let (clustered, pooled) = rejected(coefficient, 14, icc, 4000);
+                assert!((0.03..=0.07).contains(&clustered), "{icc}: {clustered}");
+                assert!(pooled > pooled_at_least, "{icc}: {pooled}");
+            }
+        }
+        let (few, _) = rejected(Coefficient::Spearman, FEWEST_PEOPLE, 0.6, 2000);
+        assert!((0.01..=0.07).contains(&few), "{few}");
+        let (many, _) = rejected(Coefficient::Spearman, MOST_ARRANGED + 3, 0.6, 2000);
+        assert!((0.03..=0.07).contains(&many), "{many}");
+    }
+
+    #[test]
+    fn a_correlation_that_is_there_is_found() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let of: Vec<usize> = (0..140).map(|i| i / TRIALS).collect();
+        let x = values(&mut rng, 14, 0.3);
+        let y: Vec<f64> = x.iter().map(|x| x + normal(&mut rng)).collect();
+        let found = test(Coefficient::Spearman, &x, &y, &of).unwrap();
+        assert!(found.p.unwrap() < 0.001 && found.people == 14, "{found:?}");
+    }
+
+    #[test]
+    fn the_share_is_that_of_all_arrangements() {
+        // Of 32 pairs of opposite arrangements of 1, 2, 4, 8, 16, 32, one other sum is as great as 61 = 63 - 2.
+        assert_relative_eq!(p_value(&[-1.0, 2.0, 4.0, 8.0, 16.0, 32.0]), 2.0 / 32.0);
+        assert_relative_eq!(p_value(&[1.0; 6]), 1.0 / 32.0);
+    }
+
+    #[test]
+    fn five_people_are_too_few_and_what_does_not_vary_is_not_tested() {
+        let x: Vec<f64> = (0..50).map(f64::from).collect();
+        let of: Vec<usize> = (0..50).map(|i| i / 10).collect();
+        let found = test(Coefficient::Pearson, &x, &x, &of).unwrap();
+        assert_eq!(found, Clustered { p: None, people: 5 });
+        assert_eq!(test(Coefficient::Pearson, &[1.0; 50], &x, &of), None);
+    }
+}

@@ -1,8 +1,4 @@
 //! Faults that are rehearsed from the command line: what is recorded says so, and what cannot be is refused.
-#![expect(
-    clippy::unwrap_used,
-    reason = "what cannot be unwrapped fails the test"
-)]
 
 use bench_tests::program::bench;
 use bench_tests::session::{SessionFolder, config_with, demo_with, finish, text, unattended};

@@ -110,7 +110,7 @@ impl Course {
         folder.write(&record)?;
 
         let mut page = Page::new(drawn.len());
-        let mut opened = Some(first);
+        let (mut opened, mut leaves) = (Some(first), false);
         for (number, drawn) in (1..).zip(&drawn) {
             page.turn();
             let silence_s = self.bench.config().safety.silence_s;
@@ -140,12 +140,16 @@ impl Course {
             } = company;
             (front, page) = (back, turned);
             page.add(&record.exercises[record.exercises.len() - 1]);
-            if left || over.is_raised() {
+            leaves = left || over.is_raised();
+            if leaves {
                 break;
             }
         }
         front.show(Event::Drill(page.last()));
-        conclude(front.as_mut(), &record, over);
+        if !leaves {
+            conclude(front.as_mut(), &record, over);
+        }
+        front.show(Event::Close);
         Ok((record, folder))
     }
 
@@ -309,5 +313,4 @@ fn conclude(front: &mut dyn Front, record: &DrillRecord, over: &StopFlag) {
         }
         rest(front, &SafetyState::Disarmed);
     }
-    front.show(Event::Close);
 }

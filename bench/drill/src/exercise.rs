@@ -56,9 +56,10 @@ pub(crate) enum Order {
 /// Where an exercise stands; times in s on the caller's clock.
 #[derive(Debug, Clone, PartialEq)]
 enum Stage {
-    /// The drive must sound for a while, since `sounding_s`.
+    /// The drive must sound for a while, since `sounding_s`, unless the operator has `paused` or stopped it.
     Settling {
         sounding_s: Option<f64>,
+        paused: bool,
     },
     /// The operator was asked to do something.
     Asked,
@@ -109,7 +110,10 @@ impl Exercise {
             by_hand,
             within_s,
             settle_s,
-            stage: Stage::Settling { sounding_s: None },
+            stage: Stage::Settling {
+                sounding_s: None,
+                paused: false,
+            },
             since_s: None,
             begun_s: 0.0,
             noticed_s: 0.0,
@@ -154,7 +158,10 @@ impl Exercise {
 
     /// Whether the operator is to see a paused bench.
     pub fn is_paused(&self) -> bool {
-        self.stage == Stage::Rearmed
+        matches!(
+            self.stage,
+            Stage::Rearmed | Stage::Settling { paused: true, .. }
+        )
     }
 
     /// Returns what the operator is asked for.
@@ -219,7 +226,7 @@ impl Exercise {
         };
         self.note_silence(trip, sight);
         match &mut self.stage {
-            Stage::Settling { sounding_s } => {
+            Stage::Settling { sounding_s, paused } => {
                 if first {
                     return Some(Order::Drive);
                 }
@@ -228,9 +235,9 @@ impl Exercise {
                     self.end(Outcome::Missed(why));
                     return None;
                 }
-                if trip.is_some() || !sight.sounds {
+                if trip.is_some() || !sight.sounds || *paused {
                     *sounding_s = None;
-                    let limit_s = if trip.is_some() || self.note.is_some() {
+                    let limit_s = if trip.is_some() || *paused {
                         PATIENCE_S
                     } else {
                         START_S
@@ -409,16 +416,23 @@ impl Exercise {
                 self.enter(Stage::Resuming { sounding_s: None }, now_s);
                 Some(Order::Drive)
             }
-            (
-                Stage::Settling { .. } | Stage::Resuming { .. } | Stage::Asked,
-                Action::EmergencyStop,
-            ) => Some(Order::Stop),
-            (Stage::Settling { .. }, Action::Pause) => {
+            (Stage::Settling { paused, .. }, Action::EmergencyStop) => {
+                *paused = true;
+                self.note = Some("You stopped the drive: re-arm with x.");
+                Some(Order::Stop)
+            }
+            (Stage::Resuming { .. } | Stage::Asked, Action::EmergencyStop) => Some(Order::Stop),
+            (Stage::Settling { paused, .. }, Action::Pause) => {
+                *paused = true;
                 self.note = Some("Paused: resume with p.");
                 Some(Order::Pause)
             }
-            (Stage::Settling { .. }, Action::Resume) => Some(Order::Drive),
-            (Stage::Settling { .. }, Action::Rearm) => {
+            (Stage::Settling { paused, .. }, Action::Resume) => {
+                *paused = false;
+                Some(Order::Drive)
+            }
+            (Stage::Settling { paused, .. }, Action::Rearm) => {
+                *paused = true;
                 self.note = Some("Re-armed: resume with p.");
                 Some(Order::Rearm)
             }

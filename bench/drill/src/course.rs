@@ -153,8 +153,8 @@ impl Course {
         Ok((record, folder))
     }
 
-    /// Opens the bench again; on real hardware the operator is asked to put right what the last exercise left. `None` if
-    /// they leave.
+    /// Opens the bench again; on real hardware the operator is asked to put right what the last exercise left. `None`
+    /// if they leave.
     fn reopened(
         &self,
         company: &mut Company,
@@ -249,8 +249,8 @@ fn of_the_day(now: Timestamp) -> u64 {
     now.as_nanosecond().unsigned_abs() as u64 & (i64::MAX as u64)
 }
 
-/// Returns the drive of a drill: the published one on simulated hardware, as far as its limits allow, and a faint tone on
-/// real hardware.
+/// Returns the drive of a drill: the published one on simulated hardware, as far as its limits allow, and a faint
+/// tone on real hardware.
 fn waveform(config: &Config, simulated: bool) -> Waveform {
     let carrier_hz = config.plate.resonance_hz;
     let limit_v = config.limits.drive_v;

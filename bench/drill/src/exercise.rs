@@ -1,5 +1,5 @@
-//! One exercise: a fault, what bench and operator do about it, and when. Free of side effects: it decides from what is seen
-//! and from the operator's actions what comes next.
+//! One exercise: a fault, what bench and operator do about it, and when. Free of side effects: it decides from what
+//! is seen and from the operator's actions what comes next.
 
 use rehearsal::{FaultKind, Remedy, Required};
 use safety::{SafetyState, Trip};
@@ -14,7 +14,8 @@ const START_S: f64 = 10.0;
 const UNSEEN_S: f64 = 2.0;
 /// Longest wait for the operator, at each step, s.
 pub(crate) const PATIENCE_S: f64 = 60.0;
-/// Time from a trip to an amplifier that is off even if the card renders no more, s (HAZARDS.md, "What stops the drive").
+/// Time from a trip to an amplifier that is off even if the card renders no more, s (HAZARDS.md, "What stops the
+/// drive").
 const DISABLED_S: f64 = 0.02;
 /// Row of FAULTS.md of a card that is gone.
 const CARD: u8 = 5;
@@ -471,7 +472,8 @@ impl Exercise {
         }
     }
 
-    /// Ends the exercise if the bench itself has ended: one that would have to be ended goes on with the operator alone.
+    /// Ends the exercise if the bench itself has ended: one that would have to be ended goes on with the operator
+    /// alone.
     pub fn bench_ended(&mut self, why: &str) {
         let shown = matches!(self.stage, Stage::Noticed | Stage::Acknowledged { .. });
         let ends_anyway = matches!(self.fault.row().remedy, Remedy::Restart(_));

@@ -89,9 +89,9 @@ pub struct Hardware {
 /// Faults that are injected into simulated hardware.
 #[derive(Debug, Clone, Default, Args)]
 pub struct Rehearsal {
-    /// Inject a fault into simulated hardware: NAME@TIME, NAME@TIME-UNTIL or NAME@TIME:ARGUMENT, with times in s or ms
-    /// such as estop@12s-14s or xrun@3s:192. Time counts from the start of the sound card, after the quick check; a fault
-    /// at 0 s is there in the quick check too. May be repeated.
+    /// Inject a fault into simulated hardware: NAME@TIME, NAME@TIME-UNTIL or NAME@TIME:ARGUMENT, with times in s or
+    /// ms such as estop@12s-14s or xrun@3s:192. Time counts from the start of the sound card, after the quick check;
+    /// a fault at 0 s is there in the quick check too. May be repeated.
     #[arg(long = "fault", value_name = "NAME@TIME", value_parser = NamedFault::<RehearsedFault>::new())]
     pub faults: Vec<RehearsedFault>,
 }

@@ -110,7 +110,7 @@ impl Course {
         folder.write(&record)?;
 
         let mut page = Page::new(drawn.len());
-        let mut opened = Some(first);
+        let (mut opened, mut leaves) = (Some(first), false);
         for (number, drawn) in (1..).zip(&drawn) {
             page.turn();
             let silence_s = self.bench.config().safety.silence_s;
@@ -140,17 +140,21 @@ impl Course {
             } = company;
             (front, page) = (back, turned);
             page.add(&record.exercises[record.exercises.len() - 1]);
-            if left || over.is_raised() {
+            leaves = left || over.is_raised();
+            if leaves {
                 break;
             }
         }
         front.show(Event::Drill(page.last()));
-        conclude(front.as_mut(), &record, over);
+        if !leaves {
+            conclude(front.as_mut(), &record, over);
+        }
+        front.show(Event::Close);
         Ok((record, folder))
     }
 
-    /// Opens the bench again; on real hardware the operator is asked to put right what the last exercise left. `None` if
-    /// they leave.
+    /// Opens the bench again; on real hardware the operator is asked to put right what the last exercise left. `None`
+    /// if they leave.
     fn reopened(
         &self,
         company: &mut Company,
@@ -245,8 +249,8 @@ fn of_the_day(now: Timestamp) -> u64 {
     now.as_nanosecond().unsigned_abs() as u64 & (i64::MAX as u64)
 }
 
-/// Returns the drive of a drill: the published one on simulated hardware, as far as its limits allow, and a faint tone on
-/// real hardware.
+/// Returns the drive of a drill: the published one on simulated hardware, as far as its limits allow, and a faint
+/// tone on real hardware.
 fn waveform(config: &Config, simulated: bool) -> Waveform {
     let carrier_hz = config.plate.resonance_hz;
     let limit_v = config.limits.drive_v;
@@ -309,5 +313,4 @@ fn conclude(front: &mut dyn Front, record: &DrillRecord, over: &StopFlag) {
         }
         rest(front, &SafetyState::Disarmed);
     }
-    front.show(Event::Close);
 }

@@ -70,8 +70,8 @@ fn obstacle(fault: FaultKind, config: &Config, simulated: bool) -> Option<String
     }
 }
 
-/// Returns the faults of a drill, in an order and with times that `seed` draws: those of `only`, or all that this bench can
-/// be drilled with.
+/// Returns the faults of a drill, in an order and with times that `seed` draws: those of `only`, or all that this
+/// bench can be drilled with.
 ///
 /// # Errors
 /// [`NotDrilledError`] names a fault of `only` that this bench cannot be drilled with.

@@ -1,5 +1,5 @@
-//! One exercise: a fault, what bench and operator do about it, and when. Free of side effects: it decides from what is seen
-//! and from the operator's actions what comes next.
+//! One exercise: a fault, what bench and operator do about it, and when. Free of side effects: it decides from what
+//! is seen and from the operator's actions what comes next.
 
 use rehearsal::{FaultKind, Remedy, Required};
 use safety::{SafetyState, Trip};
@@ -14,7 +14,8 @@ const START_S: f64 = 10.0;
 const UNSEEN_S: f64 = 2.0;
 /// Longest wait for the operator, at each step, s.
 pub(crate) const PATIENCE_S: f64 = 60.0;
-/// Time from a trip to an amplifier that is off even if the card renders no more, s (HAZARDS.md, "What stops the drive").
+/// Time from a trip to an amplifier that is off even if the card renders no more, s (HAZARDS.md, "What stops the
+/// drive").
 const DISABLED_S: f64 = 0.02;
 /// Row of FAULTS.md of a card that is gone.
 const CARD: u8 = 5;
@@ -56,9 +57,10 @@ pub(crate) enum Order {
 /// Where an exercise stands; times in s on the caller's clock.
 #[derive(Debug, Clone, PartialEq)]
 enum Stage {
-    /// The drive must sound for a while, since `sounding_s`.
+    /// The drive must sound for a while, since `sounding_s`, unless the operator has `paused` or stopped it.
     Settling {
         sounding_s: Option<f64>,
+        paused: bool,
     },
     /// The operator was asked to do something.
     Asked,
@@ -109,7 +111,10 @@ impl Exercise {
             by_hand,
             within_s,
             settle_s,
-            stage: Stage::Settling { sounding_s: None },
+            stage: Stage::Settling {
+                sounding_s: None,
+                paused: false,
+            },
             since_s: None,
             begun_s: 0.0,
             noticed_s: 0.0,
@@ -154,7 +159,10 @@ impl Exercise {
 
     /// Whether the operator is to see a paused bench.
     pub fn is_paused(&self) -> bool {
-        self.stage == Stage::Rearmed
+        matches!(
+            self.stage,
+            Stage::Rearmed | Stage::Settling { paused: true, .. }
+        )
     }
 
     /// Returns what the operator is asked for.
@@ -219,7 +227,7 @@ impl Exercise {
         };
         self.note_silence(trip, sight);
         match &mut self.stage {
-            Stage::Settling { sounding_s } => {
+            Stage::Settling { sounding_s, paused } => {
                 if first {
                     return Some(Order::Drive);
                 }
@@ -228,9 +236,9 @@ impl Exercise {
                     self.end(Outcome::Missed(why));
                     return None;
                 }
-                if trip.is_some() || !sight.sounds {
+                if trip.is_some() || !sight.sounds || *paused {
                     *sounding_s = None;
-                    let limit_s = if trip.is_some() || self.note.is_some() {
+                    let limit_s = if trip.is_some() || *paused {
                         PATIENCE_S
                     } else {
                         START_S
@@ -409,16 +417,23 @@ impl Exercise {
                 self.enter(Stage::Resuming { sounding_s: None }, now_s);
                 Some(Order::Drive)
             }
-            (
-                Stage::Settling { .. } | Stage::Resuming { .. } | Stage::Asked,
-                Action::EmergencyStop,
-            ) => Some(Order::Stop),
-            (Stage::Settling { .. }, Action::Pause) => {
+            (Stage::Settling { paused, .. }, Action::EmergencyStop) => {
+                *paused = true;
+                self.note = Some("You stopped the drive: re-arm with x.");
+                Some(Order::Stop)
+            }
+            (Stage::Resuming { .. } | Stage::Asked, Action::EmergencyStop) => Some(Order::Stop),
+            (Stage::Settling { paused, .. }, Action::Pause) => {
+                *paused = true;
                 self.note = Some("Paused: resume with p.");
                 Some(Order::Pause)
             }
-            (Stage::Settling { .. }, Action::Resume) => Some(Order::Drive),
-            (Stage::Settling { .. }, Action::Rearm) => {
+            (Stage::Settling { paused, .. }, Action::Resume) => {
+                *paused = false;
+                Some(Order::Drive)
+            }
+            (Stage::Settling { paused, .. }, Action::Rearm) => {
+                *paused = true;
                 self.note = Some("Re-armed: resume with p.");
                 Some(Order::Rearm)
             }
@@ -457,7 +472,8 @@ impl Exercise {
         }
     }
 
-    /// Ends the exercise if the bench itself has ended: one that would have to be ended goes on with the operator alone.
+    /// Ends the exercise if the bench itself has ended: one that would have to be ended goes on with the operator
+    /// alone.
     pub fn bench_ended(&mut self, why: &str) {
         let shown = matches!(self.stage, Stage::Noticed | Stage::Acknowledged { .. });
         let ends_anyway = matches!(self.fault.row().remedy, Remedy::Restart(_));

@@ -1,8 +1,8 @@
-//! The operator's rehearsal: one fault after another comes over a bench that drives, the operator does what is right, and
-//! the times are kept.
+//! The operator's rehearsal: one fault after another comes over a bench that drives, the operator does what is right,
+//! and the times are kept.
 //!
-//! On simulated hardware a [`FaultHand`] brings the faults. On real hardware a person is asked to, under a faint tone. Each
-//! exercise has a bench of its own: some faults end a bench for good.
+//! On simulated hardware a [`FaultHand`] brings the faults. On real hardware a person is asked to, under a faint
+//! tone. Each exercise has a bench of its own: some faults end a bench for good.
 
 mod course;
 mod draw;

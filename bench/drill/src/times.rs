@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Times from the fault, s; absent if it did not come to that. Where a person brought the fault they count from the moment
-/// at which the bench saw it.
+/// Times from the fault, s; absent if it did not come to that. Where a person brought the fault they count from the
+/// moment at which the bench saw it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Times {

@@ -12,8 +12,8 @@ use crate::serial::ForceFault;
 
 /// Standard gravity, m/s² (ISO 80000-3): a load is given in newtons and placed as a mass.
 const GRAVITY_M_PER_S2: f64 = 9.806_65;
-/// Lengths of a bouncing contact's states, closed and open by turns, as shares of the time for which it bounces: no look
-/// at even intervals falls into the same state each time.
+/// Lengths of a bouncing contact's states, closed and open by turns, as shares of the time for which it bounces: no
+/// look at even intervals falls into the same state each time.
 const BOUNCE: [f64; 9] = [0.11, 0.06, 0.17, 0.04, 0.09, 0.15, 0.05, 0.13, 0.20];
 
 /// What is done to the apparatus.

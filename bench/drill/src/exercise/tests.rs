@@ -172,7 +172,10 @@ fn a_bench_that_does_not_stop_and_one_that_flags_nothing_are_missed() {
     bench.pass(0.01);
     assert!(bench.missed().contains("should have gone on"));
     let mut bench = Bench::new(FaultKind::Estop, false);
-    bench.exercise.stage = Stage::Settling { sounding_s: None };
+    bench.exercise.stage = Stage::Settling {
+        sounding_s: None,
+        paused: false,
+    };
     bench.trip(Trip::AudioSilent);
     bench.pass(0.01);
     assert!(bench.missed().contains("before the fault"));
@@ -288,10 +291,14 @@ fn keys_at_the_wrong_moment_change_nothing() {
 #[test]
 fn an_operator_may_pause_or_stop_before_the_fault_and_it_waits() {
     let mut bench = Bench::new(FaultKind::Estop, false);
-    bench.exercise.stage = Stage::Settling { sounding_s: None };
+    bench.exercise.stage = Stage::Settling {
+        sounding_s: None,
+        paused: false,
+    };
     bench.ordered();
     bench.act(Action::EmergencyStop);
     assert_eq!(bench.ordered(), [Order::Stop]);
+    assert!(bench.exercise.is_paused(), "p resumes");
     bench.trip(Trip::Operator);
     bench.sounds = false;
     bench.pass(3.0);
@@ -299,6 +306,7 @@ fn an_operator_may_pause_or_stop_before_the_fault_and_it_waits() {
     bench.act(Action::Rearm);
     bench.act(Action::Resume);
     assert_eq!(bench.ordered(), [Order::Rearm, Order::Drive]);
+    assert!(!bench.exercise.is_paused());
     (bench.safety, bench.sounds) = (SafetyState::Armed, true);
     bench.pass(1.1);
     assert_eq!(bench.ordered(), [Order::Begin]);
@@ -331,4 +339,17 @@ fn every_drilled_fault_has_words_for_each_step() {
             "{fault}"
         );
     }
+}
+
+#[test]
+fn a_drive_that_is_ramping_down_for_a_pause_gets_no_fault() {
+    let mut bench = Bench::new(FaultKind::Estop, false);
+    bench.exercise.stage = Stage::Settling {
+        sounding_s: Some(bench.now_s - 0.98),
+        paused: false,
+    };
+    bench.ordered();
+    bench.act(Action::Pause);
+    bench.pass(0.05);
+    assert_eq!(bench.ordered(), [Order::Pause]);
 }

@@ -12,4 +12,5 @@ mod seed;
 pub mod serial;
 mod sound_layer;
 mod vibrometer;
+mod voltmeter;
 pub mod world_clock;

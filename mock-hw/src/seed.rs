@@ -18,6 +18,8 @@ pub(crate) enum Stream {
     Vibrometer,
     ForceWander,
     Masses,
+    SoundLayer,
+    Voltmeter,
 }
 
 /// Returns the generator of one stream of `seed`.

@@ -18,6 +18,7 @@ use safety::{SafetyState, Signals, Trip};
 use tasks::{StopFlag, Task};
 
 use crate::apparatus::{Apparatus, pace};
+use crate::dates;
 use crate::live_meter::LiveMeter;
 
 /// The published modulation (Huloux 2021, section IV).
@@ -30,6 +31,8 @@ const SCREEN_PERIOD_NS: u64 = 16_000_000;
 pub struct Plan {
     /// The bench.
     pub bench: Effective,
+    /// What nobody has measured although the bench's safety rests on it.
+    unverified: Vec<String>,
     program: Option<Program>,
     duration_s: Option<f64>,
     headless: bool,
@@ -54,12 +57,14 @@ impl Plan {
                     modulation_index: MODULATION_INDEX,
                     start_phase_rad: 0.0,
                 };
-                require_watched(&bench, &waveform)?;
+                let pace = pace(config, &options.hardware);
+                require_watched(&bench, &waveform, pace, dates::now())?;
                 Ok(settings.admit(waveform)?)
             })
             .transpose()
             .context("--drive-v")?;
         Ok(Self {
+            unverified: dates::unverified(&bench, pace(bench.config(), &options.hardware)),
             bench,
             program,
             duration_s: options.duration_s,
@@ -85,6 +90,7 @@ pub fn run(
 ) -> anyhow::Result<bool> {
     let Plan {
         bench: effective,
+        unverified,
         program,
         duration_s,
         headless,
@@ -109,7 +115,8 @@ pub fn run(
         ..tui::event::SessionHeader::default()
     }));
     front.show(tui::Event::Phase(PhaseView::new(PhaseKind::Monitoring)));
-    for text in config.safety_notices(config.plate.resonance_hz) {
+    let notices = config.safety_notices(config.plate.resonance_hz);
+    for text in notices.into_iter().chain(unverified) {
         front.show(tui::Event::Log {
             level: LogLevel::Warning,
             text,

@@ -96,6 +96,8 @@ pub struct Acquisition {
     last_force_s: f64,
     last_position_s: f64,
     silence: Silence,
+    /// Frames rendered less those on the audio clock when the latest block arrived.
+    ahead: i64,
 }
 
 /// Time without audio after which the card counts as gone, ns.
@@ -179,6 +181,7 @@ impl Acquisition {
             last_force_s: f64::NEG_INFINITY,
             last_position_s: f64::NEG_INFINITY,
             silence: Silence::default(),
+            ahead: 0,
         }
     }
 
@@ -309,6 +312,7 @@ impl Acquisition {
         self.card_frames = header.first_frame + u64::from(header.frames);
         self.lose(dropped, batch)?;
         self.pipeline.take(&samples, &mut batch.frames)?;
+        self.ahead = header.drive.frames as i64 - self.pipeline.account().frames as i64;
         self.note_flaws();
         self.excerpt.take_if(|excerpt| excerpt.take(&samples));
         if self.recording.is_some() {
@@ -436,6 +440,7 @@ impl Acquisition {
             self.signals.readback.set(DriveReading {
                 volts: frame.drive_v.norm(),
                 sample: frame.sample,
+                ahead: self.ahead,
                 at_ns: now_ns,
             });
         }

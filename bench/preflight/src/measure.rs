@@ -13,7 +13,7 @@ use devices::acquisition::{Excerpt, RecordingCommand};
 use devices::drive_control::{DriveControl, settings};
 use devices::{Bench, Gauges, Hardware};
 use recording::pipeline::Batch;
-use safety::{SafetyState, Signals, StopTimes};
+use safety::{LoopDelay, Pace, SafetyState, Signals, StopTimes};
 use tasks::{StopFlag, Task};
 
 /// Peak of the test tone, V: far below anything that a finger feels.
@@ -26,6 +26,10 @@ const SETTLE_S: f64 = 0.3;
 const STOPS_FROM_S: f64 = 1.1;
 const QUICK_S: f64 = 2.0;
 const WHOLE_S: f64 = 10.7;
+
+/// Silence before the tone that shows the loop's delay, and longest wait for the delay, s.
+const DELAY_QUIET_S: f64 = 0.2;
+const DELAY_S: f64 = 1.2;
 
 /// Factor over the silence from which on a tone is read back.
 const STANDS_OUT: f64 = 10.0;
@@ -66,6 +70,10 @@ pub(super) struct Measured {
     pub enable_wired: bool,
     /// Whether a tone was played, with the amplifier on or off.
     pub driven: bool,
+    /// Delay from a command to its read-back; `None` if the tone did not show it.
+    pub loop_delay: Option<LoopDelay>,
+    /// What nobody has measured; empty on simulated hardware.
+    pub unverified: Vec<String>,
     /// Why the calibration does not hold for the opened bench.
     pub calibration_fault: Option<String>,
 }
@@ -119,7 +127,9 @@ pub(super) fn measure(
         carrier_hz: config.plate.resonance_hz,
         amplitude_v: tone_v,
     })?;
+    let real = hardware.pace == Pace::Card;
     let bench = Bench::open(effective, config.plate.resonance_hz, hardware)?;
+    let unverified = bench.unverified(effective);
     let calibration_fault = bench
         .require_calibration_holds(effective)
         .err()
@@ -127,6 +137,7 @@ pub(super) fn measure(
     let (done, measured) = crossbeam_channel::bounded(1);
     let (excerpts_to, excerpts) = crossbeam_channel::unbounded();
     let stop = bench.stop().clone();
+    let for_delay = *extent == Extent::Delay;
     let task = CheckTask {
         batches: bench.batches,
         recording: bench.recording,
@@ -139,10 +150,13 @@ pub(super) fn measure(
         signals: bench.signals,
         gauges: bench.gauges,
         stop: stop.clone(),
-        relay: enable_wired.then_some(tone),
+        relay: (enable_wired && !for_delay).then_some(tone),
+        quiet_s: if for_delay { DELAY_QUIET_S } else { QUIET_S },
+        for_delay,
         relay_sounds: false,
         tone: Some(tone),
         test_s: match extent {
+            Extent::Delay => DELAY_S,
             Extent::Stops => STOPS_FROM_S,
             Extent::Quick => QUICK_S,
             Extent::Whole { .. } => WHOLE_S,
@@ -156,6 +170,7 @@ pub(super) fn measure(
             tone_v,
             tone_until_s: f64::INFINITY,
             calibration_fault,
+            unverified: if real { unverified } else { Vec::new() },
             ..Measured::default()
         },
         done,
@@ -185,6 +200,10 @@ struct CheckTask {
     /// It sounds.
     relay_sounds: bool,
     tone: Option<signalgen::Program>,
+    /// Silence before the tone, s.
+    quiet_s: f64,
+    /// The test ends once the loop's delay is known, and exercises nothing.
+    for_delay: bool,
     test_s: f64,
     began: Instant,
     measured: Measured,
@@ -229,7 +248,8 @@ impl Task for CheckTask {
             self.drive.stop();
             self.relay_sounds = false;
         }
-        if measured.audio_s >= QUIET_S
+        measured.loop_delay = self.signals.loop_delay.get();
+        if measured.audio_s >= self.quiet_s
             && let Some(tone) = self.tone.take()
         {
             measured.tone_from_s = measured.audio_s + SETTLE_S;
@@ -256,6 +276,13 @@ impl Task for CheckTask {
             }
         }
         let tripped = matches!(measured.safety, SafetyState::Tripped { .. });
+        if self.for_delay {
+            let late = self.began.elapsed() > PATIENCE;
+            if measured.loop_delay.is_some() || tripped || measured.audio_s >= self.test_s || late {
+                self.stop.raise();
+            }
+            return Ok(());
+        }
         if measured.audio_s >= self.test_s && measured.tone_until_s.is_infinite() {
             measured.tone_until_s = measured.audio_s;
             self.drive.exercise_stops();

@@ -8,6 +8,7 @@
 mod delay;
 mod exercise;
 mod guard;
+mod loop_delay;
 mod plate_heat;
 mod readback;
 mod safety_limits;
@@ -19,9 +20,10 @@ mod trip;
 mod watch;
 
 pub use guard::{Commanded, DriveGuard};
+pub use loop_delay::{DELAY_WITHIN_S, LoopDelay};
 pub use plate_heat::PlateHeat;
 pub use readback::{Misfit, Readback};
-pub use safety_limits::{BlindLimit, FaintDrive, Pace, SENSITIVITY, SafetyLimits};
+pub use safety_limits::{BlindLimit, FaintDrive, HiddenByDelay, Pace, SENSITIVITY, SafetyLimits};
 pub use safety_lines::{GpioError, InputLine, OutputLine, SafetyLines, input, output};
 pub use safety_state::{SafetyCommand, SafetyState};
 pub use signals::{DriveReading, Press, Signals};

@@ -11,11 +11,12 @@ use tasks::Task;
 
 use crate::exercise::{Demand, Exercise};
 use crate::guard::{Commanded, DriveGuard};
+use crate::loop_delay::{DELAY_WITHIN_S, DelayMeter};
 use crate::readback::{Misfit, Readback};
 use crate::safety_limits::{SENSITIVITY, SafetyLimits};
 use crate::safety_lines::{GpioError, OutputLine, SafetyLines};
 use crate::safety_state::{SafetyCommand, SafetyState};
-use crate::signals::{Press, Signals};
+use crate::signals::{DriveReading, Press, Signals};
 use crate::stop_times::StopLine;
 use crate::trip::Trip;
 
@@ -31,6 +32,7 @@ pub struct Watch {
     heartbeat_high: bool,
     progress: Progress,
     readback: Readback,
+    delay: DelayMeter,
     exercise: Option<Exercise>,
     /// Estimated temperature of the plate above the room, K.
     rise_k: f64,
@@ -100,6 +102,7 @@ impl Watch {
     ///     readback_tolerance: 0.2,
     ///     readback_floor_v: 0.5,
     ///     loop_latency_ns: 50_000_000,
+    ///     measured_delay_s: None,
     ///     max_amplitude_m: 5e-6,
     ///     heat: PlateHeat {
     ///         force_factor_n_per_v: 0.13,
@@ -143,12 +146,13 @@ impl Watch {
         signals: Arc<Signals>,
         commands: Receiver<SafetyCommand>,
     ) -> Self {
-        let readback = Readback::new(
-            limits.rate_hz,
-            limits.loop_latency_ns as f64 * 1e-9,
-            limits.readback_tolerance,
-            limits.readback_floor_v,
-        );
+        let (rate_hz, latency_s) = (limits.rate_hz, limits.loop_latency_ns as f64 * 1e-9);
+        let (tolerance, floor_v) = (limits.readback_tolerance, limits.readback_floor_v);
+        let learnt = Readback::new(rate_hz, latency_s, tolerance, floor_v);
+        let (readback, measured_s) = match limits.measured_delay_s {
+            Some(delay_s) => (learnt.about(delay_s, rate_hz), delay_s),
+            None => (learnt, 0.0),
+        };
         Self {
             limits,
             lines,
@@ -160,6 +164,7 @@ impl Watch {
             heartbeat_high: false,
             progress: Progress::default(),
             readback,
+            delay: DelayMeter::new(rate_hz, latency_s.max(2.0 * measured_s)),
             exercise: None,
             rise_k: 0.0,
             tripped_at_ns: 0,
@@ -351,6 +356,7 @@ impl Watch {
 
     fn readback_wrong(&mut self, commanded: Commanded, now_ns: u64) -> Option<Trip> {
         self.readback.command(commanded.frame, commanded.envelope_v);
+        self.delay.command(commanded.frame, commanded.envelope_v);
         let reading = self.signals.readback.get()?;
         let age_ns = now_ns.saturating_sub(reading.at_ns);
         if age_ns > self.limits.loop_latency_ns.max(STALE_NS) {
@@ -359,7 +365,12 @@ impl Watch {
         if self.exercise.is_some() {
             return None;
         }
-        let misfit = self.readback.reading(reading.sample, reading.volts)?;
+        if let Some(trip) = self.delay_wrong(reading) {
+            return Some(trip);
+        }
+        let misfit = self
+            .readback
+            .reading(reading.sample, reading.ahead, reading.volts)?;
         let Misfit {
             measured_v,
             commanded_v,
@@ -373,6 +384,26 @@ impl Watch {
         // A disarmed amplifier is expected to be silent, whatever is commanded.
         (measured_v > self.limits.readback_floor_v)
             .then_some(Trip::AliveWhileDisarmed { measured_v })
+    }
+
+    /// Publishes the loop's delay once a rise of the drive has shown it; trips if it is not the measured one.
+    fn delay_wrong(&mut self, reading: DriveReading) -> Option<Trip> {
+        let DriveReading {
+            sample,
+            ahead,
+            volts,
+            ..
+        } = reading;
+        let found = self.delay.reading(sample, ahead, volts);
+        self.readback.set_rising(self.delay.is_rising());
+        let found = found?;
+        self.signals.loop_delay.set(found);
+        let (measured_s, present_s) = (self.limits.measured_delay_s?, found.seconds);
+        let off = (present_s - measured_s).abs() > DELAY_WITHIN_S;
+        (off && self.state == SafetyState::Armed).then_some(Trip::LoopDelay {
+            measured_s,
+            present_s,
+        })
     }
 
     fn force_wrong(&self, now_ns: u64) -> Option<Trip> {

@@ -174,7 +174,7 @@ pub(super) fn begin_recording(
         sample_rate_hz: bench.config().audio.rate_hz,
         channels: bench.config().audio.input_channels,
     };
-    let hardware = recorded_hardware(&bench, life);
+    let hardware = recorded_hardware(&bench, &plan.unverified, life);
     Box::new(move |key: &TrialKey, drive: &protocols::Drive| {
         let config = bench.config();
         Ok(Begin {
@@ -250,7 +250,11 @@ fn recorded_plate(config: &Config) -> manifest::RecordedPlate {
     }
 }
 
-fn recorded_hardware(bench: &Effective, life: &Life) -> manifest::RecordedHardware {
+fn recorded_hardware(
+    bench: &Effective,
+    unverified: &[String],
+    life: &Life,
+) -> manifest::RecordedHardware {
     let config = bench.config();
     let mut channel_names: Vec<String> = (0..config.audio.input_channels)
         .map(|index| format!("input {index}"))
@@ -284,6 +288,7 @@ fn recorded_hardware(bench: &Effective, life: &Life) -> manifest::RecordedHardwa
             .clone()
             .filter(|_| !config.safety.waived.is_empty()),
         loosened: config.loosened(),
+        unverified: unverified.to_vec(),
         calibration: bench
             .calibration()
             .map(|calibration| manifest::CalibrationReference {

@@ -46,6 +46,7 @@ pub fn run(
         watchers,
         hands: _,
         vibrometer_port: _,
+        voltmeter_port: _,
         estop_hand: _,
     } = apparatus;
     let simulated = hardware.simulated;
@@ -140,7 +141,8 @@ pub fn run(
     if let Some((text, whole)) = last_trial {
         front.show(if whole { note(text) } else { warning(text) });
     }
-    for notice in config.safety_notices(plan.carrier_hz) {
+    let warned = config.safety_notices(plan.carrier_hz);
+    for notice in warned.into_iter().chain(plan.unverified.clone()) {
         front.show(warning(notice));
     }
     if !has_position {

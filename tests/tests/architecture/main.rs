@@ -252,11 +252,12 @@ fn the_wall_clock_is_read_in_one_place_and_asked_by_those_who_write_dates() {
         panic!("the wall clock is read in {files:?}");
     };
     assert!(clock.ends_with("clock.rs"), "{clock}");
-    // The calibration's age and date, the session's folder and log, the press of the e-stop, the day of a
+    // The calibration's age and date, the check of the volts, the session's folder and log, the press of the e-stop, the day of a
     // removal.
     let dates = [
         "devices/src/assembly.rs",
         "calibration/src/rig.rs",
+        "src/dates.rs",
         "src/estop.rs",
         "src/forget.rs",
         "src/journal.rs",

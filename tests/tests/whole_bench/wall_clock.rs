@@ -112,6 +112,7 @@ fn apparatus(set: &'static [(f64, i64)]) -> Bench {
         watchers,
         hands: None,
         vibrometer_port: None,
+        voltmeter_port: None,
         estop_hand: None,
     }
 }

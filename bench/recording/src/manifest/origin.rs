@@ -99,6 +99,10 @@ pub struct RecordedHardware {
     /// 0.25)`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub loosened: Vec<String>,
+    /// What nobody has measured although the safety of a real bench rests on it, a line each: the loop's delay, the
+    /// volts against a meter.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unverified: Vec<String>,
     /// The calibration in use; absent if and only if `uncalibrated`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibration: Option<CalibrationReference>,

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use anyhow::Context;
@@ -39,6 +40,9 @@ pub fn config(scenario: &Scenario) -> String {
     }
 }
 
+/// Number of openings of simulated streams so far.
+static OPENINGS: AtomicU64 = AtomicU64::new(0);
+
 /// A free-running apparatus lives on this date, so that the same seed gives the same files.
 const FREE_RUNNING_DATE: &str = "2026-01-01T09:00:00Z";
 
@@ -58,6 +62,7 @@ pub fn apparatus(
         Speed::Max => Pace::Stepped,
     };
     let mut config = ApparatusConfig::new(scenario, seed, pace);
+    config.opening = OPENINGS.fetch_add(1, Ordering::Relaxed);
     config.truth_path = truth.map(Path::to_owned);
     let mut apparatus = SimulatedApparatus::new(config).context("the simulated apparatus")?;
     let pins = apparatus
@@ -73,6 +78,7 @@ pub fn apparatus(
         enable: Some(output("amplifier enable", pins.amplifier_enable)),
         heartbeat: Some(output("heartbeat", pins.heartbeat)),
     };
+    let voltmeter_port = apparatus.voltmeter_port()?.to_owned();
     let (host, force_port, vibrometer_port, clock) = (
         apparatus.host(),
         apparatus.force_port()?.to_owned(),
@@ -114,6 +120,7 @@ pub fn apparatus(
         watchers,
         hands: Some(hands),
         vibrometer_port: Some(vibrometer_port),
+        voltmeter_port: Some(voltmeter_port),
         estop_hand: Some(estop_hand),
     })
 }
@@ -198,7 +205,10 @@ fn hands(masses: MassSet, patchbay: Patchbay) -> Hands {
             Cabling::DriveOnly => InputWiring::DriveOnly,
             Cabling::Bench => InputWiring::Bench,
         }),
-        Request::NameMass { .. } | Request::KnownAmplitude { .. } | Request::Review => {}
+        Request::NameMass { .. }
+        | Request::KnownAmplitude { .. }
+        | Request::MeterReading { .. }
+        | Request::Review => {}
     })
 }
 

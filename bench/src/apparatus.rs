@@ -23,6 +23,8 @@ pub struct Apparatus {
     pub hands: Option<Hands>,
     /// The simulated vibrometer's port, where known amplitudes come from when no other source is named.
     pub vibrometer_port: Option<PathBuf>,
+    /// The simulated voltmeter's port, where a check of the volts reads; `None` where that takes a meter.
+    pub voltmeter_port: Option<PathBuf>,
     /// Presses and releases the e-stop after a moment; `None` where that takes a person.
     pub estop_hand: Option<Box<dyn FnOnce() + Send>>,
     /// Brings faults over simulated hardware; `None` where that takes a person.

@@ -22,6 +22,7 @@ use config::{
 };
 use recording::disk;
 use tasks::StopFlag;
+use volts::{OutputProcedure, OutputSetup, VoltMeter};
 
 use crate::apparatus::Apparatus;
 use crate::cli;
@@ -330,7 +331,7 @@ pub fn plate(
     begun.run(apparatus, None, plate)
 }
 
-/// `calibrate channels`
+/// `calibrate channels`; `delays_s` opens the streams a few times and returns the loop's delay at each.
 ///
 /// # Errors
 /// When the bench cannot measure; a measurement that does not pass is a [`Report`].
@@ -338,12 +339,62 @@ pub fn channels(
     config: Config,
     options: &cli::CalibrateChannels,
     verbosity: Verbosity,
+    delays_s: impl FnOnce(&Effective) -> anyhow::Result<Vec<f64>>,
+    open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
+) -> anyhow::Result<Report> {
+    let mut begun = Begun::new(config, &options.measure, verbosity)?;
+    // The delay is measured anew, whatever it was.
+    begun.bench = begun.bench.with_unknown_delay();
+    let mut setup = ChannelsSetup::new(begun.bench.config(), &begun.calibration);
+    setup.delays_s = delays_s(&begun.bench)?;
+    let apparatus = open(begun.bench.config())?;
+    begun.run(apparatus, None, ChannelsProcedure::new(setup))
+}
+
+/// `calibrate output`
+///
+/// # Errors
+/// When the bench cannot measure; a measurement that does not pass is a [`Report`].
+pub fn output(
+    config: Config,
+    options: &cli::CalibrateOutput,
+    verbosity: Verbosity,
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
     let begun = Begun::new(config, &options.measure, verbosity)?;
-    let setup = ChannelsSetup::new(begun.bench.config(), &begun.calibration);
+    let simulated = options.measure.hardware.mock.is_some();
+    let known = if !options.known_v.is_empty() {
+        Known::Values(options.known_v.clone())
+    } else if options.instrument.is_some() || simulated {
+        Known::Instrument
+    } else {
+        Known::Typed
+    };
+    let meter = VoltMeter {
+        name: options.meter.clone(),
+        reads: options.reads.into(),
+        accuracy: options.meter_accuracy,
+        up_to_hz: options.meter_up_to_hz,
+    };
+    let levels_v = options.levels_v.clone();
+    let setup = OutputSetup::new(begun.bench.config(), meter, levels_v, known.clone())?;
+    if known == Known::Typed && !begun.attended {
+        bail!(
+            "the meter's readings are needed: --known-v with --levels-v, --instrument, or a terminal to type them"
+        );
+    }
     let apparatus = open(begun.bench.config())?;
-    begun.run(apparatus, None, ChannelsProcedure::new(setup))
+    let port = options
+        .instrument
+        .clone()
+        .or_else(|| apparatus.voltmeter_port.clone());
+    let instrument = match port.filter(|_| known == Known::Instrument) {
+        Some(port) => Some(Instrument::open(&port, options.instrument_baud)?.in_volts()),
+        None => None,
+    };
+    let procedure = OutputProcedure::new(setup);
+    let output = ClearPlate::new(procedure, begun.bench.config(), begun.attended);
+    begun.run(apparatus, instrument, output)
 }
 
 /// `calibrate pickup`

@@ -190,6 +190,8 @@ pub enum Calibrate {
     Force(CalibrateForce),
     /// Compare the inputs: gain, delay, noise, crosstalk, clipping and response at the carrier.
     Channels(CalibrateChannels),
+    /// Check the volts at the actuators against an independent meter.
+    Output(CalibrateOutput),
 }
 
 /// Options of every calibration.
@@ -264,6 +266,71 @@ pub struct CalibrateChannels {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub measure: Measure,
+}
+
+/// `calibrate output`
+#[derive(Debug, Args)]
+pub struct CalibrateOutput {
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub measure: Measure,
+    /// Name of the meter, kept in the calibration file: make, model, serial number.
+    #[arg(long, value_name = "NAME")]
+    pub meter: String,
+    /// What the meter reads of a sine.
+    #[arg(long, value_enum)]
+    pub reads: Reads,
+    /// Relative standard uncertainty of the meter at the frequency of the tone.
+    #[arg(
+        long,
+        value_name = "FRACTION",
+        default_value_t = 0.01,
+        allow_negative_numbers = true
+    )]
+    pub meter_accuracy: f64,
+    /// Highest frequency at which the meter is that accurate; a hand multimeter's is some hundred Hz [default: the
+    /// carrier].
+    #[arg(long, value_name = "HZ", value_parser = model::positive, allow_negative_numbers = true)]
+    pub meter_up_to_hz: Option<f64>,
+    /// Drive levels, V peak, lowest first, at least three [default: five up to 20 V].
+    #[arg(long, value_name = "VOLTS", value_delimiter = ',')]
+    pub levels_v: Vec<f64>,
+    /// What the meter reads at each level, in the unit of --reads.
+    #[arg(
+        long,
+        value_name = "VOLTS",
+        value_delimiter = ',',
+        conflicts_with = "instrument",
+        requires = "levels_v"
+    )]
+    pub known_v: Vec<f64>,
+    /// Serial port of a meter that sends its reading in V, one number per line.
+    #[arg(long, value_name = "PORT")]
+    pub instrument: Option<PathBuf>,
+    /// Baud rate of the meter.
+    #[arg(long, value_name = "BAUD", default_value_t = 115_200)]
+    pub instrument_baud: u32,
+}
+
+/// What a meter reads of a sine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Reads {
+    /// Root mean square, as a multimeter shows it.
+    Rms,
+    /// Peak, from zero.
+    Peak,
+    /// From peak to peak, as an oscilloscope shows it.
+    PeakToPeak,
+}
+
+impl From<Reads> for config::MeterReads {
+    fn from(reads: Reads) -> Self {
+        match reads {
+            Reads::Rms => Self::Rms,
+            Reads::Peak => Self::Peak,
+            Reads::PeakToPeak => Self::PeakToPeak,
+        }
+    }
 }
 
 /// `calibrate plate`

@@ -5,6 +5,7 @@ pub mod analyze;
 pub mod apparatus;
 pub mod calibrate;
 pub mod cli;
+mod dates;
 pub mod drilling;
 pub mod driving_time;
 pub mod ending;

@@ -19,6 +19,7 @@ use safety::{Hold, SafetyState, Signals, Trip};
 use tasks::{StopFlag, Task};
 
 use crate::apparatus::{Apparatus, pace};
+use crate::dates;
 use crate::interference::Interference;
 use crate::live_meter::LiveMeter;
 use crate::{calibrate, driving_time, rehearsed};
@@ -33,6 +34,8 @@ const SCREEN_PERIOD_NS: u64 = 16_000_000;
 pub struct Plan {
     /// The bench.
     pub bench: Effective,
+    /// What nobody has measured although the bench's safety rests on it.
+    unverified: Vec<String>,
     program: Option<Program>,
     duration_s: Option<f64>,
     headless: bool,
@@ -61,12 +64,14 @@ impl Plan {
                     modulation_index: MODULATION_INDEX,
                     start_phase_rad: 0.0,
                 };
-                require_watched(&bench, &waveform)?;
+                let pace = pace(config, &options.hardware);
+                require_watched(&bench, &waveform, pace, dates::now())?;
                 Ok(settings.admit(waveform)?)
             })
             .transpose()
             .context("--drive-v")?;
         Ok(Self {
+            unverified: dates::unverified(&bench, pace(bench.config(), &options.hardware)),
             bench,
             program,
             duration_s: options.duration_s,
@@ -94,6 +99,7 @@ pub fn run(
 ) -> anyhow::Result<bool> {
     let Plan {
         bench: effective,
+        unverified,
         program,
         duration_s,
         headless,
@@ -131,7 +137,8 @@ pub fn run(
     }));
     front.show(tui::Event::Phase(PhaseView::new(PhaseKind::Monitoring)));
     let notices = config.safety_notices(config.plate.resonance_hz);
-    for text in rehearsed::notice(&rehearsed).into_iter().chain(notices) {
+    let rehearsed = rehearsed::notice(&rehearsed).into_iter();
+    for text in rehearsed.chain(notices).chain(unverified) {
         front.show(tui::Event::Log {
             level: LogLevel::Warning,
             text,

@@ -6,4 +6,5 @@ pub mod pins;
 pub mod serial;
 mod sound_layer;
 mod vibrometer;
+mod voltmeter;
 pub mod world_clock;

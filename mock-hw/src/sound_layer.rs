@@ -1,6 +1,8 @@
 //! Software between the program and the sound card that changes samples without reporting it: a resampler, a wrong
 //! order of channels, a channel that falls behind.
 
+use std::collections::VecDeque;
+
 use mock_world::plant::kaiser_sinc;
 use mock_world::scenario::{ChannelSlip, SoundLayerTable};
 
@@ -16,6 +18,8 @@ const FINENESS: f64 = 512.0;
 #[derive(Debug)]
 pub(crate) struct SoundLayer {
     resampler: Option<[Stage; 2]>,
+    /// Samples of the drive that wait.
+    waiting: VecDeque<f32>,
     inputs: Vec<usize>,
     slip: Option<Slipping>,
     /// A frame before it is reordered.
@@ -33,8 +37,10 @@ struct Slipping {
 }
 
 impl SoundLayer {
-    /// Builds the layer for a sound card of `channels` inputs at `rate_hz`.
-    pub fn new(settings: &SoundLayerTable, channels: usize, rate_hz: f64) -> Self {
+    /// Builds the layer for a sound card of `channels` inputs at `rate_hz`; of the spread of the delay it takes
+    /// `share`.
+    pub fn new(settings: &SoundLayerTable, channels: usize, rate_hz: f64, share: f64) -> Self {
+        let delay_s = settings.delay_s + share * settings.delay_spread_s;
         let resampler = settings.rate_hz.map(|layer_hz| {
             let ratio = rate_hz / layer_hz;
             let cutoff = if settings.anti_alias {
@@ -49,6 +55,7 @@ impl SoundLayer {
         });
         Self {
             resampler,
+            waiting: vec![0.0; (delay_s * rate_hz).round() as usize].into(),
             inputs: settings.inputs.clone(),
             slip: settings.slip.map(|slip| Slipping {
                 ring: vec![0.0; slip.samples],
@@ -62,6 +69,13 @@ impl SoundLayer {
 
     /// Changes the drive on its way to the card.
     pub fn play(&mut self, drive: &mut [f32]) {
+        if !self.waiting.is_empty() {
+            for sample in drive.iter_mut() {
+                // One out for one in: it never grows.
+                let before = self.waiting.pop_front().unwrap_or(0.0);
+                self.waiting.push_back(std::mem::replace(sample, before));
+            }
+        }
         let Some([down, up]) = &mut self.resampler else {
             return;
         };
@@ -166,7 +180,7 @@ mod tests {
 
     /// Peak amplitude at `heard_hz` when a tone of `played_hz` is played.
     fn heard(settings: &SoundLayerTable, played_hz: f64, heard_hz: f64) -> f64 {
-        let mut layer = SoundLayer::new(settings, 2, RATE_HZ);
+        let mut layer = SoundLayer::new(settings, 2, RATE_HZ, 0.0);
         let mut drive: Vec<f32> = (0..38_400)
             .map(|n| (0.5 * (TAU * played_hz * f64::from(n) / RATE_HZ).sin()) as f32)
             .collect();
@@ -211,6 +225,19 @@ mod tests {
     }
 
     #[test]
+    fn the_drive_waits_for_its_delay_and_a_share_of_the_spread() {
+        let settings = SoundLayerTable {
+            delay_s: 2.0 / RATE_HZ,
+            delay_spread_s: 4.0 / RATE_HZ,
+            ..SoundLayerTable::default()
+        };
+        let mut layer = SoundLayer::new(&settings, 2, RATE_HZ, 0.25);
+        let mut drive = [1.0, 2.0, 3.0, 4.0, 5.0];
+        layer.play(&mut drive);
+        assert_eq!(drive, [0.0, 0.0, 0.0, 1.0, 2.0]);
+    }
+
+    #[test]
     fn inputs_change_places_and_one_falls_behind() {
         let settings = SoundLayerTable {
             inputs: vec![1, 0],
@@ -221,7 +248,7 @@ mod tests {
             }),
             ..SoundLayerTable::default()
         };
-        let mut layer = SoundLayer::new(&settings, 3, RATE_HZ);
+        let mut layer = SoundLayer::new(&settings, 3, RATE_HZ, 0.0);
         let mut inputs: Vec<f32> = (1..=8u8)
             .flat_map(|n| [1.0, 2.0, 3.0].map(|channel| channel + 0.1 * f32::from(n)))
             .collect();

@@ -47,12 +47,21 @@ pub fn demo_with(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
 pub fn config_with(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
     let path = folder.join("bench.toml");
     let printed = finish(bench().args(["run", "--mock", "--print-config"]));
-    std::fs::write(&path, with(&text(&printed), changes)).expect("a written configuration");
+    let mut written = with(&text(&printed), changes);
+    if changes.contains(&ON_A_CARD) {
+        written = with(&written, &[NO_METER]);
+    }
+    std::fs::write(&path, written).expect("a written configuration");
     path
 }
 
 /// What turns the simulated bench's description into that of a bench whose sound card has a clock of its own.
 pub const ON_A_CARD: (&str, &str) = ("silence_s = 0.25", "silence_s = 0.05");
+/// What lets such a bench be driven although no meter has checked its volts.
+const NO_METER: (&str, &str) = (
+    "ramp_s = 0.05",
+    "ramp_s = 0.05\nunchecked_volts_because = \"there is no plate\"",
+);
 
 /// The description of a bench that bears with a busy machine, as a file in `folder`.
 pub fn patient_config(folder: &Path) -> PathBuf {

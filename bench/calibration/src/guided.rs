@@ -123,6 +123,7 @@ fn asked(request: &Request) -> Question {
             unit: input.unit.to_owned(),
             expected: match request {
                 Request::KnownAmplitude { expected_m, .. } => *expected_m,
+                Request::MeterReading { drive_v, .. } => Some(*drive_v),
                 _ => None,
             }
             .map(|expected| expected / input.si_per_unit),
@@ -143,7 +144,7 @@ fn watched(request: &Request) -> Option<MainReading> {
         Request::NameMass { .. } | Request::Load { .. } | Request::Unload => {
             Some(MainReading::NormalForce)
         }
-        Request::Connect(_) => Some(MainReading::Level),
+        Request::Connect(_) | Request::MeterReading { .. } => Some(MainReading::Level),
         Request::KnownAmplitude { .. } => Some(MainReading::Amplitude),
         Request::Review => None,
     }

@@ -53,6 +53,8 @@ pub enum Part {
     },
     /// `[channels]`: the inputs compared with the drive's.
     Channels(Box<config::MeasuredChannels>),
+    /// `[output]`: the volts against an independent meter.
+    Output(Box<config::MeasuredOutput>),
 }
 
 impl Part {
@@ -76,6 +78,10 @@ impl Part {
             }
             Self::Channels(channels) => {
                 calibration.channels = Some(*channels);
+                None
+            }
+            Self::Output(output) => {
+                calibration.output = Some(*output);
                 None
             }
         }

@@ -64,9 +64,12 @@ impl Read for NeverWaiting {
     }
 }
 
-/// An interferometer or vibrometer on a serial port that sends its peak amplitude in micrometres, one number a line.
+/// An instrument on a serial port that sends one number a line: an interferometer or vibrometer its peak amplitude in
+/// micrometres, a meter its volts.
 pub struct Instrument {
     port: Box<dyn Read + Send>,
+    /// Size of a line's unit in SI.
+    si_per_unit: f64,
     path: PathBuf,
     line: Vec<u8>,
     nonsense: u32,
@@ -90,18 +93,26 @@ impl Instrument {
         Ok(Self::on(Box::new(NeverWaiting(port)), path))
     }
 
+    /// Reads lines in volts.
+    #[must_use]
+    pub fn in_volts(mut self) -> Self {
+        self.si_per_unit = 1.0;
+        self
+    }
+
     /// Listens to `port`, whose reads never wait; `path` is its name in errors.
     #[must_use]
     pub fn on(port: Box<dyn Read + Send>, path: &Path) -> Self {
         Self {
             port,
+            si_per_unit: MICROMETRE_M,
             path: path.to_owned(),
             line: Vec::new(),
             nonsense: 0,
         }
     }
 
-    /// Passes each amplitude that has arrived to `reading`, m.
+    /// Passes each number that has arrived to `reading`, m or V.
     ///
     /// # Errors
     /// When the port has disappeared, or sends no numbers.
@@ -138,7 +149,7 @@ impl Instrument {
         }
     }
 
-    /// Returns the first number of a line, m; units and words after it are ignored.
+    /// Returns the first number of a line, m or V; units and words after it are ignored.
     fn take_line(&mut self) -> anyhow::Result<Option<f64>> {
         let text = String::from_utf8_lossy(&self.line).into_owned();
         self.line.clear();
@@ -146,15 +157,15 @@ impl Instrument {
             return Ok(None);
         };
         match word.parse::<f64>() {
-            Ok(um) if um.is_finite() => {
+            Ok(number) if number.is_finite() => {
                 self.nonsense = 0;
-                Ok(Some(um * MICROMETRE_M))
+                Ok(Some(number * self.si_per_unit))
             }
             _ => {
                 self.nonsense += 1;
                 if self.nonsense >= NONSENSE_LINES {
                     bail!(
-                        "the instrument at {} sends no numbers ({word:?}): check port and baud; it must send one peak amplitude in µm a line",
+                        "the instrument at {} sends no numbers ({word:?}): check port and baud; it must send one a line, a peak amplitude in µm or a meter's volts",
                         self.path.display()
                     );
                 }

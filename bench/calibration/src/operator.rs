@@ -1,5 +1,6 @@
 //! The operator as a calibration sees them: asked for one thing at a time, shown the readings, answering.
 
+use config::MeterReads;
 use safety::{DoseLeft, SafetyState};
 
 /// Standard gravity, m/s² (ISO 80000-3).
@@ -81,6 +82,13 @@ pub enum Request {
         /// Amplitude that the points so far predict, m.
         expected_m: Option<f64>,
     },
+    /// Read the meter at the actuators and type what it shows.
+    MeterReading {
+        /// Drive level, V peak.
+        drive_v: f64,
+        /// What the meter reads of a sine.
+        reads: MeterReads,
+    },
     /// Review the points: keep them, or name one to measure again.
     Review,
 }
@@ -135,6 +143,10 @@ impl Request {
             Self::KnownAmplitude { .. } => {
                 "Read the plate's peak amplitude on your instrument and type it.".to_owned()
             }
+            Self::MeterReading { reads, .. } => format!(
+                "Read the meter across the actuators, in {}, and type it; touch neither its leads nor the plate.",
+                reads.unit()
+            ),
             Self::Review => {
                 "Look at the points. Keep them, or measure one of them again.".to_owned()
             }
@@ -148,6 +160,11 @@ impl Request {
             Self::KnownAmplitude { .. } => Some(NumberEntry {
                 unit: "µm",
                 si_per_unit: MICROMETRE_M,
+                optional: false,
+            }),
+            Self::MeterReading { reads, .. } => Some(NumberEntry {
+                unit: reads.unit(),
+                si_per_unit: reads.peak_per_reading(),
                 optional: false,
             }),
             Self::NameMass { .. } => Some(NumberEntry {

@@ -221,7 +221,7 @@ impl<P: Procedure> RigTask<P> {
         if !silent {
             self.driven_frames += u64::from(header.frames);
         }
-        self.publish_readback(now_ns);
+        self.publish_readback(header.drive.frames, now_ns);
         let watched = [self.drive_channel, self.pickup_channel];
         self.meter.take(&self.block, self.channels, watched);
         self.capture.samples.extend_from_slice(&self.block);
@@ -262,7 +262,7 @@ impl<P: Procedure> RigTask<P> {
     }
 
     /// Publishes the peak of the drive's read-back, whatever its frequency, for the safety watch.
-    fn publish_readback(&mut self, now_ns: u64) {
+    fn publish_readback(&mut self, rendered: u64, now_ns: u64) {
         let most = (READBACK_S * self.rate_hz) as usize;
         self.taken += (self.block.len() / self.channels) as u64;
         let drive = self.block.iter().skip(self.drive_channel);
@@ -280,6 +280,7 @@ impl<P: Procedure> RigTask<P> {
                 volts: (2.0 * power).sqrt() * self.drive_volts_per_unit,
                 // The middle of what was averaged.
                 sample: self.taken - self.recent.len() as u64 / 2,
+                ahead: rendered as i64 - self.taken as i64,
                 at_ns: now_ns,
             });
         }

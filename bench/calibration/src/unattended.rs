@@ -160,6 +160,9 @@ impl<W: Write + Send> Operator for Unattended<W> {
                 "no operator to type the masses of the {} axis: give --normal-g and --lateral-g, or --masses-csv",
                 axis.name()
             ),
+            Request::MeterReading { .. } => bail!(
+                "no operator to type the meter's reading: give --known-v or --instrument, or calibrate on a terminal"
+            ),
             Request::KnownAmplitude { .. } => bail!(
                 "no operator to type the amplitude: give --known-um, --known-csv or --instrument, or calibrate on a terminal"
             ),

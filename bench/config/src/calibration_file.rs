@@ -1,130 +1,20 @@
 //! `calibration.toml`: every measured value with its unit, standard error, date, method and operator, the bench that it
 //! was measured on, and a hash over all of it, so that an edited file is noticed.
 
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::correction::Correction;
 use crate::identity::Identity;
+use crate::meter_check::MeasuredOutput;
+use crate::quantity::{Provenance, Quantity};
 
 /// Version of the file's layout.
 pub const FORMAT: u32 = 1;
-/// Degrees of freedom from which on Student's t distribution is taken for the normal one.
-const MANY: f64 = 1000.0;
 const HASH_KEY: &str = "sha256 = ";
-
-/// A measured value with its standard error.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Quantity {
-    /// The value.
-    pub value: f64,
-    /// Standard error, all known contributions included.
-    pub standard_error: f64,
-    /// Degrees of freedom behind the standard error.
-    pub degrees_of_freedom: usize,
-    /// Unit of value and standard error.
-    pub unit: String,
-}
-
-impl Quantity {
-    /// Makes a quantity of a value, its standard error, the error's degrees of freedom, and their unit.
-    #[must_use]
-    pub fn new(value: f64, standard_error: f64, degrees_of_freedom: usize, unit: &str) -> Self {
-        Self {
-            value,
-            standard_error,
-            degrees_of_freedom,
-            unit: unit.to_owned(),
-        }
-    }
-
-    /// Makes a quantity with effective degrees of freedom by Welch and Satterthwaite: the part `observed` of its
-    /// `standard_error` was seen in a scatter with `degrees_of_freedom`, the rest is known otherwise.
-    #[must_use]
-    pub fn combined(
-        value: f64,
-        standard_error: f64,
-        observed: f64,
-        degrees_of_freedom: usize,
-        unit: &str,
-    ) -> Self {
-        let parts = [(observed, degrees_of_freedom)];
-        Self::of_parts(value, standard_error, &parts, unit)
-    }
-
-    /// Makes a quantity with effective degrees of freedom by Welch and Satterthwaite, where each part of its error in
-    /// `observed` was seen in a scatter with the degrees of freedom beside it.
-    #[must_use]
-    pub fn of_parts(
-        value: f64,
-        standard_error: f64,
-        observed: &[(f64, usize)],
-        unit: &str,
-    ) -> Self {
-        let seen: f64 = observed
-            .iter()
-            .map(|(part, freedom)| (part / standard_error).powi(4) / *freedom as f64)
-            .sum();
-        Self::new(value, standard_error, seen.recip().min(MANY) as usize, unit)
-    }
-
-    /// Returns half the width of the 95 % interval, by Student's t.
-    #[must_use]
-    pub fn half_width_95(&self) -> f64 {
-        let freedom = self.degrees_of_freedom.max(1) as f64;
-        let t = StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975));
-        t * self.standard_error
-    }
-}
-
-/// Writes the value and half its 95 % interval, to two digits of the latter: `(5.450 ± 0.011)e-6 m`.
-impl fmt::Display for Quantity {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let half = self.half_width_95();
-        let larger = self
-            .value
-            .abs()
-            .max(if half.is_finite() { half } else { 0.0 });
-        let exponent = match larger {
-            size if (1e-3..1e6).contains(&size) || size == 0.0 || !size.is_finite() => 0,
-            size => size.log10().floor() as i32,
-        };
-        let scale = 10f64.powi(-exponent);
-        let decimals = if half > 0.0 && half.is_finite() {
-            (1 - (half * scale).log10().floor() as i32).clamp(0, 12) as usize
-        } else {
-            6
-        };
-        let (value, half) = (self.value * scale, half * scale);
-        if exponent == 0 {
-            write!(f, "{value:.decimals$} ± {half:.decimals$}")?;
-        } else {
-            write!(f, "({value:.decimals$} ± {half:.decimals$})e{exponent}")?;
-        }
-        match self.unit.as_str() {
-            "1" => Ok(()),
-            unit => write!(f, " {unit}"),
-        }
-    }
-}
-
-/// Who measured, when and how.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Provenance {
-    /// Date of the measurement.
-    pub date: Timestamp,
-    /// Name of the operator.
-    pub operator: String,
-    /// Method, in words.
-    pub method: String,
-}
 
 /// `[pickup]`: the pickup's sensitivity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -239,8 +129,23 @@ pub struct MeasuredChannels {
     pub round_trip: Quantity,
     /// Time from the generator to the drive's input, s, as the program sees it: with the buffers of both directions.
     pub latency: Quantity,
+    /// Delay from a command to its read-back over several openings of the streams; absent where it was not measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub loop_delay: Option<MeasuredDelay>,
     /// Inputs in order of their index.
     pub inputs: Vec<MeasuredInput>,
+}
+
+/// `[channels.loop_delay]`: the delay from a command to its read-back, as the safety watch sees it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeasuredDelay {
+    /// Mean over the openings, with the standard error of the mean, s.
+    pub mean: Quantity,
+    /// Shortest and longest of the openings, s.
+    pub extent_s: [f64; 2],
+    /// Number of openings of the streams.
+    pub openings: usize,
 }
 
 /// `[[channels.inputs]]`: one input compared with the drive's, with the same signal on both.
@@ -302,6 +207,9 @@ pub struct CalibrationFile {
     /// Result of `calibrate channels`; `None` until it passes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub channels: Option<MeasuredChannels>,
+    /// Result of `calibrate output`; `None` until it passes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub output: Option<MeasuredOutput>,
 }
 
 /// A calibration file that cannot be used.
@@ -354,6 +262,7 @@ impl CalibrationFile {
             plate: None,
             force: None,
             channels: None,
+            output: None,
         }
     }
 
@@ -454,41 +363,4 @@ fn sha256(text: &str) -> String {
         .iter()
         .map(|byte| format!("{byte:02x}"))
         .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_quantity_is_stated_to_two_digits_of_its_interval() {
-        let stated = |value, error, unit| Quantity::new(value, error, 1_000_000, unit).to_string();
-        assert_eq!(stated(5.449_791e-6, 5.6e-9, "m"), "(5.450 ± 0.011)e-6 m");
-        assert_eq!(stated(35_162.72, 0.006, "Hz"), "35162.720 ± 0.012 Hz");
-        assert_eq!(stated(-0.63, 1e-4, "rad"), "-0.63000 ± 0.00020 rad");
-        assert_eq!(stated(292.35, 0.036, "1"), "292.350 ± 0.071");
-        assert_eq!(stated(0.0, 0.0, "V"), "0.000000 ± 0.000000 V");
-        assert_eq!(stated(-3e-8, 1e-4, "rad"), "(-0.0 ± 2.0)e-4 rad");
-    }
-
-    #[test]
-    fn parts_seen_apart_have_their_degrees_of_freedom_together() {
-        // Two equal parts of 5 each: (2σ²)²/(2σ⁴/5) = 10.
-        let sigma = 0.1;
-        let both = Quantity::of_parts(1.0, 2f64.sqrt() * sigma, &[(sigma, 5), (sigma, 5)], "N");
-        assert!((9..=10).contains(&both.degrees_of_freedom), "{both:?}");
-        let none_seen = Quantity::of_parts(1.0, 0.1, &[(0.0, 5)], "N");
-        assert_eq!(none_seen.degrees_of_freedom, 1000);
-    }
-
-    #[test]
-    fn effective_degrees_of_freedom_follow_what_was_seen() {
-        let all_seen = Quantity::combined(1.0, 0.1, 0.1, 5, "m");
-        assert_eq!(all_seen.degrees_of_freedom, 5);
-        // Student's t for 5 degrees of freedom.
-        assert!((all_seen.half_width_95() - 0.2571).abs() < 1e-4);
-        let hardly_seen = Quantity::combined(1.0, 0.1, 0.001, 5, "m");
-        assert_eq!(hardly_seen.degrees_of_freedom, 1000);
-        assert!((hardly_seen.half_width_95() - 0.1962).abs() < 1e-4);
-    }
 }

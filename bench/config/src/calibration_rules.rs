@@ -56,6 +56,10 @@ pub struct CalibrationRules {
     pub delay_samples: f64,
     /// Largest relative standard error of an input's gain, and of its phase in rad.
     pub input_error: f64,
+    /// Largest relative difference of the bench's volts from an independent meter's.
+    pub meter_tolerance: f64,
+    /// Age beyond which a check of the volts against a meter counts as none, days.
+    pub meter_max_age_days: f64,
 }
 
 impl Default for CalibrationRules {
@@ -83,6 +87,8 @@ impl Default for CalibrationRules {
             input_nonlinearity: 0.005,
             delay_samples: 8.0,
             input_error: 1e-3,
+            meter_tolerance: 0.03,
+            meter_max_age_days: 365.0,
         }
     }
 }
@@ -153,6 +159,9 @@ impl CalibrationRules {
         within("crosstalk_db", self.crosstalk_db, -160.0, -10.0, "dB")?;
         within("input_nonlinearity", self.input_nonlinearity, 1e-5, 0.2, "")?;
         within("delay_samples", self.delay_samples, 0.01, 200.0, "samples")?;
-        within("input_error", self.input_error, 1e-7, 0.1, "")
+        within("input_error", self.input_error, 1e-7, 0.1, "")?;
+        within("meter_tolerance", self.meter_tolerance, 1e-3, 0.1, "")?;
+        let days = self.meter_max_age_days;
+        within("meter_max_age_days", days, 0.01, 3650.0, "days")
     }
 }

@@ -5,9 +5,11 @@ use std::path::{Path, PathBuf};
 use jiff::{SignedDuration, Timestamp};
 
 use crate::Config;
-use crate::calibration_file::{CalibrationFile, CalibrationFileError, Provenance};
+use crate::calibration_file::{CalibrationFile, CalibrationFileError};
 use crate::correction::{Correction, Implausible};
 use crate::identity::{Identity, Mismatch};
+use crate::meter_check::MeasuredOutput;
+use crate::quantity::Provenance;
 
 /// The effective configuration of a bench. It is made once, passed on and never changed, so that recordings, screens
 /// and logs agree on constants and provenance.
@@ -155,6 +157,49 @@ impl Effective {
         self
     }
 
+    /// Returns the same bench with the loop's delay unknown, which is what a calibration of it measures.
+    #[must_use]
+    pub fn with_unknown_delay(mut self) -> Self {
+        self.config.safety.measured_delay_s = None;
+        self
+    }
+
+    /// Returns the check of the volts against an independent meter, unless it is too old at `now` or dated in the future.
+    #[must_use]
+    pub fn checked_volts(&self, now: Timestamp) -> Option<&MeasuredOutput> {
+        let output = self.calibration.as_ref()?.calibration.output.as_ref()?;
+        let age = now.duration_since(output.measured.date);
+        let days = age.as_secs_f64() / 86_400.0;
+        (age >= -AHEAD && days <= self.config.calibration.meter_max_age_days).then_some(output)
+    }
+
+    /// Returns what nobody has measured on this bench at `now` although its safety rests on it: a line each. A simulated
+    /// bench has nothing to be verified.
+    #[must_use]
+    pub fn unverified(&self, now: Timestamp) -> Vec<String> {
+        let safety = &self.config.safety;
+        let delay = safety.measured_delay_s.is_none().then(|| {
+            format!(
+                "the loop's delay was never measured: any up to safety.loop_latency_s = {} s is accepted; run `friction-bench \
+                 calibrate channels`",
+                safety.loop_latency_s
+            )
+        });
+        let output = self.calibration.as_ref();
+        let output = output.and_then(|in_force| in_force.calibration.output.as_ref());
+        let volts = self.checked_volts(now).is_none().then(|| match output {
+            Some(output) => format!(
+                "the volts were checked against a meter on {}, too long ago: run `friction-bench calibrate output --meter \
+                 NAME`",
+                output.measured.date.strftime("%Y-%m-%d")
+            ),
+            None => "the volts were never checked against an independent meter: run `friction-bench calibrate output \
+                     --meter NAME`"
+                .to_owned(),
+        });
+        delay.into_iter().chain(volts).collect()
+    }
+
     /// Returns the configuration with its calibrated constants.
     #[must_use]
     pub fn config(&self) -> &Config {
@@ -285,7 +330,7 @@ fn signed(of: &Provenance) -> String {
 }
 
 /// Returns `config` with the measured constants: sensitivity and phase of the pickup, resonance and force factor of the
-/// plate, matrix and tare of the force sensor, clipping levels of the inputs.
+/// plate, matrix and tare of the force sensor, clipping levels of the inputs, delay of the loop.
 fn with_constants(mut config: Config, calibration: &CalibrationFile) -> Config {
     if let Some(pickup) = &calibration.pickup {
         config.channels.pickup.metres_per_unit = pickup.metres_per_unit.value;
@@ -298,7 +343,12 @@ fn with_constants(mut config: Config, calibration: &CalibrationFile) -> Config {
     if let (Some(measured), Some(force)) = (&calibration.force, &mut config.force) {
         force.set_correction(measured.correction());
     }
-    if let Some(channels) = &calibration.channels {
+    let channels = calibration.channels.as_ref();
+    config.safety.measured_delay_s = channels
+        .and_then(|channels| channels.loop_delay.as_ref())
+        .map(|delay| delay.mean.value)
+        .filter(|delay_s| (0.0..1.0).contains(delay_s));
+    if let Some(channels) = channels {
         let clip_units = |index: u16| {
             let clips_at = channels.input(index)?.clips_at.as_ref()?;
             Some((CLIPPED * clips_at.value).min(1.0))

@@ -11,7 +11,9 @@ mod field;
 mod force_protocol;
 mod identity;
 mod limits;
+mod meter_check;
 mod plate_constants;
+mod quantity;
 mod refused;
 mod sound_card;
 #[cfg(test)]
@@ -20,8 +22,8 @@ mod template_tests;
 mod tests;
 
 pub use calibration_file::{
-    CalibrationFile, CalibrationFileError, MeasuredChannels, MeasuredForce, MeasuredInput,
-    MeasuredPickup, MeasuredPlate, Provenance, Quantity,
+    CalibrationFile, CalibrationFileError, MeasuredChannels, MeasuredDelay, MeasuredForce,
+    MeasuredInput, MeasuredPickup, MeasuredPlate,
 };
 pub use calibration_rules::{CalibrationRules, GRAVITY};
 pub use correction::{Correction, Implausible, MOST_CROSSTALK};
@@ -32,8 +34,11 @@ pub use force_protocol::ForceProtocol;
 pub use identity::{Identity, Mismatch};
 pub use limits::{
     AUDIBLE_HZ, AudibleCarrier, DeadManSwitch, HEARD_BY_SOME_HZ, HardwareStop, Limits, Safety,
+    UNCHECKED_V, UncheckedVolts,
 };
+pub use meter_check::{MeasuredOutput, MeterReads};
 pub use plate_constants::Plate;
+pub use quantity::{Provenance, Quantity};
 pub use sound_card::{
     Audio, AudioHost, DriveInput, InputMap, OutputChannel, PickupInput, SampleFormat,
 };
@@ -138,6 +143,7 @@ impl Config {
             self.safety.waiver_in_words(),
             self.loosened_in_words(),
             self.limits.hearing_in_words(carrier_hz),
+            self.limits.unchecked_in_words(),
         ]
         .into_iter()
         .flatten()

@@ -29,6 +29,26 @@ pub struct Limits {
     /// Why a carrier below [`AUDIBLE_HZ`] may be driven; without a reason it may not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub audible_carrier_because: Option<String>,
+    /// Why a bench whose volts no meter has checked may be driven above [`UNCHECKED_V`]; without a reason it may not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unchecked_volts_because: Option<String>,
+}
+
+/// Largest drive of a bench whose volts no independent meter has checked, V peak: half of the 46.7 V peak up to which
+/// IEC 61010-1 (6.3.1) takes a dry contact for not hazardous, because a constant typed for peak in the place of peak
+/// to peak is off by a factor of two.
+pub const UNCHECKED_V: f64 = 23.35;
+
+/// A drive that is too high for a bench whose volts no meter has checked.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error(
+    "{crest_v:.1} V peak are asked for, and no independent meter has checked the volts of this bench: one wrong constant in \
+     both volts_per_unit would pass unseen; run `friction-bench calibrate output --meter NAME`, drive with at most \
+     {UNCHECKED_V} V peak, or state the reason in limits.unchecked_volts_because"
+)]
+pub struct UncheckedVolts {
+    /// Largest voltage that the drive reaches, V peak.
+    pub crest_v: f64,
 }
 
 /// Carrier below which people hear it, Hz.
@@ -70,16 +90,44 @@ impl Limits {
         within("limits.surface_c", self.surface_c, 30.0, 43.0, "°C")?;
         let driving_s = self.driving_s_per_hour;
         within("limits.driving_s_per_hour", driving_s, 0.0, 3600.0, "s")?;
-        let empty = |why: &String| why.trim().is_empty();
-        if self.audible_carrier_because.as_ref().is_some_and(empty) {
-            let why =
-                "limits.audible_carrier_because is empty: state why people may hear the carrier";
-            return Err(Refused::new(
+        for (key, reason, what) in [
+            (
                 "limits.audible_carrier_because",
-                why.to_owned(),
-            ));
+                &self.audible_carrier_because,
+                "people may hear the carrier",
+            ),
+            (
+                "limits.unchecked_volts_because",
+                &self.unchecked_volts_because,
+                "the volts need no check against a meter",
+            ),
+        ] {
+            if reason.as_ref().is_some_and(|why| why.trim().is_empty()) {
+                let why = format!("{key} is empty: state why {what}");
+                return Err(Refused::new(key, why));
+            }
         }
         Ok(())
+    }
+
+    /// Requires a drive that is harmless even if an unchecked constant is off by a factor of two, or a reason.
+    ///
+    /// # Errors
+    /// [`UncheckedVolts`] above [`UNCHECKED_V`] without a reason.
+    pub fn require_unchecked(&self, crest_v: f64) -> Result<(), UncheckedVolts> {
+        if crest_v <= UNCHECKED_V || self.unchecked_volts_because.is_some() {
+            Ok(())
+        } else {
+            Err(UncheckedVolts { crest_v })
+        }
+    }
+
+    /// Returns the line that every screen shows of a bench that needs no check of its volts; `None` if it does.
+    pub(crate) fn unchecked_in_words(&self) -> Option<String> {
+        let why = self.unchecked_volts_because.as_ref()?;
+        Some(format!(
+            "volts without the check of a meter, because: {why}"
+        ))
     }
 
     /// Requires a carrier that nobody hears, or a reason.
@@ -143,6 +191,9 @@ pub struct Safety {
     pub readback_floor_v: f64,
     /// Longest time from a command to its read-back, s.
     pub loop_latency_s: f64,
+    /// Delay from a command to its read-back as `calibrate channels` measured it, s; never read from `bench.toml`.
+    #[serde(skip)]
+    pub measured_delay_s: Option<f64>,
     /// Silence of the card or of the force sensor that stops the drive, s.
     pub silence_s: f64,
     /// Largest age of the last press of the e-stop with which a bench on real hardware is driven, h.
@@ -197,6 +248,7 @@ impl Default for Safety {
             readback_tolerance: 0.25,
             readback_floor_v: 1.0,
             loop_latency_s: 0.1,
+            measured_delay_s: None,
             silence_s: 0.05,
             estop_test_hours: 24.0,
             dead_man: None,

@@ -41,6 +41,7 @@ fn an_optional_key_stands_there_with_its_default() {
         },
         limits: Limits {
             audible_carrier_because: whole.limits.audible_carrier_because.clone(),
+            unchecked_volts_because: whole.limits.unchecked_volts_because.clone(),
             ..config.limits
         },
         force: config.force.clone().map(|force| Force {

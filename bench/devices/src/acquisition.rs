@@ -100,6 +100,8 @@ pub struct Acquisition {
     last_force_s: f64,
     last_position_s: f64,
     silence: Silence,
+    /// Frames rendered less those on the audio clock when the latest block arrived.
+    ahead: i64,
 }
 
 /// Time without audio after which the card counts as gone, ns.
@@ -185,6 +187,7 @@ impl Acquisition {
             last_force_s: f64::NEG_INFINITY,
             last_position_s: f64::NEG_INFINITY,
             silence: Silence::default(),
+            ahead: 0,
         }
     }
 
@@ -326,6 +329,7 @@ impl Acquisition {
         let xrun = self.output_gaps.take(first, &samples, header.output_xruns);
         self.output_xrun(xrun, batch);
         self.pipeline.take(&samples, &mut batch.frames)?;
+        self.ahead = header.drive.frames as i64 - self.pipeline.account().frames as i64;
         self.note_flaws();
         self.excerpt.take_if(|excerpt| excerpt.take(&samples));
         if self.recording.is_some() {
@@ -478,6 +482,7 @@ impl Acquisition {
             self.signals.readback.set(DriveReading {
                 volts: frame.drive_v.norm(),
                 sample: frame.sample,
+                ahead: self.ahead,
                 at_ns: now_ns,
             });
         }

@@ -3,8 +3,9 @@
 
 use std::f64::consts::TAU;
 
-use config::{AudibleCarrier, Config, Effective, HardwareStop, Plate};
-use safety::{BlindLimit, FaintDrive, Pace, PlateHeat, SafetyLimits};
+use config::{AudibleCarrier, Config, Effective, HardwareStop, Plate, UncheckedVolts};
+use jiff::Timestamp;
+use safety::{BlindLimit, FaintDrive, HiddenByDelay, Pace, PlateHeat, SafetyLimits};
 use signalgen::Waveform;
 
 /// A bench or a drive that is not armed.
@@ -16,6 +17,12 @@ pub enum ArmingError {
     /// The drive is too faint to tell a failed amplifier by it.
     #[error(transparent)]
     Faint(#[from] FaintDrive),
+    /// A delay of the loop could hide a changed gain.
+    #[error(transparent)]
+    Hidden(#[from] HiddenByDelay),
+    /// No meter has checked the volts, and they are many.
+    #[error(transparent)]
+    Unchecked(#[from] UncheckedVolts),
     /// People hear the carrier.
     #[error(transparent)]
     Audible(#[from] AudibleCarrier),
@@ -45,6 +52,7 @@ pub fn safety_limits(config: &Config, pace: Pace) -> SafetyLimits {
         readback_tolerance: safety.readback_tolerance,
         readback_floor_v: safety.readback_floor_v,
         loop_latency_ns: ns(safety.loop_latency_s),
+        measured_delay_s: safety.measured_delay_s,
         max_amplitude_m: 1e-6 * config.limits.amplitude_um,
         heat: PlateHeat {
             force_factor_n_per_v: config.plate.force_factor_n_per_v,
@@ -71,14 +79,21 @@ pub fn require_armable(config: &Config, pace: Pace) -> Result<(), ArmingError> {
     Ok(config.limits.require_inaudible(config.plate.resonance_hz)?)
 }
 
-/// Requires a drive under which the safety watch of an armable bench can tell a dead amplifier, or one with half its gain,
-/// whose carrier nobody hears, and that moves a calibrated plate no more than it may.
+/// Requires a drive under which the safety watch of an armable bench can tell a dead amplifier, or one with half its
+/// gain, whose carrier nobody hears, that moves a calibrated plate no more than it may, and whose volts a meter has
+/// checked at `now` if they are many.
 ///
 /// # Errors
-/// [`ArmingError::Faint`] with the arithmetic, [`ArmingError::Audible`] with the carrier, [`ArmingError::Amplitude`] with
-/// the amplitude predicted.
-pub fn require_watched(bench: &Effective, waveform: &Waveform) -> Result<(), ArmingError> {
+/// [`ArmingError::Faint`] and [`ArmingError::Hidden`] with the arithmetic, [`ArmingError::Audible`] with the carrier,
+/// [`ArmingError::Amplitude`] with the amplitude predicted, [`ArmingError::Unchecked`] with the volts.
+pub fn require_watched(
+    bench: &Effective,
+    waveform: &Waveform,
+    pace: Pace,
+    now: Timestamp,
+) -> Result<(), ArmingError> {
     let config = bench.config();
+    let limits = safety_limits(config, pace);
     let (carrier_hz, mean_v, crest_v) = match *waveform {
         Waveform::Tone {
             carrier_hz,
@@ -88,12 +103,15 @@ pub fn require_watched(bench: &Effective, waveform: &Waveform) -> Result<(), Arm
             carrier_hz,
             mean_amplitude_v,
             modulation_index,
+            modulation_hz,
             ..
-        } => (
-            carrier_hz,
-            mean_amplitude_v,
-            mean_amplitude_v * (1.0 + modulation_index),
-        ),
+        } => {
+            if modulation_index > 0.0 {
+                limits.require_tells_delays(modulation_hz)?;
+            }
+            let crest_v = mean_amplitude_v * (1.0 + modulation_index);
+            (carrier_hz, mean_amplitude_v, crest_v)
+        }
         _ => return Ok(()),
     };
     config.limits.require_inaudible(carrier_hz)?;
@@ -109,8 +127,10 @@ pub fn require_watched(bench: &Effective, waveform: &Waveform) -> Result<(), Arm
             });
         }
     }
-    // A pace limits silences alone.
-    Ok(safety_limits(config, Pace::Card).require_sees(mean_v, crest_v)?)
+    if pace == Pace::Card && bench.checked_volts(now).is_none() {
+        config.limits.require_unchecked(crest_v)?;
+    }
+    Ok(limits.require_sees(mean_v, crest_v)?)
 }
 
 /// Returns the amplitude of the unloaded plate under `drive_v` peak, m: x = γU / |k − mω² + iωb_p|, with k = mω₀² and

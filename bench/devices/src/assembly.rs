@@ -302,6 +302,12 @@ impl Bench {
         )
     }
 
+    /// Returns what nobody has measured on this bench although its safety rests on it, as [`Effective::unverified`].
+    #[must_use]
+    pub fn unverified(&self, bench: &Effective) -> Vec<String> {
+        bench.unverified(self.life.clock().utc())
+    }
+
     /// Returns the flag that ends the bench.
     #[must_use]
     pub fn stop(&self) -> &StopFlag {

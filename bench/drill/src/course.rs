@@ -11,7 +11,7 @@ use jiff::Timestamp;
 use rehearsal::FaultKind;
 use safety::{Pace, SafetyState, Trip};
 use signalgen::{Program, Waveform};
-use tasks::StopFlag;
+use tasks::{Clock, StopFlag, SystemClock};
 use tui::event::{PhaseKind, PhaseView};
 use tui::{Action, Event};
 
@@ -74,7 +74,7 @@ impl Course {
         }
         let waveform = waveform(config, simulated);
         if simulated {
-            require_watched(&bench, &waveform)?;
+            require_watched(&bench, &waveform, pace, SystemClock::start().utc())?;
         }
         let program = settings(config)?.admit(waveform)?;
         Ok(Self {

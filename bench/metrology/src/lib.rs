@@ -25,6 +25,7 @@ pub mod signal_path;
 pub mod spectrum;
 pub mod tone;
 pub mod tone_clipping;
+pub mod volts;
 
 pub use fitted_value::FittedValue;
 

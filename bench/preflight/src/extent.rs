@@ -5,6 +5,8 @@ use std::path::PathBuf;
 /// How much is looked at.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Extent {
+    /// Half a second, for the loop's delay alone.
+    Delay,
     /// A little over a second, for the hardware stops alone.
     Stops,
     /// Two seconds, before the plate is driven.

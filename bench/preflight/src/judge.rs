@@ -4,10 +4,10 @@ use num_complex::Complex64;
 
 use crate::measure::Measured;
 use crate::real_time;
-use crate::table::Table;
+use crate::table::{Table, Verdict};
 use calibration::{channel_match, channels};
 use config::{CalibrationError, Config, Effective, MeasuredChannels};
-use safety::{SafetyState, Trip};
+use safety::{DELAY_WITHIN_S, SafetyState, Trip};
 
 /// Time that the first and the last buffer together may have waited, s.
 const RATE_SLACK_S: f64 = 0.2;
@@ -46,6 +46,7 @@ pub(super) fn judge(
     real_time::judge(table, config, measured.simulated, measured.priorities);
     judge_tone(table, config, measured);
     judge_relay(table, config.safety.readback_floor_v, measured);
+    judge_delay(table, config.safety.measured_delay_s, measured);
     if let Some(force) = &config.force {
         judge_force(table, force.protocol, config.calibration.zero_n, measured);
     }
@@ -97,6 +98,42 @@ pub(super) fn judge_relay(table: &mut Table, floor_v: f64, measured: &Measured) 
     table.row("relay", opens, found);
 }
 
+/// Judges the loop's delay on this opening of the streams; the watch stops a tone whose delay is not the measured one.
+fn judge_delay(table: &mut Table, measured_s: Option<f64>, measured: &Measured) {
+    let ms = |seconds: f64| format!("{:.1} ms", 1e3 * seconds);
+    let of_before = measured_s.map_or("never measured".to_owned(), |measured_s| {
+        format!("measured {}", ms(measured_s))
+    });
+    let (verdict, found) = match (&measured.safety, measured.loop_delay) {
+        (SafetyState::Tripped { trip }, None) => {
+            let found = format!("{of_before}; unknown on this opening: {trip}");
+            (Verdict::Warning, found)
+        }
+        (_, None) => {
+            let found = format!("{of_before}; the tone did not show it on this opening");
+            (Verdict::Warning, found)
+        }
+        (_, Some(present)) => {
+            let off_s = measured_s.map_or(0.0, |measured_s| present.seconds - measured_s);
+            let found = format!("{} on this opening, {of_before}", ms(present.seconds));
+            if off_s.abs() > DELAY_WITHIN_S {
+                let least = ms(DELAY_WITHIN_S);
+                let remedy = "calibrate channels again, link the streams, or use another device";
+                (
+                    Verdict::Failed,
+                    format!("{found}, more than {least} off: {remedy}"),
+                )
+            } else {
+                (Verdict::Passed, found)
+            }
+        }
+    };
+    table.judged("loop delay", verdict, found);
+    for text in &measured.unverified {
+        table.judged("unverified", Verdict::Warning, text.clone());
+    }
+}
+
 fn judge_tone(table: &mut Table, config: &Config, measured: &Measured) {
     let expected_v = measured.tone_v;
     let read_v = match &measured.safety {
@@ -104,6 +141,10 @@ fn judge_tone(table: &mut Table, config: &Config, measured: &Measured) {
         SafetyState::Tripped {
             trip: Trip::Readback { measured_v, .. },
         } => *measured_v,
+        // It is judged by its delay.
+        SafetyState::Tripped {
+            trip: Trip::LoopDelay { .. },
+        } => return,
         _ if measured.tone().next().is_none() => {
             return table.row("carrier", false, "the tone was not played");
         }

@@ -101,6 +101,24 @@ pub fn stops(
     table
 }
 
+/// Opens the streams, plays the faint tone, and returns the delay from its command to its read-back, s; `None` if the
+/// tone did not show it, as where it is not read back.
+///
+/// # Errors
+/// When a part of the bench is missing or fails.
+pub fn loop_delay(
+    bench: &Effective,
+    hardware: impl FnOnce() -> anyhow::Result<Hardware>,
+) -> anyhow::Result<Option<f64>> {
+    let mut unknown = bench.config().clone();
+    // What the pickup reads may not yet be in micrometres.
+    unknown.limits.amplitude_um = f64::INFINITY;
+    unknown.safety.measured_delay_s = None;
+    let bench = Effective::uncalibrated(unknown);
+    let measured = measure::measure(&bench, &Extent::Delay, hardware)?;
+    Ok(measured.loop_delay.map(|delay| delay.seconds))
+}
+
 /// Judges the limits of the safety watch, without which nothing may be driven.
 fn judge_limits(table: &mut Table, config: &Config, pace: Pace) -> bool {
     let notices = config.safety_notices(config.plate.resonance_hz);

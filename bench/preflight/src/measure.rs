@@ -13,7 +13,7 @@ use devices::acquisition::{Excerpt, RecordingCommand};
 use devices::drive_control::{DriveControl, settings};
 use devices::{Bench, Gauges, Hardware, ThreadPriorities};
 use recording::pipeline::Batch;
-use safety::{FAINT_V, SafetyState, Signals, StopTimes};
+use safety::{FAINT_V, LoopDelay, Pace, SafetyState, Signals, StopTimes};
 use tasks::{StopFlag, Task};
 
 /// Peak of the test tone, V: far below anything that a finger feels.
@@ -26,6 +26,10 @@ const SETTLE_S: f64 = 0.3;
 const STOPS_FROM_S: f64 = 1.1;
 const QUICK_S: f64 = 2.0;
 const WHOLE_S: f64 = 10.7;
+
+/// Silence before the tone that shows the loop's delay, and longest wait for the delay, s.
+const DELAY_QUIET_S: f64 = 0.2;
+const DELAY_S: f64 = 1.2;
 
 /// Factor over the silence from which on a tone is read back.
 const STANDS_OUT: f64 = 10.0;
@@ -71,6 +75,10 @@ pub(super) struct Measured {
     pub simulated: bool,
     /// Scheduling of the threads whose time counts.
     pub priorities: ThreadPriorities,
+    /// Delay from a command to its read-back; `None` if the tone did not show it.
+    pub loop_delay: Option<LoopDelay>,
+    /// What nobody has measured; empty on simulated hardware.
+    pub unverified: Vec<String>,
     /// Why the calibration does not hold for the opened bench.
     pub calibration_fault: Option<String>,
 }
@@ -126,9 +134,11 @@ pub(super) fn measure(
         carrier_hz: config.plate.resonance_hz,
         amplitude_v: tone_v,
     })?;
+    let real = hardware.pace == Pace::Card;
     // The tone is too faint to be felt, and nobody holds the switch yet.
     let unheld = effective.clone().without_dead_man();
     let bench = Bench::open(&unheld, config.plate.resonance_hz, hardware)?;
+    let unverified = bench.unverified(effective);
     let calibration_fault = bench
         .require_calibration_holds(effective)
         .err()
@@ -136,6 +146,7 @@ pub(super) fn measure(
     let (done, measured) = crossbeam_channel::bounded(1);
     let (excerpts_to, excerpts) = crossbeam_channel::unbounded();
     let stop = bench.stop().clone();
+    let for_delay = *extent == Extent::Delay;
     let task = CheckTask {
         batches: bench.batches,
         recording: bench.recording,
@@ -148,10 +159,13 @@ pub(super) fn measure(
         signals: bench.signals,
         gauges: bench.gauges,
         stop: stop.clone(),
-        relay: enable_wired.then_some(tone),
+        relay: (enable_wired && !for_delay).then_some(tone),
+        quiet_s: if for_delay { DELAY_QUIET_S } else { QUIET_S },
+        for_delay,
         relay_sounds: false,
         tone: Some(tone),
         test_s: match extent {
+            Extent::Delay => DELAY_S,
             Extent::Stops => STOPS_FROM_S,
             Extent::Quick => QUICK_S,
             Extent::Whole { .. } => WHOLE_S,
@@ -167,6 +181,7 @@ pub(super) fn measure(
             tone_v,
             tone_until_s: f64::INFINITY,
             calibration_fault,
+            unverified: if real { unverified } else { Vec::new() },
             ..Measured::default()
         },
         done,
@@ -196,6 +211,10 @@ struct CheckTask {
     /// It sounds.
     relay_sounds: bool,
     tone: Option<signalgen::Program>,
+    /// Silence before the tone, s.
+    quiet_s: f64,
+    /// The test ends once the loop's delay is known, and exercises nothing.
+    for_delay: bool,
     test_s: f64,
     began: Instant,
     measured: Measured,
@@ -240,7 +259,8 @@ impl Task for CheckTask {
             self.drive.stop();
             self.relay_sounds = false;
         }
-        if measured.audio_s >= QUIET_S
+        measured.loop_delay = self.signals.loop_delay.get();
+        if measured.audio_s >= self.quiet_s
             && let Some(tone) = self.tone.take()
         {
             measured.tone_from_s = measured.audio_s + SETTLE_S;
@@ -267,6 +287,13 @@ impl Task for CheckTask {
             }
         }
         let tripped = matches!(measured.safety, SafetyState::Tripped { .. });
+        if self.for_delay {
+            let late = self.began.elapsed() > PATIENCE;
+            if measured.loop_delay.is_some() || tripped || measured.audio_s >= self.test_s || late {
+                self.stop.raise();
+            }
+            return Ok(());
+        }
         if measured.audio_s >= self.test_s && measured.tone_until_s.is_infinite() {
             measured.tone_until_s = measured.audio_s;
             self.drive.exercise_stops();

@@ -128,6 +128,7 @@ mod tests {
             let reading = DriveReading {
                 volts: if off { 0.01 } else { 2.0 },
                 sample: now_ms,
+                ahead: 0,
                 at_ns: now_ms * 1_000_000,
             };
             match exercise.poll(now_ms * 1_000_000, Some(reading)) {

@@ -10,6 +10,7 @@ mod delay;
 mod dose;
 mod exercise;
 mod guard;
+mod loop_delay;
 mod minutes;
 mod plate_heat;
 mod readback;
@@ -25,11 +26,12 @@ mod watch;
 pub use dead_man::Hold;
 pub use dose::{Allowance, DoseLeft, FAINT_V};
 pub use guard::{Commanded, DriveGuard};
+pub use loop_delay::{DELAY_WITHIN_S, LoopDelay};
 pub use minutes::{at_least, at_most};
 pub use plate_heat::PlateHeat;
 pub use readback::{Misfit, Readback};
 pub use safety_limits::{
-    BlindLimit, DEAD_MAN_RELEASE_S, FaintDrive, Pace, SENSITIVITY, SafetyLimits,
+    BlindLimit, DEAD_MAN_RELEASE_S, FaintDrive, HiddenByDelay, Pace, SENSITIVITY, SafetyLimits,
 };
 pub use safety_lines::{GpioError, InputLine, OutputLine, SafetyLines, input, output};
 pub use safety_state::{SafetyCommand, SafetyState};

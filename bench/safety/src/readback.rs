@@ -3,14 +3,16 @@
 //!
 //! The delay from a command to its read-back is not known exactly, but it is the same for all samples: of the delays
 //! within the loop's latency, those that have not explained at least half of the latest readings at some moment since
-//! the drive was armed are out, and one must remain. Otherwise half the gain of a modulated drive could pass for a delay
-//! that changes with the modulation. Of the readings at which half the gain would show, at least half must fit too, or it
-//! could hide behind the many that are low. Both sides are counted in frames, so a starved computer that reads late and in
-//! bursts changes nothing.
+//! the drive was armed are out, and one must remain. Otherwise half the gain of a modulated drive could pass for a
+//! delay that changes with the modulation. Of the readings at which half the gain would show, at least half must fit
+//! too, or it could hide behind the many that are low. Both sides are counted in frames, so a starved computer that
+//! reads late and in bursts changes nothing. Where the loop's delay was measured, no other is tried than those near
+//! it.
 
 use std::collections::VecDeque;
 
 use crate::delay::{Comparison, Delay};
+use crate::loop_delay::DELAY_WITHIN_S;
 use crate::safety_limits::HALF_GAIN;
 
 /// Length of the readings that are judged together, s; half of them must fit.
@@ -44,12 +46,12 @@ pub struct Misfit {
 /// let mut readback = Readback::new(1e3, 0.1, 0.2, 0.5);
 /// for frame in 0..1000 {
 ///     readback.command(frame, 20.0);
-///     assert_eq!(readback.reading(frame, 20.5), None);
+///     assert_eq!(readback.reading(frame, 0, 20.5), None);
 /// }
 /// // The amplifier goes off.
 /// let misfit = (1000..1100).find_map(|frame| {
 ///     readback.command(frame, 20.0);
-///     readback.reading(frame, 0.0)
+///     readback.reading(frame, 0, 0.0)
 /// });
 /// assert_eq!(misfit.unwrap().commanded_v, (20.0, 20.0));
 /// ```
@@ -64,6 +66,13 @@ pub struct Readback {
     commands: VecDeque<(i64, f64)>,
     /// Envelope at samples read, V peak.
     readings: VecDeque<(i64, f64)>,
+    /// Frames rendered less those captured when each of `readings` arrived.
+    aheads: VecDeque<i64>,
+    /// The shortest and the longest delay about the measured one; `None` where none was measured.
+    measured: Option<(i64, i64)>,
+    /// The drive is rising, and its rise has not yet shown the delay: any within the loop's latency is tried, so that
+    /// a delay that is not the measured one is not taken for a failed amplifier.
+    rising: bool,
     /// Delays that have explained all readings since they were forgotten, the shortest first; empty before the first.
     delays: Vec<Delay>,
     drift: i64,
@@ -86,11 +95,34 @@ impl Readback {
             step: frames(STEP_S).max(1),
             commands: VecDeque::new(),
             readings: VecDeque::new(),
+            aheads: VecDeque::new(),
+            measured: None,
+            rising: false,
             delays: Vec::new(),
             drift: frames(DRIFT_S),
             slip: frames(SLIP_S),
             widened: 0,
             slipped: None,
+        }
+    }
+
+    /// Tries only delays within [`DELAY_WITHIN_S`] of the measured one, `delay_s` at `rate_hz`.
+    #[must_use]
+    pub fn about(mut self, delay_s: f64, rate_hz: f64) -> Self {
+        let frames = |s: f64| (s * rate_hz).round() as i64;
+        let longest = frames(delay_s + DELAY_WITHIN_S);
+        self.measured = Some((frames(delay_s - DELAY_WITHIN_S), longest));
+        self.latency = self.latency.max(longest);
+        self
+    }
+
+    /// Notes whether the drive is rising and has not yet shown its delay; once it has, or is given up, only delays
+    /// about the measured one stay.
+    pub(crate) fn set_rising(&mut self, rising: bool) {
+        if std::mem::replace(&mut self.rising, rising) && !rising && self.measured.is_some() {
+            let (least, most) = self.possible_leads(0);
+            self.delays
+                .retain(|delay| (least..=most).contains(&delay.lead));
         }
     }
 
@@ -108,18 +140,20 @@ impl Readback {
         }
     }
 
-    /// Takes the envelope that is read back at `sample`, V peak; returns a misfit if the latest readings are not what
-    /// was commanded.
-    pub fn reading(&mut self, sample: u64, volts: f64) -> Option<Misfit> {
+    /// Takes the envelope that is read back at `sample`, V peak, with the number of frames rendered less those captured,
+    /// `ahead`, when it arrived; returns a misfit if the latest readings are not what was commanded.
+    pub fn reading(&mut self, sample: u64, ahead: i64, volts: f64) -> Option<Misfit> {
         let sample = sample as i64;
         if self.readings.back().is_some_and(|last| last.0 >= sample) {
             return None;
         }
         self.readings.push_back((sample, volts));
+        self.aheads.push_back(ahead);
         while self.readings.len() > MOST_READINGS
             || self.readings.len() > FEWEST_READINGS && self.readings[1].0 <= sample - self.window
         {
             self.readings.pop_front();
+            self.aheads.pop_front();
         }
         let &(rendered, _) = self.commands.back()?;
         if self.readings.len() < FEWEST_READINGS {
@@ -147,6 +181,7 @@ impl Readback {
     /// Drops all readings, as before arming: they say nothing about what follows.
     pub fn forget_readings(&mut self) {
         self.readings.clear();
+        self.aheads.clear();
         self.delays.clear();
         self.slipped = None;
     }
@@ -171,8 +206,9 @@ impl Readback {
                 }
                 self.slipped = Some(sample);
             }
-            let possible = (0..=self.latency).step_by(self.step as usize);
-            delays.extend(possible.map(|delay| self.judged(rendered - sample - delay)));
+            let (least, most) = self.possible_leads(rendered - sample);
+            let possible = (0..=most - least).step_by(self.step as usize);
+            delays.extend(possible.map(|shorter| self.judged(most - shorter)));
             delays.retain(|delay| delay.explains(readings));
         }
         self.delays = delays;
@@ -181,15 +217,28 @@ impl Readback {
 
     /// Lets the delay change as much as clocks of the two directions may differ.
     fn widen(&mut self, delays: &mut Vec<Delay>, sample: i64) {
-        let most = (self.latency / self.step) as usize;
+        let (least, most) = self.possible_leads(0);
+        let count = ((most - least) / self.step) as usize;
         if let (Some(&shortest), Some(&longest)) = (delays.first(), delays.last())
             && sample - self.widened >= self.drift
         {
             self.widened = sample;
-            if delays.len() < most {
+            if delays.len() < count {
                 delays.insert(0, self.judged(shortest.lead + self.step));
                 delays.push(self.judged(longest.lead - self.step));
             }
+        }
+    }
+
+    /// Returns the least and the greatest lead that a delay may have: about the measured one, whenever the latest
+    /// callbacks ran, or up to the loop's latency before `newest`, the frames rendered less the sample read.
+    fn possible_leads(&self, newest: i64) -> (i64, i64) {
+        let usual = (self.aheads.iter().min(), self.aheads.iter().max());
+        match (self.measured.filter(|_| !self.rising), usual) {
+            (Some((shortest, longest)), (Some(&least), Some(&most))) => {
+                (least - longest, most - shortest)
+            }
+            _ => (newest - self.latency, newest),
         }
     }
 
@@ -267,7 +316,11 @@ mod tests {
             readback.command(HEAD_START + frame, commanded_v(frame));
             let time_s = frame as f64 / RATE_HZ;
             readback
-                .reading(frame, path(time_s, &|time_s| at_s(time_s - delay_s)))
+                .reading(
+                    frame,
+                    HEAD_START as i64,
+                    path(time_s, &|time_s| at_s(time_s - delay_s)),
+                )
                 .map(|_| time_s)
         })
     }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::loop_delay::DELAY_WITHIN_S;
 use crate::plate_heat::PlateHeat;
 
 /// Least and greatest plausible sensitivity of either axis of a force sensor that reads newtons: a calibration is never
@@ -16,6 +17,11 @@ pub(crate) const HALF_GAIN: f64 = 0.5;
 /// Share of the crest by which it must be told, so that it shows for a good part of each period.
 const MARGIN: f64 = 0.05;
 
+/// Longest delay of a real loop, s: three buffers of 4096 frames out and one in at 192 kHz wait for 85 ms, and
+/// converters and USB add a few. The published modulation has a period of 167 ms: a delay as long as a period of the
+/// modulation could explain half the gain at any moment.
+const LONGEST_LATENCY_S: f64 = 0.1;
+
 /// Limits that the watch enforces; from `[safety]` in `bench.toml`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SafetyLimits {
@@ -29,6 +35,8 @@ pub struct SafetyLimits {
     pub readback_floor_v: f64,
     /// Longest time from a command to its read-back, ns.
     pub loop_latency_ns: u64,
+    /// Delay from a command to its read-back as it was measured, s; `None` where it was not, and is learnt at each arming.
+    pub measured_delay_s: Option<f64>,
     /// Largest amplitude of the plate that the pickup may read, m.
     pub max_amplitude_m: f64,
     /// Thermal constants of the plate and its limit.
@@ -138,6 +146,40 @@ impl fmt::Display for FaintDrive {
     }
 }
 
+/// A modulation so fast that a delay of the loop could hide a changed gain.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HiddenByDelay {
+    /// Frequency of the modulation, Hz.
+    pub modulation_hz: f64,
+    /// Span of the delays that the watch tries, s.
+    pub span_s: f64,
+    /// Whether they are those about a measured one.
+    pub measured: bool,
+}
+
+impl std::error::Error for HiddenByDelay {}
+
+impl fmt::Display for HiddenByDelay {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            modulation_hz,
+            span_s,
+            measured,
+        } = self;
+        let (period_ms, span_ms) = (1e3 / modulation_hz, 1e3 * span_s);
+        let remedy = if *measured {
+            "modulate more slowly"
+        } else {
+            "measure the delay with `friction-bench calibrate channels`, lower safety.loop_latency_s, or modulate more slowly"
+        };
+        write!(
+            f,
+            "a modulation of {modulation_hz} Hz repeats every {period_ms:.1} ms, and the loop's delay is known to {span_ms:.0} ms \
+             only: half the gain could pass for a delay; {remedy}"
+        )
+    }
+}
+
 /// Time without a heartbeat after which the hardware's one-shot disables the amplifier, ns.
 const ONE_SHOT_NS: u64 = 100_000_000;
 
@@ -149,6 +191,28 @@ impl SafetyLimits {
         self.silence_ns.max(ONE_SHOT_NS)
     }
 
+    /// Requires a modulation whose period is longer than the span of the delays that the watch tries. Simulated
+    /// hardware is exempt, because a busy computer may hold it up.
+    ///
+    /// # Errors
+    /// When one of these delays could hide half the gain.
+    pub fn require_tells_delays(&self, modulation_hz: f64) -> Result<(), HiddenByDelay> {
+        let measured = self.measured_delay_s.is_some();
+        let span_s = if measured {
+            2.0 * DELAY_WITHIN_S
+        } else {
+            self.loop_latency_ns as f64 * 1e-9
+        };
+        if self.pace == Pace::Simulated || modulation_hz * span_s <= 1.0 {
+            return Ok(());
+        }
+        Err(HiddenByDelay {
+            modulation_hz,
+            span_s,
+            measured,
+        })
+    }
+
     /// Requires limits under which the watch sees what it is there for.
     ///
     /// # Errors
@@ -156,7 +220,7 @@ impl SafetyLimits {
     pub fn require_sighted(&self) -> Result<(), BlindLimit> {
         let seconds = |ns: u64| ns as f64 * 1e-9;
         let [latency_s, silence_s] = match self.pace {
-            Pace::Card => [[0.005, 0.2], [0.05, 0.1]],
+            Pace::Card => [[0.005, LONGEST_LATENCY_S], [0.05, 0.1]],
             Pace::Simulated => [[0.005, 1.0], [0.05, 1.0]],
         };
         let force_n = [0.1, 6.0];
@@ -258,6 +322,7 @@ mod tests {
             readback_tolerance: 0.25,
             readback_floor_v: 1.0,
             loop_latency_ns: 100_000_000,
+            measured_delay_s: None,
             max_amplitude_m: 5e-6,
             heat: PlateHeat {
                 force_factor_n_per_v: 0.13,
@@ -316,6 +381,21 @@ mod tests {
         assert_eq!(limits.require_sighted(), Ok(()));
         limits.silence_ns += 1_000_000;
         assert!(limits.require_sighted().is_err());
+    }
+
+    #[test]
+    fn a_delay_as_long_as_the_modulations_period_hides_nothing_because_it_is_not_armed() {
+        let mut limits = defaults();
+        assert_eq!(limits.require_tells_delays(10.0), Ok(()));
+        let refused = limits.require_tells_delays(12.5).unwrap_err();
+        assert!(!refused.measured);
+        assert!(refused.to_string().contains("every 80.0 ms"), "{refused}");
+        limits.measured_delay_s = Some(0.012);
+        assert_eq!(limits.require_tells_delays(100.0), Ok(()));
+        assert!(limits.require_tells_delays(101.0).unwrap_err().measured);
+        assert!(limits.require_tells_delays(f64::NAN).is_err());
+        limits.pace = Pace::Simulated;
+        assert_eq!(limits.require_tells_delays(500.0), Ok(()));
     }
 
     #[test]

@@ -7,6 +7,7 @@ use tasks::scheduling::Scheduling;
 
 use crate::dead_man::Hold;
 use crate::dose::DoseLeft;
+use crate::loop_delay::LoopDelay;
 use crate::safety_state::SafetyState;
 use crate::stop_times::StopTimes;
 
@@ -17,6 +18,8 @@ pub struct DriveReading {
     pub volts: f64,
     /// Sample of the input that the envelope belongs to.
     pub sample: u64,
+    /// Frames rendered less those captured, lost ones included, when the latest block arrived.
+    pub ahead: i64,
     /// Host time of the reading, ns.
     pub at_ns: u64,
 }
@@ -82,6 +85,8 @@ pub struct Signals {
     pub nonsense: Slot<Nonsense>,
     /// Latest forces; published by the task that reads the force sensor.
     pub press: Slot<Press>,
+    /// Delay from a command to its read-back, as the latest rise of the drive has shown it; published by the watch.
+    pub loop_delay: Slot<LoopDelay>,
     /// Times of the hardware stops, once they have been exercised; published by the watch.
     pub stop_times: Slot<Vec<StopTimes>>,
     /// Longest time from one look of the watch to the next, ns; published by the watch.

@@ -5,6 +5,7 @@ use std::fmt;
 use serde::Serialize;
 
 use crate::dead_man::Hold;
+use crate::loop_delay::DELAY_WITHIN_S;
 use crate::minutes::{at_least, at_most};
 
 /// Reason for which the bench stopped.
@@ -65,6 +66,13 @@ pub enum Trip {
         measured_v: f64,
         /// Least and greatest command within the loop's latency, V.
         commanded_v: (f64, f64),
+    },
+    /// The read-back comes earlier or later than the loop's delay was measured.
+    LoopDelay {
+        /// Measured by `calibrate channels`, s.
+        measured_s: f64,
+        /// On this opening of the streams, s.
+        present_s: f64,
     },
     /// The drive reads back a voltage although the amplifier is off: a welded relay, another generator.
     AliveWhileDisarmed {
@@ -172,6 +180,18 @@ impl fmt::Display for Trip {
                     "drive reads back {measured_v:.1} V, commanded {low_v:.1} to {high_v:.1} V"
                 )
             }
+            Self::LoopDelay {
+                measured_s,
+                present_s,
+            } => write!(
+                f,
+                "measured loop delay {:.1} ms, this opening {:.1} ms, more than {:.0} ms off: run `friction-bench calibrate \
+                 channels` again after a change of buffers or devices; if it differs from one opening to the next, link the \
+                 two streams or use another device",
+                1e3 * measured_s,
+                1e3 * present_s,
+                1e3 * DELAY_WITHIN_S
+            ),
             Self::AliveWhileDisarmed { measured_v } => {
                 write!(
                     f,

@@ -1,6 +1,7 @@
 //! The watch: a task that judges the bench every two milliseconds and stops the drive when anything is wrong.
 
 mod person;
+mod read_back;
 mod seen;
 #[cfg(test)]
 mod tests;
@@ -14,8 +15,9 @@ use tasks::{Mailbox, Task, scheduling};
 use crate::dead_man::DeadMan;
 use crate::dose::{Allowance, Dose};
 use crate::exercise::{Demand, Exercise};
-use crate::guard::{Commanded, DriveGuard};
-use crate::readback::{Misfit, Readback};
+use crate::guard::DriveGuard;
+use crate::loop_delay::DelayMeter;
+use crate::readback::Readback;
 use crate::safety_limits::{SENSITIVITY, SafetyLimits};
 use crate::safety_lines::{GpioError, OutputLine, SafetyLines};
 use crate::safety_state::{SafetyCommand, SafetyState};
@@ -39,6 +41,7 @@ pub struct Watch {
     heartbeat_high: bool,
     progress: Progress,
     readback: Readback,
+    delay: DelayMeter,
     exercise: Option<Exercise>,
     dose: Dose,
     /// `None` on a bench that uses none.
@@ -117,6 +120,7 @@ impl Watch {
     ///     readback_tolerance: 0.2,
     ///     readback_floor_v: 0.5,
     ///     loop_latency_ns: 50_000_000,
+    ///     measured_delay_s: None,
     ///     max_amplitude_m: 5e-6,
     ///     heat: PlateHeat {
     ///         force_factor_n_per_v: 0.13,
@@ -162,12 +166,13 @@ impl Watch {
         signals: Arc<Signals>,
         commands: Mailbox<SafetyCommand>,
     ) -> Self {
-        let readback = Readback::new(
-            limits.rate_hz,
-            limits.loop_latency_ns as f64 * 1e-9,
-            limits.readback_tolerance,
-            limits.readback_floor_v,
-        );
+        let (rate_hz, latency_s) = (limits.rate_hz, limits.loop_latency_ns as f64 * 1e-9);
+        let (tolerance, floor_v) = (limits.readback_tolerance, limits.readback_floor_v);
+        let learnt = Readback::new(rate_hz, latency_s, tolerance, floor_v);
+        let (readback, measured_s) = match limits.measured_delay_s {
+            Some(delay_s) => (learnt.about(delay_s, rate_hz), delay_s),
+            None => (learnt, 0.0),
+        };
         Self {
             dose: Dose::new(Allowance::of(limits.driving_s_per_hour)),
             dead_man: limits.dead_man_release_ns.map(DeadMan::new),
@@ -183,6 +188,7 @@ impl Watch {
             heartbeat_high: false,
             progress: Progress::default(),
             readback,
+            delay: DelayMeter::new(rate_hz, latency_s.max(2.0 * measured_s)),
             exercise: None,
             rise_k: 0.0,
             tripped_at_ns: 0,
@@ -381,52 +387,6 @@ impl Watch {
         progress.frames = frames;
         let oldest_ns = progress.moved_ns.0.min(progress.moved_ns.1);
         (now_ns.saturating_sub(oldest_ns) > self.limits.silence_ns).then_some(Trip::AudioSilent)
-    }
-
-    fn readback_wrong(&mut self, commanded: Commanded, now_ns: u64) -> Option<Trip> {
-        self.readback.command(commanded.frame, commanded.envelope_v);
-        let reading = self.seen.readback?;
-        let age_ns = now_ns.saturating_sub(reading.at_ns);
-        if age_ns > self.limits.loop_latency_ns.max(STALE_NS) {
-            return Some(Trip::ReadbackMissing);
-        }
-        if self.exercise.is_some() {
-            return None;
-        }
-        let misfit = self.readback.reading(reading.sample, reading.volts)?;
-        let Misfit {
-            measured_v,
-            commanded_v,
-        } = misfit;
-        if self.state == SafetyState::Armed && commanded_v.1 <= 0.0 {
-            return Some(Trip::AliveUndriven { measured_v });
-        }
-        if self.state == SafetyState::Armed {
-            return Some(Trip::Readback {
-                measured_v,
-                commanded_v,
-            });
-        }
-        // A disarmed amplifier is expected to be silent, whatever is commanded.
-        (measured_v > self.limits.readback_floor_v)
-            .then_some(Trip::AliveWhileDisarmed { measured_v })
-    }
-
-    /// Alarm of a drive that is alive although it was stopped. It replaces the reason of the stop: whoever reads that the
-    /// e-stop was pressed must not believe that the plate is off.
-    fn alive_after_stop(&self, now_ns: u64) -> Option<Trip> {
-        let SafetyState::Tripped { trip } = &self.state else {
-            return None;
-        };
-        let off_ns = self.tripped_at_ns + OFF_AFTER_NS + self.limits.loop_latency_ns;
-        let reading = self.seen.readback?;
-        let known = matches!(trip, Trip::AliveWhileDisarmed { .. });
-        let alive = reading.volts > self.limits.readback_floor_v;
-        (!known && now_ns > off_ns && reading.at_ns > off_ns && alive).then_some(
-            Trip::AliveWhileDisarmed {
-                measured_v: reading.volts,
-            },
-        )
     }
 
     fn force_wrong(&self, now_ns: u64) -> Option<Trip> {

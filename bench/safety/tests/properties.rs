@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 use safety::{
-    Commanded, DriveGuard, Pace, PlateHeat, Press, Readback, SafetyCommand, SafetyLimits,
-    SafetyLines, SafetyState, Signals, Trip, Watch,
+    Commanded, DELAY_WITHIN_S, DriveGuard, Pace, PlateHeat, Press, Readback, SafetyCommand,
+    SafetyLimits, SafetyLines, SafetyState, Signals, Trip, Watch,
 };
 use tasks::Task;
 
@@ -30,6 +30,8 @@ struct World {
     modulation_hz: f64,
     /// Delay from a command to its read-back, as a share of the latency.
     delay: f64,
+    /// How much more than that was measured, s; `None` where the delay was not measured.
+    measured_off_s: Option<f64>,
     /// Frames between two readings.
     block: u64,
     /// When the fault begins, in periods of the modulation after the ramp.
@@ -40,15 +42,18 @@ prop_compose! {
     fn worlds()(
         tolerance in 0.1..=0.4,
         floor_v in 0.2..=2.0,
-        latency_s in 0.005..=0.2,
+        latency_s in 0.005..=0.1,
         mean_v in 0.5..=60.0,
         index in prop_oneof![Just(0.0), Just(0.95), 0.0..=1.0],
         modulation_hz in prop_oneof![Just(6.0), 0.5..=50.0],
         delay in 0.0..=0.95,
+        measured_off_s in prop_oneof![Just(None), Just(Some(0.0)), (-0.0045..=0.0045).prop_map(Some)],
         block in 128u64..=1024,
         fault_periods in 1.0..=2.5,
     ) -> World {
-        World { tolerance, floor_v, latency_s, mean_v, index, modulation_hz, delay, block, fault_periods }
+        World {
+            tolerance, floor_v, latency_s, mean_v, index, modulation_hz, delay, measured_off_s, block, fault_periods,
+        }
     }
 }
 
@@ -60,6 +65,7 @@ impl World {
             readback_tolerance: self.tolerance,
             readback_floor_v: self.floor_v,
             loop_latency_ns: (self.latency_s * 1e9) as u64,
+            measured_delay_s: self.measured_off_s.map(|off_s| self.delay_s() + off_s),
             max_amplitude_m: 5e-6,
             heat: PlateHeat {
                 force_factor_n_per_v: 0.13,
@@ -83,6 +89,7 @@ impl World {
         let known = self.modulation_hz * self.block as f64 / RATE_HZ < 0.1;
         known
             && limits.require_sighted().is_ok()
+            && (self.index == 0.0 || limits.require_tells_delays(self.modulation_hz).is_ok())
             && limits
                 .require_sees(self.mean_v, self.mean_v * (1.0 + self.index))
                 .is_ok()
@@ -92,6 +99,19 @@ impl World {
         let on_s = time_s - SILENCE_S;
         let ramp = 0.5 * (1.0 - (PI * (on_s / RAMP_S).clamp(0.0, 1.0)).cos());
         ramp * self.mean_v * (1.0 + self.index * (TAU * self.modulation_hz * on_s).sin())
+    }
+
+    /// Delay from a command to its read-back, s.
+    fn delay_s(&self) -> f64 {
+        self.delay * self.latency_s
+    }
+
+    /// Span of the delays that the watch tries, s.
+    fn span_s(&self) -> f64 {
+        match self.measured_off_s {
+            Some(_) => 2.0 * DELAY_WITHIN_S,
+            None => self.latency_s,
+        }
     }
 
     fn period_s(&self) -> f64 {
@@ -105,6 +125,9 @@ impl World {
     /// When the watch first finds the read-back wrong if the gain is `gain` from the fault on, s after the fault.
     fn seen_s(&self, gain: f64) -> Option<f64> {
         let mut readback = Readback::new(RATE_HZ, self.latency_s, self.tolerance, self.floor_v);
+        if let Some(measured_s) = self.limits().measured_delay_s {
+            readback = readback.about(measured_s, RATE_HZ);
+        }
         let fault_s = self.fault_s();
         let blocks = ((fault_s + 4.0) * RATE_HZ) as u64 / self.block;
         (1..blocks).find_map(|block| {
@@ -112,25 +135,25 @@ impl World {
             let time_s = frame as f64 / RATE_HZ;
             readback.command(frame, self.commanded_v(time_s));
             let faulty = if time_s < fault_s { 1.0 } else { gain };
-            let read_v = faulty * self.commanded_v(time_s - self.delay * self.latency_s);
-            readback.reading(frame, read_v).map(|_| time_s - fault_s)
+            let read_v = faulty * self.commanded_v(time_s - self.delay_s());
+            readback.reading(frame, 0, read_v).map(|_| time_s - fault_s)
         })
     }
 
-    /// Longest time to a fault's detection, s after the fault: 50 ms of a drive at which it shows, and the blocks
-    /// that are judged together. A modulation too slow to tell delays apart hides a fault for the loop's latency; a
+    /// Longest time to a fault's detection, s after the fault: 50 ms of a drive at which it shows, and the blocks that
+    /// are judged together. A modulation too slow to tell delays apart hides a fault for the span of the delays; a
     /// changed gain may pass for a changed delay once, which takes as long again.
     fn in_time_s(&self, gain: f64) -> f64 {
         let times = if gain == 0.0 { 1.0 } else { 2.0 };
         let told_v = self.floor_v / (1.0 - self.tolerance - gain);
         let (step_s, mut shown_s) = (1e-4, 0.0);
-        let from_s = self.fault_s() - self.delay * self.latency_s;
+        let from_s = self.fault_s() - self.delay_s();
         (0..)
             .map(|k| f64::from(k) * step_s)
             .find(|after_s| {
                 shown_s += f64::from(u8::from(self.commanded_v(from_s + after_s) > 1.02 * told_v))
                     * step_s;
-                shown_s >= times * (self.latency_s + 0.05 + 4.0 * self.block as f64 / RATE_HZ)
+                shown_s >= times * (self.span_s() + 0.05 + 4.0 * self.block as f64 / RATE_HZ)
             })
             .unwrap_or(f64::INFINITY)
     }

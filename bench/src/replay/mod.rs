@@ -142,6 +142,7 @@ fn opening(plan: &Plan) -> Vec<tui::Event> {
             text: format!("safety limits loosened: {}", hardware.loosened.join(", ")),
         })
     });
+    let unverified = hardware.map_or(&[][..], |hardware| &hardware.unverified);
     let mut events = vec![
         tui::Event::Session(tui::event::SessionHeader {
             participant: manifest
@@ -164,6 +165,10 @@ fn opening(plan: &Plan) -> Vec<tui::Event> {
     ];
     events.extend(waiver);
     events.extend(loosened);
+    events.extend(unverified.iter().map(|text| tui::Event::Log {
+        level: LogLevel::Warning,
+        text: text.clone(),
+    }));
     events
 }
 

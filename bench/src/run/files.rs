@@ -178,7 +178,7 @@ pub(super) fn begin_recording(
     };
     let hardware = manifest::RecordedHardware {
         rehearsed: plan.rehearsed.clone(),
-        ..recorded_hardware(&bench, life)
+        ..recorded_hardware(&bench, &plan.unverified, life)
     };
     Box::new(move |key: &TrialKey, drive: &protocols::Drive| {
         let (config, scheduling) = (bench.config(), recorded_scheduling(priorities()));
@@ -268,7 +268,11 @@ fn recorded_scheduling(priorities: ThreadPriorities) -> Option<manifest::Recorde
     })
 }
 
-fn recorded_hardware(bench: &Effective, life: &Life) -> manifest::RecordedHardware {
+fn recorded_hardware(
+    bench: &Effective,
+    unverified: &[String],
+    life: &Life,
+) -> manifest::RecordedHardware {
     let config = bench.config();
     let mut channel_names: Vec<String> = (0..config.audio.input_channels)
         .map(|index| format!("input {index}"))
@@ -305,6 +309,7 @@ fn recorded_hardware(bench: &Effective, life: &Life) -> manifest::RecordedHardwa
         memory_locked: false,
         scheduling: None,
         rehearsed: Vec::new(),
+        unverified: unverified.to_vec(),
         calibration: bench
             .calibration()
             .map(|calibration| manifest::CalibrationReference {

@@ -49,6 +49,7 @@ pub fn run(
         watchers,
         hands: _,
         vibrometer_port: _,
+        voltmeter_port: _,
         estop_hand: _,
         fault_hand: _,
     } = apparatus;
@@ -166,7 +167,8 @@ pub fn run(
     if let Some(notice) = rehearsed::notice(&plan.rehearsed) {
         front.show(warning(notice));
     }
-    for notice in config.safety_notices(plan.carrier_hz) {
+    let warned = config.safety_notices(plan.carrier_hz);
+    for notice in warned.into_iter().chain(plan.unverified.clone()) {
         front.show(warning(notice));
     }
     if !has_position {

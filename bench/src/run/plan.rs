@@ -14,6 +14,7 @@ use signalgen::DriveSettings;
 use strict::InFile;
 
 use crate::apparatus::pace;
+use crate::dates;
 use crate::driving_time;
 use preflight::Table;
 
@@ -44,6 +45,8 @@ pub struct Plan {
     pub preflight: Option<Table>,
     /// Faults that are injected, in the form of `--fault`: what is recorded is a rehearsal.
     pub rehearsed: Vec<String>,
+    /// What nobody has measured although the bench's safety rests on it.
+    pub(super) unverified: Vec<String>,
     pub(super) settings: DriveSettings,
     pub(super) carrier_hz: f64,
 }
@@ -136,7 +139,8 @@ impl Plan {
             bail!("a participant's session needs [force] in bench.toml; `monitor` runs without it");
         }
         file.require_on_plate(config)?;
-        require_armable(config, pace(config, &options.hardware))?;
+        let pace = pace(config, &options.hardware);
+        require_armable(config, pace)?;
         let (asked_n, limit_n) = (protocol.force.max_n, config.safety.max_normal_n);
         if asked_n >= limit_n {
             bail!(
@@ -149,7 +153,8 @@ impl Plan {
         let settings = settings(config)?;
         for condition in &protocol.conditions {
             let waveform = waveform(&condition.drive, config);
-            let watched = require_watched(&bench, &waveform).map_err(anyhow::Error::from);
+            let watched = require_watched(&bench, &waveform, pace, dates::now());
+            let watched = watched.map_err(anyhow::Error::from);
             watched
                 .and(settings.admit(waveform).map_err(anyhow::Error::from))
                 .with_context(|| {
@@ -171,6 +176,7 @@ impl Plan {
         devices::impedance_chain(config, carriers[0])?;
         Ok(Self {
             carrier_hz: carriers[0],
+            unverified: dates::unverified(&bench, pace),
             bench: Arc::new(bench),
             seed: options.hardware.seed.unwrap_or(protocol.trials.seed),
             protocol: file,

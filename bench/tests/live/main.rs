@@ -7,6 +7,7 @@
 mod alignment;
 #[path = "../../../tests/src/campaign.rs"]
 mod campaign;
+mod delay;
 mod exclusive;
 mod flags;
 mod freezes;

@@ -24,6 +24,8 @@ use tasks::{Clock, Schedule};
 
 pub const RATE_HZ: u32 = 192_000;
 pub const CHANNELS: u16 = 4;
+/// Delay of the loop of the nominal bench, s.
+pub const DELAY_S: f64 = 1e-4;
 
 /// The simulated bench's description with some of its lines changed.
 pub fn config(changes: &[(&str, &str)]) -> Config {
@@ -193,7 +195,8 @@ pub struct Rig {
 impl Rig {
     /// A plate that is driven with 10 V, watched as on a real bench.
     pub fn driven() -> Self {
-        let config = config(&[("silence_s = 0.25", "silence_s = 0.05")]);
+        let mut config = config(&[("silence_s = 0.25", "silence_s = 0.05")]);
+        config.safety.measured_delay_s = Some(DELAY_S);
         let mut rig = Self::new(Scenario::default(), config, None);
         rig.drive();
         rig

@@ -16,6 +16,8 @@ pub struct ApparatusConfig {
     pub seed: u64,
     /// Seed of the person's skin and habits; `seed` when absent.
     pub participant_seed: Option<u64>,
+    /// How many times the streams were opened before: the sound layer draws its delay anew each time.
+    pub opening: u64,
     /// Who advances the simulation.
     pub pace: Pace,
     /// Length of a period, frames at 192 kHz: a multiple of 4 from 16 to 1920.
@@ -38,6 +40,7 @@ impl ApparatusConfig {
             scenario,
             seed,
             participant_seed: None,
+            opening: 0,
             pace,
             period_frames: 64,
             force_start: None,

@@ -19,6 +19,7 @@ use crate::host::{SoundCards, cpal_host};
 use crate::pins::{PinBoard, Pins};
 use crate::serial::DeviceStart;
 use crate::vibrometer::Vibrometer;
+use crate::voltmeter::Voltmeter;
 use crate::world_clock::{Lateness, Pace, WorldClock};
 
 /// Longest sleep of the real-time thread; it then makes up for several periods at once.
@@ -68,6 +69,7 @@ pub struct Apparatus {
     pins: Option<Pins>,
     force_port: Option<PathBuf>,
     vibrometer_port: Option<PathBuf>,
+    voltmeter_port: Option<PathBuf>,
     stop: Arc<AtomicBool>,
     driver: Driver,
 }
@@ -111,8 +113,18 @@ impl Apparatus {
         let vibrometer = Vibrometer::open(config.seed, config.pace == Pace::Stepped)
             .map_err(ApparatusError::Serial)?;
         let vibrometer_port = vibrometer.path().map(Path::to_owned);
+        let stepped = config.pace == Pace::Stepped;
+        let voltmeter = Voltmeter::open(&scenario.meter, config.seed, stepped)
+            .map_err(ApparatusError::Serial)?;
+        let voltmeter_port = voltmeter.path().map(Path::to_owned);
         let world = Box::new(World::new(
-            &config, &clock, &cards, &board, &force, &senses, vibrometer,
+            &config,
+            &clock,
+            &cards,
+            &board,
+            &force,
+            &senses,
+            (vibrometer, voltmeter),
         ));
         let patchbay = world.patchbay();
         let masses = world.masses();
@@ -134,6 +146,7 @@ impl Apparatus {
             rehearsal,
             force_port,
             vibrometer_port,
+            voltmeter_port,
             stop,
             driver,
         })
@@ -165,6 +178,15 @@ impl Apparatus {
     /// [`ApparatusError::NoSerialPort`] where the operating system has no pseudo-terminals.
     pub fn vibrometer_port(&self) -> Result<&Path, ApparatusError> {
         port(&self.vibrometer_port, "vibrometer")
+    }
+
+    /// Returns the serial port of a voltmeter across the actuators, to be opened by path: twenty lines a second, each
+    /// the true RMS in V. In a stepped apparatus only the thread that steps may read them.
+    ///
+    /// # Errors
+    /// [`ApparatusError::NoSerialPort`] where the operating system has no pseudo-terminals.
+    pub fn voltmeter_port(&self) -> Result<&Path, ApparatusError> {
+        port(&self.voltmeter_port, "voltmeter")
     }
 
     /// Takes the digital lines; `None` after the first call.

@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use rand::RngExt;
+
 use super::apparatus_error::ApparatusError;
 use super::fault_panel::FaultPanel;
 use super::force_side::ForceSide;
@@ -15,12 +17,14 @@ use crate::host::SoundCards;
 use crate::pins::PinBoard;
 use crate::sound_layer::SoundLayer;
 use crate::vibrometer::Vibrometer;
+use crate::voltmeter::Voltmeter;
 use crate::world_clock::{BASE_RATE_HZ, WorldClock};
 use mock_world::fingertip::Fingertip;
 use mock_world::person::Person;
 use mock_world::plant::Plant;
 use mock_world::run_truth::TruthWriter;
 use mock_world::scenario::SoundLayerTable;
+use mock_world::seed;
 
 /// Everything simulated, and what it shares with the bench.
 pub(super) struct World {
@@ -43,6 +47,9 @@ pub(super) struct World {
     drive: Vec<f32>,
     inputs: Vec<f32>,
     vibrometer: Vibrometer,
+    voltmeter: Voltmeter,
+    /// Share of the spread of the sound layer's delay on this opening.
+    delay_share: f64,
 }
 
 impl World {
@@ -53,8 +60,10 @@ impl World {
         board: &Arc<PinBoard>,
         force: &ForceSide,
         senses: &Senses,
-        vibrometer: Vibrometer,
+        (vibrometer, voltmeter): (Vibrometer, Voltmeter),
     ) -> Self {
+        let opened = config.seed.wrapping_add(config.opening.rotate_left(32));
+        let delay_share = seed::stream(opened, seed::Stream::SoundLayer).random::<f64>();
         let participant_seed = config.participant_seed.unwrap_or(config.seed);
         let scenario = &config.scenario;
         let skin = Fingertip::draw(&scenario.participant, participant_seed);
@@ -73,7 +82,12 @@ impl World {
             person: Person::draw(&scenario.participant, participant_seed),
             plant: Plant::with_fingertip(scenario, skin, config.seed, rate_hz),
             patchbay: Patchbay::default(),
-            layer: SoundLayer::new(&scenario.sound_layer, scenario.converter.channels, rate_hz),
+            layer: SoundLayer::new(
+                &scenario.sound_layer,
+                scenario.converter.channels,
+                rate_hz,
+                delay_share,
+            ),
             layer_table: scenario.sound_layer.clone(),
             rate_hz: BASE_RATE_HZ,
             step: 0,
@@ -82,6 +96,8 @@ impl World {
             drive: vec![0.0; most_frames],
             inputs: vec![0.0; most_frames * scenario.converter.channels],
             vibrometer,
+            voltmeter,
+            delay_share,
         }
     }
 
@@ -130,6 +146,9 @@ impl World {
         self.vibrometer
             .watch(self.plant.truth(), now_s)
             .map_err(ApparatusError::Serial)?;
+        self.voltmeter
+            .watch(self.plant.volts(), now_s)
+            .map_err(ApparatusError::Serial)?;
         if let Some(truth) = &mut self.truth {
             truth
                 .record(self.plant.truth())
@@ -155,7 +174,8 @@ impl World {
             self.rate_hz = rate_hz;
             self.plant.set_rate(f64::from(rate_hz));
             let channels = self.plant.channels();
-            self.layer = SoundLayer::new(&self.layer_table, channels, f64::from(rate_hz));
+            let (table, share) = (&self.layer_table, self.delay_share);
+            self.layer = SoundLayer::new(table, channels, f64::from(rate_hz), share);
         }
     }
 

@@ -28,6 +28,10 @@ pub enum Stream {
     ForceWander,
     /// Errors of the known masses.
     Masses,
+    /// Delays of the sound layer, drawn at each opening.
+    SoundLayer,
+    /// Errors of the voltmeter.
+    Voltmeter,
 }
 
 /// Returns the generator of one stream of `seed`.

@@ -201,6 +201,7 @@ fn apparatus(part: &str, folder: &Path) -> anyhow::Result<(Apparatus, Arc<Seen>)
         watchers: Vec::new(),
         hands: None,
         fault_hand: None,
+        voltmeter_port: None,
         vibrometer_port: None,
         estop_hand: None,
     };

@@ -33,7 +33,7 @@ const fn protocol_edit(edit: &'static [(&'static str, &'static str)], word: &'st
 }
 
 /// Edits that blind a bench whatever its sound card is.
-const EDITS: [Edit; 36] = [
+const EDITS: [Edit; 37] = [
     bench_edit(
         &[("readback_tolerance = 0.25", "readback_tolerance = 1.0")],
         "half the gain",
@@ -133,6 +133,13 @@ const EDITS: [Edit; 36] = [
         "audible_carrier_because is empty",
     ),
     bench_edit(
+        &[(
+            "ramp_s = 0.05",
+            "ramp_s = 0.05\nunchecked_volts_because = \" \"",
+        )],
+        "unchecked_volts_because is empty",
+    ),
+    bench_edit(
         &[("[safety]\n", "[safety]\nwaived = [\"estop\"]\n")],
         "waived_by",
     ),
@@ -188,7 +195,7 @@ const EDITS: [Edit; 36] = [
 ];
 
 /// Edits that blind a bench on a sound card of its own clock.
-const ON_A_CARD: [(&str, &str, &str); 5] = [
+const ON_A_CARD: [(&str, &str, &str); 6] = [
     ("silence_s = 0.25", "silence_s = 0.25", "0.05 to 0.1 s"),
     ("silence_s = 0.25", "silence_s = 1.0", "went silent"),
     ("silence_s = 0.25", "silence_s = 0.02", "silence_s"),
@@ -199,8 +206,14 @@ const ON_A_CARD: [(&str, &str, &str); 5] = [
     ),
     (
         "loop_latency_s = 0.1",
-        "loop_latency_s = 0.3",
+        "loop_latency_s = 0.15",
         "behind a delay",
+    ),
+    // Under limits that see everything, no meter has checked the volts.
+    (
+        "silence_s = 0.25   ",
+        "silence_s = 0.05   ",
+        "no independent meter",
     ),
 ];
 

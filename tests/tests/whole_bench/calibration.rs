@@ -311,3 +311,60 @@ fn typed_and_tabled_amplitudes_serve_as_well() {
     let tabled = tabled.pickup.unwrap().metres_per_unit.value;
     assert!((tabled / typed - 1.0).abs() < 1e-6, "{tabled} {typed}");
 }
+
+/// Hazard 3.
+#[test]
+fn volts_are_checked_against_a_meter_and_a_constant_that_is_wrong_twice_is_found() {
+    let against = ["output", "--meter", "simulated, no. 7", "--reads", "rms"];
+    let room = Room::new("", 1);
+    room.succeed(&against);
+    let kept = || {
+        CalibrationFile::read(&room.calibration())
+            .unwrap()
+            .0
+            .output
+            .unwrap()
+    };
+    let at_carrier = kept();
+    assert_eq!(at_carrier.meter, "simulated, no. 7");
+    // The amplifier's roll-off at 200 kHz takes 1.5 % at the carrier, and the meter has an error of its own.
+    assert!(
+        (at_carrier.per_commanded.value - 0.985).abs() < 0.01,
+        "{at_carrier:?}"
+    );
+    assert!(
+        (at_carrier.per_read_back.value - 1.0).abs() < 0.01,
+        "{at_carrier:?}"
+    );
+    room.succeed(&[&against[..], &["--meter-up-to-hz", "1000"]].concat());
+    let far_below = kept();
+    assert_eq!(far_below.tone_hz, 1e3);
+    assert!(
+        (far_below.per_commanded.value - 0.985).abs() < 0.01,
+        "{far_below:?}"
+    );
+
+    let before = fs::read(room.calibration()).unwrap();
+    refused(
+        room.calibrate(&["output", "--meter", "m", "--reads", "peak"]),
+        &["RMS where peak was asked"],
+    );
+    fs::write(
+        &room.scenario,
+        "[amplifier]\nvolts_per_unit = 65.0\n[converter]\nreadback_volts_per_unit = 65.0\n",
+    )
+    .unwrap();
+    refused(
+        room.calibrate(&against),
+        &[
+            "wrong together",
+            "limits.drive_v = 55 V",
+            "channels.drive.volts_per_unit = 6",
+        ],
+    );
+    assert_eq!(
+        fs::read(room.calibration()).unwrap(),
+        before,
+        "nothing is put in force"
+    );
+}

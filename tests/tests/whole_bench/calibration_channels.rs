@@ -382,3 +382,25 @@ fn the_measured_clipping_level_is_flagged_in_its_place() {
     let said = text(&output);
     assert!(said.contains("the pickup's input is saturated"), "{said}");
 }
+
+/// Fault 16.
+/// Hazard 3.
+#[test]
+fn the_loops_delay_is_measured_over_openings_and_refused_where_they_differ() {
+    let room = Room::new(
+        "[sound_layer]\ndelay_s = 0.012\ndelay_spread_s = 0.005\n",
+        1,
+    );
+    let delay = room.channels().loop_delay.unwrap();
+    assert_eq!(delay.openings, 6);
+    let [least_s, most_s] = delay.extent_s;
+    // Converters and buffers come on top of the layer's own.
+    assert!(least_s > 0.012 && most_s < 0.03, "{delay:?}");
+    assert!((0.001..0.0055).contains(&(most_s - least_s)), "{delay:?}");
+    room.turn_into("[sound_layer]\ndelay_spread_s = 0.04\n");
+    room.refused(&[
+        "over 6 openings",
+        "link both directions",
+        "audio.buffer_frames",
+    ]);
+}

@@ -129,6 +129,7 @@ pub fn apparatus(setup: Setup) -> Bench {
     };
     Bench {
         fault_hand: None,
+        voltmeter_port: None,
         hardware,
         watchers,
         hands: None,

@@ -6,7 +6,7 @@ use bench_tests::program::protocol;
 use bench_tests::room::{Room, refused};
 
 /// What has gone wrong, as the simulated apparatus has it, and the words that a user needs.
-const WRONG: [(&str, &str, &[&str]); 10] = [
+const WRONG: [(&str, &str, &[&str]); 11] = [
     (
         "swapped channels",
         "[sound_layer]\ninputs = [1, 0]\n",
@@ -16,6 +16,16 @@ const WRONG: [(&str, &str, &[&str]); 10] = [
         "a layer of 48 kHz",
         "[sound_layer]\nrate_hz = 48000.0\n",
         &["carrier", "resamples the carrier away", "hw:"],
+    ),
+    (
+        "another delay of the loop",
+        "[sound_layer]\ndelay_s = 0.02\n",
+        &[
+            "FAILED  loop delay",
+            "on this opening",
+            "5.0 ms off",
+            "link the streams",
+        ],
     ),
     (
         "a slipped sample",

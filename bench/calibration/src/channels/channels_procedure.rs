@@ -362,6 +362,7 @@ pub(super) mod tests {
             carrier_hz: 35e3,
             round_trip: Quantity::new(1.0, 1e-4, 3, "1"),
             latency: Quantity::new(0.01, 1e-4, 20, "s"),
+            loop_delay: None,
             inputs: (0..3).map(input).collect(),
         }
     }

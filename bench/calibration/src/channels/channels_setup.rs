@@ -40,8 +40,13 @@ pub struct ChannelsSetup {
     pub highest_v: f64,
     /// Channels as calibrated before; `None` at the first calibration.
     pub before: Option<config::MeasuredChannels>,
+    /// Delay from a command to its read-back at each of several openings of the streams, s.
+    pub delays_s: Vec<f64>,
     pub(super) config: Config,
 }
+
+/// Openings of the streams over which the loop's delay is measured.
+pub const OPENINGS: usize = 6;
 
 impl ChannelsSetup {
     /// Plans a measurement about the plate's resonance, up to the lower of `limits.drive_v` and the output's full
@@ -52,6 +57,7 @@ impl ChannelsSetup {
             carrier_hz: config.plate.resonance_hz,
             highest_v: config.limits.drive_v.min(config.output.volts_per_unit),
             before: held.channels.clone(),
+            delays_s: Vec::new(),
             config: config.clone(),
         }
     }

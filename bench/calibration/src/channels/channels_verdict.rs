@@ -10,15 +10,15 @@ use metrology::spectrum::NoiseDensity;
 use num_complex::Complex64;
 
 use super::channels_procedure::ChannelsProcedure;
-use super::channels_setup::{LADDER_DWELL_S, LISTEN_S, SPAN_HZ, TONES};
+use super::channels_setup::{LADDER_DWELL_S, LISTEN_S, OPENINGS, SPAN_HZ, TONES};
 use super::fault::ChannelsFault;
 use super::ladder::{self, Straightness};
 use super::tone_ratios::{quadrature, ratios};
 use crate::calibration_figures as figures;
 use crate::calibration_figures::InputCurves;
 use crate::judged::{Calibrates, Judged, Part};
-use config::SampleFormat;
-use config::{MeasuredInput, Provenance, Quantity};
+use config::{MeasuredDelay, MeasuredInput, Provenance, Quantity, SampleFormat};
+use safety::DELAY_WITHIN_S;
 
 /// Difference of a delay from the calibration before that counts as a slip, samples.
 const SLIPPED: f64 = 0.5;
@@ -213,6 +213,19 @@ impl ChannelsProcedure {
         mean(&shares, "1", 0.0)
     }
 
+    /// Returns the loop's delay over the openings of the streams; `None` where not every one has shown it.
+    fn loop_delay(&self) -> Option<MeasuredDelay> {
+        let delays_s = &self.setup.delays_s;
+        (delays_s.len() >= OPENINGS).then(|| MeasuredDelay {
+            mean: mean(delays_s, "s", DELAY_ERROR_S),
+            extent_s: [
+                delays_s.iter().copied().fold(f64::INFINITY, f64::min),
+                delays_s.iter().copied().fold(0.0, f64::max),
+            ],
+            openings: delays_s.len(),
+        })
+    }
+
     fn table(&self) -> String {
         let mut text =
             String::from("cabling,input,frequency_hz,drive_v,re_units,im_units,peak_units\n");
@@ -264,6 +277,22 @@ fn mean(values: &[f64], unit: &str, least: f64) -> Quantity {
     Quantity::new(mean, error.max(least), values.len().saturating_sub(1), unit)
 }
 
+/// Standard error of the loop's delay on one opening, s, and the room that it needs within what the watch accepts.
+const DELAY_ERROR_S: f64 = 2e-4;
+const DELAY_ROOM_S: f64 = 1e-3;
+
+/// Returns the fault of a delay that another opening of the streams could bring out of what the watch accepts.
+fn delay_spread(delay: &MeasuredDelay) -> Option<ChannelsFault> {
+    let [least_s, most_s] = delay.extent_s;
+    let mean_s = delay.mean.value;
+    let furthest_s = (mean_s - least_s).max(most_s - mean_s);
+    (furthest_s + DELAY_ROOM_S > DELAY_WITHIN_S).then_some(ChannelsFault::DelaySpread {
+        least_s,
+        most_s,
+        openings: delay.openings,
+    })
+}
+
 /// Standard error of the time at which a tone's onset is found, s.
 const ONSET_ERROR_S: f64 = 1.5e-4;
 
@@ -289,6 +318,13 @@ impl Calibrates for ChannelsProcedure {
             };
             faults.push(level.to_string());
         }
+        let loop_delay = self.loop_delay();
+        faults.extend(
+            loop_delay
+                .as_ref()
+                .and_then(delay_spread)
+                .map(|fault| fault.to_string()),
+        );
         let channels = config::MeasuredChannels {
             measured: Provenance {
                 date,
@@ -306,6 +342,7 @@ impl Calibrates for ChannelsProcedure {
             carrier_hz: self.setup.carrier_hz,
             round_trip,
             latency: mean(&self.latencies, "s", ONSET_ERROR_S),
+            loop_delay,
             inputs,
         };
         let mut remarks: Vec<String> = channels
@@ -318,10 +355,26 @@ impl Calibrates for ChannelsProcedure {
                 .iter()
                 .map(|warning| format!("warning  {warning}")),
         );
+        remarks.push(match &channels.loop_delay {
+            Some(delay) => format!(
+                "loop delay       {:.1} to {:.1} ms over {} openings of the streams",
+                1e3 * delay.extent_s[0],
+                1e3 * delay.extent_s[1],
+                delay.openings
+            ),
+            None => "warning  the loop's delay could not be measured: the faint tone did not show it at each of the openings"
+                .to_owned(),
+        });
         let mut values = vec![
             ("round trip", channels.round_trip.clone()),
             ("latency", channels.latency.clone()),
         ];
+        values.extend(
+            channels
+                .loop_delay
+                .iter()
+                .map(|delay| ("loop delay", delay.mean.clone())),
+        );
         if let Some(pickup) = channels.input(config.channels.pickup.index) {
             values.extend([
                 ("pickup gain", pickup.gain.clone()),

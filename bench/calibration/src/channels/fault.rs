@@ -1,6 +1,7 @@
 //! Faults of the channels, each with its remedy.
 
 use metrology::signal_path::PathFault;
+use safety::DELAY_WITHIN_S;
 
 /// A fault of an input, of the cables, or of the path from the generator to the inputs.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -19,6 +20,21 @@ pub enum ChannelsFault {
         loudest: u16,
         /// Level over that of the loudest input.
         share: f64,
+    },
+    /// The loop's delay differs from one opening of the streams to the next by more than the safety watch can allow for.
+    #[error(
+        "the loop's delay was {:.1} to {:.1} ms over {openings} openings of the streams, and the watch accepts {:.0} ms about one value: link both directions (one duplex device, such as hw:…, or JACK without xruns), shorten audio.buffer_frames, or use another device",
+        1e3 * least_s,
+        1e3 * most_s,
+        1e3 * DELAY_WITHIN_S
+    )]
+    DelaySpread {
+        /// Shortest, s.
+        least_s: f64,
+        /// Longest, s.
+        most_s: f64,
+        /// Number of openings.
+        openings: usize,
     },
     /// The drive is on another input.
     #[error(

@@ -108,6 +108,10 @@ pub struct RecordedHardware {
     /// Faults that were injected on purpose, such as `estop@12s`: the recording is of a rehearsal, not data.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rehearsed: Vec<String>,
+    /// What nobody has measured although the safety of a real bench rests on it, a line each: the loop's delay, the
+    /// volts against a meter.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unverified: Vec<String>,
     /// The calibration in use; absent if and only if `uncalibrated`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibration: Option<CalibrationReference>,

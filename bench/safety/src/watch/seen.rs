@@ -3,6 +3,7 @@
 
 use crate::dead_man::Hold;
 use crate::dose::DoseLeft;
+use crate::loop_delay::LoopDelay;
 use crate::safety_state::SafetyState;
 use crate::signals::{DriveReading, Nonsense, Press, Signals};
 use crate::stop_times::StopTimes;
@@ -34,6 +35,7 @@ impl Seen {
 pub(super) struct Unpublished {
     pub(super) state: Option<SafetyState>,
     pub(super) stop_times: Option<Vec<StopTimes>>,
+    pub(super) loop_delay: Option<LoopDelay>,
     pub(super) dose: Option<DoseLeft>,
     pub(super) hold: Option<Hold>,
 }
@@ -43,6 +45,7 @@ impl Unpublished {
     pub(super) fn offer(&mut self, signals: &Signals) {
         signals.state.offer(&mut self.state);
         signals.stop_times.offer(&mut self.stop_times);
+        signals.loop_delay.offer(&mut self.loop_delay);
         signals.dose.offer(&mut self.dose);
         signals.hold.offer(&mut self.hold);
     }

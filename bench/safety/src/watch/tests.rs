@@ -4,6 +4,7 @@ mod alive;
 mod person;
 
 use super::*;
+use crate::guard::Commanded;
 use crate::plate_heat::PlateHeat;
 use crate::safety_limits::Pace;
 use crate::safety_lines::{input, output};
@@ -18,6 +19,7 @@ const LIMITS: SafetyLimits = SafetyLimits {
     readback_tolerance: 0.2,
     readback_floor_v: 0.5,
     loop_latency_ns: 50_000_000,
+    measured_delay_s: None,
     max_amplitude_m: 5e-6,
     heat: PlateHeat {
         force_factor_n_per_v: 0.13,
@@ -126,6 +128,7 @@ impl Rig {
         self.signals.readback.set(DriveReading {
             volts,
             sample: self.card.frames.load(Ordering::Relaxed),
+            ahead: 0,
             at_ns: self.now_ms * 1_000_000,
         });
     }

@@ -10,6 +10,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
 
+use ::calibration::channels::OPENINGS;
 use clap::{CommandFactory, Parser};
 use config::{AudioHost, Config, ConfigError, Effective};
 use devices::Hardware;
@@ -206,6 +207,7 @@ fn apparatus(
         watchers: Vec::new(),
         hands: None,
         vibrometer_port: None,
+        voltmeter_port: None,
         estop_hand: None,
         fault_hand: None,
     })
@@ -277,6 +279,36 @@ fn require_stops(
     }
     print(stops.to_text())?;
     anyhow::bail!("the bench cannot be stopped as it must be: nothing was calibrated")
+}
+
+/// Opens the streams a few times; returns the loop's delay at each, s, up to the first at which nothing shows it.
+fn loop_delays(
+    bench: &Effective,
+    measure: &cli::Measure,
+    faults: &[RehearsedFault],
+    verbosity: Verbosity,
+) -> anyhow::Result<Vec<f64>> {
+    let early = from_the_start(faults);
+    let mut delays_s = Vec::new();
+    for opening in 1..=OPENINGS {
+        let delay_s = preflight::loop_delay(bench, || {
+            Ok(apparatus(
+                bench.config(),
+                &measure.hardware,
+                measure.speed,
+                None,
+                &early,
+            )?
+            .hardware)
+        })?;
+        let Some(delay_s) = delay_s else { break };
+        verbosity.note(format_args!(
+            "loop delay, opening {opening} of {OPENINGS}: {:.2} ms",
+            1e3 * delay_s
+        ));
+        delays_s.push(delay_s);
+    }
+    Ok(delays_s)
 }
 
 /// Requires a recent press of the e-stop; asks for it unless nobody is there.
@@ -404,6 +436,7 @@ fn calibrate(options: &Calibrate, verbosity: Verbosity) -> anyhow::Result<ExitCo
         Calibrate::Plate(options) => &options.measure,
         Calibrate::Force(options) => &options.measure,
         Calibrate::Channels(options) => &options.measure,
+        Calibrate::Output(options) => &options.measure,
     };
     if !measure.shared {
         privacy::keep_new_files_private();
@@ -424,7 +457,17 @@ fn calibrate(options: &Calibrate, verbosity: Verbosity) -> anyhow::Result<ExitCo
         Calibrate::Pickup(options) => calibration::pickup(config, options, verbosity, open)?,
         Calibrate::Plate(options) => calibration::plate(config, options, verbosity, open)?,
         Calibrate::Force(options) => calibration::force(config, options, verbosity, open)?,
-        Calibrate::Channels(options) => calibration::channels(config, options, verbosity, open)?,
+        Calibrate::Output(options) => calibration::output(config, options, verbosity, open)?,
+        Calibrate::Channels(options) => {
+            let delays_s = |bench: &Effective| {
+                require_stops(bench.config(), measure, &faults)?;
+                loop_delays(bench, measure, &faults, verbosity)
+            };
+            let open = |config: &Config| {
+                apparatus(config, &measure.hardware, measure.speed, None, &faults)
+            };
+            calibration::channels(config, options, verbosity, delays_s, open)?
+        }
     };
     print(if measure.json {
         report.to_json()?

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::time::Duration;
 
 use anyhow::Context;
@@ -42,6 +42,9 @@ pub fn config(scenario: &Scenario) -> String {
     }
 }
 
+/// Number of openings of simulated streams so far.
+static OPENINGS: AtomicU64 = AtomicU64::new(0);
+
 /// A free-running apparatus lives on this date, so that the same seed gives the same files.
 const FREE_RUNNING_DATE: &str = "2026-01-01T09:00:00Z";
 
@@ -62,6 +65,7 @@ pub fn apparatus(
         Speed::Max => Pace::Stepped,
     };
     let mut config = ApparatusConfig::new(scenario, seed, pace);
+    config.opening = OPENINGS.fetch_add(1, Ordering::Relaxed);
     config.truth_path = truth.map(Path::to_owned);
     config.faults = faults.to_vec();
     let mut apparatus = SimulatedApparatus::new(config).context("the simulated apparatus")?;
@@ -80,6 +84,7 @@ pub fn apparatus(
         enable: Some(output("amplifier enable", pins.amplifier_enable)),
         heartbeat: Some(output("heartbeat", pins.heartbeat)),
     };
+    let voltmeter_port = apparatus.voltmeter_port()?.to_owned();
     let (host, force_port, vibrometer_port, clock) = (
         apparatus.host(),
         apparatus.force_port()?.to_owned(),
@@ -122,6 +127,7 @@ pub fn apparatus(
         watchers,
         hands: Some(hands),
         vibrometer_port: Some(vibrometer_port),
+        voltmeter_port: Some(voltmeter_port),
         estop_hand: Some(estop_hand),
         fault_hand: Some(fault_hand),
     })
@@ -250,7 +256,10 @@ fn hands(masses: MassSet, patchbay: Patchbay) -> Hands {
             Cabling::DriveOnly => InputWiring::DriveOnly,
             Cabling::Bench => InputWiring::Bench,
         }),
-        Request::NameMass { .. } | Request::KnownAmplitude { .. } | Request::Review => {}
+        Request::NameMass { .. }
+        | Request::KnownAmplitude { .. }
+        | Request::MeterReading { .. }
+        | Request::Review => {}
     })
 }
 

@@ -36,6 +36,15 @@ use crate::person::FingerState;
 use crate::run_truth::{TruthConstants, TruthSample};
 use crate::scenario::Scenario;
 
+/// Sum of squared voltages across the actuators.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct SquaredVolts {
+    /// The sum, V².
+    pub sum_v2: f64,
+    /// Number of frames over which they were summed.
+    pub frames: u32,
+}
+
 /// Period of the updates of film, friction and forces, s.
 const SLOW_STEP_S: f64 = 1e-4;
 /// Time constant of each of the two first-order averages over the squared surface motion, s.
@@ -97,6 +106,8 @@ pub struct Plant {
     bristle_m: f64,
     force_sensor: ForceSensor,
     masses: KnownMasses,
+    /// Across the actuators during the last step.
+    volts: SquaredVolts,
 
     seed: u64,
     /// True time of frame 0 at the present rate, s.
@@ -217,6 +228,7 @@ impl Plant {
             bristle_m: 0.0,
             force_sensor: ForceSensor::new(&scenario.force_sensor, 0.0, seed),
             masses: KnownMasses::new(&scenario.masses, seed),
+            volts: SquaredVolts::default(),
             seed,
             epoch_s: 0.0,
             frame: 0,
@@ -266,6 +278,7 @@ impl Plant {
         );
         self.forces.drain(..self.forces_due);
         self.truth.clear();
+        self.volts = SquaredVolts::default();
         let from = self.finger;
         let amplifier = if amplifier_on { 1.0 } else { 0.0 };
         for (i, (&sample, frame)) in drive
@@ -321,6 +334,12 @@ impl Plant {
         &self.truth
     }
 
+    /// Returns the squared voltage of the amplifier during the last [`Self::step`].
+    #[must_use]
+    pub fn volts(&self) -> SquaredVolts {
+        self.volts
+    }
+
     /// Returns the constants of the run.
     #[must_use]
     pub fn constants(&self) -> TruthConstants {
@@ -357,6 +376,8 @@ impl Plant {
             let gain = self.gate * self.scenario.amplifier.volts_per_unit;
             voltage.iter_mut().for_each(|c| *c *= gain);
         }
+        self.volts.frames += 1;
+        self.volts.sum_v2 += evaluate(&voltage, 0.5).powi(2);
         if driven && self.gate > 0.0 || !self.state.is_zero() {
             readback = evaluate(&voltage, self.readback_moment)
                 / self.scenario.converter.readback_volts_per_unit;

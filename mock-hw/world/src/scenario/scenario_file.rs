@@ -12,6 +12,7 @@ use super::film_table::FilmTable;
 use super::force_sensor_table::ForceSensorTable;
 use super::jitter_table::JitterTable;
 use super::masses_table::MassesTable;
+use super::meter_table::MeterTable;
 use super::participant_table::ParticipantTable;
 use super::pickup_table::PickupTable;
 use super::plate_table::PlateTable;
@@ -53,6 +54,8 @@ pub struct Scenario {
     pub force_sensor: ForceSensorTable,
     /// Known masses that are placed on the plate or hung over a pulley beside it.
     pub masses: MassesTable,
+    /// An independent voltmeter across the actuators.
+    pub meter: MeterTable,
     /// The pulley encoder.
     pub encoder: EncoderTable,
     /// The person.
@@ -145,6 +148,7 @@ impl Scenario {
         self.film.check()?;
         self.force_sensor.check()?;
         self.masses.check()?;
+        self.meter.check()?;
         self.encoder.check()?;
         self.participant.check()?;
         self.jitter.check()

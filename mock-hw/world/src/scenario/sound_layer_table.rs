@@ -11,6 +11,10 @@ pub struct SoundLayerTable {
     pub rate_hz: Option<f64>,
     /// Whether frequencies above half that rate are filtered off before; otherwise they fold back.
     pub anti_alias: bool,
+    /// Time that the drive waits in a buffer of its own on the way to the card, s.
+    pub delay_s: f64,
+    /// Longest further wait, drawn anew at each opening of the streams, s.
+    pub delay_spread_s: f64,
     /// Converter channel that each channel of the input stream carries; missing entries carry their own.
     pub inputs: Vec<usize>,
     /// A channel that falls behind the others during a run.
@@ -22,6 +26,8 @@ impl Default for SoundLayerTable {
         Self {
             rate_hz: None,
             anti_alias: true,
+            delay_s: 0.0,
+            delay_spread_s: 0.0,
             inputs: Vec::new(),
             slip: None,
         }
@@ -47,6 +53,9 @@ impl SoundLayerTable {
         if let Some(rate_hz) = self.rate_hz {
             within("sound_layer.rate_hz", rate_hz, 8e3, 192e3, "Hz")?;
         }
+        within("sound_layer.delay_s", self.delay_s, 0.0, 0.2, "s")?;
+        let spread_s = self.delay_spread_s;
+        within("sound_layer.delay_spread_s", spread_s, 0.0, 0.2, "s")?;
         within(
             "sound_layer.inputs (entries)",
             self.inputs.len() as f64,

@@ -1,0 +1,330 @@
+//! Measurement of the loop's delay, from a command to its read-back, by each rise of the drive from silence.
+//!
+//! Frames rendered and samples captured are both counted where the callbacks run, so a starved computer that reads
+//! late changes nothing. The shape of the rise is known and its gain is not: of all delays, the one is taken at which
+//! some gain leaves the least residual.
+
+use serde::Serialize;
+
+/// Delay from a command to its read-back, as the program sees it: with the buffers of both directions.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct LoopDelay {
+    /// The delay, s.
+    pub seconds: f64,
+    /// Standard error, s.
+    pub standard_error_s: f64,
+}
+
+/// Largest difference of a loop's delay from the measured one with which a bench is armed, s.
+pub const DELAY_WITHIN_S: f64 = 0.005;
+
+/// Step between the delays that are tried, s.
+const STEP_S: f64 = 1e-3;
+/// Delays below zero that are tried, in steps, so that the least residual lies between two.
+const BELOW: i64 = 2;
+/// Time from the beginning of a rise to the first look, and between two looks, s.
+const LOOK_S: f64 = 0.025;
+/// Time after which a rise that has shown no delay is given up, s.
+const GIVE_UP_S: f64 = 1.0;
+/// Fewest readings that show a delay.
+const FEWEST: usize = 12;
+/// Standard error below which a delay is known, s.
+const KNOWN_S: f64 = 5e-4;
+/// Share of the largest command below which nothing has come back.
+const COME_BACK: f64 = 0.2;
+/// Factor by which neighbouring readings, which share samples and hum, widen the error.
+const SHARED: f64 = 2.0;
+
+/// A reading with the account of frames at its block's arrival.
+#[derive(Debug, Clone, Copy)]
+struct Read {
+    sample: i64,
+    ahead: i64,
+    volts: f64,
+}
+
+/// Watches a drive for rises from silence, and measures the loop's delay by each.
+#[derive(Debug, Clone)]
+pub(crate) struct DelayMeter {
+    rate_hz: f64,
+    step: i64,
+    /// Longest delay that is tried, steps.
+    longest: i64,
+    /// Rendered frames and the envelope commanded there, V peak, from the last silent one on; empty until one was seen.
+    commands: Vec<(i64, f64)>,
+    readings: Vec<Read>,
+    /// Next look, frames after the beginning of the rise; `None` once the delay is known or given up.
+    next_look: Option<i64>,
+}
+
+impl DelayMeter {
+    /// Makes a meter of delays up to `longest_s` at `rate_hz`.
+    pub(crate) fn new(rate_hz: f64, longest_s: f64) -> Self {
+        Self {
+            rate_hz,
+            step: ((STEP_S * rate_hz) as i64).max(1),
+            longest: (longest_s / STEP_S).ceil() as i64,
+            commands: Vec::new(),
+            readings: Vec::new(),
+            next_look: None,
+        }
+    }
+
+    fn frames(&self, seconds: f64) -> i64 {
+        (seconds * self.rate_hz) as i64
+    }
+
+    /// Takes the envelope that is commanded at the latest rendered frame, V peak.
+    pub(crate) fn command(&mut self, frame: u64, envelope_v: f64) {
+        let frame = frame as i64;
+        if envelope_v == 0.0 {
+            self.commands.clear();
+            self.readings.clear();
+            self.commands.push((frame, 0.0));
+            self.next_look = Some(3 * self.frames(LOOK_S));
+            return;
+        }
+        if self.next_look.is_none() {
+            return;
+        }
+        match self.commands.last_mut() {
+            Some(last) if last.0 == frame => last.1 = envelope_v,
+            Some(_) => self.commands.push((frame, envelope_v)),
+            // It was not silent before: nothing is known of its rise.
+            None => {}
+        }
+    }
+
+    /// Returns whether a rise is under way that may still show the delay.
+    pub(crate) fn is_rising(&self) -> bool {
+        self.next_look.is_some() && self.commands.len() > 1
+    }
+
+    /// Takes the envelope that is read back at `sample`, V peak; `ahead` is the number of frames rendered less those
+    /// captured when its block arrived. Returns the delay when this rise has shown it.
+    pub(crate) fn reading(&mut self, sample: u64, ahead: i64, volts: f64) -> Option<LoopDelay> {
+        let look = self.next_look?;
+        let (&(began, _), &(rendered, _)) = (self.commands.first()?, self.commands.last()?);
+        let sample = sample as i64;
+        if rendered == began
+            || self
+                .readings
+                .last()
+                .is_some_and(|last| last.sample >= sample)
+        {
+            return None;
+        }
+        self.readings.push(Read {
+            sample,
+            ahead,
+            volts,
+        });
+        if rendered - began < look {
+            return None;
+        }
+        let found = self.look();
+        let given_up = rendered - began > self.frames(GIVE_UP_S);
+        self.next_look = (found.is_none() && !given_up).then_some(look + self.frames(LOOK_S));
+        found
+    }
+
+    /// Returns the delay, if the readings so far show it.
+    fn look(&self) -> Option<LoopDelay> {
+        let most = |volts: &mut dyn Iterator<Item = f64>| volts.fold(0.0, f64::max);
+        let read_v = most(&mut self.readings.iter().map(|read| read.volts));
+        let commanded_v = most(&mut self.commands.iter().map(|command| command.1));
+        if self.readings.len() < FEWEST || read_v < COME_BACK * commanded_v {
+            return None;
+        }
+        let ahead = self.usual_ahead();
+        let residual = |steps: i64| self.residual_v2(ahead - steps * self.step);
+        let (best, least) = (-BELOW..=self.longest)
+            .map(|steps| (steps, residual(steps)))
+            .min_by(|a, b| a.1.total_cmp(&b.1))?;
+        if best == -BELOW || best == self.longest {
+            return None;
+        }
+        // A parabola through the least residual and its neighbours.
+        let (before, after) = (residual(best - 1), residual(best + 1));
+        let curvature = 0.5 * (before + after) - least;
+        let variance_v2 = least / (self.readings.len() - 2) as f64;
+        let error_steps = SHARED * (variance_v2 / curvature).sqrt();
+        let steps = best as f64 + 0.25 * (before - after) / curvature;
+        let step_s = self.step as f64 / self.rate_hz;
+        (error_steps * step_s < KNOWN_S).then_some(LoopDelay {
+            seconds: steps * step_s,
+            standard_error_s: error_steps * step_s,
+        })
+    }
+
+    /// Returns the median of the frames rendered less those captured: a callback that came late now and then does not
+    /// move it.
+    fn usual_ahead(&self) -> i64 {
+        let mut aheads: Vec<i64> = self.readings.iter().map(|read| read.ahead).collect();
+        aheads.sort_unstable();
+        aheads[aheads.len() / 2]
+    }
+
+    /// Returns the sum of squares that is left when the gain fits best, with sample s showing what was commanded at
+    /// frame s + `lead`, V².
+    fn residual_v2(&self, lead: i64) -> f64 {
+        let (mut read2, mut product, mut commanded2) = (0.0, 0.0, 0.0);
+        // Both are in order.
+        let mut after = 0;
+        for read in &self.readings {
+            let frame = read.sample + lead;
+            while self.commands.get(after).is_some_and(|at| at.0 < frame) {
+                after += 1;
+            }
+            let commanded_v = match (after.checked_sub(1), self.commands.get(after)) {
+                (Some(before), Some(&(to, high_v))) => {
+                    let (from, low_v) = self.commands[before];
+                    low_v + (high_v - low_v) * (frame - from) as f64 / (to - from) as f64
+                }
+                (Some(last), None) => self.commands[last].1,
+                (None, _) => 0.0,
+            };
+            read2 += read.volts * read.volts;
+            product += read.volts * commanded_v;
+            commanded2 += commanded_v * commanded_v;
+        }
+        if commanded2 > 0.0 {
+            (read2 - product * product / commanded2).max(0.0)
+        } else {
+            read2
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{PI, TAU};
+
+    const RATE_HZ: f64 = 192e3;
+    /// Frames rendered before the input began.
+    const HEAD_START: i64 = 77_777;
+    const SILENCE_S: f64 = 0.7;
+
+    /// A drive with a raised-cosine ramp, polled every 2 ms.
+    struct Bench {
+        block: i64,
+        ramp_s: f64,
+        mean_v: f64,
+        index: f64,
+        modulation_hz: f64,
+        gain: f64,
+        delay_s: f64,
+        /// Frames by which each so manieth input block comes late.
+        late: (i64, i64),
+        hum_v: f64,
+    }
+
+    const TONE: Bench = Bench {
+        block: 256,
+        ramp_s: 0.05,
+        mean_v: 2.0,
+        index: 0.0,
+        modulation_hz: 6.0,
+        gain: 1.0,
+        delay_s: 0.012,
+        late: (i64::MAX, 0),
+        hum_v: 0.0,
+    };
+
+    impl Bench {
+        fn commanded_v(&self, frame: i64) -> f64 {
+            let on_s = frame as f64 / RATE_HZ - SILENCE_S;
+            let ramp = 0.5 * (1.0 - (PI * (on_s / self.ramp_s).clamp(0.0, 1.0)).cos());
+            let phase = TAU * self.modulation_hz * on_s;
+            ramp * self.mean_v * (1.0 + self.index * phase.sin())
+        }
+
+        /// Returns the delay that is found, and when, s after the beginning of the rise.
+        fn found(&self) -> Option<(LoopDelay, f64)> {
+            let mut meter = DelayMeter::new(RATE_HZ, 0.1);
+            // Rendered frames wait in buffers for all of the delay; a block comes once it is complete.
+            let lead = HEAD_START;
+            let ahead = HEAD_START + (self.delay_s * RATE_HZ) as i64;
+            (0..1000).find_map(|poll: i64| {
+                let captured = poll * 384 / self.block * self.block;
+                let late = if poll % self.late.0 == 1 {
+                    self.late.1
+                } else {
+                    0
+                };
+                let rendered = captured + ahead;
+                meter.command(rendered as u64, self.commanded_v(rendered));
+                let hum_v = self.hum_v * (TAU * 50.0 * captured as f64 / RATE_HZ).sin();
+                let read_v = self.gain * self.commanded_v(captured + lead) + hum_v;
+                let after_s = rendered as f64 / RATE_HZ - SILENCE_S;
+                meter
+                    .reading(captured as u64, ahead + late, read_v.abs())
+                    .map(|found| (found, after_s))
+            })
+        }
+    }
+
+    #[test]
+    fn a_delay_is_found_within_a_millisecond_in_a_fifth_of_a_second() {
+        for delay_s in [0.001, 0.0123, 0.04, 0.08] {
+            for block in [64, 256, 1024, 2048] {
+                for gain in [1.0, 0.5, 1.9] {
+                    for (index, modulation_hz) in [(0.0, 6.0), (0.95, 6.0), (0.95, 40.0)] {
+                        // Between two callbacks the envelope is not known.
+                        if index > 0.0 && modulation_hz * block as f64 > 0.1 * RATE_HZ {
+                            continue;
+                        }
+                        let bench = Bench {
+                            block,
+                            gain,
+                            index,
+                            modulation_hz,
+                            delay_s,
+                            mean_v: 24.0,
+                            ..TONE
+                        };
+                        let Some((found, after_s)) = bench.found() else {
+                            panic!("{delay_s} s, {block} frames, {gain}, {modulation_hz} Hz")
+                        };
+                        let off_s = found.seconds - delay_s;
+                        assert!(
+                            off_s.abs() < 1e-3 && after_s < 0.25,
+                            "{delay_s} s, {block} frames, {gain}, {modulation_hz} Hz: {off_s} s off after {after_s} s"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_slow_ramp_takes_longer_and_a_slow_computer_changes_nothing() {
+        let slow = Bench {
+            ramp_s: 0.5,
+            ..TONE
+        };
+        let (found, _) = slow.found().unwrap();
+        assert!((found.seconds - 0.012).abs() < 1e-3, "{found:?}");
+        let starved = Bench {
+            late: (5, 8_000),
+            ..TONE
+        };
+        let (found, _) = starved.found().unwrap();
+        assert!((found.seconds - 0.012).abs() < 1e-3, "{found:?}");
+    }
+
+    #[test]
+    fn what_does_not_come_back_or_drowns_shows_no_delay() {
+        let silent = Bench { gain: 0.0, ..TONE };
+        assert_eq!(silent.found(), None);
+        let drowned = Bench { hum_v: 2.0, ..TONE };
+        assert_eq!(drowned.found(), None);
+        // Longer than any that is looked for.
+        let long = Bench {
+            delay_s: 0.15,
+            ..TONE
+        };
+        assert_eq!(long.found(), None);
+    }
+}

@@ -70,7 +70,10 @@ fn tells(fault: FaultKind, trip: &Trip) -> bool {
         Some(16) => matches!(trip, Trip::Readback { .. }),
         Some(17) => *trip == Trip::EmergencyStop,
         Some(18) => matches!(trip, Trip::Gpio { .. }),
-        Some(21) => matches!(trip, Trip::ForceSilent | Trip::Fault { .. }),
+        Some(21) => matches!(
+            trip,
+            Trip::ForceSilent | Trip::ForceNonsense { .. } | Trip::Fault { .. }
+        ),
         Some(23) => matches!(
             trip,
             Trip::ForceLimit { .. }

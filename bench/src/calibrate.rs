@@ -356,11 +356,19 @@ pub fn channels(
 /// # Errors
 /// When the bench cannot measure; a measurement that does not pass is a [`Report`].
 pub fn output(
-    config: Config,
+    mut config: Config,
     options: &cli::CalibrateOutput,
     verbosity: Verbosity,
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
+    if let Some(hz) = options.meter_up_to_hz {
+        // Whoever asks for a tone where the meter reads it has a reason for one that is heard.
+        let why = || format!("the meter reads up to {hz} Hz");
+        config
+            .limits
+            .audible_carrier_because
+            .get_or_insert_with(why);
+    }
     let begun = Begun::new(config, &options.measure, verbosity)?;
     let simulated = options.measure.hardware.mock.is_some();
     let known = if !options.known_v.is_empty() {

@@ -44,12 +44,15 @@ fn lost_forces(path: &Path) -> u64 {
     let usual_s = steps_s[steps_s.len() / 2];
     let lacking_in = |step_s: &f64| (step_s / usual_s).round() as i64 - 1;
     let lacking: i64 = steps_s.iter().map(lacking_in).sum();
-    let events = reader.manifest().events.iter();
-    let texts = events.filter_map(|event| event.text.as_deref()?.split_once("force frames lost: "));
-    let counts = texts.map(|(_, text)| text.split(',').next().unwrap().parse::<u64>().unwrap());
-    let lost = counts.sum::<u64>();
+    let said = |what: &str| -> u64 {
+        let events = reader.manifest().events.iter();
+        let texts = events.filter_map(|event| event.text.as_deref()?.split_once(what));
+        let counts = texts.map(|(_, text)| text.split(',').next().unwrap().parse::<u64>());
+        counts.map(Result::unwrap).sum()
+    };
+    let (lost, corrupt) = (said("force frames lost: "), said("force frames corrupt: "));
     // The usual step is known to some parts in ten thousand, by which a long gap is too long or too short.
-    let within = 2 + lost as i64 / 1000;
+    let within = 2 + (lost / 1000 + corrupt) as i64;
     assert!(
         (lacking - lost as i64).abs() <= within,
         "{}: {lost} said to be lost, {lacking} lacking",

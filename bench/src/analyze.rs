@@ -44,16 +44,14 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
         tables::write(&analysed, folder)?;
     }
     if let Some(folder) = &options.figures {
-        write_figures(&analysed, folder).context("cannot draw the figures")?;
+        write_figures(&analysed, &options.drawn(), folder).context("cannot draw the figures")?;
     }
-    if options.table {
-        write!(
-            std::io::stdout(),
-            "{}",
-            escaped(&statistics(&analysed).to_text())
-        )?;
+    let table = options.table.format();
+    if let Some(format) = table {
+        let text = statistics(&analysed).to_table(format);
+        write!(std::io::stdout(), "{}", escaped(&text))?;
     }
-    if options.json.is_none() && !options.table {
+    if options.json.is_none() && table.is_none() {
         write!(std::io::stdout(), "{}", escaped(&summary(&analysed)))?;
     }
     Ok(analysed.recordings.iter().all(|r| r.found.is_ok()))

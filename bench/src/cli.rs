@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use rehearsal::{FaultKind, RehearsedFault};
 
+pub use crate::analyze_options::Analyze;
 use crate::fault_option::NamedFault;
 
 /// Test bench controller for ultrasonic friction modulation.
@@ -459,35 +460,6 @@ pub struct Devices {
     /// Print as JSON.
     #[arg(long)]
     pub json: bool,
-}
-
-/// `analyze`
-#[derive(Debug, Args)]
-pub struct Analyze {
-    /// Folders of recordings, or of studies, participants or sessions: all their completed trials.
-    #[arg(required = true, value_name = "RECORDING|STUDY")]
-    pub recordings: Vec<PathBuf>,
-    /// Write the results as JSON; `-` for standard output.
-    #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
-    /// Print the published statistics beside those of these recordings.
-    #[arg(long)]
-    pub table: bool,
-    /// Write the tables instances.parquet and samples.parquet.
-    #[arg(long, value_name = "DIR")]
-    pub tables: Option<PathBuf>,
-    /// Draw the published figures as SVG and PNG, with captions.
-    #[arg(long, value_name = "DIR")]
-    pub figures: Option<PathBuf>,
-    /// Assume another value, such as contact_area_m2=314e-6; the names are those of `settings` in the results.
-    #[arg(long, value_name = "NAME=VALUE")]
-    pub assume: Vec<String>,
-    /// Assume the values of a TOML file, NAME = VALUE on each line; --assume takes precedence.
-    #[arg(long, value_name = "FILE")]
-    pub assume_file: Vec<PathBuf>,
-    /// Include practice trials.
-    #[arg(long)]
-    pub practice: bool,
 }
 
 /// `verify`

@@ -2,6 +2,7 @@
 //! here knows which.
 
 pub mod analyze;
+mod analyze_options;
 pub mod apparatus;
 pub mod calibrate;
 pub mod cli;

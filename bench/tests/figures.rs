@@ -9,8 +9,9 @@ use std::path::PathBuf;
 use analysis::analysed::RecordingFindings;
 use analysis::estimate::{InstanceAnalysis, estimate};
 use analysis::exploration_findings::ExplorationFindings;
+use analysis::instance::PlateReading;
 use analysis::measurements::FrameSeries;
-use analysis::{Analysed, RecordingAnalysis, Settings, measured_figures};
+use analysis::{Analysed, Drawn, RecordingAnalysis, Settings, averaged, measured_figures};
 use clap::Parser;
 use contact::fit::FitConditions;
 use contact::{AssumedConstants, Contact, harmonic};
@@ -63,6 +64,7 @@ const MEASURED: [Expected; 4] = [
             ("Time (s)", "Amplitude (µm)", 1),
             ("Time (s)", "|Zₘ| (N·s/m)", 2),
             ("Time (s)", "Force (N)", 3),
+            ("Time (s)", "|f̃| (N)", 2),
             ("Time (s)", "Friction μ", 5),
             ("Time (s)", "Gap (µm)", 4),
         ],
@@ -70,28 +72,30 @@ const MEASURED: [Expected; 4] = [
     (
         "fig13_instances",
         &[
-            (AMPLITUDE, "|Zₘ| (N·s/m)", 2),
-            (AMPLITUDE, "Contact stiffness (N/µm)", 2),
-            (AMPLITUDE, "Gap (µm)", 2),
-            (AMPLITUDE, "Friction coefficient μ", 3),
-            ("Measured μ", "|Zₘ| (N·s/m)", 2),
-            ("Measured μ", "Contact stiffness (N/µm)", 2),
-            ("Measured μ", "Gap (µm)", 2),
+            (AMPLITUDE, "Re Zₘ (N·s/m)", 4),
+            ("Measured μ", "Re Zₘ (N·s/m)", 4),
+            (AMPLITUDE, "−Im Zₘ (N·s/m)", 4),
+            ("Measured μ", "−Im Zₘ (N·s/m)", 4),
+            (AMPLITUDE, "Stiffness (N/µm)", 4),
+            ("Measured μ", "Stiffness (N/µm)", 4),
+            (AMPLITUDE, "Gap (µm)", 4),
+            ("Measured μ", "Gap (µm)", 4),
+            (AMPLITUDE, "Friction coefficient μ", 5),
             ("Measured μ", "Friction coefficient μ", 3),
         ],
     ),
     (
         "fig14_variation",
         &[
-            ("Fall of measured μ", "Fall of |Zₘ| (N·s/m)", 2),
-            ("Fall of measured μ", "Rise of acoustic force (N)", 2),
-            ("Fall of measured μ", "Rise of gap (µm)", 2),
+            ("Δμ, measured", "Δ|Zₘ| (N·s/m)", 2),
+            ("Δμ, measured", "Δ gap (µm)", 2),
+            ("Δμ, measured", "Δμ, estimated", 3),
         ],
     ),
     (
         "fig15_agreement",
         &[
-            ("Measured μ", "Estimated μ", 2),
+            ("Measured μ", "Estimated μ", 3),
             ("Measured μ", "Estimated μ", 2),
         ],
     ),
@@ -178,13 +182,13 @@ fn model_figures_keep_their_curves_and_units() {
 
 #[test]
 fn measured_figures_keep_their_curves_and_units() {
-    let figures = measured_figures(&analysed());
+    let figures = measured_figures(&analysed(), &Drawn::default());
     assert_eq!(figures.len(), MEASURED.len());
     for (figure, expected) in figures.iter().zip(&MEASURED) {
         assert_shows(figure, expected);
     }
     let shaded = figures[0].panels.iter().map(|panel| panel.shaded.len());
-    assert!(shaded.eq([2; 5]), "both instances shaded in every panel");
+    assert!(shaded.eq([2; 6]), "both instances shaded in every panel");
     let agreement = &figures[3].panels[1];
     assert_eq!(
         agreement.notes,
@@ -198,8 +202,8 @@ fn measured_figures_keep_their_curves_and_units() {
 fn the_same_figure_is_the_same_bytes() {
     let (mut once, mut again) = (model_figures(), model_figures());
     let analysed = analysed();
-    once.extend(measured_figures(&analysed));
-    again.extend(measured_figures(&analysed));
+    once.extend(measured_figures(&analysed, &Drawn::default()));
+    again.extend(measured_figures(&analysed, &Drawn::default()));
     for (once, again) in once.iter().zip(&again) {
         assert_eq!(
             once.to_svg().unwrap(),
@@ -313,11 +317,11 @@ fn what_was_not_found_is_not_drawn() {
         .unwrap()
         .instances
         .clear();
-    let figures = measured_figures(&nothing);
+    let figures = measured_figures(&nothing, &Drawn::default());
     assert_eq!(figures.len(), 1, "the trial in time remains");
     figures[0].to_svg().unwrap();
     nothing.recordings.clear();
-    assert_eq!(measured_figures(&nothing), []);
+    assert_eq!(measured_figures(&nothing, &Drawn::default()), []);
 }
 
 const CARRIER_HZ: f64 = 35e3;
@@ -391,7 +395,7 @@ fn analysed() -> Analysed {
                 start_s,
                 end_s: start_s + 0.06,
             };
-            estimate(&series, direction, instance, &conditions, &settings).unwrap()
+            estimate(&series, (0, direction), instance, &conditions, &settings).unwrap()
         })
         .into();
     let manifest = Manifest::parse(MANIFEST, "recording.toml").unwrap();
@@ -401,7 +405,11 @@ fn analysed() -> Analysed {
         pickup: recording::pipeline::PickupOffset::default(),
         rules: settings.selection_rules(manifest.plate.centre_m),
         manifest,
-        z_p: None,
+        z_p: Some(PlateReading {
+            plain_n_s_per_m: Z_P,
+            corrected_n_s_per_m: Z_P,
+            frames: 1000,
+        }),
         explorations: vec![ExplorationFindings::new(
             series,
             direction,
@@ -413,11 +421,13 @@ fn analysed() -> Analysed {
         rejected: Vec::new(),
         flaws: Vec::new(),
     };
-    Analysed {
+    let mut analysed = Analysed {
         settings,
         recordings: vec![RecordingAnalysis {
             path,
             found: Ok(findings),
         }],
-    }
+    };
+    averaged::fill(&mut analysed);
+    analysed
 }

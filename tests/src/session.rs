@@ -74,7 +74,11 @@ pub fn patient_config(folder: &Path) -> PathBuf {
     )
 }
 
-fn with(text: &str, changes: &[(&str, &str)]) -> String {
+/// The text with parts of it exchanged, each once.
+///
+/// # Panics
+/// When it has no such part.
+pub fn with(text: &str, changes: &[(&str, &str)]) -> String {
     changes.iter().fold(text.to_owned(), |text, (from, to)| {
         assert!(text.contains(from), "nothing reads `{from}` in:\n{text}");
         text.replacen(from, to, 1)

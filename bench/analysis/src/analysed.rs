@@ -36,6 +36,12 @@ impl Analysed {
         })
     }
 
+    pub(crate) fn findings_mut(&mut self) -> impl Iterator<Item = &mut RecordingFindings> {
+        self.recordings
+            .iter_mut()
+            .filter_map(|r| r.found.as_mut().ok())
+    }
+
     /// Returns the recordings that could be read.
     pub fn findings(&self) -> impl Iterator<Item = &RecordingFindings> {
         self.recordings.iter().filter_map(|r| r.found.as_ref().ok())

@@ -2,7 +2,8 @@
 
 use contact::fit::paper::RestReading;
 use contact::fit::{
-    Agreement, EstimatedSeries, FitConditions, FitError, FitVerdict, Sensitivities, dynamic, paper,
+    Agreement, EstimatedSeries, FitConditions, FitError, FitVerdict, ModelledSeries, Sensitivities,
+    dynamic, paper,
 };
 use contact::{Contact, FittedFinger};
 use num_complex::Complex64;
@@ -11,36 +12,18 @@ use protocols::{Direction, Instance};
 use crate::analysis_settings::Settings;
 use crate::instance::PreparedInstance;
 use crate::measurements::FrameSeries;
+pub use crate::method::Method;
+use crate::motion::{Impedances, SkinMotion};
 use crate::statistics::{Coefficient, Correlation};
 
 /// Length at either end of an instance that is averaged for changes over it, s: as long as Z_t is read at rest.
 const EDGE_S: f64 = 5e-3;
 
-/// Method of estimation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Method {
-    /// The published method (SCIENCE.md section 7).
-    Paper,
-    /// The method with envelope dynamics and levitation lag (SCIENCE.md section 9).
-    Dynamic,
-}
-
-impl Method {
-    /// Both methods, in the order in which they are shown.
-    pub const BOTH: [Self; 2] = [Self::Paper, Self::Dynamic];
-
-    /// Returns the name in results and tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Paper => "paper",
-            Self::Dynamic => "dynamic",
-        }
-    }
-}
-
 /// Instance with its samples and both estimates.
 #[derive(Debug, Clone)]
 pub struct InstanceAnalysis {
+    /// Number of its exploration in the recording, from 0.
+    pub exploration: usize,
     /// Direction of the slide.
     pub direction: Direction,
     /// Start, s.
@@ -59,6 +42,8 @@ pub struct InstanceAnalysis {
     pub dynamic: Estimated,
     /// Finger of the dynamic estimate, for samples beyond the instance.
     pub finger: FittedFinger,
+    /// Samples as the fits took them.
+    pub prepared: PreparedInstance,
 }
 
 impl InstanceAnalysis {
@@ -67,6 +52,13 @@ impl InstanceAnalysis {
         match method {
             Method::Paper => &self.paper,
             Method::Dynamic => &self.dynamic,
+        }
+    }
+
+    pub(crate) fn estimated_mut(&mut self, method: Method) -> &mut Estimated {
+        match method {
+            Method::Paper => &mut self.paper,
+            Method::Dynamic => &mut self.dynamic,
         }
     }
 
@@ -91,7 +83,9 @@ pub struct Deltas {
     pub abs_im_z_m_n_s_per_m: f64,
     /// Rise of the gap, m.
     pub gap_m: f64,
-    /// Rise of the squeeze film's force, N.
+    /// Rise of the reaction force's amplitude (Huloux 2021, Eq. 10), N.
+    pub reaction_force_n: f64,
+    /// Rise of the squeeze film's mean force (Eq. 14), N.
     pub squeeze_n: f64,
     /// Fall of the estimated friction.
     pub mu: f64,
@@ -114,6 +108,15 @@ pub struct MeasuredSamples {
     pub z_m_corrected_n_s_per_m: Vec<Complex64>,
 }
 
+/// The model with a σ_t that is the average over a participant's instances.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Averaged {
+    /// The average, m.
+    pub sigma_t_m: f64,
+    /// What the model then says of the instance; `None` where it allows no such contact.
+    pub series: Option<ModelledSeries>,
+}
+
 /// Estimate of an instance by one method.
 #[derive(Debug, Clone)]
 pub struct Estimated {
@@ -133,12 +136,20 @@ pub struct Estimated {
     pub mu0: f64,
     /// Standard error of μ0.
     pub mu0_std: f64,
-    /// Reading of Z_m⁰ at rest, by `paper`.
+    /// Where Z_m⁰ was read, by `paper`.
     pub rest: Option<RestReading>,
+    /// Z_m⁰ − Z_p, N·s/m: Z_t if the contact at rest were rigid, beside Eq. 21.
+    pub rigid_z_t_n_s_per_m: Complex64,
     /// Agreement of fitted and measured values.
     pub agreement: Agreement,
     /// Stiffness, gap and friction in time.
     pub series: EstimatedSeries,
+    /// Forces on the skin and its motion, in time.
+    pub motion: SkinMotion,
+    /// The squeeze film's mean force (Huloux 2021, Eq. 14) at the estimated gap, N, in time.
+    pub film_force_n: Vec<f64>,
+    /// The model with the participant's average σ_t.
+    pub averaged: Averaged,
     /// Estimated against measured friction; `None` if either does not vary.
     pub spearman_mu: Option<Correlation>,
     /// Changes over the instance.
@@ -174,7 +185,7 @@ pub enum EstimateError {
 /// Either method fails; so the methods are always compared on the same instances.
 pub fn estimate(
     series: &FrameSeries,
-    direction: Direction,
+    (exploration, direction): (usize, Direction),
     instance: Instance,
     conditions: &FitConditions,
     settings: &Settings,
@@ -200,15 +211,18 @@ pub fn estimate(
 
     let inside = series.instance();
     let edges = Edges::of(inside.time_s);
-    let film = Film {
+    let measured = Measured {
         edges: &edges,
-        settings,
+        conditions,
         amplitude_m: inside.amplitude_m,
         mu: inside.mu,
     };
-    let paper = film.estimated(
+    let at_rest = paper.rest;
+    let paper = measured.estimated(
         inside.z_m_plain_n_s_per_m,
         Fitted {
+            z_p: conditions.z_p_plain_n_s_per_m,
+            z_m0: at_rest.z_m_plain_n_s_per_m,
             verdict: paper.verdict,
             sigma_t: (paper.sigma_t_m, paper.sigma_t_std_m),
             z_t: (paper.z_t_n_s_per_m, paper.z_t_std_n_s_per_m),
@@ -221,9 +235,11 @@ pub fn estimate(
         },
     );
     let finger = dynamic.finger;
-    let dynamic = film.estimated(
+    let dynamic = measured.estimated(
         inside.z_m_corrected_n_s_per_m,
         Fitted {
+            z_p: conditions.z_p_corrected_n_s_per_m,
+            z_m0: at_rest.z_m_corrected_n_s_per_m,
             verdict: dynamic.verdict,
             sigma_t: (dynamic.sigma_t_m, dynamic.sigma_t_std_m),
             z_t: (dynamic.z_t_n_s_per_m, dynamic.z_t_std_n_s_per_m),
@@ -236,6 +252,7 @@ pub fn estimate(
         },
     );
     Ok(InstanceAnalysis {
+        exploration,
         direction,
         start_s: instance.start_s,
         end_s: instance.end_s,
@@ -252,6 +269,7 @@ pub fn estimate(
         paper,
         dynamic,
         finger,
+        prepared: prepared.clone(),
     })
 }
 
@@ -284,6 +302,8 @@ impl Edges {
 
 /// Results that both fits have in common; values with their standard errors.
 struct Fitted {
+    z_p: Complex64,
+    z_m0: Complex64,
     verdict: FitVerdict,
     sigma_t: (f64, f64),
     z_t: (Complex64, Complex64),
@@ -296,22 +316,33 @@ struct Fitted {
 }
 
 /// Measured values that an estimate is compared with.
-struct Film<'a> {
+struct Measured<'a> {
     edges: &'a Edges,
-    settings: &'a Settings,
+    conditions: &'a FitConditions,
     amplitude_m: &'a [f64],
     mu: &'a [f64],
 }
 
-impl Film<'_> {
+impl Measured<'_> {
     fn estimated(&self, z_m: &[Complex64], fitted: Fitted) -> Estimated {
+        let assumed = &self.conditions.assumed;
         let gap_m = &fitted.series.gap_m;
-        let contact = Contact::new(&self.settings.assumed(), fitted.sigma_t.0);
-        let squeeze_n = |i: usize| {
-            contact.as_ref().map_or(f64::NAN, |contact| {
-                contact.squeeze_force_n(gap_m[i], self.amplitude_m[i])
-            })
+        let film_force_n: Vec<f64> = match Contact::new(assumed, fitted.sigma_t.0) {
+            Ok(contact) => gap_m
+                .iter()
+                .zip(self.amplitude_m)
+                .map(|(&gap_m, &amplitude_m)| contact.squeeze_force_n(gap_m, amplitude_m))
+                .collect(),
+            Err(_) => vec![f64::NAN; gap_m.len()],
         };
+        let impedances = Impedances {
+            z_p_n_s_per_m: fitted.z_p,
+            z_t_n_s_per_m: fitted.z_t.0,
+            loss_factor: assumed.loss_factor,
+            carrier_rad_per_s: std::f64::consts::TAU * self.conditions.carrier_hz,
+        };
+        let k_c = &fitted.series.k_c_n_per_m;
+        let motion = SkinMotion::of(&impedances, z_m, self.amplitude_m, k_c);
         Estimated {
             spearman_mu: Coefficient::Spearman.of(&fitted.series.mu, self.mu),
             deltas: Deltas {
@@ -319,8 +350,16 @@ impl Film<'_> {
                 re_z_m_n_s_per_m: self.edges.fall(|i| z_m[i].re),
                 abs_im_z_m_n_s_per_m: self.edges.fall(|i| z_m[i].im.abs()),
                 gap_m: -self.edges.fall(|i| gap_m[i]),
-                squeeze_n: -self.edges.fall(squeeze_n),
+                reaction_force_n: -self.edges.fall(|i| motion.reaction_force_n[i].norm()),
+                squeeze_n: -self.edges.fall(|i| film_force_n[i]),
                 mu: self.edges.fall(|i| fitted.series.mu[i]),
+            },
+            rigid_z_t_n_s_per_m: fitted.z_m0 - fitted.z_p,
+            motion,
+            film_force_n,
+            averaged: Averaged {
+                sigma_t_m: fitted.sigma_t.0,
+                series: None,
             },
             verdict: fitted.verdict,
             sigma_t_m: fitted.sigma_t.0,

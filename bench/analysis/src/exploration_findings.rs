@@ -5,6 +5,7 @@ use num_complex::Complex64;
 use protocols::{Direction, Stretch, Validity};
 
 use crate::measurements::FrameSeries;
+use crate::method::Method;
 
 /// Everything measured during an exploration, at the times of the impedance frames, and what was selected from it.
 #[derive(Debug, Clone)]
@@ -75,6 +76,14 @@ impl ExplorationFindings {
             velocity_m_per_s: series.velocity_m_per_s,
             validity: series.validity,
             stretches,
+        }
+    }
+
+    /// Returns the impedance that a method reads, N·s/m; that of `paper` before its filter.
+    pub fn z_m(&self, method: Method) -> &[Complex64] {
+        match method {
+            Method::Paper => &self.z_m_plain_n_s_per_m,
+            Method::Dynamic => &self.z_m_corrected_n_s_per_m,
         }
     }
 

@@ -9,6 +9,7 @@ use impedance::{Mask, ZmFrame};
 use num_complex::Complex64;
 
 use crate::measurements::{FrameSeries, SMOOTHING_HZ};
+use crate::method::Method;
 
 /// Samples before an instance that a fit may use, s; the levitation lag forgets its start over 20 ms of them.
 pub const LEAD_IN_S: f64 = 0.025;
@@ -139,6 +140,14 @@ pub fn plate<'a>(unloaded: impl IntoIterator<Item = &'a ZmFrame>) -> Option<Plat
 }
 
 impl PlateReading {
+    /// Returns Z_p as a method reads it, N·s/m.
+    pub fn read_by(&self, method: Method) -> Complex64 {
+        match method {
+            Method::Paper => self.plain_n_s_per_m,
+            Method::Dynamic => self.corrected_n_s_per_m,
+        }
+    }
+
     /// Returns the conditions that all fits of the recording share.
     pub fn conditions(&self, assumed: AssumedConstants, carrier_hz: f64) -> FitConditions {
         FitConditions {

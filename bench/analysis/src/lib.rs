@@ -6,8 +6,9 @@
 
 pub mod analysed;
 pub mod analysis_settings;
+pub mod averaged;
 mod clipping;
-mod clustered;
+pub mod clustered;
 pub mod demodulated;
 pub mod estimate;
 pub mod exploration_findings;
@@ -19,9 +20,10 @@ mod levels;
 pub mod live_contact;
 mod measured_figures;
 pub mod measurements;
+pub mod method;
 pub mod model_check;
+pub mod motion;
 pub mod published;
-mod published_text;
 pub mod recording_analysis;
 pub mod results;
 mod row_times;
@@ -38,7 +40,7 @@ use rayon::prelude::*;
 
 pub use analysed::{Analysed, RecordingAnalysis};
 pub use analysis_settings::Settings;
-pub use measured_figures::measured_figures;
+pub use measured_figures::{Drawn, measured_figures};
 
 /// Analyses recording folders in parallel and returns them in the given order; `finished` is called as each is done. A
 /// recording that cannot be read does not stop the others.
@@ -82,26 +84,39 @@ pub fn analyse(
             analysis
         })
         .collect();
-    Analysed {
+    let mut analysed = Analysed {
         settings: *settings,
         recordings,
-    }
+    };
+    averaged::fill(&mut analysed);
+    analysed
 }
 
-/// Draws the figures of an analysis and writes them as [`figures::write()`] does, into a folder that is made if it does
-/// not exist.
+/// Draws the figures of an analysis and writes them as [`figures::write()`] does, each with its numbers as CSV, into a
+/// folder that is made if it does not exist.
 ///
 /// # Errors
 /// If a figure cannot be drawn or a file cannot be written.
 pub fn write_figures(
     analysed: &Analysed,
+    drawn: &Drawn,
     folder: &Path,
 ) -> Result<Vec<PathBuf>, figures::FigureError> {
     std::fs::create_dir_all(folder).map_err(|source| figures::FigureError::Write {
         path: folder.to_owned(),
         source,
     })?;
-    figures::write(&measured_figures(analysed), folder)
+    let drawn = measured_figures(analysed, drawn);
+    let mut written = figures::write(&drawn, folder)?;
+    for figure in &drawn {
+        let path = folder.join(format!("{}.csv", figure.name));
+        std::fs::write(&path, figure.to_csv()).map_err(|source| figures::FigureError::Write {
+            path: path.clone(),
+            source,
+        })?;
+        written.push(path);
+    }
+    Ok(written)
 }
 
 /// Compiles and runs the example in the README.

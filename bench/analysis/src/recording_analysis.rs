@@ -187,8 +187,11 @@ impl RecordingFindings {
                 }
             };
             let estimated = match &conditions {
-                Some(conditions) => estimate(&series, direction, selected, conditions, settings)
-                    .map_err(|error| error.to_string()),
+                Some(conditions) => {
+                    let of = (self.explorations.len(), direction);
+                    estimate(&series, of, selected, conditions, settings)
+                }
+                .map_err(|error| error.to_string()),
                 None => Err("Z_p is not known".to_owned()),
             };
             match estimated {

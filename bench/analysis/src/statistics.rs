@@ -52,6 +52,32 @@ pub struct Spread {
     pub n: usize,
 }
 
+/// Slope of a straight line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slope {
+    /// Slope.
+    pub slope: f64,
+    /// Its standard error; absent for two points.
+    pub std: Option<f64>,
+    /// Number of points.
+    pub n: usize,
+}
+
+/// Slope of the line through the pairs in which both are finite, least squares in y, any intercept; `None` with fewer than
+/// two, or when x does not vary.
+pub fn slope(x: &[f64], y: &[f64]) -> Option<Slope> {
+    let (x, y) = finite_pairs(x, y);
+    let n = x.len();
+    let variance = x.iter().variance();
+    let slope = x.iter().covariance(y.iter()) / variance;
+    let left = (y.iter().variance() - slope * slope * variance).max(0.0);
+    slope.is_finite().then(|| Slope {
+        slope,
+        std: (n > 2).then(|| (left / variance / (n - 2) as f64).sqrt()),
+        n,
+    })
+}
+
 /// 1 − Σ(y − ŷ)²/Σ(y − ȳ)² over the pairs in which both are finite; `None` when y does not vary.
 pub fn r_squared(y: &[f64], modelled: &[f64]) -> Option<f64> {
     let (y, modelled) = finite_pairs(y, modelled);
@@ -126,6 +152,18 @@ mod tests {
         let spearman = Coefficient::Spearman.of(&X, &Y).unwrap();
         assert_relative_eq!(spearman.rho, SPEARMAN.0, max_relative = 1e-12);
         assert_relative_eq!(spearman.p, SPEARMAN.1, max_relative = 1e-9);
+    }
+
+    // (slope, stderr) of scipy's linregress.
+    const LINE: (f64, f64) = (0.550_844_266_805_688_4, 0.128_157_363_854_863_2);
+
+    #[test]
+    fn a_slope_and_its_error_are_scipys() {
+        let line = slope(&X, &Y).unwrap();
+        assert_relative_eq!(line.slope, LINE.0, max_relative = 1e-12);
+        assert_relative_eq!(line.std.unwrap(), LINE.1, max_relative = 1e-9);
+        assert_eq!(slope(&[1.0], &[2.0]), None);
+        assert_eq!(slope(&[1.0, 1.0], &[2.0, 3.0]), None);
     }
 
     #[test]

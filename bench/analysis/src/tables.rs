@@ -1,20 +1,25 @@
 //! Tidy tables as Parquet: one row per instance and method, and one per sample and method. SI units are in the column
-//! names.
+//! names, the settings in the files' metadata.
 //!
 //! A Parquet file has its directory at its end, so each is made in memory and put in place whole.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use contact::fit::ModelledSeries;
+use num_complex::Complex64;
 use parquet::basic::{Compression, LogicalType, Repetition, Type as PhysicalType};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
 use crate::analysed::{Analysed, RecordingFindings};
+use crate::analysis_settings::Settings;
 use crate::estimate::{InstanceAnalysis, Method};
+use crate::motion::SkinMotion;
 use recording::DiskError;
 use recording::disk::{self, OnPath};
 
@@ -22,6 +27,9 @@ use recording::disk::{self, OnPath};
 pub const INSTANCES_FILE: &str = "instances.parquet";
 /// Table with one row per sample of an instance and method.
 pub const SAMPLES_FILE: &str = "samples.parquet";
+
+/// Key in both tables' metadata under which the settings stand, as JSON.
+pub const SETTINGS_KEY: &str = "settings";
 
 /// Why the tables cannot be written.
 #[derive(Debug, thiserror::Error)]
@@ -57,7 +65,7 @@ pub fn write(analysed: &Analysed, folder: &Path) -> Result<(), TableError> {
         (SAMPLES_FILE, samples(analysed)),
     ] {
         let path = folder.join(file);
-        let bytes = encode(columns).map_err(|reason| TableError::Parquet {
+        let bytes = encode(columns, &analysed.settings).map_err(|reason| TableError::Parquet {
             path: path.clone(),
             reason,
         })?;
@@ -94,8 +102,8 @@ fn instances_of(found: &RecordingFindings) -> impl Iterator<Item = Row<'_>> {
         })
 }
 
-/// Returns the columns that name a row: recording, participant (empty if unknown), trial (0 if unknown), instance from
-/// 1, method.
+/// Returns the columns that name a row: recording, participant (empty if unknown), trial (0 if unknown), instance and
+/// exploration from 1, direction, method.
 fn keys<'a>(rows: impl Iterator<Item = &'a Row<'a>> + Clone) -> Vec<Column> {
     let text = |name, value: fn(&Row<'_>) -> String| {
         let values = rows
@@ -115,6 +123,7 @@ fn keys<'a>(rows: impl Iterator<Item = &'a Row<'a>> + Clone) -> Vec<Column> {
             trial.map_or(0, |trial| i64::from(trial.number))
         }),
         whole("instance", |row| row.number as i64),
+        whole("exploration", |row| row.instance.exploration as i64 + 1),
         text("direction", |row| {
             match row.instance.direction {
                 protocols::Direction::LeftToRight => "left_to_right",
@@ -159,9 +168,29 @@ fn instances(analysed: &Analysed) -> Vec<Column> {
         real("spearman_mu", |r| {
             r.estimated().spearman_mu.map_or(f64::NAN, |s| s.rho)
         }),
+        real("carrier_hz", |r| r.found.manifest.carrier_hz),
+        real("re_z_p_n_s_per_m", |r| r.z_p().re),
+        real("im_z_p_n_s_per_m", |r| r.z_p().im),
+        real("re_rigid_z_t_n_s_per_m", |r| {
+            r.estimated().rigid_z_t_n_s_per_m.re
+        }),
+        real("im_rigid_z_t_n_s_per_m", |r| {
+            r.estimated().rigid_z_t_n_s_per_m.im
+        }),
+        real("averaged_sigma_t_m", |r| r.estimated().averaged.sigma_t_m),
         real("delta_abs_z_m_n_s_per_m", |r| {
             r.estimated().deltas.abs_z_m_n_s_per_m
         }),
+        real("delta_re_z_m_n_s_per_m", |r| {
+            r.estimated().deltas.re_z_m_n_s_per_m
+        }),
+        real("delta_abs_im_z_m_n_s_per_m", |r| {
+            r.estimated().deltas.abs_im_z_m_n_s_per_m
+        }),
+        real("delta_reaction_force_n", |r| {
+            r.estimated().deltas.reaction_force_n
+        }),
+        real("delta_squeeze_n", |r| r.estimated().deltas.squeeze_n),
         real("delta_gap_m", |r| r.estimated().deltas.gap_m),
         real("delta_mu", |r| r.estimated().deltas.mu),
     ]);
@@ -199,6 +228,40 @@ fn samples(analysed: &Analysed) -> Vec<Column> {
         real("gap_std_m", |r, at| r.estimated().series.gap_std_m[at]),
         real("mu", |r, at| r.estimated().series.mu[at]),
         real("mu_std", |r, at| r.estimated().series.mu_std[at]),
+        real("reaction_force_n", |r, at| {
+            r.motion().reaction_force_n[at].norm()
+        }),
+        real("reaction_force_phase_rad", |r, at| {
+            r.motion().reaction_force_n[at].arg()
+        }),
+        real("contact_force_n", |r, at| {
+            r.motion().contact_force_n[at].norm()
+        }),
+        real("contact_force_phase_rad", |r, at| {
+            r.motion().contact_force_n[at].arg()
+        }),
+        real("skin_per_plate", |r, at| {
+            r.motion().skin_per_plate[at].norm()
+        }),
+        real("skin_per_plate_phase_rad", |r, at| {
+            r.motion().skin_per_plate[at].arg()
+        }),
+        real("plate_power_w", |r, at| r.motion().plate_power_w[at]),
+        real("skin_power_w", |r, at| r.motion().skin_power_w[at]),
+        real("film_force_n", |r, at| r.estimated().film_force_n[at]),
+        real("re_z_m_averaged_n_s_per_m", |r, at| {
+            r.averaged(|model| model.z_m_n_s_per_m[at].re)
+        }),
+        real("im_z_m_averaged_n_s_per_m", |r, at| {
+            r.averaged(|model| model.z_m_n_s_per_m[at].im)
+        }),
+        real("k_c_averaged_n_per_m", |r, at| {
+            r.averaged(|model| model.k_c_n_per_m[at])
+        }),
+        real("gap_averaged_m", |r, at| {
+            r.averaged(|model| model.gap_m[at])
+        }),
+        real("mu_averaged", |r, at| r.averaged(|model| model.mu[at])),
     ]);
     columns
 }
@@ -208,12 +271,30 @@ impl Row<'_> {
         self.instance.estimated(self.method)
     }
 
+    fn motion(&self) -> &SkinMotion {
+        &self.estimated().motion
+    }
+
+    /// Returns a value of the model with the participant's average σ_t; NaN where it allows no such contact.
+    fn averaged(&self, value: impl Fn(&ModelledSeries) -> f64) -> f64 {
+        let series = &self.estimated().averaged.series;
+        series.as_ref().map_or(f64::NAN, value)
+    }
+
+    /// Returns Z_p of the recording as the method reads it.
+    fn z_p(&self) -> Complex64 {
+        let unknown = Complex64::new(f64::NAN, f64::NAN);
+        self.found
+            .z_p
+            .map_or(unknown, |plate| plate.read_by(self.method))
+    }
+
     fn len(&self) -> usize {
         self.instance.samples.time_s.len()
     }
 }
 
-fn encode(columns: Vec<Column>) -> Result<Vec<u8>, ParquetError> {
+fn encode(columns: Vec<Column>, settings: &Settings) -> Result<Vec<u8>, ParquetError> {
     let fields = columns.iter().map(|column| {
         let (name, physical, logical) = match column {
             Column::Text(name, _) => (name, PhysicalType::BYTE_ARRAY, Some(LogicalType::String)),
@@ -229,8 +310,11 @@ fn encode(columns: Vec<Column>) -> Result<Vec<u8>, ParquetError> {
     let schema = Type::group_type_builder("schema")
         .with_fields(fields.collect::<Result<_, _>>()?)
         .build()?;
+    let assumed =
+        serde_json::to_string(settings).map_err(|why| ParquetError::External(Box::new(why)))?;
     let properties = WriterProperties::builder()
         .set_compression(Compression::SNAPPY)
+        .set_key_value_metadata(Some(vec![KeyValue::new(SETTINGS_KEY.to_owned(), assumed)]))
         .build();
     let mut writer = SerializedFileWriter::new(Vec::new(), Arc::new(schema), Arc::new(properties))?;
     let mut group = writer.next_row_group()?;

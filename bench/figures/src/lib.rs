@@ -14,6 +14,7 @@ mod layout;
 mod path;
 mod pen;
 mod placed;
+mod points;
 mod render;
 mod scale;
 mod spec;

@@ -17,6 +17,7 @@ mod opens_in_python;
 mod person;
 mod population;
 mod private;
+mod published_study;
 mod refusals;
 mod rehearsal;
 mod second_instance;

@@ -9,10 +9,10 @@ use crate::estimate::Method;
 pub(super) const MICRO: f64 = 1e6;
 pub(super) const AMPLITUDE: &str = "Vibration amplitude (µm)";
 pub(super) const ABS_Z_M: &str = "|Zₘ| (N·s/m)";
-pub(super) const STIFFNESS: &str = "Contact stiffness (N/µm)";
 pub(super) const GAP: &str = "Gap (µm)";
 pub(super) const FRICTION: &str = "Friction coefficient μ";
 pub(super) const MEASURED: &str = "measured";
+pub(super) const MODELLED: &str = "model";
 
 /// Returns the sentence that names every assumed parameter of an estimate.
 pub(super) fn assumed(settings: &Settings) -> String {
@@ -50,6 +50,14 @@ pub(super) fn ink(method: Method) -> Ink {
     match method {
         Method::Paper => Ink::Vermillion,
         Method::Dynamic => Ink::Blue,
+    }
+}
+
+/// Returns how the model's curves lie over a method's points.
+pub(super) fn model_ink(method: Method) -> (Ink, Dash) {
+    match method {
+        Method::Paper => (Ink::Black, Dash::Solid),
+        Method::Dynamic => (Ink::Green, Dash::Dashed),
     }
 }
 

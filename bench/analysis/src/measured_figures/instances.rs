@@ -1,7 +1,10 @@
-//! Fig. 13: impedance, stiffness, gap and friction of one trial against amplitude and against measured friction.
+//! Fig. 13: impedance, stiffness, gap and friction of one exploration against amplitude and against measured friction.
 
+use contact::fit::ModelledSeries;
+
+use super::Drawn;
 use super::elements::{
-    ABS_Z_M, AMPLITUDE, FRICTION, GAP, MEASURED, MICRO, STIFFNESS, assumed, points, thinned,
+    AMPLITUDE, FRICTION, GAP, MEASURED, MICRO, MODELLED, assumed, model_ink, points, thinned,
 };
 use crate::analysed::RecordingFindings;
 use crate::analysis_settings::Settings;
@@ -13,6 +16,14 @@ use figures::{Dash, Ink, Marker, Width};
 const DRAWN: usize = 400;
 
 type Value = fn(&InstanceAnalysis, Method, usize) -> f64;
+type Modelled = fn(&ModelledSeries, usize) -> f64;
+
+/// Quantity of the vertical axes.
+struct Quantity {
+    axis: Axis,
+    value: Value,
+    modelled: Modelled,
+}
 
 fn amplitude(instance: &InstanceAnalysis, _: Method, sample: usize) -> f64 {
     instance.samples.amplitude_m[sample] * MICRO
@@ -22,91 +33,172 @@ fn measured_mu(instance: &InstanceAnalysis, _: Method, sample: usize) -> f64 {
     instance.samples.mu[sample]
 }
 
+fn quantities() -> [Quantity; 5] {
+    [
+        Quantity {
+            axis: Axis::linear("Re Zₘ (N·s/m)"),
+            value: |i, method, k| i.z_m(method)[k].re,
+            modelled: |model, k| model.z_m_n_s_per_m[k].re,
+        },
+        Quantity {
+            axis: Axis::linear("−Im Zₘ (N·s/m)"),
+            value: |i, method, k| -i.z_m(method)[k].im,
+            modelled: |model, k| -model.z_m_n_s_per_m[k].im,
+        },
+        Quantity {
+            axis: Axis::logarithmic("Stiffness (N/µm)"),
+            value: |i, method, k| i.estimated(method).series.k_c_n_per_m[k] / MICRO,
+            modelled: |model, k| model.k_c_n_per_m[k] / MICRO,
+        },
+        Quantity {
+            axis: Axis::linear(GAP).from_zero(),
+            value: |i, method, k| i.estimated(method).series.gap_m[k] * MICRO,
+            modelled: |model, k| model.gap_m[k] * MICRO,
+        },
+        Quantity {
+            axis: Axis::linear(FRICTION).from_zero(),
+            value: |i, method, k| i.estimated(method).series.mu[k],
+            modelled: |model, k| model.mu[k],
+        },
+    ]
+}
+
+/// Returns the instances to be drawn: of the exploration with the most, the first of several, or of the whole trial.
+fn chosen<'a>(found: &'a RecordingFindings, drawn: &Drawn) -> &'a [InstanceAnalysis] {
+    if drawn.whole_trial {
+        return &found.instances;
+    }
+    found
+        .instances
+        .chunk_by(|a, b| a.exploration == b.exploration)
+        .rev()
+        .max_by_key(|of| of.len())
+        .unwrap_or_default()
+}
+
 /// Draws the figure; `None` for a recording without instances.
-pub(super) fn figure(found: &RecordingFindings, settings: &Settings) -> Option<Figure> {
-    if found.instances.is_empty() {
+pub(super) fn figure(
+    found: &RecordingFindings,
+    settings: &Settings,
+    drawn: &Drawn,
+) -> Option<Figure> {
+    let instances = chosen(found, drawn);
+    if instances.is_empty() {
         return None;
     }
-    let quantities: [(Axis, Value); 4] = [
-        (Axis::linear(ABS_Z_M), |i, method, k| {
-            i.z_m(method)[k].norm()
-        }),
-        (Axis::logarithmic(STIFFNESS), |i, method, k| {
-            i.estimated(method).series.k_c_n_per_m[k] / MICRO
-        }),
-        (Axis::linear(GAP).from_zero(), |i, method, k| {
-            i.estimated(method).series.gap_m[k] * MICRO
-        }),
-        (Axis::linear(FRICTION).from_zero(), |i, method, k| {
-            i.estimated(method).series.mu[k]
-        }),
-    ];
-    let samples: usize = found.instances.iter().map(|i| i.samples.time_s.len()).sum();
+    let samples: usize = instances.iter().map(|i| i.samples.time_s.len()).sum();
     let step = samples.div_ceil(DRAWN).max(1);
-    let cloud = |x: Value, y: Value, method: Method| -> Vec<(f64, f64)> {
+    let cloud = |x: Value, y: Value, method: Method, step: usize| -> Vec<(f64, f64)> {
         let of = |i: &InstanceAnalysis| -> Vec<(f64, f64)> {
             (0..i.samples.time_s.len())
                 .map(|k| (x(i, method, k), y(i, method, k)))
                 .collect()
         };
-        found.instances.iter().flat_map(of).step_by(step).collect()
+        instances.iter().flat_map(of).step_by(step).collect()
     };
-    let both = |x: Value, y: Value| -> Vec<Series> {
-        Method::BOTH
-            .map(|method| points(method, cloud(x, y, method)))
-            .into()
+    // Broken between instances. Against friction, the model's impedance is over the model's own friction.
+    let curve = |y: Modelled, over_mu: bool, method: Method| -> Series {
+        let mut line = Vec::new();
+        for instance in instances {
+            if let Some(model) = &instance.estimated(method).averaged.series {
+                line.extend((0..model.mu.len()).map(|k| {
+                    let x = if over_mu {
+                        model.mu[k]
+                    } else {
+                        instance.samples.amplitude_m[k] * MICRO
+                    };
+                    (x, y(model, k))
+                }));
+                line.push((f64::NAN, f64::NAN));
+            }
+        }
+        let (ink, dash) = model_ink(method);
+        Series::line(ink, dash, line).named(format!("{}, {MODELLED}", method.name()))
+    };
+    let of_methods = |quantity: &Quantity, x: Value, over_mu: bool| -> Vec<Series> {
+        let clouds = drawn
+            .methods
+            .iter()
+            .map(|&method| points(method, cloud(x, quantity.value, method, step)));
+        let curves = drawn
+            .methods
+            .iter()
+            .map(|&method| curve(quantity.modelled, over_mu, method));
+        // The model's own friction is the line of slope 1 against itself.
+        let of_friction = over_mu && quantity.axis.label == FRICTION;
+        let curves = curves.filter(|_| !of_friction);
+        curves.chain(clouds).collect()
     };
 
-    let mut panels: Vec<Panel> = quantities
-        .iter()
-        .map(|(axis, value)| Panel {
-            series: both(amplitude, *value),
-            ..Panel::new(Axis::linear(AMPLITUDE).from_zero(), axis.clone())
-        })
-        .collect();
-    if let Some(friction) = panels.last_mut() {
+    let quantities = quantities();
+    let mut panels: Vec<Panel> = Vec::new();
+    for quantity in &quantities {
+        panels.push(Panel {
+            series: of_methods(quantity, amplitude, false),
+            ..Panel::new(
+                Axis::linear(AMPLITUDE).from_zero().unwritten(),
+                quantity.axis.clone(),
+            )
+        });
+        panels.push(Panel {
+            series: of_methods(quantity, measured_mu, true),
+            ..Panel::new(
+                Axis::linear("Measured μ").from_zero().unwritten(),
+                quantity.axis.clone(),
+            )
+        });
+    }
+    if let [.., against_amplitude, against_mu] = &mut panels[..] {
+        against_amplitude.x.written = true;
+        against_mu.x.written = true;
         // Few enough that the estimates show between them; not a divisor of an instance, so that no amplitude is left
         // out.
-        let measured = cloud(amplitude, measured_mu, Method::Dynamic)
-            .into_iter()
-            .step_by(7)
-            .collect();
-        let measured = Series::points(Ink::Black, Marker::Triangle, measured).named(MEASURED);
-        friction.series.push(measured);
-    }
-    panels.extend(quantities.iter().map(|(axis, value)| Panel {
-        series: both(measured_mu, *value),
-        ..Panel::new(Axis::linear("Measured μ").from_zero(), axis.clone())
-    }));
-    if let Some(friction) = panels.last_mut() {
-        let greatest = friction
+        let measured = cloud(amplitude, measured_mu, Method::Paper, step * 7);
+        against_amplitude
             .series
-            .iter()
-            .flat_map(Series::extent)
+            .push(Series::points(Ink::Black, Marker::Triangle, measured).named(MEASURED));
+        let extents = against_mu.series.iter().flat_map(Series::extent);
+        let greatest = extents
             .map(|(measured, _)| measured)
+            .filter(|mu| mu.is_finite())
             .fold(0.0, f64::max);
         let equal = vec![(0.0, 0.0), (greatest, greatest)];
-        friction
+        against_mu
             .series
-            .push(Series::line(Ink::Black, Dash::Dashed, equal).named("slope 1"));
+            .push(Series::line(Ink::Grey, Dash::Dotted, equal).named("slope 1"));
     }
     Some(Figure {
         name: "fig13_instances".to_owned(),
         title: "Impedance, stiffness, gap and friction against amplitude and friction".to_owned(),
         caption: format!(
-            "{} samples of the {} instances of {}{}: (a, e) modulus of the observed impedance, (b, f) contact stiffness, (c, g) levitation \
-             gap and (d, h) friction, against (a–d) vibration amplitude (peak) and (e–h) measured friction, by the published (paper) and \
-             the dynamic method (Huloux 2021, Fig. 13). {}",
+            "{} samples of the {} instances of {} of {}{}: (a, b) real and (c, d) negative imaginary part of the observed impedance, \
+             (e, f) contact stiffness, (g, h) levitation gap and (i, j) friction, against (left) vibration amplitude (peak) and (right) \
+             measured friction. Lines: the model with the participant's average σₜ = {} (Huloux 2021, Fig. 13). {}",
             samples,
-            found.instances.len(),
+            instances.len(),
+            if drawn.whole_trial {
+                "the trial"
+            } else {
+                "one exploration"
+            },
             found.path.display(),
             thinned(step),
+            averages(&instances[0], drawn),
             assumed(settings),
         ),
         width: Width::Page,
-        columns: 4,
-        panel_height_mm: 38.0,
+        columns: 2,
+        panel_height_mm: 32.0,
         key: Key::Above,
         panels,
     })
+}
+
+/// Returns the average σ_t of each method in words.
+fn averages(instance: &InstanceAnalysis, drawn: &Drawn) -> String {
+    let each = drawn.methods.iter().map(|&method| {
+        let sigma_t_m = instance.estimated(method).averaged.sigma_t_m;
+        format!("{:.2} µm ({})", sigma_t_m * MICRO, method.name())
+    });
+    each.collect::<Vec<_>>().join(" and ")
 }

@@ -1,4 +1,4 @@
-//! The figures of measurements: Huloux 2021, Figs. 11, 13, 14 and 15, by both methods.
+//! The figures of measurements: Huloux 2021, Figs. 11, 13, 14 and 15.
 
 mod agreement;
 mod elements;
@@ -9,18 +9,37 @@ mod variation;
 use figures::Figure;
 
 use crate::analysed::{Analysed, RecordingFindings};
+use crate::estimate::Method;
+
+/// What the figures show.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Drawn {
+    /// Methods, in the order in which they are drawn over each other: the last lies on top.
+    pub methods: Vec<Method>,
+    /// All instances of the typical trial in Fig. 13, instead of those of one exploration.
+    pub whole_trial: bool,
+}
+
+impl Default for Drawn {
+    fn default() -> Self {
+        Self {
+            methods: vec![Method::Dynamic, Method::Paper],
+            whole_trial: false,
+        }
+    }
+}
 
 /// Returns the figures that these recordings can give: without an instance, only the trial in time; without an
 /// exploration, none.
-pub fn measured_figures(analysed: &Analysed) -> Vec<Figure> {
+pub fn measured_figures(analysed: &Analysed, drawn: &Drawn) -> Vec<Figure> {
     let mut figures = Vec::new();
     if let Some(typical) = typical(analysed) {
-        figures.extend(typical_trial::figure(typical, &analysed.settings));
-        figures.extend(instances::figure(typical, &analysed.settings));
+        figures.extend(typical_trial::figure(typical, &analysed.settings, drawn));
+        figures.extend(instances::figure(typical, &analysed.settings, drawn));
     }
     if analysed.instances().next().is_some() {
-        figures.push(variation::figure(analysed));
-        figures.push(agreement::figure(analysed));
+        figures.push(variation::figure(analysed, drawn));
+        figures.push(agreement::figure(analysed, drawn));
     }
     figures
 }

@@ -1,8 +1,12 @@
 //! Fig. 11: a typical trial in time.
 
-use contact::self_sensed;
+use std::f64::consts::TAU;
 
-use super::elements::{ABS_Z_M, EstimatedQuantity, GAP, MICRO, assumed, dash, ink, line};
+use contact::self_sensed;
+use num_complex::Complex64;
+
+use super::Drawn;
+use super::elements::{ABS_Z_M, EstimatedQuantity, GAP, MICRO, assumed, ink, line};
 use crate::analysed::RecordingFindings;
 use crate::analysis_settings::Settings;
 use crate::estimate::{InstanceAnalysis, Method};
@@ -11,7 +15,11 @@ use figures::{Axis, Figure, Key, Panel, Series};
 use figures::{Dash, Ink, Width};
 
 /// Draws the exploration with the most instances; `None` for a recording without exploration.
-pub(super) fn figure(found: &RecordingFindings, settings: &Settings) -> Option<Figure> {
+pub(super) fn figure(
+    found: &RecordingFindings,
+    settings: &Settings,
+    drawn: &Drawn,
+) -> Option<Figure> {
     let exploration = found
         .explorations
         .iter()
@@ -38,22 +46,34 @@ pub(super) fn figure(found: &RecordingFindings, settings: &Settings) -> Option<F
     };
 
     let amplitude = measured(&exploration.amplitude_m, MICRO);
-    let modulus: Vec<f64> = exploration
-        .z_m_corrected_n_s_per_m
-        .iter()
-        .map(|z| z.norm())
-        .collect();
-    let plain: Vec<f64> = exploration
-        .z_m_plain_n_s_per_m
-        .iter()
-        .map(|z| z.norm())
-        .collect();
     let lateral: Vec<f64> = exploration
         .lateral_n
         .iter()
         .map(|force| force.abs())
         .collect();
-    let mut forces = vec![
+    let of_methods = |value: &dyn Fn(Complex64, f64, Method) -> f64| -> Vec<Series> {
+        let curve = |&method: &Method| {
+            let frames = exploration.z_m(method).iter().zip(&exploration.amplitude_m);
+            let values: Vec<f64> = frames.map(|(&z, &a)| value(z, a, method)).collect();
+            line(method, measured(&values, 1.0))
+        };
+        drawn.methods.iter().map(curve).collect()
+    };
+    let modulus = of_methods(&|z_m, _, _| z_m.norm());
+    let reaction = of_methods(&|z_m, amplitude_m, method| {
+        found.z_p.map_or(f64::NAN, |plate| {
+            let v_p = TAU * found.manifest.carrier_hz * amplitude_m;
+            ((z_m - plate.read_by(method)) * v_p).norm()
+        })
+    });
+    let mut forces = Vec::new();
+    if drawn.methods.contains(&Method::Dynamic) {
+        forces.extend(sensed_normal_n(found, exploration).map(|sensed| {
+            Series::line(Ink::Orange, Dash::Dashed, measured(&sensed, 1.0))
+                .named("normal force, self-sensed")
+        }));
+    }
+    forces.extend([
         Series::line(
             Ink::Black,
             Dash::Solid,
@@ -61,23 +81,18 @@ pub(super) fn figure(found: &RecordingFindings, settings: &Settings) -> Option<F
         )
         .named("normal force"),
         Series::line(Ink::Grey, Dash::Solid, measured(&lateral, 1.0)).named("lateral force"),
-    ];
-    forces.extend(sensed_normal_n(found, exploration).map(|sensed| {
-        Series::line(Ink::Orange, Dash::Dashed, measured(&sensed, 1.0))
-            .named("normal force, self-sensed")
-    }));
-    let mut friction = vec![Series::line(
-        Ink::Black,
-        Dash::Solid,
-        measured(&exploration.mu, 1.0),
-    )];
-    friction.extend(estimates(
+    ]);
+    let mut friction = estimates(
         &instances,
+        drawn,
         |series| (&series.mu, &series.mu_std),
         1.0,
-    ));
+    );
+    let measured_mu = measured(&exploration.mu, 1.0);
+    friction.push(Series::line(Ink::Black, Dash::Dotted, measured_mu));
     let gap = estimates(
         &instances,
+        drawn,
         |series| (&series.gap_m, &series.gap_std_m),
         MICRO,
     );
@@ -87,22 +102,9 @@ pub(super) fn figure(found: &RecordingFindings, settings: &Settings) -> Option<F
             Axis::linear("Amplitude (µm)").from_zero(),
             vec![Series::line(Ink::Black, Dash::Solid, amplitude)],
         ),
-        panel(
-            Axis::linear(ABS_Z_M),
-            vec![
-                Series::line(
-                    ink(Method::Paper),
-                    dash(Method::Paper),
-                    measured(&plain, 1.0),
-                ),
-                Series::line(
-                    ink(Method::Dynamic),
-                    dash(Method::Dynamic),
-                    measured(&modulus, 1.0),
-                ),
-            ],
-        ),
+        panel(Axis::linear(ABS_Z_M), modulus),
         panel(Axis::linear("Force (N)").from_zero(), forces),
+        panel(Axis::linear("|f̃| (N)").from_zero(), reaction),
         panel(Axis::linear("Friction μ").from_zero(), friction),
         panel(Axis::linear(GAP).from_zero(), gap),
     ];
@@ -113,20 +115,29 @@ pub(super) fn figure(found: &RecordingFindings, settings: &Settings) -> Option<F
         name: "fig11_typical_trial".to_owned(),
         title: "A typical trial in time".to_owned(),
         caption: format!(
-            "{} exploration of {} in time: (a) vibration amplitude (peak); (b) modulus of the observed impedance, as the published method \
-             (paper) reads it and freed of envelope dynamics (dynamic); (c) normal and lateral force, and the normal force sensed \
-             from impedance and amplitude alone with the finger of the first instance; (d) friction, measured (black) and estimated; (e) levitation \
-             gap, estimated (Huloux 2021, Fig. 11). Instances shaded grey, standard errors in the tint of their curve. {}",
+            "{} exploration of {} in time: (a) vibration amplitude (peak); (b) modulus of the observed impedance{}; (c) normal and \
+             lateral force{}; (d) amplitude of the finger's reaction force (Eq. 10); (e) friction, measured (dotted) and estimated; (f) \
+             levitation gap, estimated (Huloux 2021, Fig. 11). Instances shaded grey, standard errors in the tint of their curve. {}",
             match exploration.direction {
                 protocols::Direction::LeftToRight => "Left-to-right",
                 protocols::Direction::RightToLeft => "Right-to-left",
             },
             found.path.display(),
+            if drawn.methods.len() > 1 {
+                ", as the published method (paper) reads it and freed of envelope dynamics (dynamic)"
+            } else {
+                ""
+            },
+            if drawn.methods.contains(&Method::Dynamic) {
+                ", and the normal force sensed from impedance and amplitude alone with the finger of the first instance"
+            } else {
+                ""
+            },
             assumed(settings),
         ),
         width: Width::Page,
         columns: 1,
-        panel_height_mm: 27.0,
+        panel_height_mm: 25.0,
         key: Key::Above,
         panels,
     })
@@ -157,9 +168,10 @@ fn sensed_normal_n(
     sensed.ok().map(|sensed| sensed.normal_n)
 }
 
-/// Returns curves and standard errors of both methods, broken between instances.
+/// Returns curves and standard errors of the methods, broken between instances.
 fn estimates(
     instances: &[&InstanceAnalysis],
+    drawn: &Drawn,
     quantity: EstimatedQuantity,
     factor: f64,
 ) -> Vec<Series> {
@@ -179,6 +191,6 @@ fn estimates(
         }
         (Series::band(ink(method), band), line(method, curve))
     };
-    let (bands, curves): (Vec<Series>, Vec<Series>) = Method::BOTH.map(of).into_iter().unzip();
+    let (bands, curves): (Vec<Series>, Vec<Series>) = drawn.methods.iter().copied().map(of).unzip();
     bands.into_iter().chain(curves).collect()
 }

@@ -1,56 +1,78 @@
-//! Fig. 14: what changes over an instance, against the fall of friction.
+//! Fig. 14: how much impedance, gap and estimated friction change, against how much friction changes.
 
+use super::Drawn;
 use super::elements::{MICRO, assumed, points};
 use crate::analysed::Analysed;
-use crate::estimate::{Deltas, Method};
+use crate::published::{ABS_Z_M, Change, Changes, GAP, MU_ESTIMATED, changes};
 use crate::statistics::Coefficient;
-use figures::Width;
 use figures::written;
-use figures::{Axis, Figure, Key, Panel};
+use figures::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};
 
 /// Share of the range that two lines of text take.
 const FOR_WORDS: f64 = 0.25;
 
-pub(super) fn figure(analysed: &Analysed) -> Figure {
-    let panel = |label: &str, change: fn(&Deltas) -> f64| {
+pub(super) fn figure(analysed: &Analysed, drawn: &Drawn) -> Figure {
+    let mut what = None;
+    let mut panel = |label: &str, change: Change, coefficient: Coefficient, factor: f64| {
         let mut panel = Panel::new(
-            Axis::linear("Fall of measured μ"),
+            Axis::linear("Δμ, measured"),
             Axis::linear(label).with_headroom(FOR_WORDS),
         );
-        for method in Method::BOTH {
-            let pairs: Vec<(f64, f64)> = analysed
-                .instances()
-                .map(|(_, i)| (i.delta_mu, change(&i.estimated(method).deltas)))
-                .collect();
-            let (mu, change): (Vec<f64>, Vec<f64>) = pairs.iter().copied().unzip();
-            if let Some(found) = Coefficient::Spearman.of(&change, &mu) {
-                panel
-                    .notes
-                    .push(format!("ρ = {} ({})", written(found.rho, 2), method.name()));
+        for &method in &drawn.methods {
+            let Changes { over, pairs } = changes(analysed, method, change);
+            let (mu, of): (Vec<f64>, Vec<f64>) = pairs.iter().copied().unzip();
+            if let Some(found) = coefficient.of(&of, &mu) {
+                let symbol = match coefficient {
+                    Coefficient::Spearman => "ρ",
+                    Coefficient::Pearson => "r",
+                };
+                panel.notes.push(format!(
+                    "{symbol} = {} ({})",
+                    written(found.rho, 2),
+                    method.name()
+                ));
             }
-            panel.series.push(points(method, pairs));
+            what = Some((pairs.len(), over));
+            let pairs = pairs.iter().map(|&(mu, of)| (mu, of * factor));
+            panel.series.push(points(method, pairs.collect()));
         }
         panel
     };
+    let mut panels = vec![
+        panel("Δ|Zₘ| (N·s/m)", ABS_Z_M, Coefficient::Spearman, 1.0),
+        panel("Δ gap (µm)", GAP, Coefficient::Spearman, MICRO),
+        panel("Δμ, estimated", MU_ESTIMATED, Coefficient::Pearson, 1.0),
+    ];
+    if let Some(estimated) = panels.last_mut() {
+        let values = estimated.series.iter().flat_map(Series::extent);
+        let greatest = values.map(|(mu, _)| mu).filter(|mu| mu.is_finite());
+        let (least, greatest) = greatest.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), mu| {
+            (mu.min(a), mu.max(b))
+        });
+        let equal = vec![(least, least), (greatest, greatest)];
+        let line = Series::line(Ink::Black, Dash::Dashed, equal).named("slope 1");
+        estimated.series.push(line);
+    }
+    let (n, over) = what.map_or((0, "instances"), |(n, over)| (n, over.name()));
     Figure {
         name: "fig14_variation".to_owned(),
-        title: "Variation of impedance, acoustic force and gap against that of friction".to_owned(),
+        title: "Variation of impedance, gap and estimated friction against that of friction"
+            .to_owned(),
         caption: format!(
-            "Change over each of {} instances, mean of its last 5 ms against that of its first: (a) fall of the modulus of the observed \
-             impedance, (b) rise of the acoustic force of the squeeze film, (c) rise of the levitation gap, against the fall of measured \
-             friction, by the published (paper) and the dynamic method, with Spearman's ρ (Huloux 2021, Fig. 14, who give 0.28, 0.34 and \
-             0.43). {}",
-            analysed.instances().count(),
+            "Maximum less minimum of {}, over {n} {over}: (a) the modulus of the observed impedance, (b) the levitation gap, (c) \
+             the estimated friction, against measured friction, with Spearman's ρ and Pearson's r (Huloux 2021, Fig. 14, who give ρ = \
+             0.28 and 0.43 and r = 0.76 over 140 trials). {}",
+            if over == "trials" {
+                "an exploration, averaged over those of a trial"
+            } else {
+                "an instance, there being too few trials"
+            },
             assumed(&analysed.settings),
         ),
         width: Width::Page,
         columns: 3,
         panel_height_mm: 45.0,
         key: Key::Above,
-        panels: vec![
-            panel("Fall of |Zₘ| (N·s/m)", |deltas| deltas.abs_z_m_n_s_per_m),
-            panel("Rise of acoustic force (N)", |deltas| deltas.squeeze_n),
-            panel("Rise of gap (µm)", |deltas| deltas.gap_m * MICRO),
-        ],
+        panels,
     }
 }

@@ -19,7 +19,8 @@ use super::fit_agreement::{Agreement, agreement};
 use super::fit_error::FitError;
 use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD};
 use super::lag::Lag;
-use super::least_squares::{ImpedanceModel, Minimum, best_start, minimise};
+use super::least_squares::{ImpedanceModel, Minimum, best_start, evaluated, minimise};
+use super::modelled_series::ModelledSeries;
 use super::sensitivity::{self, Sensitivities};
 use super::series::{InstanceSamples, InstanceSeries, cubic_through, mean};
 use super::sigma_search::sigma_starts;
@@ -91,6 +92,41 @@ pub fn fit(
     let mut model = DynamicModel::new(instance, conditions, options)?;
     let solution = model.solve()?;
     model.report(&instance.instance(), solution)
+}
+
+/// Returns the model with a σ_t that was not fitted to this instance, such as a participant's average, and with `tau_s`; Z_t
+/// and μ0 are those that then fit the instance best.
+///
+/// # Errors
+/// If the lead-in is too short, or the model allows no such contact.
+pub fn modelled(
+    instance: &InstanceSeries<'_>,
+    conditions: &FitConditions,
+    options: &DynamicOptions,
+    sigma_t_m: f64,
+    tau_s: f64,
+) -> Result<ModelledSeries, FitError> {
+    let mut model = DynamicModel::new(instance, conditions, options)?;
+    let (ln_sigma_t, tau_ms) = (sigma_t_m.ln(), tau_s / MS);
+    let contact = model.follow(ln_sigma_t, tau_ms).ok_or(FitError::NoStart)?;
+    let z_t = model.tissue_given_gap(&contact);
+    let z_m_n_s_per_m =
+        evaluated(&mut model, &[ln_sigma_t, z_t.re, z_t.im, tau_ms]).ok_or(FitError::NoStart)?;
+    let mu0 = model.friction_at_rest(&contact, instance.instance().mu).mu0;
+    let from = model.lead;
+    let gap_m = model.gap[from..].to_vec();
+    let k_c = |(&gap_m, &a)| contact.stiffness_n_per_m(gap_m, a);
+    let mu = |(&gap_m, &n)| mu0 * contact.friction_ratio(gap_m, n);
+    Ok(ModelledSeries {
+        z_m_n_s_per_m,
+        k_c_n_per_m: gap_m
+            .iter()
+            .zip(&model.amplitude_m[from..])
+            .map(k_c)
+            .collect(),
+        mu: gap_m.iter().zip(&model.normal_n[from..]).map(mu).collect(),
+        gap_m,
+    })
 }
 
 /// Returns how σ_t, Z_t and τ depend on the assumed constants.

@@ -156,6 +156,17 @@ pub(crate) fn best_start<M: ImpedanceModel<N>, const N: usize>(
     best
 }
 
+/// Returns the model's impedance; `None` where the model does not hold.
+pub(crate) fn evaluated<M: ImpedanceModel<N>, const N: usize>(
+    model: &mut M,
+    parameters: &[f64; N],
+) -> Option<Vec<Complex64>> {
+    let n = model.measured().len();
+    let mut z_m = vec![Complex64::ZERO; n];
+    model.evaluate(parameters, &mut z_m, &mut vec![[Complex64::ZERO; N]; n])?;
+    Some(z_m)
+}
+
 /// Minimises by Levenberg–Marquardt from one start.
 pub(crate) fn minimise<M: ImpedanceModel<N>, const N: usize>(
     model: &mut M,

@@ -15,7 +15,8 @@ use super::estimated_series::{EstimatedSeries, FrictionAtRest, GapLaw, MeasuredS
 use super::fit_agreement::{Agreement, agreement};
 use super::fit_error::FitError;
 use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD};
-use super::least_squares::{ImpedanceModel, Minimum, best_start, minimise};
+use super::least_squares::{ImpedanceModel, Minimum, best_start, evaluated, minimise};
+use super::modelled_series::ModelledSeries;
 use super::sensitivity::{self, Sensitivities};
 use super::series::{InstanceSamples, InstanceSeries, mean};
 use super::sigma_search::sigma_starts;
@@ -50,6 +51,10 @@ pub struct RestReading {
     pub samples: usize,
     /// The greatest amplitude among them, m.
     pub up_to_amplitude_m: f64,
+    /// Z_m⁰, their mean plain impedance, N·s/m.
+    pub z_m_plain_n_s_per_m: Complex64,
+    /// Their mean corrected impedance, N·s/m.
+    pub z_m_corrected_n_s_per_m: Complex64,
 }
 
 /// Result of the published method for one instance.
@@ -90,9 +95,39 @@ pub fn fit(
 ) -> Result<PaperFit, FitError> {
     let samples = instance.instance();
     let at_rest = InstanceAtRest::read(instance, options);
-    let mut model = PaperModel::new(&samples, conditions, at_rest.z_m)?;
+    let mut model = PaperModel::new(&samples, conditions, at_rest.reading.z_m_plain_n_s_per_m)?;
     let minimum = model.fitted()?;
     model.report(&samples, minimum, &at_rest)
+}
+
+/// Returns the model with a σ_t that was not fitted to this instance, such as a participant's average; Z_t by Eq. 21 and μ0
+/// are the instance's own.
+///
+/// # Errors
+/// If the model allows no such contact.
+pub fn modelled(
+    instance: &InstanceSeries<'_>,
+    conditions: &FitConditions,
+    options: &PaperOptions,
+    sigma_t_m: f64,
+) -> Result<ModelledSeries, FitError> {
+    let samples = instance.instance();
+    let at_rest = InstanceAtRest::read(instance, options);
+    let mut model = PaperModel::new(&samples, conditions, at_rest.reading.z_m_plain_n_s_per_m)?;
+    let z_m_n_s_per_m = evaluated(&mut model, &[sigma_t_m.ln()]).ok_or(FitError::NoStart)?;
+    let contact = Contact::new(&conditions.assumed, sigma_t_m)?;
+    let mu0 = at_rest.friction.mu0;
+    let film = || model.gap_m.iter().zip(&model.normal_n);
+    Ok(ModelledSeries {
+        z_m_n_s_per_m,
+        k_c_n_per_m: film()
+            .map(|(&gap_m, &n)| contact.balance_stiffness_n_per_m(gap_m, n))
+            .collect(),
+        mu: film()
+            .map(|(&gap_m, &n)| mu0 * contact.friction_ratio(gap_m, n))
+            .collect(),
+        gap_m: model.gap_m,
+    })
 }
 
 /// Returns how σ_t and Z_t depend on the assumed constants.
@@ -107,7 +142,7 @@ pub fn sensitivities(
     sensitivity::sensitivities(conditions, |conditions| {
         let samples = instance.instance();
         let at_rest = InstanceAtRest::read(instance, options);
-        let mut model = PaperModel::new(&samples, conditions, at_rest.z_m)?;
+        let mut model = PaperModel::new(&samples, conditions, at_rest.reading.z_m_plain_n_s_per_m)?;
         let minimum = model.fitted()?;
         Ok((
             minimum.parameters[0],
@@ -118,7 +153,6 @@ pub fn sensitivities(
 }
 
 struct InstanceAtRest {
-    z_m: Complex64,
     friction: FrictionAtRest<1>,
     reading: RestReading,
 }
@@ -137,8 +171,8 @@ impl InstanceAtRest {
             let lowest = (options.lowest_s / instance.interval_s()).round() as usize;
             at.truncate(lowest.max(1));
         }
-        let z_m = at.iter().map(|&i| samples.z_m_plain_n_s_per_m[i]);
-        let z_m = z_m.sum::<Complex64>() / at.len() as f64;
+        let mean_of =
+            |z_m: &[Complex64]| at.iter().map(|&i| z_m[i]).sum::<Complex64>() / at.len() as f64;
         let rise = instance.rise();
         let mut mu: Vec<f64> = rise
             .amplitude_m
@@ -154,7 +188,6 @@ impl InstanceAtRest {
         let mu0 = mean(&mu);
         let scatter = mu.iter().map(|m| (m - mu0).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
         Self {
-            z_m,
             friction: FrictionAtRest {
                 mu0,
                 slopes: [0.0],
@@ -164,6 +197,8 @@ impl InstanceAtRest {
                 below_threshold: below,
                 samples: at.len(),
                 up_to_amplitude_m: at.iter().map(|&i| amplitude[i]).fold(0.0, f64::max),
+                z_m_plain_n_s_per_m: mean_of(samples.z_m_plain_n_s_per_m),
+                z_m_corrected_n_s_per_m: mean_of(samples.z_m_corrected_n_s_per_m),
             },
         }
     }

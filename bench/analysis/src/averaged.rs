@@ -1,0 +1,75 @@
+//! The model with the average σ_t of a participant, at each instance of theirs.
+//!
+//! A participant's σ_t is the mean over all their instances; of a recording whose participant is not known, over its own.
+
+use std::collections::BTreeMap;
+
+use contact::fit::{FitError, ModelledSeries, dynamic, paper};
+
+use crate::analysed::{Analysed, RecordingFindings};
+use crate::analysis_settings::Settings;
+use crate::estimate::{Averaged, InstanceAnalysis};
+use crate::method::Method;
+
+/// Whose average: a participant's, or that of the recording with this number.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+enum Whose {
+    Participant(String),
+    Recording(usize),
+}
+
+/// Gives each instance of an analysis the model with the average σ_t of its participant.
+pub fn fill(analysed: &mut Analysed) {
+    let settings = analysed.settings;
+    let mut sigmas_m = BTreeMap::<Whose, Vec<[f64; 2]>>::new();
+    for (number, found) in analysed.findings().enumerate() {
+        let each = found
+            .instances
+            .iter()
+            .map(|instance| Method::BOTH.map(|method| instance.estimated(method).sigma_t_m));
+        sigmas_m
+            .entry(whose(number, found))
+            .or_default()
+            .extend(each);
+    }
+    let mean_m = |of: &[[f64; 2]]| {
+        let n = of.len() as f64;
+        [0, 1].map(|method| of.iter().map(|sigma_m| sigma_m[method]).sum::<f64>() / n)
+    };
+    for (number, found) in analysed.findings_mut().enumerate() {
+        let averages_m = mean_m(&sigmas_m[&whose(number, found)]);
+        let carrier_hz = found.manifest.carrier_hz;
+        let Some(z_p) = found.z_p else { continue };
+        let conditions = z_p.conditions(settings.assumed(), carrier_hz);
+        for instance in &mut found.instances {
+            for (method, sigma_t_m) in Method::BOTH.into_iter().zip(averages_m) {
+                let series = modelled(instance, method, &conditions, &settings, sigma_t_m).ok();
+                instance.estimated_mut(method).averaged = Averaged { sigma_t_m, series };
+            }
+        }
+    }
+}
+
+fn whose(number: usize, found: &RecordingFindings) -> Whose {
+    match found.participant() {
+        Some(id) => Whose::Participant(id.to_owned()),
+        None => Whose::Recording(number),
+    }
+}
+
+fn modelled(
+    instance: &InstanceAnalysis,
+    method: Method,
+    conditions: &contact::fit::FitConditions,
+    settings: &Settings,
+    sigma_t_m: f64,
+) -> Result<ModelledSeries, FitError> {
+    let series = instance.prepared.series()?;
+    match method {
+        Method::Paper => paper::modelled(&series, conditions, &settings.paper(), sigma_t_m),
+        Method::Dynamic => {
+            let tau_s = instance.finger.tau_s();
+            dynamic::modelled(&series, conditions, &settings.dynamic(), sigma_t_m, tau_s)
+        }
+    }
+}

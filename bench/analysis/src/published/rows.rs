@@ -1,0 +1,184 @@
+//! The rows: what was published, under its name, and how it is computed.
+
+use contact::Contact;
+
+use super::Found;
+use super::grouped::{OfSample, Pool};
+use crate::analysis_settings::Settings;
+use crate::statistics::Coefficient::{Pearson, Spearman};
+
+/// Amplitude, m, and normal force, N, at which k_c is compared with k_c at rest.
+const FALL_AT: (f64, f64) = (5e-6, 1.0);
+
+/// What is put beside a row of our own.
+const UNPUBLISHED: &str = "not published";
+
+pub(crate) const ABS_Z_M: OfSample = |i, method, k| i.z_m(method)[k].norm();
+const RE_Z_M: OfSample = |i, method, k| i.z_m(method)[k].re;
+const ABS_IM_Z_M: OfSample = |i, method, k| i.z_m(method)[k].im.abs();
+const REACTION_FORCE: OfSample =
+    |i, method, k| i.estimated(method).motion.reaction_force_n[k].norm();
+const FILM_FORCE: OfSample = |i, method, k| i.estimated(method).film_force_n[k];
+const K_C: OfSample = |i, method, k| i.estimated(method).series.k_c_n_per_m[k];
+pub(crate) const GAP: OfSample = |i, method, k| i.estimated(method).series.gap_m[k];
+pub(crate) const MU_ESTIMATED: OfSample = |i, method, k| i.estimated(method).series.mu[k];
+pub(super) const MU: OfSample = |i, _, k| i.samples.mu[k];
+
+/// How a row is computed.
+pub(super) type Compute = fn(&Pool<'_>) -> Found;
+
+/// Name in results, meaning in words, published value and computation, in the order of SCIENCE.md section 7.
+pub(super) const ROWS: [(&str, &str, &str, Compute); 24] = [
+    (
+        "sigma_t_typical_participant_m",
+        "sigma_t of the participant with the median sigma_t, m",
+        "(1.92 ± 0.14)e-6",
+        |pool| pool.typical_participant(|_, e| e.sigma_t_m),
+    ),
+    ("sigma_t_m", "sigma_t, m", "(1.7 ± 0.4)e-6", |pool| {
+        pool.spread(|_, e| e.sigma_t_m)
+    }),
+    (
+        "r2_impedance",
+        "R² of the impedance modelled with the participant's average sigma_t, median trial",
+        "0.82",
+        |pool| pool.r2_averaged(),
+    ),
+    (
+        "r2_impedance_own_fit",
+        "R² of the impedance modelled with each instance's own fit, median trial",
+        UNPUBLISHED,
+        |pool| pool.median_trial_mean(|_, e| e.agreement.r2_impedance),
+    ),
+    (
+        "spearman_abs_z_m_mu",
+        "Spearman of |Z_m| and mu within a trial",
+        "0.78 ± 0.26",
+        |pool| pool.sampled_within_trials(ABS_Z_M),
+    ),
+    (
+        "spearman_k_c_mu",
+        "Spearman of k_c and mu within the median trial",
+        "0.91",
+        |pool| pool.sampled_in_median_trial(K_C),
+    ),
+    (
+        "spearman_mu_estimated_mu",
+        "Spearman of estimated and measured mu within a trial",
+        "0.94 ± 0.07",
+        |pool| pool.sampled_within_trials(MU_ESTIMATED),
+    ),
+    (
+        "spearman_delta_abs_z_m_delta_mu",
+        "Spearman of the changes of |Z_m| and mu",
+        "0.28",
+        |pool| pool.correlate_ranges(Spearman, ABS_Z_M, MU),
+    ),
+    (
+        "spearman_acoustic_force_delta_mu",
+        "Spearman of the changes of the acoustic force (Eq. 10) and mu",
+        "0.34",
+        |pool| pool.correlate_ranges(Spearman, REACTION_FORCE, MU),
+    ),
+    (
+        "spearman_film_force_delta_mu",
+        "Spearman of the changes of the film's mean force (Eq. 14) and mu",
+        UNPUBLISHED,
+        |pool| pool.correlate_ranges(Spearman, FILM_FORCE, MU),
+    ),
+    (
+        "spearman_delta_gap_delta_mu",
+        "Spearman of the changes of the gap and mu",
+        "0.43",
+        |pool| pool.correlate_ranges(Spearman, GAP, MU),
+    ),
+    (
+        "spearman_within_trials_delta_re_z_m_delta_mu",
+        "Spearman of the changes of Re Z_m and mu within a trial",
+        "0.58 ± 0.27",
+        |pool| pool.ranges_within_trials(RE_Z_M, MU),
+    ),
+    (
+        "spearman_within_trials_delta_im_z_m_delta_mu",
+        "Spearman of the changes of |Im Z_m| and mu within a trial",
+        "0.65 ± 0.30",
+        |pool| pool.ranges_within_trials(ABS_IM_Z_M, MU),
+    ),
+    (
+        "spearman_delta_re_z_m_delta_mu",
+        "Spearman of the changes of Re Z_m and mu",
+        UNPUBLISHED,
+        |pool| pool.correlate_ranges(Spearman, RE_Z_M, MU),
+    ),
+    (
+        "spearman_delta_im_z_m_delta_mu",
+        "Spearman of the changes of |Im Z_m| and mu",
+        UNPUBLISHED,
+        |pool| pool.correlate_ranges(Spearman, ABS_IM_Z_M, MU),
+    ),
+    (
+        "pearson_delta_mu_estimated_delta_mu",
+        "Pearson of the changes of estimated and measured mu",
+        "0.76 (140 trials)",
+        |pool| pool.correlate_ranges(Pearson, MU_ESTIMATED, MU),
+    ),
+    (
+        "slope_delta_mu_estimated_delta_mu",
+        "slope of the change of estimated on that of measured mu ± its standard error",
+        "\"slightly over the measured\"",
+        |pool| pool.slope_of_ranges(MU, MU_ESTIMATED),
+    ),
+    (
+        "spearman_mu0_im_z_t",
+        "Spearman of mu0 and Im Z_t",
+        "-0.58",
+        |pool| pool.correlate(Spearman, |_, e| e.mu0, |_, e| e.z_t_n_s_per_m.im),
+    ),
+    (
+        "spearman_mu0_re_z_t",
+        "Spearman of mu0 and Re Z_t",
+        "-0.25",
+        |pool| pool.correlate(Spearman, |_, e| e.mu0, |_, e| e.z_t_n_s_per_m.re),
+    ),
+    (
+        "r2_mu",
+        "R² of estimated against measured mu, slope 1",
+        "0.98 (text), 0.93 (abstract)",
+        |pool| pool.r2_mu(),
+    ),
+    (
+        "drift_z_t_within_trial",
+        "largest departure of Z_t from the trial's mean, as a part of it",
+        "< 0.10",
+        |pool| pool.drift_of_z_t(),
+    ),
+    (
+        "variation_z_t_within_trial",
+        "standard deviation of Z_t within a trial, as a part of its mean",
+        UNPUBLISHED,
+        |pool| pool.variation_of_z_t(),
+    ),
+    (
+        "rigid_z_t_over_z_t",
+        "|Z_m⁰ - Z_p|, Z_t of a rigid contact, over |Z_t|",
+        "\"an order of magnitude\"",
+        |pool| pool.spread(|_, e| e.rigid_z_t_n_s_per_m.norm() / e.z_t_n_s_per_m.norm()),
+    ),
+    (
+        "k_c_fall_5um_1n",
+        "1 - k_c/k_c0 at 5 um and 1 N with the fitted sigma_t",
+        "0.90 (Eqs. 17-18: 0.87)",
+        |pool| pool.spread(|_, e| fall(pool.settings(), e.sigma_t_m)),
+    ),
+];
+
+fn fall(settings: &Settings, sigma_t_m: f64) -> f64 {
+    let (amplitude_m, normal_n) = FALL_AT;
+    let fall = || {
+        let contact = Contact::new(&settings.assumed(), sigma_t_m).ok()?;
+        let gap_m = contact.equilibrium_gap_m(amplitude_m, normal_n).ok()?;
+        let k_c = contact.balance_stiffness_n_per_m(gap_m, normal_n);
+        Some(1.0 - k_c / contact.rest_stiffness_n_per_m(normal_n))
+    };
+    fall().unwrap_or(f64::NAN)
+}

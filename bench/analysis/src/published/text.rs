@@ -1,0 +1,303 @@
+//! The statistics as one table: for a terminal, a spreadsheet, a page or a manuscript.
+
+use super::{Found, Level, Statistic, StatisticRow, Statistics};
+use crate::clustered::Clustered;
+use crate::estimate::Method;
+
+/// Form of the table of statistics.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TableFormat {
+    /// Columns of text.
+    Text,
+    /// A row for each statistic, method and level, every number in a column of its own.
+    Csv,
+    /// Markdown.
+    Markdown,
+    /// LaTeX, to be set with `booktabs`.
+    Latex,
+}
+
+const HEADER: [&str; 4] = ["statistic", "published", "paper", "dynamic"];
+
+impl Statistics {
+    /// Returns the table of the statistics beside the published values.
+    pub fn to_table(&self, format: TableFormat) -> String {
+        match format {
+            TableFormat::Text => self.to_text(),
+            TableFormat::Csv => self.to_csv(),
+            TableFormat::Markdown => self.to_markdown(),
+            TableFormat::Latex => self.to_latex(),
+        }
+    }
+
+    /// Returns the lines of the table, those of further levels after the published one's.
+    fn lines(&self) -> Vec<[String; 4]> {
+        let mut lines = Vec::new();
+        for row in &self.rows {
+            lines.push([
+                row.meaning.to_owned(),
+                row.published.to_owned(),
+                row.paper.main.to_text(),
+                row.dynamic.main.to_text(),
+            ]);
+            for (paper, dynamic) in row.paper.also.iter().zip(&row.dynamic.also) {
+                lines.push([
+                    format!("  over {}", paper.over.name()),
+                    String::new(),
+                    paper.to_text(),
+                    dynamic.to_text(),
+                ]);
+            }
+        }
+        lines
+    }
+
+    fn to_text(&self) -> String {
+        let lines: Vec<[String; 4]> = std::iter::once(HEADER.map(str::to_owned))
+            .chain(self.lines())
+            .collect();
+        let widths: [usize; 4] = std::array::from_fn(|column| {
+            let cells = lines.iter().map(|line| line[column].chars().count());
+            cells.max().unwrap_or(0)
+        });
+        let mut text = String::new();
+        for line in &lines {
+            let cells = line
+                .iter()
+                .zip(widths)
+                .map(|(cell, width)| format!("{cell:width$}"));
+            text.push_str(cells.collect::<Vec<_>>().join("  ").trim_end());
+            text.push('\n');
+        }
+        text
+    }
+
+    fn to_csv(&self) -> String {
+        let mut rows = csv::Writer::from_writer(Vec::new());
+        let header = "statistic,meaning,published,method,over,value,std,n,p,p_clustered,people";
+        // Into memory, nothing fails.
+        let _ = rows.write_record(header.split(','));
+        for row in &self.rows {
+            for method in Method::BOTH {
+                for statistic in row.by(method).all() {
+                    let _ = rows.write_record(statistic.record(row, method));
+                }
+            }
+        }
+        let bytes = rows.into_inner().unwrap_or_default();
+        String::from_utf8_lossy(&bytes).into_owned()
+    }
+
+    fn to_markdown(&self) -> String {
+        let line = |cells: [String; 4]| {
+            let cells = cells.map(|cell| cell.trim().replace('|', "\\|"));
+            format!("| {} |\n", cells.join(" | "))
+        };
+        let mut text = line(HEADER.map(str::to_owned));
+        text.push_str(&line(HEADER.map(|_| "---".to_owned())));
+        text.extend(self.lines().into_iter().map(line));
+        text
+    }
+
+    fn to_latex(&self) -> String {
+        let line = |cells: [String; 4]| {
+            let cells = cells.map(|cell| match cell.strip_prefix("  ") {
+                Some(indented) => format!("\\quad {}", latex(indented)),
+                None => latex(&cell),
+            });
+            format!("{} \\\\\n", cells.join(" & "))
+        };
+        let mut text = "\\begin{tabular}{llll}\n\\toprule\n".to_owned();
+        text.push_str(&line(HEADER.map(str::to_owned)));
+        text.push_str("\\midrule\n");
+        text.extend(self.lines().into_iter().map(line));
+        text.push_str("\\bottomrule\n\\end{tabular}\n");
+        text
+    }
+}
+
+impl StatisticRow {
+    /// Returns the statistic by a method.
+    pub fn by(&self, method: Method) -> &Found {
+        match method {
+            Method::Paper => &self.paper,
+            Method::Dynamic => &self.dynamic,
+        }
+    }
+}
+
+impl Found {
+    /// Returns the statistics at all levels, that of the published one first.
+    pub fn all(&self) -> impl Iterator<Item = &Statistic> {
+        std::iter::once(&self.main).chain(&self.also)
+    }
+}
+
+impl Statistic {
+    fn record(&self, row: &StatisticRow, method: Method) -> [String; 11] {
+        let number = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
+        [
+            row.name.to_owned(),
+            row.meaning.to_owned(),
+            row.published.to_owned(),
+            method.name().to_owned(),
+            Level::name(self.over).to_owned(),
+            number(self.value),
+            number(self.std),
+            self.n.to_string(),
+            number(self.p),
+            number(self.clustered.and_then(|test| test.p)),
+            self.clustered
+                .map_or_else(String::new, |test| test.people.to_string()),
+        ]
+    }
+
+    fn to_text(self) -> String {
+        // Metres need an exponent, what rounding leaves of a zero does not.
+        let number = |value: f64| match value.abs() {
+            size if size < 1e-12 => "0.00".to_owned(),
+            size if size < 1e-3 => format!("{value:.2e}"),
+            _ => format!("{value:.2}"),
+        };
+        let p_value = |p: f64| {
+            if p < 1e-3 {
+                "p<0.001".to_owned()
+            } else {
+                format!("p={p:.3}")
+            }
+        };
+        let people = match self.clustered {
+            None => String::new(),
+            Some(Clustered { p: None, people }) => {
+                format!(", clustered: too few people ({people})")
+            }
+            Some(Clustered { p: Some(p), people }) => {
+                format!(", clustered {} of {people} people", p_value(p))
+            }
+        };
+        let n = format!("n={} {}", self.n, self.over.name());
+        match (self.value, self.std, self.p) {
+            (None, ..) => format!("- ({n})"),
+            (Some(value), Some(std), _) => format!("{} ± {} ({n})", number(value), number(std)),
+            (Some(value), None, Some(p)) => {
+                format!("{} ({}, {n}{people})", number(value), p_value(p))
+            }
+            (Some(value), None, None) => format!("{} ({n})", number(value)),
+        }
+    }
+}
+
+/// Symbols of the table's words in LaTeX, each before those that it begins with.
+const SYMBOLS: [(&str, &str); 20] = [
+    ("|Z_m⁰ - Z_p|", r"$|Z_m^0 - Z_p|$"),
+    ("|Im Z_m|", r"$|\operatorname{Im} Z_m|$"),
+    ("Re Z_m", r"$\operatorname{Re} Z_m$"),
+    ("|Z_m|", r"$|Z_m|$"),
+    ("|Z_t|", r"$|Z_t|$"),
+    ("Re Z_t", r"$\operatorname{Re} Z_t$"),
+    ("Im Z_t", r"$\operatorname{Im} Z_t$"),
+    ("Z_t", r"$Z_t$"),
+    ("1 - k_c/k_c0", r"$1 - k_c/k_c^0$"),
+    ("k_c", r"$k_c$"),
+    ("sigma_t", r"$\sigma_t$"),
+    ("mu0", r"$\mu_0$"),
+    ("mu", r"$\mu$"),
+    (" um ", r"~\textmu m "),
+    ("R²", r"$R^2$"),
+    ("±", r"$\pm$"),
+    ("<", "$<$"),
+    ("&", r"\&"),
+    ("%", r"\%"),
+    ("_", r"\_"),
+];
+
+/// Returns the text as LaTeX sets it: symbols where whole words are.
+fn latex(text: &str) -> String {
+    let mut set = String::new();
+    let mut rest = text;
+    while let Some(next) = rest.chars().next() {
+        let in_word = |neighbour: Option<char>| neighbour.is_some_and(char::is_alphanumeric);
+        let found = SYMBOLS.iter().find(|(plain, _)| {
+            let is_word = plain.chars().all(char::is_alphanumeric) && plain.is_ascii();
+            let before = set.chars().next_back();
+            rest.strip_prefix(plain)
+                .is_some_and(|after| !is_word || !in_word(before) && !in_word(after.chars().next()))
+        });
+        let (length, symbol) = found.map_or_else(
+            || (next.len_utf8(), next.to_string()),
+            |(plain, symbol)| (plain.len(), (*symbol).to_owned()),
+        );
+        set.push_str(&symbol);
+        rest = &rest[length..];
+    }
+    set
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn statistics() -> Statistics {
+        let of = |value| {
+            Found::alone(Statistic {
+                value: Some(value),
+                p: Some(0.25),
+                clustered: Some(Clustered {
+                    p: Some(0.4),
+                    people: 7,
+                }),
+                n: 70,
+                ..Statistic::none(Level::Trials)
+            })
+        };
+        Statistics {
+            rows: vec![StatisticRow {
+                name: "spearman",
+                meaning: "Spearman of |Im Z_m|, mu0 and mu, \"all\"",
+                published: "< 0.10",
+                paper: of(0.5),
+                dynamic: of(-0.125),
+            }],
+        }
+    }
+
+    #[test]
+    fn each_form_holds_the_published_value_both_methods_n_and_both_p_values() {
+        let table = |format| statistics().to_table(format);
+        let cells = [
+            "0.50 (p=0.250, n=70 trials, clustered p=0.400 of 7 people)",
+            "-0.12 (p=0.250, n=70 trials, clustered p=0.400 of 7 people)",
+        ];
+        let text = table(TableFormat::Text);
+        assert_eq!(text.lines().count(), 2);
+        assert!(cells.iter().all(|cell| text.contains(cell)), "{text}");
+        assert_eq!(
+            table(TableFormat::Markdown),
+            format!(
+                "| statistic | published | paper | dynamic |\n| --- | --- | --- | --- |\n\
+                 | Spearman of \\|Im Z_m\\|, mu0 and mu, \"all\" | < 0.10 | {} | {} |\n",
+                cells[0], cells[1]
+            )
+        );
+        let latex = table(TableFormat::Latex);
+        let row = r#"Spearman of $|\operatorname{Im} Z_m|$, $\mu_0$ and $\mu$, "all" & $<$ 0.10 & 0.50 (p=0.250,"#;
+        assert!(latex.contains(row), "{latex}");
+        let csv = table(TableFormat::Csv);
+        let mut reader = csv::Reader::from_reader(csv.as_bytes());
+        let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+        assert_eq!(rows.len(), 2);
+        assert_eq!(&rows[1][1], "Spearman of |Im Z_m|, mu0 and mu, \"all\"");
+        let numbers: Vec<&str> = (3..11).map(|column| &rows[1][column]).collect();
+        let expected = ["dynamic", "trials", "-0.125", "", "70", "0.25", "0.4", "7"];
+        assert_eq!(numbers, expected);
+    }
+
+    #[test]
+    fn symbols_stand_for_whole_words_alone() {
+        assert_eq!(latex("the mutual mu_x"), r"the mutual $\mu$\_x");
+        assert_eq!(
+            latex("5 um and sigma_t, m"),
+            r"5~\textmu m and $\sigma_t$, m"
+        );
+    }
+}

@@ -1,0 +1,125 @@
+//! The command line of `analyze`.
+
+use std::path::PathBuf;
+
+use analysis::Drawn;
+use analysis::estimate::Method;
+use analysis::published::TableFormat;
+use clap::{Args, ValueEnum};
+
+/// `analyze`
+#[derive(Debug, Args)]
+pub struct Analyze {
+    /// Folders of recordings, or of studies, participants or sessions: all their completed trials.
+    #[arg(required = true, value_name = "RECORDING|STUDY")]
+    pub recordings: Vec<PathBuf>,
+    /// Write the results as JSON; `-` for standard output.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Table to print.
+    #[command(flatten)]
+    pub table: Table,
+    /// Write the tables instances.parquet and samples.parquet.
+    #[arg(long, value_name = "DIR")]
+    pub tables: Option<PathBuf>,
+    /// Draw the published figures as SVG and PNG, with captions.
+    #[arg(long, value_name = "DIR")]
+    pub figures: Option<PathBuf>,
+    /// Method that the figures show.
+    #[arg(
+        long,
+        value_name = "METHOD",
+        value_enum,
+        default_value_t,
+        requires = "figures"
+    )]
+    pub figures_of: FiguresOf,
+    /// Instances that Fig. 13 shows, of the typical trial.
+    #[arg(
+        long,
+        value_name = "WHICH",
+        value_enum,
+        default_value_t,
+        requires = "figures"
+    )]
+    pub instances_of: InstancesOf,
+    /// Assume another value, such as contact_area_m2=314e-6; the names are those of `settings` in the results.
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub assume: Vec<String>,
+    /// Assume the values of a TOML file, NAME = VALUE on each line; --assume takes precedence.
+    #[arg(long, value_name = "FILE")]
+    pub assume_file: Vec<PathBuf>,
+    /// Include practice trials.
+    #[arg(long)]
+    pub practice: bool,
+}
+
+/// Table of statistics that `analyze` prints.
+#[derive(Debug, Args)]
+#[group(multiple = false)]
+pub struct Table {
+    /// Print the published statistics beside those of these recordings.
+    #[arg(long)]
+    pub table: bool,
+    /// Print them as CSV, every number in a column of its own.
+    #[arg(long)]
+    pub table_csv: bool,
+    /// Print them as a table of Markdown.
+    #[arg(long)]
+    pub table_markdown: bool,
+    /// Print them as a table of LaTeX (booktabs).
+    #[arg(long)]
+    pub table_latex: bool,
+}
+
+impl Table {
+    /// Returns the form that was asked for.
+    pub fn format(&self) -> Option<TableFormat> {
+        [
+            (self.table, TableFormat::Text),
+            (self.table_csv, TableFormat::Csv),
+            (self.table_markdown, TableFormat::Markdown),
+            (self.table_latex, TableFormat::Latex),
+        ]
+        .into_iter()
+        .find_map(|(asked, format)| asked.then_some(format))
+    }
+}
+
+/// Method that figures show.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub enum FiguresOf {
+    /// As published.
+    Paper,
+    /// With envelope dynamics and levitation lag.
+    Dynamic,
+    /// Both, in different inks.
+    #[default]
+    Both,
+}
+
+/// Instances that Fig. 13 shows.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub enum InstancesOf {
+    /// Of one exploration, as published.
+    #[default]
+    Exploration,
+    /// Of the whole trial.
+    Trial,
+}
+
+impl Analyze {
+    /// Returns what the figures show.
+    pub fn drawn(&self) -> Drawn {
+        let whole_trial = self.instances_of == InstancesOf::Trial;
+        let methods = match self.figures_of {
+            FiguresOf::Paper => vec![Method::Paper],
+            FiguresOf::Dynamic => vec![Method::Dynamic],
+            FiguresOf::Both => Drawn::default().methods,
+        };
+        Drawn {
+            methods,
+            whole_trial,
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! What `analyze` prints and draws of a study is recomputed from its tables by pandas and scipy, with none of this project's code.
+
+use std::path::Path;
+use std::process::Command;
+
+use analysis::clustered;
+use analysis::statistics::Coefficient;
+use bench_tests::program::{bench, python, workspace};
+use bench_tests::session::{demo_with, finish, text};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use serde_json::Value;
+
+/// Farthest that two computations of a number may be apart, of its size.
+const APART: f64 = 1e-6;
+
+fn script(name: &str, arguments: &[&Path]) -> Value {
+    let script = workspace().join("tests/python").join(name);
+    let output = finish(Command::new(python()).arg(script).args(arguments));
+    assert!(output.status.success(), "{}", text(&output));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn pandas_and_scipy_find_every_row_and_every_point_in_the_tables() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let protocol = demo_with(
+        path,
+        &[
+            ("practice = 1", "practice = 0"),
+            ("per_condition = 4", "per_condition = 2"),
+        ],
+    );
+    (1..=3).into_par_iter().for_each(|number: u32| {
+        let participant = format!("sub-{number:02}");
+        let mut command = bench();
+        command
+            .args([
+                "run",
+                "--mock",
+                "population",
+                "--headless",
+                "--speed",
+                "max",
+            ])
+            .args(["--seed", &number.to_string(), "--participant", &participant])
+            .args(["--consent-by", "A. Tester", "--protocol"])
+            .arg(&protocol)
+            .arg("--study")
+            .arg(path.join("study").join(&participant));
+        let output = finish(&mut command);
+        assert!(output.status.success(), "{}", text(&output));
+    });
+    let mut command = bench();
+    command
+        .args(["analyze", "--table-csv"])
+        .args((1..=3).map(|number| path.join(format!("study/sub-{number:02}"))))
+        .arg("--tables")
+        .arg(path.join("tables"))
+        .arg("--figures")
+        .arg(path.join("figures"));
+    let output = finish(&mut command);
+    assert!(output.status.success(), "{}", text(&output));
+    let table = path.join("table.csv");
+    std::fs::write(&table, &output.stdout).unwrap();
+
+    let found = script(
+        "published_study.py",
+        &[&path.join("tables"), &table, &path.join("figures")],
+    );
+    assert!(found["rows"].as_u64().unwrap() >= 100, "{found}");
+    assert!(found["compared"].as_u64().unwrap() >= 200, "{found}");
+    assert!(found["apart"].as_f64().unwrap() < APART, "{found}");
+}
+
+/// Of a made-up table of 14 people with ten trials each, of whom each has a level of their own.
+#[test]
+fn every_arrangement_of_signs_gives_the_clustered_p_values() {
+    let folder = tempfile::tempdir().unwrap();
+    for seed in 0..3 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let (mut x, mut y, mut people) = (Vec::new(), Vec::new(), Vec::new());
+        let mut rows = String::from("x,y,person\n");
+        for person in 0..14 {
+            let level: [f64; 2] = [rng.random(), rng.random()];
+            for _ in 0..10 {
+                let noise: [f64; 2] = [rng.random(), rng.random()];
+                x.push(level[0] + noise[0]);
+                y.push(level[1] + noise[1] + 0.3 * noise[0]);
+                people.push(person);
+                let [.., last_x] = x[..] else { unreachable!() };
+                rows += &format!("{last_x},{},{person}\n", y[y.len() - 1]);
+            }
+        }
+        let table = folder.path().join("pairs.csv");
+        std::fs::write(&table, rows).unwrap();
+        let found = script("clustered.py", &[&table]);
+        for (name, coefficient) in [
+            ("pearson", Coefficient::Pearson),
+            ("spearman", Coefficient::Spearman),
+        ] {
+            let test = clustered::test(coefficient, &x, &y, &people).unwrap();
+            let (ours, theirs) = (test.p.unwrap(), found[name].as_f64().unwrap());
+            assert!((ours - theirs).abs() < APART, "{name}: {ours} and {theirs}");
+            assert_eq!(test.people, 14);
+        }
+    }
+}

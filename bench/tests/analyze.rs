@@ -164,6 +164,8 @@ fn a_study_gives_results_by_the_schema() {
                 "rms_mu",
                 "spearman_mu",
                 "delta_gap_m",
+                "delta_reaction_force_n",
+                "delta_squeeze_n",
                 "delta_mu",
             ] {
                 assert!(instance[method][key].is_f64(), "{method}.{key}");
@@ -172,6 +174,16 @@ fn a_study_gives_results_by_the_schema() {
                 instance[method]["z_t_n_s_per_m"].as_array().unwrap().len(),
                 2
             );
+        }
+        // Nobody is named, so the average is the recording's own.
+        for method in ["paper", "dynamic"] {
+            let sigma_t = |instance: &Value| instance[method]["sigma_t_m"].as_f64().unwrap();
+            let mean_m = instances.iter().map(sigma_t).sum::<f64>() / instances.len() as f64;
+            let averaged = &instance[method]["averaged"];
+            let apart = averaged["sigma_t_m"].as_f64().unwrap() / mean_m - 1.0;
+            assert!(apart.abs() < 1e-9, "{averaged}");
+            let own = instance[method]["r2_impedance"].as_f64().unwrap();
+            assert!(averaged["r2_impedance"].as_f64().unwrap() <= own, "{averaged}");
         }
         assert!(instance["paper"].get("tau_s").is_none());
         // Where Z_t was read: an instance that never goes below 0.2 µm says so.

@@ -10,6 +10,7 @@ use crate::analysed::{Analysed, RecordingFindings};
 use crate::analysis_settings::Settings;
 use crate::estimate::{Averaged, InstanceAnalysis};
 use crate::method::Method;
+use crate::statistics::r_squared_complex;
 
 /// Whose average: a participant's, or that of the recording with this number.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -44,7 +45,14 @@ pub fn fill(analysed: &mut Analysed) {
         for instance in &mut found.instances {
             for (method, sigma_t_m) in Method::BOTH.into_iter().zip(averages_m) {
                 let series = modelled(instance, method, &conditions, &settings, sigma_t_m).ok();
-                instance.estimated_mut(method).averaged = Averaged { sigma_t_m, series };
+                let r2_impedance = series.as_ref().map_or(f64::NAN, |model| {
+                    r_squared_complex(instance.z_m(method), &model.z_m_n_s_per_m)
+                });
+                instance.estimated_mut(method).averaged = Averaged {
+                    sigma_t_m,
+                    series,
+                    r2_impedance,
+                };
             }
         }
     }

@@ -115,6 +115,8 @@ pub struct Averaged {
     pub sigma_t_m: f64,
     /// What the model then says of the instance; `None` where it allows no such contact.
     pub series: Option<ModelledSeries>,
+    /// R² of its impedance, as the fit's own; NaN without a model.
+    pub r2_impedance: f64,
 }
 
 /// Estimate of an instance by one method.
@@ -360,6 +362,7 @@ impl Measured<'_> {
             averaged: Averaged {
                 sigma_t_m: fitted.sigma_t.0,
                 series: None,
+                r2_impedance: f64::NAN,
             },
             verdict: fitted.verdict,
             sigma_t_m: fitted.sigma_t.0,

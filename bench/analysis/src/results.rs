@@ -81,13 +81,23 @@ struct Estimate {
     delta_re_z_m_n_s_per_m: f64,
     delta_abs_im_z_m_n_s_per_m: f64,
     delta_gap_m: f64,
+    delta_reaction_force_n: f64,
     delta_squeeze_n: f64,
     delta_mu: f64,
+    rigid_z_t_n_s_per_m: [f64; 2],
+    averaged: AveragedModel,
     verdict: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     at_rest: Option<AtRest>,
     std: Std,
     sensitivity: Option<SensitivityRows>,
+}
+
+/// The model with the participant's average σ_t.
+#[derive(Debug, Serialize)]
+struct AveragedModel {
+    sigma_t_m: f64,
+    r2_impedance: f64,
 }
 
 /// Samples from which `paper` read Z_t.
@@ -250,8 +260,14 @@ impl From<&Estimated> for Estimate {
             delta_re_z_m_n_s_per_m: deltas.re_z_m_n_s_per_m,
             delta_abs_im_z_m_n_s_per_m: deltas.abs_im_z_m_n_s_per_m,
             delta_gap_m: deltas.gap_m,
+            delta_reaction_force_n: deltas.reaction_force_n,
             delta_squeeze_n: deltas.squeeze_n,
             delta_mu: deltas.mu,
+            rigid_z_t_n_s_per_m: pair(estimated.rigid_z_t_n_s_per_m),
+            averaged: AveragedModel {
+                sigma_t_m: estimated.averaged.sigma_t_m,
+                r2_impedance: estimated.averaged.r2_impedance,
+            },
             verdict: estimated.verdict.to_string(),
             at_rest: estimated.rest.map(|rest| AtRest {
                 below_threshold: rest.below_threshold,

@@ -1,5 +1,6 @@
 //! Correlations and goodness of fit, as the published figures use them.
 
+use num_complex::Complex64;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use statrs::statistics::{Data, OrderStatistics, RankTieBreaker, Statistics};
@@ -89,6 +90,18 @@ pub fn r_squared(y: &[f64], modelled: &[f64]) -> Option<f64> {
         .map(|(value, model)| (value - model).powi(2))
         .sum();
     (total > 0.0).then(|| 1.0 - left / total)
+}
+
+/// 1 − Σ|y − ŷ|²/Σ|y − ȳ|² of complex values.
+pub fn r_squared_complex(y: &[Complex64], modelled: &[Complex64]) -> f64 {
+    let mean = y.iter().sum::<Complex64>() / y.len() as f64;
+    let left: f64 = y
+        .iter()
+        .zip(modelled)
+        .map(|(value, model)| (value - model).norm_sqr())
+        .sum();
+    let total: f64 = y.iter().map(|value| (value - mean).norm_sqr()).sum();
+    1.0 - left / total
 }
 
 /// Mean and spread of the finite values; `None` when there are none.

@@ -133,3 +133,103 @@ fn a_pickup_that_is_late_by_many_samples_is_found_and_undone() {
         assert!(off.norm() < 1e-3, "{found_rad}");
     }
 }
+
+/// What the truth's contact, gap and amplitude make of finger and plate at the carrier: f̃ = Z_t Z_c/(Z_t + Z_c) ṽ_p against
+/// ṽ_p, and x̃_t/x̃_p = Z_c/(Z_t + Z_c), the two degrees of freedom of Eqs. 7 and 8 with Eqs. 6, 14, 15 and 18.
+struct TrueMotion {
+    time_s: f64,
+    amplitude_m: f64,
+    reaction_force_n: Complex64,
+    skin_per_plate: Complex64,
+}
+
+fn true_motion(name: &str) -> Vec<TrueMotion> {
+    let truth = fs::read(reference().join(format!("{name}.truth.json"))).unwrap();
+    let truth: Value = serde_json::from_slice(&truth).unwrap();
+    let series = |key: &str| -> Vec<f64> { serde_json::from_value(truth[key].clone()).unwrap() };
+    let z_t = Complex64::new(series("z_t")[0], series("z_t")[1]);
+    let sigma_m = truth["sigma_m"].as_f64().unwrap();
+    let (modulus_pa, area_m2, omega) = (20e6 / (1.0 - 0.25), 300e-6, TAU * 35e3);
+    let films = series("gap_m").into_iter().zip(series("amplitude_m"));
+    let each = series("force_t").into_iter().zip(films);
+    each.map(|(time_s, (gap_m, amplitude_m))| {
+        let asperity = 0.375 * 1.4e4 * modulus_pa * area_m2 * (-gap_m / sigma_m).exp();
+        let film_n = 1.25 * 101_325.0 * area_m2 * (amplitude_m / gap_m).powi(2);
+        let k_c = asperity + 2.0 * film_n / gap_m;
+        let z_c = Complex64::new(0.3, -1.0) * k_c / omega;
+        let skin_per_plate = z_c / (z_t + z_c);
+        TrueMotion {
+            time_s,
+            amplitude_m,
+            reaction_force_n: z_t * skin_per_plate * omega * amplitude_m,
+            skin_per_plate,
+        }
+    })
+    .collect()
+}
+
+/// Interpolates linearly between samples in order.
+fn at(time_s: f64, times_s: &[f64], values: &[Complex64]) -> Option<Complex64> {
+    let after = times_s.partition_point(|&t| t < time_s);
+    let before = after.checked_sub(1)?;
+    let (from, to) = (times_s[before], *times_s.get(after)?);
+    let part = (time_s - from) / (to - from);
+    Some(values[before] * (1.0 - part) + values[after] * part)
+}
+
+fn p90(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() * 9 / 10]
+}
+
+#[test]
+fn the_finger_pushes_and_the_skin_moves_as_the_truth_has_it() {
+    let found = analyse(&reference().join("recording-a"), &Settings::default())
+        .found
+        .unwrap();
+    let truth = true_motion("recording-a");
+    let moving = || truth.iter().filter(|truth| truth.amplitude_m > 0.1e-6);
+
+    // Over whole explorations, from what is measured alone.
+    let z_p = found.z_p.unwrap().corrected_n_s_per_m;
+    let mut forces = Vec::new();
+    for exploration in &found.explorations {
+        let omega = TAU * found.manifest.carrier_hz;
+        let frames = exploration.z_m_corrected_n_s_per_m.iter();
+        let force_n: Vec<Complex64> = frames
+            .zip(&exploration.amplitude_m)
+            .map(|(z_m, amplitude_m)| (z_m - z_p) * omega * amplitude_m)
+            .collect();
+        forces.extend(moving().filter_map(|truth| {
+            let force_n = at(truth.time_s, &exploration.time_s, &force_n)?;
+            Some((force_n.norm() / truth.reaction_force_n.norm() - 1.0).abs())
+        }));
+    }
+    assert!(forces.len() > 1000, "{}", forces.len());
+    let apart = p90(forces);
+    assert!(apart < 0.02, "force: {apart}");
+
+    // In the instances, where Z_t is known.
+    let (mut motion, mut phase, mut power) = (Vec::new(), Vec::new(), Vec::new());
+    for instance in &found.instances {
+        let (times_s, skin) = (&instance.samples.time_s, &instance.dynamic.motion);
+        let watts: Vec<Complex64> = skin.skin_power_w.iter().map(|&w| w.into()).collect();
+        for truth in moving() {
+            let Some(ratio) = at(truth.time_s, times_s, &skin.skin_per_plate) else {
+                continue;
+            };
+            let part = ratio / truth.skin_per_plate;
+            motion.push((part.norm() - 1.0).abs());
+            phase.push(part.arg().abs());
+            let v_t = truth.skin_per_plate.norm() * TAU * 35e3 * truth.amplitude_m;
+            let true_w = 0.5 * 0.47 * v_t * v_t;
+            power.push((at(truth.time_s, times_s, &watts).unwrap().re / true_w - 1.0).abs());
+        }
+    }
+    assert!(motion.len() > 300, "{}", motion.len());
+    let apart = [p90(motion), p90(phase), p90(power)];
+    assert!(
+        apart[0] < 0.02 && apart[1] < 0.02 && apart[2] < 0.1,
+        "{apart:?}"
+    );
+}

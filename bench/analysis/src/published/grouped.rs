@@ -8,7 +8,7 @@ use super::{Found, Level, Pairs, Statistic};
 use crate::analysed::{Analysed, RecordingFindings};
 use crate::analysis_settings::Settings;
 use crate::estimate::{Estimated, InstanceAnalysis, Method};
-use crate::statistics::{Coefficient, r_squared, slope, spread};
+use crate::statistics::{Coefficient, r_squared, r_squared_complex, slope, spread};
 
 /// Value of an instance.
 pub(super) type OfInstance = fn(&InstanceAnalysis, &Estimated) -> f64;
@@ -343,11 +343,7 @@ impl<'a> Group<'a> {
             measured.extend(instance.z_m(method));
             modelled.extend(&model.z_m_n_s_per_m);
         }
-        let mean = measured.iter().sum::<Complex64>() / measured.len() as f64;
-        let apart = measured.iter().zip(&modelled);
-        let squares: f64 = apart.map(|(a, b)| (a - b).norm_sqr()).sum();
-        let total: f64 = measured.iter().map(|z| (z - mean).norm_sqr()).sum();
-        1.0 - squares / total
+        r_squared_complex(&measured, &modelled)
     }
 
     /// Returns |Z_t − mean|/|mean| of each instance; nothing of fewer than two.

@@ -23,7 +23,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use protocols::ParticipantId;
+use protocols::{ParticipantId, Person};
 use serde::{Deserialize, Serialize};
 
 pub use event_log::{Document, EventLog, EventLogError};
@@ -205,7 +205,7 @@ impl Study {
         date: &str,
         protocol: &str,
     ) -> Result<SessionFolder, StudyError> {
-        let line = participants::line(participant, date, protocol)?;
+        participants::require_cells(date, protocol)?;
         let folder = self.session_folder(participant, session);
         let participant_folder = self.folder.join(participant.as_str());
         let storage = &*self.storage;
@@ -217,12 +217,7 @@ impl Study {
         // Whoever is in the table has a folder.
         disk::sync_parent(storage, &participant_folder)?;
         // Before the session can be resumed, because resuming registers nobody.
-        participants::register(
-            storage,
-            &self.folder.join(PARTICIPANTS_FILE),
-            participant,
-            &line,
-        )?;
+        participants::register(storage, &self.folder, participant, date, protocol)?;
         match storage.create_folder(&folder) {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
                 return Err(StudyError::SessionExists {
@@ -234,6 +229,23 @@ impl Study {
         }
         disk::sync_parent(storage, &folder)?;
         SessionFolder::create(Arc::clone(&self.storage), folder)
+    }
+
+    /// Returns what `participants.tsv` states of a participant; nothing of one who is not in it.
+    ///
+    /// # Errors
+    /// The table cannot be read.
+    pub fn person(&self, participant: &ParticipantId) -> Result<Person, StudyError> {
+        let path = self.folder.join(PARTICIPANTS_FILE);
+        Ok(participants::Table::read(&*self.storage, &path)?.person(participant))
+    }
+
+    /// Fills in what `participants.tsv` does not state yet of a participant; what it states stays.
+    ///
+    /// # Errors
+    /// The disk refused; the table is as it was.
+    pub fn describe(&self, participant: &ParticipantId, person: &Person) -> Result<(), StudyError> {
+        participants::describe(&*self.storage, &self.folder, participant, person)
     }
 
     /// Opens a session that was broken off, to resume it.

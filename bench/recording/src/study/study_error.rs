@@ -110,6 +110,14 @@ pub enum StudyError {
         /// The text.
         value: String,
     },
+    /// A table of the study cannot be read as one.
+    #[error("{}: {reason}; correct it by hand, or put it back from a copy", path.display())]
+    Table {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// The name of a snapshot is no plain file name.
     #[error("a snapshot cannot be named {name:?}; a file name without folders is needed")]
     SnapshotName {

@@ -20,13 +20,13 @@ use calibration::unattended::Unattended;
 use config::{
     CalibrationError, CalibrationFile, CalibrationFileError, Config, Effective, Identity, Quantity,
 };
+use devices::driving_time;
 use recording::disk;
 use tasks::StopFlag;
 use volts::{OutputProcedure, OutputSetup, VoltMeter};
 
 use crate::apparatus::Apparatus;
 use crate::cli;
-use crate::driving_time;
 use crate::verbosity::Verbosity;
 
 /// Name of the calibration file where none is given.

@@ -27,7 +27,8 @@ pub mod verdict;
 pub use analysis::{ExplorationAnalysis, TrialAnalysis};
 pub use participant::{ParticipantId, ParticipantIdError};
 pub use person::{
-    AskedOfParticipant, Handedness, MAX_AGE_YEARS, MIN_AGE_YEARS, NOT_STATED, Person, PersonDetail, PersonError, Sex,
+    AskedOfParticipant, Handedness, MAX_AGE_YEARS, MIN_AGE_YEARS, NOT_STATED, Person, PersonDetail,
+    PersonError, Sex,
 };
 pub use protocol::{
     BUILT_IN, BrokenRule, Carrier, Condition, Drive, DrivingTime, Exploration, OffPlateError,

@@ -180,7 +180,9 @@ fn what_a_participant_states_is_filled_in_once_and_stays() {
     study.describe(&first, &person("31", "n/a")).unwrap();
     study.describe(&first, &person("32", "female")).unwrap();
     // Nobody is added by being described.
-    study.describe(&participant("sub-03"), &person("40", "male")).unwrap();
+    study
+        .describe(&participant("sub-03"), &person("40", "male"))
+        .unwrap();
     assert_eq!(
         fs::read_to_string(temp.path().join(PARTICIPANTS_FILE)).unwrap(),
         "participant_id\tfirst_session_date\tprotocol\tage\tsex\thandedness\n\
@@ -203,7 +205,9 @@ fn a_table_of_an_earlier_version_or_with_a_laboratorys_own_columns_is_gone_on_wi
     )
     .unwrap();
     begin(&study, "sub-03", 1).unwrap();
-    study.describe(&participant("sub-01"), &person("31", "male")).unwrap();
+    study
+        .describe(&participant("sub-01"), &person("31", "male"))
+        .unwrap();
     assert_eq!(
         fs::read_to_string(&table).unwrap(),
         "participant_id\tgroup\tfirst_session_date\tprotocol\tage\tsex\thandedness\n\

@@ -404,7 +404,13 @@ fn nothing_is_asked_about_participants_unless_a_protocol_asks() {
     let silent = format!("{}{}", &text()[..before], &text()[after..]);
     let silent = Protocol::parse(&silent, "p.toml").unwrap();
     assert!(silent.participant.ask.is_empty());
-    assert!(Protocol::parse(built_in("demo").unwrap(), "demo.toml").unwrap().participant.ask.is_empty());
+    assert!(
+        Protocol::parse(built_in("demo").unwrap(), "demo.toml")
+            .unwrap()
+            .participant
+            .ask
+            .is_empty()
+    );
     // A name is nothing that can be asked for.
     assert!(matches!(
         toml(with("\"age\", \"sex\"", "\"name\"")),

@@ -3,6 +3,7 @@
 //! ```text
 //! STUDY/dataset_description.json
 //! STUDY/participants.tsv
+//! STUDY/exclusions.tsv                        what the analysis leaves out, and why
 //! STUDY/removals.tsv                          when participants were removed, without who they were
 //! STUDY/sub-01/ses-01/events.jsonl            start, descriptors, events, stop
 //! STUDY/sub-01/ses-01/huloux2021.toml …       snapshots of the protocol and the hardware file
@@ -31,7 +32,7 @@ pub use label::{TrialBlock, TrialLabel};
 pub use removal::{REMOVALS_FILE, Traces};
 pub use room::{DataRates, free_bytes, require_room};
 pub use session_folder::{EVENTS_FILE, RecordedTrial, SessionFolder};
-pub use study_error::{DESCRIPTION_FILE, PARTICIPANTS_FILE, StudyError};
+pub use study_error::{DESCRIPTION_FILE, EXCLUSIONS_FILE, PARTICIPANTS_FILE, StudyError};
 
 use crate::disk::{self, DiskError, OnPath};
 use crate::lock::Lock;

@@ -10,6 +10,9 @@ use crate::lock;
 pub const DESCRIPTION_FILE: &str = "dataset_description.json";
 /// File with one line per participant.
 pub const PARTICIPANTS_FILE: &str = "participants.tsv";
+/// File with one line for each participant, session or trial that the analysis leaves out.
+pub const EXCLUSIONS_FILE: &str = "exclusions.tsv";
+
 /// Why a study cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]

@@ -360,6 +360,10 @@ pub struct CalibratePlate {
         allow_negative_numbers = true
     )]
     pub drive_v: f64,
+    /// Measure the response again with a finger resting on the plate, at 6 V or less; it is kept and drawn beside the bare
+    /// one, and never used as a constant.
+    #[arg(long)]
+    pub finger: bool,
     /// Search for the resonance around this frequency, Hz [default: the last known resonance].
     #[arg(long, value_name = "HZ", value_parser = model::positive, allow_negative_numbers = true)]
     pub about_hz: Option<f64>,

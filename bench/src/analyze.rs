@@ -1,15 +1,17 @@
 //! `analyze`: recordings to results.
 
 use std::io::Write;
+use std::path::PathBuf;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 
 use crate::cli::Analyze;
 use crate::outcome::{progress_bar, write_text};
 use crate::verbosity::Verbosity;
-use analysis::published::statistics;
+use analysis::published::{TableFormat, statistics};
 use analysis::results::Results;
 use analysis::{Analysed, RecordingAnalysis, Settings, analyse, find, tables, write_figures};
+use exclusions::{EXCLUSIONS_FILE, Selection};
 use tui::{escaped, escaped_line};
 
 /// Runs the command. True if every recording could be read; what is wrong with which goes to standard error.
@@ -27,34 +29,66 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     for assumption in &options.assume {
         settings.assume(assumption)?;
     }
-    let folders = find::recordings(&options.recordings, options.practice)?;
+    let found = find::recordings(&options.recordings, options.practice)?;
+    let selection = select(found, options.include_excluded)?;
+    let folders = &selection.kept;
     verbosity.note(format_args!("{} recordings", folders.len()));
     let bar = progress_bar(folders.len() as u64, verbosity);
-    let analysed = analyse(&folders, &settings, |analysis| {
+    let analysed = analyse(folders, &settings, |analysis| {
         bar.suspend(|| report(analysis));
         bar.inc(1);
     });
     bar.finish_and_clear();
 
     if let Some(path) = &options.json {
-        let text = Results::new(&analysed).to_json()?;
+        let text = Results::new(&analysed)
+            .with_excluded(selection.to_json()?)
+            .to_json()?;
         write_text(path, &text)?;
     }
     if let Some(folder) = &options.tables {
         tables::write(&analysed, folder)?;
+        selection.write_beside(folder)?;
     }
     if let Some(folder) = &options.figures {
         write_figures(&analysed, &options.drawn(), folder).context("cannot draw the figures")?;
+        selection.write_beside(folder)?;
     }
+    let excluded = selection.to_text();
     let table = options.table.format();
     if let Some(format) = table {
         let text = statistics(&analysed).to_table(format);
         write!(std::io::stdout(), "{}", escaped(&text))?;
     }
-    if options.json.is_none() && table.is_none() {
+    let summarised = options.json.is_none() && table.is_none();
+    if summarised {
         write!(std::io::stdout(), "{}", escaped(&summary(&analysed)))?;
     }
+    // Where another program reads the table, nothing else stands beside it.
+    if summarised || table == Some(TableFormat::Text) {
+        write!(std::io::stdout(), "{}", escaped(&excluded))?;
+    } else {
+        let _ = write!(std::io::stderr(), "{}", escaped(&excluded));
+    }
     Ok(analysed.recordings.iter().all(|r| r.found.is_ok()))
+}
+
+/// Parts the recordings by the exclusions of their studies; `everything` analyses them all.
+fn select(folders: Vec<PathBuf>, everything: bool) -> anyhow::Result<Selection> {
+    if everything {
+        return Ok(Selection {
+            kept: folders,
+            excluded: Vec::new(),
+        });
+    }
+    let selection = exclusions::select(folders)?;
+    if selection.kept.is_empty() {
+        bail!(
+            "nothing is left to analyse: {EXCLUSIONS_FILE} leaves out {}; --include-excluded analyses it all the same",
+            selection.lines().join("; ")
+        );
+    }
+    Ok(selection)
 }
 
 /// Says what is wrong with a recording. That nobody reads it does not stop the analysis.

@@ -52,6 +52,9 @@ pub struct Analyze {
     /// Include practice trials.
     #[arg(long)]
     pub practice: bool,
+    /// Analyse also what the study's exclusions.tsv leaves out.
+    #[arg(long)]
+    pub include_excluded: bool,
 }
 
 /// Table of statistics that `analyze` prints.

@@ -20,13 +20,14 @@ use calibration::unattended::Unattended;
 use config::{
     CalibrationError, CalibrationFile, CalibrationFileError, Config, Effective, Identity, Quantity,
 };
+use devices::driving_time;
 use recording::disk;
+use survey::FingerProcedure;
 use tasks::StopFlag;
 use volts::{OutputProcedure, OutputSetup, VoltMeter};
 
 use crate::apparatus::Apparatus;
 use crate::cli;
-use crate::driving_time;
 use crate::verbosity::Verbosity;
 
 /// Name of the calibration file where none is given.
@@ -283,12 +284,16 @@ impl<'a> Begun<'a> {
             stem,
             table,
             figure,
+            beside,
         } = outcome
             .procedure
             .judge(outcome.date, &self.measure.operator)?;
         remarks.extend(notices);
         remarks.push(format!("driven for       {:.1} s", outcome.driven_s));
         let mut written = write_beside(&self.path, stem, &table, figure.as_ref())?;
+        for (stem, table) in beside {
+            written.extend(write_beside(&self.path, stem, &table, None)?);
+        }
         let passed = faults.is_empty();
         if passed {
             remarks.extend(part.put_into(&mut self.calibration));
@@ -322,12 +327,15 @@ pub fn plate(
     if let Some(about_hz) = options.about_hz {
         setup.about_hz = about_hz;
     }
+    let plate = PlateProcedure::new(setup);
+    if options.finger {
+        let config = begun.bench.config();
+        let finger = FingerProcedure::new(plate, config, begun.attended)?;
+        let apparatus = open(config)?;
+        return begun.run(apparatus, None, finger);
+    }
     let apparatus = open(begun.bench.config())?;
-    let plate = ClearPlate::new(
-        PlateProcedure::new(setup),
-        begun.bench.config(),
-        begun.attended,
-    );
+    let plate = ClearPlate::new(plate, begun.bench.config(), begun.attended);
     begun.run(apparatus, None, plate)
 }
 

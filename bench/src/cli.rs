@@ -4,6 +4,7 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use exclusions::Trial;
 use rehearsal::{FaultKind, RehearsedFault};
 
 pub use crate::analyze_options::Analyze;
@@ -54,6 +55,8 @@ pub enum Command {
     Analyze(Analyze),
     /// Verify that a study is all there and as it was recorded.
     Verify(Verify),
+    /// Leave a participant, a session or a trial out of a study's analysis, with the reason.
+    Exclude(Exclude),
     /// Remove a participant from a study, for good.
     Forget(Forget),
     /// Compute the published model: curves as CSV, figures as SVG and PNG.
@@ -127,6 +130,16 @@ pub struct Run {
     /// Operator who holds the participant's signed consent; required with --headless.
     #[arg(long, value_name = "OPERATOR")]
     pub consent_by: Option<String>,
+    /// Participant's age in whole years, if the protocol asks for it; n/a if not stated. The dashboard asks for what is
+    /// not given.
+    #[arg(long, value_name = "YEARS", allow_negative_numbers = true)]
+    pub age: Option<String>,
+    /// Participant's sex, if the protocol asks for it: female, male, other; n/a if not stated.
+    #[arg(long, value_name = "SEX")]
+    pub sex: Option<String>,
+    /// Hand that the participant writes with, if the protocol asks for it: right, left, ambidextrous; n/a if not stated.
+    #[arg(long, value_name = "HAND")]
+    pub handedness: Option<String>,
     /// Resume the participant's interrupted session.
     #[arg(long, conflicts_with = "new_session")]
     pub resume: bool,
@@ -348,6 +361,10 @@ pub struct CalibratePlate {
         allow_negative_numbers = true
     )]
     pub drive_v: f64,
+    /// Measure the response again with a finger resting on the plate, at 6 V or less; it is kept and drawn beside the bare
+    /// one, and never used as a constant.
+    #[arg(long)]
+    pub finger: bool,
     /// Search for the resonance around this frequency, Hz [default: the last known resonance].
     #[arg(long, value_name = "HZ", value_parser = model::positive, allow_negative_numbers = true)]
     pub about_hz: Option<f64>,
@@ -460,6 +477,29 @@ pub struct Devices {
     /// Print as JSON.
     #[arg(long)]
     pub json: bool,
+}
+
+/// `exclude`
+#[derive(Debug, Args)]
+pub struct Exclude {
+    /// Participant's pseudonym, such as sub-07.
+    #[arg(value_name = "ID")]
+    pub participant: String,
+    /// Session [default: all].
+    #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u32).range(1..))]
+    pub session: Option<u32>,
+    /// Trial, all attempts at it: its number, or practice-1 for practice [default: all].
+    #[arg(long, value_name = "TRIAL")]
+    pub trial: Option<Trial>,
+    /// Reason, which is printed beside every result.
+    #[arg(long, value_name = "REASON")]
+    pub because: String,
+    /// Who decided it.
+    #[arg(long, value_name = "NAME")]
+    pub by: String,
+    /// Folder of the study.
+    #[arg(long, value_name = "DIR", default_value = "study")]
+    pub study: PathBuf,
 }
 
 /// `verify`

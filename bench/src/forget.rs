@@ -76,6 +76,11 @@ fn describe(
     if traces.listed {
         lines.push("  the line in participants.tsv".to_owned());
     }
+    match traces.exclusions {
+        0 => {}
+        1 => lines.push("  a line in exclusions.tsv".to_owned()),
+        more => lines.push(format!("  {more} lines in exclusions.tsv")),
+    }
     if !traces.elsewhere.is_empty() {
         lines.push(format!(
             "these files name {participant} too, and would stay:"

@@ -6,12 +6,12 @@ use std::time::Duration;
 
 use anyhow::Context;
 use crossbeam_channel::Receiver;
-use protocols::SessionEvent;
+use protocols::{ParticipantId, Person, SessionEvent};
 use serde_json::{Map, Value};
 
 use recording::recorder::RecorderNotice;
-use recording::study::SessionFolder;
 use recording::study::event_log::ExitStatus;
+use recording::study::{SessionFolder, Study};
 use recording::sums::Sums;
 use tasks::Clock;
 use tasks::Task;
@@ -21,6 +21,8 @@ use tasks::Task;
 pub enum Entry {
     /// Something happened in the protocol.
     Event(SessionEvent),
+    /// What was stated about the participant.
+    Person(Person),
     /// A recording has ended and is on disk.
     Saved(SavedRecording),
     /// The session ended.
@@ -53,6 +55,8 @@ const RECORDING_STREAM: &str = "recording";
 
 /// The task.
 pub struct Journal {
+    /// The study and who takes part, locked until the log is closed.
+    study: (Study, ParticipantId),
     session: SessionFolder,
     entries: Receiver<Entry>,
     /// What the recorder says after the session has ended.
@@ -78,6 +82,7 @@ impl Journal {
     /// # Errors
     /// When the descriptors cannot be written.
     pub fn new(
+        study: (Study, ParticipantId),
         mut session: SessionFolder,
         entries: Receiver<Entry>,
         notices: Receiver<RecorderNotice>,
@@ -87,6 +92,7 @@ impl Journal {
             session.log().descriptor(descriptor)?;
         }
         Ok(Self {
+            study,
             session,
             entries,
             notices,
@@ -100,6 +106,10 @@ impl Journal {
         let time = self.clock.utc().to_string();
         let log = self.session.log();
         match entry {
+            Entry::Person(person) => {
+                let (study, participant) = &self.study;
+                study.describe(participant, &person)?;
+            }
             Entry::Event(event) => {
                 let data = match serde_json::to_value(&event.kind)? {
                     Value::Object(data) => data,

@@ -13,6 +13,7 @@ use tui::event::{LogLevel, PhaseKind, PhaseView};
 use config::Effective;
 use console::{Dashboard, DashboardThread, Front, Headless, safety_event};
 use devices::drive_control::{DriveControl, settings};
+use devices::driving_time;
 use devices::{Bench, Boot, Gauges, require_armable, require_watched};
 use recording::pipeline::{Account, Batch};
 use safety::{Hold, SafetyState, Signals, Trip};
@@ -22,7 +23,7 @@ use crate::apparatus::{Apparatus, pace};
 use crate::dates;
 use crate::interference::Interference;
 use crate::live_meter::LiveMeter;
-use crate::{calibrate, driving_time, rehearsed};
+use crate::{calibrate, rehearsed};
 
 /// The published modulation (Huloux 2021, section IV).
 const MODULATION_HZ: f64 = 6.0;

@@ -183,7 +183,10 @@ fn a_study_gives_results_by_the_schema() {
             let apart = averaged["sigma_t_m"].as_f64().unwrap() / mean_m - 1.0;
             assert!(apart.abs() < 1e-9, "{averaged}");
             let own = instance[method]["r2_impedance"].as_f64().unwrap();
-            assert!(averaged["r2_impedance"].as_f64().unwrap() <= own, "{averaged}");
+            assert!(
+                averaged["r2_impedance"].as_f64().unwrap() <= own,
+                "{averaged}"
+            );
         }
         assert!(instance["paper"].get("tau_s").is_none());
         // Where Z_t was read: an instance that never goes below 0.2 µm says so.

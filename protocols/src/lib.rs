@@ -12,6 +12,7 @@
 mod analysis;
 mod order;
 mod participant;
+mod person;
 mod protocol;
 mod record;
 mod redo_reason;
@@ -25,6 +26,10 @@ pub mod verdict;
 
 pub use analysis::{ExplorationAnalysis, TrialAnalysis};
 pub use participant::{ParticipantId, ParticipantIdError};
+pub use person::{
+    AskedOfParticipant, Handedness, MAX_AGE_YEARS, MIN_AGE_YEARS, NOT_STATED, Person, PersonDetail,
+    PersonError, Sex,
+};
 pub use protocol::{
     BUILT_IN, BrokenRule, Carrier, Condition, Drive, DrivingTime, Exploration, OffPlateError,
     Order, Protocol, ProtocolError, RedoLimits, Rest, Selection, Slider, Timeouts, Timing, Trials,

@@ -8,9 +8,9 @@ use crate::escape::clean;
 use crate::panels::impedance::ImpedancePart;
 use crate::panels::panel::{note, rows};
 use crate::panels::{
-    amplitude, calibration_layout, crop, drill, estimates, forces, help, impedance, key_hints, log,
-    plate_drawing, readings, safety_line, session_header, session_phase, summary, system_health,
-    trials,
+    amplitude, asked_detail, calibration_layout, crop, drill, estimates, forces, help, impedance,
+    key_hints, log, plate_drawing, readings, safety_line, session_header, session_phase, summary,
+    system_health, trials,
 };
 use crate::participant_screen;
 use crate::state::{Page, State};
@@ -54,11 +54,11 @@ fn draw(state: &State, area: Rect, buf: &mut Buffer) {
     key_hints::render(state, bottom, buf);
     match (state.ui.page, &state.calibration) {
         (_, Some(calibrated)) => calibration_layout::render(state, calibrated, body, buf),
-        (Page::Participant, _) => preview(state, body, buf),
-        (Page::Dashboard, _) if area.width >= TWO_COLUMNS.0 && area.height >= TWO_COLUMNS.1 => {
+        (Page::Participant, _) if state.asked.is_none() => preview(state, body, buf),
+        _ if area.width >= TWO_COLUMNS.0 && area.height >= TWO_COLUMNS.1 => {
             two_columns(state, area, body, buf);
         }
-        (Page::Dashboard, _) => list(state, body, buf),
+        _ => list(state, body, buf),
     }
     if state.ui.help {
         help::render(state, body, buf);
@@ -123,19 +123,22 @@ fn two_columns(state: &State, area: Rect, body: Rect, buf: &mut Buffer) {
     log::render(state, lines, buf);
 }
 
-/// Returns the rows of the phase: one, or as many of `most` as a drill's instruction takes.
+/// Returns the rows of the phase: one, or as many of `most` as a drill's instruction or a question takes.
 fn phase_rows(state: &State, columns: u16, most: u16) -> u16 {
-    state.drill.as_ref().map_or(1, |drilled| {
-        let lines = drill::instruction(state, drilled, columns).len();
-        u16::try_from(lines).unwrap_or(most).max(1).min(most)
-    })
+    let lines = match (&state.drill, &state.asked) {
+        (Some(drilled), _) => drill::instruction(state, drilled, columns).len(),
+        (None, Some(asked)) => asked_detail::question(state, asked, columns).len(),
+        (None, None) => 1,
+    };
+    u16::try_from(lines).unwrap_or(most).max(1).min(most)
 }
 
-/// Draws the phase, or a drill's instruction in its place.
+/// Draws the phase, or a drill's instruction or a question in its place.
 fn phase(state: &State, area: Rect, buf: &mut Buffer) {
-    match &state.drill {
-        Some(drilled) => rows(drill::instruction(state, drilled, area.width), area, buf),
-        None => session_phase::render(state, area, buf),
+    match (&state.drill, &state.asked) {
+        (Some(drilled), _) => rows(drill::instruction(state, drilled, area.width), area, buf),
+        (None, Some(asked)) => rows(asked_detail::question(state, asked, area.width), area, buf),
+        (None, None) => session_phase::render(state, area, buf),
     }
 }
 

@@ -70,6 +70,11 @@ pub enum Event {
     CalibrationReadings(CalibrationReadings),
     /// The progress of a drill.
     Drill(DrillView),
+    /// A question about the participant.
+    Asked {
+        /// The question; `None` once nothing is asked.
+        detail: Option<AskedDetail>,
+    },
     /// The session has finished.
     Finished {
         /// Lines of the summary.
@@ -77,6 +82,17 @@ pub enum Event {
     },
     /// The screen closes.
     Close,
+}
+
+/// A question about the participant, which may stay without an answer.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AskedDetail {
+    /// What is asked for.
+    pub question: String,
+    /// Answers to choose from, by their number from 1; none if a number is asked for.
+    pub choices: Vec<String>,
+    /// Why the question is repeated.
+    pub note: Option<String>,
 }
 
 /// The participant, the protocol and the bench of a session.

@@ -3,6 +3,7 @@
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 use crate::action::Action;
+use crate::asked_keys;
 use crate::calibration_keys;
 use crate::event::{PhaseKind, SafetyState};
 use crate::state::{Page, State, Ui};
@@ -72,6 +73,8 @@ pub fn key(state: &State, key: KeyEvent) -> Reaction {
         None
     } else if let Some(calibration) = &state.calibration {
         calibration_keys::key(state, calibration, &mut ui, code)
+    } else if state.asked.is_some() {
+        asked_keys::key(&mut ui, code).unwrap_or_else(|| command(state, &mut ui, code))
     } else {
         command(state, &mut ui, code)
     };

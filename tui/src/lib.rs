@@ -3,6 +3,7 @@
 #![doc = include_str!("../README.md")]
 
 mod action;
+mod asked_keys;
 mod calibration_keys;
 pub mod calibration_page;
 mod dashboard;

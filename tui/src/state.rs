@@ -9,7 +9,7 @@ use crate::calibration_page::{CalibrationPage, CalibrationReadings};
 use crate::drill_view::DrillView;
 use crate::escape::escaped_line;
 use crate::event::{
-    ComplexImpedance, Crop, Event, Live, LogLevel, PhaseKind, PhaseView, SafetyState,
+    AskedDetail, ComplexImpedance, Crop, Event, Live, LogLevel, PhaseKind, PhaseView, SafetyState,
     SessionHeader, SystemHealth, TrialVerdict, ValueAndStd,
 };
 use crate::participant_screen::ParticipantView;
@@ -82,6 +82,9 @@ pub struct State {
     /// Progress of the running drill.
     #[serde(default)]
     pub drill: Option<DrillView>,
+    /// Question about the participant that waits for an answer.
+    #[serde(default)]
+    pub asked: Option<AskedDetail>,
     /// Summary of the finished session.
     pub summary: Option<Vec<String>>,
     /// Whether the bench has closed the screen.
@@ -127,7 +130,7 @@ pub struct Ui {
     pub confirm: Option<Action>,
     /// Time that the strip charts span.
     pub window: Window,
-    /// Digits typed so far of the number that a calibration asks for.
+    /// Digits typed so far of the number that is asked for.
     pub typed: String,
     /// Selected point of a calibration, counted from 0.
     pub chosen: Option<usize>,
@@ -218,6 +221,7 @@ impl State {
             calibration: None,
             readings: None,
             drill: None,
+            asked: None,
             summary: None,
             closed: false,
             ui: Ui {
@@ -267,6 +271,7 @@ impl State {
                 self.readings = Some(readings.finite_only());
             }
             Event::Drill(drill) => self.drill = Some(drill.clone()),
+            Event::Asked { detail } => self.asked.clone_from(detail),
             Event::Finished { summary } => self.summary = Some(summary.clone()),
             Event::Close => self.closed = true,
         }

@@ -10,7 +10,7 @@ use ratatui::backend::TestBackend;
 use ratatui::buffer::{Buffer, Cell};
 use ratatui::style::{Color, Modifier};
 use tui::drill_view::{DrillResult, DrillStep, DrillView};
-use tui::event::{Live, PhaseKind, PhaseView, SafetyState};
+use tui::event::{AskedDetail, Live, PhaseKind, PhaseView, SafetyState};
 use tui::{Action, Event, Page, State, Theme, key, view};
 
 mod crossterm_key {
@@ -202,6 +202,31 @@ fn a_drill_says_what_is_asked_at_every_size() {
     for (columns, rows) in [(200, 60), (80, 24), (40, 10), (20, 5)] {
         let screen = drawn(&state, columns, rows);
         insta::assert_snapshot!(format!("drill_{columns}x{rows}"), screen.backend());
+    }
+}
+
+#[test]
+fn a_question_about_the_participant_is_read_at_every_size_and_on_every_page() {
+    let mut state = State::new(Theme::Colour);
+    state.apply(&Event::Tick { now_s: 1.0 });
+    state.apply(&Event::Phase(PhaseView::new(PhaseKind::Consent)));
+    state.apply(&Event::Asked {
+        detail: Some(AskedDetail {
+            question: "writing hand".to_owned(),
+            choices: ["right", "left", "ambidextrous"]
+                .map(str::to_owned)
+                .to_vec(),
+            note: Some("a number from 1 to 3".to_owned()),
+        }),
+    });
+    let mut state = pressed(pressed(state, '2'), 'h');
+    state.ui.help = false;
+    for (columns, rows) in [(120, 40), (80, 24), (40, 10), (20, 5)] {
+        let screen = drawn(&state, columns, rows);
+        insta::assert_snapshot!(format!("asked_{columns}x{rows}"), screen.backend());
+        let mut elsewhere = state.clone();
+        elsewhere.ui.page = Page::Participant;
+        assert_eq!(drawn(&elsewhere, columns, rows).backend(), screen.backend());
     }
 }
 

@@ -1,7 +1,8 @@
 //! What each key does where the session stands.
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
-use tui::event::{Event, PhaseKind, PhaseView, SafetyState};
+use tui::calibration_page::Reply;
+use tui::event::{AskedDetail, Event, PhaseKind, PhaseView, SafetyState};
 use tui::{Action, Page, State, Theme, Window, key};
 
 const PHASES: [PhaseKind; 11] = [
@@ -44,6 +45,37 @@ fn press(state: &mut State, keys: &str) -> Vec<Action> {
         actions.extend(reaction.action);
     }
     actions
+}
+
+#[test]
+fn a_question_about_the_participant_takes_digits_and_leaves_the_rest_to_the_dashboard() {
+    let mut state = state(PhaseKind::Consent, SafetyState::Disarmed, 0);
+    state.apply(&Event::Asked {
+        detail: Some(AskedDetail::default()),
+    });
+    let answer = |reply| Some(Action::Answer(reply));
+    let tap = |state: &mut State, code| {
+        let reaction = key(state, plain(code));
+        state.ui = reaction.ui;
+        reaction.action
+    };
+    assert_eq!(press(&mut state, "3x15"), []);
+    assert_eq!(state.ui.typed, "315");
+    assert_eq!(press(&mut state, "99"), []);
+    tap(&mut state, KeyCode::Backspace);
+    tap(&mut state, KeyCode::Backspace);
+    assert_eq!(tap(&mut state, KeyCode::Enter), answer(Reply::Number(3.0)));
+    assert_eq!(tap(&mut state, KeyCode::Enter), answer(Reply::Ready));
+    assert_eq!(press(&mut state, "4"), []);
+    assert_eq!(tap(&mut state, KeyCode::Up), answer(Reply::Redo(0)));
+    assert_eq!(state.ui.typed, "");
+    // Nothing begins meanwhile; what stops or ends a session does.
+    assert_eq!(press(&mut state, " sc"), []);
+    assert!(state.ui.note.is_some());
+    assert_eq!(press(&mut state, "e"), [Action::EmergencyStop]);
+    assert_eq!(press(&mut state, "ay"), [Action::Abort]);
+    state.apply(&Event::Asked { detail: None });
+    assert_eq!(press(&mut state, "cy"), [Action::Consent]);
 }
 
 #[test]

@@ -21,6 +21,8 @@ pub struct Results {
     settings: Settings,
     recordings: Vec<Recording>,
     statistics: Statistics,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    excluded: Option<serde_json::Value>,
 }
 
 #[derive(Debug, Serialize)]
@@ -162,6 +164,16 @@ impl Results {
             settings: analysed.settings,
             recordings: analysed.recordings.iter().map(Recording::from).collect(),
             statistics: statistics(analysed),
+            excluded: None,
+        }
+    }
+
+    /// Adds what was left out of the analysis, as it is to stand under `excluded`.
+    #[must_use]
+    pub fn with_excluded(self, excluded: serde_json::Value) -> Self {
+        Self {
+            excluded: Some(excluded),
+            ..self
         }
     }
 

@@ -44,6 +44,11 @@ impl<P> ClearPlate<P> {
         }
     }
 
+    /// Returns the procedure that is wrapped.
+    pub fn inner(&self) -> &P {
+        &self.procedure
+    }
+
     fn resting(&self, capture: &Capture) -> Option<f64> {
         capture
             .mean_force_n()

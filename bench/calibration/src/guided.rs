@@ -141,9 +141,10 @@ fn watched(request: &Request) -> Option<MainReading> {
             axis: ForceAxis::Lateral,
             ..
         } => Some(MainReading::LateralForce),
-        Request::NameMass { .. } | Request::Load { .. } | Request::Unload => {
-            Some(MainReading::NormalForce)
-        }
+        Request::NameMass { .. }
+        | Request::Load { .. }
+        | Request::RestFinger { .. }
+        | Request::Unload => Some(MainReading::NormalForce),
         Request::Connect(_) | Request::MeterReading { .. } => Some(MainReading::Level),
         Request::KnownAmplitude { .. } => Some(MainReading::Amplitude),
         Request::Review => None,

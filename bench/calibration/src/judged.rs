@@ -35,6 +35,8 @@ pub struct Judged {
     pub table: String,
     /// Points and residuals as a figure.
     pub figure: Option<Figure>,
+    /// Further tables as CSV, each with the suffix of its name.
+    pub beside: Vec<(&'static str, String)>,
 }
 
 /// A part of the calibration file.
@@ -43,7 +45,12 @@ pub enum Part {
     /// `[pickup]`: the pickup's sensitivity.
     Pickup(Box<config::MeasuredPickup>),
     /// `[plate]`: the plate's constants.
-    Plate(Box<config::MeasuredPlate>),
+    Plate {
+        /// Measured constants.
+        plate: Box<config::MeasuredPlate>,
+        /// The same plate under a finger, if that was measured too.
+        finger: Option<Box<config::MeasuredFinger>>,
+    },
     /// `[force]`: the force sensor's matrix and tare.
     Force {
         /// Measured constants.
@@ -63,13 +70,20 @@ impl Part {
         match self {
             Self::Pickup(pickup) => {
                 calibration.pickup = Some(*pickup);
+                calibration.finger = None;
                 calibration.plate.take().map(|_| {
                     "the plate's force factor was computed with the old sensitivity and no longer holds: run `friction-bench calibrate plate` again".to_owned()
                 })
             }
-            Self::Plate(plate) => {
+            Self::Plate { plate, finger } => {
                 calibration.plate = Some(*plate);
-                None
+                let lost = calibration.finger.is_some() && finger.is_none();
+                calibration.finger = finger.map(|finger| *finger);
+                lost.then(|| {
+                    "the response under a finger belonged to the plate's old constants and was taken out; --finger measures \
+                     it again"
+                        .to_owned()
+                })
             }
             Self::Force { force, sensor } => {
                 calibration.force = Some(*force);

@@ -17,7 +17,7 @@ pub mod known;
 mod meter;
 pub mod operator;
 pub mod pickup_procedure;
-mod plate_look;
+pub mod plate_look;
 pub mod plate_procedure;
 mod points;
 pub mod procedure;

@@ -73,6 +73,13 @@ pub enum Request {
     },
     /// Take everything off the plate: weights, finger.
     Unload,
+    /// Rest a finger on the plate and keep it still.
+    RestFinger {
+        /// Least normal force, N.
+        least_n: f64,
+        /// Greatest normal force, N.
+        most_n: f64,
+    },
     /// Change the cables.
     Connect(Cabling),
     /// Read the plate's peak amplitude on an instrument and type it.
@@ -132,6 +139,10 @@ impl Request {
                 "Type the masses that you will hang over the pulley, one at a time; Enter alone when these are all, or at once for those of the plate, as far as the axis may carry them.".to_owned()
             }
             Self::Unload => "Take everything off the plate: finger, weights, threads.".to_owned(),
+            Self::RestFinger { least_n, most_n } => format!(
+                "Rest a finger on the middle of the plate with {least_n} to {most_n} N, and keep it still until you are asked to \
+                 lift it; the plate will vibrate faintly."
+            ),
             Self::Connect(Cabling::AllInputs) => {
                 "Connect the drive's read-back to all inputs at once.".to_owned()
             }
@@ -172,7 +183,11 @@ impl Request {
                 si_per_unit: GRAM_KG,
                 optional: true,
             }),
-            Self::Load { .. } | Self::Unload | Self::Connect(_) | Self::Review => None,
+            Self::Load { .. }
+            | Self::Unload
+            | Self::RestFinger { .. }
+            | Self::Connect(_)
+            | Self::Review => None,
         }
     }
 }

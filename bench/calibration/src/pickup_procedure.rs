@@ -462,6 +462,7 @@ impl Calibrates for PickupProcedure {
             stem: Self::NAME,
             table: self.points_csv(&line),
             figure: Some(figures::pickup(&self.rungs, &line.residuals, &pickup)),
+            beside: Vec::new(),
             part: Part::Pickup(Box::new(pickup)),
         })
     }

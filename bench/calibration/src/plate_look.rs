@@ -54,7 +54,8 @@ pub(super) fn peak_units_per_v(look: &[Response], config: &Config) -> f64 {
 }
 
 /// Returns the level at which the amplitude, the pickup's range or the drive approaches its limit, V peak.
-pub(super) fn highest_level_v(units_per_v: f64, metres_per_unit: f64, config: &Config) -> f64 {
+#[must_use]
+pub fn highest_level_v(units_per_v: f64, metres_per_unit: f64, config: &Config) -> f64 {
     let by_amplitude = 0.9 * config.calibration.max_amplitude_m / (units_per_v * metres_per_unit);
     let by_range = FULLEST / units_per_v;
     by_amplitude.min(by_range).min(config.limits.drive_v)
@@ -84,7 +85,10 @@ pub(super) fn require_unsaturated(
 const LEAST_RATIO: f64 = 3.0;
 
 /// Returns the pickup's response to the drive at each captured tone, from `settle_s` after its start.
-pub(super) fn responses(
+///
+/// # Errors
+/// An input is saturated, or the carrier does not survive the loop.
+pub fn responses(
     capture: &Capture,
     config: &Config,
     settle_s: f64,

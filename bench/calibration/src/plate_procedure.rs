@@ -27,7 +27,7 @@ const TONES: usize = 31;
 /// Bandwidths that the close look spans to either side of the resonance.
 const BANDWIDTHS: f64 = 2.0;
 /// Length of the reading at each tone, s.
-const WINDOW_S: f64 = 0.06;
+pub const WINDOW_S: f64 = 0.06;
 
 /// What a calibration of the plate takes from the bench.
 #[derive(Debug, Clone)]
@@ -313,7 +313,11 @@ impl Calibrates for PlateProcedure {
             stem: Self::NAME,
             table: admittance_csv(&response),
             figure: Some(figures::plate(&response, &plate)),
-            part: Part::Plate(Box::new(plate)),
+            beside: Vec::new(),
+            part: Part::Plate {
+                plate: Box::new(plate),
+                finger: None,
+            },
         })
     }
 }
@@ -380,20 +384,36 @@ impl PlateProcedure {
         }
     }
 
+    /// Returns the time after which the plate is read at each tone, s.
+    #[must_use]
+    pub fn settle_s(&self) -> f64 {
+        self.settle_s
+    }
+
+    /// Returns the admittance ṽ/f̃ per ratio of the pickup's to the drive's envelope, m/s/N.
+    #[must_use]
+    pub fn admittance_per_ratio(
+        &self,
+        plate: &config::MeasuredPlate,
+        frequency_hz: f64,
+    ) -> Complex64 {
+        let volts_per_unit = self.setup.config.channels.drive.volts_per_unit;
+        // The phase is a delay's, so it goes with the frequency.
+        let phase = plate.pickup_phase_rad.value * frequency_hz / plate.resonance_hz.value;
+        Complex64::from_polar(plate.metres_per_unit, phase)
+            * Complex64::new(0.0, TAU * frequency_hz)
+            / (plate.force_factor_n_per_v.value * volts_per_unit)
+    }
+
     /// Returns the admittance ṽ/f̃ at each tone (Huloux 2021, Fig. 10 b).
     fn admittance(&self, plate: &config::MeasuredPlate) -> Vec<Admittance> {
         let model = self.fit.iter().flat_map(|fit| &fit.model);
-        let volts_per_unit = self.setup.config.channels.drive.volts_per_unit;
         self.responses
             .iter()
             .zip(model)
             .map(|(response, fitted)| {
                 let frequency_hz = response.frequency_hz;
-                // The phase is a delay's, so it goes with the frequency.
-                let phase = plate.pickup_phase_rad.value * frequency_hz / plate.resonance_hz.value;
-                let scale = Complex64::from_polar(plate.metres_per_unit, phase)
-                    * Complex64::new(0.0, TAU * frequency_hz)
-                    / (plate.force_factor_n_per_v.value * volts_per_unit);
+                let scale = self.admittance_per_ratio(plate, frequency_hz);
                 Admittance {
                     frequency_hz,
                     measured: response.ratio * scale,

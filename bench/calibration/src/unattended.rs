@@ -69,6 +69,13 @@ impl<W: Write> Unattended<W> {
         sum.map(|sum| if count > 0.0 { sum / count } else { 0.0 })
     }
 
+    /// Returns whether a finger has pressed with `least_n` to `most_n` throughout a plateau's length.
+    fn rests(&self, asked: &Asked, least_n: f64, most_n: f64) -> bool {
+        let within = |(_, [normal_n, _]): &(f64, [f64; 2])| (least_n..=most_n).contains(normal_n);
+        let long = self.now_s - asked.since_s >= PLATEAU_S;
+        long && !self.recent.is_empty() && self.recent.iter().all(within)
+    }
+
     /// Returns whether the forces rest where `asked` should have brought them.
     fn settled(&self, asked: &Asked) -> bool {
         let (Some(first), Some(last)) = (self.recent.front(), self.recent.back()) else {
@@ -109,7 +116,13 @@ impl<W: Write + Send> Operator for Unattended<W> {
             since_s: self.now_s,
             before_n: Self::mean_n(self.recent.iter().map(|(_, forces)| *forces)),
         });
-        if let Some(Request::Load { .. } | Request::Unload | Request::Connect(_)) = request {
+        if let Some(
+            Request::Load { .. }
+            | Request::Unload
+            | Request::RestFinger { .. }
+            | Request::Connect(_),
+        ) = request
+        {
             let words = request.map(Request::words).unwrap_or_default();
             self.line(format_args!("  please: {words}"));
         }
@@ -156,6 +169,7 @@ impl<W: Write + Send> Operator for Unattended<W> {
         let done = match asked.request {
             Request::Connect(_) | Request::Review => true,
             Request::Load { .. } | Request::Unload => self.settled(asked),
+            Request::RestFinger { least_n, most_n } => self.rests(asked, least_n, most_n),
             Request::NameMass { axis } => bail!(
                 "no operator to type the masses of the {} axis: give --normal-g and --lateral-g, or --masses-csv",
                 axis.name()

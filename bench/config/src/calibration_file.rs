@@ -64,6 +64,27 @@ pub struct MeasuredPlate {
     pub metres_per_unit: f64,
 }
 
+/// `[finger]`: the plate's response with a finger resting on it, for comparison with the bare one. None of it is a
+/// constant that the bench computes with.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeasuredFinger {
+    /// Who measured it, when and how.
+    pub measured: Provenance,
+    /// Mean normal force of the finger while the tones sounded, N.
+    pub normal_n: Quantity,
+    /// Standard deviation of that force, N.
+    pub normal_spread_n: f64,
+    /// Level of the tones, V peak.
+    pub drive_v: f64,
+    /// Resonance of the plate with the finger, Hz; absent where it leaves no single resonance.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resonance_hz: Option<Quantity>,
+    /// Quality factor of the plate with the finger; absent where it leaves no single resonance.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quality: Option<Quantity>,
+}
+
 /// `[force]`: matrix, tare, drift and noise of the force sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -201,6 +222,9 @@ pub struct CalibrationFile {
     /// Result of `calibrate plate`; `None` until it passes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plate: Option<MeasuredPlate>,
+    /// The same plate under a finger, by `calibrate plate --finger`; never used as a constant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub finger: Option<MeasuredFinger>,
     /// Result of `calibrate force`; `None` until it passes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<MeasuredForce>,
@@ -260,6 +284,7 @@ impl CalibrationFile {
             identity,
             pickup: None,
             plate: None,
+            finger: None,
             force: None,
             channels: None,
             output: None,

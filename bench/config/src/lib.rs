@@ -22,8 +22,8 @@ mod template_tests;
 mod tests;
 
 pub use calibration_file::{
-    CalibrationFile, CalibrationFileError, MeasuredChannels, MeasuredDelay, MeasuredForce,
-    MeasuredInput, MeasuredPickup, MeasuredPlate,
+    CalibrationFile, CalibrationFileError, MeasuredChannels, MeasuredDelay, MeasuredFinger,
+    MeasuredForce, MeasuredInput, MeasuredPickup, MeasuredPlate,
 };
 pub use calibration_rules::{CalibrationRules, GRAVITY};
 pub use correction::{Correction, Implausible, MOST_CROSSTALK};

@@ -13,6 +13,7 @@ mod digital_lines;
 pub mod dose_account;
 mod dose_record;
 pub mod drive_control;
+pub mod driving_time;
 pub mod encoder;
 pub mod estop_press;
 pub mod field_task;

@@ -284,7 +284,7 @@ pub fn sync_folder(path: &Path) -> Result<(), DiskError> {
 
 /// Returns the sorted names in a folder; none if the folder does not exist. Names that are not Unicode get replacement
 /// characters.
-pub(crate) fn entries(folder: &Path) -> Result<Vec<String>, DiskError> {
+pub fn entries(folder: &Path) -> Result<Vec<String>, DiskError> {
     let listing = match fs::read_dir(folder) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
         listing => listing.on("list", folder)?,

@@ -12,23 +12,23 @@ use config::Config;
 use console::{Dashboard, DashboardThread, Front, Headless};
 use contact::AssumedConstants;
 use devices::drive_control::waveform;
+use devices::driving_time;
 use devices::loudspeaker::Loudspeaker;
 use devices::{Bench, Boot, ThreadPriorities};
 use jiff::tz::TimeZone;
-use protocols::{ParticipantId, Protocol};
+use protocols::{NOT_STATED, ParticipantId, Protocol};
 use recording::study::event_log::Start;
 use recording::study::{self, GeneratedBy, Study};
 use signalgen::StreamDirection;
 use tasks::StopFlag;
 
 use crate::apparatus::{Apparatus, Watcher};
-use crate::driving_time;
 use crate::interference::Interference;
 use crate::journal::Journal;
 use crate::readiness::Readiness;
 use crate::refit::Refit;
 use crate::rehearsed;
-use crate::session::{KeptUp, Report, SessionTask, Wiring, summary_lines};
+use crate::session::{KeptUp, Questions, Report, SessionTask, Wiring, summary_lines};
 use crate::shell_words::quoted;
 use files::{begin_recording, last_trial, machine, open_session};
 use plan::{NAME, VERSION};
@@ -83,6 +83,10 @@ pub fn run(
     let date = clock.utc().to_zoned(TimeZone::UTC).date().to_string();
     let (number, session, resumed) = open_session(&study, &plan, &date)?;
     let machine = machine(&plan, &session)?;
+    study.describe(&plan.participant, &plan.person)?;
+    let stated = study.person(&plan.participant)?;
+    let mut ask = plan.ask.clone();
+    ask.retain(|detail| stated.text(*detail) == NOT_STATED);
     let to_drive_s = driving.trial_s * f64::from(machine.trials_left());
     let left =
         driving_time::require_left(&account, to_drive_s.min(driving.hour_s), clock.as_ref())?;
@@ -189,6 +193,11 @@ pub fn run(
         }
     };
 
+    if plan.headless && !ask.is_empty() {
+        let unstated: Vec<_> = ask.drain(..).map(|detail| detail.to_string()).collect();
+        front.show(note(format!("not stated: {}", unstated.join(", "))));
+    }
+    let questions = Questions::new(ask);
     let (entries, journal_entries) = crossbeam_channel::unbounded();
     let (reports, report) = crossbeam_channel::bounded(1);
     let (refits, fits, refit) = Refit::new(plan.carrier_hz, AssumedConstants::ESTIMATION);
@@ -226,10 +235,17 @@ pub fn run(
         begin,
         wiring,
         plan.consent_by.clone(),
+        questions,
         plan.headless,
         reports,
     );
-    let journal = Journal::new(session, journal_entries, last_notices, clock.clone())?;
+    let journal = Journal::new(
+        (study, plan.participant.clone()),
+        session,
+        journal_entries,
+        last_notices,
+        clock.clone(),
+    )?;
 
     let mut tasks = before;
     tasks.push(Box::new(task));

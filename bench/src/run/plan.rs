@@ -6,8 +6,9 @@ use std::sync::Arc;
 use anyhow::{Context, bail};
 use config::{Config, Effective};
 use devices::drive_control::{carrier_hz, settings, waveform};
+use devices::driving_time;
 use devices::{require_armable, require_watched};
-use protocols::{OffPlateError, ParticipantId, Protocol};
+use protocols::{OffPlateError, ParticipantId, Person, PersonDetail, Protocol};
 use recording::AudioFormat;
 use recording::study::DataRates;
 use signalgen::DriveSettings;
@@ -15,7 +16,6 @@ use strict::InFile;
 
 use crate::apparatus::pace;
 use crate::dates;
-use crate::driving_time;
 use preflight::Table;
 
 pub(super) const NAME: &str = "friction-bench";
@@ -33,6 +33,10 @@ pub struct Plan {
     pub study: PathBuf,
     /// Who holds the signed consent.
     pub consent_by: Option<String>,
+    /// What the command line states of the participant.
+    pub person: Person,
+    /// What the protocol asks about the participant and the command line does not say.
+    pub ask: Vec<PersonDetail>,
     /// Go on with the last session.
     pub resume: bool,
     /// Begin another session of a participant who has one.
@@ -134,6 +138,7 @@ impl Plan {
         }
         let file = ProtocolFile::read(&options.protocol)?;
         let protocol = &file.protocol;
+        let (person, ask) = person(options, protocol)?;
         let config = bench.config();
         if config.force.is_none() {
             bail!("a participant's session needs [force] in bench.toml; `monitor` runs without it");
@@ -181,6 +186,8 @@ impl Plan {
             seed: options.hardware.seed.unwrap_or(protocol.trials.seed),
             protocol: file,
             participant,
+            person,
+            ask,
             study: options.study.clone(),
             consent_by: options.consent_by.clone(),
             resume: options.resume,
@@ -191,6 +198,29 @@ impl Plan {
             settings,
         })
     }
+}
+
+/// Returns what the command line states of the participant, and what the protocol asks besides.
+fn person(
+    options: &crate::cli::Run,
+    protocol: &Protocol,
+) -> anyhow::Result<(Person, Vec<PersonDetail>)> {
+    let mut person = Person::default();
+    let mut ask = protocol.participant.ask.clone();
+    let given = [&options.age, &options.sex, &options.handedness];
+    for (detail, given) in PersonDetail::ALL.into_iter().zip(given) {
+        let Some(text) = given else { continue };
+        if !ask.contains(&detail) {
+            bail!(
+                "protocol {} does not ask for the participant's {detail}, and what is not needed is not kept: leave out \
+                 --{detail}, or add {detail} to participant.ask in the protocol",
+                protocol.name
+            );
+        }
+        person.set(detail, text)?;
+        ask.retain(|asked| *asked != detail);
+    }
+    Ok((person, ask))
 }
 
 /// Disk space that a session may take, bytes: every trial twice, half a minute each beside the slider's own time.

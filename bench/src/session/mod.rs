@@ -1,11 +1,15 @@
 //! The session task: acquired data go to the protocol's state machine, what it asks for goes to the devices.
 
+mod fit_request;
 mod how_ended;
+mod operator_request;
+mod questions;
 mod report;
 mod stop_kind;
 mod task;
 mod wiring;
 
+pub use questions::Questions;
 pub use report::{KeptUp, Report, summary_lines};
 pub use task::SessionTask;
 pub use wiring::{Admit, BeginRecording, Wiring};

@@ -7,17 +7,16 @@ use std::time::Duration;
 
 use analysis::live_contact::LiveContact;
 use analysis::measurements::Measurements;
-use analysis::trial_fit::{FitRequest, Selected};
-use analysis::{trial_selection, unloaded};
+use analysis::trial_selection;
 use config::Effective;
 use console::safety_event;
 use crossbeam_channel::Sender;
 use devices::acquisition::RecordingCommand;
 use devices::loudspeaker::Tone;
 use protocols::{
-    Action, DriveRequest, Interval, IntervalKind, Observation, OperatorCommand, ParticipantView,
-    Phase, Safety, SelectionRules, SessionEvent, SessionEventKind, SessionOutcome, Stretch,
-    TrialAnalysis, TrialEnd, TrialKey, Verdict,
+    Action, DriveRequest, Interval, Observation, OperatorCommand, ParticipantView, Phase, Safety,
+    SessionEvent, SessionEventKind, SessionOutcome, Stretch, TrialAnalysis, TrialEnd, TrialKey,
+    Verdict,
 };
 use recording::manifest::EventKind;
 use recording::pipeline::Account;
@@ -26,9 +25,13 @@ use recording::study::TrialLabel;
 use recording::writer::Ending;
 use safety::{SafetyState, Trip};
 use tasks::Task;
+use tui::calibration_page::Reply;
 use tui::event::LogLevel;
 
+use super::fit_request::fit_request;
 use super::how_ended::{HowEnded, pause};
+use super::operator_request::OperatorRequest;
+use super::questions::Questions;
 use super::report::{Report, summary_lines};
 use super::stop_kind::{interruption_kind, stop_kind};
 use super::wiring::{Admit, BeginRecording, Wiring};
@@ -53,6 +56,9 @@ pub struct SessionTask {
     /// One operator for the whole session, with nobody to ask.
     unattended: bool,
     commands: VecDeque<OperatorCommand>,
+    questions: Questions,
+    /// Who recorded the consent that waits for the answers to the questions.
+    consent_by: Option<String>,
     record: Measurements,
     collecting: bool,
     account: Account,
@@ -96,21 +102,21 @@ impl SessionTask {
         begin: BeginRecording,
         wiring: Wiring,
         consent_by: Option<String>,
+        questions: Questions,
         unattended: bool,
         report: Sender<Report>,
     ) -> Self {
         let contact = LiveContact::new(machine.protocol().force.contact_n);
-        Self {
+        let mut task = Self {
             machine,
             bench,
             admit,
             begin,
             wiring,
             unattended,
-            commands: consent_by
-                .map(|by| OperatorCommand::ConsentGiven { by })
-                .into_iter()
-                .collect(),
+            commands: VecDeque::new(),
+            questions,
+            consent_by: None,
             record: Measurements::default(),
             collecting: false,
             account: Account::default(),
@@ -130,7 +136,11 @@ impl SessionTask {
             ended: None,
             paused: None,
             report,
+        };
+        if let Some(by) = consent_by {
+            task.consented(by);
         }
+        task
     }
 
     fn log(&mut self, level: LogLevel, text: impl Into<String>) {
@@ -202,31 +212,40 @@ impl SessionTask {
 
     fn take_actions(&mut self) {
         while let Some(action) = self.wiring.front.action() {
-            let command = match action {
-                tui::Action::Start | tui::Action::Ready => OperatorCommand::Continue,
-                tui::Action::Consent => OperatorCommand::ConsentGiven {
-                    by: "operator at the dashboard".to_owned(),
-                },
-                tui::Action::Pause => OperatorCommand::Pause,
-                tui::Action::Resume => OperatorCommand::Resume,
-                tui::Action::Redo => OperatorCommand::Redo,
-                tui::Action::Abort => OperatorCommand::Abort,
-                tui::Action::EmergencyStop => {
-                    self.wiring.drive.trip(Trip::Operator);
-                    continue;
-                }
-                tui::Action::Rearm => {
-                    self.wiring.drive.rearm();
-                    continue;
-                }
-                tui::Action::Quit | tui::Action::Interrupt => {
-                    self.wiring.stop.raise();
-                    continue;
-                }
-                // Nothing is calibrated here.
-                tui::Action::Answer(_) => continue,
-            };
-            self.commands.push_back(command);
+            match OperatorRequest::from(action) {
+                OperatorRequest::Command(command) => self.commands.push_back(command),
+                OperatorRequest::Consent => self.consented("operator at the dashboard".to_owned()),
+                OperatorRequest::Reply(reply) => self.replied(reply),
+                OperatorRequest::Stop => self.wiring.drive.trip(Trip::Operator),
+                OperatorRequest::Rearm => self.wiring.drive.rearm(),
+                OperatorRequest::End => self.wiring.stop.raise(),
+            }
+        }
+    }
+
+    /// Passes the consent on once the questions about the participant are answered, before which nothing is driven.
+    fn consented(&mut self, by: String) {
+        if self.questions.are_open() {
+            self.consent_by = Some(by);
+            self.wiring.front.show(self.questions.current());
+        } else {
+            self.commands
+                .push_back(OperatorCommand::ConsentGiven { by });
+        }
+    }
+
+    fn replied(&mut self, reply: Reply) {
+        if self.consent_by.is_none() {
+            return;
+        }
+        if let Some(person) = self.questions.reply(reply) {
+            let _ = self.wiring.journal.send(Entry::Person(person));
+        }
+        self.wiring.front.show(self.questions.current());
+        if !self.questions.are_open()
+            && let Some(by) = self.consent_by.take()
+        {
+            self.consented(by);
         }
     }
 
@@ -264,36 +283,18 @@ impl SessionTask {
             &self.record,
         );
         self.wiring.front.show(tui::Event::Crop(crop));
-        self.ask_for_a_fit(&due, &analysis, rules);
-        self.analysed = Some(analysis);
-    }
-
-    /// The fit takes longer than a step may; it comes back by [`SessionTask::take_fits`].
-    fn ask_for_a_fit(&mut self, due: &Due, analysis: &TrialAnalysis, rules: SelectionRules) {
-        let sort = if due.key.practice {
-            "practice"
-        } else {
-            "trial"
-        };
-        let number = TrialLabel::new(&due.key, self.machine.protocol().trials.practice).number;
-        let record = std::mem::take(&mut self.record);
-        let unloaded: Vec<(f64, f64)> = due
-            .intervals
-            .iter()
-            .filter(|interval| interval.kind == IntervalKind::Unloaded)
-            .map(|interval| (interval.start_s, interval.end_s))
-            .collect();
-        // The corrected impedance, alone used live, averages over any span.
-        let plate = unloaded::read(&record, &unloaded, 0.0, rules.contact_n / 2.0);
-        let request = FitRequest {
-            label: format!("{sort} {number}"),
-            plate: plate.map(|reading| reading.plate),
-            record,
-            explorations: Selected::of(&due.intervals, analysis),
+        // The fit takes longer than a step may; it comes back by [`SessionTask::take_fits`]. The fitting task ends before
+        // the session only when it failed, and that stops the bench.
+        let request = fit_request(
+            &due.key,
+            number,
+            &due.intervals,
+            std::mem::take(&mut self.record),
+            &analysis,
             rules,
-        };
-        // The fitting task ends before the session only when it failed, and that stops the bench.
+        );
         let _ = self.wiring.refits.send(request);
+        self.analysed = Some(analysis);
     }
 
     fn take_fits(&mut self) {

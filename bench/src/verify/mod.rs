@@ -6,7 +6,8 @@ use std::io::Write;
 use std::path::Path;
 
 use config::{CalibrationFile, CalibrationFileError};
-use recording::verify::{self, SessionDefect, StudyFindings};
+use recording::study::DESCRIPTION_FILE;
+use recording::verify::{self, SessionDefect, StudyDefect, StudyFindings};
 
 use crate::cli::Verify;
 use crate::outcome::{progress_bar, write_text};
@@ -49,6 +50,19 @@ fn findings(study: &Path, verbosity: Verbosity) -> anyhow::Result<StudyFindings>
     }
     bar.finish_and_clear();
     verify::beside_sessions(study, &mut found)?;
+    if study.join(DESCRIPTION_FILE).exists() {
+        let table = exclusions::read(study);
+        match table.and_then(|table| table.require_known().map(|()| table)) {
+            Ok(table) => {
+                let notes = table.list.iter();
+                let notes = notes.map(|exclusion| format!("excluded from analysis: {exclusion}"));
+                found.notes.extend(notes);
+            }
+            Err(error) => found.defects.push(StudyDefect::Exclusions {
+                reason: error.to_string(),
+            }),
+        }
+    }
     Ok(found)
 }
 

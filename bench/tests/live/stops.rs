@@ -15,7 +15,7 @@ use friction_bench::journal::Entry;
 use friction_bench::readiness::Readiness;
 use friction_bench::refit::Refit;
 use friction_bench::run::ProtocolFile;
-use friction_bench::session::{SessionTask, Wiring};
+use friction_bench::session::{Questions, SessionTask, Wiring};
 use mock_hw::apparatus::Apparatus;
 use mock_hw::serial::ForceFault;
 use mock_world::plant::Axis;
@@ -156,6 +156,7 @@ impl Rig {
             begin,
             wiring,
             Some("A. Tester".to_owned()),
+            Questions::default(),
             false,
             crossbeam_channel::unbounded().0,
         );

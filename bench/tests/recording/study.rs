@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use proptest::prelude::*;
-use protocols::ParticipantId;
+use protocols::{ParticipantId, Person, PersonDetail};
 use recording::RecordingWriter;
 use recording::manifest::End;
 use recording::study::event_log::{self, DataKey, Descriptor, ExitStatus, Start};
@@ -152,15 +152,82 @@ fn participants_have_one_line_each() {
     begin(&study, "sub-02", 1).unwrap();
     assert_eq!(
         fs::read_to_string(temp.path().join(PARTICIPANTS_FILE)).unwrap(),
-        "participant_id\tfirst_session_date\tprotocol\n\
-         sub-01\t2026-11-21\thuloux2021\n\
-         sub-02\t2026-11-21\thuloux2021\n"
+        "participant_id\tfirst_session_date\tprotocol\tage\tsex\thandedness\n\
+         sub-01\t2026-11-21\thuloux2021\tn/a\tn/a\tn/a\n\
+         sub-02\t2026-11-21\thuloux2021\tn/a\tn/a\tn/a\n"
     );
     let error = study
         .begin_session(&participant("sub-03"), 1, DATE, "a\tb")
         .unwrap_err();
     assert!(matches!(error, StudyError::Tsv { .. }), "{error}");
     assert!(!temp.path().join("sub-03").exists());
+}
+
+fn person(age: &str, sex: &str) -> Person {
+    let mut person = Person::default();
+    person.set(PersonDetail::Age, age).unwrap();
+    person.set(PersonDetail::Sex, sex).unwrap();
+    person
+}
+
+#[test]
+fn what_a_participant_states_is_filled_in_once_and_stays() {
+    let temp = tempfile::tempdir().unwrap();
+    let study = open(temp.path()).unwrap();
+    let (first, second) = (participant("sub-01"), participant("sub-02"));
+    begin(&study, "sub-01", 1).unwrap();
+    begin(&study, "sub-02", 1).unwrap();
+    study.describe(&first, &person("31", "n/a")).unwrap();
+    study.describe(&first, &person("32", "female")).unwrap();
+    // Nobody is added by being described.
+    study
+        .describe(&participant("sub-03"), &person("40", "male"))
+        .unwrap();
+    assert_eq!(
+        fs::read_to_string(temp.path().join(PARTICIPANTS_FILE)).unwrap(),
+        "participant_id\tfirst_session_date\tprotocol\tage\tsex\thandedness\n\
+         sub-01\t2026-11-21\thuloux2021\t31\tfemale\tn/a\n\
+         sub-02\t2026-11-21\thuloux2021\tn/a\tn/a\tn/a\n"
+    );
+    assert_eq!(study.person(&first).unwrap(), person("31", "female"));
+    assert_eq!(study.person(&second).unwrap(), Person::default());
+}
+
+#[test]
+fn a_table_of_an_earlier_version_or_with_a_laboratorys_own_columns_is_gone_on_with() {
+    let temp = tempfile::tempdir().unwrap();
+    let study = open(temp.path()).unwrap();
+    let table = temp.path().join(PARTICIPANTS_FILE);
+    // Edited in a spreadsheet; the last line is torn.
+    fs::write(
+        &table,
+        "\u{feff}participant_id\tgroup\tfirst_session_date\tprotocol\r\nsub-01\tdry\t2026-01-31\tdemo\r\nsub-02\twet",
+    )
+    .unwrap();
+    begin(&study, "sub-03", 1).unwrap();
+    study
+        .describe(&participant("sub-01"), &person("31", "male"))
+        .unwrap();
+    assert_eq!(
+        fs::read_to_string(&table).unwrap(),
+        "participant_id\tgroup\tfirst_session_date\tprotocol\tage\tsex\thandedness\n\
+         sub-01\tdry\t2026-01-31\tdemo\t31\tmale\tn/a\n\
+         sub-02\twet\tn/a\tn/a\tn/a\tn/a\tn/a\n\
+         sub-03\tn/a\t2026-11-21\thuloux2021\tn/a\tn/a\tn/a\n"
+    );
+}
+
+#[test]
+fn a_table_that_is_none_is_named_and_left_as_it_is() {
+    for text in [&b"name\tage\nsub-01\t3\n"[..], b"\xff\xfe", b""] {
+        let temp = tempfile::tempdir().unwrap();
+        let study = open(temp.path()).unwrap();
+        let table = temp.path().join(PARTICIPANTS_FILE);
+        fs::write(&table, text).unwrap();
+        let error = begin(&study, "sub-01", 1).unwrap_err();
+        assert!(matches!(error, StudyError::Table { .. }), "{error}");
+        assert_eq!(fs::read(&table).unwrap(), text);
+    }
 }
 
 /// Fault 31.

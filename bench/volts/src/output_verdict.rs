@@ -139,6 +139,7 @@ impl Calibrates for OutputProcedure {
             stem: Self::NAME,
             table: self.points_csv(&fit),
             figure: None,
+            beside: Vec::new(),
             part: Part::Output(Box::new(output)),
         })
     }

@@ -8,6 +8,7 @@ use super::drive::{Carrier, Condition, Drive};
 use super::error::{BrokenRule, MIN_TRAVEL_M};
 use super::raw::{RawCondition, RawProtocol};
 use super::sections::Order;
+use crate::person::PersonDetail;
 use std::collections::BTreeSet;
 
 type Checked = Result<(), BrokenRule>;
@@ -15,6 +16,7 @@ type Checked = Result<(), BrokenRule>;
 /// Checks every value of a protocol file and gives each condition its whole drive.
 pub(super) fn validate(raw: RawProtocol) -> Result<Protocol, BrokenRule> {
     short_name("name", &raw.name)?;
+    asked_once(&raw.participant.ask)?;
     drive("drive", &raw.drive)?;
     let conditions = conditions(&raw.drive, raw.conditions)?;
     practice(raw.trials.practice)?;
@@ -50,6 +52,7 @@ pub(super) fn validate(raw: RawProtocol) -> Result<Protocol, BrokenRule> {
         name: raw.name,
         description: raw.description,
         citation: raw.citation,
+        participant: raw.participant,
         conditions,
         trials: raw.trials,
         exploration: raw.exploration,
@@ -80,6 +83,14 @@ fn short_name(key: &str, name: &str) -> Checked {
         key: key.to_owned(),
         name: name.to_owned(),
     })
+}
+
+fn asked_once(details: &[PersonDetail]) -> Checked {
+    let twice = |i: &usize| details[..*i].contains(&details[*i]);
+    match (0..details.len()).find(twice) {
+        Some(i) => Err(BrokenRule::AskedTwice { detail: details[i] }),
+        None => Ok(()),
+    }
 }
 
 fn drive(table: &str, drive: &Drive) -> Checked {

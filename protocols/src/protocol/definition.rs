@@ -3,6 +3,7 @@
 use super::drive::Condition;
 use super::exploration::Exploration;
 use super::sections::{RedoLimits, Rest, Selection, Timeouts, Timing, Trials};
+use crate::person::AskedOfParticipant;
 use crate::rules::{ForceBand, Quality, SelectionRules, VerdictRules};
 use serde::Serialize;
 
@@ -26,6 +27,8 @@ pub struct Protocol {
     pub description: String,
     /// Publication that it comes from; may be empty.
     pub citation: String,
+    /// What is asked about each participant; nothing by default.
+    pub participant: AskedOfParticipant,
     /// Conditions, at least one, each with its whole drive.
     pub conditions: Vec<Condition>,
     /// Number and order of the trials.

@@ -1,5 +1,6 @@
 //! Why a text is no protocol.
 
+use crate::person::PersonDetail;
 use strict::{InFile, OutOfRange, TomlError};
 
 /// Why a text is not a protocol.
@@ -34,6 +35,12 @@ pub enum BrokenRule {
         key: String,
         /// The name.
         name: String,
+    },
+    /// A detail of the participant is asked for twice.
+    #[error("participant.ask names {detail} twice; once is enough")]
+    AskedTwice {
+        /// The detail.
+        detail: PersonDetail,
     },
     /// A counterbalanced order of a single condition.
     #[error(
@@ -88,6 +95,7 @@ impl BrokenRule {
         match self {
             Self::OutOfRange(refused) => &refused.key,
             Self::Name { key, .. } | Self::RepeatedName { key, .. } => key,
+            Self::AskedTwice { .. } => "participant.ask",
             Self::CounterbalancedSingle => "trials.order",
             Self::Travel { .. } => "exploration.to_m",
             Self::ContactInBand { .. } => "force.contact_n",

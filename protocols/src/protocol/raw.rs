@@ -3,6 +3,7 @@
 use super::drive::{Carrier, Drive};
 use super::exploration::Exploration;
 use super::sections::{RedoLimits, Rest, Selection, Timeouts, Timing, Trials};
+use crate::person::AskedOfParticipant;
 use crate::rules::{ForceBand, Quality};
 use serde::Deserialize;
 
@@ -13,6 +14,8 @@ pub(super) struct RawProtocol {
     pub name: String,
     pub description: String,
     pub citation: String,
+    #[serde(default)]
+    pub participant: AskedOfParticipant,
     pub drive: Drive,
     pub conditions: Vec<RawCondition>,
     pub trials: Trials,

@@ -1,4 +1,5 @@
 use super::*;
+use crate::person::PersonDetail;
 use crate::rules::SelectionRules;
 use crate::trial::Direction;
 use strict::{InFile, OutOfRange, TomlError};
@@ -65,6 +66,14 @@ fn rules() -> Vec<(&'static str, &'static str, &'static str, BrokenRule)> {
             BrokenRule::Name {
                 key: "name".to_owned(),
                 name: "../x".to_owned(),
+            },
+        ),
+        (
+            "ask = [\"age\", \"sex\", \"handedness\"]",
+            "ask = [\"sex\"]",
+            "ask = [\"age\", \"sex\", \"age\"]",
+            BrokenRule::AskedTwice {
+                detail: PersonDetail::Age,
             },
         ),
         (
@@ -382,6 +391,31 @@ fn a_missing_section_is_named() {
             key: "timeouts".to_owned()
         }
     );
+}
+
+#[test]
+fn nothing_is_asked_about_participants_unless_a_protocol_asks() {
+    assert_eq!(
+        Protocol::parse(text(), "p.toml").unwrap().participant.ask,
+        PersonDetail::ALL
+    );
+    let before = text().find("[participant]").unwrap();
+    let after = text().find("[drive]").unwrap();
+    let silent = format!("{}{}", &text()[..before], &text()[after..]);
+    let silent = Protocol::parse(&silent, "p.toml").unwrap();
+    assert!(silent.participant.ask.is_empty());
+    assert!(
+        Protocol::parse(built_in("demo").unwrap(), "demo.toml")
+            .unwrap()
+            .participant
+            .ask
+            .is_empty()
+    );
+    // A name is nothing that can be asked for.
+    assert!(matches!(
+        toml(with("\"age\", \"sex\"", "\"name\"")),
+        TomlError::UnknownValue { .. }
+    ));
 }
 
 #[test]

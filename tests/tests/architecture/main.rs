@@ -267,7 +267,7 @@ fn the_wall_clock_is_read_in_one_place_and_asked_by_those_who_write_dates() {
         "devices/src/dose_account.rs",
         "calibration/src/rig.rs",
         "drill/src/course.rs",
-        "src/driving_time.rs",
+        "devices/src/driving_time.rs",
         "src/dates.rs",
         "src/estop.rs",
         "src/forget.rs",

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use protocols::{Person, PersonDetail};
 use recording::storage::Storage;
 use recording::study::event_log::ExitStatus;
 use recording::study::{self, EVENTS_FILE, GeneratedBy, Study, StudyError};
@@ -10,7 +11,7 @@ use recording::study::{self, EVENTS_FILE, GeneratedBy, Study, StudyError};
 use crate::memory_disk::MemoryDisk;
 
 const PARTICIPANTS: [&str; 2] = ["sub-01", "sub-02"];
-const HEADER: &str = "participant_id\tfirst_session_date\tprotocol";
+const HEADER: &str = "participant_id\tfirst_session_date\tprotocol\tage\tsex\thandedness";
 /// Longer than a sector.
 const COPIES: [(&str, &str); 2] = [
     ("demo.toml", "# a protocol, long enough to be torn\n"),
@@ -27,6 +28,8 @@ pub fn folder() -> &'static Path {
 pub struct Registered {
     /// Participants whose sessions began.
     begun: Vec<&'static str>,
+    /// Participants of whom age and sex are said to be kept.
+    described: Vec<&'static str>,
     /// Files that are whole.
     copies: Vec<(PathBuf, String)>,
     /// Sessions whose logs ended.
@@ -60,6 +63,11 @@ impl Registered {
         let id = participant.parse().unwrap();
         let mut session = study.begin_session(&id, 1, "2026-01-31", "demo")?;
         self.begun.push(participant);
+        let mut person = Person::default();
+        person.set(PersonDetail::Age, "31").unwrap();
+        person.set(PersonDetail::Sex, "female").unwrap();
+        study.describe(&id, &person)?;
+        self.described.push(participant);
         for (name, text) in COPIES {
             let path = session.snapshot(name, &copy_of(text))?;
             self.copies.push((path, copy_of(text)));
@@ -91,6 +99,11 @@ impl Registered {
                 "{listed:?}: {self:?}"
             );
         }
+        for participant in &self.described {
+            let table = std::fs::read_to_string(study.join(study::PARTICIPANTS_FILE)).unwrap();
+            let line = format!("{participant}\t2026-01-31\tdemo\t31\tfemale\tn/a\n");
+            assert!(table.contains(&line), "{table:?}: {self:?}");
+        }
         for participant in &listed {
             assert!(study.join(participant).is_dir(), "{participant}: {self:?}");
         }
@@ -120,7 +133,14 @@ fn participants(study: &Path) -> Vec<String> {
     assert_eq!(lines.next(), Some(HEADER));
     lines
         .map(|line| {
-            let [participant, "2026-01-31", "demo"] = line.split('\t').collect::<Vec<_>>()[..]
+            let [
+                participant,
+                "2026-01-31",
+                "demo",
+                "n/a" | "31",
+                "n/a" | "female",
+                "n/a",
+            ] = line.split('\t').collect::<Vec<_>>()[..]
             else {
                 panic!("half a line: {line:?}");
             };

@@ -181,6 +181,34 @@ fn on_a_terminal_of_120_by_40() {
     shows_the_session_and_restores_the_terminal(120, 40);
 }
 
+#[test]
+fn the_dashboard_asks_about_the_participant_after_consent_and_before_the_drive() {
+    let command = "run --mock --study study --participant sub-01 --age 31";
+    let terminal = Terminal::open(100, 30, command);
+    terminal.shows(&["consent"]);
+    terminal.tmux(&["send-keys", "c"]);
+    terminal.shows(&["given consent?"]);
+    terminal.tmux(&["send-keys", "y"]);
+    let asked = terminal.shows(&["sex (1 female, 2 male, 3 other)"]);
+    assert!(!asked.contains("DRIVING"), "{asked}");
+    terminal.tmux(&["send-keys", "4", "Enter"]);
+    terminal.shows(&["a number from 1 to 3"]);
+    terminal.tmux(&["send-keys", "1", "Enter"]);
+    terminal.shows(&["writing hand"]);
+    terminal.tmux(&["send-keys", "Enter"]);
+    terminal.shows(&["practice 1/2"]);
+    terminal.tmux(&["send-keys", "q"]);
+    terminal.shows(&["Quit?"]);
+    terminal.tmux(&["send-keys", "y"]);
+    terminal.wrote("status");
+    let table = terminal.folder.path().join("study/participants.tsv");
+    let table = std::fs::read_to_string(table).unwrap();
+    assert!(
+        table.ends_with("\thuloux2021\t31\tfemale\tn/a\n"),
+        "{table}"
+    );
+}
+
 /// How long an orderly stop may take; and the tries at it, for a busy machine adds to it.
 const STOP: Duration = Duration::from_secs(1);
 const TRIES: usize = 4;

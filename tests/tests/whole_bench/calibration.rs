@@ -10,8 +10,7 @@ use std::path::Path;
 use bench_tests::room::{Room, refused};
 use bench_tests::session::{finish, text};
 use bench_tests::truth::Bench;
-use config::CalibrationFile;
-use config::Quantity;
+use config::{CalibrationFile, Config, Effective, Quantity};
 use rayon::prelude::*;
 
 /// An unknown bench, whose converter has the resolution and noise of a 16, 20 or 24 bit one.
@@ -94,6 +93,56 @@ fn fifty_unknown_benches_are_known_within_their_intervals() {
             "{name}: {held} of {SEEDS}"
         );
     }
+}
+
+#[test]
+fn a_plate_under_a_finger_is_kept_beside_the_bare_one_and_changes_no_constant() {
+    let room = Room::new("", 1);
+    room.succeed(&["pickup"]);
+    let printed = room.succeed(&["plate", "--finger"]);
+    assert!(printed.contains("under a finger"), "{printed}");
+    let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
+    let (finger, plate) = (
+        calibration.finger.clone().unwrap(),
+        calibration.plate.clone().unwrap(),
+    );
+    assert!(
+        (0.3..=1.0).contains(&finger.normal_n.value),
+        "{}",
+        finger.normal_n
+    );
+    assert!(finger.normal_spread_n > 0.0 && finger.drive_v <= 6.0);
+    // The finger damps; what it adds is its own impedance in full contact, and nowhere near the plate's.
+    assert!(finger.quality.unwrap().value < plate.quality.value);
+    let table = room
+        .calibration()
+        .with_file_name("calibration-plate-finger.csv");
+    let table = fs::read_to_string(table).unwrap();
+    let added: Vec<f64> = table
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').nth(5).unwrap().parse().unwrap())
+        .collect();
+    assert_eq!(added.len(), 31);
+    let mean = added.iter().sum::<f64>() / added.len() as f64;
+    assert!((0.3..10.0).contains(&mean), "{mean} N·s/m");
+
+    let without = CalibrationFile {
+        finger: None,
+        ..calibration.clone()
+    };
+    let config =
+        Config::parse(include_str!("../../../bench/mock-bench.toml"), "bench.toml").unwrap();
+    let effective = |file: &CalibrationFile| Effective::under_calibration(config.clone(), file);
+    assert_ne!(effective(&calibration).config(), &config);
+    assert_eq!(effective(&calibration), effective(&without));
+    assert_eq!(calibration.oldest(), without.oldest());
+
+    // A plate that is measured anew leaves no response of the one before.
+    let printed = room.succeed(&["plate"]);
+    assert!(printed.contains("was taken out"), "{printed}");
+    let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
+    assert_eq!(calibration.finger, None);
 }
 
 #[test]

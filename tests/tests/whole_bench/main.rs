@@ -14,6 +14,7 @@ mod in_process;
 mod kills;
 mod long;
 mod opens_in_python;
+mod people;
 mod person;
 mod population;
 mod private;

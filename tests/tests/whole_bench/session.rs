@@ -67,7 +67,8 @@ fn study_files(study: &Path) {
     assert_eq!(description["GeneratedBy"][0]["Name"], "friction-bench");
     assert_eq!(
         read("participants.tsv"),
-        "participant_id\tfirst_session_date\tprotocol\nsub-01\t2026-01-01\tdemo\n"
+        "participant_id\tfirst_session_date\tprotocol\tage\tsex\thandedness\n\
+         sub-01\t2026-01-01\tdemo\tn/a\tn/a\tn/a\n"
     );
     let session = study.join("sub-01/ses-01");
     assert_eq!(

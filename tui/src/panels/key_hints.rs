@@ -51,6 +51,15 @@ fn hints(state: &State) -> Vec<(&'static str, &'static str)> {
     if let Some(calibration) = &state.calibration {
         return calibration_hints(state, calibration);
     }
+    if state.asked.is_some() {
+        return vec![
+            ("0–9", "type"),
+            ("enter", "confirm; alone: not stated"),
+            ("↑", "back"),
+            ("a", "abort"),
+            ("q", "quit"),
+        ];
+    }
     let start = match state.phase.kind {
         PhaseKind::Idle => "start",
         _ if state.drill.is_some() => "seen",

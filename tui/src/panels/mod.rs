@@ -1,6 +1,7 @@
 //! One file per panel; each draws its part of the state into the area that it is given.
 
 pub(crate) mod amplitude;
+pub(crate) mod asked_detail;
 pub(crate) mod calibration_layout;
 mod calibration_points;
 mod calibration_values;

@@ -130,6 +130,7 @@ impl ForceProcedure {
             stem: "tare",
             table: self.table(None),
             figure: None,
+            beside: Vec::new(),
         })
     }
 
@@ -345,6 +346,7 @@ impl Calibrates for ForceProcedure {
             stem: Self::NAME,
             table: self.table(Some(&fit)),
             figure: Some(figures::force(&loadings, &fit, &force)),
+            beside: Vec::new(),
             part: Part::Force {
                 force: Box::new(force),
                 sensor: setup.sensor.clone(),

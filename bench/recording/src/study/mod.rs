@@ -3,6 +3,7 @@
 //! ```text
 //! STUDY/dataset_description.json
 //! STUDY/participants.tsv
+//! STUDY/exclusions.tsv                        what the analysis leaves out, and why
 //! STUDY/removals.tsv                          when participants were removed, without who they were
 //! STUDY/sub-01/ses-01/events.jsonl            start, descriptors, events, stop
 //! STUDY/sub-01/ses-01/huloux2021.toml …       snapshots of the protocol and the hardware file
@@ -23,7 +24,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use protocols::ParticipantId;
+use protocols::{ParticipantId, Person};
 use serde::{Deserialize, Serialize};
 
 pub use event_log::{Document, EventLog, EventLogError};
@@ -31,7 +32,7 @@ pub use label::{TrialBlock, TrialLabel};
 pub use removal::{REMOVALS_FILE, Traces};
 pub use room::{DataRates, free_bytes, require_room};
 pub use session_folder::{EVENTS_FILE, RecordedTrial, SessionFolder};
-pub use study_error::{DESCRIPTION_FILE, PARTICIPANTS_FILE, StudyError};
+pub use study_error::{DESCRIPTION_FILE, EXCLUSIONS_FILE, PARTICIPANTS_FILE, StudyError};
 
 use crate::disk::{self, DiskError, OnPath};
 use crate::lock::Lock;
@@ -205,7 +206,7 @@ impl Study {
         date: &str,
         protocol: &str,
     ) -> Result<SessionFolder, StudyError> {
-        let line = participants::line(participant, date, protocol)?;
+        participants::require_cells(date, protocol)?;
         let folder = self.session_folder(participant, session);
         let participant_folder = self.folder.join(participant.as_str());
         let storage = &*self.storage;
@@ -217,12 +218,7 @@ impl Study {
         // Whoever is in the table has a folder.
         disk::sync_parent(storage, &participant_folder)?;
         // Before the session can be resumed, because resuming registers nobody.
-        participants::register(
-            storage,
-            &self.folder.join(PARTICIPANTS_FILE),
-            participant,
-            &line,
-        )?;
+        participants::register(storage, &self.folder, participant, date, protocol)?;
         match storage.create_folder(&folder) {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
                 return Err(StudyError::SessionExists {
@@ -234,6 +230,23 @@ impl Study {
         }
         disk::sync_parent(storage, &folder)?;
         SessionFolder::create(Arc::clone(&self.storage), folder)
+    }
+
+    /// Returns what `participants.tsv` states of a participant; nothing of one who is not in it.
+    ///
+    /// # Errors
+    /// The table cannot be read.
+    pub fn person(&self, participant: &ParticipantId) -> Result<Person, StudyError> {
+        let path = self.folder.join(PARTICIPANTS_FILE);
+        Ok(participants::Table::read(&*self.storage, &path)?.person(participant))
+    }
+
+    /// Fills in what `participants.tsv` does not state yet of a participant; what it states stays.
+    ///
+    /// # Errors
+    /// The disk refused; the table is as it was.
+    pub fn describe(&self, participant: &ParticipantId, person: &Person) -> Result<(), StudyError> {
+        participants::describe(&*self.storage, &self.folder, participant, person)
     }
 
     /// Opens a session that was broken off, to resume it.

@@ -1,14 +1,89 @@
-//! `participants.tsv`: a line for each participant, with the day of the first session.
+//! `participants.tsv`: a line for each participant, with the day of the first session and what is known of the person.
+//!
+//! Columns are found by their names: a table of an earlier version lacks some, and a laboratory may have added its own.
 
 use std::path::Path;
 
-use protocols::ParticipantId;
+use protocols::{NOT_STATED, ParticipantId, Person, PersonDetail};
 
-use super::study_error::StudyError;
+use super::study_error::{PARTICIPANTS_FILE, StudyError};
 use crate::disk::{self, DiskError};
 use crate::storage::Storage;
 
-const HEADER: &str = "participant_id\tfirst_session_date\tprotocol\n";
+const ID: &str = "participant_id";
+const DATE: &str = "first_session_date";
+const PROTOCOL: &str = "protocol";
+const HEADER: &str = "participant_id\tfirst_session_date\tprotocol\tage\tsex\thandedness\n";
+
+/// A table in memory.
+pub(super) struct Table {
+    columns: Vec<String>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    pub(super) fn read(storage: &dyn Storage, path: &Path) -> Result<Self, StudyError> {
+        let bytes = disk::read_on(storage, path, files::TEXT_LIMIT_BYTES)?;
+        let broken = |reason: &str| StudyError::Table {
+            path: path.to_owned(),
+            reason: reason.to_owned(),
+        };
+        let text = String::from_utf8(bytes).map_err(|_| broken("it is not UTF-8 text"))?;
+        // Spreadsheets mark their UTF-8 so.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+        let cells = |line: &str| line.split('\t').map(str::to_owned).collect::<Vec<_>>();
+        let mut lines = text.lines().map(|line| line.trim_end_matches('\r'));
+        let columns = cells(lines.next().unwrap_or_default());
+        if columns[0] != ID {
+            return Err(broken("its first column is not participant_id"));
+        }
+        let rows = lines.filter(|line| !line.is_empty()).map(cells).collect();
+        Ok(Self { columns, rows })
+    }
+
+    /// Replaces the file as a whole, so that no line is ever torn.
+    fn write(&self, storage: &dyn Storage, path: &Path) -> Result<(), DiskError> {
+        let mut text = self.columns.join("\t") + "\n";
+        for row in &self.rows {
+            text += &(row.join("\t") + "\n");
+        }
+        disk::replace_file_on(storage, path, text.as_bytes())
+    }
+
+    fn row(&self, participant: &ParticipantId) -> Option<usize> {
+        let is = |row: &Vec<String>| row[0] == participant.as_str();
+        self.rows.iter().position(is)
+    }
+
+    /// Returns the number of a column, which is added to every row if the table has none.
+    fn column(&mut self, name: &str) -> usize {
+        let at = self.columns.iter().position(|column| column == name);
+        at.unwrap_or_else(|| {
+            self.columns.push(name.to_owned());
+            self.columns.len() - 1
+        })
+    }
+
+    /// Makes every row as long as the header.
+    fn square(&mut self) {
+        for row in &mut self.rows {
+            row.resize(self.columns.len().max(row.len()), NOT_STATED.to_owned());
+        }
+    }
+
+    /// Returns what the table says of a participant; a cell that says nothing known counts as not stated.
+    pub(super) fn person(&self, participant: &ParticipantId) -> Person {
+        let mut person = Person::default();
+        if let Some(row) = self.row(participant) {
+            for detail in PersonDetail::ALL {
+                let at = self.columns.iter().position(|c| c == detail.column());
+                let cell = at.and_then(|at| self.rows[row].get(at));
+                let _ = cell.map(|cell| person.set(detail, cell));
+            }
+        }
+        person
+    }
+}
 
 /// Makes an empty table unless there is one.
 pub(super) fn require_table(storage: &dyn Storage, path: &Path) -> Result<(), DiskError> {
@@ -18,13 +93,9 @@ pub(super) fn require_table(storage: &dyn Storage, path: &Path) -> Result<(), Di
     disk::replace_file_on(storage, path, HEADER.as_bytes())
 }
 
-/// Returns the line of a participant.
-pub(super) fn line(
-    participant: &ParticipantId,
-    date: &str,
-    protocol: &str,
-) -> Result<String, StudyError> {
-    for (field, value) in [("first_session_date", date), ("protocol", protocol)] {
+/// Requires texts that fit into cells.
+pub(super) fn require_cells(date: &str, protocol: &str) -> Result<(), StudyError> {
+    for (field, value) in [(DATE, date), (PROTOCOL, protocol)] {
         if value.contains(['\t', '\n', '\r']) {
             return Err(StudyError::Tsv {
                 field,
@@ -32,30 +103,58 @@ pub(super) fn line(
             });
         }
     }
-    Ok(format!("{}\t{date}\t{protocol}\n", participant.as_str()))
+    Ok(())
 }
 
-/// Adds the participant's line unless the table has one; the table is replaced as a whole, so that no line is ever
-/// torn.
+/// Adds the participant's line unless the table has one.
 pub(super) fn register(
     storage: &dyn Storage,
-    path: &Path,
+    folder: &Path,
     participant: &ParticipantId,
-    line: &str,
-) -> Result<(), DiskError> {
-    let mut table = disk::read_on(storage, path, files::TEXT_LIMIT_BYTES)?;
-    let known = table.split(|&byte| byte == b'\n').any(|line| {
-        let name = line.split(|&byte| byte == b'\t').next();
-        name == Some(participant.as_str().as_bytes())
-    });
-    if known {
+    date: &str,
+    protocol: &str,
+) -> Result<(), StudyError> {
+    let path = &folder.join(PARTICIPANTS_FILE);
+    let mut table = Table::read(storage, path)?;
+    if table.row(participant).is_some() {
         // A copy that was not synced before is now.
-        return disk::sync_parent(storage, path);
+        return Ok(disk::sync_parent(storage, path)?);
     }
-    if !table.ends_with(b"\n") {
-        // Torn by an earlier version, which appended.
-        table.push(b'\n');
+    let (date_at, protocol_at) = (table.column(DATE), table.column(PROTOCOL));
+    for detail in PersonDetail::ALL {
+        table.column(detail.column());
     }
-    table.extend_from_slice(line.as_bytes());
-    disk::replace_file_on(storage, path, &table)
+    let mut row = vec![NOT_STATED.to_owned(); table.columns.len()];
+    row[0] = participant.as_str().to_owned();
+    (row[date_at], row[protocol_at]) = (date.to_owned(), protocol.to_owned());
+    table.rows.push(row);
+    table.square();
+    Ok(table.write(storage, path)?)
+}
+
+/// Fills in what the table does not state yet of a participant. What it states stays: an age is that at the first session.
+pub(super) fn describe(
+    storage: &dyn Storage,
+    folder: &Path,
+    participant: &ParticipantId,
+    person: &Person,
+) -> Result<(), StudyError> {
+    let path = &folder.join(PARTICIPANTS_FILE);
+    let mut table = Table::read(storage, path)?;
+    let (Some(row), known) = (table.row(participant), table.person(participant)) else {
+        return Ok(());
+    };
+    let new = |detail: &PersonDetail| {
+        known.text(*detail) == NOT_STATED && person.text(*detail) != NOT_STATED
+    };
+    let details: Vec<_> = PersonDetail::ALL.into_iter().filter(new).collect();
+    if details.is_empty() {
+        return Ok(());
+    }
+    for detail in details {
+        let at = table.column(detail.column());
+        table.square();
+        table.rows[row][at] = person.text(detail);
+    }
+    Ok(table.write(storage, path)?)
 }

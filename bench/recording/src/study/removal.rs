@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use protocols::ParticipantId;
 
-use super::study_error::{PARTICIPANTS_FILE, StudyError};
+use super::study_error::{EXCLUSIONS_FILE, PARTICIPANTS_FILE, StudyError};
 use crate::disk::{self, DiskError, OnPath};
 
 /// File with one line for each participant who was removed: the date, and nothing of the person.
@@ -34,6 +34,8 @@ pub struct Traces {
     pub bytes: u64,
     /// Whether the participant is in `participants.tsv`.
     pub listed: bool,
+    /// Lines of `exclusions.tsv` about the participant.
+    pub exclusions: usize,
     /// Files of the study, outside all participants' folders, that have the participant's identifier in their name or
     /// text. They are not removed.
     pub elsewhere: Vec<PathBuf>,
@@ -49,6 +51,7 @@ impl Traces {
             links: 0,
             bytes: 0,
             listed: false,
+            exclusions: 0,
             elsewhere: Vec::new(),
         };
         let folder = study.join(participant.as_str());
@@ -62,10 +65,15 @@ impl Traces {
             Err(error) if error.kind() == ErrorKind::NotFound => {}
             Err(error) => return Err(error).on("read", &folder)?,
         }
-        traces.listed = read_table(study)?
+        traces.listed = read_table(study, PARTICIPANTS_FILE)?
             .lines()
             .any(|line| traces.is_listed_in(line));
-        if traces.folder.is_none() && !traces.listed {
+        let exclusions = read_table(study, EXCLUSIONS_FILE)?;
+        traces.exclusions = exclusions
+            .lines()
+            .filter(|line| traces.is_excluded_by(line))
+            .count();
+        if traces.folder.is_none() && !traces.listed && traces.exclusions == 0 {
             return Err(StudyError::NoParticipant {
                 path: study.to_owned(),
                 participant: traces.participant,
@@ -77,6 +85,11 @@ impl Traces {
 
     fn is_listed_in(&self, line: &str) -> bool {
         line.split('\t').next() == Some(&self.participant)
+    }
+
+    /// Returns whether a line of `exclusions.tsv`, whose columns may be in any order, is about the participant.
+    fn is_excluded_by(&self, line: &str) -> bool {
+        line.split('\t').any(|cell| cell.trim() == self.participant)
     }
 
     /// Counts what is in a folder; links are counted and not followed.
@@ -115,7 +128,16 @@ impl Traces {
                 }
                 continue;
             }
-            let text = || files::read(&path, SEARCHED_BYTES).unwrap_or_default();
+            let text = || {
+                let text = files::read(&path, SEARCHED_BYTES).unwrap_or_default();
+                if name != EXCLUSIONS_FILE {
+                    return text;
+                }
+                // What stays of it.
+                let lines = text.split_inclusive(|byte| *byte == b'\n');
+                let stays = |line: &&[u8]| !self.is_excluded_by(&String::from_utf8_lossy(line));
+                lines.filter(stays).collect::<Vec<_>>().concat()
+            };
             if self.is_named_in(name.as_bytes()) || found.is_file() && self.is_named_in(&text()) {
                 self.elsewhere.push(path);
             }
@@ -148,19 +170,25 @@ impl Traces {
         }
         // Before the last trace is gone: if the program is killed, a line too many is better than none.
         note_removal(study, date)?;
-        let table: String = read_table(study)?
-            .split_inclusive('\n')
-            .filter(|line| !self.is_listed_in(line.trim_end()))
-            .collect();
+        if self.exclusions > 0 {
+            remove_lines(study, EXCLUSIONS_FILE, |line| self.is_excluded_by(line))?;
+        }
         if self.listed {
-            disk::replace_file(&study.join(PARTICIPANTS_FILE), table.as_bytes())?;
+            remove_lines(study, PARTICIPANTS_FILE, |line| self.is_listed_in(line))?;
         }
         Ok(())
     }
 }
 
-fn read_table(study: &Path) -> Result<String, DiskError> {
-    let path = study.join(PARTICIPANTS_FILE);
+fn remove_lines(study: &Path, name: &str, of: impl Fn(&str) -> bool) -> Result<(), DiskError> {
+    let table = read_table(study, name)?;
+    let lines = table.split_inclusive('\n');
+    let kept: String = lines.filter(|line| !of(line.trim_end())).collect();
+    disk::replace_file(&study.join(name), kept.as_bytes())
+}
+
+fn read_table(study: &Path, name: &str) -> Result<String, DiskError> {
+    let path = study.join(name);
     match files::read_text(&path, files::TEXT_LIMIT_BYTES) {
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(String::new()),
         table => table.on("read", &path),

@@ -10,6 +10,9 @@ use crate::lock;
 pub const DESCRIPTION_FILE: &str = "dataset_description.json";
 /// File with one line per participant.
 pub const PARTICIPANTS_FILE: &str = "participants.tsv";
+/// File with one line for each participant, session or trial that the analysis leaves out.
+pub const EXCLUSIONS_FILE: &str = "exclusions.tsv";
+
 /// Why a study cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -109,6 +112,14 @@ pub enum StudyError {
         field: &'static str,
         /// The text.
         value: String,
+    },
+    /// A table of the study cannot be read as one.
+    #[error("{}: {reason}; correct it by hand, or put it back from a copy", path.display())]
+    Table {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
     },
     /// The name of a snapshot is no plain file name.
     #[error("a snapshot cannot be named {name:?}; a file name without folders is needed")]

@@ -192,6 +192,12 @@ pub enum StudyDefect {
         /// Error text of the reader.
         reason: String,
     },
+    /// `exclusions.tsv` cannot be used, so nothing is analysed.
+    #[error("{reason}")]
+    Exclusions {
+        /// Why not.
+        reason: String,
+    },
     /// A participant of `participants.tsv` has no folder.
     #[error("participants.tsv lists {participant}, and there is no folder of that name")]
     NoParticipant {

@@ -23,8 +23,8 @@ use friction_bench::run::{self, Plan, ProtocolFile};
 use friction_bench::shell_words::quoted;
 use friction_bench::verbosity::Verbosity;
 use friction_bench::{
-    analyze, calibrate as calibration, drilling, ending, estop, forget, inventory, monitor,
-    privacy, rehearsed, replay, verify,
+    analyze, calibrate as calibration, drilling, ending, estop, exclude, forget, inventory,
+    monitor, privacy, rehearsed, replay, verify,
 };
 use preflight::Extent;
 use rehearsal::RehearsedFault;
@@ -75,6 +75,10 @@ fn dispatch(command: Command, verbosity: Verbosity) -> anyhow::Result<ExitCode> 
         Command::Devices(options) => list(&options),
         Command::Analyze(options) => Ok(passed_or_failed(analyze::run(&options, verbosity)?)),
         Command::Verify(options) => Ok(passed_or_failed(verify::run(&options, verbosity)?)),
+        Command::Exclude(options) => {
+            exclude::run(&options)?;
+            Ok(ExitCode::SUCCESS)
+        }
         Command::Forget(options) => Ok(passed_or_failed(forget::run(&options)?)),
         Command::Model(options) => {
             for path in model::run(&options)? {

@@ -92,7 +92,7 @@ pub fn apparatus(
         apparatus.clock(),
     );
     let watchers = vec![participant(apparatus.senses()), holder(hold)];
-    let hands = hands(apparatus.masses(), apparatus.patchbay());
+    let hands = hands(apparatus.masses(), apparatus.patchbay(), apparatus.senses());
     let estop_hand = estop_hand(apparatus.faults());
     let fault_hand = fault_hand(apparatus.rehearsal());
     let (clock, schedule, guard): (Arc<dyn Clock>, _, Box<dyn Send>) = match speed {
@@ -241,7 +241,7 @@ fn participant(senses: Senses) -> Watcher {
 }
 
 /// Does at the apparatus what a calibration asks of its operator.
-fn hands(masses: MassSet, patchbay: Patchbay) -> Hands {
+fn hands(masses: MassSet, patchbay: Patchbay, senses: Senses) -> Hands {
     Box::new(move |request| match *request {
         Request::Load { axis, mass_kg } => {
             let axis = match axis {
@@ -250,7 +250,15 @@ fn hands(masses: MassSet, patchbay: Patchbay) -> Hands {
             };
             masses.place(axis, mass_kg);
         }
-        Request::Unload => masses.remove(),
+        Request::Unload => {
+            masses.remove();
+            senses.show(Percept::default());
+        }
+        Request::RestFinger { least_n, most_n } => senses.show(Percept {
+            instruction: Instruction::GetReady,
+            force_band_n: Some((least_n, most_n)),
+            ..Percept::default()
+        }),
         Request::Connect(cabling) => patchbay.wire(match cabling {
             Cabling::AllInputs => InputWiring::AllInputs,
             Cabling::DriveOnly => InputWiring::DriveOnly,

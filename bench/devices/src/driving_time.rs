@@ -4,11 +4,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use config::Config;
-use devices::dose_account::{DoseAccount, DoseError, bench_path, participant_path};
-use devices::{Boot, Hardware};
 use protocols::{DrivingTime, Protocol};
 use safety::{Allowance, Pace, at_least, at_most};
 use tasks::Clock;
+
+use crate::assembly::Hardware;
+use crate::boot::Boot;
+use crate::dose_account::{DoseAccount, DoseError, bench_path, participant_path};
 
 /// Factor on what a protocol drives in an hour that gives the limit where the configuration states none (an assumption:
 /// it leaves room for as many repetitions as there are trials).
@@ -127,7 +129,7 @@ mod tests {
     use super::*;
 
     fn config(driving_s_per_hour: &str) -> Config {
-        let text = include_str!("../mock-bench.toml").replace(
+        let text = include_str!("../../mock-bench.toml").replace(
             "[limits]\n",
             &format!("[limits]\ndriving_s_per_hour = {driving_s_per_hour}\n"),
         );

@@ -1,0 +1,136 @@
+//! One exclusion: of whom, of what, why and by whom.
+
+use std::fmt;
+use std::str::FromStr;
+
+use protocols::ParticipantId;
+use recording::study::{TrialBlock, TrialLabel};
+use serde::{Serialize, Serializer};
+
+/// All of something, or the one with this number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part<T: Copy + fmt::Display> {
+    /// All.
+    All,
+    /// This one.
+    One(T),
+}
+
+/// A trial of a session, all attempts at it included.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Trial {
+    /// Part of the session.
+    pub block: TrialBlock,
+    /// Number within its part, from 1.
+    pub number: u32,
+}
+
+/// Recordings that are left out, and why.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Exclusion {
+    /// Whose recordings.
+    pub participant: ParticipantId,
+    /// Of which session.
+    pub session: Part<u32>,
+    /// Which trials.
+    pub trial: Part<Trial>,
+    /// Why.
+    pub reason: String,
+    /// Who decided it.
+    pub by: String,
+    /// When, as a date; `None` if it is not stated.
+    pub date: Option<String>,
+}
+
+impl Exclusion {
+    /// Returns whether it leaves out this trial.
+    #[must_use]
+    pub fn covers(&self, participant: &str, session: Option<u32>, trial: Option<Trial>) -> bool {
+        let session_is = match self.session {
+            Part::All => true,
+            Part::One(number) => session == Some(number),
+        };
+        let trial_is = match self.trial {
+            Part::All => true,
+            Part::One(named) => trial == Some(named),
+        };
+        self.participant.as_str() == participant && session_is && trial_is
+    }
+}
+
+impl fmt::Display for Exclusion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.participant)?;
+        if let Part::One(session) = self.session {
+            write!(f, ", session {session}")?;
+        }
+        match self.trial {
+            Part::One(trial) if trial.block == TrialBlock::Main => write!(f, ", trial {trial}")?,
+            Part::One(trial) => write!(f, ", {trial}")?,
+            Part::All => {}
+        }
+        write!(f, ": {} ({}", self.reason, self.by)?;
+        if let Some(date) = &self.date {
+            write!(f, ", {date}")?;
+        }
+        f.write_str(")")
+    }
+}
+
+/// The word for all of something.
+pub(crate) const ALL: &str = "all";
+const PRACTICE: &str = "practice-";
+
+impl<T: Copy + fmt::Display> fmt::Display for Part<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::All => f.write_str(ALL),
+            Self::One(one) => one.fmt(f),
+        }
+    }
+}
+
+impl<T: Copy + fmt::Display> Serialize for Part<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl fmt::Display for Trial {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.block {
+            TrialBlock::Main => write!(f, "{}", self.number),
+            TrialBlock::Practice => write!(f, "{PRACTICE}{}", self.number),
+        }
+    }
+}
+
+impl From<TrialLabel> for Trial {
+    fn from(label: TrialLabel) -> Self {
+        Self {
+            block: label.block,
+            number: label.number,
+        }
+    }
+}
+
+/// Returns a number from 1, written in digits alone.
+pub(crate) fn number(text: &str) -> Option<u32> {
+    let digits = text.bytes().all(|byte| byte.is_ascii_digit());
+    text.parse().ok().filter(|number| digits && *number >= 1)
+}
+
+impl FromStr for Trial {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let (block, digits) = match text.strip_prefix(PRACTICE) {
+            Some(rest) => (TrialBlock::Practice, rest),
+            None => (TrialBlock::Main, text),
+        };
+        match number(digits) {
+            Some(number) => Ok(Self { block, number }),
+            None => Err("a trial is its number from 1, or practice-1 for practice".to_owned()),
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! Why a table of exclusions cannot be used.
+
+use std::path::PathBuf;
+
+use recording::DiskError;
+
+/// Why a table of exclusions cannot be used. Lines count from 1, the header.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExclusionsError {
+    /// The disk refused.
+    #[error(transparent)]
+    Disk(#[from] DiskError),
+    /// The file is no text.
+    #[error("{}: it is not UTF-8 text; save it as tab-separated text", path.display())]
+    NoText {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The header lacks a column.
+    #[error(
+        "{}: there is no column `{column}`; the first line names participant_id, trial, reason and by, with tabs between \
+         them",
+        path.display()
+    )]
+    MissingColumn {
+        /// The file.
+        path: PathBuf,
+        /// The column.
+        column: &'static str,
+    },
+    /// The header names a column that is none, or names it twice.
+    #[error(
+        "{}: `{column}` is not a column, or is there twice{}",
+        path.display(),
+        nearest.as_ref().map(|name| format!("; did you mean `{name}`?")).unwrap_or_default()
+    )]
+    UnknownColumn {
+        /// The file.
+        path: PathBuf,
+        /// What the header says.
+        column: String,
+        /// The column that was probably meant.
+        nearest: Option<String>,
+    },
+    /// A line has another number of cells than the header.
+    #[error("{}, line {line}: {cells} cells where the header has {columns}; tabs part them", path.display())]
+    Cells {
+        /// The file.
+        path: PathBuf,
+        /// The line.
+        line: usize,
+        /// Its cells.
+        cells: usize,
+        /// Those of the header.
+        columns: usize,
+    },
+    /// A cell cannot be read.
+    #[error("{}, line {line}: {column} is {value:?}: {why}", path.display())]
+    Cell {
+        /// The file.
+        path: PathBuf,
+        /// The line.
+        line: usize,
+        /// The column.
+        column: &'static str,
+        /// The cell.
+        value: String,
+        /// What is allowed.
+        why: String,
+    },
+    /// The study has no such participant, session or trial.
+    #[error(
+        "{}{}: {}",
+        path.display(),
+        line.map(|line| format!(", line {line}")).unwrap_or_default(),
+        what.words()
+    )]
+    Unknown {
+        /// The file, or the study for an exclusion that is about to be added.
+        path: PathBuf,
+        /// The line; `None` for an exclusion that is about to be added.
+        line: Option<usize>,
+        /// What is not there.
+        what: Unknown,
+    },
+    /// The same is excluded already.
+    #[error("{} leaves it out already: {held}; edit that line to change the reason", path.display())]
+    Already {
+        /// The file.
+        path: PathBuf,
+        /// What it says.
+        held: String,
+    },
+}
+
+/// What a study does not have.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Unknown {
+    /// A participant.
+    Participant {
+        /// Who was named.
+        participant: String,
+        /// Who was probably meant.
+        nearest: Option<String>,
+    },
+    /// A session.
+    Session {
+        /// Whose.
+        participant: String,
+        /// Which was named.
+        session: u32,
+        /// Those that there are.
+        known: Vec<u32>,
+    },
+    /// A trial.
+    Trial {
+        /// Whose.
+        participant: String,
+        /// Which was named.
+        trial: String,
+        /// Those that were recorded.
+        known: Vec<String>,
+    },
+}
+
+impl Unknown {
+    fn words(&self) -> String {
+        match self {
+            Self::Participant {
+                participant,
+                nearest,
+            } => {
+                let meant = nearest.as_ref().map_or_else(
+                    || "take the line out, or check the spelling".to_owned(),
+                    |name| format!("did you mean `{name}`?"),
+                );
+                format!("the study has no participant {participant}; {meant}")
+            }
+            Self::Session {
+                participant,
+                session,
+                known,
+            } => format!(
+                "{participant} has no session {session}; there are {}",
+                listed(known)
+            ),
+            Self::Trial {
+                participant,
+                trial,
+                known,
+            } => format!(
+                "{participant} has no recording of trial {trial}; there are {}",
+                listed(known)
+            ),
+        }
+    }
+}
+
+fn listed<T: ToString>(known: &[T]) -> String {
+    const MOST: usize = 20;
+    if known.is_empty() {
+        return "none".to_owned();
+    }
+    let names: Vec<_> = known.iter().take(MOST).map(ToString::to_string).collect();
+    let more = known.len().saturating_sub(MOST);
+    match more {
+        0 => names.join(", "),
+        _ => format!("{} and {more} more", names.join(", ")),
+    }
+}

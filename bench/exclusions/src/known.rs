@@ -1,0 +1,59 @@
+//! Which participants, sessions and trials a study has, so that a slip of the pen leaves nothing out unnoticed.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use recording::DiskError;
+use recording::disk::entries;
+use recording::study::TrialLabel;
+
+use crate::exclusion::{Exclusion, Part, Trial};
+use crate::exclusions_error::Unknown;
+
+const PARTICIPANT: &str = "sub-";
+const SESSION: &str = "ses-";
+
+/// Returns what `exclusion` names and the study in `folder` does not have; `None` if it has all of it.
+pub(crate) fn unknown(folder: &Path, exclusion: &Exclusion) -> Result<Option<Unknown>, DiskError> {
+    let participant = exclusion.participant.as_str().to_owned();
+    let of_participant = folder.join(&participant);
+    if !of_participant.is_dir() {
+        let mut others = entries(folder)?;
+        others.retain(|name| name.starts_with(PARTICIPANT));
+        let nearest = strict::nearest(&participant, &others);
+        return Ok(Some(Unknown::Participant {
+            participant,
+            nearest,
+        }));
+    }
+    let mut sessions: Vec<u32> = entries(&of_participant)?
+        .iter()
+        .filter_map(|name| name.strip_prefix(SESSION)?.parse().ok())
+        .collect();
+    sessions.sort_unstable();
+    if let Part::One(session) = exclusion.session {
+        if !sessions.contains(&session) {
+            return Ok(Some(Unknown::Session {
+                participant,
+                session,
+                known: sessions,
+            }));
+        }
+        sessions = vec![session];
+    }
+    let Part::One(trial) = exclusion.trial else {
+        return Ok(None);
+    };
+    let mut known = BTreeSet::new();
+    for session in sessions {
+        let folder = of_participant.join(recording::study::session_name(session));
+        let labels = entries(&folder)?;
+        let labels = labels.iter().filter_map(|name| name.parse().ok());
+        known.extend(labels.map(|label: TrialLabel| Trial::from(label)));
+    }
+    Ok((!known.contains(&trial)).then(|| Unknown::Trial {
+        participant,
+        trial: trial.to_string(),
+        known: known.iter().map(ToString::to_string).collect(),
+    }))
+}

@@ -1,0 +1,64 @@
+//! What was left out of an analysis, for a person and beside the results.
+
+use std::path::Path;
+
+use recording::DiskError;
+use recording::disk;
+use serde_json::{Value, json};
+
+use crate::selection::{Excluded, Selection};
+use crate::table::to_tsv;
+
+/// File of what was left out, beside tables and figures; without a line if nothing was.
+const FILE: &str = "excluded.tsv";
+
+impl Selection {
+    /// Returns a line for each exclusion, with the number of recordings.
+    #[must_use]
+    pub fn lines(&self) -> Vec<String> {
+        let line = |out: &Excluded| match out.recordings.len() {
+            1 => format!("{}, 1 recording", out.exclusion),
+            n => format!("{}, {n} recordings", out.exclusion),
+        };
+        self.excluded.iter().map(line).collect()
+    }
+
+    /// Returns the lines under a heading; nothing if nothing was left out.
+    #[must_use]
+    pub fn to_text(&self) -> String {
+        if self.excluded.is_empty() {
+            return String::new();
+        }
+        let (out, kept) = (self.left_out(), self.kept.len());
+        let mut text = format!("excluded: {out} of {} recordings\n", out + kept);
+        for line in self.lines() {
+            text += &format!("  {line}\n");
+        }
+        text
+    }
+
+    /// Returns what was left out as `excluded` of the results.
+    ///
+    /// # Errors
+    /// Never for exclusions.
+    pub fn to_json(&self) -> serde_json::Result<Value> {
+        let one = |out: &Excluded| {
+            let paths = out.recordings.iter();
+            let recordings: Vec<_> = paths.map(|path| path.display().to_string()).collect();
+            let mut value = serde_json::to_value(&out.exclusion)?;
+            value["recordings"] = json!(recordings);
+            Ok(value)
+        };
+        let list: serde_json::Result<Vec<_>> = self.excluded.iter().map(one).collect();
+        Ok(Value::Array(list?))
+    }
+
+    /// Writes what was left out into a folder of results.
+    ///
+    /// # Errors
+    /// The disk refused.
+    pub fn write_beside(&self, folder: &Path) -> Result<(), DiskError> {
+        let list = self.excluded.iter().map(|out| &out.exclusion);
+        disk::replace_file(&folder.join(FILE), to_tsv(list).as_bytes())
+    }
+}

@@ -1,0 +1,206 @@
+//! Recordings that are analysed, and those that are left out.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use recording::reader;
+use recording::study::{DESCRIPTION_FILE, EXCLUSIONS_FILE, TrialBlock, TrialLabel};
+
+use crate::exclusion::{Exclusion, Trial};
+use crate::exclusions_error::ExclusionsError;
+use crate::table::{self, Exclusions};
+
+/// Levels of folders between a study and a recording.
+const DEPTH: usize = 3;
+
+/// Recordings parted into those that are analysed and those that are left out.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Selection {
+    /// Folders that are analysed, in the given order.
+    pub kept: Vec<PathBuf>,
+    /// What was left out.
+    pub excluded: Vec<Excluded>,
+}
+
+/// An exclusion and the recordings that it leaves out of these.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Excluded {
+    /// The exclusion.
+    pub exclusion: Exclusion,
+    /// The recordings' folders, at least one.
+    pub recordings: Vec<PathBuf>,
+}
+
+impl Selection {
+    /// Returns the number of recordings that are left out.
+    #[must_use]
+    pub fn left_out(&self) -> usize {
+        self.excluded.iter().map(|out| out.recordings.len()).sum()
+    }
+}
+
+/// Parts `folders` by the exclusions of the studies that they lie in. A recording that several lines leave out counts
+/// under the first.
+///
+/// # Errors
+/// A study's table cannot be read, or names what the study does not have.
+pub fn select(folders: Vec<PathBuf>) -> Result<Selection, ExclusionsError> {
+    let mut studies: BTreeMap<PathBuf, Exclusions> = BTreeMap::new();
+    let mut selection = Selection::default();
+    for folder in folders {
+        let Some(study) = study_of(&folder) else {
+            selection.kept.push(folder);
+            continue;
+        };
+        if !studies.contains_key(&study) {
+            let exclusions = table::read(&study)?;
+            exclusions.require_known()?;
+            studies.insert(study.clone(), exclusions);
+        }
+        let exclusions = &studies[&study];
+        let covering = if exclusions.list.is_empty() {
+            None
+        } else {
+            covering(exclusions, &folder)
+        };
+        match covering {
+            None => selection.kept.push(folder),
+            Some(exclusion) => {
+                let same = |out: &&mut Excluded| out.exclusion == *exclusion;
+                match selection.excluded.iter_mut().find(same) {
+                    Some(out) => out.recordings.push(folder),
+                    None => selection.excluded.push(Excluded {
+                        exclusion: exclusion.clone(),
+                        recordings: vec![folder],
+                    }),
+                }
+            }
+        }
+    }
+    Ok(selection)
+}
+
+/// Returns the study that a recording, session, participant or study folder lies in, by its description or its
+/// exclusions; `None` if it lies in none.
+#[must_use]
+pub fn study_of(folder: &Path) -> Option<PathBuf> {
+    let folder = folder.canonicalize().ok()?;
+    let is_study = |folder: &&Path| {
+        [DESCRIPTION_FILE, EXCLUSIONS_FILE]
+            .iter()
+            .any(|file| folder.join(file).exists())
+    };
+    let mut above = folder.ancestors().take(DEPTH + 1);
+    above.find(is_study).map(Path::to_owned)
+}
+
+/// Returns the first line that leaves out the recording in `folder`, which is known by the names of its folders, or else
+/// by its description.
+fn covering<'a>(exclusions: &'a Exclusions, folder: &Path) -> Option<&'a Exclusion> {
+    let folder = folder.canonicalize().ok()?;
+    let names: Vec<String> = folder
+        .ancestors()
+        .filter_map(|folder| Some(folder.file_name()?.to_string_lossy().into_owned()))
+        .take(DEPTH)
+        .collect();
+    let by_names = || {
+        let [trial, session, participant] = names.as_slice() else {
+            return None;
+        };
+        let label: TrialLabel = trial.parse().ok()?;
+        let session = session.strip_prefix("ses-")?.parse().ok()?;
+        Some((participant.clone(), Some(session), Some(label.into())))
+    };
+    let by_description = || {
+        let manifest = reader::read_manifest(&folder).ok()?;
+        let participant = manifest.participant?;
+        let trial = manifest.trial.map(|trial| Trial {
+            block: if trial.practice {
+                TrialBlock::Practice
+            } else {
+                TrialBlock::Main
+            },
+            number: trial.number,
+        });
+        Some((participant.id, Some(participant.session), trial))
+    };
+    let (participant, session, trial) = by_names().or_else(by_description)?;
+    let covers = |exclusion: &&Exclusion| exclusion.covers(&participant, session, trial);
+    exclusions.list.iter().find(covers)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    fn study(table: &str) -> (tempfile::TempDir, Vec<PathBuf>) {
+        let study = tempfile::tempdir().unwrap();
+        fs::write(study.path().join(DESCRIPTION_FILE), "{}").unwrap();
+        let header = "participant_id\tsession\ttrial\treason\tby\n";
+        fs::write(
+            study.path().join(EXCLUSIONS_FILE),
+            format!("{header}{table}"),
+        )
+        .unwrap();
+        let mut folders = Vec::new();
+        for participant in ["sub-07", "sub-071"] {
+            for session in ["ses-01", "ses-02"] {
+                for trial in ["practice-01_attempt-1", "trial-001_attempt-2"] {
+                    let folder = study.path().join(participant).join(session).join(trial);
+                    fs::create_dir_all(&folder).unwrap();
+                    folders.push(folder);
+                }
+            }
+        }
+        (study, folders)
+    }
+
+    fn left_out(table: &str) -> Vec<usize> {
+        let (_study, folders) = study(table);
+        let selection = select(folders.clone()).unwrap();
+        let out = |folder: &PathBuf| !selection.kept.contains(folder);
+        let left_out: Vec<_> = (0..folders.len()).filter(|i| out(&folders[*i])).collect();
+        assert_eq!(selection.left_out(), left_out.len());
+        left_out
+    }
+
+    #[test]
+    fn a_line_leaves_out_what_it_names_and_nothing_else() {
+        assert!(left_out("").is_empty());
+        assert_eq!(left_out("sub-07\tall\tall\tx\ty\n"), [0, 1, 2, 3]);
+        assert_eq!(left_out("sub-07\t2\tall\tx\ty\n"), [2, 3]);
+        assert_eq!(left_out("sub-07\tall\t1\tx\ty\n"), [1, 3]);
+        assert_eq!(left_out("sub-071\t2\tpractice-1\tx\ty\n"), [6]);
+    }
+
+    #[test]
+    fn recordings_outside_of_any_study_are_kept() {
+        let place = tempfile::tempdir().unwrap();
+        let deep = place.path().join("a/b/c/d/e");
+        fs::create_dir_all(&deep).unwrap();
+        assert_eq!(select(vec![deep.clone()]).unwrap().kept, [deep]);
+    }
+
+    #[test]
+    fn a_recording_of_another_laboratory_is_known_by_its_description() {
+        let (study, _) = study("sub-07\tall\t5\tx\ty\n");
+        fs::create_dir_all(study.path().join("sub-07/ses-01/trial-005_attempt-1")).unwrap();
+        let folder = study.path().join("monday-third");
+        fs::create_dir(&folder).unwrap();
+        let text = r#"
+format = 1
+carrier_hz = 35000.0
+modulation_hz = 6.0
+modulation_index = 0.95
+channels.drive = { index = 0, volts_per_unit = 20.0 }
+channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
+plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
+participant = { id = "sub-07", session = 1 }
+trial = { number = 5, attempt = 1, practice = false, condition = "am", protocol = "p", seed = 1 }
+"#;
+        fs::write(folder.join(recording::MANIFEST_FILE), text).unwrap();
+        let selection = select(vec![folder.clone()]).unwrap();
+        assert_eq!(selection.excluded[0].recordings, [folder]);
+    }
+}

@@ -1,0 +1,426 @@
+//! The table: a line for each exclusion, cells parted by tabs.
+//!
+//! Tabs, line ends and backslashes within a cell are written `\t`, `\n`, `\r`, `\\`.
+
+use std::path::{Path, PathBuf};
+
+use recording::disk::{self, OnPath};
+use recording::storage::Storage;
+use recording::study::EXCLUSIONS_FILE;
+
+use crate::exclusion::{ALL, Exclusion, Part, number};
+use crate::exclusions_error::ExclusionsError;
+use crate::known;
+
+const COLUMNS: [&str; 6] = ["participant_id", "session", "trial", "reason", "by", "date"];
+/// Columns that a table may leave out.
+const OPTIONAL: [&str; 2] = ["session", "date"];
+const NOT_STATED: &str = "n/a";
+
+/// Exclusions of a study.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Exclusions {
+    /// Folder of the study.
+    pub study: PathBuf,
+    /// Exclusions in the order of their lines.
+    pub list: Vec<Exclusion>,
+    /// Line of each.
+    lines: Vec<usize>,
+}
+
+impl Exclusions {
+    /// Requires every participant, session and trial that is named to be in the study.
+    ///
+    /// # Errors
+    /// [`ExclusionsError::Unknown`] names the line, and what was probably meant.
+    pub fn require_known(&self) -> Result<(), ExclusionsError> {
+        for (exclusion, line) in self.list.iter().zip(&self.lines) {
+            if let Some(what) = known::unknown(&self.study, exclusion)? {
+                return Err(ExclusionsError::Unknown {
+                    path: self.study.join(EXCLUSIONS_FILE),
+                    line: Some(*line),
+                    what,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Reads the exclusions of the study in `folder`; a study without the table has none.
+///
+/// # Errors
+/// The table cannot be read: names line, column and cell.
+pub fn read(folder: &Path) -> Result<Exclusions, ExclusionsError> {
+    let path = folder.join(EXCLUSIONS_FILE);
+    let bytes = match files::read(&path, files::TEXT_LIMIT_BYTES) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Vec::new(),
+        bytes => bytes.on("read", &path)?,
+    };
+    parse(&bytes, folder)
+}
+
+fn parse(bytes: &[u8], folder: &Path) -> Result<Exclusions, ExclusionsError> {
+    let path = || folder.join(EXCLUSIONS_FILE);
+    let text = std::str::from_utf8(bytes).map_err(|_| ExclusionsError::NoText { path: path() })?;
+    // Spreadsheets mark their UTF-8 so.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let mut found = Exclusions {
+        study: folder.to_owned(),
+        list: Vec::new(),
+        lines: Vec::new(),
+    };
+    let mut lines = (1..)
+        .zip(text.lines())
+        .filter(|(_, line)| !line.trim().is_empty());
+    let Some((_, header)) = lines.next() else {
+        return Ok(found);
+    };
+    let columns: Vec<&str> = header.split('\t').map(str::trim).collect();
+    let places = places(&columns, &path)?;
+    for (line, text) in lines {
+        let cells: Vec<&str> = text.split('\t').map(str::trim).collect();
+        if cells.len() != columns.len() {
+            return Err(ExclusionsError::Cells {
+                path: path(),
+                line,
+                cells: cells.len(),
+                columns: columns.len(),
+            });
+        }
+        let cell = |column: usize| places[column].map_or("", |at| cells[at]);
+        let exclusion = exclusion(cell).map_err(|(column, why)| ExclusionsError::Cell {
+            path: path(),
+            line,
+            column: COLUMNS[column],
+            value: cell(column).to_owned(),
+            why,
+        })?;
+        found.list.push(exclusion);
+        found.lines.push(line);
+    }
+    Ok(found)
+}
+
+/// Returns where each of [`COLUMNS`] is in the header.
+fn places(
+    columns: &[&str],
+    path: &impl Fn() -> PathBuf,
+) -> Result<[Option<usize>; 6], ExclusionsError> {
+    let mut places = [None; 6];
+    for (at, name) in columns.iter().enumerate() {
+        let column = COLUMNS.iter().position(|column| column == name);
+        match column {
+            Some(column) if places[column].is_none() => places[column] = Some(at),
+            _ => {
+                return Err(ExclusionsError::UnknownColumn {
+                    path: path(),
+                    column: (*name).to_owned(),
+                    nearest: strict::nearest(name, &COLUMNS).filter(|nearest| nearest != name),
+                });
+            }
+        }
+    }
+    for (column, place) in COLUMNS.into_iter().zip(places) {
+        if place.is_none() && !OPTIONAL.contains(&column) {
+            return Err(ExclusionsError::MissingColumn {
+                path: path(),
+                column,
+            });
+        }
+    }
+    Ok(places)
+}
+
+/// Returns the exclusion of a line; what is wrong with it is told with the index of its column.
+fn exclusion<'a>(cell: impl Fn(usize) -> &'a str) -> Result<Exclusion, (usize, String)> {
+    let participant = cell(0)
+        .parse()
+        .map_err(|error: protocols::ParticipantIdError| (0, error.to_string()))?;
+    let session = match cell(1) {
+        "" | ALL | NOT_STATED => Part::All,
+        text => Part::One(number(text).ok_or_else(|| {
+            let why = format!("a session is its number from 1, or `{ALL}`");
+            (1, why)
+        })?),
+    };
+    let trial = match cell(2) {
+        ALL => Part::All,
+        text => Part::One(
+            text.parse()
+                .map_err(|why| (2, format!("{why}, or `{ALL}`")))?,
+        ),
+    };
+    let stated = |column: usize, what: &str| match cell(column) {
+        "" | NOT_STATED => Err((column, format!("{what} is needed"))),
+        text => Ok(unescaped(text)),
+    };
+    Ok(Exclusion {
+        participant,
+        session,
+        trial,
+        reason: stated(3, "a reason")?,
+        by: stated(4, "who decided it")?,
+        date: match cell(5) {
+            "" | NOT_STATED => None,
+            text => Some(unescaped(text)),
+        },
+    })
+}
+
+/// Returns the table of `list`, with its header.
+#[must_use]
+pub fn to_tsv<'a>(list: impl IntoIterator<Item = &'a Exclusion>) -> String {
+    let mut text = COLUMNS.join("\t") + "\n";
+    for exclusion in list {
+        let cells = [
+            exclusion.participant.to_string(),
+            exclusion.session.to_string(),
+            exclusion.trial.to_string(),
+            escaped(&exclusion.reason),
+            escaped(&exclusion.by),
+            exclusion
+                .date
+                .as_deref()
+                .map_or_else(|| NOT_STATED.to_owned(), escaped),
+        ];
+        text += &(cells.join("\t") + "\n");
+    }
+    text
+}
+
+/// Adds an exclusion to the table of the study in `folder`, which is replaced as a whole.
+///
+/// # Errors
+/// What is named is not in the study, is excluded already, or the disk refused; the table is then as it was.
+pub fn add(
+    storage: &dyn Storage,
+    folder: &Path,
+    exclusion: &Exclusion,
+) -> Result<(), ExclusionsError> {
+    let path = folder.join(EXCLUSIONS_FILE);
+    let bytes = if disk::exists(storage, &path)? {
+        disk::read_on(storage, &path, files::TEXT_LIMIT_BYTES)?
+    } else {
+        Vec::new()
+    };
+    let held = parse(&bytes, folder)?;
+    if let Some(what) = known::unknown(folder, exclusion)? {
+        return Err(ExclusionsError::Unknown {
+            path: folder.to_owned(),
+            line: None,
+            what,
+        });
+    }
+    let same = |other: &&Exclusion| {
+        let key = |of: &Exclusion| (of.participant.clone(), of.session, of.trial);
+        key(other) == key(exclusion)
+    };
+    if let Some(held) = held.list.iter().find(same) {
+        return Err(ExclusionsError::Already {
+            path,
+            held: held.to_string(),
+        });
+    }
+    let text = to_tsv(held.list.iter().chain([exclusion]));
+    Ok(disk::replace_file_on(storage, &path, text.as_bytes())?)
+}
+
+/// Returns a text as one cell.
+fn escaped(text: &str) -> String {
+    let mut cell = String::new();
+    for c in text.trim().chars() {
+        match c {
+            '\\' => cell.push_str("\\\\"),
+            '\t' => cell.push_str("\\t"),
+            '\n' => cell.push_str("\\n"),
+            '\r' => cell.push_str("\\r"),
+            // Other line ends, as Unicode and terminals have them.
+            c if c.is_control() || matches!(c, '\u{2028}' | '\u{2029}') => cell.push(' '),
+            c => cell.push(c),
+        }
+    }
+    cell
+}
+
+/// Returns the text of a cell; a backslash before any other character is itself.
+fn unescaped(cell: &str) -> String {
+    let mut text = String::new();
+    let mut chars = cell.chars();
+    while let Some(c) = chars.next() {
+        if c != '\\' {
+            text.push(c);
+            continue;
+        }
+        match chars.next() {
+            Some('t') => text.push('\t'),
+            Some('n') => text.push('\n'),
+            Some('r') => text.push('\r'),
+            Some('\\') => text.push('\\'),
+            Some(other) => text.extend(['\\', other]),
+            None => text.push('\\'),
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exclusion::Trial;
+    use crate::exclusions_error::Unknown;
+    use proptest::prelude::*;
+    use recording::storage::FileSystem;
+    use recording::study::TrialBlock;
+
+    fn parsed(text: &str) -> Result<Exclusions, ExclusionsError> {
+        parse(text.as_bytes(), Path::new("study"))
+    }
+
+    fn of(participant: &str, trial: Part<Trial>) -> Exclusion {
+        Exclusion {
+            participant: participant.parse().unwrap(),
+            session: Part::All,
+            trial,
+            reason: "why".to_owned(),
+            by: "N. H.".to_owned(),
+            date: None,
+        }
+    }
+
+    fn main(number: u32) -> Part<Trial> {
+        Part::One(Trial {
+            block: TrialBlock::Main,
+            number,
+        })
+    }
+
+    #[test]
+    fn a_table_by_hand_needs_four_columns_in_any_order() {
+        let text = "\u{feff}trial\tby\tparticipant_id\treason\r\nall\tN. H.\tsub-07\tbroken\r\n\r\npractice-2\tN. H.\tsub-08\tx\r\n";
+        let found = parsed(text).unwrap();
+        assert_eq!(found.list[0].trial, Part::All);
+        assert_eq!(found.list[0].to_string(), "sub-07: broken (N. H.)");
+        let practice = Trial {
+            block: TrialBlock::Practice,
+            number: 2,
+        };
+        assert_eq!(found.list[1].trial, Part::One(practice));
+        assert_eq!(found.lines, [2, 4]);
+        assert!(parsed("").unwrap().list.is_empty());
+        assert!(parsed("\n\n").unwrap().list.is_empty());
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_by_line_and_column() {
+        let header = "participant_id\tsession\ttrial\treason\tby\tdate\n";
+        let with = |line: &str| parsed(&format!("{header}{line}\n")).unwrap_err();
+        for (line, column) in [
+            ("sub 7\tall\tall\tx\ty\tn/a", "participant_id"),
+            ("../sub-07\tall\tall\tx\ty\tn/a", "participant_id"),
+            ("sub-07\t0\tall\tx\ty\tn/a", "session"),
+            ("sub-07\tses-01\tall\tx\ty\tn/a", "session"),
+            ("sub-07\tall\t\tx\ty\tn/a", "trial"),
+            ("sub-07\tall\t0\tx\ty\tn/a", "trial"),
+            ("sub-07\tall\t+3\tx\ty\tn/a", "trial"),
+            ("sub-07\tall\t99999999999\tx\ty\tn/a", "trial"),
+            ("sub-07\tall\t3\tn/a\ty\tn/a", "reason"),
+            ("sub-07\tall\t3\tx\t \tn/a", "by"),
+        ] {
+            let error = with(line);
+            assert!(
+                matches!(&error, ExclusionsError::Cell { line: 2, column: named, .. } if *named == column),
+                "{line:?}: {error}"
+            );
+        }
+        let error = with("sub-07\tall\t3");
+        assert!(matches!(
+            error,
+            ExclusionsError::Cells {
+                line: 2,
+                cells: 3,
+                columns: 6,
+                ..
+            }
+        ));
+        let error = parsed("participant_id\ttrial\treson\tby\n").unwrap_err();
+        assert!(
+            matches!(&error, ExclusionsError::UnknownColumn { nearest: Some(name), .. } if name == "reason"),
+            "{error}"
+        );
+        let error = parsed("participant_id\ttrial\ttrial\tby\n").unwrap_err();
+        assert!(
+            matches!(error, ExclusionsError::UnknownColumn { .. }),
+            "{error}"
+        );
+        let error = parsed("participant_id\ttrial\tby\n").unwrap_err();
+        assert!(matches!(
+            error,
+            ExclusionsError::MissingColumn {
+                column: "reason",
+                ..
+            }
+        ));
+        assert!(matches!(
+            parse(b"\xff", Path::new("study")),
+            Err(ExclusionsError::NoText { .. })
+        ));
+    }
+
+    #[test]
+    fn only_what_the_study_has_is_excluded_and_only_once() {
+        let study = tempfile::tempdir().unwrap();
+        let session = study.path().join("sub-07/ses-01");
+        std::fs::create_dir_all(session.join("trial-003_attempt-2")).unwrap();
+        let add = |exclusion: &Exclusion| add(&FileSystem, study.path(), exclusion);
+        let unknown = |exclusion: &Exclusion| match add(exclusion).unwrap_err() {
+            ExclusionsError::Unknown {
+                what, line: None, ..
+            } => what,
+            other => panic!("{other}"),
+        };
+        assert!(matches!(
+            unknown(&of("sub-70", Part::All)),
+            Unknown::Participant { nearest: Some(name), .. } if name == "sub-07"
+        ));
+        let mut second = of("sub-07", Part::All);
+        second.session = Part::One(2);
+        assert!(matches!(unknown(&second), Unknown::Session { known, .. } if known == [1]));
+        assert!(
+            matches!(unknown(&of("sub-07", main(4))), Unknown::Trial { known, .. } if known == ["3"])
+        );
+        assert!(!study.path().join(EXCLUSIONS_FILE).exists());
+
+        add(&of("sub-07", main(3))).unwrap();
+        let error = add(&of("sub-07", main(3))).unwrap_err();
+        assert!(matches!(error, ExclusionsError::Already { .. }), "{error}");
+        let mut whole = of("sub-07", Part::All);
+        whole.reason = "a tab\tand\nlines, C:\\temp".to_owned();
+        add(&whole).unwrap();
+        let held = read(study.path()).unwrap();
+        assert_eq!(held.list, [of("sub-07", main(3)), whole]);
+        held.require_known().unwrap();
+        std::fs::remove_dir_all(session.join("trial-003_attempt-2")).unwrap();
+        assert!(matches!(
+            held.require_known(),
+            Err(ExclusionsError::Unknown { line: Some(2), .. })
+        ));
+    }
+
+    proptest! {
+        #[test]
+        fn every_reason_reads_back(reason in "[^\\p{Cc}\\u{2028}\\u{2029}\\s][\\PC\\t\\n\\r\\\\]*") {
+            prop_assume!(reason.trim() != NOT_STATED);
+            let mut exclusion = of("sub-07", Part::All);
+            exclusion.reason = reason.trim().to_owned();
+            let found = parsed(&to_tsv([&exclusion])).unwrap();
+            prop_assert_eq!(found.list, [exclusion]);
+        }
+
+        #[test]
+        fn no_text_panics(text in "\\PC*") {
+            let _ = parsed(&text);
+            let _ = parsed(&format!("participant_id\ttrial\treason\tby\n{text}"));
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! `exclude`: leaves trials out of a study's analysis, and says why.
+
+use std::io::Write;
+
+use anyhow::bail;
+use exclusions::{EXCLUSIONS_FILE, Exclusion, Part};
+use recording::storage::FileSystem;
+use recording::study::Study;
+use tui::escaped_line;
+
+use crate::cli::Exclude;
+use crate::dates;
+
+/// Runs the command.
+///
+/// # Errors
+/// There is no such study, participant, session or trial; the same is excluded already; another instance uses the study; or
+/// the system refused.
+pub fn run(options: &Exclude) -> anyhow::Result<()> {
+    for (flag, text) in [("--because", &options.because), ("--by", &options.by)] {
+        if ["", "n/a"].contains(&text.trim()) {
+            bail!("{flag} is empty: whoever reads the results must learn why, and by whom");
+        }
+    }
+    let exclusion = Exclusion {
+        participant: options.participant.parse()?,
+        session: options.session.map_or(Part::All, Part::One),
+        trial: options.trial.map_or(Part::All, Part::One),
+        reason: options.because.trim().to_owned(),
+        by: options.by.trim().to_owned(),
+        date: Some(dates::now().strftime("%Y-%m-%d").to_string()),
+    };
+    let study = Study::open(&options.study)?;
+    exclusions::add(&FileSystem, study.folder(), &exclusion)?;
+    let line = format!("{exclusion}; {EXCLUSIONS_FILE} says so, and nothing was deleted");
+    writeln!(std::io::stdout(), "excluded {}", escaped_line(&line))?;
+    Ok(())
+}

@@ -1,0 +1,130 @@
+//! The questions about the participant at a session's start, after consent and before anything is driven.
+
+use protocols::{NOT_STATED, Person, PersonDetail};
+use tui::calibration_page::Reply;
+use tui::event::AskedDetail;
+
+/// Questions about a participant, one after the other; each may stay without an answer.
+#[derive(Debug, Default)]
+pub struct Questions {
+    details: Vec<PersonDetail>,
+    /// Number of the current question, from 0.
+    at: usize,
+    person: Person,
+    /// Why the last answer was not taken.
+    note: Option<String>,
+}
+
+impl Questions {
+    /// Makes the questions for `details`, in their order.
+    #[must_use]
+    pub fn new(details: Vec<PersonDetail>) -> Self {
+        Self {
+            details,
+            ..Self::default()
+        }
+    }
+
+    /// Returns whether a question is still to be answered.
+    #[must_use]
+    pub fn are_open(&self) -> bool {
+        self.at < self.details.len()
+    }
+
+    /// Returns the current question, as the screen shows it; `None` after the last.
+    #[must_use]
+    pub fn current(&self) -> tui::Event {
+        let detail = self.details.get(self.at).map(|detail| AskedDetail {
+            question: match detail {
+                PersonDetail::Age => "age in whole years".to_owned(),
+                PersonDetail::Sex => "sex".to_owned(),
+                PersonDetail::Handedness => "writing hand".to_owned(),
+            },
+            choices: detail.words().iter().map(ToString::to_string).collect(),
+            note: self.note.clone(),
+        });
+        tui::Event::Asked { detail }
+    }
+
+    /// Takes the operator's reply to the current question. Returns what was stated once the last one is answered.
+    pub fn reply(&mut self, reply: Reply) -> Option<Person> {
+        let detail = *self.details.get(self.at)?;
+        self.note = None;
+        let text = match reply {
+            Reply::Redo(_) => {
+                self.at = self.at.saturating_sub(1);
+                return None;
+            }
+            Reply::Ready => NOT_STATED.to_owned(),
+            Reply::Number(number) => match detail.words() {
+                [] => number.to_string(),
+                words => match chosen(words, number) {
+                    Some(word) => word.to_owned(),
+                    None => {
+                        self.note = Some(format!("a number from 1 to {}", words.len()));
+                        return None;
+                    }
+                },
+            },
+        };
+        if let Err(refused) = self.person.set(detail, &text) {
+            self.note = Some(refused.to_string());
+            return None;
+        }
+        self.at += 1;
+        (!self.are_open()).then_some(self.person)
+    }
+}
+
+/// Returns the word of the number that was typed, counted from 1.
+fn chosen<'a>(words: &[&'a str], number: f64) -> Option<&'a str> {
+    let mut numbered = (1..).zip(words);
+    numbered.find_map(|(n, word)| (f64::from(n) == number).then_some(*word))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(questions: &Questions) -> Option<AskedDetail> {
+        match questions.current() {
+            tui::Event::Asked { detail } => detail,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn every_question_is_answered_or_left_and_a_slip_is_taken_back() {
+        let mut questions = Questions::new(PersonDetail::ALL.to_vec());
+        assert_eq!(questions.reply(Reply::Number(31.0)), None);
+        assert_eq!(shown(&questions).unwrap().choices.len(), 3);
+        assert_eq!(questions.reply(Reply::Number(2.0)), None);
+        assert_eq!(questions.reply(Reply::Redo(0)), None);
+        assert_eq!(questions.reply(Reply::Number(1.0)), None);
+        let person = questions.reply(Reply::Ready).unwrap();
+        let stated = PersonDetail::ALL.map(|detail| person.text(detail));
+        assert_eq!(stated, ["31", "female", "n/a"]);
+        assert_eq!(shown(&questions), None);
+        assert_eq!(questions.reply(Reply::Number(1.0)), None);
+    }
+
+    #[test]
+    fn what_is_no_answer_is_asked_again_with_the_reason() {
+        let mut questions = Questions::new(vec![PersonDetail::Age, PersonDetail::Sex]);
+        for no_age in [17.0, 121.0, 30.5, -30.0, 1e300] {
+            assert_eq!(questions.reply(Reply::Number(no_age)), None);
+            assert!(shown(&questions).unwrap().note.is_some(), "{no_age}");
+        }
+        assert_eq!(questions.reply(Reply::Ready), None);
+        for no_choice in [0.0, 4.0, 1.5, -1.0] {
+            assert_eq!(questions.reply(Reply::Number(no_choice)), None);
+            assert!(shown(&questions).unwrap().note.is_some(), "{no_choice}");
+        }
+        // Back beyond the first question is the first question.
+        for _ in 0..3 {
+            assert_eq!(questions.reply(Reply::Redo(0)), None);
+        }
+        assert!(shown(&questions).unwrap().choices.is_empty());
+        assert!(questions.are_open());
+    }
+}

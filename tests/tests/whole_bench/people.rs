@@ -1,0 +1,194 @@
+//! What a study keeps of its participants, and what its analysis leaves out of them.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+use bench_tests::program::{bench, protocol};
+use bench_tests::session::{finish, text, unattended};
+use recording::writer::Ending;
+use recording::{AudioFormat, Manifest, RecordingWriter};
+use serde_json::Value;
+
+use super::refusals::{refused, refused_before_anything_is_made, room};
+
+#[test]
+fn a_protocol_keeps_what_it_asks_for_and_nothing_else() {
+    let (folder, study) = room();
+    let quiet = protocol("one-exploration.toml");
+    refused_before_anything_is_made(
+        unattended(&study, "sub-01", &quiet).args(["--age", "31"]),
+        &study,
+        &["does not ask for the participant's age", "leave out --age"],
+    );
+    let asking = folder.path().join("asking.toml");
+    let text_of_it = fs::read_to_string(&quiet).unwrap();
+    let asks = "[participant]\nask = [\"age\", \"handedness\"]\n\n[drive]";
+    fs::write(&asking, text_of_it.replacen("[drive]", asks, 1)).unwrap();
+    refused_before_anything_is_made(
+        unattended(&study, "sub-01", &asking).args(["--age", "17"]),
+        &study,
+        &["18 to 120", "not for children"],
+    );
+    refused_before_anything_is_made(
+        unattended(&study, "sub-01", &asking).args(["--handedness", "both"]),
+        &study,
+        &["right, left, ambidextrous"],
+    );
+    let output = finish(unattended(&study, "sub-01", &asking).args(["--handedness", "left"]));
+    let printed = text(&output);
+    assert!(output.status.success(), "{printed}");
+    assert!(printed.contains("not stated: age"), "{printed}");
+    let table = fs::read_to_string(study.join("participants.tsv")).unwrap();
+    assert_eq!(
+        table,
+        "participant_id\tfirst_session_date\tprotocol\tage\tsex\thandedness\n\
+         sub-01\t2026-01-01\tone-exploration\tn/a\tn/a\tleft\n"
+    );
+}
+
+/// A recording of silence.
+fn silence(folder: &Path) {
+    let text = r#"
+format = 1
+carrier_hz = 35000.0
+modulation_hz = 6.0
+modulation_index = 0.95
+channels.drive = { index = 0, volts_per_unit = 20.0 }
+channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
+plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
+"#;
+    let format = AudioFormat {
+        sample_rate_hz: 96_000,
+        channels: 2,
+    };
+    fs::create_dir_all(folder.parent().unwrap()).unwrap();
+    let manifest = Manifest::parse(text, "recording.toml").unwrap();
+    let mut writer = RecordingWriter::create(folder, manifest, format).unwrap();
+    writer.write_audio(&[0.0; 19_200]).unwrap();
+    writer.finish(Ending::Completed).unwrap();
+}
+
+fn recorded(study: &Path) -> Vec<PathBuf> {
+    let mut folders = Vec::new();
+    for (participant, trial) in [("sub-01", 1), ("sub-02", 1), ("sub-02", 2)] {
+        let name = format!("trial-{trial:03}_attempt-1");
+        let folder = study.join(participant).join("ses-01").join(name);
+        silence(&folder);
+        folders.push(folder);
+    }
+    let description = r#"{"Name": "study", "DatasetType": "raw", "GeneratedBy": []}"#;
+    fs::write(study.join("dataset_description.json"), description).unwrap();
+    fs::write(
+        study.join("participants.tsv"),
+        "participant_id\nsub-01\nsub-02\n",
+    )
+    .unwrap();
+    folders
+}
+
+fn command(words: &[&str], study: &Path, more: &[&str]) -> Output {
+    finish(bench().args(words).arg(study).args(more))
+}
+
+fn exclude(study: &Path, words: &[&str]) -> Output {
+    finish(bench().arg("exclude").args(words).arg("--study").arg(study))
+}
+
+#[test]
+fn what_is_excluded_is_left_out_counted_and_named_beside_every_result() {
+    let (folder, study) = room();
+    let recordings = recorded(&study);
+    let why = ["--because", "the sensor's\tcable", "--by", "N. H."];
+    refused(
+        &exclude(&study, &["sub-20", why[0], why[1], why[2], why[3]]),
+        &["did you mean `sub-02`?"],
+    );
+    refused(
+        &exclude(
+            &study,
+            &["sub-02", "--trial", "3", why[0], why[1], why[2], why[3]],
+        ),
+        &["no recording of trial 3", "there are 1, 2"],
+    );
+    refused(
+        &exclude(&study, &["sub-02", "--because", " ", "--by", "me"]),
+        &["--because is empty"],
+    );
+    assert!(!study.join("exclusions.tsv").exists());
+    let done = exclude(
+        &study,
+        &["sub-02", "--trial", "2", why[0], why[1], why[2], why[3]],
+    );
+    assert!(done.status.success(), "{}", text(&done));
+    refused(
+        &exclude(
+            &study,
+            &["sub-02", "--trial", "2", why[0], why[1], why[2], why[3]],
+        ),
+        &["already"],
+    );
+
+    let out = folder.path().join("out");
+    let figures = out.display().to_string();
+    let analysed = command(&["analyze"], &study, &["--table", "--figures", &figures]);
+    let printed = text(&analysed);
+    assert!(printed.contains("excluded: 1 of 3 recordings"), "{printed}");
+    assert!(
+        printed.contains("sub-02, trial 2: the sensor's"),
+        "{printed}"
+    );
+    let kept = fs::read_to_string(out.join("excluded.tsv")).unwrap();
+    assert!(
+        kept.contains("sub-02\tall\t2\tthe sensor's\\tcable\tN. H.\t"),
+        "{kept}"
+    );
+    let json = |more: &[&str]| -> Value {
+        let output = command(&["analyze"], &study, &[&["--json", "-"], more].concat());
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let results = json(&[]);
+    assert_eq!(results["recordings"].as_array().unwrap().len(), 2);
+    assert_eq!(results["excluded"][0]["reason"], "the sensor's\tcable");
+    assert_eq!(results["excluded"][0]["trial"], "2");
+    let path = results["excluded"][0]["recordings"][0].as_str().unwrap();
+    assert_eq!(Path::new(path), recordings[2]);
+    let all = json(&["--include-excluded"]);
+    assert_eq!(all["recordings"].as_array().unwrap().len(), 3);
+    assert_eq!(all["excluded"], Value::Array(Vec::new()));
+    refused(
+        &finish(bench().arg("analyze").arg(&recordings[2])),
+        &["nothing is left to analyse", "--include-excluded"],
+    );
+
+    let verified = text(&command(&["verify"], &study, &[]));
+    assert!(
+        verified.contains("excluded from analysis: sub-02, trial 2"),
+        "{verified}"
+    );
+    // Edited by hand, and wrong: nobody analyses on.
+    let table = study.join("exclusions.tsv");
+    let held = fs::read_to_string(&table).unwrap();
+    fs::write(&table, held.replace("\t2\tthe", "\t7\tthe")).unwrap();
+    refused(
+        &command(&["analyze"], &study, &[]),
+        &["exclusions.tsv, line 2", "trial 7"],
+    );
+    let verified = text(&command(&["verify"], &study, &[]));
+    assert!(
+        verified.contains("WRONG: ") && verified.contains("trial 7"),
+        "{verified}"
+    );
+
+    // Who leaves the study leaves this table too.
+    let forgotten = command(&["forget"], &study, &["sub-02", "--confirm", "sub-02"]);
+    let printed = text(&forgotten);
+    assert!(printed.contains("a line in exclusions.tsv"), "{printed}");
+    assert!(!printed.contains("would stay"), "{printed}");
+    assert!(!fs::read_to_string(&table).unwrap().contains("sub-02"));
+    assert!(!command(&["analyze"], &study, &[]).stdout.is_empty());
+}

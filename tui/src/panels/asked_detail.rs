@@ -1,0 +1,30 @@
+//! The question about the participant, in place of the phase.
+
+use ratatui::text::Line;
+
+use crate::escape::escaped_line;
+use crate::event::AskedDetail;
+use crate::state::State;
+use crate::words::wrap;
+
+/// Returns the lines of the question with what is typed, broken at `columns`.
+pub(crate) fn question<'a>(state: &State, asked: &AskedDetail, columns: u16) -> Vec<Line<'a>> {
+    let theme = state.ui.theme;
+    let mut words = escaped_line(&asked.question).into_owned();
+    for (number, choice) in (1..).zip(&asked.choices) {
+        let before = if number == 1 { " (" } else { ", " };
+        words += &format!("{before}{number} {}", escaped_line(choice));
+    }
+    if !asked.choices.is_empty() {
+        words.push(')');
+    }
+    let typed = &state.ui.typed;
+    words += &format!(": {typed}_");
+    let remark = asked.note.as_deref().map(escaped_line).unwrap_or_default();
+    let words = wrap(&words, columns).into_iter();
+    let remark = wrap(&remark, columns).into_iter();
+    words
+        .map(|line| Line::styled(line, theme.driving()))
+        .chain(remark.map(|line| Line::styled(line, theme.warning())))
+        .collect()
+}

@@ -13,7 +13,7 @@ use tui::event::{LogLevel, SessionHeader};
 
 use crate::apparatus::pace;
 use crate::cli;
-use crate::live_meter::LiveMeter;
+use live::live_meter::LiveMeter;
 
 /// Plans the drill of these options: nothing is opened or driven.
 ///

@@ -21,9 +21,9 @@ use tasks::{StopFlag, Task};
 
 use crate::apparatus::{Apparatus, pace};
 use crate::dates;
-use crate::interference::Interference;
-use crate::live_meter::LiveMeter;
 use crate::{calibrate, rehearsed};
+use live::interference::Interference;
+use live::live_meter::LiveMeter;
 
 /// The published modulation (Huloux 2021, section IV).
 const MODULATION_HZ: f64 = 6.0;

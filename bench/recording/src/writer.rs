@@ -468,6 +468,16 @@ impl RecordingWriter {
         }
     }
 
+    /// Lets no interval outlast the audio that is kept.
+    fn end_intervals_at(&mut self, frames: u64) {
+        let end_s = frames as f64 / f64::from(self.format.sample_rate_hz);
+        let intervals = &mut self.manifest.intervals;
+        intervals.retain(|interval| interval.start_s < end_s);
+        for interval in intervals {
+            interval.end_s = interval.end_s.min(end_s);
+        }
+    }
+
     fn salvage(&mut self) -> OnDisk {
         let format = self.format;
         let frames = |bytes: u64| bytes.saturating_sub(wav::HEADER_BYTES) / format.frame_bytes();
@@ -476,6 +486,9 @@ impl RecordingWriter {
             .salvage(|bytes| wav::header(format, frames(bytes)).to_vec());
         let force = self.force.file.salvage(|_| Vec::new());
         let position = self.position.file.salvage(|_| Vec::new());
+        if let Ok(bytes) = signals {
+            self.end_intervals_at(frames(bytes));
+        }
         // Last, because it needs room that a full disk does not have.
         if let Ok(text) = self.manifest.to_toml() {
             let _ = self.replace_manifest(&text);

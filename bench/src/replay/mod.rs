@@ -34,10 +34,10 @@ use recording::pipeline::{Account, Batch};
 use tasks::{Clock, Schedule, StopFlag, SystemClock, Task};
 
 use crate::cli::Speed;
-use crate::live_meter::LiveMeter;
-use crate::refit::Refit;
-use crate::screen_words;
 use free_clock::{FreeClock, Ticks};
+use live::live_meter::LiveMeter;
+use live::refit::Refit;
+use live::screen_words;
 use source::Source;
 
 pub use listing::recordings_in;

@@ -23,14 +23,14 @@ use signalgen::StreamDirection;
 use tasks::StopFlag;
 
 use crate::apparatus::{Apparatus, Watcher};
-use crate::interference::Interference;
 use crate::journal::Journal;
 use crate::readiness::Readiness;
-use crate::refit::Refit;
 use crate::rehearsed;
 use crate::session::{KeptUp, Questions, Report, SessionTask, Wiring, summary_lines};
 use crate::shell_words::quoted;
 use files::{begin_recording, last_trial, machine, open_session};
+use live::interference::Interference;
+use live::refit::Refit;
 use plan::{NAME, VERSION};
 
 pub use plan::{Plan, ProtocolFile, session_bytes};

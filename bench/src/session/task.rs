@@ -36,8 +36,8 @@ use super::report::{Report, summary_lines};
 use super::stop_kind::{interruption_kind, stop_kind};
 use super::wiring::{Admit, BeginRecording, Wiring};
 use crate::journal::{Entry, SavedRecording};
-use crate::live_meter::LiveMeter;
-use crate::screen_words;
+use live::live_meter::LiveMeter;
+use live::screen_words;
 
 /// A completed trial whose last data are still on their way.
 struct Due {

@@ -1,6 +1,6 @@
 //! An offset that comes with every sample is told of, and recorded as long as it lasts (FAULTS.md, row 12).
 
-use friction_bench::interference::Interference;
+use live::interference::Interference;
 use mock_world::scenario::Scenario;
 use recording::manifest::EventKind;
 

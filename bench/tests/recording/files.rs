@@ -59,6 +59,31 @@ fn what_is_written_reads_back() {
     assert_eq!(on_disk.bytes, bytes);
 }
 
+/// Of what did not get to disk, no interval is left.
+#[test]
+fn an_abandoned_recordings_intervals_end_with_its_audio() {
+    let temp = tempfile::tempdir().unwrap();
+    let folder = temp.path().join("trial-003_attempt-1");
+    let mut writer = RecordingWriter::create(&folder, manifest(), FORMAT_2).unwrap();
+    write_data(&mut writer);
+    let end_s = 1000.0 / 192_000.0;
+    for (start_s, stated_end_s) in [(0.001, 0.002), (0.004, 0.1), (0.2, 0.3)] {
+        let interval = RecordedInterval {
+            kind: RecordedIntervalKind::Unloaded,
+            start_s,
+            end_s: stated_end_s,
+        };
+        writer.add_interval(interval).unwrap();
+    }
+    assert_eq!(writer.abandon("the disk is full".to_owned()).frames, 1000);
+
+    let (reader, _) = read_all(&folder);
+    assert_eq!(reader.warnings(), []);
+    let left = reader.manifest().intervals.iter();
+    let spans: Vec<(f64, f64)> = left.map(|of| (of.start_s, of.end_s)).collect();
+    assert_eq!(spans, [(0.001, 0.002), (0.004, end_s)]);
+}
+
 #[test]
 fn the_same_input_gives_the_same_bytes_however_often_it_is_synced() {
     let temp = tempfile::tempdir().unwrap();

@@ -9,7 +9,6 @@ use bench_tests::program::{bench, python, workspace};
 use bench_tests::session::{demo_with, finish, text};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
 use serde_json::Value;
 
 /// Farthest that two computations of a number may be apart, of its size.
@@ -33,7 +32,8 @@ fn pandas_and_scipy_find_every_row_and_every_point_in_the_tables() {
             ("per_condition = 4", "per_condition = 2"),
         ],
     );
-    (1..=3).into_par_iter().for_each(|number: u32| {
+    let study = path.join("study");
+    for number in 1..=3 {
         let participant = format!("sub-{number:02}");
         let mut command = bench();
         command
@@ -49,20 +49,30 @@ fn pandas_and_scipy_find_every_row_and_every_point_in_the_tables() {
             .args(["--consent-by", "A. Tester", "--protocol"])
             .arg(&protocol)
             .arg("--study")
-            .arg(path.join("study").join(&participant));
+            .arg(&study);
         let output = finish(&mut command);
         assert!(output.status.success(), "{}", text(&output));
-    });
+    }
+    let reason = "glove worn";
+    let mut command = bench();
+    command
+        .args(["exclude", "sub-02", "--because", reason])
+        .args(["--by", "A. Tester", "--study"])
+        .arg(&study);
+    let output = finish(&mut command);
+    assert!(output.status.success(), "{}", text(&output));
     let mut command = bench();
     command
         .args(["analyze", "--table-csv"])
-        .args((1..=3).map(|number| path.join(format!("study/sub-{number:02}"))))
+        .arg(&study)
         .arg("--tables")
         .arg(path.join("tables"))
         .arg("--figures")
         .arg(path.join("figures"));
     let output = finish(&mut command);
     assert!(output.status.success(), "{}", text(&output));
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains(reason), "{said}");
     let table = path.join("table.csv");
     std::fs::write(&table, &output.stdout).unwrap();
 
@@ -70,6 +80,7 @@ fn pandas_and_scipy_find_every_row_and_every_point_in_the_tables() {
         "published_study.py",
         &[&path.join("tables"), &table, &path.join("figures")],
     );
+    assert_eq!(found["people"], serde_json::json!(["sub-01", "sub-03"]));
     assert!(found["rows"].as_u64().unwrap() >= 100, "{found}");
     assert!(found["compared"].as_u64().unwrap() >= 200, "{found}");
     assert!(found["apart"].as_f64().unwrap() < APART, "{found}");

@@ -1,6 +1,6 @@
 //! Fig. 15: estimated against measured friction.
 
-use super::Drawn;
+use super::drawn::Drawn;
 use super::elements::{assumed, ink, marker, thinned};
 use crate::analysed::Analysed;
 use crate::estimate::{InstanceAnalysis, Method};

@@ -2,7 +2,7 @@
 
 use contact::fit::ModelledSeries;
 
-use super::Drawn;
+use super::drawn::Drawn;
 use super::elements::{
     AMPLITUDE, FRICTION, GAP, MEASURED, MICRO, MODELLED, assumed, model_ink, points, thinned,
 };

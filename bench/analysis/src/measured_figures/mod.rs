@@ -1,6 +1,7 @@
 //! The figures of measurements: Huloux 2021, Figs. 11, 13, 14 and 15.
 
 mod agreement;
+mod drawn;
 mod elements;
 mod instances;
 mod typical_trial;
@@ -9,25 +10,7 @@ mod variation;
 use figures::Figure;
 
 use crate::analysed::{Analysed, RecordingFindings};
-use crate::estimate::Method;
-
-/// What the figures show.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Drawn {
-    /// Methods, in the order in which they are drawn over each other: the last lies on top.
-    pub methods: Vec<Method>,
-    /// All instances of the typical trial in Fig. 13, instead of those of one exploration.
-    pub whole_trial: bool,
-}
-
-impl Default for Drawn {
-    fn default() -> Self {
-        Self {
-            methods: vec![Method::Dynamic, Method::Paper],
-            whole_trial: false,
-        }
-    }
-}
+pub use drawn::Drawn;
 
 /// Returns the figures that these recordings can give: without an instance, only the trial in time; without an
 /// exploration, none.

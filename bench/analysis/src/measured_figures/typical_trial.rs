@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use contact::self_sensed;
 use num_complex::Complex64;
 
-use super::Drawn;
+use super::drawn::Drawn;
 use super::elements::{ABS_Z_M, EstimatedQuantity, GAP, MICRO, assumed, ink, line};
 use crate::analysed::RecordingFindings;
 use crate::analysis_settings::Settings;

@@ -1,6 +1,6 @@
 //! Fig. 14: how much impedance, gap and estimated friction change, against how much friction changes.
 
-use super::Drawn;
+use super::drawn::Drawn;
 use super::elements::{MICRO, assumed, points};
 use crate::analysed::Analysed;
 use crate::published::{ABS_Z_M, Change, Changes, GAP, MU_ESTIMATED, changes};

@@ -1,0 +1,12 @@
+//! What is made of the samples while they come, for the operator: readings and words for the dashboard, the participant's
+//! contact fitted after each trial, interference that disturbs the bench.
+
+pub mod interference;
+pub mod live_meter;
+pub mod refit;
+pub mod screen_words;
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

@@ -103,7 +103,7 @@ fn words(profile: &MeasuredProfile) -> String {
     };
     let departure = &profile.largest_departure;
     format!(
-        "{verdict}; the largest departure from the mean is {:+.2} ± {:.2} %, {:.0} % is allowed",
+        "{verdict}; the largest departure from the mean is {:+.2} ± {:.3} %, {:.0} % is allowed",
         100.0 * departure.value,
         100.0 * departure.standard_error,
         100.0 * UNIFORM
@@ -113,7 +113,11 @@ fn words(profile: &MeasuredProfile) -> String {
 fn csv(places: &[Place]) -> String {
     let mut text = String::from("position_m,ratio,standard_error\n");
     for place in places {
-        let _ = writeln!(text, "{},{},{}", place.position_m, place.ratio, place.error);
+        let _ = writeln!(
+            text,
+            "{:.6},{},{}",
+            place.position_m, place.ratio, place.error
+        );
     }
     text
 }

@@ -105,8 +105,8 @@ fn places(departures: &[f64], error: f64) -> Vec<Place> {
 fn a_plate_is_uniform_only_if_its_errors_allow_to_say_so() {
     for (departures, error, expected) in [
         ([0.0, 0.0, 0.0], 1e-3, Uniformity::Uniform),
-        ([0.009, 0.0, -0.009], 1e-3, Uniformity::Uniform),
-        ([0.009, 0.0, -0.009], 1e-2, Uniformity::Undecided),
+        ([0.009, -0.004, -0.005], 1e-3, Uniformity::Uniform),
+        ([0.009, -0.004, -0.005], 1e-2, Uniformity::Undecided),
         ([-0.05, 0.025, 0.025], 1e-3, Uniformity::NotUniform),
         ([-0.05, 0.025, 0.025], 2e-2, Uniformity::Undecided),
     ] {

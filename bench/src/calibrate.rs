@@ -10,7 +10,7 @@ use calibration::channels::{ChannelsProcedure, ChannelsSetup};
 use calibration::clear::ClearPlate;
 use calibration::force::{self, ForceProcedure, ForceSetup};
 use calibration::guided::Guided;
-use calibration::judged::{Calibrates, Judged};
+use calibration::judged::{Beside, Calibrates, Judged};
 use calibration::known::{self, Instrument, Known};
 use calibration::operator::ForceAxis;
 use calibration::pickup_procedure::{PickupProcedure, PickupSetup};
@@ -22,7 +22,7 @@ use config::{
 };
 use devices::driving_time;
 use recording::disk;
-use survey::FingerProcedure;
+use survey::{FingerProcedure, ProfileProcedure};
 use tasks::StopFlag;
 use volts::{OutputProcedure, OutputSetup, VoltMeter};
 
@@ -291,8 +291,13 @@ impl<'a> Begun<'a> {
         remarks.extend(notices);
         remarks.push(format!("driven for       {:.1} s", outcome.driven_s));
         let mut written = write_beside(&self.path, stem, &table, figure.as_ref())?;
-        for (stem, table) in beside {
-            written.extend(write_beside(&self.path, stem, &table, None)?);
+        for Beside {
+            stem,
+            table,
+            figure,
+        } in &beside
+        {
+            written.extend(write_beside(&self.path, stem, table, figure.as_ref())?);
         }
         let passed = faults.is_empty();
         if passed {
@@ -334,9 +339,46 @@ pub fn plate(
         let apparatus = open(config)?;
         return begun.run(apparatus, None, finger);
     }
+    if let Some(places) = options.along {
+        return along(begun, options, plate, places, open);
+    }
     let apparatus = open(begun.bench.config())?;
     let plate = ClearPlate::new(plate, begun.bench.config(), begun.attended);
     begun.run(apparatus, None, plate)
+}
+
+/// Measures the amplitude at `places` along the plate, with a vibrometer that somebody moves.
+fn along(
+    begun: Begun<'_>,
+    options: &cli::CalibratePlate,
+    plate: PlateProcedure,
+    places: u32,
+    open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
+) -> anyhow::Result<Report> {
+    let pickup = begun.calibration.pickup.as_ref().context(
+        "--along compares with the pickup's amplitude: run `friction-bench calibrate pickup` first",
+    )?;
+    let simulated = options.measure.hardware.mock.is_some();
+    if !begun.attended && !simulated {
+        bail!(
+            "--along needs somebody who moves the vibrometer: run it on a terminal, without --headless and --json"
+        );
+    }
+    let read = options.instrument.is_some() || simulated;
+    let metres_per_unit = pickup.metres_per_unit.value;
+    let config = begun.bench.config();
+    let profile = ProfileProcedure::new(plate, config, metres_per_unit, places, read)?;
+    let apparatus = open(config)?;
+    let port = options
+        .instrument
+        .clone()
+        .or_else(|| apparatus.vibrometer_port.clone());
+    let instrument = match port.filter(|_| read) {
+        Some(port) => Some(Instrument::open(&port, options.instrument_baud)?),
+        None => None,
+    };
+    let profile = ClearPlate::new(profile, config, begun.attended);
+    begun.run(apparatus, instrument, profile)
 }
 
 /// `calibrate channels`; `delays_s` opens the streams a few times and returns the loop's delay at each.

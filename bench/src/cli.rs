@@ -363,8 +363,18 @@ pub struct CalibratePlate {
     pub drive_v: f64,
     /// Measure the response again with a finger resting on the plate, at 6 V or less; it is kept and drawn beside the bare
     /// one, and never used as a constant.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "along")]
     pub finger: bool,
+    /// Then measure the amplitude at this many places along the plate, 3 to 50, with a vibrometer that you move; its
+    /// readings are typed, or sent by --instrument.
+    #[arg(long, value_name = "PLACES")]
+    pub along: Option<u32>,
+    /// Serial port of the vibrometer that sends its peak amplitude in µm, one number per line.
+    #[arg(long, value_name = "PORT", requires = "along")]
+    pub instrument: Option<PathBuf>,
+    /// Baud rate of the vibrometer.
+    #[arg(long, value_name = "BAUD", default_value_t = 115_200)]
+    pub instrument_baud: u32,
     /// Search for the resonance around this frequency, Hz [default: the last known resonance].
     #[arg(long, value_name = "HZ", value_parser = model::positive, allow_negative_numbers = true)]
     pub about_hz: Option<f64>,

@@ -2,12 +2,14 @@
 
 use std::io::{self, Write};
 use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::serial::SerialLine;
 use mock_world::run_truth::TruthSample;
+use mock_world::scenario::PlateTable;
 use mock_world::seed;
 
 /// Number of truth samples, one a millisecond, that one line averages: 100 lines a second.
@@ -24,8 +26,25 @@ pub(crate) struct Vibrometer {
     rng: ChaCha8Rng,
     sum_m: f64,
     samples: usize,
+    aim: VibrometerAim,
     /// Text of the line being sent; kept, so that a running simulation does not allocate.
     text: Vec<u8>,
+}
+
+/// Handle that aims the vibrometer at a place along the plate; the middle, by the pickup, at first. Any thread may hold a
+/// clone.
+#[derive(Debug, Clone, Default)]
+pub struct VibrometerAim(Arc<Mutex<Option<f64>>>);
+
+impl VibrometerAim {
+    /// Aims at a position along the plate, m, from the next period on.
+    pub fn at(&self, position_m: f64) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(position_m);
+    }
+
+    fn position_m(&self) -> Option<f64> {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 /// Length that no line exceeds, bytes.
@@ -44,6 +63,7 @@ impl Vibrometer {
             rng,
             sum_m: 0.0,
             samples: 0,
+            aim: VibrometerAim::default(),
             text: Vec::with_capacity(LINE_BYTES),
         })
     }
@@ -53,10 +73,22 @@ impl Vibrometer {
         self.line.path()
     }
 
-    /// Measures the samples of a period that ended at true time `now_s`, and sends the lines that are due.
-    pub(crate) fn watch(&mut self, truth: &[TruthSample], now_s: f64) -> io::Result<()> {
+    /// Returns a handle that aims the instrument.
+    pub(crate) fn aim(&self) -> VibrometerAim {
+        self.aim.clone()
+    }
+
+    /// Measures the samples of a period that ended at true time `now_s` on `plate`, and sends the lines that are due.
+    pub(crate) fn watch(
+        &mut self,
+        truth: &[TruthSample],
+        plate: &PlateTable,
+        now_s: f64,
+    ) -> io::Result<()> {
+        let shape = self.aim.position_m().map_or(1.0, |at_m| plate.shape(at_m));
         for sample in truth {
-            self.sum_m += sample.amplitude_m;
+            // Without a finger the truth is of the middle.
+            self.sum_m += shape * sample.amplitude_m;
             self.samples += 1;
             if self.samples == SAMPLES_PER_LINE {
                 let white: f64 = StandardNormal.sample(&mut self.rng);

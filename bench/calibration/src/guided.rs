@@ -146,7 +146,9 @@ fn watched(request: &Request) -> Option<MainReading> {
         | Request::RestFinger { .. }
         | Request::Unload => Some(MainReading::NormalForce),
         Request::Connect(_) | Request::MeterReading { .. } => Some(MainReading::Level),
-        Request::KnownAmplitude { .. } => Some(MainReading::Amplitude),
+        Request::KnownAmplitude { .. } | Request::MoveVibrometer { .. } => {
+            Some(MainReading::Amplitude)
+        }
         Request::Review => None,
     }
 }

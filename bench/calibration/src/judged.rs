@@ -35,8 +35,19 @@ pub struct Judged {
     pub table: String,
     /// Points and residuals as a figure.
     pub figure: Option<Figure>,
-    /// Further tables as CSV, each with the suffix of its name.
-    pub beside: Vec<(&'static str, String)>,
+    /// Further tables and figures.
+    pub beside: Vec<Beside>,
+}
+
+/// A further table of a measurement, with its figure if it has one.
+#[derive(Debug)]
+pub struct Beside {
+    /// Suffix for the names of its files, which begin with the calibration's name.
+    pub stem: &'static str,
+    /// Points as CSV.
+    pub table: String,
+    /// Points as a figure.
+    pub figure: Option<Figure>,
 }
 
 /// A part of the calibration file.
@@ -50,6 +61,8 @@ pub enum Part {
         plate: Box<config::MeasuredPlate>,
         /// The same plate under a finger, if that was measured too.
         finger: Option<Box<config::MeasuredFinger>>,
+        /// The amplitude along its length, if that was measured too.
+        profile: Option<Box<config::MeasuredProfile>>,
     },
     /// `[force]`: the force sensor's matrix and tare.
     Force {
@@ -70,13 +83,21 @@ impl Part {
         match self {
             Self::Pickup(pickup) => {
                 calibration.pickup = Some(*pickup);
-                calibration.finger = None;
+                // Both rest on the pickup's old sensitivity.
+                (calibration.finger, calibration.profile) = (None, None);
                 calibration.plate.take().map(|_| {
                     "the plate's force factor was computed with the old sensitivity and no longer holds: run `friction-bench calibrate plate` again".to_owned()
                 })
             }
-            Self::Plate { plate, finger } => {
+            Self::Plate {
+                plate,
+                finger,
+                profile,
+            } => {
                 calibration.plate = Some(*plate);
+                if let Some(profile) = profile {
+                    calibration.profile = Some(*profile);
+                }
                 let lost = calibration.finger.is_some() && finger.is_none();
                 calibration.finger = finger.map(|finger| *finger);
                 lost.then(|| {

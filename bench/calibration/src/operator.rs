@@ -80,6 +80,11 @@ pub enum Request {
         /// Greatest normal force, N.
         most_n: f64,
     },
+    /// Aim the vibrometer at a place on the plate.
+    MoveVibrometer {
+        /// Position along the plate, m.
+        position_m: f64,
+    },
     /// Change the cables.
     Connect(Cabling),
     /// Read the plate's peak amplitude on an instrument and type it.
@@ -143,6 +148,10 @@ impl Request {
                 "Rest a finger on the middle of the plate with {least_n} to {most_n} N, and keep it still until you are asked to \
                  lift it; the plate will vibrate faintly."
             ),
+            Self::MoveVibrometer { position_m } => format!(
+                "Aim the vibrometer at the plate {:.1} mm from its left end, on the line that the finger follows; touch nothing else.",
+                position_m * 1e3
+            ),
             Self::Connect(Cabling::AllInputs) => {
                 "Connect the drive's read-back to all inputs at once.".to_owned()
             }
@@ -186,6 +195,7 @@ impl Request {
             Self::Load { .. }
             | Self::Unload
             | Self::RestFinger { .. }
+            | Self::MoveVibrometer { .. }
             | Self::Connect(_)
             | Self::Review => None,
         }

@@ -317,6 +317,7 @@ impl Calibrates for PlateProcedure {
             part: Part::Plate {
                 plate: Box::new(plate),
                 finger: None,
+                profile: None,
             },
         })
     }

@@ -168,6 +168,8 @@ impl<W: Write + Send> Operator for Unattended<W> {
         };
         let done = match asked.request {
             Request::Connect(_) | Request::Review => true,
+            // Nobody could be asked whether it was moved: only a simulated instrument moves by itself.
+            Request::MoveVibrometer { .. } => true,
             Request::Load { .. } | Request::Unload => self.settled(asked),
             Request::RestFinger { least_n, most_n } => self.rests(asked, least_n, most_n),
             Request::NameMass { axis } => bail!(

@@ -85,6 +85,48 @@ pub struct MeasuredFinger {
     pub quality: Option<Quantity>,
 }
 
+/// `[profile]`: the amplitude along the plate over that of the pickup.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeasuredProfile {
+    /// Who measured it, when and how.
+    pub measured: Provenance,
+    /// Carrier of the measurement, Hz.
+    pub carrier_hz: f64,
+    /// Level of the tone, V peak.
+    pub drive_v: f64,
+    /// Whether the plate moves alike along its length.
+    pub verdict: Uniformity,
+    /// Largest departure of a place from the mean of all, relative to it.
+    pub largest_departure: Quantity,
+    /// Places in order of their position.
+    pub places: Vec<ProfilePlace>,
+}
+
+/// `[[profile.places]]`: one place.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProfilePlace {
+    /// Position along the plate, m.
+    pub position_m: f64,
+    /// Amplitude there over that of the pickup.
+    pub ratio: f64,
+    /// Standard error of the ratio, without what all places share.
+    pub standard_error: f64,
+}
+
+/// Whether a plate moves alike along its length.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Uniformity {
+    /// No place departs from the mean by more than is allowed.
+    Uniform,
+    /// A place does.
+    NotUniform,
+    /// The errors are too large to tell.
+    Undecided,
+}
+
 /// `[force]`: matrix, tare, drift and noise of the force sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -225,6 +267,9 @@ pub struct CalibrationFile {
     /// The same plate under a finger, by `calibrate plate --finger`; never used as a constant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub finger: Option<MeasuredFinger>,
+    /// The amplitude along the plate, by `calibrate plate --along N`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile: Option<MeasuredProfile>,
     /// Result of `calibrate force`; `None` until it passes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<MeasuredForce>,
@@ -285,6 +330,7 @@ impl CalibrationFile {
             pickup: None,
             plate: None,
             finger: None,
+            profile: None,
             force: None,
             channels: None,
             output: None,

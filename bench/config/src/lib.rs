@@ -23,7 +23,8 @@ mod tests;
 
 pub use calibration_file::{
     CalibrationFile, CalibrationFileError, MeasuredChannels, MeasuredDelay, MeasuredFinger,
-    MeasuredForce, MeasuredInput, MeasuredPickup, MeasuredPlate,
+    MeasuredForce, MeasuredInput, MeasuredPickup, MeasuredPlate, MeasuredProfile, ProfilePlace,
+    Uniformity,
 };
 pub use calibration_rules::{CalibrationRules, GRAVITY};
 pub use correction::{Correction, Implausible, MOST_CROSSTALK};

@@ -16,7 +16,7 @@ use devices::driving_time;
 use devices::loudspeaker::Loudspeaker;
 use devices::{Bench, Boot, ThreadPriorities};
 use jiff::tz::TimeZone;
-use protocols::{NOT_STATED, ParticipantId, Protocol};
+use protocols::{NOT_STATED, ParticipantId, PersonDetail, Protocol};
 use recording::study::event_log::Start;
 use recording::study::{self, GeneratedBy, Study};
 use signalgen::StreamDirection;
@@ -196,6 +196,15 @@ pub fn run(
     if plan.headless && !ask.is_empty() {
         let unstated: Vec<_> = ask.drain(..).map(|detail| detail.to_string()).collect();
         front.show(note(format!("not stated: {}", unstated.join(", "))));
+    }
+    for detail in PersonDetail::ALL {
+        let (typed, held) = (plan.person.text(detail), stated.text(detail));
+        if typed != NOT_STATED && typed != held {
+            front.show(warning(format!(
+                "participants.tsv says {detail} {held} of {}, and keeps it: {typed} was not taken",
+                plan.participant
+            )));
+        }
     }
     let questions = Questions::new(ask);
     let (entries, journal_entries) = crossbeam_channel::unbounded();

@@ -35,8 +35,8 @@ pub struct FingerProcedure {
     note: Option<String>,
     /// Response under the finger, at the tones of the bare plate; empty until it is measured.
     pub(crate) responses: Vec<Response>,
-    /// Normal force while the tones sounded: mean and standard deviation, N, and number of readings.
-    pub(crate) force_n: (f64, f64, usize),
+    /// Normal force while the tones sounded, N.
+    pub(crate) force: HeldForce,
     pub(crate) level_v: f64,
 }
 
@@ -80,7 +80,7 @@ impl FingerProcedure {
             tries: 0,
             note: None,
             responses: Vec::new(),
-            force_n: (0.0, 0.0, 0),
+            force: HeldForce::default(),
             level_v: FINGER_V,
         })
     }
@@ -128,10 +128,39 @@ impl FingerProcedure {
         }
         let settle_s = self.bare.inner().settle_s();
         self.responses = plate_look::responses(capture, &self.config, settle_s)?;
-        let (mean_n, deviation_n) = mean_and_deviation(&capture.normal_n);
-        self.force_n = (mean_n, deviation_n, capture.normal_n.len());
+        self.force = HeldForce::of(&capture.normal_n);
         self.stage = Stage::Lifting;
         Ok(NextStep::Ask(Request::Unload))
+    }
+}
+
+/// Normal force of a resting finger.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct HeldForce {
+    /// Mean, N.
+    pub mean_n: f64,
+    /// Standard deviation, N.
+    pub spread_n: f64,
+    /// Standard error of the mean, N.
+    pub error_n: f64,
+    /// Degrees of freedom of the error.
+    pub degrees_of_freedom: usize,
+}
+
+impl HeldForce {
+    /// The force wanders and trembles, so that neighbouring readings are alike: the error is that of the means of pieces.
+    fn of(readings_n: &[f64]) -> Self {
+        const PIECES: usize = 10;
+        let (mean_n, spread_n) = mean_and_deviation(readings_n);
+        let pieces = readings_n.chunks(readings_n.len().div_ceil(PIECES).max(1));
+        let means: Vec<f64> = pieces.map(|piece| mean_and_deviation(piece).0).collect();
+        let degrees_of_freedom = means.len().saturating_sub(1);
+        Self {
+            mean_n,
+            spread_n,
+            error_n: mean_and_deviation(&means).1 / (degrees_of_freedom.max(1) as f64).sqrt(),
+            degrees_of_freedom,
+        }
     }
 }
 

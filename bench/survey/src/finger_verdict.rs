@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::fmt::Write as _;
 
 use anyhow::bail;
-use calibration::judged::{Calibrates, Judged, Part};
+use calibration::judged::{Beside, Calibrates, Judged, Part};
 use calibration::plate_procedure::PlateProcedure;
 use config::{MeasuredFinger, MeasuredPlate, Provenance, Quantity};
 use figures::{Figure, Ink, Marker, Series};
@@ -26,7 +26,7 @@ impl Calibrates for FingerProcedure {
 
     fn judge(&self, date: Timestamp, operator: &str) -> anyhow::Result<Judged> {
         let mut judged = self.bare.judge(date, operator)?;
-        let Part::Plate { plate, .. } = judged.part else {
+        let Part::Plate { plate, profile, .. } = judged.part else {
             bail!("the bare plate was not measured");
         };
         let pairs = self.pairs(&plate);
@@ -41,13 +41,18 @@ impl Calibrates for FingerProcedure {
             finger.drive_v,
             shift(&finger, &plate),
         ));
-        judged.beside.push(("plate-finger", csv(&pairs)));
+        judged.beside.push(Beside {
+            stem: "plate-finger",
+            table: csv(&pairs),
+            figure: None,
+        });
         if let Some(figure) = &mut judged.figure {
             draw(figure, &pairs, &finger);
         }
         judged.part = Part::Plate {
             plate,
             finger: Some(Box::new(finger)),
+            profile,
         };
         Ok(judged)
     }
@@ -70,7 +75,7 @@ impl FingerProcedure {
     }
 
     fn finger(&self, date: Timestamp, operator: &str) -> MeasuredFinger {
-        let (mean_n, spread_n, readings) = self.force_n;
+        let force = self.force;
         // A finger need not leave a single resonance; what it leaves is in the table.
         let fit = PlateFit::fit(&self.responses, CHANNEL_MATCH).ok();
         let quantity = |of: fn(&PlateFit) -> metrology::FittedValue, unit| {
@@ -88,13 +93,8 @@ impl FingerProcedure {
                     self.responses.len()
                 ),
             },
-            normal_n: Quantity::new(
-                mean_n,
-                spread_n / (readings.max(1) as f64).sqrt(),
-                readings.saturating_sub(1),
-                "N",
-            ),
-            normal_spread_n: spread_n,
+            normal_n: Quantity::new(force.mean_n, force.error_n, force.degrees_of_freedom, "N"),
+            normal_spread_n: force.spread_n,
             drive_v: self.level_v,
             resonance_hz: quantity(|fit| fit.resonance_hz, "Hz"),
             quality: quantity(|fit| fit.quality, "1"),

@@ -27,3 +27,5 @@ pub use rehearsal_hand::RehearsalHand;
 pub use senses::Senses;
 pub use settings::ApparatusConfig;
 pub use simulation::{Apparatus, ApparatusClock};
+
+pub use crate::vibrometer::VibrometerAim;

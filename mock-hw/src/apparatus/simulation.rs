@@ -18,7 +18,7 @@ use super::world::World;
 use crate::host::{SoundCards, cpal_host};
 use crate::pins::{PinBoard, Pins};
 use crate::serial::DeviceStart;
-use crate::vibrometer::Vibrometer;
+use crate::vibrometer::{Vibrometer, VibrometerAim};
 use crate::voltmeter::Voltmeter;
 use crate::world_clock::{Lateness, Pace, WorldClock};
 
@@ -69,6 +69,7 @@ pub struct Apparatus {
     pins: Option<Pins>,
     force_port: Option<PathBuf>,
     vibrometer_port: Option<PathBuf>,
+    vibrometer_aim: VibrometerAim,
     voltmeter_port: Option<PathBuf>,
     stop: Arc<AtomicBool>,
     driver: Driver,
@@ -112,7 +113,8 @@ impl Apparatus {
         let force_port = force.path();
         let vibrometer = Vibrometer::open(config.seed, config.pace == Pace::Stepped)
             .map_err(ApparatusError::Serial)?;
-        let vibrometer_port = vibrometer.path().map(Path::to_owned);
+        let (vibrometer_port, vibrometer_aim) =
+            (vibrometer.path().map(Path::to_owned), vibrometer.aim());
         let stepped = config.pace == Pace::Stepped;
         let voltmeter = Voltmeter::open(&scenario.meter, config.seed, stepped)
             .map_err(ApparatusError::Serial)?;
@@ -146,6 +148,7 @@ impl Apparatus {
             rehearsal,
             force_port,
             vibrometer_port,
+            vibrometer_aim,
             voltmeter_port,
             stop,
             driver,
@@ -178,6 +181,12 @@ impl Apparatus {
     /// [`ApparatusError::NoSerialPort`] where the operating system has no pseudo-terminals.
     pub fn vibrometer_port(&self) -> Result<&Path, ApparatusError> {
         port(&self.vibrometer_port, "vibrometer")
+    }
+
+    /// Returns a handle that aims the vibrometer.
+    #[must_use]
+    pub fn vibrometer_aim(&self) -> VibrometerAim {
+        self.vibrometer_aim.clone()
     }
 
     /// Returns the serial port of a voltmeter across the actuators, to be opened by path: twenty lines a second, each

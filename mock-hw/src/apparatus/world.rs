@@ -23,7 +23,7 @@ use mock_world::fingertip::Fingertip;
 use mock_world::person::Person;
 use mock_world::plant::Plant;
 use mock_world::run_truth::TruthWriter;
-use mock_world::scenario::SoundLayerTable;
+use mock_world::scenario::{PlateTable, SoundLayerTable};
 use mock_world::seed;
 
 /// Everything simulated, and what it shares with the bench.
@@ -48,6 +48,7 @@ pub(super) struct World {
     inputs: Vec<f32>,
     vibrometer: Vibrometer,
     voltmeter: Voltmeter,
+    plate: PlateTable,
     /// Share of the spread of the sound layer's delay on this opening.
     delay_share: f64,
 }
@@ -97,6 +98,7 @@ impl World {
             inputs: vec![0.0; most_frames * scenario.converter.channels],
             vibrometer,
             voltmeter,
+            plate: scenario.plate.clone(),
             delay_share,
         }
     }
@@ -144,7 +146,7 @@ impl World {
         let now_s = 1e-9 * self.clock.ns_of(self.step) as f64;
         self.force.send(self.plant.forces(), now_s)?;
         self.vibrometer
-            .watch(self.plant.truth(), now_s)
+            .watch(self.plant.truth(), &self.plate, now_s)
             .map_err(ApparatusError::Serial)?;
         self.voltmeter
             .watch(self.plant.volts(), now_s)

@@ -9,6 +9,8 @@ const RANGES: &[(&str, f64, f64)] = &[
     ("plate.modal_mass_kg", 1e-4, 1.0),
     ("plate.damping_n_s_per_m", 0.01, 1e3),
     ("plate.force_factor_n_per_v", 1e-4, 10.0),
+    ("plate.end_drop", -0.5, 0.5),
+    ("plate.length_m", 0.01, 1.0),
     ("plate.second_mode.resonance_hz", 5e3, 80e3),
     ("plate.second_mode.modal_mass_kg", 1e-4, 1.0),
     ("plate.second_mode.quality", 1.0, 1e4),

@@ -10,7 +10,7 @@ use std::path::Path;
 use bench_tests::room::{Room, refused};
 use bench_tests::session::{finish, text};
 use bench_tests::truth::Bench;
-use config::{CalibrationFile, Config, Effective, Quantity};
+use config::{CalibrationFile, Config, Effective, Quantity, Uniformity};
 use rayon::prelude::*;
 
 /// An unknown bench, whose converter has the resolution and noise of a 16, 20 or 24 bit one.
@@ -143,6 +143,33 @@ fn a_plate_under_a_finger_is_kept_beside_the_bare_one_and_changes_no_constant() 
     assert!(printed.contains("was taken out"), "{printed}");
     let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
     assert_eq!(calibration.finger, None);
+}
+
+#[test]
+fn the_amplitude_along_the_plate_is_found_and_judged() {
+    for (end_drop, verdict) in [(0.0, Uniformity::Uniform), (0.08, Uniformity::NotUniform)] {
+        let room = Room::new(&format!("[plate]\nend_drop = {end_drop:?}\n"), 1);
+        refused(
+            room.calibrate(&["plate", "--along", "5"]),
+            &["calibrate pickup"],
+        );
+        room.succeed(&["pickup"]);
+        room.succeed(&["plate", "--along", "5"]);
+        let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
+        let profile = calibration.profile.unwrap();
+        assert_eq!(profile.verdict, verdict, "{profile:?}");
+        for place in &profile.places {
+            let from_middle = 2.0 * place.position_m / 0.105 - 1.0;
+            let truth = 1.0 - end_drop * from_middle * from_middle;
+            // The vibrometer's own scale is common to all places and to the pickup.
+            let miss = (place.ratio - truth).abs();
+            assert!(miss < 5e-3, "{place:?}, truth {truth}");
+        }
+        // A sensitivity that is measured anew makes it another ratio.
+        room.succeed(&["pickup"]);
+        let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
+        assert_eq!(calibration.profile, None);
+    }
 }
 
 #[test]

@@ -51,6 +51,25 @@ fn a_protocol_keeps_what_it_asks_for_and_nothing_else() {
     );
 }
 
+#[test]
+fn what_was_stated_stays_and_another_answer_is_told_of() {
+    let (folder, study) = room();
+    let asking = folder.path().join("asking.toml");
+    let text_of_it = fs::read_to_string(protocol("one-exploration.toml")).unwrap();
+    let asks = "[participant]\nask = [\"age\"]\n\n[drive]";
+    fs::write(&asking, text_of_it.replacen("[drive]", asks, 1)).unwrap();
+    for (age, more) in [("31", None), ("32", Some("--new-session"))] {
+        let mut run = unattended(&study, "sub-01", &asking);
+        let output = finish(run.args(["--age", age]).args(more));
+        let printed = text(&output);
+        assert!(output.status.success(), "{printed}");
+        let told = printed.contains("says age 31 of sub-01, and keeps it: 32 was not taken");
+        assert_eq!(told, age == "32", "{printed}");
+    }
+    let table = fs::read_to_string(study.join("participants.tsv")).unwrap();
+    assert!(table.ends_with("\t31\tn/a\tn/a\n"), "{table}");
+}
+
 /// A recording of silence.
 fn silence(folder: &Path) {
     let text = r#"

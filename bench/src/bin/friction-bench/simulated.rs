@@ -15,7 +15,7 @@ use friction_bench::cli::Speed;
 use jiff::Timestamp;
 use mock_hw::apparatus::{
     Apparatus as SimulatedApparatus, ApparatusClock, ApparatusConfig, FaultPanel, MassSet,
-    Patchbay, RehearsalHand, Senses,
+    Patchbay, RehearsalHand, Senses, VibrometerAim,
 };
 use mock_hw::world_clock::Pace;
 use mock_world::person::{Cue, Instruction, Percept};
@@ -92,7 +92,12 @@ pub fn apparatus(
         apparatus.clock(),
     );
     let watchers = vec![participant(apparatus.senses()), holder(hold)];
-    let hands = hands(apparatus.masses(), apparatus.patchbay(), apparatus.senses());
+    let hands = hands(
+        apparatus.masses(),
+        apparatus.patchbay(),
+        apparatus.senses(),
+        apparatus.vibrometer_aim(),
+    );
     let estop_hand = estop_hand(apparatus.faults());
     let fault_hand = fault_hand(apparatus.rehearsal());
     let (clock, schedule, guard): (Arc<dyn Clock>, _, Box<dyn Send>) = match speed {
@@ -241,7 +246,7 @@ fn participant(senses: Senses) -> Watcher {
 }
 
 /// Does at the apparatus what a calibration asks of its operator.
-fn hands(masses: MassSet, patchbay: Patchbay, senses: Senses) -> Hands {
+fn hands(masses: MassSet, patchbay: Patchbay, senses: Senses, aim: VibrometerAim) -> Hands {
     Box::new(move |request| match *request {
         Request::Load { axis, mass_kg } => {
             let axis = match axis {
@@ -254,6 +259,7 @@ fn hands(masses: MassSet, patchbay: Patchbay, senses: Senses) -> Hands {
             masses.remove();
             senses.show(Percept::default());
         }
+        Request::MoveVibrometer { position_m } => aim.at(position_m),
         Request::RestFinger { least_n, most_n } => senses.show(Percept {
             instruction: Instruction::GetReady,
             force_band_n: Some((least_n, most_n)),

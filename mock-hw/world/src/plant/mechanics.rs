@@ -111,7 +111,7 @@ impl PlateState {
     #[inline]
     pub fn surface(&self, modes: &Modes) -> f64 {
         let [first, second] = &modes.modes;
-        (self.0[1] + second.contact_ratio * self.0[3]) / first.omega_rad_per_s
+        (first.contact_ratio * self.0[1] + second.contact_ratio * self.0[3]) / first.omega_rad_per_s
     }
 
     /// Zeroes a state below any converter's resolution, before it decays into denormal numbers.
@@ -194,6 +194,11 @@ impl Propagator {
         &self.modes
     }
 
+    /// Takes the carrier mode's shape where the finger is, from the next [`Self::set`] on.
+    pub fn set_shape(&mut self, shape: f64) {
+        self.modes.modes[0].contact_ratio = shape;
+    }
+
     /// Recomputes the step for other contact and tissue constants.
     pub fn set(&mut self, contact: SkinContact, tissue: Tissue) {
         let matrix = self.matrix(contact, tissue);
@@ -212,11 +217,15 @@ impl Propagator {
             power[2 * mode][STATES] = m.force_factor_n_per_v / m.mass_kg * self.interval_s;
         }
 
-        let second = &self.modes.modes[1];
-        let per_omega = 1.0 / self.modes.modes[0].omega_rad_per_s;
+        let [first, second] = &self.modes.modes;
+        let per_omega = 1.0 / first.omega_rad_per_s;
         let outputs = [
-            (PICKUP_LANE, second.pickup_ratio, &self.at_pickup),
-            (SURFACE_LANE, second.contact_ratio, &self.at_middle),
+            (PICKUP_LANE, [1.0, second.pickup_ratio], &self.at_pickup),
+            (
+                SURFACE_LANE,
+                [first.contact_ratio, second.contact_ratio],
+                &self.at_middle,
+            ),
         ];
         let mut exponential = [[0.0; LANES]; STATES + OUTPUTS];
         let mut integral = [[0.0; ORDER]; STATES + OUTPUTS];
@@ -226,10 +235,10 @@ impl Propagator {
                 accumulate(&mut exponential[i], &power[i], self.whole.exponential[k]);
                 accumulate(&mut integral[i], &self.whole.integral[k], power[i][STATES]);
             }
-            for (lane, ratio, weights) in outputs {
+            for (lane, ratios, weights) in outputs {
                 let mut displacement = [0.0; LANES];
-                accumulate(&mut displacement, &power[1], per_omega);
-                accumulate(&mut displacement, &power[3], per_omega * ratio);
+                accumulate(&mut displacement, &power[1], per_omega * ratios[0]);
+                accumulate(&mut displacement, &power[3], per_omega * ratios[1]);
                 accumulate(
                     &mut exponential[lane],
                     &displacement,
@@ -283,11 +292,11 @@ impl Propagator {
         }
     }
 
-    /// Returns A·T of ż = A z + B U for the contact spring e = x_1 + c x_2 − x_t.
+    /// Returns A·T of ż = A z + B U for the contact spring e = s x_1 + c x_2 − x_t.
     fn matrix(&self, contact: SkinContact, tissue: Tissue) -> [[f64; LANES]; STATES] {
         let omega0 = self.modes.modes[0].omega_rad_per_s;
-        let ratio = self.modes.modes[1].contact_ratio;
-        let elongation = [1.0, ratio, -1.0];
+        let [first, second] = &self.modes.modes;
+        let elongation = [first.contact_ratio, second.contact_ratio, -1.0];
         let masses = [
             self.modes.modes[0].mass_kg,
             self.modes.modes[1].mass_kg,

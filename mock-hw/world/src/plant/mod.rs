@@ -456,6 +456,8 @@ impl Plant {
                 stiffness_n_per_m: k_c,
                 damping_n_s_per_m: film.loss_factor() * k_c / self.omega_rad_per_s,
             };
+            self.propagator
+                .set_shape(self.scenario.plate.shape(self.finger.position_m));
             self.propagator.set(contact, tissue);
 
             now.gap_m = gap_m;
@@ -465,6 +467,7 @@ impl Plant {
             now.lateral_n = now.mu * normal_n * self.slide(dt_s);
         } else {
             if self.contact.take().is_some() {
+                self.propagator.set_shape(1.0);
                 self.propagator.set(SkinContact::default(), tissue);
             }
             self.bristle_m = 0.0;

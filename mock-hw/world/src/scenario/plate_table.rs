@@ -17,6 +17,10 @@ pub struct PlateTable {
     pub damping_n_s_per_m: f64,
     /// Force factor γ of the actuators on the carrier mode, N/V.
     pub force_factor_n_per_v: f64,
+    /// Share by which the carrier mode's amplitude is lower at either end than in the middle, along a parabola.
+    pub end_drop: f64,
+    /// Length of the plate, m.
+    pub length_m: f64,
     /// A mode that the bench's estimator does not model.
     pub second_mode: SecondModeTable,
 }
@@ -28,6 +32,8 @@ impl Default for PlateTable {
             modal_mass_kg: 0.008,
             damping_n_s_per_m: 7.01,
             force_factor_n_per_v: 0.13,
+            end_drop: 0.0,
+            length_m: 0.105,
             second_mode: SecondModeTable::default(),
         }
     }
@@ -71,6 +77,13 @@ impl PlateTable {
         std::f64::consts::TAU * self.resonance_hz
     }
 
+    /// Returns the carrier mode's amplitude at a position along the plate over that at the middle, where the pickup is.
+    #[must_use]
+    pub fn shape(&self, position_m: f64) -> f64 {
+        let from_middle = (2.0 * position_m / self.length_m - 1.0).clamp(-1.0, 1.0);
+        1.0 - self.end_drop * from_middle * from_middle
+    }
+
     /// Requires every number of the table to lie in its range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         all_within! { "plate", self,
@@ -78,6 +91,8 @@ impl PlateTable {
             modal_mass_kg: 1e-4, 1.0, "kg";
             damping_n_s_per_m: 0.01, 1e3, "N·s/m";
             force_factor_n_per_v: 1e-4, 10.0, "N/V";
+            end_drop: -0.5, 0.5, "";
+            length_m: 0.01, 1.0, "m";
         }
         self.second_mode.check()
     }

@@ -1,0 +1,171 @@
+//! Whether the plate moves alike along its length, and how its profile is kept and drawn.
+
+use std::fmt::Write as _;
+
+use anyhow::bail;
+use calibration::judged::{Beside, Calibrates, Judged, Part};
+use calibration::plate_procedure::PlateProcedure;
+use config::{MeasuredProfile, ProfilePlace, Provenance, Quantity, Uniformity};
+use figures::{Axis, Dash, Figure, Ink, Key, Marker, Panel, Series, Width};
+use jiff::Timestamp;
+
+use crate::profile_procedure::{Place, ProfileProcedure};
+
+/// Largest departure from the mean along the length of a plate that moves alike (an assumption of this project; 5 % at the
+/// ends of the 60 mm that are kept bias σ_t by 3 %).
+pub const UNIFORM: f64 = 0.02;
+/// Standard errors within which a departure is not told from the limit.
+const SURE: f64 = 2.0;
+
+/// Returns the largest departure of a place from the mean, relative, with its standard error, and the verdict.
+pub(crate) fn judged(places: &[Place]) -> (f64, f64, Uniformity) {
+    let mean = places.iter().map(|place| place.ratio).sum::<f64>() / places.len() as f64;
+    let departure = |place: &Place| (place.ratio / mean - 1.0, place.error / mean);
+    let largest = places
+        .iter()
+        .map(departure)
+        .max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+    let (departure, error) = largest.unwrap_or((f64::NAN, f64::NAN));
+    let size = departure.abs();
+    let verdict = if size + SURE * error <= UNIFORM {
+        Uniformity::Uniform
+    } else if size - SURE * error > UNIFORM {
+        Uniformity::NotUniform
+    } else {
+        Uniformity::Undecided
+    };
+    (departure, error, verdict)
+}
+
+impl Calibrates for ProfileProcedure {
+    const NAME: &'static str = PlateProcedure::NAME;
+
+    fn judge(&self, date: Timestamp, operator: &str) -> anyhow::Result<Judged> {
+        let mut judged = self.plate.judge(date, operator)?;
+        let Part::Plate { plate, finger, .. } = judged.part else {
+            bail!("the plate was not measured");
+        };
+        let profile = self.profile(date, operator);
+        judged
+            .remarks
+            .push(format!("along the plate  {}", words(&profile)));
+        judged.beside.push(Beside {
+            stem: "plate-profile",
+            table: csv(&self.places),
+            figure: Some(draw(&self.places, &profile)),
+        });
+        judged.part = Part::Plate {
+            plate,
+            finger,
+            profile: Some(Box::new(profile)),
+        };
+        Ok(judged)
+    }
+}
+
+impl ProfileProcedure {
+    fn profile(&self, date: Timestamp, operator: &str) -> MeasuredProfile {
+        let (departure, error, verdict) = judged(&self.places);
+        let freedom = self.places.len() - 1;
+        MeasuredProfile {
+            measured: Provenance {
+                date,
+                operator: operator.to_owned(),
+                method: format!(
+                    "a vibrometer at {} places, over the pickup's amplitude; errors hold the readings' scatter, and not what all \
+                     places share",
+                    self.places.len()
+                ),
+            },
+            carrier_hz: self.carrier_hz(),
+            drive_v: self.level_v,
+            verdict,
+            largest_departure: Quantity::new(departure, error, freedom, "1"),
+            places: self
+                .places
+                .iter()
+                .map(|place| ProfilePlace {
+                    position_m: place.position_m,
+                    ratio: place.ratio,
+                    standard_error: place.error,
+                })
+                .collect(),
+        }
+    }
+}
+
+/// Returns the verdict in words.
+fn words(profile: &MeasuredProfile) -> String {
+    let verdict = match profile.verdict {
+        Uniformity::Uniform => "uniform",
+        Uniformity::NotUniform => "NOT UNIFORM",
+        Uniformity::Undecided => "undecided: measure longer or more carefully",
+    };
+    let departure = &profile.largest_departure;
+    format!(
+        "{verdict}; the largest departure from the mean is {:+.2} ± {:.3} %, {:.0} % is allowed",
+        100.0 * departure.value,
+        100.0 * departure.standard_error,
+        100.0 * UNIFORM
+    )
+}
+
+fn csv(places: &[Place]) -> String {
+    let mut text = String::from("position_m,ratio,standard_error\n");
+    for place in places {
+        let _ = writeln!(
+            text,
+            "{:.6},{},{}",
+            place.position_m, place.ratio, place.error
+        );
+    }
+    text
+}
+
+fn draw(places: &[Place], profile: &MeasuredProfile) -> Figure {
+    let mean = places.iter().map(|place| place.ratio).sum::<f64>() / places.len() as f64;
+    let over = |value: &dyn Fn(&Place) -> f64| -> Vec<(f64, f64)> {
+        let at = places.iter();
+        at.map(|place| (1e3 * place.position_m, value(place)))
+            .collect()
+    };
+    let error = |place: &Place| SURE * place.error;
+    let band = places
+        .iter()
+        .map(|place| {
+            let x = 1e3 * place.position_m;
+            (x, place.ratio - error(place), place.ratio + error(place))
+        })
+        .collect();
+    let level = |share: f64| over(&|_| mean * (1.0 + share));
+    Figure {
+        name: "plate-profile".to_owned(),
+        title: "Amplitude along the plate".to_owned(),
+        caption: format!(
+            "Amplitude by the vibrometer at places along the plate over that of the pickup (circles; band: two standard errors), the \
+             mean, and ±{:.0} % about it (dashed; Huloux 2021, section III-B: uniform along the length). {}. Measured {} by {}: {}.",
+            100.0 * UNIFORM,
+            words(profile),
+            profile.measured.date,
+            profile.measured.operator,
+            profile.measured.method,
+        ),
+        width: Width::Column,
+        columns: 1,
+        panel_height_mm: 44.0,
+        key: Key::InPanels,
+        panels: vec![Panel {
+            series: vec![
+                Series::band(Ink::Blue, band),
+                Series::line(Ink::Grey, Dash::Solid, level(0.0)),
+                Series::line(Ink::Grey, Dash::Dashed, level(UNIFORM)),
+                Series::line(Ink::Grey, Dash::Dashed, level(-UNIFORM)),
+                Series::points(Ink::Black, Marker::Circle, over(&|place| place.ratio)),
+            ],
+            ..Panel::new(
+                Axis::linear("Position along the plate (mm)"),
+                Axis::linear("Amplitude over the pickup's"),
+            )
+        }],
+    }
+}

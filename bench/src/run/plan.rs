@@ -14,8 +14,7 @@ use signalgen::DriveSettings;
 use strict::InFile;
 
 use crate::apparatus::pace;
-use crate::dates;
-use crate::driving_time;
+use crate::{calibrate, dates, driving_time};
 use preflight::Table;
 
 pub(super) const NAME: &str = "friction-bench";
@@ -47,6 +46,8 @@ pub struct Plan {
     pub rehearsed: Vec<String>,
     /// What nobody has measured although the bench's safety rests on it.
     pub(super) unverified: Vec<String>,
+    /// Where the calibration lies, and beside it the plate's warmth.
+    pub(super) calibration: PathBuf,
     pub(super) settings: DriveSettings,
     pub(super) carrier_hz: f64,
 }
@@ -182,6 +183,7 @@ impl Plan {
             protocol: file,
             participant,
             study: options.study.clone(),
+            calibration: calibrate::path(&options.hardware),
             consent_by: options.consent_by.clone(),
             resume: options.resume,
             new_session: options.new_session,

@@ -27,6 +27,8 @@ pub struct Apparatus {
     pub voltmeter_port: Option<PathBuf>,
     /// Presses and releases the e-stop after a moment; `None` where that takes a person.
     pub estop_hand: Option<Box<dyn FnOnce() + Send>>,
+    /// Faults that are injected, in the form of `--fault`: what is measured is a rehearsal.
+    pub rehearsed: Vec<String>,
     /// Brings faults over simulated hardware; `None` where that takes a person.
     pub fault_hand: Option<drill::FaultHand>,
 }

@@ -28,6 +28,7 @@ use volts::{OutputProcedure, OutputSetup, VoltMeter};
 
 use crate::apparatus::Apparatus;
 use crate::cli;
+use crate::rehearsed;
 use crate::verbosity::Verbosity;
 
 /// Name of the calibration file where none is given.
@@ -159,6 +160,27 @@ fn own(calibration: &mut CalibrationFile, identity: Identity, path: &Path) -> an
         .with_context(|| other_bench(path))
 }
 
+/// Requires a file in which nothing measured stands beside something rehearsed.
+fn require_apart(
+    calibration: &CalibrationFile,
+    rehearsed: &[String],
+    path: &Path,
+) -> anyhow::Result<()> {
+    let was = !calibration.rehearsed.is_empty();
+    if calibration.is_empty() || was != rehearsed.is_empty() {
+        return Ok(());
+    }
+    let (holds, this) = if was {
+        ("a rehearsal", "no rehearsal")
+    } else {
+        ("what was measured", "a rehearsal (faults are injected)")
+    };
+    bail!(
+        "{} holds {holds}, and this is {this}: name another file with --calibration",
+        path.display()
+    )
+}
+
 /// What takes minutes to measure must have a place to go to.
 fn require_writable(path: &Path) -> anyhow::Result<()> {
     let folder = match path.parent() {
@@ -246,14 +268,19 @@ impl<'a> Begun<'a> {
         procedure: C,
     ) -> anyhow::Result<Report> {
         let Apparatus {
-            hardware, hands, ..
+            hardware,
+            hands,
+            rehearsed,
+            ..
         } = apparatus;
+        require_apart(&self.calibration, &rehearsed, &self.path)?;
         let config = self.bench.config();
         let notices = config.safety_notices(config.plate.resonance_hz);
         // The page has one line for the title and the step; the report has all the words.
         let loosened = (!config.loosened().is_empty()).then(|| "limits loosened".to_owned());
         let title = [
             Some(format!("calibrate {}", C::NAME)),
+            (!rehearsed.is_empty()).then(|| "REHEARSAL".to_owned()),
             loosened,
             config.safety.waiver_in_words(),
         ]
@@ -270,10 +297,15 @@ impl<'a> Begun<'a> {
             let (guided, screen) = Guided::open(title, simulated, stop.clone())?;
             Ok((Box::new(guided), Some(screen)))
         };
-        let account = driving_time::of_bench(&self.path, config, &hardware)?;
+        let ledger = if C::DRIVES_A_FINGER {
+            driving_time::of_monitor(None, &self.path, config, &hardware)?
+        } else {
+            driving_time::of_clear_plate(&self.path, config, &hardware)?
+        };
+        driving_time::require_cool(&ledger.warmth, hardware.clock.as_ref())?;
         let bench = &self.bench;
         let outcome = rig::run(
-            bench, hardware, account, hands, instrument, attend, procedure,
+            bench, hardware, ledger, hands, instrument, attend, procedure,
         )?;
         own(&mut self.calibration, outcome.identity, &self.path)?;
         let Judged {
@@ -283,25 +315,49 @@ impl<'a> Begun<'a> {
             faults,
             stem,
             table,
-            figure,
-            beside,
+            mut figure,
+            mut beside,
         } = outcome
             .procedure
             .judge(outcome.date, &self.measure.operator)?;
+        let notice = rehearsed::notice(&rehearsed);
+        let named = |stem: &str| match &notice {
+            Some(_) => format!("rehearsal-{stem}"),
+            None => stem.to_owned(),
+        };
+        if let Some(notice) = &notice {
+            let beside = beside
+                .iter_mut()
+                .filter_map(|beside| beside.figure.as_mut());
+            for figure in figure.iter_mut().chain(beside) {
+                figure.caption = format!("{notice}. {}", figure.caption);
+            }
+            remarks.insert(0, notice.clone());
+        }
         remarks.extend(notices);
         remarks.push(format!("driven for       {:.1} s", outcome.driven_s));
-        let mut written = write_beside(&self.path, stem, &table, figure.as_ref())?;
+        let mut written = write_beside(&self.path, &named(stem), &table, figure.as_ref())?;
         for Beside {
             stem,
             table,
             figure,
         } in &beside
         {
-            written.extend(write_beside(&self.path, stem, table, figure.as_ref())?);
+            written.extend(write_beside(
+                &self.path,
+                &named(stem),
+                table,
+                figure.as_ref(),
+            )?);
         }
         let passed = faults.is_empty();
         if passed {
             remarks.extend(part.put_into(&mut self.calibration));
+            for fault in rehearsed {
+                if !self.calibration.rehearsed.contains(&fault) {
+                    self.calibration.rehearsed.push(fault);
+                }
+            }
             disk::replace_file(&self.path, self.calibration.to_text()?.as_bytes())
                 .context("cannot write the calibration")?;
             written.push(self.path);

@@ -179,6 +179,16 @@ pub struct Monitor {
     /// check].
     #[arg(long, value_name = "VOLTS", allow_negative_numbers = true)]
     pub drive_v: Option<f64>,
+    /// Whose finger is on the driven plate: the time counts on this participant's hour [default: on the hour of
+    /// everybody who comes to this bench].
+    #[arg(long, value_name = "ID", requires = "study", requires = "drive_v")]
+    pub participant: Option<String>,
+    /// Study of the participant.
+    #[arg(long, value_name = "DIR", requires = "participant")]
+    pub study: Option<PathBuf>,
+    /// Nobody's finger is on the driven plate: the time counts on no person's hour.
+    #[arg(long, requires = "drive_v", conflicts_with = "participant")]
+    pub clear_plate: bool,
     /// Run without a valid calibration; the screen says so.
     #[arg(long, conflicts_with = "calibration")]
     pub uncalibrated: bool,

@@ -5,10 +5,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use crossbeam_channel::{Receiver, Sender};
+use protocols::ParticipantId;
 use signalgen::{Program, Waveform};
 use tui::event::{LogLevel, PhaseKind, PhaseView};
+use tui::{Instruction, ParticipantView};
 
 use config::Effective;
 use console::{Dashboard, DashboardThread, Front, Headless, safety_event};
@@ -19,7 +21,7 @@ use recording::pipeline::{Account, Batch};
 use safety::{Hold, SafetyState, Signals, Trip};
 use tasks::{StopFlag, Task};
 
-use crate::apparatus::{Apparatus, pace};
+use crate::apparatus::{Apparatus, Watcher, pace};
 use crate::dates;
 use crate::{calibrate, rehearsed};
 use live::interference::Interference;
@@ -40,7 +42,11 @@ pub struct Plan {
     program: Option<Program>,
     duration_s: Option<f64>,
     headless: bool,
-    /// Where the calibration lies, and beside it the account of the driving time.
+    /// Folder of the participant whose finger is on the plate; `None` if nobody is named.
+    participant: Option<PathBuf>,
+    /// Whether no finger is on it.
+    clear_plate: bool,
+    /// Where the calibration lies, and beside it the account of the driving time and the plate's warmth.
     calibration: PathBuf,
     /// Faults that are injected, in the form of `--fault`.
     pub rehearsed: Vec<String>,
@@ -77,6 +83,8 @@ impl Plan {
             program,
             duration_s: options.duration_s,
             headless: options.headless,
+            participant: participant_folder(options)?,
+            clear_plate: options.clear_plate,
             calibration: calibrate::path(&options.hardware),
             rehearsed: Vec::new(),
         })
@@ -87,6 +95,24 @@ impl Plan {
     pub fn drives(&self) -> bool {
         self.program.is_some()
     }
+}
+
+/// Returns the folder of the participant who is named.
+fn participant_folder(options: &crate::cli::Monitor) -> anyhow::Result<Option<PathBuf>> {
+    let Some((participant, study)) = options.participant.as_ref().zip(options.study.as_ref())
+    else {
+        return Ok(None);
+    };
+    let participant: ParticipantId = participant.parse()?;
+    let folder = study.join(participant.as_str());
+    if !folder.is_dir() {
+        bail!(
+            "{} does not exist: {participant} has no session yet; without --participant the time counts for whoever comes \
+             within the hour",
+            folder.display()
+        );
+    }
+    Ok(Some(folder))
 }
 
 /// Watches until the operator or the duration ends it; false when the safety watch did.
@@ -104,17 +130,29 @@ pub fn run(
         program,
         duration_s,
         headless,
+        participant,
+        clear_plate,
         calibration,
         rehearsed,
     } = plan;
     let (config, simulated) = (effective.config(), apparatus.hardware.simulated);
-    let account = match program {
+    let prompt = HoldPrompt {
+        watchers: apparatus.watchers,
+        plate_m: config.plate.length_m,
+        said: None,
+    };
+    let ledger = match program {
         Some(_) => {
             let hardware = &apparatus.hardware;
-            let account = driving_time::of_bench(&calibration, config, hardware)?;
-            let left =
-                driving_time::require_left(&account, account.need_s(), hardware.clock.as_ref())?;
-            Some((account, left))
+            let ledger = if clear_plate {
+                driving_time::of_clear_plate(&calibration, config, hardware)?
+            } else {
+                let named = participant.as_deref();
+                driving_time::of_monitor(named, &calibration, config, hardware)?
+            };
+            let need_s = ledger.dose.need_s();
+            let left = driving_time::require_left(&ledger, need_s, hardware.clock.as_ref())?;
+            Some((ledger, left))
         }
         None => None,
     };
@@ -145,8 +183,8 @@ pub fn run(
             text,
         });
     }
-    if let Some((account, left)) = account {
-        bench.charge(account, Boot::now());
+    if let Some((ledger, left)) = ledger {
+        bench.charge(ledger, Boot::now())?;
         for text in config.safety.dead_man_in_words().into_iter().chain([left]) {
             front.show(tui::Event::Log {
                 level: LogLevel::Info,
@@ -182,7 +220,7 @@ pub fn run(
         driven: false,
         holds: config.safety.dead_man.is_some(),
         wanted: false,
-        said: None,
+        prompt,
         ended,
     };
     let interference = Interference::new(bench.recording, config, config.plate.resonance_hz);
@@ -194,6 +232,51 @@ pub fn run(
         .life
         .run(tasks, || dashboard.map_or(Ok(()), DashboardThread::join))?;
     Ok(outcome.try_recv().unwrap_or(false))
+}
+
+/// Asks whoever is at the dead-man switch for what the next drive needs.
+struct HoldPrompt {
+    watchers: Vec<Watcher>,
+    plate_m: f64,
+    /// What was last asked for.
+    said: Option<Hold>,
+}
+
+impl HoldPrompt {
+    /// Shows the watchers what to do, and returns the operator's words; `None` if both have been asked for it already.
+    fn ask(&mut self, hold: Option<Hold>) -> Option<&'static str> {
+        if self.said == hold {
+            return None;
+        }
+        self.said = hold;
+        let (instruction, text) = match hold {
+            Some(Hold::Release) => (
+                Instruction::ReleaseSwitch,
+                "release the dead-man switch, then hold it",
+            ),
+            _ => (
+                Instruction::HoldSwitch,
+                "press the dead-man switch and hold it",
+            ),
+        };
+        let view = ParticipantView {
+            instruction,
+            slider_m: None,
+            plate_m: self.plate_m,
+            start_m: 0.0,
+            end_m: self.plate_m,
+            countdown: None,
+            mean_force_n: None,
+            force_band_n: None,
+            trial: 0,
+            trials: 0,
+            rest_s: None,
+        };
+        for watcher in &mut self.watchers {
+            watcher(&view, false, None);
+        }
+        Some(text)
+    }
 }
 
 struct MonitorTask {
@@ -218,8 +301,7 @@ struct MonitorTask {
     holds: bool,
     /// Whether the drive begins as soon as it is held.
     wanted: bool,
-    /// What its holder was last asked for.
-    said: Option<Hold>,
+    prompt: HoldPrompt,
     ended: Sender<bool>,
 }
 
@@ -232,7 +314,8 @@ impl MonitorTask {
     }
 
     fn drive_on(&mut self) {
-        (self.wanted, self.said) = (self.program.is_some(), None);
+        self.wanted = self.program.is_some();
+        self.prompt.said = None;
     }
 
     /// Begins the drive that is wanted, once the dead-man switch is held.
@@ -244,12 +327,7 @@ impl MonitorTask {
         if !self.holds || hold == Some(Hold::Held) {
             self.wanted = false;
             self.drive.start(program);
-        } else if self.said != hold {
-            self.said = hold;
-            let text = match hold {
-                Some(Hold::Release) => "release the dead-man switch, then hold it",
-                _ => "press the dead-man switch and hold it",
-            };
+        } else if let Some(text) = self.prompt.ask(hold) {
             self.front.show(tui::Event::Log {
                 level: LogLevel::Info,
                 text: text.to_owned(),
@@ -392,5 +470,34 @@ impl Task for MonitorTask {
             .ended
             .send(!matches!(self.safety, SafetyState::Tripped { .. }));
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use super::*;
+
+    #[test]
+    fn whoever_is_at_the_switch_is_asked_for_each_step_once() {
+        let seen = Arc::new(Mutex::new(Vec::new()));
+        let watcher = {
+            let seen = Arc::clone(&seen);
+            Box::new(move |view: &ParticipantView, _, _| {
+                seen.lock().unwrap().push(view.instruction);
+            })
+        };
+        let mut prompt = HoldPrompt {
+            watchers: vec![watcher],
+            plate_m: 0.1,
+            said: None,
+        };
+        assert_eq!(prompt.ask(None), None);
+        for hold in [Hold::Release, Hold::Release, Hold::Press, Hold::Press] {
+            let _ = prompt.ask(Some(hold));
+        }
+        let asked = [Instruction::ReleaseSwitch, Instruction::HoldSwitch];
+        assert_eq!(*seen.lock().unwrap(), asked);
     }
 }

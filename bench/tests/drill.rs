@@ -19,17 +19,9 @@ use mock_world::scenario::Scenario;
 use recording::pipeline::Batch;
 use rehearsal::FaultKind;
 use safety::{input, output};
-use tasks::{Clock, Pacer, Schedule, StopFlag};
+use tasks::{Clock, Schedule, StopFlag};
 use tui::drill_view::{DrillStep, DrillView};
 use tui::{Action, Event};
-
-struct Stepper(Apparatus);
-
-impl Pacer for Stepper {
-    fn tick(&mut self) -> anyhow::Result<()> {
-        Ok(self.0.step()?)
-    }
-}
 
 struct HostClock(ApparatusClock);
 
@@ -82,10 +74,11 @@ fn hardware() -> (Hardware, RehearsalHand) {
         },
         force_port: Some(apparatus.force_port().unwrap().to_owned()),
         clock: Arc::new(HostClock(apparatus.clock())),
-        schedule: Schedule::Lockstep(Box::new(Stepper(apparatus))),
+        schedule: Schedule::Lockstep(Box::new(move || Ok(apparatus.step()?))),
         guard: Box::new(()),
         simulated: true,
         pace: safety::Pace::Simulated,
+        keeps_accounts: false,
     };
     (hardware, hand)
 }

@@ -102,6 +102,8 @@ pub(crate) struct PinBoard {
     counts_per_m: f64,
     gone: AtomicBool,
     amplifier_dead: AtomicBool,
+    /// Bits of the amplifier's gain, as a share of the scenario's.
+    amplifier_gain: AtomicU64,
     estop_pressed: AtomicBool,
     estop_cut: AtomicBool,
     person_button: AtomicBool,
@@ -133,6 +135,7 @@ impl PinBoard {
             counts_per_m: scenario.encoder.counts_per_m,
             gone: AtomicBool::new(false),
             amplifier_dead: AtomicBool::new(false),
+            amplifier_gain: AtomicU64::new(1f64.to_bits()),
             estop_pressed: AtomicBool::new(false),
             estop_cut: AtomicBool::new(false),
             person_button: AtomicBool::new(false),
@@ -186,6 +189,16 @@ impl PinBoard {
 
     pub(crate) fn switch_off(&self, dead: bool) {
         self.amplifier_dead.store(dead, Ordering::Release);
+    }
+
+    pub(crate) fn set_amplifier_gain(&self, share: f64) {
+        self.amplifier_gain
+            .store(share.to_bits(), Ordering::Release);
+    }
+
+    /// Returns the amplifier's gain, as a share of the scenario's.
+    pub(crate) fn amplifier_gain(&self) -> f64 {
+        f64::from_bits(self.amplifier_gain.load(Ordering::Acquire))
     }
 
     pub(crate) fn press_estop(&self, pressed: bool) {

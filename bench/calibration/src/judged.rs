@@ -10,6 +10,8 @@ use config::{CalibrationFile, Quantity};
 pub trait Calibrates: Procedure {
     /// Name of its command and of its table.
     const NAME: &'static str;
+    /// A finger is on the plate, so that the drive counts for a person.
+    const DRIVES_A_FINGER: bool = false;
 
     /// Judges the measurement, made on `date` by `operator`.
     ///

@@ -21,6 +21,7 @@ pub mod plate_look;
 pub mod plate_procedure;
 mod points;
 pub mod procedure;
+mod recent;
 pub mod rig;
 mod typed_table;
 pub mod unattended;

@@ -1,7 +1,6 @@
 //! The bench under calibration: plays the procedure's tones, captures every sample, asks the operator, and passes the
 //! outcome of each step to the procedure.
 
-use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -9,10 +8,9 @@ use anyhow::{Context, bail};
 use config::{Effective, Identity};
 use console::DashboardThread;
 use crossbeam_channel::{Receiver, Sender};
-use devices::dose_account::DoseAccount;
 use devices::drive_control::DriveControl;
 use devices::field_task::FieldReading;
-use devices::{Boot, Hardware, OpenHardware};
+use devices::{Boot, DriveLedger, Hardware, OpenHardware};
 use jiff::Timestamp;
 use safety::{DriveReading, SafetyState, Signals, Trip};
 use signalgen::{BlockHeader, DrivePhase, InputReader, StreamDirection, Waveform};
@@ -24,6 +22,7 @@ use crate::known::Instrument;
 use crate::meter::Meter;
 use crate::operator::{Answer, Hands, LiveReading, Operator, OperatorInput};
 use crate::procedure::{HELD_S, NextStep, Procedure, StepOutcome};
+use crate::recent::Recent;
 
 /// A completed measurement.
 pub struct Outcome<P> {
@@ -40,8 +39,8 @@ pub struct Outcome<P> {
 /// The operator, and the thread of their screen if there is one.
 pub type Attendance = (Box<dyn Operator>, Option<DashboardThread>);
 
-/// Runs `procedure` on the bench, whose driving time counts on `account`. `attend` opens the operator's screen once the
-/// bench is open; quitting the screen raises the flag that `attend` is given.
+/// Runs `procedure` on the bench, whose driving time and warmth count on `ledger`. `attend` opens the operator's
+/// screen once the bench is open; quitting the screen raises the flag that `attend` is given.
 ///
 /// # Errors
 /// When a part of the bench is missing or fails, samples are lost, the safety watch trips, the operator quits, or the
@@ -49,7 +48,7 @@ pub type Attendance = (Box<dyn Operator>, Option<DashboardThread>);
 pub fn run<P: Procedure>(
     bench: &Effective,
     hardware: Hardware,
-    account: DoseAccount,
+    ledger: DriveLedger,
     hands: Option<Hands>,
     instrument: Option<Instrument>,
     attend: impl FnOnce(&StopFlag) -> anyhow::Result<Attendance>,
@@ -57,9 +56,11 @@ pub fn run<P: Procedure>(
 ) -> anyhow::Result<Outcome<P>> {
     let config = bench.config();
     let admission = Admission::new(config)?;
-    // Nobody is at the plate that could hold a switch: the calibration asks for a clear one.
-    let mut open = OpenHardware::open(&bench.clone().without_dead_man(), hardware)?;
-    open.charge(account, Boot::now());
+    // Nobody is at the plate that could hold a switch: the calibration asks for a clear one. It keeps the amplitude
+    // within a limit of its own.
+    let unattended = bench.clone().without_dead_man().without_amplitude_limit();
+    let mut open = OpenHardware::open(&unattended, hardware)?;
+    open.charge(ledger, Boot::now())?;
     let device = |direction| open.life.device(direction);
     let identity = Identity::of(
         config,
@@ -97,7 +98,7 @@ pub fn run<P: Procedure>(
         block: Vec::new(),
         meter: Meter::default(),
         account: StreamAccount::default(),
-        recent: VecDeque::new(),
+        recent: [(); 2].map(|()| Recent::new((READBACK_S * rate_hz) as usize)),
         taken: 0,
         driven_frames: 0,
         last_audio: Instant::now(),
@@ -197,7 +198,8 @@ struct RigTask<P> {
     block: Vec<f32>,
     meter: Meter,
     account: StreamAccount,
-    recent: VecDeque<f64>,
+    /// Drive and pickup.
+    recent: [Recent; 2],
     /// Number of frames read so far.
     taken: u64,
     driven_frames: u64,
@@ -261,25 +263,24 @@ impl<P: Procedure> RigTask<P> {
         Ok(())
     }
 
-    /// Publishes the peak of the drive's read-back, whatever its frequency, for the safety watch.
+    /// Publishes the peaks of the drive's read-back and of the pickup, whatever their frequency, for the safety watch.
     fn publish_readback(&mut self, rendered: u64, now_ns: u64) {
-        let most = (READBACK_S * self.rate_hz) as usize;
         self.taken += (self.block.len() / self.channels) as u64;
-        let drive = self.block.iter().skip(self.drive_channel);
-        for &sample in drive.step_by(self.channels) {
-            if self.recent.len() == most {
-                self.recent.pop_front();
-            }
-            self.recent.push_back(f64::from(sample));
+        let watched = [self.drive_channel, self.pickup_channel];
+        for (recent, channel) in self.recent.iter_mut().zip(watched) {
+            recent.take(&self.block, self.channels, channel);
         }
-        let n = self.recent.len() as f64;
-        let mean = self.recent.iter().sum::<f64>() / n;
-        let power = self.recent.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n;
-        if power.is_finite() {
+        let [drive, pickup] = &self.recent;
+        // By the constants known so far; it warms the estimate.
+        if let Some(amplitude) = pickup.amplitude() {
+            let amplitude_m = amplitude * self.pickup_metres_per_unit;
+            self.signals.amplitude_m.set(amplitude_m);
+        }
+        if let Some(amplitude) = drive.amplitude() {
             self.signals.readback.set(DriveReading {
-                volts: (2.0 * power).sqrt() * self.drive_volts_per_unit,
+                volts: amplitude * self.drive_volts_per_unit,
                 // The middle of what was averaged.
-                sample: self.taken - self.recent.len() as u64 / 2,
+                sample: self.taken - drive.len() as u64 / 2,
                 ahead: rendered as i64 - self.taken as i64,
                 at_ns: now_ns,
             });

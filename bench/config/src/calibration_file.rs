@@ -256,6 +256,10 @@ impl MeasuredChannels {
 pub struct CalibrationFile {
     /// Version of the layout; 1.
     pub format: u32,
+    /// Faults that were injected on purpose while it was measured, such as `press@1s`: such a calibration is of a
+    /// rehearsal, and never in force.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rehearsed: Vec<String>,
     /// Bench that it was measured on.
     pub identity: Identity,
     /// Result of `calibrate pickup`; `None` until it passes.
@@ -326,6 +330,7 @@ impl CalibrationFile {
     pub fn of(identity: Identity) -> Self {
         Self {
             format: FORMAT,
+            rehearsed: Vec::new(),
             identity,
             pickup: None,
             plate: None,
@@ -411,6 +416,16 @@ impl CalibrationFile {
         let pickup = channels.input(self.identity.pickup_channel)?;
         let crosstalk = pickup.crosstalk.as_ref().map_or(0.0, |x| x.value);
         Some(pickup.departure.hypot(crosstalk))
+    }
+
+    /// Returns whether nothing has been measured yet.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.pickup.is_none()
+            && self.plate.is_none()
+            && self.force.is_none()
+            && self.channels.is_none()
+            && self.output.is_none()
     }
 
     /// Returns the date of the oldest measurement; `None` when nothing was measured.

@@ -44,6 +44,18 @@ pub enum CalibrationError {
     /// The file cannot be used.
     #[error(transparent)]
     File(#[from] CalibrationFileError),
+    /// The file is of a rehearsal.
+    #[error(
+        "{} was measured in a rehearsal, with faults injected ({}): it is not data and never in force; calibrate without \
+         faults into another file, or add --uncalibrated",
+        path.display(), faults.join(", ")
+    )]
+    Rehearsed {
+        /// The file.
+        path: PathBuf,
+        /// The faults, in the form of `--fault`.
+        faults: Vec<String>,
+    },
     /// The file lacks a measurement.
     #[error("{} is not complete: run `friction-bench calibrate {command}`", path.display())]
     Incomplete {
@@ -157,6 +169,14 @@ impl Effective {
         self
     }
 
+    /// Returns the same bench without a limit of what the pickup reads, for calibrations, before which nobody knows
+    /// what it reads.
+    #[must_use]
+    pub fn without_amplitude_limit(mut self) -> Self {
+        self.config.limits.amplitude_um = f64::INFINITY;
+        self
+    }
+
     /// Returns the same bench with the loop's delay unknown, which is what a calibration of it measures.
     #[must_use]
     pub fn with_unknown_delay(mut self) -> Self {
@@ -234,6 +254,12 @@ impl Effective {
 impl InForce {
     fn read(path: &Path, config: &Config) -> Result<Self, CalibrationError> {
         let (calibration, hash) = CalibrationFile::read(path)?;
+        if !calibration.rehearsed.is_empty() {
+            return Err(CalibrationError::Rehearsed {
+                path: path.to_owned(),
+                faults: calibration.rehearsed,
+            });
+        }
         let incomplete = |command| CalibrationError::Incomplete {
             path: path.to_owned(),
             command,

@@ -54,19 +54,25 @@ pub fn safety_limits(config: &Config, pace: Pace) -> SafetyLimits {
         loop_latency_ns: ns(safety.loop_latency_s),
         measured_delay_s: safety.measured_delay_s,
         max_amplitude_m: 1e-6 * config.limits.amplitude_um,
-        heat: PlateHeat {
-            force_factor_n_per_v: config.plate.force_factor_n_per_v,
-            omega_rad_per_s: TAU * config.plate.resonance_hz,
-            capacity_j_per_k: config.plate.heat_capacity_j_per_k,
-            loss_w_per_k: config.plate.heat_loss_w_per_k,
-            room_c: config.plate.room_c,
-            limit_c: config.limits.surface_c,
-        },
+        heat: plate_heat(config),
         driving_s_per_hour: config.limits.driving_s_per_hour(),
         dead_man_release_ns: safety.dead_man.map(|_| ns(safety.dead_man_release_s)),
         rate_hz: f64::from(config.audio.rate_hz),
         silence_ns: ns(safety.silence_s),
         pace,
+    }
+}
+
+/// Returns the thermal constants of the plate of `config`.
+#[must_use]
+pub fn plate_heat(config: &Config) -> PlateHeat {
+    PlateHeat {
+        force_factor_n_per_v: config.plate.force_factor_n_per_v,
+        omega_rad_per_s: TAU * config.plate.resonance_hz,
+        capacity_j_per_k: config.plate.heat_capacity_j_per_k,
+        loss_w_per_k: config.plate.heat_loss_w_per_k,
+        room_c: config.plate.room_c,
+        limit_c: config.limits.surface_c,
     }
 }
 

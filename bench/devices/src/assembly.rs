@@ -21,14 +21,15 @@ use crate::acquisition::{Acquisition, AcquisitionQueues, RecordingCommand};
 use crate::arming::safety_limits;
 use crate::boot::Boot;
 use crate::digital_lines::Lines;
-use crate::dose_account::DoseAccount;
 use crate::drive_control::{DriveControl, WatchedDrive, settings};
+use crate::drive_ledger::DriveLedger;
 use crate::field_task::{Field, FieldReading, PositionEncoder};
 use crate::force::{ForceLink, open_port};
 use crate::gauges::Gauges;
 use crate::life::Life;
 use crate::lost_frames::LossWatch;
 use crate::output_gap::OutputGapWatch;
+use crate::plate_warmth::WarmthError;
 use crate::thread_priority::{lock_memory, thread_start};
 
 /// Hardware of a bench, found or simulated by the composition root.
@@ -49,6 +50,8 @@ pub struct Hardware {
     pub simulated: bool,
     /// What lets time pass for the sound card.
     pub pace: Pace,
+    /// Whether driving time and the plate's warmth outlast the program; those of simulated time are nobody's.
+    pub keeps_accounts: bool,
 }
 
 /// Opened streams, sensors and safety watch of a bench, without a reader of the samples.
@@ -89,6 +92,7 @@ impl OpenHardware {
             guard,
             simulated,
             pace,
+            keeps_accounts: _,
         } = hardware;
         let drive_settings = settings(config)?;
         lock_memory(config, &schedule)?;
@@ -156,22 +160,15 @@ impl OpenHardware {
 }
 
 impl OpenHardware {
-    /// Counts the driving time on `account`, as of this moment of the computer's run.
-    pub fn charge(&mut self, account: DoseAccount, boot: Boot) {
-        charge(&self.drive, &self.life, &mut self.tasks, account, boot);
+    /// Counts driving time and warmth on `ledger`, as of this moment of the computer's run.
+    ///
+    /// # Errors
+    /// When they cannot be kept.
+    pub fn charge(&mut self, ledger: DriveLedger, boot: Boot) -> Result<(), WarmthError> {
+        let keepers = ledger.begin(&self.drive, self.life.clock(), boot, &self.signals)?;
+        self.tasks.extend(keepers);
+        Ok(())
     }
-}
-
-fn charge(
-    drive: &DriveControl,
-    life: &Life,
-    tasks: &mut Vec<Box<dyn Task>>,
-    account: DoseAccount,
-    boot: Boot,
-) {
-    let (allowance, keeper) = account.begin(life.clock(), boot);
-    drive.allow(allowance);
-    tasks.extend(keeper);
 }
 
 /// The parts of an opened bench that commands work with; its tasks are ready to be scheduled.
@@ -285,9 +282,14 @@ impl Bench {
         })
     }
 
-    /// Counts the driving time on `account`, as of this moment of the computer's run.
-    pub fn charge(&mut self, account: DoseAccount, boot: Boot) {
-        charge(&self.drive, &self.life, &mut self.before, account, boot);
+    /// Counts driving time and warmth on `ledger`, as of this moment of the computer's run.
+    ///
+    /// # Errors
+    /// When they cannot be kept.
+    pub fn charge(&mut self, ledger: DriveLedger, boot: Boot) -> Result<(), WarmthError> {
+        let keepers = ledger.begin(&self.drive, self.life.clock(), boot, &self.signals)?;
+        self.before.extend(keepers);
+        Ok(())
     }
 
     /// Requires that the calibration in force was measured on this opened bench and has not expired.

@@ -14,7 +14,7 @@ use safety::{Allowance, SlidingHour, Span};
 use tasks::{Clock, Task};
 
 use crate::boot::Boot;
-use crate::dose_record::{self, DamagedLine, Driven};
+use crate::dose_record::{self, DamagedLine, Driven, Whose};
 
 /// Time by which the file is ahead of the drive, s.
 const AHEAD_S: f64 = 5.0;
@@ -48,14 +48,42 @@ pub enum DoseError {
     },
 }
 
+/// A record of driving times on the disk.
+#[derive(Debug)]
+struct Book {
+    path: PathBuf,
+    spans: Vec<Driven>,
+    to_text: fn(&[Driven]) -> String,
+}
+
+impl Book {
+    fn open(path: PathBuf, to_text: fn(&[Driven]) -> String) -> Result<Self, DoseError> {
+        Ok(Self {
+            spans: read(&path)?,
+            path,
+            to_text,
+        })
+    }
+}
+
 /// An account of driving time.
 #[derive(Debug)]
 pub struct DoseAccount {
     limit_s: f64,
     need_s: f64,
-    /// `None` for one that ends with the program.
-    path: Option<PathBuf>,
-    spans: Vec<Driven>,
+    /// Whose finger is on the plate.
+    whose: Whose,
+    /// What is counted of the drive is written into all of these; none for an account that ends with the program.
+    books: Vec<Book>,
+}
+
+/// Accounts on the disk that a drive counts on.
+#[derive(Debug)]
+pub struct AccountPaths {
+    /// That of the participant who is named; `None` if nobody is.
+    pub participant: Option<PathBuf>,
+    /// That of the bench.
+    pub bench: PathBuf,
 }
 
 /// Returns where the account of a bench lies, beside its calibration.
@@ -72,33 +100,47 @@ pub fn participant_path(folder: &Path) -> PathBuf {
 }
 
 impl DoseAccount {
-    /// Opens the account at `path`, made with the first drive; `None` for one of a simulated bench, which ends with the
-    /// program. `limit_s` is allowed within an hour, and `need_s` of it must be left to arm.
+    /// Opens the account of `whose` finger is on the plate, made with the first drive; without `paths`, as of a
+    /// simulated bench, it ends with the program. `limit_s` is allowed within an hour, and `need_s` of it must be
+    /// left to arm.
     ///
     /// # Errors
     /// [`DoseError`] when what was driven cannot be told.
-    pub fn open(path: Option<PathBuf>, limit_s: f64, need_s: f64) -> Result<Self, DoseError> {
-        let spans = match &path {
-            Some(path) => read(path)?,
-            None => Vec::new(),
-        };
+    pub fn open(
+        paths: Option<AccountPaths>,
+        whose: Whose,
+        limit_s: f64,
+        need_s: f64,
+    ) -> Result<Self, DoseError> {
+        let mut books = Vec::new();
+        if let Some(AccountPaths { participant, bench }) = paths {
+            if let Some(participant) = participant {
+                books.push(Book::open(participant, dose_record::to_text)?);
+            }
+            books.push(Book::open(bench, dose_record::to_bench_text)?);
+        }
         Ok(Self {
             limit_s,
             need_s,
-            path,
-            spans,
+            whose,
+            books,
         })
     }
 
-    /// Returns what was driven within the last hour, on a clock whose origin was `origin_s` after the computer's start.
+    /// Returns what was driven within the last hour, on a clock whose origin was `origin_s` after the computer's start:
+    /// all that a participant's own account tells of, and of the bench's what counts for them.
     fn before(&self, boot: &Boot, origin_s: f64, now: Timestamp) -> SlidingHour {
         let mut hour = SlidingHour::default();
-        for (start_s, end_s) in dose_record::on_this_run(&self.spans, boot, now) {
-            let ns = |up_s: f64| ((up_s - origin_s) * 1e9) as i64;
-            hour.add(Span {
-                start_ns: ns(start_s),
-                end_ns: ns(end_s),
-            });
+        for book in &self.books {
+            let counts = |span: &&Driven| self.whose.counts(span.whose);
+            let spans: Vec<Driven> = book.spans.iter().filter(counts).cloned().collect();
+            for (start_s, end_s) in dose_record::on_this_run(&spans, boot, now) {
+                let ns = |up_s: f64| ((up_s - origin_s) * 1e9) as i64;
+                hour.add(Span {
+                    start_ns: ns(start_s),
+                    end_ns: ns(end_s),
+                });
+            }
         }
         hour
     }
@@ -141,10 +183,14 @@ impl DoseAccount {
         let origin_s = boot.up_s - clock.now_ns() as f64 * 1e-9;
         let before = self.before(&boot, origin_s, now);
         let (sender, spans): (Sender<Span>, Receiver<Span>) = crossbeam_channel::unbounded();
-        let task = self.path.map(|path| -> Box<dyn Task> {
+        let mut books = self.books;
+        for book in &mut books {
+            book.spans = dose_record::kept(&book.spans, &boot, now);
+        }
+        let task = (!books.is_empty()).then(|| -> Box<dyn Task> {
             Box::new(DoseKeeper {
-                path,
-                kept: dose_record::kept(&self.spans, &boot, now),
+                books,
+                whose: self.whose,
                 clock: Arc::clone(clock),
                 boot,
                 origin_s,
@@ -179,9 +225,9 @@ fn read(path: &Path) -> Result<Vec<Driven>, DoseError> {
 
 /// The task that keeps an account on the disk.
 struct DoseKeeper {
-    path: PathBuf,
-    /// Spans that are over.
-    kept: Vec<Driven>,
+    /// Each with the spans that are over.
+    books: Vec<Book>,
+    whose: Whose,
     clock: Arc<dyn Clock>,
     boot: Boot,
     /// Origin of the bench's clock, in seconds of this run of the computer.
@@ -218,14 +264,17 @@ impl DoseKeeper {
             up_s: (self.origin_s + start_s).max(0.0),
             driven_s,
             date: now.saturating_sub(ago).unwrap_or(now),
+            whose: self.whose,
         }
     }
 
     /// Writes the account with the open span at this length.
     fn write(&mut self, driven_s: f64) -> Result<(), DiskError> {
         let open = self.open.map(|span| self.driven(span, driven_s));
-        let all: Vec<Driven> = self.kept.iter().cloned().chain(open).collect();
-        replace_file(&self.path, dose_record::to_text(&all).as_bytes())?;
+        for book in &self.books {
+            let all: Vec<Driven> = book.spans.iter().cloned().chain(open.clone()).collect();
+            replace_file(&book.path, (book.to_text)(&all).as_bytes())?;
+        }
         self.written_s = driven_s;
         Ok(())
     }
@@ -234,7 +283,10 @@ impl DoseKeeper {
     fn end(&mut self) -> Result<(), DiskError> {
         if let Some(span) = self.open {
             self.write(length_s(span))?;
-            self.kept.push(self.driven(span, length_s(span)));
+            let driven = self.driven(span, length_s(span));
+            for book in &mut self.books {
+                book.spans.push(driven.clone());
+            }
             self.open = None;
         }
         Ok(())
@@ -333,7 +385,16 @@ mod tests {
         }
 
         fn account_in(folder: &Path) -> DoseAccount {
-            DoseAccount::open(Some(participant_path(folder)), 600.0, 10.0).unwrap()
+            Self::of(folder, Whose::Named)
+        }
+
+        /// The account of a drive on the bench whose files are in `folder`, as are its only participant's.
+        fn of(folder: &Path, whose: Whose) -> DoseAccount {
+            let paths = AccountPaths {
+                participant: (whose == Whose::Named).then(|| participant_path(folder)),
+                bench: bench_path(&folder.join("calibration.toml")),
+            };
+            DoseAccount::open(Some(paths), whose, 600.0, 10.0).unwrap()
         }
 
         fn driven(&mut self, start_s: f64, end_s: f64) {
@@ -404,22 +465,71 @@ mod tests {
         assert!(!participant_path(rig.folder.path()).exists());
     }
 
+    /// Hazards 4, 5, 6.
+    #[test]
+    fn an_unnamed_finger_may_be_anybodys_and_a_calibration_has_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let clock = Arc::new(Hands(std::sync::atomic::AtomicU64::new(0)));
+        let shared: Arc<dyn Clock> = clock.clone();
+        let left_s = |of: &Path, whose| {
+            let left_s = Rig::of(of, whose).left_s(&boot(1100.0), clock.utc());
+            left_s.round()
+        };
+        let drive = |whose, driven_s: f64, at_s: f64| {
+            let (allowance, task) = Rig::of(folder.path(), whose).begin(&shared, boot(1000.0));
+            let driven = span(at_s, at_s + driven_s);
+            allowance.spans.unwrap().send(driven).unwrap();
+            task.unwrap().finish().unwrap();
+        };
+        clock
+            .0
+            .store(100_000_000_000, std::sync::atomic::Ordering::Relaxed);
+        let left = || {
+            [Whose::Nobody, Whose::Unnamed, Whose::Named].map(|whose| left_s(folder.path(), whose))
+        };
+        // A participant's session: no calibration is the shorter for it.
+        drive(Whose::Named, 10.0, 0.0);
+        assert_eq!(left(), [600.0, 590.0, 590.0]);
+        drive(Whose::Unnamed, 5.0, 20.0);
+        assert_eq!(left(), [595.0, 585.0, 585.0]);
+        drive(Whose::Nobody, 7.0, 30.0);
+        assert_eq!(left(), [588.0, 578.0, 585.0]);
+        // Another participant on this bench has an hour without what was the first one's.
+        std::fs::remove_file(participant_path(folder.path())).unwrap();
+        assert_eq!(left(), [588.0, 578.0, 595.0]);
+        let words =
+            std::fs::read_to_string(bench_path(&folder.path().join("calibration.toml"))).unwrap();
+        let whose: Vec<_> = words
+            .lines()
+            .skip(1)
+            .map(|line| line.rsplit('\t').next().unwrap())
+            .collect();
+        assert_eq!(whose, ["named", "unnamed", "nobody"]);
+    }
+
     #[test]
     fn a_damaged_account_is_refused_by_its_name() {
         let folder = tempfile::tempdir().unwrap();
         let path = participant_path(folder.path());
+        let open = |path: &Path| {
+            let paths = AccountPaths {
+                participant: Some(path.to_owned()),
+                bench: bench_path(&folder.path().join("calibration.toml")),
+            };
+            DoseAccount::open(Some(paths), Whose::Named, 600.0, 10.0)
+        };
         std::fs::write(&path, "boot\tup_s\tdriven_s\tdate\nabc\t1.0\t2").unwrap();
-        let error = DoseAccount::open(Some(path.clone()), 600.0, 10.0).unwrap_err();
+        let error = open(&path).unwrap_err();
         assert!(matches!(&error, DoseError::Damaged { path: of, .. } if *of == path));
         std::fs::remove_file(&path).unwrap();
         std::fs::create_dir(&path).unwrap();
-        let error = DoseAccount::open(Some(path), 600.0, 10.0).unwrap_err();
+        let error = open(&path).unwrap_err();
         assert!(matches!(error, DoseError::Unreadable { .. }));
     }
 
     #[test]
     fn a_simulated_bench_keeps_nothing() {
-        let account = DoseAccount::open(None, 600.0, 10.0).unwrap();
+        let account = DoseAccount::open(None, Whose::Named, 600.0, 10.0).unwrap();
         let clock: Arc<dyn Clock> = Arc::new(Hands(std::sync::atomic::AtomicU64::new(0)));
         let (allowance, task) = account.begin(&clock, boot(5.0));
         assert!(task.is_none() && allowance.spans.is_none());

@@ -9,14 +9,56 @@ use jiff::{SignedDuration, Timestamp};
 use crate::boot::Boot;
 
 const HEADER: &str = "boot\tup_s\tdriven_s\tdate\n";
+/// Header of a bench's record, which says of each span whose finger may have been on the plate.
+const BENCH_HEADER: &str = "boot\tup_s\tdriven_s\tdate\twhose\n";
 /// Run of a computer that does not tell its runs apart.
 const NO_BOOT: &str = "-";
 /// Age from which on the wall clock is believed over a restart, s.
-const BELIEVED_S: f64 = 86_400.0;
+pub const BELIEVED_S: f64 = 86_400.0;
 /// Age from which on a span of this run is left out of the record, s.
 const KEPT_S: f64 = 7_200.0;
 /// Longest span, s: a week.
 const LONGEST_S: f64 = 604_800.0;
+
+/// Whose finger was on the driven plate, as far as a bench can tell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Whose {
+    /// Nobody's: calibrations ask for a clear plate.
+    Nobody,
+    /// Anybody's: nobody was named.
+    Unnamed,
+    /// That of a participant, whose own account counts it.
+    Named,
+}
+
+impl Whose {
+    const ALL: [(Self, &'static str); 3] = [
+        (Self::Nobody, "nobody"),
+        (Self::Unnamed, "unnamed"),
+        (Self::Named, "named"),
+    ];
+
+    /// Returns whether a span on the bench's record that was `of` counts for a drive that is this one's, beside its own
+    /// account: an unnamed finger may be anybody's, of those who were named too.
+    #[must_use]
+    pub fn counts(self, of: Self) -> bool {
+        match self {
+            Self::Nobody => of != Self::Named,
+            Self::Unnamed => true,
+            Self::Named => of == Self::Unnamed,
+        }
+    }
+
+    fn word(self) -> &'static str {
+        let (_, word) = Self::ALL[self as usize];
+        word
+    }
+
+    fn named(word: &str) -> Option<Self> {
+        let found = Self::ALL.iter().find(|(_, known)| *known == word);
+        found.map(|(whose, _)| *whose)
+    }
+}
 
 /// A span of driving.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,6 +71,8 @@ pub struct Driven {
     pub driven_s: f64,
     /// When it came on, by the wall clock.
     pub date: Timestamp,
+    /// Whose finger may have been on the plate; that of nobody who was named where the record does not say.
+    pub whose: Whose,
 }
 
 /// A line of a record that cannot be read.
@@ -45,22 +89,33 @@ pub struct DamagedLine {
 /// The first line that cannot be read: nobody can tell then what was driven.
 pub fn parse(text: &str) -> Result<Vec<Driven>, DamagedLine> {
     let mut lines = text.split_inclusive('\n').enumerate();
-    if lines.next().is_none_or(|(_, header)| header != HEADER) {
-        return Err(DamagedLine { line: 1 });
-    }
+    let says_whose = match lines.next() {
+        Some((_, HEADER)) => false,
+        Some((_, BENCH_HEADER)) => true,
+        _ => return Err(DamagedLine { line: 1 }),
+    };
     lines
-        .map(|(i, line)| row(line).ok_or(DamagedLine { line: i + 1 }))
+        .map(|(i, line)| row(line, says_whose).ok_or(DamagedLine { line: i + 1 }))
         .collect()
 }
 
-fn row(line: &str) -> Option<Driven> {
+/// Returns the run of the computer that a record names: `Some(None)` for one that does not tell its runs apart,
+/// `None` for what is no name.
+pub fn boot_named(word: &str) -> Option<Option<String>> {
+    let named = |c: char| c.is_ascii_hexdigit() || c == '-';
+    let is_name = !word.is_empty() && word.len() <= 64 && word.chars().all(named);
+    is_name.then(|| (word != NO_BOOT).then(|| word.to_owned()))
+}
+
+/// Returns the word for a run of the computer, which [`boot_named`] reads.
+pub fn boot_word(boot: Option<&str>) -> &str {
+    boot.unwrap_or(NO_BOOT)
+}
+
+fn row(line: &str, says_whose: bool) -> Option<Driven> {
     let line = line.strip_suffix('\n')?;
     let mut fields = line.split('\t');
-    let boot = fields.next()?;
-    let named = |c: char| c.is_ascii_hexdigit() || c == '-';
-    if boot.is_empty() || boot.len() > 64 || !boot.chars().all(named) {
-        return None;
-    }
+    let boot = boot_named(fields.next()?)?;
     let number = |text: &str| {
         text.parse()
             .ok()
@@ -69,25 +124,44 @@ fn row(line: &str) -> Option<Driven> {
     let up_s = number(fields.next()?)?;
     let driven_s = number(fields.next()?)?;
     let date = fields.next()?.parse().ok()?;
-    (fields.next().is_none() && driven_s <= LONGEST_S).then(|| Driven {
-        boot: (boot != NO_BOOT).then(|| boot.to_owned()),
+    let whose = if says_whose {
+        Whose::named(fields.next()?)?
+    } else {
+        Whose::Unnamed
+    };
+    (fields.next().is_none() && driven_s <= LONGEST_S).then_some(Driven {
+        boot,
         up_s,
         driven_s,
         date,
+        whose,
     })
 }
 
-/// Returns the text of a record.
+/// Returns the text of a participant's record.
 #[must_use]
 pub fn to_text(spans: &[Driven]) -> String {
-    let rows = spans.iter().map(|span| {
-        let boot = span.boot.as_deref().unwrap_or(NO_BOOT);
-        format!(
-            "{boot}\t{:.3}\t{:.3}\t{}\n",
-            span.up_s, span.driven_s, span.date
-        )
-    });
+    let rows = spans.iter().map(|span| four_columns(span) + "\n");
     std::iter::once(HEADER.to_owned()).chain(rows).collect()
+}
+
+/// Returns the text of a bench's record.
+#[must_use]
+pub fn to_bench_text(spans: &[Driven]) -> String {
+    let rows = spans
+        .iter()
+        .map(|span| format!("{}\t{}\n", four_columns(span), span.whose.word()));
+    std::iter::once(BENCH_HEADER.to_owned())
+        .chain(rows)
+        .collect()
+}
+
+fn four_columns(span: &Driven) -> String {
+    let boot = boot_word(span.boot.as_deref());
+    format!(
+        "{boot}\t{:.3}\t{:.3}\t{}",
+        span.up_s, span.driven_s, span.date
+    )
 }
 
 /// Returns what may still lie within the last hour, as start and end in seconds of the present run of the computer;
@@ -158,6 +232,7 @@ mod tests {
             up_s,
             driven_s,
             date: at(date),
+            whose: Whose::Unnamed,
         }
     }
 
@@ -249,6 +324,26 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_benchs_record_says_whose_each_span_was_and_an_older_one_that_nobody_was_named() {
+        let spans = Whose::ALL.map(|(whose, _)| Driven {
+            whose,
+            ..driven("a", 1.0, 2.0, NOON)
+        });
+        let text = to_bench_text(&spans);
+        assert_eq!(parse(&text).unwrap(), spans);
+        let older = parse(&to_text(&spans)).unwrap();
+        assert!(older.iter().all(|span| span.whose == Whose::Unnamed));
+        for (from, to) in [
+            ("\tnamed", "\tsomebody"),
+            ("\tnamed", ""),
+            ("\tnamed", "\tnamed\tx"),
+        ] {
+            let damaged = text.replace(from, to);
+            assert_eq!(parse(&damaged), Err(DamagedLine { line: 4 }), "{damaged}");
+        }
+    }
+
     proptest! {
         #[test]
         fn a_record_reads_as_it_was_written(
@@ -261,6 +356,7 @@ mod tests {
                     up_s: f64::from(up) / 8.0,
                     driven_s: f64::from(driven) / 8.0,
                     date: Timestamp::from_second(date).unwrap(),
+                    whose: Whose::Unnamed,
                 })
                 .collect();
             prop_assert_eq!(parse(&to_text(&spans)).unwrap(), spans);

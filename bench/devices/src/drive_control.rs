@@ -98,6 +98,11 @@ impl DriveControl {
         self.command(SafetyCommand::Allow(allowance));
     }
 
+    /// Begins the estimate of the plate's temperature at least this much above the room, K.
+    pub(crate) fn warm(&self, rise_k: f64) {
+        self.command(SafetyCommand::Warm { rise_k });
+    }
+
     /// Exercises the hardware stops that are wired, under the steady tone that sounds.
     pub fn exercise_stops(&self) {
         self.command(SafetyCommand::Exercise);

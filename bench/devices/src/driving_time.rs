@@ -1,16 +1,20 @@
-//! How long the plate may be driven within an hour, and on whose account.
+//! How long the plate may be driven within an hour, on whose account, and whether it is cool enough.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::bail;
 use config::Config;
 use protocols::{DrivingTime, Protocol};
-use safety::{Allowance, Pace, at_least, at_most};
+use safety::{Allowance, at_least, at_most};
 use tasks::Clock;
 
+use crate::arming::plate_heat;
 use crate::assembly::Hardware;
 use crate::boot::Boot;
-use crate::dose_account::{DoseAccount, DoseError, bench_path, participant_path};
+use crate::dose_account::{AccountPaths, DoseAccount, bench_path, participant_path};
+use crate::dose_record::Whose;
+use crate::drive_ledger::DriveLedger;
+use crate::plate_warmth::{PlateWarmth, warmth_path};
 
 /// Factor on what a protocol drives in an hour that gives the limit where the configuration states none (an assumption:
 /// it leaves room for as many repetitions as there are trials).
@@ -54,57 +58,95 @@ pub fn require_finishable(config: &Config, protocol: &Protocol) -> anyhow::Resul
     )
 }
 
-/// Returns the account at `path` of hardware that is real; that of a simulated bench ends with the program.
-fn account(
-    path: PathBuf,
+/// Opens the account of `whose` finger is on the plate, `folder` being that of a participant who is named, and the
+/// warmth of the plate whose calibration is at `calibration`; those of hardware that keeps none end with the program.
+fn ledger(
+    (whose, folder): (Whose, Option<&Path>),
+    calibration: &Path,
+    config: &Config,
     hardware: &Hardware,
-    limit_s: f64,
-    need_s: f64,
-) -> Result<DoseAccount, DoseError> {
-    let real = !hardware.simulated && hardware.pace == Pace::Card;
-    DoseAccount::open(real.then_some(path), limit_s, need_s)
+    (limit_s, need_s): (f64, f64),
+) -> anyhow::Result<DriveLedger> {
+    let kept = hardware.keeps_accounts;
+    let paths = kept.then(|| AccountPaths {
+        participant: folder.map(participant_path),
+        bench: bench_path(calibration),
+    });
+    let warmth = kept.then(|| warmth_path(calibration));
+    Ok(DriveLedger {
+        dose: DoseAccount::open(paths, whose, limit_s, need_s)?,
+        warmth: PlateWarmth::open(warmth, plate_heat(config))?,
+    })
 }
 
 /// Opens the account of the participant whose folder in the study this is; a trial begins if all of it may be driven.
 ///
 /// # Errors
-/// [`DoseError`] when what was driven before cannot be told.
+/// When nobody can tell what was driven before, or how warm the plate is.
 pub fn of_participant(
     folder: &Path,
+    calibration: &Path,
     config: &Config,
     driving: &DrivingTime,
     hardware: &Hardware,
-) -> Result<DoseAccount, DoseError> {
+) -> anyhow::Result<DriveLedger> {
     let limit_s = limit_s(config, driving);
     let need_s = driving.trial_s.min(limit_s);
-    account(participant_path(folder), hardware, limit_s, need_s)
+    let whose = (Whose::Named, Some(folder));
+    ledger(whose, calibration, config, hardware, (limit_s, need_s))
 }
 
-/// Opens the account of a bench, where nobody knows whose finger is on the plate.
+/// Opens the account of a drive without a protocol: that of the participant whose folder in a study is `folder`, or
+/// of a bench where nobody knows whose finger is on the plate.
 ///
 /// # Errors
-/// [`DoseError`] when what was driven before cannot be told.
-pub fn of_bench(
+/// When nobody can tell what was driven before, or how warm the plate is.
+pub fn of_monitor(
+    folder: Option<&Path>,
     calibration: &Path,
     config: &Config,
     hardware: &Hardware,
-) -> Result<DoseAccount, DoseError> {
+) -> anyhow::Result<DriveLedger> {
+    let whose = folder.map_or(Whose::Unnamed, |_| Whose::Named);
+    without_protocol((whose, folder), calibration, config, hardware)
+}
+
+/// Opens the account of a drive with nobody at the plate, as in a calibration, which asks for a clear one.
+///
+/// # Errors
+/// When nobody can tell what was driven before, or how warm the plate is.
+pub fn of_clear_plate(
+    calibration: &Path,
+    config: &Config,
+    hardware: &Hardware,
+) -> anyhow::Result<DriveLedger> {
+    without_protocol((Whose::Nobody, None), calibration, config, hardware)
+}
+
+fn without_protocol(
+    whose: (Whose, Option<&Path>),
+    calibration: &Path,
+    config: &Config,
+    hardware: &Hardware,
+) -> anyhow::Result<DriveLedger> {
     let Allowance {
         limit_s, need_s, ..
     } = Allowance::of(config.limits.driving_s_per_hour());
-    account(bench_path(calibration), hardware, limit_s, need_s)
+    ledger(whose, calibration, config, hardware, (limit_s, need_s))
 }
 
-/// Requires that `need_s` are left, and returns a line about what is.
+/// Requires that `need_s` are left and that the plate is cool enough, and returns a line about what is left.
 ///
 /// # Errors
-/// What is left, and when the rest is free.
+/// What is left, or how warm the plate is, and when the drive may begin.
 pub fn require_left(
-    account: &DoseAccount,
+    ledger: &DriveLedger,
     need_s: f64,
     clock: &dyn Clock,
 ) -> anyhow::Result<String> {
     let (boot, now) = (Boot::now(), clock.utc());
+    require_cool(&ledger.warmth, clock)?;
+    let account = &ledger.dose;
     let (left_s, wait_s) = (
         account.left_s(&boot, now),
         account.wait_s(need_s, &boot, now),
@@ -122,6 +164,24 @@ pub fn require_left(
         );
     }
     Ok(left)
+}
+
+/// Requires a plate that is cool enough to be driven.
+///
+/// # Errors
+/// How warm it is, and when the drive may begin.
+pub fn require_cool(warmth: &PlateWarmth, clock: &dyn Clock) -> anyhow::Result<()> {
+    let (boot, now) = (&Boot::now(), clock.utc());
+    let wait_s = warmth.wait_s(boot, now);
+    if wait_s > 0.0 {
+        bail!(
+            "the plate is estimated at {:.1} °C after what was driven before, too close to its limit (limits.surface_c): \
+             begin in {}",
+            warmth.surface_c(boot, now),
+            at_least(wait_s)
+        );
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ mod digital_lines;
 pub mod dose_account;
 mod dose_record;
 pub mod drive_control;
+mod drive_ledger;
 pub mod driving_time;
 pub mod encoder;
 pub mod estop_press;
@@ -20,21 +21,27 @@ pub mod field_task;
 pub mod flags;
 pub mod force;
 mod gauges;
+mod heat_record;
 mod life;
 mod line_source;
 mod lock_folder;
 pub mod lost_frames;
 pub mod loudspeaker;
 mod output_gap;
+pub mod plate_warmth;
 mod stream_threads;
 mod thread_priority;
 
-pub use arming::{ArmingError, NotWired, require_armable, require_watched, safety_limits};
+pub use arming::{
+    ArmingError, NotWired, plate_heat, require_armable, require_watched, safety_limits,
+};
 pub use assembly::{Bench, Hardware, OpenHardware, impedance_chain};
 pub use boot::Boot;
 pub use digital_lines::Lines;
+pub use dose_record::Whose;
+pub use drive_ledger::DriveLedger;
 pub use gauges::{FieldHealth, Gauges};
-pub use life::{Life, stop_on_signals};
+pub use life::{EndedByPanic, Life, stop_on_signals};
 pub use line_source::{LineError, LineSource, take_lines};
 pub use lock_folder::lock_folder;
 pub use stream_threads::StreamThreads;

@@ -107,19 +107,22 @@ impl Life {
         let ended = ran.and(closed);
         if self.panicked.load(Ordering::Acquire) {
             return Err(match ended {
-                Err(error) if !error.is::<Panicked>() => error.context(AFTER_PANIC),
+                Err(error) if !error.is::<Panicked>() => error.context(EndedByPanic),
                 // The panic hook has named the part.
-                _ => anyhow::anyhow!(AFTER_PANIC),
+                _ => EndedByPanic.into(),
             });
         }
         ended
     }
 }
 
-/// What is said of a bench that an error in the program itself has ended.
-const AFTER_PANIC: &str = "an error in the program itself ended the bench: the drive was stopped first, and what was recorded \
-    until then is kept; look at the plate and at the amplifier, then run the command again (`run` with --resume), and report \
-    the line above";
+/// An error in the program itself ended a bench.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "an error in the program itself ended the bench: the drive was stopped first, and what was recorded until then is kept; \
+     look at the plate and at the amplifier, then run the command again (`run` with --resume), and report the line above"
+)]
+pub struct EndedByPanic;
 
 /// Installs a panic hook that silences the drive and ends the bench in good order, whichever thread panics; then
 /// calls the hook before it, which reports.

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use config::{Config, Effective};
 use console::{Front, safety_event};
 use devices::drive_control::settings;
-use devices::{Bench, Hardware, require_armable, require_watched};
+use devices::{Bench, EndedByPanic, Hardware, require_armable, require_watched};
 use jiff::Timestamp;
 use rehearsal::FaultKind;
 use safety::{Pace, SafetyState, Trip};
@@ -230,6 +230,11 @@ impl Course {
         tasks.push(Box::new(task));
         tasks.extend(bench.after);
         let ran = bench.life.run(tasks, || Ok(()));
+        let ran = match ran {
+            // No fault of the exercise: nobody goes on with such a bench.
+            Err(error) if error.is::<EndedByPanic>() => return Err(error),
+            ran => ran,
+        };
         let Ok(mut company) = returned.try_recv() else {
             ran?;
             anyhow::bail!("the exercise ended without its operator");

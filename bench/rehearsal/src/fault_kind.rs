@@ -9,6 +9,8 @@ use crate::table::{Amount, FaultRow, Lasts, Needs, RealAction, Remedy, Required,
 
 /// Time in which an e-stop, a line or the read-back stops the drive, s (FAULTS.md, row 16).
 const AT_ONCE: Required = Required::Stop(Within::Seconds(0.05));
+/// Time in which a changed gain shows at a crest of the published modulation, of which there is one every 167 ms, s.
+const AT_A_CREST: Required = Required::Stop(Within::Seconds(0.25));
 /// Time beyond the longest silence: a burst of the sensor, a few looks of the watch, the ramp, s.
 const AFTER_SILENCE: Required = Required::Stop(Within::SilenceAnd(0.05));
 /// Time in which a force over its limit stops the drive, s: what lands on the plate does so gradually.
@@ -148,6 +150,10 @@ faults! {
         Needs::Amplifier,
         "Switch the amplifier off now.",
     );
+    AmplifierGain = FaultRow {
+        amount: Some(Amount { name: "gain left", unit: "%", low: 1.0, high: 50.0, default: 50.0, whole: false }),
+        ..stop("amplifier-gain", "the amplifier's gain falls", 16, AT_A_CREST, "Set the amplifier's gain back.")
+    };
     RelayWelded = FaultRow {
         required: Required::Refuse,
         ..stop("relay-welded", "the amplifier's relay is welded", 19, Required::Refuse, "Replace the relay.")

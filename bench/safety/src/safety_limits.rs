@@ -316,28 +316,7 @@ mod tests {
     use super::*;
 
     fn defaults() -> SafetyLimits {
-        SafetyLimits {
-            max_normal_n: 3.0,
-            max_lateral_n: 3.0,
-            readback_tolerance: 0.25,
-            readback_floor_v: 1.0,
-            loop_latency_ns: 100_000_000,
-            measured_delay_s: None,
-            max_amplitude_m: 5e-6,
-            heat: PlateHeat {
-                force_factor_n_per_v: 0.13,
-                omega_rad_per_s: 219_911.5,
-                capacity_j_per_k: 14.0,
-                loss_w_per_k: 0.1,
-                room_c: 25.0,
-                limit_c: 40.0,
-            },
-            driving_s_per_hour: 730.0,
-            dead_man_release_ns: None,
-            rate_hz: 192e3,
-            silence_ns: 50_000_000,
-            pace: Pace::Card,
-        }
+        include!("../tests/fixture/limits.rs")
     }
 
     #[test]

@@ -32,6 +32,11 @@ pub enum SafetyCommand {
     Trip(Trip),
     /// Count the driving time under this allowance, beginning with what was driven before.
     Allow(Allowance),
+    /// Begin the estimate of the plate's temperature at least this much above the room.
+    Warm {
+        /// Temperature above the room, K.
+        rise_k: f64,
+    },
     /// Exercise the hardware stops that are wired, under the steady tone that sounds; ignored unless armed.
     Exercise,
     /// Release a trip after the operator has confirmed: back to disarmed.

@@ -97,6 +97,8 @@ pub struct Signals {
     pub dose: Slot<DoseLeft>,
     /// What the person at the dead-man switch must do next, on a bench that uses one; published by the watch.
     pub hold: Slot<Hold>,
+    /// Estimated temperature of the plate above the room, K; published by the watch.
+    pub rise_k: Slot<f64>,
     /// State of the watch; published by the watch.
     pub state: Slot<SafetyState>,
 }

@@ -233,6 +233,7 @@ impl Watch {
         match (command, &self.state) {
             (SafetyCommand::Trip(trip), _) => self.trip(trip, now_ns),
             (SafetyCommand::Allow(allowance), _) => self.dose.allow(allowance),
+            (SafetyCommand::Warm { rise_k }, _) => self.rise_k = self.rise_k.max(rise_k),
             (SafetyCommand::Arm, SafetyState::Disarmed) if pressed => {
                 self.trip(Trip::EmergencyStop, now_ns);
             }
@@ -290,6 +291,7 @@ impl Watch {
         let amplitude_m = self.seen.amplitude_m.unwrap_or(0.0);
         let power_w = self.limits.heat.power_w(drive_v, amplitude_m);
         self.rise_k = self.limits.heat.rise_after(self.rise_k, power_w, seconds);
+        self.unpublished.rise_k = Some(self.rise_k);
     }
 
     /// Trips at the limit; before arming, already where the drive could not go on for long.

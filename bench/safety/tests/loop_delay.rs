@@ -106,26 +106,8 @@ impl World {
     /// Runs the watch for `seconds`; returns the trip, and when.
     fn trip(&self, seconds: f64) -> Option<(Trip, f64)> {
         let limits = SafetyLimits {
-            max_normal_n: 3.0,
-            max_lateral_n: 3.0,
-            readback_tolerance: 0.25,
-            readback_floor_v: 1.0,
-            loop_latency_ns: 100_000_000,
             measured_delay_s: self.measured_s,
-            max_amplitude_m: 5e-6,
-            heat: PlateHeat {
-                force_factor_n_per_v: 0.13,
-                omega_rad_per_s: 219_911.5,
-                capacity_j_per_k: 14.0,
-                loss_w_per_k: 0.1,
-                room_c: 25.0,
-                limit_c: 40.0,
-            },
-            driving_s_per_hour: 730.0,
-            dead_man_release_ns: None,
-            rate_hz: RATE_HZ,
-            silence_ns: 50_000_000,
-            pace: Pace::Card,
+            ..include!("fixture/limits.rs")
         };
         let (card, signals) = (Card::default(), Arc::new(Signals::default()));
         let commands = Mailbox::default();

@@ -60,26 +60,11 @@ prop_compose! {
 impl World {
     fn limits(&self) -> SafetyLimits {
         SafetyLimits {
-            max_normal_n: 3.0,
-            max_lateral_n: 3.0,
             readback_tolerance: self.tolerance,
             readback_floor_v: self.floor_v,
             loop_latency_ns: (self.latency_s * 1e9) as u64,
             measured_delay_s: self.measured_off_s.map(|off_s| self.delay_s() + off_s),
-            max_amplitude_m: 5e-6,
-            heat: PlateHeat {
-                force_factor_n_per_v: 0.13,
-                omega_rad_per_s: 219_911.5,
-                capacity_j_per_k: 14.0,
-                loss_w_per_k: 0.1,
-                room_c: 25.0,
-                limit_c: 40.0,
-            },
-            driving_s_per_hour: 730.0,
-            dead_man_release_ns: None,
-            rate_hz: RATE_HZ,
-            silence_ns: 50_000_000,
-            pace: Pace::Card,
+            ..include!("fixture/limits.rs")
         }
     }
 

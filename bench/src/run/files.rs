@@ -305,6 +305,7 @@ fn recorded_hardware(
             .waived_by
             .clone()
             .filter(|_| !config.safety.waived.is_empty()),
+        dead_man: Some(config.safety.dead_man.is_some()),
         loosened: config.loosened(),
         memory_locked: false,
         scheduling: None,

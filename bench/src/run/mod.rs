@@ -51,6 +51,7 @@ pub fn run(
         vibrometer_port: _,
         voltmeter_port: _,
         estop_hand: _,
+        rehearsed: _,
         fault_hand: _,
     } = apparatus;
     let simulated = hardware.simulated;
@@ -65,10 +66,16 @@ pub fn run(
     };
     let driving = protocol.driving_time();
     let participant_folder = plan.study.join(plan.participant.as_str());
-    let account = driving_time::of_participant(&participant_folder, config, &driving, &hardware)?;
+    let ledger = driving_time::of_participant(
+        &participant_folder,
+        &plan.calibration,
+        config,
+        &driving,
+        &hardware,
+    )?;
     let clock = hardware.clock.clone();
     if !plan.resume {
-        driving_time::require_left(&account, driving.hour_s, clock.as_ref())?;
+        driving_time::require_left(&ledger, driving.hour_s, clock.as_ref())?;
     }
     let mut bench = Bench::open(&effective, plan.carrier_hz, hardware)?;
     bench.require_calibration_holds(&effective)?;
@@ -88,9 +95,8 @@ pub fn run(
     let mut ask = plan.ask.clone();
     ask.retain(|detail| stated.text(*detail) == NOT_STATED);
     let to_drive_s = driving.trial_s * f64::from(machine.trials_left());
-    let left =
-        driving_time::require_left(&account, to_drive_s.min(driving.hour_s), clock.as_ref())?;
-    bench.charge(account, Boot::now());
+    let left = driving_time::require_left(&ledger, to_drive_s.min(driving.hour_s), clock.as_ref())?;
+    bench.charge(ledger, Boot::now())?;
     let Bench {
         life,
         drive,

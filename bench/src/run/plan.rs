@@ -15,7 +15,7 @@ use signalgen::DriveSettings;
 use strict::InFile;
 
 use crate::apparatus::pace;
-use crate::dates;
+use crate::{calibrate, dates};
 use preflight::Table;
 
 pub(super) const NAME: &str = "friction-bench";
@@ -51,6 +51,8 @@ pub struct Plan {
     pub rehearsed: Vec<String>,
     /// What nobody has measured although the bench's safety rests on it.
     pub(super) unverified: Vec<String>,
+    /// Where the calibration lies, and beside it the plate's warmth.
+    pub(super) calibration: PathBuf,
     pub(super) settings: DriveSettings,
     pub(super) carrier_hz: f64,
 }
@@ -189,6 +191,7 @@ impl Plan {
             person,
             ask,
             study: options.study.clone(),
+            calibration: calibrate::path(&options.hardware),
             consent_by: options.consent_by.clone(),
             resume: options.resume,
             new_session: options.new_session,

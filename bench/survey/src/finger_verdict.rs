@@ -23,6 +23,7 @@ struct Pair {
 
 impl Calibrates for FingerProcedure {
     const NAME: &'static str = PlateProcedure::NAME;
+    const DRIVES_A_FINGER: bool = true;
 
     fn judge(&self, date: Timestamp, operator: &str) -> anyhow::Result<Judged> {
         let mut judged = self.bare.judge(date, operator)?;

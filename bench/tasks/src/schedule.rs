@@ -47,6 +47,12 @@ pub trait Pacer: Send {
     fn tick(&mut self) -> anyhow::Result<()>;
 }
 
+impl<F: FnMut() -> anyhow::Result<()> + Send> Pacer for F {
+    fn tick(&mut self) -> anyhow::Result<()> {
+        self()
+    }
+}
+
 /// Way of running tasks.
 pub enum Schedule {
     /// Each task on a thread of its own, on the computer's clock.

@@ -85,6 +85,7 @@ pub fn hardware(apparatus: &Apparatus, lines: Lines) -> Hardware {
         guard: Box::new(()),
         simulated: true,
         pace: safety::Pace::Simulated,
+        keeps_accounts: false,
     }
 }
 

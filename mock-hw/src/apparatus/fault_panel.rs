@@ -73,6 +73,11 @@ impl FaultPanel {
         self.board.switch_off(off);
     }
 
+    /// Turns the amplifier's gain to this share of the scenario's.
+    pub fn set_amplifier_gain(&self, share: f64) {
+        self.board.set_amplifier_gain(share);
+    }
+
     /// Presses or releases the emergency stop.
     pub fn press_estop(&self, pressed: bool) {
         self.board.press_estop(pressed);

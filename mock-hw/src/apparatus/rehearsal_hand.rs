@@ -137,6 +137,7 @@ impl Timetable {
             FaultKind::ForceDropped => panel.force(ForceFault::Drop(count)),
             FaultKind::ForceCorrupted => panel.force(ForceFault::Corrupt(count)),
             FaultKind::ForceRepeated => panel.force(ForceFault::Repeat(count)),
+            FaultKind::AmplifierGain => panel.set_amplifier_gain(0.01 * amount),
             FaultKind::Press => self.masses.place(Axis::Normal, amount / GRAVITY_M_PER_S2),
             FaultKind::Drag => self.masses.place(Axis::Lateral, amount / GRAVITY_M_PER_S2),
             FaultKind::Estop
@@ -156,6 +157,7 @@ impl Timetable {
     fn end(&mut self, fault: FaultKind) {
         match fault {
             FaultKind::Press | FaultKind::Drag => self.masses.remove(),
+            FaultKind::AmplifierGain => self.panel.set_amplifier_gain(1.0),
             FaultKind::EstopBounce => {
                 self.due
                     .retain(|(_, deed)| !matches!(deed, Deed::Contact { .. }));

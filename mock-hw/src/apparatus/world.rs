@@ -137,6 +137,7 @@ impl World {
         self.layer.play(drive);
         self.plant.wire(self.patchbay.wiring());
         let gate = self.board.amplifier_on(start_ns);
+        self.plant.set_amplifier_gain(self.board.amplifier_gain());
         self.masses.carry_out(&mut self.plant);
         self.plant.step(drive, gate, &act.finger, inputs);
         self.layer.record(inputs);

@@ -20,9 +20,10 @@ use config::{Config, Effective};
 use devices::{Hardware, Lines};
 use friction_bench::apparatus::Apparatus;
 use friction_bench::cli::{Calibrate, Cli, Command};
+use friction_bench::drilling::Watched;
 use friction_bench::run::Plan;
 use friction_bench::verbosity::Verbosity;
-use friction_bench::{calibrate, ending, monitor, run};
+use friction_bench::{calibrate, drilling, ending, monitor, run};
 use jiff::Timestamp;
 use mock_hw::apparatus::{Apparatus as Simulated, ApparatusClock, ApparatusConfig};
 use mock_hw::world_clock::Pace;
@@ -195,10 +196,13 @@ fn apparatus(part: &str, folder: &Path) -> anyhow::Result<(Apparatus, Arc<Seen>)
         guard: Box::new(simulated),
         simulated: true,
         pace: safety::Pace::Simulated,
+        // Each bench has a folder of its own.
+        keeps_accounts: true,
     };
     let apparatus = Apparatus {
         hardware,
         watchers: Vec::new(),
+        rehearsed: Vec::new(),
         hands: None,
         fault_hand: None,
         voltmeter_port: None,
@@ -236,6 +240,17 @@ fn command(command: Command, apparatus: Apparatus) -> anyhow::Result<bool> {
             let ready = preflight::run(&bench, None, &extent, pace, || Ok(apparatus.hardware));
             std::io::stdout().write_all(ready.table.to_text().as_bytes())?;
             Ok(ready.table.passed())
+        }
+        Command::Drill(options) => {
+            let config = config_of(&options.hardware.config)?;
+            let course = drilling::plan(Effective::uncalibrated(config.clone()), &options)?;
+            let mut opened = Some(Watched {
+                hardware: apparatus.hardware,
+                hand: None,
+            });
+            let open = || opened.take().context("opened twice");
+            let (record, _) = drilling::run(&course, &options, &config, open, std::io::stdout())?;
+            Ok(record.passed)
         }
         other => anyhow::bail!("{other:?} drives nothing"),
     }

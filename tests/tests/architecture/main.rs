@@ -260,11 +260,13 @@ fn the_wall_clock_is_read_in_one_place_and_asked_by_those_who_write_dates() {
         panic!("the wall clock is read in {files:?}");
     };
     assert!(clock.ends_with("clock.rs"), "{clock}");
-    // The calibration's age and date, the check of the volts, the age of driving times, the session's folder and log, the
+    // The calibration's age and date, the check of the volts, the age of driving times and of a
+    // plate's warmth, the session's folder and log, the
     // press of the e-stop, the day of a removal, the folder of a drill.
     let dates = [
         "devices/src/assembly.rs",
         "devices/src/dose_account.rs",
+        "devices/src/plate_warmth.rs",
         "calibration/src/rig.rs",
         "drill/src/course.rs",
         "devices/src/driving_time.rs",

@@ -19,7 +19,7 @@ use mock_hw::world_clock::Pace;
 use mock_world::person::{Cue, Instruction, Percept};
 use mock_world::scenario::Scenario;
 use safety::{InputLine, input, output};
-use tasks::{Clock, Pacer, Schedule, later};
+use tasks::{Clock, Schedule, later};
 
 /// An apparatus's clock whose date is set by an hour back and forth.
 struct SetClock {
@@ -39,14 +39,6 @@ impl Clock for SetClock {
         let set = self.set.iter().rev().find(|(from_s, _)| now_s >= *from_s);
         let wrong = SignedDuration::from_hours(set.map_or(0, |(_, hours)| *hours));
         later(date, self.now_ns()).checked_add(wrong).unwrap()
-    }
-}
-
-struct Stepper(Apparatus);
-
-impl Pacer for Stepper {
-    fn tick(&mut self) -> anyhow::Result<()> {
-        Ok(self.0.step()?)
     }
 }
 
@@ -125,13 +117,15 @@ pub fn apparatus(setup: Setup) -> Bench {
         } else {
             safety::Pace::Simulated
         },
-        schedule: Schedule::Lockstep(Box::new(Stepper(apparatus))),
+        keeps_accounts: real,
+        schedule: Schedule::Lockstep(Box::new(move || Ok(apparatus.step()?))),
     };
     Bench {
         fault_hand: None,
         voltmeter_port: None,
         hardware,
         watchers,
+        rehearsed: Vec::new(),
         hands: None,
         vibrometer_port: None,
         estop_hand: None,

@@ -33,8 +33,15 @@ fn held(study: &Path, participant: &str, config: Config, setup: Setup) -> anyhow
     let mut options = options(study);
     options.participant = Some(participant.to_owned());
     options.new_session = true;
+    options.hardware.calibration = Some(study.with_file_name("calibration.toml"));
     let plan = Plan::new(Effective::uncalibrated(config), &options)?;
     run(plan, apparatus(setup), std::io::sink()).map(|(report, _)| report)
+}
+
+/// What the session's first recording says of a dead-man switch.
+fn recorded_dead_man(session: &SessionFolder) -> Option<bool> {
+    let reader = RecordingReader::open(&session.recordings()[0]).unwrap();
+    reader.manifest().hardware.as_ref().unwrap().dead_man
 }
 
 /// Faults 39, 42.
@@ -49,6 +56,8 @@ fn a_person_is_not_driven_again_by_starting_the_program_again() {
     };
     let first = held(&study, "sub-01", short_hour(), real(&[])).unwrap();
     assert!(first.completed, "{:?}", first.reason);
+    let session = SessionFolder::read(&study, "sub-01").unwrap();
+    assert_eq!(recorded_dead_man(&session), Some(false));
     let account = study.join("sub-01").join("driving.tsv");
     assert!(std::fs::read_to_string(&account).unwrap().lines().count() == 2);
     // A wall clock that is wrong, or set meanwhile, frees nothing.
@@ -179,6 +188,7 @@ fn a_session_with_a_dead_man_switch_says_so_and_runs() {
     );
     let log = std::fs::read_to_string(session.path.join("events.jsonl")).unwrap();
     assert!(log.contains("\"phase\":\"hold\""), "{log}");
+    assert_eq!(recorded_dead_man(&session), Some(true));
 }
 
 /// Fault 42.
@@ -222,6 +232,17 @@ fn a_drive_over_its_dose_or_too_warm_says_when_to_go_on() {
         let shown = text(&output);
         assert!(!output.status.success() && shown.contains(words), "{shown}");
     }
+    // A calibration warms the plate as any other drive does.
+    let config = config_with(folder.path(), &heat);
+    let mut calibrate = bench();
+    calibrate
+        .current_dir(folder.path())
+        .args(["calibrate", "pickup", "--mock", "--headless"])
+        .args(["--speed", "max", "--operator", "ME", "--config"])
+        .arg(&config);
+    let shown = text(&finish(&mut calibrate));
+    let words = "stopped the calibration: the plate is estimated at 30.0 °C";
+    assert!(shown.contains(words), "{shown}");
     // A protocol that does not fit is refused with the arithmetic.
     let config = config_with(folder.path(), &dose);
     let mut run = unattended(&study, "sub-01", "demo");

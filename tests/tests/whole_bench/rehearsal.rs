@@ -1,7 +1,14 @@
 //! Faults that are rehearsed from the command line: what is recorded says so, and what cannot be is refused.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
 
-use bench_tests::program::bench;
-use bench_tests::session::{SessionFolder, config_with, demo_with, finish, text, unattended};
+use bench_tests::program::{bench, protocol};
+use bench_tests::session::{
+    ON_A_CARD, SessionFolder, config_with, demo_with, finish, text, unattended,
+};
+use config::CalibrationFile;
 use recording::RecordingReader;
 
 use super::refusals::{refused, refused_before_anything_is_made, room, uncalibrated};
@@ -144,4 +151,100 @@ fn a_fault_comes_at_its_time_in_a_monitor_and_a_drill_ends_with_its_times() {
     for words in ["1 of 1 met", "drill.toml", "row 17"] {
         assert!(printed.contains(words), "{printed}");
     }
+}
+
+/// Largest amplitude of the plate in these seconds of the apparatus's time, m.
+fn amplitude_m(truth: &str, within_s: std::ops::Range<f64>) -> f64 {
+    let row = |line: &str| -> (f64, f64) {
+        let cell = |at: usize| line.split(',').nth(at).unwrap().parse().unwrap();
+        (cell(0), cell(13))
+    };
+    let rows = truth.lines().skip(1).map(row);
+    rows.filter(|(at_s, _)| within_s.contains(at_s))
+        .map(|(_, amplitude_m)| amplitude_m)
+        .fold(0.0, f64::max)
+}
+
+/// Faults 16, 21.
+/// Hazards 3, 18, 20.
+#[test]
+fn half_the_gain_and_a_silent_force_sensor_stop_the_program_in_time() {
+    /// When the faults begin: the finger slides.
+    const AT_S: f64 = 5.0;
+    /// A period of the simulation, and the plate's own decay, s.
+    const RINGS_S: f64 = 0.02;
+    let (folder, _) = room();
+    let config = config_with(folder.path(), &[ON_A_CARD]);
+    for (fault, words, within_s) in [
+        ("amplifier-gain@5s:50", "reads back", 0.25),
+        // The silence that is allowed, what arrives in bursts, and a look of the watch.
+        ("force-silent@5s", "the force sensor", 0.05 + 0.02),
+    ] {
+        let study = folder.path().join(&fault[..5]);
+        let truth = folder.path().join(format!("{}-truth", &fault[..5]));
+        std::fs::create_dir(&truth).unwrap();
+        let mut run = unattended(&study, "sub-01", protocol("one-exploration.toml"));
+        run.arg("--config").arg(&config).args(["--fault", fault]);
+        let ended = finish(run.arg("--mock-truth").arg(&truth));
+        let printed = text(&ended);
+        assert_eq!(ended.status.code(), Some(1), "{printed}");
+        assert!(
+            printed.contains("STOPPED") && printed.contains(words),
+            "{printed}"
+        );
+        let truth = std::fs::read_to_string(truth.join("truth.csv")).unwrap();
+        let driven_m = amplitude_m(&truth, AT_S - 0.3..AT_S);
+        assert!(driven_m > 1e-7, "{fault}: {driven_m} m before");
+        let left_m = amplitude_m(&truth, AT_S + within_s + RINGS_S..f64::INFINITY);
+        assert!(
+            left_m < 0.01 * driven_m,
+            "{fault}: {left_m} m of {driven_m} m"
+        );
+    }
+}
+
+/// Fault 36.
+#[test]
+fn a_calibration_with_faults_says_so_and_is_in_force_nowhere() {
+    let (folder, study) = room();
+    let calibration = folder.path().join("calibration.toml");
+    let calibrate = |faults: &[&str]| {
+        let mut calibrate = bench();
+        calibrate
+            .args(["calibrate", "pickup", "--mock", "--headless"])
+            .args(["--speed", "max", "--operator", "ME", "--calibration"])
+            .arg(&calibration)
+            .args(faults);
+        finish(&mut calibrate)
+    };
+    let rehearsed = calibrate(&["--fault", "button-held@1s"]);
+    let printed = text(&rehearsed);
+    assert!(rehearsed.status.success(), "{printed}");
+    assert!(printed.contains("REHEARSAL, not data"), "{printed}");
+    let (file, _) = CalibrationFile::read(&calibration).unwrap();
+    assert_eq!(file.rehearsed, ["button-held@1s"]);
+    for name in ["csv", "svg"] {
+        let beside = folder
+            .path()
+            .join(format!("calibration-rehearsal-pickup.{name}"));
+        assert!(beside.is_file(), "{printed}");
+    }
+    // Nothing measured is added to it, and no session runs with it.
+    refused(&calibrate(&[]), &["holds a rehearsal"]);
+    let mut run = unattended(&study, "sub-01", "demo");
+    run.arg("--calibration").arg(&calibration);
+    refused_before_anything_is_made(
+        &mut run,
+        &study,
+        &["measured in a rehearsal", "button-held@1s"],
+    );
+    // Nor is a rehearsal added to what was measured.
+    std::fs::remove_file(&calibration).unwrap();
+    assert!(calibrate(&[]).status.success());
+    let before = std::fs::read(&calibration).unwrap();
+    refused(
+        &calibrate(&["--fault", "button-held@1s"]),
+        &["holds what was measured"],
+    );
+    assert_eq!(std::fs::read(&calibration).unwrap(), before);
 }

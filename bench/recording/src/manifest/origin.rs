@@ -95,6 +95,10 @@ pub struct RecordedHardware {
     /// Name of the person who waived them; absent if and only if none is waived.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub waived_by: Option<String>,
+    /// Whether the drive needed a dead-man switch that somebody holds; absent in recordings of earlier versions,
+    /// which do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dead_man: Option<bool>,
     /// Safety limits that are looser than their defaults, such as `safety.readback_tolerance = 0.4 (default
     /// 0.25)`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -38,6 +38,7 @@ pub(super) struct Unpublished {
     pub(super) loop_delay: Option<LoopDelay>,
     pub(super) dose: Option<DoseLeft>,
     pub(super) hold: Option<Hold>,
+    pub(super) rise_k: Option<f64>,
 }
 
 impl Unpublished {
@@ -48,5 +49,6 @@ impl Unpublished {
         signals.loop_delay.offer(&mut self.loop_delay);
         signals.dose.offer(&mut self.dose);
         signals.hold.offer(&mut self.hold);
+        signals.rise_k.offer(&mut self.rise_k);
     }
 }

@@ -14,26 +14,11 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use embedded_hal_mock::eh1::digital::{Mock, State, Transaction};
 
 const LIMITS: SafetyLimits = SafetyLimits {
-    max_normal_n: 3.0,
     max_lateral_n: 2.0,
     readback_tolerance: 0.2,
     readback_floor_v: 0.5,
     loop_latency_ns: 50_000_000,
-    measured_delay_s: None,
-    max_amplitude_m: 5e-6,
-    heat: PlateHeat {
-        force_factor_n_per_v: 0.13,
-        omega_rad_per_s: 219_911.5,
-        capacity_j_per_k: 14.0,
-        loss_w_per_k: 0.1,
-        room_c: 25.0,
-        limit_c: 40.0,
-    },
-    driving_s_per_hour: 730.0,
-    dead_man_release_ns: None,
-    rate_hz: 192e3,
-    silence_ns: 50_000_000,
-    pace: Pace::Card,
+    ..include!("../../tests/fixture/limits.rs")
 };
 
 #[derive(Clone)]
@@ -576,6 +561,27 @@ fn a_plate_that_is_driven_for_long_is_stopped_and_let_go_on_when_it_has_cooled()
     // The ramp to silence warmed it a little further.
     rig.pass((1e3 * wait_s) as u64 + 500, |_| ());
     assert_eq!(again(&mut rig), SafetyState::Armed);
+}
+
+/// Fault 42.
+/// Hazard 4.
+#[test]
+fn a_plate_that_is_warm_from_before_is_not_armed_and_its_warmth_is_told() {
+    let mut rig = Rig::new(SafetyLines::default());
+    let at_limit_k = LIMITS.heat.limit_c - LIMITS.heat.room_c;
+    rig.ask.send(SafetyCommand::Warm {
+        rise_k: at_limit_k - 1.0,
+    });
+    // Less, or nothing known, cools nothing.
+    for rise_k in [0.0, f64::NAN] {
+        rig.ask.send(SafetyCommand::Warm { rise_k });
+    }
+    rig.ask.send(SafetyCommand::Arm);
+    rig.pass(1, |_| ());
+    assert!(matches!(rig.trip(), Some(Trip::Warm { wait_s, .. }) if wait_s > 0.0));
+    rig.pass(1, |_| ());
+    let told_k = rig.signals.rise_k.get().unwrap();
+    assert!((told_k - (at_limit_k - 1.0)).abs() < 0.01, "{told_k}");
 }
 
 /// Fault 8.

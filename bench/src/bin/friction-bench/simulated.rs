@@ -12,6 +12,7 @@ use devices::{Hardware, Lines};
 use drill::{Deed, FaultHand};
 use friction_bench::apparatus::{Apparatus, Watcher};
 use friction_bench::cli::Speed;
+use friction_bench::rehearsed;
 use jiff::Timestamp;
 use mock_hw::apparatus::{
     Apparatus as SimulatedApparatus, ApparatusClock, ApparatusConfig, FaultPanel, MassSet,
@@ -23,7 +24,7 @@ use mock_world::plant::{Axis, InputWiring};
 use mock_world::scenario::{ForceProtocol, Scenario, ScenarioError, built_in};
 use rehearsal::RehearsedFault;
 use safety::{GpioError, InputLine, input, output};
-use tasks::{Clock, Pacer, Schedule, SystemClock, later};
+use tasks::{Clock, Schedule, SystemClock, later};
 
 /// Configuration of a bench with the simulated hardware's usual force sensor. It says what the bench assumes; the truth of a
 /// scenario differs from it where that of real hardware would.
@@ -107,7 +108,7 @@ pub fn apparatus(
                 .context("the date of free-running apparatus")?;
             (
                 Arc::new(FreeClock { clock, date }),
-                Schedule::Lockstep(Box::new(Stepper(apparatus))),
+                Schedule::Lockstep(Box::new(move || Ok(apparatus.step()?))),
                 Box::new(()),
             )
         }
@@ -128,8 +129,10 @@ pub fn apparatus(
             guard,
             simulated: true,
             pace: safety::Pace::Simulated,
+            keeps_accounts: false,
         },
         watchers,
+        rehearsed: rehearsed::words(faults),
         hands: Some(hands),
         vibrometer_port: Some(vibrometer_port),
         voltmeter_port: Some(voltmeter_port),
@@ -277,14 +280,6 @@ fn hands(masses: MassSet, patchbay: Patchbay, senses: Senses, aim: VibrometerAim
     })
 }
 
-struct Stepper(SimulatedApparatus);
-
-impl Pacer for Stepper {
-    fn tick(&mut self) -> anyhow::Result<()> {
-        Ok(self.0.step()?)
-    }
-}
-
 struct FreeClock {
     clock: ApparatusClock,
     date: Timestamp,
@@ -303,6 +298,36 @@ impl Clock for FreeClock {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_hand_at_the_switch_lets_go_and_presses_again_as_it_is_asked() {
+        let mut switch = HeldSwitch::default();
+        let mut hand = holder(switch.clone());
+        let looks =
+            |switch: &mut HeldSwitch| (0..=OPEN_READS).map(|_| switch.is_high().unwrap()).last();
+        assert_eq!(looks(&mut switch), Some(false), "open at first");
+        assert_eq!(looks(&mut switch), Some(true));
+        for (instruction, held) in [
+            (tui::Instruction::ReleaseSwitch, false),
+            (tui::Instruction::HoldSwitch, true),
+        ] {
+            let view = tui::ParticipantView {
+                instruction,
+                slider_m: None,
+                plate_m: 0.1,
+                start_m: 0.0,
+                end_m: 0.1,
+                countdown: None,
+                mean_force_n: None,
+                force_band_n: None,
+                trial: 0,
+                trials: 0,
+                rest_s: None,
+            };
+            hand(&view, false, None);
+            assert_eq!(looks(&mut switch), Some(held), "{instruction:?}");
+        }
+    }
 
     #[test]
     fn a_scenario_is_read_by_its_name_or_by_its_path() {

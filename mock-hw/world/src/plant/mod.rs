@@ -88,6 +88,8 @@ pub struct Plant {
     line_weights: Vec<f64>,
     gate: f64,
     gate_rate: f64,
+    /// Share of the scenario's gain that the amplifier has.
+    amplifier_gain: f64,
     readback_moment: f64,
     delays: [Delay; 3],
     patch: Patch,
@@ -212,6 +214,7 @@ impl Plant {
             amplified,
             line_weights,
             gate: 0.0,
+            amplifier_gain: 1.0,
             gate_rate: 1.0 - (-interval_s / GATE_S).exp(),
             readback_moment: taps[0].moment,
             delays: taps.map(Delay::new),
@@ -280,7 +283,11 @@ impl Plant {
         self.truth.clear();
         self.volts = SquaredVolts::default();
         let from = self.finger;
-        let amplifier = if amplifier_on { 1.0 } else { 0.0 };
+        let amplifier = if amplifier_on {
+            self.amplifier_gain
+        } else {
+            0.0
+        };
         for (i, (&sample, frame)) in drive
             .iter()
             .zip(inputs.chunks_exact_mut(channels))
@@ -299,6 +306,11 @@ impl Plant {
         self.finger = *finger;
         let end_s = self.end_s();
         self.forces_due = self.forces.partition_point(|s| s.time_s <= end_s);
+    }
+
+    /// Turns the amplifier's gain to this share of the scenario's, between two periods.
+    pub fn set_amplifier_gain(&mut self, share: f64) {
+        self.amplifier_gain = share;
     }
 
     /// Connects the cables of the inputs in another way, between two periods.

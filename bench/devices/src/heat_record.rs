@@ -1,0 +1,203 @@
+//! The record of how warm the plate was: one line, with the computer's run that it was written in.
+//!
+//! A plate cools by the time that has passed for certain. Within one run of the computer its own clock counts, which
+//! nobody sets; over a restart the time since that start has passed. The wall clock is believed only where it says that
+//! more than a day has passed, or where there is no other clock, and no clock that jumped backwards cools anything.
+
+use jiff::Timestamp;
+
+use crate::boot::Boot;
+use crate::dose_record::{BELIEVED_S, DamagedLine, boot_named, boot_word};
+
+const HEADER: &str = "boot\tup_s\trise_k\tdate\n";
+/// Warmest plate that a record may tell of, K: glass softens before.
+const WARMEST_K: f64 = 500.0;
+
+/// How warm a plate was.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Warmth {
+    /// Run of the computer; `None` where it does not tell its runs apart.
+    pub boot: Option<String>,
+    /// When, in seconds of that run.
+    pub up_s: f64,
+    /// Temperature above the room, K.
+    pub rise_k: f64,
+    /// When, by the wall clock.
+    pub date: Timestamp,
+}
+
+impl Warmth {
+    /// Returns the time that has passed since, s: the least that is certain.
+    #[must_use]
+    pub fn age_s(&self, boot: &Boot, now: Timestamp) -> f64 {
+        let wall_s = now.duration_since(self.date).as_secs_f64();
+        let certain_s = match (&self.boot, &boot.id) {
+            (Some(of), Some(this)) if of == this => boot.up_s - self.up_s,
+            (Some(_), Some(_)) if wall_s <= BELIEVED_S => boot.up_s,
+            _ => wall_s,
+        };
+        certain_s.max(0.0)
+    }
+}
+
+/// Reads a record.
+///
+/// # Errors
+/// The first line that cannot be read: nobody can tell then how warm the plate was.
+pub fn parse(text: &str) -> Result<Warmth, DamagedLine> {
+    let Some(line) = text.strip_prefix(HEADER) else {
+        return Err(DamagedLine { line: 1 });
+    };
+    row(line).ok_or(DamagedLine { line: 2 })
+}
+
+fn row(line: &str) -> Option<Warmth> {
+    let mut fields = line.strip_suffix('\n')?.split('\t');
+    let boot = boot_named(fields.next()?)?;
+    let up_s: f64 = fields.next()?.parse().ok()?;
+    let rise_k: f64 = fields.next()?.parse().ok()?;
+    let date = fields.next()?.parse().ok()?;
+    let told = up_s.is_finite() && up_s >= 0.0 && (0.0..=WARMEST_K).contains(&rise_k);
+    (fields.next().is_none() && told).then_some(Warmth {
+        boot,
+        up_s,
+        rise_k,
+        date,
+    })
+}
+
+/// Returns the text of a record.
+#[must_use]
+pub fn to_text(warmth: &Warmth) -> String {
+    let Warmth {
+        boot,
+        up_s,
+        rise_k,
+        date,
+    } = warmth;
+    let rise_k = rise_k.clamp(0.0, WARMEST_K);
+    format!(
+        "{HEADER}{}\t{up_s:.3}\t{rise_k:.3}\t{date}\n",
+        boot_word(boot.as_deref())
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const NOON: &str = "2026-05-04T12:00:00Z";
+
+    fn at(text: &str) -> Timestamp {
+        text.parse().unwrap()
+    }
+
+    fn warmth(boot: Option<&str>) -> Warmth {
+        Warmth {
+            boot: boot.map(str::to_owned),
+            up_s: 1000.0,
+            rise_k: 12.5,
+            date: at(NOON),
+        }
+    }
+
+    fn run(id: Option<&str>, up_s: f64) -> Boot {
+        Boot {
+            id: id.map(str::to_owned),
+            up_s,
+        }
+    }
+
+    /// Fault 39.
+    #[test]
+    fn on_the_same_run_the_wall_clock_is_not_asked() {
+        for now in [
+            NOON,
+            "1999-01-01T00:00:00Z",
+            "2026-05-04T23:00:00Z",
+            "2030-01-01T00:00:00Z",
+        ] {
+            let age_s = warmth(Some("a")).age_s(&run(Some("a"), 1060.0), at(now));
+            assert_eq!(age_s, 60.0, "{now}");
+        }
+    }
+
+    /// Fault 39.
+    #[test]
+    fn over_a_restart_the_time_since_then_has_passed_and_days_of_the_wall_clock() {
+        for (now, age_s) in [
+            ("2026-05-04T12:00:50Z", 30.0),
+            ("2026-05-05T11:00:00Z", 30.0),
+            ("1999-01-01T00:00:00Z", 30.0),
+            ("2026-05-06T12:00:00Z", 172_800.0),
+        ] {
+            let found_s = warmth(Some("a")).age_s(&run(Some("b"), 30.0), at(now));
+            assert_eq!(found_s, age_s, "{now}");
+        }
+    }
+
+    /// Fault 39.
+    #[test]
+    fn no_clock_that_jumped_backwards_cools_a_plate() {
+        let early = at("2026-05-04T11:00:00Z");
+        for (of, this) in [(None, None), (None, Some("a")), (Some("a"), None)] {
+            assert_eq!(warmth(of).age_s(&run(this, 0.0), early), 0.0);
+            assert_eq!(
+                warmth(of).age_s(&run(this, 5.0), at("2026-05-04T12:01:00Z")),
+                60.0
+            );
+        }
+        // The record of a computer that was on for longer, under the same name.
+        assert_eq!(
+            warmth(Some("a")).age_s(&run(Some("a"), 10.0), at(NOON)),
+            0.0
+        );
+    }
+
+    #[test]
+    fn a_damaged_line_is_named() {
+        let good = to_text(&warmth(Some("a")));
+        assert_eq!(parse(&good), Ok(warmth(Some("a"))));
+        for (text, line) in [
+            (String::new(), 1),
+            ("boot\n".to_owned(), 1),
+            (HEADER.to_owned(), 2),
+            (good.trim_end().to_owned(), 2),
+            (format!("{good}{good}"), 2),
+            (format!("{HEADER}a\t1\t-0.1\t{NOON}\n"), 2),
+            (format!("{HEADER}a\t1\tNaN\t{NOON}\n"), 2),
+            (format!("{HEADER}a\t1\t501\t{NOON}\n"), 2),
+            (format!("{HEADER}a\tinf\t1\t{NOON}\n"), 2),
+            (format!("{HEADER}a b\t1\t1\t{NOON}\n"), 2),
+            (format!("{HEADER}a\t1\t1\tyesterday\n"), 2),
+        ] {
+            assert_eq!(parse(&text), Err(DamagedLine { line }), "{text:?}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_record_reads_as_it_was_written(
+            boot in prop::option::of("[0-9a-f]{1,36}"), up in 0u32..1_000_000, rise in 0u32..4_000, date in 0i64..2_000_000_000,
+        ) {
+            let warmth = Warmth {
+                boot,
+                up_s: f64::from(up) / 8.0,
+                rise_k: f64::from(rise) / 8.0,
+                date: Timestamp::from_second(date).unwrap(),
+            };
+            prop_assert_eq!(parse(&to_text(&warmth)).unwrap(), warmth);
+        }
+
+        /// Whatever the clocks and the file say, no age is negative or no number.
+        #[test]
+        fn no_clock_makes_a_plate_younger_than_now(
+            boots in prop::collection::vec(prop::option::of("[ab]"), 2), up_s in 0.0..1e9, wall_s in -2_000_000_000i64..2_000_000_000,
+        ) {
+            let now = Timestamp::from_second(wall_s).unwrap();
+            let age_s = warmth(boots[0].as_deref()).age_s(&run(boots[1].as_deref(), up_s), now);
+            prop_assert!(age_s >= 0.0);
+        }
+    }
+}

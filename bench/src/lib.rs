@@ -5,6 +5,7 @@ pub mod analyze;
 mod analyze_options;
 pub mod apparatus;
 pub mod calibrate;
+pub mod calibration_report;
 pub mod cli;
 mod dates;
 pub mod drilling;

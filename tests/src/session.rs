@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use recording::study::event_log::{self, Document, LogEvent, Start, Stop};
-use recording::verify;
 use serde_json::Value;
 
 use crate::program::bench;
@@ -116,7 +115,7 @@ impl SessionFolder {
     /// # Panics
     /// When it is not.
     pub fn require_whole(&self) {
-        let found = verify::session(&self.path, || {}).expect("a folder that can be listed");
+        let found = verification::session(&self.path, || {}).expect("a folder that can be listed");
         assert!(found.is_whole(), "{found:#?}");
     }
 

@@ -16,11 +16,10 @@ mod rows;
 pub mod storage;
 pub mod study;
 pub mod sums;
-pub mod verify;
 pub mod wav;
 pub mod writer;
 
-pub use csv_rows::{ForceRow, PositionRow};
+pub use csv_rows::{CsvRow, ForceRow, PositionRow};
 pub use disk::DiskError;
 pub use manifest::Manifest;
 pub use reader::RecordingReader;

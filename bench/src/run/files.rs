@@ -12,7 +12,6 @@ use recording::manifest::{self, Manifest};
 use recording::recorder::Begin;
 use recording::study::event_log::{self, Document};
 use recording::study::{self, EVENTS_FILE, EventLogError, Study, TrialLabel};
-use recording::verify;
 use signalgen::StreamDirection;
 
 use super::plan::{NAME, Plan, VERSION};
@@ -84,11 +83,11 @@ pub(super) fn last_trial(plan: &Plan) -> anyhow::Result<Option<(String, bool)>> 
         // Killed before there was a log, or it cannot be read: whoever opens the session says so.
         Err(_) => return Ok(None),
     };
-    let holes = verify::log_defects(&folder, &log);
+    let holes = verification::log_defects(&folder, &log);
     if let Some(hole) = holes.iter().find(|defect| defect.hides_trials()) {
         return Err(distrust(hole.to_string()));
     }
-    let Some(trial) = verify::last_trial(&folder, &log)? else {
+    let Some(trial) = verification::last_trial(&folder, &log)? else {
         return Ok(Some(("no trial was recorded before this".to_owned(), true)));
     };
     let words = format!("the last trial before this: {}", trial_words(&trial));

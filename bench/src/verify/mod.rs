@@ -7,7 +7,7 @@ use std::path::Path;
 
 use config::{CalibrationFile, CalibrationFileError};
 use recording::study::DESCRIPTION_FILE;
-use recording::verify::{self, SessionDefect, StudyDefect, StudyFindings};
+use verification::{self, SessionDefect, StudyDefect, StudyFindings};
 
 use crate::cli::Verify;
 use crate::outcome::{progress_bar, write_text};
@@ -32,10 +32,10 @@ pub fn run(options: &Verify, verbosity: Verbosity) -> anyhow::Result<bool> {
 }
 
 fn findings(study: &Path, verbosity: Verbosity) -> anyhow::Result<StudyFindings> {
-    let sessions = verify::sessions(study)?;
+    let sessions = verification::sessions(study)?;
     let mut recordings = 0;
     for session in &sessions {
-        recordings += verify::recordings(session)?.len();
+        recordings += verification::recordings(session)?.len();
     }
     verbosity.note(format_args!(
         "{} sessions, {recordings} recordings",
@@ -44,12 +44,12 @@ fn findings(study: &Path, verbosity: Verbosity) -> anyhow::Result<StudyFindings>
     let bar = progress_bar(recordings as u64, verbosity);
     let mut found = StudyFindings::default();
     for session in &sessions {
-        let mut session = verify::session(session, || bar.inc(1))?;
+        let mut session = verification::session(session, || bar.inc(1))?;
         session.defects.extend(edited_calibration(&session.folder));
         found.sessions.push(session);
     }
     bar.finish_and_clear();
-    verify::beside_sessions(study, &mut found)?;
+    verification::beside_sessions(study, &mut found)?;
     if study.join(DESCRIPTION_FILE).exists() {
         let table = exclusions::read(study);
         match table.and_then(|table| table.require_known().map(|()| table)) {

@@ -4,10 +4,10 @@ use std::fmt::{Display, Write};
 
 use recording::study::TrialBlock;
 use recording::study::event_log::ExitStatus;
-use recording::verify::{
+use serde_json::{Value, json};
+use verification::{
     Integrity, SessionEnd, SessionFindings, Standing, StudyFindings, TrialFindings,
 };
-use serde_json::{Value, json};
 
 /// Version of the JSON.
 const FORMAT: u32 = 1;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use num_complex::Complex64;
 
-use super::{Found, Level, Pairs, Statistic};
+use super::statistic::{Found, Level, Pairs, Statistic};
 use crate::analysed::{Analysed, RecordingFindings};
 use crate::analysis_settings::Settings;
 use crate::estimate::{Estimated, InstanceAnalysis, Method};

@@ -2,8 +2,8 @@
 
 use contact::Contact;
 
-use super::Found;
 use super::grouped::{OfSample, Pool};
+use super::statistic::Found;
 use crate::analysis_settings::Settings;
 use crate::statistics::Coefficient::{Pearson, Spearman};
 

@@ -1,6 +1,7 @@
 //! The statistics as one table: for a terminal, a spreadsheet, a page or a manuscript.
 
-use super::{Found, Level, Statistic, StatisticRow, Statistics};
+use super::statistic::{Found, Level, Statistic};
+use super::table::{StatisticRow, Statistics};
 use crate::clustered::Clustered;
 use crate::estimate::Method;
 

@@ -7,15 +7,15 @@ use std::path::Path;
 
 use protocols::Protocol;
 
-use super::defect::{RecordingDefect, SessionDefect};
-use super::findings::{Integrity, SessionEnd, SessionFindings, Standing, TrialFindings};
-use super::history::{Attempt, SessionHistory, practice_trials};
-use super::recording_check;
-use crate::disk::entries;
-use crate::manifest::{End, Manifest};
-use crate::study::event_log::{self, LogContent};
-use crate::study::{EVENTS_FILE, TrialBlock, TrialLabel};
-use crate::{DiskError, MANIFEST_FILE};
+use crate::defect::{RecordingDefect, SessionDefect};
+use crate::findings::{Integrity, SessionEnd, SessionFindings, Standing, TrialFindings};
+use crate::history::{Attempt, SessionHistory, practice_trials};
+use crate::recording_check;
+use recording::disk::entries;
+use recording::manifest::{End, Manifest};
+use recording::study::event_log::{self, LogContent};
+use recording::study::{EVENTS_FILE, TrialBlock, TrialLabel};
+use recording::{DiskError, MANIFEST_FILE};
 
 /// Returns the recordings that have a folder in the session.
 ///

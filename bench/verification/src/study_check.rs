@@ -3,11 +3,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::defect::StudyDefect;
-use super::findings::StudyFindings;
-use crate::disk::entries;
-use crate::study::{DESCRIPTION_FILE, Description, EVENTS_FILE, PARTICIPANTS_FILE, TrialLabel};
-use crate::{DiskError, MANIFEST_FILE};
+use crate::defect::StudyDefect;
+use crate::findings::StudyFindings;
+use recording::disk::entries;
+use recording::study::{DESCRIPTION_FILE, Description, EVENTS_FILE, PARTICIPANTS_FILE, TrialLabel};
+use recording::{DiskError, MANIFEST_FILE};
 
 /// Levels of folders below a study: participants, sessions.
 const DEPTH: usize = 2;

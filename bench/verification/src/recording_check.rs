@@ -3,12 +3,12 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::defect::RecordingDefect;
-use crate::manifest::{End, EventKind, Manifest};
-use crate::reader::{ReadError, RecordingReader, RowReader, Warning};
-use crate::storage::FileSystem;
-use crate::sums::{FILES, Summing, Sums};
-use crate::wav::WavWarning;
+use crate::defect::RecordingDefect;
+use recording::manifest::{End, EventKind, Manifest};
+use recording::reader::{ReadError, RecordingReader, RowReader, Warning};
+use recording::storage::FileSystem;
+use recording::sums::{FILES, Summing, Sums};
+use recording::wav::WavWarning;
 
 /// Frames read at a time.
 const BLOCK_FRAMES: usize = 1 << 14;
@@ -161,7 +161,7 @@ impl RecordingCheck {
 }
 
 /// Reads rows to their end for what they warn of.
-fn rows<R: crate::csv_rows::CsvRow>(mut rows: RowReader<R>) -> Result<Vec<Warning>, ReadError> {
+fn rows<R: recording::CsvRow>(mut rows: RowReader<R>) -> Result<Vec<Warning>, ReadError> {
     for row in rows.by_ref() {
         row?;
     }

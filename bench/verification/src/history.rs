@@ -5,11 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use protocols::{SessionEventKind, TrialKey, TrialOutcome};
 use serde_json::Value;
 
-use super::defect::SessionDefect;
-use super::findings::{SessionEnd, Standing};
-use crate::study::TrialLabel;
-use crate::study::event_log::{Document, LogContent, LogEvent, Start};
-use crate::sums::Sums;
+use crate::defect::SessionDefect;
+use crate::findings::{SessionEnd, Standing};
+use recording::study::TrialLabel;
+use recording::study::event_log::{Document, LogContent, LogEvent, Start};
+use recording::sums::Sums;
 
 /// An attempt as the log tells it.
 #[derive(Debug, Clone, Default)]

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::study::TrialLabel;
+use recording::study::TrialLabel;
 
 /// What is wrong with a recording.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -3,9 +3,9 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use super::defect::{RecordingDefect, SessionDefect, StudyDefect};
-use crate::study::event_log::ExitStatus;
-use crate::study::{TrialBlock, TrialLabel};
+use crate::defect::{RecordingDefect, SessionDefect, StudyDefect};
+use recording::study::event_log::ExitStatus;
+use recording::study::{TrialBlock, TrialLabel};
 
 /// What became of an attempt at a trial, by the log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

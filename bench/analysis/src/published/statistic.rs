@@ -1,0 +1,120 @@
+//! A statistic with what it is of.
+
+use serde::Serialize;
+
+use crate::clustered::{self, Clustered};
+use crate::statistics::{Coefficient, Spread, spread};
+
+/// Level that a statistic is taken over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Level {
+    /// Samples of all instances together.
+    Samples,
+    /// Instances.
+    Instances,
+    /// Explorations with an instance.
+    Explorations,
+    /// Trials, each by the mean over its instances or explorations or by its own statistic.
+    Trials,
+    /// Participants whose name is known, each by the mean over their instances or explorations.
+    Participants,
+}
+
+impl Level {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Samples => "samples",
+            Self::Instances => "instances",
+            Self::Explorations => "explorations",
+            Self::Trials => "trials",
+            Self::Participants => "participants",
+        }
+    }
+}
+
+/// Statistic with its number of values.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Statistic {
+    /// Mean, median, coefficient, slope or share; `None` if there is too little data.
+    pub value: Option<f64>,
+    /// Sample standard deviation of what the value is the mean of; standard error of a slope.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub std: Option<f64>,
+    /// Two-sided p-value of a correlation, as if its pairs were independent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub p: Option<f64>,
+    /// The same at the level of participants, where one has several pairs and all are known by name.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clustered: Option<Clustered>,
+    /// Number of values.
+    pub n: usize,
+    /// Level of the values.
+    pub over: Level,
+}
+
+impl Statistic {
+    pub(super) fn none(over: Level) -> Self {
+        Self {
+            value: None,
+            std: None,
+            p: None,
+            clustered: None,
+            n: 0,
+            over,
+        }
+    }
+
+    pub(super) fn spread(over: Level, values: impl IntoIterator<Item = f64>) -> Self {
+        let spread = spread(values);
+        Self {
+            value: spread.map(|s| s.mean),
+            std: spread.and_then(|s: Spread| s.std),
+            n: spread.map_or(0, |s| s.n),
+            ..Self::none(over)
+        }
+    }
+
+    pub(super) fn correlation(over: Level, coefficient: Coefficient, pairs: &Pairs) -> Self {
+        let found = coefficient.of(&pairs.x, &pairs.y);
+        let people = pairs.people.as_deref();
+        Self {
+            value: found.map(|c| c.rho),
+            std: None,
+            p: found.map(|c| c.p),
+            clustered: people
+                .and_then(|people| clustered::test(coefficient, &pairs.x, &pairs.y, people)),
+            n: found.map_or(pairs.x.len(), |c| c.n),
+            over,
+        }
+    }
+}
+
+/// Values to be correlated.
+#[derive(Default)]
+pub(super) struct Pairs {
+    pub(super) x: Vec<f64>,
+    pub(super) y: Vec<f64>,
+    /// Who each is of, as a number from 0; `None` if that is not known of all, or each is another's.
+    pub(super) people: Option<Vec<usize>>,
+}
+
+/// Statistic by one method: at the published level, and at others.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Found {
+    /// Statistic at the published level.
+    #[serde(flatten)]
+    pub main: Statistic,
+    /// Statistics at the other levels.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub also: Vec<Statistic>,
+}
+
+impl Found {
+    pub(super) fn alone(main: Statistic) -> Self {
+        Self {
+            main,
+            also: Vec::new(),
+        }
+    }
+}

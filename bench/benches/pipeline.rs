@@ -10,7 +10,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use friction_bench::live_meter::LiveMeter;
+use live::live_meter::LiveMeter;
 use recording::AudioFormat;
 use recording::manifest::{
     FORMAT, Manifest, RecordedChannels, RecordedDrive, RecordedPickup, RecordedPlate,

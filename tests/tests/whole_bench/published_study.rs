@@ -18,7 +18,7 @@ fn script(name: &str, arguments: &[&Path]) -> Value {
     let script = workspace().join("tests/python").join(name);
     let output = finish(Command::new(python()).arg(script).args(arguments));
     assert!(output.status.success(), "{}", text(&output));
-    serde_json::from_slice(&output.stdout).unwrap()
+    serde_json::from_slice(&output.stdout).expect("the script prints JSON")
 }
 
 #[test]

@@ -9,8 +9,12 @@ use std::path::{Path, PathBuf};
 
 use calibration::known::{Instrument, read_table};
 use config::{CalibrationFile, Config, ForceProtocol};
+use devices::dose_account::{AccountPaths, DoseAccount};
 use devices::estop_press::EstopPress;
 use devices::force::{ForceSample, decoder};
+use devices::plate_warmth::PlateWarmth;
+use devices::{Boot, Whose};
+use exclusions::EXCLUSIONS_FILE;
 use jiff::Timestamp;
 use mock_world::scenario::Scenario;
 use protocols::Protocol;
@@ -19,6 +23,7 @@ use recording::wav::{AudioFormat, WavReader, header};
 use recording::{
     FORCE_FILE, MANIFEST_FILE, Manifest, POSITION_FILE, RecordingReader, SIGNALS_FILE,
 };
+use safety::PlateHeat;
 use sha2::{Digest, Sha256};
 
 const MANIFEST: &str = r#"format = 1
@@ -38,6 +43,12 @@ modal_mass_kg = 0.008
 force_factor_n_per_v = 0.13
 centre_m = 0.0525
 "#;
+
+/// A computer that does not tell its runs apart.
+const BOOT: Boot = Boot {
+    id: None,
+    up_s: 0.0,
+};
 
 /// Bytes as `signals.wav`: as many frames as promised.
 pub fn wav(bytes: &[u8]) -> bool {
@@ -197,6 +208,68 @@ pub fn known_amplitudes(bytes: &[u8]) -> bool {
 pub fn event_log(bytes: &[u8]) -> bool {
     in_a_file(bytes, |path| {
         event_log::read(path).is_ok_and(|log| !log.documents.is_empty())
+    })
+}
+
+/// Bytes as a study's list of exclusions: what is read is written and read back alike.
+pub fn exclusions(bytes: &[u8]) -> bool {
+    FILE.with_borrow(|(folder, _)| {
+        let study = folder.path().join("study");
+        std::fs::create_dir_all(&study).expect("a folder");
+        let path = study.join(EXCLUSIONS_FILE);
+        std::fs::write(&path, bytes).expect("written");
+        let Ok(read) = exclusions::read(&study) else {
+            return false;
+        };
+        std::fs::write(&path, exclusions::to_tsv(&read.list)).expect("written");
+        let again = exclusions::read(&study).expect("what was written is read");
+        assert_eq!(again.list, read.list);
+        !read.list.is_empty()
+    })
+}
+
+/// Bytes as the record of driving times, a participant's and a bench's.
+pub fn driving_times(bytes: &[u8]) -> bool {
+    in_a_file(bytes, |path| {
+        let participant = AccountPaths {
+            participant: Some(path.to_owned()),
+            bench: path.with_file_name("no-bench"),
+        };
+        let bench = AccountPaths {
+            participant: None,
+            bench: path.to_owned(),
+        };
+        let left = |paths, whose| {
+            let account = DoseAccount::open(Some(paths), whose, 3600.0, 1.0).ok()?;
+            let left_s = account.left_s(&BOOT, Timestamp::UNIX_EPOCH);
+            assert!((0.0..=3600.0).contains(&left_s), "{left_s}");
+            Some(())
+        };
+        let of_participant = left(participant, Whose::Named);
+        let of_bench = left(bench, Whose::Unnamed);
+        of_participant.or(of_bench).is_some()
+    })
+}
+
+/// Bytes as the record of a plate's warmth: a number of kelvins, at any time.
+pub fn plate_warmth(bytes: &[u8]) -> bool {
+    let heat = PlateHeat {
+        force_factor_n_per_v: 0.13,
+        omega_rad_per_s: 2.2e5,
+        capacity_j_per_k: 14.0,
+        loss_w_per_k: 0.1,
+        room_c: 22.0,
+        limit_c: 40.0,
+    };
+    in_a_file(bytes, |path| {
+        let Ok(warmth) = PlateWarmth::open(Some(path.to_owned()), heat) else {
+            return false;
+        };
+        for now in [Timestamp::MIN, Timestamp::UNIX_EPOCH, Timestamp::MAX] {
+            let rise_k = warmth.rise_k(&BOOT, now);
+            assert!(rise_k >= 0.0, "{rise_k}");
+        }
+        true
     })
 }
 

@@ -110,6 +110,17 @@ fn presses_of_the_estop() {
 }
 
 #[test]
+fn exclusions() {
+    replay("exclusions", readers::exclusions);
+}
+
+#[test]
+fn records_of_what_was_driven() {
+    replay("driving_times", readers::driving_times);
+    replay("plate_warmth", readers::plate_warmth);
+}
+
+#[test]
 fn scenarios() {
     replay("scenario", readers::scenario);
 }

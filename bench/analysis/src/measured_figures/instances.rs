@@ -130,27 +130,35 @@ pub(super) fn figure(
         curves.chain(clouds).collect()
     };
 
+    // One axis for each column, so that the rows stand above each other.
+    let across = |label: &str, x: Value| {
+        let each = cloud(x, x, Method::Paper, 1).into_iter();
+        let greatest = each.map(|(x, _)| x).fold(0.0, f64::max);
+        let axis = Axis::linear(label).between(0.0, 1.05 * greatest);
+        move |written: bool| {
+            if written {
+                axis.clone()
+            } else {
+                axis.clone().unwritten()
+            }
+        }
+    };
+    let across_amplitude = across(AMPLITUDE, amplitude);
+    let across_mu = across("Measured μ", measured_mu);
     let quantities = quantities();
     let mut panels: Vec<Panel> = Vec::new();
-    for quantity in &quantities {
+    for (row, quantity) in quantities.iter().enumerate() {
+        let lowest = row + 1 == quantities.len();
         panels.push(Panel {
             series: of_methods(quantity, amplitude, false),
-            ..Panel::new(
-                Axis::linear(AMPLITUDE).from_zero().unwritten(),
-                quantity.axis.clone(),
-            )
+            ..Panel::new(across_amplitude(lowest), quantity.axis.clone())
         });
         panels.push(Panel {
             series: of_methods(quantity, measured_mu, true),
-            ..Panel::new(
-                Axis::linear("Measured μ").from_zero().unwritten(),
-                quantity.axis.clone(),
-            )
+            ..Panel::new(across_mu(lowest), quantity.axis.clone())
         });
     }
     if let [.., against_amplitude, against_mu] = &mut panels[..] {
-        against_amplitude.x.written = true;
-        against_mu.x.written = true;
         // Few enough that the estimates show between them; not a divisor of an instance, so that no amplitude is left
         // out.
         let measured = cloud(amplitude, measured_mu, Method::Paper, step * 7);

@@ -151,9 +151,12 @@ fn exclusion<'a>(cell: impl Fn(usize) -> &'a str) -> Result<Exclusion, (usize, S
                 .map_err(|why| (2, format!("{why}, or `{ALL}`")))?,
         ),
     };
-    let stated = |column: usize, what: &str| match cell(column) {
-        "" | NOT_STATED => Err((column, format!("{what} is needed"))),
-        text => Ok(unescaped(text)),
+    let text_of = |column: usize| {
+        let text = unescaped(cell(column));
+        (!text.is_empty() && text != NOT_STATED).then_some(text)
+    };
+    let stated = |column: usize, what: &str| {
+        text_of(column).ok_or_else(|| (column, format!("{what} is needed")))
     };
     Ok(Exclusion {
         participant,
@@ -161,10 +164,7 @@ fn exclusion<'a>(cell: impl Fn(usize) -> &'a str) -> Result<Exclusion, (usize, S
         trial,
         reason: stated(3, "a reason")?,
         by: stated(4, "who decided it")?,
-        date: match cell(5) {
-            "" | NOT_STATED => None,
-            text => Some(unescaped(text)),
-        },
+        date: text_of(5),
     })
 }
 
@@ -235,21 +235,28 @@ fn escaped(text: &str) -> String {
             '\t' => cell.push_str("\\t"),
             '\n' => cell.push_str("\\n"),
             '\r' => cell.push_str("\\r"),
-            // Other line ends, as Unicode and terminals have them.
-            c if c.is_control() || matches!(c, '\u{2028}' | '\u{2029}') => cell.push(' '),
-            c => cell.push(c),
+            c => cell.push(shown(c)),
         }
     }
     cell
 }
 
-/// Returns the text of a cell; a backslash before any other character is itself.
+/// Returns a space for a character that no cell shows: other line ends, as Unicode and terminals have them.
+fn shown(c: char) -> char {
+    if c.is_control() || matches!(c, '\u{2028}' | '\u{2029}') {
+        ' '
+    } else {
+        c
+    }
+}
+
+/// Returns the text of a cell, as it would be written again; a backslash before any other character is itself.
 fn unescaped(cell: &str) -> String {
     let mut text = String::new();
     let mut chars = cell.chars();
     while let Some(c) = chars.next() {
         if c != '\\' {
-            text.push(c);
+            text.push(shown(c));
             continue;
         }
         match chars.next() {
@@ -257,11 +264,11 @@ fn unescaped(cell: &str) -> String {
             Some('n') => text.push('\n'),
             Some('r') => text.push('\r'),
             Some('\\') => text.push('\\'),
-            Some(other) => text.extend(['\\', other]),
+            Some(other) => text.extend(['\\', shown(other)]),
             None => text.push('\\'),
         }
     }
-    text
+    text.trim().to_owned()
 }
 
 #[cfg(test)]
@@ -412,7 +419,7 @@ mod tests {
         fn every_reason_reads_back(reason in "[^\\p{Cc}\\u{2028}\\u{2029}\\s][\\PC\\t\\n\\r\\\\]*") {
             prop_assume!(reason.trim() != NOT_STATED);
             let mut exclusion = of("sub-07", Part::All);
-            exclusion.reason = reason.trim().to_owned();
+            exclusion.reason = reason.trim().replace(['\u{2028}', '\u{2029}'], " ");
             let found = parsed(&to_tsv([&exclusion])).unwrap();
             prop_assert_eq!(found.list, [exclusion]);
         }

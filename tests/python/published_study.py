@@ -30,7 +30,7 @@ samples["z_m_averaged"] = samples.re_z_m_averaged_n_s_per_m + 1j * samples.im_z_
 
 INSTANCE = ["recording", "instance", "method"]
 EXPLORATION = ["recording", "exploration", "method"]
-constants = ["z_p", "z_t", "rigid", "carrier_hz", "averaged_sigma_t_m", "mu0"]
+constants = ["z_p", "z_t", "rigid", "carrier_hz", "averaged_sigma_t_m", "mu0", "at_rest_up_to_amplitude_m"]
 samples = samples.merge(instances[INSTANCE + constants], on=INSTANCE)
 omega = 2 * np.pi * samples.carrier_hz
 
@@ -96,6 +96,19 @@ for column, again in {
     "film_force_n": squeeze_n(samples.amplitude_m, samples.gap_m),
 }.items():
     agree(column, samples[column], again)
+
+# Z_m⁰ is read where the amplitude counts as rest, or over the lowest 5 ms; both methods at the same samples.
+at_rest = samples[samples.amplitude_m <= samples.at_rest_up_to_amplitude_m]
+z_m0 = at_rest.groupby(INSTANCE).z_m.mean().rename("z_m0").reset_index()
+rigid = instances.merge(z_m0, on=INSTANCE, how="left")
+agree("re_rigid_z_t", rigid.rigid.to_numpy().real, (rigid.z_m0 - rigid.z_p).to_numpy().real)
+agree("im_rigid_z_t", rigid.rigid.to_numpy().imag, (rigid.z_m0 - rigid.z_p).to_numpy().imag)
+for _, of in samples[samples.method == "paper"].groupby(["recording", "instance"]):
+    below = of.amplitude_m[of.amplitude_m < assumed["rest_amplitude_m"]]
+    interval_s = (of.time_s.max() - of.time_s.min()) / (len(of) - 1)
+    lowest = of.amplitude_m.sort_values().iloc[: max(round(5e-3 / interval_s), 1)]
+    expected = below.max() if len(below) else lowest.max()
+    assert of.at_rest_up_to_amplitude_m.iloc[0] == expected, "samples at rest"
 
 # The average of a participant, and what the published model says with it.
 whose = instances.participant.where(instances.participant != "", instances.recording)
@@ -310,6 +323,16 @@ for method in ["paper", "dynamic"]:
         found = points("fig14_variation", panel, method)
         assert len(found) == len(measured), f"fig14 {panel}: {len(found)} points of {len(measured)}"
         drawn_among(f"fig14 {panel} {method}", found, np.column_stack([measured, change * factor]))
+
+    if method == "paper":
+        shown = shown[["amplitude_m", "measured_mu"]]
+        drawn_among("fig13 i measured", points("fig13_instances", "i", "measured"),
+                    np.column_stack([shown.amplitude_m * 1e6, shown.measured_mu]))
+        resting = at_rest[(at_rest.method == "paper") & np.isfinite(at_rest.mu)]
+        means = resting.groupby(["recording", "instance"])[["measured_mu", "mu"]].mean()
+        found = points("fig15_agreement", "a", "initialisation")
+        assert len(found) == len(means), f"fig15: {len(found)} initialisations of {len(means)}"
+        drawn_among("fig15 initialisation", found, means)
 
     panel = {"paper": "a", "dynamic": "b"}[method]
     drawn_among(f"fig15 {method}", points("fig15_agreement", panel, method), np.column_stack([frames.measured_mu, frames.mu]))

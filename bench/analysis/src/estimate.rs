@@ -113,7 +113,7 @@ pub struct MeasuredSamples {
 pub struct Averaged {
     /// The average, m.
     pub sigma_t_m: f64,
-    /// What the model then says of the instance; `None` where it allows no such contact.
+    /// Output of the model with this σ_t; `None` if it allows no such contact.
     pub series: Option<ModelledSeries>,
     /// R² of its impedance, as the fit's own; NaN without a model.
     pub r2_impedance: f64,

@@ -58,7 +58,7 @@ pub struct Spread {
 pub struct Slope {
     /// Slope.
     pub slope: f64,
-    /// Its standard error; absent for two points.
+    /// Standard error of the slope; absent for two points.
     pub std: Option<f64>,
     /// Number of points.
     pub n: usize,

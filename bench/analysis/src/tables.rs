@@ -177,6 +177,10 @@ fn instances(analysed: &Analysed) -> Vec<Column> {
         real("im_rigid_z_t_n_s_per_m", |r| {
             r.estimated().rigid_z_t_n_s_per_m.im
         }),
+        real("at_rest_up_to_amplitude_m", |r| {
+            let at_rest = r.instance.paper.rest;
+            at_rest.map_or(f64::NAN, |rest| rest.up_to_amplitude_m)
+        }),
         real("averaged_sigma_t_m", |r| r.estimated().averaged.sigma_t_m),
         real("delta_abs_z_m_n_s_per_m", |r| {
             r.estimated().deltas.abs_z_m_n_s_per_m

@@ -134,8 +134,7 @@ fn a_pickup_that_is_late_by_many_samples_is_found_and_undone() {
     }
 }
 
-/// What the truth's contact, gap and amplitude make of finger and plate at the carrier: f̃ = Z_t Z_c/(Z_t + Z_c) ṽ_p against
-/// ṽ_p, and x̃_t/x̃_p = Z_c/(Z_t + Z_c), the two degrees of freedom of Eqs. 7 and 8 with Eqs. 6, 14, 15 and 18.
+/// Force and motion at the carrier from the truth's contact, gap and amplitude: f̃ = Z_t Z_c/(Z_t + Z_c) ṽ_p against ṽ_p, and x̃_t/x̃_p = Z_c/(Z_t + Z_c), the two degrees of freedom of Eqs. 7 and 8 with Eqs. 6, 14, 15 and 18.
 struct TrueMotion {
     time_s: f64,
     amplitude_m: f64,

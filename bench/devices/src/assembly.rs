@@ -163,7 +163,7 @@ impl OpenHardware {
     /// Counts driving time and warmth on `ledger`, as of this moment of the computer's run.
     ///
     /// # Errors
-    /// When they cannot be kept.
+    /// [`WarmthError`] if the plate's warmth cannot be written.
     pub fn charge(&mut self, ledger: DriveLedger, boot: Boot) -> Result<(), WarmthError> {
         let keepers = ledger.begin(&self.drive, self.life.clock(), boot, &self.signals)?;
         self.tasks.extend(keepers);
@@ -285,7 +285,7 @@ impl Bench {
     /// Counts driving time and warmth on `ledger`, as of this moment of the computer's run.
     ///
     /// # Errors
-    /// When they cannot be kept.
+    /// [`WarmthError`] if the plate's warmth cannot be written.
     pub fn charge(&mut self, ledger: DriveLedger, boot: Boot) -> Result<(), WarmthError> {
         let keepers = ledger.begin(&self.drive, self.life.clock(), boot, &self.signals)?;
         self.before.extend(keepers);

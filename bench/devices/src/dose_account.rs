@@ -73,7 +73,7 @@ pub struct DoseAccount {
     need_s: f64,
     /// Whose finger is on the plate.
     whose: Whose,
-    /// What is counted of the drive is written into all of these; none for an account that ends with the program.
+    /// Records that each span of driving is written to; empty for an account that ends with the program.
     books: Vec<Book>,
 }
 

@@ -1,4 +1,4 @@
-//! What outlasts the program that drives a plate.
+//! Driving time and plate warmth, which are kept from one program to the next.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::dose_account::DoseAccount;
 use crate::drive_control::DriveControl;
 use crate::plate_warmth::{PlateWarmth, WarmthError};
 
-/// What outlasts the program that drives a plate: the driving time, and the plate's warmth.
+/// Driving time and plate warmth, which are kept from one program to the next.
 #[derive(Debug)]
 pub struct DriveLedger {
     /// Whose driving time is counted.

@@ -1,8 +1,8 @@
-//! What the figures show of an analysis.
+//! Choice of methods and instances for the figures.
 
 use crate::method::Method;
 
-/// What the figures show.
+/// Methods and instances that the figures show.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Drawn {
     /// Methods, in the order in which they are drawn over each other: the last lies on top.

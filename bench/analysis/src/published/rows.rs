@@ -10,7 +10,7 @@ use crate::statistics::Coefficient::{Pearson, Spearman};
 /// Amplitude, m, and normal force, N, at which k_c is compared with k_c at rest.
 const FALL_AT: (f64, f64) = (5e-6, 1.0);
 
-/// What is put beside a row of our own.
+/// Published value of a row that the paper does not have.
 const UNPUBLISHED: &str = "not published";
 
 pub(crate) const ABS_Z_M: OfSample = |i, method, k| i.z_m(method)[k].norm();

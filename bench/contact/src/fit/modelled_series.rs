@@ -1,4 +1,4 @@
-//! What the model says of an instance.
+//! Output of the model over an instance.
 
 use num_complex::Complex64;
 

@@ -28,6 +28,8 @@ pub struct Settings {
     pub rest_lowest_s: f64,
     /// `dynamic`: how long before the instance the gap is integrated, s.
     pub lead_in_s: f64,
+    /// `dynamic`: whether the plate's offset since it was read unloaded is fitted.
+    pub plate_offset: bool,
     /// Length about the plate's centre that is kept, m.
     pub central_m: f64,
     /// Speed of the slider, m/s; a study's own protocol takes precedence.
@@ -63,6 +65,7 @@ impl Default for Settings {
             rest_amplitude_m: paper.rest_amplitude_m,
             rest_lowest_s: paper.lowest_s,
             lead_in_s: dynamic.lead_in_s,
+            plate_offset: dynamic.plate_offset,
             central_m: rules.central_m,
             speed_m_per_s: rules.speed_m_per_s,
             speed_tolerance: rules.speed_tolerance,
@@ -271,6 +274,7 @@ impl Settings {
     pub fn dynamic(&self) -> dynamic::DynamicOptions {
         dynamic::DynamicOptions {
             lead_in_s: self.lead_in_s,
+            plate_offset: self.plate_offset,
         }
     }
 

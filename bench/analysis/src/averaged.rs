@@ -76,8 +76,8 @@ fn modelled(
     match method {
         Method::Paper => paper::modelled(&series, conditions, &settings.paper(), sigma_t_m),
         Method::Dynamic => {
-            let tau_s = instance.finger.tau_s();
-            dynamic::modelled(&series, conditions, &settings.dynamic(), sigma_t_m, tau_s)
+            let (options, fitted) = (settings.dynamic(), &instance.finger);
+            dynamic::modelled(&series, conditions, &options, sigma_t_m, fitted)
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Fits the participant's contact to a trial.
 
-use contact::fit::{DynamicFit, FitError, dynamic};
+use contact::fit::{InstanceFit, FitError, dynamic};
 use contact::live_estimator::Uncertain;
 use contact::{AssumedConstants, FittedFinger, self_sensed};
 use num_complex::Complex64;
@@ -191,7 +191,7 @@ pub fn fit(
     let (mut usable, mut refused) = (Vec::new(), None);
     let mut interval_s = 0.0;
     for instance in &prepared {
-        let fitted: Result<DynamicFit, FitError> = instance.series().and_then(|instance| {
+        let fitted: Result<InstanceFit, FitError> = instance.series().and_then(|instance| {
             interval_s = instance.interval_s();
             dynamic::fit(&instance, &conditions, &options)
         });
@@ -241,7 +241,7 @@ pub fn fit(
     })
 }
 
-fn friction_at_rest(usable: &[DynamicFit], typical: &DynamicFit) -> Uncertain {
+fn friction_at_rest(usable: &[InstanceFit], typical: &InstanceFit) -> Uncertain {
     let n = usable.len() as f64;
     let mean = usable.iter().map(|fit| fit.mu0).sum::<f64>() / n;
     let squares: f64 = usable.iter().map(|fit| (fit.mu0 - mean).powi(2)).sum();

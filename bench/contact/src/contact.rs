@@ -2,6 +2,7 @@ use num_complex::Complex64;
 
 use crate::assumed::AssumedConstants;
 use crate::error::{ModelError, not_negative, positive, same_length};
+use crate::parameters::ContactSlopes;
 use crate::root::{Jet, increasing_root};
 
 /// Just above (1 − 1/e)^(−1/2): a film that leaves the asperities 1/e or less needs a gap no larger than this times
@@ -232,11 +233,16 @@ impl Contact {
         Ok(u * self.sigma_t_m)
     }
 
-    /// ∂x/∂σ_t of [`equilibrium_gap_m`](Self::equilibrium_gap_m) at its solution `gap_m`, dimensionless.
-    pub(crate) fn equilibrium_gap_slope(&self, gap_m: f64, normal_n: f64) -> f64 {
+    /// Returns how [`equilibrium_gap_m`](Self::equilibrium_gap_m) depends on the contact at its solution `gap_m`, m.
+    pub(crate) fn equilibrium_gap_slopes_m(&self, gap_m: f64, normal_n: f64) -> ContactSlopes {
         let u = gap_m / self.sigma_t_m;
         let carried = self.asperity_force_n(gap_m) / normal_n;
-        carried * (1.0 + u) * u / (carried * u + 2.0 * (1.0 - carried))
+        let by_ln_area = self.sigma_t_m * u / (carried * u + 2.0 * (1.0 - carried));
+        ContactSlopes {
+            by_ln_sigma_t: by_ln_area * carried * (1.0 + u),
+            by_ln_area,
+            by_ln_q0: by_ln_area * carried,
+        }
     }
 
     /// Returns k_c = p_c S e^(−x/σ_t)/σ_t + 2 · (5/4) p0 S |x̃_p|²/x³, N/m (Huloux 2021, Eqs. 14, 15, 18), whether or
@@ -265,17 +271,28 @@ impl Contact {
             - 2.0 * (normal_n - asperity_n) / gap_m.powi(2)
     }
 
-    /// ∂k_c/∂ln σ_t of [`stiffness_n_per_m`](Self::stiffness_n_per_m) at constant gap and amplitude, N/m.
-    pub(crate) fn stiffness_by_ln_sigma_n_per_m(&self, gap_m: f64) -> f64 {
+    /// Returns how [`stiffness_n_per_m`](Self::stiffness_n_per_m) depends on the contact at constant gap and amplitude, N/m.
+    pub(crate) fn stiffness_slopes_n_per_m(&self, gap_m: f64, amplitude_m: f64) -> ContactSlopes {
         let u = gap_m / self.sigma_t_m;
-        self.asperity_n_per_m * (-u).exp() * u
+        let asperity = self.asperity_n_per_m * (-u).exp();
+        ContactSlopes {
+            by_ln_sigma_t: asperity * u,
+            by_ln_area: asperity + 2.0 * self.squeeze_force_n(gap_m, amplitude_m) / gap_m,
+            by_ln_q0: asperity,
+        }
     }
 
-    /// ∂k_c/∂ln σ_t of [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m) at constant gap and normal force,
-    /// N/m.
-    pub(crate) fn balance_stiffness_by_ln_sigma_n_per_m(&self, gap_m: f64) -> f64 {
+    /// Returns how [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m) depends on the contact at constant gap and
+    /// normal force, N/m.
+    pub(crate) fn balance_stiffness_slopes_n_per_m(&self, gap_m: f64) -> ContactSlopes {
         let u = gap_m / self.sigma_t_m;
-        self.asperity_n_per_m * (-u).exp() * (u - 2.0 * (1.0 + u) / u)
+        let asperity = self.asperity_n_per_m * (-u).exp();
+        let by_asperity = asperity * (1.0 - 2.0 / u);
+        ContactSlopes {
+            by_ln_sigma_t: asperity * (u - 2.0 * (1.0 + u) / u),
+            by_ln_area: by_asperity,
+            by_ln_q0: by_asperity,
+        }
     }
 
     /// Returns the gap whose [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m) is `k_c_n_per_m`: the

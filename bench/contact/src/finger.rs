@@ -4,18 +4,10 @@ use num_complex::Complex64;
 use crate::contact::Contact;
 use crate::error::{ModelError, not_negative, positive};
 use crate::inversion::{Dependent, Inversion};
+use crate::parameters::{
+    ContactSlopes, IM_Z_T, LN_SIGMA_T, MS, PARAMETERS, RE_Z_T, TAU_MS, Z_P_SLOPES, Z_T_SLOPES,
+};
 use crate::residual_noise::ResidualNoise;
-
-/// Parameters in the order ln σ_t, Re Z_t, Im Z_t, τ in ms.
-pub(crate) const PARAMETERS: usize = 4;
-/// The fits' unit of τ, s.
-pub(crate) const MS: f64 = 1e-3;
-pub(crate) const Z_T_SLOPES: [Complex64; PARAMETERS] = [
-    Complex64::ZERO,
-    Complex64::ONE,
-    Complex64::I,
-    Complex64::ZERO,
-];
 
 /// A finger whose σ_t, Z_t and τ are known: all that samples beyond the fitted instance need.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,6 +45,7 @@ impl FittedFinger {
                 z_p: z_p_n_s_per_m,
                 z_t: z_t_n_s_per_m,
                 z_t_slopes: Z_T_SLOPES,
+                z_p_slopes: Z_P_SLOPES,
                 covariance: None,
             },
             tau_s: not_negative("tau", "s", tau_s)?,
@@ -70,7 +63,7 @@ impl FittedFinger {
         self.inversion.z_t
     }
 
-    /// Returns Z_p of the unloaded plate, envelope-corrected, N·s/m.
+    /// Returns Z_p of the unloaded plate, envelope-corrected and with the offset that was fitted, N·s/m.
     pub fn z_p_n_s_per_m(&self) -> Complex64 {
         self.inversion.z_p
     }
@@ -83,10 +76,15 @@ impl FittedFinger {
     /// Returns the covariance of (σ_t in m, Re Z_t, Im Z_t in N·s/m, τ in s); `None` if a combination of them is not
     /// identified.
     pub fn covariance(&self) -> Option<[[f64; 4]; 4]> {
-        let units = [self.contact().sigma_t_m(), 1.0, 1.0, MS];
-        self.inversion.covariance.map(|c| {
-            std::array::from_fn(|i| std::array::from_fn(|j| c[(i, j)] * units[i] * units[j]))
-        })
+        let units = [
+            (LN_SIGMA_T, self.contact().sigma_t_m()),
+            (RE_Z_T, 1.0),
+            (IM_Z_T, 1.0),
+            (TAU_MS, MS),
+        ];
+        self.inversion
+            .covariance
+            .map(|c| units.map(|(i, unit)| units.map(|(j, other)| c[(i, j)] * unit * other)))
     }
 
     pub(crate) fn read(
@@ -120,7 +118,7 @@ impl FittedFinger {
             variance += (share * gap.noise).powi(2);
             steps_m += weight * gap.value;
         }
-        slopes[3] += steps_m / interval_s * MS;
+        slopes[TAU_MS] += steps_m / interval_s * MS;
         let contact = self.contact();
         let sigma = contact.sigma_t_m();
         let (asperity_n, squeeze_n) = (
@@ -128,11 +126,14 @@ impl FittedFinger {
             contact.squeeze_force_n(gap_m, amplitude_m),
         );
         let by_gap = -asperity_n / sigma - 2.0 * squeeze_n / gap_m;
-        slopes *= by_gap;
-        slopes[0] += asperity_n * (1.0 + gap_m / sigma);
+        let at_gap = ContactSlopes {
+            by_ln_sigma_t: asperity_n * (1.0 + gap_m / sigma),
+            by_ln_area: asperity_n + squeeze_n,
+            by_ln_q0: asperity_n,
+        };
         Dependent {
             value: asperity_n + squeeze_n,
-            slopes,
+            slopes: slopes * by_gap + SVector::from_fn(|i, _| at_gap.by(i)),
             noise: by_gap.abs() * variance.sqrt(),
         }
     }

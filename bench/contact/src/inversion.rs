@@ -6,6 +6,7 @@ use num_complex::Complex64;
 use crate::contact::{Contact, StiffnessBranch};
 use crate::error::ModelError;
 use crate::harmonic::{contact_from_observed, stiffness_n_per_m};
+use crate::parameters::ContactSlopes;
 
 /// A quantity of one sample with what it depends on: the fitted parameters, the first of them ln σ_t, and the noise of
 /// that sample's impedance.
@@ -35,6 +36,8 @@ pub(crate) struct Inversion<const N: usize> {
     pub(crate) z_t: Complex64,
     /// ∂Z_t/∂parameter.
     pub(crate) z_t_slopes: [Complex64; N],
+    /// ∂Z_p/∂parameter.
+    pub(crate) z_p_slopes: [Complex64; N],
     /// Covariance of the parameters; `None` if unknown or infinite.
     pub(crate) covariance: Option<SMatrix<f64, N, N>>,
 }
@@ -58,7 +61,8 @@ impl<const N: usize> Inversion<N> {
                 self.carrier_rad_per_s,
             ),
             slopes: SVector::from_fn(|i, _| {
-                -self.carrier_rad_per_s * (by_z_t * self.z_t_slopes[i]).im
+                let slope = by_z_t * self.z_t_slopes[i] - by_z_m * self.z_p_slopes[i];
+                -self.carrier_rad_per_s * slope.im
             }),
             noise: self.carrier_rad_per_s * by_z_m.norm() * z_m_std,
         }
@@ -72,12 +76,8 @@ impl<const N: usize> Inversion<N> {
     ) -> Result<Dependent<N>, ModelError> {
         let gap_m = self.contact.gap_from_stiffness_m(k_c.value, amplitude_m)?;
         let by_gap = self.contact.stiffness_slope_n_per_m2(gap_m, amplitude_m);
-        Ok(implicit(
-            gap_m,
-            k_c,
-            by_gap,
-            self.contact.stiffness_by_ln_sigma_n_per_m(gap_m),
-        ))
+        let slopes = self.contact.stiffness_slopes_n_per_m(gap_m, amplitude_m);
+        Ok(implicit(gap_m, k_c, by_gap, &slopes))
     }
 
     /// Returns the gap from stiffness in force balance, m.
@@ -92,11 +92,11 @@ impl<const N: usize> Inversion<N> {
         let by_gap = self
             .contact
             .balance_stiffness_slope_n_per_m2(inverted.gap_m, normal_n);
-        let by_ln_sigma = self
+        let slopes = self
             .contact
-            .balance_stiffness_by_ln_sigma_n_per_m(inverted.gap_m);
+            .balance_stiffness_slopes_n_per_m(inverted.gap_m);
         Ok((
-            implicit(inverted.gap_m, k_c, by_gap, by_ln_sigma),
+            implicit(inverted.gap_m, k_c, by_gap, &slopes),
             inverted.branch,
         ))
     }
@@ -105,28 +105,29 @@ impl<const N: usize> Inversion<N> {
     pub(crate) fn friction_ratio(&self, gap: &Dependent<N>, normal_n: f64) -> Dependent<N> {
         let sigma = self.contact.sigma_t_m();
         let value = self.contact.friction_ratio(gap.value, normal_n);
-        let mut slopes = gap.slopes * (-value / sigma);
-        slopes[0] += value * (1.0 + gap.value / sigma);
+        let at_gap = ContactSlopes {
+            by_ln_sigma_t: value * (1.0 + gap.value / sigma),
+            by_ln_area: value,
+            by_ln_q0: value,
+        };
         Dependent {
             value,
-            slopes,
+            slopes: gap.slopes * (-value / sigma) + SVector::from_fn(|i, _| at_gap.by(i)),
             noise: value / sigma * gap.noise,
         }
     }
 }
 
-/// Returns the gap that a stiffness implies, where the stiffness also depends on ln σ_t.
+/// Returns the gap that a stiffness implies, where at a given gap the stiffness depends on the contact as `at_gap` says.
 fn implicit<const N: usize>(
     gap_m: f64,
     k_c: &Dependent<N>,
     by_gap: f64,
-    by_ln_sigma: f64,
+    at_gap: &ContactSlopes,
 ) -> Dependent<N> {
-    let mut slopes = k_c.slopes;
-    slopes[0] -= by_ln_sigma;
     Dependent {
         value: gap_m,
-        slopes: slopes / by_gap,
+        slopes: (k_c.slopes - SVector::from_fn(|i, _| at_gap.by(i))) / by_gap,
         noise: k_c.noise / by_gap.abs(),
     }
 }

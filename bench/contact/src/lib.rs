@@ -34,6 +34,7 @@ pub mod fit;
 pub mod harmonic;
 mod inversion;
 pub mod live_estimator;
+mod parameters;
 mod residual_noise;
 mod root;
 pub mod self_sensed;

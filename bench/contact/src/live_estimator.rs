@@ -3,8 +3,9 @@
 use num_complex::Complex64;
 
 use crate::error::{ModelError, positive};
-use crate::finger::{FittedFinger, PARAMETERS};
+use crate::finger::FittedFinger;
 use crate::inversion::Dependent;
+use crate::parameters::PARAMETERS;
 
 /// Slope at the last of five samples, oldest first, least squares of a parabola, per interval: no delay.
 const CAUSAL_SLOPE: [f64; FRAMES] = [

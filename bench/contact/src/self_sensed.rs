@@ -10,6 +10,7 @@ use num_complex::Complex64;
 use crate::error::{ModelError, positive, same_length};
 use crate::finger::FittedFinger;
 use crate::inversion::Dependent;
+use crate::parameters::PARAMETERS;
 
 /// Slope at the middle of five samples, least squares of a parabola, per interval.
 const CENTRAL_SLOPE: [f64; 5] = [-0.2, -0.1, 0.0, 0.1, 0.2];
@@ -44,7 +45,7 @@ pub fn normal_force(
         amplitude_m.len(),
         z_m_corrected_n_s_per_m.len(),
     )?;
-    let gaps: Vec<Dependent<4>> = z_m_corrected_n_s_per_m
+    let gaps: Vec<Dependent<PARAMETERS>> = z_m_corrected_n_s_per_m
         .iter()
         .zip(amplitude_m)
         .map(|(&z_m, &amplitude)| {

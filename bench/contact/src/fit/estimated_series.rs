@@ -1,8 +1,9 @@
 //! Stiffness, gap and friction of an instance from its measured impedance.
 
-use nalgebra::SVector;
+use nalgebra::{SVector, Vector2};
 use num_complex::Complex64;
 
+use super::friction_law::FrictionLaw;
 use crate::contact::InversionCounts;
 use crate::inversion::{Dependent, Inversion};
 
@@ -21,7 +22,7 @@ pub struct EstimatedSeries {
     pub gap_m: Vec<f64>,
     /// Standard error of `gap_m`, m.
     pub gap_std_m: Vec<f64>,
-    /// Friction μ by Eq. 19 with the instance's μ0.
+    /// Friction μ by Eq. 19 with the instance's μ0, and with the trial's floor where one was fitted.
     pub mu: Vec<f64>,
     /// Standard error of `mu`.
     pub mu_std: Vec<f64>,
@@ -40,16 +41,6 @@ pub(super) enum GapLaw {
     Amplitude,
 }
 
-/// μ0 with what it depends on.
-#[derive(Clone, Copy)]
-pub(super) struct FrictionAtRest<const N: usize> {
-    pub(super) mu0: f64,
-    /// ∂μ0/∂parameter.
-    pub(super) slopes: [f64; N],
-    /// Standard error of μ0 from the scatter of the measured friction.
-    pub(super) std: f64,
-}
-
 /// The samples that a series is estimated from.
 pub(super) struct MeasuredSamples<'a> {
     pub(super) time_s: &'a [f64],
@@ -63,7 +54,7 @@ pub(super) struct MeasuredSamples<'a> {
 pub(super) fn estimate<const N: usize>(
     inversion: &Inversion<N>,
     law: GapLaw,
-    friction: &FrictionAtRest<N>,
+    friction: &FrictionLaw<N>,
     measured: &MeasuredSamples<'_>,
     z_m_model: Vec<Complex64>,
 ) -> EstimatedSeries {
@@ -95,10 +86,14 @@ pub(super) fn estimate<const N: usize>(
             Dependent::unknown()
         });
         let ratio = inversion.friction_ratio(&gap, normal_n);
+        let over_mu0 = friction.of_ratio(ratio.value);
+        let by_ratio = friction.mu0 * (1.0 - friction.floor);
+        let by_law = Vector2::new(over_mu0, friction.mu0 * (1.0 - ratio.value));
+        let scatter = by_law.dot(&(friction.scatter * by_law)).sqrt();
         let mu = Dependent {
-            value: friction.mu0 * ratio.value,
-            slopes: ratio.slopes * friction.mu0 + SVector::from(friction.slopes) * ratio.value,
-            noise: (friction.mu0 * ratio.noise).hypot(ratio.value * friction.std),
+            value: friction.mu0 * over_mu0,
+            slopes: ratio.slopes * by_ratio + SVector::from(friction.slopes) * over_mu0,
+            noise: (by_ratio * ratio.noise).hypot(scatter),
         };
         for (quantity, values, stds) in [
             (k_c, &mut series.k_c_n_per_m, &mut series.k_c_std_n_per_m),

@@ -11,11 +11,17 @@ pub struct Agreement {
     pub r2_impedance: f64,
     /// RMS of |Z_m − Ẑ_m|, N·s/m.
     pub rms_impedance_n_s_per_m: f64,
-    /// RMS of estimated − measured μ over the samples that have a gap.
+    /// RMS of estimated − measured μ over the samples that have a gap, the estimate read through the lag where one was fitted.
     pub rms_mu: f64,
 }
 
-pub(super) fn agreement(z_m: &[Complex64], mu: &[f64], series: &EstimatedSeries) -> Agreement {
+/// Compares a series with what was measured; `estimated_mu` is its friction as the sensor would read it.
+pub(super) fn agreement(
+    z_m: &[Complex64],
+    mu: &[f64],
+    series: &EstimatedSeries,
+    estimated_mu: &[f64],
+) -> Agreement {
     let n = z_m.len() as f64;
     let mean = z_m.iter().sum::<Complex64>() / n;
     let squares: f64 = z_m
@@ -24,8 +30,7 @@ pub(super) fn agreement(z_m: &[Complex64], mu: &[f64], series: &EstimatedSeries)
         .map(|(a, b)| (a - b).norm_sqr())
         .sum();
     let spread: f64 = z_m.iter().map(|z| (z - mean).norm_sqr()).sum();
-    let apart = series
-        .mu
+    let apart = estimated_mu
         .iter()
         .zip(mu)
         .map(|(a, b)| a - b)

@@ -19,7 +19,7 @@ pub enum FitVerdict {
     NotIdentifiable {
         /// The parameter that is identified worst.
         parameter: FitParameter,
-        /// Standard error of that parameter: relative for σ_t and |Z_t|, s for τ; infinite if the data do not depend on
+        /// Standard error of that parameter: relative for σ_t, |Z_t| and S, s for τ; infinite if the data do not depend on
         /// it at all.
         std: f64,
     },
@@ -46,6 +46,8 @@ pub enum FitParameter {
     ZT,
     /// τ, the levitation lag.
     Tau,
+    /// S, the apparent contact area.
+    ContactArea,
 }
 
 impl fmt::Display for FitParameter {
@@ -54,6 +56,7 @@ impl fmt::Display for FitParameter {
             Self::SigmaT => "sigma_t",
             Self::ZT => "Z_t",
             Self::Tau => "tau",
+            Self::ContactArea => "the contact area",
         })
     }
 }

@@ -2,7 +2,7 @@
 
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationReason};
 use nalgebra::storage::Owned;
-use nalgebra::{DMatrix, DVector, Dyn, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector, Dyn, SMatrix};
 use num_complex::Complex64;
 
 use crate::residual_noise::ResidualNoise;
@@ -37,7 +37,8 @@ pub(crate) struct Minimum<const N: usize> {
     pub(crate) squares: f64,
     /// Why the result is not a minimum; `None` if it is one.
     pub(crate) failure: Option<String>,
-    /// Parameter covariance; `None` if the data do not depend on some combination of the parameters.
+    /// Parameter covariance, 0 where a parameter was held; `None` if the data do not depend on some combination of the free
+    /// ones.
     pub(crate) covariance: Option<SMatrix<f64, N, N>>,
     /// Noise of one component of the residual.
     pub(crate) noise: ResidualNoise,
@@ -52,26 +53,11 @@ impl<const N: usize> Minimum<N> {
     }
 }
 
-impl Minimum<3> {
-    /// Returns the minimum with a fourth parameter that was held.
-    pub(crate) fn extended(self, held: f64) -> Minimum<4> {
-        let [a, b, c] = self.parameters;
-        Minimum {
-            parameters: [a, b, c, held],
-            z_m: self.z_m,
-            squares: self.squares,
-            failure: self.failure,
-            covariance: self
-                .covariance
-                .map(|covariance| covariance.fixed_resize::<4, 4>(0.0)),
-            noise: self.noise,
-        }
-    }
-}
-
 struct ImpedanceProblem<'a, M, const N: usize> {
     model: &'a mut M,
     parameters: [f64; N],
+    /// Those that are fitted; the others keep their values.
+    free: &'a [usize],
     z_m: Vec<Complex64>,
     slopes: Vec<[Complex64; N]>,
     in_domain: bool,
@@ -99,12 +85,14 @@ impl<M: ImpedanceModel<N>, const N: usize> LeastSquaresProblem<f64, Dyn, Dyn>
     type ParameterStorage = Owned<f64, Dyn>;
 
     fn set_params(&mut self, x: &DVector<f64>) {
-        self.parameters.copy_from_slice(x.as_slice());
+        for (&parameter, &value) in self.free.iter().zip(x.iter()) {
+            self.parameters[parameter] = value;
+        }
         self.evaluate();
     }
 
     fn params(&self) -> DVector<f64> {
-        DVector::from_column_slice(&self.parameters)
+        DVector::from_fn(self.free.len(), |row, _| self.parameters[self.free[row]])
     }
 
     fn residuals(&self) -> Option<DVector<f64>> {
@@ -123,8 +111,8 @@ impl<M: ImpedanceModel<N>, const N: usize> LeastSquaresProblem<f64, Dyn, Dyn>
 
     fn jacobian(&self) -> Option<DMatrix<f64>> {
         let n = self.z_m.len();
-        Some(DMatrix::from_fn(2 * n, N, |row, column| {
-            let slope = self.slopes[row % n][column];
+        Some(DMatrix::from_fn(2 * n, self.free.len(), |row, column| {
+            let slope = self.slopes[row % n][self.free[column]];
             if row < n { slope.re } else { slope.im }
         }))
     }
@@ -167,16 +155,18 @@ pub(crate) fn evaluated<M: ImpedanceModel<N>, const N: usize>(
     Some(z_m)
 }
 
-/// Minimises by Levenberg–Marquardt from one start.
+/// Minimises over the `free` parameters by Levenberg–Marquardt from one start; the others keep its values.
 pub(crate) fn minimise<M: ImpedanceModel<N>, const N: usize>(
     model: &mut M,
     start: [f64; N],
+    free: &[usize],
 ) -> Minimum<N> {
     let n = model.measured().len();
     let zero = Complex64::ZERO;
     let mut problem = ImpedanceProblem {
         model,
         parameters: start,
+        free,
         z_m: vec![zero; n],
         slopes: vec![[zero; N]; n],
         in_domain: false,
@@ -208,21 +198,32 @@ fn summarise<M: ImpedanceModel<N>, const N: usize>(
     let shapes: Vec<f64> = (0..residuals.len())
         .map(|index| problem.model.noise_shape(index))
         .collect();
-    let noise = ResidualNoise::of(&residuals, &shapes, N);
+    let noise = ResidualNoise::of(&residuals, &shapes, problem.free.len());
     let deviations: Vec<f64> = shapes.iter().map(|&shape| noise.std(shape)).collect();
     let white: Vec<Complex64> = residuals
         .iter()
         .zip(&deviations)
         .map(|(residual, deviation)| residual / deviation)
         .collect();
-    let (mut normal, mut scatter) = (SMatrix::<f64, N, N>::zeros(), SMatrix::<f64, N, N>::zeros());
+    let size = problem.free.len();
+    let (mut normal, mut scatter) = (DMatrix::zeros(size, size), DMatrix::zeros(size, size));
     for (slope, deviation) in problem.slopes.iter().zip(&deviations) {
-        let product = SMatrix::from_fn(|row, column| (slope[row].conj() * slope[column]).re);
+        let product = DMatrix::from_fn(size, size, |row, column| {
+            (slope[problem.free[row]].conj() * slope[problem.free[column]]).re
+        });
+        scatter += &product * deviation.powi(2);
         normal += product;
-        scatter += product * deviation.powi(2);
     }
-    let covariance =
-        invert_scaled(&normal).map(|inverse| inverse * scatter * inverse * correlation(&white));
+    let covariance = invert_scaled(&normal).map(|inverse| {
+        let of_free = &inverse * scatter * &inverse * correlation(&white);
+        let mut covariance = SMatrix::zeros();
+        for (row, &i) in problem.free.iter().enumerate() {
+            for (column, &j) in problem.free.iter().enumerate() {
+                covariance[(i, j)] = of_free[(row, column)];
+            }
+        }
+        covariance
+    });
     Minimum {
         parameters: problem.parameters,
         z_m: problem.z_m,
@@ -234,12 +235,14 @@ fn summarise<M: ImpedanceModel<N>, const N: usize>(
 }
 
 /// Inverse of a normal matrix, scaled to unit diagonal first so that units do not decide what counts as singular.
-fn invert_scaled<const N: usize>(normal: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
-    let scale = SVector::<f64, N>::from_fn(|i, _| normal[(i, i)].sqrt().recip());
+pub(crate) fn invert_scaled(normal: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let scale = normal.diagonal().map(|of| of.sqrt().recip());
     if !scale.iter().all(|s| s.is_finite()) {
         return None;
     }
-    let scaled = SMatrix::<f64, N, N>::from_fn(|i, j| normal[(i, j)] * scale[i] * scale[j]);
+    let scaled = DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| {
+        normal[(i, j)] * scale[i] * scale[j]
+    });
     let factor = scaled.cholesky()?;
     if factor
         .l_dirty()
@@ -250,14 +253,14 @@ fn invert_scaled<const N: usize>(normal: &SMatrix<f64, N, N>) -> Option<SMatrix<
         return None;
     }
     let inverse = factor.inverse();
-    Some(SMatrix::from_fn(|i, j| {
+    Some(DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| {
         inverse[(i, j)] * scale[i] * scale[j]
     }))
 }
 
 /// Neighbouring residuals share the demodulator's window and the model's error, so that n samples carry less than n
 /// values: 1 + 2 Σ ρ_k over the lags before the autocorrelation first vanishes.
-fn correlation(residuals: &[Complex64]) -> f64 {
+pub(crate) fn correlation(residuals: &[Complex64]) -> f64 {
     let at = |lag: usize| {
         residuals
             .iter()

@@ -11,10 +11,11 @@
 use num_complex::Complex64;
 
 use super::conditions::FitConditions;
-use super::estimated_series::{EstimatedSeries, FrictionAtRest, GapLaw, MeasuredSamples, estimate};
+use super::estimated_series::{EstimatedSeries, GapLaw, MeasuredSamples, estimate};
 use super::fit_agreement::{Agreement, agreement};
 use super::fit_error::FitError;
 use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD};
+use super::friction_law::FrictionLaw;
 use super::least_squares::{ImpedanceModel, Minimum, best_start, evaluated, minimise};
 use super::modelled_series::ModelledSeries;
 use super::sensitivity::{self, Sensitivities};
@@ -153,7 +154,7 @@ pub fn sensitivities(
 }
 
 struct InstanceAtRest {
-    friction: FrictionAtRest<1>,
+    friction: FrictionLaw<1>,
     reading: RestReading,
 }
 
@@ -188,11 +189,7 @@ impl InstanceAtRest {
         let mu0 = mean(&mu);
         let scatter = mu.iter().map(|m| (m - mu0).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
         Self {
-            friction: FrictionAtRest {
-                mu0,
-                slopes: [0.0],
-                std: (scatter / n).sqrt(),
-            },
+            friction: FrictionLaw::published(mu0, (scatter / n).sqrt(), [0.0]),
             reading: RestReading {
                 below_threshold: below,
                 samples: at.len(),
@@ -253,7 +250,7 @@ impl<'a> PaperModel<'a> {
     fn fitted(&mut self) -> Result<Minimum<1>, FitError> {
         let start =
             best_start(self, sigma_starts().map(|sigma| [sigma.ln()])).ok_or(FitError::NoStart)?;
-        Ok(minimise(self, start))
+        Ok(minimise(self, start, &[0]))
     }
 
     fn report(
@@ -281,6 +278,7 @@ impl<'a> PaperModel<'a> {
             z_p: self.conditions.z_p_plain_n_s_per_m,
             z_t,
             z_t_slopes: [z_t_slope],
+            z_p_slopes: [Complex64::ZERO],
             covariance: minimum.covariance,
         };
         let measured = MeasuredSamples {
@@ -307,10 +305,10 @@ impl<'a> PaperModel<'a> {
                 z_t_slope.im.abs() * ln_std,
             ),
             mu0: at_rest.friction.mu0,
-            mu0_std: at_rest.friction.std,
+            mu0_std: at_rest.friction.mu0_scatter(),
             normal_n: self.normal_n[0],
             rest: at_rest.reading,
-            agreement: agreement(self.z_m, samples.mu, &series),
+            agreement: agreement(self.z_m, samples.mu, &series, &series.mu),
             series,
         })
     }
@@ -341,10 +339,11 @@ impl ImpedanceModel<1> for PaperModel<'_> {
         let normal_n = self.normal_n[0];
         for (index, &gap) in self.gap_m.iter().enumerate() {
             let k_c = contact.balance_stiffness_n_per_m(gap, normal_n);
-            let by_ln_sigma = contact.balance_stiffness_by_ln_sigma_n_per_m(gap)
+            let by_ln_sigma = contact.balance_stiffness_slopes_n_per_m(gap).by_ln_sigma_t
                 + contact.balance_stiffness_slope_n_per_m2(gap, normal_n)
-                    * contact.equilibrium_gap_slope(gap, normal_n)
-                    * sigma;
+                    * contact
+                        .equilibrium_gap_slopes_m(gap, normal_n)
+                        .by_ln_sigma_t;
             let z_c = z_c_per_stiffness * k_c;
             let both = z_t + z_c;
             z_m[index] = observed(self.conditions.z_p_plain_n_s_per_m, z_t, z_c);

@@ -1,6 +1,6 @@
 //! The samples of one instance, as the fits read them.
 
-use nalgebra::{Matrix4, Vector4};
+use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 
 use super::fit_error::FitError;
@@ -152,30 +152,35 @@ impl<'a> InstanceSeries<'a> {
     }
 }
 
-/// Returns the cubic through evenly spaced values, least squares.
-pub(crate) fn cubic_through(values: &[f64]) -> Vec<f64> {
+/// Degree of the polynomial that stands for the normal force over an instance and its lead-in, 80 ms: a tremor of 10 Hz and 8 %
+/// is left to 0.2 %, where a cubic leaves 1.6 %; and a sensor's noise has 6 values to show in.
+const FORCE_DEGREE: usize = 5;
+
+/// Returns the polynomial through an evenly sampled normal force, N, least squares.
+pub(crate) fn smooth_force_n(values: &[f64]) -> Vec<f64> {
+    let degree = FORCE_DEGREE.min(values.len().saturating_sub(1));
     let middle = 0.5 * (values.len() - 1) as f64;
-    let legendre = |index: usize| {
-        let x = (index as f64 - middle) / middle;
-        Vector4::new(
-            1.0,
-            x,
-            0.5 * (3.0 * x * x - 1.0),
-            0.5 * x * (5.0 * x * x - 3.0),
-        )
-    };
-    let (mut normal, mut right) = (Matrix4::zeros(), Vector4::zeros());
-    for (index, value) in values.iter().enumerate() {
-        let basis = legendre(index);
-        normal += basis * basis.transpose();
-        right += basis * *value;
-    }
-    let coefficients = normal
+    // Legendre polynomials, by recurrence: nearly orthogonal on the samples, so that the normal matrix is near diagonal.
+    let basis = DMatrix::from_fn(values.len(), degree + 1, |row, column| {
+        let x = (row as f64 - middle) / middle;
+        let (mut before, mut at) = (1.0, x);
+        match column {
+            0 => 1.0,
+            _ => {
+                for n in 1..column {
+                    let n = n as f64;
+                    (before, at) = (at, ((2.0 * n + 1.0) * x * at - n * before) / (n + 1.0));
+                }
+                at
+            }
+        }
+    });
+    let right = basis.tr_mul(&DVector::from_column_slice(values));
+    let coefficients = basis
+        .tr_mul(&basis)
         .cholesky()
-        .map_or_else(Vector4::zeros, |factor| factor.solve(&right));
-    (0..values.len())
-        .map(|index| legendre(index).dot(&coefficients))
-        .collect()
+        .map_or_else(|| DVector::zeros(degree + 1), |factor| factor.solve(&right));
+    (basis * coefficients).as_slice().to_vec()
 }
 
 pub(crate) fn mean(values: &[f64]) -> f64 {
@@ -209,13 +214,18 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn a_cubic_goes_through_itself() {
-        let values: Vec<f64> = (0..100)
-            .map(|i| f64::from(i) / 50.0)
-            .map(|t| 0.6 + 0.1 * t - 0.2 * t.powi(2) + 0.05 * t.powi(3))
+    fn a_polynomial_goes_through_itself_and_near_a_tremor() {
+        let times = || (0..160).map(|i| f64::from(i) * 5e-4);
+        let quintic: Vec<f64> = times()
+            .map(|t| 0.6 + t - 20.0 * t.powi(2) + 50.0 * t.powi(3) + 1e5 * t.powi(5))
             .collect();
-        for (smooth, value) in cubic_through(&values).iter().zip(&values) {
-            assert!((smooth - value).abs() < 1e-13);
+        let tremor: Vec<f64> = times()
+            .map(|t| 0.65 + 0.05 * (TAU * 10.0 * t).sin())
+            .collect();
+        for (values, within) in [(quintic, 1e-12), (tremor, 0.002)] {
+            for (smooth, value) in smooth_force_n(&values).iter().zip(&values) {
+                assert!((smooth / value - 1.0).abs() < within, "{smooth} {value}");
+            }
         }
     }
 }

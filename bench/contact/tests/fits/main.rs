@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
 
 mod record;
+mod trial;
 
 use approx::assert_relative_eq;
 use contact::fit::{
@@ -24,7 +25,7 @@ fn conditions() -> FitConditions {
     }
 }
 
-fn fit_dynamic(record: &Record) -> dynamic::DynamicFit {
+fn fit_dynamic(record: &Record) -> contact::fit::InstanceFit {
     dynamic::fit(
         &record.series(),
         &conditions(),
@@ -52,6 +53,7 @@ fn dynamic_recovers_what_made_the_record() {
             z_t: Complex64::new(0.3, 2.6),
             tau_s: 0.7e-3,
             mu0: 0.6,
+            plate_offset: 0.4,
             ..TRUTH
         },
         Truth {
@@ -66,6 +68,7 @@ fn dynamic_recovers_what_made_the_record() {
             z_t: Complex64::new(0.2, 2.2),
             tau_s: 0.4e-3,
             normal_n: 0.8,
+            plate_offset: -0.9,
             ..TRUTH
         },
     ];
@@ -80,7 +83,12 @@ fn dynamic_recovers_what_made_the_record() {
             epsilon = 2e-6 * truth.z_t.norm()
         );
         assert_relative_eq!(fit.tau_s, truth.tau_s, epsilon = 1e-8);
-        assert_relative_eq!(fit.mu0, truth.mu0, max_relative = 2e-6);
+        assert_relative_eq!(
+            fit.plate_offset_n_s_per_m.im,
+            truth.plate_offset,
+            epsilon = 1e-5
+        );
+        assert_relative_eq!(fit.mu0, truth.mu0, max_relative = 4e-6);
         assert!(
             fit.agreement.rms_mu < 2e-6 && fit.agreement.r2_impedance > 1.0 - 1e-9,
             "{:?}",
@@ -98,7 +106,7 @@ fn dynamic_recovers_what_made_the_record() {
 fn standard_errors_are_the_scatter() {
     let record = TRUTH.record();
     let runs = 60;
-    let mut scores = [0.0; 5];
+    let mut scores = [0.0; 6];
     for seed in 0..runs {
         let fit = fit_dynamic(&record.with_noise(seed, 1e-4));
         let wrong = fit.z_t_n_s_per_m - TRUTH.z_t;
@@ -108,6 +116,10 @@ fn standard_errors_are_the_scatter() {
             (wrong.re, fit.z_t_std_n_s_per_m.re),
             (wrong.im, fit.z_t_std_n_s_per_m.im),
             (fit.tau_s - TRUTH.tau_s, fit.tau_std_s),
+            (
+                fit.plate_offset_n_s_per_m.im,
+                fit.plate_offset_std_n_s_per_m,
+            ),
             (gap_error, fit.series.gap_std_m[10]),
         ]) {
             *score += (error / std).powi(2) / runs as f64;

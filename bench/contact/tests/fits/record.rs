@@ -26,6 +26,12 @@ pub struct Truth {
     pub mean_amplitude_m: f64,
     pub modulation_index: f64,
     pub normal_n: f64,
+    pub area_m2: f64,
+    pub q0_rad_per_m: f64,
+    pub loss_factor: f64,
+    /// Added to i Im Z_p, N·s/m.
+    pub plate_offset: f64,
+    pub friction_floor: f64,
 }
 
 pub const TRUTH: Truth = Truth {
@@ -36,6 +42,11 @@ pub const TRUTH: Truth = Truth {
     mean_amplitude_m: 1.95e-6,
     modulation_index: 0.95,
     normal_n: 0.65,
+    area_m2: 300e-6,
+    q0_rad_per_m: 1.4e4,
+    loss_factor: 0.3,
+    plate_offset: 0.0,
+    friction_floor: 0.0,
 };
 
 impl Truth {
@@ -49,11 +60,12 @@ impl Truth {
     }
 
     pub fn asperity_n(&self, x: f64) -> f64 {
-        0.375 * 1.4e4 * self.sigma_t_m * 20e6 / 0.75 * 300e-6 * (-x / self.sigma_t_m).exp()
+        let p_c = 0.375 * self.q0_rad_per_m * self.sigma_t_m * 20e6 / 0.75;
+        p_c * self.area_m2 * (-x / self.sigma_t_m).exp()
     }
 
     pub fn squeeze_n(&self, x: f64, a: f64) -> f64 {
-        1.25 * 101_325.0 * 300e-6 * a * a / (x * x)
+        1.25 * 101_325.0 * self.area_m2 * a * a / (x * x)
     }
 
     pub fn equilibrium_m(&self, t: f64) -> f64 {
@@ -109,11 +121,16 @@ impl Truth {
         record
     }
 
+    pub fn mu(&self, x: f64, n: f64) -> f64 {
+        let ratio = self.asperity_n(x) / n;
+        self.mu0 * (self.friction_floor + (1.0 - self.friction_floor) * ratio)
+    }
+
     pub fn push(&self, record: &mut Record, t: f64, x: f64) {
         let (a, n) = (self.amplitude_m(t), self.normal_n(t));
         let k_c = self.asperity_n(x) / self.sigma_t_m + 2.0 * self.squeeze_n(x, a) / x;
-        let z_c = Complex64::new(0.3 * k_c / OMEGA, -k_c / OMEGA);
-        let z_m = Z_P + self.z_t * z_c / (self.z_t + z_c);
+        let z_c = Complex64::new(self.loss_factor * k_c / OMEGA, -k_c / OMEGA);
+        let z_m = Z_P + Complex64::I * self.plate_offset + self.z_t * z_c / (self.z_t + z_c);
         let growth =
             self.mean_amplitude_m * self.modulation_index * TAU * 6.0 * (TAU * 6.0 * t).cos() / a;
         record.time_s.push(t);
@@ -121,7 +138,7 @@ impl Truth {
         record.plain.push(z_m + 2.0 * MODAL_MASS_KG * growth);
         record.amplitude_m.push(a);
         record.normal_n.push(n);
-        record.mu.push(self.mu0 * self.asperity_n(x) / n);
+        record.mu.push(self.mu(x, n));
         record.gap_m.push(x);
         record.k_c.push(k_c);
     }
@@ -149,6 +166,18 @@ impl Record {
             normal_n: &self.normal_n,
             mu: &self.mu,
         }
+    }
+
+    /// The lateral force through a first-order lag, exact for one that is constant over a sample.
+    pub fn with_lateral_lag(&self, lag_s: f64) -> Self {
+        let mut lagging = self.clone();
+        let share = 1.0 - (-1.0 / RATE_HZ / lag_s).exp();
+        let mut lateral_n = self.mu[0] * self.normal_n[0];
+        for (mu, normal_n) in lagging.mu.iter_mut().zip(&self.normal_n) {
+            lateral_n += share * (*mu * normal_n - lateral_n);
+            *mu = lateral_n / normal_n;
+        }
+        lagging
     }
 
     pub fn series(&self) -> InstanceSeries<'_> {

@@ -1,0 +1,56 @@
+//! From the friction ratio of Eq. 19 to friction.
+
+use nalgebra::Matrix2;
+
+use super::lag::Lag;
+
+/// μ = μ0 (φ + (1 − φ) e^(−(x − x_t⁰)/σ_t)): Huloux 2021, Eq. 19, with a floor φ that theirs does not have.
+#[derive(Clone, Copy)]
+pub(super) struct FrictionLaw<const N: usize> {
+    pub(super) mu0: f64,
+    /// φ, 0 where friction is taken to vanish with the contact.
+    pub(super) floor: f64,
+    /// Lag of the lateral force, s; 0 where it is taken as read.
+    pub(super) lag_s: f64,
+    /// ∂μ0/∂parameter.
+    pub(super) slopes: [f64; N],
+    /// Covariance of μ0 and φ from the scatter of the measured friction.
+    pub(super) scatter: Matrix2<f64>,
+}
+
+impl<const N: usize> FrictionLaw<N> {
+    /// Returns Eq. 19 as published, with the standard error of μ0 from the scatter of the measured friction.
+    pub(super) fn published(mu0: f64, mu0_std: f64, slopes: [f64; N]) -> Self {
+        Self {
+            mu0,
+            floor: 0.0,
+            lag_s: 0.0,
+            slopes,
+            scatter: Matrix2::new(mu0_std * mu0_std, 0.0, 0.0, 0.0),
+        }
+    }
+
+    /// Returns μ/μ0 at a ratio of Eq. 19.
+    pub(super) fn of_ratio(&self, ratio: f64) -> f64 {
+        self.floor + (1.0 - self.floor) * ratio
+    }
+
+    /// Returns the standard error of μ0 from the scatter of the measured friction.
+    pub(super) fn mu0_scatter(&self) -> f64 {
+        self.scatter[(0, 0)].sqrt()
+    }
+}
+
+/// Returns a friction as a lateral force sensor with a lag shows it.
+pub(super) fn as_read(mu: &[f64], normal_n: &[f64], lag_s: f64, interval_s: f64) -> Vec<f64> {
+    if lag_s == 0.0 || mu.len() < 4 {
+        return mu.to_vec();
+    }
+    let lateral: Vec<f64> = mu.iter().zip(normal_n).map(|(mu, n)| mu * n).collect();
+    let mut read = vec![0.0; lateral.len()];
+    Lag::new(lag_s, interval_s).apply(&lateral, &mut read);
+    read.iter()
+        .zip(normal_n)
+        .map(|(read, n)| read / n)
+        .collect()
+}

@@ -1,0 +1,191 @@
+//! What a fit of the lagged model says about one instance.
+
+use num_complex::Complex64;
+
+use super::estimated_series::{EstimatedSeries, GapLaw, MeasuredSamples, estimate};
+use super::fit_agreement::{Agreement, agreement};
+use super::fit_error::FitError;
+use super::fit_verdict::FitVerdict;
+use super::friction_law::{FrictionLaw, as_read};
+use super::lagged_model::LaggedModel;
+use super::least_squares::Minimum;
+use super::series::{InstanceSamples, mean};
+use crate::contact::Contact;
+use crate::finger::FittedFinger;
+use crate::inversion::{Dependent, Inversion};
+use crate::parameters::{
+    IM_Z_T, LN_AREA, LN_Q0, LN_SIGMA_T, MS, PARAMETERS, PLATE_OFFSET, RE_Z_T, TAU_MS, Z_P_SLOPES,
+    Z_T_SLOPES,
+};
+
+/// Result of `dynamic` or `trial` for one instance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InstanceFit {
+    /// Whether the parameters may be used.
+    pub verdict: FitVerdict,
+    /// Roughness σ_t, m.
+    pub sigma_t_m: f64,
+    /// Standard error of `sigma_t_m`, m; infinite if not identifiable.
+    pub sigma_t_std_m: f64,
+    /// Tissue impedance Z_t, N·s/m.
+    pub z_t_n_s_per_m: Complex64,
+    /// Standard errors of the real and imaginary part of Z_t, N·s/m.
+    pub z_t_std_n_s_per_m: Complex64,
+    /// Levitation lag τ, s.
+    pub tau_s: f64,
+    /// Standard error of `tau_s`, s; 0 at the bound.
+    pub tau_std_s: f64,
+    /// What the plate's impedance was beyond that of the unloaded plate, N·s/m; imaginary, 0 if it was held.
+    pub plate_offset_n_s_per_m: Complex64,
+    /// Standard error of the offset's imaginary part, N·s/m; 0 if it was held.
+    pub plate_offset_std_n_s_per_m: f64,
+    /// Friction without vibration μ0.
+    pub mu0: f64,
+    /// Standard error of `mu0`.
+    pub mu0_std: f64,
+    /// Mean normal force ⟨f_c⟩ over the instance, N.
+    pub normal_n: f64,
+    /// How well fitted and measured agree.
+    pub agreement: Agreement,
+    /// Stiffness, gap and friction in time.
+    pub series: EstimatedSeries,
+    /// The fitted parameters with their covariance, for samples beyond this instance: [`crate::self_sensed`],
+    /// [`crate::live_estimator`].
+    pub finger: FittedFinger,
+}
+
+impl InstanceFit {
+    pub(super) fn new(
+        model: &mut LaggedModel<'_>,
+        samples: &InstanceSamples<'_>,
+        minimum: Minimum<PARAMETERS>,
+        verdict: FitVerdict,
+        friction: FrictionLaw<PARAMETERS>,
+    ) -> Result<Self, FitError> {
+        let parameters = &minimum.parameters;
+        let std = |i: usize| minimum.std(i);
+        let contact = model.follow(parameters).ok_or(FitError::NoStart)?;
+        let z_m_std: Vec<f64> = samples
+            .amplitude_m
+            .iter()
+            .map(|a| minimum.noise.std(a.recip()))
+            .collect();
+        let offset = Complex64::new(0.0, parameters[PLATE_OFFSET]);
+        let finger = FittedFinger {
+            inversion: Inversion {
+                contact,
+                carrier_rad_per_s: model.carrier_rad_per_s,
+                z_p: model.z_p + offset,
+                z_t: Complex64::new(parameters[RE_Z_T], parameters[IM_Z_T]),
+                z_t_slopes: Z_T_SLOPES,
+                z_p_slopes: Z_P_SLOPES,
+                covariance: minimum.covariance,
+            },
+            tau_s: parameters[TAU_MS] * MS,
+            z_m_noise: minimum.noise,
+        };
+        let mu0_std = finger.inversion.std(&Dependent {
+            value: friction.mu0,
+            slopes: friction.slopes.into(),
+            noise: friction.mu0_scatter(),
+        });
+        let measured = MeasuredSamples {
+            time_s: samples.time_s,
+            z_m: model.z_m,
+            z_m_std: &z_m_std,
+            amplitude_m: samples.amplitude_m,
+            normal_n: &model.normal_n[model.lead..],
+        };
+        let (sigma_t_std_m, z_t_std, tau_std_s, offset_std) = (
+            contact.sigma_t_m() * std(LN_SIGMA_T),
+            Complex64::new(std(RE_Z_T), std(IM_Z_T)),
+            std(TAU_MS) * MS,
+            std(PLATE_OFFSET),
+        );
+        let series = estimate(
+            &finger.inversion,
+            GapLaw::Amplitude,
+            &friction,
+            &measured,
+            minimum.z_m,
+        );
+        let read_mu = as_read(
+            &series.mu,
+            measured.normal_n,
+            friction.lag_s,
+            model.interval_s,
+        );
+        Ok(Self {
+            verdict,
+            sigma_t_m: contact.sigma_t_m(),
+            sigma_t_std_m,
+            z_t_n_s_per_m: finger.inversion.z_t,
+            z_t_std_n_s_per_m: z_t_std,
+            tau_s: finger.tau_s,
+            tau_std_s,
+            plate_offset_n_s_per_m: offset,
+            plate_offset_std_n_s_per_m: offset_std,
+            mu0: friction.mu0,
+            mu0_std,
+            normal_n: mean(samples.normal_n),
+            agreement: agreement(model.z_m, samples.mu, &series, &read_mu),
+            series,
+            finger,
+        })
+    }
+}
+
+/// Returns μ/μ0 by Eq. 19 after [`LaggedModel::follow`], with the lead-in.
+pub(super) fn modelled_ratio(model: &LaggedModel<'_>, contact: &Contact) -> Vec<f64> {
+    let samples = model.gap.iter().zip(&model.normal_n);
+    samples
+        .map(|(&x, &n)| contact.friction_ratio(x, n))
+        .collect()
+}
+
+/// μ0 = Σ m μ/Σ m² with m the modelled μ/μ0, after [`LaggedModel::follow`].
+pub(super) fn friction_at_rest(
+    model: &LaggedModel<'_>,
+    contact: &Contact,
+    mu: &[f64],
+) -> FrictionLaw<PARAMETERS> {
+    let ratios = &modelled_ratio(model, contact)[model.lead..];
+    let power: f64 = ratios.iter().map(|m| m * m).sum();
+    let mu0 = ratios.iter().zip(mu).map(|(m, mu)| m * mu).sum::<f64>() / power;
+    let squares: f64 = ratios
+        .iter()
+        .zip(mu)
+        .map(|(ratio, mu)| (mu - mu0 * ratio).powi(2))
+        .sum();
+    let freedom = (ratios.len() - 1) as f64;
+    FrictionLaw::published(
+        mu0,
+        (squares / freedom / power).sqrt(),
+        friction_slopes(model, contact, mu, mu0, 0.0),
+    )
+}
+
+/// Returns ∂μ0/∂parameter of the least squares of μ0 times the modelled μ/μ0 with a floor.
+pub(super) fn friction_slopes(
+    model: &LaggedModel<'_>,
+    contact: &Contact,
+    mu: &[f64],
+    mu0: f64,
+    floor: f64,
+) -> [f64; PARAMETERS] {
+    let sigma = contact.sigma_t_m();
+    let ratios = &modelled_ratio(model, contact)[model.lead..];
+    let with_floor = |ratio: f64| floor + (1.0 - floor) * ratio;
+    let power: f64 = ratios.iter().map(|&m| with_floor(m).powi(2)).sum();
+    let mut slopes = [0.0; PARAMETERS];
+    for (i, (&ratio, &mu)) in ratios.iter().zip(mu).enumerate() {
+        let at = model.lead + i;
+        let lag = &model.gap_slopes;
+        let weight = (1.0 - floor) * ratio * (mu - 2.0 * mu0 * with_floor(ratio)) / power;
+        slopes[LN_SIGMA_T] += weight * (1.0 + (model.gap[at] - lag.by_ln_sigma_t[at]) / sigma);
+        slopes[LN_AREA] += weight * (1.0 - lag.by_ln_area[at] / sigma);
+        slopes[LN_Q0] += weight * (1.0 - lag.by_ln_q0[at] / sigma);
+        slopes[TAU_MS] -= weight / sigma * model.gap_by_tau_ms(at);
+    }
+    slopes
+}

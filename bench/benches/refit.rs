@@ -6,6 +6,7 @@
 use std::hint::black_box;
 use std::path::Path;
 
+use analysis::amplitude_profile::AmplitudeProfile;
 use analysis::trial_fit::{FitRequest, Selected, fit};
 use analysis::{Settings, demodulated, unloaded};
 use contact::AssumedConstants;
@@ -52,7 +53,10 @@ fn trial() -> anyhow::Result<(FitRequest, f64)> {
 
 fn refit(criterion: &mut Criterion) {
     let (request, carrier_hz) = trial().unwrap_or_else(|error| panic!("{error:#}"));
-    let refit = || fit(&request, carrier_hz, AssumedConstants::ESTIMATION);
+    let refit = || {
+        let profile = AmplitudeProfile::default();
+        fit(&request, carrier_hz, AssumedConstants::ESTIMATION, &profile)
+    };
     let usable = refit().map(|fit| fit.usable);
     assert_eq!(usable, Ok(14), "every instance of the reference is fitted");
     criterion.bench_function("refit of 14 instances", |bencher| {

@@ -6,11 +6,13 @@
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 
+use analysis::amplitude_profile::AmplitudeProfile;
 use analysis::analysed::RecordingFindings;
 use analysis::estimate::{InstanceAnalysis, estimate};
 use analysis::exploration_findings::ExplorationFindings;
 use analysis::instance::PlateReading;
 use analysis::measurements::FrameSeries;
+use analysis::under_finger::UnderFinger;
 use analysis::{Analysed, Drawn, RecordingAnalysis, Settings, averaged, measured_figures};
 use clap::Parser;
 use contact::fit::FitConditions;
@@ -388,6 +390,7 @@ fn analysed() -> Analysed {
         z_p_plain_n_s_per_m: Z_P,
         z_p_corrected_n_s_per_m: Z_P,
     };
+    let under_finger = UnderFinger::of(&series, &AmplitudeProfile::default(), Some(Z_P));
     let direction = Direction::RightToLeft;
     let instances: Vec<InstanceAnalysis> = [0.18, 0.346]
         .map(|start_s| {
@@ -395,7 +398,14 @@ fn analysed() -> Analysed {
                 start_s,
                 end_s: start_s + 0.06,
             };
-            estimate(&series, (0, direction), instance, &conditions, &settings).unwrap()
+            estimate(
+                (&series, &under_finger),
+                (0, direction),
+                instance,
+                &conditions,
+                &settings,
+            )
+            .unwrap()
         })
         .into();
     let manifest = Manifest::parse(MANIFEST, "recording.toml").unwrap();
@@ -412,6 +422,7 @@ fn analysed() -> Analysed {
         }),
         explorations: vec![ExplorationFindings::new(
             series,
+            under_finger,
             direction,
             (0.0, 0.5),
             Vec::new(),

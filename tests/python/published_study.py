@@ -97,8 +97,9 @@ for column, again in {
 }.items():
     agree(column, samples[column], again)
 
-# Z_m⁰ is read where the amplitude counts as rest, or over the lowest 5 ms; both methods at the same samples.
-at_rest = samples[samples.amplitude_m <= samples.at_rest_up_to_amplitude_m]
+# Z_m⁰ is read where the amplitude at the pickup counts as rest, or over the lowest 5 ms; both methods at the same samples.
+pickup_m = samples.amplitude_m / samples.amplitude_ratio
+at_rest = samples[pickup_m <= samples.at_rest_up_to_amplitude_m * (1 + 1e-12)]
 z_m0 = at_rest.groupby(INSTANCE).z_m.mean().rename("z_m0").reset_index()
 rigid = instances.merge(z_m0, on=INSTANCE, how="left")
 agree("re_rigid_z_t", rigid.rigid.to_numpy().real, (rigid.z_m0 - rigid.z_p).to_numpy().real)

@@ -6,7 +6,7 @@ use contact::FittedFinger;
 use protocols::{Direction, SelectionRules};
 
 use crate::analysis_settings::Settings;
-pub use crate::estimate::{Deltas, Estimated, InstanceAnalysis, MeasuredSamples, Method};
+pub use crate::estimate::{Deltas, Estimated, InstanceAnalysis, Method};
 pub use crate::exploration_findings::ExplorationFindings;
 use crate::flaw::Flaw;
 pub use crate::instance::PlateReading;

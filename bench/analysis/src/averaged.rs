@@ -72,7 +72,7 @@ fn modelled(
     settings: &Settings,
     sigma_t_m: f64,
 ) -> Result<ModelledSeries, FitError> {
-    let series = instance.prepared.series()?;
+    let series = instance.samples.series(method)?;
     match method {
         Method::Paper => paper::modelled(&series, conditions, &settings.paper(), sigma_t_m),
         Method::Dynamic => {

@@ -15,6 +15,7 @@ use crate::measurements::FrameSeries;
 pub use crate::method::Method;
 use crate::motion::{Impedances, SkinMotion};
 use crate::statistics::{Coefficient, Correlation};
+use crate::under_finger::UnderFinger;
 
 /// Length at either end of an instance that is averaged for changes over it, s: as long as Z_t is read at rest.
 const EDGE_S: f64 = 5e-3;
@@ -34,16 +35,14 @@ pub struct InstanceAnalysis {
     pub normal_n: f64,
     /// Fall of the measured friction: mean of the first 5 ms less that of the last.
     pub delta_mu: f64,
-    /// Measured samples.
-    pub samples: MeasuredSamples,
+    /// Measured samples, as the fits took them.
+    pub samples: PreparedInstance,
     /// Estimate by the published method.
     pub paper: Estimated,
     /// Estimate by the dynamic method.
     pub dynamic: Estimated,
     /// Finger of the dynamic estimate, for samples beyond the instance.
     pub finger: FittedFinger,
-    /// Samples as the fits took them.
-    pub prepared: PreparedInstance,
 }
 
 impl InstanceAnalysis {
@@ -64,10 +63,7 @@ impl InstanceAnalysis {
 
     /// Returns the impedance that a method reads, N·s/m.
     pub fn z_m(&self, method: Method) -> &[Complex64] {
-        match method {
-            Method::Paper => &self.samples.z_m_plain_n_s_per_m,
-            Method::Dynamic => &self.samples.z_m_corrected_n_s_per_m,
-        }
+        self.samples.z_m(method)
     }
 }
 
@@ -89,23 +85,6 @@ pub struct Deltas {
     pub squeeze_n: f64,
     /// Fall of the estimated friction.
     pub mu: f64,
-}
-
-/// Measured samples of an instance.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MeasuredSamples {
-    /// Time, s.
-    pub time_s: Vec<f64>,
-    /// |x̃_p|, peak, m.
-    pub amplitude_m: Vec<f64>,
-    /// Normal force, N.
-    pub normal_n: Vec<f64>,
-    /// Measured friction.
-    pub mu: Vec<f64>,
-    /// Z_m, plain and smoothed, N·s/m.
-    pub z_m_plain_n_s_per_m: Vec<Complex64>,
-    /// Z_m, corrected for envelope dynamics, N·s/m.
-    pub z_m_corrected_n_s_per_m: Vec<Complex64>,
 }
 
 /// The model with a σ_t that is the average over a participant's instances.
@@ -186,19 +165,21 @@ pub enum EstimateError {
 /// # Errors
 /// Either method fails; so the methods are always compared on the same instances.
 pub fn estimate(
-    series: &FrameSeries,
+    (series, under_finger): (&FrameSeries, &UnderFinger),
     (exploration, direction): (usize, Direction),
     instance: Instance,
     conditions: &FitConditions,
     settings: &Settings,
 ) -> Result<InstanceAnalysis, EstimateError> {
-    let prepared = PreparedInstance::cut(series, instance.start_s, instance.end_s);
+    let span = (instance.start_s, instance.end_s);
+    let samples = PreparedInstance::cut(series, under_finger, span);
     let of = |method| move |source| EstimateError::Fit { method, source };
-    let series = prepared.series().map_err(of(Method::Paper))?;
+    let taken = |method| samples.series(method).map_err(of(method));
+    let (by_paper, by_dynamic) = (taken(Method::Paper)?, taken(Method::Dynamic)?);
     let (paper_options, dynamic_options) = (settings.paper(), settings.dynamic());
-    let paper = paper::fit(&series, conditions, &paper_options).map_err(of(Method::Paper))?;
+    let paper = paper::fit(&by_paper, conditions, &paper_options).map_err(of(Method::Paper))?;
     let dynamic =
-        dynamic::fit(&series, conditions, &dynamic_options).map_err(of(Method::Dynamic))?;
+        dynamic::fit(&by_dynamic, conditions, &dynamic_options).map_err(of(Method::Dynamic))?;
     for (method, verdict) in [
         (Method::Paper, &paper.verdict),
         (Method::Dynamic, &dynamic.verdict),
@@ -211,17 +192,15 @@ pub fn estimate(
         }
     }
 
-    let inside = series.instance();
-    let edges = Edges::of(inside.time_s);
+    let edges = Edges::of(samples.time_s());
     let measured = Measured {
         edges: &edges,
         conditions,
-        amplitude_m: inside.amplitude_m,
-        mu: inside.mu,
+        samples: &samples,
     };
     let at_rest = paper.rest;
     let paper = measured.estimated(
-        inside.z_m_plain_n_s_per_m,
+        Method::Paper,
         Fitted {
             z_p: conditions.z_p_plain_n_s_per_m,
             z_m0: at_rest.z_m_plain_n_s_per_m,
@@ -233,12 +212,12 @@ pub fn estimate(
             rest: Some(paper.rest),
             agreement: paper.agreement,
             series: paper.series,
-            sensitivities: paper::sensitivities(&series, conditions, &paper_options).ok(),
+            sensitivities: paper::sensitivities(&by_paper, conditions, &paper_options).ok(),
         },
     );
     let finger = dynamic.finger;
     let dynamic = measured.estimated(
-        inside.z_m_corrected_n_s_per_m,
+        Method::Dynamic,
         Fitted {
             z_p: conditions.z_p_corrected_n_s_per_m,
             z_m0: at_rest.z_m_corrected_n_s_per_m,
@@ -250,7 +229,7 @@ pub fn estimate(
             rest: None,
             agreement: dynamic.agreement,
             series: dynamic.series,
-            sensitivities: dynamic::sensitivities(&series, conditions, &dynamic_options).ok(),
+            sensitivities: dynamic::sensitivities(&by_dynamic, conditions, &dynamic_options).ok(),
         },
     );
     Ok(InstanceAnalysis {
@@ -258,20 +237,12 @@ pub fn estimate(
         direction,
         start_s: instance.start_s,
         end_s: instance.end_s,
-        normal_n: inside.normal_n.iter().sum::<f64>() / inside.normal_n.len() as f64,
-        delta_mu: edges.fall(|i| inside.mu[i]),
-        samples: MeasuredSamples {
-            time_s: inside.time_s.to_vec(),
-            amplitude_m: inside.amplitude_m.to_vec(),
-            normal_n: inside.normal_n.to_vec(),
-            mu: inside.mu.to_vec(),
-            z_m_plain_n_s_per_m: inside.z_m_plain_n_s_per_m.to_vec(),
-            z_m_corrected_n_s_per_m: inside.z_m_corrected_n_s_per_m.to_vec(),
-        },
+        normal_n: samples.normal_n().iter().sum::<f64>() / samples.normal_n().len() as f64,
+        delta_mu: edges.fall(|i| samples.mu()[i]),
+        samples,
         paper,
         dynamic,
         finger,
-        prepared: prepared.clone(),
     })
 }
 
@@ -321,18 +292,18 @@ struct Fitted {
 struct Measured<'a> {
     edges: &'a Edges,
     conditions: &'a FitConditions,
-    amplitude_m: &'a [f64],
-    mu: &'a [f64],
+    samples: &'a PreparedInstance,
 }
 
 impl Measured<'_> {
-    fn estimated(&self, z_m: &[Complex64], fitted: Fitted) -> Estimated {
+    fn estimated(&self, method: Method, fitted: Fitted) -> Estimated {
+        let (z_m, amplitude_m) = (self.samples.z_m(method), self.samples.amplitude_m(method));
         let assumed = &self.conditions.assumed;
         let gap_m = &fitted.series.gap_m;
         let film_force_n: Vec<f64> = match Contact::new(assumed, fitted.sigma_t.0) {
             Ok(contact) => gap_m
                 .iter()
-                .zip(self.amplitude_m)
+                .zip(amplitude_m)
                 .map(|(&gap_m, &amplitude_m)| contact.squeeze_force_n(gap_m, amplitude_m))
                 .collect(),
             Err(_) => vec![f64::NAN; gap_m.len()],
@@ -344,9 +315,9 @@ impl Measured<'_> {
             carrier_rad_per_s: std::f64::consts::TAU * self.conditions.carrier_hz,
         };
         let k_c = &fitted.series.k_c_n_per_m;
-        let motion = SkinMotion::of(&impedances, z_m, self.amplitude_m, k_c);
+        let motion = SkinMotion::of(&impedances, z_m, amplitude_m, k_c);
         Estimated {
-            spearman_mu: Coefficient::Spearman.of(&fitted.series.mu, self.mu),
+            spearman_mu: Coefficient::Spearman.of(&fitted.series.mu, self.samples.mu()),
             deltas: Deltas {
                 abs_z_m_n_s_per_m: self.edges.fall(|i| z_m[i].norm()),
                 re_z_m_n_s_per_m: self.edges.fall(|i| z_m[i].re),

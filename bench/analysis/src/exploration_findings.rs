@@ -1,11 +1,11 @@
 //! An exploration as series in time.
 
-use impedance::ZmFrame;
 use num_complex::Complex64;
 use protocols::{Direction, Stretch, Validity};
 
 use crate::measurements::FrameSeries;
 use crate::method::Method;
+use crate::under_finger::UnderFinger;
 
 /// Everything measured during an exploration, at the times of the impedance frames, and what was selected from it.
 #[derive(Debug, Clone)]
@@ -20,6 +20,8 @@ pub struct ExplorationFindings {
     pub time_s: Vec<f64>,
     /// |x̃_p|, peak, m; NaN where samples were lost.
     pub amplitude_m: Vec<f64>,
+    /// Amplitude and impedance under the finger, as `dynamic` takes them; NaN where they could not be read.
+    pub under_finger: UnderFinger,
     /// Normal force, 100 Hz, zero phase, N.
     pub normal_n: Vec<f64>,
     /// Lateral force, 100 Hz, zero phase, N.
@@ -32,8 +34,6 @@ pub struct ExplorationFindings {
     pub velocity_m_per_s: Vec<f64>,
     /// f̃_a/ṽ_p, N·s/m; NaN where it could not be read.
     pub z_m_plain_n_s_per_m: Vec<Complex64>,
-    /// f̃_a/ṽ_p corrected for envelope dynamics, N·s/m; NaN where it could not be read.
-    pub z_m_corrected_n_s_per_m: Vec<Complex64>,
     /// Whether amplitude and impedance could be read.
     pub validity: Vec<Validity>,
     /// Stretches of rising amplitude, each with its instance or the reason why it has none.
@@ -44,6 +44,7 @@ impl ExplorationFindings {
     /// Makes the findings of the series from `start_s` to `end_s`, from which `stretches` were selected.
     pub fn new(
         series: FrameSeries,
+        under_finger: UnderFinger,
         direction: Direction,
         (start_s, end_s): (f64, f64),
         stretches: Vec<Stretch>,
@@ -60,14 +61,14 @@ impl ExplorationFindings {
                 }
             })
             .collect();
-        let impedance = |z: fn(&ZmFrame) -> Complex64| series.frames.iter().map(z).collect();
+        let plain = series.frames.iter().map(|frame| frame.plain_n_s_per_m);
         Self {
             direction,
             start_s,
             end_s,
             mu,
-            z_m_plain_n_s_per_m: impedance(|frame| frame.plain_n_s_per_m),
-            z_m_corrected_n_s_per_m: impedance(|frame| frame.corrected_n_s_per_m),
+            z_m_plain_n_s_per_m: plain.collect(),
+            under_finger,
             time_s: series.time_s,
             amplitude_m: series.amplitude_m,
             normal_n: series.normal_n,
@@ -83,7 +84,15 @@ impl ExplorationFindings {
     pub fn z_m(&self, method: Method) -> &[Complex64] {
         match method {
             Method::Paper => &self.z_m_plain_n_s_per_m,
-            Method::Dynamic => &self.z_m_corrected_n_s_per_m,
+            Method::Dynamic => &self.under_finger.z_m_n_s_per_m,
+        }
+    }
+
+    /// Returns the amplitude as a method takes it, peak, m: by `paper` |x̃_p|, by `dynamic` that under the finger.
+    pub fn amplitude_by(&self, method: Method) -> &[f64] {
+        match method {
+            Method::Paper => &self.amplitude_m,
+            Method::Dynamic => &self.under_finger.amplitude_m,
         }
     }
 

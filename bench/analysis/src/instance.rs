@@ -10,28 +10,34 @@ use num_complex::Complex64;
 
 use crate::measurements::{FrameSeries, SMOOTHING_HZ};
 use crate::method::Method;
+use crate::under_finger::UnderFinger;
 
 /// Samples before an instance that a fit may use, s; the levitation lag forgets its start over 20 ms of them.
 pub const LEAD_IN_S: f64 = 0.025;
 
-/// Samples of an instance and of its lead-in, at the frames' rate.
+/// Samples of an instance and of its lead-in, at the frames' rate; those that are returned are the instance's alone.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PreparedInstance {
     time_s: Vec<f64>,
     plain_n_s_per_m: Vec<Complex64>,
-    corrected_n_s_per_m: Vec<Complex64>,
     amplitude_m: Vec<f64>,
+    under_finger: UnderFinger,
     normal_n: Vec<f64>,
     mu: Vec<f64>,
     start: usize,
 }
 
 impl PreparedInstance {
-    /// Cuts the instance from `start_s` to `end_s` out of its exploration. The plain impedance is smoothed as
-    /// published, 100 Hz, to and fro, over the unmasked frames about the instance; the corrected one is left as it is.
+    /// Cuts the instance from `start_s` to `end_s` out of its exploration, whose frames are `under_finger`. The plain
+    /// impedance is smoothed as published, 100 Hz, to and fro, over the unmasked frames about the instance; the
+    /// corrected one is left as it is.
     ///
     /// μ is |f_t|/f_n of the smoothed forces.
-    pub fn cut(series: &FrameSeries, start_s: f64, end_s: f64) -> Self {
+    pub fn cut(
+        series: &FrameSeries,
+        under_finger: &UnderFinger,
+        (start_s, end_s): (f64, f64),
+    ) -> Self {
         // Times that went through text are off by less than this.
         let slack_s = 1e-6;
         let first = series.time_s.partition_point(|&t| t < start_s - slack_s);
@@ -46,11 +52,8 @@ impl PreparedInstance {
         Self {
             time_s: series.time_s[range.clone()].to_vec(),
             plain_n_s_per_m: smoothed_plain(&series.frames, first..end)[range.clone()].to_vec(),
-            corrected_n_s_per_m: series.frames[range.clone()]
-                .iter()
-                .map(|frame| frame.corrected_n_s_per_m)
-                .collect(),
             amplitude_m: series.amplitude_m[range.clone()].to_vec(),
+            under_finger: under_finger.between(range.clone()),
             normal_n: series.normal_n[range.clone()].to_vec(),
             mu: range
                 .map(|i| (series.lateral_n[i] / series.normal_n[i]).abs())
@@ -59,20 +62,65 @@ impl PreparedInstance {
         }
     }
 
-    /// Returns the samples as the fits take them.
+    /// Returns the samples as the fit of a method takes them, with its lead-in.
     ///
     /// # Errors
     /// A sample is missing or out of its range.
-    pub fn series(&self) -> Result<InstanceSeries<'_>, FitError> {
+    pub fn series(&self, method: Method) -> Result<InstanceSeries<'_>, FitError> {
         let samples = InstanceSamples {
             time_s: &self.time_s,
             z_m_plain_n_s_per_m: &self.plain_n_s_per_m,
-            z_m_corrected_n_s_per_m: &self.corrected_n_s_per_m,
-            amplitude_m: &self.amplitude_m,
+            z_m_corrected_n_s_per_m: &self.under_finger.z_m_n_s_per_m,
+            amplitude_m: self.amplitudes_m(method),
             normal_n: &self.normal_n,
             mu: &self.mu,
         };
         InstanceSeries::new(samples, self.start)
+    }
+
+    /// Returns the times, s.
+    pub fn time_s(&self) -> &[f64] {
+        &self.time_s[self.start..]
+    }
+
+    /// Returns the amplitude as a method takes it, peak, m: by `paper` |x̃_p|, by `dynamic` that under the finger.
+    pub fn amplitude_m(&self, method: Method) -> &[f64] {
+        &self.amplitudes_m(method)[self.start..]
+    }
+
+    /// Returns the ratio of the amplitude that a method takes to |x̃_p|: 1 by `paper`.
+    pub fn amplitude_ratio(&self, method: Method, sample: usize) -> f64 {
+        match method {
+            Method::Paper => 1.0,
+            Method::Dynamic => self.under_finger.ratio[self.start + sample],
+        }
+    }
+
+    /// Returns the normal force, N.
+    pub fn normal_n(&self) -> &[f64] {
+        &self.normal_n[self.start..]
+    }
+
+    /// Returns the measured friction.
+    pub fn mu(&self) -> &[f64] {
+        &self.mu[self.start..]
+    }
+
+    /// Returns the impedance that a method reads, N·s/m: by `paper` plain and smoothed, by `dynamic` corrected for
+    /// envelope dynamics and under the finger.
+    pub fn z_m(&self, method: Method) -> &[Complex64] {
+        let z_m = match method {
+            Method::Paper => &self.plain_n_s_per_m,
+            Method::Dynamic => &self.under_finger.z_m_n_s_per_m,
+        };
+        &z_m[self.start..]
+    }
+
+    fn amplitudes_m(&self, method: Method) -> &[f64] {
+        match method {
+            Method::Paper => &self.amplitude_m,
+            Method::Dynamic => &self.under_finger.amplitude_m,
+        }
     }
 }
 

@@ -4,6 +4,7 @@
 //! impedance, [`trial_selection`] and the `protocols` crate choose the instances, [`estimate`] estimates each by both
 //! methods. [`analyse`] does this for any number of recordings, [`results`] writes the outcome.
 
+pub mod amplitude_profile;
 pub mod analysed;
 pub mod analysis_settings;
 pub mod averaged;
@@ -23,6 +24,7 @@ pub mod measurements;
 pub mod method;
 pub mod model_check;
 pub mod motion;
+pub mod printed_settings;
 pub mod published;
 pub mod recording_analysis;
 pub mod results;
@@ -32,6 +34,7 @@ pub mod statistics;
 pub mod tables;
 pub mod trial_fit;
 pub mod trial_selection;
+pub mod under_finger;
 pub mod unloaded;
 
 use std::path::{Path, PathBuf};

@@ -1,16 +1,20 @@
 //! Gap and friction while the finger slides: evaluates every impedance frame with the participant's last fit.
 //!
 //! Forces are not smoothed by the zero-phase filter of the analysis; a frame takes the mean of the force readings since
-//! the frame before it, or the last reading if the sensor's bursts are late.
+//! the frame before it, or the last reading if the sensor's bursts are late. Where the amplitude along the plate was
+//! measured, amplitude and impedance are those under the finger, at its last known position.
 
 use std::collections::VecDeque;
 
 use contact::live_estimator::{LiveEstimator, LiveFrame, Uncertain};
 use impedance::ZmFrame;
+use num_complex::Complex64;
 
+use crate::amplitude_profile::AmplitudeProfile;
 use crate::trial_fit::TrialFit;
-use recording::ForceRow;
+use crate::under_finger;
 use recording::pipeline::Batch;
+use recording::{ForceRow, PositionRow};
 
 /// Contact at one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,6 +44,10 @@ pub struct LiveContact {
     force: Option<ForceRow>,
     /// Force readings later than the newest frame.
     ahead: VecDeque<ForceRow>,
+    /// Last known position of the finger, m; NaN before the first.
+    position_m: f64,
+    /// Known positions later than the newest frame.
+    positions_ahead: VecDeque<PositionRow>,
     latest: Option<ContactReading>,
 }
 
@@ -47,6 +55,8 @@ pub struct LiveContact {
 struct Fit {
     estimator: LiveEstimator,
     mu0: Uncertain,
+    z_p_n_s_per_m: Complex64,
+    profile: AmplitudeProfile,
 }
 
 impl LiveContact {
@@ -57,6 +67,8 @@ impl LiveContact {
             fit: None,
             force: None,
             ahead: VecDeque::new(),
+            position_m: f64::NAN,
+            positions_ahead: VecDeque::new(),
             latest: None,
         }
     }
@@ -70,13 +82,25 @@ impl LiveContact {
             .map(|estimator| Fit {
                 estimator,
                 mu0: fit.mu0,
+                z_p_n_s_per_m: fit.finger.z_p_n_s_per_m(),
+                profile: fit.profile.clone(),
             });
     }
 
     /// Reads the acquired frames; `each` sees every frame in contact that has a gap.
     pub fn take(&mut self, batch: &Batch, mut each: impl FnMut(&ContactReading)) {
         self.ahead.extend(&batch.force);
+        let known = batch
+            .position
+            .iter()
+            .filter(|row| row.position_m.is_finite());
+        self.positions_ahead.extend(known);
         for frame in &batch.frames {
+            let passed = |row: &PositionRow| row.time_s <= frame.time_s;
+            let due = self.positions_ahead.partition_point(passed);
+            if let Some(row) = self.positions_ahead.drain(..due).next_back() {
+                self.position_m = row.position_m;
+            }
             let (mut sum, mut rows) = ((0.0, 0.0), 0u32);
             let due = self.ahead.partition_point(|row| row.time_s <= frame.time_s);
             for row in self.ahead.drain(..due) {
@@ -105,12 +129,14 @@ impl LiveContact {
             fit.estimator.reset();
             return None;
         };
+        let ratio = fit.profile.at(self.position_m);
+        let z_m = under_finger::impedance(frame.corrected_n_s_per_m, fit.z_p_n_s_per_m, ratio);
         // A frame without a gap is one that the model has no answer for: nothing is shown.
         let estimate = fit
             .estimator
             .update(&LiveFrame {
-                z_m_corrected_n_s_per_m: frame.corrected_n_s_per_m,
-                amplitude_m: frame.amplitude_m,
+                z_m_corrected_n_s_per_m: z_m,
+                amplitude_m: ratio * frame.amplitude_m,
                 normal_n: Some(force.normal_n),
             })
             .ok()?;
@@ -141,7 +167,7 @@ mod tests {
     use approx::assert_relative_eq;
     use contact::{AssumedConstants, Contact, FittedFinger, harmonic};
     use impedance::Mask;
-    use num_complex::Complex64;
+    use recording::manifest::RecordedProfile;
 
     const CARRIER_HZ: f64 = 35_000.0;
     const AMPLITUDE_M: f64 = 1e-6;
@@ -169,6 +195,7 @@ mod tests {
             force_difference: None,
             finger: FittedFinger::with_parameters(contact, z_t, 1e-3, z_p, CARRIER_HZ).unwrap(),
             interval_s: 5e-4,
+            profile: AmplitudeProfile::default(),
         };
         let ratio = contact.friction_ratio(gap_m, NORMAL_N);
         (fit, harmonic::observed(z_p, z_t, z_c), gap_m, ratio)
@@ -215,6 +242,32 @@ mod tests {
         assert_relative_eq!(reading.gap_m.value, gap_m, max_relative = 1e-9);
         assert_relative_eq!(reading.mu.value, MU0 * ratio, max_relative = 1e-9);
         assert_relative_eq!(reading.measured_mu, 0.5, max_relative = 1e-12);
+        let sensed = reading.self_sensed_normal_n.unwrap();
+        assert_relative_eq!(sensed.value, NORMAL_N, max_relative = 1e-9);
+    }
+
+    /// A finger where the plate moves by 10 % less than at the pickup acts on it with 0.81 of its impedance.
+    #[test]
+    fn where_the_plate_moves_less_the_gap_is_still_the_models() {
+        let (mut fit, z_m, gap_m, ratio) = contact();
+        fit.profile = AmplitudeProfile::new(&RecordedProfile {
+            positions_m: vec![0.0, 0.05, 0.1],
+            ratios: vec![1.0, 0.9, 0.9],
+        });
+        let z_p = fit.finger.z_p_n_s_per_m();
+        let mut seen = batch(0, z_p + 0.81 * (z_m - z_p), NORMAL_N);
+        for frame in &mut seen.frames {
+            frame.amplitude_m = AMPLITUDE_M / 0.9;
+        }
+        let at = |time_s, position_m| PositionRow { time_s, position_m };
+        // The unknown one is passed over, and the last is not reached yet.
+        seen.position = vec![at(0.0, 0.05), at(1e-3, f64::NAN), at(1.0, 0.0)];
+        let mut live = LiveContact::new(0.1);
+        live.refit(&fit);
+        live.take(&seen, |_| {});
+        let reading = live.latest().unwrap();
+        assert_relative_eq!(reading.gap_m.value, gap_m, max_relative = 1e-9);
+        assert_relative_eq!(reading.mu.value, MU0 * ratio, max_relative = 1e-9);
         let sensed = reading.self_sensed_normal_n.unwrap();
         assert_relative_eq!(sensed.value, NORMAL_N, max_relative = 1e-9);
     }

@@ -16,9 +16,9 @@ const GREATEST_DIFFERENCE: f64 = 0.25;
 /// Difference of self-sensed and measured normal force at the amplitudes of one band.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Band {
-    /// Least amplitude, m.
+    /// Least amplitude under the finger, m.
     pub amplitude_from_m: f64,
-    /// Greatest amplitude, m; in the last band the greatest that occurred.
+    /// Greatest amplitude under the finger, m; in the last band the greatest that occurred.
     pub amplitude_to_m: f64,
     /// Number of samples.
     pub n: usize,
@@ -89,8 +89,8 @@ fn of_exploration(
         self_sensed::normal_force(
             finger,
             interval_s,
-            &exploration.z_m_corrected_n_s_per_m,
-            &exploration.amplitude_m,
+            &exploration.under_finger.z_m_n_s_per_m,
+            &exploration.under_finger.amplitude_m,
         )
         .ok()
     });
@@ -111,7 +111,7 @@ fn of_exploration(
         .map(|i| {
             let measured_n = exploration.normal_n[i];
             let difference = (sensed.normal_n[i] - measured_n).abs() / measured_n;
-            (exploration.amplitude_m[i], difference)
+            (exploration.under_finger.amplitude_m[i], difference)
         })
         .collect()
 }

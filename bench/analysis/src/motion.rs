@@ -7,7 +7,8 @@ use num_complex::Complex64;
 /// real, a displacement with x̃_p.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SkinMotion {
-    /// f̃ = (Z_m − Z_p) ṽ_p, the reaction of the finger on the plate (Huloux 2021, Eq. 10), peak, N, against ṽ_p.
+    /// f̃ = (Z_m − Z_p) ṽ_p, the reaction of the finger on the plate (Huloux 2021, Eq. 10), peak, N, against ṽ_p; by
+    /// `dynamic` with Z_m and ṽ_p under the finger.
     pub reaction_force_n: Vec<Complex64>,
     /// Z_c (ṽ_p − ṽ_t), what the contact transmits with the estimated stiffness and the assumed loss factor (Eq. 6), peak, N,
     /// against ṽ_p. It is the reaction force where the contact loses as much as is assumed.

@@ -6,6 +6,7 @@ use std::path::Path;
 use protocols::selection::{StretchOutcome, select};
 use protocols::{Direction, Protocol, SelectionRules};
 
+use crate::amplitude_profile::AmplitudeProfile;
 use crate::analysed::{RecordingAnalysis, RecordingError, RecordingFindings, Rejected};
 use crate::analysis_settings::Settings;
 use crate::demodulated::{self, DemodulatedRecording};
@@ -15,6 +16,7 @@ use crate::flaw::Flaw;
 use crate::free_plate::{FreePlate, pickup_flaws};
 use crate::measurements::Measurements;
 use crate::model_check;
+use crate::under_finger::UnderFinger;
 use recording::Manifest;
 use recording::manifest::RecordedIntervalKind;
 use recording::pipeline::PickupOffset;
@@ -169,6 +171,9 @@ impl RecordingFindings {
         settings: &Settings,
     ) {
         let series = record.series(span.0, span.1);
+        let z_p = self.z_p.map(|z_p| z_p.corrected_n_s_per_m);
+        let profile = AmplitudeProfile::from(self.plate());
+        let under_finger = UnderFinger::of(&series, &profile, z_p);
         // Frames come from one demodulator, so they are evenly spaced.
         let stretches = select(&series.exploration(direction), &self.rules).unwrap_or_default();
         if stretches.is_empty() {
@@ -189,7 +194,7 @@ impl RecordingFindings {
             let estimated = match &conditions {
                 Some(conditions) => {
                     let of = (self.explorations.len(), direction);
-                    estimate(&series, of, selected, conditions, settings)
+                    estimate((&series, &under_finger), of, selected, conditions, settings)
                 }
                 .map_err(|error| error.to_string()),
                 None => Err("Z_p is not known".to_owned()),
@@ -201,7 +206,8 @@ impl RecordingFindings {
                 }
             }
         }
-        let exploration = ExplorationFindings::new(series, direction, span, stretches);
+        let exploration =
+            ExplorationFindings::new(series, under_finger, direction, span, stretches);
         self.explorations.push(exploration);
     }
 }

@@ -6,9 +6,9 @@ use protocols::Direction;
 use serde::Serialize;
 
 use crate::analysed::{Analysed, RecordingAnalysis};
-use crate::analysis_settings::Settings;
 use crate::estimate::{Estimated, InstanceAnalysis};
 use crate::model_check::Band;
+use crate::printed_settings::PrintedSettings;
 use crate::published::{Statistics, statistics};
 
 /// Version of the results file.
@@ -18,7 +18,7 @@ pub const FORMAT: u32 = 1;
 #[derive(Debug, Serialize)]
 pub struct Results {
     format: u32,
-    settings: Settings,
+    settings: PrintedSettings,
     recordings: Vec<Recording>,
     statistics: Statistics,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -35,6 +35,9 @@ struct Recording {
     uncalibrated: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     carrier_hz: Option<f64>,
+    /// `dynamic` takes the amplitude under the finger by the recording's profile.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    plate_profile: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     pickup_undone: Option<PickupUndone>,
     z_p_n_s_per_m: Methods<Option<[f64; 2]>>,
@@ -161,7 +164,7 @@ impl Results {
     pub fn new(analysed: &Analysed) -> Self {
         Self {
             format: FORMAT,
-            settings: analysed.settings,
+            settings: PrintedSettings::of(analysed),
             recordings: analysed.recordings.iter().map(Recording::from).collect(),
             statistics: statistics(analysed),
             excluded: None,
@@ -197,6 +200,7 @@ impl From<&RecordingAnalysis> for Recording {
                     participant: None,
                     uncalibrated: false,
                     carrier_hz: None,
+                    plate_profile: false,
                     pickup_undone: None,
                     z_p_n_s_per_m: Methods {
                         paper: None,
@@ -215,6 +219,7 @@ impl From<&RecordingAnalysis> for Recording {
             uncalibrated: (found.manifest.hardware.as_ref())
                 .is_some_and(|hardware| hardware.uncalibrated),
             carrier_hz: Some(found.manifest.carrier_hz),
+            plate_profile: found.plate().profile.is_some(),
             pickup_undone: Some(PickupUndone {
                 phase_rad: found.pickup.turn_rad,
                 delay_s: found.pickup.delay_s,

@@ -17,9 +17,9 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
 use crate::analysed::{Analysed, RecordingFindings};
-use crate::analysis_settings::Settings;
 use crate::estimate::{InstanceAnalysis, Method};
 use crate::motion::SkinMotion;
+use crate::printed_settings::PrintedSettings;
 use recording::DiskError;
 use recording::disk::{self, OnPath};
 
@@ -60,12 +60,13 @@ enum Column {
 /// [`TableError`] names the file.
 pub fn write(analysed: &Analysed, folder: &Path) -> Result<(), TableError> {
     std::fs::create_dir_all(folder).on("create", folder)?;
+    let settings = PrintedSettings::of(analysed);
     for (file, columns) in [
         (INSTANCES_FILE, instances(analysed)),
         (SAMPLES_FILE, samples(analysed)),
     ] {
         let path = folder.join(file);
-        let bytes = encode(columns, &analysed.settings).map_err(|reason| TableError::Parquet {
+        let bytes = encode(columns, &settings).map_err(|reason| TableError::Parquet {
             path: path.clone(),
             reason,
         })?;
@@ -197,6 +198,7 @@ fn instances(analysed: &Analysed) -> Vec<Column> {
         real("delta_squeeze_n", |r| r.estimated().deltas.squeeze_n),
         real("delta_gap_m", |r| r.estimated().deltas.gap_m),
         real("delta_mu", |r| r.estimated().deltas.mu),
+        real("amplitude_ratio", |r| r.mean_amplitude_ratio()),
     ]);
     columns
 }
@@ -212,10 +214,12 @@ fn samples(analysed: &Analysed) -> Vec<Column> {
     };
     let mut columns = keys(each().map(|(row, _)| row));
     columns.extend([
-        real("time_s", |r, at| r.instance.samples.time_s[at]),
-        real("amplitude_m", |r, at| r.instance.samples.amplitude_m[at]),
-        real("normal_n", |r, at| r.instance.samples.normal_n[at]),
-        real("measured_mu", |r, at| r.instance.samples.mu[at]),
+        real("time_s", |r, at| r.instance.samples.time_s()[at]),
+        real("amplitude_m", |r, at| {
+            r.instance.samples.amplitude_m(r.method)[at]
+        }),
+        real("normal_n", |r, at| r.instance.samples.normal_n()[at]),
+        real("measured_mu", |r, at| r.instance.samples.mu()[at]),
         real("re_z_m_n_s_per_m", |r, at| r.instance.z_m(r.method)[at].re),
         real("im_z_m_n_s_per_m", |r, at| r.instance.z_m(r.method)[at].im),
         real("re_z_m_model_n_s_per_m", |r, at| {
@@ -266,6 +270,9 @@ fn samples(analysed: &Analysed) -> Vec<Column> {
             r.averaged(|model| model.gap_m[at])
         }),
         real("mu_averaged", |r, at| r.averaged(|model| model.mu[at])),
+        real("amplitude_ratio", |r, at| {
+            r.instance.samples.amplitude_ratio(r.method, at)
+        }),
     ]);
     columns
 }
@@ -293,12 +300,17 @@ impl Row<'_> {
             .map_or(unknown, |plate| plate.read_by(self.method))
     }
 
+    fn mean_amplitude_ratio(&self) -> f64 {
+        let ratio = |at| self.instance.samples.amplitude_ratio(self.method, at);
+        (0..self.len()).map(ratio).sum::<f64>() / self.len() as f64
+    }
+
     fn len(&self) -> usize {
-        self.instance.samples.time_s.len()
+        self.instance.samples.time_s().len()
     }
 }
 
-fn encode(columns: Vec<Column>, settings: &Settings) -> Result<Vec<u8>, ParquetError> {
+fn encode(columns: Vec<Column>, settings: &PrintedSettings) -> Result<Vec<u8>, ParquetError> {
     let fields = columns.iter().map(|column| {
         let (name, physical, logical) = match column {
             Column::Text(name, _) => (name, PhysicalType::BYTE_ARRAY, Some(LogicalType::String)),

@@ -1,6 +1,6 @@
 //! Fits the participant's contact to a trial.
 
-use contact::fit::{InstanceFit, FitError, dynamic};
+use contact::fit::{FitError, InstanceFit, dynamic};
 use contact::live_estimator::Uncertain;
 use contact::{AssumedConstants, FittedFinger, self_sensed};
 use num_complex::Complex64;
@@ -8,8 +8,11 @@ use protocols::{
     Instance, Interval, IntervalKind, SelectionRules, Stretch, TrialAnalysis, Validity,
 };
 
+use crate::amplitude_profile::AmplitudeProfile;
 use crate::instance::{PlateReading, PreparedInstance};
 use crate::measurements::{FrameSeries, Measurements};
+use crate::method::Method;
+use crate::under_finger::UnderFinger;
 use crate::unloaded::UnloadedError;
 
 /// Trial, or exploration, to be fitted.
@@ -118,6 +121,8 @@ pub struct TrialFit {
     pub finger: FittedFinger,
     /// Time from frame to frame, s.
     pub interval_s: f64,
+    /// The amplitude along the plate with which it was fitted, and holds.
+    pub profile: AmplitudeProfile,
 }
 
 impl FitReport {
@@ -157,7 +162,7 @@ impl FitReport {
     }
 }
 
-/// Fits a trial.
+/// Fits a trial on a plate whose amplitude along its length is `profile`.
 ///
 /// # Errors
 /// [`NoFit`] names the reason.
@@ -165,33 +170,38 @@ pub fn fit(
     request: &FitRequest,
     carrier_hz: f64,
     assumed: AssumedConstants,
+    profile: &AmplitudeProfile,
 ) -> Result<TrialFit, NoFit> {
     let plate = request.plate?;
     let conditions = plate.conditions(assumed, carrier_hz);
     let options = dynamic::DynamicOptions::default();
-    let series: Vec<FrameSeries> = request
+    let series: Vec<(FrameSeries, UnderFinger)> = request
         .explorations
         .iter()
         .map(|exploration| {
-            request
-                .record
-                .series(exploration.start_s, exploration.end_s)
+            let (start_s, end_s) = (exploration.start_s, exploration.end_s);
+            let series = request.record.series(start_s, end_s);
+            let z_p = Some(plate.corrected_n_s_per_m);
+            let under_finger = UnderFinger::of(&series, profile, z_p);
+            (series, under_finger)
         })
         .collect();
     let prepared: Vec<PreparedInstance> = request
         .explorations
         .iter()
         .zip(&series)
-        .flat_map(|(exploration, series)| {
-            exploration
-                .instances()
-                .map(|instance| PreparedInstance::cut(series, instance.start_s, instance.end_s))
+        .flat_map(|(exploration, (series, under_finger))| {
+            exploration.instances().map(|instance| {
+                let span = (instance.start_s, instance.end_s);
+                PreparedInstance::cut(series, under_finger, span)
+            })
         })
         .collect();
     let (mut usable, mut refused) = (Vec::new(), None);
     let mut interval_s = 0.0;
     for instance in &prepared {
-        let fitted: Result<InstanceFit, FitError> = instance.series().and_then(|instance| {
+        let taken = instance.series(Method::Dynamic);
+        let fitted: Result<InstanceFit, FitError> = taken.and_then(|instance| {
             interval_s = instance.interval_s();
             dynamic::fit(&instance, &conditions, &options)
         });
@@ -238,6 +248,7 @@ pub fn fit(
         force_difference: force_difference(&typical.finger, interval_s, &series, &request.rules),
         finger: typical.finger,
         interval_s,
+        profile: profile.clone(),
     })
 }
 
@@ -260,18 +271,13 @@ fn friction_at_rest(usable: &[InstanceFit], typical: &InstanceFit) -> Uncertain 
 fn force_difference(
     finger: &FittedFinger,
     interval_s: f64,
-    explorations: &[FrameSeries],
+    explorations: &[(FrameSeries, UnderFinger)],
     rules: &SelectionRules,
 ) -> Option<f64> {
     let mut differences = Vec::new();
-    for series in explorations {
-        let z_m: Vec<Complex64> = series
-            .frames
-            .iter()
-            .map(|frame| frame.corrected_n_s_per_m)
-            .collect();
-        let sensed =
-            self_sensed::normal_force(finger, interval_s, &z_m, &series.amplitude_m).ok()?;
+    for (series, under_finger) in explorations {
+        let (z_m, amplitude_m) = (&under_finger.z_m_n_s_per_m, &under_finger.amplitude_m);
+        let sensed = self_sensed::normal_force(finger, interval_s, z_m, amplitude_m).ok()?;
         for (i, sensed_n) in sensed.normal_n.into_iter().enumerate() {
             let central = (series.position_m[i] - rules.centre_m).abs() <= rules.central_m / 2.0;
             let touched = series.normal_n[i] >= rules.contact_n;

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use analysis::Settings;
 use analysis::analysed::RecordingFindings;
 use analysis::flaw::Flaw;
+use analysis::method::Method;
 use analysis::recording_analysis::analyse;
 use num_complex::Complex64;
 use serde_json::Value;
@@ -194,7 +195,7 @@ fn the_finger_pushes_and_the_skin_moves_as_the_truth_has_it() {
     let mut forces = Vec::new();
     for exploration in &found.explorations {
         let omega = TAU * found.manifest.carrier_hz;
-        let frames = exploration.z_m_corrected_n_s_per_m.iter();
+        let frames = exploration.z_m(Method::Dynamic).iter();
         let force_n: Vec<Complex64> = frames
             .zip(&exploration.amplitude_m)
             .map(|(z_m, amplitude_m)| (z_m - z_p) * omega * amplitude_m)
@@ -211,7 +212,7 @@ fn the_finger_pushes_and_the_skin_moves_as_the_truth_has_it() {
     // In the instances, where Z_t is known.
     let (mut motion, mut phase, mut power) = (Vec::new(), Vec::new(), Vec::new());
     for instance in &found.instances {
-        let (times_s, skin) = (&instance.samples.time_s, &instance.dynamic.motion);
+        let (times_s, skin) = (instance.samples.time_s(), &instance.dynamic.motion);
         let watts: Vec<Complex64> = skin.skin_power_w.iter().map(|&w| w.into()).collect();
         for truth in moving() {
             let Some(ratio) = at(truth.time_s, times_s, &skin.skin_per_plate) else {

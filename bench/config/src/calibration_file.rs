@@ -99,9 +99,29 @@ pub struct MeasuredProfile {
     pub verdict: Uniformity,
     /// Largest departure of a place from the mean of all, relative to it.
     pub largest_departure: Quantity,
+    /// The same of the length that instances are cut from; absent where fewer than three places lie there, and in files
+    /// of versions that judged the whole length alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kept: Option<KeptLength>,
     /// Places in order of their position.
     pub places: Vec<ProfilePlace>,
 }
+
+/// `[profile.kept]`: the part about the plate's centre that instances are cut from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct KeptLength {
+    /// Its length, m.
+    pub length_m: f64,
+    /// Whether the plate moves alike along it.
+    pub verdict: Uniformity,
+    /// Largest departure of a place within it from the mean of those, relative to it.
+    pub largest_departure: Quantity,
+}
+
+/// Least and greatest ratio of a profile that can be used: beyond them the finger would be near a node of the plate, or
+/// the pickup.
+pub const PROFILE_RATIOS: [f64; 2] = [0.2, 2.0];
 
 /// `[[profile.places]]`: one place.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -22,9 +22,9 @@ mod template_tests;
 mod tests;
 
 pub use calibration_file::{
-    CalibrationFile, CalibrationFileError, MeasuredChannels, MeasuredDelay, MeasuredFinger,
-    MeasuredForce, MeasuredInput, MeasuredPickup, MeasuredPlate, MeasuredProfile, ProfilePlace,
-    Uniformity,
+    CalibrationFile, CalibrationFileError, KeptLength, MeasuredChannels, MeasuredDelay,
+    MeasuredFinger, MeasuredForce, MeasuredInput, MeasuredPickup, MeasuredPlate, MeasuredProfile,
+    PROFILE_RATIOS, ProfilePlace, Uniformity,
 };
 pub use calibration_rules::{CalibrationRules, GRAVITY};
 pub use correction::{Correction, Implausible, MOST_CROSSTALK};

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use analysis::amplitude_profile::AmplitudeProfile;
 use analysis::trial_fit::{FitReport, FitRequest, fit};
 use contact::AssumedConstants;
 use crossbeam_channel::{Receiver, Sender};
@@ -13,13 +14,15 @@ pub struct Refit {
     reports: Sender<FitReport>,
     carrier_hz: f64,
     assumed: AssumedConstants,
+    profile: AmplitudeProfile,
 }
 
 impl Refit {
-    /// The task, with the way to ask it and to hear from it.
+    /// The task for a plate whose amplitude along its length is `profile`, with the way to ask it and to hear from it.
     pub fn new(
         carrier_hz: f64,
         assumed: AssumedConstants,
+        profile: AmplitudeProfile,
     ) -> (Sender<FitRequest>, Receiver<FitReport>, Self) {
         let (ask, requests) = crossbeam_channel::unbounded();
         let (reports, answers) = crossbeam_channel::unbounded();
@@ -28,6 +31,7 @@ impl Refit {
             reports,
             carrier_hz,
             assumed,
+            profile,
         };
         (ask, answers, task)
     }
@@ -44,7 +48,7 @@ impl Task for Refit {
 
     fn poll(&mut self, _now_ns: u64) -> anyhow::Result<()> {
         for request in self.requests.try_iter() {
-            let fit = fit(&request, self.carrier_hz, self.assumed);
+            let fit = fit(&request, self.carrier_hz, self.assumed, &self.profile);
             // Whoever asked is gone only when the bench stops.
             let _ = self.reports.send(FitReport {
                 label: request.label,
@@ -87,7 +91,11 @@ mod tests {
             corrected_n_s_per_m: z,
             frames: 1000,
         };
-        let (ask, answers, mut task) = Refit::new(35_000.0, AssumedConstants::ESTIMATION);
+        let (ask, answers, mut task) = Refit::new(
+            35_000.0,
+            AssumedConstants::ESTIMATION,
+            AmplitudeProfile::default(),
+        );
         ask.send(request(Ok(plate))).unwrap();
         ask.send(request(Err(UnloadedError::NoInterval))).unwrap();
         task.poll(0).unwrap();

@@ -20,6 +20,7 @@ use protocols::{Direction, SelectionRules, Stretch};
 use tui::event::{LogLevel, PhaseKind, PhaseView, SafetyState, SystemHealth};
 
 use analysis::Settings;
+use analysis::amplitude_profile::AmplitudeProfile;
 use analysis::flaw::Flaw;
 use analysis::instance::PlateReading;
 use analysis::live_contact::LiveContact;
@@ -103,7 +104,11 @@ pub fn run(plan: Plan, out: impl Write + Send + 'static) -> anyhow::Result<Repor
 /// # Errors
 /// When a file cannot be read on.
 pub fn replay(plan: Plan, mut front: Box<dyn Front>, stop: &StopFlag) -> anyhow::Result<Report> {
-    let (refits, fits, refit) = Refit::new(plan.source.manifest().carrier_hz, plan.assumed);
+    let (refits, fits, refit) = {
+        let manifest = plan.source.manifest();
+        let profile = AmplitudeProfile::from(&manifest.plate);
+        Refit::new(manifest.carrier_hz, plan.assumed, profile)
+    };
     let (reports, report) = crossbeam_channel::bounded(1);
     for event in opening(&plan) {
         front.show(event);

@@ -15,6 +15,7 @@ use recording::study::{self, EVENTS_FILE, EventLogError, Study, TrialLabel};
 use signalgen::StreamDirection;
 
 use super::plan::{NAME, Plan, VERSION};
+use super::recorded_plate::recorded_plate;
 use crate::session::BeginRecording;
 use crate::shell_words::quoted;
 use crate::verify::trial_words;
@@ -190,7 +191,7 @@ pub(super) fn begin_recording(
                 modulation_hz: drive.modulation_hz,
                 modulation_index: drive.modulation_index,
                 channels: recorded_channels(config),
-                plate: recorded_plate(config),
+                plate: recorded_plate(&bench),
                 intervals: Vec::new(),
                 participant: Some(manifest::Participant {
                     id: participant.clone(),
@@ -247,15 +248,6 @@ fn recorded_channels(config: &Config) -> manifest::RecordedChannels {
             phase_rad: pickup.phase_rad,
             clip_units: Some(pickup.clip_units),
         },
-    }
-}
-
-fn recorded_plate(config: &Config) -> manifest::RecordedPlate {
-    manifest::RecordedPlate {
-        resonance_hz: config.plate.resonance_hz,
-        modal_mass_kg: config.plate.modal_mass_kg,
-        force_factor_n_per_v: config.plate.force_factor_n_per_v,
-        centre_m: config.plate.centre_m,
     }
 }
 

@@ -2,11 +2,13 @@
 
 mod files;
 mod plan;
+mod recorded_plate;
 
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 
+use analysis::amplitude_profile::AmplitudeProfile;
 use anyhow::Context;
 use config::Config;
 use console::{Dashboard, DashboardThread, Front, Headless};
@@ -32,6 +34,7 @@ use files::{begin_recording, last_trial, machine, open_session};
 use live::interference::Interference;
 use live::refit::Refit;
 use plan::{NAME, VERSION};
+use recorded_plate::recorded_profile;
 
 pub use plan::{Plan, ProtocolFile, session_bytes};
 
@@ -215,7 +218,12 @@ pub fn run(
     let questions = Questions::new(ask);
     let (entries, journal_entries) = crossbeam_channel::unbounded();
     let (reports, report) = crossbeam_channel::bounded(1);
-    let (refits, fits, refit) = Refit::new(plan.carrier_hz, AssumedConstants::ESTIMATION);
+    let (refits, fits, refit) = {
+        let profile = recorded_profile(&effective);
+        let profile = profile.as_ref().map(AmplitudeProfile::new);
+        let assumed = AssumedConstants::ESTIMATION;
+        Refit::new(plan.carrier_hz, assumed, profile.unwrap_or_default())
+    };
     let admit = {
         let (effective, settings) = (effective.clone(), plan.settings);
         Box::new(move |drive: &protocols::Drive| {

@@ -14,6 +14,7 @@ use recording::study::DataRates;
 use signalgen::DriveSettings;
 use strict::InFile;
 
+use super::recorded_plate::recorded_profile;
 use crate::apparatus::pace;
 use crate::{calibrate, dates};
 use preflight::Table;
@@ -146,6 +147,12 @@ impl Plan {
             bail!("a participant's session needs [force] in bench.toml; `monitor` runs without it");
         }
         file.require_on_plate(config)?;
+        if let Some(profile) = recorded_profile(&bench) {
+            profile.validate().context(
+                "the amplitude along the plate in the calibration cannot be used: measure it anew with `friction-bench \
+                 calibrate plate --along N`, or take it out with a new `calibrate pickup`",
+            )?;
+        }
         let pace = pace(config, &options.hardware);
         require_armable(config, pace)?;
         let (asked_n, limit_n) = (protocol.force.max_n, config.safety.max_normal_n);

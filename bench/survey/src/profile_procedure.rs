@@ -8,7 +8,7 @@ use calibration::operator::{Answer, CalibrationProgress, Curve, PointRead, Reque
 use calibration::plate_look;
 use calibration::plate_procedure::PlateProcedure;
 use calibration::procedure::{NextStep, Procedure, StepOutcome};
-use config::Config;
+use config::{Config, PROFILE_RATIOS};
 use signalgen::{ToneList, Waveform};
 
 /// Fewest and most places.
@@ -38,7 +38,7 @@ pub struct Place {
 /// The procedure of `calibrate plate --along N`.
 pub struct ProfileProcedure {
     pub(crate) plate: PlateProcedure,
-    config: Config,
+    pub(crate) config: Config,
     metres_per_unit: f64,
     /// Whether an instrument is read; else the operator types.
     instrument: bool,
@@ -163,14 +163,8 @@ impl ProfileProcedure {
         Ok(NextStep::Sound(Box::new(tone), request))
     }
 
-    /// Keeps the amplitude `known_m`, of this relative error, at the present place.
-    fn keep(
-        &mut self,
-        capture: &Capture,
-        known_m: f64,
-        relative: f64,
-        settle_s: f64,
-    ) -> anyhow::Result<()> {
+    /// Returns the amplitude `known_m` over that of the pickup.
+    fn ratio(&self, capture: &Capture, known_m: f64, settle_s: f64) -> anyhow::Result<f64> {
         let dwell = capture.dwells.first().context("no tone was played")?;
         let pickup = capture.tone(dwell, self.config.channels.pickup.index, settle_s)?;
         let ratio = known_m / (self.metres_per_unit * pickup.value.norm());
@@ -180,6 +174,11 @@ impl ProfileProcedure {
                 dwell.carrier_hz
             );
         }
+        Ok(ratio)
+    }
+
+    /// Keeps the ratio, of this relative error, at the present place.
+    fn keep(&mut self, ratio: f64, relative: f64) {
         let place = Place {
             position_m: self.places_m[self.at],
             ratio,
@@ -190,7 +189,6 @@ impl ProfileProcedure {
             None => self.places.push(place),
         }
         self.at = self.places.len();
-        Ok(())
     }
 
     fn typed(&mut self, known_m: f64, capture: &Capture) -> anyhow::Result<NextStep> {
@@ -203,9 +201,22 @@ impl ProfileProcedure {
             ));
             return self.play();
         }
-        self.keep(capture, known_m, TYPED, 0.0)?;
+        let ratio = self.ratio(capture, known_m, 0.0)?;
+        if let Some(why) = unusable(ratio) {
+            self.note = Some(format!("{why}: look where it aims, and type it again."));
+            return self.play();
+        }
+        self.keep(ratio, TYPED);
         Ok(self.step())
     }
+}
+
+/// Says why a ratio cannot be used, if it cannot.
+pub(crate) fn unusable(ratio: f64) -> Option<String> {
+    let [least, greatest] = PROFILE_RATIOS;
+    (!(least..=greatest).contains(&ratio)).then(|| {
+        format!("the vibrometer reads {ratio:.2} times what the pickup reads, outside {least} to {greatest}")
+    })
 }
 
 /// Returns the mean of an instrument's readings while a tone was steady, m, and its relative standard error.
@@ -243,7 +254,11 @@ impl Procedure for ProfileProcedure {
             (Stage::Reading, StepOutcome::Captured(capture)) => {
                 let settle_s = self.settle_s();
                 let (known_m, relative) = instrument(&capture, settle_s)?;
-                self.keep(&capture, known_m, relative, settle_s)?;
+                let ratio = self.ratio(&capture, known_m, settle_s)?;
+                if let Some(why) = unusable(ratio) {
+                    bail!("{why}: look where it aims, at its scale and at the pickup");
+                }
+                self.keep(ratio, relative);
                 Ok(self.step())
             }
             (Stage::Reading, StepOutcome::Answered(Answer::Number(known_m), capture)) => {

@@ -5,9 +5,10 @@ use std::fmt::Write as _;
 use anyhow::bail;
 use calibration::judged::{Beside, Calibrates, Judged, Part};
 use calibration::plate_procedure::PlateProcedure;
-use config::{MeasuredProfile, ProfilePlace, Provenance, Quantity, Uniformity};
+use config::{KeptLength, MeasuredProfile, ProfilePlace, Provenance, Quantity, Uniformity};
 use figures::{Axis, Dash, Figure, Ink, Key, Marker, Panel, Series, Width};
 use jiff::Timestamp;
+use protocols::SelectionRules;
 
 use crate::profile_procedure::{Place, ProfileProcedure};
 
@@ -16,6 +17,8 @@ use crate::profile_procedure::{Place, ProfileProcedure};
 pub const UNIFORM: f64 = 0.02;
 /// Standard errors within which a departure is not told from the limit.
 const SURE: f64 = 2.0;
+/// Fewest places within the kept length that are judged.
+const FEWEST_KEPT: usize = 3;
 
 /// Returns the largest departure of a place from the mean, relative, with its standard error, and the verdict.
 pub(crate) fn judged(places: &[Place]) -> (f64, f64, Uniformity) {
@@ -35,6 +38,22 @@ pub(crate) fn judged(places: &[Place]) -> (f64, f64, Uniformity) {
         Uniformity::Undecided
     };
     (departure, error, verdict)
+}
+
+/// Judges the places within the length about `centre_m` that the published rules cut instances from; `None` with too
+/// few.
+pub(crate) fn judged_kept(places: &[Place], centre_m: f64) -> Option<KeptLength> {
+    let length_m = SelectionRules::published(centre_m).central_m;
+    let is_kept = |place: &&Place| (place.position_m - centre_m).abs() <= length_m / 2.0;
+    let kept: Vec<Place> = places.iter().filter(is_kept).copied().collect();
+    (kept.len() >= FEWEST_KEPT).then(|| {
+        let (departure, error, verdict) = judged(&kept);
+        KeptLength {
+            length_m,
+            verdict,
+            largest_departure: Quantity::new(departure, error, kept.len() - 1, "1"),
+        }
+    })
 }
 
 impl Calibrates for ProfileProcedure {
@@ -81,6 +100,7 @@ impl ProfileProcedure {
             drive_v: self.level_v,
             verdict,
             largest_departure: Quantity::new(departure, error, freedom, "1"),
+            kept: judged_kept(&self.places, self.config.plate.centre_m),
             places: self
                 .places
                 .iter()
@@ -96,18 +116,33 @@ impl ProfileProcedure {
 
 /// Returns the verdict in words.
 fn words(profile: &MeasuredProfile) -> String {
-    let verdict = match profile.verdict {
+    let percent = |departure: &Quantity| {
+        let (value, error) = (departure.value, departure.standard_error);
+        format!("{:+.2} ± {:.3} %", 100.0 * value, 100.0 * error)
+    };
+    let within = match &profile.kept {
+        Some(kept) => format!(
+            "{}, {}",
+            verdict_words(kept.verdict),
+            percent(&kept.largest_departure)
+        ),
+        None => format!("fewer than {FEWEST_KEPT} places, not judged"),
+    };
+    format!(
+        "{}; the largest departure from the mean is {}, {:.0} % is allowed; within the {:.0} mm that instances are cut from: {within}",
+        verdict_words(profile.verdict),
+        percent(&profile.largest_departure),
+        100.0 * UNIFORM,
+        1e3 * SelectionRules::published(0.0).central_m,
+    )
+}
+
+fn verdict_words(verdict: Uniformity) -> &'static str {
+    match verdict {
         Uniformity::Uniform => "uniform",
         Uniformity::NotUniform => "NOT UNIFORM",
         Uniformity::Undecided => "undecided: measure longer or more carefully",
-    };
-    let departure = &profile.largest_departure;
-    format!(
-        "{verdict}; the largest departure from the mean is {:+.2} ± {:.3} %, {:.0} % is allowed",
-        100.0 * departure.value,
-        100.0 * departure.standard_error,
-        100.0 * UNIFORM
-    )
+    }
 }
 
 fn csv(places: &[Place]) -> String {

@@ -4,11 +4,11 @@ use calibration::capture::Capture;
 use calibration::operator::{Answer, Request};
 use calibration::plate_procedure::{PlateProcedure, PlateSetup};
 use calibration::procedure::{NextStep, Procedure, StepOutcome};
-use config::{CalibrationFile, Config, Identity, Uniformity};
+use config::{CalibrationFile, Config, Identity, PROFILE_RATIOS, Uniformity};
 
 use crate::finger_procedure::FingerProcedure;
-use crate::profile_procedure::{PLACES, Place, ProfileProcedure};
-use crate::profile_verdict::judged;
+use crate::profile_procedure::{PLACES, Place, ProfileProcedure, unusable};
+use crate::profile_verdict::{judged, judged_kept};
 
 const CONFIG: &str = include_str!("../../mock-bench.toml");
 
@@ -118,6 +118,49 @@ fn a_plate_is_uniform_only_if_its_errors_allow_to_say_so() {
             (departure - largest).abs() < 1e-12,
             "{departure} for {largest}"
         );
+    }
+}
+
+#[test]
+fn the_kept_length_is_judged_by_itself_where_enough_places_lie_in_it() {
+    // 5 mm from the ends of a plate of 105 mm, whose kept length is from 22.5 to 82.5 mm.
+    let along = |count: u32, drop: f64| -> Vec<Place> {
+        let place = |i| {
+            let position_m = 0.005 + 0.095 * f64::from(i) / f64::from(count - 1);
+            let from_middle = position_m / 0.0525 - 1.0;
+            Place {
+                position_m,
+                ratio: 1.1 * (1.0 - drop * from_middle * from_middle),
+                error: 1e-3,
+            }
+        };
+        (0..count).map(place).collect()
+    };
+    for (count, drop, whole, kept) in [
+        (7, 0.0, Uniformity::Uniform, Some(Uniformity::Uniform)),
+        // Even where it matters, and uneven at its ends.
+        (7, 0.06, Uniformity::NotUniform, Some(Uniformity::Uniform)),
+        (7, 0.2, Uniformity::NotUniform, Some(Uniformity::NotUniform)),
+        (4, 0.06, Uniformity::NotUniform, None),
+        (3, 0.06, Uniformity::NotUniform, None),
+    ] {
+        let places = along(count, drop);
+        assert_eq!(judged(&places).2, whole, "{count}, {drop}");
+        let found = judged_kept(&places, 0.0525).map(|kept| kept.verdict);
+        assert_eq!(found, kept, "{count}, {drop}");
+    }
+    // The kept length lies about the plate's centre, wherever that is.
+    assert_eq!(judged_kept(&along(7, 0.0), 10.0), None);
+}
+
+#[test]
+fn a_ratio_that_no_recording_takes_is_not_kept() {
+    let [least, greatest] = PROFILE_RATIOS;
+    for usable in [least, 1.0, greatest] {
+        assert_eq!(unusable(usable), None);
+    }
+    for ratio in [0.0, least - 1e-9, greatest + 1e-9, f64::INFINITY, f64::NAN] {
+        assert!(unusable(ratio).is_some(), "{ratio}");
     }
 }
 

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
+use analysis::amplitude_profile::AmplitudeProfile;
 use config::Effective;
 use console::Front;
 use contact::AssumedConstants;
@@ -128,7 +129,11 @@ impl Rig {
         let (show, seen) = crossbeam_channel::unbounded();
         let (entries, journal) = crossbeam_channel::unbounded();
         let watched = signals.clone();
-        let (refits, fits, refit) = Refit::new(35_000.0, AssumedConstants::ESTIMATION);
+        let (refits, fits, refit) = Refit::new(
+            35_000.0,
+            AssumedConstants::ESTIMATION,
+            AmplitudeProfile::default(),
+        );
         let wiring = Wiring {
             batches,
             recording,

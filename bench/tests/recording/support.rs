@@ -37,6 +37,7 @@ pub fn manifest() -> Manifest {
             modal_mass_kg: 0.008,
             force_factor_n_per_v: 0.13,
             centre_m: 0.0525,
+            profile: None,
         },
         intervals: Vec::new(),
         participant: Some(Participant {

@@ -12,9 +12,12 @@ use analysis::estimate::Method;
 use analysis::model_check::quantile;
 use analysis::{Settings, analyse, find};
 use bench_tests::program::protocol;
+use bench_tests::recorded::Recording;
 use bench_tests::room::Room;
 use bench_tests::session::{finish, text};
 use bench_tests::truth::{Bench, Skin};
+use config::CalibrationFile;
+use recording::manifest::RecordedProfile;
 
 const UNKNOWN_BENCH: &str = "[jitter]\nenabled = true\n";
 /// Greatest cost of a calibration by the commands, as a share of the true value.
@@ -72,15 +75,67 @@ fn errors(study: &Path, skin: &Skin) -> [Errors; 2] {
     })
 }
 
+/// The recordings of a session have the profile of the calibration, place by place, or none.
+fn assert_profile_recorded(room: &Room, name: &str, measured: bool) {
+    let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
+    let places = calibration.profile.map(|profile| profile.places);
+    let expected = places.map(|places| RecordedProfile {
+        positions_m: places.iter().map(|place| place.position_m).collect(),
+        ratios: places.iter().map(|place| place.ratio).collect(),
+    });
+    assert_eq!(expected.is_some(), measured);
+    let study = room.folder.path().join(name).join("study");
+    let recordings = find::recordings(&[study], false).unwrap();
+    assert!(!recordings.is_empty());
+    for recording in recordings {
+        let recorded = Recording::read(&recording).manifest.plate.profile;
+        assert_eq!(recorded, expected);
+    }
+}
+
+/// A profile that no recording could hold ends a session before it begins.
+fn assert_refused_out_of_range(room: &Room) {
+    let mut kept = None;
+    room.change(|calibration| {
+        kept = calibration.profile.clone();
+        if let Some(profile) = &mut calibration.profile {
+            profile.places[0].ratio = 3.0;
+        }
+    });
+    let study = room.folder.path().join("refused");
+    let mut command = room.command(&["run", "--headless", "--participant", "sub-01"]);
+    command
+        .args(["--consent-by", "A. Tester", "--study"])
+        .arg(&study);
+    let output = finish(&mut command);
+    assert!(!output.status.success());
+    assert!(
+        text(&output).contains("calibrate plate --along"),
+        "{}",
+        text(&output)
+    );
+    assert!(!study.exists());
+    room.change(|calibration| calibration.profile = kept);
+}
+
 #[test]
 fn what_the_commands_measured_serves_a_session_as_well_as_the_truth() {
     for seed in 1..=2 {
         let room = Room::new(UNKNOWN_BENCH, seed);
         room.succeed(&["pickup"]);
-        room.succeed(&["plate"]);
+        // The second with the amplitude along the plate, which is as even as the bench takes it for.
+        let plate = ["plate", "--along", "5"];
+        room.succeed(&plate[..if seed == 2 { 3 } else { 1 }]);
         room.weigh();
         let by_commands = session(&room, "by-commands");
-        room.change(|calibration| Bench::of(UNKNOWN_BENCH, seed).put_into(calibration));
+        assert_profile_recorded(&room, "by-commands", seed == 2);
+        if seed == 2 {
+            assert_refused_out_of_range(&room);
+        }
+        room.change(|calibration| {
+            Bench::of(UNKNOWN_BENCH, seed).put_into(calibration);
+            calibration.profile = None;
+        });
         let by_truth = session(&room, "by-truth");
         println!("seed {seed}: by commands {by_commands:.4?}, by truth {by_truth:.4?}");
         for (found, best) in by_commands.iter().zip(&by_truth) {

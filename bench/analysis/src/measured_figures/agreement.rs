@@ -20,7 +20,7 @@ pub(super) fn figure(analysed: &Analysed, drawn: &Drawn) -> Figure {
             .instances()
             .flat_map(|(_, i)| {
                 let estimated = i.estimated(method).series.mu.iter().copied();
-                i.samples.mu.iter().copied().zip(estimated)
+                i.samples.mu().iter().copied().zip(estimated)
             })
             .collect()
     };
@@ -99,9 +99,12 @@ pub(super) fn figure(analysed: &Analysed, drawn: &Drawn) -> Figure {
 fn initialisation(analysed: &Analysed) -> Vec<Pair> {
     let of = |i: &InstanceAnalysis| -> Option<Pair> {
         let up_to_m = i.paper.rest?.up_to_amplitude_m;
-        let pairs: Vec<Pair> = (0..i.samples.mu.len())
-            .filter(|&k| i.samples.amplitude_m[k] <= up_to_m && i.paper.series.mu[k].is_finite())
-            .map(|k| (i.samples.mu[k], i.paper.series.mu[k]))
+        let pairs: Vec<Pair> = (0..i.samples.mu().len())
+            .filter(|&k| {
+                i.samples.amplitude_m(Method::Paper)[k] <= up_to_m
+                    && i.paper.series.mu[k].is_finite()
+            })
+            .map(|k| (i.samples.mu()[k], i.paper.series.mu[k]))
             .collect();
         let n = pairs.len() as f64;
         let sum = pairs

@@ -25,12 +25,12 @@ struct Quantity {
     modelled: Modelled,
 }
 
-fn amplitude(instance: &InstanceAnalysis, _: Method, sample: usize) -> f64 {
-    instance.samples.amplitude_m[sample] * MICRO
+fn amplitude(instance: &InstanceAnalysis, method: Method, sample: usize) -> f64 {
+    instance.samples.amplitude_m(method)[sample] * MICRO
 }
 
 fn measured_mu(instance: &InstanceAnalysis, _: Method, sample: usize) -> f64 {
-    instance.samples.mu[sample]
+    instance.samples.mu()[sample]
 }
 
 fn quantities() -> [Quantity; 5] {
@@ -86,11 +86,11 @@ pub(super) fn figure(
     if instances.is_empty() {
         return None;
     }
-    let samples: usize = instances.iter().map(|i| i.samples.time_s.len()).sum();
+    let samples: usize = instances.iter().map(|i| i.samples.time_s().len()).sum();
     let step = samples.div_ceil(DRAWN).max(1);
     let cloud = |x: Value, y: Value, method: Method, step: usize| -> Vec<(f64, f64)> {
         let of = |i: &InstanceAnalysis| -> Vec<(f64, f64)> {
-            (0..i.samples.time_s.len())
+            (0..i.samples.time_s().len())
                 .map(|k| (x(i, method, k), y(i, method, k)))
                 .collect()
         };
@@ -105,7 +105,7 @@ pub(super) fn figure(
                     let x = if over_mu {
                         model.mu[k]
                     } else {
-                        instance.samples.amplitude_m[k] * MICRO
+                        amplitude(instance, method, k)
                     };
                     (x, y(model, k))
                 }));
@@ -132,7 +132,10 @@ pub(super) fn figure(
 
     // One axis for each column, so that the rows stand above each other.
     let across = |label: &str, x: Value| {
-        let each = cloud(x, x, Method::Paper, 1).into_iter();
+        let each = drawn
+            .methods
+            .iter()
+            .flat_map(|&method| cloud(x, x, method, 1));
         let greatest = each.map(|(x, _)| x).fold(0.0, f64::max);
         let axis = Axis::linear(label).between(0.0, 1.05 * greatest);
         move |written: bool| {

@@ -45,7 +45,16 @@ pub(super) fn figure(
         )
     };
 
-    let amplitude = measured(&exploration.amplitude_m, MICRO);
+    let mut amplitude = vec![Series::line(
+        Ink::Black,
+        Dash::Solid,
+        measured(&exploration.amplitude_m, MICRO),
+    )];
+    let by_profile = found.plate().profile.is_some() && drawn.methods.contains(&Method::Dynamic);
+    if by_profile {
+        let under_finger = measured(exploration.amplitude_by(Method::Dynamic), MICRO);
+        amplitude.push(line(Method::Dynamic, under_finger));
+    }
     let lateral: Vec<f64> = exploration
         .lateral_n
         .iter()
@@ -53,7 +62,10 @@ pub(super) fn figure(
         .collect();
     let of_methods = |value: &dyn Fn(Complex64, f64, Method) -> f64| -> Vec<Series> {
         let curve = |&method: &Method| {
-            let frames = exploration.z_m(method).iter().zip(&exploration.amplitude_m);
+            let frames = exploration
+                .z_m(method)
+                .iter()
+                .zip(exploration.amplitude_by(method));
             let values: Vec<f64> = frames.map(|(&z, &a)| value(z, a, method)).collect();
             line(method, measured(&values, 1.0))
         };
@@ -98,10 +110,7 @@ pub(super) fn figure(
     );
 
     let mut panels = vec![
-        panel(
-            Axis::linear("Amplitude (µm)").from_zero(),
-            vec![Series::line(Ink::Black, Dash::Solid, amplitude)],
-        ),
+        panel(Axis::linear("Amplitude (µm)").from_zero(), amplitude),
         panel(Axis::linear(ABS_Z_M), modulus),
         panel(Axis::linear("Force (N)").from_zero(), forces),
         panel(Axis::linear("|f̃| (N)").from_zero(), reaction),
@@ -115,7 +124,7 @@ pub(super) fn figure(
         name: "fig11_typical_trial".to_owned(),
         title: "A typical trial in time".to_owned(),
         caption: format!(
-            "{} exploration of {} in time: (a) vibration amplitude (peak); (b) modulus of the observed impedance{}; (c) normal and \
+            "{} exploration of {} in time: (a) vibration amplitude (peak){}; (b) modulus of the observed impedance{}; (c) normal and \
              lateral force{}; (d) amplitude of the finger's reaction force (Eq. 10); (e) friction, measured (dotted) and estimated; (f) \
              levitation gap, estimated (Huloux 2021, Fig. 11). Instances shaded grey, standard errors in the tint of their curve. {}",
             match exploration.direction {
@@ -123,6 +132,11 @@ pub(super) fn figure(
                 protocols::Direction::RightToLeft => "Right-to-left",
             },
             found.path.display(),
+            if by_profile {
+                " at the pickup, and under the finger by the plate's measured profile (dynamic)"
+            } else {
+                ""
+            },
             if drawn.methods.len() > 1 {
                 ", as the published method (paper) reads it and freed of envelope dynamics (dynamic)"
             } else {
@@ -162,8 +176,8 @@ fn sensed_normal_n(
     let sensed = self_sensed::normal_force(
         found.first_finger()?,
         exploration.interval_s()?,
-        &exploration.z_m_corrected_n_s_per_m,
-        &exploration.amplitude_m,
+        &exploration.under_finger.z_m_n_s_per_m,
+        &exploration.under_finger.amplitude_m,
     );
     sensed.ok().map(|sensed| sensed.normal_n)
 }

@@ -209,7 +209,7 @@ impl<'a> Pool<'a> {
     pub(super) fn r2_mu(&self) -> Found {
         let instances = || self.trials.iter().flat_map(Group::instances);
         let measured: Vec<f64> = instances()
-            .flat_map(|i| i.samples.mu.iter().copied())
+            .flat_map(|i| i.samples.mu().iter().copied())
             .collect();
         let estimated: Vec<f64> = instances()
             .flat_map(|i| i.estimated(self.method).series.mu.iter().copied())
@@ -325,8 +325,8 @@ impl<'a> Group<'a> {
         let (x, y): (Vec<f64>, Vec<f64>) = self
             .instances()
             .flat_map(|instance| {
-                let at = move |k| (value(instance, method, k), instance.samples.mu[k]);
-                (0..instance.samples.mu.len()).map(at)
+                let at = move |k| (value(instance, method, k), instance.samples.mu()[k]);
+                (0..instance.samples.mu().len()).map(at)
             })
             .unzip();
         Coefficient::Spearman
@@ -364,7 +364,7 @@ impl Exploration<'_> {
     /// Returns the maximum less the minimum of a sampled quantity; NaN without a finite one.
     fn range(&self, method: Method, value: OfSample) -> f64 {
         let samples = self.0.iter().flat_map(|instance| {
-            (0..instance.samples.mu.len()).map(move |k| value(instance, method, k))
+            (0..instance.samples.mu().len()).map(move |k| value(instance, method, k))
         });
         let (least, greatest) = samples
             .filter(|value| value.is_finite())

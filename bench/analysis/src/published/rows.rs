@@ -22,7 +22,7 @@ const FILM_FORCE: OfSample = |i, method, k| i.estimated(method).film_force_n[k];
 const K_C: OfSample = |i, method, k| i.estimated(method).series.k_c_n_per_m[k];
 pub(crate) const GAP: OfSample = |i, method, k| i.estimated(method).series.gap_m[k];
 pub(crate) const MU_ESTIMATED: OfSample = |i, method, k| i.estimated(method).series.mu[k];
-pub(super) const MU: OfSample = |i, _, k| i.samples.mu[k];
+pub(super) const MU: OfSample = |i, _, k| i.samples.mu()[k];
 
 /// How a row is computed.
 pub(super) type Compute = fn(&Pool<'_>) -> Found;

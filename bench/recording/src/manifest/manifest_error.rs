@@ -77,6 +77,16 @@ pub enum ManifestError {
         /// Number of its entries.
         count: usize,
     },
+    /// A profile has too few places, or not a ratio for each.
+    #[error(
+        "`plate.profile` has {positions} `positions_m` and {ratios} `ratios`; it needs as many of both, and at least 2"
+    )]
+    ProfilePlaces {
+        /// Number of places.
+        positions: usize,
+        /// Number of ratios.
+        ratios: usize,
+    },
     /// The intervals last too long together.
     #[error(
         "`intervals` last {total_s:.1} s together; at most {limit_s:.1} s are analysed: four times the recording's length, and no more than {MAX_INTERVALS_S} s"
@@ -166,6 +176,7 @@ impl ManifestError {
             Self::Format { .. } => "format".to_owned(),
             Self::Value { key, .. } => key.clone(),
             Self::TooMany { key, .. } => (*key).to_owned(),
+            Self::ProfilePlaces { .. } => "plate.profile.positions_m".to_owned(),
             Self::IntervalTime { .. } => "intervals".to_owned(),
             Self::IntervalOrder { index, .. } => format!("intervals.{index}.end_s"),
             Self::SameChannel { .. } => "channels.pickup.index".to_owned(),

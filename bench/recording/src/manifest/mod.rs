@@ -7,6 +7,7 @@
 mod interval;
 mod manifest_error;
 mod origin;
+mod recorded_profile;
 mod recording_event;
 #[cfg(test)]
 mod tests;
@@ -19,6 +20,7 @@ pub use origin::{
     Software, Trial,
 };
 pub use protocols::Direction;
+pub use recorded_profile::{PROFILE_RATIOS, RecordedProfile};
 pub use recording_event::{EventKind, QUIET_S, RecordingEvent};
 pub use transducers::{RecordedChannels, RecordedDrive, RecordedPickup, RecordedPlate};
 
@@ -201,6 +203,9 @@ impl Manifest {
             self.plate.force_factor_n_per_v,
         )?;
         finite("plate.centre_m", self.plate.centre_m)?;
+        if let Some(profile) = &self.plate.profile {
+            profile.validate()?;
+        }
         for (index, interval) in self.intervals.iter().enumerate() {
             interval.validate(index)?;
         }

@@ -242,3 +242,70 @@ fn audio_must_fit_the_description() {
     assert!(error.to_string().contains("= 70012 Hz"), "{error}");
     assert_eq!(by_hand.validate_audio(70_013, 2), Ok(()));
 }
+
+const PROFILE: &str = "
+[plate.profile]
+positions_m = [0.005, 0.0525, 0.1]
+ratios = [0.92, 1.0, 0.92]
+";
+
+fn with_profile() -> String {
+    BY_HAND.replace(
+        "centre_m = 0.0525\n",
+        &format!("centre_m = 0.0525\n{PROFILE}"),
+    )
+}
+
+#[test]
+fn a_profile_is_optional_and_reads_back_as_it_was_written() {
+    assert_eq!(parse(BY_HAND).unwrap().plate.profile, None);
+    assert!(
+        !parse(BY_HAND)
+            .unwrap()
+            .to_toml()
+            .unwrap()
+            .contains("profile")
+    );
+    let manifest = parse(&with_profile()).unwrap();
+    let profile = manifest.plate.profile.as_ref().unwrap();
+    assert_eq!(profile.positions_m, [0.005, 0.0525, 0.1]);
+    assert_eq!(profile.ratios, [0.92, 1.0, 0.92]);
+    let text = format!("{}{OWN_TABLES}", with_profile());
+    let full = parse(&text).unwrap();
+    assert_eq!(parse(&full.to_toml().unwrap()).unwrap(), full);
+}
+
+#[test]
+fn a_profile_that_is_none_is_refused_with_its_line() {
+    let positions = "positions_m = [0.005, 0.0525, 0.1]";
+    let ratios = "ratios = [0.92, 1.0, 0.92]";
+    let many = format!("ratios = [{}]", "1.0, ".repeat(MAX_ENTRIES + 1));
+    for (right, wrong) in [
+        (positions, "positions_m = [0.005, 0.0525]"),
+        (positions, "positions_m = []"),
+        (positions, "positions_m = [0.005, nan, 0.1]"),
+        (positions, "positions_m = [0.005, 0.0525, inf]"),
+        (positions, "positions_m = [0.005, 0.1, 0.0525]"),
+        (positions, "positions_m = [0.005, 0.0525, 0.0525]"),
+        (positions, "positions_m = [0.005, 0.0525, 0.0525001]"),
+        (ratios, "ratios = [0.92, 1.0]"),
+        (ratios, "ratios = [0.92, 1.0, 0.19]"),
+        (ratios, "ratios = [0.92, 1.0, 2.01]"),
+        (ratios, "ratios = [0.92, 1.0, -1.0]"),
+        (ratios, "ratios = [0.92, 1.0, nan]"),
+        (ratios, &many),
+    ] {
+        let text = with_profile().replace(right, wrong);
+        let error = parse(&text).unwrap_err();
+        let line = matches!(error, ManifestReadError::Rule { line: Some(_), .. });
+        assert!(line, "{wrong:.60}: {error:?}");
+    }
+    let one = with_profile()
+        .replace(positions, "positions_m = [0.05]")
+        .replace(ratios, "ratios = [1.0]");
+    assert!(parse(&one).is_err());
+    // The ends of the ranges are within them.
+    let [least, greatest] = PROFILE_RATIOS;
+    let ends = format!("ratios = [{least:?}, 1.0, {greatest:?}]");
+    assert!(parse(&with_profile().replace(ratios, &ends)).is_ok());
+}

@@ -3,6 +3,8 @@
 use impedance::PlateConstants;
 use serde::{Deserialize, Serialize};
 
+use super::recorded_profile::RecordedProfile;
+
 /// Channels of `signals.wav` by meaning.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -53,6 +55,9 @@ pub struct RecordedPlate {
     pub force_factor_n_per_v: f64,
     /// Position of the plate's centre on the scale of `position.csv`, metres.
     pub centre_m: f64,
+    /// Amplitude along the plate, if it was measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile: Option<RecordedProfile>,
 }
 
 impl RecordedPlate {

@@ -374,7 +374,9 @@ fn verdict(minimum: &ArrowMinimum, covariance: Option<&DMatrix<f64>>) -> FitVerd
         ]
     });
     let area = (FitParameter::ContactArea, covariance[(AREA, AREA)].sqrt());
-    let worst = of_instances.chain([area]).max_by(|a, b| a.1.total_cmp(&b.1));
+    let worst = of_instances
+        .chain([area])
+        .max_by(|a, b| a.1.total_cmp(&b.1));
     match worst {
         Some((parameter, std)) if std.is_nan() || std > IDENTIFIABLE_RELATIVE_STD => {
             FitVerdict::NotIdentifiable { parameter, std }

@@ -1,0 +1,221 @@
+//! The amplitude along the plate over that which the pickup reads, at any position.
+//!
+//! Between the measured places it is the cubic with their ratios whose slope at a place is that of the parabola through
+//! the place and its two neighbours; so three places give a parabola, which is what a mode looks like about its middle.
+//! Straight lines between three places would miss a parabola by a quarter of what it falls by towards the ends, between
+//! five by a sixteenth. Beyond the first and the last place it stays what it is there: nothing was measured.
+
+use recording::manifest::{PROFILE_RATIOS, RecordedPlate, RecordedProfile};
+
+/// Ratio φ of the amplitude along the plate to that which the pickup reads; 1 everywhere where it was not measured.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct AmplitudeProfile {
+    /// In order of their positions; none for a plate that is taken as uniform.
+    places: Vec<MeasuredPlace>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct MeasuredPlace {
+    position_m: f64,
+    ratio: f64,
+    /// Slope of the ratio there, 1/m.
+    slope: f64,
+}
+
+impl From<&RecordedPlate> for AmplitudeProfile {
+    fn from(plate: &RecordedPlate) -> Self {
+        plate.profile.as_ref().map_or_else(Self::default, Self::new)
+    }
+}
+
+impl AmplitudeProfile {
+    /// Makes the profile of a plate whose places have passed [`RecordedProfile::validate`].
+    pub fn new(recorded: &RecordedProfile) -> Self {
+        let at: Vec<(f64, f64)> = recorded
+            .positions_m
+            .iter()
+            .copied()
+            .zip(recorded.ratios.iter().copied())
+            .collect();
+        let places = at.iter().enumerate().map(|(i, &(position_m, ratio))| {
+            // At an end the parabola is that of the three places nearest to it.
+            let first = i.saturating_sub(1).min(at.len().saturating_sub(3));
+            let nearest = &at[first..at.len().min(first + 3)];
+            MeasuredPlace {
+                position_m,
+                ratio,
+                slope: slope(nearest, position_m),
+            }
+        });
+        Self {
+            places: places.collect(),
+        }
+    }
+
+    /// Returns φ at a position, m, on the scale of `position.csv`; where the position is not known (NaN), the mean of
+    /// the places.
+    ///
+    /// ```
+    /// use analysis::amplitude_profile::AmplitudeProfile;
+    /// use recording::manifest::RecordedProfile;
+    ///
+    /// let profile = AmplitudeProfile::new(&RecordedProfile {
+    ///     positions_m: vec![0.0, 0.05, 0.1],
+    ///     ratios: vec![0.9, 1.0, 0.9],
+    /// });
+    /// assert!((profile.at(0.025) - 0.975).abs() < 1e-12);
+    /// assert_eq!(profile.at(0.2), 0.9);
+    /// assert_eq!(AmplitudeProfile::default().at(0.2), 1.0);
+    /// ```
+    pub fn at(&self, position_m: f64) -> f64 {
+        let [first, .., last] = &self.places[..] else {
+            return 1.0;
+        };
+        if position_m.is_nan() {
+            let sum: f64 = self.places.iter().map(|place| place.ratio).sum();
+            return sum / self.places.len() as f64;
+        }
+        if position_m <= first.position_m {
+            return first.ratio;
+        }
+        if position_m >= last.position_m {
+            return last.ratio;
+        }
+        let after = self
+            .places
+            .partition_point(|place| place.position_m <= position_m);
+        between(&self.places[after - 1], &self.places[after], position_m)
+    }
+
+    /// Returns φ at each position of a finger that slides; where its position is not known, as at the last known one,
+    /// and before the first as there.
+    pub fn along(&self, positions_m: &[f64]) -> Vec<f64> {
+        let known = positions_m.iter().find(|position_m| !position_m.is_nan());
+        let mut last_m = known.copied().unwrap_or(f64::NAN);
+        positions_m
+            .iter()
+            .map(|&position_m| {
+                if !position_m.is_nan() {
+                    last_m = position_m;
+                }
+                self.at(last_m)
+            })
+            .collect()
+    }
+}
+
+/// Returns the slope at `x` of the parabola through three points, or of the line through two.
+fn slope(points: &[(f64, f64)], x: f64) -> f64 {
+    let rise = |a: (f64, f64), b: (f64, f64)| (b.1 - a.1) / (b.0 - a.0);
+    match *points {
+        [a, b, c] => {
+            let bend = (rise(b, c) - rise(a, b)) / (c.0 - a.0);
+            rise(a, b) + bend * (2.0 * x - a.0 - b.0)
+        }
+        [a, b] => rise(a, b),
+        _ => 0.0,
+    }
+}
+
+/// Returns the cubic with the ratios and slopes of two places, kept within the ratios that are allowed.
+fn between(before: &MeasuredPlace, after: &MeasuredPlace, position_m: f64) -> f64 {
+    let step_m = after.position_m - before.position_m;
+    let rise = (after.ratio - before.ratio) / step_m;
+    let (s0, s1) = (before.slope, after.slope);
+    let t = (position_m - before.position_m) / step_m;
+    let cubic = s0 + t * (3.0 * rise - 2.0 * s0 - s1 + t * (s0 + s1 - 2.0 * rise));
+    let [least, greatest] = PROFILE_RATIOS;
+    (before.ratio + step_m * t * cubic).clamp(least, greatest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    fn profile(places: &[(f64, f64)]) -> AmplitudeProfile {
+        let recorded = RecordedProfile {
+            positions_m: places.iter().map(|place| place.0).collect(),
+            ratios: places.iter().map(|place| place.1).collect(),
+        };
+        recorded.validate().unwrap();
+        AmplitudeProfile::new(&recorded)
+    }
+
+    fn parabola(position_m: f64) -> f64 {
+        let from_middle = position_m / 0.0525 - 1.0;
+        1.03 - 0.09 * from_middle * from_middle
+    }
+
+    #[test]
+    fn a_parabola_is_met_whatever_the_number_of_places_and_their_steps() {
+        for places in [
+            &[0.005, 0.0525, 0.1][..],
+            &[0.005, 0.02, 0.055, 0.1],
+            &[0.005, 0.03, 0.05, 0.06, 0.09, 0.1],
+        ] {
+            let at: Vec<(f64, f64)> = places.iter().map(|&x| (x, parabola(x))).collect();
+            let profile = profile(&at);
+            for step in 0..=95 {
+                let x = 0.005 + 1e-3 * f64::from(step);
+                assert_relative_eq!(profile.at(x), parabola(x), max_relative = 1e-12);
+            }
+            for &(x, ratio) in &at {
+                assert_relative_eq!(profile.at(x), ratio, max_relative = 1e-15);
+            }
+        }
+    }
+
+    #[test]
+    fn two_places_are_joined_by_a_line_and_the_ends_go_on_as_they_are() {
+        let profile = profile(&[(0.02, 0.9), (0.08, 1.1)]);
+        assert_relative_eq!(profile.at(0.05), 1.0, max_relative = 1e-12);
+        for beyond in [-1e9, 0.0, f64::NEG_INFINITY] {
+            assert_eq!(profile.at(beyond), 0.9);
+        }
+        for beyond in [0.081, 1e9, f64::INFINITY] {
+            assert_eq!(profile.at(beyond), 1.1);
+        }
+    }
+
+    #[test]
+    fn a_plate_without_a_profile_and_one_of_ones_are_exactly_one_everywhere() {
+        let flat = profile(&[(0.005, 1.0), (0.0287, 1.0), (0.07, 1.0), (0.1, 1.0)]);
+        assert_eq!(flat.places.len(), 4);
+        for profile in [AmplitudeProfile::default(), flat] {
+            for x in [f64::NAN, -1.0, 0.005, 0.01234, 0.0287, 0.0999, 1.0] {
+                assert_eq!(profile.at(x), 1.0);
+            }
+        }
+    }
+
+    #[test]
+    fn an_unknown_position_is_the_last_known_one() {
+        let profile = profile(&[(0.0, 0.9), (0.1, 1.1)]);
+        let nan = f64::NAN;
+        let ratios = profile.along(&[nan, 0.025, nan, nan, 0.075, nan]);
+        let expected = [0.95, 0.95, 0.95, 0.95, 1.05, 1.05];
+        for (ratio, expected) in ratios.iter().zip(expected) {
+            assert_relative_eq!(*ratio, expected, max_relative = 1e-12);
+        }
+        for ratio in profile.along(&[nan, nan]) {
+            assert_relative_eq!(ratio, 1.0, max_relative = 1e-12);
+        }
+    }
+
+    #[test]
+    fn no_places_make_a_ratio_that_is_not_allowed() {
+        let [least, greatest] = PROFILE_RATIOS;
+        let steep = [
+            (0.01, least),
+            (0.010_001, greatest),
+            (0.06, least),
+            (0.1, greatest),
+        ];
+        let profile = profile(&steep);
+        for step in 0..1000 {
+            let ratio = profile.at(1e-4 * f64::from(step));
+            assert!((least..=greatest).contains(&ratio), "{ratio}");
+        }
+    }
+}

@@ -1,0 +1,45 @@
+//! The settings as results and tables print them: every assumed number, and how each method takes the amplitude.
+
+use serde::Serialize;
+
+use crate::analysed::Analysed;
+use crate::analysis_settings::Settings;
+
+/// Content of `settings`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PrintedSettings {
+    #[serde(flatten)]
+    settings: Settings,
+    amplitude_along_plate: AmplitudeTaken,
+}
+
+/// Whence each method takes the amplitude under the finger.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct AmplitudeTaken {
+    paper: &'static str,
+    dynamic: String,
+}
+
+impl PrintedSettings {
+    /// Returns the settings of an analysis.
+    pub fn of(analysed: &Analysed) -> Self {
+        let (mut recordings, mut measured) = (0, 0);
+        for found in analysed.findings() {
+            recordings += 1;
+            measured += usize::from(found.plate().profile.is_some());
+        }
+        Self {
+            settings: analysed.settings,
+            amplitude_along_plate: AmplitudeTaken {
+                paper: "uniform, as published: that at the pickup",
+                dynamic: match measured {
+                    0 => "uniform: no recording has plate.profile".to_owned(),
+                    _ if measured == recordings => "as measured: plate.profile".to_owned(),
+                    _ => format!(
+                        "as measured, plate.profile, in {measured} of {recordings} recordings; uniform in the others"
+                    ),
+                },
+            },
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! `[plate.profile]`: the amplitude along the plate over that which the pickup reads.
+
+use serde::{Deserialize, Serialize};
+
+use super::manifest_error::{MAX_ENTRIES, ManifestError, finite, require, within};
+
+/// Least and greatest ratio of a profile: beyond them the finger would be near a node of the plate, or the pickup.
+pub const PROFILE_RATIOS: [f64; 2] = [0.2, 2.0];
+/// Fewest places of a profile.
+const FEWEST_PLACES: usize = 2;
+/// Least distance between places, m.
+const LEAST_STEP_M: f64 = 1e-6;
+
+/// Amplitude at places along the plate over that which the pickup reads.
+///
+/// ```
+/// use recording::manifest::RecordedProfile;
+///
+/// let mut profile = RecordedProfile { positions_m: vec![0.005, 0.0525, 0.1], ratios: vec![0.92, 1.0, 0.92] };
+/// assert!(profile.validate().is_ok());
+/// profile.ratios.pop();
+/// assert!(profile.validate().is_err());
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RecordedProfile {
+    /// Places on the scale of `position.csv`, metres, in order.
+    pub positions_m: Vec<f64>,
+    /// Amplitude at each place over that which the pickup reads.
+    pub ratios: Vec<f64>,
+}
+
+impl RecordedProfile {
+    /// Checks that places and ratios belong together, and each ratio for its range.
+    ///
+    /// # Errors
+    /// The first rule that is broken.
+    pub fn validate(&self) -> Result<(), ManifestError> {
+        const POSITIONS: &str = "plate.profile.positions_m";
+        const RATIOS: &str = "plate.profile.ratios";
+        let places = self.positions_m.len();
+        for (key, count) in [(POSITIONS, places), (RATIOS, self.ratios.len())] {
+            if count > MAX_ENTRIES {
+                return Err(ManifestError::TooMany { key, count });
+            }
+        }
+        if places < FEWEST_PLACES || self.ratios.len() != places {
+            return Err(ManifestError::ProfilePlaces {
+                positions: places,
+                ratios: self.ratios.len(),
+            });
+        }
+        let at = |key: &str, index: usize| format!("{key}.{index}");
+        for (index, &position_m) in self.positions_m.iter().enumerate() {
+            finite(&at(POSITIONS, index), position_m)?;
+        }
+        let [least, greatest] = PROFILE_RATIOS;
+        for (index, &ratio) in self.ratios.iter().enumerate() {
+            within(&at(RATIOS, index), ratio, least..=greatest)?;
+        }
+        for (index, pair) in self.positions_m.windows(2).enumerate() {
+            let allowed = format!(
+                "positions at least {LEAST_STEP_M} m beyond the one before, which is {}",
+                pair[0]
+            );
+            let in_order = pair[1] - pair[0] >= LEAST_STEP_M;
+            require(in_order, &at(POSITIONS, index + 1), pair[1], &allowed)?;
+        }
+        Ok(())
+    }
+}

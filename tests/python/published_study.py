@@ -111,6 +111,11 @@ for _, of in samples[samples.method == "paper"].groupby(["recording", "instance"
     expected = below.max() if len(below) else lowest.max()
     assert of.at_rest_up_to_amplitude_m.iloc[0] == expected, "samples at rest"
 
+# What `dynamic` takes for the amplitude under the finger is the ratio times that at the pickup, which `paper` takes.
+of_paper, of_dynamic = (samples[samples.method == name].reset_index(drop=True) for name in ["paper", "dynamic"])
+agree("amplitude_m", of_dynamic.amplitude_m, of_dynamic.amplitude_ratio * of_paper.amplitude_m)
+assert (of_paper.amplitude_ratio == 1).all() and (of_dynamic.amplitude_ratio != 1).any(), "amplitude_ratio"
+
 # The average of a participant, and what the published model says with it.
 whose = instances.participant.where(instances.participant != "", instances.recording)
 agree("averaged_sigma_t_m", instances.averaged_sigma_t_m,

@@ -208,7 +208,7 @@ mod tests {
         let [least, greatest] = PROFILE_RATIOS;
         let steep = [
             (0.01, least),
-            (0.010_001, greatest),
+            (0.010_002, greatest),
             (0.06, least),
             (0.1, greatest),
         ];

@@ -99,8 +99,8 @@ pub struct MeasuredProfile {
     pub verdict: Uniformity,
     /// Largest departure of a place from the mean of all, relative to it.
     pub largest_departure: Quantity,
-    /// The same of the length that instances are cut from; absent where fewer than three places lie there, and in files
-    /// of versions that judged the whole length alone.
+    /// The same of the length that instances are cut from; absent where too few places were measured there, and in
+    /// files of versions that judged the whole length alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kept: Option<KeptLength>,
     /// Places in order of their position.
@@ -115,7 +115,7 @@ pub struct KeptLength {
     pub length_m: f64,
     /// Whether the plate moves alike along it.
     pub verdict: Uniformity,
-    /// Largest departure of a place within it from the mean of those, relative to it.
+    /// Largest departure of a place within it, or of one of its ends, from the mean of those, relative to it.
     pub largest_departure: Quantity,
 }
 

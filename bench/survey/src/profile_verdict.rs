@@ -17,7 +17,7 @@ use crate::profile_procedure::{Place, ProfileProcedure};
 pub const UNIFORM: f64 = 0.02;
 /// Standard errors within which a departure is not told from the limit.
 const SURE: f64 = 2.0;
-/// Fewest places within the kept length that are judged.
+/// Fewest places of the kept length, its ends among them, that are judged.
 const FEWEST_KEPT: usize = 3;
 
 /// Returns the largest departure of a place from the mean, relative, with its standard error, and the verdict.
@@ -40,12 +40,14 @@ pub(crate) fn judged(places: &[Place]) -> (f64, f64, Uniformity) {
     (departure, error, verdict)
 }
 
-/// Judges the places within the length about `centre_m` that the published rules cut instances from; `None` with too
-/// few.
+/// Judges the length about `centre_m` that the published rules cut instances from: the places within it, and its two
+/// ends by straight lines between the places on either side. `None` with too few, as where the places do not reach it.
 pub(crate) fn judged_kept(places: &[Place], centre_m: f64) -> Option<KeptLength> {
     let length_m = SelectionRules::published(centre_m).central_m;
-    let is_kept = |place: &&Place| (place.position_m - centre_m).abs() <= length_m / 2.0;
-    let kept: Vec<Place> = places.iter().filter(is_kept).copied().collect();
+    let ends_m = [centre_m - length_m / 2.0, centre_m + length_m / 2.0];
+    let is_within = |place: &&Place| place.position_m > ends_m[0] && place.position_m < ends_m[1];
+    let mut kept: Vec<Place> = places.iter().filter(is_within).copied().collect();
+    kept.extend(ends_m.iter().filter_map(|&end_m| at(places, end_m)));
     (kept.len() >= FEWEST_KEPT).then(|| {
         let (departure, error, verdict) = judged(&kept);
         KeptLength {
@@ -53,6 +55,19 @@ pub(crate) fn judged_kept(places: &[Place], centre_m: f64) -> Option<KeptLength>
             verdict,
             largest_departure: Quantity::new(departure, error, kept.len() - 1, "1"),
         }
+    })
+}
+
+/// Returns the ratio at a position on the straight line between the places on either side, if there are both.
+fn at(places: &[Place], position_m: f64) -> Option<Place> {
+    let beside = |pair: &&[Place]| (pair[0].position_m..=pair[1].position_m).contains(&position_m);
+    let pair = places.windows(2).find(beside)?;
+    let share = (position_m - pair[0].position_m) / (pair[1].position_m - pair[0].position_m);
+    let [before, after] = [1.0 - share, share];
+    Some(Place {
+        position_m,
+        ratio: before * pair[0].ratio + after * pair[1].ratio,
+        error: (before * pair[0].error).hypot(after * pair[1].error),
     })
 }
 
@@ -126,7 +141,7 @@ fn words(profile: &MeasuredProfile) -> String {
             verdict_words(kept.verdict),
             percent(&kept.largest_departure)
         ),
-        None => format!("fewer than {FEWEST_KEPT} places, not judged"),
+        None => "too few places to judge".to_owned(),
     };
     format!(
         "{}; the largest departure from the mean is {}, {:.0} % is allowed; within the {:.0} mm that instances are cut from: {within}",

@@ -122,7 +122,7 @@ fn a_plate_is_uniform_only_if_its_errors_allow_to_say_so() {
 }
 
 #[test]
-fn the_kept_length_is_judged_by_itself_where_enough_places_lie_in_it() {
+fn the_kept_length_is_judged_by_itself_up_to_its_ends() {
     // 5 mm from the ends of a plate of 105 mm, whose kept length is from 22.5 to 82.5 mm.
     let along = |count: u32, drop: f64| -> Vec<Place> {
         let place = |i| {
@@ -137,20 +137,24 @@ fn the_kept_length_is_judged_by_itself_where_enough_places_lie_in_it() {
         (0..count).map(place).collect()
     };
     for (count, drop, whole, kept) in [
-        (7, 0.0, Uniformity::Uniform, Some(Uniformity::Uniform)),
+        (7, 0.0, Uniformity::Uniform, Uniformity::Uniform),
         // Even where it matters, and uneven at its ends.
-        (7, 0.06, Uniformity::NotUniform, Some(Uniformity::Uniform)),
-        (7, 0.2, Uniformity::NotUniform, Some(Uniformity::NotUniform)),
-        (4, 0.06, Uniformity::NotUniform, None),
-        (3, 0.06, Uniformity::NotUniform, None),
+        (7, 0.06, Uniformity::NotUniform, Uniformity::Uniform),
+        (7, 0.2, Uniformity::NotUniform, Uniformity::NotUniform),
+        (4, 0.06, Uniformity::NotUniform, Uniformity::Uniform),
+        (4, 0.2, Uniformity::NotUniform, Uniformity::NotUniform),
+        (3, 0.2, Uniformity::NotUniform, Uniformity::NotUniform),
     ] {
         let places = along(count, drop);
         assert_eq!(judged(&places).2, whole, "{count}, {drop}");
         let found = judged_kept(&places, 0.0525).map(|kept| kept.verdict);
-        assert_eq!(found, kept, "{count}, {drop}");
+        assert_eq!(found, Some(kept), "{count}, {drop}");
     }
-    // The kept length lies about the plate's centre, wherever that is.
+    // It lies about the plate's centre, wherever that is, and a short plate is judged as far as it was measured.
     assert_eq!(judged_kept(&along(7, 0.0), 10.0), None);
+    let inner: Vec<Place> = along(11, 0.2).into_iter().skip(4).take(3).collect();
+    let verdict = judged_kept(&inner, 0.0525).map(|kept| kept.verdict);
+    assert_eq!(verdict, Some(Uniformity::Uniform));
 }
 
 #[test]

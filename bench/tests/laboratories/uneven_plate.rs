@@ -1,16 +1,18 @@
 //! A plate that moves less at its ends, with and without its profile.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use analysis::amplitude_profile::AmplitudeProfile;
 use analysis::analysed::RecordingFindings;
 use analysis::estimate::Method;
+use analysis::results::Results;
 use analysis::trial_fit::{FitRequest, Selected, TrialFit, fit};
 use analysis::{Settings, demodulated};
 use protocols::Direction;
 use protocols::selection::select;
 use recording::pipeline::PickupOffset;
+use serde_json::Value;
 
 use super::{EXPLORATION_S, Laboratory, PUBLISHED, Z_T, findings};
 
@@ -130,6 +132,38 @@ fn the_fit_of_a_session_knows_the_profile_too_and_hands_it_on() {
     );
     assert!(known.force_difference.unwrap() < 0.5 * unknown.force_difference.unwrap());
     assert_eq!(known.profile, profile);
+}
+
+#[test]
+fn results_say_how_each_method_takes_the_amplitude() {
+    let folders = [(); 2].map(|()| tempfile::tempdir().unwrap());
+    for folder in &folders {
+        PUBLISHED.record(folder.path());
+    }
+    state_profile(folders[0].path(), |_| 0.97);
+    let folders = folders.each_ref().map(|folder| folder.path().to_owned());
+    let results = |folders: &[PathBuf]| -> Value {
+        let analysed = analysis::analyse(folders, &Settings::default(), |_| ());
+        serde_json::from_str(&Results::new(&analysed).to_json().unwrap()).unwrap()
+    };
+    for (folders, dynamic) in [
+        (&folders[..1], "as measured: plate.profile"),
+        (&folders[1..], "uniform: no recording has plate.profile"),
+        (
+            &folders[..],
+            "as measured, plate.profile, in 1 of 2 recordings; uniform in the others",
+        ),
+    ] {
+        let results = results(folders);
+        let taken = &results["settings"]["amplitude_along_plate"];
+        let paper = taken["paper"].as_str().unwrap();
+        assert!(paper.starts_with("uniform, as published"), "{paper}");
+        assert_eq!(taken["dynamic"], dynamic);
+        assert_eq!(results["settings"]["loss_factor"], 0.3);
+    }
+    let both = results(&folders);
+    assert_eq!(both["recordings"][0]["plate_profile"], true);
+    assert!(both["recordings"][1].get("plate_profile").is_none());
 }
 
 #[test]

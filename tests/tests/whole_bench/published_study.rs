@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 use analysis::clustered;
+use analysis::find;
 use analysis::statistics::Coefficient;
 use bench_tests::program::{bench, python, workspace};
 use bench_tests::session::{demo_with, finish, text};
@@ -52,6 +53,14 @@ fn pandas_and_scipy_find_every_row_and_every_point_in_the_tables() {
             .arg(&study);
         let output = finish(&mut command);
         assert!(output.status.success(), "{}", text(&output));
+    }
+    // One of them on a plate that is taken as uneven.
+    for recording in find::recordings(&[study.join("sub-03")], false).unwrap() {
+        let manifest = recording.join("recording.toml");
+        let profile =
+            "\n[plate.profile]\npositions_m = [0.005, 0.05, 0.1]\nratios = [0.9, 1.01, 0.95]\n";
+        let text = std::fs::read_to_string(&manifest).unwrap() + profile;
+        std::fs::write(manifest, text).unwrap();
     }
     let reason = "glove worn";
     let mut command = bench();

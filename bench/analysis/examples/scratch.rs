@@ -32,7 +32,7 @@ fn main() {
         let series: Vec<InstanceSeries> = found
             .instances
             .iter()
-            .map(|i| i.prepared.series().unwrap())
+            .map(|i| i.samples.series(analysis::method::Method::Dynamic).unwrap())
             .collect();
         let t = std::time::Instant::now();
         let f = trial::fit(&series, &conditions, &trial::TrialOptions::default()).unwrap();

@@ -12,7 +12,7 @@ fn main() {
         let series: Vec<InstanceSeries> = found
             .instances
             .iter()
-            .map(|i| i.prepared.series().unwrap())
+            .map(|i| i.samples.series(analysis::method::Method::Dynamic).unwrap())
             .collect();
         if series.is_empty() {
             println!("{{\"path\":\"{path}\",\"instances\":[]}}");

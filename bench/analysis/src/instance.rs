@@ -23,6 +23,7 @@ pub struct PreparedInstance {
     amplitude_m: Vec<f64>,
     under_finger: UnderFinger,
     normal_n: Vec<f64>,
+    finger_force_n: Vec<f64>,
     mu: Vec<f64>,
     start: usize,
 }
@@ -55,6 +56,7 @@ impl PreparedInstance {
             amplitude_m: series.amplitude_m[range.clone()].to_vec(),
             under_finger: under_finger.between(range.clone()),
             normal_n: series.normal_n[range.clone()].to_vec(),
+            finger_force_n: series.finger_force_n[range.clone()].to_vec(),
             mu: range
                 .map(|i| (series.lateral_n[i] / series.normal_n[i]).abs())
                 .collect(),
@@ -72,7 +74,10 @@ impl PreparedInstance {
             z_m_plain_n_s_per_m: &self.plain_n_s_per_m,
             z_m_corrected_n_s_per_m: &self.under_finger.z_m_n_s_per_m,
             amplitude_m: self.amplitudes_m(method),
-            normal_n: &self.normal_n,
+            normal_n: match method {
+                Method::Paper => &self.normal_n,
+                Method::Dynamic => &self.finger_force_n,
+            },
             mu: &self.mu,
         };
         InstanceSeries::new(samples, self.start)

@@ -9,6 +9,8 @@ use recording::manifest::{Manifest, QUIET_S};
 use recording::pipeline::{Batch, DriveGap};
 use recording::{ForceRow, PositionRow};
 
+use crate::wiener;
+
 /// Cut-off of the second-order Butterworth filter on forces and position, Hz (Huloux 2021, section IV).
 pub const SMOOTHING_HZ: f64 = 100.0;
 
@@ -38,6 +40,9 @@ pub struct FrameSeries {
     pub amplitude_m: Vec<f64>,
     /// Normal force, 100 Hz, zero phase, N.
     pub normal_n: Vec<f64>,
+    /// Normal force with its sensor's noise taken away as its spectrum tells, zero phase, N; where that does not show it, as
+    /// `normal_n`. What `dynamic` and `trial` read.
+    pub finger_force_n: Vec<f64>,
     /// Lateral force, 100 Hz, zero phase, N.
     pub lateral_n: Vec<f64>,
     /// Finger position, 100 Hz, zero phase, m.
@@ -211,13 +216,23 @@ impl Measurements {
         let later = &self.frames[from..];
         let frames = later[..later.partition_point(|frame| frame.time_s <= end_s)].to_vec();
         let time_s: Vec<f64> = frames.iter().map(|frame| frame.time_s).collect();
-        let normal_n = smoothed(&self.force, |row| row.time_s, |row| row.normal_n, &time_s);
-        let lateral_n = smoothed(&self.force, |row| row.time_s, |row| row.lateral_n, &time_s);
+        let force = |value: fn(&ForceRow) -> f64, filter: Filter| {
+            smoothed(&self.force, |row| row.time_s, value, &time_s, filter)
+        };
+        let normal_n = force(|row| row.normal_n, low_passed);
+        let finger_force_n = force(
+            |row| row.normal_n,
+            |values, rate_hz| {
+                wiener::filtered(values, rate_hz).or_else(|| low_passed(values, rate_hz))
+            },
+        );
+        let lateral_n = force(|row| row.lateral_n, low_passed);
         let position_m = smoothed(
             &self.position,
             |row| row.time_s,
             |row| row.position_m,
             &time_s,
+            low_passed,
         );
         FrameSeries {
             amplitude_m: frames.iter().map(|frame| frame.amplitude_m).collect(),
@@ -226,10 +241,19 @@ impl Measurements {
             time_s,
             frames,
             normal_n,
+            finger_force_n,
             lateral_n,
             position_m,
         }
     }
+}
+
+/// A filter of even values at a rate, Hz.
+type Filter = fn(&[f64], f64) -> Option<Vec<f64>>;
+
+fn low_passed(values: &[f64], rate_hz: f64) -> Option<Vec<f64>> {
+    let filter = LowPass::new(SMOOTHING_HZ, rate_hz).ok()?;
+    filter.zero_phase(values).ok()
 }
 
 /// Distance in time to which a saturated reading affects the smoothed force, s: the response of the 100 Hz filter has
@@ -267,6 +291,7 @@ fn smoothed<R>(
     time: impl Fn(&R) -> f64,
     value: impl Fn(&R) -> f64,
     time_s: &[f64],
+    filter: Filter,
 ) -> Vec<f64> {
     let missing = || vec![f64::NAN; time_s.len()];
     let (Some(first_s), Some(last_s)) = (time_s.first(), time_s.last()) else {
@@ -288,9 +313,7 @@ fn smoothed<R>(
     let even: Vec<f64> = (0..=steps.round() as usize)
         .map(|i| interpolate(&rows, |row| row.0, |row| row.1, grid(i).min(end_s)))
         .collect();
-    let Ok(filtered) =
-        LowPass::new(SMOOTHING_HZ, step_s.recip()).and_then(|filter| filter.zero_phase(&even))
-    else {
+    let Some(filtered) = filter(&even, step_s.recip()) else {
         return missing();
     };
     let filtered: Vec<(f64, f64)> = filtered

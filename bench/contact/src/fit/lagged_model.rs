@@ -59,7 +59,11 @@ impl<'a> LaggedModel<'a> {
             interval_s: instance.interval_s(),
             z_p: conditions.z_p_corrected_n_s_per_m,
             amplitude_m: samples.amplitude_m,
-            normal_n: smooth_force_n(samples.normal_n),
+            normal_n: if std::env::var("POLY").is_ok() {
+                smooth_force_n(samples.normal_n)
+            } else {
+                samples.normal_n.to_vec()
+            },
             lead,
             z_m: &samples.z_m_corrected_n_s_per_m[lead..],
             equilibrium: zeros(),

@@ -1,0 +1,150 @@
+//! The force behind a noisy sensor: a zero-phase filter that passes each frequency by as much of its power as is the finger's.
+//!
+//! σ_t and τ are estimated from how the gap answers the normal force, so that noise taken for force biases them, and force taken
+//! for noise does too. What is the sensor's own is read off the record: its white noise is all that is left above
+//! [`FLOOR_HZ`], where no finger pushes. Below, H(f) = 1 − N/P(f) (Wiener 1949), with the record's own spectrum P.
+
+use realfft::RealFftPlanner;
+
+/// Frequency from which on a record shows its sensor's noise alone, Hz.
+const FLOOR_HZ: f64 = 200.0;
+/// Frequency above which nothing passes, Hz.
+const HIGHEST_HZ: f64 = 150.0;
+/// Part of the band up to half the rate in which a sensor's own filter may have taken noise away.
+const USABLE: f64 = 0.8;
+/// Length of the stretches whose spectra are averaged, s.
+const STRETCH_S: f64 = 0.4;
+/// The spectrum at f is the mean from f/WIDTH to f·WIDTH: its scatter would let noise through in places.
+const WIDTH: f64 = 1.25;
+/// Frequency above which less and less may pass: slower than this is aim and tremor, whose spectrum has peaks.
+const FALLING_HZ: f64 = 15.0;
+
+/// Returns the filtered values of an even record; `None` where its rate or length does not show the noise.
+pub(super) fn filtered(values: &[f64], rate_hz: f64) -> Option<Vec<f64>> {
+    let stretch = (STRETCH_S * rate_hz).round() as usize;
+    if USABLE * rate_hz / 2.0 < 1.5 * FLOOR_HZ || values.len() < 2 * stretch {
+        return None;
+    }
+    let spectrum = Spectrum::of(values, rate_hz, stretch)?;
+    let noise = spectrum.noise()?;
+    let passes = spectrum.passes(noise);
+    through(values, rate_hz, |frequency_hz| {
+        let at = frequency_hz / spectrum.step_hz;
+        let below = (at as usize).min(passes.len() - 1);
+        let above = (below + 1).min(passes.len() - 1);
+        passes[below] + (at - at.floor()) * (passes[above] - passes[below])
+    })
+}
+
+/// Mean power of Hann-windowed stretches that overlap by half (Welch 1967), in a common unit.
+struct Spectrum {
+    step_hz: f64,
+    power: Vec<f64>,
+}
+
+impl Spectrum {
+    fn of(values: &[f64], rate_hz: f64, stretch: usize) -> Option<Self> {
+        let forward = RealFftPlanner::<f64>::new().plan_fft_forward(stretch);
+        let mut spectrum = forward.make_output_vec();
+        let mut power = vec![0.0; spectrum.len()];
+        for start in (0..=values.len() - stretch).step_by(stretch / 2) {
+            let piece = &values[start..start + stretch];
+            let (slope, middle) = line_through(piece);
+            let mut windowed: Vec<f64> = piece
+                .iter()
+                .enumerate()
+                .map(|(i, value)| {
+                    let turn = std::f64::consts::TAU * (i as f64 + 0.5) / stretch as f64;
+                    let straight = middle + slope * (i as f64 - 0.5 * (stretch - 1) as f64);
+                    (value - straight) * 0.5 * (1.0 - turn.cos())
+                })
+                .collect();
+            forward.process(&mut windowed, &mut spectrum).ok()?;
+            for (power, bin) in power.iter_mut().zip(&spectrum) {
+                *power += bin.norm_sqr();
+            }
+        }
+        Some(Self {
+            step_hz: rate_hz / stretch as f64,
+            power,
+        })
+    }
+
+    fn bin(&self, frequency_hz: f64) -> usize {
+        ((frequency_hz / self.step_hz).round() as usize).min(self.power.len() - 1)
+    }
+
+    fn mean(&self, from_hz: f64, to_hz: f64) -> f64 {
+        let band = &self.power[self.bin(from_hz)..=self.bin(to_hz)];
+        band.iter().sum::<f64>() / band.len() as f64
+    }
+
+    /// Returns the power of the sensor's noise in a bin; `None` without any, as in a simulation.
+    fn noise(&self) -> Option<f64> {
+        let nyquist_hz = self.step_hz * (self.power.len() - 1) as f64;
+        let mut band = self.power[self.bin(FLOOR_HZ)..=self.bin(USABLE * nyquist_hz)].to_vec();
+        band.sort_by(f64::total_cmp);
+        // A hum would pull the mean; the median of averaged power is near enough to it.
+        band.get(band.len() / 2)
+            .copied()
+            .filter(|noise| *noise > 0.0)
+    }
+
+    /// Returns how much passes of each bin.
+    fn passes(&self, noise: f64) -> Vec<f64> {
+        let mut least: f64 = 1.0;
+        (0..self.power.len())
+            .map(|bin| {
+                let frequency_hz = bin as f64 * self.step_hz;
+                if frequency_hz > HIGHEST_HZ {
+                    return 0.0;
+                }
+                let power = self.mean(frequency_hz / WIDTH, frequency_hz * WIDTH);
+                let passes = (1.0 - noise / power).max(0.0);
+                if frequency_hz < FALLING_HZ {
+                    return passes;
+                }
+                least = least.min(passes);
+                least
+            })
+            .collect()
+    }
+}
+
+/// Returns slope per sample and mean of the straight line through values, least squares.
+fn line_through(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let (mut across, mut along) = (0.0, 0.0);
+    for (i, value) in values.iter().enumerate() {
+        let at = i as f64 - 0.5 * (n - 1.0);
+        across += at * (value - mean);
+        along += at * at;
+    }
+    (across / along, mean)
+}
+
+/// Multiplies the spectrum of a record, continued by its mirror image so that its ends meet.
+fn through(values: &[f64], rate_hz: f64, passes: impl Fn(f64) -> f64) -> Option<Vec<f64>> {
+    let n = values.len();
+    let mut mirrored: Vec<f64> = values.iter().chain(values.iter().rev()).copied().collect();
+    let mut planner = RealFftPlanner::<f64>::new();
+    let (forward, inverse) = (
+        planner.plan_fft_forward(2 * n),
+        planner.plan_fft_inverse(2 * n),
+    );
+    let mut spectrum = forward.make_output_vec();
+    forward.process(&mut mirrored, &mut spectrum).ok()?;
+    let step_hz = rate_hz / (2 * n) as f64;
+    for (bin, value) in spectrum.iter_mut().enumerate() {
+        // The mean and what is slower than a stretch are the finger's.
+        *value *= if bin == 0 {
+            1.0
+        } else {
+            passes(bin as f64 * step_hz)
+        } / (2 * n) as f64;
+    }
+    inverse.process(&mut spectrum, &mut mirrored).ok()?;
+    mirrored.truncate(n);
+    Some(mirrored)
+}

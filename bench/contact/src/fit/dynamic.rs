@@ -4,8 +4,8 @@
 //! - The gap follows its equilibrium (Huloux 2021, Eq. 17, with the momentary amplitude and normal force) as a
 //!   first-order lag, τ dx/dt = x_eq − x, from 20 ms before the instance.
 //! - k_c is Eq. 18 with the lagged gap and the momentary amplitude, so that the forces on the skin need not balance.
-//! - The normal force is the quintic through the measured one: over 80 ms a finger's own force, its tremor of 8 to 12 Hz with
-//!   it, changes no faster, and a sensor's noise, 3 mN low-passed at 100 Hz, scatters σ_t by 1 %.
+//! - The normal force is taken as it is given, its tremor with it: a smoother one than the finger's biases σ_t and τ, and so
+//!   does a sensor's noise. Whoever prepares the samples parts the two.
 //! - Σ|Z_m,model − Z_m|² over the instance, complex, is minimised over all of them; τ ≥ 0.
 //! - The plate's own impedance may have moved since it was read unloaded: i·y is added to Z_p and y is fitted too, which the
 //!   crest of the modulation shows, where the finger is nearly let go. A resonance that has moved by δf adds −i·4π m_p δf.

@@ -137,7 +137,7 @@ impl InstanceFit {
 
 /// Returns μ/μ0 by Eq. 19 after [`LaggedModel::follow`], with the lead-in.
 pub(super) fn modelled_ratio(model: &LaggedModel<'_>, contact: &Contact) -> Vec<f64> {
-    let samples = model.gap.iter().zip(&model.normal_n);
+    let samples = model.gap.iter().zip(model.normal_n);
     samples
         .map(|(&x, &n)| contact.friction_ratio(x, n))
         .collect()

@@ -6,7 +6,7 @@ use super::conditions::FitConditions;
 use super::fit_error::FitError;
 use super::lag::Lag;
 use super::least_squares::ImpedanceModel;
-use super::series::{InstanceSeries, smooth_force_n};
+use super::series::InstanceSeries;
 use crate::assumed::AssumedConstants;
 use crate::contact::Contact;
 use crate::harmonic::observed;
@@ -23,8 +23,8 @@ pub(super) struct LaggedModel<'a> {
     pub(super) z_p: Complex64,
     /// Amplitude, with `lead` samples before the instance, m.
     pub(super) amplitude_m: &'a [f64],
-    /// The polynomial through the measured force, N.
-    pub(super) normal_n: Vec<f64>,
+    /// Normal force, N.
+    pub(super) normal_n: &'a [f64],
     pub(super) lead: usize,
     /// Measured Z_m of the instance alone, N·s/m.
     pub(super) z_m: &'a [Complex64],
@@ -59,11 +59,7 @@ impl<'a> LaggedModel<'a> {
             interval_s: instance.interval_s(),
             z_p: conditions.z_p_corrected_n_s_per_m,
             amplitude_m: samples.amplitude_m,
-            normal_n: if std::env::var("POLY").is_ok() {
-                smooth_force_n(samples.normal_n)
-            } else {
-                samples.normal_n.to_vec()
-            },
+            normal_n: samples.normal_n,
             lead,
             z_m: &samples.z_m_corrected_n_s_per_m[lead..],
             equilibrium: zeros(),
@@ -104,11 +100,11 @@ impl<'a> LaggedModel<'a> {
     pub(super) fn follow(&mut self, parameters: &[f64; PARAMETERS]) -> Option<Contact> {
         let contact = self.contact(parameters)?;
         contact
-            .equilibrium_gaps_m(self.amplitude_m, &self.normal_n, &mut self.equilibrium)
+            .equilibrium_gaps_m(self.amplitude_m, self.normal_n, &mut self.equilibrium)
             .ok()?;
         let slopes = &mut self.gap_slopes;
         let [by_ln_sigma_t, by_ln_area, by_ln_q0] = &mut slopes.unlagged;
-        for (i, (&gap, &normal_n)) in self.equilibrium.iter().zip(&self.normal_n).enumerate() {
+        for (i, (&gap, &normal_n)) in self.equilibrium.iter().zip(self.normal_n).enumerate() {
             let at = contact.equilibrium_gap_slopes_m(gap, normal_n);
             by_ln_sigma_t[i] = at.by_ln_sigma_t;
             by_ln_area[i] = at.by_ln_area;

@@ -1,6 +1,5 @@
 //! The samples of one instance, as the fits read them.
 
-use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 
 use super::fit_error::FitError;
@@ -23,7 +22,8 @@ pub struct InstanceSamples<'a> {
     pub z_m_corrected_n_s_per_m: &'a [Complex64],
     /// Vibration amplitude |x̃_p|, peak, m; no filter but the demodulator's window.
     pub amplitude_m: &'a [f64],
-    /// Measured normal force, N.
+    /// Normal force, N. The fits follow it as it stands: what is noise of its sensor has to be taken away before, for the gap
+    /// answers all of it.
     pub normal_n: &'a [f64],
     /// Measured friction |f_t|/f_n.
     pub mu: &'a [f64],
@@ -152,37 +152,6 @@ impl<'a> InstanceSeries<'a> {
     }
 }
 
-/// Degree of the polynomial that stands for the normal force over an instance and its lead-in, 80 ms: a tremor of 10 Hz and 8 %
-/// is left to 0.2 %, where a cubic leaves 1.6 %; and a sensor's noise has 6 values to show in.
-const FORCE_DEGREE: usize = 5;
-
-/// Returns the polynomial through an evenly sampled normal force, N, least squares.
-pub(crate) fn smooth_force_n(values: &[f64]) -> Vec<f64> {
-    let degree = FORCE_DEGREE.min(values.len().saturating_sub(1));
-    let middle = 0.5 * (values.len() - 1) as f64;
-    // Legendre polynomials, by recurrence: nearly orthogonal on the samples, so that the normal matrix is near diagonal.
-    let basis = DMatrix::from_fn(values.len(), degree + 1, |row, column| {
-        let x = (row as f64 - middle) / middle;
-        let (mut before, mut at) = (1.0, x);
-        match column {
-            0 => 1.0,
-            _ => {
-                for n in 1..column {
-                    let n = n as f64;
-                    (before, at) = (at, ((2.0 * n + 1.0) * x * at - n * before) / (n + 1.0));
-                }
-                at
-            }
-        }
-    });
-    let right = basis.tr_mul(&DVector::from_column_slice(values));
-    let coefficients = basis
-        .tr_mul(&basis)
-        .cholesky()
-        .map_or_else(|| DVector::zeros(degree + 1), |factor| factor.solve(&right));
-    (basis * coefficients).as_slice().to_vec()
-}
-
 pub(crate) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
@@ -211,21 +180,5 @@ pub(crate) mod tests {
             mu: &vec![0.5; time_s.len()],
         };
         test(&InstanceSeries::new(samples, 40).unwrap());
-    }
-
-    #[test]
-    fn a_polynomial_goes_through_itself_and_near_a_tremor() {
-        let times = || (0..160).map(|i| f64::from(i) * 5e-4);
-        let quintic: Vec<f64> = times()
-            .map(|t| 0.6 + t - 20.0 * t.powi(2) + 50.0 * t.powi(3) + 1e5 * t.powi(5))
-            .collect();
-        let tremor: Vec<f64> = times()
-            .map(|t| 0.65 + 0.05 * (TAU * 10.0 * t).sin())
-            .collect();
-        for (values, within) in [(quintic, 1e-12), (tremor, 0.002)] {
-            for (smooth, value) in smooth_force_n(&values).iter().zip(&values) {
-                assert!((smooth / value - 1.0).abs() < within, "{smooth} {value}");
-            }
-        }
     }
 }

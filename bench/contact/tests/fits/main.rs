@@ -11,9 +11,6 @@ use contact::fit::{
 use contact::live_estimator::{LiveEstimator, LiveFrame};
 use contact::{AssumedConstants, ModelError, self_sensed};
 use num_complex::Complex64;
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
-use rand_distr::{Distribution, StandardNormal};
 use record::{CARRIER_HZ, LEAD, OMEGA, RATE_HZ, Record, TRUTH, Truth, Z_P};
 
 fn conditions() -> FitConditions {
@@ -129,27 +126,6 @@ fn standard_errors_are_the_scatter() {
     for score in scores {
         assert!((0.5..1.7).contains(&score), "{scores:?}");
     }
-}
-
-/// 3 mN of white noise at 10 kHz, which is 0.5 mN per sample after averaging to 2 kHz and low-passing at 100 Hz.
-#[test]
-fn force_noise_hardly_scatters_the_fit() {
-    let record = TRUTH.record();
-    let runs = 20;
-    let mut squares = 0.0;
-    for seed in 0..runs {
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let mut noisy = record.clone();
-        let mut slow = 0.0;
-        for normal_n in &mut noisy.normal_n {
-            let white: f64 = StandardNormal.sample(&mut rng);
-            slow += 0.27 * (white - slow);
-            *normal_n += 1e-3 * slow;
-        }
-        squares += (fit_dynamic(&noisy).sigma_t_m / TRUTH.sigma_t_m - 1.0).powi(2);
-    }
-    let rms = (squares / runs as f64).sqrt();
-    assert!(rms < 5e-3, "{rms}");
 }
 
 /// In a steady world that rests at low amplitude, the published method is right.

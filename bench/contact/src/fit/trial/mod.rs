@@ -244,7 +244,7 @@ impl<'a> Trial<'a> {
             .zip(instances)
             .map(|((model, ratio), instance)| RatioSamples {
                 ratio,
-                normal_n: &model.normal_n,
+                normal_n: model.normal_n,
                 lead: model.lead,
                 mu: instance.instance().mu,
             })

@@ -377,6 +377,7 @@ fn analysed() -> Analysed {
     let series = FrameSeries {
         frames: (0..n).map(frame).collect(),
         normal_n: vec![NORMAL_N; n],
+        finger_force_n: vec![NORMAL_N; n],
         lateral_n: gap_m.iter().map(lateral).collect(),
         position_m: time_s.iter().map(|t| 0.04 + 0.05 * t).collect(),
         velocity_m_per_s: vec![0.05; n],
@@ -402,7 +403,7 @@ fn analysed() -> Analysed {
                 (&series, &under_finger),
                 (0, direction),
                 instance,
-                &conditions,
+                (&conditions, 0.008),
                 &settings,
             )
             .unwrap()
@@ -428,6 +429,7 @@ fn analysed() -> Analysed {
             Vec::new(),
         )],
         instances,
+        trial: None,
         model_check: Vec::new(),
         rejected: Vec::new(),
         flaws: Vec::new(),

@@ -11,6 +11,7 @@ pub use crate::exploration_findings::ExplorationFindings;
 use crate::flaw::Flaw;
 pub use crate::instance::PlateReading;
 pub use crate::model_check::Band;
+use crate::whole_trial::WholeTrial;
 use recording::manifest::{Manifest, RecordedPlate};
 use recording::pipeline::PickupOffset;
 use recording::pipeline::RecordedError;
@@ -94,6 +95,8 @@ pub struct RecordingFindings {
     pub explorations: Vec<ExplorationFindings>,
     /// Estimated instances, in time order.
     pub instances: Vec<InstanceAnalysis>,
+    /// What the instances have in common by the fit of all together; `None` if they cannot be fitted so.
+    pub trial: Option<WholeTrial>,
     /// Self-sensed against measured normal force, by amplitude.
     pub model_check: Vec<Band>,
     /// Stretches without an estimate.

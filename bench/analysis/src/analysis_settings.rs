@@ -1,7 +1,7 @@
 //! Every number that an analysis assumes, by name and unit; every result prints them.
 
 use contact::AssumedConstants;
-use contact::fit::{dynamic, paper};
+use contact::fit::{dynamic, paper, trial};
 use protocols::SelectionRules;
 use serde::Serialize;
 use strict::TomlError;
@@ -26,7 +26,7 @@ pub struct Settings {
     pub rest_amplitude_m: f64,
     /// `paper`: length of the lowest amplitudes that counts as rest in an instance that never goes below, s.
     pub rest_lowest_s: f64,
-    /// `dynamic`: how long before the instance the gap is integrated, s.
+    /// `dynamic` and `trial`: how long before the instance the gap is integrated, s.
     pub lead_in_s: f64,
     /// `dynamic`: whether the plate's offset since it was read unloaded is fitted.
     pub plate_offset: bool,
@@ -275,6 +275,14 @@ impl Settings {
         dynamic::DynamicOptions {
             lead_in_s: self.lead_in_s,
             plate_offset: self.plate_offset,
+        }
+    }
+
+    /// Returns the options of the `trial` fit.
+    pub fn trial(&self) -> trial::TrialOptions {
+        trial::TrialOptions {
+            lead_in_s: self.lead_in_s,
+            priors: trial::TrialPriors::default(),
         }
     }
 

@@ -56,6 +56,52 @@ pub fn fill(analysed: &mut Analysed) {
             }
         }
     }
+    fill_trials(analysed);
+}
+
+/// The same by `trial`, whose skin is the recording's own.
+fn fill_trials(analysed: &mut Analysed) {
+    let settings = analysed.settings;
+    let mut sigmas_m = BTreeMap::<Whose, Vec<f64>>::new();
+    for (number, found) in analysed.findings().enumerate() {
+        let fitted = found.instances.iter().filter_map(|i| i.trial.as_ref());
+        let each = fitted.map(|trial| trial.sigma_t_m);
+        sigmas_m
+            .entry(whose(number, found))
+            .or_default()
+            .extend(each);
+    }
+    for (number, found) in analysed.findings_mut().enumerate() {
+        let of_whose = &sigmas_m[&whose(number, found)];
+        let sigma_t_m = of_whose.iter().sum::<f64>() / of_whose.len() as f64;
+        let carrier_hz = found.manifest.carrier_hz;
+        let Some(z_p) = found.z_p else { continue };
+        for instance in &mut found.instances {
+            let Some(trial) = &mut instance.trial else {
+                continue;
+            };
+            let conditions = z_p.conditions(trial.skin, carrier_hz);
+            let fitted = dynamic::AlongWith {
+                tau_s: trial.tau_s.map_or(0.0, |(tau_s, _)| tau_s),
+                z_p_n_s_per_m: trial.z_p_n_s_per_m,
+            };
+            let samples = instance.samples.series(Method::Dynamic);
+            let series = samples
+                .and_then(|samples| {
+                    let options = settings.dynamic();
+                    dynamic::modelled(&samples, &conditions, &options, sigma_t_m, &fitted)
+                })
+                .ok();
+            let r2_impedance = series.as_ref().map_or(f64::NAN, |model| {
+                r_squared_complex(instance.samples.z_m(Method::Dynamic), &model.z_m_n_s_per_m)
+            });
+            trial.averaged = Averaged {
+                sigma_t_m,
+                series,
+                r2_impedance,
+            };
+        }
+    }
 }
 
 fn whose(number: usize, found: &RecordingFindings) -> Whose {
@@ -76,8 +122,11 @@ fn modelled(
     match method {
         Method::Paper => paper::modelled(&series, conditions, &settings.paper(), sigma_t_m),
         Method::Dynamic => {
-            let (options, fitted) = (settings.dynamic(), &instance.finger);
-            dynamic::modelled(&series, conditions, &options, sigma_t_m, fitted)
+            let fitted = dynamic::AlongWith {
+                tau_s: instance.finger.tau_s(),
+                z_p_n_s_per_m: instance.finger.z_p_n_s_per_m(),
+            };
+            dynamic::modelled(&series, conditions, &settings.dynamic(), sigma_t_m, &fitted)
         }
     }
 }

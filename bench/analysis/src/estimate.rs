@@ -1,11 +1,11 @@
-//! Estimates an instance by both methods.
+//! Estimates an instance by both methods that take it alone, and gives what a whole trial's fit says of it the same form.
 
 use contact::fit::paper::RestReading;
 use contact::fit::{
-    Agreement, EstimatedSeries, FitConditions, FitError, FitVerdict, ModelledSeries, Sensitivities,
-    dynamic, paper,
+    Agreement, EstimatedSeries, FitConditions, FitError, FitVerdict, InstanceFit, ModelledSeries,
+    Sensitivities, dynamic, paper,
 };
-use contact::{Contact, FittedFinger};
+use contact::{AssumedConstants, Contact, FittedFinger};
 use num_complex::Complex64;
 use protocols::{Direction, Instance};
 
@@ -43,6 +43,19 @@ pub struct InstanceAnalysis {
     pub dynamic: Estimated,
     /// Finger of the dynamic estimate, for samples beyond the instance.
     pub finger: FittedFinger,
+    /// Estimate by the fit of the whole trial, which reads what `dynamic` reads; `None` if that fit cannot be used.
+    pub trial: Option<Estimated>,
+}
+
+/// An estimate of an instance with the name of its method.
+#[derive(Debug, Clone, Copy)]
+pub struct NamedEstimate<'a> {
+    /// Name in results and tables.
+    pub name: &'static str,
+    /// The method whose samples it reads.
+    pub reads: Method,
+    /// The estimate.
+    pub estimated: &'a Estimated,
 }
 
 impl InstanceAnalysis {
@@ -61,10 +74,41 @@ impl InstanceAnalysis {
         }
     }
 
+    /// Returns every estimate there is.
+    pub fn estimates(&self) -> impl Iterator<Item = NamedEstimate<'_>> {
+        let alone = Method::BOTH.map(|method| NamedEstimate {
+            name: method.name(),
+            reads: method,
+            estimated: self.estimated(method),
+        });
+        let trial = self.trial.as_ref().map(|estimated| NamedEstimate {
+            name: TRIAL,
+            reads: Method::Dynamic,
+            estimated,
+        });
+        alone.into_iter().chain(trial)
+    }
+
     /// Returns the impedance that a method reads, N·s/m.
     pub fn z_m(&self, method: Method) -> &[Complex64] {
         self.samples.z_m(method)
     }
+}
+
+/// Name of the fit of a whole trial in results and tables.
+pub const TRIAL: &str = "trial";
+
+/// What the plate's impedance was beyond that of the unloaded plate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlateOffset {
+    /// Added to Z_p, N·s/m.
+    pub n_s_per_m: Complex64,
+    /// Standard error of the imaginary part, N·s/m.
+    pub std_n_s_per_m: f64,
+    /// The resonance's frequency less that of the unloaded plate, Hz.
+    pub resonance_shift_hz: f64,
+    /// Standard error of the shift, Hz.
+    pub resonance_shift_std_hz: f64,
 }
 
 /// Changes over an instance: the mean of its first 5 ms against that of its last. All are positive where the rise of
@@ -113,12 +157,18 @@ pub struct Estimated {
     pub z_t_std_n_s_per_m: Complex64,
     /// τ and its standard error, s; `paper` has none.
     pub tau_s: Option<(f64, f64)>,
+    /// What was assumed of skin and air, or found: by `trial` S, q0 and η.
+    pub skin: AssumedConstants,
+    /// Offset of the plate; `None` where the plate is taken as it was unloaded.
+    pub plate_offset: Option<PlateOffset>,
     /// μ0.
     pub mu0: f64,
     /// Standard error of μ0.
     pub mu0_std: f64,
     /// Where Z_m⁰ was read, by `paper`.
     pub rest: Option<RestReading>,
+    /// Z_p that the estimate subtracts, with the plate's offset, N·s/m.
+    pub z_p_n_s_per_m: Complex64,
     /// Z_m⁰ − Z_p, N·s/m: Z_t if the contact at rest were rigid, beside Eq. 21.
     pub rigid_z_t_n_s_per_m: Complex64,
     /// Agreement of fitted and measured values.
@@ -168,7 +218,7 @@ pub fn estimate(
     (series, under_finger): (&FrameSeries, &UnderFinger),
     (exploration, direction): (usize, Direction),
     instance: Instance,
-    conditions: &FitConditions,
+    (conditions, modal_mass_kg): (&FitConditions, f64),
     settings: &Settings,
 ) -> Result<InstanceAnalysis, EstimateError> {
     let span = (instance.start_s, instance.end_s);
@@ -192,12 +242,7 @@ pub fn estimate(
         }
     }
 
-    let edges = Edges::of(samples.time_s());
-    let measured = Measured {
-        edges: &edges,
-        conditions,
-        samples: &samples,
-    };
+    let measured = Measured::of(&samples, conditions, modal_mass_kg);
     let at_rest = paper.rest;
     let paper = measured.estimated(
         Method::Paper,
@@ -208,6 +253,8 @@ pub fn estimate(
             sigma_t: (paper.sigma_t_m, paper.sigma_t_std_m),
             z_t: (paper.z_t_n_s_per_m, paper.z_t_std_n_s_per_m),
             tau_s: None,
+            skin: conditions.assumed,
+            plate_offset: None,
             mu0: (paper.mu0, paper.mu0_std),
             rest: Some(paper.rest),
             agreement: paper.agreement,
@@ -216,33 +263,20 @@ pub fn estimate(
         },
     );
     let finger = dynamic.finger;
-    let dynamic = measured.estimated(
-        Method::Dynamic,
-        Fitted {
-            z_p: conditions.z_p_corrected_n_s_per_m,
-            z_m0: at_rest.z_m_corrected_n_s_per_m,
-            verdict: dynamic.verdict,
-            sigma_t: (dynamic.sigma_t_m, dynamic.sigma_t_std_m),
-            z_t: (dynamic.z_t_n_s_per_m, dynamic.z_t_std_n_s_per_m),
-            tau_s: Some((dynamic.tau_s, dynamic.tau_std_s)),
-            mu0: (dynamic.mu0, dynamic.mu0_std),
-            rest: None,
-            agreement: dynamic.agreement,
-            series: dynamic.series,
-            sensitivities: dynamic::sensitivities(&by_dynamic, conditions, &dynamic_options).ok(),
-        },
-    );
+    let sensitivities = dynamic::sensitivities(&by_dynamic, conditions, &dynamic_options).ok();
+    let dynamic = measured.lagged(dynamic, at_rest.z_m_corrected_n_s_per_m, sensitivities);
     Ok(InstanceAnalysis {
         exploration,
         direction,
         start_s: instance.start_s,
         end_s: instance.end_s,
         normal_n: samples.normal_n().iter().sum::<f64>() / samples.normal_n().len() as f64,
-        delta_mu: edges.fall(|i| samples.mu()[i]),
+        delta_mu: Edges::of(samples.time_s()).fall(|i| samples.mu()[i]),
         samples,
         paper,
         dynamic,
         finger,
+        trial: None,
     })
 }
 
@@ -281,6 +315,8 @@ struct Fitted {
     sigma_t: (f64, f64),
     z_t: (Complex64, Complex64),
     tau_s: Option<(f64, f64)>,
+    skin: AssumedConstants,
+    plate_offset: Option<PlateOffset>,
     mu0: (f64, f64),
     rest: Option<RestReading>,
     agreement: Agreement,
@@ -289,16 +325,70 @@ struct Fitted {
 }
 
 /// Measured values that an estimate is compared with.
-struct Measured<'a> {
-    edges: &'a Edges,
+pub(crate) struct Measured<'a> {
+    edges: Edges,
     conditions: &'a FitConditions,
     samples: &'a PreparedInstance,
+    modal_mass_kg: f64,
 }
 
-impl Measured<'_> {
+impl<'a> Measured<'a> {
+    pub(crate) fn of(
+        samples: &'a PreparedInstance,
+        conditions: &'a FitConditions,
+        modal_mass_kg: f64,
+    ) -> Self {
+        Self {
+            edges: Edges::of(samples.time_s()),
+            conditions,
+            samples,
+            modal_mass_kg,
+        }
+    }
+
+    /// Returns the estimate of `dynamic` or `trial`, whose rest has the corrected impedance `z_m0`.
+    pub(crate) fn lagged(
+        &self,
+        fit: InstanceFit,
+        z_m0: Complex64,
+        sensitivities: Option<Sensitivities>,
+    ) -> Estimated {
+        // At φ of its amplitude the finger sees 1/φ² of the plate's offset.
+        let n = self.samples.time_s().len();
+        let ratio = |at| self.samples.amplitude_ratio(Method::Dynamic, at).powi(2);
+        let of_plate = (0..n).map(ratio).sum::<f64>() / n as f64;
+        let offset = fit.plate_offset_n_s_per_m * of_plate;
+        let offset_std = fit.plate_offset_std_n_s_per_m * of_plate;
+        // i 2 m δω is what Z_p is at δω above its resonance.
+        let hz_per_n_s_per_m = 1.0 / (2.0 * std::f64::consts::TAU * self.modal_mass_kg);
+        self.estimated(
+            Method::Dynamic,
+            Fitted {
+                z_p: fit.finger.z_p_n_s_per_m(),
+                z_m0,
+                verdict: fit.verdict,
+                sigma_t: (fit.sigma_t_m, fit.sigma_t_std_m),
+                z_t: (fit.z_t_n_s_per_m, fit.z_t_std_n_s_per_m),
+                tau_s: Some((fit.tau_s, fit.tau_std_s)),
+                skin: *fit.finger.contact().assumed(),
+                plate_offset: Some(PlateOffset {
+                    n_s_per_m: offset,
+                    std_n_s_per_m: offset_std,
+                    resonance_shift_hz: -offset.im * hz_per_n_s_per_m,
+                    resonance_shift_std_hz: offset_std * hz_per_n_s_per_m,
+                }),
+                mu0: (fit.mu0, fit.mu0_std),
+                rest: None,
+                agreement: fit.agreement,
+                series: fit.series,
+                sensitivities,
+            },
+        )
+    }
+
     fn estimated(&self, method: Method, fitted: Fitted) -> Estimated {
         let (z_m, amplitude_m) = (self.samples.z_m(method), self.samples.amplitude_m(method));
-        let assumed = &self.conditions.assumed;
+        let assumed = &fitted.skin;
         let gap_m = &fitted.series.gap_m;
         let film_force_n: Vec<f64> = match Contact::new(assumed, fitted.sigma_t.0) {
             Ok(contact) => gap_m
@@ -327,6 +417,7 @@ impl Measured<'_> {
                 squeeze_n: -self.edges.fall(|i| film_force_n[i]),
                 mu: self.edges.fall(|i| fitted.series.mu[i]),
             },
+            z_p_n_s_per_m: fitted.z_p,
             rigid_z_t_n_s_per_m: fitted.z_m0 - fitted.z_p,
             motion,
             film_force_n,
@@ -341,6 +432,8 @@ impl Measured<'_> {
             z_t_n_s_per_m: fitted.z_t.0,
             z_t_std_n_s_per_m: fitted.z_t.1,
             tau_s: fitted.tau_s,
+            skin: fitted.skin,
+            plate_offset: fitted.plate_offset,
             mu0: fitted.mu0.0,
             mu0_std: fitted.mu0.1,
             rest: fitted.rest,

@@ -36,6 +36,7 @@ pub mod trial_fit;
 pub mod trial_selection;
 pub mod under_finger;
 pub mod unloaded;
+pub mod whole_trial;
 mod wiener;
 
 use std::path::{Path, PathBuf};

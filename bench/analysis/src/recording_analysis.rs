@@ -17,6 +17,7 @@ use crate::free_plate::{FreePlate, pickup_flaws};
 use crate::measurements::Measurements;
 use crate::model_check;
 use crate::under_finger::UnderFinger;
+use crate::whole_trial;
 use recording::Manifest;
 use recording::manifest::RecordedIntervalKind;
 use recording::pipeline::PickupOffset;
@@ -56,6 +57,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
         z_p: None,
         explorations: Vec::new(),
         instances: Vec::new(),
+        trial: None,
         model_check: Vec::new(),
         rejected: Vec::new(),
         flaws,
@@ -82,6 +84,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     for (direction, start_s, end_s) in explorations {
         findings.explore(&record, direction, (start_s, end_s), settings);
     }
+    findings.fit_together(settings);
     if let Some(first) = findings.instances.first() {
         findings.model_check = model_check::bands(
             &first.finger,
@@ -194,7 +197,8 @@ impl RecordingFindings {
             let estimated = match &conditions {
                 Some(conditions) => {
                     let of = (self.explorations.len(), direction);
-                    estimate((&series, &under_finger), of, selected, conditions, settings)
+                    let plate = (conditions, self.manifest.plate.modal_mass_kg);
+                    estimate((&series, &under_finger), of, selected, plate, settings)
                 }
                 .map_err(|error| error.to_string()),
                 None => Err("Z_p is not known".to_owned()),
@@ -209,6 +213,14 @@ impl RecordingFindings {
         let exploration =
             ExplorationFindings::new(series, under_finger, direction, span, stretches);
         self.explorations.push(exploration);
+    }
+
+    /// Fits all estimated instances together.
+    fn fit_together(&mut self, settings: &Settings) {
+        let Some(z_p) = self.z_p else { return };
+        let conditions = z_p.conditions(settings.assumed(), self.manifest.carrier_hz);
+        let plate = (&conditions, self.manifest.plate.modal_mass_kg);
+        self.trial = whole_trial::fit(&mut self.instances, plate, settings).ok();
     }
 }
 

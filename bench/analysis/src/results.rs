@@ -1,6 +1,7 @@
 //! Results file, by the schema of RECORDING.md.
 
 use contact::fit::Sensitivities;
+use contact::live_estimator::Uncertain;
 use num_complex::Complex64;
 use protocols::Direction;
 use serde::Serialize;
@@ -10,6 +11,7 @@ use crate::estimate::{Estimated, InstanceAnalysis};
 use crate::model_check::Band;
 use crate::printed_settings::PrintedSettings;
 use crate::published::{Statistics, statistics};
+use crate::whole_trial::WholeTrial;
 
 /// Version of the results file.
 pub const FORMAT: u32 = 1;
@@ -42,6 +44,8 @@ struct Recording {
     pickup_undone: Option<PickupUndone>,
     z_p_n_s_per_m: Methods<Option<[f64; 2]>>,
     instances: Vec<Instance>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    trial: Option<Trial>,
     model_check: Vec<BandRow>,
     rejected: Vec<RejectedRow>,
     warnings: Vec<String>,
@@ -70,6 +74,49 @@ struct Instance {
     delta_mu: f64,
     #[serde(flatten)]
     methods: Methods<Estimate>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    trial: Option<TrialEstimate>,
+}
+
+/// What the instances of a recording have in common.
+#[derive(Debug, Serialize)]
+struct Trial {
+    contact_area_m2: f64,
+    q0_rad_per_m: f64,
+    loss_factor: f64,
+    tau_s: f64,
+    friction_floor: Option<f64>,
+    lateral_lag_s: Option<f64>,
+    interval95: TrialIntervals,
+    n_instances: usize,
+    verdict: String,
+}
+
+#[derive(Debug, Serialize)]
+struct TrialIntervals {
+    contact_area_m2: [f64; 2],
+    q0_rad_per_m: [f64; 2],
+    loss_factor: [f64; 2],
+    tau_s: [f64; 2],
+    friction_floor: Option<[f64; 2]>,
+    lateral_lag_s: Option<[f64; 2]>,
+}
+
+/// The keys of `dynamic`, and intervals.
+#[derive(Debug, Serialize)]
+struct TrialEstimate {
+    #[serde(flatten)]
+    estimate: Estimate,
+    interval95: InstanceIntervals,
+}
+
+#[derive(Debug, Serialize)]
+struct InstanceIntervals {
+    sigma_t_m: [f64; 2],
+    z_t_re_n_s_per_m: [f64; 2],
+    z_t_im_n_s_per_m: [f64; 2],
+    mu0: [f64; 2],
+    resonance_shift_hz: [f64; 2],
 }
 
 #[derive(Debug, Serialize)]
@@ -78,6 +125,10 @@ struct Estimate {
     z_t_n_s_per_m: [f64; 2],
     #[serde(skip_serializing_if = "Option::is_none")]
     tau_s: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    plate_offset_n_s_per_m: Option<[f64; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    resonance_shift_hz: Option<f64>,
     mu0: f64,
     r2_impedance: f64,
     rms_mu: f64,
@@ -207,6 +258,7 @@ impl From<&RecordingAnalysis> for Recording {
                         dynamic: None,
                     },
                     instances: Vec::new(),
+                    trial: None,
                     model_check: Vec::new(),
                     rejected: Vec::new(),
                     warnings: vec![format!("cannot be read: {error}")],
@@ -229,6 +281,7 @@ impl From<&RecordingAnalysis> for Recording {
                 dynamic: found.z_p.map(|z_p| pair(z_p.corrected_n_s_per_m)),
             },
             instances: found.instances.iter().map(Instance::from).collect(),
+            trial: found.trial.as_ref().map(Trial::from),
             model_check: found.model_check.iter().map(BandRow::from).collect(),
             rejected: found
                 .rejected
@@ -258,6 +311,67 @@ impl From<&InstanceAnalysis> for Instance {
                 paper: Estimate::from(&instance.paper),
                 dynamic: Estimate::from(&instance.dynamic),
             },
+            trial: instance.trial.as_ref().map(TrialEstimate::from),
+        }
+    }
+}
+
+/// Standard errors on either side of a 95 % interval.
+const WITHIN: f64 = 1.959_964;
+
+fn about(value: f64, std: f64) -> [f64; 2] {
+    [value - WITHIN * std, value + WITHIN * std]
+}
+
+/// Returns the interval of a positive value whose logarithm has this standard error.
+fn about_logarithm(value: f64, ln_std: f64) -> [f64; 2] {
+    [
+        value * (-WITHIN * ln_std).exp(),
+        value * (WITHIN * ln_std).exp(),
+    ]
+}
+
+impl From<&WholeTrial> for Trial {
+    fn from(trial: &WholeTrial) -> Self {
+        let positive = |of: Uncertain| about_logarithm(of.value, of.std);
+        let any = |of: Option<Uncertain>| of.map(|of| about(of.value, of.std));
+        Self {
+            contact_area_m2: trial.contact_area_m2.value,
+            q0_rad_per_m: trial.q0_rad_per_m.value,
+            loss_factor: trial.loss_factor.value,
+            tau_s: trial.tau_s.value,
+            friction_floor: trial.friction_floor.map(|of| of.value),
+            lateral_lag_s: trial.lateral_lag_s.map(|of| of.value),
+            interval95: TrialIntervals {
+                contact_area_m2: positive(trial.contact_area_m2),
+                q0_rad_per_m: positive(trial.q0_rad_per_m),
+                loss_factor: positive(trial.loss_factor),
+                tau_s: positive(trial.tau_s),
+                friction_floor: any(trial.friction_floor),
+                lateral_lag_s: any(trial.lateral_lag_s),
+            },
+            n_instances: trial.instances,
+            verdict: trial.verdict.to_string(),
+        }
+    }
+}
+
+impl From<&Estimated> for TrialEstimate {
+    fn from(estimated: &Estimated) -> Self {
+        let (sigma_t_m, z_t) = (estimated.sigma_t_m, estimated.z_t_n_s_per_m);
+        let z_t_std = estimated.z_t_std_n_s_per_m;
+        let shift = estimated.plate_offset.map_or([0.0; 2], |of| {
+            about(of.resonance_shift_hz, of.resonance_shift_std_hz)
+        });
+        Self {
+            estimate: Estimate::from(estimated),
+            interval95: InstanceIntervals {
+                sigma_t_m: about_logarithm(sigma_t_m, estimated.sigma_t_std_m / sigma_t_m),
+                z_t_re_n_s_per_m: about(z_t.re, z_t_std.re),
+                z_t_im_n_s_per_m: about(z_t.im, z_t_std.im),
+                mu0: about(estimated.mu0, estimated.mu0_std),
+                resonance_shift_hz: shift,
+            },
         }
     }
 }
@@ -269,6 +383,8 @@ impl From<&Estimated> for Estimate {
             sigma_t_m: estimated.sigma_t_m,
             z_t_n_s_per_m: pair(estimated.z_t_n_s_per_m),
             tau_s: estimated.tau_s.map(|(tau, _)| tau),
+            plate_offset_n_s_per_m: estimated.plate_offset.map(|of| pair(of.n_s_per_m)),
+            resonance_shift_hz: estimated.plate_offset.map(|of| of.resonance_shift_hz),
             mu0: estimated.mu0,
             r2_impedance: estimated.agreement.r2_impedance,
             rms_mu: estimated.agreement.rms_mu,

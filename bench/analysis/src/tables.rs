@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use contact::fit::ModelledSeries;
+use contact::live_estimator::Uncertain;
 use num_complex::Complex64;
 use parquet::basic::{Compression, LogicalType, Repetition, Type as PhysicalType};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
@@ -17,9 +18,10 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
 use crate::analysed::{Analysed, RecordingFindings};
-use crate::estimate::{InstanceAnalysis, Method};
+use crate::estimate::{InstanceAnalysis, NamedEstimate, PlateOffset, TRIAL};
 use crate::motion::SkinMotion;
 use crate::printed_settings::PrintedSettings;
+use crate::whole_trial::WholeTrial;
 use recording::DiskError;
 use recording::disk::{self, OnPath};
 
@@ -75,12 +77,12 @@ pub fn write(analysed: &Analysed, folder: &Path) -> Result<(), TableError> {
     Ok(())
 }
 
-/// Subject of a row: an instance by one method.
+/// Subject of a row: an instance by one method, or by the fit of the whole trial.
 struct Row<'a> {
     found: &'a RecordingFindings,
     number: usize,
     instance: &'a InstanceAnalysis,
-    method: Method,
+    by: NamedEstimate<'a>,
 }
 
 fn rows(analysed: &Analysed) -> Vec<Row<'_>> {
@@ -94,11 +96,11 @@ fn instances_of(found: &RecordingFindings) -> impl Iterator<Item = Row<'_>> {
         .iter()
         .enumerate()
         .flat_map(move |(at, instance)| {
-            Method::BOTH.map(|method| Row {
+            instance.estimates().map(move |by| Row {
                 found,
                 number: at + 1,
                 instance,
-                method,
+                by,
             })
         })
 }
@@ -132,7 +134,7 @@ fn keys<'a>(rows: impl Iterator<Item = &'a Row<'a>> + Clone) -> Vec<Column> {
             }
             .to_owned()
         }),
-        text("method", |row| row.method.name().to_owned()),
+        text("method", |row| row.by.name.to_owned()),
     ]
 }
 
@@ -199,6 +201,18 @@ fn instances(analysed: &Analysed) -> Vec<Column> {
         real("delta_gap_m", |r| r.estimated().deltas.gap_m),
         real("delta_mu", |r| r.estimated().deltas.mu),
         real("amplitude_ratio", |r| r.mean_amplitude_ratio()),
+        real("contact_area_m2", |r| r.estimated().skin.contact_area_m2),
+        real("q0_rad_per_m", |r| r.estimated().skin.q0_rad_per_m),
+        real("loss_factor", |r| r.estimated().skin.loss_factor),
+        real("plate_offset_n_s_per_m", |r| r.offset(|of| of.n_s_per_m.im)),
+        real("plate_offset_std_n_s_per_m", |r| {
+            r.offset(|of| of.std_n_s_per_m)
+        }),
+        real("resonance_shift_hz", |r| {
+            r.offset(|of| of.resonance_shift_hz)
+        }),
+        real("friction_floor", |r| r.friction(|of| of.friction_floor)),
+        real("lateral_lag_s", |r| r.friction(|of| of.lateral_lag_s)),
     ]);
     columns
 }
@@ -216,12 +230,16 @@ fn samples(analysed: &Analysed) -> Vec<Column> {
     columns.extend([
         real("time_s", |r, at| r.instance.samples.time_s()[at]),
         real("amplitude_m", |r, at| {
-            r.instance.samples.amplitude_m(r.method)[at]
+            r.instance.samples.amplitude_m(r.by.reads)[at]
         }),
         real("normal_n", |r, at| r.instance.samples.normal_n()[at]),
         real("measured_mu", |r, at| r.instance.samples.mu()[at]),
-        real("re_z_m_n_s_per_m", |r, at| r.instance.z_m(r.method)[at].re),
-        real("im_z_m_n_s_per_m", |r, at| r.instance.z_m(r.method)[at].im),
+        real("re_z_m_n_s_per_m", |r, at| {
+            r.instance.z_m(r.by.reads)[at].re
+        }),
+        real("im_z_m_n_s_per_m", |r, at| {
+            r.instance.z_m(r.by.reads)[at].im
+        }),
         real("re_z_m_model_n_s_per_m", |r, at| {
             r.estimated().series.z_m_model_n_s_per_m[at].re
         }),
@@ -271,7 +289,7 @@ fn samples(analysed: &Analysed) -> Vec<Column> {
         }),
         real("mu_averaged", |r, at| r.averaged(|model| model.mu[at])),
         real("amplitude_ratio", |r, at| {
-            r.instance.samples.amplitude_ratio(r.method, at)
+            r.instance.samples.amplitude_ratio(r.by.reads, at)
         }),
     ]);
     columns
@@ -279,7 +297,7 @@ fn samples(analysed: &Analysed) -> Vec<Column> {
 
 impl Row<'_> {
     fn estimated(&self) -> &crate::estimate::Estimated {
-        self.instance.estimated(self.method)
+        self.by.estimated
     }
 
     fn motion(&self) -> &SkinMotion {
@@ -297,11 +315,22 @@ impl Row<'_> {
         let unknown = Complex64::new(f64::NAN, f64::NAN);
         self.found
             .z_p
-            .map_or(unknown, |plate| plate.read_by(self.method))
+            .map_or(unknown, |plate| plate.read_by(self.by.reads))
+    }
+
+    /// Returns a number of the plate's offset; 0 where none was fitted.
+    fn offset(&self, value: impl Fn(&PlateOffset) -> f64) -> f64 {
+        self.estimated().plate_offset.as_ref().map_or(0.0, value)
+    }
+
+    /// Returns a number of the trial's friction; 0 by the methods that have none.
+    fn friction(&self, value: impl Fn(&WholeTrial) -> Option<Uncertain>) -> f64 {
+        let trial = self.found.trial.as_ref().filter(|_| self.by.name == TRIAL);
+        trial.and_then(value).map_or(0.0, |of| of.value)
     }
 
     fn mean_amplitude_ratio(&self) -> f64 {
-        let ratio = |at| self.instance.samples.amplitude_ratio(self.method, at);
+        let ratio = |at| self.instance.samples.amplitude_ratio(self.by.reads, at);
         (0..self.len()).map(ratio).sum::<f64>() / self.len() as f64
     }
 

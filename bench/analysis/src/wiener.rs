@@ -148,3 +148,87 @@ fn through(values: &[f64], rate_hz: f64, passes: impl Fn(f64) -> f64) -> Option<
     mirrored.truncate(n);
     Some(mirrored)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+
+    /// A finger's force: aim, tremor, and a wander of which every octave has a quarter of the power of the one below.
+    fn force(rate_hz: f64, seconds: f64, wander_n: f64) -> Vec<f64> {
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let (mut wander, time_s) = (0.0, 1.0);
+        let kept = (-1.0 / rate_hz / time_s).exp();
+        (0..(rate_hz * seconds) as usize)
+            .map(|i| i as f64 / rate_hz)
+            .map(|t| {
+                let white: f64 = StandardNormal.sample(&mut random);
+                wander = kept * wander + wander_n * (1.0 - kept * kept).sqrt() * white;
+                0.65 + 0.05 * t + 0.02 * (TAU * 9.3 * t).sin() + wander
+            })
+            .collect()
+    }
+
+    fn noisy(force: &[f64], noise_n: f64) -> Vec<f64> {
+        let mut random = ChaCha8Rng::seed_from_u64(6);
+        let mut white = || -> f64 { StandardNormal.sample(&mut random) };
+        force.iter().map(|n| n + noise_n * white()).collect()
+    }
+
+    /// RMS of what is left of the noise and of what is lacking of the force, away from the ends.
+    fn rms_apart(a: &[f64], b: &[f64]) -> f64 {
+        let edge = a.len() / 20;
+        let inside = edge..a.len() - edge;
+        let squares: f64 = inside.clone().map(|i| (a[i] - b[i]).powi(2)).sum();
+        (squares / inside.len() as f64).sqrt()
+    }
+
+    #[test]
+    fn a_smooth_force_loses_the_sensors_noise() {
+        for rate_hz in [1000.0, 2500.0, 10_000.0] {
+            let smooth = force(rate_hz, 1.7, 0.0);
+            let noise_n = 3e-3 * (rate_hz / 10_000.0).sqrt();
+            let filtered = filtered(&noisy(&smooth, noise_n), rate_hz).unwrap();
+            let left_n = rms_apart(&filtered, &smooth);
+            // A low-pass of 100 Hz leaves a tenth of 3 mN at 10 kHz, and this half of that or less.
+            let of_low_pass_n = noise_n * (200.0 / rate_hz).sqrt();
+            assert!(left_n < 0.55 * of_low_pass_n, "{rate_hz}: {left_n}");
+        }
+    }
+
+    #[test]
+    fn a_wander_that_stands_out_of_the_noise_is_kept() {
+        let wandering = force(10_000.0, 1.7, 0.03);
+        let filtered = filtered(&noisy(&wandering, 2e-3), 10_000.0).unwrap();
+        let apart_n = rms_apart(&filtered, &wandering);
+        assert!(apart_n < 1.0e-3, "{apart_n}");
+        let clean = super::filtered(&wandering, 10_000.0).unwrap();
+        assert!(rms_apart(&clean, &wandering) < 1.2e-3);
+    }
+
+    #[test]
+    fn a_record_that_does_not_show_its_noise_is_not_filtered() {
+        assert_eq!(filtered(&force(500.0, 2.0, 0.01), 500.0), None, "too slow");
+        assert_eq!(
+            filtered(&force(2000.0, 0.7, 0.01), 2000.0),
+            None,
+            "too short"
+        );
+        assert_eq!(filtered(&[0.5; 4000], 2000.0), None, "no noise at all");
+    }
+
+    /// The ends meet their mirror images, so that nothing rings there.
+    #[test]
+    fn a_record_keeps_its_ends() {
+        let smooth = force(5000.0, 1.0, 0.0);
+        let filtered = filtered(&noisy(&smooth, 1e-3), 5000.0).unwrap();
+        for i in [0, 1, 2, 4997, 4998, 4999] {
+            assert!((filtered[i] - smooth[i]).abs() < 5e-3, "{i}");
+        }
+    }
+}

@@ -25,7 +25,6 @@ use super::modelled_series::ModelledSeries;
 use super::sensitivity::{self, Sensitivities};
 use super::series::InstanceSeries;
 use super::sigma_search::sigma_starts;
-use crate::finger::FittedFinger;
 use crate::parameters::{IM_Z_T, LN_SIGMA_T, MS, PARAMETERS, PLATE_OFFSET, RE_Z_T, TAU_MS};
 
 /// Options of the joint fit.
@@ -80,14 +79,14 @@ pub fn modelled(
     conditions: &FitConditions,
     options: &DynamicOptions,
     sigma_t_m: f64,
-    fitted: &FittedFinger,
+    fitted: &AlongWith,
 ) -> Result<ModelledSeries, FitError> {
     let shifted = FitConditions {
-        z_p_corrected_n_s_per_m: fitted.z_p_n_s_per_m(),
+        z_p_corrected_n_s_per_m: fitted.z_p_n_s_per_m,
         ..*conditions
     };
     let mut model = LaggedModel::new(instance, &shifted, options.lead_in_s)?;
-    let parameters = model.assumed_parameters(sigma_t_m, fitted.tau_s());
+    let parameters = model.assumed_parameters(sigma_t_m, fitted.tau_s);
     let parameters = model
         .with_best_tissue(parameters)
         .ok_or(FitError::NoStart)?;
@@ -108,6 +107,15 @@ pub fn modelled(
         mu: gap_m.iter().zip(&model.normal_n[from..]).map(mu).collect(),
         gap_m,
     })
+}
+
+/// What an instance's own fit says beside σ_t and Z_t.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AlongWith {
+    /// τ, s.
+    pub tau_s: f64,
+    /// Z_p with the offset that was fitted, N·s/m.
+    pub z_p_n_s_per_m: Complex64,
 }
 
 /// Returns how σ_t, Z_t and τ depend on the assumed constants.

@@ -3,6 +3,33 @@
 
 use mock_world::scenario::{Scenario, ScenarioError};
 
+/// Dotted path of a range from which a constant is drawn, and the least and greatest number that either end accepts.
+const DRAWN: &[(&str, f64, f64)] = &[
+    ("participant.spread.contact_area_m2", 10e-6, 1e-3),
+    ("participant.spread.area_force_exponent", 0.0, 0.7),
+    ("participant.spread.q0_rad_per_m", 1e3, 1e6),
+    ("participant.spread.youngs_modulus_pa", 1e5, 1e9),
+    ("participant.spread.loss_factor", 0.0, 1.0),
+    ("participant.spread.lag_s", 2e-4, 0.1),
+    ("participant.spread.lag_gap_exponent", -1.0, 1.0),
+    ("participant.spread.floor", 0.0, 0.9),
+    ("participant.spread.speed_exponent", -0.5, 0.5),
+    ("participant.spread.ageing", -0.5, 5.0),
+    ("participant.spread.ageing_time_s", 0.1, 1e3),
+    ("participant.spread.growth", -0.5, 1.0),
+    ("session.room_hz_per_min", -60.0, 60.0),
+    ("session.room_damping_per_min", -0.05, 0.05),
+    ("session.warmth_hz", -100.0, 100.0),
+    ("session.warmth_damping", -0.5, 1.0),
+    ("session.warmth_time_s", 0.1, 1e4),
+    ("session.end_drop", -0.5, 0.5),
+    ("session.end_tilt", -0.3, 0.3),
+    ("session.second_mode_off_hz", 300.0, 1e4),
+    ("session.second_mode_half_waves", 0.0, 10.0),
+    ("session.lateral_resonance_hz", 100.0, 20e3),
+    ("session.lateral_lag_s", 0.0, 0.02),
+];
+
 /// Dotted path of a key, and the least and greatest number that it accepts.
 const RANGES: &[(&str, f64, f64)] = &[
     ("plate.resonance_hz", 20e3, 45e3),
@@ -10,6 +37,7 @@ const RANGES: &[(&str, f64, f64)] = &[
     ("plate.damping_n_s_per_m", 0.01, 1e3),
     ("plate.force_factor_n_per_v", 1e-4, 10.0),
     ("plate.end_drop", -0.5, 0.5),
+    ("plate.end_tilt", -0.3, 0.3),
     ("plate.length_m", 0.01, 1.0),
     ("plate.second_mode.resonance_hz", 5e3, 80e3),
     ("plate.second_mode.modal_mass_kg", 1e-4, 1.0),
@@ -17,6 +45,14 @@ const RANGES: &[(&str, f64, f64)] = &[
     ("plate.second_mode.actuator_ratio", -2.0, 2.0),
     ("plate.second_mode.pickup_ratio", -2.0, 2.0),
     ("plate.second_mode.contact_ratio", -2.0, 2.0),
+    ("plate.second_mode.half_waves", 0.0, 10.0),
+    ("plate.drift.room_hz_per_min", -60.0, 60.0),
+    ("plate.drift.room_damping_per_min", -0.05, 0.05),
+    ("plate.drift.room_period_s", 10.0, 7.2e3),
+    ("plate.drift.warmth_hz", -100.0, 100.0),
+    ("plate.drift.warmth_damping", -0.5, 1.0),
+    ("plate.drift.warmth_time_s", 0.1, 1e4),
+    ("plate.drift.amplitude_hz_per_um2", -5.0, 5.0),
     ("amplifier.volts_per_unit", 0.1, 1e3),
     ("amplifier.bandwidth_hz", 40e3, 10e6),
     ("amplifier.one_shot_s", 1e-3, 10.0),
@@ -30,6 +66,7 @@ const RANGES: &[(&str, f64, f64)] = &[
     ("converter.clock_ppm", -1e3, 1e3),
     ("film.ambient_pressure_pa", 1e3, 1e6),
     ("film.contact_area_m2", 10e-6, 1e-3),
+    ("film.area_force_exponent", 0.0, 0.7),
     ("film.q0_rad_per_m", 1e3, 1e6),
     ("film.youngs_modulus_pa", 1e5, 1e9),
     ("film.poisson_ratio", 0.0, 0.5),
@@ -37,10 +74,24 @@ const RANGES: &[(&str, f64, f64)] = &[
     ("film.lag_s", 2e-4, 0.1),
     ("film.lag_gap_exponent", -1.0, 1.0),
     ("film.presliding_m", 1e-5, 5e-3),
+    ("friction.floor", 0.0, 0.9),
+    ("friction.speed_exponent", -0.5, 0.5),
+    ("friction.ageing", -0.5, 5.0),
+    ("friction.ageing_time_s", 0.1, 1e3),
+    ("friction.load_exponent", -0.5, 0.5),
+    ("friction.viscous_n_s_per_m", 0.0, 20.0),
+    ("laws.asperity_cutoff", 2.5, 6.0),
+    ("laws.adhesion_n", 0.0, 1.0),
+    ("laws.adhesion_range_m", 0.5e-6, 20e-6),
+    ("laws.leak_gap_m", 2e-6, 1e-3),
+    ("laws.tissue_force_exponent", -1.0, 1.0),
+    ("laws.loss_exponent", -1.0, 1.0),
     ("force_sensor.rate_hz", 500.0, 20e3),
     ("force_sensor.noise_n", 0.0, 1.0),
     ("force_sensor.resonance_hz", 100.0, 20e3),
     ("force_sensor.damping_ratio", 0.05, 2.0),
+    ("force_sensor.lateral_resonance_hz", 100.0, 20e3),
+    ("force_sensor.lateral_lag_s", 0.0, 0.02),
     ("force_sensor.range_n", 0.1, 1e3),
     ("force_sensor.normal_gain", -10.0, 10.0),
     ("force_sensor.lateral_gain", -10.0, 10.0),
@@ -71,6 +122,8 @@ const RANGES: &[(&str, f64, f64)] = &[
     ("encoder.counts_per_m", 1e3, 1e7),
     ("participant.moisture.relative_sd", 0.0, 0.2),
     ("participant.moisture.time_s", 0.1, 1e4),
+    ("participant.moisture.growth", -0.5, 1.0),
+    ("participant.moisture.growth_time_s", 0.1, 1e4),
     ("participant.behaviour.force_aim_n", 0.05, 5.0),
     ("participant.behaviour.force_misjudgement", 0.0, 1.0),
     ("participant.behaviour.force_learning", 0.0, 1.0),
@@ -191,4 +244,38 @@ fn the_quality_factors_of_the_jitter_ascend() {
     rejected("jitter.quality", "[300.0, 200.0]", (10.0, 200.0));
     rejected("jitter.quality", "[9.0, 200.0]", (10.0, 200.0));
     rejected("jitter.quality", "[20.0, 1.1e4]", (20.0, 1e4));
+}
+
+#[test]
+fn a_range_to_draw_from_lies_within_that_of_its_constant_and_ascends() {
+    for &(path, low, high) in DRAWN {
+        let middle = 0.5 * (low + high);
+        for ends in [[low, high], [middle, middle]] {
+            assert!(
+                parse(path, &format!("{ends:?}")).is_ok(),
+                "{path} = {ends:?}"
+            );
+        }
+        rejected(path, &format!("[{middle:?}, {low:?}]"), (middle, high));
+        rejected(path, &format!("[{:?}, {high:?}]", low - 0.1), (low, high));
+        rejected(path, &format!("[{low:?}, {:?}]", 1.1 * high), (low, high));
+        assert!(parse(path, "[nan, 1.0]").is_err(), "{path}");
+    }
+}
+
+#[test]
+fn every_range_to_draw_from_is_in_the_table_above() {
+    let text =
+        toml::to_string(&mock_world::scenario::built_in("population-unkind").unwrap()).unwrap();
+    let table: toml::Table = toml::from_str(&text).unwrap();
+    let of = |path: &str| {
+        path.split('.')
+            .fold(toml::Value::Table(table.clone()), |at, key| at[key].clone())
+    };
+    for table in ["participant.spread", "session"] {
+        for key in of(table).as_table().unwrap().keys() {
+            let path = format!("{table}.{key}");
+            assert!(DRAWN.iter().any(|(known, ..)| *known == path), "{path}");
+        }
+    }
 }

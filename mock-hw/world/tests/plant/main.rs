@@ -1,0 +1,6 @@
+//! The plant, from drive samples to input samples, forces and truth.
+#![expect(clippy::unwrap_used, reason = "a failing test should panic")]
+
+mod closed_forms;
+mod rig;
+mod unkind;

@@ -2,5 +2,6 @@
 #![expect(clippy::unwrap_used, reason = "a failing test should panic")]
 
 mod closed_forms;
+mod laws;
 mod rig;
 mod unkind;

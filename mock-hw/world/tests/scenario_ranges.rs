@@ -1,6 +1,8 @@
 //! The range of every number in a scenario file: both ends are accepted, what lies beyond them is not.
 #![expect(clippy::unwrap_used, reason = "a failing test should panic")]
 
+use mock_world::person::FingerState;
+use mock_world::plant::Plant;
 use mock_world::scenario::{Scenario, ScenarioError};
 
 /// Dotted path of a range from which a constant is drawn, and the least and greatest number that either end accepts.
@@ -277,5 +279,78 @@ fn every_range_to_draw_from_is_in_the_table_above() {
             let path = format!("{table}.{key}");
             assert!(DRAWN.iter().any(|(known, ..)| *known == path), "{path}");
         }
+    }
+}
+
+/// A finger that lands on a driven plate, presses up to 3 N, slides and lifts.
+fn requires_finite(scenario: &Scenario, what: &str) {
+    let mut plant = Plant::new(scenario, 1, 96e3);
+    let mut inputs = vec![0.0; 96 * plant.channels()];
+    for ms in 0..40 {
+        let drive: Vec<f32> = (0..96)
+            .map(|i| {
+                let t = f64::from(ms * 96 + i) / 96e3;
+                let envelope = 0.4 * (1.0 - 0.95 * (50.0 * std::f64::consts::TAU * t).cos());
+                (envelope * (std::f64::consts::TAU * 35e3 * t).sin()) as f32
+            })
+            .collect();
+        let touching = (5..35).contains(&ms);
+        let finger = FingerState {
+            position_m: 0.05,
+            velocity_m_per_s: if ms < 20 { 0.05 } else { -0.05 },
+            normal_n: if touching {
+                0.1 * f64::from(ms - 4)
+            } else {
+                0.0
+            },
+            touching,
+        };
+        plant.step(&drive, true, &finger, &mut inputs);
+        assert!(inputs.iter().all(|v| v.is_finite()), "{what}");
+        assert!(
+            plant.forces().iter().all(|f| f.lateral_n.is_finite()),
+            "{what}"
+        );
+        for truth in plant.truth() {
+            // Far beyond what any plate survives, far below what an unstable one reaches
+            assert!(truth.amplitude_m < 1e-2, "{what}: {truth:?}");
+            let pressed = truth.normal_n > 0.0;
+            let finite = truth.gap_m.is_finite() && truth.mu.is_finite() && truth.lag_s.is_finite();
+            assert!(!pressed || finite, "{what}: {truth:?}");
+        }
+    }
+}
+
+#[test]
+fn the_plant_stays_finite_at_both_ends_of_every_range() {
+    for &(path, low, high) in RANGES {
+        for end in [low, high] {
+            let scenario = parse(path, &format!("{end:?}")).unwrap();
+            requires_finite(&scenario, &format!("{path} = {end}"));
+        }
+    }
+    for &(path, low, high) in DRAWN {
+        for end in [low, high] {
+            let scenario = parse(path, &format!("[{end:?}, {end:?}]")).unwrap();
+            requires_finite(&scenario, &format!("{path} = {end}"));
+        }
+    }
+}
+
+#[test]
+fn the_plant_stays_finite_with_everything_at_its_worst_at_once() {
+    for text in [
+        "[film]\ncontact_area_m2 = 10e-6\nq0_rad_per_m = 1e3\nyoungs_modulus_pa = 1e5\narea_force_exponent = 0.7\n",
+        "[laws]\nasperity_cutoff = 2.5\nadhesion_n = 1.0\nadhesion_range_m = 20e-6\nleak_gap_m = 2e-6\n\
+         tissue_force_exponent = 1.0\nloss_exponent = -1.0\n",
+        "[laws]\nasperity_cutoff = 2.5\nadhesion_n = 1.0\nadhesion_range_m = 0.5e-6\nleak_gap_m = 2e-6\n\
+         tissue_force_exponent = -1.0\nloss_exponent = 1.0\n[film]\nlag_s = 2e-4\nlag_gap_exponent = 1.0\n",
+        "[plate]\nend_drop = 0.5\nend_tilt = -0.3\n[plate.drift]\nroom_hz_per_min = 60.0\nwarmth_hz = -100.0\n\
+         warmth_damping = -0.5\nwarmth_time_s = 0.1\namplitude_hz_per_um2 = -5.0\n\
+         [plate.second_mode]\nresonance_hz = 35300.0\nquality = 1e4\nhalf_waves = 10.0\n",
+        "[friction]\nfloor = 0.9\nspeed_exponent = -0.5\nageing = 5.0\nageing_time_s = 0.1\nload_exponent = -0.5\n\
+         viscous_n_s_per_m = 20.0\n[participant.moisture]\nrelative_sd = 0.2\ngrowth = 1.0\ngrowth_time_s = 0.1\n",
+    ] {
+        requires_finite(&Scenario::parse(text, "test.toml").unwrap(), text);
     }
 }

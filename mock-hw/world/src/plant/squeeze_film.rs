@@ -11,6 +11,10 @@ const LAG_REFERENCE_GAP_M: f64 = 10e-6;
 const LOSS_REFERENCE_N_PER_M: f64 = 1e5;
 /// Least gap, m: a load that the asperities cannot carry at any gap.
 const LEAST_GAP_M: f64 = 10e-9;
+/// Greatest factor of the loss factor of a contact that is stiffer than the reference.
+const MOST_LOSS: f64 = 3.0;
+/// Least and greatest factor of Z_t: a finger that only just touches has tissues too.
+const TISSUE_FACTORS: [f64; 2] = [0.2, 5.0];
 /// Gap that no finger reaches, m.
 const GREATEST_GAP_M: f64 = 5e-3;
 
@@ -34,7 +38,10 @@ impl Laws {
         if self.laws.tissue_force_exponent == 0.0 {
             return 1.0;
         }
-        normal_n.powf(self.laws.tissue_force_exponent)
+        let [least, most] = TISSUE_FACTORS;
+        normal_n
+            .powf(self.laws.tissue_force_exponent)
+            .clamp(least, most)
     }
 
     /// Returns whether force falls convexly with gap, as by the published laws.
@@ -195,7 +202,9 @@ impl<'a> SqueezeFilm<'a> {
         if exponent == 0.0 || k_c_n_per_m <= 0.0 {
             return self.loss_factor;
         }
-        self.loss_factor * (k_c_n_per_m / LOSS_REFERENCE_N_PER_M).powf(exponent)
+        let stiffer = k_c_n_per_m / LOSS_REFERENCE_N_PER_M;
+        // A stiff contact is no dashpot that stands still.
+        self.loss_factor * stiffer.powf(exponent).min(stiffer.recip().max(MOST_LOSS))
     }
 
     /// Returns the time constant of the gap, s.

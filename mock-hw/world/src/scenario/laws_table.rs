@@ -20,9 +20,10 @@ pub struct LawsTable {
     /// Gap at which half of the film's pressure has leaked from under the ridges, growing with its fourth power as the
     /// inverse square of the squeeze number does; none leaks when absent.
     pub leak_gap_m: Option<f64>,
-    /// Exponent of the normal force, relative to 1 N, in Z_t of a finger that touches.
+    /// Exponent of the normal force, relative to 1 N, in Z_t of a finger that touches; Z_t changes fivefold at most.
     pub tissue_force_exponent: f64,
-    /// Exponent of the contact stiffness, relative to 0.1 N/µm, in the loss factor; −1 makes the damping constant.
+    /// Exponent of the contact stiffness, relative to 0.1 N/µm, in the loss factor, which grows threefold at most where
+    /// the contact is stiffer; −1 makes the damping constant.
     pub loss_exponent: f64,
 }
 

@@ -117,21 +117,21 @@ impl<'a> SqueezeFilm<'a> {
         if self.laws.are_convex() {
             (self.sigma_m * (self.asperity_n / normal_n).ln()).max(LEAST_GAP_M)
         } else {
-            self.bracketed(normal_n, 0.0, 5.0 * self.sigma_m)
+            self.bracketed_root(normal_n, 0.0, 5.0 * self.sigma_m)
         }
     }
 
     /// Returns the gap at which all forces together carry `normal_n`, m; a good `guess_m` saves iterations.
     pub fn equilibrium(&self, normal_n: f64, amplitude2_m2: f64, guess_m: f64) -> f64 {
         if self.laws.are_convex() {
-            self.from_the_left(normal_n, amplitude2_m2, guess_m)
+            self.convex_root(normal_n, amplitude2_m2, guess_m)
         } else {
-            self.bracketed(normal_n, amplitude2_m2, guess_m)
+            self.bracketed_root(normal_n, amplitude2_m2, guess_m)
         }
     }
 
     /// Returns the root where force falls convexly with gap: Newton's method from its left never oversteps it.
-    fn from_the_left(&self, normal_n: f64, amplitude2_m2: f64, guess_m: f64) -> f64 {
+    fn convex_root(&self, normal_n: f64, amplitude2_m2: f64, guess_m: f64) -> f64 {
         let least = self.rest_gap(normal_n);
         let mut gap = guess_m.max(least);
         for _ in 0..60 {
@@ -151,7 +151,7 @@ impl<'a> SqueezeFilm<'a> {
     }
 
     /// Returns the root by Newton's method within ends that close in on it.
-    fn bracketed(&self, normal_n: f64, amplitude2_m2: f64, guess_m: f64) -> f64 {
+    fn bracketed_root(&self, normal_n: f64, amplitude2_m2: f64, guess_m: f64) -> f64 {
         let (mut low, mut high) = (LEAST_GAP_M, GREATEST_GAP_M);
         let mut gap = guess_m.clamp(low, high);
         for _ in 0..80 {

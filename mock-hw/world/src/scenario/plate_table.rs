@@ -90,20 +90,20 @@ impl PlateTable {
     /// Returns the carrier mode's amplitude at a position along the plate over that at the middle, where the pickup is.
     #[must_use]
     pub fn shape(&self, position_m: f64) -> f64 {
-        let from_middle = self.from_middle(position_m);
-        1.0 - self.end_drop * from_middle * from_middle + self.end_tilt * from_middle
+        let off_middle = self.off_middle(position_m);
+        1.0 - self.end_drop * off_middle * off_middle + self.end_tilt * off_middle
     }
 
     /// Returns the ratio of the second mode under a finger at a position along the plate.
     #[must_use]
     pub fn second_contact_ratio(&self, position_m: f64) -> f64 {
         let second = &self.second_mode;
-        let turn = 0.5 * std::f64::consts::PI * second.half_waves * self.from_middle(position_m);
+        let turn = 0.5 * std::f64::consts::PI * second.half_waves * self.off_middle(position_m);
         second.contact_ratio * turn.cos()
     }
 
     /// Returns a position as its distance from the middle over half the length, −1 to 1.
-    fn from_middle(&self, position_m: f64) -> f64 {
+    fn off_middle(&self, position_m: f64) -> f64 {
         (2.0 * position_m / self.length_m - 1.0).clamp(-1.0, 1.0)
     }
 

@@ -1,42 +1,85 @@
 //! What really happened, as the simulated apparatus wrote it down; the bench never reads it.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use config::CalibrationFile;
 use mock_world::scenario::Scenario;
 use num_complex::Complex64;
 
-/// The skin as simulated, averaged over the time that the finger slides.
+/// The skin and its contact as simulated, averaged over the time that the finger slides.
 pub struct Skin {
     /// Asperity scale, m.
     pub sigma_t_m: f64,
     /// Tissue impedance, N·s/m.
     pub z_t: Complex64,
+    /// Apparent contact area, m².
+    pub contact_area_m2: f64,
+    /// Time constant of levitation, s.
+    pub lag_s: f64,
+    /// Shift of the plate's resonance since the session began, Hz.
+    pub resonance_shift_hz: f64,
+    /// The constants of the contact, as the person's seed drew them: `contact_area_m2` at 1 N, `q0_rad_per_m`, `floor`…
+    pub pad: BTreeMap<String, f64>,
 }
 
 impl Skin {
     /// Reads what the apparatus wrote into `folder`.
     pub fn read(folder: &Path) -> Self {
         let series = std::fs::read_to_string(folder.join("truth.csv")).expect("the truth");
-        let (mut n, mut sigma_t_m, mut z_t) = (0.0, 0.0, Complex64::ZERO);
-        for line in series.lines().skip(1) {
-            let value = |column: usize| -> f64 {
-                let cell = line.split(',').nth(column).expect("a column");
-                cell.parse().expect("a number")
-            };
+        let mut lines = series
+            .lines()
+            .map(|line| line.split(',').collect::<Vec<_>>());
+        let header = lines.next().expect("a header");
+        let place = |name: &str| {
+            let place = header.iter().position(|column| *column == name);
+            place.unwrap_or_else(|| panic!("no column {name}"))
+        };
+        let (gap, velocity) = (place("gap_m"), place("velocity_m_per_s"));
+        let columns = [
+            "sigma_t_m",
+            "re_z_t_n_s_per_m",
+            "im_z_t_n_s_per_m",
+            "contact_area_m2",
+            "lag_s",
+            "resonance_shift_hz",
+        ]
+        .map(place);
+        let (mut n, mut sums) = (0.0, [0.0; 6]);
+        for line in lines {
+            let value = |column: usize| line[column].parse::<f64>().expect("a number");
             // gap_m is NaN off the plate; velocity tells sliding from waiting.
-            if value(6).is_finite() && value(12).abs() > 0.02 {
+            if value(gap).is_finite() && value(velocity).abs() > 0.02 {
                 n += 1.0;
-                sigma_t_m += value(2);
-                z_t += Complex64::new(value(3), value(4));
+                for (sum, column) in sums.iter_mut().zip(columns) {
+                    *sum += value(column);
+                }
             }
         }
         assert!(n > 500.0, "{n} samples of sliding in {}", folder.display());
+        let [
+            sigma_t_m,
+            re,
+            im,
+            contact_area_m2,
+            lag_s,
+            resonance_shift_hz,
+        ] = sums.map(|sum| sum / n);
         Self {
-            sigma_t_m: sigma_t_m / n,
-            z_t: z_t / n,
+            sigma_t_m,
+            z_t: Complex64::new(re, im),
+            contact_area_m2,
+            lag_s,
+            resonance_shift_hz,
+            pad: pad(folder),
         }
     }
+}
+
+fn pad(folder: &Path) -> BTreeMap<String, f64> {
+    let text = std::fs::read(folder.join("truth.json")).expect("the constants");
+    let constants: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
+    serde_json::from_value(constants["fingertip"]["pad"].clone()).expect("numbers by name")
 }
 
 /// Rate of the simulated sound card, Hz.

@@ -67,7 +67,7 @@ impl World {
         let delay_share = seed::stream(opened, seed::Stream::SoundLayer).random::<f64>();
         let participant_seed = config.participant_seed.unwrap_or(config.seed);
         let scenario = &config.scenario;
-        let skin = Fingertip::draw(&scenario.participant, participant_seed);
+        let skin = Fingertip::draw(scenario, participant_seed);
         let rate_hz = f64::from(BASE_RATE_HZ);
         let most_frames = clock.period_frames_at(BASE_RATE_HZ);
         let masses = MassSet::default();

@@ -4,7 +4,7 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use mock_world::person::FingerState;
 use mock_world::plant::Plant;
-use mock_world::scenario::Scenario;
+use mock_world::scenario::{Scenario, built_in};
 
 const RATE_HZ: f64 = 192e3;
 const PERIOD: usize = 1024;
@@ -30,11 +30,20 @@ fn one_second(c: &mut Criterion) {
         normal_n: 0.65,
         touching: true,
     };
-    for (name, finger) in [
-        ("unloaded", FingerState::default()),
-        ("finger sliding", sliding),
+    let published = Scenario::default();
+    let named = |name| built_in(name).unwrap_or_default();
+    let (unkind, gaussian) = (
+        named("population-unkind"),
+        named("laws/asperities-gaussian"),
+    );
+    for (name, scenario, finger) in [
+        ("unloaded", &published, FingerState::default()),
+        ("finger sliding", &published, sliding),
+        ("unkind, unloaded", &unkind, FingerState::default()),
+        ("unkind, finger sliding", &unkind, sliding),
+        ("asperities-gaussian, finger sliding", &gaussian, sliding),
     ] {
-        let mut plant = Plant::new(&Scenario::default(), 1, RATE_HZ);
+        let mut plant = Plant::new(scenario, 1, RATE_HZ);
         let mut inputs = vec![0.0; PERIOD * plant.channels()];
         group.bench_function(name, |b| {
             b.iter(|| {

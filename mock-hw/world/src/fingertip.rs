@@ -1,10 +1,10 @@
-//! The skin of one person, drawn from the published population or pinned by the scenario.
+//! The skin of one person, drawn from a population or pinned by the scenario.
 
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::Serialize;
 
-use crate::scenario::{ParticipantTable, PopulationTable};
+use crate::scenario::{PopulationTable, Scenario};
 use crate::seed;
 
 /// Skin of a fingertip at the beginning of a session.
@@ -14,8 +14,87 @@ pub struct Fingertip {
     pub sigma_t_m: f64,
     /// Tissue impedance Z_t at the plate's resonance, real and imaginary part, N·s/m.
     pub z_t_n_s_per_m: [f64; 2],
-    /// Friction coefficient without vibration.
+    /// Friction coefficient without vibration, at 50 mm/s and 1 N on a plate just touched.
     pub mu0: f64,
+    /// Contact with the plate.
+    pub pad: Pad,
+}
+
+/// How a fingertip lies and slides on the plate.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Pad {
+    /// Apparent contact area S at a normal force of 1 N, m².
+    pub contact_area_m2: f64,
+    /// Exponent of the normal force in the contact area.
+    pub area_force_exponent: f64,
+    /// Roughness cut-off q0, rad/m.
+    pub q0_rad_per_m: f64,
+    /// Young's modulus E, Pa.
+    pub youngs_modulus_pa: f64,
+    /// Poisson's ratio ν.
+    pub poisson_ratio: f64,
+    /// Loss factor η of the contact.
+    pub loss_factor: f64,
+    /// Time constant of levitation at a gap of 10 µm, s.
+    pub lag_s: f64,
+    /// Exponent of the gap in it.
+    pub lag_gap_exponent: f64,
+    /// Share of friction that no levitation takes away.
+    pub floor: f64,
+    /// Exponent of the sliding speed, relative to 50 mm/s, in friction.
+    pub speed_exponent: f64,
+    /// Relative growth of friction reached after a long touch.
+    pub ageing: f64,
+    /// Time constant of that growth, s.
+    pub ageing_time_s: f64,
+    /// Relative growth of σ_t and Im Z_t reached after a long touch.
+    pub growth: f64,
+}
+
+impl Pad {
+    /// Draws the contact of `seed`; what the scenario's `[participant.spread]` has no range for is the scenario's value.
+    ///
+    /// ```
+    /// use mock_world::fingertip::Pad;
+    /// use mock_world::scenario::{Scenario, built_in};
+    ///
+    /// let plain = Scenario::default();
+    /// assert_eq!(Pad::draw(&plain, 1), Pad::draw(&plain, 2));
+    /// let unkind = built_in("population-unkind")?;
+    /// assert_ne!(Pad::draw(&unkind, 1), Pad::draw(&unkind, 2));
+    /// # Ok::<(), mock_world::scenario::ScenarioError>(())
+    /// ```
+    #[must_use]
+    pub fn draw(scenario: &Scenario, seed: u64) -> Self {
+        let (film, friction) = (&scenario.film, &scenario.friction);
+        let mut rng = seed::stream(seed, seed::Stream::Pad);
+        let drawn = scenario.participant.spread.drawn(&mut rng);
+        Self {
+            contact_area_m2: drawn.contact_area_m2.unwrap_or(film.contact_area_m2),
+            area_force_exponent: drawn
+                .area_force_exponent
+                .unwrap_or(film.area_force_exponent),
+            q0_rad_per_m: drawn.q0_rad_per_m.unwrap_or(film.q0_rad_per_m),
+            youngs_modulus_pa: drawn.youngs_modulus_pa.unwrap_or(film.youngs_modulus_pa),
+            poisson_ratio: film.poisson_ratio,
+            loss_factor: drawn.loss_factor.unwrap_or(film.loss_factor),
+            lag_s: drawn.lag_s.unwrap_or(film.lag_s),
+            lag_gap_exponent: drawn.lag_gap_exponent.unwrap_or(film.lag_gap_exponent),
+            floor: drawn.floor.unwrap_or(friction.floor),
+            speed_exponent: drawn.speed_exponent.unwrap_or(friction.speed_exponent),
+            ageing: drawn.ageing.unwrap_or(friction.ageing),
+            ageing_time_s: drawn.ageing_time_s.unwrap_or(friction.ageing_time_s),
+            growth: drawn.growth.unwrap_or(scenario.participant.moisture.growth),
+        }
+    }
+
+    /// Returns the apparent contact area S under a normal force, m².
+    pub(crate) fn area_m2(&self, normal_n: f64) -> f64 {
+        if self.area_force_exponent == 0.0 {
+            return self.contact_area_m2;
+        }
+        self.contact_area_m2 * normal_n.powf(self.area_force_exponent)
+    }
 }
 
 impl Fingertip {
@@ -25,9 +104,9 @@ impl Fingertip {
     /// use mock_world::fingertip::Fingertip;
     /// use mock_world::scenario::built_in;
     ///
-    /// let pinned = built_in("nominal")?.participant;
+    /// let pinned = built_in("nominal")?;
     /// assert_eq!(Fingertip::draw(&pinned, 1), Fingertip::draw(&pinned, 2));
-    /// let drawn = built_in("population")?.participant;
+    /// let drawn = built_in("population")?;
     /// assert_ne!(Fingertip::draw(&drawn, 1), Fingertip::draw(&drawn, 2));
     /// # Ok::<(), mock_world::scenario::ScenarioError>(())
     /// ```
@@ -35,7 +114,8 @@ impl Fingertip {
     /// σ_t and Z_t are normal, truncated to physical values; μ0 has the published Spearman correlation ρ_S with Im Z_t
     /// through a Gaussian copula, whose Pearson correlation is 2 sin(π ρ_S/6).
     #[must_use]
-    pub fn draw(participant: &ParticipantTable, seed: u64) -> Self {
+    pub fn draw(scenario: &Scenario, seed: u64) -> Self {
+        let participant = &scenario.participant;
         let mut rng = seed::stream(seed, seed::Stream::Fingertip);
         let PopulationTable {
             sigma_t_m,
@@ -56,6 +136,7 @@ impl Fingertip {
             mu0: participant
                 .mu0
                 .unwrap_or((mu0[0] + mu0[1] * score).clamp(0.2, 1.8)),
+            pad: Pad::draw(scenario, seed),
         }
     }
 }

@@ -14,9 +14,11 @@ use crate::scenario::Scenario;
 pub struct TruthConstants {
     /// Audio frames per second of true time.
     pub frames_per_s: f64,
-    /// Impedance γU/ṽ at the pickup without a finger, at the plate's resonance: real and imaginary part, N·s/m.
+    /// Impedance γU/ṽ at the pickup without a finger, at the plate's resonance, before it drifts: real and imaginary part,
+    /// N·s/m.
     pub z_p_n_s_per_m: [f64; 2],
-    /// The skin at the beginning; the series follows its drift.
+    /// The skin at the beginning, and its contact with the plate, which holds in place of what the scenario says; the series
+    /// follows its drift.
     pub fingertip: Fingertip,
     /// The scenario, with the constants that the seed has drawn.
     pub scenario: Scenario,
@@ -33,7 +35,7 @@ pub struct TruthSample {
     pub sigma_t_m: f64,
     /// Tissue impedance at the plate's resonance, real and imaginary part, N·s/m.
     pub z_t_n_s_per_m: [f64; 2],
-    /// Friction coefficient without vibration.
+    /// Friction coefficient without vibration, at the speed, load and age of the contact at that moment.
     pub mu0: f64,
     /// Mean gap, m; NaN while the finger is off the plate.
     pub gap_m: f64,
@@ -51,6 +53,16 @@ pub struct TruthSample {
     pub velocity_m_per_s: f64,
     /// Peak amplitude of the plate under the finger, averaged over some carrier periods, m.
     pub amplitude_m: f64,
+    /// Shift of the carrier mode's resonance from what it was when the simulation began, Hz.
+    pub resonance_shift_hz: f64,
+    /// Damping b_p of the carrier mode, N·s/m.
+    pub damping_n_s_per_m: f64,
+    /// Apparent contact area S, m²; 0 while the finger is off the plate.
+    pub contact_area_m2: f64,
+    /// Amplitude of the carrier mode under the finger over that at the pickup; 1 while the finger is off the plate.
+    pub amplitude_ratio: f64,
+    /// Time constant of levitation at the present gap, s; NaN while the finger is off the plate.
+    pub lag_s: f64,
 }
 
 /// Writes `truth.json` (constants) and `truth.csv` (series) into a folder.
@@ -72,7 +84,8 @@ impl TruthWriter {
         writeln!(
             series,
             "time_s,frame,sigma_t_m,re_z_t_n_s_per_m,im_z_t_n_s_per_m,mu0,gap_m,k_c_n_per_m,mu,normal_n,lateral_n,\
-             position_m,velocity_m_per_s,amplitude_m"
+             position_m,velocity_m_per_s,amplitude_m,resonance_shift_hz,damping_n_s_per_m,contact_area_m2,\
+             amplitude_ratio,lag_s"
         )?;
         Ok(Self { series })
     }
@@ -86,7 +99,7 @@ impl TruthWriter {
             let [re, im] = s.z_t_n_s_per_m;
             writeln!(
                 self.series,
-                "{:.6},{},{:e},{re},{im},{},{:e},{:e},{},{},{},{},{},{:e}",
+                "{:.6},{},{:e},{re},{im},{},{:e},{:e},{},{},{},{},{},{:e},{:.4},{:.5},{:e},{:.5},{:e}",
                 s.time_s,
                 s.frame,
                 s.sigma_t_m,
@@ -98,7 +111,12 @@ impl TruthWriter {
                 s.lateral_n,
                 s.position_m,
                 s.velocity_m_per_s,
-                s.amplitude_m
+                s.amplitude_m,
+                s.resonance_shift_hz,
+                s.damping_n_s_per_m,
+                s.contact_area_m2,
+                s.amplitude_ratio,
+                s.lag_s
             )?;
         }
         Ok(())

@@ -32,6 +32,10 @@ pub enum Stream {
     SoundLayer,
     /// Errors of the voltmeter.
     Voltmeter,
+    /// The contact of a person's skin.
+    Pad,
+    /// What holds for one session of the bench.
+    Session,
 }
 
 /// Returns the generator of one stream of `seed`.

@@ -114,17 +114,20 @@ fn the_force_sensor_reads_the_friction_that_is_true() {
 
 #[test]
 fn many_people_on_many_benches_stay_finite() {
-    let mut scenario = Scenario::default();
-    scenario.jitter.enabled = true;
-    for seed in 0..6 {
-        let run = explore(&scenario, seed);
+    let mut unknown = Scenario::default();
+    unknown.jitter.enabled = true;
+    let mut unkind = built_in("population-unkind").unwrap();
+    unkind.jitter.enabled = true;
+    let (unknown, unkind) = ([&unknown; 4], [&unkind; 4]);
+    for (seed, scenario) in (0..).zip(unknown.into_iter().chain(unkind)) {
+        let run = explore(scenario, seed);
         assert!(run.peaks.iter().all(|p| p.is_finite() && *p > 0.1));
         let slid = sliding(&run.truth);
         assert!(slid.len() > 800, "{}", slid.len());
         for t in slid {
             assert!(t.amplitude_m.is_finite() && t.amplitude_m < 10e-6);
             assert!(
-                t.normal_n == 0.0 || (1e-6..1e-3).contains(&t.gap_m),
+                t.normal_n == 0.0 || (0.5e-6..1e-3).contains(&t.gap_m),
                 "{t:?}"
             );
         }

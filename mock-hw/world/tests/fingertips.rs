@@ -1,7 +1,7 @@
 //! Fingertips have the published moments and correlation, and pinned values hold.
 
 use mock_world::fingertip::Fingertip;
-use mock_world::scenario::ParticipantTable;
+use mock_world::scenario::Scenario;
 
 fn ranks(values: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..values.len()).collect();
@@ -25,7 +25,7 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
 #[test]
 fn the_population_has_the_published_moments_and_correlation() {
     let people: Vec<Fingertip> = (0..4000)
-        .map(|seed| Fingertip::draw(&ParticipantTable::default(), seed))
+        .map(|seed| Fingertip::draw(&Scenario::default(), seed))
         .collect();
     let mean = |f: fn(&Fingertip) -> f64| people.iter().map(f).sum::<f64>() / 4000.0;
     assert!((mean(|p| p.sigma_t_m) - 1.7e-6).abs() < 0.03e-6);
@@ -45,11 +45,9 @@ fn the_population_has_the_published_moments_and_correlation() {
 
 #[test]
 fn pinned_values_hold_and_leave_the_others_as_they_were() {
-    let free = Fingertip::draw(&ParticipantTable::default(), 3);
-    let pinned = ParticipantTable {
-        z_t_n_s_per_m: Some([0.5, 3.0]),
-        ..ParticipantTable::default()
-    };
+    let free = Fingertip::draw(&Scenario::default(), 3);
+    let mut pinned = Scenario::default();
+    pinned.participant.z_t_n_s_per_m = Some([0.5, 3.0]);
     let held = Fingertip::draw(&pinned, 3);
     assert_eq!(held.z_t_n_s_per_m, [0.5, 3.0]);
     assert_eq!((held.sigma_t_m, held.mu0), (free.sigma_t_m, free.mu0));

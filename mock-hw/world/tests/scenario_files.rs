@@ -19,13 +19,17 @@ fn shipped(name: &str) -> Scenario {
 
 #[test]
 fn every_scenario_file_reads_states_its_purpose_and_is_built_in() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
+    let scenarios = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
     let mut files = BTreeSet::new();
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let name = entry.unwrap().file_name();
-        let name = name.to_str().unwrap();
-        assert!(!shipped(name).purpose.is_empty(), "{name}");
-        files.insert(name.to_owned());
+    for folder in ["", "laws/"] {
+        for entry in std::fs::read_dir(scenarios.join(folder)).unwrap() {
+            let entry = entry.unwrap();
+            if entry.file_type().unwrap().is_file() {
+                let name = format!("{folder}{}", entry.file_name().to_str().unwrap());
+                assert!(!shipped(&name).purpose.is_empty(), "{name}");
+                files.insert(name);
+            }
+        }
     }
     let built_in: BTreeSet<String> = built_in_names().map(|name| format!("{name}.toml")).into();
     assert_eq!(files, built_in, "every file is built in");
@@ -36,7 +40,7 @@ fn nominal_is_the_published_bench_and_person_for_any_seed() {
     let nominal = shipped("nominal.toml");
     assert_eq!(nominal.plate, Scenario::default().plate);
     for seed in 0..5 {
-        let skin = Fingertip::draw(&nominal.participant, seed);
+        let skin = Fingertip::draw(&nominal, seed);
         assert_eq!(
             (skin.sigma_t_m, skin.z_t_n_s_per_m, skin.mu0),
             (1.7e-6, [0.47, 3.16], 0.8)
@@ -86,6 +90,56 @@ fn the_truth_of_a_run_is_written_once_and_reads_back() {
     let k_c: f64 = rows[rows.len() - 1][column].parse().unwrap();
     assert!((k_c / (0.65 / 1.7e-6) - 1.0).abs() < 0.1, "{k_c}");
 
+    // New columns come behind the old ones, whose places others read.
+    assert_eq!(rows[0][..3], ["time_s", "frame", "sigma_t_m"]);
+    assert_eq!(
+        rows[0][13..],
+        [
+            "amplitude_m",
+            "resonance_shift_hz",
+            "damping_n_s_per_m",
+            "contact_area_m2",
+            "amplitude_ratio",
+            "lag_s",
+        ]
+    );
+    let last: Vec<f64> = rows[rows.len() - 1]
+        .iter()
+        .map(|cell| cell.parse().unwrap())
+        .collect();
+    assert_eq!(last[14..18], [0.0, 7.01, 300e-6, 1.0]);
+    assert!((0.5e-3..1.5e-3).contains(&last[18]));
+    let pad = &constants["fingertip"]["pad"];
+    assert_eq!(
+        (pad["contact_area_m2"].as_f64(), pad["floor"].as_f64()),
+        (Some(300e-6), Some(0.0))
+    );
+
     let again = TruthWriter::create(folder.path(), &plant.constants());
     assert_eq!(again.unwrap_err().kind(), std::io::ErrorKind::AlreadyExists);
+}
+
+#[test]
+fn a_scenario_of_laws_is_nominal_but_for_one_thing() {
+    let nominal = shipped("nominal.toml");
+    for name in built_in_names()
+        .iter()
+        .filter(|name| name.starts_with("laws/"))
+    {
+        let mut broken = shipped(&format!("{name}.toml"));
+        assert_ne!(broken.purpose, nominal.purpose);
+        broken.purpose.clone_from(&nominal.purpose);
+        let same = [
+            broken.laws == nominal.laws,
+            broken.film == nominal.film,
+            broken.friction == nominal.friction,
+            broken.plate == nominal.plate,
+        ];
+        assert_eq!(same.iter().filter(|same| !**same).count(), 1, "{name}");
+        broken.laws = nominal.laws.clone();
+        broken.film = nominal.film.clone();
+        broken.friction = nominal.friction.clone();
+        broken.plate = nominal.plate.clone();
+        assert_eq!(broken, nominal, "{name}");
+    }
 }

@@ -1,7 +1,36 @@
 //! The range of every number in a scenario file: both ends are accepted, what lies beyond them is not.
 #![expect(clippy::unwrap_used, reason = "a failing test should panic")]
 
+use mock_world::person::FingerState;
+use mock_world::plant::Plant;
 use mock_world::scenario::{Scenario, ScenarioError};
+
+/// Dotted path of a range from which a constant is drawn, and the least and greatest number that either end accepts.
+const DRAWN: &[(&str, f64, f64)] = &[
+    ("participant.spread.contact_area_m2", 10e-6, 1e-3),
+    ("participant.spread.area_force_exponent", 0.0, 0.7),
+    ("participant.spread.q0_rad_per_m", 1e3, 1e6),
+    ("participant.spread.youngs_modulus_pa", 1e5, 1e9),
+    ("participant.spread.loss_factor", 0.0, 1.0),
+    ("participant.spread.lag_s", 2e-4, 0.1),
+    ("participant.spread.lag_gap_exponent", -1.0, 1.0),
+    ("participant.spread.floor", 0.0, 0.9),
+    ("participant.spread.speed_exponent", -0.5, 0.5),
+    ("participant.spread.ageing", -0.5, 5.0),
+    ("participant.spread.ageing_time_s", 0.1, 1e3),
+    ("participant.spread.growth", -0.5, 1.0),
+    ("session.room_hz_per_min", -60.0, 60.0),
+    ("session.room_damping_per_min", -0.05, 0.05),
+    ("session.warmth_hz", -100.0, 100.0),
+    ("session.warmth_damping", -0.5, 1.0),
+    ("session.warmth_time_s", 0.1, 1e4),
+    ("session.end_drop", -0.5, 0.5),
+    ("session.end_tilt", -0.3, 0.3),
+    ("session.second_mode_off_hz", 300.0, 1e4),
+    ("session.second_mode_half_waves", 0.0, 10.0),
+    ("session.lateral_resonance_hz", 100.0, 20e3),
+    ("session.lateral_lag_s", 0.0, 0.02),
+];
 
 /// Dotted path of a key, and the least and greatest number that it accepts.
 const RANGES: &[(&str, f64, f64)] = &[
@@ -10,6 +39,7 @@ const RANGES: &[(&str, f64, f64)] = &[
     ("plate.damping_n_s_per_m", 0.01, 1e3),
     ("plate.force_factor_n_per_v", 1e-4, 10.0),
     ("plate.end_drop", -0.5, 0.5),
+    ("plate.end_tilt", -0.3, 0.3),
     ("plate.length_m", 0.01, 1.0),
     ("plate.second_mode.resonance_hz", 5e3, 80e3),
     ("plate.second_mode.modal_mass_kg", 1e-4, 1.0),
@@ -17,6 +47,14 @@ const RANGES: &[(&str, f64, f64)] = &[
     ("plate.second_mode.actuator_ratio", -2.0, 2.0),
     ("plate.second_mode.pickup_ratio", -2.0, 2.0),
     ("plate.second_mode.contact_ratio", -2.0, 2.0),
+    ("plate.second_mode.half_waves", 0.0, 10.0),
+    ("plate.drift.room_hz_per_min", -60.0, 60.0),
+    ("plate.drift.room_damping_per_min", -0.05, 0.05),
+    ("plate.drift.room_period_s", 10.0, 7.2e3),
+    ("plate.drift.warmth_hz", -100.0, 100.0),
+    ("plate.drift.warmth_damping", -0.5, 1.0),
+    ("plate.drift.warmth_time_s", 0.1, 1e4),
+    ("plate.drift.amplitude_hz_per_um2", -5.0, 5.0),
     ("amplifier.volts_per_unit", 0.1, 1e3),
     ("amplifier.bandwidth_hz", 40e3, 10e6),
     ("amplifier.one_shot_s", 1e-3, 10.0),
@@ -30,6 +68,7 @@ const RANGES: &[(&str, f64, f64)] = &[
     ("converter.clock_ppm", -1e3, 1e3),
     ("film.ambient_pressure_pa", 1e3, 1e6),
     ("film.contact_area_m2", 10e-6, 1e-3),
+    ("film.area_force_exponent", 0.0, 0.7),
     ("film.q0_rad_per_m", 1e3, 1e6),
     ("film.youngs_modulus_pa", 1e5, 1e9),
     ("film.poisson_ratio", 0.0, 0.5),
@@ -37,10 +76,24 @@ const RANGES: &[(&str, f64, f64)] = &[
     ("film.lag_s", 2e-4, 0.1),
     ("film.lag_gap_exponent", -1.0, 1.0),
     ("film.presliding_m", 1e-5, 5e-3),
+    ("friction.floor", 0.0, 0.9),
+    ("friction.speed_exponent", -0.5, 0.5),
+    ("friction.ageing", -0.5, 5.0),
+    ("friction.ageing_time_s", 0.1, 1e3),
+    ("friction.load_exponent", -0.5, 0.5),
+    ("friction.viscous_n_s_per_m", 0.0, 20.0),
+    ("laws.asperity_cutoff", 2.5, 6.0),
+    ("laws.adhesion_n", 0.0, 1.0),
+    ("laws.adhesion_range_m", 0.5e-6, 20e-6),
+    ("laws.leak_gap_m", 2e-6, 1e-3),
+    ("laws.tissue_force_exponent", -1.0, 1.0),
+    ("laws.loss_exponent", -1.0, 1.0),
     ("force_sensor.rate_hz", 500.0, 20e3),
     ("force_sensor.noise_n", 0.0, 1.0),
     ("force_sensor.resonance_hz", 100.0, 20e3),
     ("force_sensor.damping_ratio", 0.05, 2.0),
+    ("force_sensor.lateral_resonance_hz", 100.0, 20e3),
+    ("force_sensor.lateral_lag_s", 0.0, 0.02),
     ("force_sensor.range_n", 0.1, 1e3),
     ("force_sensor.normal_gain", -10.0, 10.0),
     ("force_sensor.lateral_gain", -10.0, 10.0),
@@ -71,6 +124,8 @@ const RANGES: &[(&str, f64, f64)] = &[
     ("encoder.counts_per_m", 1e3, 1e7),
     ("participant.moisture.relative_sd", 0.0, 0.2),
     ("participant.moisture.time_s", 0.1, 1e4),
+    ("participant.moisture.growth", -0.5, 1.0),
+    ("participant.moisture.growth_time_s", 0.1, 1e4),
     ("participant.behaviour.force_aim_n", 0.05, 5.0),
     ("participant.behaviour.force_misjudgement", 0.0, 1.0),
     ("participant.behaviour.force_learning", 0.0, 1.0),
@@ -191,4 +246,111 @@ fn the_quality_factors_of_the_jitter_ascend() {
     rejected("jitter.quality", "[300.0, 200.0]", (10.0, 200.0));
     rejected("jitter.quality", "[9.0, 200.0]", (10.0, 200.0));
     rejected("jitter.quality", "[20.0, 1.1e4]", (20.0, 1e4));
+}
+
+#[test]
+fn a_range_to_draw_from_lies_within_that_of_its_constant_and_ascends() {
+    for &(path, low, high) in DRAWN {
+        let middle = 0.5 * (low + high);
+        for ends in [[low, high], [middle, middle]] {
+            assert!(
+                parse(path, &format!("{ends:?}")).is_ok(),
+                "{path} = {ends:?}"
+            );
+        }
+        rejected(path, &format!("[{middle:?}, {low:?}]"), (middle, high));
+        rejected(path, &format!("[{:?}, {high:?}]", low - 0.1), (low, high));
+        rejected(path, &format!("[{low:?}, {:?}]", 1.1 * high), (low, high));
+        assert!(parse(path, "[nan, 1.0]").is_err(), "{path}");
+    }
+}
+
+#[test]
+fn every_range_to_draw_from_is_in_the_table_above() {
+    let text =
+        toml::to_string(&mock_world::scenario::built_in("population-unkind").unwrap()).unwrap();
+    let table: toml::Table = toml::from_str(&text).unwrap();
+    let of = |path: &str| {
+        path.split('.')
+            .fold(toml::Value::Table(table.clone()), |at, key| at[key].clone())
+    };
+    for table in ["participant.spread", "session"] {
+        for key in of(table).as_table().unwrap().keys() {
+            let path = format!("{table}.{key}");
+            assert!(DRAWN.iter().any(|(known, ..)| *known == path), "{path}");
+        }
+    }
+}
+
+/// A finger that lands on a driven plate, presses up to 3 N, slides and lifts.
+fn requires_finite(scenario: &Scenario, what: &str) {
+    let mut plant = Plant::new(scenario, 1, 96e3);
+    let mut inputs = vec![0.0; 96 * plant.channels()];
+    for ms in 0..40 {
+        let drive: Vec<f32> = (0..96)
+            .map(|i| {
+                let t = f64::from(ms * 96 + i) / 96e3;
+                let envelope = 0.4 * (1.0 - 0.95 * (50.0 * std::f64::consts::TAU * t).cos());
+                (envelope * (std::f64::consts::TAU * 35e3 * t).sin()) as f32
+            })
+            .collect();
+        let touching = (5..35).contains(&ms);
+        let finger = FingerState {
+            position_m: 0.05,
+            velocity_m_per_s: if ms < 20 { 0.05 } else { -0.05 },
+            normal_n: if touching {
+                0.1 * f64::from(ms - 4)
+            } else {
+                0.0
+            },
+            touching,
+        };
+        plant.step(&drive, true, &finger, &mut inputs);
+        assert!(inputs.iter().all(|v| v.is_finite()), "{what}");
+        assert!(
+            plant.forces().iter().all(|f| f.lateral_n.is_finite()),
+            "{what}"
+        );
+        for truth in plant.truth() {
+            // Far beyond what any plate survives, far below what an unstable one reaches
+            assert!(truth.amplitude_m < 1e-2, "{what}: {truth:?}");
+            let pressed = truth.normal_n > 0.0;
+            let finite = truth.gap_m.is_finite() && truth.mu.is_finite() && truth.lag_s.is_finite();
+            assert!(!pressed || finite, "{what}: {truth:?}");
+        }
+    }
+}
+
+#[test]
+fn the_plant_stays_finite_at_both_ends_of_every_range() {
+    for &(path, low, high) in RANGES {
+        for end in [low, high] {
+            let scenario = parse(path, &format!("{end:?}")).unwrap();
+            requires_finite(&scenario, &format!("{path} = {end}"));
+        }
+    }
+    for &(path, low, high) in DRAWN {
+        for end in [low, high] {
+            let scenario = parse(path, &format!("[{end:?}, {end:?}]")).unwrap();
+            requires_finite(&scenario, &format!("{path} = {end}"));
+        }
+    }
+}
+
+#[test]
+fn the_plant_stays_finite_with_everything_at_its_worst_at_once() {
+    for text in [
+        "[film]\ncontact_area_m2 = 10e-6\nq0_rad_per_m = 1e3\nyoungs_modulus_pa = 1e5\narea_force_exponent = 0.7\n",
+        "[laws]\nasperity_cutoff = 2.5\nadhesion_n = 1.0\nadhesion_range_m = 20e-6\nleak_gap_m = 2e-6\n\
+         tissue_force_exponent = 1.0\nloss_exponent = -1.0\n",
+        "[laws]\nasperity_cutoff = 2.5\nadhesion_n = 1.0\nadhesion_range_m = 0.5e-6\nleak_gap_m = 2e-6\n\
+         tissue_force_exponent = -1.0\nloss_exponent = 1.0\n[film]\nlag_s = 2e-4\nlag_gap_exponent = 1.0\n",
+        "[plate]\nend_drop = 0.5\nend_tilt = -0.3\n[plate.drift]\nroom_hz_per_min = 60.0\nwarmth_hz = -100.0\n\
+         warmth_damping = -0.5\nwarmth_time_s = 0.1\namplitude_hz_per_um2 = -5.0\n\
+         [plate.second_mode]\nresonance_hz = 35300.0\nquality = 1e4\nhalf_waves = 10.0\n",
+        "[friction]\nfloor = 0.9\nspeed_exponent = -0.5\nageing = 5.0\nageing_time_s = 0.1\nload_exponent = -0.5\n\
+         viscous_n_s_per_m = 20.0\n[participant.moisture]\nrelative_sd = 0.2\ngrowth = 1.0\ngrowth_time_s = 0.1\n",
+    ] {
+        requires_finite(&Scenario::parse(text, "test.toml").unwrap(), text);
+    }
 }

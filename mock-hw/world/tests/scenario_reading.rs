@@ -193,11 +193,18 @@ fn an_unknown_name_suggests_the_nearest_one_also_by_a_part_of_it() {
     assert_eq!(suggested("nominl").as_deref(), Some("nominal"));
     assert_eq!(suggested("late").as_deref(), Some("participant-late"));
     assert_eq!(suggested("unknown").as_deref(), Some("bench-unknown"));
+    assert_eq!(suggested("adhesion").as_deref(), Some("laws/adhesion"));
+    assert_eq!(
+        suggested("laws/film-leak").as_deref(),
+        Some("laws/film-leaks")
+    );
     assert_eq!(suggested("xyzzy"), None);
     assert_eq!(
         built_in("nominl").unwrap_err().to_string(),
-        "unknown scenario `nominl`, did you mean `nominal`?; built-in scenarios: nominal, steady, noisy, \
-         population, participant-late, bench-unknown, arduino"
+        format!(
+            "unknown scenario `nominl`, did you mean `nominal`?; built-in scenarios: {}",
+            built_in_names().join(", ")
+        )
     );
 }
 

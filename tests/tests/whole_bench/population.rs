@@ -5,7 +5,7 @@ use std::path::Path;
 
 use analysis::estimate::{Estimated, Method};
 use analysis::model_check::quantile;
-use analysis::{Settings, analyse, find};
+use analysis::{Analysed, Settings, analyse, find};
 use bench_tests::campaign;
 use bench_tests::program::{bench, protocol};
 use bench_tests::session::{finish, text};
@@ -43,8 +43,8 @@ impl Errors {
     }
 }
 
-/// Both methods' errors over the instances of one participant.
-fn participant(seed: u64, folder: &Path) -> [Vec<Errors>; 2] {
+/// Runs a session of one participant in a built-in scenario, and analyses it.
+fn session(scenario: &str, seed: u64, folder: &Path) -> (Analysed, Skin) {
     let (study, truth) = (
         folder.join(format!("study-{seed}")),
         folder.join(format!("truth-{seed}")),
@@ -52,7 +52,7 @@ fn participant(seed: u64, folder: &Path) -> [Vec<Errors>; 2] {
     std::fs::create_dir(&truth).expect("a folder for the truth");
     let mut command = bench();
     command
-        .args(["run", "--mock", "population", "--headless"])
+        .args(["run", "--mock", scenario, "--headless"])
         .args(["--speed", "max", "--seed", &seed.to_string()])
         .args(["--participant", "sub-01", "--consent-by", "A. Tester"])
         .arg("--study")
@@ -66,7 +66,12 @@ fn participant(seed: u64, folder: &Path) -> [Vec<Errors>; 2] {
     let recordings = find::recordings(&[study], false)
         .unwrap_or_else(|error| panic!("seed {seed}: {error}\n{}", text(&output)));
     let analysed = analyse(&recordings, &Settings::default(), |_| {});
-    let true_skin = Skin::read(&truth);
+    (analysed, Skin::read(&truth))
+}
+
+/// Both methods' errors over the instances of one participant.
+fn participant(seed: u64, folder: &Path) -> [Vec<Errors>; 2] {
+    let (analysed, true_skin) = session("population", seed, folder);
     Method::BOTH.map(|method| {
         analysed
             .instances()
@@ -155,5 +160,30 @@ fn both_methods_meet_their_error_quantiles_over_fifty_participants() {
             (from..=to).contains(&median),
             "paper, {name}: median {median}"
         );
+    }
+}
+
+#[test]
+fn an_unkind_world_is_recorded_to_the_end_and_its_truth_is_not_what_dynamic_assumes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for seed in [1, 4] {
+        let (analysed, truth) = session("population-unkind", seed, folder.path());
+        let errors: Vec<Errors> = analysed
+            .instances()
+            .map(|(_, instance)| Errors::of(instance.estimated(Method::Dynamic), &truth))
+            .collect();
+        assert!(errors.len() >= 5, "seed {seed}: {} instances", errors.len());
+        let (sigma_t, _) = quantiles(&errors, |e| e.sigma_t);
+        let assumed = &Settings::default();
+        let area = truth.contact_area_m2 / assumed.contact_area_m2;
+        println!("seed {seed}: area {area:.2} of the assumed one, error of sigma_t {sigma_t:.2}");
+        assert!(area < 0.8 && sigma_t > 0.2, "seed {seed}: {area} {sigma_t}");
+        assert!(
+            truth.resonance_shift_hz.abs() > 0.5,
+            "{}",
+            truth.resonance_shift_hz
+        );
+        // S under the mean force, of 1 N at most
+        assert!(truth.contact_area_m2 < truth.pad["contact_area_m2"]);
     }
 }

@@ -199,9 +199,10 @@ fn fault_hand(hand: RehearsalHand) -> FaultHand {
 /// An unknown name suggests the nearest one; a file's error has its line.
 pub fn read(name: &str) -> anyhow::Result<Scenario> {
     let path = Path::new(name);
+    let is_built_in = path.starts_with("laws") && !path.exists();
     let is_path = path.components().count() > 1 || path.extension().is_some() || path.exists();
     match built_in(name) {
-        Err(ScenarioError::UnknownName { known, .. }) if is_path => {
+        Err(ScenarioError::UnknownName { known, .. }) if is_path && !is_built_in => {
             let text = files::read_text(path, files::TEXT_LIMIT_BYTES).with_context(|| {
                 format!(
                     "cannot read the scenario {name}; built-in scenarios: {}",
@@ -331,7 +332,9 @@ mod tests {
 
     #[test]
     fn a_scenario_is_read_by_its_name_or_by_its_path() {
-        assert_eq!(read("nominal").unwrap(), built_in("nominal").unwrap());
+        for name in ["nominal", "laws/adhesion"] {
+            assert_eq!(read(name).unwrap(), built_in(name).unwrap());
+        }
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("light");
         std::fs::write(&path, "[participant]\nmu0 = 0.5\n").unwrap();
@@ -359,6 +362,11 @@ mod tests {
         assert!(matches!(
             unknown.downcast_ref(),
             Some(ScenarioError::UnknownName { nearest: Some(name), .. }) if name == "nominal"
+        ));
+        let broken = read("laws/adhesoin").unwrap_err();
+        assert!(matches!(
+            broken.downcast_ref(),
+            Some(ScenarioError::UnknownName { nearest: Some(name), .. }) if name == "laws/adhesion"
         ));
         let absent = read("absent.toml").unwrap_err();
         let cause = absent.downcast_ref::<std::io::Error>().unwrap();

@@ -31,8 +31,9 @@ pub(crate) type Forces = [f64; 2];
 #[derive(Debug, Clone)]
 pub(crate) struct ForceSensor {
     scenario: ForceSensorTable,
-    mount: Mount,
+    mounts: [Mount; 2],
     axes: [Vector2<f64>; 2],
+    lateral_lag: Lag,
     crept_n: Forces,
     wander: Wander,
     previous: Option<(f64, Forces)>,
@@ -46,7 +47,9 @@ impl ForceSensor {
     pub fn new(scenario: &ForceSensorTable, start_s: f64, seed: u64) -> Self {
         Self {
             scenario: scenario.clone(),
-            mount: Mount::new(scenario),
+            mounts: [Some(scenario.resonance_hz), scenario.lateral_resonance_hz]
+                .map(|hz| Mount::new(scenario, hz.unwrap_or(scenario.resonance_hz))),
+            lateral_lag: Lag::new(scenario),
             axes: [Vector2::zeros(); 2],
             crept_n: [0.0; 2],
             wander: Wander::new(scenario, seed),
@@ -74,9 +77,11 @@ impl ForceSensor {
             };
             let input = [0, 1].map(|axis| from[axis] + share * (forces[axis] - from[axis]));
             let inputs = self.previous_input.iter().zip(&input);
-            for (axis, (&before, &after)) in self.axes.iter_mut().zip(inputs) {
-                *axis = self.mount.step(axis, before, after);
+            let axes = self.axes.iter_mut().zip(&self.mounts);
+            for ((axis, mount), (&before, &after)) in axes.zip(inputs) {
+                *axis = mount.step(axis, before, after);
             }
+            self.lateral_lag.step(self.axes[1].x);
             self.previous_input = input;
             let rate = 1.0 / (self.scenario.creep_time_s * self.scenario.rate_hz);
             for (crept_n, axis) in self.crept_n.iter_mut().zip(&self.axes) {
@@ -92,7 +97,8 @@ impl ForceSensor {
 
     fn read(&mut self, time_s: f64, device_time_s: f64) -> SensorSample {
         let s = &self.scenario;
-        let [normal, lateral] = [0, 1].map(|axis| self.axes[axis].x + s.creep * self.crept_n[axis]);
+        let normal = self.axes[0].x + s.creep * self.crept_n[0];
+        let lateral = self.lateral_lag.now + s.creep * self.crept_n[1];
         let noise: [f64; 2] = [(); 2].map(|()| StandardNormal.sample(&mut self.rng));
         let minutes = time_s / 60.0;
         let [[nn, nl], [ln, ll]] = s.response();
@@ -158,10 +164,38 @@ struct Mount {
     to: Vector2<f64>,
 }
 
-impl Mount {
+/// First-order lag, exact for an input that changes linearly between samples.
+#[derive(Debug, Clone)]
+struct Lag {
+    /// Time constant in sampling intervals.
+    samples: f64,
+    keep: f64,
+    before: f64,
+    now: f64,
+}
+
+impl Lag {
     fn new(scenario: &ForceSensorTable) -> Self {
+        let samples = scenario.lateral_lag_s * scenario.rate_hz;
+        Self {
+            samples,
+            keep: (-1.0 / samples).exp(),
+            before: 0.0,
+            now: 0.0,
+        }
+    }
+
+    fn step(&mut self, input: f64) {
+        let behind = self.samples * (input - self.before);
+        self.now = input - behind + (self.now - self.before + behind) * self.keep;
+        self.before = input;
+    }
+}
+
+impl Mount {
+    fn new(scenario: &ForceSensorTable, resonance_hz: f64) -> Self {
         // Time in units of the sampling interval; states: reading, its rate, input, input's rate
-        let omega = std::f64::consts::TAU * scenario.resonance_hz / scenario.rate_hz;
+        let omega = std::f64::consts::TAU * resonance_hz / scenario.rate_hz;
         let damping = 2.0 * scenario.damping_ratio * omega;
         #[rustfmt::skip]
         let a = Matrix4::new(
@@ -266,6 +300,39 @@ mod tests {
         let [[nn, nl], [ln, ll]] = scenario.response();
         assert_relative_eq!(last.normal_n, nn * 0.5 + nl * 0.2, max_relative = 1e-9);
         assert_relative_eq!(last.lateral_n, ln * 0.5 + ll * 0.2, max_relative = 1e-9);
+    }
+
+    #[test]
+    fn the_lateral_axis_has_a_lag_and_a_resonance_of_its_own() {
+        let lagging = ForceSensorTable {
+            lateral_lag_s: 2e-3,
+            ..quiet()
+        };
+        let mut sensor = ForceSensor::new(&lagging, 0.0, 1);
+        let mut out = Vec::new();
+        for ms in 0..=40 {
+            let force_n = 0.1 * f64::from(ms);
+            sensor.advance(1e-3 * f64::from(ms), [force_n; 2], &mut out);
+        }
+        // A ramp is read late by the lag, and by 2·0.4/(2π·3000 Hz) of the mount on both axes
+        let last = out[out.len() - 1];
+        assert_relative_eq!(last.normal_n - last.lateral_n, 0.2, max_relative = 1e-3);
+
+        let soft = ForceSensorTable {
+            lateral_resonance_hz: Some(150.0),
+            ..quiet()
+        };
+        let mut sensor = ForceSensor::new(&soft, 0.0, 1);
+        out.clear();
+        let omega = std::f64::consts::TAU * 150.0;
+        for i in 0..8_000 {
+            let t = f64::from(i) * 2.5e-5;
+            sensor.advance(t, [(omega * t).sin(); 2], &mut out);
+        }
+        let peak = |of: fn(&SensorSample) -> f64| out[1_000..].iter().map(of).fold(0.0, f64::max);
+        // At resonance 1/(2·0.4), and far below it 1
+        assert_relative_eq!(peak(|s| s.lateral_n), 1.25, max_relative = 5e-3);
+        assert_relative_eq!(peak(|s| s.normal_n), 1.0, max_relative = 5e-3);
     }
 
     #[test]

@@ -60,6 +60,8 @@ impl Mode {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Modes {
     modes: [Mode; 2],
+    /// Angular frequency in the unit of the displacements of a state, rad/s; it stays when the resonance moves.
+    unit_rad_per_s: f64,
 }
 
 impl Modes {
@@ -85,6 +87,21 @@ impl Modes {
                     contact_ratio: second.contact_ratio,
                 },
             ],
+            unit_rad_per_s: plate.omega_rad_per_s(),
+        }
+    }
+
+    /// Returns the modes with the carrier mode's resonance shifted, the second one's in proportion, and all damping
+    /// multiplied.
+    fn tuned(&self, shift_hz: f64, damping: f64) -> Self {
+        let stretch = 1.0 + std::f64::consts::TAU * shift_hz / self.modes[0].omega_rad_per_s;
+        Self {
+            modes: self.modes.map(|mode| Mode {
+                omega_rad_per_s: mode.omega_rad_per_s * stretch,
+                damping_n_s_per_m: mode.damping_n_s_per_m * damping,
+                ..mode
+            }),
+            ..*self
         }
     }
 
@@ -111,7 +128,7 @@ impl PlateState {
     #[inline]
     pub fn surface(&self, modes: &Modes) -> f64 {
         let [first, second] = &modes.modes;
-        (first.contact_ratio * self.0[1] + second.contact_ratio * self.0[3]) / first.omega_rad_per_s
+        (first.contact_ratio * self.0[1] + second.contact_ratio * self.0[3]) / modes.unit_rad_per_s
     }
 
     /// Zeroes a state below any converter's resolution, before it decays into denormal numbers.
@@ -140,6 +157,8 @@ pub(crate) struct Outputs {
 #[derive(Debug, Clone)]
 pub(crate) struct Propagator {
     modes: Modes,
+    /// The modes before any shift.
+    untuned: Modes,
     interval_s: f64,
     whole: Weights,
     at_pickup: Weights,
@@ -182,6 +201,7 @@ impl Propagator {
     pub fn new(modes: Modes, interval_s: f64, pickup_at: f64) -> Self {
         Self {
             modes,
+            untuned: modes,
             interval_s,
             whole: Weights::new(1.0),
             at_pickup: Weights::new(pickup_at),
@@ -194,9 +214,17 @@ impl Propagator {
         &self.modes
     }
 
-    /// Takes the carrier mode's shape where the finger is, from the next [`Self::set`] on.
-    pub fn set_shape(&mut self, shape: f64) {
-        self.modes.modes[0].contact_ratio = shape;
+    /// Takes both modes' shapes where the finger is, from the next [`Self::set`] on.
+    pub fn set_shape(&mut self, shapes: [f64; 2]) {
+        for (mode, shape) in self.modes.modes.iter_mut().zip(shapes) {
+            mode.contact_ratio = shape;
+        }
+    }
+
+    /// Shifts the carrier mode's resonance and multiplies the damping, from the next [`Self::set`] on; the shapes are then
+    /// those of a plate without a finger.
+    pub fn tune(&mut self, shift_hz: f64, damping: f64) {
+        self.modes = self.untuned.tuned(shift_hz, damping);
     }
 
     /// Recomputes the step for other contact and tissue constants.
@@ -218,7 +246,7 @@ impl Propagator {
         }
 
         let [first, second] = &self.modes.modes;
-        let per_omega = 1.0 / first.omega_rad_per_s;
+        let per_omega = 1.0 / self.modes.unit_rad_per_s;
         let outputs = [
             (PICKUP_LANE, [1.0, second.pickup_ratio], &self.at_pickup),
             (
@@ -294,7 +322,7 @@ impl Propagator {
 
     /// Returns A·T of ż = A z + B U for the contact spring e = s x_1 + c x_2 − x_t.
     fn matrix(&self, contact: SkinContact, tissue: Tissue) -> [[f64; LANES]; STATES] {
-        let omega0 = self.modes.modes[0].omega_rad_per_s;
+        let omega0 = self.modes.unit_rad_per_s;
         let [first, second] = &self.modes.modes;
         let elongation = [first.contact_ratio, second.contact_ratio, -1.0];
         let masses = [

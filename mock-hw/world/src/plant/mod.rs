@@ -8,15 +8,20 @@
 //! times finer slow steps.
 
 mod converter;
+mod exposure;
 mod force_sensor;
+mod friction;
+mod heights;
 mod known_masses;
 mod mechanics;
 mod moisture;
 mod patch;
+mod plate_drift;
 mod reconstruction;
 mod squeeze_film;
 #[cfg(test)]
 mod tests;
+mod touch;
 
 use converter::{Converter, Delay, LATENCY, Tap};
 use force_sensor::ForceSensor;
@@ -27,9 +32,10 @@ use mechanics::{Modes, PlateState, Propagator, SkinContact, Tissue};
 use moisture::Moisture;
 pub use patch::InputWiring;
 use patch::Patch;
+use plate_drift::{PlateDrift, Tuning};
 pub use reconstruction::kaiser_sinc;
 use reconstruction::{History, Polynomial, Reconstruction, evaluate};
-use squeeze_film::SqueezeFilm;
+use touch::Touch;
 
 use crate::fingertip::Fingertip;
 use crate::person::FingerState;
@@ -104,8 +110,10 @@ pub struct Plant {
 
     moisture: Moisture,
     finger: FingerState,
-    contact: Option<FilmContact>,
-    bristle_m: f64,
+    touch: Touch,
+    drift: PlateDrift,
+    /// The plate's tuning as the propagator has it.
+    tuning: Tuning,
     force_sensor: ForceSensor,
     masses: KnownMasses,
     /// Across the actuators during the last step.
@@ -124,20 +132,13 @@ pub struct Plant {
     next_truth_s: f64,
 }
 
-/// Film state while the finger touches.
-#[derive(Debug, Clone, Copy)]
-struct FilmContact {
-    gap_m: f64,
-    target_m: f64,
-}
-
 impl Plant {
     /// Builds the apparatus of `scenario` as drawn by `seed`, with the fingertip of the same seed.
     ///
     /// It runs at `rate_hz` audio frames per second by its own clock.
     #[must_use]
     pub fn new(scenario: &Scenario, seed: u64, rate_hz: f64) -> Self {
-        let fingertip = Fingertip::draw(&scenario.participant, seed);
+        let fingertip = Fingertip::draw(scenario, seed);
         Self::with_fingertip(scenario, fingertip, seed, rate_hz)
     }
 
@@ -175,8 +176,8 @@ impl Plant {
         self.forces_due = before.forces_due;
         self.moisture = before.moisture;
         self.finger = before.finger;
-        self.contact = before.contact;
-        self.bristle_m = before.bristle_m;
+        self.touch = before.touch;
+        self.drift = before.drift;
         self.force_sensor = before.force_sensor;
         self.masses = before.masses;
         self.next_truth_s = before.next_truth_s;
@@ -227,8 +228,9 @@ impl Plant {
             mean_square_rate: 1.0 - (-interval_s / MEAN_SQUARE_S).exp(),
             moisture: Moisture::new(&scenario.participant.moisture, seed),
             finger: FingerState::default(),
-            contact: None,
-            bristle_m: 0.0,
+            touch: Touch::new(&scenario, &fingertip),
+            drift: PlateDrift::new(&scenario.plate.drift),
+            tuning: Tuning::default(),
             force_sensor: ForceSensor::new(&scenario.force_sensor, 0.0, seed),
             masses: KnownMasses::new(&scenario.masses, seed),
             volts: SquaredVolts::default(),
@@ -428,15 +430,15 @@ impl Plant {
         if self.mean_square.iter().all(|m| *m < INVISIBLE_M2) {
             self.mean_square = [0.0; 2];
         }
-        let skin = self.moisture.advance(dt_s, &self.fingertip);
-        let film = SqueezeFilm::new(&self.scenario.film, skin.sigma_t_m);
         let normal_n = self.finger.normal_n;
+        let touching = self.finger.touching && normal_n > LEAST_CONTACT_N;
+        let skin = self.moisture.advance(dt_s, touching, &self.fingertip);
         let amplitude2 = 2.0 * self.mean_square[1];
-        let tissue = tissue(skin.z_t_n_s_per_m, self.omega_rad_per_s);
 
         // The converter shows this moment in a later frame, and time is counted in frames.
         let shown_frame = self.frame + LATENCY as u64;
         let time_s = self.epoch_s + shown_frame as f64 * self.interval_s;
+        let tuning = self.drift.advance(dt_s, time_s, touching, amplitude2);
         let mut now = TruthSample {
             time_s,
             frame: shown_frame,
@@ -451,38 +453,36 @@ impl Plant {
             position_m: self.finger.position_m,
             velocity_m_per_s: self.finger.velocity_m_per_s,
             amplitude_m: amplitude2.sqrt(),
+            resonance_shift_hz: tuning.shift_hz,
+            damping_n_s_per_m: self.scenario.plate.damping_n_s_per_m * tuning.damping,
+            contact_area_m2: 0.0,
+            amplitude_ratio: 1.0,
+            lag_s: f64::NAN,
         };
-        if self.finger.touching && normal_n > LEAST_CONTACT_N {
-            let guess_m = self.contact.map_or(0.0, |c| c.target_m);
-            let target_m = film.equilibrium(normal_n, amplitude2, guess_m);
-            let gap_m = self.contact.map_or(target_m, |c| {
-                let middle = 0.5 * (c.target_m + target_m);
-                middle + (c.gap_m - middle) * (-dt_s / film.lag(c.gap_m)).exp()
-            });
-            self.contact = Some(FilmContact { gap_m, target_m });
+        if touching {
+            let touched = self.touch.press(dt_s, &skin, &self.finger, amplitude2);
+            let plate = &self.scenario.plate;
+            let at_m = self.finger.position_m;
+            let shapes = [plate.shape(at_m), plate.second_contact_ratio(at_m)];
+            now.z_t_n_s_per_m = self.touch.z_t(&skin, normal_n);
+            self.retune(tuning);
+            self.propagator.set_shape(shapes);
+            let tissue = tissue(now.z_t_n_s_per_m, self.omega_rad_per_s);
+            self.propagator.set(touched.contact, tissue);
 
-            // The stiffness until the next slow step is that of the middle of the step.
-            let ahead_m = target_m + (gap_m - target_m) * (-0.5 * dt_s / film.lag(gap_m)).exp();
-            let k_c = film.stiffness(ahead_m, amplitude2);
-            let contact = SkinContact {
-                stiffness_n_per_m: k_c,
-                damping_n_s_per_m: film.loss_factor() * k_c / self.omega_rad_per_s,
-            };
-            self.propagator
-                .set_shape(self.scenario.plate.shape(self.finger.position_m));
-            self.propagator.set(contact, tissue);
-
-            now.gap_m = gap_m;
-            now.k_c_n_per_m = film.stiffness(gap_m, amplitude2);
-            now.mu = skin.mu0 * film.relative_friction(gap_m, normal_n);
+            now.mu0 = touched.mu0;
+            now.gap_m = touched.gap_m;
+            now.k_c_n_per_m = touched.k_c_n_per_m;
+            now.mu = touched.mu;
             now.normal_n = normal_n;
-            now.lateral_n = now.mu * normal_n * self.slide(dt_s);
-        } else {
-            if self.contact.take().is_some() {
-                self.propagator.set_shape(1.0);
-                self.propagator.set(SkinContact::default(), tissue);
-            }
-            self.bristle_m = 0.0;
+            now.lateral_n = touched.lateral_n;
+            now.contact_area_m2 = touched.area_m2;
+            now.amplitude_ratio = shapes[0];
+            now.lag_s = touched.lag_s;
+        } else if self.touch.lift(dt_s) || tuning.differs_from(&self.tuning) {
+            self.retune(tuning);
+            let tissue = tissue(skin.z_t_n_s_per_m, self.omega_rad_per_s);
+            self.propagator.set(SkinContact::default(), tissue);
         }
         let [weight_n, pull_n] = self.masses.forces(time_s);
         let on_sensor = [now.normal_n + weight_n, now.lateral_n + pull_n];
@@ -494,13 +494,10 @@ impl Plant {
         }
     }
 
-    /// Returns the share of full friction, −1 to 1, which builds up over the presliding distance (Dahl's model).
-    fn slide(&mut self, dt_s: f64) -> f64 {
-        let reach = self.scenario.film.presliding_m;
-        let travel = self.finger.velocity_m_per_s * dt_s;
-        let full = reach * travel.signum();
-        self.bristle_m = full + (self.bristle_m - full) * (-travel.abs() / reach).exp();
-        self.bristle_m / reach
+    /// Gives the plate, without a finger, another tuning from the next step of the propagator on.
+    fn retune(&mut self, tuning: Tuning) {
+        self.tuning = tuning;
+        self.propagator.tune(tuning.shift_hz, tuning.damping);
     }
 }
 

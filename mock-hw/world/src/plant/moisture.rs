@@ -1,8 +1,9 @@
-//! Slow change of the skin as its moisture drifts about the mean.
+//! Slow change of the skin as its moisture drifts about the mean and grows under a touch.
 
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
+use super::exposure::Exposure;
 use crate::fingertip::Fingertip;
 use crate::scenario::MoistureTable;
 use crate::seed;
@@ -18,6 +19,7 @@ pub(crate) struct Moisture {
     relative_sd: f64,
     time_s: f64,
     value: f64,
+    grown: Exposure,
     rng: ChaCha8Rng,
 }
 
@@ -27,20 +29,24 @@ impl Moisture {
             relative_sd: scenario.relative_sd,
             time_s: scenario.time_s,
             value: 0.0,
+            grown: Exposure::new(scenario.growth_time_s),
             rng: seed::stream(seed, seed::Stream::Moisture),
         }
     }
 
-    /// Lets `dt_s` pass and returns the skin of `fingertip` after it.
-    pub fn advance(&mut self, dt_s: f64, fingertip: &Fingertip) -> Fingertip {
+    /// Lets `dt_s` pass, touching or not, and returns the skin of `fingertip` after it.
+    pub fn advance(&mut self, dt_s: f64, touching: bool, fingertip: &Fingertip) -> Fingertip {
         let kept = (-dt_s / self.time_s).exp();
         let white: f64 = StandardNormal.sample(&mut self.rng);
         self.value = kept * self.value + self.relative_sd * (1.0 - kept * kept).sqrt() * white;
         let tissue = 1.0 + TISSUE_SHARE * self.value;
+        let growth = 1.0 + fingertip.pad.growth * self.grown.advance(dt_s, touching);
+        let [re, im] = fingertip.z_t_n_s_per_m.map(|z| z * tissue);
         Fingertip {
-            sigma_t_m: fingertip.sigma_t_m * (1.0 + ROUGHNESS_SHARE * self.value),
-            z_t_n_s_per_m: fingertip.z_t_n_s_per_m.map(|z| z * tissue),
+            sigma_t_m: fingertip.sigma_t_m * (1.0 + ROUGHNESS_SHARE * self.value) * growth,
+            z_t_n_s_per_m: [re, im * growth],
             mu0: fingertip.mu0 * (1.0 + self.value),
+            pad: fingertip.pad,
         }
     }
 }

@@ -1,13 +1,59 @@
-//! Squeeze film and asperities under the finger: mean gap, stiffness, friction (`Huloux 2021`, Eqs. 13–19).
+//! Squeeze film and asperities under the finger: mean gap, stiffness, friction (`Huloux 2021`, Eqs. 13–19), and the laws
+//! that may stand in the place of the published ones.
 
-use crate::scenario::FilmTable;
+use super::heights::Heights;
+use crate::fingertip::Pad;
+use crate::scenario::LawsTable;
 
-/// Gap at which [`FilmTable::lag_s`] holds, m.
+/// Gap at which [`Pad::lag_s`] holds, m.
 const LAG_REFERENCE_GAP_M: f64 = 10e-6;
+/// Stiffness at which [`Pad::loss_factor`] holds where the loss factor depends on it, N/m.
+const LOSS_REFERENCE_N_PER_M: f64 = 1e5;
+/// Least gap, m: a load that the asperities cannot carry at any gap.
+const LEAST_GAP_M: f64 = 10e-9;
+/// Greatest factor of the loss factor of a contact that is stiffer than the reference.
+const MOST_LOSS: f64 = 3.0;
+/// Least and greatest factor of Z_t: a finger that only just touches has tissues too.
+const TISSUE_FACTORS: [f64; 2] = [0.2, 5.0];
+/// Gap that no finger reaches, m.
+const GREATEST_GAP_M: f64 = 5e-3;
 
-/// The film for one asperity scale σ_t.
+/// What differs from the published laws.
+#[derive(Debug, Clone)]
+pub(crate) struct Laws {
+    laws: LawsTable,
+    heights: Option<Heights>,
+}
+
+impl Laws {
+    pub fn new(laws: &LawsTable) -> Self {
+        Self {
+            laws: laws.clone(),
+            heights: laws.asperity_cutoff.map(Heights::new),
+        }
+    }
+
+    /// Returns the factor of Z_t under a normal force.
+    pub fn tissue_factor(&self, normal_n: f64) -> f64 {
+        if self.laws.tissue_force_exponent == 0.0 {
+            return 1.0;
+        }
+        let [least, most] = TISSUE_FACTORS;
+        normal_n
+            .powf(self.laws.tissue_force_exponent)
+            .clamp(least, most)
+    }
+
+    /// Returns whether force falls convexly with gap, as by the published laws.
+    fn are_convex(&self) -> bool {
+        self.heights.is_none() && self.laws.adhesion_n == 0.0 && self.laws.leak_gap_m.is_none()
+    }
+}
+
+/// The film for one asperity scale σ_t and one contact area.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct SqueezeFilm {
+pub(crate) struct SqueezeFilm<'a> {
+    laws: &'a Laws,
     sigma_m: f64,
     /// Asperity force p_c S at zero gap, N.
     asperity_n: f64,
@@ -18,39 +64,74 @@ pub(crate) struct SqueezeFilm {
     lag_gap_exponent: f64,
 }
 
-impl SqueezeFilm {
-    pub fn new(film: &FilmTable, sigma_m: f64) -> Self {
-        let modulus_pa = film.youngs_modulus_pa / (1.0 - film.poisson_ratio.powi(2));
-        let asperity_pa = 0.375 * film.q0_rad_per_m * sigma_m * modulus_pa;
+impl<'a> SqueezeFilm<'a> {
+    pub fn new(
+        laws: &'a Laws,
+        pad: &Pad,
+        ambient_pressure_pa: f64,
+        sigma_m: f64,
+        area_m2: f64,
+    ) -> Self {
+        let modulus_pa = pad.youngs_modulus_pa / (1.0 - pad.poisson_ratio.powi(2));
+        let asperity_pa = 0.375 * pad.q0_rad_per_m * sigma_m * modulus_pa;
         Self {
+            laws,
             sigma_m,
-            asperity_n: asperity_pa * film.contact_area_m2,
-            squeeze_n: 1.25 * film.ambient_pressure_pa * film.contact_area_m2,
-            loss_factor: film.loss_factor,
-            lag_s: film.lag_s,
-            lag_gap_exponent: film.lag_gap_exponent,
+            asperity_n: asperity_pa * area_m2,
+            squeeze_n: 1.25 * ambient_pressure_pa * area_m2,
+            loss_factor: pad.loss_factor,
+            lag_s: pad.lag_s,
+            lag_gap_exponent: pad.lag_gap_exponent,
         }
     }
 
     /// Returns the force carried by the asperities, N.
     pub fn asperity_force(&self, gap_m: f64) -> f64 {
-        self.asperity_n * (-gap_m / self.sigma_m).exp()
+        self.asperity_n
+            * match &self.laws.heights {
+                None => (-gap_m / self.sigma_m).exp(),
+                Some(heights) => heights.force(gap_m, self.sigma_m),
+            }
     }
 
     /// Returns the levitation force for a squared peak amplitude, N.
     pub fn squeeze_force(&self, gap_m: f64, amplitude2_m2: f64) -> f64 {
-        self.squeeze_n * amplitude2_m2 / gap_m.powi(2)
+        let kept = match self.laws.laws.leak_gap_m {
+            None => 1.0,
+            Some(leak_gap_m) => 1.0 / (1.0 + (gap_m / leak_gap_m).powi(4)),
+        };
+        self.squeeze_n * amplitude2_m2 / gap_m.powi(2) * kept
+    }
+
+    /// Returns the force with which the skin is drawn to the plate, N.
+    fn adhesion_force(&self, gap_m: f64) -> f64 {
+        let laws = &self.laws.laws;
+        if laws.adhesion_n == 0.0 {
+            return 0.0;
+        }
+        laws.adhesion_n * (-gap_m / laws.adhesion_range_m).exp()
     }
 
     /// Returns the gap without vibration, m.
     pub fn rest_gap(&self, normal_n: f64) -> f64 {
-        self.sigma_m * (self.asperity_n / normal_n).ln()
+        if self.laws.are_convex() {
+            (self.sigma_m * (self.asperity_n / normal_n).ln()).max(LEAST_GAP_M)
+        } else {
+            self.bracketed_root(normal_n, 0.0, 5.0 * self.sigma_m)
+        }
     }
 
-    /// Returns the gap at which both forces together carry `normal_n`, m; a good `guess_m` saves iterations.
-    ///
-    /// Force falls convexly with gap, so Newton's method from the left of the root never oversteps it.
+    /// Returns the gap at which all forces together carry `normal_n`, m; a good `guess_m` saves iterations.
     pub fn equilibrium(&self, normal_n: f64, amplitude2_m2: f64, guess_m: f64) -> f64 {
+        if self.laws.are_convex() {
+            self.convex_root(normal_n, amplitude2_m2, guess_m)
+        } else {
+            self.bracketed_root(normal_n, amplitude2_m2, guess_m)
+        }
+    }
+
+    /// Returns the root where force falls convexly with gap: Newton's method from its left never oversteps it.
+    fn convex_root(&self, normal_n: f64, amplitude2_m2: f64, guess_m: f64) -> f64 {
         let least = self.rest_gap(normal_n);
         let mut gap = guess_m.max(least);
         for _ in 0..60 {
@@ -69,15 +150,61 @@ impl SqueezeFilm {
         gap
     }
 
-    /// Returns the contact stiffness k_c, N/m.
-    pub fn stiffness(&self, gap_m: f64, amplitude2_m2: f64) -> f64 {
-        self.asperity_force(gap_m) / self.sigma_m
-            + 2.0 * self.squeeze_force(gap_m, amplitude2_m2) / gap_m
+    /// Returns the root by Newton's method within ends that close in on it.
+    fn bracketed_root(&self, normal_n: f64, amplitude2_m2: f64, guess_m: f64) -> f64 {
+        let (mut low, mut high) = (LEAST_GAP_M, GREATEST_GAP_M);
+        let mut gap = guess_m.clamp(low, high);
+        for _ in 0..80 {
+            let excess_n = self.asperity_force(gap) + self.squeeze_force(gap, amplitude2_m2)
+                - self.adhesion_force(gap)
+                - normal_n;
+            if excess_n > 0.0 {
+                low = gap;
+            } else {
+                high = gap;
+            }
+            let next = gap + excess_n / self.stiffness(gap, amplitude2_m2);
+            let next = if next > low && next < high {
+                next
+            } else {
+                0.5 * (low + high)
+            };
+            let step = next - gap;
+            gap = next;
+            if step.abs() < 1e-12 * gap {
+                break;
+            }
+        }
+        gap
     }
 
-    /// Returns the loss factor η of the contact.
-    pub fn loss_factor(&self) -> f64 {
-        self.loss_factor
+    /// Returns the contact stiffness k_c, N/m: by how much the force falls with the gap.
+    pub fn stiffness(&self, gap_m: f64, amplitude2_m2: f64) -> f64 {
+        let asperities = match &self.laws.heights {
+            None => self.asperity_force(gap_m) / self.sigma_m,
+            Some(heights) => self.asperity_n * heights.slope_per_m(gap_m, self.sigma_m),
+        };
+        let squeeze_n = self.squeeze_force(gap_m, amplitude2_m2);
+        let squeezed = match self.laws.laws.leak_gap_m {
+            None => 2.0 * squeeze_n / gap_m,
+            Some(leak_gap_m) => {
+                let leaks = (gap_m / leak_gap_m).powi(4);
+                (2.0 + 4.0 * leaks / (1.0 + leaks)) * squeeze_n / gap_m
+            }
+        };
+        let sticking = self.adhesion_force(gap_m) / self.laws.laws.adhesion_range_m;
+        asperities + squeezed - sticking
+    }
+
+    /// Returns the loss factor η of a contact of that stiffness.
+    pub fn loss_factor(&self, k_c_n_per_m: f64) -> f64 {
+        let exponent = self.laws.laws.loss_exponent;
+        if exponent == 0.0 || k_c_n_per_m <= 0.0 {
+            return self.loss_factor;
+        }
+        let stiffer = k_c_n_per_m / LOSS_REFERENCE_N_PER_M;
+        // A stiff contact is no dashpot that stands still.
+        self.loss_factor * stiffer.powf(exponent).min(stiffer.recip().max(MOST_LOSS))
     }
 
     /// Returns the time constant of the gap, s.
@@ -85,9 +212,14 @@ impl SqueezeFilm {
         self.lag_s * (gap_m / LAG_REFERENCE_GAP_M).powf(self.lag_gap_exponent)
     }
 
-    /// Returns friction relative to rest: the share of the normal force that asperities carry, at most 1.
-    pub fn relative_friction(&self, gap_m: f64, normal_n: f64) -> f64 {
-        (self.asperity_force(gap_m) / normal_n).min(1.0)
+    /// Returns the asperities' force relative to that at rest under `normal_n`, at most 1.
+    pub fn relative_asperities(&self, gap_m: f64, normal_n: f64) -> f64 {
+        let at_rest_n = if self.laws.laws.adhesion_n == 0.0 {
+            normal_n
+        } else {
+            self.asperity_force(self.rest_gap(normal_n))
+        };
+        (self.asperity_force(gap_m) / at_rest_n).min(1.0)
     }
 }
 
@@ -96,21 +228,24 @@ mod tests {
     use approx::assert_relative_eq;
 
     use super::*;
+    use crate::scenario::Scenario;
 
-    fn published() -> SqueezeFilm {
-        let scenario = FilmTable {
-            contact_area_m2: 314e-6,
-            ..FilmTable::default()
-        };
-        SqueezeFilm::new(&scenario, 2e-6)
+    fn film(laws: &Laws) -> SqueezeFilm<'_> {
+        let pad = Pad::draw(&Scenario::default(), 1);
+        SqueezeFilm::new(laws, &pad, 101_325.0, 2e-6, 314e-6)
+    }
+
+    fn published() -> Laws {
+        Laws::new(&LawsTable::default())
     }
 
     /// Independent of Newton: bisection on the force balance.
-    fn bisected(film: &SqueezeFilm, normal_n: f64, amplitude2: f64) -> f64 {
-        let (mut low, mut high) = (film.rest_gap(normal_n), 1e-2);
+    fn bisected(film: &SqueezeFilm<'_>, normal_n: f64, amplitude2: f64) -> f64 {
+        let (mut low, mut high) = (1e-7, 1e-2);
         for _ in 0..200 {
             let middle = 0.5 * (low + high);
-            if film.asperity_force(middle) + film.squeeze_force(middle, amplitude2) > normal_n {
+            let pushing_n = film.asperity_force(middle) + film.squeeze_force(middle, amplitude2);
+            if pushing_n - film.adhesion_force(middle) > normal_n {
                 low = middle;
             } else {
                 high = middle;
@@ -121,7 +256,8 @@ mod tests {
 
     #[test]
     fn forces_in_closed_form() {
-        let film = published();
+        let laws = published();
+        let film = film(&laws);
         // 0.375 · 1.4e4 · 2e-6 · 20e6/0.75 · 314e-6 = 87.92 N at zero gap, 1/e of it at σ_t
         assert_relative_eq!(
             film.asperity_force(2e-6),
@@ -143,7 +279,8 @@ mod tests {
 
     #[test]
     fn equilibrium_is_the_root_from_any_guess() {
-        let film = published();
+        let laws = published();
+        let film = film(&laws);
         for normal_n in [0.01, 0.1, 0.65, 1.0, 5.0] {
             for amplitude_m in [0.0f64, 0.05e-6, 0.5e-6, 2e-6, 5e-6, 10e-6] {
                 let expected = bisected(&film, normal_n, amplitude_m.powi(2));
@@ -158,7 +295,8 @@ mod tests {
     #[test]
     fn stiffness_falls_to_one_eighth_at_5_um_and_1_n() {
         // SCIENCE section 7: Eqs. 17–18 with σ_t = 2 µm and S = 314 mm² give a decrease of 87 %
-        let film = published();
+        let laws = published();
+        let film = film(&laws);
         let gap = film.equilibrium(1.0, 25e-12, 0.0);
         let rest = film.stiffness(film.rest_gap(1.0), 0.0);
         assert_relative_eq!(rest, 1.0 / 2e-6, max_relative = 1e-12);
@@ -167,10 +305,11 @@ mod tests {
 
     #[test]
     fn friction_falls_with_amplitude_and_recovers_with_force() {
-        let film = published();
+        let laws = published();
+        let film = film(&laws);
         let friction = |normal_n: f64, amplitude_m: f64| {
             let gap = film.equilibrium(normal_n, amplitude_m.powi(2), 0.0);
-            film.relative_friction(gap, normal_n)
+            film.relative_asperities(gap, normal_n)
         };
         let mut last = 1.0 + 1e-9;
         for i in 0..60 {
@@ -180,5 +319,75 @@ mod tests {
         }
         assert!(friction(5.0, 1e-6) > friction(1.0, 1e-6));
         assert_relative_eq!(friction(0.65, 0.0), 1.0, max_relative = 1e-12);
+    }
+
+    fn broken() -> [LawsTable; 4] {
+        [
+            LawsTable {
+                asperity_cutoff: Some(3.5),
+                ..LawsTable::default()
+            },
+            LawsTable {
+                adhesion_n: 0.1,
+                ..LawsTable::default()
+            },
+            LawsTable {
+                leak_gap_m: Some(12e-6),
+                ..LawsTable::default()
+            },
+            LawsTable {
+                asperity_cutoff: Some(2.5),
+                adhesion_n: 1.0,
+                leak_gap_m: Some(2e-6),
+                ..LawsTable::default()
+            },
+        ]
+    }
+
+    #[test]
+    fn broken_laws_have_a_root_from_any_guess_and_a_stiffness_that_is_the_slope() {
+        for table in broken() {
+            let laws = Laws::new(&table);
+            let film = film(&laws);
+            for normal_n in [0.01, 0.1, 0.65, 5.0] {
+                for amplitude_m in [0.0f64, 0.5e-6, 2e-6, 5e-6] {
+                    let expected = bisected(&film, normal_n, amplitude_m.powi(2));
+                    for guess_m in [0.0, 8e-6, 200e-6] {
+                        let found = film.equilibrium(normal_n, amplitude_m.powi(2), guess_m);
+                        assert_relative_eq!(found, expected, max_relative = 1e-6);
+                    }
+                    let force = |gap_m: f64| {
+                        film.asperity_force(gap_m) + film.squeeze_force(gap_m, amplitude_m.powi(2))
+                            - film.adhesion_force(gap_m)
+                    };
+                    let by = 1e-3 * expected;
+                    let slope = (force(expected - by) - force(expected + by)) / (2.0 * by);
+                    let stiffness = film.stiffness(expected, amplitude_m.powi(2));
+                    assert_relative_eq!(stiffness, slope, max_relative = 0.03);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_loss_factor_and_the_tissue_follow_their_exponents() {
+        let laws = Laws::new(&LawsTable {
+            loss_exponent: -1.0,
+            tissue_force_exponent: 0.5,
+            ..LawsTable::default()
+        });
+        let film = film(&laws);
+        let damping = |k_c: f64| film.loss_factor(k_c) * k_c;
+        assert_relative_eq!(damping(4e5), damping(1e4), max_relative = 1e-12);
+        assert_relative_eq!(laws.tissue_factor(0.25), 0.5, max_relative = 1e-12);
+        assert_eq!(published().tissue_factor(0.25), 1.0);
+    }
+
+    #[test]
+    fn a_load_that_the_asperities_cannot_carry_has_a_least_gap() {
+        let laws = published();
+        let film = film(&laws);
+        assert_eq!(film.rest_gap(1e3), LEAST_GAP_M);
+        assert!(film.equilibrium(1e3, 0.0, 0.0).is_finite());
     }
 }

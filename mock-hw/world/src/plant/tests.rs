@@ -36,7 +36,7 @@ fn both_rates_give_the_same_motion_under_modulation() {
     let drive = |t: f64| 0.35 * (1.0 + 0.95 * (TAU * 6.0 * t).sin()) * (TAU * 35e3 * t).sin();
     let series = |rate_hz: f64, slow_step_s: f64| {
         let scenario = ideal();
-        let fingertip = Fingertip::draw(&scenario.participant, 1);
+        let fingertip = Fingertip::draw(&scenario, 1);
         let mut plant = Plant::build(scenario, fingertip, 1, rate_hz, slow_step_s);
         // one generator latency later at each rate
         let latency_s = Plant::loop_latency_frames() as f64 * plant.interval_s;

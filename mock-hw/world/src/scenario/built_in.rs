@@ -3,8 +3,8 @@
 use super::scenario_error::ScenarioError;
 use super::scenario_file::Scenario;
 
-/// Names and texts of the built-in scenarios.
-const BUILT_IN: [(&str, &str); 7] = [
+/// Names and texts of the built-in scenarios. Each of `laws/` breaks one law of the published model.
+const BUILT_IN: [(&str, &str); 17] = [
     ("nominal", include_str!("../../scenarios/nominal.toml")),
     ("steady", include_str!("../../scenarios/steady.toml")),
     ("noisy", include_str!("../../scenarios/noisy.toml")),
@@ -20,7 +20,47 @@ const BUILT_IN: [(&str, &str); 7] = [
         "bench-unknown",
         include_str!("../../scenarios/bench-unknown.toml"),
     ),
+    (
+        "population-unkind",
+        include_str!("../../scenarios/population-unkind.toml"),
+    ),
     ("arduino", include_str!("../../scenarios/arduino.toml")),
+    (
+        "laws/asperities-gaussian",
+        include_str!("../../scenarios/laws/asperities-gaussian.toml"),
+    ),
+    (
+        "laws/adhesion",
+        include_str!("../../scenarios/laws/adhesion.toml"),
+    ),
+    (
+        "laws/film-leaks",
+        include_str!("../../scenarios/laws/film-leaks.toml"),
+    ),
+    (
+        "laws/lag-gap-dependent",
+        include_str!("../../scenarios/laws/lag-gap-dependent.toml"),
+    ),
+    (
+        "laws/friction-viscous",
+        include_str!("../../scenarios/laws/friction-viscous.toml"),
+    ),
+    (
+        "laws/friction-load",
+        include_str!("../../scenarios/laws/friction-load.toml"),
+    ),
+    (
+        "laws/tissue-force",
+        include_str!("../../scenarios/laws/tissue-force.toml"),
+    ),
+    (
+        "laws/contact-dashpot",
+        include_str!("../../scenarios/laws/contact-dashpot.toml"),
+    ),
+    (
+        "laws/plate-softens",
+        include_str!("../../scenarios/laws/plate-softens.toml"),
+    ),
 ];
 
 /// Returns the names of the built-in scenarios.
@@ -51,9 +91,19 @@ pub fn built_in(name: &str) -> Result<Scenario, ScenarioError> {
         Some((_, text)) => Scenario::parse(text, &format!("{name}.toml")),
         None => {
             let known = built_in_names();
+            let (laws, others): (Vec<&str>, Vec<&str>) =
+                known.iter().partition(|known| known.starts_with("laws/"));
+            // A whole world is rather meant than a law, but for a law's own name.
+            let law = strict::nearest(name, &laws);
+            let is_law = |law: &String| name.starts_with("laws/") || law.ends_with(name);
+            let nearest = law
+                .clone()
+                .filter(is_law)
+                .or_else(|| strict::nearest(name, &others))
+                .or(law);
             Err(ScenarioError::UnknownName {
                 name: name.to_owned(),
-                nearest: strict::nearest(name, &known),
+                nearest,
                 known: known.map(str::to_owned).into(),
             })
         }

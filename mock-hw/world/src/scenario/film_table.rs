@@ -5,14 +5,16 @@ use strict::OutOfRange;
 
 use super::ranges::all_within;
 
-/// Squeeze film and asperities (`Huloux 2021`, Eqs. 13–18).
+/// Squeeze film and asperities (`Huloux 2021`, Eqs. 13–18), as far as nothing of it is drawn for a person.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct FilmTable {
     /// Ambient pressure p0, Pa.
     pub ambient_pressure_pa: f64,
-    /// Apparent contact area S, m².
+    /// Apparent contact area S at a normal force of 1 N, m².
     pub contact_area_m2: f64,
+    /// Exponent of the normal force in the contact area, which is constant at 0.
+    pub area_force_exponent: f64,
     /// Roughness cut-off q0, rad/m (assumed: 2π over a 0.45 mm ridge).
     pub q0_rad_per_m: f64,
     /// Young's modulus E, Pa.
@@ -34,6 +36,7 @@ impl Default for FilmTable {
         Self {
             ambient_pressure_pa: 101_325.0,
             contact_area_m2: 300.0e-6,
+            area_force_exponent: 0.0,
             q0_rad_per_m: 1.4e4,
             youngs_modulus_pa: 20.0e6,
             poisson_ratio: 0.5,
@@ -51,6 +54,7 @@ impl FilmTable {
         all_within! { "film", self,
             ambient_pressure_pa: 1e3, 1e6, "Pa";
             contact_area_m2: 10e-6, 1e-3, "m²";
+            area_force_exponent: 0.0, 0.7, "";
             q0_rad_per_m: 1e3, 1e6, "rad/m";
             youngs_modulus_pa: 1e5, 1e9, "Pa";
             poisson_ratio: 0.0, 0.5, "";

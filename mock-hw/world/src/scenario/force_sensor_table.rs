@@ -1,7 +1,7 @@
 //! `[force_sensor]`: the two-axis force sensor and its serial device.
 
 use serde::{Deserialize, Serialize};
-use strict::OutOfRange;
+use strict::{OutOfRange, within};
 
 use super::ranges::all_within;
 
@@ -27,6 +27,10 @@ pub struct ForceSensorTable {
     pub resonance_hz: f64,
     /// Damping ratio of the mount.
     pub damping_ratio: f64,
+    /// Resonance of the mount along the plate, Hz; that of the other axis when absent.
+    pub lateral_resonance_hz: Option<f64>,
+    /// Time constant of a first-order lag of the lateral axis, as of its amplifier's filter, s.
+    pub lateral_lag_s: f64,
     /// Reading at which each axis saturates in either direction, N.
     pub range_n: f64,
     /// Reading of the normal axis per newton of normal force.
@@ -68,6 +72,8 @@ impl Default for ForceSensorTable {
             noise_n: 0.002,
             resonance_hz: 3_000.0,
             damping_ratio: 0.4,
+            lateral_resonance_hz: None,
+            lateral_lag_s: 0.0,
             range_n: 10.0,
             normal_gain: 1.0,
             lateral_gain: 1.0,
@@ -101,11 +107,16 @@ impl ForceSensorTable {
 
     /// Requires every number of the table to lie in its range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
+        if let Some(resonance_hz) = self.lateral_resonance_hz {
+            let key = "force_sensor.lateral_resonance_hz";
+            within(key, resonance_hz, 100.0, 20e3, "Hz")?;
+        }
         all_within! { "force_sensor", self,
             rate_hz: 500.0, 20e3, "Hz";
             noise_n: 0.0, 1.0, "N";
             resonance_hz: 100.0, 20e3, "Hz";
             damping_ratio: 0.05, 2.0, "";
+            lateral_lag_s: 0.0, 0.02, "s";
             range_n: 0.1, 1e3, "N";
             normal_gain: -10.0, 10.0, "";
             lateral_gain: -10.0, 10.0, "";

@@ -5,7 +5,7 @@ use strict::OutOfRange;
 
 use super::ranges::all_within;
 
-/// Moisture of the skin: a slow random walk about its mean, common to σ_t, Z_t and μ0.
+/// Moisture of the skin: a slow random walk about its mean, common to σ_t, Z_t and μ0, and a growth under the finger.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MoistureTable {
@@ -13,6 +13,11 @@ pub struct MoistureTable {
     pub relative_sd: f64,
     /// Correlation time of the walk, s.
     pub time_s: f64,
+    /// Relative growth of σ_t and Im Z_t while the finger touches, reached after a long time (assumed: sweat that the
+    /// glass keeps in); drawn for a person where `spread` says so.
+    pub growth: f64,
+    /// Time constant of that growth, and of its loss once the finger is lifted, s.
+    pub growth_time_s: f64,
 }
 
 impl Default for MoistureTable {
@@ -20,6 +25,8 @@ impl Default for MoistureTable {
         Self {
             relative_sd: 0.03,
             time_s: 20.0,
+            growth: 0.0,
+            growth_time_s: 3.0,
         }
     }
 }
@@ -30,6 +37,8 @@ impl MoistureTable {
         all_within! { "participant.moisture", self,
             relative_sd: 0.0, 0.2, "";
             time_s: 0.1, 1e4, "s";
+            growth: -0.5, 1.0, "";
+            growth_time_s: 0.1, 1e4, "s";
         }
         Ok(())
     }

@@ -6,6 +6,7 @@ use strict::{OutOfRange, within};
 use super::behaviour_table::BehaviourTable;
 use super::moisture_table::MoistureTable;
 use super::population_table::PopulationTable;
+use super::spread_table::SpreadTable;
 
 /// The person: pinned values, or drawn by seed from the population.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -19,6 +20,8 @@ pub struct ParticipantTable {
     pub mu0: Option<f64>,
     /// Distributions from which absent values are drawn.
     pub population: PopulationTable,
+    /// Ranges from which the contact with the plate is drawn.
+    pub spread: SpreadTable,
     /// Slow change of the skin within a session.
     pub moisture: MoistureTable,
     /// How the person moves and presses.
@@ -45,6 +48,7 @@ impl ParticipantTable {
             within("participant.mu0", mu0, 0.05, 3.0, "")?;
         }
         self.population.check()?;
+        self.spread.check()?;
         self.moisture.check()?;
         self.behaviour.check()
     }

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use strict::OutOfRange;
 
+use super::drift_table::DriftTable;
 use super::ranges::all_within;
 
 /// The plate as its carrier mode and a second mode.
@@ -19,10 +20,14 @@ pub struct PlateTable {
     pub force_factor_n_per_v: f64,
     /// Share by which the carrier mode's amplitude is lower at either end than in the middle, along a parabola.
     pub end_drop: f64,
+    /// Share by which it is higher at the far end and lower at the near one, along a line.
+    pub end_tilt: f64,
     /// Length of the plate, m.
     pub length_m: f64,
     /// A mode that the bench's estimator does not model.
     pub second_mode: SecondModeTable,
+    /// Slow change of resonance and damping.
+    pub drift: DriftTable,
 }
 
 impl Default for PlateTable {
@@ -33,8 +38,10 @@ impl Default for PlateTable {
             damping_n_s_per_m: 7.01,
             force_factor_n_per_v: 0.13,
             end_drop: 0.0,
+            end_tilt: 0.0,
             length_m: 0.105,
             second_mode: SecondModeTable::default(),
+            drift: DriftTable::default(),
         }
     }
 }
@@ -53,8 +60,10 @@ pub struct SecondModeTable {
     pub actuator_ratio: f64,
     /// Ratio at the pickup.
     pub pickup_ratio: f64,
-    /// Ratio under the finger.
+    /// Ratio under the finger at the plate's middle.
     pub contact_ratio: f64,
+    /// Half waves of the mode along the plate, a cosine about its middle; uniform at 0.
+    pub half_waves: f64,
 }
 
 impl Default for SecondModeTable {
@@ -66,6 +75,7 @@ impl Default for SecondModeTable {
             actuator_ratio: 0.6,
             pickup_ratio: 0.7,
             contact_ratio: 0.8,
+            half_waves: 0.0,
         }
     }
 }
@@ -80,8 +90,21 @@ impl PlateTable {
     /// Returns the carrier mode's amplitude at a position along the plate over that at the middle, where the pickup is.
     #[must_use]
     pub fn shape(&self, position_m: f64) -> f64 {
-        let from_middle = (2.0 * position_m / self.length_m - 1.0).clamp(-1.0, 1.0);
-        1.0 - self.end_drop * from_middle * from_middle
+        let off_middle = self.off_middle(position_m);
+        1.0 - self.end_drop * off_middle * off_middle + self.end_tilt * off_middle
+    }
+
+    /// Returns the ratio of the second mode under a finger at a position along the plate.
+    #[must_use]
+    pub fn second_contact_ratio(&self, position_m: f64) -> f64 {
+        let second = &self.second_mode;
+        let turn = 0.5 * std::f64::consts::PI * second.half_waves * self.off_middle(position_m);
+        second.contact_ratio * turn.cos()
+    }
+
+    /// Returns a position as its distance from the middle over half the length, −1 to 1.
+    fn off_middle(&self, position_m: f64) -> f64 {
+        (2.0 * position_m / self.length_m - 1.0).clamp(-1.0, 1.0)
     }
 
     /// Requires every number of the table to lie in its range.
@@ -92,9 +115,11 @@ impl PlateTable {
             damping_n_s_per_m: 0.01, 1e3, "N·s/m";
             force_factor_n_per_v: 1e-4, 10.0, "N/V";
             end_drop: -0.5, 0.5, "";
+            end_tilt: -0.3, 0.3, "";
             length_m: 0.01, 1.0, "m";
         }
-        self.second_mode.check()
+        self.second_mode.check()?;
+        self.drift.check()
     }
 }
 
@@ -108,6 +133,7 @@ impl SecondModeTable {
             actuator_ratio: -2.0, 2.0, "";
             pickup_ratio: -2.0, 2.0, "";
             contact_ratio: -2.0, 2.0, "";
+            half_waves: 0.0, 10.0, "";
         }
         Ok(())
     }

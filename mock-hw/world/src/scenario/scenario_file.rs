@@ -10,13 +10,16 @@ use super::converter_table::ConverterTable;
 use super::encoder_table::EncoderTable;
 use super::film_table::FilmTable;
 use super::force_sensor_table::ForceSensorTable;
+use super::friction_table::FrictionTable;
 use super::jitter_table::JitterTable;
+use super::laws_table::LawsTable;
 use super::masses_table::MassesTable;
 use super::meter_table::MeterTable;
 use super::participant_table::ParticipantTable;
 use super::pickup_table::PickupTable;
 use super::plate_table::PlateTable;
 use super::scenario_error::ScenarioError;
+use super::session_table::SessionTable;
 use super::sound_layer_table::SoundLayerTable;
 use crate::seed;
 
@@ -50,6 +53,10 @@ pub struct Scenario {
     pub sound_layer: SoundLayerTable,
     /// The squeeze film and asperities, without the skin of the person.
     pub film: FilmTable,
+    /// Friction beyond its share of the load.
+    pub friction: FrictionTable,
+    /// Departures from the published laws of the contact.
+    pub laws: LawsTable,
     /// The two-axis force sensor and its serial device.
     pub force_sensor: ForceSensorTable,
     /// Known masses that are placed on the plate or hung over a pulley beside it.
@@ -62,6 +69,8 @@ pub struct Scenario {
     pub participant: ParticipantTable,
     /// Spread of the constants from seed to seed.
     pub jitter: JitterTable,
+    /// Ranges of what holds for one session.
+    pub session: SessionTable,
     /// Faults that are injected, each at its time from the start of the bench's sound card.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<RehearsedFault>,
@@ -98,9 +107,19 @@ impl Scenario {
 
     /// Returns the scenario with constants drawn by `seed`.
     ///
-    /// Its jitter is then disabled, so that a second call changes nothing. A scenario whose jitter is disabled is returned unchanged.
+    /// Its jitter is then disabled and its session without ranges, so that a second call changes nothing. A scenario with neither
+    /// is returned unchanged.
     #[must_use]
     pub fn realised(&self, seed: u64) -> Self {
+        let mut out = self.jittered(seed);
+        let session = std::mem::take(&mut out.session);
+        let mut rng = seed::stream(seed, seed::Stream::Session);
+        session.draw(&mut rng, &mut out.plate, &mut out.force_sensor);
+        out
+    }
+
+    /// Returns the scenario with the constants of its jitter drawn.
+    fn jittered(&self, seed: u64) -> Self {
         let mut out = self.clone();
         let j = &self.jitter;
         if !j.enabled {
@@ -146,12 +165,15 @@ impl Scenario {
         self.converter.check()?;
         self.sound_layer.check(self.converter.channels)?;
         self.film.check()?;
+        self.friction.check()?;
+        self.laws.check()?;
         self.force_sensor.check()?;
         self.masses.check()?;
         self.meter.check()?;
         self.encoder.check()?;
         self.participant.check()?;
-        self.jitter.check()
+        self.jitter.check()?;
+        self.session.check()
     }
 }
 

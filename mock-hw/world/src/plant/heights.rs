@@ -1,0 +1,92 @@
+//! Asperities whose heights are normally distributed and end: Greenwood and Williamson 1966, Proc. R. Soc. Lond. A 295.
+
+/// Standard deviation of the heights in units of σ_t, so that the force falls over about σ_t where a finger rests.
+const WIDTH: f64 = 3.0;
+/// Points of the table; linear interpolation is then good to 1e-5 of the force at a finger's rest.
+const POINTS: usize = 2_000;
+
+/// Force of asperities at a gap relative to that at zero gap, ∝ ∫ (h − x)^{3/2} φ(h) dh up to the cut-off, and its slope.
+#[derive(Debug, Clone)]
+pub(super) struct Heights {
+    cutoff: f64,
+    force: Vec<f64>,
+    /// Negative derivative by the gap in standard deviations.
+    slope: Vec<f64>,
+}
+
+impl Heights {
+    /// Tabulates heights that end at `cutoff` standard deviations.
+    pub fn new(cutoff: f64) -> Self {
+        let at = |gap: f64, power: f64| {
+            // The substitution h = x + u² takes the root out of the integrand.
+            let reach = (cutoff - gap).max(0.0).sqrt();
+            let steps = 400;
+            let du = reach / f64::from(steps);
+            (0..steps)
+                .map(|i| {
+                    let u = (f64::from(i) + 0.5) * du;
+                    let height = gap + u * u;
+                    2.0 * u * u.powf(2.0 * power) * (-0.5 * height * height).exp() * du
+                })
+                .sum::<f64>()
+        };
+        let whole = at(0.0, 1.5);
+        let gaps = (0..=POINTS).map(|i| cutoff * i as f64 / POINTS as f64);
+        Self {
+            cutoff,
+            force: gaps.clone().map(|gap| at(gap, 1.5) / whole).collect(),
+            slope: gaps.map(|gap| 1.5 * at(gap, 0.5) / whole).collect(),
+        }
+    }
+
+    /// Returns the force relative to that at zero gap.
+    pub fn force(&self, gap_m: f64, sigma_m: f64) -> f64 {
+        self.read(&self.force, gap_m, sigma_m)
+    }
+
+    /// Returns the fall of that per metre of gap, 1/m.
+    pub fn slope_per_m(&self, gap_m: f64, sigma_m: f64) -> f64 {
+        self.read(&self.slope, gap_m, sigma_m) / (WIDTH * sigma_m)
+    }
+
+    fn read(&self, table: &[f64], gap_m: f64, sigma_m: f64) -> f64 {
+        let place = (gap_m / (WIDTH * sigma_m) / self.cutoff).max(0.0) * POINTS as f64;
+        let i = place as usize;
+        if i >= POINTS {
+            return 0.0;
+        }
+        let share = place - i as f64;
+        table[i] + share * (table[i + 1] - table[i])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_force_falls_by_its_slope_to_nothing_at_the_highest_asperity() {
+        let heights = Heights::new(3.5);
+        let sigma_m = 1.7e-6;
+        assert!((heights.force(0.0, sigma_m) - 1.0).abs() < 1e-12);
+        for step in 1..100 {
+            let gap_m = 0.1e-6 * f64::from(step);
+            let by = 1e-8;
+            let fall = heights.force(gap_m - by, sigma_m) - heights.force(gap_m + by, sigma_m);
+            let slope = heights.slope_per_m(gap_m, sigma_m);
+            assert!((fall / (2.0 * by) / slope - 1.0).abs() < 2e-2, "{gap_m:e}");
+        }
+        let end_m = 3.5 * WIDTH * sigma_m;
+        assert!(heights.force(0.99 * end_m, sigma_m) > 0.0);
+        assert_eq!(heights.force(end_m, sigma_m), 0.0);
+        assert_eq!(heights.slope_per_m(2.0 * end_m, sigma_m), 0.0);
+    }
+
+    #[test]
+    fn the_force_at_a_fingers_rest_falls_over_about_one_asperity_scale_but_not_exponentially() {
+        let heights = Heights::new(3.5);
+        let scale = |gap: f64| heights.force(gap, 1.0) / heights.slope_per_m(gap, 1.0);
+        assert!((0.7..1.4).contains(&scale(6.0)), "{}", scale(6.0));
+        assert!(scale(9.0) < 0.6 * scale(6.0) && scale(1.0) > 1.4 * scale(6.0));
+    }
+}

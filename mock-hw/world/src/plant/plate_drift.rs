@@ -1,0 +1,131 @@
+//! The plate's resonance and damping as room, finger and amplitude move them.
+
+use std::f64::consts::TAU;
+
+use super::exposure::Exposure;
+use crate::scenario::DriftTable;
+
+/// Departure of the plate from what it is when the simulation begins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Tuning {
+    /// Shift of the carrier mode's resonance, Hz; the second mode's moves by as much in proportion.
+    pub shift_hz: f64,
+    /// Factor of the damping of both modes.
+    pub damping: f64,
+}
+
+impl Default for Tuning {
+    fn default() -> Self {
+        Self {
+            shift_hz: 0.0,
+            damping: 1.0,
+        }
+    }
+}
+
+impl Tuning {
+    /// Returns whether the plate would have to be computed anew to have the other tuning: it moves Z_p by 1e-4.
+    pub fn differs_from(&self, other: &Self) -> bool {
+        (self.shift_hz - other.shift_hz).abs() > 5e-3 || (self.damping - other.damping).abs() > 1e-5
+    }
+}
+
+/// Slow change of the plate.
+#[derive(Debug, Clone)]
+pub(super) struct PlateDrift {
+    drift: DriftTable,
+    warmth: Exposure,
+}
+
+impl PlateDrift {
+    pub fn new(drift: &DriftTable) -> Self {
+        Self {
+            drift: drift.clone(),
+            warmth: Exposure::new(drift.warmth_time_s),
+        }
+    }
+
+    /// Lets `dt_s` pass until `time_s`, with a squared peak amplitude of the plate, and returns the plate's tuning.
+    pub fn advance(
+        &mut self,
+        dt_s: f64,
+        time_s: f64,
+        touching: bool,
+        amplitude2_m2: f64,
+    ) -> Tuning {
+        let d = &self.drift;
+        let warmth = self.warmth.advance(dt_s, touching);
+        let period_min = d.room_period_s / 60.0;
+        let room_min = period_min / TAU * (TAU * time_s / d.room_period_s).sin();
+        Tuning {
+            shift_hz: d.room_hz_per_min * room_min
+                + d.warmth_hz * warmth
+                + d.amplitude_hz_per_um2 * 1e12 * amplitude2_m2,
+            damping: (d.room_damping_per_min * room_min).exp() * (1.0 + d.warmth_damping * warmth),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+
+    use super::*;
+
+    fn advanced(drift: DriftTable, seconds: u32, touching: impl Fn(u32) -> bool) -> Tuning {
+        let mut plate = PlateDrift::new(&drift);
+        (1..=seconds).fold(Tuning::default(), |_, s| {
+            plate.advance(1.0, f64::from(s), touching(s), 0.0)
+        })
+    }
+
+    #[test]
+    fn the_room_moves_the_plate_by_its_rate_and_back_within_its_period() {
+        let room = DriftTable {
+            room_hz_per_min: 3.0,
+            room_damping_per_min: 0.01,
+            ..DriftTable::default()
+        };
+        let minute = advanced(room.clone(), 60, |_| false);
+        assert_relative_eq!(minute.shift_hz, 3.0, max_relative = 0.02);
+        assert_relative_eq!(minute.damping, 1.01, max_relative = 1e-3);
+        // A quarter of a period of 1200 s: 3 Hz/min · 20 min/2π
+        assert_relative_eq!(
+            advanced(room.clone(), 300, |_| false).shift_hz,
+            9.549,
+            max_relative = 1e-3
+        );
+        assert!(advanced(room, 1_200, |_| false).shift_hz.abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_finger_warms_the_plate_and_a_plate_let_go_cools() {
+        let warm = DriftTable {
+            warmth_hz: -10.0,
+            warmth_damping: 0.2,
+            ..DriftTable::default()
+        };
+        let held = advanced(warm.clone(), 5, |_| true);
+        let share = 1.0 - (-1.0f64).exp();
+        assert_relative_eq!(held.shift_hz, -10.0 * share, max_relative = 1e-12);
+        assert_relative_eq!(held.damping, 1.0 + 0.2 * share, max_relative = 1e-12);
+        let cooled = advanced(warm, 10, |s| s <= 5);
+        assert_relative_eq!(
+            cooled.shift_hz,
+            -10.0 * share * (1.0 - share),
+            max_relative = 1e-12
+        );
+    }
+
+    #[test]
+    fn amplitude_pulls_the_resonance_and_nothing_does_by_default() {
+        let soft = DriftTable {
+            amplitude_hz_per_um2: -0.3,
+            ..DriftTable::default()
+        };
+        let tuning = PlateDrift::new(&soft).advance(1e-4, 0.0, false, 4e-12);
+        assert_relative_eq!(tuning.shift_hz, -1.2, max_relative = 1e-12);
+        let still = PlateDrift::new(&DriftTable::default()).advance(1.0, 77.0, true, 9e-12);
+        assert_eq!(still, Tuning::default());
+    }
+}

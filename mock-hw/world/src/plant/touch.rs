@@ -1,0 +1,118 @@
+//! A finger on the plate: film, stiffness and friction from slow step to slow step.
+
+use super::friction::{Friction, relative};
+use super::mechanics::SkinContact;
+use super::squeeze_film::{Laws, SqueezeFilm};
+use crate::fingertip::Fingertip;
+use crate::person::FingerState;
+use crate::scenario::Scenario;
+
+/// What holds during a slow step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Touched {
+    /// Mean gap, m.
+    pub gap_m: f64,
+    /// Contact stiffness at that gap, N/m.
+    pub k_c_n_per_m: f64,
+    /// Spring and damper until the next slow step: those of the middle of the step.
+    pub contact: SkinContact,
+    /// Friction coefficient without vibration.
+    pub mu0: f64,
+    /// Friction coefficient of full sliding.
+    pub mu: f64,
+    /// Lateral force, N.
+    pub lateral_n: f64,
+    /// Apparent contact area, m².
+    pub area_m2: f64,
+    /// Time constant of levitation, s.
+    pub lag_s: f64,
+}
+
+/// The film's state while the finger touches.
+#[derive(Debug, Clone, Copy)]
+struct FilmContact {
+    gap_m: f64,
+    target_m: f64,
+}
+
+/// A finger that touches, or does not.
+#[derive(Debug, Clone)]
+pub(super) struct Touch {
+    laws: Laws,
+    ambient_pressure_pa: f64,
+    omega_rad_per_s: f64,
+    contact: Option<FilmContact>,
+    friction: Friction,
+}
+
+impl Touch {
+    pub fn new(scenario: &Scenario, fingertip: &Fingertip) -> Self {
+        let presliding_m = scenario.film.presliding_m;
+        Self {
+            laws: Laws::new(&scenario.laws),
+            ambient_pressure_pa: scenario.film.ambient_pressure_pa,
+            omega_rad_per_s: scenario.plate.omega_rad_per_s(),
+            contact: None,
+            friction: Friction::new(&scenario.friction, presliding_m, &fingertip.pad),
+        }
+    }
+
+    /// Returns Z_t of a skin that presses with a normal force, N·s/m.
+    pub fn z_t(&self, skin: &Fingertip, normal_n: f64) -> [f64; 2] {
+        let factor = self.laws.tissue_factor(normal_n);
+        skin.z_t_n_s_per_m.map(|z| z * factor)
+    }
+
+    /// Lets `dt_s` pass on a plate of that squared peak amplitude.
+    pub fn press(
+        &mut self,
+        dt_s: f64,
+        skin: &Fingertip,
+        finger: &FingerState,
+        amplitude2_m2: f64,
+    ) -> Touched {
+        let (normal_n, pad) = (finger.normal_n, &skin.pad);
+        let area_m2 = pad.area_m2(normal_n);
+        let film = SqueezeFilm::new(
+            &self.laws,
+            pad,
+            self.ambient_pressure_pa,
+            skin.sigma_t_m,
+            area_m2,
+        );
+        let guess_m = self.contact.map_or(0.0, |c| c.target_m);
+        let target_m = film.equilibrium(normal_n, amplitude2_m2, guess_m);
+        let gap_m = self.contact.map_or(target_m, |c| {
+            let middle = 0.5 * (c.target_m + target_m);
+            middle + (c.gap_m - middle) * (-dt_s / film.lag(c.gap_m)).exp()
+        });
+        self.contact = Some(FilmContact { gap_m, target_m });
+
+        let lag_s = film.lag(gap_m);
+        let ahead_m = target_m + (gap_m - target_m) * (-0.5 * dt_s / lag_s).exp();
+        // An attraction could make it negative, and the plate's motion grow.
+        let k_c = film.stiffness(ahead_m, amplitude2_m2).max(0.0);
+        let velocity = finger.velocity_m_per_s;
+        let mu0 = skin.mu0 * self.friction.factor(dt_s, pad, normal_n, velocity);
+        let mu = mu0 * relative(pad, film.relative_asperities(gap_m, normal_n));
+        Touched {
+            gap_m,
+            k_c_n_per_m: film.stiffness(gap_m, amplitude2_m2),
+            contact: SkinContact {
+                stiffness_n_per_m: k_c,
+                damping_n_s_per_m: film.loss_factor(k_c) * k_c / self.omega_rad_per_s,
+            },
+            mu0,
+            mu,
+            lateral_n: self.friction.lateral_n(dt_s, mu, normal_n, velocity),
+            area_m2,
+            lag_s,
+        }
+    }
+
+    /// Lets `dt_s` pass off the plate; returns whether the finger touched before.
+    pub fn lift(&mut self, dt_s: f64) -> bool {
+        self.friction.lift(dt_s);
+        self.contact.take().is_some()
+    }
+}

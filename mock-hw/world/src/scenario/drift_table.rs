@@ -1,0 +1,59 @@
+//! `[plate.drift]`: how resonance and damping of the plate move.
+
+use serde::{Deserialize, Serialize};
+use strict::OutOfRange;
+
+use super::ranges::all_within;
+
+/// Slow change of the plate's resonance and damping; by default there is none.
+///
+/// Glass with glued piezos shifts by some hertz per kelvin at 35 kHz; size and sign depend on glass and glue. All sizes
+/// are assumptions.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DriftTable {
+    /// Rate at which the room moves the resonance when the simulation begins, which is its greatest, Hz/min.
+    pub room_hz_per_min: f64,
+    /// Rate at which the room changes the damping then, relative, 1/min.
+    pub room_damping_per_min: f64,
+    /// Period of the room's temperature, a sine, s.
+    pub room_period_s: f64,
+    /// Shift of the resonance that a resting finger's warmth reaches after a long time, Hz.
+    pub warmth_hz: f64,
+    /// Relative change of the damping that it reaches then.
+    pub warmth_damping: f64,
+    /// Time constant of warming under the finger, and of cooling without it, s.
+    pub warmth_time_s: f64,
+    /// Shift of the resonance by the square of the amplitude, Hz/µm²: negative where glass and piezos soften.
+    pub amplitude_hz_per_um2: f64,
+}
+
+impl Default for DriftTable {
+    fn default() -> Self {
+        Self {
+            room_hz_per_min: 0.0,
+            room_damping_per_min: 0.0,
+            room_period_s: 1_200.0,
+            warmth_hz: 0.0,
+            warmth_damping: 0.0,
+            warmth_time_s: 5.0,
+            amplitude_hz_per_um2: 0.0,
+        }
+    }
+}
+
+impl DriftTable {
+    /// Requires every number of the table to lie in its range.
+    pub(super) fn check(&self) -> Result<(), OutOfRange> {
+        all_within! { "plate.drift", self,
+            room_hz_per_min: -60.0, 60.0, "Hz/min";
+            room_damping_per_min: -0.05, 0.05, "1/min";
+            room_period_s: 10.0, 7.2e3, "s";
+            warmth_hz: -100.0, 100.0, "Hz";
+            warmth_damping: -0.5, 1.0, "";
+            warmth_time_s: 0.1, 1e4, "s";
+            amplitude_hz_per_um2: -5.0, 5.0, "Hz/µm²";
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,56 @@
+//! `[friction]`: what friction does besides falling with the share of the load that the asperities carry.
+
+use serde::{Deserialize, Serialize};
+use strict::OutOfRange;
+
+use super::ranges::all_within;
+
+/// Friction beyond `Huloux 2021`, Eq. 19; by default there is nothing beyond it.
+///
+/// That friction on glass grows by first-order kinetics for about 20 s as sweat softens the skin is measured: Dzidek et
+/// al. 2017, PNAS 114(41); Adams et al. 2013, J. R. Soc. Interface 10. All other laws here, and all sizes, are
+/// assumptions.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FrictionTable {
+    /// Share of the friction coefficient that no levitation takes away; drawn for a person where `spread` says so.
+    pub floor: f64,
+    /// Exponent of the sliding speed, relative to 50 mm/s, in the friction coefficient; drawn likewise.
+    pub speed_exponent: f64,
+    /// Relative growth of the friction coefficient while the finger touches, reached after a long time; drawn likewise.
+    pub ageing: f64,
+    /// Time constant of that growth, and of its loss once the finger is lifted, s; drawn likewise.
+    pub ageing_time_s: f64,
+    /// Exponent of the normal force, relative to 1 N, in the friction coefficient.
+    pub load_exponent: f64,
+    /// Lateral force per sliding speed that is no share of the normal force, N·s/m.
+    pub viscous_n_s_per_m: f64,
+}
+
+impl Default for FrictionTable {
+    fn default() -> Self {
+        Self {
+            floor: 0.0,
+            speed_exponent: 0.0,
+            ageing: 0.0,
+            ageing_time_s: 8.0,
+            load_exponent: 0.0,
+            viscous_n_s_per_m: 0.0,
+        }
+    }
+}
+
+impl FrictionTable {
+    /// Requires every number of the table to lie in its range.
+    pub(super) fn check(&self) -> Result<(), OutOfRange> {
+        all_within! { "friction", self,
+            floor: 0.0, 0.9, "";
+            speed_exponent: -0.5, 0.5, "";
+            ageing: -0.5, 5.0, "";
+            ageing_time_s: 0.1, 1e3, "s";
+            load_exponent: -0.5, 0.5, "";
+            viscous_n_s_per_m: 0.0, 20.0, "N·s/m";
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,73 @@
+//! `[session]`: ranges from which what holds for one session of the bench is drawn.
+
+use rand::{Rng, RngExt};
+
+use super::force_sensor_table::ForceSensorTable;
+use super::plate_table::PlateTable;
+use super::ranges::drawable;
+
+drawable! {
+    /// Ranges, each two ends, from which constants of the bench are drawn by seed; a constant without one keeps its
+    /// value. Times are drawn by their logarithm. The ranges of a scenario are assumptions.
+    SessionTable => SessionDrawn, "session";
+    /// Greatest rate at which the room moves the resonance, Hz/min.
+    room_hz_per_min: linear, -60.0, 60.0, "Hz/min";
+    /// Rate at which it changes the damping then, 1/min.
+    room_damping_per_min: linear, -0.05, 0.05, "1/min";
+    /// Shift of the resonance by the finger's warmth, Hz.
+    warmth_hz: linear, -100.0, 100.0, "Hz";
+    /// Relative change of the damping by it.
+    warmth_damping: linear, -0.5, 1.0, "";
+    /// Time constant of warming, s.
+    warmth_time_s: log, 0.1, 1e4, "s";
+    /// Share by which the amplitude is lower at both ends.
+    end_drop: linear, -0.5, 0.5, "";
+    /// Share by which it is higher at the far end and lower at the near one.
+    end_tilt: linear, -0.3, 0.3, "";
+    /// Distance of the second mode's resonance from the carrier mode's, above or below as the seed has it, Hz.
+    second_mode_off_hz: linear, 300.0, 1e4, "Hz";
+    /// Half waves of the second mode along the plate.
+    second_mode_half_waves: linear, 0.0, 10.0, "";
+    /// Resonance of the mount along the plate, Hz.
+    lateral_resonance_hz: linear, 100.0, 20e3, "Hz";
+    /// Lag of the lateral axis, s.
+    lateral_lag_s: linear, 0.0, 0.02, "s";
+}
+
+impl SessionTable {
+    /// Draws what has a range into `plate` and `sensor`.
+    pub(super) fn draw(
+        &self,
+        rng: &mut impl Rng,
+        plate: &mut PlateTable,
+        sensor: &mut ForceSensorTable,
+    ) {
+        let drawn = self.drawn(rng);
+        let above = rng.random::<bool>();
+        let set = |value: &mut f64, drawn: Option<f64>| {
+            if let Some(drawn) = drawn {
+                *value = drawn;
+            }
+        };
+        let drift = &mut plate.drift;
+        set(&mut drift.room_hz_per_min, drawn.room_hz_per_min);
+        set(&mut drift.room_damping_per_min, drawn.room_damping_per_min);
+        set(&mut drift.warmth_hz, drawn.warmth_hz);
+        set(&mut drift.warmth_damping, drawn.warmth_damping);
+        set(&mut drift.warmth_time_s, drawn.warmth_time_s);
+        set(&mut plate.end_drop, drawn.end_drop);
+        set(&mut plate.end_tilt, drawn.end_tilt);
+        if let Some(off_hz) = drawn.second_mode_off_hz {
+            let side = if above { 1.0 } else { -1.0 };
+            plate.second_mode.resonance_hz = plate.resonance_hz + side * off_hz;
+        }
+        set(
+            &mut plate.second_mode.half_waves,
+            drawn.second_mode_half_waves,
+        );
+        if drawn.lateral_resonance_hz.is_some() {
+            sensor.lateral_resonance_hz = drawn.lateral_resonance_hz;
+        }
+        set(&mut sensor.lateral_lag_s, drawn.lateral_lag_s);
+    }
+}

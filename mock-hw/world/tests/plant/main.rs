@@ -1,0 +1,7 @@
+//! The plant, from drive samples to input samples, forces and truth.
+#![expect(clippy::unwrap_used, reason = "a failing test should panic")]
+
+mod closed_forms;
+mod laws;
+mod rig;
+mod unkind;

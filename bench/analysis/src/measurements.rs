@@ -216,24 +216,24 @@ impl Measurements {
         let later = &self.frames[from..];
         let frames = later[..later.partition_point(|frame| frame.time_s <= end_s)].to_vec();
         let time_s: Vec<f64> = frames.iter().map(|frame| frame.time_s).collect();
-        let force = |value: fn(&ForceRow) -> f64, filter: Filter| {
-            smoothed(&self.force, |row| row.time_s, value, &time_s, filter)
+        let force = |value: fn(&ForceRow) -> f64| {
+            Readings::about(&self.force, |row| row.time_s, value, &time_s)
         };
-        let normal_n = force(|row| row.normal_n, low_passed);
-        let finger_force_n = force(
-            |row| row.normal_n,
-            |values, rate_hz| {
-                wiener::filtered(values, rate_hz).or_else(|| low_passed(values, rate_hz))
-            },
+        let normal = force(|row| row.normal_n);
+        let normal_n = normal.at(&time_s, normal.low_passed());
+        let finger_force_n = normal.at(
+            &time_s,
+            normal.finger_force().or_else(|| normal.low_passed()),
         );
-        let lateral_n = force(|row| row.lateral_n, low_passed);
-        let position_m = smoothed(
+        let lateral = force(|row| row.lateral_n);
+        let lateral_n = lateral.at(&time_s, lateral.low_passed());
+        let position = Readings::about(
             &self.position,
             |row| row.time_s,
             |row| row.position_m,
             &time_s,
-            low_passed,
         );
+        let position_m = position.at(&time_s, position.low_passed());
         FrameSeries {
             amplitude_m: frames.iter().map(|frame| frame.amplitude_m).collect(),
             velocity_m_per_s: derivative(&time_s, &position_m),
@@ -246,14 +246,6 @@ impl Measurements {
             position_m,
         }
     }
-}
-
-/// A filter of even values at a rate, Hz.
-type Filter = fn(&[f64], f64) -> Option<Vec<f64>>;
-
-fn low_passed(values: &[f64], rate_hz: f64) -> Option<Vec<f64>> {
-    let filter = LowPass::new(SMOOTHING_HZ, rate_hz).ok()?;
-    filter.zero_phase(values).ok()
 }
 
 /// Distance in time to which a saturated reading affects the smoothed force, s: the response of the 100 Hz filter has
@@ -284,55 +276,98 @@ fn interpolate<R>(
     }
 }
 
-/// Returns the finite readings over the span of `time_s` and a margin, filtered on an even grid of their own mean rate
-/// or finer, then taken at `time_s`. NaN where readings are missing for longer than [`LONGEST_GAP_S`].
-fn smoothed<R>(
-    rows: &[R],
-    time: impl Fn(&R) -> f64,
-    value: impl Fn(&R) -> f64,
-    time_s: &[f64],
-    filter: Filter,
-) -> Vec<f64> {
-    let missing = || vec![f64::NAN; time_s.len()];
-    let (Some(first_s), Some(last_s)) = (time_s.first(), time_s.last()) else {
-        return missing();
-    };
-    let from = rows.partition_point(|row| time(row) < first_s - MARGIN_S);
-    let to = rows.partition_point(|row| time(row) <= last_s + MARGIN_S);
-    let rows: Vec<(f64, f64)> = rows[from..to]
-        .iter()
-        .map(|row| (time(row), value(row)))
-        .filter(|row| row.1.is_finite())
-        .collect();
-    let [(start_s, _), .., (end_s, _)] = rows[..] else {
-        return missing();
-    };
-    let steps = ((rows.len() - 1) as f64).max((end_s - start_s) * LEAST_RATE_HZ);
-    let step_s = (end_s - start_s) / steps.round();
-    let grid = |i: usize| start_s + i as f64 * step_s;
-    let even: Vec<f64> = (0..=steps.round() as usize)
-        .map(|i| interpolate(&rows, |row| row.0, |row| row.1, grid(i).min(end_s)))
-        .collect();
-    let Some(filtered) = filter(&even, step_s.recip()) else {
-        return missing();
-    };
-    let filtered: Vec<(f64, f64)> = filtered
-        .into_iter()
-        .enumerate()
-        .map(|(i, value)| (grid(i), value))
-        .collect();
-    time_s
-        .iter()
-        .map(|&at_s| {
-            let after = rows.partition_point(|row| row.0 < at_s);
-            let before_s = after.checked_sub(1).map_or(at_s, |before| rows[before].0);
-            let gap_s = rows.get(after).map_or(at_s, |row| row.0) - before_s;
-            if gap_s > LONGEST_GAP_S {
-                return f64::NAN;
-            }
-            interpolate(&filtered, |row| row.0, |row| row.1, at_s)
+/// The finite readings over a span and a margin: time, s, and value.
+struct Readings(Vec<(f64, f64)>);
+
+/// Filtered values on an even grid.
+struct Even {
+    start_s: f64,
+    step_s: f64,
+    values: Vec<f64>,
+}
+
+impl Readings {
+    fn about<R>(
+        rows: &[R],
+        time: impl Fn(&R) -> f64,
+        value: impl Fn(&R) -> f64,
+        time_s: &[f64],
+    ) -> Self {
+        let (Some(first_s), Some(last_s)) = (time_s.first(), time_s.last()) else {
+            return Self(Vec::new());
+        };
+        let from = rows.partition_point(|row| time(row) < first_s - MARGIN_S);
+        let to = rows.partition_point(|row| time(row) <= last_s + MARGIN_S);
+        let finite = rows[from..to.max(from)].iter();
+        Self(
+            finite
+                .map(|row| (time(row), value(row)))
+                .filter(|row| row.1.is_finite())
+                .collect(),
+        )
+    }
+
+    /// Returns the readings on an even grid of their own mean rate or finer.
+    fn even(&self, least_rate_hz: f64) -> Option<Even> {
+        let [(start_s, _), .., (end_s, _)] = self.0[..] else {
+            return None;
+        };
+        let steps = ((self.0.len() - 1) as f64).max((end_s - start_s) * least_rate_hz);
+        let step_s = (end_s - start_s) / steps.round();
+        let at = |i: usize| (start_s + i as f64 * step_s).min(end_s);
+        let values = (0..=steps.round() as usize)
+            .map(|i| interpolate(&self.0, |row| row.0, |row| row.1, at(i)))
+            .collect();
+        Some(Even {
+            start_s,
+            step_s,
+            values,
         })
-        .collect()
+    }
+
+    /// Returns what is slower than [`SMOOTHING_HZ`].
+    fn low_passed(&self) -> Option<Even> {
+        let even = self.even(LEAST_RATE_HZ)?;
+        let filter = LowPass::new(SMOOTHING_HZ, even.step_s.recip()).ok()?;
+        let values = filter.zero_phase(&even.values).ok()?;
+        Some(Even { values, ..even })
+    }
+
+    /// Returns the force without its sensor's noise; `None` where the readings do not show it.
+    fn finger_force(&self) -> Option<Even> {
+        let even = self.even(0.0)?;
+        let rate_hz = even.step_s.recip();
+        let finer = (LEAST_RATE_HZ / rate_hz).ceil().max(1.0);
+        let values = wiener::filtered(&even.values, rate_hz, finer as usize)?;
+        Some(Even {
+            start_s: even.start_s,
+            step_s: even.step_s / finer,
+            values,
+        })
+    }
+
+    /// Returns filtered values at `time_s`; NaN where readings are missing for longer than [`LONGEST_GAP_S`].
+    fn at(&self, time_s: &[f64], filtered: Option<Even>) -> Vec<f64> {
+        let Some(even) = filtered else {
+            return vec![f64::NAN; time_s.len()];
+        };
+        let on_grid: Vec<(f64, f64)> = (0..)
+            .zip(&even.values)
+            .map(|(i, value)| (even.start_s + f64::from(i) * even.step_s, *value))
+            .collect();
+        time_s
+            .iter()
+            .map(|&at_s| {
+                let after = self.0.partition_point(|row| row.0 < at_s);
+                let before_s = after.checked_sub(1).map_or(at_s, |before| self.0[before].0);
+                let gap_s = self.0.get(after).map_or(at_s, |row| row.0) - before_s;
+                if gap_s > LONGEST_GAP_S {
+                    return f64::NAN;
+                }
+                interpolate(&on_grid, |row| row.0, |row| row.1, at_s)
+            })
+            .collect()
+    }
 }
 
 /// Longest time between readings that are not lost, s.

@@ -71,7 +71,7 @@ fn a_plate_that_moves_less_at_its_ends_serves_once_its_profile_is_known() {
     let ([sigma_t, z_t], biased) = (greatest(&known), greatest(&unknown));
     println!("5 % less: sigma_t, Z_t off by {biased:.4?}; with the profile {sigma_t:.4}, {z_t:.4}");
     assert!(known.instances.len() >= 6 && known.flaws.is_empty());
-    assert!(biased[0] > 0.04 && biased[1] > 0.05, "{biased:?}");
+    assert!(biased[0] > 0.025 && biased[1] > 0.02, "{biased:?}");
     assert!(sigma_t < 0.003 && z_t < 0.004, "{sigma_t} {z_t}");
     let by_paper = [&known, &unknown].map(|found| estimates(found, Method::Paper));
     assert_eq!(by_paper[0], by_paper[1]);

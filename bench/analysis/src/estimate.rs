@@ -103,8 +103,8 @@ pub const TRIAL: &str = "trial";
 pub struct PlateOffset {
     /// Added to Z_p, N·s/m.
     pub n_s_per_m: Complex64,
-    /// Standard error of the imaginary part, N·s/m.
-    pub std_n_s_per_m: f64,
+    /// Standard errors of its real and imaginary part, N·s/m.
+    pub std_n_s_per_m: Complex64,
     /// The resonance's frequency less that of the unloaded plate, Hz.
     pub resonance_shift_hz: f64,
     /// Standard error of the shift, Hz.
@@ -375,7 +375,7 @@ impl<'a> Measured<'a> {
                     n_s_per_m: offset,
                     std_n_s_per_m: offset_std,
                     resonance_shift_hz: -offset.im * hz_per_n_s_per_m,
-                    resonance_shift_std_hz: offset_std * hz_per_n_s_per_m,
+                    resonance_shift_std_hz: offset_std.im * hz_per_n_s_per_m,
                 }),
                 mu0: (fit.mu0, fit.mu0_std),
                 rest: None,

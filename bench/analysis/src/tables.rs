@@ -204,9 +204,17 @@ fn instances(analysed: &Analysed) -> Vec<Column> {
         real("contact_area_m2", |r| r.estimated().skin.contact_area_m2),
         real("q0_rad_per_m", |r| r.estimated().skin.q0_rad_per_m),
         real("loss_factor", |r| r.estimated().skin.loss_factor),
-        real("plate_offset_n_s_per_m", |r| r.offset(|of| of.n_s_per_m.im)),
-        real("plate_offset_std_n_s_per_m", |r| {
-            r.offset(|of| of.std_n_s_per_m)
+        real("re_plate_offset_n_s_per_m", |r| {
+            r.offset(|of| of.n_s_per_m.re)
+        }),
+        real("im_plate_offset_n_s_per_m", |r| {
+            r.offset(|of| of.n_s_per_m.im)
+        }),
+        real("re_plate_offset_std_n_s_per_m", |r| {
+            r.offset(|of| of.std_n_s_per_m.re)
+        }),
+        real("im_plate_offset_std_n_s_per_m", |r| {
+            r.offset(|of| of.std_n_s_per_m.im)
         }),
         real("resonance_shift_hz", |r| {
             r.offset(|of| of.resonance_shift_hz)

@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 
 /// Number of parameters.
-pub(crate) const PARAMETERS: usize = 8;
+pub(crate) const PARAMETERS: usize = 9;
 /// ln σ_t, σ_t in m. The first, so that a fit of σ_t alone has it in the same place.
 pub(crate) const LN_SIGMA_T: usize = 0;
 /// Re Z_t, N·s/m.
@@ -12,14 +12,16 @@ pub(crate) const RE_Z_T: usize = 1;
 pub(crate) const IM_Z_T: usize = 2;
 /// τ, ms.
 pub(crate) const TAU_MS: usize = 3;
-/// Im of what is added to Z_p, N·s/m.
-pub(crate) const PLATE_OFFSET: usize = 4;
+/// Im of what is added to Z_p, N·s/m: a resonance that has moved.
+pub(crate) const IM_OFFSET: usize = 4;
 /// ln S, S in m².
 pub(crate) const LN_AREA: usize = 5;
 /// ln q0, q0 in rad/m.
 pub(crate) const LN_Q0: usize = 6;
 /// ln η.
 pub(crate) const LN_LOSS_FACTOR: usize = 7;
+/// Re of what is added to Z_p, N·s/m: a damping that has changed.
+pub(crate) const RE_OFFSET: usize = 8;
 
 /// The fits' unit of τ, s.
 pub(crate) const MS: f64 = 1e-3;
@@ -34,7 +36,8 @@ pub(crate) const Z_T_SLOPES: [Complex64; PARAMETERS] = {
 /// ∂Z_p/∂parameter.
 pub(crate) const Z_P_SLOPES: [Complex64; PARAMETERS] = {
     let mut slopes = [Complex64::ZERO; PARAMETERS];
-    slopes[PLATE_OFFSET] = Complex64::I;
+    slopes[IM_OFFSET] = Complex64::I;
+    slopes[RE_OFFSET] = Complex64::ONE;
     slopes
 };
 

@@ -25,7 +25,7 @@ use super::modelled_series::ModelledSeries;
 use super::sensitivity::{self, Sensitivities};
 use super::series::InstanceSeries;
 use super::sigma_search::sigma_starts;
-use crate::parameters::{IM_Z_T, LN_SIGMA_T, MS, PARAMETERS, PLATE_OFFSET, RE_Z_T, TAU_MS};
+use crate::parameters::{IM_OFFSET, IM_Z_T, LN_SIGMA_T, MS, PARAMETERS, RE_Z_T, TAU_MS};
 
 /// Options of the joint fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -145,8 +145,8 @@ struct JointSolution {
 }
 
 fn solve(model: &mut LaggedModel<'_>, options: &DynamicOptions) -> Result<JointSolution, FitError> {
-    let with_offset = [LN_SIGMA_T, RE_Z_T, IM_Z_T, TAU_MS, PLATE_OFFSET];
-    let without_tau = [LN_SIGMA_T, RE_Z_T, IM_Z_T, PLATE_OFFSET];
+    let with_offset = [LN_SIGMA_T, RE_Z_T, IM_Z_T, TAU_MS, IM_OFFSET];
+    let without_tau = [LN_SIGMA_T, RE_Z_T, IM_Z_T, IM_OFFSET];
     let offset = usize::from(options.plate_offset);
     let (free, at_bound) = (&with_offset[..4 + offset], &without_tau[..3 + offset]);
     let starts: Vec<_> = TAU_STARTS_S

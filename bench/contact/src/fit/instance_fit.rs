@@ -14,8 +14,8 @@ use crate::contact::Contact;
 use crate::finger::FittedFinger;
 use crate::inversion::{Dependent, Inversion};
 use crate::parameters::{
-    IM_Z_T, LN_AREA, LN_Q0, LN_SIGMA_T, MS, PARAMETERS, PLATE_OFFSET, RE_Z_T, TAU_MS, Z_P_SLOPES,
-    Z_T_SLOPES,
+    IM_OFFSET, IM_Z_T, LN_AREA, LN_Q0, LN_SIGMA_T, MS, PARAMETERS, RE_OFFSET, RE_Z_T, TAU_MS,
+    Z_P_SLOPES, Z_T_SLOPES,
 };
 
 /// Result of `dynamic` or `trial` for one instance.
@@ -35,10 +35,11 @@ pub struct InstanceFit {
     pub tau_s: f64,
     /// Standard error of `tau_s`, s; 0 at the bound.
     pub tau_std_s: f64,
-    /// What the plate's impedance was beyond that of the unloaded plate, N·s/m; imaginary, 0 if it was held.
+    /// What the plate's impedance was beyond that of the unloaded plate, N·s/m: imaginary where its resonance has moved, real
+    /// where its damping has changed; 0 where a part was held.
     pub plate_offset_n_s_per_m: Complex64,
-    /// Standard error of the offset's imaginary part, N·s/m; 0 if it was held.
-    pub plate_offset_std_n_s_per_m: f64,
+    /// Standard errors of the offset's real and imaginary part, N·s/m; 0 where a part was held.
+    pub plate_offset_std_n_s_per_m: Complex64,
     /// Friction without vibration μ0.
     pub mu0: f64,
     /// Standard error of `mu0`.
@@ -70,7 +71,7 @@ impl InstanceFit {
             .iter()
             .map(|a| minimum.noise.std(a.recip()))
             .collect();
-        let offset = Complex64::new(0.0, parameters[PLATE_OFFSET]);
+        let offset = Complex64::new(parameters[RE_OFFSET], parameters[IM_OFFSET]);
         let finger = FittedFinger {
             inversion: Inversion {
                 contact,
@@ -100,7 +101,7 @@ impl InstanceFit {
             contact.sigma_t_m() * std(LN_SIGMA_T),
             Complex64::new(std(RE_Z_T), std(IM_Z_T)),
             std(TAU_MS) * MS,
-            std(PLATE_OFFSET),
+            Complex64::new(std(RE_OFFSET), std(IM_OFFSET)),
         );
         let series = estimate(
             &finger.inversion,

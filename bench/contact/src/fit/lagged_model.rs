@@ -11,8 +11,8 @@ use crate::assumed::AssumedConstants;
 use crate::contact::Contact;
 use crate::harmonic::observed;
 use crate::parameters::{
-    IM_Z_T, LN_AREA, LN_LOSS_FACTOR, LN_Q0, LN_SIGMA_T, MS, PARAMETERS, PLATE_OFFSET, RE_Z_T,
-    TAU_MS,
+    IM_OFFSET, IM_Z_T, LN_AREA, LN_LOSS_FACTOR, LN_Q0, LN_SIGMA_T, MS, PARAMETERS, RE_OFFSET,
+    RE_Z_T, TAU_MS,
 };
 
 /// An instance with its lead-in and room for the gap that goes with the parameters tried last.
@@ -177,7 +177,7 @@ impl ImpedanceModel<PARAMETERS> for LaggedModel<'_> {
     ) -> Option<()> {
         let contact = self.follow(parameters)?;
         let z_t = Complex64::new(parameters[RE_Z_T], parameters[IM_Z_T]);
-        let z_p = self.z_p + Complex64::I * parameters[PLATE_OFFSET];
+        let z_p = self.z_p + Complex64::new(parameters[RE_OFFSET], parameters[IM_OFFSET]);
         let loss_factor = parameters[LN_LOSS_FACTOR].exp();
         let z_c_per_stiffness = contact.impedance_n_s_per_m(1.0, self.carrier_rad_per_s);
         for index in 0..z_m.len() {
@@ -198,7 +198,8 @@ impl ImpedanceModel<PARAMETERS> for LaggedModel<'_> {
             slope[RE_Z_T] = by_z_t;
             slope[IM_Z_T] = by_z_t * Complex64::I;
             slope[TAU_MS] = by_stiffness * (by_gap * self.gap_by_tau_ms(at));
-            slope[PLATE_OFFSET] = Complex64::I;
+            slope[IM_OFFSET] = Complex64::I;
+            slope[RE_OFFSET] = Complex64::ONE;
             slope[LN_AREA] =
                 by_stiffness * (at_gap.by_ln_area + by_gap * self.gap_slopes.by_ln_area[at]);
             slope[LN_Q0] = by_stiffness * (at_gap.by_ln_q0 + by_gap * self.gap_slopes.by_ln_q0[at]);
@@ -223,7 +224,8 @@ mod tests {
                 let mut at = model.assumed_parameters(1.7e-6, tau_s);
                 at[RE_Z_T] = 0.47;
                 at[IM_Z_T] = 3.16;
-                at[PLATE_OFFSET] = -0.3;
+                at[IM_OFFSET] = -0.3;
+                at[RE_OFFSET] = 0.2;
                 at[LN_AREA] += f64::ln(area_ratio);
                 assert_slopes_are_derivatives(&mut model, at);
             }

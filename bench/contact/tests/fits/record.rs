@@ -29,7 +29,8 @@ pub struct Truth {
     pub area_m2: f64,
     pub q0_rad_per_m: f64,
     pub loss_factor: f64,
-    /// Added to i Im Z_p, N·s/m.
+    /// Added to Re and Im Z_p, N·s/m.
+    pub plate_damping: f64,
     pub plate_offset: f64,
     pub friction_floor: f64,
 }
@@ -45,6 +46,7 @@ pub const TRUTH: Truth = Truth {
     area_m2: 300e-6,
     q0_rad_per_m: 1.4e4,
     loss_factor: 0.3,
+    plate_damping: 0.0,
     plate_offset: 0.0,
     friction_floor: 0.0,
 };
@@ -130,7 +132,9 @@ impl Truth {
         let (a, n) = (self.amplitude_m(t), self.normal_n(t));
         let k_c = self.asperity_n(x) / self.sigma_t_m + 2.0 * self.squeeze_n(x, a) / x;
         let z_c = Complex64::new(self.loss_factor * k_c / OMEGA, -k_c / OMEGA);
-        let z_m = Z_P + Complex64::I * self.plate_offset + self.z_t * z_c / (self.z_t + z_c);
+        let z_m = Z_P
+            + Complex64::new(self.plate_damping, self.plate_offset)
+            + self.z_t * z_c / (self.z_t + z_c);
         let growth =
             self.mean_amplitude_m * self.modulation_index * TAU * 6.0 * (TAU * 6.0 * t).cos() / a;
         record.time_s.push(t);

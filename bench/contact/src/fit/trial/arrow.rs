@@ -7,7 +7,7 @@ use num_complex::Complex64;
 use super::super::least_squares::invert_scaled;
 
 /// Number of parameters that a block has of its own.
-pub(super) const OWN: usize = 4;
+pub(super) const OWN: usize = 5;
 /// Number of parameters that all blocks share.
 pub(super) const SHARED: usize = 4;
 

@@ -31,16 +31,17 @@ use super::series::InstanceSeries;
 use super::sigma_search::sigma_starts;
 use crate::live_estimator::Uncertain;
 use crate::parameters::{
-    IM_Z_T, LN_AREA, LN_LOSS_FACTOR, LN_Q0, LN_SIGMA_T, MS, PARAMETERS, PLATE_OFFSET, RE_Z_T,
-    TAU_MS,
+    IM_OFFSET, IM_Z_T, LN_AREA, LN_LOSS_FACTOR, LN_Q0, LN_SIGMA_T, MS, PARAMETERS, RE_OFFSET,
+    RE_Z_T, TAU_MS,
 };
 use crate::residual_noise::ResidualNoise;
 
 /// Parameters of one instance, in a block's order.
-const OF_INSTANCE: [usize; OWN] = [LN_SIGMA_T, RE_Z_T, IM_Z_T, PLATE_OFFSET];
+const OF_INSTANCE: [usize; OWN] = [LN_SIGMA_T, RE_Z_T, IM_Z_T, IM_OFFSET, RE_OFFSET];
 /// Parameters of the trial, in the arrow's order. τ is there as its logarithm.
 const OF_TRIAL: [usize; SHARED] = [LN_AREA, LN_Q0, LN_LOSS_FACTOR, TAU_MS];
-const OFFSET: usize = 3;
+/// Where the offset's parts stand in a block, and what keeps them from what no plate does.
+const OFFSETS: [usize; 2] = [3, 4];
 const AREA: usize = 0;
 const Q0: usize = 1;
 const LOSS_FACTOR: usize = 2;
@@ -55,6 +56,9 @@ const STARTS: [(f64, f64); 4] = [
 ];
 /// Standard deviation of a residual's component that the first search weighs priors with, N·s/m.
 const FIRST_STD: f64 = 0.01;
+
+/// Standard deviation that holds the plate's damping, N·s/m.
+const HELD: f64 = 1e-9;
 
 /// Options of a trial's fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -121,6 +125,8 @@ struct Trial<'a> {
     priors: TrialPriors,
     /// Standard deviation of a residual's component, N·s/m, as an independent one would have it.
     residual_std: f64,
+    /// Standard deviation of the offset of the plate's damping beforehand, N·s/m.
+    damping_std: f64,
     z_m: Vec<Complex64>,
     slopes: Vec<[Complex64; PARAMETERS]>,
 }
@@ -136,6 +142,7 @@ impl<'a> Trial<'a> {
             models,
             priors,
             residual_std: FIRST_STD,
+            damping_std: HELD,
             z_m: vec![Complex64::ZERO; longest],
             slopes: vec![[Complex64::ZERO; PARAMETERS]; longest],
         }
@@ -159,7 +166,7 @@ impl<'a> Trial<'a> {
             let slopes = &mut self.slopes[..z_m.len()];
             let mut best: Option<(f64, SVector<f64, OWN>)> = None;
             for sigma_t_m in sigma_starts() {
-                let at = SVector::from([sigma_t_m.ln(), 0.0, 0.0, 0.0]);
+                let at = SVector::from([sigma_t_m.ln(), 0.0, 0.0, 0.0, 0.0]);
                 let Some(parameters) = model.with_best_tissue(joined(&shared, &at)) else {
                     continue;
                 };
@@ -183,7 +190,8 @@ impl<'a> Trial<'a> {
         Some((shared, own))
     }
 
-    fn solve(&mut self) -> Result<ArrowMinimum, FitError> {
+    /// Searches from every start with the damping as it is allowed now.
+    fn search(&mut self) -> Option<ArrowMinimum> {
         let mut best: Option<ArrowMinimum> = None;
         for (area_m2, tau_s) in STARTS {
             let Some((shared, own)) = self.start(area_m2, tau_s) else {
@@ -196,10 +204,40 @@ impl<'a> Trial<'a> {
                     .then(a.squares.total_cmp(&b.squares))
             });
         }
-        let first = best.ok_or(FitError::NoStart)?;
+        best
+    }
+
+    /// Searches with the plate's damping held and with it fitted, and takes the second if it explains so much more that the
+    /// Bayesian information criterion (Schwarz 1978) grants each instance a damping of its own: a part in thousand of it
+    /// moves σ_t by some per cent, so that it must not be had for nothing.
+    fn solve(&mut self) -> Result<ArrowMinimum, FitError> {
+        let held = self.search().ok_or(FitError::NoStart)?;
+        self.damping_std = self.priors.plate_damping_std_n_s_per_m;
+        let fitted = self
+            .search()
+            .into_iter()
+            .chain(arrow::minimise(self, held.shared, held.own.clone()))
+            .min_by(|a, b| a.squares.total_cmp(&b.squares))
+            .ok_or(FitError::NoStart)?;
         // How strong the priors are beside the data is known once the residuals are.
-        self.residual_std = self.effective_std(&first).max(f64::MIN_POSITIVE.sqrt());
-        arrow::minimise(self, first.shared, first.own).ok_or(FitError::NoStart)
+        self.residual_std = self.effective_std(&fitted).max(f64::MIN_POSITIVE.sqrt());
+        let fitted = arrow::minimise(self, fitted.shared, fitted.own).ok_or(FitError::NoStart)?;
+        let independent = self.squares(&fitted) / self.residual_std.powi(2);
+        let dampings = self.models.len() as f64;
+        self.damping_std = HELD;
+        let held = arrow::minimise(self, held.shared, held.own).ok_or(FitError::NoStart)?;
+        if held.squares - fitted.squares > dampings * independent.max(1.0).ln() {
+            self.damping_std = self.priors.plate_damping_std_n_s_per_m;
+            return Ok(fitted);
+        }
+        self.residual_std = self.effective_std(&held).max(f64::MIN_POSITIVE.sqrt());
+        arrow::minimise(self, held.shared, held.own).ok_or(FitError::NoStart)
+    }
+
+    /// Returns Σ|Ẑ_m − Z_m|² over all instances.
+    fn squares(&mut self, minimum: &ArrowMinimum) -> f64 {
+        let residuals = self.residuals(minimum);
+        residuals.iter().flatten().map(Complex64::norm_sqr).sum()
     }
 
     /// Returns the residuals at a minimum, instance by instance.
@@ -458,13 +496,15 @@ impl ArrowProblem for Trial<'_> {
         own: &[SVector<f64, OWN>],
     ) -> Option<Vec<BlockNormal>> {
         let precision = self.residual_std.powi(-2);
-        let offset_precision = self.priors.plate_offset_std_n_s_per_m.powi(-2);
+        let offset_stds = [self.priors.plate_reactance_std_n_s_per_m, self.damping_std];
         let mut blocks = self.sums(shared, own, |_, _| precision)?;
         for (block, own) in blocks.iter_mut().zip(own) {
-            let offset = own[OFFSET];
-            block.squares += offset * offset * offset_precision;
-            block.own_gradient[OFFSET] += offset * offset_precision;
-            block.own[(OFFSET, OFFSET)] += offset_precision;
+            for (at, std) in OFFSETS.into_iter().zip(offset_stds) {
+                let (offset, precision) = (own[at], std.powi(-2));
+                block.squares += offset * offset * precision;
+                block.own_gradient[at] += offset * precision;
+                block.own[(at, at)] += precision;
+            }
         }
         Some(blocks)
     }

@@ -34,8 +34,12 @@ pub struct TrialPriors {
     pub loss_factor: LogNormal,
     /// Levitation lag τ, s. Default 95 % between 0.1 and 10 ms.
     pub tau_s: LogNormal,
-    /// Standard deviation of the plate's offset, N·s/m; its mean is 0. Default 3, thirty hertz of a plate of 8 g.
-    pub plate_offset_std_n_s_per_m: f64,
+    /// Standard deviation of the offset of the plate's reactance, N·s/m; its mean is 0. Default 3, thirty hertz of a plate of 8
+    /// g.
+    pub plate_reactance_std_n_s_per_m: f64,
+    /// Standard deviation of the offset of its damping, N·s/m; its mean is 0. Default 0.5, seven per cent of the published
+    /// plate's.
+    pub plate_damping_std_n_s_per_m: f64,
 }
 
 impl Default for TrialPriors {
@@ -45,7 +49,8 @@ impl Default for TrialPriors {
             q0_rad_per_m: LogNormal::between(5e3, 5e4),
             loss_factor: LogNormal::between(0.1, 0.6),
             tau_s: LogNormal::between(1e-4, 1e-2),
-            plate_offset_std_n_s_per_m: 3.0,
+            plate_reactance_std_n_s_per_m: 3.0,
+            plate_damping_std_n_s_per_m: 0.5,
         }
     }
 }

@@ -29,6 +29,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     for assumption in &options.assume {
         settings.assume(assumption)?;
     }
+    settings.plate_offset = !options.no_offset;
     let found = find::recordings(&options.recordings, options.practice)?;
     let selection = select(found, options.include_excluded)?;
     let folders = &selection.kept;
@@ -112,7 +113,7 @@ fn report(analysis: &RecordingAnalysis) {
     }
 }
 
-/// A line for each recording.
+/// A line for each recording, and one on what its instances have in common.
 fn summary(analysed: &Analysed) -> String {
     let mut lines = String::new();
     for recording in &analysed.recordings {
@@ -129,6 +130,14 @@ fn summary(analysed: &Analysed) -> String {
             "{}: {found}\n",
             escaped_line(&recording.path.display().to_string())
         ));
+        let trial = recording
+            .found
+            .as_ref()
+            .ok()
+            .and_then(|of| of.trial.as_ref());
+        if let Some(trial) = trial {
+            lines.push_str(&format!("  {trial}\n"));
+        }
     }
     lines
 }

@@ -49,6 +49,9 @@ pub struct Analyze {
     /// Assume the values of a TOML file, NAME = VALUE on each line; --assume takes precedence.
     #[arg(long, value_name = "FILE")]
     pub assume_file: Vec<PathBuf>,
+    /// Let `dynamic` take the plate as it was unloaded, instead of fitting how far it has moved since.
+    #[arg(long)]
+    pub no_offset: bool,
     /// Include practice trials.
     #[arg(long)]
     pub practice: bool,

@@ -30,7 +30,8 @@ samples["z_m_averaged"] = samples.re_z_m_averaged_n_s_per_m + 1j * samples.im_z_
 
 INSTANCE = ["recording", "instance", "method"]
 EXPLORATION = ["recording", "exploration", "method"]
-constants = ["z_p", "z_t", "rigid", "carrier_hz", "averaged_sigma_t_m", "mu0", "at_rest_up_to_amplitude_m"]
+constants = ["z_p", "z_t", "rigid", "carrier_hz", "averaged_sigma_t_m", "mu0", "at_rest_up_to_amplitude_m",
+             "contact_area_m2", "loss_factor"]
 samples = samples.merge(instances[INSTANCE + constants], on=INSTANCE)
 omega = 2 * np.pi * samples.carrier_hz
 
@@ -43,8 +44,8 @@ def asperity_limit_n(sigma_t_m):
     return p_c * assumed["contact_area_m2"]
 
 
-def squeeze_n(amplitude_m, gap_m):
-    return 1.25 * assumed["ambient_pressure_pa"] * assumed["contact_area_m2"] * (amplitude_m / gap_m) ** 2
+def squeeze_n(amplitude_m, gap_m, area_m2=assumed["contact_area_m2"]):
+    return 1.25 * assumed["ambient_pressure_pa"] * area_m2 * (amplitude_m / gap_m) ** 2
 
 
 def equilibrium_gap_m(sigma_t_m, amplitude_m, normal_n):
@@ -63,13 +64,16 @@ def stiffness_n_per_m(sigma_t_m, gap_m, normal_n):
     return asperity_n / sigma_t_m + 2 * (normal_n - asperity_n) / gap_m
 
 
-def contact_impedance(k_c, omega):
-    return k_c / (1j * omega) + assumed["loss_factor"] * k_c / omega
+def contact_impedance(k_c, omega, loss_factor=assumed["loss_factor"]):
+    return k_c / (1j * omega) + loss_factor * k_c / omega
 
 
 # ---- quantities of each frame, again from Z_m, Z_p and Z_t ----
 
 apart = {}
+assert set(instances.method) == {"paper", "dynamic", "trial"}, "methods"
+alone = instances[instances.method != "trial"]
+assert (alone.contact_area_m2 == assumed["contact_area_m2"]).all() and (alone.loss_factor == assumed["loss_factor"]).all()
 
 
 def agree(what, ours, theirs):
@@ -84,7 +88,8 @@ def agree(what, ours, theirs):
 finger = samples.z_m - samples.z_p
 v_p = omega * samples.amplitude_m
 skin = finger / samples.z_t
-z_c = contact_impedance(samples.k_c_n_per_m, omega)
+# `trial` measures the area and the loss factor that the other methods assume.
+z_c = contact_impedance(samples.k_c_n_per_m, omega, samples.loss_factor)
 for column, again in {
     "reaction_force_n": np.abs(finger) * v_p,
     "reaction_force_phase_rad": np.angle(finger),
@@ -93,7 +98,7 @@ for column, again in {
     "skin_per_plate_phase_rad": np.angle(skin),
     "plate_power_w": 0.5 * np.real(finger) * v_p**2,
     "skin_power_w": 0.5 * np.real(samples.z_t) * (np.abs(skin) * v_p) ** 2,
-    "film_force_n": squeeze_n(samples.amplitude_m, samples.gap_m),
+    "film_force_n": squeeze_n(samples.amplitude_m, samples.gap_m, samples.contact_area_m2),
 }.items():
     agree(column, samples[column], again)
 

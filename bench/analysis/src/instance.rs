@@ -106,6 +106,11 @@ impl PreparedInstance {
         &self.normal_n[self.start..]
     }
 
+    /// Returns the normal force without its sensor's noise, N: what `dynamic` and `trial` read.
+    pub fn finger_force_n(&self) -> &[f64] {
+        &self.finger_force_n[self.start..]
+    }
+
     /// Returns the measured friction.
     pub fn mu(&self) -> &[f64] {
         &self.mu[self.start..]

@@ -11,7 +11,7 @@ use crate::estimate::{Estimated, InstanceAnalysis};
 use crate::model_check::Band;
 use crate::printed_settings::PrintedSettings;
 use crate::published::{Statistics, statistics};
-use crate::whole_trial::WholeTrial;
+use crate::whole_trial::{WITHIN, WholeTrial};
 
 /// Version of the results file.
 pub const FORMAT: u32 = 1;
@@ -315,9 +315,6 @@ impl From<&InstanceAnalysis> for Instance {
         }
     }
 }
-
-/// Standard errors on either side of a 95 % interval.
-const WITHIN: f64 = 1.959_964;
 
 fn about(value: f64, std: f64) -> [f64; 2] {
     [value - WITHIN * std, value + WITHIN * std]

@@ -8,7 +8,6 @@ use std::sync::Arc;
 
 use contact::fit::ModelledSeries;
 use contact::live_estimator::Uncertain;
-use num_complex::Complex64;
 use parquet::basic::{Compression, LogicalType, Repetition, Type as PhysicalType};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
@@ -172,8 +171,8 @@ fn instances(analysed: &Analysed) -> Vec<Column> {
             r.estimated().spearman_mu.map_or(f64::NAN, |s| s.rho)
         }),
         real("carrier_hz", |r| r.found.manifest.carrier_hz),
-        real("re_z_p_n_s_per_m", |r| r.z_p().re),
-        real("im_z_p_n_s_per_m", |r| r.z_p().im),
+        real("re_z_p_n_s_per_m", |r| r.estimated().z_p_n_s_per_m.re),
+        real("im_z_p_n_s_per_m", |r| r.estimated().z_p_n_s_per_m.im),
         real("re_rigid_z_t_n_s_per_m", |r| {
             r.estimated().rigid_z_t_n_s_per_m.re
         }),
@@ -241,6 +240,9 @@ fn samples(analysed: &Analysed) -> Vec<Column> {
             r.instance.samples.amplitude_m(r.by.reads)[at]
         }),
         real("normal_n", |r, at| r.instance.samples.normal_n()[at]),
+        real("finger_force_n", |r, at| {
+            r.instance.samples.finger_force_n()[at]
+        }),
         real("measured_mu", |r, at| r.instance.samples.mu()[at]),
         real("re_z_m_n_s_per_m", |r, at| {
             r.instance.z_m(r.by.reads)[at].re
@@ -316,14 +318,6 @@ impl Row<'_> {
     fn averaged(&self, value: impl Fn(&ModelledSeries) -> f64) -> f64 {
         let series = &self.estimated().averaged.series;
         series.as_ref().map_or(f64::NAN, value)
-    }
-
-    /// Returns Z_p of the recording as the method reads it.
-    fn z_p(&self) -> Complex64 {
-        let unknown = Complex64::new(f64::NAN, f64::NAN);
-        self.found
-            .z_p
-            .map_or(unknown, |plate| plate.read_by(self.by.reads))
     }
 
     /// Returns a number of the plate's offset; 0 where none was fitted.

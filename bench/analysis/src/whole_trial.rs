@@ -1,5 +1,7 @@
 //! The fit of all instances of a recording together.
 
+use std::fmt;
+
 use contact::fit::trial::{self, TrialFit};
 use contact::fit::{FitConditions, FitError, FitVerdict, InstanceSeries};
 use contact::live_estimator::Uncertain;
@@ -27,6 +29,31 @@ pub struct WholeTrial {
     /// Number of instances.
     pub instances: usize,
 }
+
+impl fmt::Display for WholeTrial {
+    /// Writes the trial's findings with their 95 % intervals, in one line.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.verdict.is_usable() {
+            return write!(f, "trial: {}", self.verdict);
+        }
+        let span = |of: Uncertain, unit: f64| {
+            let factor = (WITHIN * of.std).exp();
+            [of.value / factor * unit, of.value * factor * unit]
+        };
+        let [area, most_area] = span(self.contact_area_m2, 1e6);
+        let [q0, most_q0] = span(self.q0_rad_per_m, 1e-4);
+        let [loss, most_loss] = span(self.loss_factor, 1.0);
+        let [tau, most_tau] = span(self.tau_s, 1e3);
+        write!(
+            f,
+            "trial: S {area:.0} to {most_area:.0} mm², q0 {q0:.2} to {most_q0:.2} × 10⁴ rad/m, η {loss:.3} to {most_loss:.3}, τ \
+             {tau:.2} to {most_tau:.2} ms"
+        )
+    }
+}
+
+/// Standard errors on either side of a 95 % interval.
+pub(crate) const WITHIN: f64 = 1.959_964;
 
 /// Fits the instances together, and gives each its estimate if the fit can be used.
 ///

@@ -115,7 +115,7 @@ fn standard_errors_are_the_scatter() {
             (fit.tau_s - TRUTH.tau_s, fit.tau_std_s),
             (
                 fit.plate_offset_n_s_per_m.im,
-                fit.plate_offset_std_n_s_per_m,
+                fit.plate_offset_std_n_s_per_m.im,
             ),
             (gap_error, fit.series.gap_std_m[10]),
         ]) {

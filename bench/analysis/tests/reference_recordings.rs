@@ -233,3 +233,38 @@ fn the_finger_pushes_and_the_skin_moves_as_the_truth_has_it() {
         "{apart:?}"
     );
 }
+
+/// A world in which nothing is as assumed (bench/tests/data/reference/README.md): `trial` measures what `dynamic` assumes,
+/// instance by instance where it changes.
+#[test]
+fn the_trials_fit_follows_a_drifting_plate_and_an_unknown_skin() {
+    let truth = fs::read(reference().join("recording-d.truth.json")).unwrap();
+    let truth: Value = serde_json::from_slice(&truth).unwrap();
+    let number = |key: &str| truth[key].as_f64().unwrap();
+    let analysis = analyse(&reference().join("recording-d"), &Settings::default());
+    let found = analysis.found.unwrap();
+    assert_eq!(found.instances.len(), 7);
+    let trial = found.trial.unwrap();
+    let off = |found: f64, key: &str| (found / number(key) - 1.0).abs();
+    assert!(off(trial.contact_area_m2.value, "contact_area_m2") < 0.06);
+    assert!(off(trial.q0_rad_per_m.value, "q0_rad_per_m") < 0.15);
+    assert!((trial.loss_factor.value - number("loss_factor")).abs() < 0.015);
+    assert!((trial.tau_s.value - number("tau_s")).abs() < 0.1e-3);
+    let floor = trial.friction_floor.unwrap().value;
+    assert!((floor - number("friction_floor")).abs() < 0.005);
+    let lag_s = trial.lateral_lag_s.unwrap().value;
+    assert!((lag_s - number("lateral_lag_s")).abs() < 0.15e-3);
+    for instance in &found.instances {
+        // The truth's own words: p(t) = clip((t - 1.1 s)/2.0 s, 0, 1); sigma_t and Im Z_t times 1 + 0.2 (p - 0.5).
+        let progress = ((instance.start_s + instance.end_s) / 2.0 - 1.1) / 2.0;
+        let growth = 1.0 + 0.2 * (progress - 0.5);
+        let z_t = Complex64::new(0.55, 3.3 * growth);
+        let found = instance.trial.as_ref().unwrap();
+        assert!((found.sigma_t_m / (1.55e-6 * growth) - 1.0).abs() < 0.015);
+        assert!((found.z_t_n_s_per_m - z_t).norm() < 0.03 * z_t.norm());
+        let shift_hz = found.plate_offset.unwrap().resonance_shift_hz;
+        assert!((shift_hz + 5.0 * progress).abs() < 0.2, "{shift_hz} Hz");
+        assert!(found.agreement.rms_mu < 0.005);
+        assert!(instance.dynamic.agreement.rms_mu > 0.03);
+    }
+}

@@ -39,19 +39,19 @@ impl BlockNormal {
     ) {
         let real = |of: Complex64, with: Complex64| (of.conj() * with).re * weight;
         self.squares += residual.norm_sqr() * weight;
-        for row in 0..OWN {
-            self.own_gradient[row] += real(by_own[row], residual);
-            for column in 0..OWN {
-                self.own[(row, column)] += real(by_own[row], by_own[column]);
+        for (row, &slope) in by_own.iter().enumerate() {
+            self.own_gradient[row] += real(slope, residual);
+            for (column, &other) in by_own.iter().enumerate() {
+                self.own[(row, column)] += real(slope, other);
             }
-            for column in 0..SHARED {
-                self.coupling[(row, column)] += real(by_own[row], by_shared[column]);
+            for (column, &other) in by_shared.iter().enumerate() {
+                self.coupling[(row, column)] += real(slope, other);
             }
         }
-        for row in 0..SHARED {
-            self.shared_gradient[row] += real(by_shared[row], residual);
-            for column in 0..SHARED {
-                self.shared[(row, column)] += real(by_shared[row], by_shared[column]);
+        for (row, &slope) in by_shared.iter().enumerate() {
+            self.shared_gradient[row] += real(slope, residual);
+            for (column, &other) in by_shared.iter().enumerate() {
+                self.shared[(row, column)] += real(slope, other);
             }
         }
     }

@@ -37,7 +37,6 @@ pub mod trial_selection;
 pub mod under_finger;
 pub mod unloaded;
 pub mod whole_trial;
-mod wiener;
 
 use std::path::{Path, PathBuf};
 

@@ -2,14 +2,12 @@
 //! sampled series that selection and estimation use.
 
 use impedance::smoothing::LowPass;
-use impedance::{Mask, ZmFrame};
+use impedance::{Mask, ZmFrame, wiener};
 use protocols::{Direction, ExplorationSeries, Validity};
 
 use recording::manifest::{Manifest, QUIET_S};
 use recording::pipeline::{Batch, DriveGap};
 use recording::{ForceRow, PositionRow};
-
-use crate::wiener;
 
 /// Cut-off of the second-order Butterworth filter on forces and position, Hz (Huloux 2021, section IV).
 pub const SMOOTHING_HZ: f64 = 100.0;

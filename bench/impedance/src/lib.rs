@@ -27,6 +27,7 @@ mod noise;
 pub mod sample_loss;
 pub mod smoothing;
 mod transient;
+pub mod wiener;
 mod window;
 mod zm;
 

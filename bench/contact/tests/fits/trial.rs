@@ -58,7 +58,7 @@ fn a_trial_recovers_the_skin_and_every_instance() {
         let fit = fitted(&truths.iter().map(Truth::record).collect::<Vec<_>>());
         assert_eq!(fit.verdict, FitVerdict::Converged);
         // The priors pull by what they weigh beside residuals that hardly are.
-        assert_relative_eq!(fit.contact_area_m2.value, skin.area_m2, max_relative = 1e-4);
+        assert_relative_eq!(fit.contact_area_m2.value, skin.area_m2, max_relative = 3e-4);
         assert_relative_eq!(
             fit.q0_rad_per_m.value,
             skin.q0_rad_per_m,
@@ -67,17 +67,17 @@ fn a_trial_recovers_the_skin_and_every_instance() {
         assert_relative_eq!(fit.loss_factor.value, skin.loss_factor, max_relative = 1e-4);
         assert_relative_eq!(fit.tau_s.value, skin.tau_s, max_relative = 1e-3);
         let floor = fit.friction_floor.unwrap().value;
-        assert_relative_eq!(floor, skin.friction_floor, epsilon = 1e-4);
+        assert_relative_eq!(floor, skin.friction_floor, epsilon = 3e-4);
         assert_relative_eq!(fit.lateral_lag_s.unwrap().value, 0.0, epsilon = 1e-6);
         assert_eq!(fit.instances.len(), truths.len());
         for (instance, truth) in fit.instances.iter().zip(&truths) {
-            assert_relative_eq!(instance.sigma_t_m, truth.sigma_t_m, max_relative = 1e-4);
+            assert_relative_eq!(instance.sigma_t_m, truth.sigma_t_m, max_relative = 3e-4);
             let apart = (instance.z_t_n_s_per_m - truth.z_t).norm();
-            assert!(apart < 1e-4 * truth.z_t.norm(), "{apart}");
+            assert!(apart < 3e-4 * truth.z_t.norm(), "{apart}");
             let offset = instance.plate_offset_n_s_per_m;
-            assert_relative_eq!(offset.im, truth.plate_offset, epsilon = 1e-4);
-            assert_relative_eq!(offset.re, truth.plate_damping, epsilon = 1e-4);
-            assert_relative_eq!(instance.mu0, truth.mu0, max_relative = 1e-4);
+            assert_relative_eq!(offset.im, truth.plate_offset, epsilon = 3e-4);
+            assert_relative_eq!(offset.re, truth.plate_damping, epsilon = 3e-4);
+            assert_relative_eq!(instance.mu0, truth.mu0, max_relative = 3e-4);
             assert!(instance.agreement.rms_mu < 1e-4, "{:?}", instance.agreement);
         }
     }

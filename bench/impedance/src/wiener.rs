@@ -1,7 +1,7 @@
 //! The force behind a noisy sensor: a zero-phase filter that passes each frequency by as much of its power as is the finger's.
 //!
-//! σ_t and τ are estimated from how the gap answers the normal force, so that noise taken for force biases them, and force taken
-//! for noise does too. What is the sensor's own is read off the record: its white noise is all that is left above
+//! σ_t and τ are estimated from how the gap answers the normal force: noise that is taken for force biases them, and so does
+//! force that is taken for noise. What is the sensor's own is read off the record: its white noise is all that is left above
 //! [`FLOOR_HZ`], where no finger pushes. Below, H(f) = 1 − 2N/P(f) (after Wiener 1949), with the record's own spectrum P.
 
 use realfft::RealFftPlanner;
@@ -24,9 +24,17 @@ const OVER: f64 = 2.0;
 /// Frequency above which less and less may pass: slower than this is aim and tremor, whose spectrum has peaks.
 const FALLING_HZ: f64 = 15.0;
 
-/// Returns the filtered values of an even record, `finer` of them for each; `None` where its rate or length does not show the
-/// noise.
-pub(super) fn filtered(values: &[f64], rate_hz: f64, finer: usize) -> Option<Vec<f64>> {
+/// Returns the filtered values of an even record at `rate_hz`, `finer` of them for each; `None` where its rate or length does not
+/// show the noise.
+///
+/// ```
+/// let press_n = |i: usize| 0.6 + 0.02 * (i as f64 / 160.0).sin();
+/// // A sensor that is off by 2 mN one way and the other.
+/// let read_n: Vec<f64> = (0..4000).map(|i| press_n(i) + if i % 2 == 0 { 2e-3 } else { -2e-3 }).collect();
+/// let force_n = impedance::wiener::filtered(&read_n, 2000.0, 1).expect("long and fast enough");
+/// assert!((force_n[2000] - press_n(2000)).abs() < 2e-4);
+/// ```
+pub fn filtered(values: &[f64], rate_hz: f64, finer: usize) -> Option<Vec<f64>> {
     let stretch = (STRETCH_S * rate_hz).round() as usize;
     if rate_hz < LEAST_RATE_HZ || values.len() < 2 * stretch {
         return None;

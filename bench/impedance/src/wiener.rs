@@ -2,7 +2,7 @@
 //!
 //! σ_t and τ are estimated from how the gap answers the normal force: noise that is taken for force biases them, and so does
 //! force that is taken for noise. What is the sensor's own is read off the record: its white noise is all that is left above
-//! [`FLOOR_HZ`], where no finger pushes. Below, H(f) = 1 − 2N/P(f) (after Wiener 1949), with the record's own spectrum P.
+//! 200 Hz, where no finger pushes. Below, H(f) = 1 − 2N/P(f) (after Wiener 1949), with the record's own spectrum P.
 
 use realfft::RealFftPlanner;
 

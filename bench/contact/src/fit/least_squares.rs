@@ -235,7 +235,7 @@ fn summarise<M: ImpedanceModel<N>, const N: usize>(
 }
 
 /// Inverse of a normal matrix, scaled to unit diagonal first so that units do not decide what counts as singular.
-pub(crate) fn invert_scaled(normal: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+fn invert_scaled(normal: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let scale = normal.diagonal().map(|of| of.sqrt().recip());
     if !scale.iter().all(|s| s.is_finite()) {
         return None;

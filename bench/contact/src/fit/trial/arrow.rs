@@ -1,10 +1,8 @@
 //! Least squares in which each block of residuals has parameters of its own and shares others with all blocks: the normal
 //! matrix has the shape of an arrow, and a step costs as much as the number of blocks.
 
-use nalgebra::{DMatrix, SMatrix, SVector};
+use nalgebra::{SMatrix, SVector};
 use num_complex::Complex64;
-
-use super::super::least_squares::invert_scaled;
 
 /// Number of parameters that a block has of its own.
 pub(super) const OWN: usize = 5;
@@ -205,38 +203,179 @@ pub(super) fn minimise(
     })
 }
 
+/// Covariance of the shared parameters, and of each block's own with the shared ones.
+pub(super) struct ArrowCovariance {
+    pub(super) shared: SharedMatrix,
+    pub(super) blocks: Vec<BlockCovariance>,
+}
+
+/// Covariance of a block's own parameters, and between them and the shared ones.
+pub(super) struct BlockCovariance {
+    pub(super) own: OwnMatrix,
+    pub(super) with_shared: Coupling,
+}
+
 impl ArrowMinimum {
-    /// Returns the inverse of the normal matrix, the shared parameters first and then each block's own; `None` if the data leave
-    /// a combination of parameters open.
-    pub(super) fn inverse(&self) -> Option<DMatrix<f64>> {
-        let Arrow { blocks, shared, .. } = &self.normal;
-        invert_scaled(&dense(shared, blocks))
+    /// Returns the covariance of the parameters, where the gradients scatter as `scatter` and `prior_scatter` say: the inverse
+    /// of the normal matrix on both sides of them (Huber 1967), block by block. `None` if the data leave a combination of
+    /// parameters open.
+    pub(super) fn covariance(
+        &self,
+        scatter: &[BlockNormal],
+        prior_scatter: &Shared,
+    ) -> Option<ArrowCovariance> {
+        let mut reduced = self.normal.shared;
+        let mut of_shared = SharedMatrix::from_diagonal(prior_scatter);
+        let mut eliminated = Vec::with_capacity(scatter.len());
+        for (block, scatter) in self.normal.blocks.iter().zip(scatter) {
+            let inverse = inverted(&block.own)?;
+            let to_shared = inverse * block.coupling;
+            reduced -= block.coupling.transpose() * to_shared;
+            // What a block's gradient adds to the shared one once its own parameters have followed.
+            let across = scatter.coupling - scatter.own * to_shared;
+            of_shared += scatter.shared
+                - scatter.coupling.transpose() * to_shared
+                - to_shared.transpose() * across;
+            eliminated.push((inverse, to_shared, across));
+        }
+        let reduced = inverted(&reduced)?;
+        let shared = reduced * of_shared * reduced;
+        let blocks = eliminated
+            .into_iter()
+            .zip(scatter)
+            .map(|((inverse, to_shared, across), scatter)| {
+                let direct = inverse * across * reduced;
+                let mixed = direct * to_shared.transpose();
+                BlockCovariance {
+                    own: inverse * scatter.own * inverse
+                        + to_shared * shared * to_shared.transpose()
+                        - mixed
+                        - mixed.transpose(),
+                    with_shared: direct - to_shared * shared,
+                }
+            })
+            .collect();
+        Some(ArrowCovariance { shared, blocks })
     }
 }
 
-/// Returns an arrow as a matrix, the shared parameters first and then each block's own.
-pub(super) fn dense(shared: &SharedMatrix, blocks: &[BlockNormal]) -> DMatrix<f64> {
-    let size = SHARED + OWN * blocks.len();
-    let mut matrix = DMatrix::zeros(size, size);
-    matrix
-        .fixed_view_mut::<SHARED, SHARED>(0, 0)
-        .copy_from(shared);
-    for (index, block) in blocks.iter().enumerate() {
-        let at = own_at(index);
-        matrix
-            .fixed_view_mut::<OWN, OWN>(at, at)
-            .copy_from(&block.own);
-        matrix
-            .fixed_view_mut::<OWN, SHARED>(at, 0)
-            .copy_from(&block.coupling);
-        matrix
-            .fixed_view_mut::<SHARED, OWN>(0, at)
-            .copy_from(&block.coupling.transpose());
+/// A pivot of a matrix that is scaled to unit diagonal below this is rounding, not information.
+const SINGULAR: f64 = 1e-12;
+
+fn inverted<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
+    let scale = SMatrix::<f64, N, N>::from_diagonal(&matrix.diagonal().map(|of| of.sqrt().recip()));
+    let factor = (scale * matrix * scale).cholesky()?;
+    let pivots = factor.l_dirty().diagonal();
+    if !pivots.iter().all(|pivot| pivot.powi(2) >= SINGULAR) {
+        return None;
     }
-    matrix
+    Some(scale * factor.inverse() * scale)
 }
 
-/// Returns where a block's own parameters begin.
-pub(super) fn own_at(block: usize) -> usize {
-    SHARED + OWN * block
+#[cfg(test)]
+mod tests {
+    use nalgebra::DMatrix;
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+
+    /// Blocks of random residuals' slopes; weighed anew they are a scatter.
+    fn blocks(
+        slopes: &[Vec<([Complex64; OWN], [Complex64; SHARED])>],
+        weight: fn(usize) -> f64,
+    ) -> Vec<BlockNormal> {
+        let of_block = |samples: &Vec<([Complex64; OWN], [Complex64; SHARED])>| {
+            let mut block = BlockNormal::default();
+            for (index, (own, shared)) in samples.iter().enumerate() {
+                block.add(Complex64::new(0.1, -0.2), own, shared, weight(index));
+            }
+            block
+        };
+        slopes.iter().map(of_block).collect()
+    }
+
+    /// The whole matrix, shared parameters first.
+    fn dense(blocks: &[BlockNormal], prior: &Shared) -> DMatrix<f64> {
+        let size = SHARED + OWN * blocks.len();
+        let mut matrix = DMatrix::zeros(size, size);
+        let mut shared = SharedMatrix::from_diagonal(prior);
+        for (index, block) in blocks.iter().enumerate() {
+            let at = SHARED + OWN * index;
+            shared += block.shared;
+            matrix.view_mut((at, at), (OWN, OWN)).copy_from(&block.own);
+            matrix
+                .view_mut((at, 0), (OWN, SHARED))
+                .copy_from(&block.coupling);
+            matrix
+                .view_mut((0, at), (SHARED, OWN))
+                .copy_from(&block.coupling.transpose());
+        }
+        matrix.view_mut((0, 0), (SHARED, SHARED)).copy_from(&shared);
+        matrix
+    }
+
+    /// Against the inverse of the whole matrix on both sides of the whole scatter.
+    #[test]
+    fn the_covariance_is_that_of_the_whole_matrix() {
+        let mut random = ChaCha8Rng::seed_from_u64(12);
+        let mut number = || -> f64 { StandardNormal.sample(&mut random) };
+        let slopes: Vec<_> = (0..3)
+            .map(|_| {
+                let sample = |_| {
+                    let mut complex = || Complex64::new(number(), number());
+                    (
+                        std::array::from_fn(|_| complex()),
+                        std::array::from_fn(|_| complex()),
+                    )
+                };
+                (0..12).map(sample).collect()
+            })
+            .collect();
+        let prior = Shared::from([0.5, 1.0, 2.0, 0.1]);
+        let (normal, scatter) = (
+            blocks(&slopes, |_| 1.0),
+            blocks(&slopes, |i| 1.0 + i as f64),
+        );
+        let mut shared = SharedMatrix::from_diagonal(&prior);
+        for block in &normal {
+            shared += block.shared;
+        }
+        let minimum = ArrowMinimum {
+            shared: Shared::zeros(),
+            own: vec![Own::zeros(); 3],
+            squares: 0.0,
+            converged: true,
+            normal: Arrow {
+                squares: 0.0,
+                blocks: normal.clone(),
+                shared_gradient: Shared::zeros(),
+                shared,
+            },
+        };
+        let found = minimum.covariance(&scatter, &prior).unwrap();
+        let inverse = dense(&normal, &prior).try_inverse().unwrap();
+        let expected = &inverse * dense(&scatter, &prior) * &inverse;
+        let apart = |ours: DMatrix<f64>, theirs: DMatrix<f64>| (ours - theirs).abs().max();
+        let of = |matrix: &DMatrix<f64>, at: (usize, usize), size: (usize, usize)| {
+            matrix.view(at, size).into_owned()
+        };
+        let shared = DMatrix::from_column_slice(SHARED, SHARED, found.shared.as_slice());
+        assert!(apart(shared, of(&expected, (0, 0), (SHARED, SHARED))) < 1e-12);
+        for (index, block) in found.blocks.iter().enumerate() {
+            let at = SHARED + OWN * index;
+            let own = DMatrix::from_column_slice(OWN, OWN, block.own.as_slice());
+            assert!(apart(own, of(&expected, (at, at), (OWN, OWN))) < 1e-12);
+            let with = DMatrix::from_column_slice(OWN, SHARED, block.with_shared.as_slice());
+            assert!(apart(with, of(&expected, (at, 0), (OWN, SHARED))) < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_matrix_that_leaves_a_combination_open_has_no_inverse() {
+        let open = SMatrix::<f64, 2, 2>::new(1.0, 1.0, 1.0, 1.0);
+        assert_eq!(inverted(&open), None);
+        assert_eq!(inverted(&SMatrix::<f64, 2, 2>::zeros()), None);
+    }
 }

@@ -13,10 +13,10 @@ mod arrow;
 mod friction;
 mod prior;
 
-use nalgebra::{DMatrix, SMatrix, SVector};
+use nalgebra::{SMatrix, SVector};
 use num_complex::Complex64;
 
-use arrow::{ArrowMinimum, ArrowProblem, BlockNormal, OWN, SHARED};
+use arrow::{ArrowCovariance, ArrowMinimum, ArrowProblem, BlockNormal, OWN, SHARED};
 use friction::{RatioSamples, TrialFriction};
 pub use prior::{LogNormal, TrialPriors};
 
@@ -302,7 +302,7 @@ impl<'a> Trial<'a> {
             value: minimum.shared[index].exp(),
             std: covariance
                 .as_ref()
-                .map_or(f64::INFINITY, |of| of[(index, index)].sqrt()),
+                .map_or(f64::INFINITY, |of| of.shared[(index, index)].sqrt()),
         };
         let friction = self.friction(instances, &minimum);
         let mut fits = Vec::with_capacity(instances.len());
@@ -372,23 +372,34 @@ fn joined(shared: &SVector<f64, SHARED>, own: &SVector<f64, OWN>) -> [f64; PARAM
 
 /// Returns an instance's covariance in the order of all parameters, with τ itself instead of its logarithm.
 fn of_instance(
-    covariance: &DMatrix<f64>,
+    covariance: &ArrowCovariance,
     index: usize,
     tau_ms: f64,
 ) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
-    let at = arrow::own_at(index);
-    let places: Vec<(usize, usize)> = (at..).zip(OF_INSTANCE).chain((0..).zip(OF_TRIAL)).collect();
     let unit = |parameter: usize| if parameter == TAU_MS { tau_ms } else { 1.0 };
+    let block = &covariance.blocks[index];
     let mut of_instance = SMatrix::zeros();
-    for &(row, i) in &places {
-        for &(column, j) in &places {
-            of_instance[(i, j)] = covariance[(row, column)] * unit(i) * unit(j);
+    let mut put = |i: usize, j: usize, value: f64| {
+        of_instance[(i, j)] = value * unit(i) * unit(j);
+        of_instance[(j, i)] = of_instance[(i, j)];
+    };
+    for (row, i) in OF_INSTANCE.into_iter().enumerate() {
+        for (column, j) in OF_INSTANCE.into_iter().enumerate() {
+            put(i, j, block.own[(row, column)]);
+        }
+        for (column, j) in OF_TRIAL.into_iter().enumerate() {
+            put(i, j, block.with_shared[(row, column)]);
+        }
+    }
+    for (row, i) in OF_TRIAL.into_iter().enumerate() {
+        for (column, j) in OF_TRIAL.into_iter().enumerate() {
+            put(i, j, covariance.shared[(row, column)]);
         }
     }
     of_instance
 }
 
-fn verdict(minimum: &ArrowMinimum, covariance: Option<&DMatrix<f64>>) -> FitVerdict {
+fn verdict(minimum: &ArrowMinimum, covariance: Option<&ArrowCovariance>) -> FitVerdict {
     if !minimum.converged {
         return FitVerdict::NotConverged {
             reason: "the search for the least squares did not end".to_owned(),
@@ -401,8 +412,8 @@ fn verdict(minimum: &ArrowMinimum, covariance: Option<&DMatrix<f64>>) -> FitVerd
         };
     };
     let of_instances = minimum.own.iter().enumerate().flat_map(|(index, own)| {
-        let at = arrow::own_at(index);
-        let variance = |of: usize| covariance[(at + of, at + of)];
+        let own_covariance = &covariance.blocks[index].own;
+        let variance = |of: usize| own_covariance[(of, of)];
         [
             (FitParameter::SigmaT, variance(0).sqrt()),
             (
@@ -411,7 +422,10 @@ fn verdict(minimum: &ArrowMinimum, covariance: Option<&DMatrix<f64>>) -> FitVerd
             ),
         ]
     });
-    let area = (FitParameter::ContactArea, covariance[(AREA, AREA)].sqrt());
+    let area = (
+        FitParameter::ContactArea,
+        covariance.shared[(AREA, AREA)].sqrt(),
+    );
     let worst = of_instances
         .chain([area])
         .max_by(|a, b| a.1.total_cmp(&b.1));
@@ -460,7 +474,7 @@ impl Trial<'_> {
         &mut self,
         minimum: &ArrowMinimum,
         residuals: &[Vec<Complex64>],
-    ) -> Option<DMatrix<f64>> {
+    ) -> Option<ArrowCovariance> {
         let precision = self.residual_std.powi(-2);
         let mut weights = Vec::with_capacity(residuals.len());
         for (model, residuals) in self.models.iter().zip(residuals) {
@@ -480,12 +494,7 @@ impl Trial<'_> {
         }
         let blocks = self.sums(&minimum.shared, &minimum.own, |i, k| weights[i][k])?;
         let (_, _, prior) = self.prior(&minimum.shared);
-        let shared = blocks
-            .iter()
-            .map(|block| block.shared)
-            .fold(SMatrix::from_diagonal(&prior), |sum, block| sum + block);
-        let inverse = minimum.inverse()?;
-        Some(&inverse * arrow::dense(&shared, &blocks) * &inverse)
+        minimum.covariance(&blocks, &prior)
     }
 }
 

@@ -17,7 +17,8 @@
 //! | stiffness k_c and the gap from it | 18 | [`Contact::stiffness_n_per_m`], [`Contact::gap_from_balance_stiffness`], [`Contact::gap_from_stiffness_m`] |
 //! | friction μ/μ0 | 19 | [`Contact::friction_ratio`] |
 //! | σ_t as published | | [`fit::paper`] |
-//! | σ_t, Z_t and τ jointly, with the levitation lag | | [`fit::dynamic`] |
+//! | σ_t, Z_t, τ and the plate's offset jointly, with the levitation lag | | [`fit::dynamic`] |
+//! | all instances of a trial, S, q0 and η found | | [`fit::trial`] |
 //! | normal force without a sensor | | [`self_sensed`] |
 //! | frame by frame | | [`live_estimator`] |
 //!

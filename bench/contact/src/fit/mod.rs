@@ -1,8 +1,9 @@
 //! From the measured impedance of one instance to σ_t, Z_t, τ, and with them contact stiffness, gap and friction in
 //! time.
 //!
-//! Two methods, always both: [`paper`] as published, [`dynamic`] with the corrections of the envelope and of the
-//! levitation lag.
+//! Two methods of an instance, always both: [`paper`] as published, [`dynamic`] with the corrections of the envelope, of the
+//! levitation lag and of a plate that has moved. A third, [`trial`], fits all instances of a trial together and finds the
+//! skin's constants that the others assume.
 //!
 //! Measured on two independent time-domain simulations of plate and finger (80 dB SNR, 6 Hz, 95 %; seven instances
 //! each, means; `bench/analysis/tests/reference_recordings.rs`):

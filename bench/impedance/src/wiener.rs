@@ -4,12 +4,14 @@
 //! force that is taken for noise. What is the sensor's own is read off the record: its white noise is all that is left above
 //! 200 Hz, where no finger pushes. Below, H(f) = 1 − 2N/P(f) (after Wiener 1949), with the record's own spectrum P.
 
+use std::ops::RangeInclusive;
+
 use realfft::RealFftPlanner;
 
 /// Frequency from which on a record shows its sensor's noise alone, Hz; of a slow one the upper half of its band has to do.
 const FLOOR_HZ: f64 = 200.0;
-/// Least rate of a record whose upper half is above a finger's own force, Hz.
-const LEAST_RATE_HZ: f64 = 200.0;
+/// Rates of a record, Hz, whose upper half is above a finger's own force, and which a force sensor may have.
+const RATES_HZ: RangeInclusive<f64> = 200.0..=1e6;
 /// Frequency above which nothing passes, Hz.
 const HIGHEST_HZ: f64 = 150.0;
 /// Part of the band up to half the rate in which a sensor's own filter may have taken noise away.
@@ -35,8 +37,11 @@ const FALLING_HZ: f64 = 15.0;
 /// assert!((force_n[2000] - press_n(2000)).abs() < 2e-4);
 /// ```
 pub fn filtered(values: &[f64], rate_hz: f64, finer: usize) -> Option<Vec<f64>> {
+    if !RATES_HZ.contains(&rate_hz) {
+        return None;
+    }
     let stretch = (STRETCH_S * rate_hz).round() as usize;
-    if rate_hz < LEAST_RATE_HZ || values.len() < 2 * stretch {
+    if values.len() < 2 * stretch {
         return None;
     }
     let spectrum = Spectrum::of(values, rate_hz, stretch)?;
@@ -243,6 +248,13 @@ mod tests {
             filtered(&force(rate_hz, seconds, 0.01), rate_hz, 1).is_none()
         };
         assert!(refused(150.0, 3.0), "too slow");
+        for rate_hz in [f64::INFINITY, f64::NAN, -1.0] {
+            assert_eq!(
+                filtered(&[0.5, 0.6], rate_hz, 1),
+                None,
+                "all rows at one time"
+            );
+        }
         assert!(refused(2000.0, 0.7), "too short");
         assert_eq!(filtered(&[0.5; 4000], 2000.0, 1), None, "no noise at all");
     }

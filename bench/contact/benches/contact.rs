@@ -5,7 +5,7 @@ mod record;
 use std::hint::black_box;
 
 use contact::FittedFinger;
-use contact::fit::{dynamic, paper};
+use contact::fit::{InstanceSeries, dynamic, paper, trial};
 use contact::live_estimator::{LiveEstimator, LiveFrame};
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use record::{CARRIER_HZ, Record, Z_P, Z_T, amplitude_m, contact, normal_n};
@@ -62,6 +62,17 @@ fn fits(c: &mut Criterion) {
                 black_box(&at_frame_rate.series()),
                 &conditions,
                 &dynamic::DynamicOptions::default(),
+            )
+        });
+    });
+    let records = Record::trial(14);
+    c.bench_function("trial fit, 14 instances", |b| {
+        b.iter(|| {
+            let series: Vec<InstanceSeries<'_>> = records.iter().map(Record::series).collect();
+            trial::fit(
+                black_box(&series),
+                &conditions,
+                &trial::TrialOptions::default(),
             )
         });
     });

@@ -15,7 +15,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-use contact::fit::paper;
+use contact::fit::{InstanceSeries, paper, trial};
 use criterion::measurement::WallTime;
 use criterion::{
     BenchmarkGroup, Criterion, SamplingMode, Throughput, criterion_group, criterion_main,
@@ -184,5 +184,31 @@ fn fit(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, demodulation, gaps, fit);
+fn trial_fit(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("trial fit of 14 instances");
+    group.sample_size(10).sampling_mode(SamplingMode::Flat);
+    let conditions = record::conditions();
+    let records = Record::trial(14);
+    let work = || {
+        let series: Vec<InstanceSeries<'_>> = records.iter().map(Record::series).collect();
+        trial::fit(
+            black_box(&series),
+            &conditions,
+            &trial::TrialOptions::default(),
+        )
+        .expect("instances that the model allows")
+    };
+    group.bench_function("this bench", |bencher| bencher.iter(work));
+    let fitted = work().instances;
+    let mean_m = fitted.iter().map(|of| of.sigma_t_m).sum::<f64>() / fitted.len() as f64;
+    rival(
+        &mut group,
+        "scipy least_squares",
+        "trial_least_squares",
+        mean_m,
+    );
+    group.finish();
+}
+
+criterion_group!(benches, demodulation, gaps, fit, trial_fit);
 criterion_main!(benches);

@@ -79,6 +79,62 @@ impl Record {
         }
     }
 
+    /// Instances of a trial at 2 kHz, with a skin that is not the assumed one, a plate that drifts and a lag of 0.9 ms.
+    pub fn trial(instances: usize) -> Vec<Self> {
+        (0..instances).map(|k| Self::of_trial(k as f64)).collect()
+    }
+
+    fn of_trial(k: f64) -> Self {
+        let (rate_hz, lead, tau_s, substeps) = (2000.0, 40, 0.9e-3, 32);
+        let skin = AssumedConstants {
+            contact_area_m2: 240e-6,
+            q0_rad_per_m: 1.9e4,
+            loss_factor: 0.36,
+            ..AssumedConstants::default()
+        };
+        let contact =
+            Contact::new(&skin, SIGMA_T_M * (1.0 + 0.01 * k)).expect("physical constants");
+        let z_t = Complex64::new(Z_T.re, Z_T.im * (1.0 + 0.01 * k));
+        let z_p = Z_P - Complex64::I * (0.02 * k);
+        let pressed_n = |t: f64| normal_n(t) * (0.9 + 0.015 * k);
+        let steady_m = |t: f64| {
+            let (a, n) = (amplitude_m(t), pressed_n(t));
+            contact.equilibrium_gap_m(a, n).expect("physical record")
+        };
+        let step_s = 1.0 / rate_hz / f64::from(substeps);
+        let share = 1.0 - (-step_s / tau_s).exp();
+        let mut record = Self {
+            time_s: (0..160).map(|i| f64::from(i) / rate_hz - 0.05).collect(),
+            z_m: Vec::new(),
+            amplitude_m: Vec::new(),
+            normal_n: Vec::new(),
+            mu: Vec::new(),
+            lead,
+        };
+        let begin_s = record.time_s[0] - 0.02;
+        let mut gap_m = steady_m(begin_s);
+        let mut step = 0;
+        for (i, &t) in record.time_s.clone().iter().enumerate() {
+            loop {
+                let at_s = begin_s + (f64::from(step) + 0.5) * step_s;
+                if at_s > t {
+                    break;
+                }
+                gap_m += (steady_m(at_s) - gap_m) * share;
+                step += 1;
+            }
+            let (a, n) = (amplitude_m(t), pressed_n(t));
+            let k_c = contact.stiffness_n_per_m(gap_m, a);
+            let z_c = contact.impedance_n_s_per_m(k_c, TAU * CARRIER_HZ);
+            let ripple = Complex64::from_polar(0.001, i as f64);
+            record.z_m.push(harmonic::observed(z_p, z_t, z_c) + ripple);
+            record.amplitude_m.push(a);
+            record.normal_n.push(n);
+            record.mu.push(0.8 * contact.friction_ratio(gap_m, n));
+        }
+        record
+    }
+
     /// As the fits read it.
     pub fn series(&self) -> InstanceSeries<'_> {
         let samples = InstanceSamples {

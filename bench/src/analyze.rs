@@ -10,6 +10,7 @@ use crate::outcome::{progress_bar, write_text};
 use crate::verbosity::Verbosity;
 use analysis::published::{TableFormat, statistics};
 use analysis::results::Results;
+use analysis::whole_trial;
 use analysis::{Analysed, RecordingAnalysis, Settings, analyse, find, tables, write_figures};
 use exclusions::{EXCLUSIONS_FILE, Selection};
 use tui::{escaped, escaped_line};
@@ -113,7 +114,7 @@ fn report(analysis: &RecordingAnalysis) {
     }
 }
 
-/// A line for each recording, and one on what its instances have in common.
+/// A line for each recording, and one on the parameters that its instances share.
 fn summary(analysed: &Analysed) -> String {
     let mut lines = String::new();
     for recording in &analysed.recordings {
@@ -136,7 +137,7 @@ fn summary(analysed: &Analysed) -> String {
             .ok()
             .and_then(|of| of.trial.as_ref());
         if let Some(trial) = trial {
-            lines.push_str(&format!("  {trial}\n"));
+            lines.push_str(&format!("  {}\n", whole_trial::line(trial)));
         }
     }
     lines

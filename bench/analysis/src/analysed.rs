@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use contact::FittedFinger;
+use contact::fit::trial::SharedFit;
 use protocols::{Direction, SelectionRules};
 
 use crate::analysis_settings::Settings;
@@ -11,7 +12,6 @@ pub use crate::exploration_findings::ExplorationFindings;
 use crate::flaw::Flaw;
 pub use crate::instance::PlateReading;
 pub use crate::model_check::Band;
-use crate::whole_trial::WholeTrial;
 use recording::manifest::{Manifest, RecordedPlate};
 use recording::pipeline::PickupOffset;
 use recording::pipeline::RecordedError;
@@ -95,8 +95,8 @@ pub struct RecordingFindings {
     pub explorations: Vec<ExplorationFindings>,
     /// Estimated instances, in time order.
     pub instances: Vec<InstanceAnalysis>,
-    /// What the instances have in common by the fit of all together; `None` if they cannot be fitted so.
-    pub trial: Option<WholeTrial>,
+    /// Parameters that the instances share, fitted together; `None` if they cannot be.
+    pub trial: Option<SharedFit>,
     /// Self-sensed against measured normal force, by amplitude.
     pub model_check: Vec<Band>,
     /// Stretches without an estimate.

@@ -67,13 +67,6 @@ impl InstanceAnalysis {
         }
     }
 
-    pub(crate) fn estimated_mut(&mut self, method: Method) -> &mut Estimated {
-        match method {
-            Method::Paper => &mut self.paper,
-            Method::Dynamic => &mut self.dynamic,
-        }
-    }
-
     /// Returns every estimate there is.
     pub fn estimates(&self) -> impl Iterator<Item = NamedEstimate<'_>> {
         let alone = Method::BOTH.map(|method| NamedEstimate {
@@ -98,7 +91,7 @@ impl InstanceAnalysis {
 /// Name of the fit of a whole trial in results and tables.
 pub const TRIAL: &str = "trial";
 
-/// What the plate's impedance was beyond that of the unloaded plate.
+/// Departure of the plate's impedance from that of the unloaded plate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlateOffset {
     /// Added to Z_p, N·s/m.
@@ -157,9 +150,9 @@ pub struct Estimated {
     pub z_t_std_n_s_per_m: Complex64,
     /// τ and its standard error, s; `paper` has none.
     pub tau_s: Option<(f64, f64)>,
-    /// What was assumed of skin and air, or found: by `trial` S, q0 and η.
+    /// Constants of skin and air: assumed, but by `trial` S, q0 and η fitted.
     pub skin: AssumedConstants,
-    /// Offset of the plate; `None` where the plate is taken as it was unloaded.
+    /// Offset of the plate; `None` by `paper`.
     pub plate_offset: Option<PlateOffset>,
     /// μ0.
     pub mu0: f64,
@@ -374,7 +367,7 @@ impl<'a> Measured<'a> {
                 plate_offset: Some(PlateOffset {
                     n_s_per_m: offset,
                     std_n_s_per_m: offset_std,
-                    resonance_shift_hz: -offset.im * hz_per_n_s_per_m,
+                    resonance_shift_hz: 0.0 - offset.im * hz_per_n_s_per_m,
                     resonance_shift_std_hz: offset_std.im * hz_per_n_s_per_m,
                 }),
                 mu0: (fit.mu0, fit.mu0_std),

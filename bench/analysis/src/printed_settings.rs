@@ -1,5 +1,7 @@
-//! The settings as results and tables print them: every assumed number, and how each method takes the amplitude.
+//! The settings as results and tables print them: every assumed number, the priors of `trial`, and how each method takes the
+//! amplitude and the normal force.
 
+use contact::fit::trial::LogNormal;
 use serde::Serialize;
 
 use crate::analysed::Analysed;
@@ -11,6 +13,42 @@ pub struct PrintedSettings {
     #[serde(flatten)]
     settings: Settings,
     amplitude_along_plate: AmplitudeTaken,
+    normal_force: ForceTaken,
+    trial_priors: Priors,
+}
+
+/// What each method takes for the normal force.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct ForceTaken {
+    paper: &'static str,
+    dynamic: &'static str,
+}
+
+/// What `trial` holds likely beforehand: medians and standard deviations of the logarithms; of the plate's offset, whose mean is
+/// 0, standard deviations.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct Priors {
+    contact_area_m2: Prior,
+    q0_rad_per_m: Prior,
+    loss_factor: Prior,
+    tau_s: Prior,
+    plate_reactance_std_n_s_per_m: f64,
+    plate_damping_std_n_s_per_m: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+struct Prior {
+    median: f64,
+    ln_std: f64,
+}
+
+impl From<LogNormal> for Prior {
+    fn from(prior: LogNormal) -> Self {
+        Self {
+            median: prior.median,
+            ln_std: prior.ln_std,
+        }
+    }
 }
 
 /// Whence each method takes the amplitude under the finger.
@@ -28,7 +66,20 @@ impl PrintedSettings {
             recordings += 1;
             measured += usize::from(found.plate().profile.is_some());
         }
+        let priors = analysed.settings.trial().priors;
         Self {
+            normal_force: ForceTaken {
+                paper: "low-passed, as published",
+                dynamic: "without its sensor's noise as its spectrum tells; low-passed where it does not",
+            },
+            trial_priors: Priors {
+                contact_area_m2: priors.contact_area_m2.into(),
+                q0_rad_per_m: priors.q0_rad_per_m.into(),
+                loss_factor: priors.loss_factor.into(),
+                tau_s: priors.tau_s.into(),
+                plate_reactance_std_n_s_per_m: priors.plate_reactance_std_n_s_per_m,
+                plate_damping_std_n_s_per_m: priors.plate_damping_std_n_s_per_m,
+            },
             settings: analysed.settings,
             amplitude_along_plate: AmplitudeTaken {
                 paper: "uniform, as published: that at the pickup",

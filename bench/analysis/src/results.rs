@@ -1,7 +1,8 @@
 //! Results file, by the schema of RECORDING.md.
 
 use contact::fit::Sensitivities;
-use contact::live_estimator::Uncertain;
+use contact::fit::trial::SharedFit;
+use contact::uncertain::{LogUncertain, Uncertain};
 use num_complex::Complex64;
 use protocols::Direction;
 use serde::Serialize;
@@ -11,7 +12,6 @@ use crate::estimate::{Estimated, InstanceAnalysis};
 use crate::model_check::Band;
 use crate::printed_settings::PrintedSettings;
 use crate::published::{Statistics, statistics};
-use crate::whole_trial::{WITHIN, WholeTrial};
 
 /// Version of the results file.
 pub const FORMAT: u32 = 1;
@@ -78,7 +78,7 @@ struct Instance {
     trial: Option<TrialEstimate>,
 }
 
-/// What the instances of a recording have in common.
+/// Parameters that the instances of a recording share.
 #[derive(Debug, Serialize)]
 struct Trial {
     contact_area_m2: f64,
@@ -116,7 +116,7 @@ struct InstanceIntervals {
     z_t_re_n_s_per_m: [f64; 2],
     z_t_im_n_s_per_m: [f64; 2],
     mu0: [f64; 2],
-    resonance_shift_hz: [f64; 2],
+    resonance_shift_hz: Option<[f64; 2]>,
 }
 
 #[derive(Debug, Serialize)]
@@ -281,7 +281,7 @@ impl From<&RecordingAnalysis> for Recording {
                 dynamic: found.z_p.map(|z_p| pair(z_p.corrected_n_s_per_m)),
             },
             instances: found.instances.iter().map(Instance::from).collect(),
-            trial: found.trial.as_ref().map(Trial::from),
+            trial: (found.trial.as_ref()).map(|shared| Trial::of(shared, found.instances.len())),
             model_check: found.model_check.iter().map(BandRow::from).collect(),
             rejected: found
                 .rejected
@@ -316,58 +316,48 @@ impl From<&InstanceAnalysis> for Instance {
     }
 }
 
-fn about(value: f64, std: f64) -> [f64; 2] {
-    [value - WITHIN * std, value + WITHIN * std]
-}
-
-/// Returns the interval of a positive value whose logarithm has this standard error.
-fn about_logarithm(value: f64, ln_std: f64) -> [f64; 2] {
-    [
-        value * (-WITHIN * ln_std).exp(),
-        value * (WITHIN * ln_std).exp(),
-    ]
-}
-
-impl From<&WholeTrial> for Trial {
-    fn from(trial: &WholeTrial) -> Self {
-        let positive = |of: Uncertain| about_logarithm(of.value, of.std);
-        let any = |of: Option<Uncertain>| of.map(|of| about(of.value, of.std));
+impl Trial {
+    fn of(shared: &SharedFit, instances: usize) -> Self {
+        let interval = |of: Option<Uncertain>| of.map(|of| of.interval95());
         Self {
-            contact_area_m2: trial.contact_area_m2.value,
-            q0_rad_per_m: trial.q0_rad_per_m.value,
-            loss_factor: trial.loss_factor.value,
-            tau_s: trial.tau_s.value,
-            friction_floor: trial.friction_floor.map(|of| of.value),
-            lateral_lag_s: trial.lateral_lag_s.map(|of| of.value),
+            contact_area_m2: shared.contact_area_m2.value,
+            q0_rad_per_m: shared.q0_rad_per_m.value,
+            loss_factor: shared.loss_factor.value,
+            tau_s: shared.tau_s.value,
+            friction_floor: shared.friction_floor.map(|of| of.value),
+            lateral_lag_s: shared.lateral_lag_s.map(|of| of.value),
             interval95: TrialIntervals {
-                contact_area_m2: positive(trial.contact_area_m2),
-                q0_rad_per_m: positive(trial.q0_rad_per_m),
-                loss_factor: positive(trial.loss_factor),
-                tau_s: positive(trial.tau_s),
-                friction_floor: any(trial.friction_floor),
-                lateral_lag_s: any(trial.lateral_lag_s),
+                contact_area_m2: shared.contact_area_m2.interval95(),
+                q0_rad_per_m: shared.q0_rad_per_m.interval95(),
+                loss_factor: shared.loss_factor.interval95(),
+                tau_s: shared.tau_s.interval95(),
+                friction_floor: interval(shared.friction_floor),
+                lateral_lag_s: interval(shared.lateral_lag_s),
             },
-            n_instances: trial.instances,
-            verdict: trial.verdict.to_string(),
+            n_instances: instances,
+            verdict: shared.verdict.to_string(),
         }
     }
 }
 
 impl From<&Estimated> for TrialEstimate {
     fn from(estimated: &Estimated) -> Self {
-        let (sigma_t_m, z_t) = (estimated.sigma_t_m, estimated.z_t_n_s_per_m);
-        let z_t_std = estimated.z_t_std_n_s_per_m;
-        let shift = estimated.plate_offset.map_or([0.0; 2], |of| {
-            about(of.resonance_shift_hz, of.resonance_shift_std_hz)
-        });
+        let interval = |value: f64, std: f64| Uncertain { value, std }.interval95();
+        let (z_t, z_t_std) = (estimated.z_t_n_s_per_m, estimated.z_t_std_n_s_per_m);
+        let sigma_t = LogUncertain {
+            value: estimated.sigma_t_m,
+            ln_std: estimated.sigma_t_std_m / estimated.sigma_t_m,
+        };
         Self {
             estimate: Estimate::from(estimated),
             interval95: InstanceIntervals {
-                sigma_t_m: about_logarithm(sigma_t_m, estimated.sigma_t_std_m / sigma_t_m),
-                z_t_re_n_s_per_m: about(z_t.re, z_t_std.re),
-                z_t_im_n_s_per_m: about(z_t.im, z_t_std.im),
-                mu0: about(estimated.mu0, estimated.mu0_std),
-                resonance_shift_hz: shift,
+                sigma_t_m: sigma_t.interval95(),
+                z_t_re_n_s_per_m: interval(z_t.re, z_t_std.re),
+                z_t_im_n_s_per_m: interval(z_t.im, z_t_std.im),
+                mu0: interval(estimated.mu0, estimated.mu0_std),
+                resonance_shift_hz: estimated
+                    .plate_offset
+                    .map(|of| interval(of.resonance_shift_hz, of.resonance_shift_std_hz)),
             },
         }
     }

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use contact::fit::ModelledSeries;
-use contact::live_estimator::Uncertain;
+use contact::fit::trial::SharedFit;
+use contact::uncertain::Uncertain;
 use parquet::basic::{Compression, LogicalType, Repetition, Type as PhysicalType};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
@@ -20,7 +21,6 @@ use crate::analysed::{Analysed, RecordingFindings};
 use crate::estimate::{InstanceAnalysis, NamedEstimate, PlateOffset, TRIAL};
 use crate::motion::SkinMotion;
 use crate::printed_settings::PrintedSettings;
-use crate::whole_trial::WholeTrial;
 use recording::DiskError;
 use recording::disk::{self, OnPath};
 
@@ -326,7 +326,7 @@ impl Row<'_> {
     }
 
     /// Returns a number of the trial's friction; 0 by the methods that have none.
-    fn friction(&self, value: impl Fn(&WholeTrial) -> Option<Uncertain>) -> f64 {
+    fn friction(&self, value: impl Fn(&SharedFit) -> Option<Uncertain>) -> f64 {
         let trial = self.found.trial.as_ref().filter(|_| self.by.name == TRIAL);
         trial.and_then(value).map_or(0.0, |of| of.value)
     }

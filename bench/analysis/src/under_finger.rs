@@ -4,7 +4,7 @@
 //! f̃ acts on the mode with φ f̃, so that Z_m − Z_p is φ² times the finger's own impedance. Z_p + (Z_m − Z_p)/φ² over φ
 //! x̃_p is thus what a plate would show that moves everywhere as this one does under the finger; with these two, Eqs. 9
 //! to 12 and 21 of Huloux 2021 hold as they stand, and f̃ = (Z_m − Z_p) ṽ_p (Eq. 10) is the force on the finger.
-//! What is not the finger's is divided by φ² too: a resonance that drifts adds y to Z_m, and y/φ² here.
+//! A drift of the plate itself is divided by φ² too: where it adds y to Z_m, it adds y/φ² here.
 
 use std::ops::Range;
 

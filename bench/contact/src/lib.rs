@@ -39,6 +39,7 @@ mod parameters;
 mod residual_noise;
 mod root;
 pub mod self_sensed;
+pub mod uncertain;
 
 pub use assumed::AssumedConstants;
 pub use contact::{Contact, InversionCounts, InvertedGap, StiffnessBranch};

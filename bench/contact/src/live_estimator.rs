@@ -6,6 +6,7 @@ use crate::error::{ModelError, positive};
 use crate::finger::FittedFinger;
 use crate::inversion::Dependent;
 use crate::parameters::PARAMETERS;
+pub use crate::uncertain::Uncertain;
 
 /// Slope at the last of five samples, oldest first, least squares of a parabola, per interval: no delay.
 const CAUSAL_SLOPE: [f64; FRAMES] = [
@@ -26,15 +27,6 @@ pub struct LiveFrame {
     pub amplitude_m: f64,
     /// Measured normal force, N, if there is a sensor: μ/μ0 then refers to it, else to the self-sensed force.
     pub normal_n: Option<f64>,
-}
-
-/// A value and its standard error.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Uncertain {
-    /// The value.
-    pub value: f64,
-    /// Standard error of the value; infinite if that of the parameters is unknown.
-    pub std: f64,
 }
 
 /// Stiffness, gap, friction and force at one frame.

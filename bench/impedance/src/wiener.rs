@@ -14,7 +14,7 @@ const FLOOR_HZ: f64 = 200.0;
 const RATES_HZ: RangeInclusive<f64> = 200.0..=1e6;
 /// Frequency above which nothing passes, Hz.
 const HIGHEST_HZ: f64 = 150.0;
-/// Part of the band up to half the rate in which a sensor's own filter may have taken noise away.
+/// Part of the band up to half the rate that is looked at: above, a sensor's own filter may have taken noise away.
 const USABLE: f64 = 0.8;
 /// Length of the stretches whose spectra are averaged, s.
 const STRETCH_S: f64 = 0.4;

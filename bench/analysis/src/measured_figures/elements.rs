@@ -18,7 +18,7 @@ pub(super) const MODELLED: &str = "model";
 pub(super) fn assumed(settings: &Settings) -> String {
     format!(
         "Assumed: q₀ = {:e} rad/m, E = {} MPa, ν = {}, S = {} mm², p₀ = {} Pa, η = {}; instances of {} ms in the central {} mm; forces \
-         through a zero-phase second-order Butterworth filter of {} Hz; rest below {} µm (paper); \
+         through a zero-phase second-order Butterworth filter of {} Hz, but the normal force by its spectrum (dynamic); rest below {} µm (paper); \
          amplitude uniform along the plate (paper), as measured (dynamic, where it was).",
         settings.sigma_q0_rad_per_m,
         rounded(settings.young_modulus_pa * 1e-6),

@@ -72,11 +72,19 @@ pub(super) fn figure(
         drawn.methods.iter().map(curve).collect()
     };
     let modulus = of_methods(&|z_m, _, _| z_m.norm());
+    // The mean of what the instances subtract: by `dynamic` it has the plate's offset in it.
+    let z_p = |method: Method| {
+        let each = instances.iter().map(|i| i.estimated(method).z_p_n_s_per_m);
+        let mean = each.sum::<Complex64>() / instances.len() as f64;
+        if instances.is_empty() {
+            found.z_p.map_or(mean, |plate| plate.read_by(method))
+        } else {
+            mean
+        }
+    };
     let reaction = of_methods(&|z_m, amplitude_m, method| {
-        found.z_p.map_or(f64::NAN, |plate| {
-            let v_p = TAU * found.manifest.carrier_hz * amplitude_m;
-            ((z_m - plate.read_by(method)) * v_p).norm()
-        })
+        let v_p = TAU * found.manifest.carrier_hz * amplitude_m;
+        ((z_m - z_p(method)) * v_p).norm()
     });
     let mut forces = Vec::new();
     if drawn.methods.contains(&Method::Dynamic) {

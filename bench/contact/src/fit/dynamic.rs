@@ -109,7 +109,7 @@ pub fn modelled(
     })
 }
 
-/// What an instance's own fit says beside σ_t and Z_t.
+/// τ and Z_p of an instance's own fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AlongWith {
     /// τ, s.

@@ -1,4 +1,4 @@
-//! What a fit of the lagged model says about one instance.
+//! Result of a fit of the lagged model for one instance.
 
 use num_complex::Complex64;
 
@@ -35,7 +35,7 @@ pub struct InstanceFit {
     pub tau_s: f64,
     /// Standard error of `tau_s`, s; 0 at the bound.
     pub tau_std_s: f64,
-    /// What the plate's impedance was beyond that of the unloaded plate, N·s/m: imaginary where its resonance has moved, real
+    /// Departure of the plate's impedance from that of the unloaded plate, N·s/m: imaginary where its resonance has moved, real
     /// where its damping has changed; 0 where a part was held.
     pub plate_offset_n_s_per_m: Complex64,
     /// Standard errors of the offset's real and imaginary part, N·s/m; 0 where a part was held.

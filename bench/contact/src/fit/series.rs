@@ -22,8 +22,7 @@ pub struct InstanceSamples<'a> {
     pub z_m_corrected_n_s_per_m: &'a [Complex64],
     /// Vibration amplitude |x̃_p|, peak, m; no filter but the demodulator's window.
     pub amplitude_m: &'a [f64],
-    /// Normal force, N. The fits follow it as it stands: what is noise of its sensor has to be taken away before, for the gap
-    /// answers all of it.
+    /// Normal force, N. The fits take it as it is given: the noise of its sensor has to be removed before.
     pub normal_n: &'a [f64],
     /// Measured friction |f_t|/f_n.
     pub mu: &'a [f64],

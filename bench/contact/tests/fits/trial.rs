@@ -56,19 +56,27 @@ fn a_trial_recovers_the_skin_and_every_instance() {
     for skin in SKINS {
         let truths = instances(skin, 5);
         let fit = fitted(&truths.iter().map(Truth::record).collect::<Vec<_>>());
-        assert_eq!(fit.verdict, FitVerdict::Converged);
+        assert_eq!(fit.shared.verdict, FitVerdict::Converged);
         // The priors pull by what they weigh beside residuals that hardly are.
-        assert_relative_eq!(fit.contact_area_m2.value, skin.area_m2, max_relative = 3e-4);
         assert_relative_eq!(
-            fit.q0_rad_per_m.value,
+            fit.shared.contact_area_m2.value,
+            skin.area_m2,
+            max_relative = 3e-4
+        );
+        assert_relative_eq!(
+            fit.shared.q0_rad_per_m.value,
             skin.q0_rad_per_m,
             max_relative = 1e-3
         );
-        assert_relative_eq!(fit.loss_factor.value, skin.loss_factor, max_relative = 1e-4);
-        assert_relative_eq!(fit.tau_s.value, skin.tau_s, max_relative = 1e-3);
-        let floor = fit.friction_floor.unwrap().value;
+        assert_relative_eq!(
+            fit.shared.loss_factor.value,
+            skin.loss_factor,
+            max_relative = 1e-4
+        );
+        assert_relative_eq!(fit.shared.tau_s.value, skin.tau_s, max_relative = 1e-3);
+        let floor = fit.shared.friction_floor.unwrap().value;
         assert_relative_eq!(floor, skin.friction_floor, epsilon = 3e-4);
-        assert_relative_eq!(fit.lateral_lag_s.unwrap().value, 0.0, epsilon = 1e-6);
+        assert_relative_eq!(fit.shared.lateral_lag_s.unwrap().value, 0.0, epsilon = 1e-6);
         assert_eq!(fit.instances.len(), truths.len());
         for (instance, truth) in fit.instances.iter().zip(&truths) {
             assert_relative_eq!(instance.sigma_t_m, truth.sigma_t_m, max_relative = 3e-4);
@@ -118,9 +126,9 @@ fn a_lag_of_the_lateral_force_is_found_and_does_not_touch_the_contact() {
             .map(|record| record.with_lateral_lag(lag_s))
             .collect();
         let (prompt, late) = (fitted(&records), fitted(&lagging));
-        assert_eq!(prompt.contact_area_m2, late.contact_area_m2);
+        assert_eq!(prompt.shared.contact_area_m2, late.shared.contact_area_m2);
         // The record's lag holds the force over a sample, which is half of one late.
-        let found_s = late.lateral_lag_s.unwrap().value;
+        let found_s = late.shared.lateral_lag_s.unwrap().value;
         assert!((found_s - lag_s).abs() < 0.3e-3, "{found_s}");
         for (instance, truth) in late.instances.iter().zip(&truths) {
             assert!(instance.agreement.rms_mu < 3e-3, "{:?}", instance.agreement);
@@ -151,18 +159,21 @@ fn standard_errors_of_a_trial_are_the_scatter() {
         let ln = |value: f64, truth: f64| (value / truth).ln();
         for (score, (error, std)) in scores.iter_mut().zip([
             (
-                ln(fit.contact_area_m2.value, SKINS[1].area_m2),
-                fit.contact_area_m2.std,
+                ln(fit.shared.contact_area_m2.value, SKINS[1].area_m2),
+                fit.shared.contact_area_m2.ln_std,
             ),
             (
-                ln(fit.q0_rad_per_m.value, SKINS[1].q0_rad_per_m),
-                fit.q0_rad_per_m.std,
+                ln(fit.shared.q0_rad_per_m.value, SKINS[1].q0_rad_per_m),
+                fit.shared.q0_rad_per_m.ln_std,
             ),
             (
-                ln(fit.loss_factor.value, SKINS[1].loss_factor),
-                fit.loss_factor.std,
+                ln(fit.shared.loss_factor.value, SKINS[1].loss_factor),
+                fit.shared.loss_factor.ln_std,
             ),
-            (ln(fit.tau_s.value, SKINS[1].tau_s), fit.tau_s.std),
+            (
+                ln(fit.shared.tau_s.value, SKINS[1].tau_s),
+                fit.shared.tau_s.ln_std,
+            ),
             (instance.sigma_t_m - truth.sigma_t_m, instance.sigma_t_std_m),
             (z_t.re, z_t_std.re),
             (z_t.im, z_t_std.im),
@@ -179,10 +190,10 @@ fn standard_errors_of_a_trial_are_the_scatter() {
 #[test]
 fn one_instance_is_held_by_the_priors() {
     let fit = fitted(&[TRUTH.record().with_noise(3, 1e-4)]);
-    assert_eq!(fit.verdict, FitVerdict::Converged);
-    let found = fit.contact_area_m2;
+    assert_eq!(fit.shared.verdict, FitVerdict::Converged);
+    let found = fit.shared.contact_area_m2;
     assert!(
-        (found.value / TRUTH.area_m2).ln().abs() < 4.0 * found.std + 0.02,
+        (found.value / TRUTH.area_m2).ln().abs() < 4.0 * found.ln_std + 0.02,
         "{found:?}"
     );
     let still = Truth {
@@ -191,7 +202,7 @@ fn one_instance_is_held_by_the_priors() {
         ..TRUTH
     };
     let fit = fitted(&[still.record().with_noise(3, 1e-4)]);
-    let verdict = fit.verdict;
+    let verdict = fit.shared.verdict;
     let weak = matches!(
         verdict,
         FitVerdict::NotIdentifiable {

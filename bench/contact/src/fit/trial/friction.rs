@@ -12,10 +12,10 @@ use num_complex::Complex64;
 
 use super::super::lag::Lag;
 use super::super::least_squares::correlation;
-use crate::live_estimator::Uncertain;
 use crate::parameters::MS;
+use crate::uncertain::Uncertain;
 
-/// What a trial's friction is fitted to, one for each instance.
+/// Samples of one instance that a trial's friction is fitted to.
 pub(super) struct RatioSamples<'a> {
     /// Modelled friction ratio, with the lead-in.
     pub(super) ratio: Vec<f64>,
@@ -37,7 +37,7 @@ pub(super) struct TrialFriction {
     pub(super) at_rest: Vec<(f64, Matrix2<f64>)>,
 }
 
-/// Standard deviations of φ and of the lag beforehand, about 0: they hold what a finger that hardly lifts does not show.
+/// Standard deviations of φ and of the lag, ms, beforehand, about 0: a finger that hardly lifts shows neither.
 const PRIOR_STD: [f64; 2] = [0.3, 5.0];
 const START: [f64; 2] = [0.05, 0.5];
 const FLOOR: usize = 0;

@@ -29,18 +29,18 @@ use super::lagged_model::LaggedModel;
 use super::least_squares::{ImpedanceModel, Minimum, correlation};
 use super::series::InstanceSeries;
 use super::sigma_search::sigma_starts;
-use crate::live_estimator::Uncertain;
 use crate::parameters::{
     IM_OFFSET, IM_Z_T, LN_AREA, LN_LOSS_FACTOR, LN_Q0, LN_SIGMA_T, MS, PARAMETERS, RE_OFFSET,
     RE_Z_T, TAU_MS,
 };
 use crate::residual_noise::ResidualNoise;
+use crate::uncertain::{LogUncertain, Uncertain};
 
 /// Parameters of one instance, in a block's order.
 const OF_INSTANCE: [usize; OWN] = [LN_SIGMA_T, RE_Z_T, IM_Z_T, IM_OFFSET, RE_OFFSET];
 /// Parameters of the trial, in the arrow's order. τ is there as its logarithm.
 const OF_TRIAL: [usize; SHARED] = [LN_AREA, LN_Q0, LN_LOSS_FACTOR, TAU_MS];
-/// Where the offset's parts stand in a block, and what keeps them from what no plate does.
+/// Places of the offset's imaginary and real part in a block.
 const OFFSETS: [usize; 2] = [3, 4];
 const AREA: usize = 0;
 const Q0: usize = 1;
@@ -78,23 +78,30 @@ impl Default for TrialOptions {
     }
 }
 
+/// Parameters that the instances of a trial share.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SharedFit {
+    /// Whether the parameters, and those of the instances, may be used.
+    pub verdict: FitVerdict,
+    /// Apparent contact area S, m².
+    pub contact_area_m2: LogUncertain,
+    /// q0 for the assumed E and ν, rad/m.
+    pub q0_rad_per_m: LogUncertain,
+    /// Loss factor η.
+    pub loss_factor: LogUncertain,
+    /// Levitation lag τ, s.
+    pub tau_s: LogUncertain,
+    /// Floor φ of friction as a part of μ0; `None` if the measured friction could not be fitted.
+    pub friction_floor: Option<Uncertain>,
+    /// Lag of the lateral force, s; `None` with the floor.
+    pub lateral_lag_s: Option<Uncertain>,
+}
+
 /// Result of a trial's fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrialFit {
-    /// Whether the parameters may be used.
-    pub verdict: FitVerdict,
-    /// Apparent contact area S, m², with the standard error of its logarithm.
-    pub contact_area_m2: Uncertain,
-    /// q0 for the assumed E and ν, rad/m, with the standard error of its logarithm.
-    pub q0_rad_per_m: Uncertain,
-    /// Loss factor η, with the standard error of its logarithm.
-    pub loss_factor: Uncertain,
-    /// Levitation lag τ, s, with the standard error of its logarithm.
-    pub tau_s: Uncertain,
-    /// Floor φ of friction as a part of μ0, with its standard error; `None` if the measured friction could not be fitted.
-    pub friction_floor: Option<Uncertain>,
-    /// Lag of the lateral force, s, with its standard error.
-    pub lateral_lag_s: Option<Uncertain>,
+    /// Parameters that the instances share.
+    pub shared: SharedFit,
     /// Each instance, in the order in which they were given.
     pub instances: Vec<InstanceFit>,
 }
@@ -208,8 +215,8 @@ impl<'a> Trial<'a> {
     }
 
     /// Searches with the plate's damping held and with it fitted, and takes the second if it explains so much more that the
-    /// Bayesian information criterion (Schwarz 1978) grants each instance a damping of its own: a part in thousand of it
-    /// moves σ_t by some per cent, so that it must not be had for nothing.
+    /// Bayesian information criterion (Schwarz 1978) grants each instance a damping of its own. Where the damping stands still,
+    /// fitting it lets the model's own error into σ_t (decision 21).
     fn solve(&mut self) -> Result<ArrowMinimum, FitError> {
         let held = self.search().ok_or(FitError::NoStart)?;
         self.damping_std = self.priors.plate_damping_std_n_s_per_m;
@@ -219,14 +226,15 @@ impl<'a> Trial<'a> {
             .chain(arrow::minimise(self, held.shared, held.own.clone()))
             .min_by(|a, b| a.squares.total_cmp(&b.squares))
             .ok_or(FitError::NoStart)?;
-        // How strong the priors are beside the data is known once the residuals are.
+        // The residuals tell how much the data weigh against the priors.
         self.residual_std = self.effective_std(&fitted).max(f64::MIN_POSITIVE.sqrt());
         let fitted = arrow::minimise(self, fitted.shared, fitted.own).ok_or(FitError::NoStart)?;
         let independent = self.squares(&fitted) / self.residual_std.powi(2);
         let dampings = self.models.len() as f64;
         self.damping_std = HELD;
         let held = arrow::minimise(self, held.shared, held.own).ok_or(FitError::NoStart)?;
-        if held.squares - fitted.squares > dampings * independent.max(1.0).ln() {
+        let gain = held.squares - fitted.squares;
+        if fitted.converged && gain > dampings * independent.max(1.0).ln() {
             self.damping_std = self.priors.plate_damping_std_n_s_per_m;
             return Ok(fitted);
         }
@@ -298,9 +306,9 @@ impl<'a> Trial<'a> {
         let residuals = self.residuals(&minimum);
         let covariance = self.covariance(&minimum, &residuals);
         let verdict = verdict(&minimum, covariance.as_ref());
-        let uncertain = |index: usize| Uncertain {
+        let uncertain = |index: usize| LogUncertain {
             value: minimum.shared[index].exp(),
-            std: covariance
+            ln_std: covariance
                 .as_ref()
                 .map_or(f64::INFINITY, |of| of.shared[(index, index)].sqrt()),
         };
@@ -345,13 +353,15 @@ impl<'a> Trial<'a> {
             )?);
         }
         Ok(TrialFit {
-            verdict,
-            contact_area_m2: uncertain(AREA),
-            q0_rad_per_m: uncertain(Q0),
-            loss_factor: uncertain(LOSS_FACTOR),
-            tau_s: uncertain(TAU),
-            friction_floor: friction.as_ref().map(|friction| friction.floor),
-            lateral_lag_s: friction.as_ref().map(|friction| friction.lag_s),
+            shared: SharedFit {
+                verdict,
+                contact_area_m2: uncertain(AREA),
+                q0_rad_per_m: uncertain(Q0),
+                loss_factor: uncertain(LOSS_FACTOR),
+                tau_s: uncertain(TAU),
+                friction_floor: friction.as_ref().map(|friction| friction.floor),
+                lateral_lag_s: friction.as_ref().map(|friction| friction.lag_s),
+            },
             instances: fits,
         })
     }
@@ -468,8 +478,14 @@ impl Trial<'_> {
         Some(blocks)
     }
 
-    /// Returns the covariance of all parameters: what the priors and the scatter of the residuals make of it, which grows where
-    /// the amplitude is small and of which neighbours share a part.
+    /// Returns the variances of the offset's parts beforehand, in the order of [`OFFSETS`], inverted.
+    fn offset_precisions(&self) -> [f64; 2] {
+        let stds = [self.priors.plate_reactance_std_n_s_per_m, self.damping_std];
+        stds.map(|std| std.powi(-2))
+    }
+
+    /// Returns the covariance of all parameters, from the priors and from residuals whose scatter grows where the amplitude is
+    /// small, and is correlated between neighbours.
     fn covariance(
         &mut self,
         minimum: &ArrowMinimum,
@@ -492,7 +508,12 @@ impl Trial<'_> {
                     .collect::<Vec<f64>>(),
             );
         }
-        let blocks = self.sums(&minimum.shared, &minimum.own, |i, k| weights[i][k])?;
+        let mut blocks = self.sums(&minimum.shared, &minimum.own, |i, k| weights[i][k])?;
+        for block in &mut blocks {
+            for (at, precision) in OFFSETS.into_iter().zip(self.offset_precisions()) {
+                block.own[(at, at)] += precision;
+            }
+        }
         let (_, _, prior) = self.prior(&minimum.shared);
         minimum.covariance(&blocks, &prior)
     }
@@ -505,11 +526,10 @@ impl ArrowProblem for Trial<'_> {
         own: &[SVector<f64, OWN>],
     ) -> Option<Vec<BlockNormal>> {
         let precision = self.residual_std.powi(-2);
-        let offset_stds = [self.priors.plate_reactance_std_n_s_per_m, self.damping_std];
         let mut blocks = self.sums(shared, own, |_, _| precision)?;
         for (block, own) in blocks.iter_mut().zip(own) {
-            for (at, std) in OFFSETS.into_iter().zip(offset_stds) {
-                let (offset, precision) = (own[at], std.powi(-2));
+            for (at, precision) in OFFSETS.into_iter().zip(self.offset_precisions()) {
+                let offset = own[at];
                 block.squares += offset * offset * precision;
                 block.own_gradient[at] += offset * precision;
                 block.own[(at, at)] += precision;

@@ -1,5 +1,7 @@
 //! What is taken to be likely of a skin and a plate before a trial is seen.
 
+use crate::uncertain::WITHIN_95;
+
 /// A log-normal distribution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LogNormal {
@@ -10,15 +12,12 @@ pub struct LogNormal {
 }
 
 impl LogNormal {
-    /// Half the width of a 95 % interval in standard deviations.
-    const WITHIN: f64 = 1.959_964;
-
     /// Returns the distribution of which 95 % lies between two values.
     #[must_use]
     pub fn between(low: f64, high: f64) -> Self {
         Self {
             median: (low * high).sqrt(),
-            ln_std: (high / low).ln() / (2.0 * Self::WITHIN),
+            ln_std: (high / low).ln() / (2.0 * WITHIN_95),
         }
     }
 }

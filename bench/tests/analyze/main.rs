@@ -5,6 +5,8 @@
     reason = "a helper that fails fails its test, as in the tests themselves"
 )]
 
+mod whole_trial;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

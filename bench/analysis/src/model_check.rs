@@ -9,8 +9,8 @@ use crate::flaw::Flaw;
 /// Edges of the amplitude bands, m; the last band is open.
 const EDGES_M: [f64; 6] = [0.0, 0.3e-6, 1e-6, 2e-6, 4e-6, 8e-6];
 
-/// Difference of a band beyond which a flaw reports it: no band of a virtual participant reaches 0.14
-/// (`tests/tests/whole_bench/population.rs`).
+/// Difference of a band beyond which a flaw reports it: no band of forty virtual participants reaches 0.06
+/// (`docs/accuracy.md`).
 const GREATEST_DIFFERENCE: f64 = 0.25;
 
 /// Difference of self-sensed and measured normal force at the amplitudes of one band.

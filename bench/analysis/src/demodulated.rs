@@ -1,5 +1,5 @@
-//! Streams a recording folder through the demodulator that also runs live; only what lies in its intervals is held in
-//! memory: 2 kHz frames, and the rows of force and position.
+//! Streams a recording folder through the demodulator that also runs live; only what lies in and beside its intervals is
+//! held in memory: 2 kHz frames, and the rows of force and position.
 
 use std::path::Path;
 
@@ -90,7 +90,7 @@ pub fn read(folder: &Path, pickup: PickupOffset) -> Result<DemodulatedRecording,
     let mut pipeline = Pipeline::of_recording_with(&manifest, reader.format(), &found)?;
     let mut levels = Levels::new(&manifest, reader.format().sample_rate_hz);
     let mut record = Measurements::faults_of(&manifest, reader.format().sample_rate_hz);
-    let spans = Spans::of(&manifest);
+    let spans = Spans::with_surroundings(&manifest);
     let mut frames: Vec<ZmFrame> = Vec::new();
     while reader.read_block(BLOCK_FRAMES, &mut block)? > 0 {
         levels.take(pipeline.account().frames, &block, channels, [drive, piezo]);

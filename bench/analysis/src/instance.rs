@@ -25,6 +25,7 @@ pub struct PreparedInstance {
     normal_n: Vec<f64>,
     finger_force_n: Vec<f64>,
     mu: Vec<f64>,
+    position_m: f64,
     start: usize,
 }
 
@@ -60,8 +61,14 @@ impl PreparedInstance {
             mu: range
                 .map(|i| (series.lateral_n[i] / series.normal_n[i]).abs())
                 .collect(),
+            position_m: series.position_m[first..end].iter().sum::<f64>() / (end - first) as f64,
             start: first - from,
         }
+    }
+
+    /// Returns the finger's mean position along the plate, m.
+    pub fn position_m(&self) -> f64 {
+        self.position_m
     }
 
     /// Returns the samples as the fit of a method takes them, with its lead-in.

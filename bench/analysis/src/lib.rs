@@ -24,6 +24,7 @@ pub mod measurements;
 pub mod method;
 pub mod model_check;
 pub mod motion;
+mod plate_references;
 pub mod printed_settings;
 pub mod published;
 pub mod recording_analysis;

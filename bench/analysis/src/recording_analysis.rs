@@ -10,12 +10,15 @@ use crate::amplitude_profile::AmplitudeProfile;
 use crate::analysed::{RecordingAnalysis, RecordingError, RecordingFindings, Rejected};
 use crate::analysis_settings::Settings;
 use crate::demodulated::{self, DemodulatedRecording};
+use contact::fit::trial::PlateReference;
+
 use crate::estimate::estimate;
 use crate::exploration_findings::ExplorationFindings;
 use crate::flaw::Flaw;
 use crate::free_plate::{FreePlate, pickup_flaws};
 use crate::measurements::Measurements;
 use crate::model_check;
+use crate::plate_references;
 use crate::under_finger::UnderFinger;
 use crate::whole_trial;
 use recording::Manifest;
@@ -84,7 +87,8 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     for (direction, start_s, end_s) in explorations {
         findings.explore(&record, direction, (start_s, end_s), settings);
     }
-    findings.fit_together(settings);
+    let references = plate_references::read(&record, rules.contact_n / 2.0);
+    findings.fit_together(&references, settings);
     if let Some(first) = findings.instances.first() {
         findings.model_check = model_check::bands(
             &first.finger,
@@ -216,11 +220,11 @@ impl RecordingFindings {
     }
 
     /// Fits all estimated instances together.
-    fn fit_together(&mut self, settings: &Settings) {
+    fn fit_together(&mut self, references: &[PlateReference], settings: &Settings) {
         let Some(z_p) = self.z_p else { return };
         let conditions = z_p.conditions(settings.assumed(), self.manifest.carrier_hz);
-        let plate = (&conditions, self.manifest.plate.modal_mass_kg);
-        self.trial = whole_trial::fit(&mut self.instances, plate, settings).ok();
+        let plate = (&conditions, &self.manifest.plate);
+        self.trial = whole_trial::fit(&mut self.instances, plate, references, settings).ok();
     }
 }
 

@@ -85,11 +85,16 @@ struct Trial {
     q0_rad_per_m: f64,
     loss_factor: f64,
     tau_s: f64,
+    area_force_exponent: f64,
+    film_mean_s: f64,
+    lag_gap_exponent: f64,
     friction_floor: Option<f64>,
     lateral_lag_s: Option<f64>,
-    interval95: TrialIntervals,
+    interval95: Option<TrialIntervals>,
     n_instances: usize,
     verdict: String,
+    model_misfit: bool,
+    misfit: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -98,6 +103,9 @@ struct TrialIntervals {
     q0_rad_per_m: [f64; 2],
     loss_factor: [f64; 2],
     tau_s: [f64; 2],
+    area_force_exponent: [f64; 2],
+    film_mean_s: [f64; 2],
+    lag_gap_exponent: [f64; 2],
     friction_floor: Option<[f64; 2]>,
     lateral_lag_s: Option<[f64; 2]>,
 }
@@ -107,7 +115,7 @@ struct TrialIntervals {
 struct TrialEstimate {
     #[serde(flatten)]
     estimate: Estimate,
-    interval95: InstanceIntervals,
+    interval95: Option<InstanceIntervals>,
 }
 
 #[derive(Debug, Serialize)]
@@ -265,6 +273,7 @@ impl From<&RecordingAnalysis> for Recording {
                 };
             }
         };
+        let holds = (found.trial.as_ref()).is_none_or(|shared| shared.misfit.is_empty());
         Self {
             path,
             participant: found.participant().map(str::to_owned),
@@ -280,7 +289,11 @@ impl From<&RecordingAnalysis> for Recording {
                 paper: found.z_p.map(|z_p| pair(z_p.plain_n_s_per_m)),
                 dynamic: found.z_p.map(|z_p| pair(z_p.corrected_n_s_per_m)),
             },
-            instances: found.instances.iter().map(Instance::from).collect(),
+            instances: found
+                .instances
+                .iter()
+                .map(|instance| Instance::of(instance, holds))
+                .collect(),
             trial: (found.trial.as_ref()).map(|shared| Trial::of(shared, found.instances.len())),
             model_check: found.model_check.iter().map(BandRow::from).collect(),
             rejected: found
@@ -298,8 +311,9 @@ impl From<&RecordingAnalysis> for Recording {
     }
 }
 
-impl From<&InstanceAnalysis> for Instance {
-    fn from(instance: &InstanceAnalysis) -> Self {
+impl Instance {
+    /// Describes an instance, with intervals where the model of all of them holds.
+    fn of(instance: &InstanceAnalysis, holds: bool) -> Self {
         Self {
             start_s: instance.start_s,
             end_s: instance.end_s,
@@ -311,7 +325,7 @@ impl From<&InstanceAnalysis> for Instance {
                 paper: Estimate::from(&instance.paper),
                 dynamic: Estimate::from(&instance.dynamic),
             },
-            trial: instance.trial.as_ref().map(TrialEstimate::from),
+            trial: (instance.trial.as_ref()).map(|estimated| TrialEstimate::of(estimated, holds)),
         }
     }
 }
@@ -324,24 +338,32 @@ impl Trial {
             q0_rad_per_m: shared.q0_rad_per_m.value,
             loss_factor: shared.loss_factor.value,
             tau_s: shared.tau_s.value,
+            area_force_exponent: shared.area_exponent.value,
+            film_mean_s: shared.film_mean_s.value,
+            lag_gap_exponent: shared.lag_exponent.value,
             friction_floor: shared.friction_floor.map(|of| of.value),
             lateral_lag_s: shared.lateral_lag_s.map(|of| of.value),
-            interval95: TrialIntervals {
+            interval95: shared.misfit.is_empty().then(|| TrialIntervals {
                 contact_area_m2: shared.contact_area_m2.interval95(),
                 q0_rad_per_m: shared.q0_rad_per_m.interval95(),
                 loss_factor: shared.loss_factor.interval95(),
                 tau_s: shared.tau_s.interval95(),
+                area_force_exponent: shared.area_exponent.interval95(),
+                film_mean_s: shared.film_mean_s.interval95(),
+                lag_gap_exponent: shared.lag_exponent.interval95(),
                 friction_floor: interval(shared.friction_floor),
                 lateral_lag_s: interval(shared.lateral_lag_s),
-            },
+            }),
             n_instances: instances,
             verdict: shared.verdict.to_string(),
+            model_misfit: !shared.misfit.is_empty(),
+            misfit: shared.misfit.iter().map(ToString::to_string).collect(),
         }
     }
 }
 
-impl From<&Estimated> for TrialEstimate {
-    fn from(estimated: &Estimated) -> Self {
+impl TrialEstimate {
+    fn of(estimated: &Estimated, holds: bool) -> Self {
         let interval = |value: f64, std: f64| Uncertain { value, std }.interval95();
         let (z_t, z_t_std) = (estimated.z_t_n_s_per_m, estimated.z_t_std_n_s_per_m);
         let sigma_t = LogUncertain {
@@ -350,7 +372,7 @@ impl From<&Estimated> for TrialEstimate {
         };
         Self {
             estimate: Estimate::from(estimated),
-            interval95: InstanceIntervals {
+            interval95: holds.then(|| InstanceIntervals {
                 sigma_t_m: sigma_t.interval95(),
                 z_t_re_n_s_per_m: interval(z_t.re, z_t_std.re),
                 z_t_im_n_s_per_m: interval(z_t.im, z_t_std.im),
@@ -358,7 +380,7 @@ impl From<&Estimated> for TrialEstimate {
                 resonance_shift_hz: estimated
                     .plate_offset
                     .map(|of| interval(of.resonance_shift_hz, of.resonance_shift_std_hz)),
-            },
+            }),
         }
     }
 }

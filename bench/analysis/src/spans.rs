@@ -4,14 +4,29 @@ use std::ops::Range;
 
 use recording::Manifest;
 
-/// Spans of a recording that the analysis looks at: its intervals, in order, joined where they overlap.
+/// Time beside an interval in which the plate may be free, s: a finger comes or goes, and the drive is on.
+const BESIDE_S: f64 = 2.0;
+
+/// Spans of a recording that the analysis looks at, in order, joined where they overlap.
 #[derive(Debug)]
 pub(super) struct Spans(Vec<(f64, f64)>);
 
 impl Spans {
+    /// Returns the recording's intervals.
     pub(super) fn of(manifest: &Manifest) -> Self {
+        Self::about(manifest, 0.0)
+    }
+
+    /// Returns the recording's intervals with what lies beside them.
+    pub(super) fn with_surroundings(manifest: &Manifest) -> Self {
+        Self::about(manifest, BESIDE_S)
+    }
+
+    fn about(manifest: &Manifest, beside_s: f64) -> Self {
         let intervals = manifest.intervals.iter();
-        let mut spans: Vec<_> = intervals.map(|it| (it.start_s, it.end_s)).collect();
+        let mut spans: Vec<_> = intervals
+            .map(|it| (it.start_s - beside_s, it.end_s + beside_s))
+            .collect();
         spans.sort_by(|a, b| a.0.total_cmp(&b.0));
         spans.dedup_by(|next, span| {
             let joined = next.0 <= span.1;

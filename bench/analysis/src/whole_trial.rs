@@ -1,7 +1,8 @@
 //! The fit of all instances of a recording together.
 
-use contact::fit::trial::{self, SharedFit};
-use contact::fit::{FitConditions, FitError, InstanceSeries};
+use contact::fit::trial::{self, Placed, PlateReference, SharedFit};
+use contact::fit::{FitConditions, FitError};
+use recording::manifest::RecordedPlate;
 
 use crate::analysis_settings::Settings;
 use crate::estimate::{InstanceAnalysis, Measured, Method};
@@ -12,17 +13,22 @@ use crate::estimate::{InstanceAnalysis, Measured, Method};
 /// The instances cannot be fitted together.
 pub fn fit(
     instances: &mut [InstanceAnalysis],
-    (conditions, modal_mass_kg): (&FitConditions, f64),
+    (conditions, plate): (&FitConditions, &RecordedPlate),
+    references: &[PlateReference],
     settings: &Settings,
 ) -> Result<SharedFit, FitError> {
-    let samples: Vec<InstanceSeries<'_>> = instances
+    let placed: Vec<Placed<'_>> = instances
         .iter()
-        .map(|instance| instance.samples.series(Method::Dynamic))
+        .map(|instance| placed(instance, plate))
         .collect::<Result<_, _>>()?;
-    let fitted = trial::fit(&samples, conditions, &settings.trial())?;
+    let mut options = settings.trial();
+    if plate.profile.is_some() {
+        options.priors = options.priors.on_a_measured_plate();
+    }
+    let fitted = trial::fit(&placed, conditions, references, &options)?;
     if fitted.shared.verdict.is_usable() {
         for (instance, fit) in instances.iter_mut().zip(fitted.instances) {
-            let measured = Measured::of(&instance.samples, conditions, modal_mass_kg);
+            let measured = Measured::of(&instance.samples, conditions, plate.modal_mass_kg);
             let at_rest = instance.paper.rest.map(|rest| rest.z_m_corrected_n_s_per_m);
             let estimated = measured.lagged(fit, at_rest.unwrap_or(f64::NAN.into()), None);
             instance.trial = Some(estimated);
@@ -31,10 +37,23 @@ pub fn fit(
     Ok(fitted.shared)
 }
 
+fn placed<'a>(
+    instance: &'a InstanceAnalysis,
+    plate: &RecordedPlate,
+) -> Result<Placed<'a>, FitError> {
+    Ok(Placed {
+        series: instance.samples.series(Method::Dynamic)?,
+        off_centre_m: instance.samples.position_m() - plate.centre_m,
+    })
+}
+
 /// Returns the shared parameters' 95 % intervals, or why there are none, in one line.
 pub fn line(shared: &SharedFit) -> String {
     if !shared.verdict.is_usable() {
         return format!("trial: {}", shared.verdict);
+    }
+    if let Some(sign) = shared.misfit.first() {
+        return format!("trial: the model does not hold: {sign}");
     }
     let [area, most_area] = shared.contact_area_m2.interval95().map(|of| of * 1e6);
     let [q0, most_q0] = shared.q0_rad_per_m.interval95().map(|of| of * 1e-4);

@@ -38,6 +38,27 @@ pub struct Contact {
     squeeze_n: f64,
 }
 
+/// Solves the gap equation for each sample's contact, amplitude and normal force, each started from the two samples before.
+///
+/// # Errors
+/// The error of the first sample without a gap, with its index; `gap_m` is then filled up to it.
+pub(crate) fn equilibrium_gaps(
+    loads: impl Iterator<Item = (Contact, f64, f64)>,
+    gap_m: &mut [f64],
+) -> Result<(), ModelError> {
+    // Extrapolated from the two samples before; the first has only what the solver starts from by itself.
+    let (mut last_m, mut before_m) = (f64::NAN, f64::NAN);
+    for (index, (gap, (contact, a, n))) in gap_m.iter_mut().zip(loads).enumerate() {
+        let solved = contact.equilibrium_gap_from(a, n, 2.0 * last_m - before_m);
+        *gap = solved.map_err(|source| ModelError::AtSample {
+            index,
+            source: Box::new(source),
+        })?;
+        (last_m, before_m) = (*gap, last_m);
+    }
+    Ok(())
+}
+
 /// The gap that [`Contact::gap_from_balance_stiffness`] found, and how far it can be trusted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InvertedGap {
@@ -100,6 +121,27 @@ impl Contact {
             asperity_n_per_m: assumed.asperity_scale_n_per_m(),
             squeeze_n: assumed.squeeze_scale_n(),
         })
+    }
+
+    /// Returns the contact whose area is `ratio` times as large.
+    pub(crate) fn with_area_ratio(&self, ratio: f64) -> Self {
+        Self {
+            assumed: AssumedConstants {
+                contact_area_m2: self.assumed.contact_area_m2 * ratio,
+                ..self.assumed
+            },
+            sigma_t_m: self.sigma_t_m,
+            asperity_n_per_m: self.asperity_n_per_m * ratio,
+            squeeze_n: self.squeeze_n * ratio,
+        }
+    }
+
+    /// Returns the contact whose σ_t is `ratio` times as large; p_c/σ_t does not depend on it.
+    pub(crate) fn with_sigma_ratio(&self, ratio: f64) -> Self {
+        Self {
+            sigma_t_m: self.sigma_t_m * ratio,
+            ..*self
+        }
     }
 
     /// Returns σ_t, m.
@@ -176,18 +218,8 @@ impl Contact {
     ) -> Result<(), ModelError> {
         same_length("normal_n", normal_n.len(), amplitude_m.len())?;
         same_length("gap_m", gap_m.len(), amplitude_m.len())?;
-        // Extrapolated from the two samples before; the first has only what the solver starts from by itself.
-        let (mut last_m, mut before_m) = (f64::NAN, f64::NAN);
-        for (index, ((gap, &a), &n)) in gap_m.iter_mut().zip(amplitude_m).zip(normal_n).enumerate()
-        {
-            let solved = self.equilibrium_gap_from(a, n, 2.0 * last_m - before_m);
-            *gap = solved.map_err(|source| ModelError::AtSample {
-                index,
-                source: Box::new(source),
-            })?;
-            (last_m, before_m) = (*gap, last_m);
-        }
-        Ok(())
+        let loads = amplitude_m.iter().zip(normal_n);
+        equilibrium_gaps(loads.map(|(&a, &n)| (*self, a, n)), gap_m)
     }
 
     /// Solves the gap equation from `start_m`; NaN starts from an estimate in closed form.
@@ -242,6 +274,7 @@ impl Contact {
             by_ln_sigma_t: by_ln_area * carried * (1.0 + u),
             by_ln_area,
             by_ln_q0: by_ln_area * carried,
+            by_ln_film: by_ln_area * (1.0 - carried),
         }
     }
 
@@ -275,10 +308,12 @@ impl Contact {
     pub(crate) fn stiffness_slopes_n_per_m(&self, gap_m: f64, amplitude_m: f64) -> ContactSlopes {
         let u = gap_m / self.sigma_t_m;
         let asperity = self.asperity_n_per_m * (-u).exp();
+        let squeeze = 2.0 * self.squeeze_force_n(gap_m, amplitude_m) / gap_m;
         ContactSlopes {
             by_ln_sigma_t: asperity * u,
-            by_ln_area: asperity + 2.0 * self.squeeze_force_n(gap_m, amplitude_m) / gap_m,
+            by_ln_area: asperity + squeeze,
             by_ln_q0: asperity,
+            by_ln_film: squeeze,
         }
     }
 
@@ -292,6 +327,7 @@ impl Contact {
             by_ln_sigma_t: asperity * (u - 2.0 * (1.0 + u) / u),
             by_ln_area: by_asperity,
             by_ln_q0: by_asperity,
+            by_ln_film: 0.0,
         }
     }
 
@@ -433,6 +469,17 @@ impl Contact {
     /// Returns μ/μ0 = exp((x_t⁰ − x)/σ_t), the share of the normal force that asperities carry (Huloux 2021, Eq. 19).
     pub fn friction_ratio(&self, gap_m: f64, normal_n: f64) -> f64 {
         self.asperity_force_n(gap_m) / normal_n
+    }
+
+    /// Returns how [`friction_ratio`](Self::friction_ratio) depends on the contact at a given gap.
+    pub(crate) fn friction_ratio_slopes(&self, gap_m: f64, normal_n: f64) -> ContactSlopes {
+        let ratio = self.friction_ratio(gap_m, normal_n);
+        ContactSlopes {
+            by_ln_sigma_t: ratio * (1.0 + gap_m / self.sigma_t_m),
+            by_ln_area: ratio,
+            by_ln_q0: ratio,
+            by_ln_film: 0.0,
+        }
     }
 
     /// Returns Z_c = k_c/(iω) + b_c with b_c = η k_c/ω, N·s/m, at the angular frequency `carrier_rad_per_s`.

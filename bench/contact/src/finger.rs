@@ -5,7 +5,8 @@ use crate::contact::Contact;
 use crate::error::{ModelError, not_negative, positive};
 use crate::inversion::{Dependent, Inversion};
 use crate::parameters::{
-    ContactSlopes, IM_Z_T, LN_SIGMA_T, MS, PARAMETERS, RE_Z_T, TAU_MS, Z_P_SLOPES, Z_T_SLOPES,
+    ContactSlopes, FINGER_SLOPES, IM_Z_T, LN_SIGMA_T, LoadSlopes, MS, PARAMETERS, RE_Z_T, TAU_MS,
+    Z_P_SLOPES, Z_T_SLOPES,
 };
 use crate::residual_noise::ResidualNoise;
 
@@ -40,12 +41,15 @@ impl FittedFinger {
         Ok(Self {
             inversion: Inversion {
                 contact,
+                load: LoadSlopes::default(),
                 carrier_rad_per_s: std::f64::consts::TAU
                     * positive("carrier frequency", "Hz", carrier_hz)?,
                 z_p: z_p_n_s_per_m,
                 z_t: z_t_n_s_per_m,
                 z_t_slopes: Z_T_SLOPES,
                 z_p_slopes: Z_P_SLOPES,
+                finger_scale: Complex64::ONE,
+                finger_slopes: FINGER_SLOPES,
                 covariance: None,
             },
             tau_s: not_negative("tau", "s", tau_s)?,
@@ -130,10 +134,11 @@ impl FittedFinger {
             by_ln_sigma_t: asperity_n * (1.0 + gap_m / sigma),
             by_ln_area: asperity_n + squeeze_n,
             by_ln_q0: asperity_n,
+            by_ln_film: squeeze_n,
         };
         Dependent {
             value: asperity_n + squeeze_n,
-            slopes: slopes * by_gap + SVector::from_fn(|i, _| at_gap.by(i)),
+            slopes: slopes * by_gap + SVector::from_fn(|i, _| at_gap.by(i, &LoadSlopes::default())),
             noise: by_gap.abs() * variance.sqrt(),
         }
     }

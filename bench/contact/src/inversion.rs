@@ -6,7 +6,7 @@ use num_complex::Complex64;
 use crate::contact::{Contact, StiffnessBranch};
 use crate::error::ModelError;
 use crate::harmonic::{contact_from_observed, stiffness_n_per_m};
-use crate::parameters::ContactSlopes;
+use crate::parameters::{ContactSlopes, LoadSlopes};
 
 /// A quantity of one sample with what it depends on: the fitted parameters, the first of them ln σ_t, and the noise of
 /// that sample's impedance.
@@ -31,6 +31,8 @@ impl<const N: usize> Dependent<N> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Inversion<const N: usize> {
     pub(crate) contact: Contact,
+    /// How the load of the sample depends on parameters; nothing where it does not.
+    pub(crate) load: LoadSlopes,
     pub(crate) carrier_rad_per_s: f64,
     pub(crate) z_p: Complex64,
     pub(crate) z_t: Complex64,
@@ -38,6 +40,10 @@ pub(crate) struct Inversion<const N: usize> {
     pub(crate) z_t_slopes: [Complex64; N],
     /// ∂Z_p/∂parameter.
     pub(crate) z_p_slopes: [Complex64; N],
+    /// The finger's part of Z_m as it is measured, over what it is.
+    pub(crate) finger_scale: Complex64,
+    /// ∂ ln `finger_scale`/∂parameter.
+    pub(crate) finger_slopes: [Complex64; N],
     /// Covariance of the parameters; `None` if unknown or infinite.
     pub(crate) covariance: Option<SMatrix<f64, N, N>>,
 }
@@ -51,20 +57,22 @@ impl<const N: usize> Inversion<N> {
 
     /// Returns k_c by Eq. 12, N/m; `z_m_std` is the standard deviation of one component of Z_m.
     pub(crate) fn stiffness(&self, z_m: Complex64, z_m_std: f64) -> Dependent<N> {
-        let finger = z_m - self.z_p;
+        let finger = (z_m - self.z_p) / self.finger_scale;
         let rest = self.z_t - finger;
         let by_z_t = -(finger / rest).powi(2);
         let by_z_m = (self.z_t / rest).powi(2);
         Dependent {
             value: stiffness_n_per_m(
-                contact_from_observed(z_m, self.z_p, self.z_t),
+                contact_from_observed(self.z_p + finger, self.z_p, self.z_t),
                 self.carrier_rad_per_s,
             ),
             slopes: SVector::from_fn(|i, _| {
-                let slope = by_z_t * self.z_t_slopes[i] - by_z_m * self.z_p_slopes[i];
+                let by_finger =
+                    self.z_p_slopes[i] / self.finger_scale + finger * self.finger_slopes[i];
+                let slope = by_z_t * self.z_t_slopes[i] - by_z_m * by_finger;
                 -self.carrier_rad_per_s * slope.im
             }),
-            noise: self.carrier_rad_per_s * by_z_m.norm() * z_m_std,
+            noise: self.carrier_rad_per_s * by_z_m.norm() * z_m_std / self.finger_scale.norm(),
         }
     }
 
@@ -77,7 +85,7 @@ impl<const N: usize> Inversion<N> {
         let gap_m = self.contact.gap_from_stiffness_m(k_c.value, amplitude_m)?;
         let by_gap = self.contact.stiffness_slope_n_per_m2(gap_m, amplitude_m);
         let slopes = self.contact.stiffness_slopes_n_per_m(gap_m, amplitude_m);
-        Ok(implicit(gap_m, k_c, by_gap, &slopes))
+        Ok(self.implicit(gap_m, k_c, by_gap, &slopes))
     }
 
     /// Returns the gap from stiffness in force balance, m.
@@ -96,7 +104,7 @@ impl<const N: usize> Inversion<N> {
             .contact
             .balance_stiffness_slopes_n_per_m(inverted.gap_m);
         Ok((
-            implicit(inverted.gap_m, k_c, by_gap, &slopes),
+            self.implicit(inverted.gap_m, k_c, by_gap, &slopes),
             inverted.branch,
         ))
     }
@@ -105,29 +113,28 @@ impl<const N: usize> Inversion<N> {
     pub(crate) fn friction_ratio(&self, gap: &Dependent<N>, normal_n: f64) -> Dependent<N> {
         let sigma = self.contact.sigma_t_m();
         let value = self.contact.friction_ratio(gap.value, normal_n);
-        let at_gap = ContactSlopes {
-            by_ln_sigma_t: value * (1.0 + gap.value / sigma),
-            by_ln_area: value,
-            by_ln_q0: value,
-        };
+        let at_gap = self.contact.friction_ratio_slopes(gap.value, normal_n);
         Dependent {
             value,
-            slopes: gap.slopes * (-value / sigma) + SVector::from_fn(|i, _| at_gap.by(i)),
+            slopes: gap.slopes * (-value / sigma)
+                + SVector::from_fn(|i, _| at_gap.by(i, &self.load)),
             noise: value / sigma * gap.noise,
         }
     }
-}
 
-/// Returns the gap that a stiffness implies, where at a given gap the stiffness depends on the contact as `at_gap` says.
-fn implicit<const N: usize>(
-    gap_m: f64,
-    k_c: &Dependent<N>,
-    by_gap: f64,
-    at_gap: &ContactSlopes,
-) -> Dependent<N> {
-    Dependent {
-        value: gap_m,
-        slopes: (k_c.slopes - SVector::from_fn(|i, _| at_gap.by(i))) / by_gap,
-        noise: k_c.noise / by_gap.abs(),
+    /// Returns the gap that a stiffness implies, where at a given gap the stiffness depends on the contact as `at_gap` says.
+    fn implicit(
+        &self,
+        gap_m: f64,
+        k_c: &Dependent<N>,
+        by_gap: f64,
+        at_gap: &ContactSlopes,
+    ) -> Dependent<N> {
+        let by_parameters = SVector::from_fn(|i, _| at_gap.by(i, &self.load));
+        Dependent {
+            value: gap_m,
+            slopes: (k_c.slopes - by_parameters) / by_gap,
+            noise: k_c.noise / by_gap.abs(),
+        }
     }
 }

@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 
 /// Number of parameters.
-pub(crate) const PARAMETERS: usize = 9;
+pub(crate) const PARAMETERS: usize = 14;
 /// ln σ_t, σ_t in m. The first, so that a fit of σ_t alone has it in the same place.
 pub(crate) const LN_SIGMA_T: usize = 0;
 /// Re Z_t, N·s/m.
@@ -23,6 +23,19 @@ pub(crate) const LN_LOSS_FACTOR: usize = 7;
 /// Re of what is added to Z_p, N·s/m: a damping that has changed.
 pub(crate) const RE_OFFSET: usize = 8;
 
+/// ν of an area that grows as the normal force to the power of ν.
+pub(crate) const AREA_EXPONENT: usize = 9;
+/// Time over which the film averages the squared amplitude, ms.
+pub(crate) const FILM_MEAN_MS: usize = 10;
+/// Exponent with which τ grows with the gap.
+pub(crate) const LAG_EXPONENT: usize = 11;
+
+/// ln of the amplitude under the finger over that at the pickup.
+pub(crate) const LN_RATIO: usize = 12;
+
+/// Angle by which the finger's part of Z_m is turned, rad: what another mode of the plate does to it.
+pub(crate) const FINGER_ANGLE: usize = 13;
+
 /// The fits' unit of τ, s.
 pub(crate) const MS: f64 = 1e-3;
 
@@ -41,21 +54,43 @@ pub(crate) const Z_P_SLOPES: [Complex64; PARAMETERS] = {
     slopes
 };
 
+/// ∂ ln of the finger's part of Z_m/∂parameter: force and velocity at the finger are both seen through the ratio.
+pub(crate) const FINGER_SLOPES: [Complex64; PARAMETERS] = {
+    let mut slopes = [Complex64::ZERO; PARAMETERS];
+    slopes[LN_RATIO] = Complex64::new(2.0, 0.0);
+    slopes[FINGER_ANGLE] = Complex64::I;
+    slopes
+};
+
 /// How a quantity of the contact depends on what the contact is made of, at a given gap, amplitude and normal force.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct ContactSlopes {
     pub(crate) by_ln_sigma_t: f64,
     pub(crate) by_ln_area: f64,
     pub(crate) by_ln_q0: f64,
+    /// By the logarithm of the squared amplitude that the film answers to.
+    pub(crate) by_ln_film: f64,
+}
+
+/// How what acts on one sample depends on parameters.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct LoadSlopes {
+    /// ∂ ln S/∂ν: ln of the normal force over that at which S holds.
+    pub(crate) ln_area_by_exponent: f64,
+    /// ∂ ln of the squared amplitude that the film answers to, by the time it averages over, 1/ms.
+    pub(crate) ln_film_by_mean_ms: f64,
 }
 
 impl ContactSlopes {
     /// Returns the slope by a parameter of the whole order, of which a fit of fewer has the first ones.
-    pub(crate) fn by(&self, parameter: usize) -> f64 {
+    pub(crate) fn by(&self, parameter: usize, load: &LoadSlopes) -> f64 {
         match parameter {
             LN_SIGMA_T => self.by_ln_sigma_t,
             LN_AREA => self.by_ln_area,
             LN_Q0 => self.by_ln_q0,
+            AREA_EXPONENT => self.by_ln_area * load.ln_area_by_exponent,
+            FILM_MEAN_MS => self.by_ln_film * load.ln_film_by_mean_ms,
+            LN_RATIO => 2.0 * self.by_ln_film,
             _ => 0.0,
         }
     }

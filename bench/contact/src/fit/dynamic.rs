@@ -23,7 +23,7 @@ use super::lagged_model::LaggedModel;
 use super::least_squares::{Minimum, best_start, evaluated, minimise};
 use super::modelled_series::ModelledSeries;
 use super::sensitivity::{self, Sensitivities};
-use super::series::InstanceSeries;
+use super::series::{InstanceSeries, mean};
 use super::sigma_search::sigma_starts;
 use crate::parameters::{IM_OFFSET, IM_Z_T, LN_SIGMA_T, MS, PARAMETERS, RE_Z_T, TAU_MS};
 
@@ -59,7 +59,7 @@ pub fn fit(
     conditions: &FitConditions,
     options: &DynamicOptions,
 ) -> Result<InstanceFit, FitError> {
-    let mut model = LaggedModel::new(instance, conditions, options.lead_in_s)?;
+    let mut model = lagged_model(instance, conditions, options)?;
     let solution = solve(&mut model, options)?;
     let (verdict, samples) = (solution.verdict(), instance.instance());
     let contact = model
@@ -85,7 +85,7 @@ pub fn modelled(
         z_p_corrected_n_s_per_m: fitted.z_p_n_s_per_m,
         ..*conditions
     };
-    let mut model = LaggedModel::new(instance, &shifted, options.lead_in_s)?;
+    let mut model = lagged_model(instance, &shifted, options)?;
     let parameters = model.assumed_parameters(sigma_t_m, fitted.tau_s);
     let parameters = model
         .with_best_tissue(parameters)
@@ -128,7 +128,7 @@ pub fn sensitivities(
     options: &DynamicOptions,
 ) -> Result<Sensitivities, FitError> {
     sensitivity::sensitivities(conditions, |conditions| {
-        let mut model = LaggedModel::new(instance, conditions, options.lead_in_s)?;
+        let mut model = lagged_model(instance, conditions, options)?;
         let parameters = solve(&mut model, options)?.minimum.parameters;
         Ok((
             parameters[LN_SIGMA_T],
@@ -136,6 +136,16 @@ pub fn sensitivities(
             parameters[TAU_MS] * MS,
         ))
     })
+}
+
+/// Makes the model with the assumed area at every normal force.
+fn lagged_model<'a>(
+    instance: &InstanceSeries<'a>,
+    conditions: &FitConditions,
+    options: &DynamicOptions,
+) -> Result<LaggedModel<'a>, FitError> {
+    let reference_n = mean(instance.instance().normal_n);
+    LaggedModel::new(instance, conditions, options.lead_in_s, reference_n)
 }
 
 struct JointSolution {

@@ -4,6 +4,8 @@ use nalgebra::{SVector, Vector2};
 use num_complex::Complex64;
 
 use super::friction_law::FrictionLaw;
+use super::loads::Loads;
+use super::trend::Trend;
 use crate::contact::InversionCounts;
 use crate::inversion::{Dependent, Inversion};
 
@@ -49,6 +51,39 @@ pub(super) struct MeasuredSamples<'a> {
     pub(super) z_m_std: &'a [f64],
     pub(super) amplitude_m: &'a [f64],
     pub(super) normal_n: &'a [f64],
+    /// What differs from sample to sample; `None` where nothing does that was not measured.
+    pub(super) varying: Option<Varying<'a>>,
+}
+
+/// What differs from sample to sample beside what was measured.
+#[derive(Clone, Copy)]
+pub(super) struct Varying<'a> {
+    pub(super) loads: &'a Loads,
+    pub(super) trend: &'a Trend,
+    /// Place in them of the first sample.
+    pub(super) first: usize,
+}
+
+impl MeasuredSamples<'_> {
+    /// Returns the inversion of a sample, and the amplitude that its film answers to.
+    fn inversion<const N: usize>(
+        &self,
+        inversion: &Inversion<N>,
+        index: usize,
+    ) -> (Inversion<N>, f64) {
+        match self.varying {
+            None => (*inversion, self.amplitude_m[index]),
+            Some(Varying {
+                loads,
+                trend,
+                first,
+            }) => {
+                let at = first + index;
+                let inversion = trend.inversion(inversion, at);
+                (loads.inversion(&inversion, at), loads.amplitude_m[at])
+            }
+        }
+    }
 }
 
 pub(super) fn estimate<const N: usize>(
@@ -72,6 +107,7 @@ pub(super) fn estimate<const N: usize>(
         inversion: InversionCounts::default(),
     };
     for index in 0..n {
+        let (inversion, amplitude_m) = measured.inversion(inversion, index);
         let k_c = inversion.stiffness(measured.z_m[index], measured.z_m_std[index]);
         let normal_n = measured.normal_n[index];
         let gap = match law {
@@ -79,7 +115,7 @@ pub(super) fn estimate<const N: usize>(
                 series.inversion.count(branch);
                 gap
             }),
-            GapLaw::Amplitude => inversion.gap(&k_c, measured.amplitude_m[index]),
+            GapLaw::Amplitude => inversion.gap(&k_c, amplitude_m),
         };
         let gap = gap.unwrap_or_else(|_| {
             series.inversion.without_gap += 1;

@@ -1,21 +1,22 @@
 //! Result of a fit of the lagged model for one instance.
 
+use nalgebra::SVector;
 use num_complex::Complex64;
 
-use super::estimated_series::{EstimatedSeries, GapLaw, MeasuredSamples, estimate};
+use super::estimated_series::{EstimatedSeries, GapLaw, MeasuredSamples, Varying, estimate};
 use super::fit_agreement::{Agreement, agreement};
 use super::fit_error::FitError;
 use super::fit_verdict::FitVerdict;
 use super::friction_law::{FrictionLaw, as_read};
-use super::lagged_model::LaggedModel;
+use super::lagged_model::{LaggedModel, OF_GAP, finger_scale};
 use super::least_squares::Minimum;
 use super::series::{InstanceSamples, mean};
 use crate::contact::Contact;
 use crate::finger::FittedFinger;
 use crate::inversion::{Dependent, Inversion};
 use crate::parameters::{
-    IM_OFFSET, IM_Z_T, LN_AREA, LN_Q0, LN_SIGMA_T, MS, PARAMETERS, RE_OFFSET, RE_Z_T, TAU_MS,
-    Z_P_SLOPES, Z_T_SLOPES,
+    FINGER_SLOPES, IM_OFFSET, IM_Z_T, LAG_EXPONENT, LN_SIGMA_T, LoadSlopes, MS, PARAMETERS,
+    RE_OFFSET, RE_Z_T, TAU_MS, Z_P_SLOPES, Z_T_SLOPES,
 };
 
 /// Result of `dynamic` or `trial` for one instance.
@@ -31,7 +32,7 @@ pub struct InstanceFit {
     pub z_t_n_s_per_m: Complex64,
     /// Standard errors of the real and imaginary part of Z_t, N·s/m.
     pub z_t_std_n_s_per_m: Complex64,
-    /// Levitation lag τ, s.
+    /// Levitation lag τ, s: where it grows with the gap, that at the instance's mean gap.
     pub tau_s: f64,
     /// Standard error of `tau_s`, s; 0 at the bound.
     pub tau_std_s: f64,
@@ -71,20 +72,33 @@ impl InstanceFit {
             .iter()
             .map(|a| minimum.noise.std(a.recip()))
             .collect();
+        let ln_gap = model.ln_mean_gap();
+        let tau_s = parameters[TAU_MS] * MS * (parameters[LAG_EXPONENT] * ln_gap).exp();
         let offset = Complex64::new(parameters[RE_OFFSET], parameters[IM_OFFSET]);
         let finger = FittedFinger {
             inversion: Inversion {
                 contact,
+                load: LoadSlopes::default(),
                 carrier_rad_per_s: model.carrier_rad_per_s,
                 z_p: model.z_p + offset,
                 z_t: Complex64::new(parameters[RE_Z_T], parameters[IM_Z_T]),
                 z_t_slopes: Z_T_SLOPES,
                 z_p_slopes: Z_P_SLOPES,
+                finger_scale: finger_scale(parameters),
+                finger_slopes: FINGER_SLOPES,
                 covariance: minimum.covariance,
             },
-            tau_s: parameters[TAU_MS] * MS,
+            tau_s,
             z_m_noise: minimum.noise,
         };
+        let mut by_tau = SVector::zeros();
+        by_tau[TAU_MS] = MS * (parameters[LAG_EXPONENT] * ln_gap).exp();
+        by_tau[LAG_EXPONENT] = tau_s * ln_gap;
+        let tau_std_s = finger.inversion.std(&Dependent {
+            value: tau_s,
+            slopes: by_tau,
+            noise: 0.0,
+        });
         let mu0_std = finger.inversion.std(&Dependent {
             value: friction.mu0,
             slopes: friction.slopes.into(),
@@ -96,11 +110,15 @@ impl InstanceFit {
             z_m_std: &z_m_std,
             amplitude_m: samples.amplitude_m,
             normal_n: &model.normal_n[model.lead..],
+            varying: Some(Varying {
+                loads: &model.loads,
+                trend: &model.trend,
+                first: model.lead,
+            }),
         };
-        let (sigma_t_std_m, z_t_std, tau_std_s, offset_std) = (
+        let (sigma_t_std_m, z_t_std, offset_std) = (
             contact.sigma_t_m() * std(LN_SIGMA_T),
             Complex64::new(std(RE_Z_T), std(IM_Z_T)),
-            std(TAU_MS) * MS,
             Complex64::new(std(RE_OFFSET), std(IM_OFFSET)),
         );
         let series = estimate(
@@ -138,9 +156,9 @@ impl InstanceFit {
 
 /// Returns μ/μ0 by Eq. 19 after [`LaggedModel::follow`], with the lead-in.
 pub(super) fn modelled_ratio(model: &LaggedModel<'_>, contact: &Contact) -> Vec<f64> {
-    let samples = model.gap.iter().zip(model.normal_n);
+    let samples = model.gap.iter().zip(model.normal_n).enumerate();
     samples
-        .map(|(&x, &n)| contact.friction_ratio(x, n))
+        .map(|(at, (&x, &n))| model.contact_at(contact, at).friction_ratio(x, n))
         .collect()
 }
 
@@ -181,12 +199,13 @@ pub(super) fn friction_slopes(
     let mut slopes = [0.0; PARAMETERS];
     for (i, (&ratio, &mu)) in ratios.iter().zip(mu).enumerate() {
         let at = model.lead + i;
-        let lag = &model.gap_slopes;
-        let weight = (1.0 - floor) * ratio * (mu - 2.0 * mu0 * with_floor(ratio)) / power;
-        slopes[LN_SIGMA_T] += weight * (1.0 + (model.gap[at] - lag.by_ln_sigma_t[at]) / sigma);
-        slopes[LN_AREA] += weight * (1.0 - lag.by_ln_area[at] / sigma);
-        slopes[LN_Q0] += weight * (1.0 - lag.by_ln_q0[at] / sigma);
-        slopes[TAU_MS] -= weight / sigma * model.gap_by_tau_ms(at);
+        let contact = model.contact_at(contact, at);
+        let at_gap = contact.friction_ratio_slopes(model.gap[at], model.normal_n[at]);
+        let by_ratio = (1.0 - floor) * (mu - 2.0 * mu0 * with_floor(ratio)) / power;
+        for (parameter, of_gap) in OF_GAP.into_iter().zip(model.gap_slopes_m(at)) {
+            let direct = at_gap.by(parameter, &model.loads.slopes[at]);
+            slopes[parameter] += by_ratio * (direct - ratio / sigma * of_gap);
+        }
     }
     slopes
 }

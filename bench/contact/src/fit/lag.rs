@@ -5,6 +5,12 @@
 /// For τ ≤ 0 the same coefficients, analytic in τ, extrapolate: x = x_eq − τ dx_eq/dt + …, a lead. That lets a fit
 /// cross zero smoothly and say where it would have gone.
 pub(crate) struct Lag {
+    /// One for all samples, or for each that of the step that ends there; the first is that of the start.
+    steps: Vec<Step>,
+}
+
+/// The lag over one step.
+struct Step {
     /// τ in sampling intervals.
     tau: f64,
     decay: Weight,
@@ -34,9 +40,9 @@ const LAST_CUBICS: [[f64; 4]; 4] = [
     [0.0, 1.0 / 3.0, 0.5, 1.0 / 6.0],
 ];
 
-impl Lag {
-    pub(crate) fn new(tau_s: f64, interval_s: f64) -> Self {
-        let tau = tau_s / interval_s;
+impl Step {
+    /// Makes the step of a τ in sampling intervals.
+    fn new(tau: f64) -> Self {
         let decay = if tau > 0.0 {
             ((-1.0 / tau).exp(), (-1.0 / tau).exp() / (tau * tau))
         } else {
@@ -69,23 +75,6 @@ impl Lag {
         }
     }
 
-    /// Writes the lagged input, started as far behind as its first slope demands.
-    pub(crate) fn apply(&self, input: &[f64], output: &mut [f64]) {
-        output[0] = input[0] - self.tau * first_slope(input);
-        for n in 1..input.len() {
-            output[n] = self.decay.0 * output[n - 1] + self.drive(input, n).0;
-        }
-    }
-
-    /// Writes ∂ output/∂τ in output units per sampling interval, given what [`apply`](Self::apply) made of the input.
-    pub(crate) fn slope(&self, input: &[f64], output: &[f64], slope: &mut [f64]) {
-        slope[0] = -first_slope(input);
-        for n in 1..input.len() {
-            slope[n] =
-                self.decay.0 * slope[n - 1] + self.decay.1 * output[n - 1] + self.drive(input, n).1;
-        }
-    }
-
     /// Returns what the input adds over the step that ends at sample `n`.
     fn drive(&self, input: &[f64], n: usize) -> Weight {
         let (weights, nodes): (&[Weight], &[f64]) = if n == 1 {
@@ -101,6 +90,72 @@ impl Lag {
             .fold((0.0, 0.0), |sum, (weight, x)| {
                 (sum.0 + weight.0 * x, sum.1 + weight.1 * x)
             })
+    }
+}
+
+impl Lag {
+    pub(crate) fn new(tau_s: f64, interval_s: f64) -> Self {
+        Self {
+            steps: vec![Step::new(tau_s / interval_s)],
+        }
+    }
+
+    /// Makes the lag whose τ differs from sample to sample, in sampling intervals.
+    pub(crate) fn varying(tau: &[f64]) -> Self {
+        Self {
+            steps: tau.iter().copied().map(Step::new).collect(),
+        }
+    }
+
+    fn step(&self, n: usize) -> &Step {
+        &self.steps[n.min(self.steps.len() - 1)]
+    }
+
+    /// Writes the lagged input, started as far behind as its first slope demands.
+    pub(crate) fn apply(&self, input: &[f64], output: &mut [f64]) {
+        self.apply_pushed(input, |_| 0.0, output);
+    }
+
+    /// Writes the lagged input with a `push` added at each sample.
+    pub(crate) fn apply_pushed(
+        &self,
+        input: &[f64],
+        push: impl Fn(usize) -> f64,
+        output: &mut [f64],
+    ) {
+        output[0] = input[0] - self.step(0).tau * first_slope(input) + push(0);
+        for n in 1..input.len() {
+            let step = self.step(n);
+            output[n] = step.decay.0 * output[n - 1] + step.drive(input, n).0 + push(n);
+        }
+    }
+
+    /// Writes how each step alone depends on its τ, in output units per sampling interval, given what
+    /// [`apply`](Self::apply) made of the input.
+    pub(crate) fn pushes(&self, input: &[f64], output: &[f64], pushes: &mut [f64]) {
+        pushes[0] = -first_slope(input);
+        for n in 1..input.len() {
+            let step = self.step(n);
+            pushes[n] = step.decay.1 * output[n - 1] + step.drive(input, n).1;
+        }
+    }
+
+    /// Writes what pushes at each sample have made of the output since.
+    pub(crate) fn accumulate(&self, push: impl Fn(usize) -> f64, output: &mut [f64]) {
+        output[0] = push(0);
+        for n in 1..output.len() {
+            output[n] = self.step(n).decay.0 * output[n - 1] + push(n);
+        }
+    }
+
+    /// Writes ∂ output/∂τ in output units per sampling interval, given what [`apply`](Self::apply) made of the input.
+    pub(crate) fn slope(&self, input: &[f64], output: &[f64], slope: &mut [f64]) {
+        slope[0] = -first_slope(input);
+        for n in 1..input.len() {
+            let step = self.step(n);
+            slope[n] =
+                step.decay.0 * slope[n - 1] + step.decay.1 * output[n - 1] + step.drive(input, n).1;
+        }
     }
 }
 

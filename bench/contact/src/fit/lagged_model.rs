@@ -1,19 +1,25 @@
 //! The model that `dynamic` and `trial` fit: the impedance of one instance, whose gap follows its equilibrium with a lag.
 
+use nalgebra::DMatrix;
 use num_complex::Complex64;
 
 use super::conditions::FitConditions;
 use super::fit_error::FitError;
 use super::lag::Lag;
 use super::least_squares::ImpedanceModel;
+use super::loads::Loads;
 use super::series::InstanceSeries;
+use super::trend::Trend;
 use crate::assumed::AssumedConstants;
-use crate::contact::Contact;
-use crate::harmonic::observed;
+use crate::contact::{Contact, equilibrium_gaps};
 use crate::parameters::{
-    IM_OFFSET, IM_Z_T, LN_AREA, LN_LOSS_FACTOR, LN_Q0, LN_SIGMA_T, MS, PARAMETERS, RE_OFFSET,
-    RE_Z_T, TAU_MS,
+    AREA_EXPONENT, FILM_MEAN_MS, FINGER_ANGLE, FINGER_SLOPES, IM_OFFSET, IM_Z_T, LAG_EXPONENT,
+    LN_AREA, LN_LOSS_FACTOR, LN_Q0, LN_RATIO, LN_SIGMA_T, MS, PARAMETERS, RE_OFFSET, RE_Z_T,
+    TAU_MS,
 };
+
+/// Gap at which τ is that of the parameters where it grows with the gap, m.
+pub(super) const LAG_REFERENCE_GAP_M: f64 = 10e-6;
 
 /// An instance with its lead-in and room for the gap that goes with the parameters tried last.
 pub(super) struct LaggedModel<'a> {
@@ -28,27 +34,57 @@ pub(super) struct LaggedModel<'a> {
     pub(super) lead: usize,
     /// Measured Z_m of the instance alone, N·s/m.
     pub(super) z_m: &'a [Complex64],
+    pub(super) loads: Loads,
+    pub(super) trend: Trend,
+    /// Time of the middle of the instance, s.
+    pub(super) middle_s: f64,
     equilibrium: Vec<f64>,
     pub(super) gap: Vec<f64>,
-    pub(super) gap_slopes: GapSlopes,
+    gap_slopes: GapSlopes,
+    /// ∂Z_m/∂gap of each sample of the instance, N·s/m².
+    by_gap: Vec<Complex64>,
 }
 
-/// How the lagged gap depends on the parameters: by the logarithms of σ_t, S and q0, m, and by τ in sampling intervals.
-#[derive(Default)]
-pub(super) struct GapSlopes {
-    pub(super) by_ln_sigma_t: Vec<f64>,
-    pub(super) by_ln_area: Vec<f64>,
-    pub(super) by_ln_q0: Vec<f64>,
-    by_lag: Vec<f64>,
-    unlagged: [Vec<f64>; 3],
+/// Parameters that the equilibrium of the gap depends on.
+const OF_EQUILIBRIUM: [usize; 6] = [
+    LN_SIGMA_T,
+    LN_AREA,
+    LN_Q0,
+    AREA_EXPONENT,
+    FILM_MEAN_MS,
+    LN_RATIO,
+];
+/// Parameters that the lagged gap depends on: those of its equilibrium first.
+pub(super) const OF_GAP: [usize; 8] = [
+    LN_SIGMA_T,
+    LN_AREA,
+    LN_Q0,
+    AREA_EXPONENT,
+    FILM_MEAN_MS,
+    LN_RATIO,
+    TAU_MS,
+    LAG_EXPONENT,
+];
+
+/// How the lagged gap depends on the parameters, m.
+struct GapSlopes {
+    unlagged: [Vec<f64>; OF_EQUILIBRIUM.len()],
+    lagged: [Vec<f64>; OF_GAP.len()],
+    /// How each step depends on its own lag.
+    pushes: Vec<f64>,
+    /// Lag of each step, sampling intervals.
+    lags: Vec<f64>,
+    /// The lag that the gap was followed with last.
+    lag: Lag,
 }
 
 impl<'a> LaggedModel<'a> {
-    /// Makes the model of an instance whose gap is followed from `lead_in_s` before it.
+    /// Makes the model of an instance whose gap is followed from `lead_in_s` before it, and whose area is S at `reference_n`.
     pub(super) fn new(
         instance: &InstanceSeries<'a>,
         conditions: &FitConditions,
         lead_in_s: f64,
+        reference_n: f64,
     ) -> Result<Self, FitError> {
         conditions.assumed.validated()?;
         let (samples, lead) = instance.with_lead_in(lead_in_s)?;
@@ -62,15 +98,19 @@ impl<'a> LaggedModel<'a> {
             normal_n: samples.normal_n,
             lead,
             z_m: &samples.z_m_corrected_n_s_per_m[lead..],
+            loads: Loads::new(samples.amplitude_m, samples.normal_n, reference_n),
+            trend: Trend::new(samples.time_s, lead),
+            middle_s: 0.5 * (samples.time_s[lead] + samples.time_s[samples.time_s.len() - 1]),
             equilibrium: zeros(),
             gap: zeros(),
             gap_slopes: GapSlopes {
-                by_ln_sigma_t: zeros(),
-                by_ln_area: zeros(),
-                by_ln_q0: zeros(),
-                by_lag: zeros(),
-                unlagged: [zeros(), zeros(), zeros()],
+                unlagged: std::array::from_fn(|_| zeros()),
+                lagged: std::array::from_fn(|_| zeros()),
+                pushes: zeros(),
+                lags: zeros(),
+                lag: Lag::new(0.0, 1.0),
             },
+            by_gap: vec![Complex64::ZERO; samples.time_s.len() - lead],
         })
     }
 
@@ -99,29 +139,68 @@ impl<'a> LaggedModel<'a> {
     /// Follows the gap and its slopes; `None` where the model allows no such contact.
     pub(super) fn follow(&mut self, parameters: &[f64; PARAMETERS]) -> Option<Contact> {
         let contact = self.contact(parameters)?;
-        contact
-            .equilibrium_gaps_m(self.amplitude_m, self.normal_n, &mut self.equilibrium)
-            .ok()?;
+        self.loads.follow(
+            parameters[AREA_EXPONENT],
+            parameters[LN_RATIO],
+            parameters[FILM_MEAN_MS] * MS / self.interval_s,
+            MS / self.interval_s,
+        )?;
+        let (loads, trend) = (&self.loads, &self.trend);
+        let contact_at = |at: usize| loads.contact(&trend.contact(&contact, at), at);
+        let each = (0..self.gap.len())
+            .map(|at| (contact_at(at), loads.amplitude_m[at], self.normal_n[at]));
+        equilibrium_gaps(each, &mut self.equilibrium).ok()?;
         let slopes = &mut self.gap_slopes;
-        let [by_ln_sigma_t, by_ln_area, by_ln_q0] = &mut slopes.unlagged;
-        for (i, (&gap, &normal_n)) in self.equilibrium.iter().zip(self.normal_n).enumerate() {
-            let at = contact.equilibrium_gap_slopes_m(gap, normal_n);
-            by_ln_sigma_t[i] = at.by_ln_sigma_t;
-            by_ln_area[i] = at.by_ln_area;
-            by_ln_q0[i] = at.by_ln_q0;
+        for (at, (&gap, &normal_n)) in self.equilibrium.iter().zip(self.normal_n).enumerate() {
+            let of_gap = contact_at(at).equilibrium_gap_slopes_m(gap, normal_n);
+            for (unlagged, parameter) in slopes.unlagged.iter_mut().zip(OF_EQUILIBRIUM) {
+                unlagged[at] = of_gap.by(parameter, &loads.slopes[at]);
+            }
         }
-        let lag = Lag::new(parameters[TAU_MS] * MS, self.interval_s);
-        lag.apply(&self.equilibrium, &mut self.gap);
-        lag.apply(by_ln_sigma_t, &mut slopes.by_ln_sigma_t);
-        lag.apply(by_ln_area, &mut slopes.by_ln_area);
-        lag.apply(by_ln_q0, &mut slopes.by_ln_q0);
-        lag.slope(&self.equilibrium, &self.gap, &mut slopes.by_lag);
+        slopes.lag(
+            &self.equilibrium,
+            (parameters[TAU_MS], parameters[LAG_EXPONENT]),
+            MS / self.interval_s,
+            &mut self.gap,
+        );
         self.gap.iter().all(|gap| *gap > 0.0).then_some(contact)
     }
 
-    /// Returns ∂gap/∂τ at a sample, m/ms.
-    pub(super) fn gap_by_tau_ms(&self, at: usize) -> f64 {
-        self.gap_slopes.by_lag[at] * MS / self.interval_s
+    /// Returns how Z_m at each sample of the instance, real parts first, depends on the logarithm of the normal force at each
+    /// sample, with the lead-in, after [`evaluate`](ImpedanceModel::evaluate).
+    pub(super) fn response_to_force(&self) -> DMatrix<f64> {
+        let (samples, all) = (self.z_m.len(), self.gap.len());
+        let by_area = &self.gap_slopes.unlagged[1];
+        let mut response = DMatrix::zeros(2 * samples, all);
+        let (mut impulse, mut gap) = (vec![0.0; all], vec![0.0; all]);
+        for (at, &by_ln_area) in by_area.iter().enumerate() {
+            // A heavier finger is one on a smaller area.
+            impulse[at] = -by_ln_area;
+            self.gap_slopes.lag.apply(&impulse, &mut gap);
+            impulse[at] = 0.0;
+            for (index, &by_gap) in self.by_gap.iter().enumerate() {
+                let of = by_gap * gap[self.lead + index];
+                response[(index, at)] = of.re;
+                response[(samples + index, at)] = of.im;
+            }
+        }
+        response
+    }
+
+    /// Returns the contact at a sample.
+    pub(super) fn contact_at(&self, contact: &Contact, at: usize) -> Contact {
+        self.loads.contact(&self.trend.contact(contact, at), at)
+    }
+
+    /// Returns how the gap at a sample depends on the parameters of [`OF_GAP`], m.
+    pub(super) fn gap_slopes_m(&self, at: usize) -> [f64; OF_GAP.len()] {
+        self.gap_slopes.lagged.each_ref().map(|slopes| slopes[at])
+    }
+
+    /// Returns τ at the mean gap of the instance over that at the reference, as its logarithm by the exponent.
+    pub(super) fn ln_mean_gap(&self) -> f64 {
+        let inside = &self.gap[self.lead..];
+        (inside.iter().sum::<f64>() / inside.len() as f64 / LAG_REFERENCE_GAP_M).ln()
     }
 
     /// Given the gap of [`follow`](Self::follow), 1/(Z_m − Z_p) = 1/Z_t + 1/Z_c is linear in 1/Z_t: its mean, weighted as the
@@ -130,8 +209,9 @@ impl<'a> LaggedModel<'a> {
         let (mut sum, mut weights) = (Complex64::ZERO, 0.0);
         let film = self.gap[self.lead..]
             .iter()
-            .zip(&self.amplitude_m[self.lead..]);
-        for (&z_m, (&gap, &amplitude)) in self.z_m.iter().zip(film) {
+            .zip(&self.loads.amplitude_m[self.lead..]);
+        for (index, (&z_m, (&gap, &amplitude))) in self.z_m.iter().zip(film).enumerate() {
+            let contact = self.contact_at(contact, self.lead + index);
             let finger = z_m - self.z_p;
             let z_c = contact.impedance_n_s_per_m(
                 contact.stiffness_n_per_m(gap, amplitude),
@@ -179,33 +259,96 @@ impl ImpedanceModel<PARAMETERS> for LaggedModel<'_> {
         let z_t = Complex64::new(parameters[RE_Z_T], parameters[IM_Z_T]);
         let z_p = self.z_p + Complex64::new(parameters[RE_OFFSET], parameters[IM_OFFSET]);
         let loss_factor = parameters[LN_LOSS_FACTOR].exp();
+        let finger_scale = finger_scale(parameters);
         let z_c_per_stiffness = contact.impedance_n_s_per_m(1.0, self.carrier_rad_per_s);
         for index in 0..z_m.len() {
             let at = self.lead + index;
-            let (gap, amplitude) = (self.gap[at], self.amplitude_m[at]);
+            let (gap, amplitude) = (self.gap[at], self.loads.amplitude_m[at]);
+            let contact = self.contact_at(&contact, at);
+            let (z_p, z_t) = (self.trend.z_p(z_p, at), self.trend.z_t(z_t, at));
             let k_c = contact.stiffness_n_per_m(gap, amplitude);
             let by_gap = contact.stiffness_slope_n_per_m2(gap, amplitude);
             let at_gap = contact.stiffness_slopes_n_per_m(gap, amplitude);
             let z_c = z_c_per_stiffness * k_c;
+            let finger_scale = self.trend.finger_scale(finger_scale, at);
             let both = z_t + z_c;
-            let by_z_c = (z_t / both).powi(2);
+            let by_z_c = (z_t / both).powi(2) * finger_scale;
             let by_stiffness = by_z_c * z_c_per_stiffness;
-            let by_z_t = (z_c / both).powi(2);
-            z_m[index] = observed(z_p, z_t, z_c);
+            let by_z_t = (z_c / both).powi(2) * finger_scale;
+            let finger = z_t * z_c / both * finger_scale;
+            z_m[index] = z_p + finger;
+            self.by_gap[index] = by_stiffness * by_gap;
             let slope = &mut slopes[index];
-            slope[LN_SIGMA_T] =
-                by_stiffness * (at_gap.by_ln_sigma_t + by_gap * self.gap_slopes.by_ln_sigma_t[at]);
+            for (parameter, of_gap) in OF_GAP.into_iter().zip(self.gap_slopes_m(at)) {
+                let stiffness = at_gap.by(parameter, &self.loads.slopes[at]) + by_gap * of_gap;
+                slope[parameter] = by_stiffness * stiffness;
+            }
+            slope[LN_RATIO] += finger * FINGER_SLOPES[LN_RATIO];
+            slope[FINGER_ANGLE] = finger * FINGER_SLOPES[FINGER_ANGLE];
             slope[RE_Z_T] = by_z_t;
             slope[IM_Z_T] = by_z_t * Complex64::I;
-            slope[TAU_MS] = by_stiffness * (by_gap * self.gap_by_tau_ms(at));
             slope[IM_OFFSET] = Complex64::I;
             slope[RE_OFFSET] = Complex64::ONE;
-            slope[LN_AREA] =
-                by_stiffness * (at_gap.by_ln_area + by_gap * self.gap_slopes.by_ln_area[at]);
-            slope[LN_Q0] = by_stiffness * (at_gap.by_ln_q0 + by_gap * self.gap_slopes.by_ln_q0[at]);
             slope[LN_LOSS_FACTOR] = by_z_c * (loss_factor * k_c / self.carrier_rad_per_s);
         }
         Some(())
+    }
+}
+
+/// Returns the finger's part of Z_m as it is measured, over what it is.
+pub(super) fn finger_scale(parameters: &[f64; PARAMETERS]) -> Complex64 {
+    Complex64::from_polar((2.0 * parameters[LN_RATIO]).exp(), parameters[FINGER_ANGLE])
+}
+
+impl GapSlopes {
+    /// Writes the gap that lags behind its equilibrium, and its slopes.
+    fn lag(
+        &mut self,
+        equilibrium: &[f64],
+        (tau_ms, exponent): (f64, f64),
+        intervals_per_ms: f64,
+        gap: &mut [f64],
+    ) {
+        // A step's lag is that of the gap at its middle.
+        let twice_mean = |of: &[f64], n: usize| of[n.saturating_sub(1)] + of[n];
+        let relative = |n: usize| 0.5 * twice_mean(equilibrium, n) / LAG_REFERENCE_GAP_M;
+        let lag = if exponent == 0.0 {
+            self.lags.fill(tau_ms * intervals_per_ms);
+            Lag::new(tau_ms * intervals_per_ms, 1.0)
+        } else {
+            for n in 0..equilibrium.len() {
+                self.lags[n] = tau_ms * intervals_per_ms * relative(n).powf(exponent);
+            }
+            Lag::varying(&self.lags)
+        };
+        let (lags, pushes) = (&self.lags, &mut self.pushes);
+        lag.apply(equilibrium, gap);
+        lag.pushes(equilibrium, gap, pushes);
+        let (of_equilibrium, of_lag) = self.lagged.split_at_mut(OF_EQUILIBRIUM.len());
+        for (unlagged, lagged) in self.unlagged.iter().zip(of_equilibrium) {
+            if exponent == 0.0 {
+                lag.apply(unlagged, lagged);
+            } else {
+                // The lag follows the gap that the parameter moves.
+                let by_gap = |n: usize| twice_mean(unlagged, n) / twice_mean(equilibrium, n);
+                let push = |n: usize| pushes[n] * exponent * lags[n] * by_gap(n);
+                lag.apply_pushed(unlagged, push, lagged);
+            }
+        }
+        let [by_tau_ms, by_exponent] = of_lag else {
+            unreachable!("the slopes by the lag's two parameters come last")
+        };
+        let by_tau = |n: usize| {
+            let by_tau_ms = if exponent == 0.0 {
+                intervals_per_ms
+            } else {
+                lags[n] / tau_ms
+            };
+            pushes[n] * by_tau_ms
+        };
+        lag.accumulate(by_tau, by_tau_ms);
+        lag.accumulate(|n| pushes[n] * lags[n] * relative(n).ln(), by_exponent);
+        self.lag = lag;
     }
 }
 
@@ -219,7 +362,7 @@ mod tests {
     fn slopes_are_derivatives() {
         with_instance(|instance| {
             let conditions = FitConditions::with_plate(Complex64::new(7.01, 0.1));
-            let mut model = LaggedModel::new(instance, &conditions, 0.02).unwrap();
+            let mut model = LaggedModel::new(instance, &conditions, 0.02, 0.6).unwrap();
             for (tau_s, area_ratio) in [(-0.2e-3, 1.0), (0.05e-3, 0.6), (1.2e-3, 1.3)] {
                 let mut at = model.assumed_parameters(1.7e-6, tau_s);
                 at[RE_Z_T] = 0.47;
@@ -227,6 +370,13 @@ mod tests {
                 at[IM_OFFSET] = -0.3;
                 at[RE_OFFSET] = 0.2;
                 at[LN_AREA] += f64::ln(area_ratio);
+                assert_slopes_are_derivatives(&mut model, at);
+                at[TAU_MS] = at[TAU_MS].max(0.3);
+                at[AREA_EXPONENT] = 0.4;
+                at[FILM_MEAN_MS] = 0.2;
+                at[LAG_EXPONENT] = 0.3;
+                at[LN_RATIO] = -0.04;
+                at[FINGER_ANGLE] = 0.03;
                 assert_slopes_are_derivatives(&mut model, at);
             }
         });

@@ -34,11 +34,13 @@ mod instance_fit;
 mod lag;
 mod lagged_model;
 mod least_squares;
+mod loads;
 mod modelled_series;
 pub mod paper;
 mod sensitivity;
 mod series;
 mod sigma_search;
+mod trend;
 pub mod trial;
 
 pub use conditions::FitConditions;

@@ -24,6 +24,7 @@ use super::sigma_search::sigma_starts;
 use crate::contact::Contact;
 use crate::harmonic::{contact_impedance, observed, tissue_from_observed};
 use crate::inversion::Inversion;
+use crate::parameters::LoadSlopes;
 
 /// Options of the published method: where the tissue impedance and μ0 are read.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -279,6 +280,9 @@ impl<'a> PaperModel<'a> {
             z_t,
             z_t_slopes: [z_t_slope],
             z_p_slopes: [Complex64::ZERO],
+            finger_scale: Complex64::ONE,
+            finger_slopes: [Complex64::ZERO],
+            load: LoadSlopes::default(),
             covariance: minimum.covariance,
         };
         let measured = MeasuredSamples {
@@ -287,6 +291,7 @@ impl<'a> PaperModel<'a> {
             z_m_std: &vec![minimum.noise.std(1.0); self.z_m.len()],
             amplitude_m: self.amplitude_m,
             normal_n: &self.normal_n,
+            varying: None,
         };
         let series = estimate(
             &inversion,

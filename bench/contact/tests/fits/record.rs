@@ -26,7 +26,12 @@ pub struct Truth {
     pub mean_amplitude_m: f64,
     pub modulation_index: f64,
     pub normal_n: f64,
+    /// S at [`AREA_AT_N`].
     pub area_m2: f64,
+    pub area_exponent: f64,
+    pub film_mean_s: f64,
+    /// Of τ, which holds at a gap of 10 µm.
+    pub lag_exponent: f64,
     pub q0_rad_per_m: f64,
     pub loss_factor: f64,
     /// Added to Re and Im Z_p, N·s/m.
@@ -34,6 +39,9 @@ pub struct Truth {
     pub plate_offset: f64,
     pub friction_floor: f64,
 }
+
+/// Force at which an area is that of the truth, N.
+pub const AREA_AT_N: f64 = 0.65;
 
 pub const TRUTH: Truth = Truth {
     sigma_t_m: 1.7e-6,
@@ -44,6 +52,9 @@ pub const TRUTH: Truth = Truth {
     modulation_index: 0.95,
     normal_n: 0.65,
     area_m2: 300e-6,
+    area_exponent: 0.0,
+    film_mean_s: 0.0,
+    lag_exponent: 0.0,
     q0_rad_per_m: 1.4e4,
     loss_factor: 0.3,
     plate_damping: 0.0,
@@ -57,25 +68,34 @@ impl Truth {
         self.mean_amplitude_m * (1.0 + self.modulation_index * (TAU * 6.0 * t).sin())
     }
 
+    /// The amplitude that the film answers to: of a mean over a short time, the one of that time ago.
+    pub fn answered_m(&self, t: f64) -> f64 {
+        self.amplitude_m(t - self.film_mean_s)
+    }
+
     pub fn normal_n(&self, t: f64) -> f64 {
         self.normal_n * (1.0 + 0.4 * t - 10.0 * t * t + 50.0 * t * t * t)
     }
 
-    pub fn asperity_n(&self, x: f64) -> f64 {
-        let p_c = 0.375 * self.q0_rad_per_m * self.sigma_t_m * 20e6 / 0.75;
-        p_c * self.area_m2 * (-x / self.sigma_t_m).exp()
+    pub fn area_m2(&self, n: f64) -> f64 {
+        self.area_m2 * (n / AREA_AT_N).powf(self.area_exponent)
     }
 
-    pub fn squeeze_n(&self, x: f64, a: f64) -> f64 {
-        1.25 * 101_325.0 * self.area_m2 * a * a / (x * x)
+    pub fn asperity_n(&self, x: f64, n: f64) -> f64 {
+        let p_c = 0.375 * self.q0_rad_per_m * self.sigma_t_m * 20e6 / 0.75;
+        p_c * self.area_m2(n) * (-x / self.sigma_t_m).exp()
+    }
+
+    pub fn squeeze_n(&self, x: f64, a: f64, n: f64) -> f64 {
+        1.25 * 101_325.0 * self.area_m2(n) * a * a / (x * x)
     }
 
     pub fn equilibrium_m(&self, t: f64) -> f64 {
-        let (a, n) = (self.amplitude_m(t), self.normal_n(t));
+        let (a, n) = (self.answered_m(t), self.normal_n(t));
         let (mut lo, mut hi) = (1e-9_f64, 1e-3);
         for _ in 0..60 {
             let middle = 0.5 * (lo + hi);
-            if self.asperity_n(middle) + self.squeeze_n(middle, a) > n {
+            if self.asperity_n(middle, n) + self.squeeze_n(middle, a, n) > n {
                 lo = middle
             } else {
                 hi = middle
@@ -113,10 +133,11 @@ impl Truth {
                     self.equilibrium_m(t + 0.5 * h),
                     self.equilibrium_m(t + h),
                 );
-                let k1 = (e0 - x) / self.tau_s;
-                let k2 = (e1 - x - 0.5 * h * k1) / self.tau_s;
-                let k3 = (e1 - x - 0.5 * h * k2) / self.tau_s;
-                let k4 = (e2 - x - h * k3) / self.tau_s;
+                let tau_s = self.tau_s * (x / 10e-6).powf(self.lag_exponent);
+                let k1 = (e0 - x) / tau_s;
+                let k2 = (e1 - x - 0.5 * h * k1) / tau_s;
+                let k3 = (e1 - x - 0.5 * h * k2) / tau_s;
+                let k4 = (e2 - x - h * k3) / tau_s;
                 x += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
             }
         }
@@ -124,13 +145,14 @@ impl Truth {
     }
 
     pub fn mu(&self, x: f64, n: f64) -> f64 {
-        let ratio = self.asperity_n(x) / n;
+        let ratio = self.asperity_n(x, n) / n;
         self.mu0 * (self.friction_floor + (1.0 - self.friction_floor) * ratio)
     }
 
     pub fn push(&self, record: &mut Record, t: f64, x: f64) {
         let (a, n) = (self.amplitude_m(t), self.normal_n(t));
-        let k_c = self.asperity_n(x) / self.sigma_t_m + 2.0 * self.squeeze_n(x, a) / x;
+        let k_c = self.asperity_n(x, n) / self.sigma_t_m
+            + 2.0 * self.squeeze_n(x, self.answered_m(t), n) / x;
         let z_c = Complex64::new(self.loss_factor * k_c / OMEGA, -k_c / OMEGA);
         let z_m = Z_P
             + Complex64::new(self.plate_damping, self.plate_offset)
@@ -182,6 +204,12 @@ impl Record {
             *mu = lateral_n / normal_n;
         }
         lagging
+    }
+
+    /// The same at another time.
+    pub fn later(mut self, by_s: f64) -> Self {
+        self.time_s.iter_mut().for_each(|t| *t += by_s);
+        self
     }
 
     pub fn series(&self) -> InstanceSeries<'_> {

@@ -2,7 +2,7 @@
 
 use approx::assert_relative_eq;
 use contact::fit::dynamic::{self, DynamicOptions};
-use contact::fit::trial::{self, TrialFit, TrialOptions};
+use contact::fit::trial::{self, Misfit, Placed, PlateReference, TrialFit, TrialOptions};
 use contact::fit::{FitError, FitParameter, FitVerdict, InstanceSeries};
 use num_complex::Complex64;
 
@@ -13,6 +13,9 @@ const SKINS: [Truth; 3] = [
     TRUTH,
     Truth {
         area_m2: 130e-6,
+        area_exponent: 0.5,
+        film_mean_s: 0.2e-3,
+        lag_exponent: 0.4,
         q0_rad_per_m: 2.6e4,
         loss_factor: 0.45,
         tau_s: 0.6e-3,
@@ -21,6 +24,9 @@ const SKINS: [Truth; 3] = [
     },
     Truth {
         area_m2: 390e-6,
+        area_exponent: 0.25,
+        film_mean_s: 0.1e-3,
+        lag_exponent: 0.2,
         q0_rad_per_m: 0.8e4,
         loss_factor: 0.2,
         tau_s: 1.7e-3,
@@ -46,8 +52,42 @@ fn instances(skin: Truth, n: usize) -> Vec<Truth> {
 }
 
 fn fitted(records: &[Record]) -> TrialFit {
-    let series: Vec<InstanceSeries<'_>> = records.iter().map(Record::series).collect();
-    trial::fit(&series, &conditions(), &TrialOptions::default()).unwrap()
+    fitted_on(records, &[])
+}
+
+fn fitted_on(records: &[Record], references: &[PlateReference]) -> TrialFit {
+    let placed: Vec<Placed<'_>> = records.iter().map(|of| placed(of.series())).collect();
+    trial::fit(&placed, &conditions(), references, &TrialOptions::default()).unwrap()
+}
+
+fn placed(series: InstanceSeries<'_>) -> Placed<'_> {
+    Placed {
+        series,
+        off_centre_m: 0.0,
+    }
+}
+
+/// Records of instances so far apart that none tells how another changes.
+fn records(truths: &[Truth]) -> Vec<Record> {
+    let each = (0..).map(f64::from).zip(truths);
+    each.map(|(at_s, truth)| truth.record().later(at_s))
+        .collect()
+}
+
+fn mean_force_n(record: &Record) -> f64 {
+    let inside = &record.normal_n[LEAD..];
+    inside.iter().sum::<f64>() / inside.len() as f64
+}
+
+/// Mean of τ at the mean gap of each instance.
+fn mean_lag_s(truths: &[Truth]) -> f64 {
+    let each = truths.iter().map(|truth| {
+        let record = truth.record();
+        let inside = &record.gap_m[LEAD..];
+        let gap_m = inside.iter().sum::<f64>() / inside.len() as f64;
+        truth.tau_s * (gap_m / 10e-6).powf(truth.lag_exponent)
+    });
+    each.sum::<f64>() / truths.len() as f64
 }
 
 /// Nothing about the skin is assumed, and all of it is found; what an instance has of its own is told apart.
@@ -55,40 +95,116 @@ fn fitted(records: &[Record]) -> TrialFit {
 fn a_trial_recovers_the_skin_and_every_instance() {
     for skin in SKINS {
         let truths = instances(skin, 5);
-        let fit = fitted(&truths.iter().map(Truth::record).collect::<Vec<_>>());
+        let fit = fitted(&records(&truths));
         assert_eq!(fit.shared.verdict, FitVerdict::Converged);
-        // The priors pull by what they weigh beside residuals that hardly are.
-        assert_relative_eq!(
-            fit.shared.contact_area_m2.value,
-            skin.area_m2,
-            max_relative = 3e-4
+        // Where every residual is one of rounding the priors pull as if the force were known to 1e-4.
+        let forces = truths.iter().map(|of| mean_force_n(&of.record()));
+        let area_m2 = skin.area_m2(forces.sum::<f64>() / truths.len() as f64);
+        let shared = &fit.shared;
+        let near = |found: f64, truth: f64, within: f64| {
+            assert!(
+                (found / truth - 1.0).abs() < within,
+                "{found} {truth}: {shared:?}"
+            );
+        };
+        near(shared.contact_area_m2.value, area_m2, 0.01);
+        near(shared.q0_rad_per_m.value, skin.q0_rad_per_m, 0.03);
+        near(shared.loss_factor.value, skin.loss_factor, 0.01);
+        let tau_s = fit.instances.iter().map(|of| of.tau_s);
+        near(
+            shared.tau_s.value,
+            tau_s.sum::<f64>() / truths.len() as f64,
+            0.02,
         );
-        assert_relative_eq!(
-            fit.shared.q0_rad_per_m.value,
-            skin.q0_rad_per_m,
-            max_relative = 1e-3
-        );
-        assert_relative_eq!(
-            fit.shared.loss_factor.value,
-            skin.loss_factor,
-            max_relative = 1e-4
-        );
-        assert_relative_eq!(fit.shared.tau_s.value, skin.tau_s, max_relative = 1e-3);
+        // A film that averages is late as a lag is.
+        let late_s = shared.tau_s.value + shared.film_mean_s.value;
+        near(late_s, mean_lag_s(&truths) + skin.film_mean_s, 0.1);
+        let exponents = [
+            (shared.area_exponent.value, skin.area_exponent),
+            (shared.lag_exponent.value, skin.lag_exponent),
+        ];
+        for (found, truth) in exponents {
+            assert!((found - truth).abs() < 0.08, "{found} {truth}: {shared:?}");
+        }
+        assert_eq!(shared.misfit, []);
         let floor = fit.shared.friction_floor.unwrap().value;
-        assert_relative_eq!(floor, skin.friction_floor, epsilon = 3e-4);
-        assert_relative_eq!(fit.shared.lateral_lag_s.unwrap().value, 0.0, epsilon = 1e-6);
+        assert_relative_eq!(floor, skin.friction_floor, epsilon = 2e-3);
+        assert_relative_eq!(fit.shared.lateral_lag_s.unwrap().value, 0.0, epsilon = 5e-5);
         assert_eq!(fit.instances.len(), truths.len());
         for (instance, truth) in fit.instances.iter().zip(&truths) {
-            assert_relative_eq!(instance.sigma_t_m, truth.sigma_t_m, max_relative = 3e-4);
+            near(instance.sigma_t_m, truth.sigma_t_m, 0.01);
             let apart = (instance.z_t_n_s_per_m - truth.z_t).norm();
-            assert!(apart < 3e-4 * truth.z_t.norm(), "{apart}");
+            assert!(apart < 0.01 * truth.z_t.norm(), "{apart}");
             let offset = instance.plate_offset_n_s_per_m;
-            assert_relative_eq!(offset.im, truth.plate_offset, epsilon = 3e-4);
-            assert_relative_eq!(offset.re, truth.plate_damping, epsilon = 3e-4);
-            assert_relative_eq!(instance.mu0, truth.mu0, max_relative = 3e-4);
-            assert!(instance.agreement.rms_mu < 1e-4, "{:?}", instance.agreement);
+            assert_relative_eq!(offset.im, truth.plate_offset, epsilon = 5e-3);
+            assert_relative_eq!(offset.re, truth.plate_damping, epsilon = 5e-3);
+            near(instance.mu0, truth.mu0, 2e-3);
+            assert!(instance.agreement.rms_mu < 1e-3, "{:?}", instance.agreement);
         }
     }
+}
+
+/// A plate read before and after tells how its damping changed under the finger, on a course that bends.
+#[test]
+fn references_tell_of_the_damping_between_them() {
+    let truths: Vec<Truth> = (0..5)
+        .map(|i| f64::from(i + 1) / 6.0)
+        .map(|part| Truth {
+            plate_damping: 0.3 * (part + 0.2 * part * (1.0 - part)),
+            plate_offset: -0.5 * (part + 0.2 * part * (1.0 - part)),
+            ..TRUTH
+        })
+        .collect();
+    let noisy = records(&truths)
+        .into_iter()
+        .enumerate()
+        .map(|(seed, record)| record.with_noise(seed as u64, 1e-4));
+    let noisy: Vec<Record> = noisy.collect();
+    let reference = |time_s: f64, offset: Complex64| PlateReference {
+        time_s,
+        z_p_n_s_per_m: crate::record::Z_P + offset,
+        std_n_s_per_m: 1e-3,
+    };
+    let known = [
+        reference(-1.0, Complex64::ZERO),
+        reference(5.0, Complex64::new(0.3, -0.5)),
+    ];
+    let (told, alone) = (fitted_on(&noisy, &known), fitted(&noisy));
+    for ((told, alone), truth) in told.instances.iter().zip(&alone.instances).zip(&truths) {
+        let apart = told.plate_offset_n_s_per_m.re - truth.plate_damping;
+        assert!(apart.abs() < 0.01, "{apart}");
+        assert_relative_eq!(told.sigma_t_m, truth.sigma_t_m, max_relative = 0.02);
+        assert!(told.sigma_t_std_m < alone.sigma_t_std_m);
+    }
+}
+
+/// A skin that no finger has is not believed, nor a friction that the contact does not explain.
+#[test]
+fn a_law_that_is_not_the_models_shows() {
+    let lagging = Truth {
+        lag_exponent: 1.3,
+        ..TRUTH
+    };
+    let fit = fitted(&records(&instances(lagging, 5)));
+    let unlikely = |sign: &Misfit| matches!(sign, Misfit::Unlikely { .. });
+    assert!(fit.shared.misfit.iter().any(unlikely), "{:?}", fit.shared);
+    let slipping: Vec<Record> = records(&instances(TRUTH, 5))
+        .into_iter()
+        .map(|mut record| {
+            for (at, mu) in record.mu.iter_mut().enumerate() {
+                *mu += 0.1 * (0.2 * at as f64).sin().abs();
+            }
+            record
+        })
+        .collect();
+    let fit = fitted(&slipping);
+    let of_friction = |sign: &Misfit| matches!(sign, Misfit::Friction { .. });
+    assert!(
+        fit.shared.misfit.iter().all(of_friction),
+        "{:?}",
+        fit.shared
+    );
+    assert_eq!(fit.shared.misfit.len(), 1);
 }
 
 /// What another contact area does to the method that assumes one, it does not do to the trial's.
@@ -120,7 +236,7 @@ fn an_instance_alone_is_biased_by_a_skin_that_is_not_the_assumed_one() {
 fn a_lag_of_the_lateral_force_is_found_and_does_not_touch_the_contact() {
     for lag_s in [0.5e-3, 2e-3] {
         let truths = instances(SKINS[1], 4);
-        let records: Vec<Record> = truths.iter().map(Truth::record).collect();
+        let records = records(&truths);
         let lagging: Vec<Record> = records
             .iter()
             .map(|record| record.with_lateral_lag(lag_s))
@@ -141,8 +257,11 @@ fn a_lag_of_the_lateral_force_is_found_and_does_not_touch_the_contact() {
 #[test]
 fn standard_errors_of_a_trial_are_the_scatter() {
     let truths = instances(SKINS[1], 5);
-    let records: Vec<Record> = truths.iter().map(Truth::record).collect();
-    let runs = 20;
+    let records = records(&truths);
+    let runs = 10;
+    let forces = records.iter().map(mean_force_n);
+    let area_m2 = SKINS[1].area_m2(forces.sum::<f64>() / records.len() as f64);
+    let tau_s = mean_lag_s(&truths);
     let mut scores = [0.0; 7];
     for run in 0..runs {
         let noisy: Vec<Record> = records
@@ -159,7 +278,7 @@ fn standard_errors_of_a_trial_are_the_scatter() {
         let ln = |value: f64, truth: f64| (value / truth).ln();
         for (score, (error, std)) in scores.iter_mut().zip([
             (
-                ln(fit.shared.contact_area_m2.value, SKINS[1].area_m2),
+                ln(fit.shared.contact_area_m2.value, area_m2),
                 fit.shared.contact_area_m2.ln_std,
             ),
             (
@@ -170,10 +289,7 @@ fn standard_errors_of_a_trial_are_the_scatter() {
                 ln(fit.shared.loss_factor.value, SKINS[1].loss_factor),
                 fit.shared.loss_factor.ln_std,
             ),
-            (
-                ln(fit.shared.tau_s.value, SKINS[1].tau_s),
-                fit.shared.tau_s.ln_std,
-            ),
+            (ln(fit.shared.tau_s.value, tau_s), fit.shared.tau_s.ln_std),
             (instance.sigma_t_m - truth.sigma_t_m, instance.sigma_t_std_m),
             (z_t.re, z_t_std.re),
             (z_t.im, z_t_std.im),
@@ -181,8 +297,9 @@ fn standard_errors_of_a_trial_are_the_scatter() {
             *score += (error / std).powi(2) / runs as f64;
         }
     }
+    // Of noise alone: what the priors and an error of the force allow besides is stated, and not made here.
     for score in scores {
-        assert!((0.3..2.0).contains(&score), "{scores:?}");
+        assert!((0.01..2.0).contains(&score), "{scores:?}");
     }
 }
 
@@ -215,11 +332,17 @@ fn one_instance_is_held_by_the_priors() {
 
 #[test]
 fn a_trial_without_instances_or_lead_in_is_refused_by_name() {
-    let error = trial::fit(&[], &conditions(), &TrialOptions::default()).unwrap_err();
+    let error = trial::fit(&[], &conditions(), &[], &TrialOptions::default()).unwrap_err();
     assert_eq!(error, FitError::NoStart);
     let record = TRUTH.record();
     let no_lead = InstanceSeries::new(record.samples(), LEAD / 2).unwrap();
-    let error = trial::fit(&[no_lead], &conditions(), &TrialOptions::default()).unwrap_err();
+    let error = trial::fit(
+        &[placed(no_lead)],
+        &conditions(),
+        &[],
+        &TrialOptions::default(),
+    )
+    .unwrap_err();
     assert!(
         matches!(error, FitError::LeadInTooShort { .. }),
         "{error:?}"

@@ -1,13 +1,12 @@
 //! Least squares in which each block of residuals has parameters of its own and shares others with all blocks: the normal
 //! matrix has the shape of an arrow, and a step costs as much as the number of blocks.
 
-use nalgebra::{SMatrix, SVector};
-use num_complex::Complex64;
+use nalgebra::{DMatrix, SMatrix, SVector};
 
 /// Number of parameters that a block has of its own.
-pub(super) const OWN: usize = 5;
+pub(super) const OWN: usize = 6;
 /// Number of parameters that all blocks share.
-pub(super) const SHARED: usize = 4;
+pub(super) const SHARED: usize = 10;
 
 type Own = SVector<f64, OWN>;
 type Shared = SVector<f64, SHARED>;
@@ -27,30 +26,18 @@ pub(super) struct BlockNormal {
 }
 
 impl BlockNormal {
-    /// Adds a complex residual with its slopes.
-    pub(super) fn add(
-        &mut self,
-        residual: Complex64,
-        by_own: &[Complex64; OWN],
-        by_shared: &[Complex64; SHARED],
-        weight: f64,
-    ) {
-        let real = |of: Complex64, with: Complex64| (of.conj() * with).re * weight;
-        self.squares += residual.norm_sqr() * weight;
-        for (row, &slope) in by_own.iter().enumerate() {
-            self.own_gradient[row] += real(slope, residual);
-            for (column, &other) in by_own.iter().enumerate() {
-                self.own[(row, column)] += real(slope, other);
-            }
-            for (column, &other) in by_shared.iter().enumerate() {
-                self.coupling[(row, column)] += real(slope, other);
-            }
-        }
-        for (row, &slope) in by_shared.iter().enumerate() {
-            self.shared_gradient[row] += real(slope, residual);
-            for (column, &other) in by_shared.iter().enumerate() {
-                self.shared[(row, column)] += real(slope, other);
-            }
+    /// Sums over rows of a residual, its slopes by the block's own parameters, and by the shared ones.
+    pub(super) fn of(columns: &DMatrix<f64>) -> Self {
+        let residual = columns.column(0);
+        let own = columns.fixed_columns::<OWN>(1);
+        let shared = columns.fixed_columns::<SHARED>(1 + OWN);
+        Self {
+            squares: residual.norm_squared(),
+            own_gradient: own.tr_mul(&residual),
+            shared_gradient: shared.tr_mul(&residual),
+            own: own.tr_mul(&own),
+            coupling: own.tr_mul(&shared),
+            shared: shared.tr_mul(&shared),
         }
     }
 }
@@ -80,7 +67,7 @@ const ITERATIONS: usize = 200;
 const FIRST_DAMPING: f64 = 1e-3;
 const MOST_DAMPING: f64 = 1e12;
 /// Relative decrease of the squares that ends the search.
-const TOLERANCE: f64 = 1e-11;
+const TOLERANCE: f64 = 1e-8;
 
 #[derive(Clone)]
 struct Arrow {
@@ -274,26 +261,22 @@ fn inverted<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, 
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::DMatrix;
     use rand_chacha::ChaCha8Rng;
     use rand_chacha::rand_core::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
 
-    /// Blocks of random residuals' slopes; weighed anew they are a scatter.
-    fn blocks(
-        slopes: &[Vec<([Complex64; OWN], [Complex64; SHARED])>],
-        weight: fn(usize) -> f64,
-    ) -> Vec<BlockNormal> {
-        let of_block = |samples: &Vec<([Complex64; OWN], [Complex64; SHARED])>| {
-            let mut block = BlockNormal::default();
-            for (index, (own, shared)) in samples.iter().enumerate() {
-                block.add(Complex64::new(0.1, -0.2), own, shared, weight(index));
-            }
-            block
+    /// Blocks of rows, each weighed.
+    fn blocks(rows: &[DMatrix<f64>], weight: fn(usize) -> f64) -> Vec<BlockNormal> {
+        let weighed = |rows: &DMatrix<f64>| {
+            DMatrix::from_fn(rows.nrows(), rows.ncols(), |row, column| {
+                rows[(row, column)] * weight(row).sqrt()
+            })
         };
-        slopes.iter().map(of_block).collect()
+        rows.iter()
+            .map(|rows| BlockNormal::of(&weighed(rows)))
+            .collect()
     }
 
     /// The whole matrix, shared parameters first.
@@ -321,23 +304,11 @@ mod tests {
     fn the_covariance_is_that_of_the_whole_matrix() {
         let mut random = ChaCha8Rng::seed_from_u64(12);
         let mut number = || -> f64 { StandardNormal.sample(&mut random) };
-        let slopes: Vec<_> = (0..3)
-            .map(|_| {
-                let sample = |_| {
-                    let mut complex = || Complex64::new(number(), number());
-                    (
-                        std::array::from_fn(|_| complex()),
-                        std::array::from_fn(|_| complex()),
-                    )
-                };
-                (0..12).map(sample).collect()
-            })
+        let rows: Vec<_> = (0..3)
+            .map(|_| DMatrix::from_fn(24, 1 + OWN + SHARED, |_, _| number()))
             .collect();
-        let prior = Shared::from([0.5, 1.0, 2.0, 0.1]);
-        let (normal, scatter) = (
-            blocks(&slopes, |_| 1.0),
-            blocks(&slopes, |i| 1.0 + i as f64),
-        );
+        let prior = Shared::from([0.5, 1.0, 2.0, 0.1, 0.3, 1.5, 0.7, 0.9, 0.2, 0.6]);
+        let (normal, scatter) = (blocks(&rows, |_| 1.0), blocks(&rows, |i| 1.0 + i as f64));
         let mut shared = SharedMatrix::from_diagonal(&prior);
         for block in &normal {
             shared += block.shared;

@@ -22,6 +22,15 @@ impl LogNormal {
     }
 }
 
+/// A normal distribution.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Normal {
+    /// Mean, in the quantity's own unit.
+    pub mean: f64,
+    /// Standard deviation.
+    pub std: f64,
+}
+
 /// Priors of a trial's parameters. Wide: they keep a short trial sane and leave a whole one to its data.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrialPriors {
@@ -33,12 +42,43 @@ pub struct TrialPriors {
     pub loss_factor: LogNormal,
     /// Levitation lag τ, s. Default 95 % between 0.1 and 10 ms.
     pub tau_s: LogNormal,
+    /// Exponent ν of the contact area's growth with the normal force. Default 0.3 ± 0.3: none at all, Hertz's 2/3 and what was
+    /// measured of finger pads in between (Adams et al. 2013) are all likely.
+    pub area_exponent: Normal,
+    /// Time over which the film averages the squared amplitude, s. Default 95 % between 0.03 and 0.3 ms, one to ten cycles
+    /// of the carrier.
+    pub film_mean_s: LogNormal,
+    /// Exponent of the levitation lag's growth with the gap. Default 0.25 ± 0.15: nobody knows the law (decision 21).
+    pub lag_exponent: Normal,
+    /// Growth of the logarithm of the amplitude over 30 mm along the plate, beside what was measured. Default 0 ± 0.015.
+    pub amplitude_tilt: Normal,
+    /// By how much it is greater 30 mm from the centre on both sides. Default −0.01 ± 0.02.
+    pub amplitude_bow: Normal,
+    /// Standard deviation of the angle by which the finger's part of Z_m is turned, rad; its mean is 0. Default 0.02: what a
+    /// second mode of the plate a kilohertz away does to it, otherwise at each place.
+    pub finger_angle_std_rad: f64,
     /// Standard deviation of the offset of the plate's reactance, N·s/m; its mean is 0. Default 3, thirty hertz of a plate of 8
     /// g.
     pub plate_reactance_std_n_s_per_m: f64,
     /// Standard deviation of the offset of its damping, N·s/m; its mean is 0. Default 0.5, seven per cent of the published
     /// plate's.
     pub plate_damping_std_n_s_per_m: f64,
+}
+
+impl TrialPriors {
+    /// Returns the priors on a plate whose amplitude along it was measured and is accounted for.
+    #[must_use]
+    pub fn on_a_measured_plate(self) -> Self {
+        let left = Normal {
+            mean: 0.0,
+            std: 3e-3,
+        };
+        Self {
+            amplitude_tilt: left,
+            amplitude_bow: left,
+            ..self
+        }
+    }
 }
 
 impl Default for TrialPriors {
@@ -48,6 +88,24 @@ impl Default for TrialPriors {
             q0_rad_per_m: LogNormal::between(5e3, 5e4),
             loss_factor: LogNormal::between(0.1, 0.6),
             tau_s: LogNormal::between(1e-4, 1e-2),
+            area_exponent: Normal {
+                mean: 0.3,
+                std: 0.3,
+            },
+            film_mean_s: LogNormal::between(3e-5, 3e-4),
+            lag_exponent: Normal {
+                mean: 0.25,
+                std: 0.15,
+            },
+            amplitude_tilt: Normal {
+                mean: 0.0,
+                std: 0.015,
+            },
+            amplitude_bow: Normal {
+                mean: -0.01,
+                std: 0.02,
+            },
+            finger_angle_std_rad: 0.02,
             plate_reactance_std_n_s_per_m: 3.0,
             plate_damping_std_n_s_per_m: 0.5,
         }

@@ -1,0 +1,70 @@
+//! Reads the plate's own impedance wherever in a recording no finger is on it, before, between and after explorations.
+
+use contact::fit::trial::PlateReference;
+use num_complex::Complex64;
+
+use crate::instance::plate;
+use crate::measurements::{FrameSeries, Measurements};
+
+/// Longest stretch of one reference, s: short beside the minutes in which a plate changes.
+const LONGEST_S: f64 = 0.5;
+/// Time beside a finger that is left out, s: a finger that weighs less than its sensor's noise is on the plate too.
+const BESIDE_FINGER_S: f64 = 0.05;
+/// Frames whose errors are about one: a demodulator's filter is some 10 ms long.
+const FRAMES_ALIKE: f64 = 20.0;
+/// Least standard error of a reference, N·s/m: what two readings of a still plate differ by.
+const LEAST_STD_N_S_PER_M: f64 = 2e-4;
+
+/// Reads the references of a whole recording; a normal force of `off_n` or more is a finger.
+pub(super) fn read(record: &Measurements, off_n: f64) -> Vec<PlateReference> {
+    let (start_s, end_s) = record.span_s();
+    let series = record.series(start_s, end_s);
+    let touched: Vec<f64> = series
+        .time_s
+        .iter()
+        .zip(&series.normal_n)
+        // A force that was not measured shows no free plate.
+        .filter(|(_, normal_n)| normal_n.is_nan() || normal_n.abs() >= off_n)
+        .map(|(time_s, _)| *time_s)
+        .collect();
+    let is_free = |time_s: f64| {
+        let next = touched.partition_point(|touched_s| *touched_s < time_s - BESIDE_FINGER_S);
+        touched
+            .get(next)
+            .is_none_or(|touched_s| *touched_s > time_s + BESIDE_FINGER_S)
+    };
+    let mut references = Vec::new();
+    let mut from = 0;
+    while from < series.time_s.len() {
+        let begin_s = series.time_s[from];
+        let inside = |time_s: &&f64| is_free(**time_s) && **time_s - begin_s < LONGEST_S;
+        let frames = series.time_s[from..].iter().take_while(inside).count();
+        references.extend(reference(&series, from, from + frames));
+        from += frames.max(1);
+    }
+    references
+}
+
+/// Reads one stretch; `None` if too few of its frames have an impedance.
+fn reference(series: &FrameSeries, from: usize, to: usize) -> Option<PlateReference> {
+    let frames = &series.frames[from..to];
+    let whole = plate(frames)?;
+    let middle = frames.len() / 2;
+    let of = |part| plate(part).map(|part| part.corrected_n_s_per_m);
+    let halves = of(&frames[..middle]).zip(of(&frames[middle..]));
+    let apart = halves.map_or(Complex64::ZERO, |(first, second)| second - first);
+    let clear = frames.iter().filter(|frame| frame.mask.is_clear());
+    let (mut squares, mut weights) = (0.0, 0.0);
+    for frame in clear {
+        let weight = frame.amplitude_m.powi(2);
+        let residual = frame.corrected_n_s_per_m - whole.corrected_n_s_per_m;
+        squares += weight * residual.norm_sqr();
+        weights += weight;
+    }
+    let scatter = (squares / weights * FRAMES_ALIKE / whole.frames as f64).sqrt();
+    Some(PlateReference {
+        time_s: 0.5 * (series.time_s[from] + series.time_s[to - 1]),
+        z_p_n_s_per_m: whole.corrected_n_s_per_m,
+        std_n_s_per_m: scatter.hypot(0.5 * apart.norm()).max(LEAST_STD_N_S_PER_M),
+    })
+}

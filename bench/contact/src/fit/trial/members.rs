@@ -1,0 +1,146 @@
+//! Which parameters belong to an instance, and which to the trial.
+
+use nalgebra::{SMatrix, SVector};
+
+use super::arrow::{ArrowCovariance, OWN, SHARED};
+use super::plate::OffsetPrior;
+use crate::fit::lagged_model::LaggedModel;
+use crate::parameters::{
+    AREA_EXPONENT, FILM_MEAN_MS, FINGER_ANGLE, IM_OFFSET, IM_Z_T, LAG_EXPONENT, LN_AREA,
+    LN_LOSS_FACTOR, LN_Q0, LN_RATIO, LN_SIGMA_T, MS, PARAMETERS, RE_OFFSET, RE_Z_T, TAU_MS,
+};
+
+pub(super) type Own = SVector<f64, OWN>;
+pub(super) type Shared = SVector<f64, SHARED>;
+
+/// Parameters of one instance, in a block's order.
+pub(super) const OF_INSTANCE: [usize; OWN] = [
+    LN_SIGMA_T,
+    RE_Z_T,
+    IM_Z_T,
+    IM_OFFSET,
+    RE_OFFSET,
+    FINGER_ANGLE,
+];
+pub(super) const SIGMA_T: usize = 0;
+pub(super) const TISSUE: [usize; 2] = [1, 2];
+pub(super) const REACTANCE: usize = 3;
+pub(super) const DAMPING: usize = 4;
+pub(super) const ANGLE: usize = 5;
+
+/// Parameters of the model that are the trial's, in the arrow's order; after them stand the [`BEND`] and the two
+/// of the amplitude along the plate. Times are there as
+/// their logarithms.
+pub(super) const OF_TRIAL: [usize; SHARED - 3] = [
+    LN_AREA,
+    LN_Q0,
+    LN_LOSS_FACTOR,
+    TAU_MS,
+    AREA_EXPONENT,
+    FILM_MEAN_MS,
+    LAG_EXPONENT,
+];
+pub(super) const AREA: usize = 0;
+pub(super) const Q0: usize = 1;
+pub(super) const LOSS_FACTOR: usize = 2;
+pub(super) const TAU: usize = 3;
+pub(super) const GROWTH: usize = 4;
+pub(super) const FILM_MEAN: usize = 5;
+pub(super) const LAG_GROWTH: usize = 6;
+/// Bend of the course that the plate's damping takes between references.
+pub(super) const BEND: usize = 7;
+/// Logarithm of the amplitude along the plate over that at the pickup: by how much it grows over [`ALONG_M`], and by how much
+/// it is greater there on both sides.
+pub(super) const TILT: usize = 8;
+pub(super) const BOW: usize = 9;
+/// Length along the plate at which tilt and bow are stated, m: half of the published central part.
+pub(super) const ALONG_M: f64 = 0.03;
+
+/// Times that are there as their logarithms, and those of the model in ms.
+const IN_MS: [(usize, usize); 2] = [(TAU, TAU_MS), (FILM_MEAN, FILM_MEAN_MS)];
+
+/// An instance of a trial.
+pub(super) struct Member<'a> {
+    pub(super) model: LaggedModel<'a>,
+    /// What is known of the plate's offset.
+    pub(super) offset: OffsetPrior,
+    /// Distance from the plate's centre, in [`ALONG_M`].
+    pub(super) along: f64,
+}
+
+impl Member<'_> {
+    /// Returns the model's parameters.
+    pub(super) fn parameters(&self, shared: &Shared, own: &Own) -> [f64; PARAMETERS] {
+        let mut parameters = [0.0; PARAMETERS];
+        for (value, parameter) in own.iter().zip(OF_INSTANCE) {
+            parameters[parameter] = *value;
+        }
+        for (value, parameter) in shared.iter().zip(OF_TRIAL) {
+            parameters[parameter] = *value;
+        }
+        for (index, parameter) in IN_MS {
+            parameters[parameter] = shared[index].exp() / MS;
+        }
+        parameters[RE_OFFSET] += self.offset.damping(shared[BEND]);
+        parameters[LN_RATIO] = shared[TILT] * self.along + shared[BOW] * self.along.powi(2);
+        parameters
+    }
+
+    /// Returns the slopes by the parameters that all instances share, from those by the model's.
+    pub(super) fn by_shared<T: Copy + std::ops::Mul<f64, Output = T>>(
+        &self,
+        slopes: &[T; PARAMETERS],
+        parameters: &[f64; PARAMETERS],
+    ) -> [T; SHARED] {
+        std::array::from_fn(|index| match OF_TRIAL.get(index) {
+            Some(&parameter) if is_time(parameter) => slopes[parameter] * parameters[parameter],
+            Some(&parameter) => slopes[parameter],
+            None => slopes[self.beside(index).0] * self.beside(index).1,
+        })
+    }
+
+    /// Returns the model's parameter that one of the last shared ones moves, and by how much.
+    fn beside(&self, index: usize) -> (usize, f64) {
+        match index {
+            BEND => (RE_OFFSET, self.offset.damping_by_bend),
+            TILT => (LN_RATIO, self.along),
+            _ => (LN_RATIO, self.along.powi(2)),
+        }
+    }
+
+    /// Returns the covariance of the model's parameters.
+    pub(super) fn covariance(
+        &self,
+        of: &ArrowCovariance,
+        instance: usize,
+        parameters: &[f64; PARAMETERS],
+    ) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
+        let mut by_own = SMatrix::<f64, PARAMETERS, OWN>::zeros();
+        for (column, parameter) in OF_INSTANCE.into_iter().enumerate() {
+            by_own[(parameter, column)] = 1.0;
+        }
+        let mut by_shared = SMatrix::<f64, PARAMETERS, SHARED>::zeros();
+        for (column, parameter) in OF_TRIAL.into_iter().enumerate() {
+            let unit = if is_time(parameter) {
+                parameters[parameter]
+            } else {
+                1.0
+            };
+            by_shared[(parameter, column)] = unit;
+        }
+        for column in [BEND, TILT, BOW] {
+            let (parameter, slope) = self.beside(column);
+            by_shared[(parameter, column)] = slope;
+        }
+        let block = &of.blocks[instance];
+        let across = by_own * block.with_shared * by_shared.transpose();
+        by_own * block.own * by_own.transpose()
+            + by_shared * of.shared * by_shared.transpose()
+            + across
+            + across.transpose()
+    }
+}
+
+fn is_time(parameter: usize) -> bool {
+    IN_MS.iter().any(|(_, time)| *time == parameter)
+}

@@ -1,0 +1,173 @@
+//! How the residuals of an instance scatter, and with each other.
+//!
+//! Three things make them: noise of force and velocity, which on their ratio grows as 1/|ṽ_p| ([`ResidualNoise`]); the model's
+//! own error, alike for all; and what the force sensor's filter left of its noise and took of the finger's force. The last one
+//! moves the gap for as long as it lasts and its lag, so that many samples share it: least squares that knew nothing of it would
+//! take it for a property of the skin.
+
+use nalgebra::{Cholesky, DMatrix, Dyn};
+use num_complex::Complex64;
+
+use super::arrow::{OWN, SHARED};
+use super::members::Member;
+use crate::fit::least_squares::ImpedanceModel;
+
+/// Time for which an error of the force lasts, s: what the filter of the force passes and takes lies about 80 Hz.
+const FORCE_ERROR_LASTS_S: f64 = 2e-3;
+/// Time for which a noise of the impedance lasts, s: some samples of the demodulator's window.
+const NOISE_LASTS_S: f64 = 0.7e-3;
+/// Error of the force that is always reckoned with, as a part of it: no sensor is better.
+const LEAST_FORCE_ERROR: f64 = 1e-4;
+const ITERATIONS: usize = 50;
+/// A variance below this part of the mean is taken for it, so that no sample has all the weight.
+const LEAST_VARIANCE: f64 = 1e-6;
+
+/// Covariance of an instance's residuals, real parts first, then imaginary ones.
+pub(super) enum Scatter {
+    /// Independent and alike, with this standard deviation.
+    Alike(f64),
+    /// As its factor says.
+    Together(Cholesky<f64, Dyn>),
+}
+
+impl Scatter {
+    /// Estimates the scatter of each instance's residuals at the parameters at which its model was evaluated last, of one kind
+    /// for all. `None` where the residuals are 0, or a force has no response.
+    pub(super) fn of_all(
+        residuals: &[Vec<Complex64>],
+        members: &[Member<'_>],
+    ) -> Option<Vec<Self>> {
+        let kinds: Vec<Kinds> = members.iter().map(Kinds::of).collect::<Option<_>>()?;
+        let squares: Vec<f64> = residuals
+            .iter()
+            .flat_map(|of| (0..2 * of.len()).map(|at| part(of, at).powi(2)))
+            .collect();
+        let mean = squares.iter().sum::<f64>() / squares.len() as f64;
+        if mean <= 0.0 {
+            return None;
+        }
+        let of_rows: Vec<[f64; 3]> = kinds.iter().flat_map(Kinds::rows).collect();
+        let freedom = squares
+            .len()
+            .saturating_sub(SHARED + OWN * members.len())
+            .max(1);
+        let of_freedom = squares.len() as f64 / freedom as f64;
+        let components = components(&squares, &of_rows, mean).map(|of| of * of_freedom);
+        kinds
+            .iter()
+            .map(|kinds| kinds.scatter(components, LEAST_VARIANCE * mean))
+            .collect()
+    }
+
+    /// Multiplies columns by the inverse of the factor: what had this scatter is then independent and of variance 1.
+    pub(super) fn whiten(&self, columns: &mut DMatrix<f64>) {
+        match self {
+            Self::Alike(std) => *columns /= *std,
+            Self::Together(factor) => {
+                factor.l_dirty().solve_lower_triangular_mut(columns);
+            }
+        }
+    }
+}
+
+/// What each kind of error would make of an instance's residuals.
+struct Kinds {
+    interval_s: f64,
+    /// Squares of the shape of noise.
+    shapes2: Vec<f64>,
+    /// Covariance of the residuals for an error of the force of its own size.
+    by_force: DMatrix<f64>,
+}
+
+impl Kinds {
+    fn of(member: &Member<'_>) -> Option<Self> {
+        let model = &member.model;
+        let response = model.response_to_force();
+        let all = response.ncols();
+        let force = lasting(all, FORCE_ERROR_LASTS_S / model.interval_s)
+            .cholesky()?
+            .unpack();
+        let by_force = response * force;
+        Some(Self {
+            interval_s: model.interval_s,
+            shapes2: (0..model.z_m.len())
+                .map(|index| model.noise_shape(index).powi(2))
+                .collect(),
+            by_force: &by_force * by_force.transpose(),
+        })
+    }
+
+    /// Returns the variance of each residual for each kind of its own size: alike for all, noise, force.
+    fn rows(&self) -> impl Iterator<Item = [f64; 3]> {
+        let n = self.shapes2.len();
+        (0..2 * n).map(move |at| [1.0, self.shapes2[at % n], self.by_force[(at, at)]])
+    }
+
+    fn scatter(&self, [alike, noise, of_force]: [f64; 3], least: f64) -> Option<Scatter> {
+        let n = self.shapes2.len();
+        let stds: Vec<f64> = self
+            .shapes2
+            .iter()
+            .map(|shape2| (alike + noise * shape2).max(least).sqrt())
+            .collect();
+        let together = lasting(n, NOISE_LASTS_S / self.interval_s);
+        let mut covariance = &self.by_force * of_force.max(LEAST_FORCE_ERROR * LEAST_FORCE_ERROR);
+        for row in 0..n {
+            for column in 0..n {
+                let of_noise = stds[row] * stds[column] * together[(row, column)];
+                covariance[(row, column)] += of_noise;
+                covariance[(n + row, n + column)] += of_noise;
+            }
+        }
+        covariance.cholesky().map(Scatter::Together)
+    }
+}
+
+/// Returns the correlation of samples whose errors last for as many intervals.
+fn lasting(samples: usize, intervals: f64) -> DMatrix<f64> {
+    let by_distance: Vec<f64> = (0..samples)
+        .map(|of| (-(of as f64) / intervals).exp())
+        .collect();
+    DMatrix::from_fn(samples, samples, |row, column| {
+        by_distance[row.abs_diff(column)]
+    })
+}
+
+/// Returns the real part of a sample's residual, or the imaginary one of the second half.
+fn part(residuals: &[Complex64], at: usize) -> f64 {
+    match residuals.get(at) {
+        Some(residual) => residual.re,
+        None => residuals[at - residuals.len()].im,
+    }
+}
+
+/// Returns the variances, none negative, by whose sum over the kinds the squares are explained best: maximum likelihood of normal
+/// residuals by Fisher scoring, the squares in weighted least squares on the kinds, one kind after the other.
+fn components(squares: &[f64], kinds: &[[f64; 3]], mean: f64) -> [f64; 3] {
+    let scale: [f64; 3] = std::array::from_fn(|k| {
+        let of_kind = kinds.iter().map(|kind| kind[k]).sum::<f64>() / kinds.len() as f64;
+        if of_kind > 0.0 { mean / of_kind } else { 0.0 }
+    });
+    let mut variances = scale.map(|of| of / 3.0);
+    for _ in 0..ITERATIONS {
+        let sum = |variances: &[f64; 3], kind: &[f64; 3]| -> f64 {
+            variances.iter().zip(kind).map(|(v, k)| v * k).sum()
+        };
+        let weights: Vec<f64> = kinds
+            .iter()
+            .map(|kind| sum(&variances, kind).max(LEAST_VARIANCE * mean).powi(-2))
+            .collect();
+        for k in 0..variances.len() {
+            let (mut power, mut along) = (0.0, 0.0);
+            for ((kind, &square), &weight) in kinds.iter().zip(squares).zip(&weights) {
+                let rest = square - sum(&variances, kind) + variances[k] * kind[k];
+                power += weight * kind[k] * kind[k];
+                along += weight * kind[k] * rest;
+            }
+            if power > 0.0 {
+                variances[k] = (along / power).max(0.0);
+            }
+        }
+    }
+    variances
+}

@@ -1,0 +1,360 @@
+//! The search for the parameters that fit all instances of a trial best.
+
+use nalgebra::DMatrix;
+use num_complex::Complex64;
+
+use super::arrow::{self, ArrowCovariance, ArrowMinimum, ArrowProblem, BlockNormal, OWN, SHARED};
+use super::members::{
+    ANGLE, BEND, BOW, DAMPING, FILM_MEAN, GROWTH, LAG_GROWTH, Member, OF_INSTANCE, Own, REACTANCE,
+    SIGMA_T, Shared, TILT, TISSUE,
+};
+use super::plate;
+use super::prior::{LogNormal, Normal, TrialPriors};
+use super::scatter::Scatter;
+use crate::fit::fit_error::FitError;
+use crate::fit::least_squares::ImpedanceModel;
+use crate::fit::sigma_search::sigma_starts;
+use crate::fit::trend::Rates;
+use crate::parameters::PARAMETERS;
+
+/// S and τ that starts are tried with, m² and s.
+const STARTS: [(f64, f64); 4] = [
+    (300e-6, 0.7e-3),
+    (300e-6, 2e-3),
+    (150e-6, 0.7e-3),
+    (150e-6, 2e-3),
+];
+/// Standard deviation of a residual's component that the first search weighs priors with, N·s/m.
+const FIRST_STD: f64 = 0.01;
+/// What belongs to laws beside the published ones.
+const LAWS: [usize; 5] = [GROWTH, FILM_MEAN, LAG_GROWTH, TILT, BOW];
+/// Part of their standard deviations that a search from afar allows them.
+const SEARCHING: f64 = 0.05;
+/// Times that a minimum is refined: another no longer moves it.
+const REFINEMENTS: usize = 3;
+/// Fewest instances of an exploration that show a trend.
+const FEWEST_FOR_TREND: usize = 3;
+/// Instances further apart are not of one exploration, s.
+const NEIGHBOURS_S: f64 = 0.7;
+/// Standard deviation that holds the plate's damping, N·s/m.
+const HELD: f64 = 1e-9;
+
+/// The instances of a trial, with what is known of them at present.
+pub(super) struct Search<'a> {
+    pub(super) members: Vec<Member<'a>>,
+    priors: TrialPriors,
+    /// How the residuals of each instance scatter.
+    scatters: Vec<Scatter>,
+    /// Standard deviation of the offset of the plate's damping where no reference tells, N·s/m.
+    damping_std: f64,
+    /// Bend of the damping's course that is likely.
+    bend: Normal,
+    /// Whether the laws beside the published ones are still held close to what is likely.
+    from_afar: bool,
+    z_m: Vec<Complex64>,
+    slopes: Vec<[Complex64; PARAMETERS]>,
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(members: Vec<Member<'a>>, priors: TrialPriors) -> Self {
+        let lengths = members.iter().map(|member| member.model.z_m.len());
+        let longest = lengths.max().unwrap_or(0);
+        Self {
+            priors,
+            scatters: members.iter().map(|_| Scatter::Alike(FIRST_STD)).collect(),
+            damping_std: HELD,
+            bend: plate::bend(std::iter::empty()),
+            from_afar: true,
+            z_m: vec![Complex64::ZERO; longest],
+            slopes: vec![[Complex64::ZERO; PARAMETERS]; longest],
+            members,
+        }
+    }
+
+    /// Searches, and where references do not tell whether the plate's damping has changed, does so with it held and with it
+    /// fitted. The second is taken if it explains so much more that the Bayesian information criterion (Schwarz 1978) grants
+    /// each instance a damping of its own: where the damping stands still, fitting it lets the model's own error into σ_t
+    /// (decision 21).
+    pub(super) fn solve(&mut self) -> Result<ArrowMinimum, FitError> {
+        let found = self.from_starts().ok_or(FitError::NoStart)?;
+        self.from_afar = false;
+        let held = self.refined(found)?;
+        let unknown = self
+            .members
+            .iter()
+            .filter(|of| of.offset.damping_std.is_none());
+        let dampings = unknown.count() as f64;
+        if dampings == 0.0 {
+            return Ok(held);
+        }
+        self.damping_std = self.priors.plate_damping_std_n_s_per_m;
+        let fitted = self.refined(held.clone())?;
+        let samples: usize = self.members.iter().map(|of| of.model.z_m.len()).sum();
+        let independent = 2.0 * samples as f64;
+        self.damping_std = HELD;
+        let held = arrow::minimise(self, held.shared, held.own).ok_or(FitError::NoStart)?;
+        let gain = held.squares - fitted.squares;
+        if fitted.converged && gain > dampings * independent.max(1.0).ln() {
+            self.damping_std = self.priors.plate_damping_std_n_s_per_m;
+            return Ok(fitted);
+        }
+        self.refined(held)
+    }
+
+    /// Returns the best minimum from all starts.
+    fn from_starts(&mut self) -> Option<ArrowMinimum> {
+        let mut best: Option<ArrowMinimum> = None;
+        for (area_m2, tau_s) in STARTS {
+            let Some((shared, own)) = self.start(area_m2, tau_s) else {
+                continue;
+            };
+            let found = arrow::minimise(self, shared, own);
+            best = best.into_iter().chain(found).min_by(|a, b| {
+                (!a.converged)
+                    .cmp(&!b.converged)
+                    .then(a.squares.total_cmp(&b.squares))
+            });
+        }
+        best
+    }
+
+    fn start(&mut self, area_m2: f64, tau_s: f64) -> Option<(Shared, Vec<Own>)> {
+        let priors = &self.priors;
+        let shared = Shared::from([
+            area_m2.ln(),
+            priors.q0_rad_per_m.median.ln(),
+            priors.loss_factor.median.ln(),
+            tau_s.ln(),
+            priors.area_exponent.mean,
+            priors.film_mean_s.median.ln(),
+            priors.lag_exponent.mean,
+            self.bend.mean,
+            priors.amplitude_tilt.mean,
+            priors.amplitude_bow.mean,
+        ]);
+        let mut own = Vec::with_capacity(self.members.len());
+        for member in &mut self.members {
+            let z_m = &mut self.z_m[..member.model.z_m.len()];
+            let slopes = &mut self.slopes[..z_m.len()];
+            let mut best: Option<(f64, Own)> = None;
+            for sigma_t_m in sigma_starts() {
+                let at = Own::from([sigma_t_m.ln(), 0.0, 0.0, 0.0, 0.0, 0.0]);
+                let parameters = member.parameters(&shared, &at);
+                let Some(parameters) = member.model.with_best_tissue(parameters) else {
+                    continue;
+                };
+                if member.model.evaluate(&parameters, z_m, slopes).is_none() {
+                    continue;
+                }
+                let squares: f64 = z_m
+                    .iter()
+                    .zip(member.model.z_m)
+                    .map(|(a, b)| (a - b).norm_sqr())
+                    .sum();
+                if best.is_none_or(|(least, _)| squares < least) {
+                    let mut own: Own = OF_INSTANCE.map(|parameter| parameters[parameter]).into();
+                    own[DAMPING] = 0.0;
+                    best = Some((squares, own));
+                }
+            }
+            own.push(best?.1);
+        }
+        Some((shared, own))
+    }
+
+    /// Minimises from a minimum nearby, with what it tells of the trends within the instances, of the plate's course, and of
+    /// how much each sample weighs.
+    fn refined(&mut self, mut at: ArrowMinimum) -> Result<ArrowMinimum, FitError> {
+        for _ in 0..REFINEMENTS {
+            self.follow_trends(&at);
+            let reactances = at.own.iter().map(|own| own[REACTANCE]);
+            self.bend = plate::bend(self.members.iter().map(|of| of.offset).zip(reactances));
+            self.weigh(&at);
+            at = arrow::minimise(self, at.shared, at.own).ok_or(FitError::NoStart)?;
+        }
+        Ok(at)
+    }
+
+    /// Takes the rates at which parameters change from instance to instance for those within each.
+    fn follow_trends(&mut self, minimum: &ArrowMinimum) {
+        let bend = minimum.shared[BEND];
+        let at: Vec<(f64, Own)> = self
+            .members
+            .iter()
+            .zip(&minimum.own)
+            .map(|(member, own)| {
+                let mut own = *own;
+                own[DAMPING] += member.offset.damping(bend);
+                (member.model.middle_s, own)
+            })
+            .collect();
+        for (index, member) in self.members.iter_mut().enumerate() {
+            let apart = |pair: &[(f64, Own)]| pair[1].0 - pair[0].0 > NEIGHBOURS_S;
+            let from = at[..=index]
+                .windows(2)
+                .rposition(apart)
+                .map_or(0, |last| last + 1);
+            let to = at[index..]
+                .windows(2)
+                .position(apart)
+                .map_or(at.len(), |last| index + last + 1);
+            let near = &at[from..to];
+            let mean_s = near.iter().map(|of| of.0).sum::<f64>() / near.len() as f64;
+            let spread: f64 = near.iter().map(|of| (of.0 - mean_s).powi(2)).sum();
+            let mut per_s = Own::zeros();
+            if near.len() >= FEWEST_FOR_TREND && spread > 0.0 {
+                for (time_s, own) in near {
+                    per_s += own * ((time_s - mean_s) / spread);
+                }
+            }
+            member.model.trend.rates = Rates {
+                ln_sigma_t_per_s: per_s[SIGMA_T],
+                z_t_per_s: Complex64::new(per_s[TISSUE[0]], per_s[TISSUE[1]]),
+                z_p_per_s: Complex64::new(per_s[DAMPING], per_s[REACTANCE]),
+                finger_angle_rad_per_s: per_s[ANGLE],
+            };
+        }
+    }
+
+    /// Takes the scatter of the residuals at a minimum.
+    fn weigh(&mut self, minimum: &ArrowMinimum) {
+        let residuals = self.residuals(minimum);
+        if let Some(found) = Scatter::of_all(&residuals, &self.members) {
+            self.scatters = found;
+        }
+    }
+
+    /// Returns the residuals at a minimum, instance by instance.
+    pub(super) fn residuals(&mut self, minimum: &ArrowMinimum) -> Vec<Vec<Complex64>> {
+        let mut all = Vec::with_capacity(self.members.len());
+        for (member, own) in self.members.iter_mut().zip(&minimum.own) {
+            let z_m = &mut self.z_m[..member.model.z_m.len()];
+            let slopes = &mut self.slopes[..z_m.len()];
+            let parameters = member.parameters(&minimum.shared, own);
+            let inside = member.model.evaluate(&parameters, z_m, slopes);
+            debug_assert!(inside.is_some(), "a minimum lies in the model's domain");
+            let residuals = z_m.iter().zip(member.model.z_m).map(|(a, b)| a - b);
+            all.push(residuals.collect());
+        }
+        all
+    }
+
+    /// Returns each instance's sums at the parameters, of what is left of residuals and slopes once their scatter is taken out.
+    fn sums(&mut self, shared: &Shared, own: &[Own]) -> Option<Vec<BlockNormal>> {
+        let mut blocks = Vec::with_capacity(own.len());
+        for ((member, own), scatter) in self.members.iter_mut().zip(own).zip(&self.scatters) {
+            let parameters = member.parameters(shared, own);
+            let n = member.model.z_m.len();
+            let (z_m, slopes) = (&mut self.z_m[..n], &mut self.slopes[..n]);
+            member.model.evaluate(&parameters, z_m, slopes)?;
+            let mut columns = DMatrix::zeros(2 * n, 1 + OWN + SHARED);
+            for (index, (z, slope)) in z_m.iter().zip(slopes.iter()).enumerate() {
+                let by_own = OF_INSTANCE.map(|parameter| slope[parameter]);
+                let by_shared = member.by_shared(slope, &parameters);
+                let residual = z - member.model.z_m[index];
+                let row = [residual].into_iter().chain(by_own).chain(by_shared);
+                for (column, value) in row.enumerate() {
+                    columns[(index, column)] = value.re;
+                    columns[(n + index, column)] = value.im;
+                }
+            }
+            scatter.whiten(&mut columns);
+            blocks.push(BlockNormal::of(&columns));
+        }
+        Some(blocks)
+    }
+
+    /// Returns middle and standard deviation of each shared parameter beforehand.
+    pub(super) fn priors_of_shared(&self) -> [(f64, f64); SHARED] {
+        let of = &self.priors;
+        let of_ln = |prior: LogNormal| (prior.median.ln(), prior.ln_std);
+        let of_itself = |prior: Normal| (prior.mean, prior.std);
+        [
+            of_ln(of.contact_area_m2),
+            of_ln(of.q0_rad_per_m),
+            of_ln(of.loss_factor),
+            of_ln(of.tau_s),
+            of_itself(of.area_exponent),
+            of_ln(of.film_mean_s),
+            of_itself(of.lag_exponent),
+            of_itself(self.bend),
+            of_itself(of.amplitude_tilt),
+            of_itself(of.amplitude_bow),
+        ]
+    }
+
+    /// Returns place, mean and precision of what is known of an instance's own parameters beforehand.
+    fn known(&self, instance: usize) -> [(usize, f64, f64); 3] {
+        let prior = self.members[instance].offset;
+        let damping_std = prior.damping_std.unwrap_or(self.damping_std);
+        let allowed = if self.from_afar { SEARCHING } else { 1.0 };
+        let angle_std = self.priors.finger_angle_std_rad * allowed;
+        [
+            (REACTANCE, prior.mean.im, prior.reactance_std.powi(-2)),
+            (DAMPING, 0.0, damping_std.powi(-2)),
+            (ANGLE, 0.0, angle_std.powi(-2)),
+        ]
+    }
+
+    /// Returns by how much more the residuals scatter than the scatter they were weighed with, at least 1.
+    pub(super) fn excess(&mut self, minimum: &ArrowMinimum) -> f64 {
+        let squares = self
+            .sums(&minimum.shared, &minimum.own)
+            .map_or(f64::INFINITY, |blocks| {
+                blocks.iter().map(|block| block.squares).sum()
+            });
+        let samples: usize = self
+            .members
+            .iter()
+            .map(|member| member.model.z_m.len())
+            .sum();
+        let freedom = (2 * samples).saturating_sub(SHARED + OWN * self.members.len());
+        (squares / freedom.max(1) as f64).max(1.0)
+    }
+
+    /// Returns the covariance of all parameters, from the priors and from the residuals.
+    pub(super) fn covariance(&mut self, minimum: &ArrowMinimum) -> Option<ArrowCovariance> {
+        let excess = self.excess(minimum);
+        let mut blocks = self.sums(&minimum.shared, &minimum.own)?;
+        for (instance, block) in blocks.iter_mut().enumerate() {
+            block.own *= excess;
+            block.coupling *= excess;
+            block.shared *= excess;
+            for (at, _, precision) in self.known(instance) {
+                block.own[(at, at)] += precision;
+            }
+        }
+        let (_, _, prior) = self.prior(&minimum.shared);
+        minimum.covariance(&blocks, &prior)
+    }
+}
+
+impl ArrowProblem for Search<'_> {
+    fn blocks(&mut self, shared: &Shared, own: &[Own]) -> Option<Vec<BlockNormal>> {
+        let mut blocks = self.sums(shared, own)?;
+        for (instance, (block, own)) in blocks.iter_mut().zip(own).enumerate() {
+            for (at, mean, precision) in self.known(instance) {
+                let apart = own[at] - mean;
+                block.squares += apart * apart * precision;
+                block.own_gradient[at] += apart * precision;
+                block.own[(at, at)] += precision;
+            }
+        }
+        Some(blocks)
+    }
+
+    fn prior(&self, shared: &Shared) -> (f64, Shared, Shared) {
+        let priors = self.priors_of_shared();
+        let (mut squares, mut gradient, mut diagonal) = (0.0, Shared::zeros(), Shared::zeros());
+        for (index, (mean, mut std)) in priors.into_iter().enumerate() {
+            if self.from_afar && LAWS.contains(&index) {
+                std *= SEARCHING;
+            }
+            let (apart, precision) = (shared[index] - mean, std.powi(-2));
+            squares += apart * apart * precision;
+            gradient[index] = apart * precision;
+            diagonal[index] = precision;
+        }
+        (squares, gradient, diagonal)
+    }
+}

@@ -11,8 +11,9 @@ use crate::verbosity::Verbosity;
 use analysis::published::{TableFormat, statistics};
 use analysis::results::Results;
 use analysis::whole_trial;
-use analysis::{Analysed, RecordingAnalysis, Settings, analyse, find, tables, write_figures};
+use analysis::{Analysed, RecordingAnalysis, Settings, analyse, find, tables};
 use exclusions::{EXCLUSIONS_FILE, Selection};
+use measured_figures::write_figures;
 use tui::{escaped, escaped_line};
 
 /// Runs the command. True if every recording could be read; what is wrong with which goes to standard error.

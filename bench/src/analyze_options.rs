@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use analysis::Drawn;
 use analysis::estimate::Method;
 use analysis::published::TableFormat;
 use clap::{Args, ValueEnum};
+use measured_figures::Drawn;
 
 /// `analyze`
 #[derive(Debug, Args)]
@@ -99,9 +99,13 @@ pub enum FiguresOf {
     Paper,
     /// With envelope dynamics and levitation lag.
     Dynamic,
-    /// Both, in different inks.
-    #[default]
+    /// With everything fitted to all instances of a recording together.
+    Trial,
+    /// `paper` and `dynamic`, in different inks.
     Both,
+    /// Every method.
+    #[default]
+    All,
 }
 
 /// Instances that Fig. 13 shows.
@@ -121,7 +125,9 @@ impl Analyze {
         let methods = match self.figures_of {
             FiguresOf::Paper => vec![Method::Paper],
             FiguresOf::Dynamic => vec![Method::Dynamic],
-            FiguresOf::Both => Drawn::default().methods,
+            FiguresOf::Trial => vec![Method::Trial],
+            FiguresOf::Both => vec![Method::Dynamic, Method::Paper],
+            FiguresOf::All => Drawn::default().methods,
         };
         Drawn {
             methods,

@@ -8,18 +8,19 @@ use std::path::PathBuf;
 
 use analysis::amplitude_profile::AmplitudeProfile;
 use analysis::analysed::RecordingFindings;
-use analysis::estimate::{InstanceAnalysis, estimate};
+use analysis::estimate::{InstanceAnalysis, Method, estimate};
 use analysis::exploration_findings::ExplorationFindings;
 use analysis::instance::PlateReading;
 use analysis::measurements::FrameSeries;
 use analysis::under_finger::UnderFinger;
-use analysis::{Analysed, Drawn, RecordingAnalysis, Settings, averaged, measured_figures};
+use analysis::{Analysed, RecordingAnalysis, Settings, averaged};
 use clap::Parser;
 use contact::fit::FitConditions;
 use contact::{AssumedConstants, Contact, harmonic};
 use figures::{Figure, Mark};
 use friction_bench::cli::{Cli, Command};
 use impedance::{Mask, ZmFrame};
+use measured_figures::{Drawn, measured_figures};
 use model::{Curves, Parameters};
 use num_complex::Complex64;
 use protocols::{Direction, Instance, Validity};
@@ -198,6 +199,73 @@ fn measured_figures_keep_their_curves_and_units() {
         "the model agrees with itself"
     );
     assert!(figures[0].caption.contains("S = 300 mm²"));
+}
+
+/// Names of the series of a panel, once each.
+fn shown(figure: &Figure, panel: usize) -> Vec<&str> {
+    let mut names: Vec<&str> = Vec::new();
+    for series in &figure.panels[panel].series {
+        let name = series.name.as_deref().unwrap_or_default();
+        if !name.is_empty() && !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names
+}
+
+#[test]
+fn trial_stands_beside_the_others_and_in_fig_13_in_the_place_of_dynamic() {
+    let mut analysed = analysed();
+    let before = measured_figures(&analysed, &Drawn::default());
+    let found = analysed.recordings[0].found.as_mut().unwrap();
+    for instance in &mut found.instances {
+        instance.trial = Some(instance.dynamic.clone());
+    }
+    let figures = measured_figures(&analysed, &Drawn::default());
+    // What `trial` reads is what `dynamic` reads, and is drawn once.
+    assert_eq!(shown(&figures[0], 1), ["dynamic", "paper"]);
+    for panel in [3, 4, 5] {
+        assert_eq!(shown(&figures[0], panel), ["dynamic", "trial", "paper"]);
+    }
+    let of_two = ["trial, model", "paper, model", "trial", "paper"];
+    assert_eq!(shown(&figures[1], 0), of_two);
+    assert!(
+        figures[1]
+            .caption
+            .contains("Trial stands here in the place of dynamic")
+    );
+    assert_eq!(shown(&figures[2], 0), ["dynamic", "trial", "paper"]);
+    assert_eq!(figures[3].panels.len(), 3);
+    assert_eq!(shown(&figures[3], 2), ["trial", "slope 1"]);
+    let words = "(a) the published method (paper), (b) the dynamic method and (c) the fit of whole trials (trial)";
+    assert!(figures[3].caption.contains(words), "{}", figures[3].caption);
+
+    // Of one instance alone: not enough to take a place.
+    let found = analysed.recordings[0].found.as_mut().unwrap();
+    found.instances[1].trial = None;
+    let figures = measured_figures(&analysed, &Drawn::default());
+    let of_dynamic = ["dynamic, model", "paper, model", "dynamic", "paper"];
+    assert_eq!(shown(&figures[1], 0), of_dynamic);
+    assert!(figures[1].caption.contains("cannot be used"));
+    assert!(figures[2].caption.contains("over 2 instances (1 by trial)"));
+    for figure in &figures {
+        figure.to_svg().unwrap();
+    }
+    let drawn = Drawn {
+        methods: vec![Method::Trial],
+        whole_trial: false,
+    };
+    for instance in &mut analysed.recordings[0].found.as_mut().unwrap().instances {
+        instance.trial = None;
+    }
+    let numbers = |of: &[Figure]| -> Vec<String> { of.iter().map(Figure::to_csv).collect() };
+    let after = measured_figures(&analysed, &Drawn::default());
+    assert_eq!(numbers(&after), numbers(&before));
+    assert_eq!(
+        measured_figures(&analysed, &drawn).len(),
+        1,
+        "the trial in time"
+    );
 }
 
 #[test]

@@ -1,4 +1,6 @@
 //! The figures of measurements: Huloux 2021, Figs. 11, 13, 14 and 15.
+//!
+//! [`measured_figures`] draws those that an analysis can give, [`write_figures`] writes them with their numbers.
 
 mod agreement;
 mod drawn;
@@ -7,20 +9,23 @@ mod instances;
 mod typical_trial;
 mod variation;
 
+use std::path::{Path, PathBuf};
+
+use analysis::analysed::{Analysed, RecordingFindings};
 use figures::Figure;
 
-use crate::analysed::{Analysed, RecordingFindings};
 pub use drawn::Drawn;
 
 /// Returns the figures that these recordings can give: without an instance, only the trial in time; without an
-/// exploration, none.
+/// exploration, none. `trial` is drawn of the recordings whose fit can be used.
 pub fn measured_figures(analysed: &Analysed, drawn: &Drawn) -> Vec<Figure> {
+    let drawn = &drawn.found_in(analysed);
     let mut figures = Vec::new();
     if let Some(typical) = typical(analysed) {
         figures.extend(typical_trial::figure(typical, &analysed.settings, drawn));
         figures.extend(instances::figure(typical, &analysed.settings, drawn));
     }
-    if analysed.instances().next().is_some() {
+    if analysed.instances().next().is_some() && !drawn.methods.is_empty() {
         figures.push(variation::figure(analysed, drawn));
         figures.push(agreement::figure(analysed, drawn));
     }
@@ -45,3 +50,35 @@ fn typical(analysed: &Analysed) -> Option<&RecordingFindings> {
         .map(|(_, found)| *found)
         .or_else(|| analysed.findings().next())
 }
+
+/// Draws the figures of an analysis and writes them as [`figures::write()`] does, each with its numbers as CSV, into a
+/// folder that is made if it does not exist.
+///
+/// # Errors
+/// If a figure cannot be drawn or a file cannot be written.
+pub fn write_figures(
+    analysed: &Analysed,
+    drawn: &Drawn,
+    folder: &Path,
+) -> Result<Vec<PathBuf>, figures::FigureError> {
+    std::fs::create_dir_all(folder).map_err(|source| figures::FigureError::Write {
+        path: folder.to_owned(),
+        source,
+    })?;
+    let drawn = measured_figures(analysed, drawn);
+    let mut written = figures::write(&drawn, folder)?;
+    for figure in &drawn {
+        let path = folder.join(format!("{}.csv", figure.name));
+        std::fs::write(&path, figure.to_csv()).map_err(|source| figures::FigureError::Write {
+            path: path.clone(),
+            source,
+        })?;
+        written.push(path);
+    }
+    Ok(written)
+}
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

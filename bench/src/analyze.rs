@@ -14,6 +14,7 @@ use analysis::whole_trial;
 use analysis::{Analysed, RecordingAnalysis, Settings, analyse, find, tables};
 use exclusions::{EXCLUSIONS_FILE, Selection};
 use measured_figures::write_figures;
+use sessions::Sessions;
 use tui::{escaped, escaped_line};
 
 /// Runs the command. True if every recording could be read; what is wrong with which goes to standard error.
@@ -54,7 +55,9 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
         selection.write_beside(folder)?;
     }
     if let Some(folder) = &options.figures {
-        write_figures(&analysed, &options.drawn(), folder).context("cannot draw the figures")?;
+        let sessions = Sessions::of(folders.iter().map(PathBuf::as_path));
+        write_figures(&analysed, &sessions, &options.drawn(), folder)
+            .context("cannot draw the figures")?;
         selection.write_beside(folder)?;
     }
     let excluded = selection.to_text();

@@ -41,6 +41,15 @@ pub(super) fn assumed(settings: &Settings, drawn: &Drawn) -> String {
     )
 }
 
+/// Returns the name of a recording: the last names of its folder, of a study's those of participant, session and trial.
+pub(super) fn name_of(found: &RecordingFindings) -> String {
+    let of_study = found.manifest.participant.is_some() && found.manifest.trial.is_some();
+    let names: Vec<_> = found.path.iter().collect();
+    let from = names.len().saturating_sub(if of_study { 3 } else { 1 });
+    let names = names[from..].iter().map(|name| name.to_string_lossy());
+    names.collect::<Vec<_>>().join("/")
+}
+
 /// Returns what a recording's fit by `trial` found, as a sentence; nothing where it is not drawn.
 pub(super) fn by_trial(found: &RecordingFindings, drawn: &Drawn) -> String {
     let shared = found.trial.as_ref();

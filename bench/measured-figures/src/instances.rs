@@ -4,8 +4,8 @@ use contact::fit::ModelledSeries;
 
 use crate::drawn::Drawn;
 use crate::elements::{
-    AMPLITUDE, FRICTION, GAP, MEASURED, MICRO, MODELLED, assumed, by_trial, model_ink, points,
-    thinned,
+    AMPLITUDE, FRICTION, GAP, MEASURED, MICRO, MODELLED, assumed, by_trial, model_ink, name_of,
+    points, thinned,
 };
 use analysis::Settings;
 use analysis::analysed::RecordingFindings;
@@ -190,7 +190,7 @@ pub(super) fn figure(
             } else {
                 "one exploration"
             },
-            found.path.display(),
+            name_of(found),
             thinned(step),
             averages(&instances[0], &methods),
             instead(drawn, &methods),

@@ -1,4 +1,4 @@
-//! The figures of measurements: Huloux 2021, Figs. 11, 13, 14 and 15.
+//! The figures of measurements: Huloux 2021, Figs. 11, 13, 14 and 15; and how the plate's resonance moves.
 //!
 //! [`measured_figures`] draws those that an analysis can give, [`write_figures`] writes them with their numbers.
 
@@ -6,6 +6,7 @@ mod agreement;
 mod drawn;
 mod elements;
 mod instances;
+mod resonance_shift;
 mod typical_trial;
 mod variation;
 
@@ -13,12 +14,13 @@ use std::path::{Path, PathBuf};
 
 use analysis::analysed::{Analysed, RecordingFindings};
 use figures::Figure;
+use sessions::Sessions;
 
 pub use drawn::Drawn;
 
 /// Returns the figures that these recordings can give: without an instance, only the trial in time; without an
-/// exploration, none. `trial` is drawn of the recordings whose fit can be used.
-pub fn measured_figures(analysed: &Analysed, drawn: &Drawn) -> Vec<Figure> {
+/// exploration, none. `trial` is drawn of the recordings whose fit can be used. `sessions` tell the time between recordings.
+pub fn measured_figures(analysed: &Analysed, sessions: &Sessions, drawn: &Drawn) -> Vec<Figure> {
     let drawn = &drawn.found_in(analysed);
     let mut figures = Vec::new();
     if let Some(typical) = typical(analysed) {
@@ -29,6 +31,7 @@ pub fn measured_figures(analysed: &Analysed, drawn: &Drawn) -> Vec<Figure> {
         figures.push(variation::figure(analysed, drawn));
         figures.push(agreement::figure(analysed, drawn));
     }
+    figures.extend(resonance_shift::figures(analysed, sessions, drawn));
     figures
 }
 
@@ -58,6 +61,7 @@ fn typical(analysed: &Analysed) -> Option<&RecordingFindings> {
 /// If a figure cannot be drawn or a file cannot be written.
 pub fn write_figures(
     analysed: &Analysed,
+    sessions: &Sessions,
     drawn: &Drawn,
     folder: &Path,
 ) -> Result<Vec<PathBuf>, figures::FigureError> {
@@ -65,7 +69,7 @@ pub fn write_figures(
         path: folder.to_owned(),
         source,
     })?;
-    let drawn = measured_figures(analysed, drawn);
+    let drawn = measured_figures(analysed, sessions, drawn);
     let mut written = figures::write(&drawn, folder)?;
     for figure in &drawn {
         let path = folder.join(format!("{}.csv", figure.name));

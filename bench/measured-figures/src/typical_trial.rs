@@ -6,7 +6,9 @@ use contact::self_sensed;
 use num_complex::Complex64;
 
 use crate::drawn::Drawn;
-use crate::elements::{ABS_Z_M, EstimatedQuantity, GAP, MICRO, assumed, by_trial, ink, line};
+use crate::elements::{
+    ABS_Z_M, EstimatedQuantity, GAP, MICRO, assumed, by_trial, ink, line, name_of,
+};
 use analysis::Settings;
 use analysis::analysed::RecordingFindings;
 use analysis::estimate::{InstanceAnalysis, Method};
@@ -149,7 +151,7 @@ pub(super) fn figure(
                 protocols::Direction::LeftToRight => "Left-to-right",
                 protocols::Direction::RightToLeft => "Right-to-left",
             },
-            found.path.display(),
+            name_of(found),
             if by_profile.is_some() {
                 " at the pickup, and under the finger by the plate's measured profile"
             } else {

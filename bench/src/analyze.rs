@@ -1,7 +1,7 @@
 //! `analyze`: recordings to results.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 
@@ -79,7 +79,8 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
         let text = statistics(&analysed).to_table(format);
         write!(std::io::stdout(), "{}", escaped(&text))?;
     }
-    let summarised = options.json.is_none() && table.is_none();
+    let to_pipe = |path: &Option<PathBuf>| path.as_deref() == Some(Path::new("-"));
+    let summarised = options.json.is_none() && table.is_none() && !to_pipe(&options.report);
     if summarised {
         write!(std::io::stdout(), "{}", escaped(&summary(&analysed)))?;
     }

@@ -8,13 +8,17 @@ use maud::{Markup, html};
 use recording::Manifest;
 
 use crate::content::{Content, Of};
-use crate::number::{counted, significant};
+use crate::number::{In, counted, significant};
 use crate::page::date;
 use crate::study::is_uncalibrated;
 
 /// Copy of the calibration in a session's folder.
 const FILE: &str = "calibration.toml";
 const S_PER_DAY: f64 = 86_400.0;
+const DAYS: In = In {
+    factor: 1.0,
+    decimals: 1,
+};
 
 /// A calibration, and the sessions that it was used in.
 struct Used {
@@ -111,10 +115,8 @@ fn of_file(used: &Used) -> Markup {
         parts.push(("channels", of.measured.date, values));
     }
     let age = |measured: Timestamp| {
-        let days = used
-            .first
-            .map(|first| first.duration_since(measured).as_secs_f64() / S_PER_DAY);
-        days.map_or_else(String::new, |days| format!("{days:.1}").replace('-', "−"))
+        let first = used.first?;
+        Some(first.duration_since(measured).as_secs_f64() / S_PER_DAY)
     };
     html! {
         h3 { "Calibration " code { (used.hash.chars().take(12).collect::<String>()) } }
@@ -130,7 +132,7 @@ fn of_file(used: &Used) -> Markup {
                         @if at == 0 {
                             th scope="row" rowspan=(values.len()) { (part) }
                             td rowspan=(values.len()) { (date(*measured)) }
-                            td.n rowspan=(values.len()) { (age(*measured)) }
+                            td.n rowspan=(values.len()) { (DAYS.value(age(*measured))) }
                         }
                         td { (name) }
                         td.n { (precise(quantity.value)) " ± " (significant(Some(quantity.standard_error))) }

@@ -4,6 +4,7 @@
 
 use std::path::Path;
 
+use config::{CalibrationFile, Identity, MeasuredPickup, Provenance, Quantity};
 use figures::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};
 use jiff::Timestamp;
 use recording::Manifest;
@@ -210,4 +211,111 @@ fn results_that_are_none_or_of_other_recordings_are_refused() {
             results: 2
         })
     ));
+}
+
+fn calibration() -> String {
+    let mut file = CalibrationFile::of(Identity {
+        input_device: "card".to_owned(),
+        output_device: "card".to_owned(),
+        rate_hz: 192_000,
+        sample_format: "i32".to_owned(),
+        output_channel: 0,
+        drive_channel: 0,
+        pickup_channel: 1,
+        output_volts_per_unit: 60.0,
+        drive_volts_per_unit: 60.0,
+        plate_id: "glass".to_owned(),
+        modal_mass_kg: 0.008,
+        gains: String::new(),
+        force_sensor: None,
+    });
+    file.pickup = Some(MeasuredPickup {
+        measured: Provenance {
+            date: "2025-12-22T09:00:00Z".parse().unwrap(),
+            operator: "O. Perator".to_owned(),
+            method: "vibrometer".to_owned(),
+        },
+        metres_per_unit: Quantity::new(5.012_345_6e-6, 1.2e-8, 9, "m"),
+        offset: Quantity::new(0.0, 1e-9, 9, "m"),
+        nonlinearity: 0.001,
+        points: 11,
+        carrier_hz: 35_000.0,
+    });
+    file.to_text().unwrap()
+}
+
+#[test]
+fn a_session_gives_verdicts_with_reasons_and_the_age_and_values_of_its_calibration_and_no_names() {
+    let study = tempfile::tempdir().unwrap();
+    let session = study.path().join("ses-01");
+    let folder = session.join("trial-001_attempt-2");
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(session.join("calibration.toml"), calibration()).unwrap();
+    let event = |number: u32, data: &str| {
+        format!(
+            "{{\"document\":\"event\",\"stream\":\"session\",\"seq_num\":{number},\"time\":\"\",\"audio_s\":{number},\"data\":{data}}}\n"
+        )
+    };
+    let key = |attempt: u32| {
+        format!(r#"{{"number":1,"attempt":{attempt},"practice":false,"condition":"c<b>"}}"#)
+    };
+    let began = |attempt| format!(r#"{{"event":"trial_began","key":{}}}"#, key(attempt));
+    let settled = |attempt, outcome: &str| {
+        format!(
+            r#"{{"event":"trial_settled","record":{{"key":{},"outcome":{outcome},"analysis":null}}}}"#,
+            key(attempt)
+        )
+    };
+    let redo = r#"{"outcome":"redo","reasons":[{"reason":"lost_samples","frames":3,"limit":0}]}"#;
+    let start = "{\"document\":\"start\",\"time\":\"2026-01-01T09:00:00Z\",\"resumed\":false,\"participant\":\"sub-01\",\"session\":1,\
+                 \"protocol\":\"p\",\"seed\":7,\"software\":\"s\",\"version\":\"1\",\"devices\":{},\"calibration\":\"by O. Perator\",\
+                 \"configuration\":null}\n";
+    let consent = event(1, r#"{"event":"consent_given","by":"W. Itness"}"#);
+    let log = [
+        start.to_owned(),
+        consent,
+        event(2, &began(1)),
+        event(7, &settled(1, redo)),
+        event(8, &began(2)),
+        event(13, &settled(2, r#"{"outcome":"accepted"}"#)),
+        "{\"document\":\"stop\",\"time\":\"\",\"exit_status\":\"success\",\"num_events\":5}\n"
+            .to_owned(),
+    ];
+    std::fs::write(session.join("events.jsonl"), log.concat()).unwrap();
+
+    let manifest = manifest("sub-01");
+    let elsewhere = study.path().join("elsewhere");
+    let recordings = [
+        Recorded {
+            path: &folder,
+            manifest: Some(&manifest),
+        },
+        Recorded {
+            path: &elsewhere,
+            manifest: None,
+        },
+    ];
+    let page = html(&Content {
+        name: "study",
+        results: &results("sub-01", ""),
+        recordings: &recordings,
+        sessions: &Sessions::of(recordings.iter().map(|of| of.path)),
+        figures: &[],
+        made: Timestamp::UNIX_EPOCH,
+        program: "friction-bench 0.0.0",
+    })
+    .unwrap();
+    for part in [
+        "Protocol p, seed 7; completed.",
+        "<td>repeated</td><td>3 lost frames, 0 allowed</td><td>no</td>",
+        "<td class=\"n\">6</td><td>accepted</td><td></td><td><a href=\"#recording-1\">2 instances</a>",
+        "c&lt;b&gt;",
+        "2025-12-22</td><td class=\"n\" rowspan=\"2\">10.0</td>",
+        "5.012346e−6 ± 1.20e−8",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+    for name in ["O. Perator", "W. Itness"] {
+        assert!(!page.contains(name), "{name}");
+    }
 }

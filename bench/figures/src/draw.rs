@@ -99,7 +99,7 @@ fn draw_series<B: DrawingBackend>(
         Mark::Band { edges } => band(edges, placed, series.ink.tint(BAND), pen),
         Mark::Bars { bars } => bars.iter().try_for_each(|&(x, low, high)| {
             let ends = [placed.place((x, low)), placed.place((x, high))];
-            let stretches = frame.stretches(ends.into_iter());
+            let stretches = frame.stretches(ends);
             let mut stretches = stretches.iter();
             stretches.try_for_each(|stretch| pen.line(stretch, series.ink.rgb(), AXIS_PT))
         }),

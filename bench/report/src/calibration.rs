@@ -8,9 +8,7 @@ use maud::{Markup, html};
 use recording::Manifest;
 
 use crate::content::{Content, Of};
-use crate::number::{In, counted, significant};
-use crate::page::date;
-use crate::study::is_uncalibrated;
+use crate::number::{In, counted, date, significant};
 
 /// Copy of the calibration in a session's folder.
 const FILE: &str = "calibration.toml";
@@ -31,7 +29,7 @@ struct Used {
 
 pub(crate) fn calibration(content: &Content<'_>, recordings: &[Of<'_>]) -> Markup {
     let (used, unreadable) = used(content);
-    let uncalibrated = recordings.iter().filter(|of| is_uncalibrated(of)).count();
+    let uncalibrated = recordings.iter().filter(|of| of.is_uncalibrated()).count();
     html! {
         @if uncalibrated > 0 {
             p.alert {
@@ -77,9 +75,12 @@ fn used(content: &Content<'_>) -> (Vec<Used>, Vec<String>) {
     (used, unreadable)
 }
 
+/// Part of a calibration: its name, its date, its quantities by name.
+type Part<'a> = (&'static str, Timestamp, Vec<(&'static str, &'a Quantity)>);
+
 fn of_file(used: &Used) -> Markup {
     let file = &used.file;
-    let mut parts: Vec<(&str, Timestamp, Vec<(&str, &Quantity)>)> = Vec::new();
+    let mut parts: Vec<Part<'_>> = Vec::new();
     if let Some(of) = &file.pickup {
         let values = vec![("sensitivity", &of.metres_per_unit), ("offset", &of.offset)];
         parts.push(("pickup", of.measured.date, values));
@@ -187,9 +188,12 @@ fn of_manifest(manifest: &Manifest) -> [(&'static str, f64, &'static str); 6] {
     ]
 }
 
+/// Constant of the recordings: its name, its unit, its values, each with the number of recordings that have it.
+type Constant = (&'static str, &'static str, Vec<(f64, usize)>);
+
 /// Returns the constants that the recordings state, which the analysis computes with.
 fn constants(recordings: &[Of<'_>]) -> Markup {
-    let mut each: Vec<(&str, &str, Vec<(f64, usize)>)> = Vec::new();
+    let mut each: Vec<Constant> = Vec::new();
     for manifest in recordings.iter().filter_map(|of| of.manifest) {
         for (name, value, unit) in of_manifest(manifest) {
             let at = match each.iter().position(|of| of.0 == name) {

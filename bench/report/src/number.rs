@@ -1,4 +1,6 @@
-//! Numbers as they are printed: in a unit that people read, and a dash for what is not known.
+//! Numbers as they are printed: in a unit that people read, and a dash for what is not known; dates.
+
+use jiff::Timestamp;
 
 const UNKNOWN: &str = "–";
 
@@ -81,6 +83,11 @@ pub(crate) fn counted(n: usize, one: &str, several: &str) -> String {
         1 => format!("1 {one}"),
         n => format!("{n} {several}"),
     }
+}
+
+/// Returns a date to the day.
+pub(crate) fn date(time: Timestamp) -> String {
+    time.strftime("%Y-%m-%d").to_string()
 }
 
 #[cfg(test)]

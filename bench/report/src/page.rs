@@ -3,6 +3,7 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html as markup};
 
 use crate::content::{Content, ReportError, all_of};
+use crate::number::date;
 use crate::results::Results;
 use crate::{
     assumptions, calibration, drift, estimates, flags, left_out, statistics, study, trials,
@@ -108,11 +109,6 @@ pub fn html(content: &Content<'_>) -> Result<String, ReportError> {
         }
     };
     Ok(page.into_string())
-}
-
-/// Returns a date to the day.
-pub(crate) fn date(time: jiff::Timestamp) -> String {
-    time.strftime("%Y-%m-%d").to_string()
 }
 
 fn figures(content: &Content<'_>) -> Result<Markup, ReportError> {

@@ -6,8 +6,7 @@ use jiff::Timestamp;
 use maud::{Markup, html};
 
 use crate::content::{Content, Of};
-use crate::number::{MICRO, counted};
-use crate::page::date;
+use crate::number::{MICRO, counted, date};
 use crate::results::{Results, Statistic};
 
 pub(crate) fn summary(content: &Content<'_>, results: &Results, recordings: &[Of<'_>]) -> Markup {
@@ -78,18 +77,13 @@ pub(crate) fn summary(content: &Content<'_>, results: &Results, recordings: &[Of
         @if is_simulated(content) {
             p.alert { "Recorded on a simulated bench: nobody took part." }
         }
-        @if recordings.iter().any(|of| is_uncalibrated(of)) {
+        @if recordings.iter().any(Of::is_uncalibrated) {
             p.alert {
                 "Some of these recordings were made without a calibration: their constants are those of the configuration, and \
                  were not measured. " a href="#calibration" { "Calibration" }
             }
         }
     }
-}
-
-pub(crate) fn is_uncalibrated(of: &Of<'_>) -> bool {
-    let hardware = of.manifest.and_then(|manifest| manifest.hardware.as_ref());
-    hardware.is_some_and(|hardware| hardware.uncalibrated)
 }
 
 fn is_rehearsed(of: &Of<'_>) -> bool {

@@ -1,6 +1,6 @@
 //! Trials in the order of their sessions: each attempt with its verdict, and where its estimates are.
 
-use std::path::PathBuf;
+use std::path::Path;
 
 use maud::{Markup, html};
 use recording::study::event_log::ExitStatus;
@@ -36,7 +36,7 @@ pub(crate) fn trials(content: &Content<'_>, recordings: &[Of<'_>]) -> Markup {
     }
 }
 
-fn of_session(folder: &PathBuf, session: &Session, recordings: &[Of<'_>]) -> Markup {
+fn of_session(folder: &Path, session: &Session, recordings: &[Of<'_>]) -> Markup {
     let title = match &session.start {
         Some(start) => format!("{}, session {}", start.participant, start.session),
         None => "Session without a start in its log".to_owned(),

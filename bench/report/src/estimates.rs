@@ -200,7 +200,7 @@ fn cells(method: &str, estimate: &Estimate) -> Markup {
             PLAIN, part(estimate.z_t_n_s_per_m, 1), intervals.and_then(|of| of.z_t_im_n_s_per_m), part(z_t_std, 1)
         )) }
         td.n { (cell(PLAIN, estimate.mu0, intervals.and_then(|of| of.mu0), std.and_then(|std| std.mu0))) }
-        td.n { (cell(HERTZ, estimate.resonance_shift_hz, intervals.and_then(|of| of.resonance_shift_hz), None)) }
+        td.n { (cell(HERTZ, estimate.resonance_shift_hz, intervals.and_then(|of| of.resonance_shift_hz), std.and_then(|std| std.resonance_shift_hz))) }
         td.n { (MILLI.value(estimate.tau_s)) }
         td.n { (PLAIN.value(estimate.r2_impedance)) }
         td.n { (PLAIN.value(estimate.rms_mu)) }

@@ -97,6 +97,7 @@ pub(crate) struct Std {
     pub(crate) sigma_t_m: Option<f64>,
     pub(crate) z_t_n_s_per_m: Option<Interval>,
     pub(crate) mu0: Option<f64>,
+    pub(crate) resonance_shift_hz: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]

@@ -16,8 +16,8 @@ pub struct Analyze {
     /// Write the results as JSON; `-` for standard output.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Write everything as one page of HTML that needs nothing beside itself, to be sent to a co-author; `-` for standard
-    /// output.
+    /// Write everything as one page of HTML that needs nothing beside itself, to be sent to a co-author; `-` for
+    /// standard output.
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
     /// Table to print.

@@ -92,7 +92,7 @@ pub(super) fn figure(analysed: &Analysed, drawn: &Drawn) -> Figure {
     }
 }
 
-/// Returns the methods in words, with the letters of their panels; and of how many samples those are that do not have all.
+/// Returns the methods in words, with the letters of their panels, and how many samples those have that lack some.
 fn by_methods(clouds: &[(Method, Vec<Pair>)]) -> String {
     let all = clouds.iter().map(|(_, samples)| samples.len()).max();
     let each = clouds.iter().zip('a'..).map(|((method, samples), letter)| {

@@ -35,8 +35,8 @@ impl Drawn {
         }
     }
 
-    /// Returns two methods at most, for a figure that has no room for more: `trial` takes the place of `dynamic` where it
-    /// has an estimate of all these instances.
+    /// Returns two methods at most, for a figure that has no room for more: `trial` takes the place of `dynamic` where
+    /// it has an estimate of all these instances.
     pub(crate) fn two_of(&self, instances: &[InstanceAnalysis]) -> Vec<Method> {
         let whole = instances.iter().all(|of| of.trial.is_some());
         let trial = self.methods.contains(&Method::Trial) && whole;

@@ -19,7 +19,8 @@ use sessions::Sessions;
 pub use drawn::Drawn;
 
 /// Returns the figures that these recordings can give: without an instance, only the trial in time; without an
-/// exploration, none. `trial` is drawn of the recordings whose fit can be used. `sessions` tell the time between recordings.
+/// exploration, none. `trial` is drawn of the recordings whose fit can be used. `sessions` tell the time between
+/// recordings.
 pub fn measured_figures(analysed: &Analysed, sessions: &Sessions, drawn: &Drawn) -> Vec<Figure> {
     let drawn = &drawn.found_in(analysed);
     let mut figures = Vec::new();

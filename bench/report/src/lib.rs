@@ -1,7 +1,8 @@
-//! The results of an analysis as one page of HTML that needs nothing beside itself: no network, no script, no other file.
+//! The results of an analysis as one page of HTML that needs nothing beside itself: no network, no script, no other
+//! file.
 //!
-//! Every number of an estimate or a statistic is read from the text of the results that `analyze --json` writes, so that the
-//! two cannot differ.
+//! Every number of an estimate or a statistic is read from the text of the results that `analyze --json` writes, so
+//! that the two cannot differ.
 
 mod assumptions;
 mod calibration;

@@ -30,7 +30,8 @@ trial = {{ number = 1, attempt = 2, practice = false, condition = {HOSTILE:?}, p
     Manifest::parse(&text, "recording.toml").unwrap()
 }
 
-/// Results of a recording with two instances, of which `trial` has an estimate of the first, and of one that cannot be read.
+/// Results of a recording with two instances, of which `trial` has an estimate of the first, and of one that cannot be
+/// read.
 fn results(participant: &str, extra: &str) -> String {
     let estimate = |method: &str| {
         format!(

@@ -100,9 +100,9 @@ fn courses<'a>(analysed: &'a Analysed, sessions: &Sessions) -> Vec<Course<'a>> {
     let alone = found.len() == 1;
     for found in found {
         let attempt = sessions.attempt(&found.path).filter(|_| !alone);
-        let session = sessions.around(&found.path).filter(|_| attempt.is_some());
-        let (folder, start_s) = match (session, attempt) {
-            (Some((folder, _)), Some(attempt)) => (Some(folder), attempt.start_s),
+        let start_s = attempt.and_then(|attempt| attempt.start_s);
+        let (folder, start_s) = match (sessions.around(&found.path), start_s) {
+            (Some((folder, _)), Some(start_s)) => (Some(folder), start_s),
             _ => (None, 0.0),
         };
         let known = |(of, _): &&mut (Option<&Path>, Course<'_>)| folder.is_some() && *of == folder;

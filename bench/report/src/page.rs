@@ -108,7 +108,13 @@ pub fn html(content: &Content<'_>) -> Result<String, ReportError> {
             }
         }
     };
-    Ok(page.into_string())
+    Ok(page.into_string().replace(is_obeyed, "\u{fffd}"))
+}
+
+/// Returns whether a character is none that is shown, or turns the direction of those after it.
+fn is_obeyed(c: char) -> bool {
+    let turns = matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    turns || (c.is_control() && c != '\n' && c != '\t')
 }
 
 fn figures(content: &Content<'_>) -> Result<Markup, ReportError> {

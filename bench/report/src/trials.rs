@@ -69,7 +69,7 @@ fn of_session(folder: &Path, session: &Session, recordings: &[Of<'_>]) -> Markup
                 tr {
                     th scope="row" { (attempt.label) }
                     td { (attempt.condition) }
-                    td.n { (SECONDS.value(Some(attempt.start_s))) }
+                    td.n { (SECONDS.value(attempt.start_s)) }
                     td { (verdict) }
                     td { (reasons.join("; ")) }
                     td { @match of(attempt) {

@@ -11,9 +11,13 @@ use recording::Manifest;
 use report::{Content, Recorded, ReportError, html};
 use sessions::Sessions;
 
-const HOSTILE: &str = "<script>alert('x')</script><img src=http://evil.test/a onerror=\"b\">&";
+const HOSTILE: &str =
+    "<script>alert('x')</script><img src=http://evil.test/a onerror=\"b\">&\u{202e}\u{1b}[2J";
 
 fn manifest(participant: &str) -> Manifest {
+    // Strings of JSON are strings of TOML too.
+    let [participant, condition] =
+        [participant, HOSTILE].map(|text| serde_json::to_string(text).unwrap());
     let text = format!(
         r#"
 format = 1
@@ -23,8 +27,8 @@ modulation_index = 0.95
 channels.drive = {{ index = 0, volts_per_unit = 20.0 }}
 channels.pickup = {{ index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }}
 plate = {{ resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }}
-participant = {{ id = {participant:?}, session = 1 }}
-trial = {{ number = 1, attempt = 2, practice = false, condition = {HOSTILE:?}, protocol = "p", seed = 1 }}
+participant = {{ id = {participant}, session = 1 }}
+trial = {{ number = 1, attempt = 2, practice = false, condition = {condition}, protocol = "p", seed = 1 }}
 "#
     );
     Manifest::parse(&text, "recording.toml").unwrap()
@@ -151,6 +155,7 @@ fn hostile_texts_are_shown_and_obeyed_nowhere_and_nothing_is_fetched() {
         }
     }
     assert!(!page.contains("somebody"), "where the study lies");
+    assert!(!page.contains(['\0', '\u{1b}', '\u{202e}']));
 }
 
 #[test]

@@ -6,6 +6,9 @@ use recording::study::event_log::{Document, ExitStatus, LogContent, LogEvent, St
 use recording::study::{TrialBlock, TrialLabel};
 use serde_json::Value;
 
+/// Longest time between two recordings of a session, resumed ones included, s: a month.
+const LONGEST_S: f64 = 31.0 * 86_400.0;
+
 /// Session as its log tells it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Session {
@@ -36,8 +39,8 @@ pub struct Attempt {
     pub label: TrialLabel,
     /// Name of the condition.
     pub condition: String,
-    /// Start of its recording, s after that of the session's first one.
-    pub start_s: f64,
+    /// Start of its recording, s after that of the session's first one; `None` where the log has no plausible time.
+    pub start_s: Option<f64>,
     /// How it was settled; `None` where the log breaks off before.
     pub outcome: Option<TrialOutcome>,
 }
@@ -105,9 +108,13 @@ impl Session {
                 Document::Descriptor(_) => {}
             }
         }
-        let origin_s = session.attempts.first().map_or(0.0, |first| first.start_s);
+        let origin_s = session.attempts.first().and_then(|first| first.start_s);
         for attempt in &mut session.attempts {
-            attempt.start_s -= origin_s;
+            let since = attempt
+                .start_s
+                .zip(origin_s)
+                .map(|(start_s, origin_s)| start_s - origin_s);
+            attempt.start_s = since.filter(|since| (0.0..=LONGEST_S).contains(since));
         }
         session
     }
@@ -117,7 +124,7 @@ impl Session {
             Some(SessionEventKind::TrialBegan { key }) => self.attempts.push(Attempt {
                 label: TrialLabel::new(&key, practice),
                 condition: key.condition,
-                start_s: part_s + event.audio_s,
+                start_s: Some(part_s + event.audio_s),
                 outcome: None,
             }),
             Some(SessionEventKind::TrialSettled { record }) => {
@@ -224,7 +231,7 @@ mod tests {
             began(3.0, &again),
         ];
         let found = session(&lines);
-        let times: Vec<f64> = found.attempts.iter().map(|of| of.start_s).collect();
+        let times: Vec<f64> = found.attempts.iter().filter_map(|of| of.start_s).collect();
         assert_eq!(times, [0.0, 10.0, 61.0]);
         assert_eq!(found.resumed, 1);
         assert_eq!(found.end, SessionEnd::Unfinished);
@@ -245,12 +252,16 @@ mod tests {
             start("2025-12-31T09:00:00Z"),
             began(8.0, &key(3, 1)),
         ];
-        let times: Vec<f64> = session(&lines)
-            .attempts
-            .iter()
-            .map(|of| of.start_s)
-            .collect();
-        assert_eq!(times, [0.0, 3.0]);
+        let times = |lines: &[String]| -> Vec<Option<f64>> {
+            let attempts = session(lines).attempts;
+            attempts.iter().map(|of| of.start_s).collect()
+        };
+        assert_eq!(times(&lines), [Some(0.0), Some(3.0)]);
+
+        // Times that are none, of a log that was edited.
+        let edited = [-1e308, 1e308, 40.0 * 86_400.0].map(|audio_s| began(audio_s, &key(3, 1)));
+        let lines = [&lines[..2], &edited[..]].concat();
+        assert_eq!(times(&lines), [Some(0.0), None, None, None]);
     }
 
     #[test]

@@ -1,18 +1,23 @@
 //! `analyze`: recordings to results.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 
 use crate::cli::Analyze;
-use crate::outcome::{progress_bar, write_text};
+use crate::dates;
+use crate::outcome::{progress_bar, require_writable, write_text};
 use crate::verbosity::Verbosity;
 use analysis::published::{TableFormat, statistics};
 use analysis::results::Results;
 use analysis::whole_trial;
-use analysis::{Analysed, RecordingAnalysis, Settings, analyse, find, tables, write_figures};
+use analysis::{Analysed, RecordingAnalysis, Settings, analyse, find, tables};
 use exclusions::{EXCLUSIONS_FILE, Selection};
+use figures::Figure;
+use measured_figures::{measured_figures, write_figures};
+use report::{Content, Recorded};
+use sessions::Sessions;
 use tui::{escaped, escaped_line};
 
 /// Runs the command. True if every recording could be read; what is wrong with which goes to standard error.
@@ -31,6 +36,9 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
         settings.assume(assumption)?;
     }
     settings.plate_offset = !options.no_offset;
+    for path in [&options.json, &options.report].into_iter().flatten() {
+        require_writable(path)?;
+    }
     let found = find::recordings(&options.recordings, options.practice)?;
     let selection = select(found, options.include_excluded)?;
     let folders = &selection.kept;
@@ -42,18 +50,27 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     });
     bar.finish_and_clear();
 
-    if let Some(path) = &options.json {
-        let text = Results::new(&analysed)
+    let sessions = Sessions::of(folders.iter().map(PathBuf::as_path));
+    if options.json.is_some() || options.report.is_some() {
+        let results = Results::new(&analysed)
             .with_excluded(selection.to_json()?)
             .to_json()?;
-        write_text(path, &text)?;
+        if let Some(path) = &options.json {
+            write_text(path, &results)?;
+        }
+        if let Some(path) = &options.report {
+            let figures = measured_figures(&analysed, &sessions, &options.drawn());
+            let page = page(options, &analysed, &results, (&sessions, &figures))?;
+            write_text(path, &page)?;
+        }
     }
     if let Some(folder) = &options.tables {
         tables::write(&analysed, folder)?;
         selection.write_beside(folder)?;
     }
     if let Some(folder) = &options.figures {
-        write_figures(&analysed, &options.drawn(), folder).context("cannot draw the figures")?;
+        write_figures(&analysed, &sessions, &options.drawn(), folder)
+            .context("cannot draw the figures")?;
         selection.write_beside(folder)?;
     }
     let excluded = selection.to_text();
@@ -62,7 +79,8 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
         let text = statistics(&analysed).to_table(format);
         write!(std::io::stdout(), "{}", escaped(&text))?;
     }
-    let summarised = options.json.is_none() && table.is_none();
+    let to_pipe = |path: &Option<PathBuf>| path.as_deref() == Some(Path::new("-"));
+    let summarised = options.json.is_none() && table.is_none() && !to_pipe(&options.report);
     if summarised {
         write!(std::io::stdout(), "{}", escaped(&summary(&analysed)))?;
     }
@@ -73,6 +91,39 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
         let _ = write!(std::io::stderr(), "{}", escaped(&excluded));
     }
     Ok(analysed.recordings.iter().all(|r| r.found.is_ok()))
+}
+
+/// Returns the report on what was analysed, whose numbers are those of `results`.
+fn page(
+    options: &Analyze,
+    analysed: &Analysed,
+    results: &str,
+    (sessions, figures): (&Sessions, &[Figure]),
+) -> anyhow::Result<String> {
+    let recordings = analysed.recordings.iter().map(|of| Recorded {
+        path: &of.path,
+        manifest: of.found.as_ref().ok().map(|found| &found.manifest),
+    });
+    let content = Content {
+        name: &name(&options.recordings),
+        results,
+        recordings: &recordings.collect::<Vec<_>>(),
+        sessions,
+        figures,
+        made: dates::now(),
+        program: concat!("friction-bench ", env!("CARGO_PKG_VERSION")),
+    };
+    report::html(&content).context("cannot make the report")
+}
+
+/// Returns the names of the folders that were asked for, without where they lie.
+fn name(folders: &[PathBuf]) -> String {
+    let names = folders.iter().map(|folder| {
+        let whole = folder.canonicalize().unwrap_or_else(|_| folder.clone());
+        let name = whole.file_name().unwrap_or(whole.as_os_str());
+        name.to_string_lossy().into_owned()
+    });
+    names.collect::<Vec<_>>().join(", ")
 }
 
 /// Parts the recordings by the exclusions of their studies; `everything` analyses them all.

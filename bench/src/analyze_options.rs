@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use analysis::Drawn;
 use analysis::estimate::Method;
 use analysis::published::TableFormat;
 use clap::{Args, ValueEnum};
+use measured_figures::Drawn;
 
 /// `analyze`
 #[derive(Debug, Args)]
@@ -16,6 +16,10 @@ pub struct Analyze {
     /// Write the results as JSON; `-` for standard output.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+    /// Write everything as one page of HTML that needs nothing beside itself, to be sent to a co-author; `-` for
+    /// standard output.
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
     /// Table to print.
     #[command(flatten)]
     pub table: Table,
@@ -99,9 +103,13 @@ pub enum FiguresOf {
     Paper,
     /// With envelope dynamics and levitation lag.
     Dynamic,
-    /// Both, in different inks.
-    #[default]
+    /// With everything fitted to all instances of a recording together.
+    Trial,
+    /// `paper` and `dynamic`, in different inks.
     Both,
+    /// Every method.
+    #[default]
+    All,
 }
 
 /// Instances that Fig. 13 shows.
@@ -121,7 +129,9 @@ impl Analyze {
         let methods = match self.figures_of {
             FiguresOf::Paper => vec![Method::Paper],
             FiguresOf::Dynamic => vec![Method::Dynamic],
-            FiguresOf::Both => Drawn::default().methods,
+            FiguresOf::Trial => vec![Method::Trial],
+            FiguresOf::Both => vec![Method::Dynamic, Method::Paper],
+            FiguresOf::All => Drawn::default().methods,
         };
         Drawn {
             methods,

@@ -23,6 +23,35 @@ pub(crate) fn progress_bar(recordings: u64, verbosity: Verbosity) -> ProgressBar
     bar
 }
 
+/// Fails at once where [`write_text`] could not write after a long computation.
+///
+/// # Errors
+/// `path` is a folder, or lies in one that does not exist or that this user cannot write into.
+pub(crate) fn require_writable(path: &Path) -> anyhow::Result<()> {
+    if path == Path::new("-") {
+        return Ok(());
+    }
+    if path.is_dir() || path.file_name().is_none() {
+        anyhow::bail!(
+            "cannot write {}: it is a folder; name a file",
+            path.display()
+        );
+    }
+    let folder = match path.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    let probe = folder.join(format!(".friction-bench-{}", std::process::id()));
+    std::fs::File::create_new(&probe)
+        .and_then(|_| std::fs::remove_file(&probe))
+        .with_context(|| {
+            format!(
+                "cannot write {}: name a file in a folder of yours",
+                path.display()
+            )
+        })
+}
+
 /// Writes `text` to standard output for `-`, otherwise to a file that is whole or not there. Control characters are escaped
 /// on the terminal, in the form that JSON has for them too.
 ///

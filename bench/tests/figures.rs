@@ -8,22 +8,24 @@ use std::path::PathBuf;
 
 use analysis::amplitude_profile::AmplitudeProfile;
 use analysis::analysed::RecordingFindings;
-use analysis::estimate::{InstanceAnalysis, estimate};
+use analysis::estimate::{InstanceAnalysis, Method, estimate};
 use analysis::exploration_findings::ExplorationFindings;
 use analysis::instance::PlateReading;
 use analysis::measurements::FrameSeries;
 use analysis::under_finger::UnderFinger;
-use analysis::{Analysed, Drawn, RecordingAnalysis, Settings, averaged, measured_figures};
+use analysis::{Analysed, RecordingAnalysis, Settings, averaged};
 use clap::Parser;
 use contact::fit::FitConditions;
 use contact::{AssumedConstants, Contact, harmonic};
 use figures::{Figure, Mark};
 use friction_bench::cli::{Cli, Command};
 use impedance::{Mask, ZmFrame};
+use measured_figures::{Drawn, measured_figures};
 use model::{Curves, Parameters};
 use num_complex::Complex64;
 use protocols::{Direction, Instance, Validity};
 use recording::Manifest;
+use sessions::Sessions;
 
 /// Name of a figure, and for each panel the labels of its axes and how many series it holds.
 type Expected = (&'static str, &'static [(&'static str, &'static str, usize)]);
@@ -59,7 +61,7 @@ const MODEL: [Expected; 6] = [
         &[(AMPLITUDE, "Friction coefficient μ", 2)],
     ),
 ];
-const MEASURED: [Expected; 4] = [
+const MEASURED: [Expected; 5] = [
     (
         "fig11_typical_trial",
         &[
@@ -100,6 +102,10 @@ const MEASURED: [Expected; 4] = [
             ("Measured μ", "Estimated μ", 3),
             ("Measured μ", "Estimated μ", 2),
         ],
+    ),
+    (
+        "resonance_shift",
+        &[("Time (s)", "Resonance shift (Hz)", 3)],
     ),
 ];
 
@@ -149,7 +155,7 @@ fn assert_shows(figure: &Figure, (name, panels): &Expected) {
             let (points, element) = match &series.mark {
                 Mark::Line { points, .. } => (points.len(), "stroke"),
                 Mark::Points { points, .. } => (points.len(), "fill"),
-                Mark::Band { edges } => (edges.len(), ""),
+                Mark::Band { edges } | Mark::Bars { bars: edges } => (edges.len(), ""),
             };
             assert!(points > 1, "{name}: {:?} is empty", series.name);
             let (red, green, blue) = series.ink.rgb();
@@ -184,7 +190,7 @@ fn model_figures_keep_their_curves_and_units() {
 
 #[test]
 fn measured_figures_keep_their_curves_and_units() {
-    let figures = measured_figures(&analysed(), &Drawn::default());
+    let figures = measured_figures(&analysed(), &Sessions::default(), &Drawn::default());
     assert_eq!(figures.len(), MEASURED.len());
     for (figure, expected) in figures.iter().zip(&MEASURED) {
         assert_shows(figure, expected);
@@ -200,12 +206,153 @@ fn measured_figures_keep_their_curves_and_units() {
     assert!(figures[0].caption.contains("S = 300 mm²"));
 }
 
+/// Names of the series of a panel, once each.
+fn shown(figure: &Figure, panel: usize) -> Vec<&str> {
+    let mut names: Vec<&str> = Vec::new();
+    for series in &figure.panels[panel].series {
+        let name = series.name.as_deref().unwrap_or_default();
+        if !name.is_empty() && !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names
+}
+
+#[test]
+fn trial_stands_beside_the_others_and_in_fig_13_in_the_place_of_dynamic() {
+    let mut analysed = analysed();
+    let before = measured_figures(&analysed, &Sessions::default(), &Drawn::default());
+    let found = analysed.recordings[0].found.as_mut().unwrap();
+    for instance in &mut found.instances {
+        instance.trial = Some(instance.dynamic.clone());
+    }
+    let figures = measured_figures(&analysed, &Sessions::default(), &Drawn::default());
+    // What `trial` reads is what `dynamic` reads, and is drawn once.
+    assert_eq!(shown(&figures[0], 1), ["dynamic", "paper"]);
+    for panel in [3, 4, 5] {
+        assert_eq!(shown(&figures[0], panel), ["dynamic", "trial", "paper"]);
+    }
+    let of_two = ["trial, model", "paper, model", "trial", "paper"];
+    assert_eq!(shown(&figures[1], 0), of_two);
+    assert!(
+        figures[1]
+            .caption
+            .contains("Trial stands here in the place of dynamic")
+    );
+    assert_eq!(shown(&figures[2], 0), ["dynamic", "trial", "paper"]);
+    assert_eq!(figures[3].panels.len(), 3);
+    assert_eq!(shown(&figures[3], 2), ["trial", "slope 1"]);
+    let words = "(a) the published method (paper), (b) the dynamic method and (c) the fit of whole trials (trial)";
+    assert!(figures[3].caption.contains(words), "{}", figures[3].caption);
+
+    // Of one instance alone: not enough to take a place.
+    let found = analysed.recordings[0].found.as_mut().unwrap();
+    found.instances[1].trial = None;
+    let figures = measured_figures(&analysed, &Sessions::default(), &Drawn::default());
+    let of_dynamic = ["dynamic, model", "paper, model", "dynamic", "paper"];
+    assert_eq!(shown(&figures[1], 0), of_dynamic);
+    assert!(figures[1].caption.contains("cannot be used"));
+    assert!(figures[2].caption.contains("over 2 instances (1 by trial)"));
+    for figure in &figures {
+        figure.to_svg().unwrap();
+    }
+    let drawn = Drawn {
+        methods: vec![Method::Trial],
+        whole_trial: false,
+    };
+    for instance in &mut analysed.recordings[0].found.as_mut().unwrap().instances {
+        instance.trial = None;
+    }
+    let numbers = |of: &[Figure]| -> Vec<String> { of.iter().map(Figure::to_csv).collect() };
+    let after = measured_figures(&analysed, &Sessions::default(), &Drawn::default());
+    assert_eq!(numbers(&after), numbers(&before));
+    assert_eq!(
+        measured_figures(&analysed, &Sessions::default(), &drawn).len(),
+        1,
+        "the trial in time"
+    );
+}
+
+/// Points of the first series of this name in a panel.
+fn points(figure: &Figure, panel: usize, name: &str) -> Vec<(f64, f64)> {
+    let mut series = figure.panels[panel].series.iter();
+    let of_name = series.find(|series| series.name.as_deref() == Some(name));
+    of_name.unwrap().extent()
+}
+
+#[test]
+fn the_resonance_is_drawn_over_the_time_of_a_session_with_the_intervals_of_the_results() {
+    let study = tempfile::tempdir().unwrap();
+    let session = study.path().join("sub-01").join("ses-01");
+    let mut both = analysed();
+    both.recordings.extend(analysed().recordings);
+    let mut log = r#"{"document":"start","time":"2026-01-01T09:00:00Z","resumed":false,"participant":"sub-01","session":1,"#
+        .to_owned();
+    log += r#""protocol":"p","seed":1,"software":"s","version":"1","devices":{},"calibration":null,"configuration":null}"#;
+    for (at, recording) in both.recordings.iter_mut().enumerate() {
+        let number = at + 1;
+        let folder = session.join(format!("trial-{number:03}_attempt-1"));
+        std::fs::create_dir_all(&folder).unwrap();
+        recording.path.clone_from(&folder);
+        recording.found.as_mut().unwrap().path = folder;
+        let key = format!(r#"{{"number":{number},"attempt":1,"practice":false,"condition":"c"}}"#);
+        log += &format!(
+            "\n{{\"document\":\"event\",\"stream\":\"session\",\"seq_num\":{number},\"time\":\"\",\"audio_s\":{},\"data\":\
+             {{\"event\":\"trial_began\",\"key\":{key}}}}}",
+            2 + 30 * at,
+        );
+    }
+    std::fs::write(session.join("events.jsonl"), log + "\n").unwrap();
+    let sessions = Sessions::of(both.recordings.iter().map(|of| of.path.as_path()));
+
+    let shift = |analysed: &Analysed| {
+        let figures = measured_figures(analysed, &sessions, &Drawn::default());
+        figures.into_iter().find(|of| of.name == "resonance_shift")
+    };
+    let figure = shift(&both).unwrap();
+    assert_eq!(figure.panels.len(), 1);
+    assert_eq!(figure.panels[0].shaded.len(), 2);
+    let found = both.recordings[0].found.as_ref().unwrap();
+    let middle = |of: &InstanceAnalysis| 0.5 * (of.start_s + of.end_s);
+    let expected = [0.0, 30.0].map(|start_s| {
+        let instances = found.instances.iter();
+        instances.map(move |of| {
+            (
+                start_s + middle(of),
+                of.dynamic.plate_offset.unwrap().resonance_shift_hz,
+            )
+        })
+    });
+    let expected: Vec<(f64, f64)> = expected.into_iter().flatten().collect();
+    assert_eq!(points(&figure, 0, "dynamic"), expected);
+    let offset = found.instances[0].dynamic.plate_offset.unwrap();
+    let half =
+        0.5 * (points(&figure, 0, "dynamic, 95 %")[1].1 - points(&figure, 0, "dynamic, 95 %")[0].1);
+    assert!((half / offset.resonance_shift_std_hz - 1.96).abs() < 1e-3);
+
+    // Of one recording in its own time; where the offset is held at 0, there is nothing to see of `dynamic`.
+    both.recordings.truncate(1);
+    let alone = shift(&both).unwrap();
+    assert_eq!(points(&alone, 0, "dynamic"), expected[..2]);
+    assert!(alone.panels[0].shaded.is_empty());
+    both.settings.plate_offset = false;
+    assert!(shift(&both).is_none());
+}
+
 #[test]
 fn the_same_figure_is_the_same_bytes() {
     let (mut once, mut again) = (model_figures(), model_figures());
     let analysed = analysed();
-    once.extend(measured_figures(&analysed, &Drawn::default()));
-    again.extend(measured_figures(&analysed, &Drawn::default()));
+    once.extend(measured_figures(
+        &analysed,
+        &Sessions::default(),
+        &Drawn::default(),
+    ));
+    again.extend(measured_figures(
+        &analysed,
+        &Sessions::default(),
+        &Drawn::default(),
+    ));
     for (once, again) in once.iter().zip(&again) {
         assert_eq!(
             once.to_svg().unwrap(),
@@ -319,11 +466,14 @@ fn what_was_not_found_is_not_drawn() {
         .unwrap()
         .instances
         .clear();
-    let figures = measured_figures(&nothing, &Drawn::default());
+    let figures = measured_figures(&nothing, &Sessions::default(), &Drawn::default());
     assert_eq!(figures.len(), 1, "the trial in time remains");
     figures[0].to_svg().unwrap();
     nothing.recordings.clear();
-    assert_eq!(measured_figures(&nothing, &Drawn::default()), []);
+    assert_eq!(
+        measured_figures(&nothing, &Sessions::default(), &Drawn::default()),
+        []
+    );
 }
 
 const CARRIER_HZ: f64 = 35e3;

@@ -38,29 +38,32 @@ omega = 2 * np.pi * samples.carrier_hz
 
 # ---- the model of Eqs. 6, 9, 14 to 19 and 21, as SCIENCE.md has it ----
 
-def asperity_limit_n(sigma_t_m):
+SKIN = (assumed["contact_area_m2"], assumed["sigma_q0_rad_per_m"])
+
+
+def asperity_limit_n(sigma_t_m, skin=SKIN):
     modulus = assumed["young_modulus_pa"] / (1 - assumed["poisson_ratio"] ** 2)
-    p_c = 0.375 * assumed["sigma_q0_rad_per_m"] * sigma_t_m * modulus
-    return p_c * assumed["contact_area_m2"]
+    area_m2, q0_rad_per_m = skin
+    return 0.375 * q0_rad_per_m * sigma_t_m * modulus * area_m2
 
 
 def squeeze_n(amplitude_m, gap_m, area_m2=assumed["contact_area_m2"]):
     return 1.25 * assumed["ambient_pressure_pa"] * area_m2 * (amplitude_m / gap_m) ** 2
 
 
-def equilibrium_gap_m(sigma_t_m, amplitude_m, normal_n):
+def equilibrium_gap_m(sigma_t_m, amplitude_m, normal_n, skin=SKIN):
     """Bisects Eq. 17, of which the left side less the right rises with the gap."""
-    rest_m = sigma_t_m * np.log(asperity_limit_n(sigma_t_m) / normal_n)
+    rest_m = sigma_t_m * np.log(asperity_limit_n(sigma_t_m, skin) / normal_n)
     low, high = rest_m, rest_m + 1e-3
     for _ in range(200):
         middle = 0.5 * (low + high)
-        surplus = normal_n * (1 - np.exp((rest_m - middle) / sigma_t_m)) - squeeze_n(amplitude_m, middle)
+        surplus = normal_n * (1 - np.exp((rest_m - middle) / sigma_t_m)) - squeeze_n(amplitude_m, middle, skin[0])
         low, high = np.where(surplus < 0, middle, low), np.where(surplus < 0, high, middle)
     return 0.5 * (low + high)
 
 
-def stiffness_n_per_m(sigma_t_m, gap_m, normal_n):
-    asperity_n = asperity_limit_n(sigma_t_m) * np.exp(-gap_m / sigma_t_m)
+def stiffness_n_per_m(sigma_t_m, gap_m, normal_n, skin=SKIN):
+    asperity_n = asperity_limit_n(sigma_t_m, skin) * np.exp(-gap_m / sigma_t_m)
     return asperity_n / sigma_t_m + 2 * (normal_n - asperity_n) / gap_m
 
 
@@ -71,7 +74,8 @@ def contact_impedance(k_c, omega, loss_factor=assumed["loss_factor"]):
 # ---- quantities of each frame, again from Z_m, Z_p and Z_t ----
 
 apart = {}
-assert set(instances.method) == {"paper", "dynamic", "trial"}, "methods"
+METHODS = ["paper", "dynamic", "trial"]
+assert set(instances.method) == set(METHODS), "methods"
 alone = instances[instances.method != "trial"]
 for name in ["contact_area_m2", "loss_factor"]:
     assert np.allclose(alone[name], assumed[name], rtol=1e-12), name
@@ -207,7 +211,7 @@ def changes(one_samples, column):
             known.groupby("participant").change.mean())
 
 
-for method in ["paper", "dynamic"]:
+for method in METHODS:
     one = instances[instances.method == method].copy()
     frames = samples[samples.method == method]
 
@@ -268,8 +272,9 @@ for method in ["paper", "dynamic"]:
     spread("variation_z_t_within_trial", "trials", variations)
     one["rigid_over_z_t"] = np.abs(one.rigid) / np.abs(one.z_t)
     levels_of_mean("rigid_z_t_over_z_t", "rigid_over_z_t", one)
-    gap_m = equilibrium_gap_m(one.sigma_t_m, 5e-6, 1.0)
-    one["fall"] = 1 - stiffness_n_per_m(one.sigma_t_m, gap_m, 1.0) * one.sigma_t_m
+    skin = (one.contact_area_m2, one.q0_rad_per_m)
+    gap_m = equilibrium_gap_m(one.sigma_t_m, 5e-6, 1.0, skin)
+    one["fall"] = 1 - stiffness_n_per_m(one.sigma_t_m, gap_m, 1.0, skin) * one.sigma_t_m
     levels_of_mean("k_c_fall_5um_1n", "fall", one)
 
 # Medians and spreads of the same level follow each other, so rows are numbered within their kind.
@@ -313,12 +318,14 @@ sigma = instances[instances.method == "dynamic"].groupby("recording", sort=False
 typical = sigma.sort_values(kind="stable").index[(len(sigma) - 1) // 2]
 counts = instances[instances.recording == typical].groupby("exploration").instance.nunique()
 exploration = counts.idxmax()
-for method in ["paper", "dynamic"]:
+for method in METHODS:
     shown = samples[(samples.recording == typical) & (samples.exploration == exploration) & (samples.method == method)]
     quantities = [shown.re_z_m, -shown.im_z_m_n_s_per_m, shown.k_c_n_per_m * 1e-6, shown.gap_m * 1e6, shown.mu]
     models = [shown.re_z_m_averaged_n_s_per_m, -shown.im_z_m_averaged_n_s_per_m, shown.k_c_averaged_n_per_m * 1e-6,
               shown.gap_averaged_m * 1e6, shown.mu_averaged]
-    for at, (quantity, model) in enumerate(zip(quantities, models)):
+    # Fig. 13 has room for two: `trial` stands in the place of `dynamic`.
+    in_fig13 = enumerate(zip(quantities, models)) if method != "dynamic" else []
+    for at, (quantity, model) in in_fig13:
         for side, x, model_x in [(0, shown.amplitude_m * 1e6, shown.amplitude_m * 1e6), (1, shown.measured_mu, shown.mu_averaged)]:
             panel = "abcdefghij"[2 * at + side]
             drawn_among(f"fig13 {panel} {method}", points("fig13_instances", panel, method), np.column_stack([x, quantity]))
@@ -327,7 +334,7 @@ for method in ["paper", "dynamic"]:
                             np.column_stack([model_x, model]))
 
     frames = samples[samples.method == method]
-    trials = len(frames.recording.unique())
+    trials = len(samples.recording.unique())
     keys = ["recording", "instance"]
     measured = changes(frames, "measured_mu")[0] if trials >= 3 else ranges(frames, keys, "measured_mu")
     for panel, column, factor in [("a", "abs_z_m", 1), ("b", "gap_m", 1e6), ("c", "mu", 1)]:
@@ -346,7 +353,7 @@ for method in ["paper", "dynamic"]:
         assert len(found) == len(means), f"fig15: {len(found)} initialisations of {len(means)}"
         drawn_among("fig15 initialisation", found, means)
 
-    panel = {"paper": "a", "dynamic": "b"}[method]
+    panel = {"paper": "a", "dynamic": "b", "trial": "c"}[method]
     drawn_among(f"fig15 {method}", points("fig15_agreement", panel, method), np.column_stack([frames.measured_mu, frames.mu]))
 
 worst = max(apart, key=apart.get)

@@ -4,11 +4,12 @@
 
 use std::collections::BTreeMap;
 
+use contact::Contact;
 use contact::fit::{FitConditions, FitError, ModelledSeries, dynamic, paper};
 
 use crate::analysed::{Analysed, RecordingFindings};
 use crate::analysis_settings::Settings;
-use crate::estimate::{Averaged, Estimated, InstanceAnalysis, TRIAL};
+use crate::estimate::{Averaged, Estimated, InstanceAnalysis};
 use crate::instance::PreparedInstance;
 use crate::method::Method;
 use crate::statistics::r_squared_complex;
@@ -27,7 +28,7 @@ pub fn fill(analysed: &mut Analysed) {
     for (number, found) in analysed.findings().enumerate() {
         for estimate in found.instances.iter().flat_map(InstanceAnalysis::estimates) {
             sigmas_m
-                .entry((whose(number, found), estimate.name))
+                .entry((whose(number, found), estimate.method.name()))
                 .or_default()
                 .push(estimate.estimated.sigma_t_m);
         }
@@ -39,20 +40,33 @@ pub fn fill(analysed: &mut Analysed) {
             of.map_or(f64::NAN, |of| of.iter().sum::<f64>() / of.len() as f64)
         };
         let Some(z_p) = found.z_p else { continue };
+        let floor = found.trial.as_ref().and_then(|of| of.friction_floor);
+        let floor = floor.map(|of| of.value);
         for instance in &mut found.instances {
             let samples = &instance.samples;
-            for (name, reads, estimated) in [
-                ("paper", Method::Paper, Some(&mut instance.paper)),
-                ("dynamic", Method::Dynamic, Some(&mut instance.dynamic)),
-                (TRIAL, Method::Dynamic, instance.trial.as_mut()),
+            for (method, estimated) in [
+                (Method::Paper, Some(&mut instance.paper)),
+                (Method::Dynamic, Some(&mut instance.dynamic)),
+                (Method::Trial, instance.trial.as_mut()),
             ] {
                 let Some(estimated) = estimated else { continue };
-                let sigma_t_m = average_m(name);
+                let sigma_t_m = average_m(method.name());
                 let conditions = z_p.conditions(estimated.skin, found.manifest.carrier_hz);
-                let series = modelled(samples, reads, estimated, &conditions, &settings, sigma_t_m);
-                let series = series.ok();
+                let series = modelled(
+                    samples,
+                    method,
+                    estimated,
+                    &conditions,
+                    &settings,
+                    sigma_t_m,
+                );
+                let mut series = series.ok();
+                if let (Method::Trial, Some(model), Some(floor)) = (method, &mut series, floor) {
+                    let normal_n = samples.finger_force_n();
+                    model.mu = with_floor(model, estimated, sigma_t_m, normal_n, floor);
+                }
                 let r2_impedance = series.as_ref().map_or(f64::NAN, |model| {
-                    r_squared_complex(samples.z_m(reads), &model.z_m_n_s_per_m)
+                    r_squared_complex(samples.z_m(method), &model.z_m_n_s_per_m)
                 });
                 estimated.averaged = Averaged {
                     sigma_t_m,
@@ -73,16 +87,16 @@ fn whose(number: usize, found: &RecordingFindings) -> Whose {
 
 fn modelled(
     samples: &PreparedInstance,
-    reads: Method,
+    method: Method,
     estimated: &Estimated,
     conditions: &FitConditions,
     settings: &Settings,
     sigma_t_m: f64,
 ) -> Result<ModelledSeries, FitError> {
-    let series = samples.series(reads)?;
-    match reads {
+    let series = samples.series(method)?;
+    match method {
         Method::Paper => paper::modelled(&series, conditions, &settings.paper(), sigma_t_m),
-        Method::Dynamic => {
+        Method::Dynamic | Method::Trial => {
             let fitted = dynamic::AlongWith {
                 tau_s: estimated.tau_s.map_or(0.0, |(tau_s, _)| tau_s),
                 z_p_n_s_per_m: estimated.z_p_n_s_per_m,
@@ -90,4 +104,22 @@ fn modelled(
             dynamic::modelled(&series, conditions, &settings.dynamic(), sigma_t_m, &fitted)
         }
     }
+}
+
+/// Returns the model's friction above the floor that the recording's friction keeps.
+fn with_floor(
+    model: &ModelledSeries,
+    estimated: &Estimated,
+    sigma_t_m: f64,
+    normal_n: &[f64],
+    floor: f64,
+) -> Vec<f64> {
+    let Ok(contact) = Contact::new(&estimated.skin, sigma_t_m) else {
+        return model.mu.clone();
+    };
+    let at = |(&gap_m, &normal_n): (&f64, &f64)| {
+        let ratio = contact.friction_ratio(gap_m, normal_n);
+        estimated.mu0 * (floor + (1.0 - floor) * ratio)
+    };
+    model.gap_m.iter().zip(normal_n).map(at).collect()
 }

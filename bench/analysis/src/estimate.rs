@@ -47,49 +47,53 @@ pub struct InstanceAnalysis {
     pub trial: Option<Estimated>,
 }
 
-/// An estimate of an instance with the name of its method.
+/// An instance as one method sees it.
 #[derive(Debug, Clone, Copy)]
-pub struct NamedEstimate<'a> {
-    /// Name in results and tables.
-    pub name: &'static str,
-    /// The method whose samples it reads.
-    pub reads: Method,
-    /// The estimate.
+pub struct InstanceBy<'a> {
+    /// The instance.
+    pub instance: &'a InstanceAnalysis,
+    /// The method.
+    pub method: Method,
+    /// Its estimate.
     pub estimated: &'a Estimated,
 }
 
-impl InstanceAnalysis {
-    /// Returns the estimate by a method.
-    pub fn estimated(&self, method: Method) -> &Estimated {
-        match method {
-            Method::Paper => &self.paper,
-            Method::Dynamic => &self.dynamic,
-        }
+impl<'a> InstanceBy<'a> {
+    /// Returns the impedance that the method reads, N·s/m.
+    pub fn z_m(&self) -> &'a [Complex64] {
+        self.instance.samples.z_m(self.method)
     }
 
-    /// Returns every estimate there is.
-    pub fn estimates(&self) -> impl Iterator<Item = NamedEstimate<'_>> {
-        let alone = Method::BOTH.map(|method| NamedEstimate {
-            name: method.name(),
-            reads: method,
-            estimated: self.estimated(method),
-        });
-        let trial = self.trial.as_ref().map(|estimated| NamedEstimate {
-            name: TRIAL,
-            reads: Method::Dynamic,
-            estimated,
-        });
-        alone.into_iter().chain(trial)
-    }
-
-    /// Returns the impedance that a method reads, N·s/m.
-    pub fn z_m(&self, method: Method) -> &[Complex64] {
-        self.samples.z_m(method)
+    /// Returns the amplitude as the method takes it, peak, m.
+    pub fn amplitude_m(&self) -> &'a [f64] {
+        self.instance.samples.amplitude_m(self.method)
     }
 }
 
-/// Name of the fit of a whole trial in results and tables.
-pub const TRIAL: &str = "trial";
+impl InstanceAnalysis {
+    /// Returns the estimate by a method; `None` by `trial` where its fit cannot be used.
+    pub fn estimated(&self, method: Method) -> Option<&Estimated> {
+        match method {
+            Method::Paper => Some(&self.paper),
+            Method::Dynamic => Some(&self.dynamic),
+            Method::Trial => self.trial.as_ref(),
+        }
+    }
+
+    /// Returns the instance as a method sees it; `None` by `trial` where its fit cannot be used.
+    pub fn by(&self, method: Method) -> Option<InstanceBy<'_>> {
+        self.estimated(method).map(|estimated| InstanceBy {
+            instance: self,
+            method,
+            estimated,
+        })
+    }
+
+    /// Returns every estimate there is.
+    pub fn estimates(&self) -> impl Iterator<Item = InstanceBy<'_>> {
+        Method::ALL.into_iter().filter_map(|method| self.by(method))
+    }
+}
 
 /// Departure of the plate's impedance from that of the unloaded plate.
 #[derive(Debug, Clone, Copy, PartialEq)]

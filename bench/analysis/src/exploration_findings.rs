@@ -84,7 +84,7 @@ impl ExplorationFindings {
     pub fn z_m(&self, method: Method) -> &[Complex64] {
         match method {
             Method::Paper => &self.z_m_plain_n_s_per_m,
-            Method::Dynamic => &self.under_finger.z_m_n_s_per_m,
+            Method::Dynamic | Method::Trial => &self.under_finger.z_m_n_s_per_m,
         }
     }
 
@@ -92,7 +92,7 @@ impl ExplorationFindings {
     pub fn amplitude_by(&self, method: Method) -> &[f64] {
         match method {
             Method::Paper => &self.amplitude_m,
-            Method::Dynamic => &self.under_finger.amplitude_m,
+            Method::Dynamic | Method::Trial => &self.under_finger.amplitude_m,
         }
     }
 

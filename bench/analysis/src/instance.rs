@@ -83,7 +83,7 @@ impl PreparedInstance {
             amplitude_m: self.amplitudes_m(method),
             normal_n: match method {
                 Method::Paper => &self.normal_n,
-                Method::Dynamic => &self.finger_force_n,
+                Method::Dynamic | Method::Trial => &self.finger_force_n,
             },
             mu: &self.mu,
         };
@@ -104,7 +104,7 @@ impl PreparedInstance {
     pub fn amplitude_ratio(&self, method: Method, sample: usize) -> f64 {
         match method {
             Method::Paper => 1.0,
-            Method::Dynamic => self.under_finger.ratio[self.start + sample],
+            Method::Dynamic | Method::Trial => self.under_finger.ratio[self.start + sample],
         }
     }
 
@@ -128,7 +128,7 @@ impl PreparedInstance {
     pub fn z_m(&self, method: Method) -> &[Complex64] {
         let z_m = match method {
             Method::Paper => &self.plain_n_s_per_m,
-            Method::Dynamic => &self.under_finger.z_m_n_s_per_m,
+            Method::Dynamic | Method::Trial => &self.under_finger.z_m_n_s_per_m,
         };
         &z_m[self.start..]
     }
@@ -136,7 +136,7 @@ impl PreparedInstance {
     fn amplitudes_m(&self, method: Method) -> &[f64] {
         match method {
             Method::Paper => &self.amplitude_m,
-            Method::Dynamic => &self.under_finger.amplitude_m,
+            Method::Dynamic | Method::Trial => &self.under_finger.amplitude_m,
         }
     }
 }
@@ -209,7 +209,7 @@ impl PlateReading {
     pub fn read_by(&self, method: Method) -> Complex64 {
         match method {
             Method::Paper => self.plain_n_s_per_m,
-            Method::Dynamic => self.corrected_n_s_per_m,
+            Method::Dynamic | Method::Trial => self.corrected_n_s_per_m,
         }
     }
 

@@ -19,7 +19,6 @@ mod free_plate;
 pub mod instance;
 mod levels;
 pub mod live_contact;
-mod measured_figures;
 pub mod measurements;
 pub mod method;
 pub mod model_check;
@@ -39,13 +38,12 @@ pub mod under_finger;
 pub mod unloaded;
 pub mod whole_trial;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use rayon::prelude::*;
 
 pub use analysed::{Analysed, RecordingAnalysis};
 pub use analysis_settings::Settings;
-pub use measured_figures::{Drawn, measured_figures};
 
 /// Analyses recording folders in parallel and returns them in the given order; `finished` is called as each is done. A
 /// recording that cannot be read does not stop the others.
@@ -95,33 +93,6 @@ pub fn analyse(
     };
     averaged::fill(&mut analysed);
     analysed
-}
-
-/// Draws the figures of an analysis and writes them as [`figures::write()`] does, each with its numbers as CSV, into a
-/// folder that is made if it does not exist.
-///
-/// # Errors
-/// If a figure cannot be drawn or a file cannot be written.
-pub fn write_figures(
-    analysed: &Analysed,
-    drawn: &Drawn,
-    folder: &Path,
-) -> Result<Vec<PathBuf>, figures::FigureError> {
-    std::fs::create_dir_all(folder).map_err(|source| figures::FigureError::Write {
-        path: folder.to_owned(),
-        source,
-    })?;
-    let drawn = measured_figures(analysed, drawn);
-    let mut written = figures::write(&drawn, folder)?;
-    for figure in &drawn {
-        let path = folder.join(format!("{}.csv", figure.name));
-        std::fs::write(&path, figure.to_csv()).map_err(|source| figures::FigureError::Write {
-            path: path.clone(),
-            source,
-        })?;
-        written.push(path);
-    }
-    Ok(written)
 }
 
 /// Compiles and runs the example in the README.

@@ -178,6 +178,8 @@ struct Std {
     z_t_n_s_per_m: [f64; 2],
     #[serde(skip_serializing_if = "Option::is_none")]
     tau_s: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    resonance_shift_hz: Option<f64>,
     mu0: f64,
 }
 
@@ -420,6 +422,7 @@ impl From<&Estimated> for Estimate {
                 sigma_t_m: estimated.sigma_t_std_m,
                 z_t_n_s_per_m: pair(estimated.z_t_std_n_s_per_m),
                 tau_s: estimated.tau_s.map(|(_, std)| std),
+                resonance_shift_hz: estimated.plate_offset.map(|of| of.resonance_shift_std_hz),
                 mu0: estimated.mu0_std,
             },
             sensitivity: estimated.sensitivities.as_ref().map(SensitivityRows::from),

@@ -18,7 +18,7 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
 use crate::analysed::{Analysed, RecordingFindings};
-use crate::estimate::{InstanceAnalysis, NamedEstimate, PlateOffset, TRIAL};
+use crate::estimate::{InstanceAnalysis, InstanceBy, Method, PlateOffset};
 use crate::motion::SkinMotion;
 use crate::printed_settings::PrintedSettings;
 use recording::DiskError;
@@ -81,7 +81,7 @@ struct Row<'a> {
     found: &'a RecordingFindings,
     number: usize,
     instance: &'a InstanceAnalysis,
-    by: NamedEstimate<'a>,
+    by: InstanceBy<'a>,
 }
 
 fn rows(analysed: &Analysed) -> Vec<Row<'_>> {
@@ -133,7 +133,7 @@ fn keys<'a>(rows: impl Iterator<Item = &'a Row<'a>> + Clone) -> Vec<Column> {
             }
             .to_owned()
         }),
-        text("method", |row| row.by.name.to_owned()),
+        text("method", |row| row.by.method.name().to_owned()),
     ]
 }
 
@@ -237,19 +237,15 @@ fn samples(analysed: &Analysed) -> Vec<Column> {
     columns.extend([
         real("time_s", |r, at| r.instance.samples.time_s()[at]),
         real("amplitude_m", |r, at| {
-            r.instance.samples.amplitude_m(r.by.reads)[at]
+            r.instance.samples.amplitude_m(r.by.method)[at]
         }),
         real("normal_n", |r, at| r.instance.samples.normal_n()[at]),
         real("finger_force_n", |r, at| {
             r.instance.samples.finger_force_n()[at]
         }),
         real("measured_mu", |r, at| r.instance.samples.mu()[at]),
-        real("re_z_m_n_s_per_m", |r, at| {
-            r.instance.z_m(r.by.reads)[at].re
-        }),
-        real("im_z_m_n_s_per_m", |r, at| {
-            r.instance.z_m(r.by.reads)[at].im
-        }),
+        real("re_z_m_n_s_per_m", |r, at| r.by.z_m()[at].re),
+        real("im_z_m_n_s_per_m", |r, at| r.by.z_m()[at].im),
         real("re_z_m_model_n_s_per_m", |r, at| {
             r.estimated().series.z_m_model_n_s_per_m[at].re
         }),
@@ -299,7 +295,7 @@ fn samples(analysed: &Analysed) -> Vec<Column> {
         }),
         real("mu_averaged", |r, at| r.averaged(|model| model.mu[at])),
         real("amplitude_ratio", |r, at| {
-            r.instance.samples.amplitude_ratio(r.by.reads, at)
+            r.instance.samples.amplitude_ratio(r.by.method, at)
         }),
     ]);
     columns
@@ -327,12 +323,16 @@ impl Row<'_> {
 
     /// Returns a number of the trial's friction; 0 by the methods that have none.
     fn friction(&self, value: impl Fn(&SharedFit) -> Option<Uncertain>) -> f64 {
-        let trial = self.found.trial.as_ref().filter(|_| self.by.name == TRIAL);
+        let trial = self
+            .found
+            .trial
+            .as_ref()
+            .filter(|_| self.by.method == Method::Trial);
         trial.and_then(value).map_or(0.0, |of| of.value)
     }
 
     fn mean_amplitude_ratio(&self) -> f64 {
-        let ratio = |at| self.instance.samples.amplitude_ratio(self.by.reads, at);
+        let ratio = |at| self.instance.samples.amplitude_ratio(self.by.method, at);
         (0..self.len()).map(ratio).sum::<f64>() / self.len() as f64
     }
 

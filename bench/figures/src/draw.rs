@@ -97,6 +97,12 @@ fn draw_series<B: DrawingBackend>(
                 })
         }
         Mark::Band { edges } => band(edges, placed, series.ink.tint(BAND), pen),
+        Mark::Bars { bars } => bars.iter().try_for_each(|&(x, low, high)| {
+            let ends = [placed.place((x, low)), placed.place((x, high))];
+            let stretches = frame.stretches(ends);
+            let mut stretches = stretches.iter();
+            stretches.try_for_each(|stretch| pen.line(stretch, series.ink.rgb(), AXIS_PT))
+        }),
     }
 }
 
@@ -209,6 +215,7 @@ fn sample<B: DrawingBackend>(
         Mark::Points { marker, .. } => {
             pen.marker(marker, (0.5 * (from + to), y), MARKER_RADIUS_PT, rgb)
         }
+        Mark::Bars { .. } => pen.line(&[(from, y), (to, y)], rgb, AXIS_PT),
         Mark::Band { .. } => {
             let half = 0.35 * TICK_PT * UNITS_PER_PT;
             let frame = Frame {

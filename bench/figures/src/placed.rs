@@ -92,7 +92,7 @@ impl LegendEntry {
 pub(super) fn sample_width(series: &Series) -> f64 {
     let pt = match series.mark {
         Mark::Points { .. } => 5.0,
-        Mark::Line { .. } | Mark::Band { .. } => SAMPLE_PT,
+        Mark::Line { .. } | Mark::Band { .. } | Mark::Bars { .. } => SAMPLE_PT,
     };
     pt * UNITS_PER_PT
 }

@@ -30,7 +30,7 @@ impl Figure {
                             row([number(x), number(y), String::new(), String::new()]);
                         }
                     }
-                    Mark::Band { edges } => {
+                    Mark::Band { edges } | Mark::Bars { bars: edges } => {
                         for &(x, low, high) in edges {
                             row([number(x), String::new(), number(low), number(high)]);
                         }

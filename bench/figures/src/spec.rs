@@ -186,6 +186,15 @@ impl Series {
         }
     }
 
+    /// Makes upright bars, such as intervals about points: x, low, high.
+    pub fn bars(ink: Ink, bars: Vec<(f64, f64, f64)>) -> Self {
+        Self {
+            name: None,
+            ink,
+            mark: Mark::Bars { bars },
+        }
+    }
+
     /// Gives the series a name in the key.
     pub fn named(self, name: impl Into<String>) -> Self {
         Self {
@@ -199,7 +208,7 @@ impl Series {
     pub fn extent(&self) -> Vec<(f64, f64)> {
         match &self.mark {
             Mark::Line { points, .. } | Mark::Points { points, .. } => points.clone(),
-            Mark::Band { edges } => edges
+            Mark::Band { edges } | Mark::Bars { bars: edges } => edges
                 .iter()
                 .flat_map(|&(x, low, high)| [(x, low), (x, high)])
                 .collect(),
@@ -228,5 +237,10 @@ pub enum Mark {
     Band {
         /// x, low, high.
         edges: Vec<(f64, f64, f64)>,
+    },
+    /// Upright bars.
+    Bars {
+        /// x, low, high; one that is not finite is left out.
+        bars: Vec<(f64, f64, f64)>,
     },
 }

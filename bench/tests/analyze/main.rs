@@ -5,6 +5,7 @@
     reason = "a helper that fails fails its test, as in the tests themselves"
 )]
 
+mod report;
 mod whole_trial;
 
 use std::fs;

@@ -58,6 +58,8 @@ fn the_trials_fit_stands_in_the_results_by_the_schema_and_in_the_summary() {
                 offset[1].as_f64().unwrap() > 0.1 && shift_hz < -1.0,
                 "{instance}"
             );
+            let std_hz = instance[method]["std"]["resonance_shift_hz"].as_f64();
+            assert!(std_hz.is_some_and(|std_hz| std_hz > 0.0), "{instance}");
         }
         assert!(instance["paper"].get("plate_offset_n_s_per_m").is_none());
     }

@@ -33,7 +33,7 @@ fn state_profile(folder: &Path, ratio: impl Fn(f64) -> f64) {
 /// What a method estimates, every digit of it.
 fn estimates(found: &RecordingFindings, method: Method) -> String {
     let of = found.instances.iter().map(|i| {
-        let e = i.estimated(method);
+        let e = i.estimated(method).unwrap();
         let skin = (e.sigma_t_m, e.z_t_n_s_per_m, e.tau_s, e.mu0);
         format!(
             "{skin:?} {:?} {:?} {:?}",

@@ -21,7 +21,7 @@ const PACKAGE_LINES: usize = 8_000;
 const FILE_LINES: usize = 600;
 
 /// Packages that build on any machine, without sound, serial port or GPIO; `./dev portable` builds them.
-const PORTABLE: [&str; 9] = [
+const PORTABLE: [&str; 10] = [
     "strict",
     "files",
     "figures",
@@ -31,6 +31,7 @@ const PORTABLE: [&str; 9] = [
     "protocols",
     "recording",
     "analysis",
+    "measured-figures",
 ];
 /// Libraries that reach the hardware.
 const HARDWARE: [&str; 6] = [

@@ -56,7 +56,8 @@ fn errors(study: &Path, skin: &Skin) -> [Errors; 2] {
         let median = |of: &dyn Fn(&analysis::estimate::Estimated) -> f64| {
             let mut values: Vec<f64> = analysed
                 .instances()
-                .map(|(_, instance)| of(instance.estimated(method)))
+                .filter_map(|(_, instance)| instance.estimated(method))
+                .map(of)
                 .collect();
             assert!(values.len() >= 5, "{} instances", values.len());
             values.sort_by(f64::total_cmp);

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use analysis::estimate::{Estimated, Method, TRIAL};
+use analysis::estimate::{Estimated, Method};
 use analysis::model_check::quantile;
 use analysis::{Analysed, Settings, analyse, find};
 use bench_tests::campaign;
@@ -72,11 +72,12 @@ fn session(scenario: &str, seed: u64, folder: &Path) -> (Analysed, Skin) {
 /// Errors of `paper`, `dynamic` and `trial` over the instances of one participant.
 fn participant(seed: u64, folder: &Path) -> [Vec<Errors>; 3] {
     let (analysed, true_skin) = session("population", seed, folder);
-    ["paper", "dynamic", TRIAL].map(|name| {
-        let estimates = analysed.instances().flat_map(|(_, i)| i.estimates());
+    Method::ALL.map(|method| {
+        let estimates = analysed
+            .instances()
+            .filter_map(|(_, i)| i.estimated(method));
         estimates
-            .filter(|estimate| estimate.name == name)
-            .map(|estimate| Errors::of(estimate.estimated, &true_skin))
+            .map(|estimate| Errors::of(estimate, &true_skin))
             .collect()
     })
 }
@@ -178,7 +179,7 @@ fn an_unkind_world_is_recorded_to_the_end_and_its_truth_is_not_what_dynamic_assu
     let (analysed, truth) = session("population-unkind", 4, folder.path());
     let errors: Vec<Errors> = analysed
         .instances()
-        .map(|(_, instance)| Errors::of(instance.estimated(Method::Dynamic), &truth))
+        .map(|(_, instance)| Errors::of(&instance.dynamic, &truth))
         .collect();
     assert!(errors.len() >= 5, "{} instances", errors.len());
     let (sigma_t, _) = quantiles(&errors, |e| e.sigma_t);

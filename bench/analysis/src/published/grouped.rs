@@ -2,23 +2,23 @@
 
 use std::collections::BTreeMap;
 
+use contact::AssumedConstants;
 use num_complex::Complex64;
 
 use super::statistic::{Found, Level, Pairs, Statistic};
 use crate::analysed::{Analysed, RecordingFindings};
-use crate::analysis_settings::Settings;
-use crate::estimate::{Estimated, InstanceAnalysis, Method};
+use crate::estimate::{Estimated, InstanceAnalysis, InstanceBy, Method};
 use crate::statistics::{Coefficient, r_squared, r_squared_complex, slope, spread};
 
 /// Value of an instance.
 pub(super) type OfInstance = fn(&InstanceAnalysis, &Estimated) -> f64;
 /// Value of a sample of an instance.
-pub(crate) type OfSample = fn(&InstanceAnalysis, Method, usize) -> f64;
+pub type OfSample = fn(&InstanceBy<'_>, usize) -> f64;
 
 /// All instances as one method sees them.
 pub(super) struct Pool<'a> {
-    settings: Settings,
-    method: Method,
+    /// Constants of the skin; `None` where each estimate has found its own.
+    assumed: Option<AssumedConstants>,
     trials: Vec<Group<'a>>,
     participants: BTreeMap<&'a str, Group<'a>>,
 }
@@ -33,17 +33,21 @@ struct Group<'a> {
 
 /// Instances of an exploration, at least one.
 #[derive(Clone)]
-struct Exploration<'a>(Vec<&'a InstanceAnalysis>);
+struct Exploration<'a>(Vec<InstanceBy<'a>>);
 
 impl<'a> Pool<'a> {
     pub(super) fn new(analysed: &'a Analysed, method: Method) -> Self {
         let mut participants: BTreeMap<&str, Group<'_>> = BTreeMap::new();
         let mut trials = Vec::new();
-        for found in analysed.findings().filter(|f| !f.instances.is_empty()) {
-            let explorations: Vec<_> = found
-                .instances
-                .chunk_by(|a, b| a.exploration == b.exploration)
-                .map(|of| Exploration(of.iter().collect()))
+        for found in analysed.findings() {
+            let instances = found.instances.iter();
+            let instances: Vec<_> = instances.filter_map(|of| of.by(method)).collect();
+            if instances.is_empty() {
+                continue;
+            }
+            let explorations: Vec<_> = instances
+                .chunk_by(|a, b| a.instance.exploration == b.instance.exploration)
+                .map(|of| Exploration(of.to_vec()))
                 .collect();
             let person = RecordingFindings::participant(found).map(|id| {
                 let number = participants.len();
@@ -59,26 +63,23 @@ impl<'a> Pool<'a> {
                 explorations,
             });
         }
+        let settings = &analysed.settings;
         Self {
-            settings: analysed.settings,
-            method,
+            assumed: (method != Method::Trial).then(|| settings.assumed()),
             trials,
             participants,
         }
     }
 
-    pub(super) fn settings(&self) -> &Settings {
-        &self.settings
+    pub(super) fn skin(&self, estimated: &Estimated) -> AssumedConstants {
+        self.assumed.unwrap_or(estimated.skin)
     }
 
     pub(super) fn spread(&self, value: impl Fn(&InstanceAnalysis, &Estimated) -> f64) -> Found {
         let over = |level, groups: &mut dyn Iterator<Item = &Group<'_>>| {
-            Statistic::spread(level, groups.map(|group| group.mean(self.method, &value)))
+            Statistic::spread(level, groups.map(|group| group.mean(&value)))
         };
-        let instances = self
-            .trials
-            .iter()
-            .flat_map(|t| t.values(self.method, &value));
+        let instances = self.trials.iter().flat_map(|t| t.values(&value));
         Found {
             main: Statistic::spread(Level::Instances, instances),
             also: vec![
@@ -92,10 +93,10 @@ impl<'a> Pool<'a> {
     /// participant is known.
     pub(super) fn typical_participant(&self, value: OfInstance) -> Found {
         let mut participants: Vec<_> = self.participants.values().collect();
-        let mean = |of: &Group<'_>| of.mean(self.method, value);
+        let mean = |of: &Group<'_>| of.mean(value);
         participants.sort_by(|a, b| mean(a).total_cmp(&mean(b)));
         let typical = participants.get(participants.len().saturating_sub(1) / 2);
-        let values = typical.map(|p| p.values(self.method, value));
+        let values = typical.map(|p| p.values(value));
         Found::alone(Statistic::spread(
             Level::Instances,
             values.unwrap_or_default(),
@@ -124,29 +125,29 @@ impl<'a> Pool<'a> {
     }
 
     pub(super) fn median_trial_mean(&self, value: OfInstance) -> Found {
-        self.median_trial(|trial| trial.mean(self.method, value))
+        self.median_trial(|trial| trial.mean(value))
     }
 
     /// R² of the impedance that is modelled with the participant's average σ_t, the samples of a trial together.
     pub(super) fn r2_averaged(&self) -> Found {
-        self.median_trial(|trial| trial.r2_averaged(self.method))
+        self.median_trial(|trial| trial.r2_averaged())
     }
 
     /// Spearman's coefficient of a sampled quantity and the measured friction within the median trial.
     pub(super) fn sampled_in_median_trial(&self, value: OfSample) -> Found {
-        self.median_trial(|trial| trial.sampled(self.method, value))
+        self.median_trial(|trial| trial.sampled(value))
     }
 
     /// The same within each trial.
     pub(super) fn sampled_within_trials(&self, value: OfSample) -> Found {
-        self.over_trials(|trial| trial.sampled(self.method, value))
+        self.over_trials(|trial| trial.sampled(value))
     }
 
     /// Spearman's coefficient, within each trial, of two quantities' maximum less minimum of an instance. Of explorations, of
     /// which the published changes are, a trial has but two.
     pub(super) fn ranges_within_trials(&self, x: OfSample, y: OfSample) -> Found {
         self.over_trials(|trial| {
-            let of = |value| trial.ranges_of_instances(self.method, value);
+            let of = |value| trial.ranges_of_instances(value);
             let found = Coefficient::Spearman.of(&of(x), &of(y));
             found.map_or(f64::NAN, |correlation| correlation.rho)
         })
@@ -159,9 +160,9 @@ impl<'a> Pool<'a> {
         x: OfInstance,
         y: OfInstance,
     ) -> Found {
-        let means = |group: &Group<'_>| (group.mean(self.method, x), group.mean(self.method, y));
+        let means = |group: &Group<'_>| (group.mean(x), group.mean(y));
         let instances = self.pairs_of(|trial| {
-            let of = |value: OfInstance| trial.values(self.method, value);
+            let of = |value: OfInstance| trial.values(value);
             of(x).into_iter().zip(of(y)).collect()
         });
         self.correlations(coefficient, &means, (Level::Instances, instances))
@@ -176,7 +177,7 @@ impl<'a> Pool<'a> {
         y: OfSample,
     ) -> Found {
         let explorations = self.pairs_of(|trial| {
-            let of = |value: OfSample| trial.ranges(self.method, value);
+            let of = |value: OfSample| trial.ranges(value);
             of(x).into_iter().zip(of(y)).collect()
         });
         self.correlations(
@@ -209,10 +210,10 @@ impl<'a> Pool<'a> {
     pub(super) fn r2_mu(&self) -> Found {
         let instances = || self.trials.iter().flat_map(Group::instances);
         let measured: Vec<f64> = instances()
-            .flat_map(|i| i.samples.mu().iter().copied())
+            .flat_map(|of| of.instance.samples.mu().iter().copied())
             .collect();
         let estimated: Vec<f64> = instances()
-            .flat_map(|i| i.estimated(self.method).series.mu.iter().copied())
+            .flat_map(|of| of.estimated.series.mu.iter().copied())
             .collect();
         Found::alone(Statistic {
             value: r_squared(&measured, &estimated),
@@ -223,17 +224,13 @@ impl<'a> Pool<'a> {
 
     /// Greatest departure of Z_t from the mean of a trial, over its modulus.
     pub(super) fn drift_of_z_t(&self) -> Found {
-        self.over_trials(|trial| {
-            trial
-                .departures_of_z_t(self.method)
-                .fold(f64::NAN, f64::max)
-        })
+        self.over_trials(|trial| trial.departures_of_z_t().fold(f64::NAN, f64::max))
     }
 
     /// Standard deviation of Z_t within a trial over the modulus of its mean.
     pub(super) fn variation_of_z_t(&self) -> Found {
         self.over_trials(|trial| {
-            let parts: Vec<f64> = trial.departures_of_z_t(self.method).collect();
+            let parts: Vec<f64> = trial.departures_of_z_t().collect();
             let freedom = parts.len().checked_sub(1).map_or(f64::NAN, |n| n as f64);
             (parts.iter().map(|part| part * part).sum::<f64>() / freedom).sqrt()
         })
@@ -245,13 +242,13 @@ impl<'a> Pool<'a> {
     }
 
     pub(super) fn changes_by_instance(&self, x: OfSample, y: OfSample) -> Vec<(f64, f64)> {
-        let of = |trial: &Group<'_>, value| trial.ranges_of_instances(self.method, value);
+        let of = |trial: &Group<'_>, value| trial.ranges_of_instances(value);
         let pairs = |trial| of(trial, x).into_iter().zip(of(trial, y));
         self.trials.iter().flat_map(pairs).collect()
     }
 
     fn mean_ranges(&self, group: &Group<'_>, x: OfSample, y: OfSample) -> (f64, f64) {
-        let mean = |value| spread(group.ranges(self.method, value)).map_or(f64::NAN, |s| s.mean);
+        let mean = |value| spread(group.ranges(value)).map_or(f64::NAN, |s| s.mean);
         (mean(x), mean(y))
     }
 
@@ -292,41 +289,37 @@ impl<'a> Pool<'a> {
 }
 
 impl<'a> Group<'a> {
-    fn instances(&self) -> impl Iterator<Item = &'a InstanceAnalysis> {
+    fn instances(&self) -> impl Iterator<Item = InstanceBy<'a>> {
         self.explorations.iter().flat_map(|of| of.0.iter().copied())
     }
 
-    fn values(
-        &self,
-        method: Method,
-        value: impl Fn(&InstanceAnalysis, &Estimated) -> f64,
-    ) -> Vec<f64> {
+    fn values(&self, value: impl Fn(&InstanceAnalysis, &Estimated) -> f64) -> Vec<f64> {
         self.instances()
-            .map(|instance| value(instance, instance.estimated(method)))
+            .map(|of| value(of.instance, of.estimated))
             .collect()
     }
 
-    fn mean(&self, method: Method, value: impl Fn(&InstanceAnalysis, &Estimated) -> f64) -> f64 {
-        spread(self.values(method, value)).map_or(f64::NAN, |spread| spread.mean)
+    fn mean(&self, value: impl Fn(&InstanceAnalysis, &Estimated) -> f64) -> f64 {
+        spread(self.values(value)).map_or(f64::NAN, |spread| spread.mean)
     }
 
-    fn ranges(&self, method: Method, value: OfSample) -> Vec<f64> {
+    fn ranges(&self, value: OfSample) -> Vec<f64> {
         let each = self.explorations.iter();
-        each.map(|of| of.range(method, value)).collect()
+        each.map(|of| of.range(value)).collect()
     }
 
-    fn ranges_of_instances(&self, method: Method, value: OfSample) -> Vec<f64> {
-        let each = self.instances().map(|instance| Exploration(vec![instance]));
-        each.map(|one| one.range(method, value)).collect()
+    fn ranges_of_instances(&self, value: OfSample) -> Vec<f64> {
+        let each = self.instances().map(|of| Exploration(vec![of]));
+        each.map(|one| one.range(value)).collect()
     }
 
     /// Returns Spearman's coefficient of a sampled quantity and the measured friction, all instances together.
-    fn sampled(&self, method: Method, value: OfSample) -> f64 {
+    fn sampled(&self, value: OfSample) -> f64 {
         let (x, y): (Vec<f64>, Vec<f64>) = self
             .instances()
-            .flat_map(|instance| {
-                let at = move |k| (value(instance, method, k), instance.samples.mu()[k]);
-                (0..instance.samples.mu().len()).map(at)
+            .flat_map(|of| {
+                let mu = of.instance.samples.mu();
+                (0..mu.len()).map(move |k| (value(&of, k), mu[k]))
             })
             .unzip();
         Coefficient::Spearman
@@ -334,23 +327,23 @@ impl<'a> Group<'a> {
             .map_or(f64::NAN, |correlation| correlation.rho)
     }
 
-    fn r2_averaged(&self, method: Method) -> f64 {
+    fn r2_averaged(&self) -> f64 {
         let (mut measured, mut modelled) = (Vec::<Complex64>::new(), Vec::<Complex64>::new());
-        for instance in self.instances() {
-            let Some(model) = &instance.estimated(method).averaged.series else {
+        for of in self.instances() {
+            let Some(model) = &of.estimated.averaged.series else {
                 return f64::NAN;
             };
-            measured.extend(instance.z_m(method));
+            measured.extend(of.z_m());
             modelled.extend(&model.z_m_n_s_per_m);
         }
         r_squared_complex(&measured, &modelled)
     }
 
     /// Returns |Z_t − mean|/|mean| of each instance; nothing of fewer than two.
-    fn departures_of_z_t(&self, method: Method) -> impl Iterator<Item = f64> {
+    fn departures_of_z_t(&self) -> impl Iterator<Item = f64> {
         let z_t: Vec<Complex64> = self
             .instances()
-            .map(|instance| instance.estimated(method).z_t_n_s_per_m)
+            .map(|of| of.estimated.z_t_n_s_per_m)
             .collect();
         let mean = z_t.iter().sum::<Complex64>() / z_t.len() as f64;
         let several = z_t.len() > 1;
@@ -362,10 +355,11 @@ impl<'a> Group<'a> {
 
 impl Exploration<'_> {
     /// Returns the maximum less the minimum of a sampled quantity; NaN without a finite one.
-    fn range(&self, method: Method, value: OfSample) -> f64 {
-        let samples = self.0.iter().flat_map(|instance| {
-            (0..instance.samples.mu().len()).map(move |k| value(instance, method, k))
-        });
+    fn range(&self, value: OfSample) -> f64 {
+        let samples = self
+            .0
+            .iter()
+            .flat_map(|of| (0..of.instance.samples.mu().len()).map(move |k| value(of, k)));
         let (least, greatest) = samples
             .filter(|value| value.is_finite())
             .fold((f64::NAN, f64::NAN), |(least, greatest), value| {

@@ -1,5 +1,5 @@
 //! The published statistics (Huloux 2021, as digested in SCIENCE.md section 7) over instances, trials and participants,
-//! by both methods, beside the published values. A trial is a recording.
+//! by each method, beside the published values. A trial is a recording.
 
 mod grouped;
 mod rows;
@@ -9,10 +9,10 @@ mod text;
 
 use crate::analysed::Analysed;
 use crate::estimate::Method;
-pub(crate) use grouped::OfSample as Change;
+pub use grouped::OfSample as Change;
 use grouped::Pool;
 use rows::ROWS;
-pub(crate) use rows::{ABS_Z_M, GAP, MU_ESTIMATED};
+pub use rows::{ABS_Z_M, GAP, MU_ESTIMATED};
 pub use statistic::{Found, Level, Statistic};
 pub use table::{StatisticRow, Statistics};
 pub use text::TableFormat;
@@ -22,8 +22,8 @@ const FEWEST_TRIALS: usize = 3;
 
 /// Returns all statistics of an analysis.
 pub fn statistics(analysed: &Analysed) -> Statistics {
-    let pools = Method::BOTH.map(|method| Pool::new(analysed, method));
-    let [paper, dynamic] = &pools;
+    let pools = Method::ALL.map(|method| Pool::new(analysed, method));
+    let [paper, dynamic, trial] = &pools;
     let rows = ROWS
         .iter()
         .map(|(name, meaning, published, compute)| StatisticRow {
@@ -32,6 +32,7 @@ pub fn statistics(analysed: &Analysed) -> Statistics {
             published,
             paper: compute(paper),
             dynamic: compute(dynamic),
+            trial: compute(trial),
         });
     Statistics {
         rows: rows.collect(),
@@ -39,21 +40,22 @@ pub fn statistics(analysed: &Analysed) -> Statistics {
 }
 
 /// Changes of a quantity beside those of the measured friction, each a maximum less a minimum.
-pub(crate) struct Changes {
+pub struct Changes {
     /// Level of the pairs.
-    pub(crate) over: Level,
+    pub over: Level,
     /// Change of friction, change of the quantity.
-    pub(crate) pairs: Vec<(f64, f64)>,
+    pub pairs: Vec<(f64, f64)>,
 }
 
 /// Returns the changes of an exploration, averaged over a trial's; with too few trials for a correlation those of an instance.
-pub(crate) fn changes(analysed: &Analysed, method: Method, change: Change) -> Changes {
+pub fn changes(analysed: &Analysed, method: Method, change: Change) -> Changes {
     let pool = Pool::new(analysed, method);
-    let by_trial = pool.changes_by_trial(rows::MU, change);
-    if by_trial.len() >= FEWEST_TRIALS {
+    // The same for every method, whichever recordings it has an estimate of.
+    let trials = analysed.findings().filter(|of| !of.instances.is_empty());
+    if trials.count() >= FEWEST_TRIALS {
         Changes {
             over: Level::Trials,
-            pairs: by_trial,
+            pairs: pool.changes_by_trial(rows::MU, change),
         }
     } else {
         Changes {

@@ -1,10 +1,9 @@
 //! The rows: what was published, under its name, and how it is computed.
 
-use contact::Contact;
+use contact::{AssumedConstants, Contact};
 
 use super::grouped::{OfSample, Pool};
 use super::statistic::Found;
-use crate::analysis_settings::Settings;
 use crate::statistics::Coefficient::{Pearson, Spearman};
 
 /// Amplitude, m, and normal force, N, at which k_c is compared with k_c at rest.
@@ -13,16 +12,18 @@ const FALL_AT: (f64, f64) = (5e-6, 1.0);
 /// Published value of a row that the paper does not have.
 const UNPUBLISHED: &str = "not published";
 
-pub(crate) const ABS_Z_M: OfSample = |i, method, k| i.z_m(method)[k].norm();
-const RE_Z_M: OfSample = |i, method, k| i.z_m(method)[k].re;
-const ABS_IM_Z_M: OfSample = |i, method, k| i.z_m(method)[k].im.abs();
-const REACTION_FORCE: OfSample =
-    |i, method, k| i.estimated(method).motion.reaction_force_n[k].norm();
-const FILM_FORCE: OfSample = |i, method, k| i.estimated(method).film_force_n[k];
-const K_C: OfSample = |i, method, k| i.estimated(method).series.k_c_n_per_m[k];
-pub(crate) const GAP: OfSample = |i, method, k| i.estimated(method).series.gap_m[k];
-pub(crate) const MU_ESTIMATED: OfSample = |i, method, k| i.estimated(method).series.mu[k];
-pub(super) const MU: OfSample = |i, _, k| i.samples.mu()[k];
+/// |Z_m|, N·s/m.
+pub const ABS_Z_M: OfSample = |of, k| of.z_m()[k].norm();
+const RE_Z_M: OfSample = |of, k| of.z_m()[k].re;
+const ABS_IM_Z_M: OfSample = |of, k| of.z_m()[k].im.abs();
+const REACTION_FORCE: OfSample = |of, k| of.estimated.motion.reaction_force_n[k].norm();
+const FILM_FORCE: OfSample = |of, k| of.estimated.film_force_n[k];
+const K_C: OfSample = |of, k| of.estimated.series.k_c_n_per_m[k];
+/// The levitation gap, m.
+pub const GAP: OfSample = |of, k| of.estimated.series.gap_m[k];
+/// Estimated friction.
+pub const MU_ESTIMATED: OfSample = |of, k| of.estimated.series.mu[k];
+pub(super) const MU: OfSample = |of, k| of.instance.samples.mu()[k];
 
 /// How a row is computed.
 pub(super) type Compute = fn(&Pool<'_>) -> Found;
@@ -168,14 +169,14 @@ pub(super) const ROWS: [(&str, &str, &str, Compute); 24] = [
         "k_c_fall_5um_1n",
         "1 - k_c/k_c0 at 5 um and 1 N with the fitted sigma_t",
         "0.90 (Eqs. 17-18: 0.87)",
-        |pool| pool.spread(|_, e| fall(pool.settings(), e.sigma_t_m)),
+        |pool| pool.spread(|_, e| fall(&pool.skin(e), e.sigma_t_m)),
     ),
 ];
 
-fn fall(settings: &Settings, sigma_t_m: f64) -> f64 {
+fn fall(skin: &AssumedConstants, sigma_t_m: f64) -> f64 {
     let (amplitude_m, normal_n) = FALL_AT;
     let fall = || {
-        let contact = Contact::new(&settings.assumed(), sigma_t_m).ok()?;
+        let contact = Contact::new(skin, sigma_t_m).ok()?;
         let gap_m = contact.equilibrium_gap_m(amplitude_m, normal_n).ok()?;
         let k_c = contact.balance_stiffness_n_per_m(gap_m, normal_n);
         Some(1.0 - k_c / contact.rest_stiffness_n_per_m(normal_n))

@@ -22,7 +22,8 @@ pub enum Level {
 }
 
 impl Level {
-    pub(crate) fn name(self) -> &'static str {
+    /// Returns the name in results and tables.
+    pub fn name(self) -> &'static str {
         match self {
             Self::Samples => "samples",
             Self::Instances => "instances",

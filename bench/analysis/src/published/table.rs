@@ -19,6 +19,8 @@ pub struct StatisticRow {
     pub paper: Found,
     /// Statistic by the dynamic method.
     pub dynamic: Found,
+    /// Statistic by the fit of whole trials, over those where it can be used.
+    pub trial: Found,
 }
 
 /// All rows.

@@ -18,7 +18,8 @@ pub enum TableFormat {
     Latex,
 }
 
-const HEADER: [&str; 4] = ["statistic", "published", "paper", "dynamic"];
+const HEADER: [&str; COLUMNS] = ["statistic", "published", "paper", "dynamic", "trial"];
+const COLUMNS: usize = 5;
 
 impl Statistics {
     /// Returns the table of the statistics beside the published values.
@@ -32,7 +33,7 @@ impl Statistics {
     }
 
     /// Returns the lines of the table, those of further levels after the published one's.
-    fn lines(&self) -> Vec<[String; 4]> {
+    fn lines(&self) -> Vec<[String; COLUMNS]> {
         let mut lines = Vec::new();
         for row in &self.rows {
             lines.push([
@@ -40,13 +41,16 @@ impl Statistics {
                 row.published.to_owned(),
                 row.paper.main.to_text(),
                 row.dynamic.main.to_text(),
+                row.trial.main.to_text(),
             ]);
-            for (paper, dynamic) in row.paper.also.iter().zip(&row.dynamic.also) {
+            let others = row.dynamic.also.iter().zip(&row.trial.also);
+            for (paper, (dynamic, trial)) in row.paper.also.iter().zip(others) {
                 lines.push([
                     format!("  over {}", paper.over.name()),
                     String::new(),
                     paper.to_text(),
                     dynamic.to_text(),
+                    trial.to_text(),
                 ]);
             }
         }
@@ -54,10 +58,10 @@ impl Statistics {
     }
 
     fn to_text(&self) -> String {
-        let lines: Vec<[String; 4]> = std::iter::once(HEADER.map(str::to_owned))
+        let lines: Vec<[String; COLUMNS]> = std::iter::once(HEADER.map(str::to_owned))
             .chain(self.lines())
             .collect();
-        let widths: [usize; 4] = std::array::from_fn(|column| {
+        let widths: [usize; COLUMNS] = std::array::from_fn(|column| {
             let cells = lines.iter().map(|line| line[column].chars().count());
             cells.max().unwrap_or(0)
         });
@@ -79,7 +83,7 @@ impl Statistics {
         // Into memory, nothing fails.
         let _ = rows.write_record(header.split(','));
         for row in &self.rows {
-            for method in Method::BOTH {
+            for method in Method::ALL {
                 for statistic in row.by(method).all() {
                     let _ = rows.write_record(statistic.record(row, method));
                 }
@@ -90,7 +94,7 @@ impl Statistics {
     }
 
     fn to_markdown(&self) -> String {
-        let line = |cells: [String; 4]| {
+        let line = |cells: [String; COLUMNS]| {
             let cells = cells.map(|cell| cell.trim().replace('|', "\\|"));
             format!("| {} |\n", cells.join(" | "))
         };
@@ -101,14 +105,14 @@ impl Statistics {
     }
 
     fn to_latex(&self) -> String {
-        let line = |cells: [String; 4]| {
+        let line = |cells: [String; COLUMNS]| {
             let cells = cells.map(|cell| match cell.strip_prefix("  ") {
                 Some(indented) => format!("\\quad {}", latex(indented)),
                 None => latex(&cell),
             });
             format!("{} \\\\\n", cells.join(" & "))
         };
-        let mut text = "\\begin{tabular}{llll}\n\\toprule\n".to_owned();
+        let mut text = "\\begin{tabular}{lllll}\n\\toprule\n".to_owned();
         text.push_str(&line(HEADER.map(str::to_owned)));
         text.push_str("\\midrule\n");
         text.extend(self.lines().into_iter().map(line));
@@ -123,6 +127,7 @@ impl StatisticRow {
         match method {
             Method::Paper => &self.paper,
             Method::Dynamic => &self.dynamic,
+            Method::Trial => &self.trial,
         }
     }
 }
@@ -258,16 +263,18 @@ mod tests {
                 published: "< 0.10",
                 paper: of(0.5),
                 dynamic: of(-0.125),
+                trial: of(0.25),
             }],
         }
     }
 
     #[test]
-    fn each_form_holds_the_published_value_both_methods_n_and_both_p_values() {
+    fn each_form_holds_the_published_value_every_method_n_and_both_p_values() {
         let table = |format| statistics().to_table(format);
         let cells = [
             "0.50 (p=0.250, n=70 trials, clustered p=0.400 of 7 people)",
             "-0.12 (p=0.250, n=70 trials, clustered p=0.400 of 7 people)",
+            "0.25 (p=0.250, n=70 trials, clustered p=0.400 of 7 people)",
         ];
         let text = table(TableFormat::Text);
         assert_eq!(text.lines().count(), 2);
@@ -275,9 +282,9 @@ mod tests {
         assert_eq!(
             table(TableFormat::Markdown),
             format!(
-                "| statistic | published | paper | dynamic |\n| --- | --- | --- | --- |\n\
-                 | Spearman of \\|Im Z_m\\|, mu0 and mu, \"all\" | < 0.10 | {} | {} |\n",
-                cells[0], cells[1]
+                "| statistic | published | paper | dynamic | trial |\n| --- | --- | --- | --- | --- |\n\
+                 | Spearman of \\|Im Z_m\\|, mu0 and mu, \"all\" | < 0.10 | {} | {} | {} |\n",
+                cells[0], cells[1], cells[2]
             )
         );
         let latex = table(TableFormat::Latex);
@@ -286,7 +293,7 @@ mod tests {
         let csv = table(TableFormat::Csv);
         let mut reader = csv::Reader::from_reader(csv.as_bytes());
         let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
-        assert_eq!(rows.len(), 2);
+        assert_eq!(rows.len(), 3);
         assert_eq!(&rows[1][1], "Spearman of |Im Z_m|, mu0 and mu, \"all\"");
         let numbers: Vec<&str> = (3..11).map(|column| &rows[1][column]).collect();
         let expected = ["dynamic", "trials", "-0.125", "", "70", "0.25", "0.4", "7"];

@@ -5,12 +5,14 @@ use std::f64::consts::TAU;
 use contact::self_sensed;
 use num_complex::Complex64;
 
-use super::drawn::Drawn;
-use super::elements::{ABS_Z_M, EstimatedQuantity, GAP, MICRO, assumed, ink, line};
-use crate::analysed::RecordingFindings;
-use crate::analysis_settings::Settings;
-use crate::estimate::{InstanceAnalysis, Method};
-use crate::exploration_findings::ExplorationFindings;
+use crate::drawn::Drawn;
+use crate::elements::{
+    ABS_Z_M, EstimatedQuantity, GAP, MICRO, assumed, by_trial, ink, line, name_of,
+};
+use analysis::Settings;
+use analysis::analysed::RecordingFindings;
+use analysis::estimate::{InstanceAnalysis, Method};
+use analysis::exploration_findings::ExplorationFindings;
 use figures::{Axis, Figure, Key, Panel, Series};
 use figures::{Dash, Ink, Width};
 
@@ -50,44 +52,54 @@ pub(super) fn figure(
         Dash::Solid,
         measured(&exploration.amplitude_m, MICRO),
     )];
-    let by_profile = found.plate().profile.is_some() && drawn.methods.contains(&Method::Dynamic);
-    if by_profile {
-        let under_finger = measured(exploration.amplitude_by(Method::Dynamic), MICRO);
-        amplitude.push(line(Method::Dynamic, under_finger));
+    // `trial` reads what `dynamic` reads; both lie over each other.
+    let corrected = [Method::Dynamic, Method::Trial];
+    let corrected = corrected.into_iter().find(|of| drawn.methods.contains(of));
+    let by_profile = corrected.filter(|_| found.plate().profile.is_some());
+    if let Some(method) = by_profile {
+        let under_finger = measured(exploration.amplitude_by(method), MICRO);
+        amplitude.push(line(method, under_finger));
     }
     let lateral: Vec<f64> = exploration
         .lateral_n
         .iter()
         .map(|force| force.abs())
         .collect();
-    let of_methods = |value: &dyn Fn(Complex64, f64, Method) -> f64| -> Vec<Series> {
-        let curve = |&method: &Method| {
-            let frames = exploration
-                .z_m(method)
-                .iter()
-                .zip(exploration.amplitude_by(method));
-            let values: Vec<f64> = frames.map(|(&z, &a)| value(z, a, method)).collect();
-            line(method, measured(&values, 1.0))
-        };
-        drawn.methods.iter().map(curve).collect()
+    let curve = |method: Method, value: &dyn Fn(Complex64, f64) -> f64| {
+        let frames = exploration
+            .z_m(method)
+            .iter()
+            .zip(exploration.amplitude_by(method));
+        let values: Vec<f64> = frames.map(|(&z, &a)| value(z, a)).collect();
+        line(method, measured(&values, 1.0))
     };
-    let modulus = of_methods(&|z_m, _, _| z_m.norm());
-    // The mean of what the instances subtract: by `dynamic` it has the plate's offset in it.
-    let z_p = |method: Method| {
-        let each = instances.iter().map(|i| i.estimated(method).z_p_n_s_per_m);
-        let mean = each.sum::<Complex64>() / instances.len() as f64;
+    let read = |of: &Method| *of == Method::Paper || Some(*of) == corrected;
+    let read = drawn.methods.iter().copied().filter(read);
+    let modulus: Vec<Series> = read
+        .map(|method| curve(method, &|z_m, _| z_m.norm()))
+        .collect();
+    // The mean of what the instances subtract: by `dynamic` and `trial` it has the plate's offset in it.
+    let z_p = |method: Method| -> Option<Complex64> {
+        let each = instances.iter().filter_map(|i| i.estimated(method));
+        let each: Vec<Complex64> = each.map(|of| of.z_p_n_s_per_m).collect();
         if instances.is_empty() {
-            found.z_p.map_or(mean, |plate| plate.read_by(method))
+            found.z_p.map(|plate| plate.read_by(method))
+        } else if each.is_empty() {
+            None
         } else {
-            mean
+            Some(each.iter().sum::<Complex64>() / each.len() as f64)
         }
     };
-    let reaction = of_methods(&|z_m, amplitude_m, method| {
-        let v_p = TAU * found.manifest.carrier_hz * amplitude_m;
-        ((z_m - z_p(method)) * v_p).norm()
+    let reaction = drawn.methods.iter().filter_map(|&method| {
+        let z_p = z_p(method)?;
+        Some(curve(method, &|z_m, amplitude_m| {
+            let v_p = TAU * found.manifest.carrier_hz * amplitude_m;
+            ((z_m - z_p) * v_p).norm()
+        }))
     });
+    let reaction: Vec<Series> = reaction.collect();
     let mut forces = Vec::new();
-    if drawn.methods.contains(&Method::Dynamic) {
+    if corrected.is_some() {
         forces.extend(sensed_normal_n(found, exploration).map(|sensed| {
             Series::line(Ink::Orange, Dash::Dashed, measured(&sensed, 1.0))
                 .named("normal force, self-sensed")
@@ -134,28 +146,32 @@ pub(super) fn figure(
         caption: format!(
             "{} exploration of {} in time: (a) vibration amplitude (peak){}; (b) modulus of the observed impedance{}; (c) normal and \
              lateral force{}; (d) amplitude of the finger's reaction force (Eq. 10); (e) friction, measured (dotted) and estimated; (f) \
-             levitation gap, estimated (Huloux 2021, Fig. 11). Instances shaded grey, standard errors in the tint of their curve. {}",
+             levitation gap, estimated (Huloux 2021, Fig. 11). Instances shaded grey, standard errors in the tint of their curve. {}{}",
             match exploration.direction {
                 protocols::Direction::LeftToRight => "Left-to-right",
                 protocols::Direction::RightToLeft => "Right-to-left",
             },
-            found.path.display(),
-            if by_profile {
-                " at the pickup, and under the finger by the plate's measured profile (dynamic)"
+            name_of(found),
+            if by_profile.is_some() {
+                " at the pickup, and under the finger by the plate's measured profile"
             } else {
                 ""
             },
-            if drawn.methods.len() > 1 {
-                ", as the published method (paper) reads it and freed of envelope dynamics (dynamic)"
+            match (drawn.methods.contains(&Method::Paper), corrected) {
+                (true, Some(method)) => format!(
+                    ", as the published method (paper) reads it and freed of envelope dynamics ({})",
+                    method.name()
+                ),
+                _ => String::new(),
+            },
+            if corrected.is_some() {
+                ", and the normal force sensed from impedance and amplitude alone with the finger of the first instance as \
+                 dynamic has it"
             } else {
                 ""
             },
-            if drawn.methods.contains(&Method::Dynamic) {
-                ", and the normal force sensed from impedance and amplitude alone with the finger of the first instance"
-            } else {
-                ""
-            },
-            assumed(settings),
+            by_trial(found, drawn),
+            assumed(settings, drawn),
         ),
         width: Width::Page,
         columns: 1,
@@ -197,11 +213,11 @@ fn estimates(
     quantity: EstimatedQuantity,
     factor: f64,
 ) -> Vec<Series> {
-    let of = |method: Method| {
+    let of = |&method: &Method| {
         let mut curve = Vec::new();
         let mut band = Vec::new();
-        for instance in instances {
-            let series = &instance.estimated(method).series;
+        for estimated in instances.iter().filter_map(|i| i.estimated(method)) {
+            let series = &estimated.series;
             let (values, stds) = quantity(series);
             for ((&t, value), std) in series.time_s.iter().zip(values).zip(stds) {
                 let (value, std) = (factor * value, factor * std);
@@ -213,6 +229,11 @@ fn estimates(
         }
         (Series::band(ink(method), band), line(method, curve))
     };
-    let (bands, curves): (Vec<Series>, Vec<Series>) = drawn.methods.iter().copied().map(of).unzip();
+    let has = |method: &&Method| {
+        let mut each = instances.iter();
+        instances.is_empty() || each.any(|i| i.estimated(**method).is_some())
+    };
+    let (bands, curves): (Vec<Series>, Vec<Series>) =
+        drawn.methods.iter().filter(has).map(of).unzip();
     bands.into_iter().chain(curves).collect()
 }

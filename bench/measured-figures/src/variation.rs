@@ -1,10 +1,11 @@
 //! Fig. 14: how much impedance, gap and estimated friction change, against how much friction changes.
 
-use super::drawn::Drawn;
-use super::elements::{MICRO, assumed, points};
-use crate::analysed::Analysed;
-use crate::published::{ABS_Z_M, Change, Changes, GAP, MU_ESTIMATED, changes};
-use crate::statistics::Coefficient;
+use crate::drawn::Drawn;
+use crate::elements::{MICRO, assumed, points};
+use analysis::analysed::Analysed;
+use analysis::method::Method;
+use analysis::published::{ABS_Z_M, Change, Changes, GAP, MU_ESTIMATED, changes};
+use analysis::statistics::Coefficient;
 use figures::written;
 use figures::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};
 
@@ -13,6 +14,7 @@ const FOR_WORDS: f64 = 0.25;
 
 pub(super) fn figure(analysed: &Analysed, drawn: &Drawn) -> Figure {
     let mut what = None;
+    let mut by_trial = 0;
     let mut panel = |label: &str, change: Change, coefficient: Coefficient, factor: f64| {
         let mut panel = Panel::new(
             Axis::linear("Δμ, measured"),
@@ -32,7 +34,10 @@ pub(super) fn figure(analysed: &Analysed, drawn: &Drawn) -> Figure {
                     method.name()
                 ));
             }
-            what = Some((pairs.len(), over));
+            what = what.max(Some((pairs.len(), over.name())));
+            if method == Method::Trial {
+                by_trial = pairs.len();
+            }
             let pairs = pairs.iter().map(|&(mu, of)| (mu, of * factor));
             panel.series.push(points(method, pairs.collect()));
         }
@@ -53,13 +58,18 @@ pub(super) fn figure(analysed: &Analysed, drawn: &Drawn) -> Figure {
         let line = Series::line(Ink::Black, Dash::Dashed, equal).named("slope 1");
         estimated.series.push(line);
     }
-    let (n, over) = what.map_or((0, "instances"), |(n, over)| (n, over.name()));
+    let (n, over) = what.unwrap_or((0, "instances"));
+    let fewer = if drawn.methods.contains(&Method::Trial) && by_trial < n {
+        format!(" ({by_trial} by trial)")
+    } else {
+        String::new()
+    };
     Figure {
         name: "fig14_variation".to_owned(),
         title: "Variation of impedance, gap and estimated friction against that of friction"
             .to_owned(),
         caption: format!(
-            "Maximum less minimum of {}, over {n} {over}: (a) the modulus of the observed impedance, (b) the levitation gap, (c) \
+            "Maximum less minimum of {}, over {n} {over}{fewer}: (a) the modulus of the observed impedance, (b) the levitation gap, (c) \
              the estimated friction, against measured friction, with Spearman's ρ and Pearson's r (Huloux 2021, Fig. 14, who give ρ = \
              0.28 and 0.43 and r = 0.76 over 140 trials). {}",
             if over == "trials" {
@@ -67,7 +77,7 @@ pub(super) fn figure(analysed: &Analysed, drawn: &Drawn) -> Figure {
             } else {
                 "an instance, there being too few trials"
             },
-            assumed(&analysed.settings),
+            assumed(&analysed.settings, drawn),
         ),
         width: Width::Page,
         columns: 3,

@@ -3,8 +3,11 @@
 use contact::fit::EstimatedSeries;
 use figures::{Dash, Ink, Marker, Series};
 
-use crate::analysis_settings::Settings;
-use crate::estimate::Method;
+use crate::drawn::Drawn;
+
+use analysis::Settings;
+use analysis::analysed::RecordingFindings;
+use analysis::estimate::Method;
 
 pub(super) const MICRO: f64 = 1e6;
 pub(super) const AMPLITUDE: &str = "Vibration amplitude (µm)";
@@ -14,12 +17,17 @@ pub(super) const FRICTION: &str = "Friction coefficient μ";
 pub(super) const MEASURED: &str = "measured";
 pub(super) const MODELLED: &str = "model";
 
-/// Returns the sentence that names every assumed parameter of an estimate.
-pub(super) fn assumed(settings: &Settings) -> String {
+/// Returns the sentences that name every assumed parameter of an estimate.
+pub(super) fn assumed(settings: &Settings, drawn: &Drawn) -> String {
+    let not_by_trial = if drawn.methods.contains(&Method::Trial) {
+        " Of these trial assumes E, ν and p₀ alone: it fits S, q₀ and η to all instances of a recording together."
+    } else {
+        ""
+    };
     format!(
         "Assumed: q₀ = {:e} rad/m, E = {} MPa, ν = {}, S = {} mm², p₀ = {} Pa, η = {}; instances of {} ms in the central {} mm; forces \
-         through a zero-phase second-order Butterworth filter of {} Hz, but the normal force by its spectrum (dynamic); rest below {} µm (paper); \
-         amplitude uniform along the plate (paper), as measured (dynamic, where it was).",
+         through a zero-phase second-order Butterworth filter of {} Hz, but the normal force by its spectrum (dynamic, trial); rest below {} µm (paper); \
+         amplitude uniform along the plate (paper), as measured (dynamic and trial, where it was).{not_by_trial}",
         settings.sigma_q0_rad_per_m,
         rounded(settings.young_modulus_pa * 1e-6),
         settings.poisson_ratio,
@@ -30,6 +38,32 @@ pub(super) fn assumed(settings: &Settings) -> String {
         rounded(settings.central_m * 1e3),
         settings.smoothing_hz,
         rounded(settings.rest_amplitude_m * MICRO),
+    )
+}
+
+/// Returns the name of a recording: the last names of its folder, of a study's those of participant, session and trial.
+pub(super) fn name_of(found: &RecordingFindings) -> String {
+    let of_study = found.manifest.participant.is_some() && found.manifest.trial.is_some();
+    let names: Vec<_> = found.path.iter().collect();
+    let from = names.len().saturating_sub(if of_study { 3 } else { 1 });
+    let names = names[from..].iter().map(|name| name.to_string_lossy());
+    names.collect::<Vec<_>>().join("/")
+}
+
+/// Returns what a recording's fit by `trial` found, as a sentence; nothing where it is not drawn.
+pub(super) fn by_trial(found: &RecordingFindings, drawn: &Drawn) -> String {
+    let shared = found.trial.as_ref();
+    let usable =
+        shared.filter(|of| drawn.methods.contains(&Method::Trial) && of.verdict.is_usable());
+    let Some(shared) = usable else {
+        return String::new();
+    };
+    format!(
+        "Found by trial in this recording: S = {:.0} mm², q₀ = {:.2e} rad/m, η = {:.3}, τ = {:.2} ms. ",
+        shared.contact_area_m2.value * 1e6,
+        shared.q0_rad_per_m.value,
+        shared.loss_factor.value,
+        shared.tau_s.value * 1e3,
     )
 }
 
@@ -51,6 +85,7 @@ pub(super) fn ink(method: Method) -> Ink {
     match method {
         Method::Paper => Ink::Vermillion,
         Method::Dynamic => Ink::Blue,
+        Method::Trial => Ink::Green,
     }
 }
 
@@ -59,6 +94,7 @@ pub(super) fn model_ink(method: Method) -> (Ink, Dash) {
     match method {
         Method::Paper => (Ink::Black, Dash::Solid),
         Method::Dynamic => (Ink::Green, Dash::Dashed),
+        Method::Trial => (Ink::Blue, Dash::Dashed),
     }
 }
 
@@ -66,6 +102,7 @@ pub(super) fn dash(method: Method) -> Dash {
     match method {
         Method::Paper => Dash::Dashed,
         Method::Dynamic => Dash::Solid,
+        Method::Trial => Dash::DashDotted,
     }
 }
 
@@ -73,6 +110,7 @@ pub(super) fn marker(method: Method) -> Marker {
     match method {
         Method::Paper => Marker::Circle,
         Method::Dynamic => Marker::Disc,
+        Method::Trial => Marker::Square,
     }
 }
 

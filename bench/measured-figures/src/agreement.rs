@@ -1,10 +1,10 @@
 //! Fig. 15: estimated against measured friction.
 
-use super::drawn::Drawn;
-use super::elements::{assumed, ink, marker, thinned};
-use crate::analysed::Analysed;
-use crate::estimate::{InstanceAnalysis, Method};
-use crate::statistics::r_squared;
+use crate::drawn::Drawn;
+use crate::elements::{assumed, ink, marker, thinned};
+use analysis::analysed::Analysed;
+use analysis::estimate::{InstanceAnalysis, Method};
+use analysis::statistics::r_squared;
 use figures::{Axis, Figure, Key, Panel, Series};
 use figures::{Dash, Ink, Marker, Width};
 
@@ -18,14 +18,15 @@ pub(super) fn figure(analysed: &Analysed, drawn: &Drawn) -> Figure {
     let samples = |method: Method| -> Vec<Pair> {
         analysed
             .instances()
-            .flat_map(|(_, i)| {
-                let estimated = i.estimated(method).series.mu.iter().copied();
-                i.samples.mu().iter().copied().zip(estimated)
+            .filter_map(|(_, i)| i.by(method))
+            .flat_map(|of| {
+                let estimated = of.estimated.series.mu.iter().copied();
+                of.instance.samples.mu().iter().copied().zip(estimated)
             })
             .collect()
     };
     // As published first, whichever lies on top elsewhere.
-    let methods = Method::BOTH
+    let methods = Method::ALL
         .into_iter()
         .filter(|m| drawn.methods.contains(m));
     let clouds: Vec<(Method, Vec<Pair>)> = methods.map(|m| (m, samples(m))).collect();
@@ -37,6 +38,7 @@ pub(super) fn figure(analysed: &Analysed, drawn: &Drawn) -> Figure {
         .fold(0.0, f64::max);
     let n = clouds.first().map_or(0, |(_, samples)| samples.len());
     let step = n.div_ceil(DRAWN).max(1);
+    let by = by_methods(&clouds);
     let panels: Vec<Panel> = clouds
         .into_iter()
         .map(|(method, samples)| {
@@ -71,27 +73,49 @@ pub(super) fn figure(analysed: &Analysed, drawn: &Drawn) -> Figure {
         name: "fig15_agreement".to_owned(),
         title: "Estimated against measured friction".to_owned(),
         caption: format!(
-            "Friction estimated from the observed impedance against measured friction, {n} samples of {} instances{}, by {}, with R² \
+            "Friction estimated from the observed impedance against measured friction, {n} samples of {} instances{}, by {by}, with R² \
              about the line of slope 1 (Huloux 2021, Fig. 15, who give 0.93 and 0.98). {}{}",
             analysed.instances().count(),
             thinned(step),
-            match (of, drawn.methods.first()) {
-                (1, Some(Method::Paper)) => "the published method (paper)",
-                (1, _) => "the dynamic method",
-                _ => "(a) the published (paper) and (b) the dynamic method",
-            },
             if drawn.methods.contains(&Method::Paper) {
                 "Triangles: the samples from which the published method reads Zₜ, one for each instance at their mean. "
             } else {
                 ""
             },
-            assumed(&analysed.settings),
+            assumed(&analysed.settings, drawn),
         ),
         width: Width::Page,
         columns: of.max(1),
-        panel_height_mm: 70.0,
+        panel_height_mm: if of > 2 { 48.0 } else { 70.0 },
         key: Key::InPanels,
         panels,
+    }
+}
+
+/// Returns the methods in words, with the letters of their panels, and how many samples those have that lack some.
+fn by_methods(clouds: &[(Method, Vec<Pair>)]) -> String {
+    let all = clouds.iter().map(|(_, samples)| samples.len()).max();
+    let each = clouds.iter().zip('a'..).map(|((method, samples), letter)| {
+        let letter = match clouds.len() {
+            1 => String::new(),
+            _ => format!("({letter}) "),
+        };
+        let words = match method {
+            Method::Paper => "the published method (paper)",
+            Method::Dynamic => "the dynamic method",
+            Method::Trial => "the fit of whole trials (trial)",
+        };
+        let fewer = match samples.len() {
+            n if Some(n) == all => String::new(),
+            n => format!(" of {n} samples"),
+        };
+        format!("{letter}{words}{fewer}")
+    });
+    let each: Vec<String> = each.collect();
+    match each.split_last() {
+        Some((last, [])) => last.clone(),
+        Some((last, before)) => format!("{} and {last}", before.join(", ")),
+        None => String::new(),
     }
 }
 

@@ -2,20 +2,21 @@
 
 use contact::fit::ModelledSeries;
 
-use super::drawn::Drawn;
-use super::elements::{
-    AMPLITUDE, FRICTION, GAP, MEASURED, MICRO, MODELLED, assumed, model_ink, points, thinned,
+use crate::drawn::Drawn;
+use crate::elements::{
+    AMPLITUDE, FRICTION, GAP, MEASURED, MICRO, MODELLED, assumed, by_trial, model_ink, name_of,
+    points, thinned,
 };
-use crate::analysed::RecordingFindings;
-use crate::analysis_settings::Settings;
-use crate::estimate::{InstanceAnalysis, Method};
+use analysis::Settings;
+use analysis::analysed::RecordingFindings;
+use analysis::estimate::{InstanceAnalysis, InstanceBy, Method};
 use figures::{Axis, Figure, Key, Panel, Series};
 use figures::{Dash, Ink, Marker, Width};
 
 /// Number of samples above which they are thinned out.
 const DRAWN: usize = 400;
 
-type Value = fn(&InstanceAnalysis, Method, usize) -> f64;
+type Value = fn(&InstanceBy<'_>, usize) -> f64;
 type Modelled = fn(&ModelledSeries, usize) -> f64;
 
 /// Quantity of the vertical axes.
@@ -25,39 +26,39 @@ struct Quantity {
     modelled: Modelled,
 }
 
-fn amplitude(instance: &InstanceAnalysis, method: Method, sample: usize) -> f64 {
-    instance.samples.amplitude_m(method)[sample] * MICRO
+fn amplitude(of: &InstanceBy<'_>, sample: usize) -> f64 {
+    of.amplitude_m()[sample] * MICRO
 }
 
-fn measured_mu(instance: &InstanceAnalysis, _: Method, sample: usize) -> f64 {
-    instance.samples.mu()[sample]
+fn measured_mu(of: &InstanceBy<'_>, sample: usize) -> f64 {
+    of.instance.samples.mu()[sample]
 }
 
 fn quantities() -> [Quantity; 5] {
     [
         Quantity {
             axis: Axis::linear("Re Zₘ (N·s/m)"),
-            value: |i, method, k| i.z_m(method)[k].re,
+            value: |of, k| of.z_m()[k].re,
             modelled: |model, k| model.z_m_n_s_per_m[k].re,
         },
         Quantity {
             axis: Axis::linear("−Im Zₘ (N·s/m)"),
-            value: |i, method, k| -i.z_m(method)[k].im,
+            value: |of, k| -of.z_m()[k].im,
             modelled: |model, k| -model.z_m_n_s_per_m[k].im,
         },
         Quantity {
             axis: Axis::logarithmic("Stiffness (N/µm)"),
-            value: |i, method, k| i.estimated(method).series.k_c_n_per_m[k] / MICRO,
+            value: |of, k| of.estimated.series.k_c_n_per_m[k] / MICRO,
             modelled: |model, k| model.k_c_n_per_m[k] / MICRO,
         },
         Quantity {
             axis: Axis::linear(GAP).from_zero(),
-            value: |i, method, k| i.estimated(method).series.gap_m[k] * MICRO,
+            value: |of, k| of.estimated.series.gap_m[k] * MICRO,
             modelled: |model, k| model.gap_m[k] * MICRO,
         },
         Quantity {
             axis: Axis::linear(FRICTION).from_zero(),
-            value: |i, method, k| i.estimated(method).series.mu[k],
+            value: |of, k| of.estimated.series.mu[k],
             modelled: |model, k| model.mu[k],
         },
     ]
@@ -83,29 +84,31 @@ pub(super) fn figure(
     drawn: &Drawn,
 ) -> Option<Figure> {
     let instances = chosen(found, drawn);
-    if instances.is_empty() {
+    let methods = drawn.two_of(instances);
+    if instances.is_empty() || methods.is_empty() {
         return None;
     }
     let samples: usize = instances.iter().map(|i| i.samples.time_s().len()).sum();
     let step = samples.div_ceil(DRAWN).max(1);
     let cloud = |x: Value, y: Value, method: Method, step: usize| -> Vec<(f64, f64)> {
-        let of = |i: &InstanceAnalysis| -> Vec<(f64, f64)> {
-            (0..i.samples.time_s().len())
-                .map(|k| (x(i, method, k), y(i, method, k)))
+        let of = |of: InstanceBy<'_>| -> Vec<(f64, f64)> {
+            (0..of.instance.samples.time_s().len())
+                .map(|k| (x(&of, k), y(&of, k)))
                 .collect()
         };
-        instances.iter().flat_map(of).step_by(step).collect()
+        let instances = instances.iter().filter_map(|i| i.by(method));
+        instances.flat_map(of).step_by(step).collect()
     };
     // Broken between instances. Against friction, the model's impedance is over the model's own friction.
     let curve = |y: Modelled, over_mu: bool, method: Method| -> Series {
         let mut line = Vec::new();
-        for instance in instances {
-            if let Some(model) = &instance.estimated(method).averaged.series {
+        for of in instances.iter().filter_map(|i| i.by(method)) {
+            if let Some(model) = &of.estimated.averaged.series {
                 line.extend((0..model.mu.len()).map(|k| {
                     let x = if over_mu {
                         model.mu[k]
                     } else {
-                        amplitude(instance, method, k)
+                        amplitude(&of, k)
                     };
                     (x, y(model, k))
                 }));
@@ -116,12 +119,10 @@ pub(super) fn figure(
         Series::line(ink, dash, line).named(format!("{}, {MODELLED}", method.name()))
     };
     let of_methods = |quantity: &Quantity, x: Value, over_mu: bool| -> Vec<Series> {
-        let clouds = drawn
-            .methods
+        let clouds = methods
             .iter()
             .map(|&method| points(method, cloud(x, quantity.value, method, step)));
-        let curves = drawn
-            .methods
+        let curves = methods
             .iter()
             .map(|&method| curve(quantity.modelled, over_mu, method));
         // The model's own friction is the line of slope 1 against itself.
@@ -132,10 +133,7 @@ pub(super) fn figure(
 
     // One axis for each column, so that the rows stand above each other.
     let across = |label: &str, x: Value| {
-        let each = drawn
-            .methods
-            .iter()
-            .flat_map(|&method| cloud(x, x, method, 1));
+        let each = methods.iter().flat_map(|&method| cloud(x, x, method, 1));
         let greatest = each.map(|(x, _)| x).fold(0.0, f64::max);
         let axis = Axis::linear(label).between(0.0, 1.05 * greatest);
         move |written: bool| {
@@ -184,7 +182,7 @@ pub(super) fn figure(
         caption: format!(
             "{} samples of the {} instances of {} of {}{}: (a, b) real and (c, d) negative imaginary part of the observed impedance, \
              (e, f) contact stiffness, (g, h) levitation gap and (i, j) friction, against (left) vibration amplitude (peak) and (right) \
-             measured friction. Lines: the model with the participant's average σₜ = {} (Huloux 2021, Fig. 13). {}",
+             measured friction. Lines: the model with the participant's average σₜ = {} (Huloux 2021, Fig. 13). {}{}{}",
             samples,
             instances.len(),
             if drawn.whole_trial {
@@ -192,10 +190,12 @@ pub(super) fn figure(
             } else {
                 "one exploration"
             },
-            found.path.display(),
+            name_of(found),
             thinned(step),
-            averages(&instances[0], drawn),
-            assumed(settings),
+            averages(&instances[0], &methods),
+            instead(drawn, &methods),
+            by_trial(found, drawn),
+            assumed(settings, drawn),
         ),
         width: Width::Page,
         columns: 2,
@@ -206,10 +206,22 @@ pub(super) fn figure(
 }
 
 /// Returns the average σ_t of each method in words.
-fn averages(instance: &InstanceAnalysis, drawn: &Drawn) -> String {
-    let each = drawn.methods.iter().map(|&method| {
-        let sigma_t_m = instance.estimated(method).averaged.sigma_t_m;
-        format!("{:.2} µm ({})", sigma_t_m * MICRO, method.name())
+fn averages(instance: &InstanceAnalysis, methods: &[Method]) -> String {
+    let each = methods.iter().filter_map(|&method| {
+        let sigma_t_m = instance.estimated(method)?.averaged.sigma_t_m;
+        Some(format!("{:.2} µm ({})", sigma_t_m * MICRO, method.name()))
     });
     each.collect::<Vec<_>>().join(" and ")
+}
+
+/// Returns the sentence on a method that gave way to another.
+fn instead(drawn: &Drawn, methods: &[Method]) -> &'static str {
+    let left = |method| drawn.methods.contains(&method) && !methods.contains(&method);
+    if left(Method::Dynamic) {
+        "Trial stands here in the place of dynamic, whose impedance and amplitude it reads. "
+    } else if left(Method::Trial) {
+        "The fit by trial of this recording cannot be used. "
+    } else {
+        ""
+    }
 }

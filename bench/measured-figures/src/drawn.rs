@@ -1,0 +1,50 @@
+//! Choice of methods and instances for the figures.
+
+use analysis::analysed::Analysed;
+use analysis::estimate::InstanceAnalysis;
+use analysis::method::Method;
+
+/// Methods and instances that the figures show.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Drawn {
+    /// Methods, in the order in which they are drawn over each other: the last lies on top.
+    pub methods: Vec<Method>,
+    /// All instances of the typical trial in Fig. 13, instead of those of one exploration.
+    pub whole_trial: bool,
+}
+
+impl Default for Drawn {
+    fn default() -> Self {
+        Self {
+            methods: vec![Method::Dynamic, Method::Trial, Method::Paper],
+            whole_trial: false,
+        }
+    }
+}
+
+impl Drawn {
+    /// Leaves `trial` out where no recording has an estimate by it.
+    pub(crate) fn found_in(&self, analysed: &Analysed) -> Self {
+        let has = |method: &Method| {
+            let mut instances = analysed.instances();
+            *method != Method::Trial || instances.any(|(_, instance)| instance.trial.is_some())
+        };
+        Self {
+            methods: self.methods.iter().copied().filter(has).collect(),
+            ..self.clone()
+        }
+    }
+
+    /// Returns two methods at most, for a figure that has no room for more: `trial` takes the place of `dynamic` where
+    /// it has an estimate of all these instances.
+    pub(crate) fn two_of(&self, instances: &[InstanceAnalysis]) -> Vec<Method> {
+        let whole = instances.iter().all(|of| of.trial.is_some());
+        let trial = self.methods.contains(&Method::Trial) && whole;
+        let shown = |method: &Method| match method {
+            Method::Paper => true,
+            Method::Dynamic => !trial,
+            Method::Trial => trial,
+        };
+        self.methods.iter().copied().filter(shown).collect()
+    }
+}

@@ -1,0 +1,300 @@
+//! What was assumed, what depends on it, and whose method this is.
+
+use maud::{Markup, html};
+use serde_json::Value;
+
+use crate::content::{Content, Of};
+use crate::number::{PLAIN, significant};
+use crate::results::{Estimate, Results, Sensitivity, SensitivityRow};
+
+/// A setting in words.
+struct Setting {
+    key: &'static str,
+    words: &'static str,
+    unit: &'static str,
+    /// Factor from the SI unit.
+    factor: f64,
+    source: &'static str,
+}
+
+const fn setting(
+    key: &'static str,
+    words: &'static str,
+    (factor, unit): (f64, &'static str),
+    source: &'static str,
+) -> Setting {
+    Setting {
+        key,
+        words,
+        unit,
+        factor,
+        source,
+    }
+}
+
+const PUBLISHED: &str = "Huloux 2021";
+const HERE: &str = "choice of this program";
+
+const SETTINGS: [Setting; 17] = [
+    setting(
+        "sigma_q0_rad_per_m",
+        "q₀: wave number of the skin's ridges in the law of asperities (paper, dynamic)",
+        (1.0, "rad/m"),
+        "not published; 2π over ridges 0.45 mm apart",
+    ),
+    setting(
+        "poisson_ratio",
+        "ν: Poisson's ratio of the skin",
+        (1.0, ""),
+        "not published; incompressible",
+    ),
+    setting(
+        "young_modulus_pa",
+        "E: Young's modulus of the skin",
+        (1e-6, "MPa"),
+        "Huloux 2021, stratum corneum",
+    ),
+    setting(
+        "contact_area_m2",
+        "S: apparent contact area (paper, dynamic)",
+        (1e6, "mm²"),
+        "Huloux 2021, the value of the fits",
+    ),
+    setting(
+        "ambient_pressure_pa",
+        "p₀: pressure of the air",
+        (1e-3, "kPa"),
+        "standard atmosphere",
+    ),
+    setting(
+        "loss_factor",
+        "η: loss factor of the contact (paper, dynamic)",
+        (1.0, ""),
+        "Huloux 2021, “damping factor 0.3”",
+    ),
+    setting(
+        "rest_amplitude_m",
+        "amplitudes below this count as rest (paper)",
+        (1e6, "µm"),
+        PUBLISHED,
+    ),
+    setting(
+        "rest_lowest_s",
+        "length of the lowest amplitudes that counts as rest in an instance that never goes below (paper)",
+        (1e3, "ms"),
+        HERE,
+    ),
+    setting(
+        "lead_in_s",
+        "time before an instance over which the gap is integrated (dynamic, trial)",
+        (1e3, "ms"),
+        HERE,
+    ),
+    setting(
+        "plate_offset",
+        "the plate's offset since it was unloaded is fitted (dynamic)",
+        (1.0, ""),
+        HERE,
+    ),
+    setting(
+        "central_m",
+        "length about the plate's centre that is kept",
+        (1e3, "mm"),
+        PUBLISHED,
+    ),
+    setting(
+        "speed_m_per_s",
+        "speed of the slider, unless the protocol states another",
+        (1e3, "mm/s"),
+        PUBLISHED,
+    ),
+    setting(
+        "speed_tolerance",
+        "allowed departure from it, as a part of it",
+        (1.0, ""),
+        HERE,
+    ),
+    setting(
+        "instance_s",
+        "length of an instance",
+        (1e3, "ms"),
+        PUBLISHED,
+    ),
+    setting(
+        "contact_n",
+        "normal force from which on the finger is on the plate",
+        (1.0, "N"),
+        HERE,
+    ),
+    setting(
+        "smoothing_hz",
+        "cut-off of the zero-phase second-order Butterworth filter on forces, position and paper's impedance",
+        (1.0, "Hz"),
+        PUBLISHED,
+    ),
+    setting(
+        "null_sigmas",
+        "amplitudes under this many standard deviations of their noise have no impedance",
+        (1.0, ""),
+        HERE,
+    ),
+];
+
+pub(crate) fn assumptions(results: &Results) -> Markup {
+    let settings = &results.settings;
+    let known = |key: &str| SETTINGS.iter().any(|setting| setting.key == key);
+    let mut others = Vec::new();
+    for (key, value) in settings.iter().filter(|(key, _)| !known(key)) {
+        flattened(key, value, &mut others);
+    }
+    html! {
+        p {
+            "These numbers were not measured here. The column of sources says where their defaults come from; " code { "--assume" }
+            " replaces them, and this table shows what was in force. " b { "trial" }
+            " assumes E, ν and p₀ alone: it fits S, q₀ and η, with priors so wide that they matter only to a recording of one or \
+             two instances. Only q₀·E/(1 − ν²) is measured, so its q₀ is that for this E and ν."
+        }
+        div.wide { table {
+            thead { tr { th { "Assumed" } th.n { "Value" } th { "Unit" } th { "Source of the default" } th { "Name" } } }
+            tbody {
+                @for setting in &SETTINGS {
+                    @if let Some(value) = settings.get(setting.key) { tr {
+                        th scope="row" { (setting.words) }
+                        td.n { (written(value, setting.factor)) }
+                        td { (setting.unit) } td { (setting.source) } td { code { (setting.key) } }
+                    } }
+                }
+            }
+        } }
+        @if !others.is_empty() {
+            h3 { "How amplitude and force are taken, and what trial holds likely beforehand" }
+            div.wide { table { tbody { @for (key, value) in &others {
+                tr { th scope="row" { code { (key) } } td { (value) } }
+            } } } }
+        }
+    }
+}
+
+fn written(value: &Value, factor: f64) -> String {
+    match value {
+        Value::Bool(true) => "yes".to_owned(),
+        Value::Bool(false) => "no".to_owned(),
+        Value::Number(number) => match number.as_f64() {
+            // As it was given, without what a change of unit leaves of binary fractions.
+            Some(value) => {
+                let rounded = (value * factor * 1e9).round() / 1e9;
+                rounded.to_string().replace('-', "−")
+            }
+            None => number.to_string(),
+        },
+        Value::String(text) => text.clone(),
+        Value::Null => "–".to_owned(),
+        other => other.to_string(),
+    }
+}
+
+/// Adds every value of a setting that holds several, each under the names that lead to it.
+fn flattened(key: &str, value: &Value, into: &mut Vec<(String, String)>) {
+    match value {
+        Value::Object(parts) => {
+            for (name, part) in parts {
+                flattened(&format!("{key}.{name}"), part, into);
+            }
+        }
+        Value::Number(number) => into.push((key.to_owned(), significant(number.as_f64()))),
+        other => into.push((key.to_owned(), written(other, 1.0))),
+    }
+}
+
+type OfConstant = fn(&Sensitivity) -> &SensitivityRow;
+const CONSTANTS: [(&str, OfConstant); 4] = [
+    ("q₀", |of| &of.sigma_q0_rad_per_m),
+    ("E", |of| &of.young_modulus_pa),
+    ("ν", |of| &of.poisson_ratio),
+    ("S", |of| &of.contact_area_m2),
+];
+
+pub(crate) fn conditional(recordings: &[Of<'_>]) -> Markup {
+    let of = |method: &'static str, constant: OfConstant| -> [Option<f64>; 2] {
+        let estimates = recordings.iter().flat_map(|of| &of.result.instances);
+        let estimates = estimates.flat_map(|instance| instance.estimates());
+        let of_method = estimates.filter(|(name, _)| *name == method);
+        let rows: Vec<&SensitivityRow> = of_method
+            .filter_map(|(_, estimate): (_, &Estimate)| estimate.sensitivity.as_ref().map(constant))
+            .collect();
+        [
+            median(rows.iter().filter_map(|row| row.ln_sigma_t)),
+            median(rows.iter().filter_map(|row| row.ln_abs_z_t)),
+        ]
+    };
+    let profiles = recordings
+        .iter()
+        .filter(|of| of.result.plate_profile)
+        .count();
+    html! {
+        ul {
+            li { "Everything rests on the " a href="#calibration" { "calibration" } ": an error of the pickup's or of the drive's \
+                  constants moves impedances and amplitudes alike, and no interval here holds it." }
+            li { b { "paper" } " and " b { "dynamic" } ": σ" sub { "t" } ", Z" sub { "t" } " and τ are conditional on the assumed S, \
+                  q₀, E, ν, η and p₀; friction hardly is. The table gives by how much." }
+            li { b { "trial" } ": nothing of the skin is assumed but E and ν, which its q₀ absorbs; p₀ is assumed. σ" sub { "t" }
+                  ", Z" sub { "t" } " and the plate's shift belong to an instance; S, q₀, η, τ, the floor and the lag to a recording, \
+                  and are taken not to change within it." }
+            li { "Friction is fitted after the contact, and has no say in it: μ" sub { "0" } ", the floor and the lag are conditional \
+                  on the contact; the contact is not conditional on them." }
+            li { "The 95 % intervals hold the noise, what neighbouring residuals share, and the priors of " b { "trial" }
+                  "; not the calibration's own errors, and not a law that is not the model's. Standard errors of " b { "paper" }
+                  " and " b { "dynamic" } " hold the scatter of their residuals, for the assumed constants." }
+            li { "Where the model does not fit (" a href="#flags" { "Flags and warnings" } ") the intervals are too narrow." }
+            @if profiles > 0 {
+                li { "In " (profiles) " of " (recordings.len()) " recordings the amplitude under the finger follows the measured \
+                      profile of the plate (dynamic, trial); in the others the plate is taken for uniform." }
+            } @else {
+                li { "The plate is taken for uniform along its length: no recording has a measured profile." }
+            }
+        }
+        h3 { "Sensitivity to what is assumed" }
+        p { "Relative change of σ" sub { "t" } " and |Z" sub { "t" } "| for a relative change of each constant, median over the \
+             instances: −0.2 means that 10 % more of the constant gives 2 % less." }
+        div.wide { table {
+            thead { tr {
+                th { "Constant" }
+                th.n { "σ" sub { "t" } ", paper" } th.n { "|Z" sub { "t" } "|, paper" }
+                th.n { "σ" sub { "t" } ", dynamic" } th.n { "|Z" sub { "t" } "|, dynamic" }
+            } }
+            tbody { @for (name, constant) in CONSTANTS { tr {
+                th scope="row" { (name) }
+                @for method in ["paper", "dynamic"] {
+                    @for value in of(method, constant) { td.n { (PLAIN.value(value)) } }
+                }
+            } } }
+        } }
+    }
+}
+
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+    values.sort_by(f64::total_cmp);
+    let last = values.len().checked_sub(1)?;
+    Some(0.5 * (values[last / 2] + values[last.div_ceil(2)]))
+}
+
+pub(crate) fn methods(content: &Content<'_>) -> Markup {
+    html! {
+        ul {
+            li { b { "paper" } ": as published. Each instant is taken for a steady state; Z" sub { "t" } " is read where the plate \
+                  hardly moves, σ" sub { "t" } " is fitted to each instance." }
+            li { b { "dynamic" } ": frees the impedance of the modulation's own dynamics, lets the gap lag behind its equilibrium, and \
+                  follows the plate's resonance; fitted to each instance." }
+            li { b { "trial" } ": the same model, fitted to all instances of a recording together, with S, q₀ and η measured instead of \
+                  assumed, and a floor of friction." }
+        }
+        p {
+            "The method is that of N. Huloux, C. Bernard and M. Wiertlewski, " em {
+                "Estimating Friction Modulation From the Ultrasonic Mechanical Impedance"
+            } ", IEEE Transactions on Haptics 14(2), 2021, doi 10.1109/TOH.2020.3038937. Please cite it for " b { "paper" }
+            "; where a number is by " b { "dynamic" } " or " b { "trial" } ", say so, and name the program and its version: "
+            (content.program) "."
+        }
+    }
+}

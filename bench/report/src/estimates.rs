@@ -1,0 +1,208 @@
+//! The estimates: of each recording what its instances share, and of each instance its own, by every method.
+
+use maud::{Markup, html};
+
+use crate::content::Of;
+use crate::number::{HERTZ, In, MICRO, MILLI, PLAIN, significant};
+use crate::results::{Estimate, Instance, Interval, Trial};
+
+/// Parameter that the instances of a recording share.
+struct Shared {
+    key: &'static str,
+    name: &'static str,
+    unit: &'static str,
+    shown: In,
+}
+
+const SHARED: [Shared; 6] = [
+    Shared {
+        key: "contact_area_m2",
+        name: "contact area S",
+        unit: "mm²",
+        shown: In {
+            factor: 1e6,
+            decimals: 0,
+        },
+    },
+    Shared {
+        key: "q0_rad_per_m",
+        name: "q₀, for the E and ν of the settings",
+        unit: "10⁴ rad/m",
+        shown: In {
+            factor: 1e-4,
+            decimals: 2,
+        },
+    },
+    Shared {
+        key: "loss_factor",
+        name: "loss factor η",
+        unit: "",
+        shown: PLAIN,
+    },
+    Shared {
+        key: "tau_s",
+        name: "levitation lag τ",
+        unit: "ms",
+        shown: MILLI,
+    },
+    Shared {
+        key: "friction_floor",
+        name: "floor of friction, of μ₀",
+        unit: "",
+        shown: PLAIN,
+    },
+    Shared {
+        key: "lateral_lag_s",
+        name: "lag of the lateral force",
+        unit: "ms",
+        shown: MILLI,
+    },
+];
+pub(crate) fn estimates(recordings: &[Of<'_>]) -> Markup {
+    html! {
+        p {
+            "Of each recording first what its instances share, fitted together by " b { "trial" }
+            ", with 95 % intervals; then each instance. Below values by " b { "trial" } " stand 95 % intervals, below those by "
+            b { "paper" } " and " b { "dynamic" } " standard errors. What they hold is said under "
+            a href="#conditional" { "What depends on what" } "."
+        }
+        @for of in recordings {
+            article id=(of.anchor()) {
+                h3 { (of.name()) }
+                @match &of.result.trial {
+                    Some(trial) => (shared(trial)),
+                    None => p.note { "No fit of all instances together." },
+                }
+                (instances(&of.result.instances))
+            }
+        }
+    }
+}
+
+fn shared(trial: &Trial) -> Markup {
+    let known = |key: &str| SHARED.iter().any(|shared| shared.key == key);
+    let others = trial.parameters.iter();
+    let others: Vec<&String> = others
+        .filter(|(key, value)| value.is_number() && !known(key))
+        .map(|(key, _)| key)
+        .collect();
+    html! {
+        p.note {
+            "trial: " (trial.verdict)
+            @if let Some(n) = trial.n_instances { ", of " (n) " instances" }
+            @match trial.misfit() {
+                Some(true) => { "; " span.bad { "the model does not fit" } },
+                Some(false) => "; the model fits",
+                None => {},
+            }
+        }
+        div.wide { table {
+            thead { tr { th { "Shared by the instances" } th.n { "Value" } th.n { "95 % interval" } th { "Unit" } } }
+            tbody {
+                @for shared in &SHARED {
+                    @let (value, interval) = trial.parameter(shared.key);
+                    tr {
+                        th scope="row" { (shared.name) }
+                        td.n { (shared.shown.value(value)) }
+                        td.n { (interval.map_or_else(String::new, |[from, to]| {
+                            format!("{} to {}", shared.shown.value(from), shared.shown.value(to))
+                        })) }
+                        td { (shared.unit) }
+                    }
+                }
+                // What later versions add, by its name.
+                @for key in others {
+                    @let (value, interval) = trial.parameter(key);
+                    tr {
+                        th scope="row" { code { (key) } }
+                        td.n { (significant(value)) }
+                        td.n { (interval.map_or_else(String::new, |[from, to]| {
+                            format!("{} to {}", significant(from), significant(to))
+                        })) }
+                        td {}
+                    }
+                }
+            }
+        } }
+    }
+}
+
+fn instances(instances: &[Instance]) -> Markup {
+    if instances.is_empty() {
+        return html! { p.note { "No instance." } };
+    }
+    html! {
+        div.wide { table {
+            thead { tr {
+                th.n { "#" } th.n { "Time (s)" } th { "Slide" } th.n { "Force (N)" } th.n { "Fall of μ" }
+                th { "Method" } th.n { "σ" sub { "t" } " (µm)" } th.n { "Re Z" sub { "t" } " (N·s/m)" }
+                th.n { "Im Z" sub { "t" } " (N·s/m)" } th.n { "μ" sub { "0" } } th.n { "Resonance shift (Hz)" }
+                th.n { "τ (ms)" } th.n { "R² of Z" sub { "m" } } th.n { "RMS of μ" }
+            } }
+            tbody { @for (instance, number) in instances.iter().zip(1..) {
+                @let estimates: Vec<_> = instance.estimates().collect();
+                @for (at, (method, estimate)) in estimates.iter().enumerate() {
+                    tr.first[at == 0] {
+                        @if at == 0 {
+                            @let rows = estimates.len();
+                            td.n rowspan=(rows) { (number) }
+                            td.n rowspan=(rows) {
+                                (MILLI_S.value(Some(instance.start_s))) "–" (MILLI_S.value(Some(instance.end_s)))
+                            }
+                            td rowspan=(rows) { (slide(&instance.direction)) }
+                            td.n rowspan=(rows) { (MILLI_S.value(instance.normal_n)) }
+                            td.n rowspan=(rows) { (MILLI_S.value(instance.delta_mu)) }
+                        }
+                        (cells(method, estimate))
+                    }
+                }
+            } }
+        } }
+    }
+}
+
+/// A time in s or a force in N, to a hundredth.
+const MILLI_S: In = HERTZ;
+
+fn slide(direction: &str) -> &str {
+    match direction {
+        "left_to_right" => "→",
+        "right_to_left" => "←",
+        other => other,
+    }
+}
+
+fn cells(method: &str, estimate: &Estimate) -> Markup {
+    let intervals = estimate.interval95.as_ref();
+    let std = estimate.std.as_ref();
+    let cell = |shown: In, value: Option<f64>, interval: Option<Interval>, std: Option<f64>| {
+        let beside = match (value, interval, std) {
+            (None, ..) => None,
+            (_, Some([from, to]), _) => {
+                Some(format!("{} to {}", shown.value(from), shown.value(to)))
+            }
+            (_, None, Some(_)) => Some(format!("± {}", shown.value(std))),
+            _ => None,
+        };
+        html! { (shown.value(value)) @if let Some(beside) = beside { span.also { (beside) } } }
+    };
+    let part = |of: Option<Interval>, at: usize| of.and_then(|of| of[at]);
+    let z_t_std = std.and_then(|std| std.z_t_n_s_per_m);
+    html! {
+        td { (method) }
+        td.n { (cell(
+            MICRO, estimate.sigma_t_m, intervals.and_then(|of| of.sigma_t_m), std.and_then(|std| std.sigma_t_m)
+        )) }
+        td.n { (cell(
+            PLAIN, part(estimate.z_t_n_s_per_m, 0), intervals.and_then(|of| of.z_t_re_n_s_per_m), part(z_t_std, 0)
+        )) }
+        td.n { (cell(
+            PLAIN, part(estimate.z_t_n_s_per_m, 1), intervals.and_then(|of| of.z_t_im_n_s_per_m), part(z_t_std, 1)
+        )) }
+        td.n { (cell(PLAIN, estimate.mu0, intervals.and_then(|of| of.mu0), std.and_then(|std| std.mu0))) }
+        td.n { (cell(HERTZ, estimate.resonance_shift_hz, intervals.and_then(|of| of.resonance_shift_hz), std.and_then(|std| std.resonance_shift_hz))) }
+        td.n { (MILLI.value(estimate.tau_s)) }
+        td.n { (PLAIN.value(estimate.r2_impedance)) }
+        td.n { (PLAIN.value(estimate.rms_mu)) }
+    }
+}

@@ -1,0 +1,87 @@
+//! What was left out: recordings by decision, stretches by rule.
+
+use std::collections::BTreeMap;
+
+use maud::{Markup, html};
+
+use crate::content::Of;
+use crate::number::{In, counted};
+use crate::results::Results;
+
+const SECONDS: In = In {
+    factor: 1.0,
+    decimals: 2,
+};
+
+pub(crate) fn left_out(results: &Results, recordings: &[Of<'_>]) -> Markup {
+    let mut reasons: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
+    for of in recordings {
+        let mut seen: Vec<&str> = Vec::new();
+        for rejected in &of.result.rejected {
+            let entry = reasons.entry(&rejected.reason).or_default();
+            entry.0 += 1;
+            if !seen.contains(&rejected.reason.as_str()) {
+                seen.push(&rejected.reason);
+                entry.1 += 1;
+            }
+        }
+    }
+    let mut reasons: Vec<_> = reasons.into_iter().collect();
+    reasons.sort_by_key(|(_, (stretches, _))| std::cmp::Reverse(*stretches));
+    html! {
+        h3 { "Excluded by decision" }
+        @if results.excluded.is_empty() {
+            p { "Nothing." }
+        } @else {
+            div.wide { table {
+                thead { tr {
+                    th { "Participant" } th { "Session" } th { "Trial" } th { "Why" } th { "Decided by" } th { "On" }
+                    th.n { "Recordings" }
+                } }
+                tbody { @for of in &results.excluded { tr {
+                    th scope="row" { (of.participant) } td { (of.session) } td { (of.trial) } td { (of.reason) }
+                    td { (of.by) } td { (of.date.as_deref().unwrap_or("not stated")) } td.n { (of.recordings.len()) }
+                } } }
+            } }
+        }
+        h3 { "Rejected by rule" }
+        @if reasons.is_empty() {
+            p { "No stretch was rejected." }
+        } @else {
+            div.wide { table {
+                thead { tr { th { "Reason" } th.n { "Stretches" } th.n { "In recordings" } } }
+                tbody { @for (reason, (stretches, of)) in &reasons { tr {
+                    th scope="row" { (reason) } td.n { (stretches) } td.n { (of) }
+                } } }
+            } }
+            p { "Where, s from the recording's beginning:" }
+            ul { @for of in recordings.iter().filter(|of| !of.result.rejected.is_empty()) {
+                li {
+                    a href={ "#" (of.anchor()) } { (of.name()) } ", "
+                    (counted(of.result.rejected.len(), "stretch", "stretches")) ": "
+                    span.note { @for (at, (reason, times)) in by_reason(of).iter().enumerate() {
+                        @if at > 0 { "; " }
+                        (reason) ": " (times.join(", "))
+                    } }
+                }
+            } }
+        }
+    }
+}
+
+/// Returns the rejected stretches of a recording, those with the same reason together.
+fn by_reason<'a>(of: &Of<'a>) -> Vec<(&'a str, Vec<String>)> {
+    let mut reasons: Vec<(&str, Vec<String>)> = Vec::new();
+    for rejected in &of.result.rejected {
+        let [from, to] = [rejected.start_s, rejected.end_s].map(|time| SECONDS.value(Some(time)));
+        let times = format!("{from}–{to}");
+        match reasons
+            .iter_mut()
+            .find(|(reason, _)| *reason == rejected.reason)
+        {
+            Some((_, of)) => of.push(times),
+            None => reasons.push((&rejected.reason, vec![times])),
+        }
+    }
+    reasons
+}

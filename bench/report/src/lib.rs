@@ -1,0 +1,27 @@
+//! The results of an analysis as one page of HTML that needs nothing beside itself: no network, no script, no other
+//! file.
+//!
+//! Every number of an estimate or a statistic is read from the text of the results that `analyze --json` writes, so
+//! that the two cannot differ.
+
+mod assumptions;
+mod calibration;
+mod content;
+mod drift;
+mod estimates;
+mod flags;
+mod left_out;
+mod number;
+mod page;
+mod results;
+mod statistics;
+mod study;
+mod trials;
+
+pub use content::{Content, Recorded, ReportError};
+pub use page::html;
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

@@ -1,0 +1,117 @@
+//! Numbers as they are printed: in a unit that people read, and a dash for what is not known; dates.
+
+use jiff::Timestamp;
+
+const UNKNOWN: &str = "–";
+
+/// Unit and decimals of a printed quantity.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct In {
+    /// Factor from the SI unit.
+    pub(crate) factor: f64,
+    /// Decimals.
+    pub(crate) decimals: usize,
+}
+
+pub(crate) const PLAIN: In = In {
+    factor: 1.0,
+    decimals: 3,
+};
+pub(crate) const MICRO: In = In {
+    factor: 1e6,
+    decimals: 3,
+};
+pub(crate) const MILLI: In = In {
+    factor: 1e3,
+    decimals: 2,
+};
+pub(crate) const HERTZ: In = In {
+    factor: 1.0,
+    decimals: 2,
+};
+
+impl In {
+    /// Returns the value in this unit.
+    pub(crate) fn value(self, value: Option<f64>) -> String {
+        value
+            .filter(|value| value.is_finite())
+            .map_or_else(|| UNKNOWN.to_owned(), |value| self.written(value))
+    }
+
+    /// Returns the value with its standard error, `1.70 ± 0.10`.
+    pub(crate) fn with_std(self, value: Option<f64>, std: Option<f64>) -> String {
+        match std {
+            Some(_) if value.is_some() => format!("{} ± {}", self.value(value), self.value(std)),
+            _ => self.value(value),
+        }
+    }
+
+    fn written(self, value: f64) -> String {
+        let text = format!("{:.*}", self.decimals, value * self.factor);
+        match text.strip_prefix('-') {
+            // What rounding leaves of a small negative number is no sign.
+            Some(size) if size.bytes().all(|digit| matches!(digit, b'0' | b'.')) => size.to_owned(),
+            Some(size) => format!("−{size}"),
+            None => text,
+        }
+    }
+}
+
+/// Returns a number of any size with three significant digits.
+pub(crate) fn significant(value: Option<f64>) -> String {
+    let Some(value) = value.filter(|value| value.is_finite()) else {
+        return UNKNOWN.to_owned();
+    };
+    let size = value.abs();
+    if size < 1e-12 {
+        return "0".to_owned();
+    }
+    if !(1e-3..1e5).contains(&size) {
+        return format!("{value:.2e}").replace('-', "−");
+    }
+    let decimals = (2.0 - size.log10().floor()).clamp(0.0, 5.0) as usize;
+    let of = In {
+        factor: 1.0,
+        decimals,
+    };
+    of.written(value)
+}
+
+/// Returns a number with the word that it counts.
+pub(crate) fn counted(n: usize, one: &str, several: &str) -> String {
+    match n {
+        1 => format!("1 {one}"),
+        n => format!("{n} {several}"),
+    }
+}
+
+/// Returns a date to the day.
+pub(crate) fn date(time: Timestamp) -> String {
+    time.strftime("%Y-%m-%d").to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_keep_their_unit_their_sign_and_what_is_not_known() {
+        assert_eq!(MICRO.value(Some(1.7004e-6)), "1.700");
+        assert_eq!(PLAIN.value(Some(-0.0951)), "−0.095");
+        assert_eq!(PLAIN.value(Some(-1e-9)), "0.000");
+        assert_eq!(MICRO.value(None), "–");
+        assert_eq!(MICRO.value(Some(f64::NAN)), "–");
+        assert_eq!(PLAIN.with_std(Some(0.5), Some(0.01)), "0.500 ± 0.010");
+    }
+
+    #[test]
+    fn significant_digits_are_three() {
+        let of = |value| significant(Some(value));
+        assert_eq!(of(0.936), "0.936");
+        assert_eq!(of(-12.345), "−12.3");
+        assert_eq!(of(14000.0), "14000");
+        assert_eq!(of(1.7e-6), "1.70e−6");
+        assert_eq!(of(0.0), "0");
+        assert_eq!(significant(None), "–");
+    }
+}

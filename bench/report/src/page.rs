@@ -1,0 +1,136 @@
+//! The page: its head, the table of contents, the sections in their order.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html as markup};
+
+use crate::content::{Content, ReportError, all_of};
+use crate::number::date;
+use crate::results::Results;
+use crate::{
+    assumptions, calibration, drift, estimates, flags, left_out, statistics, study, trials,
+};
+
+const STYLE: &str = include_str!("page.css");
+/// Attribute that an SVG needs as a file, and not within HTML.
+const NAMESPACE: &str = " xmlns=\"http://www.w3.org/2000/svg\"";
+
+/// Section of the page.
+struct Section {
+    id: &'static str,
+    title: &'static str,
+    body: Markup,
+}
+
+/// Returns the page.
+///
+/// # Errors
+/// The results are not as their schema has them, or a figure cannot be drawn.
+pub fn html(content: &Content<'_>) -> Result<String, ReportError> {
+    let results: Results = serde_json::from_str(content.results)?;
+    let recordings = all_of(content, &results)?;
+    let section = |id, title, body| Section { id, title, body };
+    let sections = [
+        section(
+            "summary",
+            "Summary",
+            study::summary(content, &results, &recordings),
+        ),
+        section("study", "The study", study::study(content, &recordings)),
+        section(
+            "participants",
+            "Participants",
+            study::participants(&recordings),
+        ),
+        section(
+            "trials",
+            "Trials and verdicts",
+            trials::trials(content, &recordings),
+        ),
+        section(
+            "left-out",
+            "What is left out",
+            left_out::left_out(&results, &recordings),
+        ),
+        section("estimates", "Estimates", estimates::estimates(&recordings)),
+        section("drift", "Drift", drift::drift(&recordings)),
+        section("flags", "Flags and warnings", flags::flags(&recordings)),
+        section(
+            "published",
+            "Statistics beside the published ones",
+            statistics::table(&results),
+        ),
+        section("figures", "Figures", figures(content)?),
+        section(
+            "assumptions",
+            "Assumptions",
+            assumptions::assumptions(&results),
+        ),
+        section(
+            "calibration",
+            "Calibration",
+            calibration::calibration(content, &recordings),
+        ),
+        section(
+            "conditional",
+            "What depends on what",
+            assumptions::conditional(&recordings),
+        ),
+        section(
+            "method",
+            "Methods, and how to cite them",
+            assumptions::methods(content),
+        ),
+    ];
+    let page = markup! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { "Friction report: " (content.name) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                header {
+                    h1 { "Friction report: " (content.name) }
+                    p.made { "Made on " (date(content.made)) " by " (content.program) "." }
+                    nav aria-label="Contents" {
+                        ol { @for section in &sections {
+                            li { a href={ "#" (section.id) } { (section.title) } }
+                        } }
+                    }
+                }
+                main { @for section in &sections {
+                    section id=(section.id) {
+                        h2 { (section.title) }
+                        (section.body)
+                    }
+                } }
+            }
+        }
+    };
+    Ok(page.into_string().replace(is_obeyed, "\u{fffd}"))
+}
+
+/// Returns whether a character is none that is shown, or turns the direction of those after it.
+fn is_obeyed(c: char) -> bool {
+    let turns = matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    turns || (c.is_control() && c != '\n' && c != '\t')
+}
+
+fn figures(content: &Content<'_>) -> Result<Markup, ReportError> {
+    let mut drawn = Vec::new();
+    for figure in content.figures {
+        // Drawn by this program, which escapes what it writes.
+        let svg = figure.to_svg()?.replacen(NAMESPACE, "", 1);
+        drawn.push((figure, PreEscaped(svg)));
+    }
+    Ok(markup! {
+        @if drawn.is_empty() { p { "Nothing could be drawn of these recordings." } }
+        @for ((figure, svg), number) in drawn.iter().zip(1..) {
+            figure id={ "figure-" (number) } {
+                (svg)
+                figcaption { b { "Figure " (number) ". " (figure.title) ". " } (figure.caption) }
+            }
+        }
+    })
+}

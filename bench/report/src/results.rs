@@ -1,0 +1,243 @@
+//! The results of an analysis, read as `docs/RECORDING.md` describes them. What a version does not write is absent.
+
+use std::fmt;
+
+use serde::Deserialize;
+use serde::de::{Deserializer, MapAccess, Visitor};
+use serde_json::{Map, Value};
+
+/// A value and its ends.
+pub(crate) type Interval = [Option<f64>; 2];
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct Results {
+    #[serde(default)]
+    pub(crate) settings: Map<String, Value>,
+    pub(crate) recordings: Vec<Recording>,
+    #[serde(default, deserialize_with = "in_order")]
+    pub(crate) statistics: Vec<(String, Row)>,
+    #[serde(default)]
+    pub(crate) excluded: Vec<Excluded>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct Recording {
+    pub(crate) participant: Option<String>,
+    #[serde(default)]
+    pub(crate) plate_profile: bool,
+    pub(crate) pickup_undone: Option<PickupUndone>,
+    #[serde(default)]
+    pub(crate) z_p_n_s_per_m: ZpByMethod,
+    #[serde(default)]
+    pub(crate) instances: Vec<Instance>,
+    pub(crate) trial: Option<Trial>,
+    #[serde(default)]
+    pub(crate) model_check: Vec<Band>,
+    #[serde(default)]
+    pub(crate) rejected: Vec<Rejected>,
+    #[serde(default)]
+    pub(crate) warnings: Vec<String>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct PickupUndone {
+    pub(crate) phase_rad: Option<f64>,
+    pub(crate) delay_s: Option<f64>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(crate) struct ZpByMethod {
+    pub(crate) paper: Option<Interval>,
+    pub(crate) dynamic: Option<Interval>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct Instance {
+    pub(crate) start_s: f64,
+    pub(crate) end_s: f64,
+    pub(crate) direction: String,
+    pub(crate) normal_n: Option<f64>,
+    pub(crate) delta_mu: Option<f64>,
+    pub(crate) paper: Option<Estimate>,
+    pub(crate) dynamic: Option<Estimate>,
+    pub(crate) trial: Option<Estimate>,
+}
+
+impl Instance {
+    /// Returns the estimates that there are, by the names of their methods.
+    pub(crate) fn estimates(&self) -> impl Iterator<Item = (&'static str, &Estimate)> {
+        let by = [
+            ("paper", &self.paper),
+            ("dynamic", &self.dynamic),
+            ("trial", &self.trial),
+        ];
+        by.into_iter()
+            .filter_map(|(name, estimate)| Some((name, estimate.as_ref()?)))
+    }
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct Estimate {
+    pub(crate) sigma_t_m: Option<f64>,
+    pub(crate) z_t_n_s_per_m: Option<Interval>,
+    pub(crate) tau_s: Option<f64>,
+    pub(crate) resonance_shift_hz: Option<f64>,
+    pub(crate) mu0: Option<f64>,
+    pub(crate) r2_impedance: Option<f64>,
+    pub(crate) rms_mu: Option<f64>,
+    #[serde(default)]
+    pub(crate) verdict: String,
+    pub(crate) std: Option<Std>,
+    pub(crate) interval95: Option<InstanceIntervals>,
+    pub(crate) sensitivity: Option<Sensitivity>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct Std {
+    pub(crate) sigma_t_m: Option<f64>,
+    pub(crate) z_t_n_s_per_m: Option<Interval>,
+    pub(crate) mu0: Option<f64>,
+    pub(crate) resonance_shift_hz: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct InstanceIntervals {
+    pub(crate) sigma_t_m: Option<Interval>,
+    pub(crate) z_t_re_n_s_per_m: Option<Interval>,
+    pub(crate) z_t_im_n_s_per_m: Option<Interval>,
+    pub(crate) mu0: Option<Interval>,
+    pub(crate) resonance_shift_hz: Option<Interval>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct Sensitivity {
+    pub(crate) sigma_q0_rad_per_m: SensitivityRow,
+    pub(crate) young_modulus_pa: SensitivityRow,
+    pub(crate) poisson_ratio: SensitivityRow,
+    pub(crate) contact_area_m2: SensitivityRow,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct SensitivityRow {
+    pub(crate) ln_sigma_t: Option<f64>,
+    pub(crate) ln_abs_z_t: Option<f64>,
+}
+
+/// Parameters that the instances of a recording share.
+#[derive(Debug, Deserialize)]
+pub(crate) struct Trial {
+    #[serde(default)]
+    pub(crate) verdict: String,
+    pub(crate) n_instances: Option<u64>,
+    /// Whether the model does not hold for the recording; absent where that was not judged.
+    pub(crate) model_misfit: Option<Value>,
+    #[serde(default)]
+    pub(crate) interval95: Map<String, Value>,
+    /// The parameters, by their names.
+    #[serde(flatten)]
+    pub(crate) parameters: Map<String, Value>,
+}
+
+impl Trial {
+    /// Returns a parameter and its interval.
+    pub(crate) fn parameter(&self, name: &str) -> (Option<f64>, Option<Interval>) {
+        let ends = self.interval95.get(name).and_then(Value::as_array);
+        let interval = ends.and_then(|ends| match ends.as_slice() {
+            [from, to] => Some([from.as_f64(), to.as_f64()]),
+            _ => None,
+        });
+        (self.parameters.get(name).and_then(Value::as_f64), interval)
+    }
+
+    /// Returns whether the model is held not to fit; `None` where that was not judged.
+    pub(crate) fn misfit(&self) -> Option<bool> {
+        match self.model_misfit.as_ref()? {
+            Value::Bool(misfit) => Some(*misfit),
+            Value::Object(evidence) => evidence.get("misfit").and_then(Value::as_bool),
+            _ => None,
+        }
+    }
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct Band {
+    pub(crate) amplitude_from_m: Option<f64>,
+    pub(crate) amplitude_to_m: Option<f64>,
+    pub(crate) n: u64,
+    pub(crate) force_relative_difference_median: Option<f64>,
+    pub(crate) force_relative_difference_p90: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct Rejected {
+    pub(crate) start_s: f64,
+    pub(crate) end_s: f64,
+    pub(crate) reason: String,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct Excluded {
+    pub(crate) participant: String,
+    pub(crate) session: String,
+    pub(crate) trial: String,
+    pub(crate) reason: String,
+    pub(crate) by: String,
+    pub(crate) date: Option<String>,
+    #[serde(default)]
+    pub(crate) recordings: Vec<String>,
+}
+
+/// A published statistic beside what the data give.
+#[derive(Debug, Deserialize)]
+pub(crate) struct Row {
+    pub(crate) meaning: String,
+    pub(crate) published: String,
+    pub(crate) paper: Option<Found>,
+    pub(crate) dynamic: Option<Found>,
+    pub(crate) trial: Option<Found>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct Found {
+    #[serde(flatten)]
+    pub(crate) main: Statistic,
+    #[serde(default)]
+    pub(crate) also: Vec<Statistic>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct Statistic {
+    pub(crate) value: Option<f64>,
+    pub(crate) std: Option<f64>,
+    pub(crate) p: Option<f64>,
+    pub(crate) clustered: Option<Clustered>,
+    pub(crate) n: u64,
+    pub(crate) over: String,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct Clustered {
+    pub(crate) p: Option<f64>,
+    pub(crate) people: u64,
+}
+
+/// Reads a map as a list, in the order in which it is written.
+fn in_order<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<(String, Row)>, D::Error> {
+    struct InOrder;
+    impl<'de> Visitor<'de> for InOrder {
+        type Value = Vec<(String, Row)>;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("statistics by name")
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+            let mut rows = Vec::new();
+            while let Some(row) = map.next_entry()? {
+                rows.push(row);
+            }
+            Ok(rows)
+        }
+    }
+    deserializer.deserialize_map(InOrder)
+}

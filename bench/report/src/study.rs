@@ -1,0 +1,256 @@
+//! What was studied: a paragraph with the counts, the bench and the protocol, the participants.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use jiff::Timestamp;
+use maud::{Markup, html};
+
+use crate::content::{Content, Of};
+use crate::number::{MICRO, counted, date};
+use crate::results::{Results, Statistic};
+
+pub(crate) fn summary(content: &Content<'_>, results: &Results, recordings: &[Of<'_>]) -> Markup {
+    let instances: usize = recordings.iter().map(|of| of.result.instances.len()).sum();
+    let rejected: usize = recordings.iter().map(|of| of.result.rejected.len()).sum();
+    let excluded: usize = results.excluded.iter().map(|of| of.recordings.len()).sum();
+    let warnings: usize = recordings.iter().map(|of| of.result.warnings.len()).sum();
+    let people: BTreeSet<&str> = recordings.iter().filter_map(Of::participant).collect();
+    let trials: Vec<_> = recordings
+        .iter()
+        .filter_map(|of| of.result.trial.as_ref())
+        .collect();
+    let judged: Vec<bool> = trials.iter().filter_map(|trial| trial.misfit()).collect();
+    let misfits = judged.iter().filter(|misfit| **misfit).count();
+    let unreadable = recordings.iter().filter(|of| of.manifest.is_none()).count();
+    let sessions = content.sessions.list.len();
+    let name = |(name, _): &&(String, _)| name == "sigma_t_m";
+    let sigma_t = results.statistics.iter().find(name).map(|(_, row)| row);
+    let spread = |of: &Statistic| {
+        format!(
+            "{} µm ({})",
+            MICRO.with_std(of.value, of.std),
+            counted(of.n as usize, "instance", "instances")
+        )
+    };
+    let by = |found: Option<&crate::results::Found>, name: &str| {
+        let main = found
+            .map(|found| &found.main)
+            .filter(|of| of.value.is_some())?;
+        Some(format!("{} by {name}", spread(main)))
+    };
+    let by = sigma_t.map(|row| {
+        [
+            by(row.trial.as_ref(), "trial"),
+            by(row.dynamic.as_ref(), "dynamic"),
+            by(row.paper.as_ref(), "paper"),
+        ]
+    });
+    let by: Vec<String> = by.into_iter().flatten().flatten().collect();
+    html! {
+        p.lead {
+            (counted(recordings.len(), "recording", "recordings"))
+            @if !people.is_empty() { " of " (counted(people.len(), "participant", "participants")) }
+            @if sessions > 0 { " in " (counted(sessions, "session", "sessions")) }
+            " were analysed and gave "
+            (counted(instances, "estimated instance", "estimated instances")) "; "
+            (counted(rejected, "stretch was", "stretches were")) " rejected. "
+            @if unreadable > 0 {
+                (counted(unreadable, "of the recordings", "of the recordings")) " could not be read. "
+            }
+            @if excluded > 0 {
+                (counted(excluded, "more recording is", "more recordings are")) " excluded by decision. "
+            } @else { "No recording is excluded by decision. " }
+            @if warnings > 0 {
+                "The analysis gave " a href="#flags" { (counted(warnings, "warning", "warnings")) } ". "
+            } @else { "The analysis gave no warning. " }
+            @if !judged.is_empty() {
+                "The model was held not to fit in " (misfits) " of " (judged.len()) " recordings. "
+            }
+            @if !by.is_empty() {
+                "Over all instances σ" sub { "t" } " is " (by.join(", "))
+                ", mean ± standard deviation (published: 1.7 ± 0.4 µm)."
+            }
+        }
+        @if recordings.iter().any(|of| is_rehearsed(of)) {
+            p.alert { "Faults were injected on purpose into some of these recordings: they are a rehearsal, not data." }
+        }
+        @if is_simulated(content) {
+            p.alert { "Recorded on a simulated bench: nobody took part." }
+        }
+        @if recordings.iter().any(Of::is_uncalibrated) {
+            p.alert {
+                "Some of these recordings were made without a calibration: their constants are those of the configuration, and \
+                 were not measured. " a href="#calibration" { "Calibration" }
+            }
+        }
+    }
+}
+
+fn is_rehearsed(of: &Of<'_>) -> bool {
+    let hardware = of.manifest.and_then(|manifest| manifest.hardware.as_ref());
+    hardware.is_some_and(|hardware| !hardware.rehearsed.is_empty())
+}
+
+fn is_simulated(content: &Content<'_>) -> bool {
+    let starts = content.sessions.list.iter();
+    let mut starts = starts.filter_map(|(_, session)| session.as_ref().ok()?.start.as_ref());
+    starts.any(|start| {
+        start
+            .devices
+            .get("simulated")
+            .is_some_and(|is| is == "true")
+    })
+}
+
+/// Returns the values that occur, in words, with how often where there are several.
+fn distinct<'a>(
+    recordings: &[Of<'a>],
+    value: impl Fn(&Of<'a>) -> Option<String>,
+) -> Vec<(String, usize)> {
+    let mut found: BTreeMap<String, usize> = BTreeMap::new();
+    for of in recordings {
+        if let Some(value) = value(of) {
+            *found.entry(value).or_default() += 1;
+        }
+    }
+    found.into_iter().collect()
+}
+
+pub(crate) fn study(content: &Content<'_>, recordings: &[Of<'_>]) -> Markup {
+    let hardware = |of: &Of<'_>| of.manifest?.hardware.clone();
+    let trial = |of: &Of<'_>| of.manifest?.trial.clone();
+    let rows: Vec<(&str, Vec<(String, usize)>)> = vec![
+        (
+            "Protocol",
+            distinct(recordings, |of| Some(trial(of)?.protocol)),
+        ),
+        (
+            "Condition",
+            distinct(recordings, |of| Some(trial(of)?.condition)),
+        ),
+        (
+            "Carrier",
+            distinct(recordings, |of| {
+                Some(format!("{} Hz", of.manifest?.carrier_hz))
+            }),
+        ),
+        (
+            "Modulation",
+            distinct(recordings, |of| {
+                let manifest = of.manifest?;
+                Some(format!(
+                    "{} Hz, index {}",
+                    manifest.modulation_hz, manifest.modulation_index
+                ))
+            }),
+        ),
+        (
+            "Audio input",
+            distinct(recordings, |of| Some(hardware(of)?.input_device)),
+        ),
+        (
+            "Audio output",
+            distinct(recordings, |of| Some(hardware(of)?.output_device)),
+        ),
+        (
+            "Samples",
+            distinct(recordings, |of| {
+                let hardware = hardware(of)?;
+                Some(format!(
+                    "{} Hz, {}",
+                    hardware.sample_rate_hz, hardware.sample_format
+                ))
+            }),
+        ),
+        (
+            "Force sensor",
+            distinct(recordings, |of| hardware(of)?.force_sensor),
+        ),
+        (
+            "Position sensor",
+            distinct(recordings, |of| hardware(of)?.position_sensor),
+        ),
+        (
+            "Safety stops waived",
+            distinct(recordings, |of| {
+                let waived = hardware(of)?.waived;
+                (!waived.is_empty()).then(|| waived.join(", "))
+            }),
+        ),
+        (
+            "Recorded by",
+            distinct(recordings, |of| {
+                let software = of.manifest?.software.as_ref()?;
+                Some(format!("{} {}", software.name, software.version))
+            }),
+        ),
+        ("Recorded", recorded(content)),
+    ];
+    html! {
+        div.wide { table { tbody {
+            @for (label, values) in rows.iter().filter(|(_, values)| !values.is_empty()) {
+                tr {
+                    th scope="row" { (label) }
+                    td {
+                        @for (at, (value, n)) in values.iter().enumerate() {
+                            @if at > 0 { br; }
+                            (value)
+                            @if values.len() > 1 && *n > 0 {
+                                " (" (counted(*n, "recording", "recordings")) ")"
+                            }
+                        }
+                    }
+                }
+            }
+        } } }
+    }
+}
+
+/// Returns the dates of the first and of the last session.
+fn recorded(content: &Content<'_>) -> Vec<(String, usize)> {
+    let sessions = content.sessions.list.iter();
+    let starts = sessions.filter_map(|(_, session)| session.as_ref().ok()?.start.as_ref());
+    let mut dates: Vec<Timestamp> = starts.filter_map(|of| of.time.parse().ok()).collect();
+    dates.sort();
+    match dates.as_slice() {
+        [] => Vec::new(),
+        [one] => vec![(date(*one), 0)],
+        [first, .., last] if date(*first) == date(*last) => vec![(date(*first), 0)],
+        [first, .., last] => vec![(format!("{} to {}", date(*first), date(*last)), 0)],
+    }
+}
+
+pub(crate) fn participants(recordings: &[Of<'_>]) -> Markup {
+    let mut people: BTreeMap<Option<&str>, Vec<&Of<'_>>> = BTreeMap::new();
+    for of in recordings {
+        people.entry(of.participant()).or_default().push(of);
+    }
+    let sessions = |of: &[&Of<'_>]| {
+        let numbers = of
+            .iter()
+            .filter_map(|of| Some(of.manifest?.participant.as_ref()?.session));
+        numbers.collect::<BTreeSet<u32>>().len()
+    };
+    let instances =
+        |of: &[&Of<'_>]| -> usize { of.iter().map(|of| of.result.instances.len()).sum() };
+    let by_trial = |of: &[&Of<'_>]| -> usize {
+        let all = of.iter().flat_map(|of| &of.result.instances);
+        all.filter(|instance| instance.trial.is_some()).count()
+    };
+    html! {
+        p { "Known by pseudonym alone. What participants stated of themselves is not in this report." }
+        div.wide { table {
+            thead { tr {
+                th { "Participant" } th.n { "Sessions" } th.n { "Recordings" } th.n { "Instances" }
+                th.n { "of them by trial" }
+            } }
+            tbody { @for (person, of) in &people { tr {
+                th scope="row" { (person.unwrap_or("not stated")) }
+                td.n { (sessions(of)) }
+                td.n { (of.len()) }
+                td.n { (instances(of)) }
+                td.n { (by_trial(of)) }
+            } } }
+        } }
+    }
+}

@@ -233,6 +233,8 @@ pub struct Live {
     pub mu: Option<ValueAndStd>,
     /// Normal force estimated from impedance and amplitude alone, N, for comparison with `normal_n`.
     pub sensed_normal_n: Option<ValueAndStd>,
+    /// Drift of the plate's resonance since the plate was first seen without a finger, Hz.
+    pub plate_drift_hz: Option<ValueAndStd>,
     /// Peak drive voltage at the actuators, read back, V.
     pub drive_v: Option<f64>,
 }

@@ -425,6 +425,7 @@ fn finite_only(live: &Live) -> Live {
         gap_m: estimate(live.gap_m),
         mu: estimate(live.mu),
         sensed_normal_n: estimate(live.sensed_normal_n),
+        plate_drift_hz: estimate(live.plate_drift_hz),
         drive_v: number(live.drive_v),
     }
 }

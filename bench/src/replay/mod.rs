@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use contact::AssumedConstants;
+use contact::plate_tracker::PlateTracking;
 use crossbeam_channel::{Receiver, Sender};
 use protocols::selection::analyse_exploration;
 use protocols::{Direction, SelectionRules, Stretch};
@@ -231,7 +232,15 @@ impl Replay {
             .filter(|interval| matches!(interval.kind, RecordedIntervalKind::Exploration(_)));
         Self {
             planned: explorations.count() as u32,
-            contact: LiveContact::new(plan.rules.contact_n),
+            contact: {
+                let manifest = plan.source.manifest();
+                let (mass_kg, modulation_hz) =
+                    (manifest.plate.modal_mass_kg, manifest.modulation_hz);
+                LiveContact::new(
+                    plan.rules.contact_n,
+                    PlateTracking::of(mass_kg, modulation_hz),
+                )
+            },
             source: plan.source,
             front,
             refits,
@@ -396,6 +405,8 @@ impl Replay {
             for line in report.lines() {
                 self.log(LogLevel::Info, line);
             }
+            let drift = screen_words::drift(self.contact.drift_hz());
+            self.log(LogLevel::Info, format!("  plate's resonance {drift}"));
         }
     }
 
@@ -445,7 +456,7 @@ impl Replay {
         if self.audio_s >= self.screen_due_s {
             self.screen_due_s = self.audio_s + SCREEN_PERIOD_S;
             if let Some(live) = self.meter.live(None) {
-                let live = screen_words::with_contact(live, self.contact.latest());
+                let live = screen_words::with_contact(live, &self.contact);
                 self.front.show(tui::Event::Live(live));
             }
         }

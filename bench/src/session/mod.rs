@@ -2,6 +2,7 @@
 
 mod fit_request;
 mod how_ended;
+mod live_side;
 mod operator_request;
 mod questions;
 mod report;

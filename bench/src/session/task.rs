@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use analysis::live_contact::LiveContact;
 use analysis::measurements::Measurements;
 use analysis::trial_selection;
 use config::Effective;
@@ -30,13 +29,13 @@ use tui::event::LogLevel;
 
 use super::fit_request::fit_request;
 use super::how_ended::{HowEnded, pause};
+use super::live_side::LiveSide;
 use super::operator_request::OperatorRequest;
 use super::questions::Questions;
 use super::report::{Report, summary_lines};
 use super::stop_kind::{interruption_kind, stop_kind};
 use super::wiring::{Admit, BeginRecording, Wiring};
 use crate::journal::{Entry, SavedRecording};
-use live::live_meter::LiveMeter;
 use live::screen_words;
 
 /// A completed trial whose last data are still on their way.
@@ -72,9 +71,7 @@ pub struct SessionTask {
     safety: SafetyState,
     /// What the next trial comes after, when it is no other trial.
     resumed: Option<&'static str>,
-    screen_due_ns: u64,
-    meter: LiveMeter,
-    contact: LiveContact,
+    live: LiveSide,
     open: Option<PathBuf>,
     ended: Option<SessionOutcome>,
     /// Why the session last paused by itself.
@@ -85,8 +82,6 @@ pub struct SessionTask {
 /// Data of the last exploration arrive within this time after its end: a force sensor's burst, the demodulator's
 /// delay, s.
 const DATA_DELAY_S: f64 = 0.06;
-/// The screen is fed this often, ns.
-const SCREEN_PERIOD_NS: u64 = 16_000_000;
 
 impl SessionTask {
     /// A session about to take its first step. `consent_by` is the operator who holds the signed consent, if anybody
@@ -106,7 +101,9 @@ impl SessionTask {
         unattended: bool,
         report: Sender<Report>,
     ) -> Self {
-        let contact = LiveContact::new(machine.protocol().force.contact_n);
+        let contact_n = machine.protocol().force.contact_n;
+        let fitting = (wiring.refits.clone(), wiring.fits.clone());
+        let live = LiveSide::new(contact_n, bench.config().plate.modal_mass_kg, fitting);
         let mut task = Self {
             machine,
             bench,
@@ -129,9 +126,7 @@ impl SessionTask {
             phase: None,
             safety: SafetyState::Disarmed,
             resumed: None,
-            screen_due_ns: 0,
-            meter: LiveMeter::default(),
-            contact,
+            live,
             open: None,
             ended: None,
             paused: None,
@@ -160,8 +155,7 @@ impl SessionTask {
             self.audio_s = batch.audio_s;
             self.account = batch.account;
             self.normal_n = batch.force.last().map(|row| row.normal_n).or(self.normal_n);
-            self.meter.take(&batch);
-            self.contact.take(&batch, |_| {});
+            self.live.take(&batch);
             for text in std::mem::take(&mut batch.warnings) {
                 self.wiring.front.show(tui::Event::Log {
                     level: LogLevel::Warning,
@@ -283,8 +277,6 @@ impl SessionTask {
             &self.record,
         );
         self.wiring.front.show(tui::Event::Crop(crop));
-        // The fit takes longer than a step may; it comes back by [`SessionTask::take_fits`]. The fitting task ends before
-        // the session only when it failed, and that stops the bench.
         let request = fit_request(
             &due.key,
             number,
@@ -293,18 +285,13 @@ impl SessionTask {
             &analysis,
             rules,
         );
-        let _ = self.wiring.refits.send(request);
+        self.live.ask(request);
         self.analysed = Some(analysis);
     }
 
     fn take_fits(&mut self) {
-        while let Ok(report) = self.wiring.fits.try_recv() {
-            if let Ok(fit) = &report.fit {
-                self.contact.refit(fit);
-            }
-            for line in report.lines() {
-                self.log(LogLevel::Info, line);
-            }
+        for line in self.live.take_fits() {
+            self.log(LogLevel::Info, line);
         }
     }
 
@@ -406,6 +393,7 @@ impl SessionTask {
 
     fn begin_trial(&mut self, key: &TrialKey, drive: &protocols::Drive) -> anyhow::Result<()> {
         let begin = (self.begin)(key, drive)?;
+        self.live.modulate(drive.modulation_hz);
         self.open = Some(begin.folder.clone());
         self.send(RecordingCommand::Begin(Box::new(begin)));
         if let Some(text) = self.resumed.take() {
@@ -476,19 +464,16 @@ impl SessionTask {
     }
 
     fn feed_screen(&mut self, now_ns: u64) {
-        if now_ns >= self.screen_due_ns {
-            self.screen_due_ns = now_ns + SCREEN_PERIOD_NS;
-            let slider_m = self.view.as_ref().and_then(|view| view.slider_m);
-            if let Some(live) = self.meter.live(slider_m) {
-                let live = screen_words::with_contact(live, self.contact.latest());
-                self.wiring.front.show(tui::Event::Live(live));
-            }
+        let slider_m = self.view.as_ref().and_then(|view| view.slider_m);
+        if let Some(live) = self.live.due(now_ns, slider_m) {
+            self.wiring.front.show(tui::Event::Live(live));
         }
         let (gauges, gauge) = (&self.wiring.gauges, &self.wiring.gauge);
         let free = || recording::study::free_bytes(&self.wiring.study_folder).ok();
         let rate_hz = self.bench.config().audio.rate_hz;
         if let Some(health) =
-            self.meter
+            self.live
+                .meter
                 .health(now_ns, &self.account, gauges, Some(gauge), rate_hz, free)
         {
             self.wiring.front.show(tui::Event::Health(health));

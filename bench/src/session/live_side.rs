@@ -1,0 +1,80 @@
+//! What a session makes of the samples while they come, for its operator: live values, and the contact by the last fits.
+
+use analysis::live_contact::LiveContact;
+use analysis::trial_fit::{FitReport, FitRequest};
+use contact::plate_tracker::PlateTracking;
+use crossbeam_channel::{Receiver, Sender};
+use live::live_meter::LiveMeter;
+use live::screen_words;
+use recording::pipeline::Batch;
+
+/// The screen is fed this often, ns.
+const SCREEN_PERIOD_NS: u64 = 16_000_000;
+
+/// Live values and contact of a session.
+pub(super) struct LiveSide {
+    pub(super) meter: LiveMeter,
+    contact: LiveContact,
+    screen_due_ns: u64,
+    refits: Sender<FitRequest>,
+    fits: Receiver<FitReport>,
+}
+
+impl LiveSide {
+    /// Makes the live side of a session whose trials are fitted at the other end of `refits` and `fits`. A normal force of
+    /// `contact_n` or more, N, is a finger on the plate.
+    pub(super) fn new(
+        contact_n: f64,
+        modal_mass_kg: f64,
+        (refits, fits): (Sender<FitRequest>, Receiver<FitReport>),
+    ) -> Self {
+        Self {
+            meter: LiveMeter::default(),
+            contact: LiveContact::new(contact_n, PlateTracking::of(modal_mass_kg, 0.0)),
+            screen_due_ns: 0,
+            refits,
+            fits,
+        }
+    }
+
+    /// Takes what was acquired.
+    pub(super) fn take(&mut self, batch: &Batch) {
+        self.meter.take(batch);
+        self.contact.take(batch, |_| {});
+    }
+
+    /// Expects a drive that is modulated at this frequency, Hz.
+    pub(super) fn modulate(&mut self, modulation_hz: f64) {
+        self.contact.modulate(modulation_hz);
+    }
+
+    /// Asks for the fit of a trial; it takes longer than a step may, and comes back by [`take_fits`](Self::take_fits). The
+    /// fitting task ends before the session only when it failed, and that stops the bench.
+    pub(super) fn ask(&self, request: FitRequest) {
+        let _ = self.refits.send(request);
+    }
+
+    /// Uses the fits that have come back; returns the lines that tell the operator of them.
+    pub(super) fn take_fits(&mut self) -> Vec<String> {
+        let mut lines = Vec::new();
+        while let Ok(report) = self.fits.try_recv() {
+            if let Ok(fit) = &report.fit {
+                self.contact.refit(fit);
+            }
+            lines.extend(report.lines());
+            let drift = screen_words::drift(self.contact.drift_hz());
+            lines.push(format!("  plate's resonance {drift}"));
+        }
+        lines
+    }
+
+    /// Returns the newest values for the screen, when it is due.
+    pub(super) fn due(&mut self, now_ns: u64, slider_m: Option<f64>) -> Option<tui::event::Live> {
+        if now_ns < self.screen_due_ns {
+            return None;
+        }
+        self.screen_due_ns = now_ns + SCREEN_PERIOD_NS;
+        let live = self.meter.live(slider_m)?;
+        Some(screen_words::with_contact(live, &self.contact))
+    }
+}

@@ -1,12 +1,18 @@
 //! The participant's contact fitted anew after each trial, on a task of its own: the session does not wait for it.
+//!
+//! S, q0 and η come from the trials so far, each fitted as a whole; with them the newest trial's instances are fitted one by one.
+//! As long as no trial could be fitted as a whole the three are assumed.
 
 use std::time::Duration;
 
 use analysis::amplitude_profile::AmplitudeProfile;
-use analysis::trial_fit::{FitReport, FitRequest, fit};
+use analysis::trial_fit::{CutTrial, FitRequest};
 use contact::AssumedConstants;
 use crossbeam_channel::{Receiver, Sender};
 use tasks::Task;
+
+use crate::fit_report::FitReport;
+use crate::participant_skin::ParticipantSkin;
 
 /// Fits what it is asked to, one request after the other.
 pub struct Refit {
@@ -15,6 +21,7 @@ pub struct Refit {
     carrier_hz: f64,
     assumed: AssumedConstants,
     profile: AmplitudeProfile,
+    skin: ParticipantSkin,
 }
 
 impl Refit {
@@ -32,6 +39,7 @@ impl Refit {
             carrier_hz,
             assumed,
             profile,
+            skin: ParticipantSkin::default(),
         };
         (ask, answers, task)
     }
@@ -47,15 +55,34 @@ impl Task for Refit {
     }
 
     fn poll(&mut self, _now_ns: u64) -> anyhow::Result<()> {
-        for request in self.requests.try_iter() {
-            let fit = fit(&request, self.carrier_hz, self.assumed, &self.profile);
+        while let Ok(request) = self.requests.try_recv() {
+            let report = self.fit(&request);
             // Whoever asked is gone only when the bench stops.
-            let _ = self.reports.send(FitReport {
-                label: request.label,
-                fit,
-            });
+            let _ = self.reports.send(report);
         }
         Ok(())
+    }
+}
+
+impl Refit {
+    fn fit(&mut self, request: &FitRequest) -> FitReport {
+        let label = request.label.clone();
+        let cut = match CutTrial::new(request, self.carrier_hz, &self.profile) {
+            Ok(cut) => cut,
+            Err(why) => {
+                let skin = self.skin.used(&self.assumed, Some(why.to_string()));
+                return FitReport {
+                    label,
+                    skin,
+                    fit: Err(why),
+                };
+            }
+        };
+        let shared = cut.shared(self.assumed).map_err(|error| error.to_string());
+        let left_out = shared.and_then(|shared| self.skin.take(&shared)).err();
+        let skin = self.skin.used(&self.assumed, left_out);
+        let fit = cut.contact(skin.constants(&self.assumed));
+        FitReport { label, skin, fit }
     }
 }
 

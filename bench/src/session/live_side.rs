@@ -1,12 +1,14 @@
 //! What a session makes of the samples while they come, for its operator: live values, and the contact by the last fits.
 
 use analysis::live_contact::LiveContact;
-use analysis::trial_fit::{FitReport, FitRequest};
+use analysis::trial_fit::FitRequest;
 use contact::plate_tracker::PlateTracking;
 use crossbeam_channel::{Receiver, Sender};
+use live::fit_report::FitReport;
 use live::live_meter::LiveMeter;
 use live::screen_words;
 use recording::pipeline::Batch;
+use serde_json::{Map, Value};
 
 /// The screen is fed this often, ns.
 const SCREEN_PERIOD_NS: u64 = 16_000_000;
@@ -54,18 +56,19 @@ impl LiveSide {
         let _ = self.refits.send(request);
     }
 
-    /// Uses the fits that have come back; returns the lines that tell the operator of them.
-    pub(super) fn take_fits(&mut self) -> Vec<String> {
-        let mut lines = Vec::new();
-        while let Ok(report) = self.fits.try_recv() {
-            if let Ok(fit) = &report.fit {
-                self.contact.refit(fit);
-            }
-            lines.extend(report.lines());
-            let drift = screen_words::drift(self.contact.drift_hz());
-            lines.push(format!("  plate's resonance {drift}"));
+    /// Uses the next fit that has come back; returns the lines that tell the operator of it, and what the log keeps of it.
+    pub(super) fn take_fit(&mut self) -> Option<(Vec<String>, Map<String, Value>)> {
+        let report = self.fits.try_recv().ok()?;
+        if let Ok(fit) = &report.fit {
+            self.contact.refit(fit);
         }
-        lines
+        let mut lines = report.lines();
+        let drift_hz = self.contact.drift_hz();
+        lines.push(format!(
+            "  plate's resonance {}",
+            screen_words::drift(drift_hz)
+        ));
+        Some((lines, report.record(drift_hz)))
     }
 
     /// Returns the newest values for the screen, when it is due.

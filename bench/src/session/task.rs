@@ -290,8 +290,12 @@ impl SessionTask {
     }
 
     fn take_fits(&mut self) {
-        for line in self.live.take_fits() {
-            self.log(LogLevel::Info, line);
+        while let Some((lines, data)) = self.live.take_fit() {
+            let t_s = self.audio_s;
+            let _ = self.wiring.journal.send(Entry::Live { t_s, data });
+            for line in lines {
+                self.log(LogLevel::Info, line);
+            }
         }
     }
 

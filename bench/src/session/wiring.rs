@@ -3,13 +3,14 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use analysis::trial_fit::{FitReport, FitRequest};
+use analysis::trial_fit::FitRequest;
 use console::Front;
 use crossbeam_channel::{Receiver, Sender};
 use devices::Gauges;
 use devices::acquisition::RecordingCommand;
 use devices::drive_control::DriveControl;
 use devices::loudspeaker::Loudspeaker;
+use live::fit_report::FitReport;
 use protocols::TrialKey;
 use recording::pipeline::Batch;
 use recording::recorder::{Begin, RecorderGauge, RecorderNotice};

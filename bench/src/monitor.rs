@@ -373,7 +373,11 @@ impl MonitorTask {
                     self.show_phase(PhaseKind::Paused);
                 }
                 tui::Action::Quit | tui::Action::Interrupt => self.stop.raise(),
-                tui::Action::Redo | tui::Action::Consent | tui::Action::Answer(_) => {}
+                tui::Action::Redo
+                | tui::Action::Consent
+                | tui::Action::TakeCarrier
+                | tui::Action::KeepCarrier
+                | tui::Action::Answer(_) => {}
             }
         }
     }

@@ -215,6 +215,14 @@ impl LiveContact {
         }
     }
 
+    /// Goes on at a carrier that is higher by `by_hz`, from which the drift is counted then.
+    pub fn retune(&mut self, by_hz: f64) {
+        self.latest = None;
+        if let Some(tracker) = &mut self.tracker {
+            tracker.retune(by_hz);
+        }
+    }
+
     fn reactance(&self) -> Option<Uncertain> {
         self.tracker.as_ref()?.reactance_n_s_per_m(self.time_s)
     }

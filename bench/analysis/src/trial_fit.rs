@@ -21,6 +21,8 @@ use crate::unloaded::UnloadedError;
 pub struct FitRequest {
     /// Name in the log.
     pub label: String,
+    /// Carrier that it was driven at, Hz.
+    pub carrier_hz: f64,
     /// Impedance of the unloaded plate, or why it could not be read.
     pub plate: Result<PlateReading, UnloadedError>,
     /// Measured data.
@@ -121,7 +123,6 @@ pub struct TrialFit {
 pub struct CutTrial<'a> {
     request: &'a FitRequest,
     plate: PlateReading,
-    carrier_hz: f64,
     profile: &'a AmplitudeProfile,
     series: Vec<(FrameSeries, UnderFinger)>,
     prepared: Vec<PreparedInstance>,
@@ -132,11 +133,7 @@ impl<'a> CutTrial<'a> {
     ///
     /// # Errors
     /// The plate could not be read, or no instance was selected.
-    pub fn new(
-        request: &'a FitRequest,
-        carrier_hz: f64,
-        profile: &'a AmplitudeProfile,
-    ) -> Result<Self, NoFit> {
+    pub fn new(request: &'a FitRequest, profile: &'a AmplitudeProfile) -> Result<Self, NoFit> {
         let plate = request.plate?;
         let z_p = Some(plate.corrected_n_s_per_m);
         let each = request.explorations.iter().map(|exploration| {
@@ -160,7 +157,6 @@ impl<'a> CutTrial<'a> {
         Ok(Self {
             request,
             plate,
-            carrier_hz,
             profile,
             series,
             prepared,
@@ -172,7 +168,7 @@ impl<'a> CutTrial<'a> {
     /// # Errors
     /// The instances cannot be fitted together.
     pub fn shared(&self, assumed: AssumedConstants) -> Result<SharedFit, FitError> {
-        let conditions = self.plate.conditions(assumed, self.carrier_hz);
+        let conditions = self.plate.conditions(assumed, self.request.carrier_hz);
         let each = self.prepared.iter();
         let instances: Vec<_> = each
             .map(|instance| instance.series(Method::Dynamic))
@@ -196,11 +192,10 @@ impl<'a> CutTrial<'a> {
 /// [`NoFit`] names the reason.
 pub fn fit(
     request: &FitRequest,
-    carrier_hz: f64,
     assumed: AssumedConstants,
     profile: &AmplitudeProfile,
 ) -> Result<TrialFit, NoFit> {
-    CutTrial::new(request, carrier_hz, profile)?.contact(assumed)
+    CutTrial::new(request, profile)?.contact(assumed)
 }
 
 fn typical(cut: &CutTrial<'_>, assumed: AssumedConstants) -> Result<TrialFit, NoFit> {
@@ -210,7 +205,7 @@ fn typical(cut: &CutTrial<'_>, assumed: AssumedConstants) -> Result<TrialFit, No
         series,
         ..
     } = cut;
-    let conditions = cut.plate.conditions(assumed, cut.carrier_hz);
+    let conditions = cut.plate.conditions(assumed, request.carrier_hz);
     let options = dynamic::DynamicOptions::default();
     let (mut usable, mut refused) = (Vec::new(), None);
     let mut interval_s = 0.0;

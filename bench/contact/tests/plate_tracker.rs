@@ -283,3 +283,28 @@ fn tracking_that_cannot_be_is_refused() {
         assert!(PlateTracker::new(PlateTracking::of(mass_kg, modulation_hz)).is_err());
     }
 }
+
+/// A carrier that follows the resonance: what drifts is counted from it, and Im Z_p is that of the plate's model.
+#[test]
+fn a_new_carrier_moves_the_reactance_and_the_drift() {
+    let mut tracker = tracker();
+    let world = World {
+        drift_hz: |t_s| 5.0 * (t_s - 1.0).clamp(0.0, 6.0) / 6.0,
+        ..World::default()
+    };
+    for frame in &world.frames() {
+        take(&mut tracker, frame);
+    }
+    let before = tracker.reactance_n_s_per_m(8.0).unwrap();
+    tracker.retune(5.0);
+    let after = tracker.reactance_n_s_per_m(8.0).unwrap();
+    // ω m_p − k_p/ω at both carriers, with the same k_p.
+    let reactance = |carrier_hz: f64| {
+        let resonance_hz = 35_005.0_f64;
+        TAU * MODAL_MASS_KG * (carrier_hz - resonance_hz.powi(2) / carrier_hz)
+    };
+    let expected = reactance(35_005.0) - reactance(35_000.0);
+    assert!((after.value - before.value - expected).abs() < 1e-3);
+    assert!(tracker.drift_hz(8.0).unwrap().value.abs() < 0.3);
+    assert_eq!(after.std, before.std);
+}

@@ -18,7 +18,6 @@ use crate::participant_skin::ParticipantSkin;
 pub struct Refit {
     requests: Receiver<FitRequest>,
     reports: Sender<FitReport>,
-    carrier_hz: f64,
     assumed: AssumedConstants,
     profile: AmplitudeProfile,
     skin: ParticipantSkin,
@@ -27,7 +26,6 @@ pub struct Refit {
 impl Refit {
     /// The task for a plate whose amplitude along its length is `profile`, with the way to ask it and to hear from it.
     pub fn new(
-        carrier_hz: f64,
         assumed: AssumedConstants,
         profile: AmplitudeProfile,
     ) -> (Sender<FitRequest>, Receiver<FitReport>, Self) {
@@ -36,7 +34,6 @@ impl Refit {
         let task = Self {
             requests,
             reports,
-            carrier_hz,
             assumed,
             profile,
             skin: ParticipantSkin::default(),
@@ -67,7 +64,7 @@ impl Task for Refit {
 impl Refit {
     fn fit(&mut self, request: &FitRequest) -> FitReport {
         let label = request.label.clone();
-        let cut = match CutTrial::new(request, self.carrier_hz, &self.profile) {
+        let cut = match CutTrial::new(request, &self.profile) {
             Ok(cut) => cut,
             Err(why) => {
                 let skin = self.skin.used(&self.assumed, Some(why.to_string()));
@@ -99,6 +96,7 @@ mod tests {
     fn request(plate: Result<PlateReading, UnloadedError>) -> FitRequest {
         FitRequest {
             label: "trial 1".to_owned(),
+            carrier_hz: 35_000.0,
             plate,
             record: Measurements::default(),
             explorations: vec![Selected {
@@ -118,11 +116,8 @@ mod tests {
             corrected_n_s_per_m: z,
             frames: 1000,
         };
-        let (ask, answers, mut task) = Refit::new(
-            35_000.0,
-            AssumedConstants::ESTIMATION,
-            AmplitudeProfile::default(),
-        );
+        let (ask, answers, mut task) =
+            Refit::new(AssumedConstants::ESTIMATION, AmplitudeProfile::default());
         ask.send(request(Ok(plate))).unwrap();
         ask.send(request(Err(UnloadedError::NoInterval))).unwrap();
         task.poll(0).unwrap();

@@ -109,7 +109,7 @@ pub fn replay(plan: Plan, mut front: Box<dyn Front>, stop: &StopFlag) -> anyhow:
     let (refits, fits, refit) = {
         let manifest = plan.source.manifest();
         let profile = AmplitudeProfile::from(&manifest.plate);
-        Refit::new(manifest.carrier_hz, plan.assumed, profile)
+        Refit::new(plan.assumed, profile)
     };
     let (reports, report) = crossbeam_channel::bounded(1);
     for event in opening(&plan) {
@@ -385,6 +385,7 @@ impl Replay {
         // The fitting task ends before this one only when it failed, and that stops the replay.
         let _ = self.refits.send(FitRequest {
             label,
+            carrier_hz: self.source.manifest().carrier_hz,
             plate: self.plate,
             record: self.record.clone(),
             explorations: vec![Selected {
@@ -426,6 +427,8 @@ impl Replay {
                 | tui::Action::Rearm
                 | tui::Action::Redo
                 | tui::Action::Consent
+                | tui::Action::TakeCarrier
+                | tui::Action::KeepCarrier
                 | tui::Action::Answer(_) => {}
             }
         }

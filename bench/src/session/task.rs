@@ -10,32 +10,34 @@ use analysis::trial_selection;
 use config::Effective;
 use console::safety_event;
 use crossbeam_channel::Sender;
+use devices::Tuning;
 use devices::acquisition::RecordingCommand;
 use devices::loudspeaker::Tone;
 use protocols::{
-    Action, DriveRequest, Interval, Observation, OperatorCommand, ParticipantView, Phase, Safety,
+    Action, DriveRequest, Interval, Observation, OperatorCommand, ParticipantView, Phase,
     SessionEvent, SessionEventKind, SessionOutcome, Stretch, TrialAnalysis, TrialEnd, TrialKey,
     Verdict,
 };
 use recording::manifest::EventKind;
 use recording::pipeline::Account;
-use recording::recorder::RecorderNotice;
 use recording::study::TrialLabel;
 use recording::writer::Ending;
 use safety::{SafetyState, Trip};
 use tasks::Task;
-use tui::calibration_page::Reply;
 use tui::event::LogLevel;
 
-use super::fit_request::fit_request;
+use super::consent::{Answered, Consent};
+use super::fit_request::{count_losses, fit_request};
 use super::how_ended::{HowEnded, pause};
-use super::live_side::LiveSide;
 use super::operator_request::OperatorRequest;
 use super::questions::Questions;
 use super::report::{Report, summary_lines};
-use super::stop_kind::{interruption_kind, stop_kind};
+use super::saved;
+use super::stop_kind::{interruption_kind, observed, stop_kind};
 use super::wiring::{Admit, BeginRecording, Wiring};
-use crate::journal::{Entry, SavedRecording};
+use crate::journal::Entry;
+use live::carrier_decision::{CarrierDecision, CarrierEffect};
+use live::live_side::LiveSide;
 use live::screen_words;
 
 /// A completed trial whose last data are still on their way.
@@ -55,11 +57,11 @@ pub struct SessionTask {
     /// One operator for the whole session, with nobody to ask.
     unattended: bool,
     commands: VecDeque<OperatorCommand>,
-    questions: Questions,
-    /// Who recorded the consent that waits for the answers to the questions.
-    consent_by: Option<String>,
+    consent: Consent,
     record: Measurements,
     collecting: bool,
+    /// Carrier of the latest recording, Hz.
+    carrier_hz: f64,
     account: Account,
     account_at_begin: Account,
     due: Option<Due>,
@@ -72,6 +74,7 @@ pub struct SessionTask {
     /// What the next trial comes after, when it is no other trial.
     resumed: Option<&'static str>,
     live: LiveSide,
+    carrier: CarrierDecision,
     open: Option<PathBuf>,
     ended: Option<SessionOutcome>,
     /// Why the session last paused by itself.
@@ -95,7 +98,7 @@ impl SessionTask {
         bench: Arc<Effective>,
         admit: Admit,
         begin: BeginRecording,
-        wiring: Wiring,
+        mut wiring: Wiring,
         consent_by: Option<String>,
         questions: Questions,
         unattended: bool,
@@ -103,6 +106,8 @@ impl SessionTask {
     ) -> Self {
         let contact_n = machine.protocol().force.contact_n;
         let fitting = (wiring.refits.clone(), wiring.fits.clone());
+        let require = std::mem::replace(&mut wiring.require_drivable, Box::new(|_| Ok(())));
+        let carrier = CarrierDecision::new(machine.protocol(), &bench, require, !unattended);
         let live = LiveSide::new(contact_n, bench.config().plate.modal_mass_kg, fitting);
         let mut task = Self {
             machine,
@@ -112,10 +117,10 @@ impl SessionTask {
             wiring,
             unattended,
             commands: VecDeque::new(),
-            questions,
-            consent_by: None,
+            consent: Consent::new(questions),
             record: Measurements::default(),
             collecting: false,
+            carrier_hz: f64::NAN,
             account: Account::default(),
             account_at_begin: Account::default(),
             due: None,
@@ -127,13 +132,15 @@ impl SessionTask {
             safety: SafetyState::Disarmed,
             resumed: None,
             live,
+            carrier,
             open: None,
             ended: None,
             paused: None,
             report,
         };
         if let Some(by) = consent_by {
-            task.consented(by);
+            let answered = task.consent.given(by);
+            task.answered(answered);
         }
         task
     }
@@ -169,34 +176,17 @@ impl SessionTask {
     }
 
     fn take_notices(&mut self) {
+        let rate_hz = self.bench.config().audio.rate_hz;
         while let Ok(notice) = self.wiring.notices.try_recv() {
-            match notice {
-                RecorderNotice::Began { .. } => {}
-                RecorderNotice::Saved {
-                    folder,
-                    sums,
-                    interrupted,
-                    ..
-                } => {
-                    self.open.take_if(|open| *open == folder);
-                    let _ = self.wiring.journal.send(Entry::Saved(SavedRecording {
-                        t_s: self.audio_s,
-                        folder,
-                        sums,
-                        interrupted,
-                    }));
+            let Some(ended) = saved::ended(notice, self.audio_s, rate_hz) else {
+                continue;
+            };
+            self.open.take_if(|open| *open == ended.folder);
+            match ended.outcome {
+                Ok(entry) => {
+                    let _ = self.wiring.journal.send(entry);
                 }
-                RecorderNotice::Failed {
-                    folder,
-                    error,
-                    kept,
-                } => {
-                    self.open.take_if(|open| *open == folder);
-                    let message = format!(
-                        "the recording {} failed: {error}; {:.1} s of it are readable",
-                        folder.display(),
-                        kept.frames as f64 / f64::from(self.bench.config().audio.rate_hz)
-                    );
+                Err(message) => {
                     self.log(LogLevel::Error, &message);
                     self.wiring.drive.trip(Trip::Fault { message });
                 }
@@ -204,43 +194,66 @@ impl SessionTask {
         }
     }
 
-    fn take_actions(&mut self) {
+    fn take_actions(&mut self) -> anyhow::Result<()> {
         while let Some(action) = self.wiring.front.action() {
             match OperatorRequest::from(action) {
                 OperatorRequest::Command(command) => self.commands.push_back(command),
-                OperatorRequest::Consent => self.consented("operator at the dashboard".to_owned()),
-                OperatorRequest::Reply(reply) => self.replied(reply),
+                OperatorRequest::Consent => {
+                    let answered = self.consent.given("operator at the dashboard".to_owned());
+                    self.answered(answered);
+                }
+                OperatorRequest::Reply(reply) => {
+                    let answered = self.consent.replied(reply);
+                    self.answered(answered);
+                }
+                OperatorRequest::Carrier(take) => {
+                    let effects = self.carrier.answer(take);
+                    self.carry_out(effects)?;
+                }
                 OperatorRequest::Stop => self.wiring.drive.trip(Trip::Operator),
                 OperatorRequest::Rearm => self.wiring.drive.rearm(),
                 OperatorRequest::End => self.wiring.stop.raise(),
             }
         }
+        Ok(())
     }
 
-    /// Passes the consent on once the questions about the participant are answered, before which nothing is driven.
-    fn consented(&mut self, by: String) {
-        if self.questions.are_open() {
-            self.consent_by = Some(by);
-            self.wiring.front.show(self.questions.current());
-        } else {
-            self.commands
-                .push_back(OperatorCommand::ConsentGiven { by });
-        }
+    /// Changes the carrier of the trials to come, if that is decided and nothing is driven or recorded.
+    fn change_carrier(&mut self) -> anyhow::Result<()> {
+        let at_rest = !self.collecting && !self.wiring.drive.sounds();
+        let effects = self.carrier.poll(&self.bench, at_rest, self.audio_s);
+        self.carry_out(effects)
     }
 
-    fn replied(&mut self, reply: Reply) {
-        if self.consent_by.is_none() {
-            return;
+    fn carry_out(&mut self, effects: Vec<CarrierEffect>) -> anyhow::Result<()> {
+        for effect in effects {
+            match effect {
+                CarrierEffect::Show(event) => self.wiring.front.show(event),
+                CarrierEffect::Record(data) => {
+                    let t_s = self.audio_s;
+                    let _ = self.wiring.journal.send(Entry::Live { t_s, data });
+                }
+                CarrierEffect::Change(by_hz, bench) => {
+                    let carrier_hz = bench.config().plate.resonance_hz;
+                    let tuning = Tuning::new(bench.config(), carrier_hz)?;
+                    self.send(RecordingCommand::Retune(Box::new(tuning)));
+                    self.wiring.carrier_hz.set(carrier_hz);
+                    self.live.retune(by_hz);
+                    self.bench = Arc::from(bench);
+                }
+            }
         }
-        if let Some(person) = self.questions.reply(reply) {
+        Ok(())
+    }
+
+    fn answered(&mut self, answered: Answered) {
+        if let Some(person) = answered.person {
             let _ = self.wiring.journal.send(Entry::Person(person));
         }
-        self.wiring.front.show(self.questions.current());
-        if !self.questions.are_open()
-            && let Some(by) = self.consent_by.take()
-        {
-            self.consented(by);
+        if let Some(shown) = answered.shown {
+            self.wiring.front.show(shown);
         }
+        self.commands.extend(answered.command);
     }
 
     /// Analyses a completed trial as soon as all of its data are here.
@@ -258,11 +271,7 @@ impl SessionTask {
             .protocol()
             .selection_rules(self.bench.config().plate.centre_m);
         let mut analysis = trial_selection::analyse(&due.key, &due.intervals, &self.record, &rules);
-        let before = self.account_at_begin;
-        analysis.clipped_frames = self.account.clipped_frames - before.clipped_frames;
-        analysis.lost_frames = self.account.lost_frames - before.lost_frames;
-        analysis.input_xruns = self.account.input_xruns - before.input_xruns;
-        analysis.output_xruns = self.account.output_xruns - before.output_xruns;
+        count_losses(&mut analysis, &self.account, &self.account_at_begin);
         let stretches: Vec<Stretch> = analysis
             .explorations
             .iter()
@@ -279,7 +288,7 @@ impl SessionTask {
         self.wiring.front.show(tui::Event::Crop(crop));
         let request = fit_request(
             &due.key,
-            number,
+            (number, self.carrier_hz),
             &due.intervals,
             std::mem::take(&mut self.record),
             &analysis,
@@ -309,17 +318,10 @@ impl SessionTask {
                 self.normal_n,
             ),
             command: self.commands.pop_front(),
-            safety: match &self.safety {
-                SafetyState::Tripped { trip } => Safety::Tripped(trip.to_string()),
-                SafetyState::Armed | SafetyState::Disarmed => Safety::Ok,
-            },
+            safety: observed(&self.safety),
             hold: self.wiring.signals.hold.get().map(screen_words::hold),
-            drive_wait_s: self
-                .wiring
-                .signals
-                .dose
-                .get()
-                .map_or(0.0, |dose| dose.wait_s),
+            drive_wait_s: self.wiring.drive_wait_s(),
+            asking: self.carrier.is_open(),
             analysis: self.analysed.clone(),
         };
         let mut tone = None;
@@ -337,7 +339,7 @@ impl SessionTask {
             match action {
                 Action::BeginTrial { key, drive, .. } => self.begin_trial(&key, &drive)?,
                 Action::Drive(DriveRequest::On(drive)) => {
-                    let program = (self.admit)(&drive)?;
+                    let program = (self.admit)(&drive, &self.bench)?;
                     self.wiring.drive.start(program);
                     self.mask(true);
                 }
@@ -354,7 +356,7 @@ impl SessionTask {
                         at_s: self.audio_s,
                     });
                 }
-                Action::Verdict { key, verdict } => self.judged(&key, &verdict),
+                Action::Verdict { key, verdict } => self.judged(&key, &verdict)?,
                 Action::Cue(cue) => {
                     let cue = match cue {
                         protocols::Cue::Start => Tone::Start,
@@ -396,7 +398,10 @@ impl SessionTask {
     }
 
     fn begin_trial(&mut self, key: &TrialKey, drive: &protocols::Drive) -> anyhow::Result<()> {
-        let begin = (self.begin)(key, drive)?;
+        let withdrawn = self.carrier.withdraw();
+        self.carry_out(withdrawn)?;
+        let begin = (self.begin)(key, drive, &self.bench)?;
+        self.carrier_hz = begin.manifest.carrier_hz;
         self.live.modulate(drive.modulation_hz);
         self.open = Some(begin.folder.clone());
         self.send(RecordingCommand::Begin(Box::new(begin)));
@@ -423,10 +428,16 @@ impl SessionTask {
         }
     }
 
-    fn judged(&mut self, key: &TrialKey, verdict: &Verdict) {
+    fn judged(&mut self, key: &TrialKey, verdict: &Verdict) -> anyhow::Result<()> {
         let analysis = self.analysed.take();
         let shown = screen_words::verdict(key, self.machine.protocol(), verdict, analysis.as_ref());
         self.wiring.front.show(tui::Event::Verdict(shown));
+        if self.machine.trials_left() <= 1 && *verdict == Verdict::Accepted {
+            return Ok(());
+        }
+        let drift_hz = self.live.drift_hz();
+        let effects = self.carrier.judge(drift_hz, &self.bench, self.audio_s);
+        self.carry_out(effects)
     }
 
     fn tell(&mut self, event: SessionEvent) {
@@ -549,7 +560,8 @@ impl Task for SessionTask {
         self.take_batches();
         self.take_notices();
         self.take_fits();
-        self.take_actions();
+        self.take_actions()?;
+        self.change_carrier()?;
         self.analyse();
         self.step()?;
         self.feed_screen(now_ns);

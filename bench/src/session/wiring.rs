@@ -4,30 +4,32 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use analysis::trial_fit::FitRequest;
+use config::Effective;
 use console::Front;
 use crossbeam_channel::{Receiver, Sender};
 use devices::Gauges;
 use devices::acquisition::RecordingCommand;
 use devices::drive_control::DriveControl;
 use devices::loudspeaker::Loudspeaker;
+use live::carrier_decision::RequireDrivable;
 use live::fit_report::FitReport;
 use protocols::TrialKey;
 use recording::pipeline::Batch;
 use recording::recorder::{Begin, RecorderGauge, RecorderNotice};
 use safety::Signals;
 use signalgen::Program;
-use tasks::StopFlag;
+use tasks::{Slot, StopFlag};
 
 use crate::apparatus::Watcher;
 use crate::journal::Entry;
 use crate::readiness::Readiness;
 
-/// Makes the manifest and the folder of an attempt's recording.
+/// Makes the manifest and the folder of an attempt's recording on the bench as it is now.
 pub type BeginRecording =
-    Box<dyn FnMut(&TrialKey, &protocols::Drive) -> anyhow::Result<Begin> + Send>;
+    Box<dyn FnMut(&TrialKey, &protocols::Drive, &Effective) -> anyhow::Result<Begin> + Send>;
 
-/// Makes a program of a protocol's drive.
-pub type Admit = Box<dyn Fn(&protocols::Drive) -> anyhow::Result<Program> + Send>;
+/// Makes a program of a protocol's drive for the bench as it is now.
+pub type Admit = Box<dyn Fn(&protocols::Drive, &Effective) -> anyhow::Result<Program> + Send>;
 
 /// What a session is wired to.
 pub struct Wiring {
@@ -57,10 +59,21 @@ pub struct Wiring {
     pub refits: Sender<FitRequest>,
     /// What came of it.
     pub fits: Receiver<FitReport>,
+    /// Requires that a bench whose plate's resonance has moved may be driven there.
+    pub require_drivable: RequireDrivable,
+    /// The carrier, once it has changed, Hz.
+    pub carrier_hz: Arc<Slot<f64>>,
     /// What the safety watch judges.
     pub signals: Arc<Signals>,
     /// Gauges for the screen.
     pub gauges: Arc<Gauges>,
     /// Ends the bench.
     pub stop: StopFlag,
+}
+
+impl Wiring {
+    /// Returns the time until the hour's driving time allows another trial, s.
+    pub(super) fn drive_wait_s(&self) -> f64 {
+        self.signals.dose.get().map_or(0.0, |dose| dose.wait_s)
+    }
 }

@@ -115,7 +115,7 @@ impl Rig {
         let begun: Arc<Mutex<Vec<PathBuf>>> = Arc::default();
         let begin = {
             let (folder, begun) = (temp.path().to_owned(), begun.clone());
-            Box::new(move |key: &TrialKey, _: &protocols::Drive| {
+            Box::new(move |key: &TrialKey, _: &protocols::Drive, _: &Effective| {
                 let path = folder.join(format!("{}-{}", key.number, key.attempt));
                 begun.lock().unwrap().push(path.clone());
                 Ok(begin(&path, RATE_HZ))
@@ -123,17 +123,16 @@ impl Rig {
         };
         let admit = {
             let (config, settings) = (config.clone(), settings(&config).unwrap());
-            Box::new(move |drive: &protocols::Drive| Ok(settings.admit(waveform(drive, &config))?))
+            Box::new(move |drive: &protocols::Drive, _: &Effective| {
+                Ok(settings.admit(waveform(drive, &config))?)
+            })
         };
         let (ask, asked) = crossbeam_channel::unbounded();
         let (show, seen) = crossbeam_channel::unbounded();
         let (entries, journal) = crossbeam_channel::unbounded();
         let watched = signals.clone();
-        let (refits, fits, refit) = Refit::new(
-            35_000.0,
-            AssumedConstants::ESTIMATION,
-            AmplitudeProfile::default(),
-        );
+        let (refits, fits, refit) =
+            Refit::new(AssumedConstants::ESTIMATION, AmplitudeProfile::default());
         let wiring = Wiring {
             batches,
             recording,
@@ -148,6 +147,8 @@ impl Rig {
             journal: entries,
             refits,
             fits,
+            require_drivable: Box::new(|_| Ok(())),
+            carrier_hz: Arc::default(),
             signals,
             gauges,
             stop: life.stop().clone(),

@@ -97,6 +97,15 @@ impl PlateTracker {
         }
     }
 
+    /// Goes on at a carrier that is higher by `by_hz`: Im Z_p grows by 4π m_p times that, and what is called drift is counted from
+    /// the resonance that fits the new carrier as the first one fitted the old.
+    pub fn retune(&mut self, by_hz: f64) {
+        if let Some(plate) = &mut self.plate {
+            plate.reactance += self.tracking.n_s_per_m_and_hz() * by_hz;
+        }
+        self.interrupt();
+    }
+
     /// Forgets the reading that is being made: to be called when frames were lost or masked.
     pub fn interrupt(&mut self) {
         self.free = FreeReading::default();

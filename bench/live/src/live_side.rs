@@ -3,19 +3,22 @@
 use analysis::live_contact::LiveContact;
 use analysis::trial_fit::FitRequest;
 use contact::plate_tracker::PlateTracking;
+use contact::uncertain::Uncertain;
 use crossbeam_channel::{Receiver, Sender};
-use live::fit_report::FitReport;
-use live::live_meter::LiveMeter;
-use live::screen_words;
 use recording::pipeline::Batch;
 use serde_json::{Map, Value};
+
+use crate::fit_report::FitReport;
+use crate::live_meter::LiveMeter;
+use crate::screen_words;
 
 /// The screen is fed this often, ns.
 const SCREEN_PERIOD_NS: u64 = 16_000_000;
 
 /// Live values and contact of a session.
-pub(super) struct LiveSide {
-    pub(super) meter: LiveMeter,
+pub struct LiveSide {
+    /// The newest values.
+    pub meter: LiveMeter,
     contact: LiveContact,
     screen_due_ns: u64,
     refits: Sender<FitRequest>,
@@ -25,7 +28,7 @@ pub(super) struct LiveSide {
 impl LiveSide {
     /// Makes the live side of a session whose trials are fitted at the other end of `refits` and `fits`. A normal force of
     /// `contact_n` or more, N, is a finger on the plate.
-    pub(super) fn new(
+    pub fn new(
         contact_n: f64,
         modal_mass_kg: f64,
         (refits, fits): (Sender<FitRequest>, Receiver<FitReport>),
@@ -40,24 +43,34 @@ impl LiveSide {
     }
 
     /// Takes what was acquired.
-    pub(super) fn take(&mut self, batch: &Batch) {
+    pub fn take(&mut self, batch: &Batch) {
         self.meter.take(batch);
         self.contact.take(batch, |_| {});
     }
 
     /// Expects a drive that is modulated at this frequency, Hz.
-    pub(super) fn modulate(&mut self, modulation_hz: f64) {
+    pub fn modulate(&mut self, modulation_hz: f64) {
         self.contact.modulate(modulation_hz);
+    }
+
+    /// Returns the drift of the plate's resonance, Hz.
+    pub fn drift_hz(&self) -> Option<Uncertain> {
+        self.contact.drift_hz()
+    }
+
+    /// Goes on at a carrier that is higher by `by_hz`.
+    pub fn retune(&mut self, by_hz: f64) {
+        self.contact.retune(by_hz);
     }
 
     /// Asks for the fit of a trial; it takes longer than a step may, and comes back by [`take_fits`](Self::take_fits). The
     /// fitting task ends before the session only when it failed, and that stops the bench.
-    pub(super) fn ask(&self, request: FitRequest) {
+    pub fn ask(&self, request: FitRequest) {
         let _ = self.refits.send(request);
     }
 
     /// Uses the next fit that has come back; returns the lines that tell the operator of it, and what the log keeps of it.
-    pub(super) fn take_fit(&mut self) -> Option<(Vec<String>, Map<String, Value>)> {
+    pub fn take_fit(&mut self) -> Option<(Vec<String>, Map<String, Value>)> {
         let report = self.fits.try_recv().ok()?;
         if let Ok(fit) = &report.fit {
             self.contact.refit(fit);
@@ -72,7 +85,7 @@ impl LiveSide {
     }
 
     /// Returns the newest values for the screen, when it is due.
-    pub(super) fn due(&mut self, now_ns: u64, slider_m: Option<f64>) -> Option<tui::event::Live> {
+    pub fn due(&mut self, now_ns: u64, slider_m: Option<f64>) -> Option<tui::event::Live> {
         if now_ns < self.screen_due_ns {
             return None;
         }

@@ -55,7 +55,9 @@ fn draw(state: &State, area: Rect, buf: &mut Buffer) {
     key_hints::render(state, bottom, buf);
     match (state.ui.page, &state.calibration) {
         (_, Some(calibrated)) => calibration_layout::render(state, calibrated, body, buf),
-        (Page::Participant, _) if state.asked.is_none() => preview(state, body, buf),
+        (Page::Participant, _) if state.asked.is_none() && state.new_carrier.is_none() => {
+            preview(state, body, buf);
+        }
         _ if area.width >= TWO_COLUMNS.0 && area.height >= TWO_COLUMNS.1 => {
             two_columns(state, area, body, buf);
         }

@@ -248,6 +248,10 @@ fn a_proposed_carrier_is_read_at_every_size() {
     for (columns, rows) in [(200, 60), (100, 30), (80, 24), (40, 10), (20, 5)] {
         let screen = drawn(&state, columns, rows);
         insta::assert_snapshot!(format!("new_carrier_{columns}x{rows}"), screen.backend());
+        let mut elsewhere = state.clone();
+        elsewhere.ui.page = Page::Participant;
+        let seen = buffer(&elsewhere, columns, rows);
+        assert!((0..rows).any(|y| row(&seen, y).contains("new carrier")));
     }
 }
 

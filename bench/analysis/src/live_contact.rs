@@ -184,10 +184,14 @@ impl LiveContact {
         let Some(tracker) = &mut self.tracker else {
             return;
         };
-        let (true, Some(force)) = (frame.mask.is_clear(), force) else {
+        let Some(force) = force else {
             tracker.interrupt();
             return;
         };
+        // In every trough the amplitude may drown in the noise: such a frame is passed over, and its period goes on.
+        if !frame.mask.is_clear() {
+            return;
+        }
         let sample = PlateSample {
             time_s: frame.time_s,
             z_m_corrected_n_s_per_m: frame.corrected_n_s_per_m,

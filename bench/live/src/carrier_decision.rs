@@ -32,7 +32,7 @@ struct Proposal {
 #[derive(Debug)]
 pub enum CarrierEffect {
     /// Show the operator.
-    Show(tui::Event),
+    Show(Box<tui::Event>),
     /// Keep in the log.
     Record(Map<String, Value>),
     /// Drive the trials to come at a carrier that is higher by so many hertz, on this bench.
@@ -186,11 +186,11 @@ impl CarrierDecision {
         ]
     }
 
-    /// Withdraws what is still open, because a trial begins; it is proposed again after it.
-    pub fn withdraw(&mut self) -> Vec<CarrierEffect> {
+    /// Withdraws what is still open: a trial begins, after which it is proposed again, or the session ends.
+    pub fn withdraw(&mut self, because: &'static str) -> Vec<CarrierEffect> {
         let taken = self.taken.take().map(|(proposal, _)| proposal);
         match self.asked.take().or(taken) {
-            Some(proposal) => vec![proposal.kept("a trial began"), show(None)],
+            Some(proposal) => vec![proposal.kept(because), show(None)],
             None => Vec::new(),
         }
     }
@@ -226,7 +226,7 @@ fn moved_by(drift_hz: Uncertain) -> String {
 }
 
 fn show(proposal: Option<&Proposal>) -> CarrierEffect {
-    CarrierEffect::Show(tui::Event::NewCarrier {
+    CarrierEffect::Show(Box::new(tui::Event::NewCarrier {
         proposal: proposal.map(|proposal| CarrierProposal {
             from_hz: proposal.from_hz,
             to_hz: proposal.to_hz,
@@ -235,11 +235,11 @@ fn show(proposal: Option<&Proposal>) -> CarrierEffect {
                 std: proposal.drift_hz.std,
             },
         }),
-    })
+    }))
 }
 
 fn log(level: LogLevel, text: String) -> CarrierEffect {
-    CarrierEffect::Show(tui::Event::Log { level, text })
+    CarrierEffect::Show(Box::new(tui::Event::Log { level, text }))
 }
 
 fn warn(text: String) -> CarrierEffect {
@@ -276,14 +276,15 @@ mod tests {
 
     /// What the effects record, show and change, in words.
     fn words(effects: &[CarrierEffect]) -> Vec<String> {
+        let shown = |event: &tui::Event| match event {
+            tui::Event::NewCarrier { proposal: Some(_) } => "asks".to_owned(),
+            tui::Event::NewCarrier { proposal: None } => "settled".to_owned(),
+            tui::Event::Log { level, .. } => format!("{level:?}").to_lowercase(),
+            other => panic!("{other:?}"),
+        };
         let word = |effect: &CarrierEffect| match effect {
             CarrierEffect::Record(data) => data["event"].as_str().unwrap().to_owned(),
-            CarrierEffect::Show(tui::Event::NewCarrier { proposal: Some(_) }) => "asks".to_owned(),
-            CarrierEffect::Show(tui::Event::NewCarrier { proposal: None }) => "settled".to_owned(),
-            CarrierEffect::Show(tui::Event::Log { level, .. }) => {
-                format!("{level:?}").to_lowercase()
-            }
-            CarrierEffect::Show(other) => panic!("{other:?}"),
+            CarrierEffect::Show(event) => shown(event),
             CarrierEffect::Change(by_hz, bench) => {
                 format!("by {by_hz} to {}", bench.config().plate.resonance_hz)
             }
@@ -291,6 +292,7 @@ mod tests {
         effects.iter().map(word).collect()
     }
 
+    /// Fault 45.
     #[test]
     fn the_operator_decides_and_the_carrier_changes_at_rest() {
         let (bench, mut decision) = (bench(), decision("limit_hz = 3.0", true, 1e5));
@@ -317,14 +319,20 @@ mod tests {
         for take in [true, false] {
             assert!(decision.answer(take).is_empty());
             decision.judge(drift(5.0), &bench, 1.0);
-            assert_eq!(words(&decision.withdraw()), ["carrier_kept", "settled"]);
+            assert_eq!(
+                words(&decision.withdraw("a trial began")),
+                ["carrier_kept", "settled"]
+            );
             assert!(decision.answer(take).is_empty() && !decision.is_open());
             assert!(decision.poll(&bench, true, 2.0).is_empty());
         }
         // Taken, and a trial begins before the bench is at rest: nothing changes.
         decision.judge(drift(5.0), &bench, 1.0);
         decision.answer(true);
-        assert_eq!(words(&decision.withdraw()), ["carrier_kept", "settled"]);
+        assert_eq!(
+            words(&decision.withdraw("a trial began")),
+            ["carrier_kept", "settled"]
+        );
         assert!(decision.poll(&bench, true, 2.0).is_empty());
     }
 

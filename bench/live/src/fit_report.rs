@@ -59,7 +59,7 @@ impl FitReport {
             .force_difference
             .map(|part| format!(", self-sensed force off {:.1} %", part * 100.0))
             .unwrap_or_default();
-        vec![
+        let mut lines = vec![
             format!(
                 "{label}: σ_t {:.2} ± {:.2} µm, τ {:.1} ± {:.1} ms",
                 fit.sigma_t_m.value * 1e6,
@@ -79,7 +79,8 @@ impl FitReport {
                 "  {} of {} fits, μ0 {:.2}{force}",
                 fit.usable, fit.instances, fit.mu0.value
             ),
-            format!("  {}", self.skin),
-        ]
+        ];
+        lines.extend(self.skin.lines().iter().map(|line| format!("  {line}")));
+        lines
     }
 }

@@ -5,8 +5,6 @@
 //! than their errors allow (DerSimonian and Laird 1986): trials that agree are weighted by their errors, trials that do not are
 //! weighted alike, and the error of the mean says so.
 
-use std::fmt;
-
 use contact::AssumedConstants;
 use contact::fit::trial::SharedFit;
 use contact::uncertain::LogUncertain;
@@ -101,10 +99,9 @@ impl SkinUsed {
             ..*assumed
         }
     }
-}
 
-impl fmt::Display for SkinUsed {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    /// Returns the lines for the operator, each short enough for the dashboard's log.
+    pub fn lines(&self) -> Vec<String> {
         let (area_mm2, q0) = (1e6 * self.contact_area_m2, 1e-4 * self.q0_rad_per_m);
         let loss = self.loss_factor;
         let stds = (
@@ -112,29 +109,28 @@ impl fmt::Display for SkinUsed {
             self.q0_ln_std,
             self.loss_factor_ln_std,
         );
-        let (Some(area_std), Some(q0_std), Some(loss_std)) = stds else {
-            write!(
-                f,
-                "assumed S {area_mm2:.0} mm², q0 {q0:.2}e4 rad/m, η {loss:.2}"
-            )?;
-            return match &self.left_out {
-                Some(why) => write!(f, ": {why}"),
-                None => Ok(()),
-            };
+        let mut lines = match stds {
+            (Some(area_std), Some(q0_std), Some(loss_std)) => vec![
+                format!(
+                    "S {area_mm2:.0} ± {:.0} mm², q0 {q0:.2} ± {:.2} e4 rad/m",
+                    area_mm2 * area_std,
+                    q0 * q0_std,
+                ),
+                format!(
+                    "η {loss:.2} ± {:.2}, of {} trial{}",
+                    loss * loss_std,
+                    self.trials,
+                    if self.trials == 1 { "" } else { "s" },
+                ),
+            ],
+            _ => vec![format!(
+                "assumed S {area_mm2:.0} mm², q0 {q0:.2} e4 rad/m, η {loss:.2}"
+            )],
         };
-        write!(
-            f,
-            "S {area_mm2:.0} ± {:.0} mm², q0 {q0:.2} ± {:.2} e4 rad/m, η {loss:.2} ± {:.2}, of {} trial{}",
-            area_mm2 * area_std,
-            q0 * q0_std,
-            loss * loss_std,
-            self.trials,
-            if self.trials == 1 { "" } else { "s" },
-        )?;
-        match &self.left_out {
-            Some(why) => write!(f, ", not of this: {why}"),
-            None => Ok(()),
+        if let Some(why) = &self.left_out {
+            lines.push(format!("not from this trial: {why}"));
         }
+        lines
     }
 }
 
@@ -235,7 +231,9 @@ mod tests {
         let why = skin.take(&unusable).unwrap_err();
         let used = skin.used(&AssumedConstants::ESTIMATION, Some(why));
         assert_eq!((used.trials, used.contact_area_m2), (0, 300e-6));
-        assert!(used.to_string().starts_with("assumed S 300 mm²"), "{used}");
+        let lines = used.lines();
+        assert!(lines[0].starts_with("assumed S 300 mm²"), "{lines:?}");
+        assert!(lines[1].starts_with("not from this trial: "), "{lines:?}");
         for open in [f64::INFINITY, f64::NAN] {
             assert!(skin.take(&shared(200e-6, open)).is_err());
             assert!(skin.take(&shared(open, 0.1)).is_err());
@@ -243,10 +241,9 @@ mod tests {
         skin.take(&shared(220e-6, 0.1)).unwrap();
         let used = skin.used(&AssumedConstants::ESTIMATION, Some("no".to_owned()));
         assert_eq!(used.trials, 1);
-        assert!(
-            used.to_string().ends_with("of 1 trial, not of this: no"),
-            "{used}"
-        );
+        let lines = used.lines();
+        assert!(lines[1].ends_with(", of 1 trial"), "{lines:?}");
+        assert_eq!(lines[2], "not from this trial: no");
         let constants = used.constants(&AssumedConstants::ESTIMATION);
         assert!((constants.contact_area_m2 - 220e-6).abs() < 1e-12);
         assert_eq!(constants.young_modulus_pa, 20e6);

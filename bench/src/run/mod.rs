@@ -32,7 +32,9 @@ use crate::rehearsed;
 use crate::session::{KeptUp, Questions, Report, SessionTask, Wiring, summary_lines};
 use crate::shell_words::quoted;
 use files::{begin_recording, last_trial, machine, open_session};
+use live::carrier_decision::CarrierDecision;
 use live::interference::Interference;
+use live::live_side::LiveSide;
 use live::refit::Refit;
 use plan::{NAME, VERSION};
 use recorded_plate::recorded_profile;
@@ -248,9 +250,14 @@ pub fn run(
         watchers,
         sound,
         journal: entries,
-        refits,
-        fits,
-        require_drivable: plan.require_drivable(),
+        live: {
+            let contact_n = protocol.force.contact_n;
+            LiveSide::new(contact_n, config.plate.modal_mass_kg, (refits, fits))
+        },
+        carrier: {
+            let require = plan.require_drivable();
+            CarrierDecision::new(protocol, &effective, require, !plan.headless)
+        },
         carrier_hz,
         signals,
         gauges,

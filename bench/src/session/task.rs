@@ -36,8 +36,7 @@ use super::saved;
 use super::stop_kind::{interruption_kind, observed, stop_kind};
 use super::wiring::{Admit, BeginRecording, Wiring};
 use crate::journal::Entry;
-use live::carrier_decision::{CarrierDecision, CarrierEffect};
-use live::live_side::LiveSide;
+use live::carrier_decision::CarrierEffect;
 use live::screen_words;
 
 /// A completed trial whose last data are still on their way.
@@ -73,8 +72,6 @@ pub struct SessionTask {
     safety: SafetyState,
     /// What the next trial comes after, when it is no other trial.
     resumed: Option<&'static str>,
-    live: LiveSide,
-    carrier: CarrierDecision,
     open: Option<PathBuf>,
     ended: Option<SessionOutcome>,
     /// Why the session last paused by itself.
@@ -98,17 +95,12 @@ impl SessionTask {
         bench: Arc<Effective>,
         admit: Admit,
         begin: BeginRecording,
-        mut wiring: Wiring,
+        wiring: Wiring,
         consent_by: Option<String>,
         questions: Questions,
         unattended: bool,
         report: Sender<Report>,
     ) -> Self {
-        let contact_n = machine.protocol().force.contact_n;
-        let fitting = (wiring.refits.clone(), wiring.fits.clone());
-        let require = std::mem::replace(&mut wiring.require_drivable, Box::new(|_| Ok(())));
-        let carrier = CarrierDecision::new(machine.protocol(), &bench, require, !unattended);
-        let live = LiveSide::new(contact_n, bench.config().plate.modal_mass_kg, fitting);
         let mut task = Self {
             machine,
             bench,
@@ -131,8 +123,6 @@ impl SessionTask {
             phase: None,
             safety: SafetyState::Disarmed,
             resumed: None,
-            live,
-            carrier,
             open: None,
             ended: None,
             paused: None,
@@ -162,7 +152,7 @@ impl SessionTask {
             self.audio_s = batch.audio_s;
             self.account = batch.account;
             self.normal_n = batch.force.last().map(|row| row.normal_n).or(self.normal_n);
-            self.live.take(&batch);
+            self.wiring.live.take(&batch);
             for text in std::mem::take(&mut batch.warnings) {
                 self.wiring.front.show(tui::Event::Log {
                     level: LogLevel::Warning,
@@ -207,7 +197,7 @@ impl SessionTask {
                     self.answered(answered);
                 }
                 OperatorRequest::Carrier(take) => {
-                    let effects = self.carrier.answer(take);
+                    let effects = self.wiring.carrier.answer(take);
                     self.carry_out(effects)?;
                 }
                 OperatorRequest::Stop => self.wiring.drive.trip(Trip::Operator),
@@ -221,14 +211,14 @@ impl SessionTask {
     /// Changes the carrier of the trials to come, if that is decided and nothing is driven or recorded.
     fn change_carrier(&mut self) -> anyhow::Result<()> {
         let at_rest = !self.collecting && !self.wiring.drive.sounds();
-        let effects = self.carrier.poll(&self.bench, at_rest, self.audio_s);
+        let effects = self.wiring.carrier.poll(&self.bench, at_rest, self.audio_s);
         self.carry_out(effects)
     }
 
     fn carry_out(&mut self, effects: Vec<CarrierEffect>) -> anyhow::Result<()> {
         for effect in effects {
             match effect {
-                CarrierEffect::Show(event) => self.wiring.front.show(event),
+                CarrierEffect::Show(event) => self.wiring.front.show(*event),
                 CarrierEffect::Record(data) => {
                     let t_s = self.audio_s;
                     let _ = self.wiring.journal.send(Entry::Live { t_s, data });
@@ -238,7 +228,7 @@ impl SessionTask {
                     let tuning = Tuning::new(bench.config(), carrier_hz)?;
                     self.send(RecordingCommand::Retune(Box::new(tuning)));
                     self.wiring.carrier_hz.set(carrier_hz);
-                    self.live.retune(by_hz);
+                    self.wiring.live.retune(by_hz);
                     self.bench = Arc::from(bench);
                 }
             }
@@ -294,12 +284,12 @@ impl SessionTask {
             &analysis,
             rules,
         );
-        self.live.ask(request);
+        self.wiring.live.ask(request);
         self.analysed = Some(analysis);
     }
 
     fn take_fits(&mut self) {
-        while let Some((lines, data)) = self.live.take_fit() {
+        while let Some((lines, data)) = self.wiring.live.take_fit() {
             let t_s = self.audio_s;
             let _ = self.wiring.journal.send(Entry::Live { t_s, data });
             for line in lines {
@@ -321,7 +311,7 @@ impl SessionTask {
             safety: observed(&self.safety),
             hold: self.wiring.signals.hold.get().map(screen_words::hold),
             drive_wait_s: self.wiring.drive_wait_s(),
-            asking: self.carrier.is_open(),
+            asking: self.wiring.carrier.is_open(),
             analysis: self.analysed.clone(),
         };
         let mut tone = None;
@@ -370,6 +360,8 @@ impl SessionTask {
                 Action::Log(event) => self.tell(event),
                 Action::Show(view) => self.show(view, tone.take()),
                 Action::Finished(outcome) => {
+                    let withdrawn = self.wiring.carrier.withdraw("the session ended");
+                    self.carry_out(withdrawn)?;
                     self.wiring.drive.disarm();
                     self.wiring.front.show(tui::Event::Finished {
                         summary: summary_lines(&self.machine.summary(), &self.account),
@@ -398,11 +390,11 @@ impl SessionTask {
     }
 
     fn begin_trial(&mut self, key: &TrialKey, drive: &protocols::Drive) -> anyhow::Result<()> {
-        let withdrawn = self.carrier.withdraw();
+        let withdrawn = self.wiring.carrier.withdraw("a trial began");
         self.carry_out(withdrawn)?;
         let begin = (self.begin)(key, drive, &self.bench)?;
         self.carrier_hz = begin.manifest.carrier_hz;
-        self.live.modulate(drive.modulation_hz);
+        self.wiring.live.modulate(drive.modulation_hz);
         self.open = Some(begin.folder.clone());
         self.send(RecordingCommand::Begin(Box::new(begin)));
         if let Some(text) = self.resumed.take() {
@@ -435,8 +427,11 @@ impl SessionTask {
         if self.machine.trials_left() <= 1 && *verdict == Verdict::Accepted {
             return Ok(());
         }
-        let drift_hz = self.live.drift_hz();
-        let effects = self.carrier.judge(drift_hz, &self.bench, self.audio_s);
+        let drift_hz = self.wiring.live.drift_hz();
+        let effects = self
+            .wiring
+            .carrier
+            .judge(drift_hz, &self.bench, self.audio_s);
         self.carry_out(effects)
     }
 
@@ -480,14 +475,15 @@ impl SessionTask {
 
     fn feed_screen(&mut self, now_ns: u64) {
         let slider_m = self.view.as_ref().and_then(|view| view.slider_m);
-        if let Some(live) = self.live.due(now_ns, slider_m) {
+        if let Some(live) = self.wiring.live.due(now_ns, slider_m) {
             self.wiring.front.show(tui::Event::Live(live));
         }
         let (gauges, gauge) = (&self.wiring.gauges, &self.wiring.gauge);
         let free = || recording::study::free_bytes(&self.wiring.study_folder).ok();
         let rate_hz = self.bench.config().audio.rate_hz;
         if let Some(health) =
-            self.live
+            self.wiring
+                .live
                 .meter
                 .health(now_ns, &self.account, gauges, Some(gauge), rate_hz, free)
         {

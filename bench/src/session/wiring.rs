@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use analysis::trial_fit::FitRequest;
 use config::Effective;
 use console::Front;
 use crossbeam_channel::{Receiver, Sender};
@@ -11,8 +10,8 @@ use devices::Gauges;
 use devices::acquisition::RecordingCommand;
 use devices::drive_control::DriveControl;
 use devices::loudspeaker::Loudspeaker;
-use live::carrier_decision::RequireDrivable;
-use live::fit_report::FitReport;
+use live::carrier_decision::CarrierDecision;
+use live::live_side::LiveSide;
 use protocols::TrialKey;
 use recording::pipeline::Batch;
 use recording::recorder::{Begin, RecorderGauge, RecorderNotice};
@@ -55,12 +54,10 @@ pub struct Wiring {
     pub sound: Option<Loudspeaker>,
     /// The session's log.
     pub journal: Sender<Entry>,
-    /// Fits what a trial says about the contact.
-    pub refits: Sender<FitRequest>,
-    /// What came of it.
-    pub fits: Receiver<FitReport>,
-    /// Requires that a bench whose plate's resonance has moved may be driven there.
-    pub require_drivable: RequireDrivable,
+    /// Live values, and the contact by the fits after each trial.
+    pub live: LiveSide,
+    /// The decision on a new carrier.
+    pub carrier: CarrierDecision,
     /// The carrier, once it has changed, Hz.
     pub carrier_hz: Arc<Slot<f64>>,
     /// What the safety watch judges.

@@ -16,6 +16,8 @@ use friction_bench::journal::Entry;
 use friction_bench::readiness::Readiness;
 use friction_bench::run::ProtocolFile;
 use friction_bench::session::{Questions, SessionTask, Wiring};
+use live::carrier_decision::CarrierDecision;
+use live::live_side::LiveSide;
 use live::refit::Refit;
 use mock_hw::apparatus::Apparatus;
 use mock_hw::serial::ForceFault;
@@ -133,6 +135,7 @@ impl Rig {
         let watched = signals.clone();
         let (refits, fits, refit) =
             Refit::new(AssumedConstants::ESTIMATION, AmplitudeProfile::default());
+        let protocol = ProtocolFile::read("demo").unwrap().protocol;
         let wiring = Wiring {
             batches,
             recording,
@@ -145,15 +148,18 @@ impl Rig {
             watchers: Vec::new(),
             sound: None,
             journal: entries,
-            refits,
-            fits,
-            require_drivable: Box::new(|_| Ok(())),
+            live: LiveSide::new(0.1, config.plate.modal_mass_kg, (refits, fits)),
+            carrier: CarrierDecision::new(
+                &protocol,
+                &Effective::uncalibrated(config.clone()),
+                Box::new(|_| Ok(())),
+                true,
+            ),
             carrier_hz: Arc::default(),
             signals,
             gauges,
             stop: life.stop().clone(),
         };
-        let protocol = ProtocolFile::read("demo").unwrap().protocol;
         let machine = Session::resume(protocol, "sub-01".parse().unwrap(), 1, records).unwrap();
         let session = SessionTask::new(
             machine,

@@ -50,6 +50,7 @@ fn manifests(session: &SessionFolder) -> Vec<Manifest> {
     folders.into_iter().map(read).collect()
 }
 
+/// Fault 45.
 #[test]
 fn the_carrier_follows_the_resonance_between_trials_if_the_protocol_says_so() {
     let (session, _, _folder) = session("new_carrier = \"auto\"");

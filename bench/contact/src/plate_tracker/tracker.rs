@@ -56,7 +56,6 @@ pub struct PlateTracker {
     crest: CrestReading,
     gap: FollowedGap,
     touched_s: f64,
-    refused: u32,
 }
 
 /// State of the filter.
@@ -85,7 +84,6 @@ impl PlateTracker {
             crest: CrestReading::default(),
             gap: FollowedGap::default(),
             touched_s: f64::NEG_INFINITY,
-            refused: 0,
         })
     }
 
@@ -106,7 +104,7 @@ impl PlateTracker {
         self.interrupt();
     }
 
-    /// Forgets the reading that is being made: to be called when frames were lost or masked.
+    /// Forgets the reading that is being made: to be called when it is not known whether a finger is on the plate.
     pub fn interrupt(&mut self) {
         self.free = FreeReading::default();
         self.crest.restart();
@@ -162,7 +160,6 @@ impl PlateTracker {
         let expected = reading.variance + predicted;
         let innovation = reading.reactance - plate.reactance;
         if innovation.powi(2) > GATE.powi(2) * expected {
-            self.refused += 1;
             return;
         }
         let gain = predicted / expected;
@@ -191,11 +188,6 @@ impl PlateTracker {
             value: (plate.first - plate.reactance) / per_hz,
             std: plate.variance_at(time_s, &self.tracking).sqrt() / per_hz,
         })
-    }
-
-    /// Returns how many readings were no drift of the plate.
-    pub fn refused(&self) -> u32 {
-        self.refused
     }
 }
 

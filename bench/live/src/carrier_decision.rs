@@ -213,9 +213,7 @@ impl Proposal {
         let data = data.into_iter().chain(more);
         CarrierEffect::Record(data.map(|(key, value)| (key.to_owned(), value)).collect())
     }
-}
 
-impl Proposal {
     fn kept(&self, because: &'static str) -> CarrierEffect {
         self.record("carrier_kept", [("because", json!(because))])
     }

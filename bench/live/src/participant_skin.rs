@@ -12,6 +12,8 @@ use serde::Serialize;
 
 /// Least standard error of a trial's logarithm: what the model leaves out is more than the noise (docs/decisions/0021).
 const LEAST_LN_STD: f64 = 0.03;
+/// A trial that leaves one of the three more open than this says nothing of it: an assumed value is as good.
+const GREATEST_LN_STD: f64 = 0.3;
 
 /// Trials of one participant.
 #[derive(Debug, Default)]
@@ -52,10 +54,15 @@ impl ParticipantSkin {
             shared.q0_rad_per_m,
             shared.loss_factor,
         ];
-        let known =
-            |of: &LogUncertain| of.value > 0.0 && of.value.is_finite() && of.ln_std.is_finite();
-        if !found.iter().all(known) {
-            return Err("a shared parameter is left open".to_owned());
+        let known = |of: &LogUncertain| {
+            of.value > 0.0 && of.value.is_finite() && of.ln_std <= GREATEST_LN_STD
+        };
+        let mut named = ["S", "q0", "η"].into_iter().zip(&found);
+        if let Some((name, of)) = named.find(|(_, of)| !known(of)) {
+            return Err(format!(
+                "{name} is known to ± {:.0} % only",
+                100.0 * of.ln_std
+            ));
         }
         self.trials.push(found);
         Ok(())
@@ -238,6 +245,7 @@ mod tests {
             assert!(skin.take(&shared(200e-6, open)).is_err());
             assert!(skin.take(&shared(open, 0.1)).is_err());
         }
+        assert!(skin.take(&shared(200e-6, 0.31)).is_err());
         skin.take(&shared(220e-6, 0.1)).unwrap();
         let used = skin.used(&AssumedConstants::ESTIMATION, Some("no".to_owned()));
         assert_eq!(used.trials, 1);

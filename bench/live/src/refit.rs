@@ -79,6 +79,13 @@ impl Refit {
         let left_out = shared.and_then(|shared| self.skin.take(&shared)).err();
         let skin = self.skin.used(&self.assumed, left_out);
         let fit = cut.contact(skin.constants(&self.assumed));
+        let (Err(why), 1..) = (&fit, skin.trials) else {
+            return FitReport { label, skin, fit };
+        };
+        // Better a contact of an assumed skin than none.
+        let because = format!("with those of the trials so far: {why}");
+        let skin = ParticipantSkin::default().used(&self.assumed, Some(because));
+        let fit = cut.contact(skin.constants(&self.assumed));
         FitReport { label, skin, fit }
     }
 }

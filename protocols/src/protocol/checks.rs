@@ -257,5 +257,5 @@ fn timeout(key: &str, s: f64) -> Checked {
 
 /// Requires a limit that the tracked drift can tell, and that a new carrier may reach.
 fn drift_limit(hz: f64) -> Checked {
-    within("resonance_drift.limit_hz", hz, 1.0, 50.0, "Hz")
+    within("resonance_drift.limit_hz", hz, 2.0, 50.0, "Hz")
 }

@@ -79,8 +79,8 @@ fn rules() -> Vec<(&'static str, &'static str, &'static str, BrokenRule)> {
         (
             "limit_hz = 5.0 ",
             "limit_hz = 50.0 ",
-            "limit_hz = 0.5 ",
-            range("resonance_drift.limit_hz", 0.5, 1.0, 50.0, "Hz"),
+            "limit_hz = 1.5 ",
+            range("resonance_drift.limit_hz", 1.5, 2.0, 50.0, "Hz"),
         ),
         (
             "carrier = \"plate resonance\"",

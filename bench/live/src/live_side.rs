@@ -63,7 +63,7 @@ impl LiveSide {
         self.contact.retune(by_hz);
     }
 
-    /// Asks for the fit of a trial; it takes longer than a step may, and comes back by [`take_fits`](Self::take_fits). The
+    /// Asks for the fit of a trial; it takes longer than a step may, and comes back by [`take_fit`](Self::take_fit). The
     /// fitting task ends before the session only when it failed, and that stops the bench.
     pub fn ask(&self, request: FitRequest) {
         let _ = self.refits.send(request);

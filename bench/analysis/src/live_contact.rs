@@ -70,8 +70,8 @@ struct Fit {
 const FORCE_HOLDS_S: f64 = 0.1;
 
 impl LiveContact {
-    /// Makes a reader without a fit, for a plate tracked as `tracking` says; a normal force of `contact_n` or more, N, is a finger
-    /// on the plate, one of less than half of it none.
+    /// Makes a reader without a fit, for a plate tracked as `tracking` says; a normal force of `contact_n` or more, N,
+    /// is a finger on the plate, one of less than half of it none.
     pub fn new(contact_n: f64, tracking: PlateTracking) -> Self {
         Self {
             contact_n,
@@ -231,8 +231,8 @@ impl LiveContact {
         self.tracker.as_ref()?.reactance_n_s_per_m(self.time_s)
     }
 
-    /// Returns how far the plate's resonance is, Hz, from where it was when the plate was first read without a finger; up is
-    /// positive. `None` before.
+    /// Returns how far the plate's resonance is, Hz, from where it was when the plate was first read without a finger;
+    /// up is positive. `None` before.
     pub fn drift_hz(&self) -> Option<Uncertain> {
         self.tracker.as_ref()?.drift_hz(self.time_s)
     }

@@ -97,8 +97,8 @@ impl LiveEstimator {
         self.reset();
     }
 
-    /// Reads the frames from now on on a plate whose reactance Im Z_p, N·s/m, is this one. Its error goes into those of the
-    /// estimates in place of that of the fitted offset, and independently of the other parameters.
+    /// Reads the frames from now on on a plate whose reactance Im Z_p, N·s/m, is this one. Its error goes into those of
+    /// the estimates in place of that of the fitted offset, and independently of the other parameters.
     pub fn move_plate(&mut self, reactance_n_s_per_m: Uncertain) {
         let inversion = &mut self.finger.inversion;
         inversion.z_p.im = reactance_n_s_per_m.value;

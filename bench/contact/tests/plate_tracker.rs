@@ -56,7 +56,8 @@ fn amplitude_m(t_s: f64) -> f64 {
 }
 
 impl World {
-    /// Eight seconds: free plate, finger, free plate. The gap is stepped twenty times a frame; force and impedance are noisy.
+    /// Eight seconds: free plate, finger, free plate. The gap is stepped twenty times a frame; force and impedance are
+    /// noisy.
     fn frames(&self) -> Vec<Frame> {
         let contact = Contact::new(&AssumedConstants::ESTIMATION, self.sigma_t_m).unwrap();
         let mut rng = ChaCha8Rng::seed_from_u64(5);
@@ -128,7 +129,8 @@ fn take(tracker: &mut PlateTracker, frame: &Frame) {
     tracker.take_loaded(&frame.sample, &finger(), &load);
 }
 
-/// Root mean squares of what live gap, m, and μ/μ0 err by under the finger, and the greatest error of the resonance, Hz.
+/// Root mean squares of what live gap, m, and μ/μ0 err by under the finger, and the greatest error of the resonance,
+/// Hz.
 fn errors(world: &World, tracked: bool) -> (f64, f64, f64) {
     let mut tracker = tracker();
     let mut live = LiveEstimator::new(finger(), INTERVAL_S).unwrap();

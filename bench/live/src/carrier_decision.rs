@@ -1,7 +1,7 @@
 //! A new carrier between trials, once the plate's resonance has drifted.
 //!
-//! Proposed at the verdict on a trial; the operator decides, or the protocol does. It is changed at rest alone: no trial is
-//! open, nothing is driven, and the machine does not begin the next trial while the decision is open.
+//! Proposed at the verdict on a trial; the operator decides, or the protocol does. It is changed at rest alone: no
+//! trial is open, nothing is driven, and the machine does not begin the next trial while the decision is open.
 
 use config::Effective;
 use contact::uncertain::Uncertain;

@@ -1,4 +1,5 @@
-//! What a session makes of the samples while they come, for its operator: live values, and the contact by the last fits.
+//! What a session makes of the samples while they come, for its operator: live values, and the contact by the last
+//! fits.
 
 use analysis::live_contact::LiveContact;
 use analysis::trial_fit::FitRequest;
@@ -26,8 +27,8 @@ pub struct LiveSide {
 }
 
 impl LiveSide {
-    /// Makes the live side of a session whose trials are fitted at the other end of `refits` and `fits`. A normal force of
-    /// `contact_n` or more, N, is a finger on the plate.
+    /// Makes the live side of a session whose trials are fitted at the other end of `refits` and `fits`. A normal force
+    /// of `contact_n` or more, N, is a finger on the plate.
     pub fn new(
         contact_n: f64,
         modal_mass_kg: f64,
@@ -63,13 +64,14 @@ impl LiveSide {
         self.contact.retune(by_hz);
     }
 
-    /// Asks for the fit of a trial; it takes longer than a step may, and comes back by [`take_fit`](Self::take_fit). The
-    /// fitting task ends before the session only when it failed, and that stops the bench.
+    /// Asks for the fit of a trial; it takes longer than a step may, and comes back by [`take_fit`](Self::take_fit).
+    /// The fitting task ends before the session only when it failed, and that stops the bench.
     pub fn ask(&self, request: FitRequest) {
         let _ = self.refits.send(request);
     }
 
-    /// Uses the next fit that has come back; returns the lines that tell the operator of it, and what the log keeps of it.
+    /// Uses the next fit that has come back; returns the lines that tell the operator of it, and what the log keeps of
+    /// it.
     pub fn take_fit(&mut self) -> Option<(Vec<String>, Map<String, Value>)> {
         let report = self.fits.try_recv().ok()?;
         if let Ok(fit) = &report.fit {

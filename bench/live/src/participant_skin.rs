@@ -1,9 +1,9 @@
 //! S, q0 and η of a participant, from the trials so far.
 //!
-//! Each trial that can be fitted as a whole gives the three with their standard errors. A participant's are their means in
-//! logarithms, weighted by precision, with the variance between trials added to each trial's own where the trials differ by more
-//! than their errors allow (DerSimonian and Laird 1986): trials that agree are weighted by their errors, trials that do not are
-//! weighted alike, and the error of the mean says so.
+//! Each trial that can be fitted as a whole gives the three with their standard errors. A participant's are their means
+//! in logarithms, weighted by precision, with the variance between trials added to each trial's own where the trials
+//! differ by more than their errors allow (DerSimonian and Laird 1986): trials that agree are weighted by their errors,
+//! trials that do not are weighted alike, and the error of the mean says so.
 
 use contact::AssumedConstants;
 use contact::fit::trial::SharedFit;

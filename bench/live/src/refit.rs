@@ -1,7 +1,7 @@
 //! The participant's contact fitted anew after each trial, on a task of its own: the session does not wait for it.
 //!
-//! S, q0 and η come from the trials so far, each fitted as a whole; with them the newest trial's instances are fitted one by one.
-//! As long as no trial could be fitted as a whole the three are assumed.
+//! S, q0 and η come from the trials so far, each fitted as a whole; with them the newest trial's instances are fitted
+//! one by one. As long as no trial could be fitted as a whole the three are assumed.
 
 use std::time::Duration;
 

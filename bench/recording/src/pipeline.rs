@@ -143,7 +143,8 @@ impl Pipeline {
         }
     }
 
-    /// Goes on with another demodulator, as for another carrier. Frames whose window holds samples from before are left out.
+    /// Goes on with another demodulator, as for another carrier. Frames whose window holds samples from before are left
+    /// out.
     pub fn retune(&mut self, demodulator: Demodulator<2>, zm: Zm) {
         self.demodulator = demodulator;
         self.zm = zm;

@@ -14,7 +14,8 @@ pub(super) fn count_losses(analysis: &mut TrialAnalysis, now: &Account, before: 
     analysis.output_xruns = now.output_xruns - before.output_xruns;
 }
 
-/// Returns the request to fit a completed trial at `carrier_hz`, whose number within its part of the session is `number`.
+/// Returns the request to fit a completed trial at `carrier_hz`, whose number within its part of the session is
+/// `number`.
 pub fn fit_request(
     key: &TrialKey,
     (number, carrier_hz): (u32, f64),

@@ -21,8 +21,8 @@ struct Followed {
 }
 
 impl FollowedGap {
-    /// Follows the gap to the next sample; returns it once it has forgotten how it began. Where the model has no gap it begins
-    /// again.
+    /// Follows the gap to the next sample; returns it once it has forgotten how it began. Where the model has no gap it
+    /// begins again.
     pub(super) fn follow(
         &mut self,
         time_s: f64,

@@ -15,7 +15,8 @@ use crate::parameters::{IM_Z_T, LN_AREA, LN_LOSS_FACTOR, LN_Q0, LN_SIGMA_T, PARA
 const FEWEST: u32 = 8;
 /// Samples whose finger adds at most this many times the least of the period before are near the crest.
 const NEAR_CREST: f64 = 1.3;
-/// Change of σ_t and of |Z_t| within a stroke that no fit knows of, as a part of them: moisture (an assumption of this project).
+/// Change of σ_t and of |Z_t| within a stroke that no fit knows of, as a part of them: moisture (an assumption of this
+/// project).
 const MOISTURE: f64 = 0.1;
 /// Error of the normal force at a sample, N and as a part of it: what a sensor's noise leaves of a mean over half a
 /// millisecond, and its gain (an assumption of this project).
@@ -25,7 +26,8 @@ const FORCE_GAIN_STD: f64 = 0.02;
 const FLOOR: f64 = 0.005;
 /// Neighbouring frames share noise: the variance of a mean is larger by this.
 const SHARED_NOISE: f64 = 4.0;
-/// Part of the finger's own modulation that the model may leave unexplained; a finger that is not there leaves all of it.
+/// Part of the finger's own modulation that the model may leave unexplained; a finger that is not there leaves all of
+/// it.
 const UNEXPLAINED: f64 = 0.25;
 
 /// A reading of the plate.
@@ -61,7 +63,8 @@ impl Sums {
         self.squares.1 += weight * before.im * after.im;
     }
 
-    /// Returns the variance of the mean's imaginary part: noise, and all of the scatter, which noise alone does not explain.
+    /// Returns the variance of the mean's imaginary part: noise, and all of the scatter, which noise alone does not
+    /// explain.
     fn variance(&self) -> f64 {
         SHARED_NOISE / self.weight + self.squares.1 / self.weight + FLOOR * FLOOR
     }

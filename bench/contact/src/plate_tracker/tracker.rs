@@ -20,8 +20,8 @@ const GATE: f64 = 4.0;
 pub struct PlateTracking {
     /// Modal mass m_p, kg.
     pub modal_mass_kg: f64,
-    /// Random walk of the resonance, Hz/√s. Default 1: a crest every sixth of a second then follows the steepest drift that is
-    /// to be expected, 4 Hz/s under a warm finger, within half a hertz (an assumption of this project).
+    /// Random walk of the resonance, Hz/√s. Default 1: a crest every sixth of a second then follows the steepest drift
+    /// that is to be expected, 4 Hz/s under a warm finger, within a hertz (an assumption of this project).
     pub drift_hz_per_sqrt_s: f64,
     /// Frequency of the drive's modulation, Hz; 0 without one.
     pub modulation_hz: f64,
@@ -95,8 +95,8 @@ impl PlateTracker {
         }
     }
 
-    /// Goes on at a carrier that is higher by `by_hz`: Im Z_p grows by 4π m_p times that, and what is called drift is counted from
-    /// the resonance that fits the new carrier as the first one fitted the old.
+    /// Goes on at a carrier that is higher by `by_hz`: Im Z_p grows by 4π m_p times that, and what is called drift is
+    /// counted from the resonance that fits the new carrier as the first one fitted the old.
     pub fn retune(&mut self, by_hz: f64) {
         if let Some(plate) = &mut self.plate {
             plate.reactance += self.tracking.n_s_per_m_and_hz() * by_hz;
@@ -124,8 +124,8 @@ impl PlateTracker {
         }
     }
 
-    /// Takes a sample of the plate under a finger whose parameters are `finger`. Nothing is learnt of a plate that was never
-    /// seen without a finger.
+    /// Takes a sample of the plate under a finger whose parameters are `finger`. Nothing is learnt of a plate that was
+    /// never seen without a finger.
     pub fn take_loaded(&mut self, sample: &PlateSample, finger: &FittedFinger, load: &FingerLoad) {
         self.touch(sample.time_s);
         if self.plate.is_none() {

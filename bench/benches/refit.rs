@@ -16,7 +16,7 @@ use recording::manifest::RecordedIntervalKind;
 use recording::pipeline::PickupOffset;
 
 /// A trial of two explorations; those of the reference are alike, so one stands for both.
-fn trial() -> anyhow::Result<(FitRequest, f64)> {
+fn trial() -> anyhow::Result<FitRequest> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/reference/recording-a");
     let reading = demodulated::read(&folder, PickupOffset::default())?;
     let rules = Settings::default().selection_rules(reading.manifest.plate.centre_m);
@@ -41,21 +41,21 @@ fn trial() -> anyhow::Result<(FitRequest, f64)> {
     let modulation_hz = reading.manifest.modulation_hz;
     let plate = unloaded::read(&reading.record, &free, modulation_hz, rules.contact_n / 2.0)
         .map(|found| found.plate);
-    let request = FitRequest {
+    Ok(FitRequest {
         label: "trial 1".to_owned(),
+        carrier_hz: reading.manifest.carrier_hz,
         plate,
         record: reading.record,
         explorations,
         rules,
-    };
-    Ok((request, reading.manifest.carrier_hz))
+    })
 }
 
 fn refit(criterion: &mut Criterion) {
-    let (request, carrier_hz) = trial().unwrap_or_else(|error| panic!("{error:#}"));
+    let request = trial().unwrap_or_else(|error| panic!("{error:#}"));
     let refit = || {
         let profile = AmplitudeProfile::default();
-        fit(&request, carrier_hz, AssumedConstants::ESTIMATION, &profile)
+        fit(&request, AssumedConstants::ESTIMATION, &profile)
     };
     let usable = refit().map(|fit| fit.usable);
     assert_eq!(usable, Ok(14), "every instance of the reference is fitted");

@@ -25,6 +25,13 @@ pub enum Entry {
     Person(Person),
     /// A recording has ended and is on disk.
     Saved(SavedRecording),
+    /// What the live estimates go by has changed.
+    Live {
+        /// Audio clock, s.
+        t_s: f64,
+        /// What it is now.
+        data: Map<String, Value>,
+    },
     /// The session ended.
     Stop {
         /// Audio clock, s.
@@ -52,6 +59,7 @@ pub struct SavedRecording {
 /// Streams of the log.
 const SESSION_STREAM: &str = "session";
 const RECORDING_STREAM: &str = "recording";
+const LIVE_STREAM: &str = "live";
 
 /// The task.
 pub struct Journal {
@@ -134,6 +142,7 @@ impl Journal {
                 }
                 log.event(RECORDING_STREAM, time, saved.t_s, data)?;
             }
+            Entry::Live { t_s, data } => log.event(LIVE_STREAM, time, t_s, data)?,
             Entry::Stop {
                 t_s,
                 status,
@@ -185,7 +194,7 @@ impl Journal {
     }
 }
 
-fn descriptors() -> [recording::study::event_log::Descriptor; 2] {
+fn descriptors() -> [recording::study::event_log::Descriptor; 3] {
     use recording::study::event_log::{DataKey, Descriptor};
     let key = |name: &str, dtype: &str, source: &str| {
         (
@@ -210,6 +219,10 @@ fn descriptors() -> [recording::study::event_log::Descriptor; 2] {
                 key("interrupted", "boolean", "true if the trial was broken off"),
             ]
             .into(),
+        },
+        Descriptor {
+            stream: LIVE_STREAM.to_owned(),
+            data_keys: [key("event", "string", "what the live estimates go by; further keys depend on the event, docs/session-log.md")].into(),
         },
     ]
 }

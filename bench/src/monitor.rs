@@ -6,12 +6,14 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::{Context, bail};
+use contact::plate_tracker::PlateTracking;
 use crossbeam_channel::{Receiver, Sender};
 use protocols::ParticipantId;
 use signalgen::{Program, Waveform};
 use tui::event::{LogLevel, PhaseKind, PhaseView};
 use tui::{Instruction, ParticipantView};
 
+use analysis::live_contact::LiveContact;
 use config::Effective;
 use console::{Dashboard, DashboardThread, Front, Headless, safety_event};
 use devices::drive_control::{DriveControl, settings};
@@ -26,10 +28,13 @@ use crate::dates;
 use crate::{calibrate, rehearsed};
 use live::interference::Interference;
 use live::live_meter::LiveMeter;
+use live::screen_words;
 
 /// The published modulation (Huloux 2021, section IV).
 const MODULATION_HZ: f64 = 6.0;
 const MODULATION_INDEX: f64 = 0.95;
+/// A normal force of this much is a finger on the plate, N, as in the built-in protocols.
+const CONTACT_N: f64 = 0.1;
 /// The screen is fed this often, ns.
 const SCREEN_PERIOD_NS: u64 = 16_000_000;
 
@@ -212,6 +217,10 @@ pub fn run(
         headless,
         rate_hz: config.audio.rate_hz,
         meter: LiveMeter::default(),
+        contact: LiveContact::new(
+            CONTACT_N,
+            PlateTracking::of(config.plate.modal_mass_kg, MODULATION_HZ),
+        ),
         account: Account::default(),
         audio_s: 0.0,
         line_due_s: 1.0,
@@ -291,6 +300,8 @@ struct MonitorTask {
     headless: bool,
     rate_hz: u32,
     meter: LiveMeter,
+    /// Tracks the free plate's resonance.
+    contact: LiveContact,
     account: Account,
     audio_s: f64,
     line_due_s: f64,
@@ -362,7 +373,11 @@ impl MonitorTask {
                     self.show_phase(PhaseKind::Paused);
                 }
                 tui::Action::Quit | tui::Action::Interrupt => self.stop.raise(),
-                tui::Action::Redo | tui::Action::Consent | tui::Action::Answer(_) => {}
+                tui::Action::Redo
+                | tui::Action::Consent
+                | tui::Action::TakeCarrier
+                | tui::Action::KeepCarrier
+                | tui::Action::Answer(_) => {}
             }
         }
     }
@@ -384,13 +399,14 @@ impl MonitorTask {
         };
         let number = |value: Option<f64>, scale: f64| value.map_or(f64::NAN, |value| value * scale);
         let text = format!(
-            "{:8.3} s  Z_m {} N·s/m (plain {})  amplitude {:.3} µm  drive {:.1} V  normal {:.3} N  lost {}",
+            "{:8.3} s  Z_m {} N·s/m (plain {})  amplitude {:.3} µm  drive {:.1} V  normal {:.3} N  drift {}  lost {}",
             live.t_s,
             impedance(live.z_m_n_s_per_m),
             impedance(live.z_plain_n_s_per_m),
             number(live.amplitude_m, 1e6),
             number(live.drive_v, 1.0),
             number(live.normal_n, 1.0),
+            screen_words::drift(self.contact.drift_hz()),
             self.account.lost_frames,
         );
         self.front.show(tui::Event::Log {
@@ -421,6 +437,7 @@ impl Task for MonitorTask {
             self.audio_s = batch.audio_s;
             self.account = batch.account;
             self.meter.take(&batch);
+            self.contact.take(&batch, |_| {});
             for text in batch.warnings {
                 self.front.show(tui::Event::Log {
                     level: LogLevel::Warning,
@@ -438,6 +455,7 @@ impl Task for MonitorTask {
         if now_ns >= self.screen_due_ns {
             self.screen_due_ns = now_ns + SCREEN_PERIOD_NS;
             if let Some(live) = self.meter.live(None) {
+                let live = screen_words::with_contact(live, &self.contact);
                 self.front.show(tui::Event::Live(live));
             }
         }

@@ -31,9 +31,9 @@ pub use person::{
     PersonError, Sex,
 };
 pub use protocol::{
-    BUILT_IN, BrokenRule, Carrier, Condition, Drive, DrivingTime, Exploration, OffPlateError,
-    Order, Protocol, ProtocolError, RedoLimits, Rest, Selection, Slider, Timeouts, Timing, Trials,
-    built_in, nearest_built_in,
+    BUILT_IN, BrokenRule, Carrier, Condition, Drive, DrivingTime, Exploration, NewCarrier,
+    OffPlateError, Order, Protocol, ProtocolError, RedoLimits, ResonanceDrift, Rest, Selection,
+    Slider, Timeouts, Timing, Trials, built_in, nearest_built_in,
 };
 pub use record::{TrialOutcome, TrialRecord};
 pub use redo_reason::RedoReason;

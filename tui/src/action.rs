@@ -33,6 +33,10 @@ pub enum Action {
     Abort,
     /// Reply to a calibration's question.
     Answer(Reply),
+    /// Take the proposed carrier from the next trial on.
+    TakeCarrier,
+    /// Keep the present carrier.
+    KeepCarrier,
     /// Stop the drive at once, without confirmation.
     EmergencyStop,
     /// Re-arm after a trip. Needs confirmation.

@@ -3,14 +3,15 @@
 use ratatui::Frame;
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect, Spacing};
+use ratatui::text::Line;
 
 use crate::escape::clean;
 use crate::panels::impedance::ImpedancePart;
 use crate::panels::panel::{note, rows};
 use crate::panels::{
     amplitude, asked_detail, calibration_layout, crop, drill, estimates, forces, help, impedance,
-    key_hints, log, plate_drawing, readings, safety_line, session_header, session_phase, summary,
-    system_health, trials,
+    key_hints, log, new_carrier, plate_drawing, readings, safety_line, session_header,
+    session_phase, summary, system_health, trials,
 };
 use crate::participant_screen;
 use crate::state::{Page, State};
@@ -54,7 +55,9 @@ fn draw(state: &State, area: Rect, buf: &mut Buffer) {
     key_hints::render(state, bottom, buf);
     match (state.ui.page, &state.calibration) {
         (_, Some(calibrated)) => calibration_layout::render(state, calibrated, body, buf),
-        (Page::Participant, _) if state.asked.is_none() => preview(state, body, buf),
+        (Page::Participant, _) if state.asked.is_none() && state.new_carrier.is_none() => {
+            preview(state, body, buf);
+        }
         _ if area.width >= TWO_COLUMNS.0 && area.height >= TWO_COLUMNS.1 => {
             two_columns(state, area, body, buf);
         }
@@ -125,20 +128,25 @@ fn two_columns(state: &State, area: Rect, body: Rect, buf: &mut Buffer) {
 
 /// Returns the rows of the phase: one, or as many of `most` as a drill's instruction or a question takes.
 fn phase_rows(state: &State, columns: u16, most: u16) -> u16 {
-    let lines = match (&state.drill, &state.asked) {
-        (Some(drilled), _) => drill::instruction(state, drilled, columns).len(),
-        (None, Some(asked)) => asked_detail::question(state, asked, columns).len(),
-        (None, None) => 1,
-    };
+    let lines = in_place_of_phase(state, columns).map_or(1, |lines| lines.len());
     u16::try_from(lines).unwrap_or(most).max(1).min(most)
 }
 
-/// Draws the phase, or a drill's instruction or a question in its place.
+/// Draws the phase, or what is in its place.
 fn phase(state: &State, area: Rect, buf: &mut Buffer) {
-    match (&state.drill, &state.asked) {
-        (Some(drilled), _) => rows(drill::instruction(state, drilled, area.width), area, buf),
-        (None, Some(asked)) => rows(asked_detail::question(state, asked, area.width), area, buf),
-        (None, None) => session_phase::render(state, area, buf),
+    match in_place_of_phase(state, area.width) {
+        Some(lines) => rows(lines, area, buf),
+        None => session_phase::render(state, area, buf),
+    }
+}
+
+/// Returns a drill's instruction, a question or a proposal, which are shown in place of the phase.
+fn in_place_of_phase(state: &State, columns: u16) -> Option<Vec<Line<'_>>> {
+    match (&state.drill, &state.asked, &state.new_carrier) {
+        (Some(drilled), ..) => Some(drill::instruction(state, drilled, columns)),
+        (None, Some(asked), _) => Some(asked_detail::question(state, asked, columns)),
+        (None, None, Some(proposal)) => Some(new_carrier::lines(state, proposal, columns)),
+        (None, None, None) => None,
     }
 }
 

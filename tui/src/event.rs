@@ -75,6 +75,11 @@ pub enum Event {
         /// The question; `None` once nothing is asked.
         detail: Option<AskedDetail>,
     },
+    /// A new carrier for the trials to come, which waits for the operator's decision.
+    NewCarrier {
+        /// The proposal; `None` once it is decided or withdrawn.
+        proposal: Option<CarrierProposal>,
+    },
     /// The session has finished.
     Finished {
         /// Lines of the summary.
@@ -93,6 +98,17 @@ pub struct AskedDetail {
     pub choices: Vec<String>,
     /// Why the question is repeated.
     pub note: Option<String>,
+}
+
+/// A carrier that would be back at the plate's resonance.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CarrierProposal {
+    /// Carrier now, Hz.
+    pub from_hz: f64,
+    /// Carrier proposed, Hz.
+    pub to_hz: f64,
+    /// Drift of the resonance, Hz.
+    pub drift_hz: ValueAndStd,
 }
 
 /// The participant, the protocol and the bench of a session.
@@ -233,6 +249,8 @@ pub struct Live {
     pub mu: Option<ValueAndStd>,
     /// Normal force estimated from impedance and amplitude alone, N, for comparison with `normal_n`.
     pub sensed_normal_n: Option<ValueAndStd>,
+    /// Drift of the plate's resonance since the plate was first seen without a finger, Hz.
+    pub plate_drift_hz: Option<ValueAndStd>,
     /// Peak drive voltage at the actuators, read back, V.
     pub drive_v: Option<f64>,
 }

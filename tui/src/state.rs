@@ -9,8 +9,8 @@ use crate::calibration_page::{CalibrationPage, CalibrationReadings};
 use crate::drill_view::DrillView;
 use crate::escape::escaped_line;
 use crate::event::{
-    AskedDetail, ComplexImpedance, Crop, Event, Live, LogLevel, PhaseKind, PhaseView, SafetyState,
-    SessionHeader, SystemHealth, TrialVerdict, ValueAndStd,
+    AskedDetail, CarrierProposal, ComplexImpedance, Crop, Event, Live, LogLevel, PhaseKind,
+    PhaseView, SafetyState, SessionHeader, SystemHealth, TrialVerdict, ValueAndStd,
 };
 use crate::participant_screen::ParticipantView;
 use crate::theme::Theme;
@@ -85,6 +85,9 @@ pub struct State {
     /// Question about the participant that waits for an answer.
     #[serde(default)]
     pub asked: Option<AskedDetail>,
+    /// New carrier that waits for a decision.
+    #[serde(default)]
+    pub new_carrier: Option<CarrierProposal>,
     /// Summary of the finished session.
     pub summary: Option<Vec<String>>,
     /// Whether the bench has closed the screen.
@@ -222,6 +225,7 @@ impl State {
             readings: None,
             drill: None,
             asked: None,
+            new_carrier: None,
             summary: None,
             closed: false,
             ui: Ui {
@@ -272,6 +276,7 @@ impl State {
             }
             Event::Drill(drill) => self.drill = Some(drill.clone()),
             Event::Asked { detail } => self.asked.clone_from(detail),
+            Event::NewCarrier { proposal } => self.new_carrier = *proposal,
             Event::Finished { summary } => self.summary = Some(summary.clone()),
             Event::Close => self.closed = true,
         }
@@ -425,6 +430,7 @@ fn finite_only(live: &Live) -> Live {
         gap_m: estimate(live.gap_m),
         mu: estimate(live.mu),
         sensed_normal_n: estimate(live.sensed_normal_n),
+        plate_drift_hz: estimate(live.plate_drift_hz),
         drive_v: number(live.drive_v),
     }
 }

@@ -10,7 +10,9 @@ use ratatui::backend::TestBackend;
 use ratatui::buffer::{Buffer, Cell};
 use ratatui::style::{Color, Modifier};
 use tui::drill_view::{DrillResult, DrillStep, DrillView};
-use tui::event::{AskedDetail, Live, PhaseKind, PhaseView, SafetyState};
+use tui::event::{
+    AskedDetail, CarrierProposal, Live, PhaseKind, PhaseView, SafetyState, ValueAndStd,
+};
 use tui::{Action, Event, Page, State, Theme, key, view};
 
 mod crossterm_key {
@@ -227,6 +229,29 @@ fn a_question_about_the_participant_is_read_at_every_size_and_on_every_page() {
         let mut elsewhere = state.clone();
         elsewhere.ui.page = Page::Participant;
         assert_eq!(drawn(&elsewhere, columns, rows).backend(), screen.backend());
+    }
+}
+
+#[test]
+fn a_proposed_carrier_is_read_at_every_size() {
+    let mut state = exploring();
+    state.apply(&Event::NewCarrier {
+        proposal: Some(CarrierProposal {
+            from_hz: 35_000.0,
+            to_hz: 34_994.0,
+            drift_hz: ValueAndStd {
+                value: -5.8,
+                std: 0.4,
+            },
+        }),
+    });
+    for (columns, rows) in [(200, 60), (100, 30), (80, 24), (40, 10), (20, 5)] {
+        let screen = drawn(&state, columns, rows);
+        insta::assert_snapshot!(format!("new_carrier_{columns}x{rows}"), screen.backend());
+        let mut elsewhere = state.clone();
+        elsewhere.ui.page = Page::Participant;
+        let seen = buffer(&elsewhere, columns, rows);
+        assert!((0..rows).any(|y| row(&seen, y).contains("new carrier")));
     }
 }
 

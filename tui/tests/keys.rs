@@ -2,7 +2,9 @@
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use tui::calibration_page::Reply;
-use tui::event::{AskedDetail, Event, PhaseKind, PhaseView, SafetyState};
+use tui::event::{
+    AskedDetail, CarrierProposal, Event, PhaseKind, PhaseView, SafetyState, ValueAndStd,
+};
 use tui::{Action, Page, State, Theme, Window, key};
 
 const PHASES: [PhaseKind; 11] = [
@@ -76,6 +78,30 @@ fn a_question_about_the_participant_takes_digits_and_leaves_the_rest_to_the_dash
     assert_eq!(press(&mut state, "ay"), [Action::Abort]);
     state.apply(&Event::Asked { detail: None });
     assert_eq!(press(&mut state, "cy"), [Action::Consent]);
+}
+
+#[test]
+fn a_new_carrier_is_taken_or_kept_while_it_is_proposed() {
+    let mut state = state(PhaseKind::Feedback, SafetyState::Armed, 1);
+    assert_eq!(press(&mut state, "fk"), []);
+    assert!(state.ui.note.is_some());
+    let proposal = CarrierProposal {
+        from_hz: 35_000.0,
+        to_hz: 35_004.0,
+        drift_hz: ValueAndStd {
+            value: 4.1,
+            std: 0.3,
+        },
+    };
+    state.apply(&Event::NewCarrier {
+        proposal: Some(proposal),
+    });
+    assert_eq!(press(&mut state, "F"), [Action::TakeCarrier]);
+    assert_eq!(press(&mut state, "k"), [Action::KeepCarrier]);
+    // What stops the drive does so at once.
+    assert_eq!(press(&mut state, "e"), [Action::EmergencyStop]);
+    state.apply(&Event::NewCarrier { proposal: None });
+    assert_eq!(press(&mut state, "fk"), []);
 }
 
 #[test]

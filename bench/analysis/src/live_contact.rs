@@ -1,14 +1,17 @@
 //! Gap and friction while the finger slides: evaluates every impedance frame with the participant's last fit.
 //!
+//! The plate's resonance is tracked meanwhile ([`PlateTracker`]), so that gap and friction hold while the plate warms.
+//!
 //! Forces are not smoothed by the zero-phase filter of the analysis; a frame takes the mean of the force readings since
 //! the frame before it, or the last reading if the sensor's bursts are late. Where the amplitude along the plate was
 //! measured, amplitude and impedance are those under the finger, at its last known position.
 
 use std::collections::VecDeque;
 
+use contact::FittedFinger;
 use contact::live_estimator::{LiveEstimator, LiveFrame, Uncertain};
+use contact::plate_tracker::{FingerLoad, PlateSample, PlateTracker, PlateTracking};
 use impedance::ZmFrame;
-use num_complex::Complex64;
 
 use crate::amplitude_profile::AmplitudeProfile;
 use crate::trial_fit::TrialFit;
@@ -41,6 +44,10 @@ pub struct ContactReading {
 pub struct LiveContact {
     contact_n: f64,
     fit: Option<Fit>,
+    /// `None` for a plate that cannot be.
+    tracker: Option<PlateTracker>,
+    /// Time of the newest frame, s.
+    time_s: f64,
     force: Option<ForceRow>,
     /// Force readings later than the newest frame.
     ahead: VecDeque<ForceRow>,
@@ -54,17 +61,23 @@ pub struct LiveContact {
 #[derive(Debug)]
 struct Fit {
     estimator: LiveEstimator,
+    finger: FittedFinger,
     mu0: Uncertain,
-    z_p_n_s_per_m: Complex64,
     profile: AmplitudeProfile,
 }
 
+/// A force reading that is older says nothing of now, s: bursts come late by less.
+const FORCE_HOLDS_S: f64 = 0.1;
+
 impl LiveContact {
-    /// Makes a reader without a fit; a normal force of `contact_n` or more, N, is a finger on the plate.
-    pub fn new(contact_n: f64) -> Self {
+    /// Makes a reader without a fit, for a plate tracked as `tracking` says; a normal force of `contact_n` or more, N,
+    /// is a finger on the plate, one of less than half of it none.
+    pub fn new(contact_n: f64, tracking: PlateTracking) -> Self {
         Self {
             contact_n,
             fit: None,
+            tracker: PlateTracker::new(tracking).ok(),
+            time_s: f64::NEG_INFINITY,
             force: None,
             ahead: VecDeque::new(),
             position_m: f64::NAN,
@@ -81,8 +94,8 @@ impl LiveContact {
             .ok()
             .map(|estimator| Fit {
                 estimator,
+                finger: fit.finger,
                 mu0: fit.mu0,
-                z_p_n_s_per_m: fit.finger.z_p_n_s_per_m(),
                 profile: fit.profile.clone(),
             });
     }
@@ -115,6 +128,7 @@ impl LiveContact {
                     lateral_n: sum.1 / rows,
                 });
             }
+            self.time_s = frame.time_s;
             self.latest = self.read(frame);
             if let Some(reading) = &self.latest {
                 each(reading);
@@ -123,14 +137,24 @@ impl LiveContact {
     }
 
     fn read(&mut self, frame: &ZmFrame) -> Option<ContactReading> {
+        let force = self
+            .force
+            .filter(|force| frame.time_s - force.time_s < FORCE_HOLDS_S);
+        self.track(frame, force.as_ref());
+        let reactance = self.reactance();
         let fit = self.fit.as_mut()?;
-        let force = self.force.filter(|force| force.normal_n >= self.contact_n);
+        let force = force.filter(|force| force.normal_n >= self.contact_n);
         let (true, Some(force)) = (frame.mask.is_clear(), force) else {
             fit.estimator.reset();
             return None;
         };
+        let mut z_p = fit.finger.z_p_n_s_per_m();
+        if let Some(reactance) = reactance {
+            fit.estimator.move_plate(reactance);
+            z_p.im = reactance.value;
+        }
         let ratio = fit.profile.at(self.position_m);
-        let z_m = under_finger::impedance(frame.corrected_n_s_per_m, fit.z_p_n_s_per_m, ratio);
+        let z_m = under_finger::impedance(frame.corrected_n_s_per_m, z_p, ratio);
         // A frame without a gap is one that the model has no answer for: nothing is shown.
         let estimate = fit
             .estimator
@@ -155,6 +179,64 @@ impl LiveContact {
         })
     }
 
+    /// Shows the tracker a frame, as one of a free plate or one under a finger.
+    fn track(&mut self, frame: &ZmFrame, force: Option<&ForceRow>) {
+        let Some(tracker) = &mut self.tracker else {
+            return;
+        };
+        let Some(force) = force else {
+            tracker.interrupt();
+            return;
+        };
+        // In every trough the amplitude may drown in the noise: such a frame is passed over, and its period goes on.
+        if !frame.mask.is_clear() {
+            return;
+        }
+        let sample = PlateSample {
+            time_s: frame.time_s,
+            z_m_corrected_n_s_per_m: frame.corrected_n_s_per_m,
+            z_m_std_n_s_per_m: frame.corrected_std_n_s_per_m,
+        };
+        match &self.fit {
+            _ if force.normal_n.abs() < self.contact_n / 2.0 => tracker.take_free(&sample),
+            Some(fit) if force.normal_n >= self.contact_n => {
+                let amplitude_ratio = fit.profile.at(self.position_m);
+                let load = FingerLoad {
+                    amplitude_m: amplitude_ratio * frame.amplitude_m,
+                    amplitude_ratio,
+                    normal_n: force.normal_n,
+                };
+                tracker.take_loaded(&sample, &fit.finger, &load);
+            }
+            _ => tracker.touch(frame.time_s),
+        }
+    }
+
+    /// Goes on under a drive that is modulated at another frequency, Hz.
+    pub fn modulate(&mut self, modulation_hz: f64) {
+        if let Some(tracker) = &mut self.tracker {
+            tracker.modulate(modulation_hz);
+        }
+    }
+
+    /// Goes on at a carrier that is higher by `by_hz`, from which the drift is counted then.
+    pub fn retune(&mut self, by_hz: f64) {
+        self.latest = None;
+        if let Some(tracker) = &mut self.tracker {
+            tracker.retune(by_hz);
+        }
+    }
+
+    fn reactance(&self) -> Option<Uncertain> {
+        self.tracker.as_ref()?.reactance_n_s_per_m(self.time_s)
+    }
+
+    /// Returns how far the plate's resonance is, Hz, from where it was when the plate was first read without a finger;
+    /// up is positive. `None` before.
+    pub fn drift_hz(&self) -> Option<Uncertain> {
+        self.tracker.as_ref()?.drift_hz(self.time_s)
+    }
+
     /// Returns the reading of the newest frame.
     pub fn latest(&self) -> Option<&ContactReading> {
         self.latest.as_ref()
@@ -167,6 +249,7 @@ mod tests {
     use approx::assert_relative_eq;
     use contact::{AssumedConstants, Contact, FittedFinger, harmonic};
     use impedance::Mask;
+    use num_complex::Complex64;
     use recording::manifest::RecordedProfile;
 
     const CARRIER_HZ: f64 = 35_000.0;
@@ -233,7 +316,7 @@ mod tests {
     #[test]
     fn a_frame_in_contact_gives_the_models_gap_and_friction() {
         let (fit, z_m, gap_m, ratio) = contact();
-        let mut live = LiveContact::new(0.1);
+        let mut live = LiveContact::new(0.1, PlateTracking::of(0.008, 6.0));
         live.refit(&fit);
         let mut frames = 0;
         live.take(&batch(0, z_m, NORMAL_N), |_| frames += 1);
@@ -262,7 +345,7 @@ mod tests {
         let at = |time_s, position_m| PositionRow { time_s, position_m };
         // The unknown one is passed over, and the last is not reached yet.
         seen.position = vec![at(0.0, 0.05), at(1e-3, f64::NAN), at(1.0, 0.0)];
-        let mut live = LiveContact::new(0.1);
+        let mut live = LiveContact::new(0.1, PlateTracking::of(0.008, 6.0));
         live.refit(&fit);
         live.take(&seen, |_| {});
         let reading = live.latest().unwrap();
@@ -275,7 +358,7 @@ mod tests {
     #[test]
     fn nothing_is_read_before_the_first_fit_nor_without_a_finger() {
         let (fit, z_m, ..) = contact();
-        let mut live = LiveContact::new(0.1);
+        let mut live = LiveContact::new(0.1, PlateTracking::of(0.008, 6.0));
         live.take(&batch(0, z_m, NORMAL_N), |_| panic!("read without a fit"));
         live.refit(&fit);
         live.take(&batch(10, z_m, 0.05), |_| panic!("read without a finger"));

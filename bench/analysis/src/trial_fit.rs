@@ -1,5 +1,6 @@
 //! Fits the participant's contact to a trial.
 
+use contact::fit::trial::{self, SharedFit};
 use contact::fit::{FitError, InstanceFit, dynamic};
 use contact::live_estimator::Uncertain;
 use contact::{AssumedConstants, FittedFinger, self_sensed};
@@ -20,6 +21,8 @@ use crate::unloaded::UnloadedError;
 pub struct FitRequest {
     /// Name in the log.
     pub label: String,
+    /// Carrier that it was driven at, Hz.
+    pub carrier_hz: f64,
     /// Impedance of the unloaded plate, or why it could not be read.
     pub plate: Result<PlateReading, UnloadedError>,
     /// Measured data.
@@ -59,15 +62,6 @@ impl Selected {
     fn instances(&self) -> impl Iterator<Item = Instance> {
         self.stretches.iter().filter_map(Stretch::instance)
     }
-}
-
-/// Outcome of a request.
-#[derive(Debug)]
-pub struct FitReport {
-    /// Name in the log, as in the request.
-    pub label: String,
-    /// Fit, or why there is none.
-    pub fit: Result<TrialFit, NoFit>,
 }
 
 /// Why a trial has no fit.
@@ -125,81 +119,97 @@ pub struct TrialFit {
     pub profile: AmplitudeProfile,
 }
 
-impl FitReport {
-    /// Returns the lines for the operator, each short enough for the dashboard's log.
-    pub fn lines(&self) -> Vec<String> {
-        let label = &self.label;
-        let fit = match &self.fit {
-            Ok(fit) => fit,
-            Err(why) => return vec![format!("{label}: no fit: {why}")],
-        };
-        let (z, std) = (fit.z_t_n_s_per_m, fit.z_t_std_n_s_per_m);
-        let force = fit
-            .force_difference
-            .map(|part| format!(", self-sensed force off {:.1} %", part * 100.0))
-            .unwrap_or_default();
-        vec![
-            format!(
-                "{label}: σ_t {:.2} ± {:.2} µm, τ {:.1} ± {:.1} ms",
-                fit.sigma_t_m.value * 1e6,
-                fit.sigma_t_m.std * 1e6,
-                fit.tau_s.value * 1e3,
-                fit.tau_s.std * 1e3,
-            ),
-            format!(
-                "  Z_t {:.2} ± {:.2} {} ({:.2} ± {:.2})i N·s/m",
-                z.re,
-                std.re,
-                if z.im < 0.0 { '−' } else { '+' },
-                z.im.abs(),
-                std.im,
-            ),
-            format!(
-                "  {} of {} fits, μ0 {:.2}{force}",
-                fit.usable, fit.instances, fit.mu0.value
-            ),
-        ]
+/// A trial cut into its instances, on a plate whose amplitude along its length is known.
+pub struct CutTrial<'a> {
+    request: &'a FitRequest,
+    plate: PlateReading,
+    profile: &'a AmplitudeProfile,
+    series: Vec<(FrameSeries, UnderFinger)>,
+    prepared: Vec<PreparedInstance>,
+}
+
+impl<'a> CutTrial<'a> {
+    /// Cuts a trial.
+    ///
+    /// # Errors
+    /// The plate could not be read, or no instance was selected.
+    pub fn new(request: &'a FitRequest, profile: &'a AmplitudeProfile) -> Result<Self, NoFit> {
+        let plate = request.plate?;
+        let z_p = Some(plate.corrected_n_s_per_m);
+        let each = request.explorations.iter().map(|exploration| {
+            let (start_s, end_s) = (exploration.start_s, exploration.end_s);
+            let series = request.record.series(start_s, end_s);
+            let under_finger = UnderFinger::of(&series, profile, z_p);
+            (series, under_finger)
+        });
+        let series: Vec<_> = each.collect();
+        let explorations = request.explorations.iter().zip(&series);
+        let instances = explorations.flat_map(|(exploration, (series, under_finger))| {
+            exploration.instances().map(|instance| {
+                let span = (instance.start_s, instance.end_s);
+                PreparedInstance::cut(series, under_finger, span)
+            })
+        });
+        let prepared: Vec<_> = instances.collect();
+        if prepared.is_empty() {
+            return Err(NoFit::NoInstance);
+        }
+        Ok(Self {
+            request,
+            plate,
+            profile,
+            series,
+            prepared,
+        })
+    }
+
+    /// Fits all instances together, so that S, q0 and η come out.
+    ///
+    /// # Errors
+    /// The instances cannot be fitted together.
+    pub fn shared(&self, assumed: AssumedConstants) -> Result<SharedFit, FitError> {
+        let conditions = self.plate.conditions(assumed, self.request.carrier_hz);
+        let each = self.prepared.iter();
+        let instances: Vec<_> = each
+            .map(|instance| instance.series(Method::Dynamic))
+            .collect::<Result<_, _>>()?;
+        let fitted = trial::fit(&instances, &conditions, &trial::TrialOptions::default())?;
+        Ok(fitted.shared)
+    }
+
+    /// Fits the contact, of a skin that is `assumed`.
+    ///
+    /// # Errors
+    /// No instance's fit can be used.
+    pub fn contact(&self, assumed: AssumedConstants) -> Result<TrialFit, NoFit> {
+        typical(self, assumed)
     }
 }
 
-/// Fits a trial on a plate whose amplitude along its length is `profile`.
+/// Fits a trial on a plate whose amplitude along its length is `profile`, of a skin that is `assumed`.
 ///
 /// # Errors
 /// [`NoFit`] names the reason.
 pub fn fit(
     request: &FitRequest,
-    carrier_hz: f64,
     assumed: AssumedConstants,
     profile: &AmplitudeProfile,
 ) -> Result<TrialFit, NoFit> {
-    let plate = request.plate?;
-    let conditions = plate.conditions(assumed, carrier_hz);
+    CutTrial::new(request, profile)?.contact(assumed)
+}
+
+fn typical(cut: &CutTrial<'_>, assumed: AssumedConstants) -> Result<TrialFit, NoFit> {
+    let CutTrial {
+        request,
+        prepared,
+        series,
+        ..
+    } = cut;
+    let conditions = cut.plate.conditions(assumed, request.carrier_hz);
     let options = dynamic::DynamicOptions::default();
-    let series: Vec<(FrameSeries, UnderFinger)> = request
-        .explorations
-        .iter()
-        .map(|exploration| {
-            let (start_s, end_s) = (exploration.start_s, exploration.end_s);
-            let series = request.record.series(start_s, end_s);
-            let z_p = Some(plate.corrected_n_s_per_m);
-            let under_finger = UnderFinger::of(&series, profile, z_p);
-            (series, under_finger)
-        })
-        .collect();
-    let prepared: Vec<PreparedInstance> = request
-        .explorations
-        .iter()
-        .zip(&series)
-        .flat_map(|(exploration, (series, under_finger))| {
-            exploration.instances().map(|instance| {
-                let span = (instance.start_s, instance.end_s);
-                PreparedInstance::cut(series, under_finger, span)
-            })
-        })
-        .collect();
     let (mut usable, mut refused) = (Vec::new(), None);
     let mut interval_s = 0.0;
-    for instance in &prepared {
+    for instance in prepared {
         let taken = instance.series(Method::Dynamic);
         let fitted: Result<InstanceFit, FitError> = taken.and_then(|instance| {
             interval_s = instance.interval_s();
@@ -217,7 +227,8 @@ pub fn fit(
     }
     usable.sort_by(|a, b| a.sigma_t_m.total_cmp(&b.sigma_t_m));
     let place = |part: f64| (usable.len().saturating_sub(1) as f64 * part).round() as usize;
-    let Some(typical) = usable.get(place(0.25)..=place(0.75)).and_then(|middle| {
+    let middle = usable.get(place(0.25)..=place(0.75));
+    let Some(typical) = middle.and_then(|middle| {
         middle
             .iter()
             .min_by(|a, b| a.sigma_t_std_m.total_cmp(&b.sigma_t_std_m))
@@ -245,10 +256,10 @@ pub fn fit(
         sigma_t_spread_m: spread_m / 2.0,
         usable: usable.len(),
         instances: prepared.len(),
-        force_difference: force_difference(&typical.finger, interval_s, &series, &request.rules),
+        force_difference: force_difference(&typical.finger, interval_s, series, &request.rules),
         finger: typical.finger,
         interval_s,
-        profile: profile.clone(),
+        profile: cut.profile.clone(),
     })
 }
 

@@ -226,6 +226,14 @@ impl Effective {
         &self.config
     }
 
+    /// Returns the bench with a plate whose resonance has moved to `resonance_hz`; all else is as it was measured.
+    #[must_use]
+    pub fn with_resonance(&self, resonance_hz: f64) -> Self {
+        let mut moved = self.clone();
+        moved.config.plate.resonance_hz = resonance_hz;
+        moved
+    }
+
     /// Returns the calibration in force; `None` for an uncalibrated bench.
     #[must_use]
     pub fn calibration(&self) -> Option<&InForce> {

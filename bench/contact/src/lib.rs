@@ -21,6 +21,7 @@
 //! | all instances of a trial, S, q0 and η found | | [`fit::trial`] |
 //! | normal force without a sensor | | [`self_sensed`] |
 //! | frame by frame | | [`live_estimator`] |
+//! | the plate's resonance, tracked while the finger slides | | [`plate_tracker`] |
 //!
 //! # Conventions
 //! SI units, named in identifiers. Envelopes are peak values with exp(+iωt); impedance is force over velocity, N·s/m. A
@@ -36,6 +37,7 @@ pub mod harmonic;
 mod inversion;
 pub mod live_estimator;
 mod parameters;
+pub mod plate_tracker;
 mod residual_noise;
 mod root;
 pub mod self_sensed;

@@ -5,7 +5,7 @@ use num_complex::Complex64;
 use crate::error::{ModelError, positive};
 use crate::finger::FittedFinger;
 use crate::inversion::Dependent;
-use crate::parameters::PARAMETERS;
+use crate::parameters::{IM_OFFSET, PARAMETERS};
 pub use crate::uncertain::Uncertain;
 
 /// Slope at the last of five samples, oldest first, least squares of a parabola, per interval: no delay.
@@ -95,6 +95,18 @@ impl LiveEstimator {
     pub fn refit(&mut self, finger: FittedFinger) {
         self.finger = finger;
         self.reset();
+    }
+
+    /// Reads the frames from now on on a plate whose reactance Im Z_p, N·s/m, is this one. Its error goes into those of
+    /// the estimates in place of that of the fitted offset, and independently of the other parameters.
+    pub fn move_plate(&mut self, reactance_n_s_per_m: Uncertain) {
+        let inversion = &mut self.finger.inversion;
+        inversion.z_p.im = reactance_n_s_per_m.value;
+        if let Some(covariance) = &mut inversion.covariance {
+            covariance.row_mut(IM_OFFSET).fill(0.0);
+            covariance.column_mut(IM_OFFSET).fill(0.0);
+            covariance[(IM_OFFSET, IM_OFFSET)] = reactance_n_s_per_m.std.powi(2);
+        }
     }
 
     /// Forgets earlier frames: to be called when frames were lost or the finger was lifted.

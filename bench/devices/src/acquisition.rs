@@ -14,6 +14,7 @@ use crate::flags::{FlagUpdate, Flags, InputFault};
 use crate::gauges::Gauges;
 use crate::lost_frames::{LossWatch, Lost, Piece, SampleBlock};
 use crate::output_gap::{Gap, OutputGapWatch, OutputXrun};
+use crate::tuning::Tuning;
 use recording::manifest::{EventKind, RecordedInterval, RecordingEvent};
 use recording::pipeline::{Batch, DriveGap, Pipeline};
 use recording::recorder::{Begin, RecorderMessage, RecorderSender};
@@ -36,6 +37,8 @@ pub enum RecordingCommand {
     Warn(EventKind, String),
     /// Ends the recording.
     End(Ending),
+    /// Demodulates another carrier from the next sample on; for a drive at rest, between recordings.
+    Retune(Box<Tuning>),
     /// Hands out the next samples unprocessed, whether or not a recording is open.
     Excerpt(Excerpt),
 }
@@ -205,6 +208,17 @@ impl Acquisition {
                     return;
                 };
                 RecorderMessage::Interval(RecordedInterval::relative_to(interval, offset_s))
+            }
+            RecordingCommand::Retune(tuning) => {
+                let Tuning {
+                    carrier_hz,
+                    demodulator,
+                    zm,
+                } = *tuning;
+                self.pipeline.retune(demodulator, zm);
+                self.loss.retune(carrier_hz);
+                self.output_gaps.retune(carrier_hz);
+                return;
             }
             RecordingCommand::Excerpt(excerpt) => {
                 self.excerpt = Some(excerpt);

@@ -7,9 +7,6 @@ use std::sync::atomic::AtomicBool;
 use anyhow::Context;
 use config::{CalibrationError, Config, Effective, SampleFormat};
 use crossbeam_channel::{Receiver, Sender};
-use impedance::{
-    ChannelScales, Demodulator, Filter, InputChannel, OUTPUT_RATE_HZ, PlateConstants, Zm,
-};
 use recording::pipeline::{Batch, Pipeline};
 use recording::recorder::{RecorderGauge, RecorderNotice, RecorderTask, recorder};
 use safety::{Pace, SafetyLines, Signals, Watch};
@@ -31,6 +28,7 @@ use crate::lost_frames::LossWatch;
 use crate::output_gap::OutputGapWatch;
 use crate::plate_warmth::WarmthError;
 use crate::thread_priority::{lock_memory, thread_start};
+use crate::tuning::Tuning;
 
 /// Hardware of a bench, found or simulated by the composition root.
 pub struct Hardware {
@@ -213,7 +211,7 @@ impl Bench {
     /// Names the part that is missing, busy or unable, and what to do.
     pub fn open(bench: &Effective, carrier_hz: f64, hardware: Hardware) -> anyhow::Result<Self> {
         let config = bench.config();
-        let (filter, zm) = impedance_chain(config, carrier_hz)?;
+        let tuning = Tuning::new(config, carrier_hz)?;
         let OpenHardware {
             life,
             input,
@@ -225,19 +223,8 @@ impl Bench {
             gauges,
             tasks: before,
         } = OpenHardware::open(bench, hardware)?;
-        let clipping = |index: u16, clip_units: f64| InputChannel {
-            channel: usize::from(index),
-            clip_level: clip_units as f32,
-        };
-        let (on_drive, on_pickup) = (&config.channels.drive, &config.channels.pickup);
         let channels = usize::from(config.audio.input_channels);
-        let demodulator = Demodulator::drive_and_pickup(
-            filter,
-            channels,
-            clipping(on_drive.index, on_drive.clip_units),
-            clipping(on_pickup.index, on_pickup.clip_units),
-        )?;
-        let drive_channel = usize::from(on_drive.index);
+        let drive_channel = usize::from(config.channels.drive.index);
         let (recording, recording_orders) = crossbeam_channel::unbounded();
         let (batches, acquired) = crossbeam_channel::unbounded();
         let block_frames = f64::from(
@@ -251,7 +238,7 @@ impl Bench {
         let gauge = sender.gauge();
         let acquisition = Acquisition::new(
             input,
-            Pipeline::new(demodulator, zm, channels),
+            Pipeline::new(tuning.demodulator, tuning.zm, channels),
             (
                 LossWatch::new(carrier_hz, config.audio.rate_hz, channels, drive_channel),
                 OutputGapWatch::new(carrier_hz, config.audio.rate_hz, channels, drive_channel),
@@ -319,30 +306,6 @@ impl Bench {
 
 /// Assumed block length of a card that does not state it, frames: the shortest.
 const FEWEST_BLOCK_FRAMES: u32 = 32;
-
-/// Returns the demodulation filter at the carrier and the computation of Z_m with the constants of `config`.
-///
-/// # Errors
-/// When sample rate and carrier do not fit each other.
-pub fn impedance_chain(config: &Config, carrier_hz: f64) -> anyhow::Result<(Filter, Zm)> {
-    let filter = Filter::new(impedance::FilterSettings {
-        sample_rate_hz: config.audio.rate_hz,
-        carrier_hz,
-        output_rate_hz: OUTPUT_RATE_HZ,
-    })?;
-    let plate = PlateConstants {
-        resonance_hz: config.plate.resonance_hz,
-        modal_mass_kg: config.plate.modal_mass_kg,
-        force_factor_n_per_v: config.plate.force_factor_n_per_v,
-    };
-    let channels = ChannelScales {
-        drive_volts_per_unit: config.channels.drive.volts_per_unit,
-        pickup_metres_per_unit: config.channels.pickup.metres_per_unit,
-        pickup_phase_rad: config.channels.pickup.phase_rad,
-    };
-    let zm = Zm::new(plate, channels, &filter)?;
-    Ok((filter, zm))
-}
 
 fn duplex(config: &Config) -> DuplexConfig {
     let audio = &config.audio;

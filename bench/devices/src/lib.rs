@@ -31,11 +31,12 @@ mod output_gap;
 pub mod plate_warmth;
 mod stream_threads;
 mod thread_priority;
+mod tuning;
 
 pub use arming::{
     ArmingError, NotWired, plate_heat, require_armable, require_watched, safety_limits,
 };
-pub use assembly::{Bench, Hardware, OpenHardware, impedance_chain};
+pub use assembly::{Bench, Hardware, OpenHardware};
 pub use boot::Boot;
 pub use digital_lines::Lines;
 pub use dose_record::Whose;
@@ -46,6 +47,7 @@ pub use line_source::{LineError, LineSource, take_lines};
 pub use lock_folder::lock_folder;
 pub use stream_threads::StreamThreads;
 pub use thread_priority::ThreadPriorities;
+pub use tuning::{Tuning, impedance_chain};
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

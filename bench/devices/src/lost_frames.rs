@@ -169,6 +169,11 @@ impl LossWatch {
         }
     }
 
+    /// Expects the drive at another carrier from now on.
+    pub fn retune(&mut self, carrier_hz: f64) {
+        self.finder = LossFinder::new(carrier_hz, self.finder.sample_rate_hz);
+    }
+
     /// Takes the next block and returns the pieces that may be processed.
     pub fn pass(&mut self, header: BlockHeader, samples: Vec<f32>) -> Vec<Piece> {
         let unaccounted_s = self.unaccounted_s(&header);

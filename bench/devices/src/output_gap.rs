@@ -132,6 +132,11 @@ impl OutputGapWatch {
         }
     }
 
+    /// Expects the drive at another carrier from now on.
+    pub fn retune(&mut self, carrier_hz: f64) {
+        self.finder = LossFinder::new(carrier_hz, self.finder.sample_rate_hz());
+    }
+
     /// Takes interleaved samples that begin at frame `first` of the audio clock, with the stream's count of output
     /// xruns. Returns what is known of an xrun: once when it is reported, and once when its gap was found or given up.
     pub fn take(&mut self, first: u64, samples: &[f32], xruns: u64) -> Option<OutputXrun> {

@@ -1,6 +1,7 @@
 //! Looks for offsets, mains hum and foreign tones on drive and pickup while a bench runs. They are rejected by the
 //! demodulation, but cost range, and tell of a cable, a ground or a supply that somebody should look at.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use config::Config;
@@ -9,7 +10,7 @@ use devices::acquisition::{Excerpt, RecordingCommand};
 use metrology::disturbance::{Disturbance, Sort, disturbances};
 use metrology::spectrum::Spectrum;
 use recording::manifest::EventKind;
-use tasks::Task;
+use tasks::{Slot, Task};
 
 /// Length of a stretch that is looked at, s, and the resolution of its spectrum, Hz.
 const EXCERPT_S: f64 = 0.25;
@@ -28,6 +29,8 @@ pub struct Interference {
     input_channels: u16,
     excerpt: Option<Receiver<Vec<f32>>>,
     due_ns: Option<u64>,
+    /// The carrier, where it may change, Hz.
+    carrier_hz: Arc<Slot<f64>>,
     watch: DisturbanceWatch,
 }
 
@@ -44,6 +47,7 @@ impl Interference {
             input_channels: config.audio.input_channels,
             excerpt: None,
             due_ns: None,
+            carrier_hz: Arc::default(),
             watch: DisturbanceWatch {
                 inputs: [
                     ("drive", usize::from(channels.drive.index)),
@@ -55,6 +59,12 @@ impl Interference {
                 suspected: Vec::new(),
             },
         }
+    }
+
+    /// Follows a carrier that is published in `carrier_hz`.
+    #[must_use]
+    pub fn following(self, carrier_hz: Arc<Slot<f64>>) -> Self {
+        Self { carrier_hz, ..self }
     }
 
     fn send(&self, command: RecordingCommand) {
@@ -86,6 +96,9 @@ impl Task for Interference {
         match excerpt.try_recv() {
             Ok(samples) => {
                 self.excerpt = None;
+                if let Some(carrier_hz) = self.carrier_hz.get() {
+                    self.watch.carrier_hz = carrier_hz;
+                }
                 for Notice { text, is_new } in self.watch.look(&samples) {
                     let kind = EventKind::Interference;
                     self.send(if is_new {

@@ -1,8 +1,12 @@
 //! What is made of the samples while they come, for the operator: readings and words for the dashboard, the participant's
 //! contact fitted after each trial, interference that disturbs the bench.
 
+pub mod carrier_decision;
+pub mod fit_report;
 pub mod interference;
 pub mod live_meter;
+pub mod live_side;
+pub mod participant_skin;
 pub mod refit;
 pub mod screen_words;
 

@@ -1,26 +1,31 @@
 //! The participant's contact fitted anew after each trial, on a task of its own: the session does not wait for it.
+//!
+//! S, q0 and η come from the trials so far, each fitted as a whole; with them the newest trial's instances are fitted
+//! one by one. As long as no trial could be fitted as a whole the three are assumed.
 
 use std::time::Duration;
 
 use analysis::amplitude_profile::AmplitudeProfile;
-use analysis::trial_fit::{FitReport, FitRequest, fit};
+use analysis::trial_fit::{CutTrial, FitRequest};
 use contact::AssumedConstants;
 use crossbeam_channel::{Receiver, Sender};
 use tasks::Task;
+
+use crate::fit_report::FitReport;
+use crate::participant_skin::ParticipantSkin;
 
 /// Fits what it is asked to, one request after the other.
 pub struct Refit {
     requests: Receiver<FitRequest>,
     reports: Sender<FitReport>,
-    carrier_hz: f64,
     assumed: AssumedConstants,
     profile: AmplitudeProfile,
+    skin: ParticipantSkin,
 }
 
 impl Refit {
     /// The task for a plate whose amplitude along its length is `profile`, with the way to ask it and to hear from it.
     pub fn new(
-        carrier_hz: f64,
         assumed: AssumedConstants,
         profile: AmplitudeProfile,
     ) -> (Sender<FitRequest>, Receiver<FitReport>, Self) {
@@ -29,9 +34,9 @@ impl Refit {
         let task = Self {
             requests,
             reports,
-            carrier_hz,
             assumed,
             profile,
+            skin: ParticipantSkin::default(),
         };
         (ask, answers, task)
     }
@@ -47,15 +52,41 @@ impl Task for Refit {
     }
 
     fn poll(&mut self, _now_ns: u64) -> anyhow::Result<()> {
-        for request in self.requests.try_iter() {
-            let fit = fit(&request, self.carrier_hz, self.assumed, &self.profile);
+        while let Ok(request) = self.requests.try_recv() {
+            let report = self.fit(&request);
             // Whoever asked is gone only when the bench stops.
-            let _ = self.reports.send(FitReport {
-                label: request.label,
-                fit,
-            });
+            let _ = self.reports.send(report);
         }
         Ok(())
+    }
+}
+
+impl Refit {
+    fn fit(&mut self, request: &FitRequest) -> FitReport {
+        let label = request.label.clone();
+        let cut = match CutTrial::new(request, &self.profile) {
+            Ok(cut) => cut,
+            Err(why) => {
+                let skin = self.skin.used(&self.assumed, Some(why.to_string()));
+                return FitReport {
+                    label,
+                    skin,
+                    fit: Err(why),
+                };
+            }
+        };
+        let shared = cut.shared(self.assumed).map_err(|error| error.to_string());
+        let left_out = shared.and_then(|shared| self.skin.take(&shared)).err();
+        let skin = self.skin.used(&self.assumed, left_out);
+        let fit = cut.contact(skin.constants(&self.assumed));
+        let (Err(why), 1..) = (&fit, skin.trials) else {
+            return FitReport { label, skin, fit };
+        };
+        // Better a contact of an assumed skin than none.
+        let because = format!("with those of the trials so far: {why}");
+        let skin = ParticipantSkin::default().used(&self.assumed, Some(because));
+        let fit = cut.contact(skin.constants(&self.assumed));
+        FitReport { label, skin, fit }
     }
 }
 
@@ -72,6 +103,7 @@ mod tests {
     fn request(plate: Result<PlateReading, UnloadedError>) -> FitRequest {
         FitRequest {
             label: "trial 1".to_owned(),
+            carrier_hz: 35_000.0,
             plate,
             record: Measurements::default(),
             explorations: vec![Selected {
@@ -91,11 +123,8 @@ mod tests {
             corrected_n_s_per_m: z,
             frames: 1000,
         };
-        let (ask, answers, mut task) = Refit::new(
-            35_000.0,
-            AssumedConstants::ESTIMATION,
-            AmplitudeProfile::default(),
-        );
+        let (ask, answers, mut task) =
+            Refit::new(AssumedConstants::ESTIMATION, AmplitudeProfile::default());
         ask.send(request(Ok(plate))).unwrap();
         ask.send(request(Err(UnloadedError::NoInterval))).unwrap();
         task.poll(0).unwrap();

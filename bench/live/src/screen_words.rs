@@ -8,7 +8,7 @@ use protocols::{
 };
 use tui::event::{ComplexImpedance, Crop, Live, LogLevel, PhaseKind, ValueAndStd};
 
-use analysis::live_contact::ContactReading;
+use analysis::live_contact::LiveContact;
 use analysis::measurements::Measurements;
 use config::Config;
 use contact::live_estimator::Uncertain;
@@ -173,20 +173,30 @@ pub fn live(frame: &ZmFrame) -> Live {
     }
 }
 
-/// Returns `live` with gap, friction and self-sensed force as the contact was last read.
-pub fn with_contact(live: Live, reading: Option<&ContactReading>) -> Live {
+/// Returns `live` with gap, friction and self-sensed force as the contact was last read, and the plate's drift.
+pub fn with_contact(live: Live, contact: &LiveContact) -> Live {
     let estimate = |uncertain: Uncertain| ValueAndStd {
         value: uncertain.value,
         std: uncertain.std,
     };
+    let reading = contact.latest();
     Live {
         gap_m: reading.map(|reading| estimate(reading.gap_m)),
         mu: reading.map(|reading| estimate(reading.mu)),
         sensed_normal_n: reading
             .and_then(|reading| reading.self_sensed_normal_n)
             .map(estimate),
+        plate_drift_hz: contact.drift_hz().map(estimate),
         ..live
     }
+}
+
+/// The drift of the plate's resonance, with its sign.
+pub fn drift(drift_hz: Option<Uncertain>) -> String {
+    drift_hz.map_or_else(
+        || "unknown".to_owned(),
+        |Uncertain { value, std }| format!("{value:+.1} ± {std:.1} Hz"),
+    )
 }
 
 /// Points of the crop's curves: more than a terminal is wide.

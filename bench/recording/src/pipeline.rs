@@ -121,6 +121,8 @@ pub struct Pipeline {
     zm: Zm,
     channels: usize,
     rate_hz: f64,
+    /// Frame of the stream at which the demodulator began.
+    begin: u64,
     account: Account,
 }
 
@@ -136,8 +138,17 @@ impl Pipeline {
             zm,
             channels,
             rate_hz,
+            begin: 0,
             account: Account::default(),
         }
+    }
+
+    /// Goes on with another demodulator, as for another carrier. Frames whose window holds samples from before are left
+    /// out.
+    pub fn retune(&mut self, demodulator: Demodulator<2>, zm: Zm) {
+        self.demodulator = demodulator;
+        self.zm = zm;
+        self.begin = self.account.frames;
     }
 
     /// Makes a pipeline for the audio of a recording, with the constants that it states.
@@ -223,8 +234,11 @@ impl Pipeline {
     ) -> Result<(), DemodulatorError> {
         self.account.frames += (samples.len() / self.channels) as u64;
         let (zm, clipped) = (&self.zm, &mut self.account.clipped_frames);
+        let (begin, begin_s) = (self.begin, self.begin as f64 / self.rate_hz);
         self.demodulator.push(samples, |frame| {
-            let frame = zm.read(frame);
+            let mut frame = zm.read(frame);
+            frame.sample += begin;
+            frame.time_s += begin_s;
             *clipped += u64::from(frame.mask.contains(Mask::CLIPPED));
             frames.push(frame);
         })
@@ -254,7 +268,17 @@ impl Pipeline {
 
     /// Returns the flawed samples of drive and pickup since the last call; lost frames do not count.
     pub fn take_flaws(&mut self) -> [ChannelFlaws; 2] {
-        self.demodulator.take_flaws()
+        let begin = self.begin;
+        let mut flaws = self.demodulator.take_flaws();
+        for flawed in flaws
+            .iter_mut()
+            .flat_map(|of| [&mut of.lost, &mut of.clipped])
+            .flatten()
+        {
+            flawed.first += begin;
+            flawed.last += begin;
+        }
+        flaws
     }
 
     /// Takes samples read back from a file, in which lost frames are NaN.
@@ -319,8 +343,7 @@ mod tests {
 
     const RATE_HZ: u32 = 96_000;
 
-    fn pipeline() -> Pipeline {
-        let text = r#"format = 1
+    const MANIFEST: &str = r#"format = 1
 carrier_hz = 35000.0
 modulation_hz = 6.0
 modulation_index = 0.95
@@ -328,12 +351,14 @@ channels.drive = { index = 0, volts_per_unit = 60.0 }
 channels.pickup = { index = 1, metres_per_unit = 5e-6, phase_rad = 0.2 }
 plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
 "#;
-        let manifest = Manifest::parse(text, "recording.toml").unwrap();
-        let format = AudioFormat {
-            sample_rate_hz: RATE_HZ,
-            channels: 3,
-        };
-        Pipeline::of_recording(&manifest, format).unwrap()
+    const FORMAT: AudioFormat = AudioFormat {
+        sample_rate_hz: RATE_HZ,
+        channels: 3,
+    };
+
+    fn pipeline() -> Pipeline {
+        let manifest = Manifest::parse(MANIFEST, "recording.toml").unwrap();
+        Pipeline::of_recording(&manifest, FORMAT).unwrap()
     }
 
     fn signal(frames: usize) -> Vec<f32> {
@@ -389,6 +414,46 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         assert_eq!(file.account(), card.account());
         assert_eq!(file.account().lost_frames, lost as u64);
         assert!(live.iter().filter(|frame| frame.mask.is_clear()).count() > 1000);
+    }
+
+    /// Frames keep their place on the stream's clock, and are those of a stream that begins where the carrier changed.
+    #[test]
+    fn another_carrier_goes_on_on_the_same_clock() {
+        let tuned = |carrier_hz: &str| {
+            let manifest = MANIFEST.replace("carrier_hz = 35000.0", carrier_hz);
+            let manifest = Manifest::parse(&manifest, "recording.toml").unwrap();
+            Pipeline::of_recording(&manifest, FORMAT).unwrap()
+        };
+        let (before, signal) = (10_007, signal(30_000));
+        let (mut stream, mut frames) = (pipeline(), Vec::new());
+        stream.take(&signal[..before * 3], &mut frames).unwrap();
+        let last = frames.last().copied().unwrap();
+        frames.clear();
+        let Pipeline {
+            demodulator, zm, ..
+        } = tuned("carrier_hz = 35010.0");
+        stream.retune(demodulator, zm);
+        let mut rest = signal[before * 3..].to_vec();
+        rest[300] = f32::NAN;
+        stream.take(&rest, &mut frames).unwrap();
+        let (mut fresh, mut expected) = (tuned("carrier_hz = 35010.0"), Vec::new());
+        fresh.take(&rest, &mut expected).unwrap();
+        assert!(frames[0].sample > last.sample && frames[0].sample >= before as u64);
+        for frame in &mut expected {
+            frame.sample += before as u64;
+        }
+        assert_eq!(bits(&frames), bits(&expected));
+        for frame in &frames {
+            let time_s = frame.sample as f64 / f64::from(RATE_HZ);
+            assert!((frame.time_s - time_s).abs() < 1e-12);
+        }
+        let [drive, _] = stream.take_flaws();
+        let lost = drive.lost.unwrap();
+        assert_eq!(
+            (lost.first, lost.last),
+            (before as u64 + 100, before as u64 + 100)
+        );
+        assert_eq!(stream.account().frames, 30_000);
     }
 
     #[test]

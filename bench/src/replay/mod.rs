@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use contact::AssumedConstants;
+use contact::plate_tracker::PlateTracking;
 use crossbeam_channel::{Receiver, Sender};
 use protocols::selection::analyse_exploration;
 use protocols::{Direction, SelectionRules, Stretch};
@@ -26,10 +27,11 @@ use analysis::instance::PlateReading;
 use analysis::live_contact::LiveContact;
 use analysis::measurements::Measurements;
 use analysis::recording_analysis::selection_rules;
-use analysis::trial_fit::{FitReport, FitRequest, Selected};
+use analysis::trial_fit::{FitRequest, Selected};
 use analysis::unloaded::{self, UnloadedError};
 use console::{Dashboard, Front, Headless};
 use devices::Gauges;
+use live::fit_report::FitReport;
 use recording::manifest::{Manifest, RecordedInterval, RecordedIntervalKind};
 use recording::pipeline::{Account, Batch};
 use tasks::{Clock, Schedule, StopFlag, SystemClock, Task};
@@ -107,7 +109,7 @@ pub fn replay(plan: Plan, mut front: Box<dyn Front>, stop: &StopFlag) -> anyhow:
     let (refits, fits, refit) = {
         let manifest = plan.source.manifest();
         let profile = AmplitudeProfile::from(&manifest.plate);
-        Refit::new(manifest.carrier_hz, plan.assumed, profile)
+        Refit::new(plan.assumed, profile)
     };
     let (reports, report) = crossbeam_channel::bounded(1);
     for event in opening(&plan) {
@@ -231,7 +233,15 @@ impl Replay {
             .filter(|interval| matches!(interval.kind, RecordedIntervalKind::Exploration(_)));
         Self {
             planned: explorations.count() as u32,
-            contact: LiveContact::new(plan.rules.contact_n),
+            contact: {
+                let manifest = plan.source.manifest();
+                let (mass_kg, modulation_hz) =
+                    (manifest.plate.modal_mass_kg, manifest.modulation_hz);
+                LiveContact::new(
+                    plan.rules.contact_n,
+                    PlateTracking::of(mass_kg, modulation_hz),
+                )
+            },
             source: plan.source,
             front,
             refits,
@@ -375,6 +385,7 @@ impl Replay {
         // The fitting task ends before this one only when it failed, and that stops the replay.
         let _ = self.refits.send(FitRequest {
             label,
+            carrier_hz: self.source.manifest().carrier_hz,
             plate: self.plate,
             record: self.record.clone(),
             explorations: vec![Selected {
@@ -396,6 +407,8 @@ impl Replay {
             for line in report.lines() {
                 self.log(LogLevel::Info, line);
             }
+            let drift = screen_words::drift(self.contact.drift_hz());
+            self.log(LogLevel::Info, format!("  plate's resonance {drift}"));
         }
     }
 
@@ -414,6 +427,8 @@ impl Replay {
                 | tui::Action::Rearm
                 | tui::Action::Redo
                 | tui::Action::Consent
+                | tui::Action::TakeCarrier
+                | tui::Action::KeepCarrier
                 | tui::Action::Answer(_) => {}
             }
         }
@@ -445,7 +460,7 @@ impl Replay {
         if self.audio_s >= self.screen_due_s {
             self.screen_due_s = self.audio_s + SCREEN_PERIOD_S;
             if let Some(live) = self.meter.live(None) {
-                let live = screen_words::with_contact(live, self.contact.latest());
+                let live = screen_words::with_contact(live, &self.contact);
                 self.front.show(tui::Event::Live(live));
             }
         }

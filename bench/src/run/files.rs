@@ -180,47 +180,49 @@ pub(super) fn begin_recording(
         rehearsed: plan.rehearsed.clone(),
         ..recorded_hardware(&bench, &plan.unverified, life)
     };
-    Box::new(move |key: &TrialKey, drive: &protocols::Drive| {
-        let (config, scheduling) = (bench.config(), recorded_scheduling(priorities()));
-        Ok(Begin {
-            folder: trial_folder(&folder, key, practice_trials)?,
-            format,
-            manifest: Manifest {
-                format: manifest::FORMAT,
-                carrier_hz: carrier_hz(drive.carrier, config),
-                modulation_hz: drive.modulation_hz,
-                modulation_index: drive.modulation_index,
-                channels: recorded_channels(config),
-                plate: recorded_plate(&bench),
-                intervals: Vec::new(),
-                participant: Some(manifest::Participant {
-                    id: participant.clone(),
-                    session,
-                }),
-                trial: Some(manifest::Trial {
-                    number: TrialLabel::new(key, practice_trials).number,
-                    attempt: key.attempt,
-                    practice: key.practice,
-                    condition: key.condition.clone(),
-                    protocol: protocol.clone(),
-                    seed,
-                    end: None,
-                    interruption: None,
-                }),
-                hardware: Some(manifest::RecordedHardware {
-                    // Known once the threads have started.
-                    memory_locked: config.audio.lock_memory && scheduling.is_some(),
-                    scheduling,
-                    ..hardware.clone()
-                }),
-                software: Some(manifest::Software {
-                    name: NAME.to_owned(),
-                    version: VERSION.to_owned(),
-                }),
-                events: Vec::new(),
-            },
-        })
-    })
+    Box::new(
+        move |key: &TrialKey, drive: &protocols::Drive, bench: &Effective| {
+            let (config, scheduling) = (bench.config(), recorded_scheduling(priorities()));
+            Ok(Begin {
+                folder: trial_folder(&folder, key, practice_trials)?,
+                format,
+                manifest: Manifest {
+                    format: manifest::FORMAT,
+                    carrier_hz: carrier_hz(drive.carrier, config),
+                    modulation_hz: drive.modulation_hz,
+                    modulation_index: drive.modulation_index,
+                    channels: recorded_channels(config),
+                    plate: recorded_plate(bench),
+                    intervals: Vec::new(),
+                    participant: Some(manifest::Participant {
+                        id: participant.clone(),
+                        session,
+                    }),
+                    trial: Some(manifest::Trial {
+                        number: TrialLabel::new(key, practice_trials).number,
+                        attempt: key.attempt,
+                        practice: key.practice,
+                        condition: key.condition.clone(),
+                        protocol: protocol.clone(),
+                        seed,
+                        end: None,
+                        interruption: None,
+                    }),
+                    hardware: Some(manifest::RecordedHardware {
+                        // Known once the threads have started.
+                        memory_locked: config.audio.lock_memory && scheduling.is_some(),
+                        scheduling,
+                        ..hardware.clone()
+                    }),
+                    software: Some(manifest::Software {
+                        name: NAME.to_owned(),
+                        version: VERSION.to_owned(),
+                    }),
+                    events: Vec::new(),
+                },
+            })
+        },
+    )
 }
 
 fn trial_folder(session: &Path, key: &TrialKey, practice_trials: u32) -> anyhow::Result<PathBuf> {

@@ -7,10 +7,11 @@ mod recorded_plate;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
+use std::sync::Arc;
 
 use analysis::amplitude_profile::AmplitudeProfile;
 use anyhow::Context;
-use config::Config;
+use config::{Config, Effective};
 use console::{Dashboard, DashboardThread, Front, Headless};
 use contact::AssumedConstants;
 use devices::drive_control::waveform;
@@ -22,7 +23,7 @@ use protocols::{NOT_STATED, ParticipantId, PersonDetail, Protocol};
 use recording::study::event_log::Start;
 use recording::study::{self, GeneratedBy, Study};
 use signalgen::StreamDirection;
-use tasks::StopFlag;
+use tasks::{Slot, StopFlag};
 
 use crate::apparatus::{Apparatus, Watcher};
 use crate::journal::Journal;
@@ -31,7 +32,9 @@ use crate::rehearsed;
 use crate::session::{KeptUp, Questions, Report, SessionTask, Wiring, summary_lines};
 use crate::shell_words::quoted;
 use files::{begin_recording, last_trial, machine, open_session};
+use live::carrier_decision::CarrierDecision;
 use live::interference::Interference;
+use live::live_side::LiveSide;
 use live::refit::Refit;
 use plan::{NAME, VERSION};
 use recorded_plate::recorded_profile;
@@ -222,17 +225,19 @@ pub fn run(
         let profile = recorded_profile(&effective);
         let profile = profile.as_ref().map(AmplitudeProfile::new);
         let assumed = AssumedConstants::ESTIMATION;
-        Refit::new(plan.carrier_hz, assumed, profile.unwrap_or_default())
+        Refit::new(assumed, profile.unwrap_or_default())
     };
     let admit = {
-        let (effective, settings) = (effective.clone(), plan.settings);
-        Box::new(move |drive: &protocols::Drive| {
-            Ok(settings.admit(waveform(drive, effective.config()))?)
+        let settings = plan.settings;
+        Box::new(move |drive: &protocols::Drive, bench: &Effective| {
+            Ok(settings.admit(waveform(drive, bench.config()))?)
         })
     };
     let machinery = (signals.clone(), gauges.clone(), gauge.clone());
     let last_notices = notices.clone();
-    let interference = Interference::new(recording.clone(), effective.config(), plan.carrier_hz);
+    let carrier_hz: Arc<Slot<f64>> = Arc::default();
+    let interference = Interference::new(recording.clone(), effective.config(), plan.carrier_hz)
+        .following(carrier_hz.clone());
     let wiring = Wiring {
         batches,
         recording,
@@ -245,8 +250,15 @@ pub fn run(
         watchers,
         sound,
         journal: entries,
-        refits,
-        fits,
+        live: {
+            let contact_n = protocol.force.contact_n;
+            LiveSide::new(contact_n, config.plate.modal_mass_kg, (refits, fits))
+        },
+        carrier: {
+            let require = plan.require_drivable();
+            CarrierDecision::new(protocol, &effective, require, !plan.headless)
+        },
+        carrier_hz,
         signals,
         gauges,
         stop,

@@ -11,12 +11,14 @@ use devices::{require_armable, require_watched};
 use protocols::{OffPlateError, ParticipantId, Person, PersonDetail, Protocol};
 use recording::AudioFormat;
 use recording::study::DataRates;
+use safety::Pace;
 use signalgen::DriveSettings;
 use strict::InFile;
 
 use super::recorded_plate::recorded_profile;
 use crate::apparatus::pace;
 use crate::{calibrate, dates};
+use live::carrier_decision::RequireDrivable;
 use preflight::Table;
 
 pub(super) const NAME: &str = "friction-bench";
@@ -56,6 +58,7 @@ pub struct Plan {
     pub(super) calibration: PathBuf,
     pub(super) settings: DriveSettings,
     pub(super) carrier_hz: f64,
+    pace: Pace,
 }
 
 /// A protocol and the text that it was read from.
@@ -165,16 +168,7 @@ impl Plan {
         }
         driving_time::require_finishable(config, protocol)?;
         let settings = settings(config)?;
-        for condition in &protocol.conditions {
-            let waveform = waveform(&condition.drive, config);
-            let watched = require_watched(&bench, &waveform, pace, dates::now());
-            let watched = watched.map_err(anyhow::Error::from);
-            watched
-                .and(settings.admit(waveform).map_err(anyhow::Error::from))
-                .with_context(|| {
-                    format!("condition {} of protocol {}", condition.name, protocol.name)
-                })?;
-        }
+        require_drivable(protocol, &bench, &settings, pace)?;
         let carriers: Vec<f64> = protocol
             .conditions
             .iter()
@@ -190,6 +184,7 @@ impl Plan {
         devices::impedance_chain(config, carriers[0])?;
         Ok(Self {
             carrier_hz: carriers[0],
+            pace,
             unverified: dates::unverified(&bench, pace),
             bench: Arc::new(bench),
             seed: options.hardware.seed.unwrap_or(protocol.trials.seed),
@@ -208,6 +203,35 @@ impl Plan {
             settings,
         })
     }
+}
+
+impl Plan {
+    /// Returns the check that a bench passes before its plate is driven at a resonance that has moved.
+    pub(super) fn require_drivable(&self) -> RequireDrivable {
+        let (protocol, settings) = (self.protocol.protocol.clone(), self.settings);
+        let pace = self.pace;
+        Box::new(move |bench| require_drivable(&protocol, bench, &settings, pace))
+    }
+}
+
+/// Requires that the safety watch can tell every condition's drive on `bench`, and that it stays within every limit.
+fn require_drivable(
+    protocol: &Protocol,
+    bench: &Effective,
+    settings: &DriveSettings,
+    pace: Pace,
+) -> anyhow::Result<()> {
+    for condition in &protocol.conditions {
+        let waveform = waveform(&condition.drive, bench.config());
+        let watched = require_watched(bench, &waveform, pace, dates::now());
+        let watched = watched.map_err(anyhow::Error::from);
+        watched
+            .and(settings.admit(waveform).map_err(anyhow::Error::from))
+            .with_context(|| {
+                format!("condition {} of protocol {}", condition.name, protocol.name)
+            })?;
+    }
+    Ok(())
 }
 
 /// Returns what the command line states of the participant, and what the protocol asks besides.

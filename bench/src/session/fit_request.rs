@@ -4,11 +4,21 @@ use analysis::measurements::Measurements;
 use analysis::trial_fit::{FitRequest, Selected};
 use analysis::unloaded;
 use protocols::{Interval, IntervalKind, SelectionRules, TrialAnalysis, TrialKey};
+use recording::pipeline::Account;
 
-/// Returns the request to fit a completed trial, whose number within its part of the session is `number`.
+/// Enters what was lost or clipped between two accounts into the analysis of the trial.
+pub(super) fn count_losses(analysis: &mut TrialAnalysis, now: &Account, before: &Account) {
+    analysis.clipped_frames = now.clipped_frames - before.clipped_frames;
+    analysis.lost_frames = now.lost_frames - before.lost_frames;
+    analysis.input_xruns = now.input_xruns - before.input_xruns;
+    analysis.output_xruns = now.output_xruns - before.output_xruns;
+}
+
+/// Returns the request to fit a completed trial at `carrier_hz`, whose number within its part of the session is
+/// `number`.
 pub fn fit_request(
     key: &TrialKey,
-    number: u32,
+    (number, carrier_hz): (u32, f64),
     intervals: &[Interval],
     record: Measurements,
     analysis: &TrialAnalysis,
@@ -24,6 +34,7 @@ pub fn fit_request(
     let plate = unloaded::read(&record, &unloaded, 0.0, rules.contact_n / 2.0);
     FitRequest {
         label: format!("{sort} {number}"),
+        carrier_hz,
         plate: plate.map(|reading| reading.plate),
         record,
         explorations: Selected::of(intervals, analysis),

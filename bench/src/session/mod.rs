@@ -1,10 +1,12 @@
 //! The session task: acquired data go to the protocol's state machine, what it asks for goes to the devices.
 
+mod consent;
 mod fit_request;
 mod how_ended;
 mod operator_request;
 mod questions;
 mod report;
+mod saved;
 mod stop_kind;
 mod task;
 mod wiring;

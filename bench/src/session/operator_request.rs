@@ -12,6 +12,8 @@ pub enum OperatorRequest {
     Consent,
     /// A reply to a question.
     Reply(Reply),
+    /// Whether the proposed carrier is taken.
+    Carrier(bool),
     /// Stop the drive at once.
     Stop,
     /// Re-arm after a stop.
@@ -29,6 +31,8 @@ impl From<Action> for OperatorRequest {
             Action::Resume => Self::Command(OperatorCommand::Resume),
             Action::Redo => Self::Command(OperatorCommand::Redo),
             Action::Abort => Self::Command(OperatorCommand::Abort),
+            Action::TakeCarrier => Self::Carrier(true),
+            Action::KeepCarrier => Self::Carrier(false),
             Action::EmergencyStop => Self::Stop,
             Action::Rearm => Self::Rearm,
             Action::Quit | Action::Interrupt => Self::End,

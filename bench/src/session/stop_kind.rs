@@ -1,6 +1,6 @@
 //! How a stop of the drive is marked in a recording.
 
-use protocols::Interruption;
+use protocols::{Interruption, Safety};
 use recording::manifest::EventKind;
 use safety::{SafetyState, Trip};
 
@@ -18,6 +18,14 @@ pub(super) fn stop_kind(safety: &SafetyState) -> EventKind {
                 | Trip::AliveWhileDisarmed { .. },
         } => EventKind::ReadbackMismatch,
         _ => EventKind::Safe,
+    }
+}
+
+/// The watch's state as the protocol's state machine observes it.
+pub(super) fn observed(safety: &SafetyState) -> Safety {
+    match safety {
+        SafetyState::Tripped { trip } => Safety::Tripped(trip.to_string()),
+        SafetyState::Armed | SafetyState::Disarmed => Safety::Ok,
     }
 }
 

@@ -5,38 +5,38 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use analysis::live_contact::LiveContact;
 use analysis::measurements::Measurements;
 use analysis::trial_selection;
 use config::Effective;
 use console::safety_event;
 use crossbeam_channel::Sender;
+use devices::Tuning;
 use devices::acquisition::RecordingCommand;
 use devices::loudspeaker::Tone;
 use protocols::{
-    Action, DriveRequest, Interval, Observation, OperatorCommand, ParticipantView, Phase, Safety,
+    Action, DriveRequest, Interval, Observation, OperatorCommand, ParticipantView, Phase,
     SessionEvent, SessionEventKind, SessionOutcome, Stretch, TrialAnalysis, TrialEnd, TrialKey,
     Verdict,
 };
 use recording::manifest::EventKind;
 use recording::pipeline::Account;
-use recording::recorder::RecorderNotice;
 use recording::study::TrialLabel;
 use recording::writer::Ending;
 use safety::{SafetyState, Trip};
 use tasks::Task;
-use tui::calibration_page::Reply;
 use tui::event::LogLevel;
 
-use super::fit_request::fit_request;
+use super::consent::{Answered, Consent};
+use super::fit_request::{count_losses, fit_request};
 use super::how_ended::{HowEnded, pause};
 use super::operator_request::OperatorRequest;
 use super::questions::Questions;
 use super::report::{Report, summary_lines};
-use super::stop_kind::{interruption_kind, stop_kind};
+use super::saved;
+use super::stop_kind::{interruption_kind, observed, stop_kind};
 use super::wiring::{Admit, BeginRecording, Wiring};
-use crate::journal::{Entry, SavedRecording};
-use live::live_meter::LiveMeter;
+use crate::journal::Entry;
+use live::carrier_decision::CarrierEffect;
 use live::screen_words;
 
 /// A completed trial whose last data are still on their way.
@@ -56,11 +56,11 @@ pub struct SessionTask {
     /// One operator for the whole session, with nobody to ask.
     unattended: bool,
     commands: VecDeque<OperatorCommand>,
-    questions: Questions,
-    /// Who recorded the consent that waits for the answers to the questions.
-    consent_by: Option<String>,
+    consent: Consent,
     record: Measurements,
     collecting: bool,
+    /// Carrier of the latest recording, Hz.
+    carrier_hz: f64,
     account: Account,
     account_at_begin: Account,
     due: Option<Due>,
@@ -72,9 +72,6 @@ pub struct SessionTask {
     safety: SafetyState,
     /// What the next trial comes after, when it is no other trial.
     resumed: Option<&'static str>,
-    screen_due_ns: u64,
-    meter: LiveMeter,
-    contact: LiveContact,
     open: Option<PathBuf>,
     ended: Option<SessionOutcome>,
     /// Why the session last paused by itself.
@@ -85,8 +82,6 @@ pub struct SessionTask {
 /// Data of the last exploration arrive within this time after its end: a force sensor's burst, the demodulator's
 /// delay, s.
 const DATA_DELAY_S: f64 = 0.06;
-/// The screen is fed this often, ns.
-const SCREEN_PERIOD_NS: u64 = 16_000_000;
 
 impl SessionTask {
     /// A session about to take its first step. `consent_by` is the operator who holds the signed consent, if anybody
@@ -106,7 +101,6 @@ impl SessionTask {
         unattended: bool,
         report: Sender<Report>,
     ) -> Self {
-        let contact = LiveContact::new(machine.protocol().force.contact_n);
         let mut task = Self {
             machine,
             bench,
@@ -115,10 +109,10 @@ impl SessionTask {
             wiring,
             unattended,
             commands: VecDeque::new(),
-            questions,
-            consent_by: None,
+            consent: Consent::new(questions),
             record: Measurements::default(),
             collecting: false,
+            carrier_hz: f64::NAN,
             account: Account::default(),
             account_at_begin: Account::default(),
             due: None,
@@ -129,16 +123,14 @@ impl SessionTask {
             phase: None,
             safety: SafetyState::Disarmed,
             resumed: None,
-            screen_due_ns: 0,
-            meter: LiveMeter::default(),
-            contact,
             open: None,
             ended: None,
             paused: None,
             report,
         };
         if let Some(by) = consent_by {
-            task.consented(by);
+            let answered = task.consent.given(by);
+            task.answered(answered);
         }
         task
     }
@@ -160,8 +152,7 @@ impl SessionTask {
             self.audio_s = batch.audio_s;
             self.account = batch.account;
             self.normal_n = batch.force.last().map(|row| row.normal_n).or(self.normal_n);
-            self.meter.take(&batch);
-            self.contact.take(&batch, |_| {});
+            self.wiring.live.take(&batch);
             for text in std::mem::take(&mut batch.warnings) {
                 self.wiring.front.show(tui::Event::Log {
                     level: LogLevel::Warning,
@@ -175,34 +166,17 @@ impl SessionTask {
     }
 
     fn take_notices(&mut self) {
+        let rate_hz = self.bench.config().audio.rate_hz;
         while let Ok(notice) = self.wiring.notices.try_recv() {
-            match notice {
-                RecorderNotice::Began { .. } => {}
-                RecorderNotice::Saved {
-                    folder,
-                    sums,
-                    interrupted,
-                    ..
-                } => {
-                    self.open.take_if(|open| *open == folder);
-                    let _ = self.wiring.journal.send(Entry::Saved(SavedRecording {
-                        t_s: self.audio_s,
-                        folder,
-                        sums,
-                        interrupted,
-                    }));
+            let Some(ended) = saved::ended(notice, self.audio_s, rate_hz) else {
+                continue;
+            };
+            self.open.take_if(|open| *open == ended.folder);
+            match ended.outcome {
+                Ok(entry) => {
+                    let _ = self.wiring.journal.send(entry);
                 }
-                RecorderNotice::Failed {
-                    folder,
-                    error,
-                    kept,
-                } => {
-                    self.open.take_if(|open| *open == folder);
-                    let message = format!(
-                        "the recording {} failed: {error}; {:.1} s of it are readable",
-                        folder.display(),
-                        kept.frames as f64 / f64::from(self.bench.config().audio.rate_hz)
-                    );
+                Err(message) => {
                     self.log(LogLevel::Error, &message);
                     self.wiring.drive.trip(Trip::Fault { message });
                 }
@@ -210,43 +184,66 @@ impl SessionTask {
         }
     }
 
-    fn take_actions(&mut self) {
+    fn take_actions(&mut self) -> anyhow::Result<()> {
         while let Some(action) = self.wiring.front.action() {
             match OperatorRequest::from(action) {
                 OperatorRequest::Command(command) => self.commands.push_back(command),
-                OperatorRequest::Consent => self.consented("operator at the dashboard".to_owned()),
-                OperatorRequest::Reply(reply) => self.replied(reply),
+                OperatorRequest::Consent => {
+                    let answered = self.consent.given("operator at the dashboard".to_owned());
+                    self.answered(answered);
+                }
+                OperatorRequest::Reply(reply) => {
+                    let answered = self.consent.replied(reply);
+                    self.answered(answered);
+                }
+                OperatorRequest::Carrier(take) => {
+                    let effects = self.wiring.carrier.answer(take);
+                    self.carry_out(effects)?;
+                }
                 OperatorRequest::Stop => self.wiring.drive.trip(Trip::Operator),
                 OperatorRequest::Rearm => self.wiring.drive.rearm(),
                 OperatorRequest::End => self.wiring.stop.raise(),
             }
         }
+        Ok(())
     }
 
-    /// Passes the consent on once the questions about the participant are answered, before which nothing is driven.
-    fn consented(&mut self, by: String) {
-        if self.questions.are_open() {
-            self.consent_by = Some(by);
-            self.wiring.front.show(self.questions.current());
-        } else {
-            self.commands
-                .push_back(OperatorCommand::ConsentGiven { by });
-        }
+    /// Changes the carrier of the trials to come, if that is decided and nothing is driven or recorded.
+    fn change_carrier(&mut self) -> anyhow::Result<()> {
+        let at_rest = !self.collecting && !self.wiring.drive.sounds();
+        let effects = self.wiring.carrier.poll(&self.bench, at_rest, self.audio_s);
+        self.carry_out(effects)
     }
 
-    fn replied(&mut self, reply: Reply) {
-        if self.consent_by.is_none() {
-            return;
+    fn carry_out(&mut self, effects: Vec<CarrierEffect>) -> anyhow::Result<()> {
+        for effect in effects {
+            match effect {
+                CarrierEffect::Show(event) => self.wiring.front.show(*event),
+                CarrierEffect::Record(data) => {
+                    let t_s = self.audio_s;
+                    let _ = self.wiring.journal.send(Entry::Live { t_s, data });
+                }
+                CarrierEffect::Change(by_hz, bench) => {
+                    let carrier_hz = bench.config().plate.resonance_hz;
+                    let tuning = Tuning::new(bench.config(), carrier_hz)?;
+                    self.send(RecordingCommand::Retune(Box::new(tuning)));
+                    self.wiring.carrier_hz.set(carrier_hz);
+                    self.wiring.live.retune(by_hz);
+                    self.bench = Arc::from(bench);
+                }
+            }
         }
-        if let Some(person) = self.questions.reply(reply) {
+        Ok(())
+    }
+
+    fn answered(&mut self, answered: Answered) {
+        if let Some(person) = answered.person {
             let _ = self.wiring.journal.send(Entry::Person(person));
         }
-        self.wiring.front.show(self.questions.current());
-        if !self.questions.are_open()
-            && let Some(by) = self.consent_by.take()
-        {
-            self.consented(by);
+        if let Some(shown) = answered.shown {
+            self.wiring.front.show(shown);
         }
+        self.commands.extend(answered.command);
     }
 
     /// Analyses a completed trial as soon as all of its data are here.
@@ -264,11 +261,7 @@ impl SessionTask {
             .protocol()
             .selection_rules(self.bench.config().plate.centre_m);
         let mut analysis = trial_selection::analyse(&due.key, &due.intervals, &self.record, &rules);
-        let before = self.account_at_begin;
-        analysis.clipped_frames = self.account.clipped_frames - before.clipped_frames;
-        analysis.lost_frames = self.account.lost_frames - before.lost_frames;
-        analysis.input_xruns = self.account.input_xruns - before.input_xruns;
-        analysis.output_xruns = self.account.output_xruns - before.output_xruns;
+        count_losses(&mut analysis, &self.account, &self.account_at_begin);
         let stretches: Vec<Stretch> = analysis
             .explorations
             .iter()
@@ -283,26 +276,23 @@ impl SessionTask {
             &self.record,
         );
         self.wiring.front.show(tui::Event::Crop(crop));
-        // The fit takes longer than a step may; it comes back by [`SessionTask::take_fits`]. The fitting task ends before
-        // the session only when it failed, and that stops the bench.
         let request = fit_request(
             &due.key,
-            number,
+            (number, self.carrier_hz),
             &due.intervals,
             std::mem::take(&mut self.record),
             &analysis,
             rules,
         );
-        let _ = self.wiring.refits.send(request);
+        self.wiring.live.ask(request);
         self.analysed = Some(analysis);
     }
 
     fn take_fits(&mut self) {
-        while let Ok(report) = self.wiring.fits.try_recv() {
-            if let Ok(fit) = &report.fit {
-                self.contact.refit(fit);
-            }
-            for line in report.lines() {
+        while let Some((lines, data)) = self.wiring.live.take_fit() {
+            let t_s = self.audio_s;
+            let _ = self.wiring.journal.send(Entry::Live { t_s, data });
+            for line in lines {
                 self.log(LogLevel::Info, line);
             }
         }
@@ -318,17 +308,10 @@ impl SessionTask {
                 self.normal_n,
             ),
             command: self.commands.pop_front(),
-            safety: match &self.safety {
-                SafetyState::Tripped { trip } => Safety::Tripped(trip.to_string()),
-                SafetyState::Armed | SafetyState::Disarmed => Safety::Ok,
-            },
+            safety: observed(&self.safety),
             hold: self.wiring.signals.hold.get().map(screen_words::hold),
-            drive_wait_s: self
-                .wiring
-                .signals
-                .dose
-                .get()
-                .map_or(0.0, |dose| dose.wait_s),
+            drive_wait_s: self.wiring.drive_wait_s(),
+            asking: self.wiring.carrier.is_open(),
             analysis: self.analysed.clone(),
         };
         let mut tone = None;
@@ -346,7 +329,7 @@ impl SessionTask {
             match action {
                 Action::BeginTrial { key, drive, .. } => self.begin_trial(&key, &drive)?,
                 Action::Drive(DriveRequest::On(drive)) => {
-                    let program = (self.admit)(&drive)?;
+                    let program = (self.admit)(&drive, &self.bench)?;
                     self.wiring.drive.start(program);
                     self.mask(true);
                 }
@@ -363,7 +346,7 @@ impl SessionTask {
                         at_s: self.audio_s,
                     });
                 }
-                Action::Verdict { key, verdict } => self.judged(&key, &verdict),
+                Action::Verdict { key, verdict } => self.judged(&key, &verdict)?,
                 Action::Cue(cue) => {
                     let cue = match cue {
                         protocols::Cue::Start => Tone::Start,
@@ -377,6 +360,8 @@ impl SessionTask {
                 Action::Log(event) => self.tell(event),
                 Action::Show(view) => self.show(view, tone.take()),
                 Action::Finished(outcome) => {
+                    let withdrawn = self.wiring.carrier.withdraw("the session ended");
+                    self.carry_out(withdrawn)?;
                     self.wiring.drive.disarm();
                     self.wiring.front.show(tui::Event::Finished {
                         summary: summary_lines(&self.machine.summary(), &self.account),
@@ -405,7 +390,11 @@ impl SessionTask {
     }
 
     fn begin_trial(&mut self, key: &TrialKey, drive: &protocols::Drive) -> anyhow::Result<()> {
-        let begin = (self.begin)(key, drive)?;
+        let withdrawn = self.wiring.carrier.withdraw("a trial began");
+        self.carry_out(withdrawn)?;
+        let begin = (self.begin)(key, drive, &self.bench)?;
+        self.carrier_hz = begin.manifest.carrier_hz;
+        self.wiring.live.modulate(drive.modulation_hz);
         self.open = Some(begin.folder.clone());
         self.send(RecordingCommand::Begin(Box::new(begin)));
         if let Some(text) = self.resumed.take() {
@@ -431,10 +420,19 @@ impl SessionTask {
         }
     }
 
-    fn judged(&mut self, key: &TrialKey, verdict: &Verdict) {
+    fn judged(&mut self, key: &TrialKey, verdict: &Verdict) -> anyhow::Result<()> {
         let analysis = self.analysed.take();
         let shown = screen_words::verdict(key, self.machine.protocol(), verdict, analysis.as_ref());
         self.wiring.front.show(tui::Event::Verdict(shown));
+        if self.machine.trials_left() <= 1 && *verdict == Verdict::Accepted {
+            return Ok(());
+        }
+        let drift_hz = self.wiring.live.drift_hz();
+        let effects = self
+            .wiring
+            .carrier
+            .judge(drift_hz, &self.bench, self.audio_s);
+        self.carry_out(effects)
     }
 
     fn tell(&mut self, event: SessionEvent) {
@@ -476,19 +474,17 @@ impl SessionTask {
     }
 
     fn feed_screen(&mut self, now_ns: u64) {
-        if now_ns >= self.screen_due_ns {
-            self.screen_due_ns = now_ns + SCREEN_PERIOD_NS;
-            let slider_m = self.view.as_ref().and_then(|view| view.slider_m);
-            if let Some(live) = self.meter.live(slider_m) {
-                let live = screen_words::with_contact(live, self.contact.latest());
-                self.wiring.front.show(tui::Event::Live(live));
-            }
+        let slider_m = self.view.as_ref().and_then(|view| view.slider_m);
+        if let Some(live) = self.wiring.live.due(now_ns, slider_m) {
+            self.wiring.front.show(tui::Event::Live(live));
         }
         let (gauges, gauge) = (&self.wiring.gauges, &self.wiring.gauge);
         let free = || recording::study::free_bytes(&self.wiring.study_folder).ok();
         let rate_hz = self.bench.config().audio.rate_hz;
         if let Some(health) =
-            self.meter
+            self.wiring
+                .live
+                .meter
                 .health(now_ns, &self.account, gauges, Some(gauge), rate_hz, free)
         {
             self.wiring.front.show(tui::Event::Health(health));
@@ -560,7 +556,8 @@ impl Task for SessionTask {
         self.take_batches();
         self.take_notices();
         self.take_fits();
-        self.take_actions();
+        self.take_actions()?;
+        self.change_carrier()?;
         self.analyse();
         self.step()?;
         self.feed_screen(now_ns);

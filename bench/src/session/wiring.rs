@@ -3,30 +3,32 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use analysis::trial_fit::{FitReport, FitRequest};
+use config::Effective;
 use console::Front;
 use crossbeam_channel::{Receiver, Sender};
 use devices::Gauges;
 use devices::acquisition::RecordingCommand;
 use devices::drive_control::DriveControl;
 use devices::loudspeaker::Loudspeaker;
+use live::carrier_decision::CarrierDecision;
+use live::live_side::LiveSide;
 use protocols::TrialKey;
 use recording::pipeline::Batch;
 use recording::recorder::{Begin, RecorderGauge, RecorderNotice};
 use safety::Signals;
 use signalgen::Program;
-use tasks::StopFlag;
+use tasks::{Slot, StopFlag};
 
 use crate::apparatus::Watcher;
 use crate::journal::Entry;
 use crate::readiness::Readiness;
 
-/// Makes the manifest and the folder of an attempt's recording.
+/// Makes the manifest and the folder of an attempt's recording on the bench as it is now.
 pub type BeginRecording =
-    Box<dyn FnMut(&TrialKey, &protocols::Drive) -> anyhow::Result<Begin> + Send>;
+    Box<dyn FnMut(&TrialKey, &protocols::Drive, &Effective) -> anyhow::Result<Begin> + Send>;
 
-/// Makes a program of a protocol's drive.
-pub type Admit = Box<dyn Fn(&protocols::Drive) -> anyhow::Result<Program> + Send>;
+/// Makes a program of a protocol's drive for the bench as it is now.
+pub type Admit = Box<dyn Fn(&protocols::Drive, &Effective) -> anyhow::Result<Program> + Send>;
 
 /// What a session is wired to.
 pub struct Wiring {
@@ -52,14 +54,23 @@ pub struct Wiring {
     pub sound: Option<Loudspeaker>,
     /// The session's log.
     pub journal: Sender<Entry>,
-    /// Fits what a trial says about the contact.
-    pub refits: Sender<FitRequest>,
-    /// What came of it.
-    pub fits: Receiver<FitReport>,
+    /// Live values, and the contact by the fits after each trial.
+    pub live: LiveSide,
+    /// The decision on a new carrier.
+    pub carrier: CarrierDecision,
+    /// The carrier, once it has changed, Hz.
+    pub carrier_hz: Arc<Slot<f64>>,
     /// What the safety watch judges.
     pub signals: Arc<Signals>,
     /// Gauges for the screen.
     pub gauges: Arc<Gauges>,
     /// Ends the bench.
     pub stop: StopFlag,
+}
+
+impl Wiring {
+    /// Returns the time until the hour's driving time allows another trial, s.
+    pub(super) fn drive_wait_s(&self) -> f64 {
+        self.signals.dose.get().map_or(0.0, |dose| dose.wait_s)
+    }
 }

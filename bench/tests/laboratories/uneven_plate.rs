@@ -87,6 +87,7 @@ fn trial_fit(folder: &Path, profile: &AmplitudeProfile) -> TrialFit {
     let stretches = select(&series.exploration(Direction::LeftToRight), &rules).unwrap();
     let request = FitRequest {
         label: "trial 1".to_owned(),
+        carrier_hz: reading.manifest.carrier_hz,
         plate: Ok(findings(folder).z_p.unwrap()),
         record: reading.record,
         explorations: vec![Selected {
@@ -96,13 +97,7 @@ fn trial_fit(folder: &Path, profile: &AmplitudeProfile) -> TrialFit {
         }],
         rules,
     };
-    fit(
-        &request,
-        reading.manifest.carrier_hz,
-        settings.assumed(),
-        profile,
-    )
-    .unwrap()
+    fit(&request, settings.assumed(), profile).unwrap()
 }
 
 #[test]

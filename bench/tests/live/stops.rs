@@ -16,6 +16,8 @@ use friction_bench::journal::Entry;
 use friction_bench::readiness::Readiness;
 use friction_bench::run::ProtocolFile;
 use friction_bench::session::{Questions, SessionTask, Wiring};
+use live::carrier_decision::CarrierDecision;
+use live::live_side::LiveSide;
 use live::refit::Refit;
 use mock_hw::apparatus::Apparatus;
 use mock_hw::serial::ForceFault;
@@ -115,7 +117,7 @@ impl Rig {
         let begun: Arc<Mutex<Vec<PathBuf>>> = Arc::default();
         let begin = {
             let (folder, begun) = (temp.path().to_owned(), begun.clone());
-            Box::new(move |key: &TrialKey, _: &protocols::Drive| {
+            Box::new(move |key: &TrialKey, _: &protocols::Drive, _: &Effective| {
                 let path = folder.join(format!("{}-{}", key.number, key.attempt));
                 begun.lock().unwrap().push(path.clone());
                 Ok(begin(&path, RATE_HZ))
@@ -123,17 +125,17 @@ impl Rig {
         };
         let admit = {
             let (config, settings) = (config.clone(), settings(&config).unwrap());
-            Box::new(move |drive: &protocols::Drive| Ok(settings.admit(waveform(drive, &config))?))
+            Box::new(move |drive: &protocols::Drive, _: &Effective| {
+                Ok(settings.admit(waveform(drive, &config))?)
+            })
         };
         let (ask, asked) = crossbeam_channel::unbounded();
         let (show, seen) = crossbeam_channel::unbounded();
         let (entries, journal) = crossbeam_channel::unbounded();
         let watched = signals.clone();
-        let (refits, fits, refit) = Refit::new(
-            35_000.0,
-            AssumedConstants::ESTIMATION,
-            AmplitudeProfile::default(),
-        );
+        let (refits, fits, refit) =
+            Refit::new(AssumedConstants::ESTIMATION, AmplitudeProfile::default());
+        let protocol = ProtocolFile::read("demo").unwrap().protocol;
         let wiring = Wiring {
             batches,
             recording,
@@ -146,13 +148,18 @@ impl Rig {
             watchers: Vec::new(),
             sound: None,
             journal: entries,
-            refits,
-            fits,
+            live: LiveSide::new(0.1, config.plate.modal_mass_kg, (refits, fits)),
+            carrier: CarrierDecision::new(
+                &protocol,
+                &Effective::uncalibrated(config.clone()),
+                Box::new(|_| Ok(())),
+                true,
+            ),
+            carrier_hz: Arc::default(),
             signals,
             gauges,
             stop: life.stop().clone(),
         };
-        let protocol = ProtocolFile::read("demo").unwrap().protocol;
         let machine = Session::resume(protocol, "sub-01".parse().unwrap(), 1, records).unwrap();
         let session = SessionTask::new(
             machine,

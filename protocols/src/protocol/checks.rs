@@ -48,6 +48,7 @@ pub(super) fn validate(raw: RawProtocol) -> Result<Protocol, BrokenRule> {
     timeout("timeouts.lift_finger_s", raw.timeouts.lift_finger_s)?;
     timeout("timeouts.place_finger_s", raw.timeouts.place_finger_s)?;
     timeout("timeouts.analysis_s", raw.timeouts.analysis_s)?;
+    drift_limit(raw.resonance_drift.limit_hz)?;
     Ok(Protocol {
         name: raw.name,
         description: raw.description,
@@ -63,6 +64,7 @@ pub(super) fn validate(raw: RawProtocol) -> Result<Protocol, BrokenRule> {
         selection: raw.selection,
         quality: raw.quality,
         timeouts: raw.timeouts,
+        resonance_drift: raw.resonance_drift,
     })
 }
 
@@ -251,4 +253,9 @@ fn min_instances(n: u32) -> Checked {
 
 fn timeout(key: &str, s: f64) -> Checked {
     within(key, s, 1.0, 3600.0, "s")
+}
+
+/// Requires a limit that the tracked drift can tell, and that a new carrier may reach.
+fn drift_limit(hz: f64) -> Checked {
+    within("resonance_drift.limit_hz", hz, 2.0, 50.0, "Hz")
 }

@@ -1,8 +1,8 @@
 //! A protocol: what is driven, explored, judged and repeated.
 
-use super::drive::Condition;
+use super::drive::{Carrier, Condition};
 use super::exploration::Exploration;
-use super::sections::{RedoLimits, Rest, Selection, Timeouts, Timing, Trials};
+use super::sections::{RedoLimits, ResonanceDrift, Rest, Selection, Timeouts, Timing, Trials};
 use crate::person::AskedOfParticipant;
 use crate::rules::{ForceBand, Quality, SelectionRules, VerdictRules};
 use serde::Serialize;
@@ -49,12 +49,20 @@ pub struct Protocol {
     pub quality: Quality,
     /// Times after which the session stops waiting.
     pub timeouts: Timeouts,
+    /// What becomes of the carrier once the plate's resonance has drifted.
+    pub resonance_drift: ResonanceDrift,
 }
 
 impl Protocol {
     /// Returns the number of trials in a session without repetitions, practice included.
     pub fn planned_trials(&self) -> u32 {
         self.trials.practice + self.trials.per_condition * self.conditions.len() as u32
+    }
+
+    /// Returns whether every condition drives the plate at its resonance, so that the carrier may follow it.
+    pub fn follows_resonance(&self) -> bool {
+        let mut carriers = self.conditions.iter().map(|of| of.drive.carrier);
+        carriers.all(|carrier| carrier == Carrier::PlateResonance)
     }
 
     /// Returns the selection rules on a plate whose centre lies at `centre_m`.

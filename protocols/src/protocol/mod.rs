@@ -21,4 +21,6 @@ pub use driving::DrivingTime;
 pub use error::{BrokenRule, ProtocolError};
 pub use exploration::{Exploration, Slider};
 pub use plate::OffPlateError;
-pub use sections::{Order, RedoLimits, Rest, Selection, Timeouts, Timing, Trials};
+pub use sections::{
+    NewCarrier, Order, RedoLimits, ResonanceDrift, Rest, Selection, Timeouts, Timing, Trials,
+};

@@ -2,7 +2,7 @@
 
 use super::drive::{Carrier, Drive};
 use super::exploration::Exploration;
-use super::sections::{RedoLimits, Rest, Selection, Timeouts, Timing, Trials};
+use super::sections::{RedoLimits, ResonanceDrift, Rest, Selection, Timeouts, Timing, Trials};
 use crate::person::AskedOfParticipant;
 use crate::rules::{ForceBand, Quality};
 use serde::Deserialize;
@@ -27,6 +27,8 @@ pub(super) struct RawProtocol {
     pub selection: Selection,
     pub quality: Quality,
     pub timeouts: Timeouts,
+    #[serde(default)]
+    pub resonance_drift: ResonanceDrift,
 }
 
 /// A condition, which overrides what it names of the drive.

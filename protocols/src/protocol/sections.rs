@@ -78,6 +78,35 @@ pub struct Selection {
     pub min_instances: u32,
 }
 
+/// What becomes of the carrier once the plate's resonance has drifted.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ResonanceDrift {
+    /// Drift beyond which a new carrier is proposed between trials, Hz.
+    pub limit_hz: f64,
+    /// Who decides on it.
+    pub new_carrier: NewCarrier,
+}
+
+impl Default for ResonanceDrift {
+    fn default() -> Self {
+        Self {
+            limit_hz: 5.0,
+            new_carrier: NewCarrier::Ask,
+        }
+    }
+}
+
+/// Who decides on a new carrier.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NewCarrier {
+    /// The operator.
+    Ask,
+    /// The protocol: it is taken without a question.
+    Auto,
+}
+
 /// Times after which the session stops waiting, s.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

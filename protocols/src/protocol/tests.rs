@@ -77,6 +77,12 @@ fn rules() -> Vec<(&'static str, &'static str, &'static str, BrokenRule)> {
             },
         ),
         (
+            "limit_hz = 5.0 ",
+            "limit_hz = 50.0 ",
+            "limit_hz = 1.5 ",
+            range("resonance_drift.limit_hz", 1.5, 2.0, 50.0, "Hz"),
+        ),
+        (
             "carrier = \"plate resonance\"",
             "carrier = 35000",
             "carrier = 35",
@@ -391,6 +397,24 @@ fn a_missing_section_is_named() {
             key: "timeouts".to_owned()
         }
     );
+}
+
+/// Protocols from before the section was there are still read.
+#[test]
+fn a_new_carrier_is_asked_for_unless_the_protocol_takes_it() {
+    let (before, section) = text().split_once("[resonance_drift]").unwrap();
+    let absent = Protocol::parse(before, "p.toml").unwrap();
+    assert_eq!(absent.resonance_drift, ResonanceDrift::default());
+    assert_eq!(absent.resonance_drift.new_carrier, NewCarrier::Ask);
+    assert!(absent.follows_resonance());
+    let automatic = format!("{before}[resonance_drift]\nnew_carrier = \"auto\"");
+    let automatic = Protocol::parse(&automatic, "p.toml").unwrap();
+    assert_eq!(automatic.resonance_drift.new_carrier, NewCarrier::Auto);
+    assert!(section.contains("\"ask\""));
+    toml(with("new_carrier = \"ask\"", "new_carrier = \"always\""));
+    toml(with("new_carrier = \"ask\"", "new_carier = \"ask\""));
+    let fixed = with("\"plate resonance\"", "35000").unwrap();
+    assert!(!fixed.follows_resonance());
 }
 
 #[test]

@@ -23,6 +23,10 @@ pub struct Observation {
     /// Time without driving after which the hour's driving time allows another trial, s; 0 if it allows one now.
     #[serde(default)]
     pub drive_wait_s: f64,
+    /// Whether the operator is asked what must be known before the next trial: a judged trial is then not settled by
+    /// time.
+    #[serde(default)]
+    pub asking: bool,
     /// The answer to [`Action::AnalyseTrial`](crate::Action::AnalyseTrial).
     pub analysis: Option<TrialAnalysis>,
 }

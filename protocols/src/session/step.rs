@@ -81,7 +81,9 @@ impl Session {
                 analysis,
                 reasons,
                 since_s,
-            } if self.elapsed_s(since_s) >= self.protocol.timing.verdict_s => {
+            } if !observation.asking
+                && self.elapsed_s(since_s) >= self.protocol.timing.verdict_s =>
+            {
                 let outcome = self.outcome(&key, reasons);
                 self.settle(key, analysis, outcome, out)
             }

@@ -171,5 +171,8 @@ fn the_live_unloaded_plate_reads_true() {
         assert!(error < TOLERANCE, "{error}: {line}");
         assert!((plain - z_p).norm() > (corrected - z_p).norm(), "{line}");
         assert!(line.ends_with("lost 0"), "{line}");
+        let drift = line.split_once("  drift ").unwrap().1;
+        let drift_hz: f64 = drift.split_whitespace().next().unwrap().parse().unwrap();
+        assert!(drift_hz.abs() < 0.3, "{line}");
     }
 }

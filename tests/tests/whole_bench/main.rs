@@ -13,6 +13,7 @@ mod impedance_live;
 mod in_process;
 mod kills;
 mod long;
+mod new_carrier;
 mod opens_in_python;
 mod people;
 mod person;

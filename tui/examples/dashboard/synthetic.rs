@@ -288,6 +288,10 @@ fn live(t_s: f64, slider_m: f64, finger: Finger, force_n: f64) -> Live {
         gap_m: estimate(8e-6 + 2.0 * amplitude_m, 6e-8),
         mu: estimate(mu, 0.02),
         sensed_normal_n: estimate(0.98 * press, 0.02),
+        plate_drift_hz: seen.then_some(ValueAndStd {
+            value: -1.3,
+            std: 0.3,
+        }),
         drive_v: Some(amplitude_m * 1.2e7),
     }
 }

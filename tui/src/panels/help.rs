@@ -8,7 +8,7 @@ use ratatui::widgets::{Block, Clear, Widget};
 use super::panel::rows;
 use crate::state::State;
 
-const KEYS: [(&str, &str); 12] = [
+const KEYS: [(&str, &str); 13] = [
     ("e", "stop the drive at once, without confirmation"),
     ("space", "start; participant is ready; end a rest"),
     ("c", "record the participant's consent"),
@@ -16,6 +16,7 @@ const KEYS: [(&str, &str); 12] = [
     ("r", "repeat the current trial"),
     ("a", "abort the session"),
     ("x", "re-arm after a trip"),
+    ("f k", "take the proposed carrier; keep the present one"),
     ("tab", "participant's screen, and back"),
     ("+ -", "shorter or longer time span of the charts"),
     ("q", "quit"),

@@ -4,7 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
-use super::live_values::{aside, live_style, number, stale};
+use super::live_values::{aside, drift, live_style, number, stale};
 use super::panel::titled;
 use super::strip_chart::{StripSeries, strip};
 use crate::event::Live;
@@ -44,14 +44,28 @@ pub(crate) fn render(state: &State, part: ImpedancePart, area: Rect, buf: &mut B
         ImpedancePart::Re => "Re Z_m",
         ImpedancePart::Im => "Im Z_m",
     };
-    let title = Line::from(vec![
+    let mut title = Line::from(vec![
         Span::styled(name, theme.strong()),
         Span::styled(
             format!(" {:>6} N·s/m", value(corrected)),
             live_style(state, theme.first_curve()),
         ),
-        aside(state, format!("  plain {:>6}", value(plain)), theme.faint()),
     ]);
+    // A resonance that moves is seen in the imaginary part.
+    let drifts = matches!(part, ImpedancePart::Im)
+        && state
+            .live()
+            .is_some_and(|live| live.plate_drift_hz.is_some());
+    let drift = drifts.then(|| format!("  drift {}", drift(state)));
+    for words in drift
+        .into_iter()
+        .chain([format!("  plain {:>6}", value(plain))])
+    {
+        let aside = aside(state, words, theme.faint());
+        if title.width() + aside.width() <= area.width.into() {
+            title.push_span(aside);
+        }
+    }
     let span_s = state.ui.window.seconds();
     let right = match part {
         ImpedancePart::Re => [

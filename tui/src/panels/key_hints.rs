@@ -70,6 +70,8 @@ fn hints(state: &State) -> Vec<(&'static str, &'static str)> {
         _ => "pause",
     };
     let letters = [
+        ('f', "f", "new carrier"),
+        ('k', "k", "keep carrier"),
         (' ', "space", start),
         ('c', "c", "consent"),
         ('x', "x", "re-arm"),
@@ -137,6 +139,8 @@ fn question(state: &State, asked: Action) -> &'static str {
         | Action::Pause
         | Action::Resume
         | Action::Answer(_)
+        | Action::TakeCarrier
+        | Action::KeepCarrier
         | Action::EmergencyStop
         | Action::Interrupt => "Confirm?",
     }

@@ -3,6 +3,7 @@
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
+use crate::event::ValueAndStd;
 use crate::state::State;
 
 /// Factor from m to µm.
@@ -16,6 +17,14 @@ pub(crate) fn number(value: Option<f64>, scale: f64, decimals: usize) -> String 
         Some(value) => signed(format!("{:.decimals$}", value * scale)),
         None => "–".to_owned(),
     }
+}
+
+/// Returns the drift of the plate's resonance with its sign, or a dash.
+pub(crate) fn drift(state: &State) -> String {
+    let drift_hz = state.live().and_then(|live| live.plate_drift_hz);
+    drift_hz.map_or("–".to_owned(), |ValueAndStd { value, std }| {
+        format!("{} ± {std:.1} Hz", signed(format!("{value:+.1}")))
+    })
 }
 
 /// Returns `digits` with a typographic minus sign, and none before a zero.

@@ -14,6 +14,7 @@ pub(crate) mod impedance;
 pub(crate) mod key_hints;
 mod live_values;
 pub(crate) mod log;
+pub(crate) mod new_carrier;
 pub(crate) mod panel;
 pub(crate) mod plate_drawing;
 pub(crate) mod readings;

@@ -5,7 +5,7 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::live_values::{TO_MICRO, TO_MILLI, live_style, number, signed, stale};
+use super::live_values::{TO_MICRO, TO_MILLI, drift, live_style, number, signed, stale};
 use super::panel::rows;
 use crate::state::State;
 
@@ -37,6 +37,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
             "finger",
             format!("{} mm", number(live.position_m, TO_MILLI, 1)),
         ),
+        ("drift", drift(state)),
     ];
     let style = live_style(state, Style::new());
     let mut lines: Vec<Line> = figures

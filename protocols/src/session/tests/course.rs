@@ -40,6 +40,32 @@ fn a_whole_session_runs_as_the_protocol_says() {
     );
 }
 
+/// Neither time nor the participant begins the next trial while the operator is asked; a command does.
+#[test]
+fn a_judged_trial_waits_for_the_operators_answer() {
+    for answered in [true, false] {
+        let mut rig = Rig::new(demo()).consented();
+        rig.until(Phase::Verdict);
+        for _ in 0..500 {
+            rig.step(|o| {
+                o.asking = true;
+                o.button_pressed = true;
+            });
+            assert_eq!(rig.session.phase(), Phase::Verdict);
+        }
+        if answered {
+            rig.until(Phase::Baseline);
+        } else {
+            rig.step(|o| {
+                o.asking = true;
+                o.command = Some(OperatorCommand::Redo);
+            });
+            assert_eq!(rig.session.phase(), Phase::Baseline);
+        }
+        rig.check();
+    }
+}
+
 #[test]
 fn intervals_have_the_protocols_lengths_and_directions() {
     let mut rig = Rig::new(demo()).consented();

@@ -1,0 +1,67 @@
+use super::sample::FingerLoad;
+use crate::finger::FittedFinger;
+
+/// Time from which the gap no longer remembers how it began, s: some ten τ.
+const SETTLED_S: f64 = 0.02;
+/// Samples further apart than this do not follow each other, s.
+const LONGEST_STEP_S: f64 = 0.01;
+
+/// The gap that a finger's parameters, the amplitude and the measured force make, with the lag of levitation.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct FollowedGap {
+    now: Option<Followed>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Followed {
+    since_s: f64,
+    time_s: f64,
+    equilibrium_m: f64,
+    gap_m: f64,
+}
+
+impl FollowedGap {
+    /// Follows the gap to the next sample; returns it once it has forgotten how it began. Where the model has no gap it
+    /// begins again.
+    pub(super) fn follow(
+        &mut self,
+        time_s: f64,
+        finger: &FittedFinger,
+        load: &FingerLoad,
+    ) -> Option<f64> {
+        let before = self.now.take();
+        let equilibrium_m = finger
+            .contact()
+            .equilibrium_gap_m(load.amplitude_m, load.normal_n)
+            .ok()?;
+        let begun = Followed {
+            since_s: time_s,
+            time_s,
+            equilibrium_m,
+            gap_m: equilibrium_m,
+        };
+        let now = match before {
+            Some(before) if (0.0..LONGEST_STEP_S).contains(&(time_s - before.time_s)) => Followed {
+                since_s: before.since_s,
+                gap_m: before.gap_at(time_s, equilibrium_m, finger.tau_s()),
+                ..begun
+            },
+            _ => begun,
+        };
+        self.now = Some(now);
+        (now.gap_m > 0.0 && time_s - now.since_s >= SETTLED_S).then_some(now.gap_m)
+    }
+}
+
+impl Followed {
+    /// Solves τ dx/dt = x_eq − x for an equilibrium that goes straight to `equilibrium_m`.
+    fn gap_at(&self, time_s: f64, equilibrium_m: f64, tau_s: f64) -> f64 {
+        let step_s = time_s - self.time_s;
+        if !(tau_s > 0.0 && step_s > 0.0) {
+            return equilibrium_m;
+        }
+        let behind_m = tau_s * (equilibrium_m - self.equilibrium_m) / step_s;
+        let forgotten = (self.gap_m - self.equilibrium_m + behind_m) * (-step_s / tau_s).exp();
+        equilibrium_m - behind_m + forgotten
+    }
+}

@@ -1,0 +1,299 @@
+//! Readings of Im Z_p: one from each period of the modulation.
+
+use nalgebra::SVector;
+use num_complex::Complex64;
+
+use super::sample::{FingerLoad, PlateSample};
+use crate::assumed::AssumedConstants;
+use crate::contact::Contact;
+use crate::finger::FittedFinger;
+use crate::harmonic::observed;
+use crate::inversion::Dependent;
+use crate::parameters::{IM_Z_T, LN_AREA, LN_LOSS_FACTOR, LN_Q0, LN_SIGMA_T, PARAMETERS, RE_Z_T};
+
+/// Fewest samples of a reading.
+const FEWEST: u32 = 8;
+/// Samples whose finger adds at most this many times the least of the period before are near the crest.
+const NEAR_CREST: f64 = 1.3;
+/// Change of σ_t and of |Z_t| within a stroke that no fit knows of, as a part of them: moisture (an assumption of this
+/// project).
+const MOISTURE: f64 = 0.1;
+/// Error of the normal force at a sample, N and as a part of it: what a sensor's noise leaves of a mean over half a
+/// millisecond, and its gain (an assumption of this project).
+const FORCE_STD_N: f64 = 0.01;
+const FORCE_GAIN_STD: f64 = 0.02;
+/// Error of any reading, N·s/m: 0.05 Hz at 8 g.
+const FLOOR: f64 = 0.005;
+/// Neighbouring frames share noise: the variance of a mean is larger by this.
+const SHARED_NOISE: f64 = 4.0;
+/// Part of the finger's own modulation that the model may leave unexplained; a finger that is not there leaves all of
+/// it.
+const UNEXPLAINED: f64 = 0.25;
+
+/// A reading of the plate.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PlateReading {
+    pub(super) time_s: f64,
+    /// Im Z_p, N·s/m.
+    pub(super) reactance: f64,
+    /// Variance of the reactance, (N·s/m)².
+    pub(super) variance: f64,
+    /// Whether no finger was on the plate.
+    pub(super) free: bool,
+}
+
+/// Weighted sums of a complex quantity.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    count: u32,
+    weight: f64,
+    mean: Complex64,
+    /// Σ weight |value − mean|², in real and imaginary part.
+    squares: (f64, f64),
+}
+
+impl Sums {
+    fn add(&mut self, value: Complex64, weight: f64) {
+        self.count += 1;
+        self.weight += weight;
+        let before = value - self.mean;
+        self.mean += before * (weight / self.weight);
+        let after = value - self.mean;
+        self.squares.0 += weight * before.re * after.re;
+        self.squares.1 += weight * before.im * after.im;
+    }
+
+    /// Returns the variance of the mean's imaginary part: noise, and all of the scatter, which noise alone does not
+    /// explain.
+    fn variance(&self) -> f64 {
+        SHARED_NOISE / self.weight + self.squares.1 / self.weight + FLOOR * FLOOR
+    }
+
+    fn power(&self) -> f64 {
+        (self.squares.0 + self.squares.1) / self.weight
+    }
+}
+
+/// Returns the weight of a sample by its noise; `None` if that is not known.
+fn weight(sample: &PlateSample) -> Option<f64> {
+    let std = sample.z_m_std_n_s_per_m;
+    let known = std.is_finite() && sample.z_m_corrected_n_s_per_m.is_finite();
+    // Without any noise, as in synthetic records, all samples are alike.
+    known.then(|| (std * std + FLOOR * FLOOR).recip())
+}
+
+/// Reading of a plate without a finger, in the making.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct FreeReading {
+    since_s: Option<f64>,
+    sums: Sums,
+}
+
+impl FreeReading {
+    pub(super) fn take(&mut self, sample: &PlateSample, span_s: f64) -> Option<PlateReading> {
+        let weight = weight(sample)?;
+        let since_s = *self.since_s.get_or_insert(sample.time_s);
+        let elapsed_s = sample.time_s - since_s;
+        if !(0.0..2.0 * span_s).contains(&elapsed_s) {
+            *self = Self::default();
+            return None;
+        }
+        self.sums.add(sample.z_m_corrected_n_s_per_m, weight);
+        if elapsed_s < span_s {
+            return None;
+        }
+        let sums = std::mem::take(self).sums;
+        (sums.count >= FEWEST).then(|| PlateReading {
+            time_s: since_s + elapsed_s / 2.0,
+            reactance: sums.mean.im,
+            variance: sums.variance(),
+            free: true,
+        })
+    }
+}
+
+/// Reading of a plate at the crest of the modulation under a finger, in the making.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct CrestReading {
+    /// Least impedance of the finger in the period before, N·s/m.
+    least_before: Option<f64>,
+    period: Period,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Period {
+    since_s: Option<f64>,
+    least: f64,
+    /// Residuals and modelled finger over all of the period.
+    residuals: Sums,
+    finger: Sums,
+    /// Residuals near the crest.
+    crest: Sums,
+    time_s: f64,
+    by_parameter: SVector<f64, PARAMETERS>,
+    by_force: f64,
+}
+
+impl Default for Period {
+    fn default() -> Self {
+        Self {
+            since_s: None,
+            least: f64::INFINITY,
+            residuals: Sums::default(),
+            finger: Sums::default(),
+            crest: Sums::default(),
+            time_s: 0.0,
+            by_parameter: SVector::zeros(),
+            by_force: 0.0,
+        }
+    }
+}
+
+impl CrestReading {
+    /// Forgets the period that is being read.
+    pub(super) fn restart(&mut self) {
+        self.period = Period::default();
+    }
+
+    /// Takes a sample under a finger whose modelled gap is given.
+    pub(super) fn take(
+        &mut self,
+        sample: &PlateSample,
+        (finger, load, gap_m): (&FittedFinger, &FingerLoad, f64),
+        span_s: f64,
+    ) -> Option<PlateReading> {
+        let weight = weight(sample)?;
+        let period = &mut self.period;
+        let since_s = *period.since_s.get_or_insert(sample.time_s);
+        let elapsed_s = sample.time_s - since_s;
+        if !(0.0..2.0 * span_s).contains(&elapsed_s) {
+            *self = Self::default();
+            return None;
+        }
+        let modelled = FingerModel::of(finger).impedance_at(gap_m, load.amplitude_m);
+        let share = load.amplitude_ratio.powi(2);
+        let residual = sample.z_m_corrected_n_s_per_m - modelled * share;
+        if !residual.is_finite() {
+            return None;
+        }
+        period.least = period.least.min(modelled.norm());
+        period.residuals.add(residual, 1.0);
+        period.finger.add(modelled * share, 1.0);
+        let near = self
+            .least_before
+            .is_some_and(|least| modelled.norm() <= NEAR_CREST * least);
+        if near && let Some((by_parameter, by_force)) = slopes(finger, load) {
+            period.crest.add(residual, weight);
+            let part = weight / period.crest.weight;
+            period.time_s += part * (sample.time_s - period.time_s);
+            period.by_parameter += (by_parameter * share - period.by_parameter) * part;
+            period.by_force += (by_force * share - period.by_force) * part;
+        }
+        if elapsed_s < span_s {
+            return None;
+        }
+        let period = std::mem::take(period);
+        self.least_before = Some(period.least);
+        period.reading(finger)
+    }
+}
+
+impl Period {
+    fn reading(&self, finger: &FittedFinger) -> Option<PlateReading> {
+        let explained = self.residuals.power() <= UNEXPLAINED * self.finger.power();
+        if self.crest.count < FEWEST || !explained {
+            return None;
+        }
+        let inversion = &finger.inversion;
+        let known = inversion.covariance.map_or(0.0, |_| {
+            let by_finger = Dependent {
+                value: 0.0,
+                slopes: self.by_parameter,
+                noise: 0.0,
+            };
+            inversion.std(&by_finger).powi(2)
+        });
+        let by = &self.by_parameter;
+        let z_t = MOISTURE * finger.z_t_n_s_per_m().norm();
+        let moisture = (MOISTURE * by[LN_SIGMA_T]).powi(2)
+            + (z_t * by[RE_Z_T]).powi(2)
+            + (z_t * by[IM_Z_T]).powi(2);
+        Some(PlateReading {
+            time_s: self.time_s,
+            reactance: self.crest.mean.im,
+            variance: self.crest.variance() + known + moisture + self.by_force.powi(2),
+            free: false,
+        })
+    }
+}
+
+/// A finger as its impedance needs it.
+#[derive(Clone, Copy)]
+struct FingerModel {
+    contact: Contact,
+    z_t: Complex64,
+    carrier_rad_per_s: f64,
+}
+
+impl FingerModel {
+    fn of(finger: &FittedFinger) -> Self {
+        Self {
+            contact: *finger.contact(),
+            z_t: finger.z_t_n_s_per_m(),
+            carrier_rad_per_s: finger.inversion.carrier_rad_per_s,
+        }
+    }
+
+    /// Returns what the finger adds to Z_p, N·s/m.
+    fn impedance_at(&self, gap_m: f64, amplitude_m: f64) -> Complex64 {
+        let k_c = self.contact.stiffness_n_per_m(gap_m, amplitude_m);
+        let z_c = self
+            .contact
+            .impedance_n_s_per_m(k_c, self.carrier_rad_per_s);
+        observed(Complex64::ZERO, self.z_t, z_c)
+    }
+
+    /// Returns what the finger adds to Im Z_p in equilibrium, N·s/m.
+    fn reactance(&self, amplitude_m: f64, normal_n: f64) -> Option<f64> {
+        let gap_m = self.contact.equilibrium_gap_m(amplitude_m, normal_n).ok()?;
+        Some(self.impedance_at(gap_m, amplitude_m).im)
+    }
+
+    /// Returns the finger with one parameter larger by `step`.
+    fn with(mut self, parameter: usize, step: f64) -> Option<Self> {
+        let mut skin: AssumedConstants = *self.contact.assumed();
+        let mut sigma_t_m = self.contact.sigma_t_m();
+        match parameter {
+            LN_SIGMA_T => sigma_t_m *= step.exp(),
+            LN_AREA => skin.contact_area_m2 *= step.exp(),
+            LN_Q0 => skin.q0_rad_per_m *= step.exp(),
+            LN_LOSS_FACTOR => skin.loss_factor *= step.exp(),
+            RE_Z_T => self.z_t.re += step,
+            IM_Z_T => self.z_t.im += step,
+            _ => {}
+        }
+        self.contact = Contact::new(&skin, sigma_t_m).ok()?;
+        Some(self)
+    }
+}
+
+/// Step of the differences, relative to 1, 1 N·s/m and the force.
+const STEP: f64 = 1e-4;
+
+/// Returns how what a finger adds to Im Z_p depends on its parameters, and on the errors of the normal force together.
+fn slopes(finger: &FittedFinger, load: &FingerLoad) -> Option<(SVector<f64, PARAMETERS>, f64)> {
+    let model = FingerModel::of(finger);
+    let (amplitude_m, normal_n) = (load.amplitude_m, load.normal_n);
+    let here = model.reactance(amplitude_m, normal_n)?;
+    let mut by_parameter = SVector::zeros();
+    for parameter in [LN_SIGMA_T, RE_Z_T, IM_Z_T, LN_AREA, LN_Q0, LN_LOSS_FACTOR] {
+        let there = model
+            .with(parameter, STEP)?
+            .reactance(amplitude_m, normal_n)?;
+        by_parameter[parameter] = (there - here) / STEP;
+    }
+    let harder = model.reactance(amplitude_m, normal_n * (1.0 + STEP))?;
+    let by_ln_force = (harder - here) / STEP;
+    let force = FORCE_GAIN_STD.hypot(FORCE_STD_N / normal_n);
+    Some((by_parameter, by_ln_force * force))
+}

@@ -1,0 +1,399 @@
+//! A new carrier between trials, once the plate's resonance has drifted.
+//!
+//! Proposed at the verdict on a trial; the operator decides, or the protocol does. It is changed at rest alone: no
+//! trial is open, nothing is driven, and the machine does not begin the next trial while the decision is open.
+
+use config::Effective;
+use contact::uncertain::Uncertain;
+use protocols::{NewCarrier, Protocol, ResonanceDrift};
+use serde_json::{Map, Value, json};
+use tui::event::{CarrierProposal, LogLevel, ValueAndStd};
+
+/// Requires that a bench whose plate's resonance has moved may be driven there.
+pub type RequireDrivable = Box<dyn Fn(&Effective) -> anyhow::Result<()> + Send>;
+
+/// Furthest carrier from the calibrated resonance, Hz: beyond, the calibration of plate and pickup no longer holds.
+const FURTHEST_HZ: f64 = 50.0;
+/// Time after which a proposal that nobody answers is dropped, s.
+const ANSWERED_WITHIN_S: f64 = 60.0;
+/// A drift known no better than this part of its limit proposes nothing.
+const KNOWN_TO: f64 = 0.5;
+
+/// A carrier that would be back at the resonance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Proposal {
+    from_hz: f64,
+    to_hz: f64,
+    drift_hz: Uncertain,
+    since_s: f64,
+}
+
+/// What the session is to do.
+#[derive(Debug)]
+pub enum CarrierEffect {
+    /// Show the operator.
+    Show(Box<tui::Event>),
+    /// Keep in the log.
+    Record(Map<String, Value>),
+    /// Drive the trials to come at a carrier that is higher by so many hertz, on this bench.
+    Change(f64, Box<Effective>),
+}
+
+/// The decision on the carrier.
+pub struct CarrierDecision {
+    /// `None` for a protocol that drives at fixed frequencies.
+    rules: Option<ResonanceDrift>,
+    attended: bool,
+    calibrated_hz: f64,
+    require: RequireDrivable,
+    asked: Option<Proposal>,
+    /// Decided for, by whom, and waiting for a bench at rest.
+    taken: Option<(Proposal, &'static str)>,
+    /// Drift at which the present carrier was kept, Hz.
+    kept_hz: f64,
+}
+
+impl CarrierDecision {
+    /// Makes the decision for a session on `bench` as it was calibrated.
+    pub fn new(
+        protocol: &Protocol,
+        bench: &Effective,
+        require: RequireDrivable,
+        attended: bool,
+    ) -> Self {
+        Self {
+            rules: protocol
+                .follows_resonance()
+                .then_some(protocol.resonance_drift),
+            attended,
+            calibrated_hz: bench.config().plate.resonance_hz,
+            require,
+            asked: None,
+            taken: None,
+            kept_hz: 0.0,
+        }
+    }
+
+    /// Returns whether the next trial must wait.
+    pub fn is_open(&self) -> bool {
+        self.asked.is_some() || self.taken.is_some()
+    }
+
+    /// Judges the drift after a trial.
+    pub fn judge(
+        &mut self,
+        drift_hz: Option<Uncertain>,
+        bench: &Effective,
+        now_s: f64,
+    ) -> Vec<CarrierEffect> {
+        let (Some(rules), Some(drift_hz)) = (self.rules, drift_hz) else {
+            return Vec::new();
+        };
+        let known = drift_hz.std <= KNOWN_TO * rules.limit_hz;
+        let far = drift_hz.value.abs() > rules.limit_hz
+            && (drift_hz.value - self.kept_hz).abs() > rules.limit_hz;
+        if self.is_open() || !known || !far {
+            return Vec::new();
+        }
+        let from_hz = bench.config().plate.resonance_hz;
+        // A whole number of hertz, whose phase the generator and the demodulator have exactly.
+        let to_hz = (from_hz + drift_hz.value).round();
+        let proposal = Proposal {
+            from_hz,
+            to_hz,
+            drift_hz,
+            since_s: now_s,
+        };
+        if let Err(why) = self.reaches(bench, to_hz) {
+            self.kept_hz = drift_hz.value;
+            let moved = moved_by(drift_hz);
+            return vec![
+                warn(format!(
+                    "the plate's resonance {moved}, and the carrier stays: {why}"
+                )),
+                proposal.record("carrier_out_of_reach", [("because", json!(why))]),
+            ];
+        }
+        let proposed = proposal.record("carrier_proposed", []);
+        match rules.new_carrier {
+            NewCarrier::Auto => {
+                self.taken = Some((proposal, "protocol"));
+                vec![proposed]
+            }
+            NewCarrier::Ask if self.attended => {
+                self.asked = Some(proposal);
+                vec![proposed, show(Some(&proposal))]
+            }
+            NewCarrier::Ask => {
+                let moved = moved_by(drift_hz);
+                let text = format!(
+                    "the plate's resonance {moved}: {to_hz:.0} Hz would be back at it, which nobody is here to confirm; \
+                     resonance_drift.new_carrier = \"auto\" in the protocol takes it without a question"
+                );
+                let mut effects = vec![proposed, warn(text)];
+                effects.extend(self.keep(&proposal, "nobody to ask"));
+                effects
+            }
+        }
+    }
+
+    fn reaches(&self, bench: &Effective, to_hz: f64) -> Result<(), String> {
+        let off_hz = to_hz - self.calibrated_hz;
+        if off_hz.abs() > FURTHEST_HZ {
+            return Err(format!(
+                "{to_hz:.0} Hz is {off_hz:+.0} Hz from the calibrated resonance, more than {FURTHEST_HZ:.0} Hz; calibrate the plate \
+                 anew: friction-bench calibrate plate"
+            ));
+        }
+        (self.require)(&bench.with_resonance(to_hz)).map_err(|error| format!("{error:#}"))
+    }
+
+    /// Takes the operator's answer; one to a proposal that is no more does nothing.
+    pub fn answer(&mut self, take: bool) -> Vec<CarrierEffect> {
+        let Some(proposal) = self.asked.take() else {
+            return Vec::new();
+        };
+        if take {
+            self.taken = Some((proposal, "operator"));
+            return vec![show(None)];
+        }
+        self.keep(&proposal, "operator")
+    }
+
+    /// Changes the carrier that was decided for once the bench is at rest, and drops a proposal that nobody answered.
+    pub fn poll(&mut self, bench: &Effective, at_rest: bool, now_s: f64) -> Vec<CarrierEffect> {
+        if let Some(late) = self
+            .asked
+            .take_if(|asked| now_s - asked.since_s > ANSWERED_WITHIN_S)
+        {
+            return self.keep(&late, "no answer");
+        }
+        let Some((proposal, by)) = self.taken.take_if(|_| at_rest) else {
+            return Vec::new();
+        };
+        self.kept_hz = 0.0;
+        let Proposal { from_hz, to_hz, .. } = proposal;
+        let moved = moved_by(proposal.drift_hz);
+        vec![
+            CarrierEffect::Change(to_hz - from_hz, Box::new(bench.with_resonance(to_hz))),
+            proposal.record("carrier_changed", [("by", json!(by))]),
+            log(
+                LogLevel::Info,
+                format!(
+                    "carrier {to_hz:.0} Hz from now on, not {from_hz:.0} Hz: the resonance {moved}"
+                ),
+            ),
+        ]
+    }
+
+    /// Withdraws what is still open: a trial begins, after which it is proposed again, or the session ends.
+    pub fn withdraw(&mut self, because: &'static str) -> Vec<CarrierEffect> {
+        let taken = self.taken.take().map(|(proposal, _)| proposal);
+        match self.asked.take().or(taken) {
+            Some(proposal) => vec![proposal.kept(because), show(None)],
+            None => Vec::new(),
+        }
+    }
+
+    fn keep(&mut self, proposal: &Proposal, because: &'static str) -> Vec<CarrierEffect> {
+        self.kept_hz = proposal.drift_hz.value;
+        vec![proposal.kept(because), show(None)]
+    }
+}
+
+impl Proposal {
+    fn record<const N: usize>(&self, event: &str, more: [(&str, Value); N]) -> CarrierEffect {
+        let data = [
+            ("event", json!(event)),
+            ("from_hz", json!(self.from_hz)),
+            ("to_hz", json!(self.to_hz)),
+            ("drift_hz", json!(self.drift_hz.value)),
+            ("drift_std_hz", json!(self.drift_hz.std)),
+        ];
+        let data = data.into_iter().chain(more);
+        CarrierEffect::Record(data.map(|(key, value)| (key.to_owned(), value)).collect())
+    }
+
+    fn kept(&self, because: &'static str) -> CarrierEffect {
+        self.record("carrier_kept", [("because", json!(because))])
+    }
+}
+
+fn moved_by(drift_hz: Uncertain) -> String {
+    format!("moved by {:+.1} ± {:.1} Hz", drift_hz.value, drift_hz.std)
+}
+
+fn show(proposal: Option<&Proposal>) -> CarrierEffect {
+    CarrierEffect::Show(Box::new(tui::Event::NewCarrier {
+        proposal: proposal.map(|proposal| CarrierProposal {
+            from_hz: proposal.from_hz,
+            to_hz: proposal.to_hz,
+            drift_hz: ValueAndStd {
+                value: proposal.drift_hz.value,
+                std: proposal.drift_hz.std,
+            },
+        }),
+    }))
+}
+
+fn log(level: LogLevel, text: String) -> CarrierEffect {
+    CarrierEffect::Show(Box::new(tui::Event::Log { level, text }))
+}
+
+fn warn(text: String) -> CarrierEffect {
+    log(LogLevel::Warning, text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use config::Config;
+
+    fn bench() -> Effective {
+        let text = include_str!("../../mock-bench.toml");
+        Effective::uncalibrated(Config::parse(text, "mock-bench.toml").unwrap())
+    }
+
+    /// A decision under the demo protocol with these rules, on a bench that may be driven up to `most_hz`.
+    fn decision(rules: &str, attended: bool, most_hz: f64) -> CarrierDecision {
+        let text = protocols::built_in("demo").unwrap();
+        let (before, _) = text.split_once("[resonance_drift]").unwrap();
+        let text = format!("{before}[resonance_drift]\n{rules}");
+        let protocol = Protocol::parse(&text, "demo.toml").unwrap();
+        let require = Box::new(move |bench: &Effective| {
+            let hz = bench.config().plate.resonance_hz;
+            anyhow::ensure!(hz <= most_hz, "too high");
+            Ok(())
+        });
+        CarrierDecision::new(&protocol, &bench(), require, attended)
+    }
+
+    fn drift(value: f64) -> Option<Uncertain> {
+        Some(Uncertain { value, std: 0.3 })
+    }
+
+    /// What the effects record, show and change, in words.
+    fn words(effects: &[CarrierEffect]) -> Vec<String> {
+        let shown = |event: &tui::Event| match event {
+            tui::Event::NewCarrier { proposal: Some(_) } => "asks".to_owned(),
+            tui::Event::NewCarrier { proposal: None } => "settled".to_owned(),
+            tui::Event::Log { level, .. } => format!("{level:?}").to_lowercase(),
+            other => panic!("{other:?}"),
+        };
+        let word = |effect: &CarrierEffect| match effect {
+            CarrierEffect::Record(data) => data["event"].as_str().unwrap().to_owned(),
+            CarrierEffect::Show(event) => shown(event),
+            CarrierEffect::Change(by_hz, bench) => {
+                format!("by {by_hz} to {}", bench.config().plate.resonance_hz)
+            }
+        };
+        effects.iter().map(word).collect()
+    }
+
+    /// Fault 45.
+    #[test]
+    fn the_operator_decides_and_the_carrier_changes_at_rest() {
+        let (bench, mut decision) = (bench(), decision("limit_hz = 3.0", true, 1e5));
+        let from_hz = bench.config().plate.resonance_hz;
+        assert!(decision.judge(drift(2.9), &bench, 1.0).is_empty());
+        let asked = decision.judge(drift(-4.2), &bench, 2.0);
+        assert_eq!(words(&asked), ["carrier_proposed", "asks"]);
+        assert!(decision.is_open() && decision.poll(&bench, true, 3.0).is_empty());
+        assert_eq!(words(&decision.answer(true)), ["settled"]);
+        assert!(decision.is_open() && decision.poll(&bench, false, 4.0).is_empty());
+        let changed = decision.poll(&bench, true, 5.0);
+        let to_hz = (from_hz - 4.2).round();
+        let by = format!("by {} to {to_hz}", to_hz - from_hz);
+        assert_eq!(words(&changed), [by.as_str(), "carrier_changed", "info"]);
+        assert!(!decision.is_open() && decision.poll(&bench, true, 6.0).is_empty());
+        // Counted from the new carrier.
+        assert!(decision.judge(drift(0.1), &bench, 7.0).is_empty());
+    }
+
+    /// A key pressed one phase too late, or twice, does nothing.
+    #[test]
+    fn an_answer_without_a_proposal_does_nothing() {
+        let (bench, mut decision) = (bench(), decision("limit_hz = 3.0", true, 1e5));
+        for take in [true, false] {
+            assert!(decision.answer(take).is_empty());
+            decision.judge(drift(5.0), &bench, 1.0);
+            assert_eq!(
+                words(&decision.withdraw("a trial began")),
+                ["carrier_kept", "settled"]
+            );
+            assert!(decision.answer(take).is_empty() && !decision.is_open());
+            assert!(decision.poll(&bench, true, 2.0).is_empty());
+        }
+        // Taken, and a trial begins before the bench is at rest: nothing changes.
+        decision.judge(drift(5.0), &bench, 1.0);
+        decision.answer(true);
+        assert_eq!(
+            words(&decision.withdraw("a trial began")),
+            ["carrier_kept", "settled"]
+        );
+        assert!(decision.poll(&bench, true, 2.0).is_empty());
+    }
+
+    #[test]
+    fn what_was_kept_is_asked_again_only_after_a_further_drift() {
+        let (bench, mut decision) = (bench(), decision("limit_hz = 3.0", true, 1e5));
+        decision.judge(drift(4.0), &bench, 1.0);
+        assert_eq!(words(&decision.answer(false)), ["carrier_kept", "settled"]);
+        assert!(decision.judge(drift(6.5), &bench, 2.0).is_empty());
+        assert!(!decision.judge(drift(7.5), &bench, 3.0).is_empty());
+        // Nobody answers.
+        assert!(decision.poll(&bench, true, 62.9).is_empty());
+        let late = decision.poll(&bench, true, 63.1);
+        assert_eq!(words(&late), ["carrier_kept", "settled"]);
+        assert!(!decision.is_open());
+    }
+
+    #[test]
+    fn auto_takes_it_and_nobody_is_asked_without_an_operator() {
+        let bench = bench();
+        let mut auto = decision("limit_hz = 3.0\nnew_carrier = \"auto\"", false, 1e5);
+        let proposed = auto.judge(drift(4.0), &bench, 1.0);
+        assert_eq!(words(&proposed), ["carrier_proposed"]);
+        assert_eq!(words(&auto.poll(&bench, true, 1.0)).len(), 3);
+        let mut headless = decision("limit_hz = 3.0", false, 1e5);
+        let told = headless.judge(drift(4.0), &bench, 1.0);
+        let expected = ["carrier_proposed", "warning", "carrier_kept", "settled"];
+        assert_eq!(words(&told), expected);
+        assert!(!headless.is_open());
+    }
+
+    /// Too far from the calibration, refused by the bench's limits, or a drift that is hardly known.
+    #[test]
+    fn a_carrier_out_of_reach_is_not_proposed() {
+        let bench = bench();
+        let calibrated_hz = bench.config().plate.resonance_hz;
+        let out_of_reach = ["warning", "carrier_out_of_reach"];
+        let mut far = decision("limit_hz = 50.0\nnew_carrier = \"auto\"", true, 1e5);
+        assert_eq!(words(&far.judge(drift(50.6), &bench, 1.0)), out_of_reach);
+        // Told once.
+        assert!(!far.is_open() && far.judge(drift(50.7), &bench, 2.0).is_empty());
+        let moved = bench.with_resonance(calibrated_hz + 48.0);
+        let mut near = decision("limit_hz = 3.0", true, 1e5);
+        assert_eq!(words(&near.judge(drift(3.2), &moved, 1.0)), out_of_reach);
+        assert_eq!(words(&near.judge(drift(-3.2), &moved, 1.0)).len(), 2);
+        assert!(near.is_open());
+        let mut refused = decision("limit_hz = 3.0", true, calibrated_hz);
+        assert_eq!(words(&refused.judge(drift(4.0), &bench, 1.0)), out_of_reach);
+        let mut unknown = decision("limit_hz = 3.0", true, 1e5);
+        let vague = Uncertain {
+            value: 9.0,
+            std: 1.6,
+        };
+        assert!(unknown.judge(Some(vague), &bench, 1.0).is_empty());
+        assert!(unknown.judge(None, &bench, 1.0).is_empty());
+    }
+
+    #[test]
+    fn a_protocol_with_a_frequency_of_its_own_keeps_it() {
+        let text = protocols::built_in("demo").unwrap();
+        let text = text.replace("\"plate resonance\"", "35000.0");
+        let protocol = Protocol::parse(&text, "demo.toml").unwrap();
+        let mut fixed = CarrierDecision::new(&protocol, &bench(), Box::new(|_| Ok(())), true);
+        assert!(fixed.judge(drift(20.0), &bench(), 1.0).is_empty());
+    }
+}

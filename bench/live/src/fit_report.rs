@@ -1,0 +1,86 @@
+//! What came of a trial's fit.
+
+use analysis::trial_fit::{NoFit, TrialFit};
+
+use contact::uncertain::Uncertain;
+use serde_json::{Map, Value, json};
+
+use crate::participant_skin::SkinUsed;
+
+/// Outcome of a request.
+#[derive(Debug)]
+pub struct FitReport {
+    /// Name in the log, as in the request.
+    pub label: String,
+    /// S, q0 and η that the contact was fitted with.
+    pub skin: SkinUsed,
+    /// Fit, or why there is none.
+    pub fit: Result<TrialFit, NoFit>,
+}
+
+impl FitReport {
+    /// Returns what the session's log keeps of it, with the drift of the plate's resonance, Hz, when it came.
+    pub fn record(&self, drift_hz: Option<Uncertain>) -> Map<String, Value> {
+        let mut data = Map::from_iter([
+            ("event".to_owned(), json!("fit")),
+            ("of".to_owned(), json!(self.label)),
+            ("skin".to_owned(), json!(self.skin)),
+            (
+                "plate_drift_hz".to_owned(),
+                json!(drift_hz.map(|drift| drift.value)),
+            ),
+            (
+                "plate_drift_std_hz".to_owned(),
+                json!(drift_hz.map(|drift| drift.std)),
+            ),
+        ]);
+        match &self.fit {
+            Ok(fit) => data.extend([
+                ("sigma_t_m".to_owned(), json!(fit.sigma_t_m.value)),
+                ("re_z_t_n_s_per_m".to_owned(), json!(fit.z_t_n_s_per_m.re)),
+                ("im_z_t_n_s_per_m".to_owned(), json!(fit.z_t_n_s_per_m.im)),
+                ("tau_s".to_owned(), json!(fit.tau_s.value)),
+                ("mu0".to_owned(), json!(fit.mu0.value)),
+            ]),
+            Err(why) => data.extend([("no_fit".to_owned(), json!(why.to_string()))]),
+        }
+        data
+    }
+
+    /// Returns the lines for the operator, each short enough for the dashboard's log.
+    pub fn lines(&self) -> Vec<String> {
+        let label = &self.label;
+        let fit = match &self.fit {
+            Ok(fit) => fit,
+            Err(why) => return vec![format!("{label}: no fit: {why}")],
+        };
+        let (z, std) = (fit.z_t_n_s_per_m, fit.z_t_std_n_s_per_m);
+        let force = fit
+            .force_difference
+            .map(|part| format!(", self-sensed force off {:.1} %", part * 100.0))
+            .unwrap_or_default();
+        let mut lines = vec![
+            format!(
+                "{label}: σ_t {:.2} ± {:.2} µm, τ {:.1} ± {:.1} ms",
+                fit.sigma_t_m.value * 1e6,
+                fit.sigma_t_m.std * 1e6,
+                fit.tau_s.value * 1e3,
+                fit.tau_s.std * 1e3,
+            ),
+            format!(
+                "  Z_t {:.2} ± {:.2} {} ({:.2} ± {:.2})i N·s/m",
+                z.re,
+                std.re,
+                if z.im < 0.0 { '−' } else { '+' },
+                z.im.abs(),
+                std.im,
+            ),
+            format!(
+                "  {} of {} fits, μ0 {:.2}{force}",
+                fit.usable, fit.instances, fit.mu0.value
+            ),
+        ];
+        lines.extend(self.skin.lines().iter().map(|line| format!("  {line}")));
+        lines
+    }
+}

@@ -1,0 +1,98 @@
+//! What a session makes of the samples while they come, for its operator: live values, and the contact by the last
+//! fits.
+
+use analysis::live_contact::LiveContact;
+use analysis::trial_fit::FitRequest;
+use contact::plate_tracker::PlateTracking;
+use contact::uncertain::Uncertain;
+use crossbeam_channel::{Receiver, Sender};
+use recording::pipeline::Batch;
+use serde_json::{Map, Value};
+
+use crate::fit_report::FitReport;
+use crate::live_meter::LiveMeter;
+use crate::screen_words;
+
+/// The screen is fed this often, ns.
+const SCREEN_PERIOD_NS: u64 = 16_000_000;
+
+/// Live values and contact of a session.
+pub struct LiveSide {
+    /// The newest values.
+    pub meter: LiveMeter,
+    contact: LiveContact,
+    screen_due_ns: u64,
+    refits: Sender<FitRequest>,
+    fits: Receiver<FitReport>,
+}
+
+impl LiveSide {
+    /// Makes the live side of a session whose trials are fitted at the other end of `refits` and `fits`. A normal force
+    /// of `contact_n` or more, N, is a finger on the plate.
+    pub fn new(
+        contact_n: f64,
+        modal_mass_kg: f64,
+        (refits, fits): (Sender<FitRequest>, Receiver<FitReport>),
+    ) -> Self {
+        Self {
+            meter: LiveMeter::default(),
+            contact: LiveContact::new(contact_n, PlateTracking::of(modal_mass_kg, 0.0)),
+            screen_due_ns: 0,
+            refits,
+            fits,
+        }
+    }
+
+    /// Takes what was acquired.
+    pub fn take(&mut self, batch: &Batch) {
+        self.meter.take(batch);
+        self.contact.take(batch, |_| {});
+    }
+
+    /// Expects a drive that is modulated at this frequency, Hz.
+    pub fn modulate(&mut self, modulation_hz: f64) {
+        self.contact.modulate(modulation_hz);
+    }
+
+    /// Returns the drift of the plate's resonance, Hz.
+    pub fn drift_hz(&self) -> Option<Uncertain> {
+        self.contact.drift_hz()
+    }
+
+    /// Goes on at a carrier that is higher by `by_hz`.
+    pub fn retune(&mut self, by_hz: f64) {
+        self.contact.retune(by_hz);
+    }
+
+    /// Asks for the fit of a trial; it takes longer than a step may, and comes back by [`take_fit`](Self::take_fit).
+    /// The fitting task ends before the session only when it failed, and that stops the bench.
+    pub fn ask(&self, request: FitRequest) {
+        let _ = self.refits.send(request);
+    }
+
+    /// Uses the next fit that has come back; returns the lines that tell the operator of it, and what the log keeps of
+    /// it.
+    pub fn take_fit(&mut self) -> Option<(Vec<String>, Map<String, Value>)> {
+        let report = self.fits.try_recv().ok()?;
+        if let Ok(fit) = &report.fit {
+            self.contact.refit(fit);
+        }
+        let mut lines = report.lines();
+        let drift_hz = self.contact.drift_hz();
+        lines.push(format!(
+            "  plate's resonance {}",
+            screen_words::drift(drift_hz)
+        ));
+        Some((lines, report.record(drift_hz)))
+    }
+
+    /// Returns the newest values for the screen, when it is due.
+    pub fn due(&mut self, now_ns: u64, slider_m: Option<f64>) -> Option<tui::event::Live> {
+        if now_ns < self.screen_due_ns {
+            return None;
+        }
+        self.screen_due_ns = now_ns + SCREEN_PERIOD_NS;
+        let live = self.meter.live(slider_m)?;
+        Some(screen_words::with_contact(live, &self.contact))
+    }
+}

@@ -1,0 +1,259 @@
+//! S, q0 and η of a participant, from the trials so far.
+//!
+//! Each trial that can be fitted as a whole gives the three with their standard errors. A participant's are their means
+//! in logarithms, weighted by precision, with the variance between trials added to each trial's own where the trials
+//! differ by more than their errors allow (DerSimonian and Laird 1986): trials that agree are weighted by their errors,
+//! trials that do not are weighted alike, and the error of the mean says so.
+
+use contact::AssumedConstants;
+use contact::fit::trial::SharedFit;
+use contact::uncertain::LogUncertain;
+use serde::Serialize;
+
+/// Least standard error of a trial's logarithm: what the model leaves out is more than the noise (docs/decisions/0021).
+const LEAST_LN_STD: f64 = 0.03;
+/// A trial that leaves one of the three more open than this says nothing of it: an assumed value is as good.
+const GREATEST_LN_STD: f64 = 0.3;
+
+/// Trials of one participant.
+#[derive(Debug, Default)]
+pub struct ParticipantSkin {
+    /// S, q0 and η of each.
+    trials: Vec<[LogUncertain; 3]>,
+}
+
+/// S, q0 and η that a contact was fitted with.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SkinUsed {
+    /// Apparent contact area S, m².
+    pub contact_area_m2: f64,
+    /// Standard error of its logarithm; null where it is assumed.
+    pub contact_area_ln_std: Option<f64>,
+    /// q0 for the assumed E and ν, rad/m.
+    pub q0_rad_per_m: f64,
+    /// Standard error of its logarithm; null where it is assumed.
+    pub q0_ln_std: Option<f64>,
+    /// Loss factor η.
+    pub loss_factor: f64,
+    /// Standard error of its logarithm; null where it is assumed.
+    pub loss_factor_ln_std: Option<f64>,
+    /// Trials that they are from; 0 where they are assumed.
+    pub trials: usize,
+    /// Why the newest trial is not among them.
+    pub left_out: Option<String>,
+}
+
+impl ParticipantSkin {
+    /// Takes a trial's fit if it can be used; otherwise returns why not.
+    pub fn take(&mut self, shared: &SharedFit) -> Result<(), String> {
+        if !shared.verdict.is_usable() {
+            return Err(shared.verdict.to_string());
+        }
+        let found = [
+            shared.contact_area_m2,
+            shared.q0_rad_per_m,
+            shared.loss_factor,
+        ];
+        let known = |of: &LogUncertain| {
+            of.value > 0.0 && of.value.is_finite() && of.ln_std <= GREATEST_LN_STD
+        };
+        let mut named = ["S", "q0", "η"].into_iter().zip(&found);
+        if let Some((name, of)) = named.find(|(_, of)| !known(of)) {
+            return Err(format!(
+                "{name} is known to ± {:.0} % only",
+                100.0 * of.ln_std
+            ));
+        }
+        self.trials.push(found);
+        Ok(())
+    }
+
+    /// Returns what to fit the next contact with: the mean over the trials, or what is `assumed` if there is none.
+    pub fn used(&self, assumed: &AssumedConstants, left_out: Option<String>) -> SkinUsed {
+        if self.trials.is_empty() {
+            return SkinUsed {
+                contact_area_m2: assumed.contact_area_m2,
+                contact_area_ln_std: None,
+                q0_rad_per_m: assumed.q0_rad_per_m,
+                q0_ln_std: None,
+                loss_factor: assumed.loss_factor,
+                loss_factor_ln_std: None,
+                trials: 0,
+                left_out,
+            };
+        }
+        let [area, q0, loss] = [0, 1, 2].map(|of| mean(self.trials.iter().map(|trial| trial[of])));
+        SkinUsed {
+            contact_area_m2: area.value,
+            contact_area_ln_std: Some(area.ln_std),
+            q0_rad_per_m: q0.value,
+            q0_ln_std: Some(q0.ln_std),
+            loss_factor: loss.value,
+            loss_factor_ln_std: Some(loss.ln_std),
+            trials: self.trials.len(),
+            left_out,
+        }
+    }
+}
+
+impl SkinUsed {
+    /// Returns the assumed constants with these in their place.
+    pub fn constants(&self, assumed: &AssumedConstants) -> AssumedConstants {
+        AssumedConstants {
+            contact_area_m2: self.contact_area_m2,
+            q0_rad_per_m: self.q0_rad_per_m,
+            loss_factor: self.loss_factor,
+            ..*assumed
+        }
+    }
+
+    /// Returns the lines for the operator, each short enough for the dashboard's log.
+    pub fn lines(&self) -> Vec<String> {
+        let (area_mm2, q0) = (1e6 * self.contact_area_m2, 1e-4 * self.q0_rad_per_m);
+        let loss = self.loss_factor;
+        let stds = (
+            self.contact_area_ln_std,
+            self.q0_ln_std,
+            self.loss_factor_ln_std,
+        );
+        let mut lines = match stds {
+            (Some(area_std), Some(q0_std), Some(loss_std)) => vec![
+                format!(
+                    "S {area_mm2:.0} ± {:.0} mm², q0 {q0:.2} ± {:.2} e4 rad/m",
+                    area_mm2 * area_std,
+                    q0 * q0_std,
+                ),
+                format!(
+                    "η {loss:.2} ± {:.2}, of {} trial{}",
+                    loss * loss_std,
+                    self.trials,
+                    if self.trials == 1 { "" } else { "s" },
+                ),
+            ],
+            _ => vec![format!(
+                "assumed S {area_mm2:.0} mm², q0 {q0:.2} e4 rad/m, η {loss:.2}"
+            )],
+        };
+        if let Some(why) = &self.left_out {
+            lines.push(format!("not from this trial: {why}"));
+        }
+        lines
+    }
+}
+
+/// Returns the mean in logarithms over at least one trial.
+fn mean(trials: impl Iterator<Item = LogUncertain> + Clone) -> LogUncertain {
+    let variance = |of: &LogUncertain| of.ln_std.max(LEAST_LN_STD).powi(2);
+    let sums = |between: f64| {
+        let mut sums = (0.0, 0.0, 0.0);
+        for of in trials.clone() {
+            let weight = (variance(&of) + between).recip();
+            sums.0 += weight;
+            sums.1 += weight * weight;
+            sums.2 += weight * of.value.ln();
+        }
+        sums
+    };
+    let (weights, squares, weighted) = sums(0.0);
+    let fixed = weighted / weights;
+    let apart: f64 = trials
+        .clone()
+        .map(|of| (of.value.ln() - fixed).powi(2) / variance(&of))
+        .sum();
+    let freedom = trials.clone().count() as f64 - 1.0;
+    let between = if freedom > 0.0 {
+        ((apart - freedom) / (weights - squares / weights)).max(0.0)
+    } else {
+        0.0
+    };
+    let (weights, _, weighted) = sums(between);
+    LogUncertain {
+        value: (weighted / weights).exp(),
+        ln_std: weights.sqrt().recip(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use contact::fit::{FitParameter, FitVerdict};
+
+    fn shared(area_m2: f64, ln_std: f64) -> SharedFit {
+        let of = |value| LogUncertain { value, ln_std };
+        SharedFit {
+            verdict: FitVerdict::Converged,
+            contact_area_m2: of(area_m2),
+            q0_rad_per_m: of(2e4),
+            loss_factor: of(0.4),
+            tau_s: of(1e-3),
+            friction_floor: None,
+            lateral_lag_s: None,
+        }
+    }
+
+    fn area_of(trials: &[(f64, f64)]) -> (f64, f64) {
+        let mut skin = ParticipantSkin::default();
+        for &(area_m2, ln_std) in trials {
+            skin.take(&shared(area_m2, ln_std)).unwrap();
+        }
+        let used = skin.used(&AssumedConstants::ESTIMATION, None);
+        (used.contact_area_m2, used.contact_area_ln_std.unwrap())
+    }
+
+    #[test]
+    fn trials_that_agree_are_weighted_by_their_errors() {
+        let (one, std) = area_of(&[(200e-6, 0.1)]);
+        assert!((one - 200e-6).abs() < 1e-12 && (std - 0.1).abs() < 1e-12);
+        // 1/0.05² against 1/0.1²: four fifths of the way to the first.
+        let (mean, std) = area_of(&[(200e-6, 0.05), (210e-6, 0.1)]);
+        let expected = (200e-6_f64.ln() * 0.8 + 210e-6_f64.ln() * 0.2).exp();
+        assert!((mean / expected - 1.0).abs() < 1e-9, "{mean}");
+        assert!((std - (500.0_f64).sqrt().recip()).abs() < 1e-9, "{std}");
+    }
+
+    #[test]
+    fn trials_that_differ_are_weighted_alike_and_the_error_says_so() {
+        let (mean, std) = area_of(&[(100e-6, 0.03), (400e-6, 0.06)]);
+        assert!((mean / 200e-6 - 1.0).abs() < 0.01, "{mean}");
+        // Half of ln 4 between two.
+        assert!((std / (2.0_f64.ln()) - 1.0).abs() < 0.05, "{std}");
+        // No error is so small that a single trial decides.
+        let (mean, _) = area_of(&[(200e-6, 1e-9), (206e-6, 0.03)]);
+        assert!(
+            (mean / (200e-6 * 206e-6_f64).sqrt() - 1.0).abs() < 1e-6,
+            "{mean}"
+        );
+    }
+
+    #[test]
+    fn a_trial_that_cannot_be_used_is_left_out_and_named() {
+        let mut skin = ParticipantSkin::default();
+        let unusable = SharedFit {
+            verdict: FitVerdict::NotIdentifiable {
+                parameter: FitParameter::ContactArea,
+                std: 2.0,
+            },
+            ..shared(200e-6, 0.1)
+        };
+        let why = skin.take(&unusable).unwrap_err();
+        let used = skin.used(&AssumedConstants::ESTIMATION, Some(why));
+        assert_eq!((used.trials, used.contact_area_m2), (0, 300e-6));
+        let lines = used.lines();
+        assert!(lines[0].starts_with("assumed S 300 mm²"), "{lines:?}");
+        assert!(lines[1].starts_with("not from this trial: "), "{lines:?}");
+        for open in [f64::INFINITY, f64::NAN] {
+            assert!(skin.take(&shared(200e-6, open)).is_err());
+            assert!(skin.take(&shared(open, 0.1)).is_err());
+        }
+        assert!(skin.take(&shared(200e-6, 0.31)).is_err());
+        skin.take(&shared(220e-6, 0.1)).unwrap();
+        let used = skin.used(&AssumedConstants::ESTIMATION, Some("no".to_owned()));
+        assert_eq!(used.trials, 1);
+        let lines = used.lines();
+        assert!(lines[1].ends_with(", of 1 trial"), "{lines:?}");
+        assert_eq!(lines[2], "not from this trial: no");
+        let constants = used.constants(&AssumedConstants::ESTIMATION);
+        assert!((constants.contact_area_m2 - 220e-6).abs() < 1e-12);
+        assert_eq!(constants.young_modulus_pa, 20e6);
+    }
+}

@@ -1,0 +1,25 @@
+//! The proposal of a new carrier, in place of the phase.
+
+use ratatui::text::Line;
+
+use super::live_values::signed;
+use crate::event::CarrierProposal;
+use crate::state::State;
+use crate::words::wrap;
+
+/// Returns the lines of the proposal, broken at `columns`.
+pub(crate) fn lines<'a>(state: &State, proposal: &CarrierProposal, columns: u16) -> Vec<Line<'a>> {
+    let CarrierProposal {
+        from_hz,
+        to_hz,
+        drift_hz,
+    } = proposal;
+    let drift = signed(format!("{:+.1}", drift_hz.value));
+    let words = format!(
+        "new carrier {to_hz:.0} Hz? f takes it, k keeps {from_hz:.0} Hz: the resonance moved by {drift} ± {:.1} Hz",
+        drift_hz.std
+    );
+    let style = state.ui.theme.driving();
+    let words = wrap(&words, columns).into_iter();
+    words.map(|line| Line::styled(line, style)).collect()
+}

@@ -52,6 +52,12 @@ impl AmplitudeProfile {
         }
     }
 
+    /// Returns whether it was measured.
+    #[must_use]
+    pub fn is_measured(&self) -> bool {
+        !self.places.is_empty()
+    }
+
     /// Returns φ at a position, m, on the scale of `position.csv`; where the position is not known (NaN), the mean of
     /// the places.
     ///

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use contact::AssumedConstants;
+use contact::fit::trial::Placed;
 use contact::fit::{FitConditions, FitError, InstanceSamples, InstanceSeries};
 use impedance::smoothing::LowPass;
 use impedance::{Mask, ZmFrame};
@@ -66,9 +67,15 @@ impl PreparedInstance {
         }
     }
 
-    /// Returns the finger's mean position along the plate, m.
-    pub fn position_m(&self) -> f64 {
-        self.position_m
+    /// Returns the instance as the fit of all takes it, on a plate whose centre lies at `centre_m`.
+    ///
+    /// # Errors
+    /// As [`series`](Self::series).
+    pub fn placed(&self, centre_m: f64) -> Result<Placed<'_>, FitError> {
+        Ok(Placed {
+            series: self.series(Method::Dynamic)?,
+            off_centre_m: self.position_m - centre_m,
+        })
     }
 
     /// Returns the samples as the fit of a method takes them, with its lead-in.

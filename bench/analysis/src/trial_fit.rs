@@ -13,8 +13,10 @@ use crate::amplitude_profile::AmplitudeProfile;
 use crate::instance::{PlateReading, PreparedInstance};
 use crate::measurements::{FrameSeries, Measurements};
 use crate::method::Method;
+use crate::plate_references;
 use crate::under_finger::UnderFinger;
 use crate::unloaded::UnloadedError;
+use crate::whole_trial;
 
 /// Trial, or exploration, to be fitted.
 #[derive(Debug)]
@@ -170,10 +172,13 @@ impl<'a> CutTrial<'a> {
     pub fn shared(&self, assumed: AssumedConstants) -> Result<SharedFit, FitError> {
         let conditions = self.plate.conditions(assumed, self.request.carrier_hz);
         let each = self.prepared.iter();
+        let rules = &self.request.rules;
         let instances: Vec<_> = each
-            .map(|instance| instance.series(Method::Dynamic))
+            .map(|instance| instance.placed(rules.centre_m))
             .collect::<Result<_, _>>()?;
-        let fitted = trial::fit(&instances, &conditions, &trial::TrialOptions::default())?;
+        let references = plate_references::read(&self.request.record, rules.contact_n / 2.0);
+        let options = whole_trial::options(trial::TrialOptions::default(), self.profile);
+        let fitted = trial::fit(&instances, &conditions, &references, &options)?;
         Ok(fitted.shared)
     }
 

@@ -1,11 +1,12 @@
 //! The fit of all instances of a recording together.
 
-use contact::fit::trial::{self, Placed, PlateReference, SharedFit};
+use contact::fit::trial::{self, Placed, PlateReference, SharedFit, TrialOptions};
 use contact::fit::{FitConditions, FitError};
 use recording::manifest::RecordedPlate;
 
+use crate::amplitude_profile::AmplitudeProfile;
 use crate::analysis_settings::Settings;
-use crate::estimate::{InstanceAnalysis, Measured, Method};
+use crate::estimate::{InstanceAnalysis, Measured};
 
 /// Fits the instances together, and gives each its estimate if the fit can be used.
 ///
@@ -19,12 +20,9 @@ pub fn fit(
 ) -> Result<SharedFit, FitError> {
     let placed: Vec<Placed<'_>> = instances
         .iter()
-        .map(|instance| placed(instance, plate))
+        .map(|instance| instance.samples.placed(plate.centre_m))
         .collect::<Result<_, _>>()?;
-    let mut options = settings.trial();
-    if plate.profile.is_some() {
-        options.priors = options.priors.on_a_measured_plate();
-    }
+    let options = options(settings.trial(), &AmplitudeProfile::from(plate));
     let fitted = trial::fit(&placed, conditions, references, &options)?;
     if fitted.shared.verdict.is_usable() {
         for (instance, fit) in instances.iter_mut().zip(fitted.instances) {
@@ -37,14 +35,12 @@ pub fn fit(
     Ok(fitted.shared)
 }
 
-fn placed<'a>(
-    instance: &'a InstanceAnalysis,
-    plate: &RecordedPlate,
-) -> Result<Placed<'a>, FitError> {
-    Ok(Placed {
-        series: instance.samples.series(Method::Dynamic)?,
-        off_centre_m: instance.samples.position_m() - plate.centre_m,
-    })
+/// Returns the options on a plate with this profile along its length.
+pub(crate) fn options(mut options: TrialOptions, profile: &AmplitudeProfile) -> TrialOptions {
+    if profile.is_measured() {
+        options.priors = options.priors.on_a_measured_plate();
+    }
+    options
 }
 
 /// Returns the shared parameters' 95 % intervals, or why there are none, in one line.

@@ -5,10 +5,10 @@ mod record;
 use std::hint::black_box;
 
 use contact::FittedFinger;
-use contact::fit::{InstanceSeries, dynamic, paper, trial};
+use contact::fit::{dynamic, paper};
 use contact::live_estimator::{LiveEstimator, LiveFrame};
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
-use record::{CARRIER_HZ, Record, Z_P, Z_T, amplitude_m, contact, normal_n};
+use record::{CARRIER_HZ, Record, Z_P, Z_T, amplitude_m, contact, fit_trial, normal_n};
 
 fn gaps(c: &mut Criterion) {
     const N: usize = 100_000;
@@ -67,14 +67,7 @@ fn fits(c: &mut Criterion) {
     });
     let records = Record::trial(14);
     c.bench_function("trial fit, 14 instances", |b| {
-        b.iter(|| {
-            let series: Vec<InstanceSeries<'_>> = records.iter().map(Record::series).collect();
-            trial::fit(
-                black_box(&series),
-                &conditions,
-                &trial::TrialOptions::default(),
-            )
-        });
+        b.iter(|| fit_trial(black_box(&records)));
     });
 }
 

@@ -15,7 +15,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-use contact::fit::{InstanceSeries, paper, trial};
+use contact::fit::paper;
 use criterion::measurement::WallTime;
 use criterion::{
     BenchmarkGroup, Criterion, SamplingMode, Throughput, criterion_group, criterion_main,
@@ -23,7 +23,7 @@ use criterion::{
 use impedance::{
     ChannelScales, Demodulator, Filter, FilterSettings, InputChannel, PlateConstants, Zm, ZmFrame,
 };
-use record::{CARRIER_HZ, Record};
+use record::{CARRIER_HZ, Record, fit_trial};
 
 const RATE_HZ: u32 = 192_000;
 const SECONDS: u32 = 60;
@@ -187,17 +187,8 @@ fn fit(criterion: &mut Criterion) {
 fn trial_fit(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("trial fit of 14 instances");
     group.sample_size(10).sampling_mode(SamplingMode::Flat);
-    let conditions = record::conditions();
     let records = Record::trial(14);
-    let work = || {
-        let series: Vec<InstanceSeries<'_>> = records.iter().map(Record::series).collect();
-        trial::fit(
-            black_box(&series),
-            &conditions,
-            &trial::TrialOptions::default(),
-        )
-        .expect("instances that the model allows")
-    };
+    let work = || fit_trial(black_box(&records));
     group.bench_function("this bench", |bencher| bencher.iter(work));
     let fitted = work().instances;
     let mean_m = fitted.iter().map(|of| of.sigma_t_m).sum::<f64>() / fitted.len() as f64;

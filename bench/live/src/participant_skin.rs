@@ -49,6 +49,9 @@ impl ParticipantSkin {
         if !shared.verdict.is_usable() {
             return Err(shared.verdict.to_string());
         }
+        if let Some(sign) = shared.misfit.first() {
+            return Err(format!("the model does not hold: {sign}"));
+        }
         let found = [
             shared.contact_area_m2,
             shared.q0_rad_per_m,
@@ -176,16 +179,26 @@ fn mean(trials: impl Iterator<Item = LogUncertain> + Clone) -> LogUncertain {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use contact::fit::trial::Misfit;
     use contact::fit::{FitParameter, FitVerdict};
+    use contact::uncertain::Uncertain;
 
     fn shared(area_m2: f64, ln_std: f64) -> SharedFit {
         let of = |value| LogUncertain { value, ln_std };
+        let unknown = Uncertain {
+            value: 0.3,
+            std: 0.3,
+        };
         SharedFit {
             verdict: FitVerdict::Converged,
             contact_area_m2: of(area_m2),
             q0_rad_per_m: of(2e4),
             loss_factor: of(0.4),
             tau_s: of(1e-3),
+            area_exponent: unknown,
+            film_mean_s: of(1e-4),
+            lag_exponent: unknown,
+            misfit: Vec::new(),
             friction_floor: None,
             lateral_lag_s: None,
         }
@@ -235,6 +248,11 @@ mod tests {
             },
             ..shared(200e-6, 0.1)
         };
+        let bent = SharedFit {
+            misfit: vec![Misfit::Friction { rms_mu: 0.1 }],
+            ..shared(200e-6, 0.1)
+        };
+        assert!(skin.take(&bent).is_err());
         let why = skin.take(&unusable).unwrap_err();
         let used = skin.used(&AssumedConstants::ESTIMATION, Some(why));
         assert_eq!((used.trials, used.contact_area_m2), (0, 300e-6));

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use contact::fit::trial::{self, Placed, PlateReference, TrialFit, TrialOptions};
 use contact::fit::{FitConditions, InstanceSamples, InstanceSeries};
 use contact::{AssumedConstants, Contact, harmonic};
 use num_complex::Complex64;
@@ -147,6 +148,26 @@ impl Record {
         };
         InstanceSeries::new(samples, self.lead).expect("valid record")
     }
+}
+
+/// Fits instances of one trial together.
+pub fn fit_trial(records: &[Record]) -> TrialFit {
+    let placed: Vec<Placed<'_>> = records
+        .iter()
+        .map(|record| Placed {
+            series: record.series(),
+            off_centre_m: 0.0,
+        })
+        .collect();
+    // The plate as a session reads it before and after the finger, which moved it by 3 Hz.
+    let references = [(-100.0, 0.0), (100.0, -0.28)].map(|(time_s, moved)| PlateReference {
+        time_s,
+        z_p_n_s_per_m: Z_P + Complex64::I * moved,
+        std_n_s_per_m: 1e-3,
+    });
+    let options = TrialOptions::default();
+    trial::fit(&placed, &conditions(), &references, &options)
+        .expect("instances that the model allows")
 }
 
 /// What the fits take as known.

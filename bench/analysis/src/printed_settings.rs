@@ -1,7 +1,7 @@
 //! The settings as results and tables print them: every assumed number, the priors of `trial`, and how each method takes the
 //! amplitude and the normal force.
 
-use contact::fit::trial::LogNormal;
+use contact::fit::trial::{self, LogNormal};
 use serde::Serialize;
 
 use crate::analysed::Analysed;
@@ -24,14 +24,21 @@ struct ForceTaken {
     dynamic: &'static str,
 }
 
-/// What `trial` holds likely beforehand: medians and standard deviations of the logarithms; of the plate's offset, whose mean is
-/// 0, standard deviations.
+/// What `trial` holds likely beforehand: medians and standard deviations of the logarithms, or means and standard deviations; of
+/// the plate's offset and the finger's angle, whose mean is 0, standard deviations. On a plate whose profile was measured tilt
+/// and bow are 0 ± 0.003.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct Priors {
     contact_area_m2: Prior,
     q0_rad_per_m: Prior,
     loss_factor: Prior,
     tau_s: Prior,
+    film_mean_s: Prior,
+    area_force_exponent: Normal,
+    lag_gap_exponent: Normal,
+    amplitude_tilt_per_30_mm: Normal,
+    amplitude_bow_per_30_mm: Normal,
+    finger_angle_std_rad: f64,
     plate_reactance_std_n_s_per_m: f64,
     plate_damping_std_n_s_per_m: f64,
 }
@@ -40,6 +47,21 @@ struct Priors {
 struct Prior {
     median: f64,
     ln_std: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+struct Normal {
+    mean: f64,
+    std: f64,
+}
+
+impl From<trial::Normal> for Normal {
+    fn from(prior: trial::Normal) -> Self {
+        Self {
+            mean: prior.mean,
+            std: prior.std,
+        }
+    }
 }
 
 impl From<LogNormal> for Prior {
@@ -77,6 +99,12 @@ impl PrintedSettings {
                 q0_rad_per_m: priors.q0_rad_per_m.into(),
                 loss_factor: priors.loss_factor.into(),
                 tau_s: priors.tau_s.into(),
+                film_mean_s: priors.film_mean_s.into(),
+                area_force_exponent: priors.area_exponent.into(),
+                lag_gap_exponent: priors.lag_exponent.into(),
+                amplitude_tilt_per_30_mm: priors.amplitude_tilt.into(),
+                amplitude_bow_per_30_mm: priors.amplitude_bow.into(),
+                finger_angle_std_rad: priors.finger_angle_std_rad,
                 plate_reactance_std_n_s_per_m: priors.plate_reactance_std_n_s_per_m,
                 plate_damping_std_n_s_per_m: priors.plate_damping_std_n_s_per_m,
             },

@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use num_complex::Complex64;
 
-use super::{Normal, TrialPriors};
+use super::prior::{Normal, TrialPriors};
 
 /// The plate's impedance where no finger was on it.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -76,7 +76,7 @@ impl<'a> Search<'a> {
     /// each instance a damping of its own: where the damping stands still, fitting it lets the model's own error into σ_t
     /// (decision 21).
     pub(super) fn solve(&mut self) -> Result<ArrowMinimum, FitError> {
-        let found = self.from_starts().ok_or(FitError::NoStart)?;
+        let found = self.search_from_afar().ok_or(FitError::NoStart)?;
         self.from_afar = false;
         let held = self.refined(found)?;
         let unknown = self
@@ -102,7 +102,7 @@ impl<'a> Search<'a> {
     }
 
     /// Returns the best minimum from all starts.
-    fn from_starts(&mut self) -> Option<ArrowMinimum> {
+    fn search_from_afar(&mut self) -> Option<ArrowMinimum> {
         let mut best: Option<ArrowMinimum> = None;
         for (area_m2, tau_s) in STARTS {
             let Some((shared, own)) = self.start(area_m2, tau_s) else {

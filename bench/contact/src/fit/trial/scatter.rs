@@ -1,6 +1,6 @@
 //! How the residuals of an instance scatter, and with each other.
 //!
-//! Three things make them: noise of force and velocity, which on their ratio grows as 1/|ṽ_p| ([`ResidualNoise`]); the model's
+//! Three things make them: noise of force and velocity, which on their ratio grows as 1/|ṽ_p|; the model's
 //! own error, alike for all; and what the force sensor's filter left of its noise and took of the finger's force. The last one
 //! moves the gap for as long as it lasts and its lag, so that many samples share it: least squares that knew nothing of it would
 //! take it for a property of the skin.

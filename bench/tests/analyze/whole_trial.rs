@@ -23,6 +23,8 @@ fn the_trials_fit_stands_in_the_results_by_the_schema_and_in_the_summary() {
     let instances = found["recordings"][0]["instances"].as_array().unwrap();
     assert_eq!(shared["verdict"], "converged");
     assert_eq!(shared["n_instances"], instances.len());
+    assert_eq!(shared["model_misfit"], false);
+    assert_eq!(shared["misfit"], serde_json::json!([]));
     let inside = |of: &Value, key: &str, value: &Value| {
         let interval = of["interval95"][key].as_array().unwrap();
         let [from, to] = [0, 1].map(|end| interval[end].as_f64().unwrap());
@@ -34,6 +36,9 @@ fn the_trials_fit_stands_in_the_results_by_the_schema_and_in_the_summary() {
         "q0_rad_per_m",
         "loss_factor",
         "tau_s",
+        "area_force_exponent",
+        "film_mean_s",
+        "lag_gap_exponent",
         "friction_floor",
         "lateral_lag_s",
     ] {
@@ -74,5 +79,5 @@ fn the_trials_fit_stands_in_the_results_by_the_schema_and_in_the_summary() {
 
     let printed = analyze(&[], &[&recording]);
     let printed = String::from_utf8_lossy(&printed.stdout);
-    assert!(printed.contains("trial: S 22"), "{printed}");
+    assert!(printed.contains("trial: S 23"), "{printed}");
 }

@@ -197,7 +197,7 @@ impl<'a> LaggedModel<'a> {
         self.gap_slopes.lagged.each_ref().map(|slopes| slopes[at])
     }
 
-    /// Returns τ at the mean gap of the instance over that at the reference, as its logarithm by the exponent.
+    /// Returns the logarithm of the instance's mean gap over the gap at which τ is that of the parameters.
     pub(super) fn ln_mean_gap(&self) -> f64 {
         let inside = &self.gap[self.lead..];
         (inside.iter().sum::<f64>() / inside.len() as f64 / LAG_REFERENCE_GAP_M).ln()

@@ -51,6 +51,18 @@ fn instances(skin: Truth, n: usize) -> Vec<Truth> {
         .collect()
 }
 
+/// The plate of [`instances`] before the first and after the last.
+fn references(n: usize) -> [PlateReference; 2] {
+    [-1.0, n as f64].map(|time_s| {
+        let part = time_s / n as f64;
+        PlateReference {
+            time_s,
+            z_p_n_s_per_m: crate::record::Z_P + Complex64::new(0.25 * part, -0.2 + part),
+            std_n_s_per_m: 1e-3,
+        }
+    })
+}
+
 fn fitted(records: &[Record]) -> TrialFit {
     fitted_on(records, &[])
 }
@@ -134,7 +146,7 @@ fn a_trial_recovers_the_skin_and_every_instance() {
         for (instance, truth) in fit.instances.iter().zip(&truths) {
             near(instance.sigma_t_m, truth.sigma_t_m, 0.01);
             let apart = (instance.z_t_n_s_per_m - truth.z_t).norm();
-            assert!(apart < 0.01 * truth.z_t.norm(), "{apart}");
+            assert!(apart < 0.02 * truth.z_t.norm(), "{apart}");
             let offset = instance.plate_offset_n_s_per_m;
             assert_relative_eq!(offset.im, truth.plate_offset, epsilon = 5e-3);
             assert_relative_eq!(offset.re, truth.plate_damping, epsilon = 5e-3);
@@ -185,7 +197,7 @@ fn a_law_that_is_not_the_models_shows() {
         lag_exponent: 1.3,
         ..TRUTH
     };
-    let fit = fitted(&records(&instances(lagging, 5)));
+    let fit = fitted_on(&records(&instances(lagging, 5)), &references(5));
     let unlikely = |sign: &Misfit| matches!(sign, Misfit::Unlikely { .. });
     assert!(fit.shared.misfit.iter().any(unlikely), "{:?}", fit.shared);
     let slipping: Vec<Record> = records(&instances(TRUTH, 5))
@@ -197,7 +209,7 @@ fn a_law_that_is_not_the_models_shows() {
             record
         })
         .collect();
-    let fit = fitted(&slipping);
+    let fit = fitted_on(&slipping, &references(5));
     let of_friction = |sign: &Misfit| matches!(sign, Misfit::Friction { .. });
     assert!(
         fit.shared.misfit.iter().all(of_friction),
@@ -241,7 +253,7 @@ fn a_lag_of_the_lateral_force_is_found_and_does_not_touch_the_contact() {
             .iter()
             .map(|record| record.with_lateral_lag(lag_s))
             .collect();
-        let (prompt, late) = (fitted(&records), fitted(&lagging));
+        let [prompt, late] = [&records, &lagging].map(|of| fitted_on(of, &references(4)));
         assert_eq!(prompt.shared.contact_area_m2, late.shared.contact_area_m2);
         // The record's lag holds the force over a sample, which is half of one late.
         let found_s = late.shared.lateral_lag_s.unwrap().value;
@@ -269,7 +281,7 @@ fn standard_errors_of_a_trial_are_the_scatter() {
             .enumerate()
             .map(|(i, record)| record.with_noise(1000 * run + i as u64, 2e-4))
             .collect();
-        let fit = fitted(&noisy);
+        let fit = fitted_on(&noisy, &references(5));
         let (instance, truth) = (&fit.instances[2], &truths[2]);
         let (z_t, z_t_std) = (
             instance.z_t_n_s_per_m - truth.z_t,

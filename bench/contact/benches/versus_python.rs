@@ -31,9 +31,20 @@ const GAPS: usize = 100_000;
 
 /// A rival whose answer is further than this from ours, relative to it, did other work.
 const AGREEMENT: f64 = 1e-3;
+/// The same for `trial`, whose rival knows nothing of the laws beside the published ones and of how residuals scatter together.
+const OTHER_LAWS: f64 = 0.01;
 
 /// Measures `rivals.py NAME` where there is a Python; `answer` is what ours came to.
 fn rival(group: &mut BenchmarkGroup<'_, WallTime>, label: &str, name: &str, answer: f64) {
+    rival_within(group, label, name, (answer, AGREEMENT));
+}
+
+fn rival_within(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    label: &str,
+    name: &str,
+    (answer, within): (f64, f64),
+) {
     let Some(python) = std::env::var_os("FRICTION_BENCH_PYTHON") else {
         return;
     };
@@ -58,7 +69,7 @@ fn rival(group: &mut BenchmarkGroup<'_, WallTime>, label: &str, name: &str, answ
             let (seconds, theirs) = (printed.next(), printed.next());
             let theirs = theirs.expect("an answer");
             assert!(
-                (theirs / answer - 1.0).abs() < AGREEMENT,
+                (theirs / answer - 1.0).abs() < within,
                 "{name} comes to {theirs}, ours to {answer}"
             );
             Duration::from_secs_f64(seconds.expect("seconds"))
@@ -192,11 +203,11 @@ fn trial_fit(criterion: &mut Criterion) {
     group.bench_function("this bench", |bencher| bencher.iter(work));
     let fitted = work().instances;
     let mean_m = fitted.iter().map(|of| of.sigma_t_m).sum::<f64>() / fitted.len() as f64;
-    rival(
+    rival_within(
         &mut group,
         "scipy least_squares",
         "trial_least_squares",
-        mean_m,
+        (mean_m, OTHER_LAWS),
     );
     group.finish();
 }

@@ -14,7 +14,7 @@ struct Shared {
     shown: In,
 }
 
-const SHARED: [Shared; 6] = [
+const SHARED: [Shared; 9] = [
     Shared {
         key: "contact_area_m2",
         name: "contact area S",
@@ -42,6 +42,24 @@ const SHARED: [Shared; 6] = [
     Shared {
         key: "tau_s",
         name: "levitation lag τ",
+        unit: "ms",
+        shown: MILLI,
+    },
+    Shared {
+        key: "lag_gap_exponent",
+        name: "exponent of τ with the gap",
+        unit: "",
+        shown: PLAIN,
+    },
+    Shared {
+        key: "area_force_exponent",
+        name: "exponent of S with the force",
+        unit: "",
+        shown: PLAIN,
+    },
+    Shared {
+        key: "film_mean_s",
+        name: "time that the film averages over",
         unit: "ms",
         shown: MILLI,
     },

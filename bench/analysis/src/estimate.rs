@@ -54,7 +54,7 @@ pub struct InstanceBy<'a> {
     pub instance: &'a InstanceAnalysis,
     /// The method.
     pub method: Method,
-    /// Its estimate.
+    /// The method's estimate of the instance.
     pub estimated: &'a Estimated,
 }
 

@@ -68,3 +68,87 @@ fn reference(series: &FrameSeries, from: usize, to: usize) -> Option<PlateRefere
         std_n_s_per_m: scatter.hypot(0.5 * apart.norm()).max(LEAST_STD_N_S_PER_M),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+    use impedance::{Mask, ZmFrame};
+    use recording::ForceRow;
+
+    use super::*;
+
+    const RATE_HZ: f64 = 2000.0;
+    const AFTER_N_S_PER_M: Complex64 = Complex64::new(7.05, -0.2);
+
+    /// A plate of 7 N·s/m that a finger touches from 1 to 2 s and leaves otherwise than it was, as its sensor feels it.
+    fn record(normal_n: impl Fn(f64) -> f64) -> Measurements {
+        let times = || (0..6000).map(|i| f64::from(i) / RATE_HZ);
+        let impedance = |time_s: f64| match time_s {
+            ..1.0 => Complex64::new(7.0, 0.0),
+            1.0..2.0 => Complex64::new(9.0, -2.0),
+            _ => AFTER_N_S_PER_M,
+        };
+        Measurements {
+            frames: times()
+                .map(|time_s| ZmFrame {
+                    time_s,
+                    plain_n_s_per_m: impedance(time_s),
+                    corrected_n_s_per_m: impedance(time_s),
+                    corrected_std_n_s_per_m: 0.01,
+                    amplitude_m: 1e-6,
+                    mask: Mask::CLEAR,
+                    sample: 0,
+                    drive_v: Complex64::ONE,
+                    displacement_m: Complex64::new(1e-6, 0.0),
+                    amplitude_rate_m_per_s: 0.0,
+                    amplitude_std_m: 1e-9,
+                    plain_std_n_s_per_m: 0.01,
+                })
+                .collect(),
+            force: times()
+                .map(|time_s| ForceRow {
+                    time_s,
+                    normal_n: normal_n(time_s),
+                    lateral_n: 0.0,
+                })
+                .collect(),
+            ..Measurements::default()
+        }
+    }
+
+    fn pressed(time_s: f64) -> f64 {
+        if (1.0..2.0).contains(&time_s) {
+            0.6
+        } else {
+            0.0
+        }
+    }
+
+    #[test]
+    fn the_plate_is_read_before_and_after_a_finger_and_not_under_it() {
+        let references = read(&record(pressed), 0.05);
+        let [.., last] = references[..] else {
+            panic!("no reference")
+        };
+        assert_relative_eq!(last.z_p_n_s_per_m.re, AFTER_N_S_PER_M.re, epsilon = 1e-9);
+        assert_relative_eq!(last.z_p_n_s_per_m.im, AFTER_N_S_PER_M.im, epsilon = 1e-9);
+        for reference in &references {
+            let before = reference.time_s < 1.0;
+            assert!(before || reference.time_s > 2.0, "{reference:?}");
+            if before {
+                assert_relative_eq!(reference.z_p_n_s_per_m.re, 7.0, epsilon = 1e-9);
+            }
+            assert!(reference.std_n_s_per_m < 0.01, "{reference:?}");
+        }
+        assert!(references.iter().any(|of| of.time_s < 1.0));
+    }
+
+    #[test]
+    fn a_force_that_was_not_measured_shows_no_free_plate() {
+        assert_eq!(read(&record(|_| f64::NAN), 0.05), []);
+        let mut without = record(pressed);
+        without.force.clear();
+        assert_eq!(read(&without, 0.05), []);
+        assert_eq!(read(&Measurements::default(), 0.05), []);
+    }
+}

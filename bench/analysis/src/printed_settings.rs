@@ -17,14 +17,14 @@ pub struct PrintedSettings {
     trial_priors: Priors,
 }
 
-/// What each method takes for the normal force.
+/// How each method takes the normal force.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct ForceTaken {
     paper: &'static str,
     dynamic: &'static str,
 }
 
-/// What `trial` holds likely beforehand: medians and standard deviations of the logarithms, or means and standard deviations; of
+/// Priors of `trial`: medians and standard deviations of the logarithms, or means and standard deviations; of
 /// the plate's offset and the finger's angle, whose mean is 0, standard deviations. On a plate whose profile was measured tilt
 /// and bow are 0 ± 0.003.
 #[derive(Debug, Clone, PartialEq, Serialize)]

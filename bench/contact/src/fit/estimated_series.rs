@@ -51,11 +51,11 @@ pub(super) struct MeasuredSamples<'a> {
     pub(super) z_m_std: &'a [f64],
     pub(super) amplitude_m: &'a [f64],
     pub(super) normal_n: &'a [f64],
-    /// What differs from sample to sample; `None` where nothing does that was not measured.
+    /// Load and trend of each sample; `None` for the contact of the published method, alike for all.
     pub(super) varying: Option<Varying<'a>>,
 }
 
-/// What differs from sample to sample beside what was measured.
+/// Load and trend of each sample.
 #[derive(Clone, Copy)]
 pub(super) struct Varying<'a> {
     pub(super) loads: &'a Loads,

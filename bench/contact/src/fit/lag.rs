@@ -150,11 +150,9 @@ impl Lag {
 
     /// Writes ∂ output/∂τ in output units per sampling interval, given what [`apply`](Self::apply) made of the input.
     pub(crate) fn slope(&self, input: &[f64], output: &[f64], slope: &mut [f64]) {
-        slope[0] = -first_slope(input);
-        for n in 1..input.len() {
-            let step = self.step(n);
-            slope[n] =
-                step.decay.0 * slope[n - 1] + step.decay.1 * output[n - 1] + step.drive(input, n).1;
+        self.pushes(input, output, slope);
+        for n in 1..slope.len() {
+            slope[n] += self.step(n).decay.0 * slope[n - 1];
         }
     }
 }

@@ -43,18 +43,12 @@ pub(super) struct LaggedModel<'a> {
     gap_slopes: GapSlopes,
     /// ∂Z_m/∂gap of each sample of the instance, N·s/m².
     by_gap: Vec<Complex64>,
+    /// ∂Z_m/∂ ln S at a given gap, N·s/m.
+    by_ln_area: Vec<Complex64>,
+    area_exponent: f64,
 }
 
-/// Parameters that the equilibrium of the gap depends on.
-const OF_EQUILIBRIUM: [usize; 6] = [
-    LN_SIGMA_T,
-    LN_AREA,
-    LN_Q0,
-    AREA_EXPONENT,
-    FILM_MEAN_MS,
-    LN_RATIO,
-];
-/// Parameters that the lagged gap depends on: those of its equilibrium first.
+/// Parameters that the lagged gap depends on: first those of its equilibrium.
 pub(super) const OF_GAP: [usize; 8] = [
     LN_SIGMA_T,
     LN_AREA,
@@ -65,10 +59,14 @@ pub(super) const OF_GAP: [usize; 8] = [
     TAU_MS,
     LAG_EXPONENT,
 ];
+/// Number of those that the equilibrium depends on.
+const OF_EQUILIBRIUM: usize = 6;
+/// Place of ln S among them.
+const AREA: usize = 1;
 
 /// How the lagged gap depends on the parameters, m.
 struct GapSlopes {
-    unlagged: [Vec<f64>; OF_EQUILIBRIUM.len()],
+    unlagged: [Vec<f64>; OF_EQUILIBRIUM],
     lagged: [Vec<f64>; OF_GAP.len()],
     /// How each step depends on its own lag.
     pushes: Vec<f64>,
@@ -111,6 +109,8 @@ impl<'a> LaggedModel<'a> {
                 lag: Lag::new(0.0, 1.0),
             },
             by_gap: vec![Complex64::ZERO; samples.time_s.len() - lead],
+            by_ln_area: vec![Complex64::ZERO; samples.time_s.len() - lead],
+            area_exponent: 0.0,
         })
     }
 
@@ -153,7 +153,7 @@ impl<'a> LaggedModel<'a> {
         let slopes = &mut self.gap_slopes;
         for (at, (&gap, &normal_n)) in self.equilibrium.iter().zip(self.normal_n).enumerate() {
             let of_gap = contact_at(at).equilibrium_gap_slopes_m(gap, normal_n);
-            for (unlagged, parameter) in slopes.unlagged.iter_mut().zip(OF_EQUILIBRIUM) {
+            for (unlagged, parameter) in slopes.unlagged.iter_mut().zip(OF_GAP) {
                 unlagged[at] = of_gap.by(parameter, &loads.slopes[at]);
             }
         }
@@ -170,16 +170,19 @@ impl<'a> LaggedModel<'a> {
     /// sample, with the lead-in, after [`evaluate`](ImpedanceModel::evaluate).
     pub(super) fn response_to_force(&self) -> DMatrix<f64> {
         let (samples, all) = (self.z_m.len(), self.gap.len());
-        let by_area = &self.gap_slopes.unlagged[1];
+        // A heavier finger is one on a smaller area, but for what the area grows by.
+        let smaller = self.area_exponent - 1.0;
         let mut response = DMatrix::zeros(2 * samples, all);
         let (mut impulse, mut gap) = (vec![0.0; all], vec![0.0; all]);
-        for (at, &by_ln_area) in by_area.iter().enumerate() {
-            // A heavier finger is one on a smaller area.
-            impulse[at] = -by_ln_area;
+        for (at, &by_ln_area) in self.gap_slopes.unlagged[AREA].iter().enumerate() {
+            impulse[at] = smaller * by_ln_area;
             self.gap_slopes.lag.apply(&impulse, &mut gap);
             impulse[at] = 0.0;
             for (index, &by_gap) in self.by_gap.iter().enumerate() {
-                let of = by_gap * gap[self.lead + index];
+                let mut of = by_gap * gap[self.lead + index];
+                if self.lead + index == at {
+                    of += self.by_ln_area[index] * self.area_exponent;
+                }
                 response[(index, at)] = of.re;
                 response[(samples + index, at)] = of.im;
             }
@@ -258,6 +261,7 @@ impl ImpedanceModel<PARAMETERS> for LaggedModel<'_> {
         let contact = self.follow(parameters)?;
         let z_t = Complex64::new(parameters[RE_Z_T], parameters[IM_Z_T]);
         let z_p = self.z_p + Complex64::new(parameters[RE_OFFSET], parameters[IM_OFFSET]);
+        self.area_exponent = parameters[AREA_EXPONENT];
         let loss_factor = parameters[LN_LOSS_FACTOR].exp();
         let finger_scale = finger_scale(parameters);
         let z_c_per_stiffness = contact.impedance_n_s_per_m(1.0, self.carrier_rad_per_s);
@@ -278,6 +282,7 @@ impl ImpedanceModel<PARAMETERS> for LaggedModel<'_> {
             let finger = z_t * z_c / both * finger_scale;
             z_m[index] = z_p + finger;
             self.by_gap[index] = by_stiffness * by_gap;
+            self.by_ln_area[index] = by_stiffness * at_gap.by_ln_area;
             let slope = &mut slopes[index];
             for (parameter, of_gap) in OF_GAP.into_iter().zip(self.gap_slopes_m(at)) {
                 let stiffness = at_gap.by(parameter, &self.loads.slopes[at]) + by_gap * of_gap;
@@ -324,7 +329,7 @@ impl GapSlopes {
         let (lags, pushes) = (&self.lags, &mut self.pushes);
         lag.apply(equilibrium, gap);
         lag.pushes(equilibrium, gap, pushes);
-        let (of_equilibrium, of_lag) = self.lagged.split_at_mut(OF_EQUILIBRIUM.len());
+        let (of_equilibrium, of_lag) = self.lagged.split_at_mut(OF_EQUILIBRIUM);
         for (unlagged, lagged) in self.unlagged.iter().zip(of_equilibrium) {
             if exponent == 0.0 {
                 lag.apply(unlagged, lagged);
@@ -357,6 +362,50 @@ mod tests {
     use super::*;
     use crate::fit::least_squares::tests::assert_slopes_are_derivatives;
     use crate::fit::series::tests::with_instance;
+
+    /// Against the impedance under a force that is greater at one sample.
+    #[test]
+    fn the_response_to_the_force_is_the_derivative() {
+        with_instance(|instance| {
+            let conditions = FitConditions::with_plate(Complex64::new(7.01, 0.1));
+            let (samples, _) = instance.with_lead_in(0.02).unwrap();
+            let force = samples.normal_n.to_vec();
+            let impedance = |normal_n: &[f64], exponent: f64| {
+                let mut model = LaggedModel::new(instance, &conditions, 0.02, 0.6).unwrap();
+                model.normal_n = normal_n;
+                model.loads = Loads::new(samples.amplitude_m, normal_n, 0.6);
+                let mut at = model.assumed_parameters(1.7e-6, 1.2e-3);
+                (at[RE_Z_T], at[IM_Z_T], at[AREA_EXPONENT]) = (0.47, 3.16, exponent);
+                let n = model.z_m.len();
+                let mut z_m = vec![Complex64::ZERO; n];
+                let mut slopes = vec![[Complex64::ZERO; PARAMETERS]; n];
+                model.evaluate(&at, &mut z_m, &mut slopes).unwrap();
+                (z_m, model.response_to_force())
+            };
+            for exponent in [0.0, 0.5] {
+                let (_, response) = impedance(&force, exponent);
+                for at in [10, 60, 100] {
+                    let by = 1e-5;
+                    let heavier = |sign: f64| {
+                        let mut force = force.clone();
+                        force[at] *= (sign * by).exp();
+                        impedance(&force, exponent).0
+                    };
+                    let (above, below) = (heavier(1.0), heavier(-1.0));
+                    for (index, (above, below)) in above.iter().zip(&below).enumerate() {
+                        let slope = (above - below) / (2.0 * by);
+                        let n = response.nrows() / 2;
+                        let stated =
+                            Complex64::new(response[(index, at)], response[(n + index, at)]);
+                        assert!(
+                            (slope - stated).norm() < 1e-5,
+                            "{at} {index}: {slope} {stated}"
+                        );
+                    }
+                }
+            }
+        });
+    }
 
     #[test]
     fn slopes_are_derivatives() {

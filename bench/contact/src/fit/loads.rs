@@ -1,4 +1,4 @@
-//! What acts on the skin at each sample, beside what the published method takes it to be.
+//! The contact area and the amplitude that the film answers to, sample by sample.
 //!
 //! The area of contact grows with the normal force as S (f_n/f̄)^ν; for finger pads ν is 0.3 to 0.6, less than Hertz's 2/3
 //! (Adams et al. 2013). The film answers to the squared amplitude as it was a moment ago: its pressure needs some cycles of the

@@ -8,13 +8,13 @@ use crate::inversion::Inversion;
 /// Rates of an instance's own parameters.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Rates {
-    /// Of ln σ_t, 1/s.
+    /// Rate of ln σ_t, 1/s.
     pub(super) ln_sigma_t_per_s: f64,
-    /// Of Z_t, N·s/m a second.
+    /// Rate of Z_t, N·s/m a second.
     pub(super) z_t_per_s: Complex64,
-    /// Of Z_p, N·s/m a second.
+    /// Rate of Z_p, N·s/m a second.
     pub(super) z_p_per_s: Complex64,
-    /// Of the angle by which the finger's part is turned, rad/s.
+    /// Rate of the angle by which the finger's part is turned, rad/s.
     pub(super) finger_angle_rad_per_s: f64,
 }
 

@@ -38,6 +38,8 @@ pub struct Truth {
     pub plate_damping: f64,
     pub plate_offset: f64,
     pub friction_floor: f64,
+    /// What the force does that its sensor's filter takes for noise: amplitude, as a part of it, Hz, and rad.
+    pub unseen: [(f64, f64, f64); 8],
 }
 
 /// Force at which an area is that of the truth, N.
@@ -60,6 +62,7 @@ pub const TRUTH: Truth = Truth {
     plate_damping: 0.0,
     plate_offset: 0.0,
     friction_floor: 0.0,
+    unseen: [(0.0, 0.0, 0.0); 8],
 };
 
 impl Truth {
@@ -77,6 +80,14 @@ impl Truth {
         self.normal_n * (1.0 + 0.4 * t - 10.0 * t * t + 50.0 * t * t * t)
     }
 
+    pub fn true_normal_n(&self, t: f64) -> f64 {
+        let each = self.unseen.iter();
+        let unseen: f64 = each
+            .map(|(part, hz, phase)| part * (TAU * hz * t + phase).cos())
+            .sum();
+        self.normal_n(t) * (1.0 + unseen)
+    }
+
     pub fn area_m2(&self, n: f64) -> f64 {
         self.area_m2 * (n / AREA_AT_N).powf(self.area_exponent)
     }
@@ -91,7 +102,7 @@ impl Truth {
     }
 
     pub fn equilibrium_m(&self, t: f64) -> f64 {
-        let (a, n) = (self.answered_m(t), self.normal_n(t));
+        let (a, n) = (self.answered_m(t), self.true_normal_n(t));
         let (mut lo, mut hi) = (1e-9_f64, 1e-3);
         for _ in 0..60 {
             let middle = 0.5 * (lo + hi);
@@ -150,7 +161,7 @@ impl Truth {
     }
 
     pub fn push(&self, record: &mut Record, t: f64, x: f64) {
-        let (a, n) = (self.amplitude_m(t), self.normal_n(t));
+        let (a, n) = (self.amplitude_m(t), self.true_normal_n(t));
         let k_c = self.asperity_n(x, n) / self.sigma_t_m
             + 2.0 * self.squeeze_n(x, self.answered_m(t), n) / x;
         let z_c = Complex64::new(self.loss_factor * k_c / OMEGA, -k_c / OMEGA);
@@ -163,7 +174,7 @@ impl Truth {
         record.corrected.push(z_m);
         record.plain.push(z_m + 2.0 * MODAL_MASS_KG * growth);
         record.amplitude_m.push(a);
-        record.normal_n.push(n);
+        record.normal_n.push(self.normal_n(t));
         record.mu.push(self.mu(x, n));
         record.gap_m.push(x);
         record.k_c.push(k_c);
@@ -206,6 +217,37 @@ impl Record {
         lagging
     }
 
+    /// The same with as many samples for each, on straight lines between them.
+    pub fn finer(&self, times: usize) -> Self {
+        let last = times * (self.time_s.len() - 1);
+        let at = |i: usize| (i / times, (i % times) as f64 / times as f64);
+        let real = |of: &[f64]| -> Vec<f64> {
+            let between = |(k, part): (usize, f64)| match of.get(k + 1) {
+                Some(next) => of[k] + part * (next - of[k]),
+                None => of[k],
+            };
+            (0..=last).map(|i| between(at(i))).collect()
+        };
+        let complex = |of: &[Complex64]| -> Vec<Complex64> {
+            let part = |of_z: fn(&Complex64) -> f64| real(&of.iter().map(of_z).collect::<Vec<_>>());
+            let (re, im) = (part(|z| z.re), part(|z| z.im));
+            re.into_iter()
+                .zip(im)
+                .map(|(re, im)| Complex64::new(re, im))
+                .collect()
+        };
+        Self {
+            time_s: real(&self.time_s),
+            plain: complex(&self.plain),
+            corrected: complex(&self.corrected),
+            amplitude_m: real(&self.amplitude_m),
+            normal_n: real(&self.normal_n),
+            mu: real(&self.mu),
+            gap_m: real(&self.gap_m),
+            k_c: real(&self.k_c),
+        }
+    }
+
     /// The same at another time.
     pub fn later(mut self, by_s: f64) -> Self {
         self.time_s.iter_mut().for_each(|t| *t += by_s);
@@ -214,6 +256,20 @@ impl Record {
 
     pub fn series(&self) -> InstanceSeries<'_> {
         InstanceSeries::new(self.samples(), LEAD).unwrap()
+    }
+
+    /// Noise of the impedance that lasts 0.7 ms.
+    pub fn with_lasting_noise(&self, seed: u64, relative: f64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let kept = (-1.0 / RATE_HZ / 0.7e-3).exp();
+        let mut at = Complex64::new(normal(), normal());
+        let mut noisy = self.clone();
+        for (z, a) in noisy.corrected.iter_mut().zip(&self.amplitude_m) {
+            at = kept * at + (1.0 - kept * kept).sqrt() * Complex64::new(normal(), normal());
+            *z += at * (relative * 10.0 * 2e-6 / a);
+        }
+        noisy
     }
 
     /// White noise on force and velocity, as a sound card adds it: noise on Z_m that grows as 1/amplitude.

@@ -1,4 +1,4 @@
-//! Which parameters belong to an instance, and which to the trial.
+//! The parameters of an instance, those that a trial's instances share, and how the model's follow from both.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -62,7 +62,7 @@ const IN_MS: [(usize, usize); 2] = [(TAU, TAU_MS), (FILM_MEAN, FILM_MEAN_MS)];
 /// An instance of a trial.
 pub(super) struct Member<'a> {
     pub(super) model: LaggedModel<'a>,
-    /// What is known of the plate's offset.
+    /// The plate's offset that is likely.
     pub(super) offset: OffsetPrior,
     /// Distance from the plate's centre, in [`ALONG_M`].
     pub(super) along: f64,

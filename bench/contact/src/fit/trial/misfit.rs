@@ -24,7 +24,7 @@ pub enum Misfit {
 }
 
 /// Standard deviations of its prior that a parameter may lie from the middle: a fit that bends the skin to another law goes far
-/// beyond, one of forty fingers and plates that were drawn never did.
+/// beyond; no fit of the 79 simulated people of docs/accuracy.md does.
 const MOST_DEVIATIONS: f64 = 4.0;
 /// RMS of estimated less measured friction from which the model does not explain it.
 const MOST_RMS_MU: f64 = 0.03;

@@ -17,8 +17,8 @@ pub struct PlateReference {
     pub std_n_s_per_m: f64,
 }
 
-/// Bend of what warms under a finger between two references, as a part of the change between them: what remains of a
-/// first-order warming of 3 to 12 s over an exploration of 3 s.
+/// Bend of what warms under a finger between two references, as a part of the change between them (an assumption): a
+/// first-order warming has 0.03 of it where the time between them is a quarter of its time constant, 0.12 where it is equal.
 const BEND: Normal = Normal {
     mean: 0.05,
     std: 0.07,

@@ -18,6 +18,9 @@ const FORCE_ERROR_LASTS_S: f64 = 2e-3;
 const NOISE_LASTS_S: f64 = 0.7e-3;
 /// Error of the force that is always reckoned with, as a part of it: no sensor is better.
 const LEAST_FORCE_ERROR: f64 = 1e-4;
+/// Most samples of an instance, with its lead-in, that are weighed together: time goes with their third power, and an instance of
+/// the published length has 160.
+const MOST_TOGETHER: usize = 600;
 const ITERATIONS: usize = 50;
 /// A variance below this part of the mean is taken for it, so that no sample has all the weight.
 const LEAST_VARIANCE: f64 = 1e-6;
@@ -26,13 +29,15 @@ const LEAST_VARIANCE: f64 = 1e-6;
 pub(super) enum Scatter {
     /// Independent and alike, with this standard deviation.
     Alike(f64),
+    /// Independent, each of its own standard deviation.
+    Apart(Vec<f64>),
     /// As its factor says.
     Together(Cholesky<f64, Dyn>),
 }
 
 impl Scatter {
     /// Estimates the scatter of each instance's residuals at the parameters at which its model was evaluated last, of one kind
-    /// for all. `None` where the residuals are 0, or a force has no response.
+    /// for all. `None` where the residuals are 0.
     pub(super) fn of_all(
         residuals: &[Vec<Complex64>],
         members: &[Member<'_>],
@@ -54,7 +59,7 @@ impl Scatter {
         let of_freedom = squares.len() as f64 / freedom as f64;
         let components = components(&squares, &of_rows, mean).map(|of| of * of_freedom);
         kinds
-            .iter()
+            .into_iter()
             .map(|kinds| kinds.scatter(components, LEAST_VARIANCE * mean))
             .collect()
     }
@@ -63,6 +68,11 @@ impl Scatter {
     pub(super) fn whiten(&self, columns: &mut DMatrix<f64>) {
         match self {
             Self::Alike(std) => *columns /= *std,
+            Self::Apart(stds) => {
+                for (mut row, std) in columns.row_iter_mut().zip(stds) {
+                    row /= *std;
+                }
+            }
             Self::Together(factor) => {
                 factor.l_dirty().solve_lower_triangular_mut(columns);
             }
@@ -75,43 +85,53 @@ struct Kinds {
     interval_s: f64,
     /// Squares of the shape of noise.
     shapes2: Vec<f64>,
-    /// Covariance of the residuals for an error of the force of its own size.
-    by_force: DMatrix<f64>,
+    /// Covariance of the residuals for an error of the force of its own size; `None` of an instance of too many samples.
+    by_force: Option<DMatrix<f64>>,
 }
 
 impl Kinds {
     fn of(member: &Member<'_>) -> Option<Self> {
         let model = &member.model;
-        let response = model.response_to_force();
-        let all = response.ncols();
-        let force = lasting(all, FORCE_ERROR_LASTS_S / model.interval_s)
-            .cholesky()?
-            .unpack();
-        let by_force = response * force;
+        let all = model.gap.len();
+        let by_force = if all > MOST_TOGETHER {
+            None
+        } else {
+            let force = lasting(all, FORCE_ERROR_LASTS_S / model.interval_s).cholesky()?;
+            let by_force = model.response_to_force() * force.unpack();
+            Some(&by_force * by_force.transpose())
+        };
         Some(Self {
             interval_s: model.interval_s,
             shapes2: (0..model.z_m.len())
                 .map(|index| model.noise_shape(index).powi(2))
                 .collect(),
-            by_force: &by_force * by_force.transpose(),
+            by_force,
         })
     }
 
     /// Returns the variance of each residual for each kind of its own size: alike for all, noise, force.
     fn rows(&self) -> impl Iterator<Item = [f64; 3]> {
         let n = self.shapes2.len();
-        (0..2 * n).map(move |at| [1.0, self.shapes2[at % n], self.by_force[(at, at)]])
+        let of_force = move |at: usize| self.by_force.as_ref().map_or(0.0, |of| of[(at, at)]);
+        (0..2 * n).map(move |at| [1.0, self.shapes2[at % n], of_force(at)])
     }
 
-    fn scatter(&self, [alike, noise, of_force]: [f64; 3], least: f64) -> Option<Scatter> {
+    fn scatter(self, [alike, noise, of_force]: [f64; 3], least: f64) -> Option<Scatter> {
         let n = self.shapes2.len();
         let stds: Vec<f64> = self
             .shapes2
             .iter()
             .map(|shape2| (alike + noise * shape2).max(least).sqrt())
             .collect();
-        let together = lasting(n, NOISE_LASTS_S / self.interval_s);
-        let mut covariance = &self.by_force * of_force.max(LEAST_FORCE_ERROR * LEAST_FORCE_ERROR);
+        let samples_alike = NOISE_LASTS_S / self.interval_s;
+        let Some(by_force) = self.by_force else {
+            // As many samples as share a noise tell no more than one.
+            let widened = (1.0 + 2.0 * samples_alike).sqrt();
+            let both = stds.iter().chain(&stds);
+            return Some(Scatter::Apart(both.map(|std| std * widened).collect()));
+        };
+        let together = lasting(n, samples_alike);
+        let mut covariance = by_force * of_force.max(LEAST_FORCE_ERROR * LEAST_FORCE_ERROR);
         for row in 0..n {
             for column in 0..n {
                 let of_noise = stds[row] * stds[column] * together[(row, column)];

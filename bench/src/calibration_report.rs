@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::outcome::probe_folder_of;
+
 use anyhow::Context;
 use config::Quantity;
 use figures::Figure;
@@ -59,19 +61,12 @@ impl Report {
 
 /// What takes minutes to measure must have a place to go to.
 pub(crate) fn require_writable(path: &Path) -> anyhow::Result<()> {
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    let probe = folder.join(format!(".friction-bench-{}", std::process::id()));
-    std::fs::File::create_new(&probe)
-        .and_then(|_| std::fs::remove_file(&probe))
-        .with_context(|| {
-            format!(
-                "cannot write into {}: name a calibration file in a folder of yours with --calibration",
-                folder.display()
-            )
-        })
+    probe_folder_of(path).with_context(|| {
+        format!(
+            "cannot write into {}: name a calibration file in a folder of yours with --calibration",
+            path.parent().unwrap_or(path).display()
+        )
+    })
 }
 
 /// Puts the points of `what`, and their figure if there is one, beside the calibration at `path`.

@@ -1,6 +1,7 @@
 //! How commands that go through many recordings show where they are, and write what they found.
 
-use std::io::{IsTerminal, Write};
+use std::fs;
+use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
 use anyhow::Context;
@@ -11,7 +12,7 @@ use crate::verbosity::Verbosity;
 
 /// Returns a bar on standard error; hidden where nobody watches.
 pub(crate) fn progress_bar(recordings: u64, verbosity: Verbosity) -> ProgressBar {
-    let target = if verbosity.shows_progress() && std::io::stderr().is_terminal() {
+    let target = if verbosity.shows_progress() && io::stderr().is_terminal() {
         ProgressDrawTarget::stderr()
     } else {
         ProgressDrawTarget::hidden()
@@ -37,19 +38,30 @@ pub(crate) fn require_writable(path: &Path) -> anyhow::Result<()> {
             path.display()
         );
     }
+    if takes_what_is_written(path) {
+        return Ok(());
+    }
+    probe_folder_of(path).with_context(|| {
+        format!(
+            "cannot write {}: name a file in a folder of yours",
+            path.display()
+        )
+    })
+}
+
+/// Tries whether a file could be made where `path` lies.
+pub(crate) fn probe_folder_of(path: &Path) -> io::Result<()> {
     let folder = match path.parent() {
         Some(folder) if folder != Path::new("") => folder,
         _ => Path::new("."),
     };
     let probe = folder.join(format!(".friction-bench-{}", std::process::id()));
-    std::fs::File::create_new(&probe)
-        .and_then(|_| std::fs::remove_file(&probe))
-        .with_context(|| {
-            format!(
-                "cannot write {}: name a file in a folder of yours",
-                path.display()
-            )
-        })
+    fs::File::create_new(&probe).and_then(|_| fs::remove_file(&probe))
+}
+
+/// Returns whether `path` is a device or a pipe, which a file must not be put in the place of.
+fn takes_what_is_written(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|of| !of.is_file() && !of.is_dir())
 }
 
 /// Writes `text` to standard output for `-`, otherwise to a file that is whole or not there. Control characters are escaped
@@ -59,8 +71,47 @@ pub(crate) fn require_writable(path: &Path) -> anyhow::Result<()> {
 /// The system refused.
 pub(crate) fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
     if path == Path::new("-") {
-        std::io::stdout().write_all(tui::escaped(text).as_bytes())?;
+        io::stdout().write_all(tui::escaped(text).as_bytes())?;
         return Ok(());
     }
+    if takes_what_is_written(path) {
+        let mut taken = fs::OpenOptions::new().write(true).open(path)?;
+        return taken
+            .write_all(text.as_bytes())
+            .with_context(|| format!("cannot write {}", path.display()));
+    }
     disk::replace_file(path, text.as_bytes()).context("cannot write the results")
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use std::io::Read;
+    use std::os::fd::AsRawFd;
+
+    use super::*;
+
+    #[test]
+    fn a_pipe_is_written_into_and_not_replaced() {
+        let (mut reader, writer) = io::pipe().unwrap();
+        let path = Path::new("/proc/self/fd").join(writer.as_raw_fd().to_string());
+        require_writable(&path).unwrap();
+        write_text(&path, "results").unwrap();
+        drop(writer);
+        let mut read = String::new();
+        reader.read_to_string(&mut read).unwrap();
+        assert_eq!(read, "results");
+    }
+
+    #[test]
+    fn a_file_is_replaced_and_a_folder_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("results.json");
+        for text in ["old", "new"] {
+            require_writable(&path).unwrap();
+            write_text(&path, text).unwrap();
+            assert_eq!(fs::read_to_string(&path).unwrap(), text);
+        }
+        assert!(require_writable(folder.path()).is_err());
+        assert!(require_writable(&folder.path().join("no/such")).is_err());
+    }
 }

@@ -1,22 +1,22 @@
 //! Reads the plate's own impedance wherever in a recording no finger is on it, before, between and after explorations.
 
-use contact::fit::trial::PlateReference;
+use contact::fit::trial::{PlateReadings, PlateReference};
 use num_complex::Complex64;
 
 use crate::instance::plate;
 use crate::measurements::{FrameSeries, Measurements};
 
-/// Longest stretch of one reference, s: short beside the minutes in which a plate changes.
-const LONGEST_S: f64 = 0.5;
+/// Longest stretch of one reference, s: short beside the seconds in which a plate cools.
+const LONGEST_S: f64 = 0.1;
 /// Time beside a finger that is left out, s: a finger that weighs less than its sensor's noise is on the plate too.
-const BESIDE_FINGER_S: f64 = 0.05;
+const BESIDE_FINGER_S: f64 = 0.1;
 /// Frames whose errors are about one: a demodulator's filter is some 10 ms long.
 const FRAMES_ALIKE: f64 = 20.0;
 /// Least standard error of a reference, N·s/m: what two readings of a still plate differ by.
-const LEAST_STD_N_S_PER_M: f64 = 2e-4;
+const LEAST_STD_N_S_PER_M: f64 = 1e-4;
 
 /// Reads the references of a whole recording; a normal force of `off_n` or more is a finger.
-pub(super) fn read(record: &Measurements, off_n: f64) -> Vec<PlateReference> {
+pub(super) fn read(record: &Measurements, off_n: f64) -> PlateReadings {
     let (start_s, end_s) = record.span_s();
     let series = record.series(start_s, end_s);
     let touched: Vec<f64> = series
@@ -42,30 +42,48 @@ pub(super) fn read(record: &Measurements, off_n: f64) -> Vec<PlateReference> {
         references.extend(reference(&series, from, from + frames));
         from += frames.max(1);
     }
-    references
+    PlateReadings {
+        references,
+        touches_s: touches(&touched),
+    }
+}
+
+/// Joins the times that a finger was on the plate to touches.
+fn touches(touched_s: &[f64]) -> Vec<(f64, f64)> {
+    let mut touches: Vec<(f64, f64)> = Vec::new();
+    for &time_s in touched_s {
+        match touches.last_mut() {
+            Some((_, end_s)) if time_s - *end_s < BESIDE_FINGER_S => *end_s = time_s,
+            _ => touches.push((time_s, time_s)),
+        }
+    }
+    touches
 }
 
 /// Reads one stretch; `None` if too few of its frames have an impedance.
 fn reference(series: &FrameSeries, from: usize, to: usize) -> Option<PlateReference> {
     let frames = &series.frames[from..to];
     let whole = plate(frames)?;
-    let middle = frames.len() / 2;
-    let of = |part| plate(part).map(|part| part.corrected_n_s_per_m);
-    let halves = of(&frames[..middle]).zip(of(&frames[middle..]));
-    let apart = halves.map_or(Complex64::ZERO, |(first, second)| second - first);
-    let clear = frames.iter().filter(|frame| frame.mask.is_clear());
-    let (mut squares, mut weights) = (0.0, 0.0);
-    for frame in clear {
+    let time_s = 0.5 * (series.time_s[from] + series.time_s[to - 1]);
+    // What the plate changes steadily meanwhile is no error of its mean.
+    let (mut squares, mut weights, mut rate, mut spread) = (0.0, 0.0, Complex64::ZERO, 0.0);
+    for frame in frames.iter().filter(|frame| frame.mask.is_clear()) {
         let weight = frame.amplitude_m.powi(2);
-        let residual = frame.corrected_n_s_per_m - whole.corrected_n_s_per_m;
+        let (apart_s, residual) = (
+            frame.time_s - time_s,
+            frame.corrected_n_s_per_m - whole.corrected_n_s_per_m,
+        );
         squares += weight * residual.norm_sqr();
+        rate += residual * (weight * apart_s);
+        spread += weight * apart_s * apart_s;
         weights += weight;
     }
-    let scatter = (squares / weights * FRAMES_ALIKE / whole.frames as f64).sqrt();
+    let unsteady = (squares - rate.norm_sqr() / spread).max(0.0);
+    let scatter = (unsteady / weights * FRAMES_ALIKE / whole.frames as f64).sqrt();
     Some(PlateReference {
-        time_s: 0.5 * (series.time_s[from] + series.time_s[to - 1]),
+        time_s,
         z_p_n_s_per_m: whole.corrected_n_s_per_m,
-        std_n_s_per_m: scatter.hypot(0.5 * apart.norm()).max(LEAST_STD_N_S_PER_M),
+        std_n_s_per_m: scatter.max(LEAST_STD_N_S_PER_M),
     })
 }
 

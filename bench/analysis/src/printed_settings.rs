@@ -39,6 +39,7 @@ struct Priors {
     amplitude_tilt_per_30_mm: Normal,
     amplitude_bow_per_30_mm: Normal,
     finger_angle_std_rad: f64,
+    residual_mobility_std_m_per_n_s: f64,
     plate_reactance_std_n_s_per_m: f64,
     plate_damping_std_n_s_per_m: f64,
 }
@@ -105,6 +106,7 @@ impl PrintedSettings {
                 amplitude_tilt_per_30_mm: priors.amplitude_tilt.into(),
                 amplitude_bow_per_30_mm: priors.amplitude_bow.into(),
                 finger_angle_std_rad: priors.finger_angle_std_rad,
+                residual_mobility_std_m_per_n_s: priors.residual_mobility_std_m_per_n_s,
                 plate_reactance_std_n_s_per_m: priors.plate_reactance_std_n_s_per_m,
                 plate_damping_std_n_s_per_m: priors.plate_damping_std_n_s_per_m,
             },

@@ -10,7 +10,7 @@ use crate::amplitude_profile::AmplitudeProfile;
 use crate::analysed::{RecordingAnalysis, RecordingError, RecordingFindings, Rejected};
 use crate::analysis_settings::Settings;
 use crate::demodulated::{self, DemodulatedRecording};
-use contact::fit::trial::PlateReference;
+use contact::fit::trial::PlateReadings;
 
 use crate::estimate::estimate;
 use crate::exploration_findings::ExplorationFindings;
@@ -87,8 +87,8 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     for (direction, start_s, end_s) in explorations {
         findings.explore(&record, direction, (start_s, end_s), settings);
     }
-    let references = plate_references::read(&record, rules.contact_n / 2.0);
-    findings.fit_together(&references, settings);
+    let readings = plate_references::read(&record, rules.contact_n / 2.0);
+    findings.fit_together(&readings, settings);
     if let Some(first) = findings.instances.first() {
         findings.model_check = model_check::bands(
             &first.finger,
@@ -220,11 +220,11 @@ impl RecordingFindings {
     }
 
     /// Fits all estimated instances together.
-    fn fit_together(&mut self, references: &[PlateReference], settings: &Settings) {
+    fn fit_together(&mut self, readings: &PlateReadings, settings: &Settings) {
         let Some(z_p) = self.z_p else { return };
         let conditions = z_p.conditions(settings.assumed(), self.manifest.carrier_hz);
         let plate = (&conditions, &self.manifest.plate);
-        self.trial = whole_trial::fit(&mut self.instances, plate, references, settings).ok();
+        self.trial = whole_trial::fit(&mut self.instances, plate, readings, settings).ok();
     }
 }
 

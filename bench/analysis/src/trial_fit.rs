@@ -176,9 +176,9 @@ impl<'a> CutTrial<'a> {
         let instances: Vec<_> = each
             .map(|instance| instance.placed(rules.centre_m))
             .collect::<Result<_, _>>()?;
-        let references = plate_references::read(&self.request.record, rules.contact_n / 2.0);
+        let readings = plate_references::read(&self.request.record, rules.contact_n / 2.0);
         let options = whole_trial::options(trial::TrialOptions::default(), self.profile);
-        let fitted = trial::fit(&instances, &conditions, &references, &options)?;
+        let fitted = trial::fit(&instances, &conditions, &readings, &options)?;
         Ok(fitted.shared)
     }
 

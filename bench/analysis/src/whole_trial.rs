@@ -1,6 +1,6 @@
 //! The fit of all instances of a recording together.
 
-use contact::fit::trial::{self, Placed, PlateReference, SharedFit, TrialOptions};
+use contact::fit::trial::{self, Placed, PlateReadings, SharedFit, TrialOptions};
 use contact::fit::{FitConditions, FitError};
 use recording::manifest::RecordedPlate;
 
@@ -15,7 +15,7 @@ use crate::estimate::{InstanceAnalysis, Measured};
 pub fn fit(
     instances: &mut [InstanceAnalysis],
     (conditions, plate): (&FitConditions, &RecordedPlate),
-    references: &[PlateReference],
+    readings: &PlateReadings,
     settings: &Settings,
 ) -> Result<SharedFit, FitError> {
     let placed: Vec<Placed<'_>> = instances
@@ -23,7 +23,7 @@ pub fn fit(
         .map(|instance| instance.samples.placed(plate.centre_m))
         .collect::<Result<_, _>>()?;
     let options = options(settings.trial(), &AmplitudeProfile::from(plate));
-    let fitted = trial::fit(&placed, conditions, references, &options)?;
+    let fitted = trial::fit(&placed, conditions, readings, &options)?;
     if fitted.shared.verdict.is_usable() {
         for (instance, fit) in instances.iter_mut().zip(fitted.instances) {
             let measured = Measured::of(&instance.samples, conditions, plate.modal_mass_kg);

@@ -5,8 +5,8 @@ use crate::contact::Contact;
 use crate::error::{ModelError, not_negative, positive};
 use crate::inversion::{Dependent, Inversion};
 use crate::parameters::{
-    ContactSlopes, FINGER_SLOPES, IM_Z_T, LN_SIGMA_T, LoadSlopes, MS, PARAMETERS, RE_Z_T, TAU_MS,
-    Z_P_SLOPES, Z_T_SLOPES,
+    ContactSlopes, FINGER_SLOPES, IM_Z_T, LN_SIGMA_T, LoadSlopes, MS, PARAMETERS, RE_Z_T,
+    RESIDUAL_SLOPES, TAU_MS, Z_P_SLOPES, Z_T_SLOPES,
 };
 use crate::residual_noise::ResidualNoise;
 
@@ -50,6 +50,8 @@ impl FittedFinger {
                 z_p_slopes: Z_P_SLOPES,
                 finger_scale: Complex64::ONE,
                 finger_slopes: FINGER_SLOPES,
+                residual_mobility: Complex64::ZERO,
+                residual_slopes: RESIDUAL_SLOPES,
                 covariance: None,
             },
             tau_s: not_negative("tau", "s", tau_s)?,

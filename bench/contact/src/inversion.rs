@@ -44,6 +44,10 @@ pub(crate) struct Inversion<const N: usize> {
     pub(crate) finger_scale: Complex64,
     /// ∂ ln `finger_scale`/∂parameter.
     pub(crate) finger_slopes: [Complex64; N],
+    /// What other modes of the plate add to the mobility of that part, m/(N·s).
+    pub(crate) residual_mobility: Complex64,
+    /// ∂ `residual_mobility`/∂parameter.
+    pub(crate) residual_slopes: [Complex64; N],
     /// Covariance of the parameters; `None` if unknown or infinite.
     pub(crate) covariance: Option<SMatrix<f64, N, N>>,
 }
@@ -57,7 +61,9 @@ impl<const N: usize> Inversion<N> {
 
     /// Returns k_c by Eq. 12, N/m; `z_m_std` is the standard deviation of one component of Z_m.
     pub(crate) fn stiffness(&self, z_m: Complex64, z_m_std: f64) -> Dependent<N> {
-        let finger = (z_m - self.z_p) / self.finger_scale;
+        let seen = (z_m - self.z_p) / self.finger_scale;
+        let alone = (1.0 - self.residual_mobility * seen).inv();
+        let finger = seen * alone;
         let rest = self.z_t - finger;
         let by_z_t = -(finger / rest).powi(2);
         let by_z_m = (self.z_t / rest).powi(2);
@@ -67,12 +73,13 @@ impl<const N: usize> Inversion<N> {
                 self.carrier_rad_per_s,
             ),
             slopes: SVector::from_fn(|i, _| {
-                let by_finger =
-                    self.z_p_slopes[i] / self.finger_scale + finger * self.finger_slopes[i];
+                let by_seen = self.z_p_slopes[i] / self.finger_scale + seen * self.finger_slopes[i];
+                let by_finger = by_seen * alone * alone - finger * finger * self.residual_slopes[i];
                 let slope = by_z_t * self.z_t_slopes[i] - by_z_m * by_finger;
                 -self.carrier_rad_per_s * slope.im
             }),
-            noise: self.carrier_rad_per_s * by_z_m.norm() * z_m_std / self.finger_scale.norm(),
+            noise: self.carrier_rad_per_s * (by_z_m * alone * alone).norm() * z_m_std
+                / self.finger_scale.norm(),
         }
     }
 

@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 
 /// Number of parameters.
-pub(crate) const PARAMETERS: usize = 14;
+pub(crate) const PARAMETERS: usize = 15;
 /// ln σ_t, σ_t in m. The first, so that a fit of σ_t alone has it in the same place.
 pub(crate) const LN_SIGMA_T: usize = 0;
 /// Re Z_t, N·s/m.
@@ -36,6 +36,9 @@ pub(crate) const LN_RATIO: usize = 12;
 /// Angle by which the finger's part of Z_m is turned, rad: what another mode of the plate does to it.
 pub(crate) const FINGER_ANGLE: usize = 13;
 
+/// Imaginary part of what other modes of the plate add to the mobility of the finger's part of Z_m, m/(N·s).
+pub(crate) const RESIDUAL_MOBILITY: usize = 14;
+
 /// The fits' unit of τ, s.
 pub(crate) const MS: f64 = 1e-3;
 
@@ -59,6 +62,13 @@ pub(crate) const FINGER_SLOPES: [Complex64; PARAMETERS] = {
     let mut slopes = [Complex64::ZERO; PARAMETERS];
     slopes[LN_RATIO] = Complex64::new(2.0, 0.0);
     slopes[FINGER_ANGLE] = Complex64::I;
+    slopes
+};
+
+/// ∂ of what other modes add to the mobility/∂parameter.
+pub(crate) const RESIDUAL_SLOPES: [Complex64; PARAMETERS] = {
+    let mut slopes = [Complex64::ZERO; PARAMETERS];
+    slopes[RESIDUAL_MOBILITY] = Complex64::I;
     slopes
 };
 

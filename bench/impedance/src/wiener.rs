@@ -1,19 +1,22 @@
 //! The force behind a noisy sensor: a zero-phase filter that passes each frequency by as much of its power as is the finger's.
 //!
 //! σ_t and τ are estimated from how the gap answers the normal force: noise that is taken for force biases them, and so does
-//! force that is taken for noise. What is the sensor's own is read off the record: its white noise is all that is left above
-//! 200 Hz, where no finger pushes. Below, H(f) = 1 − 2N/P(f) (after Wiener 1949), with the record's own spectrum P.
+//! force that is taken for noise (τ that is read 0.1 ms short). What is the sensor's own is read off the record: its white noise
+//! is all that is left in the upper part of its band. Below, H(f) = 1 − 1.3 N/P(f) (after Wiener 1949), with the record's own
+//! spectrum P.
 
 use std::ops::RangeInclusive;
 
 use realfft::RealFftPlanner;
 
-/// Frequency from which on a record shows its sensor's noise alone, Hz; of a slow one the upper half of its band has to do.
+/// Frequency from which on a record shows its sensor's noise alone: a quarter of its band and no less than this, Hz; of a slow one
+/// the upper half has to do.
 const FLOOR_HZ: f64 = 200.0;
+const FLOOR_OF_BAND: f64 = 0.25;
 /// Rates of a record, Hz, whose upper half is above a finger's own force, and which a force sensor may have.
 const RATES_HZ: RangeInclusive<f64> = 200.0..=1e6;
 /// Frequency above which nothing passes, Hz.
-const HIGHEST_HZ: f64 = 150.0;
+const HIGHEST_HZ: f64 = 500.0;
 /// Part of the band up to half the rate that is looked at: above, a sensor's own filter may have taken noise away.
 const USABLE: f64 = 0.8;
 /// Length of the stretches whose spectra are averaged, s.
@@ -22,7 +25,7 @@ const STRETCH_S: f64 = 0.4;
 const WIDTH: f64 = 1.25;
 /// How many times the noise is taken off: the spectrum scatters, and noise that is let through costs more than force that is not
 /// (Berouti, Schwartz & Makhoul 1979).
-const OVER: f64 = 2.0;
+const OVER: f64 = 1.3;
 /// Frequency above which less and less may pass: slower than this is aim and tremor, whose spectrum has peaks.
 const FALLING_HZ: f64 = 15.0;
 
@@ -101,7 +104,9 @@ impl Spectrum {
     /// Returns the power of the sensor's noise in a bin; `None` without any, as in a simulation.
     fn noise(&self) -> Option<f64> {
         let nyquist_hz = self.step_hz * (self.power.len() - 1) as f64;
-        let floor_hz = FLOOR_HZ.min(nyquist_hz / 2.0);
+        let floor_hz = FLOOR_HZ
+            .max(FLOOR_OF_BAND * nyquist_hz)
+            .min(nyquist_hz / 2.0);
         let mut band = self.power[self.bin(floor_hz)..=self.bin(USABLE * nyquist_hz)].to_vec();
         band.sort_by(f64::total_cmp);
         // A hum would pull the mean; the median of averaged power is near enough to it.

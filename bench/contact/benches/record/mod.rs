@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use contact::fit::trial::{self, Placed, PlateReference, TrialFit, TrialOptions};
+use contact::fit::trial::{self, Placed, PlateReadings, PlateReference, TrialFit, TrialOptions};
 use contact::fit::{FitConditions, InstanceSamples, InstanceSeries};
 use contact::{AssumedConstants, Contact, harmonic};
 use num_complex::Complex64;
@@ -165,8 +165,12 @@ pub fn fit_trial(records: &[Record]) -> TrialFit {
         z_p_n_s_per_m: Z_P + Complex64::I * moved,
         std_n_s_per_m: 1e-3,
     });
+    let readings = PlateReadings {
+        references: references.to_vec(),
+        touches_s: vec![(-99.0, 99.0)],
+    };
     let options = TrialOptions::default();
-    trial::fit(&placed, &conditions(), &references, &options)
+    trial::fit(&placed, &conditions(), &readings, &options)
         .expect("instances that the model allows")
 }
 

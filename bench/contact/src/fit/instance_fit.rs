@@ -16,7 +16,7 @@ use crate::finger::FittedFinger;
 use crate::inversion::{Dependent, Inversion};
 use crate::parameters::{
     FINGER_SLOPES, IM_OFFSET, IM_Z_T, LAG_EXPONENT, LN_SIGMA_T, LoadSlopes, MS, PARAMETERS,
-    RE_OFFSET, RE_Z_T, TAU_MS, Z_P_SLOPES, Z_T_SLOPES,
+    RE_OFFSET, RE_Z_T, RESIDUAL_MOBILITY, RESIDUAL_SLOPES, TAU_MS, Z_P_SLOPES, Z_T_SLOPES,
 };
 
 /// Result of `dynamic` or `trial` for one instance.
@@ -86,6 +86,8 @@ impl InstanceFit {
                 z_p_slopes: Z_P_SLOPES,
                 finger_scale: finger_scale(parameters),
                 finger_slopes: FINGER_SLOPES,
+                residual_mobility: Complex64::I * parameters[RESIDUAL_MOBILITY],
+                residual_slopes: RESIDUAL_SLOPES,
                 covariance: minimum.covariance,
             },
             tau_s,

@@ -15,7 +15,7 @@ use crate::contact::{Contact, equilibrium_gaps};
 use crate::parameters::{
     AREA_EXPONENT, FILM_MEAN_MS, FINGER_ANGLE, FINGER_SLOPES, IM_OFFSET, IM_Z_T, LAG_EXPONENT,
     LN_AREA, LN_LOSS_FACTOR, LN_Q0, LN_RATIO, LN_SIGMA_T, MS, PARAMETERS, RE_OFFSET, RE_Z_T,
-    TAU_MS,
+    RESIDUAL_MOBILITY, TAU_MS,
 };
 
 /// Gap at which τ is that of the parameters where it grows with the gap, m.
@@ -264,6 +264,7 @@ impl ImpedanceModel<PARAMETERS> for LaggedModel<'_> {
         self.area_exponent = parameters[AREA_EXPONENT];
         let loss_factor = parameters[LN_LOSS_FACTOR].exp();
         let finger_scale = finger_scale(parameters);
+        let residual_mobility = Complex64::I * parameters[RESIDUAL_MOBILITY];
         let z_c_per_stiffness = contact.impedance_n_s_per_m(1.0, self.carrier_rad_per_s);
         for index in 0..z_m.len() {
             let at = self.lead + index;
@@ -276,10 +277,13 @@ impl ImpedanceModel<PARAMETERS> for LaggedModel<'_> {
             let z_c = z_c_per_stiffness * k_c;
             let finger_scale = self.trend.finger_scale(finger_scale, at);
             let both = z_t + z_c;
-            let by_z_c = (z_t / both).powi(2) * finger_scale;
+            let alone = z_t * z_c / both;
+            let seen = (1.0 + residual_mobility * alone).inv();
+            let by_alone = seen * seen * finger_scale;
+            let by_z_c = (z_t / both).powi(2) * by_alone;
             let by_stiffness = by_z_c * z_c_per_stiffness;
-            let by_z_t = (z_c / both).powi(2) * finger_scale;
-            let finger = z_t * z_c / both * finger_scale;
+            let by_z_t = (z_c / both).powi(2) * by_alone;
+            let finger = alone * seen * finger_scale;
             z_m[index] = z_p + finger;
             self.by_gap[index] = by_stiffness * by_gap;
             self.by_ln_area[index] = by_stiffness * at_gap.by_ln_area;
@@ -290,6 +294,7 @@ impl ImpedanceModel<PARAMETERS> for LaggedModel<'_> {
             }
             slope[LN_RATIO] += finger * FINGER_SLOPES[LN_RATIO];
             slope[FINGER_ANGLE] = finger * FINGER_SLOPES[FINGER_ANGLE];
+            slope[RESIDUAL_MOBILITY] = -Complex64::I * alone * alone * by_alone;
             slope[RE_Z_T] = by_z_t;
             slope[IM_Z_T] = by_z_t * Complex64::I;
             slope[IM_OFFSET] = Complex64::I;

@@ -282,6 +282,8 @@ impl<'a> PaperModel<'a> {
             z_p_slopes: [Complex64::ZERO],
             finger_scale: Complex64::ONE,
             finger_slopes: [Complex64::ZERO],
+            residual_mobility: Complex64::ZERO,
+            residual_slopes: [Complex64::ZERO],
             load: LoadSlopes::default(),
             covariance: minimum.covariance,
         };

@@ -2,7 +2,9 @@
 
 use approx::assert_relative_eq;
 use contact::fit::dynamic::{self, DynamicOptions};
-use contact::fit::trial::{self, Misfit, Placed, PlateReference, TrialFit, TrialOptions};
+use contact::fit::trial::{
+    self, Misfit, Placed, PlateReadings, PlateReference, TrialFit, TrialOptions,
+};
 use contact::fit::{FitError, FitParameter, FitVerdict, InstanceSeries};
 use num_complex::Complex64;
 use rand_chacha::ChaCha8Rng;
@@ -55,24 +57,28 @@ fn instances(skin: Truth, n: usize) -> Vec<Truth> {
 }
 
 /// The plate of [`instances`] before the first and after the last.
-fn references(n: usize) -> [PlateReference; 2] {
-    [-1.0, n as f64].map(|time_s| {
+fn references(n: usize) -> PlateReadings {
+    let reference = |time_s: f64| {
         let part = time_s / n as f64;
         PlateReference {
             time_s,
             z_p_n_s_per_m: crate::record::Z_P + Complex64::new(0.25 * part, -0.2 + part),
             std_n_s_per_m: 1e-3,
         }
-    })
+    };
+    PlateReadings {
+        references: [-1.0, n as f64].map(reference).to_vec(),
+        touches_s: vec![(-0.5, n as f64 - 0.5)],
+    }
 }
 
 fn fitted(records: &[Record]) -> TrialFit {
-    fitted_on(records, &[])
+    fitted_on(records, &PlateReadings::default())
 }
 
-fn fitted_on(records: &[Record], references: &[PlateReference]) -> TrialFit {
+fn fitted_on(records: &[Record], readings: &PlateReadings) -> TrialFit {
     let placed: Vec<Placed<'_>> = records.iter().map(|of| placed(of.series())).collect();
-    trial::fit(&placed, &conditions(), references, &TrialOptions::default()).unwrap()
+    trial::fit(&placed, &conditions(), readings, &TrialOptions::default()).unwrap()
 }
 
 fn placed(series: InstanceSeries<'_>) -> Placed<'_> {
@@ -110,7 +116,11 @@ fn mean_lag_s(truths: &[Truth]) -> f64 {
 fn a_trial_recovers_the_skin_and_every_instance() {
     for skin in SKINS {
         let truths = instances(skin, 5);
-        let fit = fitted(&records(&truths));
+        let noisy = (0..).zip(records(&truths));
+        let noisy: Vec<Record> = noisy
+            .map(|(seed, record)| record.with_noise(seed, 1e-5))
+            .collect();
+        let fit = fitted(&noisy);
         assert_eq!(fit.shared.verdict, FitVerdict::Converged);
         // Where every residual is one of rounding the priors pull as if the force were known to 1e-4.
         let forces = truths.iter().map(|of| mean_force_n(&of.record()));
@@ -124,7 +134,8 @@ fn a_trial_recovers_the_skin_and_every_instance() {
         };
         near(shared.contact_area_m2.value, area_m2, 0.02);
         near(shared.q0_rad_per_m.value, skin.q0_rad_per_m, 0.03);
-        near(shared.loss_factor.value, skin.loss_factor, 0.01);
+        // η and the angle by which the finger's part is turned are told apart by the priors alone.
+        near(shared.loss_factor.value, skin.loss_factor, 0.02);
         let tau_s = fit.instances.iter().map(|of| of.tau_s);
         near(
             shared.tau_s.value,
@@ -144,7 +155,7 @@ fn a_trial_recovers_the_skin_and_every_instance() {
         assert_eq!(shared.misfit, []);
         let floor = fit.shared.friction_floor.unwrap().value;
         assert_relative_eq!(floor, skin.friction_floor, epsilon = 2e-3);
-        assert_relative_eq!(fit.shared.lateral_lag_s.unwrap().value, 0.0, epsilon = 5e-5);
+        assert_relative_eq!(fit.shared.lateral_lag_s.unwrap().value, 0.0, epsilon = 1e-4);
         assert_eq!(fit.instances.len(), truths.len());
         for (instance, truth) in fit.instances.iter().zip(&truths) {
             near(instance.sigma_t_m, truth.sigma_t_m, 0.01);
@@ -159,14 +170,23 @@ fn a_trial_recovers_the_skin_and_every_instance() {
     }
 }
 
-/// A plate read before and after tells how its damping changed under the finger, on a course that bends.
+/// A plate read before and after tells how its damping changed under the finger, which warmed it.
 #[test]
 fn references_tell_of_the_damping_between_them() {
+    let (touch, time_constant_s) = ((-0.5, 4.5), 4.0);
+    let warmth = |time_s: f64| {
+        let (on_s, off_s) = (
+            (time_s.min(touch.1) - touch.0).max(0.0),
+            (time_s - touch.1).max(0.0),
+        );
+        (1.0 - (-on_s / time_constant_s).exp()) * (-off_s / time_constant_s).exp()
+    };
+    let moved = |time_s: f64| Complex64::new(0.3, -0.8) * warmth(time_s);
     let truths: Vec<Truth> = (0..5)
-        .map(|i| f64::from(i + 1) / 6.0)
-        .map(|part| Truth {
-            plate_damping: 0.3 * (part + 0.2 * part * (1.0 - part)),
-            plate_offset: -0.5 * (part + 0.2 * part * (1.0 - part)),
+        .map(|i| moved(f64::from(i)))
+        .map(|moved| Truth {
+            plate_damping: moved.re,
+            plate_offset: moved.im,
             ..TRUTH
         })
         .collect();
@@ -175,22 +195,45 @@ fn references_tell_of_the_damping_between_them() {
         .enumerate()
         .map(|(seed, record)| record.with_noise(seed as u64, 1e-4));
     let noisy: Vec<Record> = noisy.collect();
-    let reference = |time_s: f64, offset: Complex64| PlateReference {
+    let reference = |time_s: f64| PlateReference {
         time_s,
-        z_p_n_s_per_m: crate::record::Z_P + offset,
-        std_n_s_per_m: 1e-3,
+        z_p_n_s_per_m: crate::record::Z_P + moved(time_s),
+        std_n_s_per_m: 3e-4,
     };
-    let known = [
-        reference(-1.0, Complex64::ZERO),
-        reference(5.0, Complex64::new(0.3, -0.5)),
-    ];
+    let known = PlateReadings {
+        references: [-1.0, -0.7, 4.7, 5.0, 5.3].map(reference).to_vec(),
+        touches_s: vec![touch],
+    };
     let (told, alone) = (fitted_on(&noisy, &known), fitted(&noisy));
+    assert_eq!(told.shared.misfit, []);
     for ((told, alone), truth) in told.instances.iter().zip(&alone.instances).zip(&truths) {
         let apart = told.plate_offset_n_s_per_m.re - truth.plate_damping;
-        assert!(apart.abs() < 0.01, "{apart}");
+        assert!(apart.abs() < 0.005, "{apart}");
         assert_relative_eq!(told.sigma_t_m, truth.sigma_t_m, max_relative = 0.02);
         assert!(told.sigma_t_std_m < alone.sigma_t_std_m);
     }
+}
+
+/// A plate under the finger that is not the one before and after is another law of the finger's.
+#[test]
+fn a_plate_that_only_the_finger_has_shows() {
+    let truths = [Truth {
+        plate_offset: 0.3,
+        ..TRUTH
+    }; 5];
+    let still = PlateReadings {
+        references: [-1.0, -0.8, 4.7, 4.9]
+            .map(|time_s| PlateReference {
+                time_s,
+                z_p_n_s_per_m: crate::record::Z_P,
+                std_n_s_per_m: 3e-4,
+            })
+            .to_vec(),
+        touches_s: vec![(-0.5, 4.5)],
+    };
+    let fit = fitted_on(&records(&truths), &still);
+    let of_plate = |sign: &Misfit| matches!(sign, Misfit::Plate { .. });
+    assert!(fit.shared.misfit.iter().any(of_plate), "{:?}", fit.shared);
 }
 
 /// A skin that no finger has is not believed, nor a friction that the contact does not explain.
@@ -379,7 +422,7 @@ fn one_instance_is_held_by_the_priors() {
     let weak = matches!(
         verdict,
         FitVerdict::NotIdentifiable {
-            parameter: FitParameter::ContactArea,
+            parameter: FitParameter::ContactArea | FitParameter::ZT,
             ..
         }
     );
@@ -388,14 +431,20 @@ fn one_instance_is_held_by_the_priors() {
 
 #[test]
 fn a_trial_without_instances_or_lead_in_is_refused_by_name() {
-    let error = trial::fit(&[], &conditions(), &[], &TrialOptions::default()).unwrap_err();
+    let error = trial::fit(
+        &[],
+        &conditions(),
+        &PlateReadings::default(),
+        &TrialOptions::default(),
+    )
+    .unwrap_err();
     assert_eq!(error, FitError::NoStart);
     let record = TRUTH.record();
     let no_lead = InstanceSeries::new(record.samples(), LEAD / 2).unwrap();
     let error = trial::fit(
         &[placed(no_lead)],
         &conditions(),
-        &[],
+        &PlateReadings::default(),
         &TrialOptions::default(),
     )
     .unwrap_err();

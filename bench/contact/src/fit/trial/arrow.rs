@@ -4,9 +4,9 @@
 use nalgebra::{DMatrix, SMatrix, SVector};
 
 /// Number of parameters that a block has of its own.
-pub(super) const OWN: usize = 6;
+pub(super) const OWN: usize = 7;
 /// Number of parameters that all blocks share.
-pub(super) const SHARED: usize = 10;
+pub(super) const SHARED: usize = 16;
 
 type Own = SVector<f64, OWN>;
 type Shared = SVector<f64, SHARED>;
@@ -63,11 +63,11 @@ pub(super) struct ArrowMinimum {
     normal: Arrow,
 }
 
-const ITERATIONS: usize = 200;
+const ITERATIONS: usize = 500;
 const FIRST_DAMPING: f64 = 1e-3;
 const MOST_DAMPING: f64 = 1e12;
 /// Relative decrease of the squares that ends the search.
-const TOLERANCE: f64 = 1e-8;
+const TOLERANCE: f64 = 1e-7;
 
 #[derive(Clone)]
 struct Arrow {
@@ -307,7 +307,7 @@ mod tests {
         let rows: Vec<_> = (0..3)
             .map(|_| DMatrix::from_fn(24, 1 + OWN + SHARED, |_, _| number()))
             .collect();
-        let prior = Shared::from([0.5, 1.0, 2.0, 0.1, 0.3, 1.5, 0.7, 0.9, 0.2, 0.6]);
+        let prior = Shared::from_fn(|index, _| 0.3 + 0.2 * (index % 7) as f64);
         let (normal, scatter) = (blocks(&rows, |_| 1.0), blocks(&rows, |i| 1.0 + i as f64));
         let mut shared = SharedMatrix::from_diagonal(&prior);
         for block in &normal {

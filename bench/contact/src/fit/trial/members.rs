@@ -1,13 +1,16 @@
 //! The parameters of an instance, those that a trial's instances share, and how the model's follow from both.
 
+use std::ops::{Add, Mul};
+
 use nalgebra::{SMatrix, SVector};
 
 use super::arrow::{ArrowCovariance, OWN, SHARED};
-use super::plate::OffsetPrior;
+use super::plate::{COURSES, OffsetPrior};
 use crate::fit::lagged_model::LaggedModel;
 use crate::parameters::{
     AREA_EXPONENT, FILM_MEAN_MS, FINGER_ANGLE, IM_OFFSET, IM_Z_T, LAG_EXPONENT, LN_AREA,
-    LN_LOSS_FACTOR, LN_Q0, LN_RATIO, LN_SIGMA_T, MS, PARAMETERS, RE_OFFSET, RE_Z_T, TAU_MS,
+    LN_LOSS_FACTOR, LN_Q0, LN_RATIO, LN_SIGMA_T, MS, PARAMETERS, RE_OFFSET, RE_Z_T,
+    RESIDUAL_MOBILITY, TAU_MS,
 };
 
 pub(super) type Own = SVector<f64, OWN>;
@@ -21,17 +24,18 @@ pub(super) const OF_INSTANCE: [usize; OWN] = [
     IM_OFFSET,
     RE_OFFSET,
     FINGER_ANGLE,
+    RESIDUAL_MOBILITY,
 ];
 pub(super) const SIGMA_T: usize = 0;
 pub(super) const TISSUE: [usize; 2] = [1, 2];
 pub(super) const REACTANCE: usize = 3;
 pub(super) const DAMPING: usize = 4;
 pub(super) const ANGLE: usize = 5;
+pub(super) const RESIDUAL: usize = 6;
 
-/// Parameters of the model that are the trial's, in the arrow's order; after them stand the [`BEND`] and the two
-/// of the amplitude along the plate. Times are there as
-/// their logarithms.
-pub(super) const OF_TRIAL: [usize; SHARED - 3] = [
+/// Parameters of the model that are the trial's, in the arrow's order; after them stand [`COURSE`] and the two
+/// of the amplitude along the plate. Times are there as their logarithms.
+pub(super) const OF_TRIAL: [usize; SHARED - COURSES - 4] = [
     LN_AREA,
     LN_Q0,
     LN_LOSS_FACTOR,
@@ -47,12 +51,15 @@ pub(super) const TAU: usize = 3;
 pub(super) const GROWTH: usize = 4;
 pub(super) const FILM_MEAN: usize = 5;
 pub(super) const LAG_GROWTH: usize = 6;
-/// Bend of the course that the plate's damping takes between references.
-pub(super) const BEND: usize = 7;
+/// First of the [`COURSES`] that the plate may take beside the likely one, in standard deviations.
+pub(super) const COURSE: usize = 7;
 /// Logarithm of the amplitude along the plate over that at the pickup: by how much it grows over [`ALONG_M`], and by how much
 /// it is greater there on both sides.
-pub(super) const TILT: usize = 8;
-pub(super) const BOW: usize = 9;
+pub(super) const TILT: usize = COURSE + COURSES;
+pub(super) const BOW: usize = TILT + 1;
+/// What other modes do at all instances alike: angle and residual mobility.
+pub(super) const ANGLE_OF_ALL: usize = BOW + 1;
+pub(super) const RESIDUAL_OF_ALL: usize = ANGLE_OF_ALL + 1;
 /// Length along the plate at which tilt and bow are stated, m: half of the published central part.
 pub(super) const ALONG_M: f64 = 0.03;
 
@@ -81,13 +88,17 @@ impl Member<'_> {
         for (index, parameter) in IN_MS {
             parameters[parameter] = shared[index].exp() / MS;
         }
-        parameters[RE_OFFSET] += self.offset.damping(shared[BEND]);
+        let offset = self.offset.on_course(courses(shared));
+        parameters[RE_OFFSET] += offset.re;
+        parameters[IM_OFFSET] += offset.im;
+        parameters[FINGER_ANGLE] += shared[ANGLE_OF_ALL];
+        parameters[RESIDUAL_MOBILITY] += shared[RESIDUAL_OF_ALL];
         parameters[LN_RATIO] = shared[TILT] * self.along + shared[BOW] * self.along.powi(2);
         parameters
     }
 
     /// Returns the slopes by the parameters that all instances share, from those by the model's.
-    pub(super) fn by_shared<T: Copy + std::ops::Mul<f64, Output = T>>(
+    pub(super) fn by_shared<T: Copy + Default + Add<Output = T> + Mul<f64, Output = T>>(
         &self,
         slopes: &[T; PARAMETERS],
         parameters: &[f64; PARAMETERS],
@@ -95,17 +106,28 @@ impl Member<'_> {
         std::array::from_fn(|index| match OF_TRIAL.get(index) {
             Some(&parameter) if is_time(parameter) => slopes[parameter] * parameters[parameter],
             Some(&parameter) => slopes[parameter],
-            None => slopes[self.beside(index).0] * self.beside(index).1,
+            None => self
+                .beside(index)
+                .into_iter()
+                .fold(T::default(), |sum, (parameter, by)| {
+                    sum + slopes[parameter] * by
+                }),
         })
     }
 
-    /// Returns the model's parameter that one of the last shared ones moves, and by how much.
-    fn beside(&self, index: usize) -> (usize, f64) {
-        match index {
-            BEND => (RE_OFFSET, self.offset.damping_by_bend),
+    /// Returns the model's parameters that one of the last shared ones moves, and by how much.
+    fn beside(&self, index: usize) -> [(usize, f64); 2] {
+        let (parameter, by) = match index {
             TILT => (LN_RATIO, self.along),
-            _ => (LN_RATIO, self.along.powi(2)),
-        }
+            BOW => (LN_RATIO, self.along.powi(2)),
+            ANGLE_OF_ALL => (FINGER_ANGLE, 1.0),
+            RESIDUAL_OF_ALL => (RESIDUAL_MOBILITY, 1.0),
+            _ => {
+                let by = self.offset.by_course[index - COURSE];
+                return [(RE_OFFSET, by.re), (IM_OFFSET, by.im)];
+            }
+        };
+        [(parameter, by), (parameter, 0.0)]
     }
 
     /// Returns the covariance of the model's parameters.
@@ -128,9 +150,10 @@ impl Member<'_> {
             };
             by_shared[(parameter, column)] = unit;
         }
-        for column in [BEND, TILT, BOW] {
-            let (parameter, slope) = self.beside(column);
-            by_shared[(parameter, column)] = slope;
+        for column in COURSE..SHARED {
+            for (parameter, by) in self.beside(column) {
+                by_shared[(parameter, column)] += by;
+            }
         }
         let block = &of.blocks[instance];
         let across = by_own * block.with_shared * by_shared.transpose();
@@ -139,6 +162,11 @@ impl Member<'_> {
             + across
             + across.transpose()
     }
+}
+
+/// Returns how far each course is taken.
+pub(super) fn courses(shared: &Shared) -> &[f64] {
+    &shared.as_slice()[COURSE..TILT]
 }
 
 fn is_time(parameter: usize) -> bool {

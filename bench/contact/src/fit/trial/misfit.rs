@@ -4,6 +4,7 @@ use std::fmt;
 
 use super::arrow::SHARED;
 use super::members::Shared;
+use super::plate::PlateApart;
 use crate::fit::instance_fit::InstanceFit;
 
 /// A sign that the model does not hold for a trial: its parameters and their errors are then none of the finger's.
@@ -15,6 +16,11 @@ pub enum Misfit {
         name: &'static str,
         /// How many standard deviations of its prior it lies from the prior's middle.
         deviations: f64,
+    },
+    /// The plate under the finger would not be the one that was read before and after it.
+    Plate {
+        /// RMS over the instances by which its reactance lies from the course between the readings, N·s/m.
+        apart_n_s_per_m: f64,
     },
     /// The friction that follows from the impedance is not the measured one, although it had no say in the fit.
     Friction {
@@ -37,6 +43,10 @@ impl fmt::Display for Misfit {
                 "{name} would be {:.1} standard deviations {} what is likely of a finger",
                 deviations.abs(),
                 if *deviations > 0.0 { "above" } else { "below" }
+            ),
+            Self::Plate { apart_n_s_per_m } => write!(
+                f,
+                "the plate's reactance under the finger would be {apart_n_s_per_m:.2} N·s/m from what was read without it"
             ),
             Self::Friction { rms_mu } => write!(
                 f,
@@ -61,6 +71,7 @@ const NAMES: [&str; 7] = [
 pub(super) fn signs(
     shared: &Shared,
     priors: &[(f64, f64); SHARED],
+    plate: Option<PlateApart>,
     instances: &[InstanceFit],
 ) -> Vec<Misfit> {
     let mut signs: Vec<Misfit> = NAMES
@@ -74,6 +85,13 @@ pub(super) fn signs(
             matches!(sign, Misfit::Unlikely { deviations, .. } if deviations.abs() > MOST_DEVIATIONS)
         })
         .collect();
+    signs.extend(
+        plate
+            .filter(PlateApart::is_misfit)
+            .map(|plate| Misfit::Plate {
+                apart_n_s_per_m: plate.apart_n_s_per_m,
+            }),
+    );
     let squares = instances.iter().map(|of| of.agreement.rms_mu.powi(2));
     let rms_mu = (squares.sum::<f64>() / instances.len() as f64).sqrt();
     if rms_mu > MOST_RMS_MU {

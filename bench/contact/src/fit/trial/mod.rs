@@ -10,6 +10,7 @@
 //! positive.
 
 mod arrow;
+mod course;
 mod friction;
 mod members;
 mod misfit;
@@ -27,8 +28,7 @@ use members::{
     TISSUE,
 };
 pub use misfit::Misfit;
-use plate::OffsetPrior;
-pub use plate::PlateReference;
+pub use plate::{PlateReadings, PlateReference};
 pub use prior::{LogNormal, Normal, TrialPriors};
 use search::Search;
 
@@ -106,14 +106,14 @@ pub struct TrialFit {
     pub instances: Vec<InstanceFit>,
 }
 
-/// Fits all instances of a trial, with what `references` tell of the plate where no finger was on it, in order of time.
+/// Fits all instances of a trial, with what `readings` tell of the plate.
 ///
 /// # Errors
 /// If there is no instance, a lead-in is too short, or the model allows no such contacts.
 pub fn fit(
     placed: &[Placed<'_>],
     conditions: &FitConditions,
-    references: &[PlateReference],
+    readings: &PlateReadings,
     options: &TrialOptions,
 ) -> Result<TrialFit, FitError> {
     let instances: Vec<InstanceSeries<'_>> = placed.iter().map(|of| of.series).collect();
@@ -123,18 +123,23 @@ pub fn fit(
     let mut members = Vec::with_capacity(instances.len());
     for (instance, placed) in instances.iter().zip(placed) {
         let model = LaggedModel::new(instance, conditions, options.lead_in_s, reference_n)?;
-        let offset = OffsetPrior::at(model.middle_s, references, z_p, &options.priors);
-        let along = placed.off_centre_m / ALONG_M;
-        members.push(Member {
+        members.push((model, placed.off_centre_m / ALONG_M));
+    }
+    let times_s: Vec<f64> = members.iter().map(|of| of.0.middle_s).collect();
+    let offsets = plate::offsets(&times_s, readings, z_p, &options.priors, None);
+    let members: Vec<Member<'_>> = members
+        .into_iter()
+        .zip(offsets)
+        .map(|((model, along), offset)| Member {
             model,
             offset,
             along,
-        });
-    }
+        })
+        .collect();
     if members.is_empty() {
         return Err(FitError::NoStart);
     }
-    let mut search = Search::new(members, options.priors);
+    let mut search = Search::new(members, readings, z_p, options.priors);
     let minimum = search.solve()?;
     report(search, &instances, minimum)
 }
@@ -199,7 +204,12 @@ fn report(
         let fit = InstanceFit::new(model, &samples, of_instance, verdict.clone(), law)?;
         fits.push(fit);
     }
-    let misfit = misfit::signs(&minimum.shared, &search.priors_of_shared(), &fits);
+    let misfit = misfit::signs(
+        &minimum.shared,
+        &search.priors_of_shared(),
+        search.plate_apart(&minimum),
+        &fits,
+    );
     Ok(TrialFit {
         shared: SharedFit {
             verdict,

@@ -1,10 +1,10 @@
-//! What is known of the plate at an instance from where no finger was on it.
+//! What is known of the plate at the instances from where no finger was on it.
 
-use std::ops::RangeInclusive;
-
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use num_complex::Complex64;
 
-use super::prior::{Normal, TrialPriors};
+use super::course::{self, CourseStds, Part, Predicted, Reading};
+use super::prior::TrialPriors;
 
 /// The plate's impedance where no finger was on it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,96 +17,204 @@ pub struct PlateReference {
     pub std_n_s_per_m: f64,
 }
 
-/// Bend of what warms under a finger between two references, as a part of the change between them (an assumption): a
-/// first-order warming has 0.03 of it where the time between them is a quarter of its time constant, 0.12 where it is equal.
-const BEND: Normal = Normal {
-    mean: 0.05,
-    std: 0.07,
-};
-/// Standard deviation of the damping's bend about that of the resonance, which the same temperature moves.
-const ASTRAY: f64 = 0.025;
-/// Change of the reactance that a finger may make and take back within an exploration, N·s/m: ten hertz of a plate of 8 g.
-const REACTANCE_CHANGE_N_S_PER_M: f64 = 1.0;
-/// Change of the reactance from which its course can be told, N·s/m: half a hertz.
-const COURSE_N_S_PER_M: f64 = 0.05;
-/// Bends that one warming or one room can make; others are two that nearly cancel, and tell nothing of the damping.
-const BELIEVED: RangeInclusive<f64> = -0.05..=0.2;
-/// Departure of an instance's damping from the course of all, N·s/m.
-const LEAST_STD_N_S_PER_M: f64 = 2e-4;
+/// What was read of the plate during a recording.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PlateReadings {
+    /// Where no finger was on it, in order of time.
+    pub references: Vec<PlateReference>,
+    /// Begin and end of each time that one was, in order, s.
+    pub touches_s: Vec<(f64, f64)>,
+}
 
-/// What references tell of the plate's offset at an instance.
+/// Ways in which the offsets of all instances may depart from what is likely, together.
+pub(super) const COURSES: usize = 5;
+
+/// Standard deviation of a change within a second beforehand, N·s/m²: three hertz of a plate of 8 g, and two and a half per cent
+/// of the published plate's damping within a minute.
+const REACTANCE_PER_S: f64 = 0.3;
+const DAMPING_PER_S: f64 = 0.003;
+/// Part of a course's departure from the straight line between two references by which an instance may depart from the
+/// course, alone: warmth that spreads is not of first order.
+const ASTRAY: f64 = 0.03;
+/// Least departure of an instance's damping from the course of all, N·s/m.
+const LEAST_STD_N_S_PER_M: f64 = 1e-4;
+/// Departure of an instance's reactance from the course of all before any is found, N·s/m: a tenth of a hertz.
+const UNSEEN_STD_N_S_PER_M: f64 = 0.01;
+/// Least departure of those that were found, N·s/m: three hundredths of a hertz.
+const FOUND_STD_N_S_PER_M: f64 = 3e-3;
+/// How much more an error of the damping counts than one of the reactance, which the finger shows too.
+const DAMPING_COUNTS: f64 = 10.0;
+
+/// Part of the change along its course by which a plate may depart from it, and the least such departure, N·s/m: half a hertz.
+/// What departs further is no plate: the finger's own law is another.
+const MOST_APART: f64 = 0.1;
+const LEAST_APART_N_S_PER_M: f64 = 0.05;
+
+/// By how much the reactances of a trial lie from their course, and the course itself from 0, RMS over the instances, N·s/m.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PlateApart {
+    pub(super) apart_n_s_per_m: f64,
+    pub(super) course_n_s_per_m: f64,
+}
+
+impl PlateApart {
+    pub(super) fn is_misfit(&self) -> bool {
+        self.apart_n_s_per_m > LEAST_APART_N_S_PER_M.max(MOST_APART * self.course_n_s_per_m)
+    }
+}
+
+/// What the readings tell of the plate's offset at an instance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct OffsetPrior {
-    /// Offset on a straight line between the references; 0 without.
-    pub(super) mean: Complex64,
-    /// By how much the bend moves the damping, N·s/m.
-    pub(super) damping_by_bend: f64,
-    /// Standard deviation of the reactance's offset about its mean, N·s/m.
+    /// Offset that is likely; 0 where no readings tell.
+    mean: Complex64,
+    /// By how much each course moves it, N·s/m.
+    pub(super) by_course: [Complex64; COURSES],
+    /// Standard deviation of the reactance's offset about its course, N·s/m.
     pub(super) reactance_std: f64,
     /// Standard deviation of the damping's offset about its course, N·s/m; `None` where no reference follows: nothing then
     /// tells a damping that changed from one that did not.
     pub(super) damping_std: Option<f64>,
-    /// By how much a bend would move the reactance, N·s/m.
-    reactance_by_bend: f64,
 }
 
 impl OffsetPrior {
-    /// Returns the prior at a time, as offset from the plate of the unloaded interval.
-    pub(super) fn at(
-        time_s: f64,
-        references: &[PlateReference],
-        z_p: Complex64,
-        priors: &TrialPriors,
-    ) -> Self {
-        let after = references.partition_point(|of| of.time_s < time_s);
-        let last = after.checked_sub(1).map(|before| references[before]);
-        let Some((last, next)) = last.zip(references.get(after)) else {
-            return Self {
-                mean: Complex64::ZERO,
-                damping_by_bend: 0.0,
-                reactance_std: priors.plate_reactance_std_n_s_per_m,
-                damping_std: None,
-                reactance_by_bend: 0.0,
-            };
-        };
-        let change = next.z_p_n_s_per_m - last.z_p_n_s_per_m;
-        let error = last.std_n_s_per_m.hypot(next.std_n_s_per_m);
-        let share = (time_s - last.time_s) / (next.time_s - last.time_s);
-        let bend = 4.0 * share * (1.0 - share);
-        let most = change.im.abs().max(REACTANCE_CHANGE_N_S_PER_M);
+    fn unknown(priors: &TrialPriors) -> Self {
         Self {
-            mean: last.z_p_n_s_per_m - z_p + change * share,
-            damping_by_bend: bend * change.re,
-            reactance_std: error.hypot(bend * BEND.std * most),
-            damping_std: Some(error.max(LEAST_STD_N_S_PER_M)),
-            reactance_by_bend: if change.im.abs() < COURSE_N_S_PER_M {
-                0.0
-            } else {
-                bend * change.im
-            },
+            mean: Complex64::ZERO,
+            by_course: [Complex64::ZERO; COURSES],
+            reactance_std: priors.plate_reactance_std_n_s_per_m,
+            damping_std: None,
         }
     }
 
-    /// Returns the offset of the damping on its course, N·s/m.
-    pub(super) fn damping(&self, bend: f64) -> f64 {
-        self.mean.re + bend * self.damping_by_bend
+    /// Returns the offset where each course is taken so far, N·s/m.
+    pub(super) fn on_course(&self, courses: &[f64]) -> Complex64 {
+        let moved = self.by_course.iter().zip(courses);
+        self.mean + moved.map(|(by, course)| by * course).sum::<Complex64>()
     }
 }
 
-/// Returns the bend of the damping that is likely where the reactance has taken the course that it was found to take.
-pub(super) fn bend(found: impl Iterator<Item = (OffsetPrior, f64)>) -> Normal {
-    let (mut power, mut along) = (0.0, 0.0);
-    for (prior, reactance) in found {
-        power += prior.reactance_by_bend.powi(2);
-        along += prior.reactance_by_bend * (reactance - prior.mean.im);
+/// Returns the priors at `times_s`, as offsets from the plate of the unloaded interval. Reactances that were `found` there show
+/// how far the plate departs from the course.
+pub(super) fn offsets(
+    times_s: &[f64],
+    readings: &PlateReadings,
+    z_p: Complex64,
+    priors: &TrialPriors,
+    found: Option<&[f64]>,
+) -> Vec<OffsetPrior> {
+    let mut offsets = vec![OffsetPrior::unknown(priors); times_s.len()];
+    let references = &readings.references;
+    let beside = |time_s: f64| {
+        let after = references.partition_point(|of| of.time_s < time_s);
+        Some((
+            references.get(after.checked_sub(1)?)?,
+            references.get(after)?,
+        ))
+    };
+    let known: Vec<usize> = (0..times_s.len())
+        .filter(|&index| beside(times_s[index]).is_some())
+        .collect();
+    let n = known.len();
+    if n == 0 {
+        return offsets;
     }
-    let found = along / power;
-    if BELIEVED.contains(&found) {
-        Normal {
-            mean: found,
-            std: ASTRAY,
+    let at_s: Vec<f64> = known.iter().map(|&index| times_s[index]).collect();
+    let read = |part: fn(Complex64) -> f64| -> Vec<Reading> {
+        let of = references.iter();
+        of.map(|of| Reading {
+            time_s: of.time_s,
+            value: part(of.z_p_n_s_per_m - z_p),
+            std: of.std_n_s_per_m,
+        })
+        .collect()
+    };
+    let (dampings, reactances) = (read(|z| z.re), read(|z| z.im));
+    let part = |free, at_first, per_s| Part {
+        free,
+        stds: CourseStds {
+            at_first,
+            per_s,
+            warmth: at_first,
+        },
+    };
+    let straight: Vec<Complex64> = at_s
+        .iter()
+        .filter_map(|&time_s| {
+            let (last, next) = beside(time_s)?;
+            let share = (time_s - last.time_s) / (next.time_s - last.time_s);
+            Some(last.z_p_n_s_per_m - z_p + (next.z_p_n_s_per_m - last.z_p_n_s_per_m) * share)
+        })
+        .collect();
+    let parts = [
+        part(&dampings, priors.plate_damping_std_n_s_per_m, DAMPING_PER_S),
+        part(
+            &reactances,
+            priors.plate_reactance_std_n_s_per_m,
+            REACTANCE_PER_S,
+        ),
+    ];
+    let course = course::predicted(&parts, &readings.touches_s, &at_s);
+    let (reactance_std, astray) = match found {
+        None => (UNSEEN_STD_N_S_PER_M, ASTRAY),
+        Some(found) => {
+            let apart = DVector::from_fn(n, |at, _| found[known[at]] - course.mean[n + at]);
+            let std = scatter_about(&course, apart);
+            let bent: f64 = (0..n)
+                .map(|at| (course.mean[n + at] - straight[at].im).powi(2))
+                .sum();
+            let bent = (bent / n as f64).sqrt().max(FOUND_STD_N_S_PER_M);
+            let more = (std * std - FOUND_STD_N_S_PER_M.powi(2)).sqrt();
+            (std, ASTRAY + more / bent)
         }
-    } else {
-        BEND
+    };
+    let by_course = directions(&course);
+    for (place, &index) in known.iter().enumerate() {
+        let variance = course.covariance[(place, place)];
+        let together: f64 = by_course[place].iter().map(|by| by.re * by.re).sum();
+        let alone = (variance - together).max(0.0).sqrt();
+        let bent = course.mean[place] - straight[place].re;
+        offsets[index] = OffsetPrior {
+            mean: Complex64::new(course.mean[place], course.mean[n + place]),
+            by_course: by_course[place],
+            reactance_std,
+            damping_std: Some(alone.hypot(astray * bent).hypot(LEAST_STD_N_S_PER_M)),
+        };
     }
+    offsets
+}
+
+/// Returns by how much reactances that lie `apart` from the likely course scatter about one that is taken as far as they show.
+fn scatter_about(course: &Predicted, apart: DVector<f64>) -> f64 {
+    let n = apart.len();
+    let of_course = course.covariance.view((n, n), (n, n));
+    let alone = FOUND_STD_N_S_PER_M.powi(2);
+    let left = (of_course + DMatrix::identity(n, n) * alone)
+        .cholesky()
+        .map_or_else(|| apart.clone(), |factor| factor.solve(&apart) * alone);
+    let scatter = (left.norm_squared() / n as f64).sqrt();
+    scatter.max(FOUND_STD_N_S_PER_M)
+}
+
+/// Returns the [`COURSES`] in which the plate is least certain, at each instance by how much they move it.
+fn directions(course: &Predicted) -> Vec<[Complex64; COURSES]> {
+    let n = course.mean.len() / 2;
+    let counts = |row: usize| if row < n { DAMPING_COUNTS } else { 1.0 };
+    let counted = DMatrix::from_fn(2 * n, 2 * n, |row, column| {
+        course.covariance[(row, column)] * counts(row) * counts(column)
+    });
+    let eigen = SymmetricEigen::new(counted);
+    let mut order: Vec<usize> = (0..2 * n).collect();
+    order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+    let by = |row: usize, course: usize| {
+        order.get(course).map_or(0.0, |&of| {
+            let std = eigen.eigenvalues[of].max(0.0).sqrt();
+            std * eigen.eigenvectors[(row, of)] / counts(row)
+        })
+    };
+    (0..n)
+        .map(|place| {
+            std::array::from_fn(|course| Complex64::new(by(place, course), by(n + place, course)))
+        })
+        .collect()
 }

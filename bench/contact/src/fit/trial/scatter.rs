@@ -14,8 +14,9 @@ use crate::fit::least_squares::ImpedanceModel;
 
 /// Time for which an error of the force lasts, s: what the filter of the force passes and takes lies about 80 Hz.
 const FORCE_ERROR_LASTS_S: f64 = 2e-3;
-/// Time for which a noise of the impedance lasts, s: some samples of the demodulator's window.
-const NOISE_LASTS_S: f64 = 0.7e-3;
+/// Time for which an error of the impedance lasts, s: between the demodulator's window and the milliseconds of what the model leaves
+/// out.
+const NOISE_LASTS_S: f64 = 1e-3;
 /// Error of the force that is always reckoned with, as a part of it: no sensor is better.
 const LEAST_FORCE_ERROR: f64 = 1e-4;
 /// Most samples of an instance, with its lead-in, that are weighed together: time goes with their third power, and an instance of

@@ -5,10 +5,10 @@ use num_complex::Complex64;
 
 use super::arrow::{self, ArrowCovariance, ArrowMinimum, ArrowProblem, BlockNormal, OWN, SHARED};
 use super::members::{
-    ANGLE, BEND, BOW, DAMPING, FILM_MEAN, GROWTH, LAG_GROWTH, Member, OF_INSTANCE, Own, REACTANCE,
-    SIGMA_T, Shared, TILT, TISSUE,
+    ANGLE, ANGLE_OF_ALL, BOW, COURSE, DAMPING, FILM_MEAN, GROWTH, LAG_GROWTH, Member, OF_INSTANCE,
+    Own, REACTANCE, RESIDUAL, RESIDUAL_OF_ALL, SIGMA_T, Shared, TILT, TISSUE, courses,
 };
-use super::plate;
+use super::plate::{self, PlateApart, PlateReadings};
 use super::prior::{LogNormal, Normal, TrialPriors};
 use super::scatter::Scatter;
 use crate::fit::fit_error::FitError;
@@ -27,7 +27,15 @@ const STARTS: [(f64, f64); 4] = [
 /// Standard deviation of a residual's component that the first search weighs priors with, N·s/m.
 const FIRST_STD: f64 = 0.01;
 /// What belongs to laws beside the published ones.
-const LAWS: [usize; 5] = [GROWTH, FILM_MEAN, LAG_GROWTH, TILT, BOW];
+const LAWS: [usize; 7] = [
+    GROWTH,
+    FILM_MEAN,
+    LAG_GROWTH,
+    TILT,
+    BOW,
+    ANGLE_OF_ALL,
+    RESIDUAL_OF_ALL,
+];
 /// Part of their standard deviations that a search from afar allows them.
 const SEARCHING: f64 = 0.05;
 /// Times that a minimum is refined: another no longer moves it.
@@ -47,8 +55,9 @@ pub(super) struct Search<'a> {
     scatters: Vec<Scatter>,
     /// Standard deviation of the offset of the plate's damping where no reference tells, N·s/m.
     damping_std: f64,
-    /// Bend of the damping's course that is likely.
-    bend: Normal,
+    readings: &'a PlateReadings,
+    /// Z_p of the unloaded interval, N·s/m.
+    z_p: Complex64,
     /// Whether the laws beside the published ones are still held close to what is likely.
     from_afar: bool,
     z_m: Vec<Complex64>,
@@ -56,14 +65,20 @@ pub(super) struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    pub(super) fn new(members: Vec<Member<'a>>, priors: TrialPriors) -> Self {
+    pub(super) fn new(
+        members: Vec<Member<'a>>,
+        readings: &'a PlateReadings,
+        z_p: Complex64,
+        priors: TrialPriors,
+    ) -> Self {
         let lengths = members.iter().map(|member| member.model.z_m.len());
         let longest = lengths.max().unwrap_or(0);
         Self {
             priors,
             scatters: members.iter().map(|_| Scatter::Alike(FIRST_STD)).collect(),
             damping_std: HELD,
-            bend: plate::bend(std::iter::empty()),
+            readings,
+            z_p,
             from_afar: true,
             z_m: vec![Complex64::ZERO; longest],
             slopes: vec![[Complex64::ZERO; PARAMETERS]; longest],
@@ -128,9 +143,15 @@ impl<'a> Search<'a> {
             priors.area_exponent.mean,
             priors.film_mean_s.median.ln(),
             priors.lag_exponent.mean,
-            self.bend.mean,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
             priors.amplitude_tilt.mean,
             priors.amplitude_bow.mean,
+            0.0,
+            0.0,
         ]);
         let mut own = Vec::with_capacity(self.members.len());
         for member in &mut self.members {
@@ -138,7 +159,7 @@ impl<'a> Search<'a> {
             let slopes = &mut self.slopes[..z_m.len()];
             let mut best: Option<(f64, Own)> = None;
             for sigma_t_m in sigma_starts() {
-                let at = Own::from([sigma_t_m.ln(), 0.0, 0.0, 0.0, 0.0, 0.0]);
+                let at = Own::from([sigma_t_m.ln(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
                 let parameters = member.parameters(&shared, &at);
                 let Some(parameters) = member.model.with_best_tissue(parameters) else {
                     continue;
@@ -153,7 +174,7 @@ impl<'a> Search<'a> {
                     .sum();
                 if best.is_none_or(|(least, _)| squares < least) {
                     let mut own: Own = OF_INSTANCE.map(|parameter| parameters[parameter]).into();
-                    own[DAMPING] = 0.0;
+                    (own[DAMPING], own[REACTANCE]) = (0.0, 0.0);
                     best = Some((squares, own));
                 }
             }
@@ -167,24 +188,57 @@ impl<'a> Search<'a> {
     fn refined(&mut self, mut at: ArrowMinimum) -> Result<ArrowMinimum, FitError> {
         for _ in 0..REFINEMENTS {
             self.follow_trends(&at);
-            let reactances = at.own.iter().map(|own| own[REACTANCE]);
-            self.bend = plate::bend(self.members.iter().map(|of| of.offset).zip(reactances));
+            self.follow_plate(&mut at);
             self.weigh(&at);
             at = arrow::minimise(self, at.shared, at.own).ok_or(FitError::NoStart)?;
         }
         Ok(at)
     }
 
+    /// Takes the reactances of a minimum for what they tell of the plate's course, and the damping for what it is on that course.
+    fn follow_plate(&mut self, at: &mut ArrowMinimum) {
+        let courses = courses(&at.shared).to_vec();
+        let before: Vec<Complex64> = self
+            .members
+            .iter()
+            .map(|of| of.offset.on_course(&courses))
+            .collect();
+        let found: Vec<f64> = at
+            .own
+            .iter()
+            .zip(&before)
+            .map(|(own, before)| own[REACTANCE] + before.im)
+            .collect();
+        let times_s: Vec<f64> = self.members.iter().map(|of| of.model.middle_s).collect();
+        let offsets = plate::offsets(
+            &times_s,
+            self.readings,
+            self.z_p,
+            &self.priors,
+            Some(&found),
+        );
+        at.shared.as_mut_slice()[COURSE..TILT].fill(0.0);
+        for (index, (member, offset)) in self.members.iter_mut().zip(offsets).enumerate() {
+            member.offset = offset;
+            // Nothing moves but what the plate is said to be by: the search goes on from where it was.
+            let moved = before[index] - offset.on_course(&[]);
+            at.own[index][REACTANCE] += moved.im;
+            at.own[index][DAMPING] += moved.re;
+        }
+    }
+
     /// Takes the rates at which parameters change from instance to instance for those within each.
     fn follow_trends(&mut self, minimum: &ArrowMinimum) {
-        let bend = minimum.shared[BEND];
+        let courses = courses(&minimum.shared);
         let at: Vec<(f64, Own)> = self
             .members
             .iter()
             .zip(&minimum.own)
             .map(|(member, own)| {
                 let mut own = *own;
-                own[DAMPING] += member.offset.damping(bend);
+                let offset = member.offset.on_course(courses);
+                own[DAMPING] += offset.re;
+                own[REACTANCE] += offset.im;
                 (member.model.middle_s, own)
             })
             .collect();
@@ -269,6 +323,7 @@ impl<'a> Search<'a> {
         let of = &self.priors;
         let of_ln = |prior: LogNormal| (prior.median.ln(), prior.ln_std);
         let of_itself = |prior: Normal| (prior.mean, prior.std);
+        let course = (0.0, 1.0);
         [
             of_ln(of.contact_area_m2),
             of_ln(of.q0_rad_per_m),
@@ -277,23 +332,48 @@ impl<'a> Search<'a> {
             of_itself(of.area_exponent),
             of_ln(of.film_mean_s),
             of_itself(of.lag_exponent),
-            of_itself(self.bend),
+            course,
+            course,
+            course,
+            course,
+            course,
             of_itself(of.amplitude_tilt),
             of_itself(of.amplitude_bow),
+            (0.0, of.finger_angle_std_rad),
+            (0.0, of.residual_mobility_std_m_per_n_s),
         ]
     }
 
     /// Returns place, mean and precision of what is known of an instance's own parameters beforehand.
-    fn known(&self, instance: usize) -> [(usize, f64, f64); 3] {
+    fn known(&self, instance: usize) -> [(usize, f64, f64); 4] {
         let prior = self.members[instance].offset;
         let damping_std = prior.damping_std.unwrap_or(self.damping_std);
         let allowed = if self.from_afar { SEARCHING } else { 1.0 };
         let angle_std = self.priors.finger_angle_std_rad * allowed;
+        let residual_std = self.priors.residual_mobility_std_m_per_n_s * allowed;
         [
-            (REACTANCE, prior.mean.im, prior.reactance_std.powi(-2)),
+            (REACTANCE, 0.0, prior.reactance_std.powi(-2)),
             (DAMPING, 0.0, damping_std.powi(-2)),
             (ANGLE, 0.0, angle_std.powi(-2)),
+            (RESIDUAL, 0.0, residual_std.powi(-2)),
         ]
+    }
+
+    /// Returns by how much the plate departs from its course; `None` where it was not read before and after.
+    pub(super) fn plate_apart(&self, minimum: &ArrowMinimum) -> Option<PlateApart> {
+        let courses = courses(&minimum.shared);
+        let (mut apart, mut course, mut known) = (0.0, 0.0, 0.0);
+        for (member, own) in self.members.iter().zip(&minimum.own) {
+            if member.offset.damping_std.is_some() {
+                apart += own[REACTANCE].powi(2);
+                course += member.offset.on_course(courses).im.powi(2);
+                known += 1.0;
+            }
+        }
+        (known > 0.0).then(|| PlateApart {
+            apart_n_s_per_m: (apart / known).sqrt(),
+            course_n_s_per_m: (course / known).sqrt(),
+        })
     }
 
     /// Returns by how much more the residuals scatter than the scatter they were weighed with, at least 1.

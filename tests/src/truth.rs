@@ -76,6 +76,67 @@ impl Skin {
     }
 }
 
+/// What really happened, a row a millisecond.
+pub struct Course {
+    columns: BTreeMap<String, Vec<f64>>,
+}
+
+impl Course {
+    /// Reads what the apparatus wrote into `folder`.
+    pub fn read(folder: &Path) -> Self {
+        let series = std::fs::read_to_string(folder.join("truth.csv")).expect("the truth");
+        let mut lines = series.lines();
+        let names: Vec<&str> = lines.next().expect("a header").split(',').collect();
+        let mut columns = vec![Vec::new(); names.len()];
+        for line in lines {
+            for (column, value) in columns.iter_mut().zip(line.split(',')) {
+                column.push(value.parse().expect("a number"));
+            }
+        }
+        let names = names.into_iter().map(str::to_owned);
+        Self {
+            columns: names.zip(columns).collect(),
+        }
+    }
+
+    fn row(&self, time_s: f64) -> usize {
+        self.columns["time_s"].partition_point(|at_s| *at_s < time_s)
+    }
+
+    /// Returns a column's mean between two times.
+    pub fn mean(&self, column: &str, from_s: f64, to_s: f64) -> f64 {
+        let rows = &self.columns[column][self.row(from_s)..self.row(to_s)];
+        rows.iter().sum::<f64>() / rows.len() as f64
+    }
+
+    /// Returns a column's value at a time, on a straight line between rows.
+    pub fn at(&self, column: &str, time_s: f64) -> f64 {
+        let (times_s, values) = (&self.columns["time_s"], &self.columns[column]);
+        let after = self.row(time_s).clamp(1, times_s.len() - 1);
+        let share = (time_s - times_s[after - 1]) / (times_s[after] - times_s[after - 1]);
+        values[after - 1] + share * (values[after] - values[after - 1])
+    }
+}
+
+/// Returns when a recording of a session began, s of audio since the apparatus was switched on, by the session's log.
+pub fn recording_began_s(recording: &Path) -> f64 {
+    let events = recording.with_file_name("events.jsonl");
+    let events = std::fs::read_to_string(events).expect("a log");
+    let name = recording.file_name().expect("a name").to_string_lossy();
+    let began = events.lines().find_map(|line| {
+        let event: serde_json::Value = serde_json::from_str(line).expect("JSON");
+        let data = &event["data"];
+        let key = &data["key"];
+        let label = format!(
+            "trial-{:03}_attempt-{}",
+            key["number"].as_u64()?,
+            key["attempt"]
+        );
+        (data["event"] == "trial_began" && label == name).then(|| event["audio_s"].as_f64())?
+    });
+    began.expect("the trial in the log")
+}
+
 fn pad(folder: &Path) -> BTreeMap<String, f64> {
     let text = std::fs::read(folder.join("truth.json")).expect("the constants");
     let constants: serde_json::Value = serde_json::from_slice(&text).expect("JSON");

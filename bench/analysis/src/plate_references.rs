@@ -144,7 +144,13 @@ mod tests {
 
     #[test]
     fn the_plate_is_read_before_and_after_a_finger_and_not_under_it() {
-        let references = read(&record(pressed), 0.05);
+        let readings = read(&record(pressed), 0.05);
+        let [(begin_s, end_s)] = readings.touches_s[..] else {
+            panic!("{:?}", readings.touches_s)
+        };
+        assert_relative_eq!(begin_s, 1.0, epsilon = 1e-3);
+        assert_relative_eq!(end_s, 2.0, epsilon = 1e-3);
+        let references = readings.references;
         let [.., last] = references[..] else {
             panic!("no reference")
         };
@@ -163,10 +169,13 @@ mod tests {
 
     #[test]
     fn a_force_that_was_not_measured_shows_no_free_plate() {
-        assert_eq!(read(&record(|_| f64::NAN), 0.05), []);
+        assert_eq!(read(&record(|_| f64::NAN), 0.05).references, []);
         let mut without = record(pressed);
         without.force.clear();
-        assert_eq!(read(&without, 0.05), []);
-        assert_eq!(read(&Measurements::default(), 0.05), []);
+        assert_eq!(read(&without, 0.05), PlateReadings::default());
+        assert_eq!(
+            read(&Measurements::default(), 0.05),
+            PlateReadings::default()
+        );
     }
 }

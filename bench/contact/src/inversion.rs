@@ -48,6 +48,8 @@ pub(crate) struct Inversion<const N: usize> {
     pub(crate) residual_mobility: Complex64,
     /// ∂ `residual_mobility`/∂parameter.
     pub(crate) residual_slopes: [Complex64; N],
+    /// Standard deviation of the logarithm of the amplitude that the film answers to, beside what the parameters say.
+    pub(crate) ln_amplitude_std: f64,
     /// Covariance of the parameters; `None` if unknown or infinite.
     pub(crate) covariance: Option<SMatrix<f64, N, N>>,
 }
@@ -92,7 +94,12 @@ impl<const N: usize> Inversion<N> {
         let gap_m = self.contact.gap_from_stiffness_m(k_c.value, amplitude_m)?;
         let by_gap = self.contact.stiffness_slope_n_per_m2(gap_m, amplitude_m);
         let slopes = self.contact.stiffness_slopes_n_per_m(gap_m, amplitude_m);
-        Ok(self.implicit(gap_m, k_c, by_gap, &slopes))
+        let gap = self.implicit(gap_m, k_c, by_gap, &slopes);
+        let by_ln_amplitude = 2.0 * slopes.by_ln_film / by_gap;
+        Ok(Dependent {
+            noise: gap.noise.hypot(by_ln_amplitude * self.ln_amplitude_std),
+            ..gap
+        })
     }
 
     /// Returns the gap from stiffness in force balance, m.

@@ -2,7 +2,7 @@
 //!
 //! σ_t and τ are estimated from how the gap answers the normal force: noise that is taken for force biases them, and so does
 //! force that is taken for noise (τ that is read 0.1 ms short). What is the sensor's own is read off the record: its white noise
-//! is all that is left in the upper part of its band. Below, H(f) = 1 − 1.3 N/P(f) (after Wiener 1949), with the record's own
+//! is all that is left in the upper part of its band. Below, H(f) = 1 − 1.2 N/P(f) (after Wiener 1949), with the record's own
 //! spectrum P.
 
 use std::ops::RangeInclusive;
@@ -19,13 +19,13 @@ const RATES_HZ: RangeInclusive<f64> = 200.0..=1e6;
 const HIGHEST_HZ: f64 = 500.0;
 /// Part of the band up to half the rate that is looked at: above, a sensor's own filter may have taken noise away.
 const USABLE: f64 = 0.8;
-/// Length of the stretches whose spectra are averaged, s.
+/// Length of the stretches whose spectra are compared, s.
 const STRETCH_S: f64 = 0.4;
 /// The spectrum at f is the mean from f/WIDTH to f·WIDTH: its scatter would let noise through in places.
 const WIDTH: f64 = 1.25;
 /// How many times the noise is taken off: the spectrum scatters, and noise that is let through costs more than force that is not
 /// (Berouti, Schwartz & Makhoul 1979).
-const OVER: f64 = 1.3;
+const OVER: f64 = 1.2;
 /// Frequency above which less and less may pass: slower than this is aim and tremor, whose spectrum has peaks.
 const FALLING_HZ: f64 = 15.0;
 
@@ -58,7 +58,7 @@ pub fn filtered(values: &[f64], rate_hz: f64, finer: usize) -> Option<Vec<f64>> 
     })
 }
 
-/// Mean power of Hann-windowed stretches that overlap by half (Welch 1967), in a common unit.
+/// Median power of Hann-windowed stretches that overlap by half (after Welch 1967), in a common unit.
 struct Spectrum {
     step_hz: f64,
     power: Vec<f64>,
@@ -68,7 +68,7 @@ impl Spectrum {
     fn of(values: &[f64], rate_hz: f64, stretch: usize) -> Option<Self> {
         let forward = RealFftPlanner::<f64>::new().plan_fft_forward(stretch);
         let mut spectrum = forward.make_output_vec();
-        let mut power = vec![0.0; spectrum.len()];
+        let mut powers = vec![Vec::new(); spectrum.len()];
         for start in (0..=values.len() - stretch).step_by(stretch / 2) {
             let piece = &values[start..start + stretch];
             let (slope, middle) = line_through(piece);
@@ -82,10 +82,18 @@ impl Spectrum {
                 })
                 .collect();
             forward.process(&mut windowed, &mut spectrum).ok()?;
-            for (power, bin) in power.iter_mut().zip(&spectrum) {
-                *power += bin.norm_sqr();
+            for (powers, bin) in powers.iter_mut().zip(&spectrum) {
+                powers.push(bin.norm_sqr());
             }
         }
+        // A landing or a lift-off has all frequencies at once, and would pull a mean.
+        let power = powers
+            .iter_mut()
+            .map(|of| {
+                of.sort_by(f64::total_cmp);
+                0.5 * (of[(of.len() - 1) / 2] + of[of.len() / 2])
+            })
+            .collect();
         Some(Self {
             step_hz: rate_hz / stretch as f64,
             power,

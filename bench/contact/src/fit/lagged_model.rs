@@ -36,6 +36,8 @@ pub(super) struct LaggedModel<'a> {
     pub(super) z_m: &'a [Complex64],
     pub(super) loads: Loads,
     pub(super) trend: Trend,
+    /// Standard deviation of the residual mobility of other modes, m/(N·s); 0 where they are not reckoned with.
+    pub(super) residual_mobility_std: f64,
     /// Time of the middle of the instance, s.
     pub(super) middle_s: f64,
     equilibrium: Vec<f64>,
@@ -98,6 +100,7 @@ impl<'a> LaggedModel<'a> {
             z_m: &samples.z_m_corrected_n_s_per_m[lead..],
             loads: Loads::new(samples.amplitude_m, samples.normal_n, reference_n),
             trend: Trend::new(samples.time_s, lead),
+            residual_mobility_std: 0.0,
             middle_s: 0.5 * (samples.time_s[lead] + samples.time_s[samples.time_s.len() - 1]),
             equilibrium: zeros(),
             gap: zeros(),

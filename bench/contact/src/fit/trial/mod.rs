@@ -122,7 +122,10 @@ pub fn fit(
     let z_p = conditions.z_p_corrected_n_s_per_m;
     let mut members = Vec::with_capacity(instances.len());
     for (instance, placed) in instances.iter().zip(placed) {
-        let model = LaggedModel::new(instance, conditions, options.lead_in_s, reference_n)?;
+        let mut model = LaggedModel::new(instance, conditions, options.lead_in_s, reference_n)?;
+        // Of all places alike, and of each by itself.
+        model.residual_mobility_std =
+            std::f64::consts::SQRT_2 * options.priors.residual_mobility_std_m_per_n_s;
         members.push((model, placed.off_centre_m / ALONG_M));
     }
     let times_s: Vec<f64> = members.iter().map(|of| of.0.middle_s).collect();

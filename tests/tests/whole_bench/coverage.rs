@@ -1,0 +1,240 @@
+//! How often stated intervals hold the truth that the estimator never sees, over virtual participants on an unkind bench. The
+//! numbers stand in docs/accuracy.md; `./dev campaign coverage` runs hundreds.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use analysis::estimate::{Estimated, InstanceAnalysis, Method};
+use analysis::{Settings, analyse, find};
+use bench_tests::campaign;
+use bench_tests::program::{bench, protocol};
+use bench_tests::session::{finish, text};
+use bench_tests::truth::{Course, recording_began_s};
+use rayon::prelude::*;
+use statrs::distribution::{Continuous, ContinuousCDF, Normal};
+
+/// Participants in every test run; `FRICTION_BENCH_COVERAGE` asks for more.
+const PARTICIPANTS: usize = 8;
+/// As many show whether intervals hold to a per cent or two.
+const MANY: usize = 400;
+/// Amplitudes at which the friction is compared, m.
+const AMPLITUDES_M: [f64; 3] = [0.5e-6, 1.5e-6, 3e-6];
+/// Quantities whose coverage is judged, of the method that assumes nothing.
+const JUDGED: [&str; 7] = ["sigma_t", "Re Z_t", "Im Z_t", "S", "tau", "mu0", "mu"];
+
+/// An error and the standard error that was stated, both relative to the truth or to a scale of it.
+#[derive(Clone, Copy)]
+struct Stated {
+    error: f64,
+    std: f64,
+}
+
+impl Stated {
+    /// Continuous ranked probability score of a normal distribution (Gneiting and Raftery 2007, Eq. 21).
+    fn crps(&self) -> f64 {
+        let (normal, z) = (Normal::standard(), self.error / self.std);
+        let root = std::f64::consts::PI.sqrt();
+        self.std * (z * (2.0 * normal.cdf(z) - 1.0) + 2.0 * normal.pdf(z) - 1.0 / root)
+    }
+}
+
+/// Stated errors by method and quantity.
+#[derive(Default)]
+struct Found {
+    stated: BTreeMap<(&'static str, &'static str), Vec<Stated>>,
+    trials: usize,
+    flagged: usize,
+}
+
+impl Found {
+    fn add(&mut self, method: &'static str, quantity: &'static str, error: f64, std: f64) {
+        if error.is_finite() && std > 0.0 {
+            let of = self.stated.entry((method, quantity)).or_default();
+            of.push(Stated { error, std });
+        }
+    }
+
+    fn merged(mut self, other: Self) -> Self {
+        for (key, stated) in other.stated {
+            self.stated.entry(key).or_default().extend(stated);
+        }
+        self.trials += other.trials;
+        self.flagged += other.flagged;
+        self
+    }
+
+    fn instance(&mut self, instance: &InstanceAnalysis, course: &Course, began_s: f64) {
+        let (from_s, to_s) = (began_s + instance.start_s, began_s + instance.end_s);
+        let mean = |column| course.mean(column, from_s, to_s);
+        let methods = [Method::Dynamic, Method::Trial];
+        for estimated in methods.map(|method| Some((method, instance.estimated(method)?))) {
+            let Some((method, estimated)) = estimated else {
+                continue;
+            };
+            let (name, sigma_t_m) = (method.name(), mean("sigma_t_m"));
+            let [re, im] = ["re_z_t_n_s_per_m", "im_z_t_n_s_per_m"].map(mean);
+            let (z_t, std) = (estimated.z_t_n_s_per_m, estimated.z_t_std_n_s_per_m);
+            self.add(
+                name,
+                "sigma_t",
+                estimated.sigma_t_m / sigma_t_m - 1.0,
+                estimated.sigma_t_std_m / sigma_t_m,
+            );
+            self.add(name, "Re Z_t", z_t.re - re, std.re);
+            self.add(name, "Im Z_t", z_t.im - im, std.im);
+            self.add(name, "mu0", estimated.mu0 - mean("mu0"), estimated.mu0_std);
+            self.friction(name, (instance, estimated), course, began_s);
+        }
+    }
+
+    /// Friction at each of the [`AMPLITUDES_M`] that the instance has.
+    fn friction(
+        &mut self,
+        method: &'static str,
+        (instance, estimated): (&InstanceAnalysis, &Estimated),
+        course: &Course,
+        began_s: f64,
+    ) {
+        let amplitudes_m = instance.samples.amplitude_m(Method::Dynamic);
+        for amplitude_m in AMPLITUDES_M {
+            let crossing = amplitudes_m
+                .windows(2)
+                .position(|pair| (pair[0] < amplitude_m) != (pair[1] < amplitude_m));
+            let Some(at) = crossing else { continue };
+            let series = &estimated.series;
+            let truth = course.at("mu", began_s + series.time_s[at]);
+            self.add(method, "mu", series.mu[at] - truth, series.mu_std[at]);
+        }
+    }
+
+    /// Returns the part of the intervals of as many standard errors that hold the truth.
+    fn holds(&self, key: (&str, &str), stds: f64) -> f64 {
+        let stated = self.of(key);
+        let held = stated.iter().filter(|of| of.error.abs() < stds * of.std);
+        held.count() as f64 / stated.len() as f64
+    }
+
+    fn of(&self, (method, quantity): (&str, &str)) -> &[Stated] {
+        let mut all = self.stated.iter();
+        all.find(|(key, _)| **key == (method, quantity))
+            .map_or(&[], |(_, stated)| stated)
+    }
+
+    fn mean(&self, key: (&str, &str), of: fn(&Stated) -> f64) -> f64 {
+        let stated = self.of(key);
+        stated.iter().map(of).sum::<f64>() / stated.len() as f64
+    }
+
+    fn line(&self, key: (&str, &str)) -> String {
+        let rms = self.mean(key, |of| (of.error / of.std).powi(2)).sqrt();
+        format!(
+            "{} {}: 95 % intervals hold {:.1} %, 68 % {:.1} %, RMS z {rms:.2}, CRPS {:.2e}",
+            key.0,
+            key.1,
+            100.0 * self.holds(key, 1.96),
+            100.0 * self.holds(key, 0.9945),
+            self.mean(key, Stated::crps)
+        )
+    }
+}
+
+/// Runs a session of one participant, and compares what it states with what was so.
+fn participant(seed: u64, folder: &Path) -> Found {
+    let study = folder.join(format!("study-{seed}"));
+    let truth = folder.join(format!("truth-{seed}"));
+    std::fs::create_dir(&truth).expect("a folder for the truth");
+    let mut command = bench();
+    command
+        .args(["run", "--mock", "population-unkind", "--headless"])
+        .args(["--speed", "max", "--seed", &seed.to_string()])
+        .args(["--participant", "sub-01", "--consent-by", "A. Tester"])
+        .arg("--study")
+        .arg(&study)
+        .arg("--protocol")
+        .arg(protocol("one-exploration.toml"))
+        .arg("--mock-truth")
+        .arg(&truth);
+    let output = finish(&mut command);
+    let mut found = Found::default();
+    // Somebody who never slides right leaves nothing to analyse.
+    let Ok(recordings) = find::recordings(&[study.clone()], false) else {
+        assert!(study.exists(), "seed {seed}: {}", text(&output));
+        return found;
+    };
+    let analysed = analyse(&recordings, &Settings::default(), |_| {});
+    let course = Course::read(&truth);
+    for recording in analysed.findings() {
+        let began_s = recording_began_s(&recording.path);
+        let Some(shared) = recording.trial.as_ref().filter(|of| of.verdict.is_usable()) else {
+            continue;
+        };
+        found.trials += 1;
+        // No interval is claimed of what is flagged.
+        if !shared.misfit.is_empty() {
+            found.flagged += 1;
+            continue;
+        }
+        let n = recording.instances.len() as f64;
+        let mean_of = |column: &str| {
+            let each = recording.instances.iter();
+            each.map(|of| course.mean(column, began_s + of.start_s, began_s + of.end_s))
+                .sum::<f64>()
+                / n
+        };
+        let (area, tau) = (&shared.contact_area_m2, &shared.tau_s);
+        let (true_area, true_tau) = (mean_of("contact_area_m2"), mean_of("lag_s"));
+        found.add("trial", "S", (area.value / true_area).ln(), area.ln_std);
+        found.add("trial", "tau", (tau.value / true_tau).ln(), tau.ln_std);
+        for instance in &recording.instances {
+            found.instance(instance, &course, began_s);
+        }
+    }
+    std::fs::remove_dir_all(&study).expect("the study goes");
+    std::fs::remove_dir_all(&truth).expect("the truth goes");
+    found
+}
+
+#[test]
+fn stated_intervals_hold_the_truth_on_an_unkind_bench() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let participants = campaign::repeats("FRICTION_BENCH_COVERAGE", PARTICIPANTS);
+    let found = (1..=participants as u64)
+        .into_par_iter()
+        .map(|seed| participant(seed, folder.path()))
+        .reduce(Found::default, Found::merged);
+    let counted = format!(
+        "{} trials, {} instances, {} flagged",
+        found.trials,
+        found.of(("trial", "sigma_t")).len(),
+        found.flagged
+    );
+    let keys = JUDGED.map(|quantity| ("trial", quantity));
+    let before = ["sigma_t", "Re Z_t", "Im Z_t", "mu0", "mu"].map(|of| ("dynamic", of));
+    let lines: Vec<String> = keys
+        .iter()
+        .chain(&before)
+        .map(|key| found.line(*key))
+        .collect();
+    campaign::found(
+        "intervals on an unkind bench",
+        participants,
+        &format!("{counted}; {}", lines.join("; ")),
+    );
+
+    assert!(found.trials * 10 >= participants * 8, "{counted}");
+    assert!(found.flagged * 20 <= found.trials, "{counted}");
+    for key in before {
+        let (trial, dynamic) = (("trial", key.1), key);
+        assert!(
+            found.mean(trial, Stated::crps) < found.mean(dynamic, Stated::crps),
+            "{}; {}",
+            found.line(trial),
+            found.line(dynamic)
+        );
+    }
+    // A few people are few independent errors: all instances of one share most of theirs.
+    let least = if participants >= MANY { 0.92 } else { 0.75 };
+    for key in keys {
+        assert!(found.holds(key, 1.96) >= least, "{}", found.line(key));
+    }
+}

@@ -2,12 +2,13 @@
 //!
 //! Each trial that can be fitted as a whole gives the three with their standard errors. A participant's are their means
 //! in logarithms, weighted by precision, with the variance between trials added to each trial's own where the trials
-//! differ by more than their errors allow (DerSimonian and Laird 1986): trials that agree are weighted by their errors,
+//! differ by more than their errors allow (`pooling`): trials that agree are weighted by their errors,
 //! trials that do not are weighted alike, and the error of the mean says so.
 
 use contact::AssumedConstants;
 use contact::fit::trial::SharedFit;
 use contact::uncertain::LogUncertain;
+use pooling::Estimate;
 use serde::Serialize;
 
 /// Least standard error of a trial's logarithm: what the model leaves out is more than the noise (docs/decisions/0021).
@@ -145,34 +146,12 @@ impl SkinUsed {
 }
 
 /// Returns the mean in logarithms over at least one trial.
-fn mean(trials: impl Iterator<Item = LogUncertain> + Clone) -> LogUncertain {
-    let variance = |of: &LogUncertain| of.ln_std.max(LEAST_LN_STD).powi(2);
-    let sums = |between: f64| {
-        let mut sums = (0.0, 0.0, 0.0);
-        for of in trials.clone() {
-            let weight = (variance(&of) + between).recip();
-            sums.0 += weight;
-            sums.1 += weight * weight;
-            sums.2 += weight * of.value.ln();
-        }
-        sums
-    };
-    let (weights, squares, weighted) = sums(0.0);
-    let fixed = weighted / weights;
-    let apart: f64 = trials
-        .clone()
-        .map(|of| (of.value.ln() - fixed).powi(2) / variance(&of))
-        .sum();
-    let freedom = trials.clone().count() as f64 - 1.0;
-    let between = if freedom > 0.0 {
-        ((apart - freedom) / (weights - squares / weights)).max(0.0)
-    } else {
-        0.0
-    };
-    let (weights, _, weighted) = sums(between);
+fn mean(trials: impl Iterator<Item = LogUncertain>) -> LogUncertain {
+    let each = trials.filter_map(|of| Estimate::new(of.value.ln(), of.ln_std.max(LEAST_LN_STD)));
+    let pooled = pooling::mean(&each.collect::<Vec<_>>());
     LogUncertain {
-        value: (weighted / weights).exp(),
-        ln_std: weights.sqrt().recip(),
+        value: pooled.map_or(f64::NAN, |of| of.value.exp()),
+        ln_std: pooled.map_or(f64::INFINITY, |of| of.std),
     }
 }
 

@@ -1,0 +1,17 @@
+//! Estimates with known errors, pooled over trials, participants and a study.
+//!
+//! Nothing here knows what is estimated: positive quantities are given as natural logarithms. Quantities are pooled one by one,
+//! without the correlation of their errors.
+
+mod estimate;
+mod hierarchy;
+mod mean;
+
+pub use estimate::Estimate;
+pub use hierarchy::{Group, Hierarchy, Overall, Shrunken, hierarchy};
+pub use mean::{Mean, mean};
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

@@ -238,14 +238,14 @@ pub(crate) fn conditional(recordings: &[Of<'_>]) -> Markup {
             li { b { "paper" } " and " b { "dynamic" } ": σ" sub { "t" } ", Z" sub { "t" } " and τ are conditional on the assumed S, \
                   q₀, E, ν, η and p₀; friction hardly is. The table gives by how much." }
             li { b { "trial" } ": nothing of the skin is assumed but E and ν, which its q₀ absorbs; p₀ is assumed. σ" sub { "t" }
-                  ", Z" sub { "t" } " and the plate's shift belong to an instance; S, q₀, η, τ, the floor and the lag to a recording, \
+                  ", Z" sub { "t" } " and the plate's shift belong to an instance; S, q₀, η, τ, the exponents of S and τ, the film's mean, the floor and the lag to a recording, \
                   and are taken not to change within it." }
             li { "Friction is fitted after the contact, and has no say in it: μ" sub { "0" } ", the floor and the lag are conditional \
                   on the contact; the contact is not conditional on them." }
             li { "The 95 % intervals hold the noise, what neighbouring residuals share, and the priors of " b { "trial" }
                   "; not the calibration's own errors, and not a law that is not the model's. Standard errors of " b { "paper" }
                   " and " b { "dynamic" } " hold the scatter of their residuals, for the assumed constants." }
-            li { "Where the model does not fit (" a href="#flags" { "Flags and warnings" } ") the intervals are too narrow." }
+            li { "Where the model does not fit (" a href="#flags" { "Flags and warnings" } "), " b { "trial" } " gives no interval." }
             @if profiles > 0 {
                 li { "In " (profiles) " of " (recordings.len()) " recordings the amplitude under the finger follows the measured \
                       profile of the plate (dynamic, trial); in the others the plate is taken for uniform." }

@@ -14,6 +14,7 @@ mod left_out;
 mod number;
 mod page;
 mod results;
+mod skin;
 mod statistics;
 mod study;
 mod trials;

@@ -150,8 +150,8 @@ fn mean(trials: impl Iterator<Item = LogUncertain>) -> LogUncertain {
     let each = trials.filter_map(|of| Estimate::new(of.value.ln(), of.ln_std.max(LEAST_LN_STD)));
     let pooled = pooling::mean(&each.collect::<Vec<_>>());
     LogUncertain {
-        value: pooled.map_or(f64::NAN, |of| of.value.exp()),
-        ln_std: pooled.map_or(f64::INFINITY, |of| of.std),
+        value: pooled.map_or(f64::NAN, |of| of.value().exp()),
+        ln_std: pooled.map_or(f64::INFINITY, |of| of.std()),
     }
 }
 

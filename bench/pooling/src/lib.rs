@@ -6,10 +6,11 @@
 mod estimate;
 mod hierarchy;
 mod mean;
+mod scatter;
 
 pub use estimate::Estimate;
-pub use hierarchy::{Group, Hierarchy, Overall, Shrunken, hierarchy};
-pub use mean::{Mean, mean};
+pub use hierarchy::{Group, Hierarchy, Mean, Overall, Shrunken, hierarchy};
+pub use mean::mean;
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

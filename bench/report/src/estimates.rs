@@ -216,7 +216,7 @@ fn cells(method: &str, estimate: &Estimate, misfit: bool) -> Markup {
             (_, Some([from, to]), _) => {
                 Some(format!("{} to {}", shown.value(from), shown.value(to)))
             }
-            (_, None, Some(_)) => Some(format!("± {}", shown.value(std))),
+            (_, None, Some(_)) => Some(shown.std(std)),
             _ => None,
         };
         html! { (shown.value(value)) @if let Some(beside) = beside { span.also { (beside) } } }
@@ -236,7 +236,8 @@ fn cells(method: &str, estimate: &Estimate, misfit: bool) -> Markup {
         )) }
         td.n { (cell(PLAIN, estimate.mu0, intervals.and_then(|of| of.mu0), std.and_then(|std| std.mu0))) }
         td.n { (cell(HERTZ, estimate.resonance_shift_hz, intervals.and_then(|of| of.resonance_shift_hz), std.and_then(|std| std.resonance_shift_hz))) }
-        td.n { (MILLI.value(estimate.tau_s)) }
+        // That of trial stands above, with its interval.
+        td.n { (cell(MILLI, estimate.tau_s, None, std.and_then(|std| std.tau_s).filter(|_| method != "trial"))) }
         td.n { (PLAIN.value(estimate.r2_impedance)) }
         td.n { (PLAIN.value(estimate.rms_mu)) }
     }

@@ -100,6 +100,7 @@ pub(crate) struct Estimate {
 pub(crate) struct Std {
     pub(crate) sigma_t_m: Option<f64>,
     pub(crate) z_t_n_s_per_m: Option<Interval>,
+    pub(crate) tau_s: Option<f64>,
     pub(crate) mu0: Option<f64>,
     pub(crate) resonance_shift_hz: Option<f64>,
 }
@@ -227,6 +228,7 @@ pub(crate) struct OfStudy {
     pub(crate) between_participants_ln_std: Option<f64>,
     pub(crate) between_participants_ln_std_interval95: Option<Interval>,
     pub(crate) between_trials_ln_std: Option<f64>,
+    pub(crate) shared_error_part: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]

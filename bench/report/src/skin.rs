@@ -46,6 +46,10 @@ pub(crate) fn skin(results: &Results) -> Markup {
         let std = of.and_then(|of| of.between_trials_ln_std);
         html! { td.n { (PERCENT.value(std)) } }
     };
+    let shared = |of: Option<&OfStudy>| {
+        let part = of.and_then(|of| of.shared_error_part);
+        html! { td.n { (PERCENT.value(part)) } }
+    };
     html! {
         p {
             "S, q₀, η and τ by " b { "trial" } ", over each participant's recordings. First the mean, with a 95 % interval that holds \
@@ -85,14 +89,20 @@ pub(crate) fn skin(results: &Results) -> Markup {
                         th scope="row" { "Between trials of one (%)" } td.n {} td.n {}
                         @for (key, _) in COLUMNS { (between_trials(of_study(key))) }
                     }
+                    tr {
+                        th scope="row" { "Errors that trials share (%)" } td.n {} td.n {}
+                        @for (key, _) in COLUMNS { (shared(of_study(key))) }
+                    }
                 }
             } }
         }
         p.note {
             "Pooled in logarithms, each parameter by itself: means are geometric, and standard deviations those of natural logarithms, \
-             beyond what the errors explain. S is under each trial's own mean force, which is therefore part of what is between \
-             trials. Only q₀·E/(1 − ν²) is measured: q₀ is for the E and ν of the settings. Variances by DerSimonian and Laird \
-             (1986), intervals by Hartung and Knapp (2001) and, of the spread, by the Q profile (Viechtbauer 2007); shrinkage by \
+             beyond what the errors explain; a participant whose trials differ by more than the others' can has an interval by their own \
+             scatter. S is under each trial's own mean force, which is therefore part of what is between \
+             trials. Only q₀·E/(1 − ν²) is measured: q₀ is for the E and ν of the settings. The variance between participants is by DerSimonian and Laird \
+             (1986). Trials that agree better than their errors allow share a part of these, by variance the last line, and the mean of \
+             many has that part as one has it. Intervals by Hartung and Knapp (2001) and, of the spread, by the Q profile (Viechtbauer 2007); shrinkage by \
              empirical Bayes (Morris 1983), of a participant's mean from four participants on. The prior of each trial's fit is \
              taken off before. No interval holds what the model leaves out of all trials alike, nor the calibration's errors."
         }

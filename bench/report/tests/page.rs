@@ -75,7 +75,7 @@ fn results(participant: &str, extra: &str) -> String {
         "skin": {{ "pooling": "in words",
             "study": {{ "contact_area_m2": {{ "mean": {{ "value": 2.3e-4, "interval95": [2.0e-4, 2.6e-4] }}, "n_participants": 4,
                 "between_participants_ln_std": 0.12, "between_participants_ln_std_interval95": [0.05, 0.4],
-                "between_trials_ln_std": 0.04 }},
+                "between_trials_ln_std": 0.04, "shared_error_part": 0.3 }},
                 "tau_s": {{ "mean": null, "n_participants": 0, "between_participants_ln_std": null,
                 "between_participants_ln_std_interval95": null, "between_trials_ln_std": null }} }},
             "participants": [ {{ "participant": {participant}, {area}, "tau_s": null, "n_left_out": 2,

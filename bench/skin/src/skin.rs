@@ -16,8 +16,9 @@ use pooling::{Estimate, Group, Hierarchy, hierarchy};
 use serde::Serialize;
 
 /// What was done, for whoever reads the results alone.
-const POOLING: &str = "logarithms, normal at each level, empirical Bayes: variances between trials and between participants by \
-                       DerSimonian and Laird, intervals by Hartung and Knapp, shrunken values by Morris; each parameter by itself";
+const POOLING: &str = "logarithms, normal at each level, empirical Bayes: variance between trials, or the errors that they share, from how \
+                       they scatter; between participants by DerSimonian and Laird, intervals by Hartung and Knapp, shrunken values by \
+                       Morris; each parameter by itself";
 
 /// The four parameters, and something of each.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
@@ -102,6 +103,9 @@ pub struct OfPerson {
     pub mean: Ranged,
     /// Trials that it is from; one that leaves the parameter open is not among them.
     pub n_trials: usize,
+    /// Standard deviation of the logarithm between them, beyond what their errors explain, as the interval has it; `None` where
+    /// nobody has two.
+    pub between_trials_ln_std: Option<f64>,
     /// The mean drawn towards that of all participants; `None` with fewer than four of them.
     pub shrunken: Option<Ranged>,
 }
@@ -131,9 +135,12 @@ pub struct OfStudy {
     pub between_participants_ln_std: Option<f64>,
     /// Its 95 % interval.
     pub between_participants_ln_std_interval95: Option<[f64; 2]>,
-    /// Standard deviation of the logarithm between the trials of a participant, beyond what their errors explain; `None` where
-    /// nobody has two.
+    /// That between the trials of a participant, the same for all but those whose trials differ by more; `None` where nobody has
+    /// two.
     pub between_trials_ln_std: Option<f64>,
+    /// Part of the variance of the trials' errors that those of a participant share, as far as it shows; in every interval above
+    /// the trial.
+    pub shared_error_part: f64,
 }
 
 /// A recording that is left out.
@@ -303,6 +310,7 @@ impl Pooled {
         Some(OfPerson {
             mean: Ranged::of_ln(group.mean.value, group.mean.interval95),
             n_trials: group.mean.n,
+            between_trials_ln_std: group.between_members_std,
             shrunken: shrunken.map(|of| Ranged::of_ln(of.value, of.interval95)),
         })
     }
@@ -315,6 +323,7 @@ impl Pooled {
             between_participants_ln_std: overall.map(|of| of.between_std),
             between_participants_ln_std_interval95: overall.map(|of| of.between_std_interval95),
             between_trials_ln_std: self.hierarchy.between_members_std,
+            shared_error_part: self.hierarchy.shared_error,
         }
     }
 }

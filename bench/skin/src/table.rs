@@ -109,15 +109,14 @@ fn rows(skin: &Skin) -> Vec<Row<'_>> {
         ..Row::default()
     }));
     for person in &skin.participants {
-        let of_study = skin.study.in_order();
-        let each = person.parameters.in_order().into_iter().zip(of_study);
-        rows.extend(each.zip(NAMES).map(|((of, study), parameter)| Row {
+        let each = person.parameters.in_order().into_iter().zip(NAMES);
+        rows.extend(each.map(|(of, parameter)| Row {
             level: "participant",
             participant: &person.participant,
             parameter,
             value: of.map(|of| of.mean),
             n: Some(of.map_or(0, |of| of.n_trials)),
-            between_ln_std: study.between_trials_ln_std,
+            between_ln_std: of.and_then(|of| of.between_trials_ln_std),
             shrunken: of.and_then(|of| of.shrunken),
             left_out: match person.n_left_out {
                 0 => String::new(),

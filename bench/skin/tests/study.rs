@@ -192,6 +192,8 @@ fn participants_and_the_study_have_means_and_what_does_not_hold_is_left_out_and_
     // What all agree on has no spread of its own.
     assert_eq!(skin.study.tau_s.between_trials_ln_std, Some(0.0));
     assert_eq!(skin.study.tau_s.between_participants_ln_std, Some(0.0));
+    // And is wrong, if it is, by the same in all.
+    assert!(skin.study.tau_s.shared_error_part > 0.99 && area.shared_error_part == 0.0);
 
     let nobody = skin.participants.last().unwrap();
     assert_eq!(

@@ -9,18 +9,19 @@ use analysis::statistics::Coefficient;
 use figures::written;
 use figures::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};
 
-/// Share of the range that two lines of text take.
-const FOR_WORDS: f64 = 0.25;
+/// Share of the range that a line of text takes.
+const FOR_A_LINE: f64 = 0.13;
 /// Changes of more than this many times the median one run out of the frame, instead of flattening all others.
 const WIDE: f64 = 20.0;
 
 pub(super) fn figure(analysed: &Analysed, drawn: &Drawn) -> Figure {
     let mut what = None;
     let (mut by_trial, mut outside) = (0, 0);
+    let for_words = FOR_A_LINE * drawn.methods.len() as f64;
     let mut panel = |label: &str, change: Change, coefficient: Coefficient, factor: f64| {
         let mut panel = Panel::new(
             Axis::linear("Δμ, measured"),
-            Axis::linear(label).with_headroom(FOR_WORDS),
+            Axis::linear(label).with_headroom(for_words),
         );
         for &method in &drawn.methods {
             let Changes { over, pairs } = changes(analysed, method, change);
@@ -43,7 +44,7 @@ pub(super) fn figure(analysed: &Analysed, drawn: &Drawn) -> Figure {
             let pairs = pairs.iter().map(|&(mu, of)| (mu, of * factor));
             panel.series.push(points(method, pairs.collect()));
         }
-        outside += frame(&mut panel, label);
+        outside += frame(&mut panel, label, for_words);
         panel
     };
     let mut panels = vec![
@@ -95,8 +96,8 @@ pub(super) fn figure(analysed: &Analysed, drawn: &Drawn) -> Figure {
     }
 }
 
-/// Frames the points that are not far beyond all others, and returns how many are outside.
-fn frame(panel: &mut Panel, label: &str) -> usize {
+/// Frames the points that are not far beyond all others, with room for words above, and returns how many are outside.
+fn frame(panel: &mut Panel, label: &str, for_words: f64) -> usize {
     let values = panel.series.iter().flat_map(Series::extent);
     let mut values: Vec<f64> = values.map(|(_, value)| value).collect();
     values.retain(|value| value.is_finite());
@@ -108,7 +109,7 @@ fn frame(panel: &mut Panel, label: &str) -> usize {
     let outside = values.len() - values.iter().filter(within).count();
     if let (1.., Some(greatest)) = (outside, values.iter().rfind(within)) {
         let margin = 0.05 * (greatest - least);
-        let words = FOR_WORDS * (greatest - least);
+        let words = for_words * (greatest - least);
         panel.y = Axis::linear(label).between(least - margin, greatest + margin + words);
     }
     outside

@@ -156,7 +156,7 @@ mod tests {
         let own = common.of(&wild);
         assert!(own.between > 10.0 && own.freedom == 3, "{own:?}");
         // Alone it is the measure.
-        let alone = Scatter::common(&[wild.clone()]);
+        let alone = Scatter::common(std::slice::from_ref(&wild));
         assert_eq!(alone.of(&wild), alone);
     }
 

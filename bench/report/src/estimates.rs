@@ -91,7 +91,7 @@ pub(crate) fn estimates(results: &Results, recordings: &[Of<'_>]) -> Markup {
                     Some(trial) => (shared(trial, pooled(of).copied())),
                     None => p.note { "No fit of all instances together." },
                 }
-                (instances(&of.result))
+                (instances(of.result))
             }
         }
     }

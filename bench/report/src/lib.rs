@@ -13,6 +13,7 @@ mod flags;
 mod left_out;
 mod number;
 mod page;
+mod priors;
 mod results;
 mod skin;
 mod statistics;

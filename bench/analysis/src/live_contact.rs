@@ -1,7 +1,7 @@
 //! Gap and friction while the finger slides: evaluates every impedance frame with the participant's last fit.
 //!
-//! The plate's resonance is tracked meanwhile ([`PlateTracker`]), and its damping whenever no finger is on it, so that gap and
-//! friction hold while the plate warms.
+//! The plate's resonance is tracked meanwhile ([`PlateTracker`]), and its damping whenever no finger is on it, so that
+//! gap and friction hold while the plate warms.
 //!
 //! Forces are not smoothed by the zero-phase filter of the analysis; a frame takes the mean of the force readings since
 //! the frame before it, or the last reading if the sensor's bursts are late. Where the amplitude along the plate was

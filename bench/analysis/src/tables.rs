@@ -236,8 +236,8 @@ fn instances(analysed: &Analysed) -> Vec<Column> {
     columns
 }
 
-/// Returns the columns of the whole recording's fit that are not above: standard errors of what is fitted, the laws beside the
-/// published ones, and whether the model holds.
+/// Returns the columns of the whole recording's fit that are not above: standard errors of what is fitted, the laws
+/// beside the published ones, and whether the model holds.
 fn shared(rows: &[Row<'_>]) -> Vec<Column> {
     let real =
         |name, value: fn(&Row<'_>) -> f64| Column::Real(name, rows.iter().map(value).collect());

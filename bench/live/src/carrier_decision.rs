@@ -88,8 +88,8 @@ impl CarrierDecision {
         }
     }
 
-    /// Goes on with a carrier that was decided for before, under the conditions of a new one; changed to as soon as the bench is at
-    /// rest.
+    /// Goes on with a carrier that was decided for before, under the conditions of a new one; changed to as soon as the
+    /// bench is at rest.
     #[must_use]
     pub fn going_on_with(mut self, decided: Option<DecidedCarrier>, bench: &Effective) -> Self {
         let from_hz = bench.config().plate.resonance_hz;

@@ -24,8 +24,8 @@ pub struct Refit {
 }
 
 impl Refit {
-    /// The task for a plate whose amplitude along its length is `profile`, and a participant of whom `skin` is known from trials
-    /// before, with the way to ask it and to hear from it.
+    /// The task for a plate whose amplitude along its length is `profile`, and a participant of whom `skin` is known
+    /// from trials before, with the way to ask it and to hear from it.
     pub fn new(
         assumed: AssumedConstants,
         profile: AmplitudeProfile,

@@ -31,11 +31,11 @@ impl Estimate {
         self.std * self.std
     }
 
-    /// Returns what the data alone said where this estimate was made with a normal `prior`; `None` where they said nothing. For
-    /// pooling: a prior that stands in every trial would otherwise be counted once for each.
+    /// Returns what the data alone said where this estimate was made with a normal `prior`; `None` where they said
+    /// nothing. For pooling: a prior that stands in every trial would otherwise be counted once for each.
     ///
-    /// Exact for a normal posterior, also beside other parameters: leaving the prior of one out of their common precision takes
-    /// its own precision off that of its marginal.
+    /// Exact for a normal posterior, also beside other parameters: leaving the prior of one out of their common
+    /// precision takes its own precision off that of its marginal.
     #[must_use]
     pub fn without_prior(self, prior: Self) -> Option<Self> {
         let (whole, of_prior) = (self.variance().recip(), prior.variance().recip());

@@ -1,11 +1,12 @@
-//! Two levels above the estimates: members of a group (trials of a participant), groups of the whole (participants of a study).
+//! Two levels above the estimates: members of a group (trials of a participant), groups of the whole (participants of a
+//! study).
 //!
-//! A member's true value scatters about its group's with one variance in all groups, and a group's about the whole's with
-//! another, all normal. A group's interval has the degrees of freedom of all groups together, since all of them tell the variance
-//! between members; a group that scatters by more than the others can has a variance of its own.
+//! A member's true value scatters about its group's with one variance in all groups, and a group's about the whole's
+//! with another, all normal. A group's interval has the degrees of freedom of all groups together, since all of them
+//! tell the variance between members; a group that scatters by more than the others can has a variance of its own.
 //!
-//! Members that agree better than their errors allow share a part of these: a law that no trial tells is marginalised in each, and
-//! is wrong by the same in all. The mean of many has that part as one has it.
+//! Members that agree better than their errors allow share a part of these: a law that no trial tells is marginalised
+//! in each, and is wrong by the same in all. The mean of many has that part as one has it.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
@@ -16,8 +17,8 @@ use crate::scatter::{Scatter, bisect};
 /// Estimates in their groups, pooled.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hierarchy {
-    /// Standard deviation between the members of a group beyond their errors, the same in all but those that differ; `None`
-    /// where no group has two, and then the groups' intervals hold the members' errors alone.
+    /// Standard deviation between the members of a group beyond their errors, the same in all but those that differ;
+    /// `None` where no group has two, and then the groups' intervals hold the members' errors alone.
     pub between_members_std: Option<f64>,
     /// Part of the variance of the members' errors that those of a group have in common; 0 where none shows.
     pub shared_error: f64,
@@ -45,7 +46,8 @@ pub struct Mean {
 pub struct Group {
     /// Mean of its members.
     pub mean: Mean,
-    /// Standard deviation between its members beyond their errors, as its interval has it; `None` where nothing tells it.
+    /// Standard deviation between its members beyond their errors, as its interval has it; `None` where nothing tells
+    /// it.
     pub between_members_std: Option<f64>,
     /// The mean, drawn towards that of all groups; `None` with too few groups to tell by how much.
     pub shrunken: Option<Shrunken>,
@@ -69,7 +71,8 @@ pub struct Overall {
     pub mean: Mean,
     /// Standard deviation between groups beyond the errors of their means.
     pub between_std: f64,
-    /// 95 % interval of it, by the Q profile (Viechtbauer 2007) with the quantiles of F, since the means' errors are estimated.
+    /// 95 % interval of it, by the Q profile (Viechtbauer 2007) with the quantiles of F, since the means' errors are
+    /// estimated.
     pub between_std_interval95: [f64; 2],
 }
 
@@ -157,15 +160,16 @@ fn overall(groups: &[Estimate], freedom_within: usize) -> Overall {
     }
 }
 
-/// Returns a quantile of the weighted squares of means about their mean: of F, as far as the means' errors are themselves
-/// estimated, with so many degrees of freedom; of χ² where they are not.
+/// Returns a quantile of the weighted squares of means about their mean: of F, as far as the means' errors are
+/// themselves estimated, with so many degrees of freedom; of χ² where they are not.
 fn quantile(part: f64, freedom: usize, freedom_within: usize) -> f64 {
     let n = freedom as f64;
     let of_f = FisherSnedecor::new(n, freedom_within as f64).map(|f| n * f.inverse_cdf(part));
     of_f.unwrap_or_else(|_| ChiSquared::new(n).map_or(f64::NAN, |of| of.inverse_cdf(part)))
 }
 
-/// Returns the variance between groups at which their weighted squares are `scatter`; 0 where they are less even without any.
+/// Returns the variance between groups at which their weighted squares are `scatter`; 0 where they are less even
+/// without any.
 fn profile(groups: &[Estimate], scatter: f64) -> f64 {
     let apart = |between: f64| Weighted::new(&[groups], between).apart;
     if apart(0.0) <= scatter {
@@ -192,8 +196,8 @@ struct Towards {
 impl Towards {
     /// Returns value and variance of the drawn estimate; `None` with fewer than three degrees of freedom.
     ///
-    /// Part B of the way is gone, B the error's share of the variance. That B is itself estimated makes it less by two degrees of
-    /// freedom, and adds a variance of 2 B²/(freedom − 2) times the squared distance (Morris 1983).
+    /// Part B of the way is gone, B the error's share of the variance. That B is itself estimated makes it less by two
+    /// degrees of freedom, and adds a variance of 2 B²/(freedom − 2) times the squared distance (Morris 1983).
     fn draw(&self, estimate: Estimate) -> Option<(f64, f64)> {
         let left = self.freedom.checked_sub(2).filter(|left| *left > 0)? as f64;
         let error = estimate.variance();

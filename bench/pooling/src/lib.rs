@@ -1,7 +1,7 @@
 //! Estimates with known errors, pooled over trials, participants and a study.
 //!
-//! Nothing here knows what is estimated: positive quantities are given as natural logarithms. Quantities are pooled one by one,
-//! without the correlation of their errors.
+//! Nothing here knows what is estimated: positive quantities are given as natural logarithms. Quantities are pooled one
+//! by one, without the correlation of their errors.
 
 mod estimate;
 mod hierarchy;

@@ -77,16 +77,17 @@ pub(crate) fn student95(freedom: usize) -> f64 {
     student.map_or(WITHIN_95, |student| student.inverse_cdf(0.975))
 }
 
-/// Returns the variance between estimates of a group beyond that of their errors (DerSimonian and Laird 1986, their moment
-/// summed over groups); `None` where no group has two.
+/// Returns the variance between estimates of a group beyond that of their errors (DerSimonian and Laird 1986, their
+/// moment summed over groups); `None` where no group has two.
 pub(crate) fn between_variance<G: AsRef<[Estimate]>>(groups: &[G]) -> Option<f64> {
     let weighted = Weighted::new(groups, 0.0);
     let surplus = weighted.apart - weighted.freedom as f64;
     (weighted.freedom > 0).then(|| (surplus / weighted.growth).max(0.0))
 }
 
-/// Returns the mean, with its standard error, of estimates whose errors are independent and that may differ by more than those
-/// (DerSimonian and Laird 1986): those that agree are weighted by their errors, those that do not alike. `None` without any.
+/// Returns the mean, with its standard error, of estimates whose errors are independent and that may differ by more
+/// than those (DerSimonian and Laird 1986): those that agree are weighted by their errors, those that do not alike.
+/// `None` without any.
 #[must_use]
 pub fn mean(estimates: &[Estimate]) -> Option<Estimate> {
     let groups = [estimates];
@@ -117,8 +118,8 @@ mod tests {
         assert_relative_eq!(apart.std(), 0.7, max_relative = 0.01);
     }
 
-    /// Log relative risks of 13 trials of a vaccine against tuberculosis, with their variances, and what metafor for R makes of
-    /// them with `method = "DL"` (Viechtbauer 2010).
+    /// Log relative risks of 13 trials of a vaccine against tuberculosis, with their variances, and what metafor for R
+    /// makes of them with `method = "DL"` (Viechtbauer 2010).
     #[test]
     fn the_mean_and_what_is_between_are_those_of_a_published_example() {
         let trials = [

@@ -24,9 +24,9 @@ pub(crate) struct Scatter {
 impl Scatter {
     /// Returns the scatter that is the same in all groups.
     ///
-    /// It is the one at which the probabilities of the groups' scatter to be as small as it is are a half in the mean, weighted by
-    /// degrees of freedom. A group that scatters without measure moves it no more than by its weight, where a moment would follow
-    /// it.
+    /// It is the one at which the probabilities of the groups' scatter to be as small as it is are a half in the mean,
+    /// weighted by degrees of freedom. A group that scatters without measure moves it no more than by its weight, where
+    /// a moment would follow it.
     pub(crate) fn common<G: AsRef<[Estimate]>>(groups: &[G]) -> Self {
         let several = |group: &&[Estimate]| group.len() > 1;
         let groups: Vec<&[Estimate]> = groups.iter().map(AsRef::as_ref).filter(several).collect();
@@ -84,8 +84,8 @@ impl Scatter {
         Estimate::new(of.value, variance.sqrt())
     }
 
-    /// Returns how many standard errors of a mean hold 95 %: Student's where the variance between is estimated, the normal
-    /// distribution's where the members' own errors explain all of the scatter.
+    /// Returns how many standard errors of a mean hold 95 %: Student's where the variance between is estimated, the
+    /// normal distribution's where the members' own errors explain all of the scatter.
     pub(crate) fn deviations(&self) -> f64 {
         match self.between > 0.0 {
             true => student95(self.freedom),
@@ -102,7 +102,8 @@ fn freedom_of(group: &[Estimate]) -> f64 {
     freedom(group) as f64
 }
 
-/// Returns the square of the distance between the members that are furthest apart, and no less than an error's variance.
+/// Returns the square of the distance between the members that are furthest apart, and no less than an error's
+/// variance.
 fn spread(group: &[Estimate]) -> f64 {
     let values = || group.iter().map(|of| of.value());
     let apart = values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min);

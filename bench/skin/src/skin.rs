@@ -1,9 +1,10 @@
-//! The four parameters above the recording: of each participant over their trials, and of the study over its participants.
+//! The four parameters above the recording: of each participant over their trials, and of the study over its
+//! participants.
 //!
-//! Each recording's fit gives the four with the standard errors of their logarithms. They are pooled one by one, in logarithms,
-//! by `pooling`: trial < participant < study, all normal, by empirical Bayes. The prior of the fit is taken off first: it is the
-//! same in every trial, and would be counted once for each. Recordings whose model does not hold are left out. E and ν are the
-//! same for all, so that q0 E/(1 − ν²), which alone is measured, is pooled with q0.
+//! Each recording's fit gives the four with the standard errors of their logarithms. They are pooled one by one, in
+//! logarithms, by `pooling`: trial < participant < study, all normal, by empirical Bayes. The prior of the fit is taken
+//! off first: it is the same in every trial, and would be counted once for each. Recordings whose model does not hold
+//! are left out. E and ν are the same for all, so that q0 E/(1 − ν²), which alone is measured, is pooled with q0.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -80,8 +81,8 @@ pub struct OfTrial {
     /// The value and its interval, as its fit has them.
     #[serde(flatten)]
     pub raw: Ranged,
-    /// The value drawn towards its participant's; `None` with too few trials to tell by how much, or where the recording tells
-    /// nothing of the parameter.
+    /// The value drawn towards its participant's; `None` with too few trials to tell by how much, or where the
+    /// recording tells nothing of the parameter.
     pub shrunken: Option<Ranged>,
 }
 
@@ -103,8 +104,8 @@ pub struct OfPerson {
     pub mean: Ranged,
     /// Trials that it is from; one that leaves the parameter open is not among them.
     pub n_trials: usize,
-    /// Standard deviation of the logarithm between them, beyond what their errors explain, as the interval has it; `None` where
-    /// nobody has two.
+    /// Standard deviation of the logarithm between them, beyond what their errors explain, as the interval has it;
+    /// `None` where nobody has two.
     pub between_trials_ln_std: Option<f64>,
     /// The mean drawn towards that of all participants; `None` with fewer than four of them.
     pub shrunken: Option<Ranged>,
@@ -135,11 +136,11 @@ pub struct OfStudy {
     pub between_participants_ln_std: Option<f64>,
     /// Its 95 % interval.
     pub between_participants_ln_std_interval95: Option<[f64; 2]>,
-    /// That between the trials of a participant, the same for all but those whose trials differ by more; `None` where nobody has
-    /// two.
+    /// That between the trials of a participant, the same for all but those whose trials differ by more; `None` where
+    /// nobody has two.
     pub between_trials_ln_std: Option<f64>,
-    /// Part of the variance of the trials' errors that those of a participant share, as far as it shows; in every interval above
-    /// the trial.
+    /// Part of the variance of the trials' errors that those of a participant share, as far as it shows; in every
+    /// interval above the trial.
     pub shared_error_part: f64,
 }
 

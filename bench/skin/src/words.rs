@@ -11,8 +11,8 @@ const SHOWN: [(&str, f64, usize, &str); 4] = [
 ];
 
 impl Skin {
-    /// Returns a line for each participant with the 95 % intervals of the means, and two for the study; none where nobody is
-    /// known.
+    /// Returns a line for each participant with the 95 % intervals of the means, and two for the study; none where
+    /// nobody is known.
     pub fn lines(&self) -> Vec<String> {
         let mut lines: Vec<String> = self.participants.iter().map(of_person).collect();
         let of_study = self.study.in_order();

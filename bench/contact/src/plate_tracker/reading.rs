@@ -63,8 +63,8 @@ impl Sums {
         self.squares.1 += weight * before.im * after.im;
     }
 
-    /// Returns the variances of the mean's real and imaginary part: noise, and all of the scatter, which noise alone does
-    /// not explain.
+    /// Returns the variances of the mean's real and imaginary part: noise, and all of the scatter, which noise alone
+    /// does not explain.
     fn variances(&self) -> (f64, f64) {
         let of = |squares: f64| (SHARED_NOISE + squares) / self.weight + FLOOR * FLOOR;
         (of(self.squares.0), of(self.squares.1))

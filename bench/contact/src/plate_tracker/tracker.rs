@@ -23,8 +23,8 @@ pub struct PlateTracking {
     /// Random walk of the resonance, Hz/√s. Default 1: a crest every sixth of a second then follows the steepest drift
     /// that is to be expected, 4 Hz/s under a warm finger, within a hertz (an assumption of this project).
     pub drift_hz_per_sqrt_s: f64,
-    /// Random walk of the damping Re Z_p, N·s/m/√s. Default 0.005, read only while no finger is on the plate: a glue that
-    /// warms by some kelvin changes it by as many per mille of 7 N·s/m (an assumption of this project).
+    /// Random walk of the damping Re Z_p, N·s/m/√s. Default 0.005, read only while no finger is on the plate: a glue
+    /// that warms by some kelvin changes it by as many per mille of 7 N·s/m (an assumption of this project).
     pub damping_n_s_per_m_per_sqrt_s: f64,
     /// Frequency of the drive's modulation, Hz; 0 without one.
     pub modulation_hz: f64,

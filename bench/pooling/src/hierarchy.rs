@@ -98,6 +98,9 @@ pub fn hierarchy<G: AsRef<[Estimate]>>(groups: &[G]) -> Hierarchy {
     });
     let of_group = |(of, group): (&Option<(Mean, Estimate, Scatter)>, &G)| {
         let (mean, estimate, scatter) = (*of)?;
+        // What is known with Student's distribution is taken for as much less known.
+        let wider = scatter.deviations() / WITHIN_95;
+        let estimate = Estimate::new(mean.value, wider * estimate.std())?;
         let drawn = to_whole.as_ref().and_then(|towards| towards.draw(estimate));
         let (centre, variance) = drawn.unwrap_or((mean.value, estimate.variance()));
         let towards = Towards {

@@ -16,7 +16,7 @@ const PERCENT: In = In {
 };
 
 /// Key, words, unit and form of each.
-const PRIORS: [(&str, &str, &str, In); 12] = [
+const PRIORS: [(&str, &str, &str, In); 13] = [
     ("contact_area_m2", "contact area S", "mm²", AREA),
     ("q0_rad_per_m", "q₀, for the E and ν above", "10⁴ rad/m", Q0),
     ("loss_factor", "loss factor η", "", PLAIN),
@@ -51,6 +51,12 @@ const PRIORS: [(&str, &str, &str, In); 12] = [
         "angle of the finger’s part of Zₘ, of an instance",
         "rad",
         PLAIN,
+    ),
+    (
+        "residual_mobility_std_m_per_n_s",
+        "mobility that the plate’s other modes add",
+        "mm/(N·s)",
+        MILLI,
     ),
     (
         "plate_reactance_std_n_s_per_m",

@@ -18,6 +18,7 @@ use figures::Figure;
 use measured_figures::{measured_figures, write_figures};
 use report::{Content, Recorded};
 use sessions::Sessions;
+use skin::Skin;
 use tui::{escaped, escaped_line};
 
 /// Runs the command. True if every recording could be read; what is wrong with which goes to standard error.
@@ -50,9 +51,11 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     });
     bar.finish_and_clear();
 
+    let skin = Skin::of(&analysed);
     let sessions = Sessions::of(folders.iter().map(PathBuf::as_path));
     if options.json.is_some() || options.report.is_some() {
         let results = Results::new(&analysed)
+            .with_skin(serde_json::to_value(&skin)?)
             .with_excluded(selection.to_json()?)
             .to_json()?;
         if let Some(path) = &options.json {
@@ -66,6 +69,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     }
     if let Some(folder) = &options.tables {
         tables::write(&analysed, folder)?;
+        skin::write(&skin, folder)?;
         selection.write_beside(folder)?;
     }
     if let Some(folder) = &options.figures {
@@ -76,13 +80,17 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     let excluded = selection.to_text();
     let table = options.table.format();
     if let Some(format) = table {
-        let text = statistics(&analysed).to_table(format);
+        let mut text = statistics(&analysed).to_table(format);
+        if format == TableFormat::Text {
+            text.push_str(&lines(&skin));
+        }
         write!(std::io::stdout(), "{}", escaped(&text))?;
     }
     let to_pipe = |path: &Option<PathBuf>| path.as_deref() == Some(Path::new("-"));
     let summarised = options.json.is_none() && table.is_none() && !to_pipe(&options.report);
     if summarised {
-        write!(std::io::stdout(), "{}", escaped(&summary(&analysed)))?;
+        let lines = summary(&analysed) + &lines(&skin);
+        write!(std::io::stdout(), "{}", escaped(&lines))?;
     }
     // Where another program reads the table, nothing else stands beside it.
     if summarised || table == Some(TableFormat::Text) {
@@ -163,6 +171,10 @@ fn report(analysis: &RecordingAnalysis) {
             );
         }
     }
+}
+
+fn lines(skin: &Skin) -> String {
+    skin.lines().into_iter().map(|line| line + "\n").collect()
 }
 
 /// A line for each recording, and one on the parameters that its instances share.

@@ -69,7 +69,7 @@ pub enum Rejection {
         frames: usize,
     },
     /// The finger was off the plate.
-    #[error("no contact: normal force down to {least_n:.2} N")]
+    #[error("no contact: normal force down to {:.2} N", (.least_n * 100.0).round() / 100.0 + 0.0)]
     NoContact {
         /// Smallest normal force, N.
         least_n: f64,

@@ -195,9 +195,9 @@ pub enum Flaw {
         /// Stated frequency, Hz.
         stated_hz: f64,
     },
-    /// The model does not describe what was measured.
+    /// The model with the assumed skin does not describe what was measured.
     #[error(
-        "with the parameters of the first instance, the self-sensed normal force is {:.0} % off the measured one (90th percentile) at amplitudes of {:.1} to {:.1} µm: the model does not hold for this recording, or something in it changed on the way",
+        "with what dynamic finds in the first instance, the self-sensed normal force is {:.0} % off the measured one (90th percentile) at amplitudes of {:.1} to {:.1} µm: the skin is not as dynamic assumes it, or something changed on the way",
         difference * 100.0, amplitude_from_m * 1e6, amplitude_to_m * 1e6
     )]
     ModelParts {

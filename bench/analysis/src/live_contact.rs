@@ -1,6 +1,7 @@
 //! Gap and friction while the finger slides: evaluates every impedance frame with the participant's last fit.
 //!
-//! The plate's resonance is tracked meanwhile ([`PlateTracker`]), so that gap and friction hold while the plate warms.
+//! The plate's resonance is tracked meanwhile ([`PlateTracker`]), and its damping whenever no finger is on it, so that
+//! gap and friction hold while the plate warms.
 //!
 //! Forces are not smoothed by the zero-phase filter of the analysis; a frame takes the mean of the force readings since
 //! the frame before it, or the last reading if the sensor's bursts are late. Where the amplitude along the plate was
@@ -141,7 +142,7 @@ impl LiveContact {
             .force
             .filter(|force| frame.time_s - force.time_s < FORCE_HOLDS_S);
         self.track(frame, force.as_ref());
-        let reactance = self.reactance();
+        let (reactance, resistance) = (self.reactance(), self.resistance());
         let fit = self.fit.as_mut()?;
         let force = force.filter(|force| force.normal_n >= self.contact_n);
         let (true, Some(force)) = (frame.mask.is_clear(), force) else {
@@ -152,6 +153,10 @@ impl LiveContact {
         if let Some(reactance) = reactance {
             fit.estimator.move_plate(reactance);
             z_p.im = reactance.value;
+        }
+        if let Some(resistance) = resistance {
+            fit.estimator.damp_plate(resistance);
+            z_p.re = resistance.value;
         }
         let ratio = fit.profile.at(self.position_m);
         let z_m = under_finger::impedance(frame.corrected_n_s_per_m, z_p, ratio);
@@ -229,6 +234,10 @@ impl LiveContact {
 
     fn reactance(&self) -> Option<Uncertain> {
         self.tracker.as_ref()?.reactance_n_s_per_m(self.time_s)
+    }
+
+    fn resistance(&self) -> Option<Uncertain> {
+        self.tracker.as_ref()?.resistance_n_s_per_m(self.time_s)
     }
 
     /// Returns how far the plate's resonance is, Hz, from where it was when the plate was first read without a finger;

@@ -22,6 +22,8 @@ pub struct Results {
     format: u32,
     settings: PrintedSettings,
     recordings: Vec<Recording>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    skin: Option<serde_json::Value>,
     statistics: Statistics,
     #[serde(skip_serializing_if = "Option::is_none")]
     excluded: Option<serde_json::Value>,
@@ -227,8 +229,18 @@ impl Results {
             format: FORMAT,
             settings: PrintedSettings::of(analysed),
             recordings: analysed.recordings.iter().map(Recording::from).collect(),
+            skin: None,
             statistics: statistics(analysed),
             excluded: None,
+        }
+    }
+
+    /// Adds the skin of the study, as it is to stand under `skin`.
+    #[must_use]
+    pub fn with_skin(self, skin: serde_json::Value) -> Self {
+        Self {
+            skin: Some(skin),
+            ..self
         }
     }
 

@@ -10,7 +10,7 @@ use contact::fit::ModelledSeries;
 use contact::fit::trial::SharedFit;
 use contact::uncertain::Uncertain;
 use parquet::basic::{Compression, LogicalType, Repetition, Type as PhysicalType};
-use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
@@ -48,8 +48,12 @@ pub enum TableError {
     },
 }
 
+/// Standard error of an assumed value.
+const ASSUMED: f64 = f64::NAN;
+
 /// Column with its values; NaN is an unknown value.
 enum Column {
+    Flag(&'static str, Vec<bool>),
     Text(&'static str, Vec<ByteArray>),
     Whole(&'static str, Vec<i64>),
     Real(&'static str, Vec<f64>),
@@ -104,15 +108,19 @@ fn instances_of(found: &RecordingFindings) -> impl Iterator<Item = Row<'_>> {
         })
 }
 
+fn text<'a, 'b: 'a>(
+    rows: impl Iterator<Item = &'a Row<'b>>,
+    name: &'static str,
+    value: fn(&Row<'_>) -> String,
+) -> Column {
+    let values = rows.map(|row| ByteArray::from(value(row).into_bytes()));
+    Column::Text(name, values.collect())
+}
+
 /// Returns the columns that name a row: recording, participant (empty if unknown), trial (0 if unknown), instance and
 /// exploration from 1, direction, method.
 fn keys<'a>(rows: impl Iterator<Item = &'a Row<'a>> + Clone) -> Vec<Column> {
-    let text = |name, value: fn(&Row<'_>) -> String| {
-        let values = rows
-            .clone()
-            .map(|row| ByteArray::from(value(row).into_bytes()));
-        Column::Text(name, values.collect())
-    };
+    let text = |name, value| text(rows.clone(), name, value);
     let whole =
         |name, value: fn(&Row<'_>) -> i64| Column::Whole(name, rows.clone().map(value).collect());
     vec![
@@ -220,8 +228,67 @@ fn instances(analysed: &Analysed) -> Vec<Column> {
         }),
         real("friction_floor", |r| r.friction(|of| of.friction_floor)),
         real("lateral_lag_s", |r| r.friction(|of| of.lateral_lag_s)),
+        real("resonance_shift_std_hz", |r| {
+            r.offset(|of| of.resonance_shift_std_hz)
+        }),
     ]);
+    columns.extend(shared(&rows));
     columns
+}
+
+/// Returns the columns of the whole recording's fit that are not above: standard errors of what is fitted, the laws
+/// beside the published ones, and whether the model holds.
+fn shared(rows: &[Row<'_>]) -> Vec<Column> {
+    let real =
+        |name, value: fn(&Row<'_>) -> f64| Column::Real(name, rows.iter().map(value).collect());
+    vec![
+        real("contact_area_ln_std", |r| {
+            r.shared(ASSUMED, |of| of.contact_area_m2.ln_std)
+        }),
+        real("q0_ln_std", |r| {
+            r.shared(ASSUMED, |of| of.q0_rad_per_m.ln_std)
+        }),
+        real("loss_factor_ln_std", |r| {
+            r.shared(ASSUMED, |of| of.loss_factor.ln_std)
+        }),
+        real("shared_tau_s", |r| r.shared(f64::NAN, |of| of.tau_s.value)),
+        real("shared_tau_ln_std", |r| {
+            r.shared(ASSUMED, |of| of.tau_s.ln_std)
+        }),
+        real("area_force_exponent", |r| {
+            r.shared(0.0, |of| of.area_exponent.value)
+        }),
+        real("area_force_exponent_std", |r| {
+            r.shared(ASSUMED, |of| of.area_exponent.std)
+        }),
+        real("film_mean_s", |r| r.shared(0.0, |of| of.film_mean_s.value)),
+        real("film_mean_ln_std", |r| {
+            r.shared(ASSUMED, |of| of.film_mean_s.ln_std)
+        }),
+        real("lag_gap_exponent", |r| {
+            r.shared(0.0, |of| of.lag_exponent.value)
+        }),
+        real("lag_gap_exponent_std", |r| {
+            r.shared(ASSUMED, |of| of.lag_exponent.std)
+        }),
+        real("friction_floor_std", |r| {
+            r.shared(ASSUMED, |of| {
+                of.friction_floor.map_or(f64::NAN, |of| of.std)
+            })
+        }),
+        real("lateral_lag_std_s", |r| {
+            r.shared(ASSUMED, |of| of.lateral_lag_s.map_or(f64::NAN, |of| of.std))
+        }),
+        text(rows.iter(), "verdict", |r| {
+            r.estimated().verdict.to_string()
+        }),
+        Column::Flag("model_misfit", rows.iter().map(Row::is_misfit).collect()),
+        text(rows.iter(), "misfit", |r| {
+            let signs = r.trial().map_or(&[][..], |of| &of.misfit);
+            let signs: Vec<String> = signs.iter().map(ToString::to_string).collect();
+            signs.join("; ")
+        }),
+    ]
 }
 
 fn samples(analysed: &Analysed) -> Vec<Column> {
@@ -321,14 +388,24 @@ impl Row<'_> {
         self.estimated().plate_offset.as_ref().map_or(0.0, value)
     }
 
-    /// Returns a number of the trial's friction; 0 by the methods that have none.
+    /// Returns the fit of the whole recording, of a row by it.
+    fn trial(&self) -> Option<&SharedFit> {
+        let trial = self.found.trial.as_ref();
+        trial.filter(|_| self.by.method == Method::Trial)
+    }
+
+    /// Returns a number of the whole recording's fit, and `otherwise` by the methods that have none.
+    fn shared(&self, otherwise: f64, value: impl Fn(&SharedFit) -> f64) -> f64 {
+        self.trial().map_or(otherwise, value)
+    }
+
+    /// Returns a number of the recording's friction; 0 by the methods that have none.
     fn friction(&self, value: impl Fn(&SharedFit) -> Option<Uncertain>) -> f64 {
-        let trial = self
-            .found
-            .trial
-            .as_ref()
-            .filter(|_| self.by.method == Method::Trial);
-        trial.and_then(value).map_or(0.0, |of| of.value)
+        self.shared(0.0, |of| value(of).map_or(f64::NAN, |of| of.value))
+    }
+
+    fn is_misfit(&self) -> bool {
+        self.trial().is_some_and(|of| !of.misfit.is_empty())
     }
 
     fn mean_amplitude_ratio(&self) -> f64 {
@@ -344,6 +421,7 @@ impl Row<'_> {
 fn encode(columns: Vec<Column>, settings: &PrintedSettings) -> Result<Vec<u8>, ParquetError> {
     let fields = columns.iter().map(|column| {
         let (name, physical, logical) = match column {
+            Column::Flag(name, _) => (name, PhysicalType::BOOLEAN, None),
             Column::Text(name, _) => (name, PhysicalType::BYTE_ARRAY, Some(LogicalType::String)),
             Column::Whole(name, _) => (name, PhysicalType::INT64, None),
             Column::Real(name, _) => (name, PhysicalType::DOUBLE, None),
@@ -370,6 +448,7 @@ fn encode(columns: Vec<Column>, settings: &PrintedSettings) -> Result<Vec<u8>, P
             break;
         };
         match column {
+            Column::Flag(_, values) => open.typed::<BoolType>().write_batch(&values, None, None)?,
             Column::Text(_, values) => open
                 .typed::<ByteArrayType>()
                 .write_batch(&values, None, None)?,

@@ -5,7 +5,7 @@ use num_complex::Complex64;
 use crate::error::{ModelError, positive};
 use crate::finger::FittedFinger;
 use crate::inversion::Dependent;
-use crate::parameters::{IM_OFFSET, PARAMETERS};
+use crate::parameters::{IM_OFFSET, PARAMETERS, RE_OFFSET};
 pub use crate::uncertain::Uncertain;
 
 /// Slope at the last of five samples, oldest first, least squares of a parabola, per interval: no delay.
@@ -100,12 +100,22 @@ impl LiveEstimator {
     /// Reads the frames from now on on a plate whose reactance Im Z_p, N·s/m, is this one. Its error goes into those of
     /// the estimates in place of that of the fitted offset, and independently of the other parameters.
     pub fn move_plate(&mut self, reactance_n_s_per_m: Uncertain) {
-        let inversion = &mut self.finger.inversion;
-        inversion.z_p.im = reactance_n_s_per_m.value;
-        if let Some(covariance) = &mut inversion.covariance {
-            covariance.row_mut(IM_OFFSET).fill(0.0);
-            covariance.column_mut(IM_OFFSET).fill(0.0);
-            covariance[(IM_OFFSET, IM_OFFSET)] = reactance_n_s_per_m.std.powi(2);
+        self.finger.inversion.z_p.im = reactance_n_s_per_m.value;
+        self.know(IM_OFFSET, reactance_n_s_per_m.std);
+    }
+
+    /// Reads the frames from now on on a plate whose damping Re Z_p, N·s/m, is this one, with its error as that of the
+    /// [reactance](Self::move_plate).
+    pub fn damp_plate(&mut self, resistance_n_s_per_m: Uncertain) {
+        self.finger.inversion.z_p.re = resistance_n_s_per_m.value;
+        self.know(RE_OFFSET, resistance_n_s_per_m.std);
+    }
+
+    fn know(&mut self, parameter: usize, std: f64) {
+        if let Some(covariance) = &mut self.finger.inversion.covariance {
+            covariance.row_mut(parameter).fill(0.0);
+            covariance.column_mut(parameter).fill(0.0);
+            covariance[(parameter, parameter)] = std.powi(2);
         }
     }
 

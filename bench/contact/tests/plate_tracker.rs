@@ -28,6 +28,8 @@ struct World {
     sigma_t_m: f64,
     /// Of the plate's resonance, Hz by time.
     drift_hz: fn(f64) -> f64,
+    /// Of its damping, N·s/m by time.
+    damping: fn(f64) -> f64,
     /// Whether there is a finger where the force says so.
     finger: bool,
 }
@@ -37,6 +39,7 @@ impl Default for World {
         Self {
             sigma_t_m: 1.7e-6,
             drift_hz: |_| 0.0,
+            damping: |_| 0.0,
             finger: true,
         }
     }
@@ -80,7 +83,7 @@ impl World {
             let k_c = contact.stiffness_n_per_m(gap_m, amplitude_m);
             let z_c = contact.impedance_n_s_per_m(k_c, TAU * CARRIER_HZ);
             let offset = -2.0 * TAU * MODAL_MASS_KG * (self.drift_hz)(time_s);
-            let plate = Z_P + Complex64::new(0.0, offset);
+            let plate = Z_P + Complex64::new((self.damping)(time_s), offset);
             let z_m = if touched && self.finger {
                 harmonic::observed(plate, Z_T, z_c)
             } else {
@@ -140,6 +143,7 @@ fn errors(world: &World, tracked: bool) -> (f64, f64, f64) {
         let time_s = frame.sample.time_s;
         if tracked && let Some(reactance) = tracker.reactance_n_s_per_m(time_s) {
             live.move_plate(reactance);
+            live.damp_plate(tracker.resistance_n_s_per_m(time_s).unwrap());
         }
         if !(TOUCH_S + 0.5..LIFT_S).contains(&time_s) {
             continue;
@@ -179,6 +183,68 @@ fn live_gap_and_friction_hold_on_a_plate_that_drifts() {
             "{gap_without} {ratio_without}"
         );
     }
+}
+
+/// A plate that is damped otherwise than in the trial that was fitted.
+#[test]
+fn live_gap_and_friction_take_the_damping_of_the_free_plate() {
+    for damping in [|_: f64| 0.05, |_: f64| -0.05] {
+        let world = World {
+            damping,
+            ..World::default()
+        };
+        let (gap, ratio, worst_hz) = errors(&world, true);
+        let (gap_without, _, _) = errors(&world, false);
+        assert!(
+            worst_hz < 0.3 && gap < 0.05 && ratio < 0.015,
+            "{worst_hz} {gap} {ratio}"
+        );
+        assert!(gap_without > 2.0 * gap, "{gap_without} {gap}");
+    }
+}
+
+/// Under the finger the damping changes unseen, and is read again once the finger has left.
+#[test]
+fn the_damping_is_read_before_and_after_the_finger_and_no_surer_meanwhile() {
+    let world = World {
+        damping: |t_s| 0.015 * ((t_s - TOUCH_S) / (LIFT_S - TOUCH_S)).clamp(0.0, 1.0),
+        ..World::default()
+    };
+    let mut tracker = tracker();
+    let mut before = None;
+    for frame in &world.frames() {
+        take(&mut tracker, frame);
+        let time_s = frame.sample.time_s;
+        let known = tracker.resistance_n_s_per_m(time_s);
+        if (TOUCH_S..LIFT_S).contains(&time_s) {
+            let Uncertain { value, std } = known.unwrap();
+            assert_eq!(value, *before.get_or_insert(value), "{time_s}");
+            let truth = Z_P.re + (world.damping)(time_s);
+            assert!(
+                (value - truth).abs() < 2.0 * std + 1e-3,
+                "{time_s}: {value} ± {std}"
+            );
+        }
+    }
+    let after = tracker.resistance_n_s_per_m(8.0).unwrap();
+    assert!((after.value - Z_P.re - 0.015).abs() < 0.005, "{after:?}");
+    // What is no reading of the plate's resonance says nothing of its damping.
+    let leant_on = PlateSample {
+        time_s: 0.0,
+        z_m_corrected_n_s_per_m: Z_P + Complex64::new(0.02, 1.0),
+        z_m_std_n_s_per_m: 1e-4,
+    };
+    tracker.interrupt();
+    for i in 0..400 {
+        tracker.take_free(&PlateSample {
+            time_s: 8.0 + f64::from(i) * INTERVAL_S,
+            ..leant_on
+        });
+    }
+    assert_eq!(
+        tracker.resistance_n_s_per_m(8.0).unwrap().value,
+        after.value
+    );
 }
 
 #[test]
@@ -251,6 +317,7 @@ fn nothing_is_told_of_a_plate_that_was_not_seen_free() {
     }
     assert_eq!(tracker.drift_hz(LIFT_S), None);
     assert_eq!(tracker.reactance_n_s_per_m(LIFT_S), None);
+    assert_eq!(tracker.resistance_n_s_per_m(LIFT_S), None);
 }
 
 #[test]

@@ -51,6 +51,19 @@ pub struct CarrierDecision {
     taken: Option<(Proposal, &'static str)>,
     /// Drift at which the present carrier was kept, Hz.
     kept_hz: f64,
+    /// To be done at the next poll.
+    waiting: Vec<CarrierEffect>,
+}
+
+/// A carrier that was decided for in an earlier part of a session.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DecidedCarrier {
+    /// The plate's calibrated resonance then, Hz.
+    pub calibrated_hz: f64,
+    /// The carrier, Hz.
+    pub to_hz: f64,
+    /// The drift that it followed, Hz.
+    pub drift_hz: Uncertain,
 }
 
 impl CarrierDecision {
@@ -71,7 +84,45 @@ impl CarrierDecision {
             asked: None,
             taken: None,
             kept_hz: 0.0,
+            waiting: Vec::new(),
         }
+    }
+
+    /// Goes on with a carrier that was decided for before, under the conditions of a new one; changed to as soon as the
+    /// bench is at rest.
+    #[must_use]
+    pub fn going_on_with(mut self, decided: Option<DecidedCarrier>, bench: &Effective) -> Self {
+        let from_hz = bench.config().plate.resonance_hz;
+        let Some((decided, _)) = decided.zip(self.rules) else {
+            return self;
+        };
+        let DecidedCarrier { to_hz, .. } = decided;
+        let proposal = Proposal {
+            from_hz,
+            to_hz,
+            drift_hz: decided.drift_hz,
+            since_s: 0.0,
+        };
+        let calibrated_hz = decided.calibrated_hz;
+        let reached = if (calibrated_hz - from_hz).abs() < 1e-6 {
+            self.reaches(bench, to_hz)
+        } else {
+            Err(format!(
+                "the calibrated resonance was {calibrated_hz} Hz then, and is {from_hz} Hz now"
+            ))
+        };
+        match reached {
+            Ok(()) => self.taken = Some((proposal, "resumed session")),
+            Err(why) => {
+                self.waiting = vec![
+                    warn(format!(
+                        "this session had changed its carrier to {to_hz} Hz, and goes on at {from_hz} Hz: {why}"
+                    )),
+                    proposal.record("carrier_out_of_reach", [("because", json!(why))]),
+                ];
+            }
+        }
+        self
     }
 
     /// Returns whether the next trial must wait.
@@ -162,6 +213,9 @@ impl CarrierDecision {
 
     /// Changes the carrier that was decided for once the bench is at rest, and drops a proposal that nobody answered.
     pub fn poll(&mut self, bench: &Effective, at_rest: bool, now_s: f64) -> Vec<CarrierEffect> {
+        if !self.waiting.is_empty() {
+            return std::mem::take(&mut self.waiting);
+        }
         if let Some(late) = self
             .asked
             .take_if(|asked| now_s - asked.since_s > ANSWERED_WITHIN_S)
@@ -389,11 +443,60 @@ mod tests {
     }
 
     #[test]
+    fn a_resumed_session_goes_on_at_its_carrier_under_the_conditions_of_a_new_one() {
+        let bench = bench();
+        let calibrated_hz = bench.config().plate.resonance_hz;
+        let before = |to_hz: f64, calibrated_hz: f64| DecidedCarrier {
+            calibrated_hz,
+            to_hz,
+            drift_hz: Uncertain {
+                value: to_hz - calibrated_hz,
+                std: 0.3,
+            },
+        };
+        let resumed = |decided, most_hz: f64| {
+            decision("limit_hz = 3.0", true, most_hz).going_on_with(decided, &bench)
+        };
+        let to_hz = calibrated_hz - 7.0;
+        let mut at_it = resumed(Some(before(to_hz, calibrated_hz)), 1e5);
+        // No trial begins before it is changed, and it is changed at rest.
+        assert!(at_it.is_open() && at_it.poll(&bench, false, 0.0).is_empty());
+        let by = format!("by -7 to {to_hz}");
+        let changed = at_it.poll(&bench, true, 0.0);
+        assert_eq!(words(&changed), [by.as_str(), "carrier_changed", "info"]);
+        let CarrierEffect::Record(data) = &changed[1] else {
+            panic!("{changed:?}");
+        };
+        assert_eq!(data["by"], "resumed session");
+        assert!(!at_it.is_open() && at_it.judge(drift(0.1), &bench, 1.0).is_empty());
+
+        let told = ["warning", "carrier_out_of_reach"];
+        for (decided, most_hz) in [
+            (before(to_hz, calibrated_hz - 1.0), 1e5),
+            (before(calibrated_hz + 51.0, calibrated_hz), 1e5),
+            (before(calibrated_hz + 7.0, calibrated_hz), calibrated_hz),
+        ] {
+            let mut stays = resumed(Some(decided), most_hz);
+            assert!(!stays.is_open());
+            assert_eq!(words(&stays.poll(&bench, true, 0.0)), told, "{decided:?}");
+            assert!(stays.poll(&bench, true, 0.0).is_empty());
+        }
+        assert!(!resumed(None, 1e5).is_open());
+    }
+
+    #[test]
     fn a_protocol_with_a_frequency_of_its_own_keeps_it() {
         let text = protocols::built_in("demo").unwrap();
         let text = text.replace("\"plate resonance\"", "35000.0");
         let protocol = Protocol::parse(&text, "demo.toml").unwrap();
         let mut fixed = CarrierDecision::new(&protocol, &bench(), Box::new(|_| Ok(())), true);
         assert!(fixed.judge(drift(20.0), &bench(), 1.0).is_empty());
+        let decided = DecidedCarrier {
+            calibrated_hz: bench().config().plate.resonance_hz,
+            to_hz: 35_003.0,
+            drift_hz: drift(3.0).unwrap(),
+        };
+        let mut fixed = fixed.going_on_with(Some(decided), &bench());
+        assert!(!fixed.is_open() && fixed.poll(&bench(), true, 1.0).is_empty());
     }
 }

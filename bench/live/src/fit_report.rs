@@ -5,7 +5,7 @@ use analysis::trial_fit::{NoFit, TrialFit};
 use contact::uncertain::Uncertain;
 use serde_json::{Map, Value, json};
 
-use crate::participant_skin::SkinUsed;
+use crate::participant_skin::{SkinUsed, TrialSkin};
 
 /// Outcome of a request.
 #[derive(Debug)]
@@ -14,6 +14,8 @@ pub struct FitReport {
     pub label: String,
     /// S, q0 and η that the contact was fitted with.
     pub skin: SkinUsed,
+    /// S, q0 and η of the trial itself; `None` if it is left out.
+    pub of_trial: Option<TrialSkin>,
     /// Fit, or why there is none.
     pub fit: Result<TrialFit, NoFit>,
 }
@@ -25,6 +27,10 @@ impl FitReport {
             ("event".to_owned(), json!("fit")),
             ("of".to_owned(), json!(self.label)),
             ("skin".to_owned(), json!(self.skin)),
+            (
+                "of_trial".to_owned(),
+                json!(self.of_trial.as_ref().map(TrialSkin::record)),
+            ),
             (
                 "plate_drift_hz".to_owned(),
                 json!(drift_hz.map(|drift| drift.value)),

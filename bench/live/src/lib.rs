@@ -8,6 +8,7 @@ pub mod live_meter;
 pub mod live_side;
 pub mod participant_skin;
 pub mod refit;
+pub mod resumed;
 pub mod screen_words;
 
 /// Compiles and runs the example in the README.

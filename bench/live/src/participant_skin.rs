@@ -2,13 +2,15 @@
 //!
 //! Each trial that can be fitted as a whole gives the three with their standard errors. A participant's are their means
 //! in logarithms, weighted by precision, with the variance between trials added to each trial's own where the trials
-//! differ by more than their errors allow (DerSimonian and Laird 1986): trials that agree are weighted by their errors,
+//! differ by more than their errors allow (`pooling`): trials that agree are weighted by their errors,
 //! trials that do not are weighted alike, and the error of the mean says so.
 
 use contact::AssumedConstants;
 use contact::fit::trial::SharedFit;
 use contact::uncertain::LogUncertain;
+use pooling::Estimate;
 use serde::Serialize;
+use serde_json::Value;
 
 /// Least standard error of a trial's logarithm: what the model leaves out is more than the noise (docs/decisions/0021).
 const LEAST_LN_STD: f64 = 0.03;
@@ -18,8 +20,60 @@ const GREATEST_LN_STD: f64 = 0.3;
 /// Trials of one participant.
 #[derive(Debug, Default)]
 pub struct ParticipantSkin {
-    /// S, q0 and η of each.
-    trials: Vec<[LogUncertain; 3]>,
+    trials: Vec<TrialSkin>,
+}
+
+/// S, q0 and η of a trial.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrialSkin([LogUncertain; 3]);
+
+/// Keys of value and standard error of each in a log.
+const KEYS: [[&str; 2]; 3] = [
+    ["contact_area_m2", "contact_area_ln_std"],
+    ["q0_rad_per_m", "q0_ln_std"],
+    ["loss_factor", "loss_factor_ln_std"],
+];
+
+impl TrialSkin {
+    /// Returns the three if each is known; otherwise which is not.
+    fn known(found: [LogUncertain; 3]) -> Result<Self, String> {
+        let known = |of: &LogUncertain| {
+            of.value > 0.0 && of.value.is_finite() && of.ln_std <= GREATEST_LN_STD
+        };
+        let mut named = ["S", "q0", "η"].into_iter().zip(&found);
+        match named.find(|(_, of)| !known(of)) {
+            Some((name, of)) => Err(format!(
+                "{name} is known to ± {:.0} % only",
+                100.0 * of.ln_std
+            )),
+            None => Ok(Self(found)),
+        }
+    }
+
+    /// Returns what a session's log keeps of it.
+    pub fn record(&self) -> Value {
+        let each = KEYS.iter().zip(&self.0);
+        let each = each.flat_map(|([value, ln_std], of)| {
+            [
+                ((*value).to_owned(), Value::from(of.value)),
+                ((*ln_std).to_owned(), Value::from(of.ln_std)),
+            ]
+        });
+        Value::Object(each.collect())
+    }
+
+    /// Reads what a log kept; `None` if it is none.
+    pub fn read(kept: &Value) -> Option<Self> {
+        let mut found = Vec::with_capacity(KEYS.len());
+        for [value, ln_std] in KEYS {
+            let ln_std = kept.get(ln_std)?.as_f64()?;
+            found.push(LogUncertain {
+                value: kept.get(value)?.as_f64()?,
+                ln_std: Some(ln_std).filter(|of| *of >= 0.0)?,
+            });
+        }
+        Self::known(found.try_into().ok()?).ok()
+    }
 }
 
 /// S, q0 and η that a contact was fitted with.
@@ -44,31 +98,26 @@ pub struct SkinUsed {
 }
 
 impl ParticipantSkin {
-    /// Takes a trial's fit if it can be used; otherwise returns why not.
-    pub fn take(&mut self, shared: &SharedFit) -> Result<(), String> {
+    /// Returns the participant of whom these trials are known.
+    pub fn of_trials(trials: Vec<TrialSkin>) -> Self {
+        Self { trials }
+    }
+
+    /// Takes a trial's fit if it can be used, and returns what it tells; otherwise returns why not.
+    pub fn take(&mut self, shared: &SharedFit) -> Result<TrialSkin, String> {
         if !shared.verdict.is_usable() {
             return Err(shared.verdict.to_string());
         }
         if let Some(sign) = shared.misfit.first() {
             return Err(format!("the model does not hold: {sign}"));
         }
-        let found = [
+        let found = TrialSkin::known([
             shared.contact_area_m2,
             shared.q0_rad_per_m,
             shared.loss_factor,
-        ];
-        let known = |of: &LogUncertain| {
-            of.value > 0.0 && of.value.is_finite() && of.ln_std <= GREATEST_LN_STD
-        };
-        let mut named = ["S", "q0", "η"].into_iter().zip(&found);
-        if let Some((name, of)) = named.find(|(_, of)| !known(of)) {
-            return Err(format!(
-                "{name} is known to ± {:.0} % only",
-                100.0 * of.ln_std
-            ));
-        }
+        ])?;
         self.trials.push(found);
-        Ok(())
+        Ok(found)
     }
 
     /// Returns what to fit the next contact with: the mean over the trials, or what is `assumed` if there is none.
@@ -85,7 +134,8 @@ impl ParticipantSkin {
                 left_out,
             };
         }
-        let [area, q0, loss] = [0, 1, 2].map(|of| mean(self.trials.iter().map(|trial| trial[of])));
+        let [area, q0, loss] =
+            [0, 1, 2].map(|of| mean(self.trials.iter().map(|trial| trial.0[of])));
         SkinUsed {
             contact_area_m2: area.value,
             contact_area_ln_std: Some(area.ln_std),
@@ -145,34 +195,12 @@ impl SkinUsed {
 }
 
 /// Returns the mean in logarithms over at least one trial.
-fn mean(trials: impl Iterator<Item = LogUncertain> + Clone) -> LogUncertain {
-    let variance = |of: &LogUncertain| of.ln_std.max(LEAST_LN_STD).powi(2);
-    let sums = |between: f64| {
-        let mut sums = (0.0, 0.0, 0.0);
-        for of in trials.clone() {
-            let weight = (variance(&of) + between).recip();
-            sums.0 += weight;
-            sums.1 += weight * weight;
-            sums.2 += weight * of.value.ln();
-        }
-        sums
-    };
-    let (weights, squares, weighted) = sums(0.0);
-    let fixed = weighted / weights;
-    let apart: f64 = trials
-        .clone()
-        .map(|of| (of.value.ln() - fixed).powi(2) / variance(&of))
-        .sum();
-    let freedom = trials.clone().count() as f64 - 1.0;
-    let between = if freedom > 0.0 {
-        ((apart - freedom) / (weights - squares / weights)).max(0.0)
-    } else {
-        0.0
-    };
-    let (weights, _, weighted) = sums(between);
+fn mean(trials: impl Iterator<Item = LogUncertain>) -> LogUncertain {
+    let each = trials.filter_map(|of| Estimate::new(of.value.ln(), of.ln_std.max(LEAST_LN_STD)));
+    let pooled = pooling::mean(&each.collect::<Vec<_>>());
     LogUncertain {
-        value: (weighted / weights).exp(),
-        ln_std: weights.sqrt().recip(),
+        value: pooled.map_or(f64::NAN, |of| of.value().exp()),
+        ln_std: pooled.map_or(f64::INFINITY, |of| of.std()),
     }
 }
 

@@ -24,10 +24,12 @@ pub struct Refit {
 }
 
 impl Refit {
-    /// The task for a plate whose amplitude along its length is `profile`, with the way to ask it and to hear from it.
+    /// The task for a plate whose amplitude along its length is `profile`, and a participant of whom `skin` is known
+    /// from trials before, with the way to ask it and to hear from it.
     pub fn new(
         assumed: AssumedConstants,
         profile: AmplitudeProfile,
+        skin: ParticipantSkin,
     ) -> (Sender<FitRequest>, Receiver<FitReport>, Self) {
         let (ask, requests) = crossbeam_channel::unbounded();
         let (reports, answers) = crossbeam_channel::unbounded();
@@ -36,7 +38,7 @@ impl Refit {
             reports,
             assumed,
             profile,
-            skin: ParticipantSkin::default(),
+            skin,
         };
         (ask, answers, task)
     }
@@ -71,22 +73,33 @@ impl Refit {
                 return FitReport {
                     label,
                     skin,
+                    of_trial: None,
                     fit: Err(why),
                 };
             }
         };
         let shared = cut.shared(self.assumed).map_err(|error| error.to_string());
-        let left_out = shared.and_then(|shared| self.skin.take(&shared)).err();
+        let taken = shared.and_then(|shared| self.skin.take(&shared));
+        let (of_trial, left_out) = match taken {
+            Ok(of_trial) => (Some(of_trial), None),
+            Err(why) => (None, Some(why)),
+        };
+        let report = |skin, fit| FitReport {
+            label,
+            skin,
+            of_trial,
+            fit,
+        };
         let skin = self.skin.used(&self.assumed, left_out);
         let fit = cut.contact(skin.constants(&self.assumed));
         let (Err(why), 1..) = (&fit, skin.trials) else {
-            return FitReport { label, skin, fit };
+            return report(skin, fit);
         };
         // Better a contact of an assumed skin than none.
         let because = format!("with those of the trials so far: {why}");
         let skin = ParticipantSkin::default().used(&self.assumed, Some(because));
         let fit = cut.contact(skin.constants(&self.assumed));
-        FitReport { label, skin, fit }
+        report(skin, fit)
     }
 }
 
@@ -123,8 +136,9 @@ mod tests {
             corrected_n_s_per_m: z,
             frames: 1000,
         };
-        let (ask, answers, mut task) =
-            Refit::new(AssumedConstants::ESTIMATION, AmplitudeProfile::default());
+        let assumed = AssumedConstants::ESTIMATION;
+        let (profile, nobody) = (AmplitudeProfile::default(), ParticipantSkin::default());
+        let (ask, answers, mut task) = Refit::new(assumed, profile, nobody);
         ask.send(request(Ok(plate))).unwrap();
         ask.send(request(Err(UnloadedError::NoInterval))).unwrap();
         task.poll(0).unwrap();

@@ -59,7 +59,11 @@ pub(super) fn by_trial(found: &RecordingFindings, drawn: &Drawn) -> String {
         return String::new();
     };
     format!(
-        "Found by trial in this recording: S = {:.0} mm², q₀ = {:.2e} rad/m, η = {:.3}, τ = {:.2} ms. ",
+        "Found by trial in this recording{}: S = {:.0} mm², q₀ = {:.2e} rad/m, η = {:.3}, τ = {:.2} ms. ",
+        match shared.misfit.is_empty() {
+            true => "",
+            false => ", for which its model does not hold",
+        },
         shared.contact_area_m2.value * 1e6,
         shared.q0_rad_per_m.value,
         shared.loss_factor.value,

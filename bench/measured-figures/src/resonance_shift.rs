@@ -75,7 +75,8 @@ fn caption(methods: &[Method], courses: &[Course<'_>]) -> String {
     format!(
         "Frequency of the plate's resonance less that of the unloaded plate at the recording's beginning, at each of {} \
          instances, by {}, with 95 % intervals, against the time since {}. The intervals hold the noise and what neighbouring \
-         residuals share; not the calibration's own errors, and not a law that is not the model's.{} Assumed: the modal mass of \
+         residuals share; not the calibration's own errors, and not a law that is not the model's; none where the model of trial \
+         does not hold.{} Assumed: the modal mass of \
          the calibration, and by dynamic the skin of the settings.",
         instances.sum::<usize>(),
         names.join(" and "),
@@ -132,9 +133,20 @@ fn courses<'a>(analysed: &'a Analysed, sessions: &Sessions) -> Vec<Course<'a>> {
 impl<'a> Course<'a> {
     /// Returns the instances, each with its middle, s.
     fn instances(&self) -> impl Iterator<Item = (f64, &'a InstanceAnalysis)> {
-        self.recordings.iter().flat_map(|&(found, start_s)| {
-            let middle = move |of: &InstanceAnalysis| start_s + 0.5 * (of.start_s + of.end_s);
-            found.instances.iter().map(move |of| (middle(of), of))
+        let each = self.recordings.iter();
+        each.flat_map(|&(found, start_s)| instances(found, start_s))
+    }
+
+    /// Returns the shifts by a method, each with its time, s; without an error where the method's model does not hold.
+    fn shifts(&self, method: Method) -> impl Iterator<Item = (f64, f64, Option<f64>)> {
+        self.recordings.iter().flat_map(move |&(found, start_s)| {
+            let shared = found.trial.as_ref();
+            let holds = method != Method::Trial || shared.is_some_and(|of| of.misfit.is_empty());
+            instances(found, start_s).filter_map(move |(time_s, instance)| {
+                let offset = instance.estimated(method)?.plate_offset?;
+                let std = Some(offset.resonance_shift_std_hz).filter(|_| holds);
+                Some((time_s, offset.resonance_shift_hz, std))
+            })
         })
     }
 
@@ -146,13 +158,9 @@ impl<'a> Course<'a> {
 
     fn panel(&self, methods: &[Method], time: &str, unit_s: f64) -> Panel {
         let shifts = methods.iter().map(|&method| {
-            let each = self.instances().filter_map(|(time_s, instance)| {
-                let offset = instance.estimated(method)?.plate_offset?;
-                let shift = Uncertain {
-                    value: offset.resonance_shift_hz,
-                    std: offset.resonance_shift_std_hz,
-                };
-                Some((time_s / unit_s, shift))
+            let each = self.shifts(method).map(|(time_s, value, std)| {
+                let std = std.unwrap_or(f64::NAN);
+                (time_s / unit_s, Uncertain { value, std })
             });
             (method, each.collect::<Vec<(f64, Uncertain)>>())
         });
@@ -179,7 +187,8 @@ impl<'a> Course<'a> {
             .series
             .push(Series::line(Ink::Grey, Dash::Dotted, zero));
         for (method, shifts) in shifts {
-            let bars = shifts.iter().map(|(time, shift)| {
+            let known = shifts.iter().filter(|(_, shift)| shift.std.is_finite());
+            let bars = known.map(|(time, shift)| {
                 let [low, high] = shift.interval95();
                 (*time, low, high)
             });
@@ -194,9 +203,19 @@ impl<'a> Course<'a> {
     }
 }
 
+/// Returns the instances of a recording that began then, each with its middle, s.
+fn instances(
+    found: &RecordingFindings,
+    start_s: f64,
+) -> impl Iterator<Item = (f64, &InstanceAnalysis)> {
+    let middle = move |of: &InstanceAnalysis| start_s + 0.5 * (of.start_s + of.end_s);
+    found.instances.iter().map(move |of| (middle(of), of))
+}
+
 /// Returns an axis that shows every value, zero, and the intervals but for the widest.
 fn axis(values: &[Uncertain]) -> Axis {
-    let mut stds: Vec<f64> = values.iter().map(|of| of.std).collect();
+    let stds = values.iter().map(|of| of.std);
+    let mut stds: Vec<f64> = stds.filter(|std| std.is_finite()).collect();
     stds.sort_by(f64::total_cmp);
     let widest = WIDE * stds.get(stds.len() / 2).copied().unwrap_or(0.0);
     let shown = values.iter().flat_map(|of| {

@@ -9,16 +9,19 @@ use analysis::statistics::Coefficient;
 use figures::written;
 use figures::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};
 
-/// Share of the range that two lines of text take.
-const FOR_WORDS: f64 = 0.25;
+/// Share of the range that a line of text takes.
+const FOR_A_LINE: f64 = 0.13;
+/// Changes of more than this many times the median one run out of the frame, instead of flattening all others.
+const WIDE: f64 = 20.0;
 
 pub(super) fn figure(analysed: &Analysed, drawn: &Drawn) -> Figure {
     let mut what = None;
-    let mut by_trial = 0;
+    let (mut by_trial, mut outside) = (0, 0);
+    let for_words = FOR_A_LINE * drawn.methods.len() as f64;
     let mut panel = |label: &str, change: Change, coefficient: Coefficient, factor: f64| {
         let mut panel = Panel::new(
             Axis::linear("Δμ, measured"),
-            Axis::linear(label).with_headroom(FOR_WORDS),
+            Axis::linear(label).with_headroom(for_words),
         );
         for &method in &drawn.methods {
             let Changes { over, pairs } = changes(analysed, method, change);
@@ -41,6 +44,7 @@ pub(super) fn figure(analysed: &Analysed, drawn: &Drawn) -> Figure {
             let pairs = pairs.iter().map(|&(mu, of)| (mu, of * factor));
             panel.series.push(points(method, pairs.collect()));
         }
+        outside += frame(&mut panel, label, for_words);
         panel
     };
     let mut panels = vec![
@@ -71,11 +75,16 @@ pub(super) fn figure(analysed: &Analysed, drawn: &Drawn) -> Figure {
         caption: format!(
             "Maximum less minimum of {}, over {n} {over}{fewer}: (a) the modulus of the observed impedance, (b) the levitation gap, (c) \
              the estimated friction, against measured friction, with Spearman's ρ and Pearson's r (Huloux 2021, Fig. 14, who give ρ = \
-             0.28 and 0.43 and r = 0.76 over 140 trials). {}",
+             0.28 and 0.43 and r = 0.76 over 140 trials).{} {}",
             if over == "trials" {
                 "an exploration, averaged over those of a trial"
             } else {
                 "an instance, there being too few trials"
+            },
+            match outside {
+                0 => String::new(),
+                1 => " One point is outside a frame.".to_owned(),
+                n => format!(" {n} points are outside the frames."),
             },
             assumed(&analysed.settings, drawn),
         ),
@@ -85,4 +94,23 @@ pub(super) fn figure(analysed: &Analysed, drawn: &Drawn) -> Figure {
         key: Key::Above,
         panels,
     }
+}
+
+/// Frames the points that are not far beyond all others, with room for words above, and returns how many are outside.
+fn frame(panel: &mut Panel, label: &str, for_words: f64) -> usize {
+    let values = panel.series.iter().flat_map(Series::extent);
+    let mut values: Vec<f64> = values.map(|(_, value)| value).collect();
+    values.retain(|value| value.is_finite());
+    values.sort_by(f64::total_cmp);
+    let (Some(least), Some(median)) = (values.first(), values.get(values.len() / 2)) else {
+        return 0;
+    };
+    let within = |value: &&f64| **value <= WIDE * median;
+    let outside = values.len() - values.iter().filter(within).count();
+    if let (1.., Some(greatest)) = (outside, values.iter().rfind(within)) {
+        let margin = 0.05 * (greatest - least);
+        let words = for_words * (greatest - least);
+        panel.y = Axis::linear(label).between(least - margin, greatest + margin + words);
+    }
+    outside
 }

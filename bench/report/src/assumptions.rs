@@ -5,6 +5,7 @@ use serde_json::Value;
 
 use crate::content::{Content, Of};
 use crate::number::{PLAIN, significant};
+use crate::priors;
 use crate::results::{Estimate, Results, Sensitivity, SensitivityRow};
 
 /// A setting in words.
@@ -144,15 +145,21 @@ pub(crate) fn assumptions(results: &Results) -> Markup {
     let settings = &results.settings;
     let known = |key: &str| SETTINGS.iter().any(|setting| setting.key == key);
     let mut others = Vec::new();
+    let of_trial = settings.get(priors::KEY).and_then(Value::as_object);
+    let of_trial = of_trial.map(priors::table);
     for (key, value) in settings.iter().filter(|(key, _)| !known(key)) {
-        flattened(key, value, &mut others);
+        match &of_trial {
+            Some((_, left)) if key == priors::KEY => {
+                flattened(key, &Value::Object(left.clone()), &mut others);
+            }
+            _ => flattened(key, value, &mut others),
+        }
     }
     html! {
         p {
             "These numbers were not measured here. The column of sources says where their defaults come from; " code { "--assume" }
             " replaces them, and this table shows what was in force. " b { "trial" }
-            " assumes E, ν and p₀ alone: it fits S, q₀ and η, with priors so wide that they matter only to a recording of one or \
-             two instances. Only q₀·E/(1 − ν²) is measured, so its q₀ is that for this E and ν."
+            " assumes E, ν and p₀ alone, and fits S, q₀ and η. Only q₀·E/(1 − ν²) is measured, so its q₀ is that for this E and ν."
         }
         div.wide { table {
             thead { tr { th { "Assumed" } th.n { "Value" } th { "Unit" } th { "Source of the default" } th { "Name" } } }
@@ -166,8 +173,9 @@ pub(crate) fn assumptions(results: &Results) -> Markup {
                 }
             }
         } }
+        @if let Some((table, _)) = &of_trial { (table) }
         @if !others.is_empty() {
-            h3 { "How amplitude and force are taken, and what trial holds likely beforehand" }
+            h3 { "How amplitude and force are taken" }
             div.wide { table { tbody { @for (key, value) in &others {
                 tr { th scope="row" { code { (key) } } td { (value) } }
             } } } }
@@ -238,14 +246,14 @@ pub(crate) fn conditional(recordings: &[Of<'_>]) -> Markup {
             li { b { "paper" } " and " b { "dynamic" } ": σ" sub { "t" } ", Z" sub { "t" } " and τ are conditional on the assumed S, \
                   q₀, E, ν, η and p₀; friction hardly is. The table gives by how much." }
             li { b { "trial" } ": nothing of the skin is assumed but E and ν, which its q₀ absorbs; p₀ is assumed. σ" sub { "t" }
-                  ", Z" sub { "t" } " and the plate's shift belong to an instance; S, q₀, η, τ, the floor and the lag to a recording, \
+                  ", Z" sub { "t" } " and the plate's shift belong to an instance; S, q₀, η, τ, the exponents of S and τ, the film's mean, the floor and the lag to a recording, \
                   and are taken not to change within it." }
             li { "Friction is fitted after the contact, and has no say in it: μ" sub { "0" } ", the floor and the lag are conditional \
                   on the contact; the contact is not conditional on them." }
             li { "The 95 % intervals hold the noise, what neighbouring residuals share, and the priors of " b { "trial" }
                   "; not the calibration's own errors, and not a law that is not the model's. Standard errors of " b { "paper" }
                   " and " b { "dynamic" } " hold the scatter of their residuals, for the assumed constants." }
-            li { "Where the model does not fit (" a href="#flags" { "Flags and warnings" } ") the intervals are too narrow." }
+            li { "Where the model does not fit (" a href="#flags" { "Flags and warnings" } "), " b { "trial" } " gives no interval." }
             @if profiles > 0 {
                 li { "In " (profiles) " of " (recordings.len()) " recordings the amplitude under the finger follows the measured \
                       profile of the plate (dynamic, trial); in the others the plate is taken for uniform." }

@@ -4,7 +4,8 @@ use maud::{Markup, html};
 
 use crate::content::Of;
 use crate::number::{HERTZ, In, MICRO, MILLI, PLAIN, significant};
-use crate::results::{Estimate, Instance, Interval, Trial};
+use crate::results::{Estimate, Interval, OfTrial, Recording, Results, Trial};
+use crate::skin::{AREA, Q0};
 
 /// Parameter that the instances of a recording share.
 struct Shared {
@@ -19,19 +20,13 @@ const SHARED: [Shared; 9] = [
         key: "contact_area_m2",
         name: "contact area S",
         unit: "mm²",
-        shown: In {
-            factor: 1e6,
-            decimals: 0,
-        },
+        shown: AREA,
     },
     Shared {
         key: "q0_rad_per_m",
         name: "q₀, for the E and ν of the settings",
         unit: "10⁴ rad/m",
-        shown: In {
-            factor: 1e-4,
-            decimals: 2,
-        },
+        shown: Q0,
     },
     Shared {
         key: "loss_factor",
@@ -76,11 +71,16 @@ const SHARED: [Shared; 9] = [
         shown: MILLI,
     },
 ];
-pub(crate) fn estimates(recordings: &[Of<'_>]) -> Markup {
+
+pub(crate) fn estimates(results: &Results, recordings: &[Of<'_>]) -> Markup {
+    let people = results.skin.iter().flat_map(|skin| &skin.participants);
+    let pooled: Vec<&OfTrial> = people.flat_map(|person| &person.trials).collect();
+    let pooled = |of: &Of<'_>| pooled.iter().find(|trial| trial.path == of.result.path);
     html! {
         p {
             "Of each recording first what its instances share, fitted together by " b { "trial" }
-            ", with 95 % intervals; then each instance. Below values by " b { "trial" } " stand 95 % intervals, below those by "
+            ", with 95 % intervals, and beside it the value drawn towards the participant's mean (" a href="#skin" { "shrunken" }
+            "); then each instance. Below values by " b { "trial" } " stand 95 % intervals, below those by "
             b { "paper" } " and " b { "dynamic" } " standard errors. What they hold is said under "
             a href="#conditional" { "What depends on what" } "."
         }
@@ -88,43 +88,56 @@ pub(crate) fn estimates(recordings: &[Of<'_>]) -> Markup {
             article id=(of.anchor()) {
                 h3 { (of.name()) }
                 @match &of.result.trial {
-                    Some(trial) => (shared(trial)),
+                    Some(trial) => (shared(trial, pooled(of).copied())),
                     None => p.note { "No fit of all instances together." },
                 }
-                (instances(&of.result.instances))
+                (instances(of.result))
             }
         }
     }
 }
 
-fn shared(trial: &Trial) -> Markup {
+fn shared(trial: &Trial, pooled: Option<&OfTrial>) -> Markup {
     let known = |key: &str| SHARED.iter().any(|shared| shared.key == key);
     let others = trial.parameters.iter();
     let others: Vec<&String> = others
         .filter(|(key, value)| value.is_number() && !known(key))
         .map(|(key, _)| key)
         .collect();
+    let drawn = |key: &str| pooled.and_then(|of| of.shrunken(key));
+    let any_drawn = SHARED.iter().any(|shared| drawn(shared.key).is_some());
+    let ends = |interval: Option<Interval>, shown: In| {
+        let ends = interval.map(|ends| ends.map(|end| shown.value(end)));
+        ends.map_or_else(String::new, |[from, to]| format!("{from} to {to}"))
+    };
     html! {
         p.note {
             "trial: " (trial.verdict)
             @if let Some(n) = trial.n_instances { ", of " (n) " instances" }
             @match trial.misfit() {
-                Some(true) => { "; " span.bad { "the model does not fit" } },
+                Some(true) => {
+                    "; " span.bad { "the model does not fit" } ", so that no interval is given"
+                },
                 Some(false) => "; the model fits",
                 None => {},
             }
         }
         div.wide { table {
-            thead { tr { th { "Shared by the instances" } th.n { "Value" } th.n { "95 % interval" } th { "Unit" } } }
+            thead { tr {
+                th { "Shared by the instances" } th.n { "Value" } th.n { "95 % interval" }
+                @if any_drawn { th.n { "Shrunken, 95 % interval" } }
+                th { "Unit" }
+            } }
             tbody {
                 @for shared in &SHARED {
                     @let (value, interval) = trial.parameter(shared.key);
                     tr {
                         th scope="row" { (shared.name) }
                         td.n { (shared.shown.value(value)) }
-                        td.n { (interval.map_or_else(String::new, |[from, to]| {
-                            format!("{} to {}", shared.shown.value(from), shared.shown.value(to))
-                        })) }
+                        td.n { (ends(interval, shared.shown)) }
+                        @if any_drawn { td.n { @if let Some(of) = drawn(shared.key) {
+                            (shared.shown.value(of.value)) span.also { (ends(of.interval95, shared.shown)) }
+                        } } }
                         td { (shared.unit) }
                     }
                 }
@@ -137,6 +150,7 @@ fn shared(trial: &Trial) -> Markup {
                         td.n { (interval.map_or_else(String::new, |[from, to]| {
                             format!("{} to {}", significant(from), significant(to))
                         })) }
+                        @if any_drawn { td {} }
                         td {}
                     }
                 }
@@ -145,7 +159,9 @@ fn shared(trial: &Trial) -> Markup {
     }
 }
 
-fn instances(instances: &[Instance]) -> Markup {
+fn instances(of: &Recording) -> Markup {
+    let instances = &of.instances;
+    let misfit = of.trial.as_ref().and_then(Trial::misfit) == Some(true);
     if instances.is_empty() {
         return html! { p.note { "No instance." } };
     }
@@ -171,7 +187,7 @@ fn instances(instances: &[Instance]) -> Markup {
                             td.n rowspan=(rows) { (MILLI_S.value(instance.normal_n)) }
                             td.n rowspan=(rows) { (MILLI_S.value(instance.delta_mu)) }
                         }
-                        (cells(method, estimate))
+                        (cells(method, estimate, misfit && *method == "trial"))
                     }
                 }
             } }
@@ -190,16 +206,17 @@ fn slide(direction: &str) -> &str {
     }
 }
 
-fn cells(method: &str, estimate: &Estimate) -> Markup {
+/// Returns the cells of an estimate; of one by a model that does not hold, no error is shown.
+fn cells(method: &str, estimate: &Estimate, misfit: bool) -> Markup {
     let intervals = estimate.interval95.as_ref();
-    let std = estimate.std.as_ref();
+    let std = estimate.std.as_ref().filter(|_| !misfit);
     let cell = |shown: In, value: Option<f64>, interval: Option<Interval>, std: Option<f64>| {
         let beside = match (value, interval, std) {
             (None, ..) => None,
             (_, Some([from, to]), _) => {
                 Some(format!("{} to {}", shown.value(from), shown.value(to)))
             }
-            (_, None, Some(_)) => Some(format!("± {}", shown.value(std))),
+            (_, None, Some(_)) => Some(shown.std(std)),
             _ => None,
         };
         html! { (shown.value(value)) @if let Some(beside) = beside { span.also { (beside) } } }
@@ -219,7 +236,8 @@ fn cells(method: &str, estimate: &Estimate) -> Markup {
         )) }
         td.n { (cell(PLAIN, estimate.mu0, intervals.and_then(|of| of.mu0), std.and_then(|std| std.mu0))) }
         td.n { (cell(HERTZ, estimate.resonance_shift_hz, intervals.and_then(|of| of.resonance_shift_hz), std.and_then(|std| std.resonance_shift_hz))) }
-        td.n { (MILLI.value(estimate.tau_s)) }
+        // That of trial stands above, with its interval.
+        td.n { (cell(MILLI, estimate.tau_s, None, std.and_then(|std| std.tau_s).filter(|_| method != "trial"))) }
         td.n { (PLAIN.value(estimate.r2_impedance)) }
         td.n { (PLAIN.value(estimate.rms_mu)) }
     }

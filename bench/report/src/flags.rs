@@ -30,10 +30,12 @@ pub(crate) fn flags(recordings: &[Of<'_>]) -> Markup {
         } @else {
             p.alert {
                 "It was held " b { "not" } " to fit in these recordings, of " (judged)
-                " judged; the intervals of their estimates are too narrow."
+                " judged. Their values by " b { "trial" } " are not to be relied on, no interval is given for them, and they are left \
+                 out of the " a href="#skin" { "participants' skin" } "."
             }
             ul { @for of in &misfit { li {
                 a href={ "#" (of.anchor()) } { (of.name()) }
+                @for sign in of.result.trial.iter().flat_map(|trial| trial.signs()) { "; " (sign) }
                 @for (name, value) in evidence(of) { "; " code { (name) " = " (value) } }
             } } }
         }
@@ -57,11 +59,11 @@ pub(crate) fn flags(recordings: &[Of<'_>]) -> Markup {
     }
 }
 
-/// Returns what the results hold of the misfit beside the verdict, as later versions may name it.
+/// Returns what the results hold of the misfit beside its signs, as later versions may name it.
 fn evidence<'a>(of: &Of<'a>) -> Vec<(&'a String, &'a Value)> {
     let parameters = of.result.trial.iter().flat_map(|trial| &trial.parameters);
     parameters
-        .filter(|(name, _)| name.contains("misfit"))
+        .filter(|(name, value)| name.contains("misfit") && !value.is_boolean() && *name != "misfit")
         .collect()
 }
 

@@ -38,10 +38,21 @@ impl In {
             .map_or_else(|| UNKNOWN.to_owned(), |value| self.written(value))
     }
 
+    /// Returns a standard error, as less than what is shown where it is, `± 0.010` or `± < 0.001`.
+    pub(crate) fn std(self, std: Option<f64>) -> String {
+        let least = 10_f64.powi(-(self.decimals as i32)) / self.factor;
+        match std {
+            Some(std) if std > 0.0 && std < 0.5 * least => {
+                format!("± < {}", self.value(Some(least)))
+            }
+            _ => format!("± {}", self.value(std)),
+        }
+    }
+
     /// Returns the value with its standard error, `1.70 ± 0.10`.
     pub(crate) fn with_std(self, value: Option<f64>, std: Option<f64>) -> String {
         match std {
-            Some(_) if value.is_some() => format!("{} ± {}", self.value(value), self.value(std)),
+            Some(_) if value.is_some() => format!("{} {}", self.value(value), self.std(std)),
             _ => self.value(value),
         }
     }
@@ -102,6 +113,9 @@ mod tests {
         assert_eq!(MICRO.value(None), "–");
         assert_eq!(MICRO.value(Some(f64::NAN)), "–");
         assert_eq!(PLAIN.with_std(Some(0.5), Some(0.01)), "0.500 ± 0.010");
+        assert_eq!(MICRO.std(Some(4e-10)), "± < 0.001");
+        assert_eq!(MICRO.std(Some(6e-10)), "± 0.001");
+        assert_eq!(MICRO.std(Some(0.0)), "± 0.000");
     }
 
     #[test]

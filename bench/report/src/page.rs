@@ -6,7 +6,7 @@ use crate::content::{Content, ReportError, all_of};
 use crate::number::date;
 use crate::results::Results;
 use crate::{
-    assumptions, calibration, drift, estimates, flags, left_out, statistics, study, trials,
+    assumptions, calibration, drift, estimates, flags, left_out, skin, statistics, study, trials,
 };
 
 const STYLE: &str = include_str!("page.css");
@@ -50,7 +50,12 @@ pub fn html(content: &Content<'_>) -> Result<String, ReportError> {
             "What is left out",
             left_out::left_out(&results, &recordings),
         ),
-        section("estimates", "Estimates", estimates::estimates(&recordings)),
+        section("skin", "Skin of the participants", skin::skin(&results)),
+        section(
+            "estimates",
+            "Estimates",
+            estimates::estimates(&results, &recordings),
+        ),
         section("drift", "Drift", drift::drift(&recordings)),
         section("flags", "Flags and warnings", flags::flags(&recordings)),
         section(

@@ -1,5 +1,6 @@
 //! The results of an analysis, read as `docs/RECORDING.md` describes them. What a version does not write is absent.
 
+use std::collections::HashMap;
 use std::fmt;
 
 use serde::Deserialize;
@@ -14,6 +15,7 @@ pub(crate) struct Results {
     #[serde(default)]
     pub(crate) settings: Map<String, Value>,
     pub(crate) recordings: Vec<Recording>,
+    pub(crate) skin: Option<Skin>,
     #[serde(default, deserialize_with = "in_order")]
     pub(crate) statistics: Vec<(String, Row)>,
     #[serde(default)]
@@ -22,6 +24,8 @@ pub(crate) struct Results {
 
 #[derive(Debug, Deserialize)]
 pub(crate) struct Recording {
+    #[serde(default)]
+    pub(crate) path: String,
     pub(crate) participant: Option<String>,
     #[serde(default)]
     pub(crate) plate_profile: bool,
@@ -96,6 +100,7 @@ pub(crate) struct Estimate {
 pub(crate) struct Std {
     pub(crate) sigma_t_m: Option<f64>,
     pub(crate) z_t_n_s_per_m: Option<Interval>,
+    pub(crate) tau_s: Option<f64>,
     pub(crate) mu0: Option<f64>,
     pub(crate) resonance_shift_hz: Option<f64>,
 }
@@ -131,8 +136,8 @@ pub(crate) struct Trial {
     pub(crate) n_instances: Option<u64>,
     /// Whether the model does not hold for the recording; absent where that was not judged.
     pub(crate) model_misfit: Option<Value>,
-    #[serde(default)]
-    pub(crate) interval95: Map<String, Value>,
+    /// Null where the model does not hold.
+    interval95: Option<Map<String, Value>>,
     /// The parameters, by their names.
     #[serde(flatten)]
     pub(crate) parameters: Map<String, Value>,
@@ -141,12 +146,19 @@ pub(crate) struct Trial {
 impl Trial {
     /// Returns a parameter and its interval.
     pub(crate) fn parameter(&self, name: &str) -> (Option<f64>, Option<Interval>) {
-        let ends = self.interval95.get(name).and_then(Value::as_array);
+        let intervals = self.interval95.as_ref();
+        let ends = intervals.and_then(|of| of.get(name)?.as_array());
         let interval = ends.and_then(|ends| match ends.as_slice() {
             [from, to] => Some([from.as_f64(), to.as_f64()]),
             _ => None,
         });
         (self.parameters.get(name).and_then(Value::as_f64), interval)
+    }
+
+    /// Returns what shows that the model does not hold, in words.
+    pub(crate) fn signs(&self) -> impl Iterator<Item = &str> {
+        let signs = self.parameters.get("misfit").and_then(Value::as_array);
+        signs.into_iter().flatten().filter_map(Value::as_str)
     }
 
     /// Returns whether the model is held not to fit; `None` where that was not judged.
@@ -157,6 +169,72 @@ impl Trial {
             _ => None,
         }
     }
+}
+
+/// The skin of participants and study; parameters by their names.
+#[derive(Debug, Deserialize)]
+pub(crate) struct Skin {
+    #[serde(default)]
+    pub(crate) participants: Vec<Person>,
+    #[serde(default)]
+    pub(crate) study: HashMap<String, OfStudy>,
+    #[serde(default)]
+    pub(crate) left_out: Vec<Value>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct Person {
+    pub(crate) participant: String,
+    #[serde(default)]
+    pub(crate) trials: Vec<OfTrial>,
+    #[serde(default)]
+    pub(crate) n_left_out: u64,
+    #[serde(flatten)]
+    parameters: Map<String, Value>,
+}
+
+impl Person {
+    /// Returns a parameter; `None` where no trial tells of it.
+    pub(crate) fn parameter(&self, name: &str) -> Option<OfPerson> {
+        OfPerson::deserialize(self.parameters.get(name)?).ok()
+    }
+}
+
+/// A recording among those of a participant.
+#[derive(Debug, Deserialize)]
+pub(crate) struct OfTrial {
+    pub(crate) path: String,
+    #[serde(flatten)]
+    parameters: Map<String, Value>,
+}
+
+impl OfTrial {
+    /// Returns the shrunken value of a parameter.
+    pub(crate) fn shrunken(&self, name: &str) -> Option<Ranged> {
+        Ranged::deserialize(self.parameters.get(name)?.get("shrunken")?).ok()
+    }
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct OfPerson {
+    #[serde(flatten)]
+    pub(crate) mean: Ranged,
+    pub(crate) shrunken: Option<Ranged>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct OfStudy {
+    pub(crate) mean: Option<Ranged>,
+    pub(crate) between_participants_ln_std: Option<f64>,
+    pub(crate) between_participants_ln_std_interval95: Option<Interval>,
+    pub(crate) between_trials_ln_std: Option<f64>,
+    pub(crate) shared_error_part: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct Ranged {
+    pub(crate) value: Option<f64>,
+    pub(crate) interval95: Option<Interval>,
 }
 
 #[derive(Debug, Deserialize)]

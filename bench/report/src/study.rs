@@ -64,7 +64,9 @@ pub(crate) fn summary(content: &Content<'_>, results: &Results, recordings: &[Of
                 "The analysis gave " a href="#flags" { (counted(warnings, "warning", "warnings")) } ". "
             } @else { "The analysis gave no warning. " }
             @if !judged.is_empty() {
-                "The model was held not to fit in " (misfits) " of " (judged.len()) " recordings. "
+                "The model was held not to fit in " (misfits) " of " (judged.len()) " recordings"
+                @if misfits > 0 { ", whose values by trial are in all statistics here" }
+                ". "
             }
             @if !by.is_empty() {
                 "Over all instances σ" sub { "t" } " is " (by.join(", "))

@@ -56,6 +56,8 @@ fn results(participant: &str, extra: &str) -> String {
     let found = r#"{ "value": 1.9e-6, "std": 1e-7, "p": 0.0001, "clustered": { "p": null, "people": 3 }, "n": 2, "over": "instances",
         "also": [{ "value": null, "n": 1, "over": "trials" }] }"#;
     let participant = serde_json::to_string(participant).unwrap();
+    let area = r#""contact_area_m2": { "value": 2.2e-4, "interval95": [2.1e-4, 2.3e-4], "n_trials": 1,
+        "shrunken": { "value": 2.25e-4, "interval95": [2.15e-4, 2.35e-4] } }"#;
     let hostile = serde_json::to_string(HOSTILE).unwrap();
     format!(
         r#"{{ "format": 1,
@@ -70,6 +72,15 @@ fn results(participant: &str, extra: &str) -> String {
             "warnings": [ {hostile} ] }},
           {{ "path": "/home/somebody/study/b", "z_p_n_s_per_m": {{ "paper": null, "dynamic": null }}, "instances": [],
             "model_check": [], "rejected": [], "warnings": [ "cannot be read: recording.toml" ] }} ],
+        "skin": {{ "pooling": "in words",
+            "study": {{ "contact_area_m2": {{ "mean": {{ "value": 2.3e-4, "interval95": [2.0e-4, 2.6e-4] }}, "n_participants": 4,
+                "between_participants_ln_std": 0.12, "between_participants_ln_std_interval95": [0.05, 0.4],
+                "between_trials_ln_std": 0.04, "shared_error_part": 0.3 }},
+                "tau_s": {{ "mean": null, "n_participants": 0, "between_participants_ln_std": null,
+                "between_participants_ln_std_interval95": null, "between_trials_ln_std": null }} }},
+            "participants": [ {{ "participant": {participant}, {area}, "tau_s": null, "n_left_out": 2,
+                "trials": [ {{ "path": "/home/somebody/study/a", {area} }} ] }} ],
+            "left_out": [ {{ "path": "/home/somebody/study/c", "participant": null, "because": {hostile} }} ] }},
         "excluded": [ {{ "participant": "sub-07", "session": "all", "trial": "3", "reason": {hostile}, "by": {hostile}, "date": null,
             "recordings": ["/home/somebody/study/c"] }} ],
         "statistics": {{ "zeta": {{ "meaning": "sigma_t, m", "published": "(1.7 ± 0.4)e-6", "paper": {found}, "dynamic": {found} }},
@@ -99,6 +110,10 @@ fn figure() -> Figure {
 }
 
 fn page(participant: &str, figures: &[Figure], extra: &str) -> Result<String, ReportError> {
+    page_of(participant, &results(participant, extra), figures)
+}
+
+fn page_of(participant: &str, results: &str, figures: &[Figure]) -> Result<String, ReportError> {
     let manifest = manifest(participant);
     let recordings = [
         Recorded {
@@ -112,7 +127,7 @@ fn page(participant: &str, figures: &[Figure], extra: &str) -> Result<String, Re
     ];
     html(&Content {
         name: participant,
-        results: &results(participant, extra),
+        results,
         recordings: &recordings,
         sessions: &Sessions::default(),
         figures,
@@ -193,6 +208,44 @@ fn the_misfit_of_the_model_is_said_where_the_results_hold_it() {
     let misfit = page("sub-01", &[], extra).unwrap();
     assert!(misfit.contains("misfit_ratio = 3.5") && misfit.contains("the model does not fit"));
     assert!(misfit.contains("<code>area_exponent</code>"));
+}
+
+/// A recording that the model does not hold for is in most studies, and has no interval.
+#[test]
+fn a_recording_without_intervals_is_shown_without_errors_and_with_the_signs() {
+    let extra = format!(
+        r#", "model_misfit": true, "misfit": ["friction is off by 0.05", {}]"#,
+        serde_json::to_string(HOSTILE).unwrap()
+    );
+    let text = results("sub-01", &extra);
+    let found: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let mut without = found;
+    without["recordings"][0]["trial"]["interval95"] = serde_json::Value::Null;
+    for instance in without["recordings"][0]["instances"]
+        .as_array_mut()
+        .unwrap()
+    {
+        if let Some(trial) = instance.get_mut("trial") {
+            trial["interval95"] = serde_json::Value::Null;
+        }
+    }
+    let page = page_of("sub-01", &without.to_string(), &[]).unwrap();
+    assert!(page.contains("; friction is off by 0.05; &lt;script&gt;"));
+    assert!(page.contains("so that no interval is given"));
+    let (_, by_trial) = page.split_once("<td>trial</td>").unwrap();
+    let (row, _) = by_trial.split_once("</tr>").unwrap();
+    assert!(
+        row.contains("1.900") && !row.contains('±') && !row.contains(" to "),
+        "{row}"
+    );
+}
+
+#[test]
+fn results_without_the_skin_of_the_study_are_shown_as_such() {
+    let mut old: serde_json::Value = serde_json::from_str(&results("sub-01", "")).unwrap();
+    old.as_object_mut().unwrap().remove("skin").unwrap();
+    let page = page_of("sub-01", &old.to_string(), &[]).unwrap();
+    assert!(page.contains("made by an earlier version"));
 }
 
 #[test]

@@ -39,6 +39,7 @@ use tasks::{Clock, Schedule, StopFlag, SystemClock, Task};
 use crate::cli::Speed;
 use free_clock::{FreeClock, Ticks};
 use live::live_meter::LiveMeter;
+use live::participant_skin::ParticipantSkin;
 use live::refit::Refit;
 use live::screen_words;
 use source::Source;
@@ -109,7 +110,7 @@ pub fn replay(plan: Plan, mut front: Box<dyn Front>, stop: &StopFlag) -> anyhow:
     let (refits, fits, refit) = {
         let manifest = plan.source.manifest();
         let profile = AmplitudeProfile::from(&manifest.plate);
-        Refit::new(plan.assumed, profile)
+        Refit::new(plan.assumed, profile, ParticipantSkin::default())
     };
     let (reports, report) = crossbeam_channel::bounded(1);
     for event in opening(&plan) {

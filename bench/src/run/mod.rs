@@ -36,6 +36,7 @@ use live::carrier_decision::CarrierDecision;
 use live::interference::Interference;
 use live::live_side::LiveSide;
 use live::refit::Refit;
+use live::resumed::Resumed;
 use plan::{NAME, VERSION};
 use recorded_plate::recorded_profile;
 
@@ -96,6 +97,7 @@ pub fn run(
     let date = clock.utc().to_zoned(TimeZone::UTC).date().to_string();
     let (number, session, resumed) = open_session(&study, &plan, &date)?;
     let machine = machine(&plan, &session)?;
+    let resumed_from = Resumed::of(&session.log_before().documents);
     study.describe(&plan.participant, &plan.person)?;
     let stated = study.person(&plan.participant)?;
     let mut ask = plan.ask.clone();
@@ -225,7 +227,14 @@ pub fn run(
         let profile = recorded_profile(&effective);
         let profile = profile.as_ref().map(AmplitudeProfile::new);
         let assumed = AssumedConstants::ESTIMATION;
-        Refit::new(assumed, profile.unwrap_or_default())
+        let known = resumed_from.skin.used(&assumed, None);
+        if known.trials > 0 {
+            known
+                .lines()
+                .into_iter()
+                .for_each(|line| front.show(note(line)));
+        }
+        Refit::new(assumed, profile.unwrap_or_default(), resumed_from.skin)
     };
     let admit = {
         let settings = plan.settings;
@@ -257,6 +266,7 @@ pub fn run(
         carrier: {
             let require = plan.require_drivable();
             CarrierDecision::new(protocol, &effective, require, !plan.headless)
+                .going_on_with(resumed_from.carrier, &effective)
         },
         carrier_hz,
         signals,

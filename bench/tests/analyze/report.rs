@@ -34,6 +34,14 @@ fn the_page_holds_what_the_results_hold_and_needs_nothing_beside_itself() {
         let over = row["trial"]["over"].as_str().unwrap();
         assert!(page.contains(&format!("n = {n} {over}")));
     }
+    // One trial: its own value, of which the prior's part is taken off.
+    let person = &results["skin"]["participants"][0];
+    assert_eq!(person["participant"], recording["participant"]);
+    let q0 = person["q0_rad_per_m"]["value"].as_f64().unwrap();
+    let raw = recording["trial"]["q0_rad_per_m"].as_f64().unwrap();
+    assert!((q0 / raw - 1.0).abs() < 0.1, "{q0} {raw}");
+    let cell = format!("<td class=\"n\">{:.2}<span", q0 * 1e-4);
+    assert!(page.contains(&cell), "{cell}");
     assert!(page.contains("accepted") && page.contains("without a calibration"));
     assert_eq!(page.matches("<svg").count(), 5);
     for outside in ["http", "src=", "<script", "<link", "url("] {

@@ -69,6 +69,11 @@ fn the_trials_fit_stands_in_the_results_by_the_schema_and_in_the_summary() {
         assert!(instance["paper"].get("plate_offset_n_s_per_m").is_none());
     }
 
+    // Made elsewhere, of nobody who is named.
+    let skin = &found["skin"];
+    assert_eq!(skin["participants"], serde_json::json!([]));
+    assert_eq!(skin["left_out"][0]["because"], "no participant is stated");
+
     let held = results(&["--no-offset"]);
     assert_eq!(held["settings"]["plate_offset"], false);
     for instance in held["recordings"][0]["instances"].as_array().unwrap() {
@@ -77,7 +82,14 @@ fn the_trials_fit_stands_in_the_results_by_the_schema_and_in_the_summary() {
         assert_eq!(instance["dynamic"]["resonance_shift_hz"].to_string(), "0.0");
     }
 
-    let printed = analyze(&[], &[&recording]);
+    let folder = tempfile::tempdir().unwrap();
+    let tables = folder.path().join("tables");
+    let printed = analyze(&["--tables", tables.to_str().unwrap()], &[&recording]);
+    let skin = std::fs::read_to_string(tables.join("skin.csv")).unwrap();
+    assert!(
+        skin.starts_with("level,participant,recording,parameter,value,"),
+        "{skin}"
+    );
     let printed = String::from_utf8_lossy(&printed.stdout);
     assert!(printed.contains("trial: S 23"), "{printed}");
 }

@@ -18,6 +18,7 @@ use friction_bench::run::ProtocolFile;
 use friction_bench::session::{Questions, SessionTask, Wiring};
 use live::carrier_decision::CarrierDecision;
 use live::live_side::LiveSide;
+use live::participant_skin::ParticipantSkin;
 use live::refit::Refit;
 use mock_hw::apparatus::Apparatus;
 use mock_hw::serial::ForceFault;
@@ -133,8 +134,11 @@ impl Rig {
         let (show, seen) = crossbeam_channel::unbounded();
         let (entries, journal) = crossbeam_channel::unbounded();
         let watched = signals.clone();
-        let (refits, fits, refit) =
-            Refit::new(AssumedConstants::ESTIMATION, AmplitudeProfile::default());
+        let (refits, fits, refit) = Refit::new(
+            AssumedConstants::ESTIMATION,
+            AmplitudeProfile::default(),
+            ParticipantSkin::default(),
+        );
         let protocol = ProtocolFile::read("demo").unwrap().protocol;
         let wiring = Wiring {
             batches,

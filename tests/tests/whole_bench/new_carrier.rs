@@ -4,6 +4,8 @@
     reason = "what cannot be unwrapped fails the test"
 )]
 
+use std::path::Path;
+
 use bench_tests::program::bench;
 use bench_tests::session::{SessionFolder, demo_with, finish, text};
 use recording::Manifest;
@@ -22,22 +24,38 @@ fn session(new_carrier: &str) -> (SessionFolder, String, tempfile::TempDir) {
         ("new_carrier = \"ask\"", new_carrier),
         ("max_per_trial = 3", "max_per_trial = 0"),
     ];
-    let protocol = demo_with(folder.path(), &short);
-    let study = folder.path().join("study");
+    demo_with(folder.path(), &short);
+    let (session, printed) = run(folder.path(), &[]);
+    (session, printed, folder)
+}
+
+fn run(folder: &Path, more: &[&str]) -> (SessionFolder, String) {
+    let study = folder.join("study");
     let mut command = bench();
     command
         .args(["run", "--headless", "--speed", "max", "--mock"])
-        .arg(&scenario)
+        .arg(folder.join("drifts.toml"))
         .args(["--participant", "sub-01", "--consent-by", "A. Tester"])
         .arg("--protocol")
-        .arg(&protocol)
+        .arg(folder.join("protocol.toml"))
         .arg("--study")
-        .arg(&study);
+        .arg(&study)
+        .args(more);
     let output = finish(&mut command);
     let printed = text(&output);
     assert!(output.status.success(), "{printed}");
-    let session = SessionFolder::read(&study, "sub-01").unwrap();
-    (session, printed, folder)
+    (SessionFolder::read(&study, "sub-01").unwrap(), printed)
+}
+
+/// Leaves the session as a program that was killed before its second trial leaves it.
+fn kill_before_the_second_trial(session: &Path) {
+    let log = session.join("events.jsonl");
+    let text = std::fs::read_to_string(&log).unwrap();
+    let trials = text.match_indices("\"trial_began\"");
+    let second = trials.map(|(at, _)| at).nth(1).unwrap();
+    let end = text[..second].rfind('\n').unwrap() + 1;
+    std::fs::write(&log, &text[..end]).unwrap();
+    std::fs::remove_dir_all(session.join("trial-002_attempt-1")).unwrap();
 }
 
 fn manifests(session: &SessionFolder) -> Vec<Manifest> {
@@ -53,7 +71,7 @@ fn manifests(session: &SessionFolder) -> Vec<Manifest> {
 /// Fault 45.
 #[test]
 fn the_carrier_follows_the_resonance_between_trials_if_the_protocol_says_so() {
-    let (session, _, _folder) = session("new_carrier = \"auto\"");
+    let (session, _, folder) = session("new_carrier = \"auto\"");
     let changed: Vec<_> = session.named("carrier_changed").collect();
     let [changed] = &changed[..] else {
         panic!("{changed:?}");
@@ -76,6 +94,23 @@ fn the_carrier_follows_the_resonance_between_trials_if_the_protocol_says_so() {
         (drift_hz - 0.5 * trials_apart_s).abs() < 1.0,
         "{drift_hz} {trials_apart_s}"
     );
+
+    // Resumed, it goes on at the carrier and with the skin that it had found.
+    assert_eq!(fits[1].data["skin"]["trials"], 2);
+    kill_before_the_second_trial(&folder.path().join("study/sub-01/ses-01"));
+    let (resumed, printed) = run(folder.path(), &["--resume"]);
+    let changed: Vec<_> = resumed.named("carrier_changed").collect();
+    assert_eq!(changed.len(), 2);
+    assert_eq!(changed[1].data["by"], "resumed session");
+    assert_eq!(changed[1].data["to_hz"].as_f64(), Some(to_hz));
+    let [first, second] = &manifests(&resumed)[..] else {
+        panic!("two trials");
+    };
+    assert_eq!((first.carrier_hz, second.carrier_hz), (from_hz, to_hz));
+    let fits: Vec<_> = resumed.named("fit").collect();
+    assert_eq!(fits.len(), 2);
+    assert_eq!(fits[1].data["skin"]["trials"], 2);
+    assert!(printed.contains(", of 1 trial"), "{printed}");
 }
 
 #[test]

@@ -38,8 +38,8 @@ pub(super) struct PlateReading {
     pub(super) reactance: f64,
     /// Variance of the reactance, (N·s/m)².
     pub(super) variance: f64,
-    /// Whether no finger was on the plate.
-    pub(super) free: bool,
+    /// Re Z_p, N·s/m, and its variance; `None` under a finger, where it cannot be told from the finger's own losses.
+    pub(super) resistance: Option<(f64, f64)>,
 }
 
 /// Weighted sums of a complex quantity.
@@ -63,10 +63,11 @@ impl Sums {
         self.squares.1 += weight * before.im * after.im;
     }
 
-    /// Returns the variance of the mean's imaginary part: noise, and all of the scatter, which noise alone does not
-    /// explain.
-    fn variance(&self) -> f64 {
-        SHARED_NOISE / self.weight + self.squares.1 / self.weight + FLOOR * FLOOR
+    /// Returns the variances of the mean's real and imaginary part: noise, and all of the scatter, which noise alone
+    /// does not explain.
+    fn variances(&self) -> (f64, f64) {
+        let of = |squares: f64| (SHARED_NOISE + squares) / self.weight + FLOOR * FLOOR;
+        (of(self.squares.0), of(self.squares.1))
     }
 
     fn power(&self) -> f64 {
@@ -103,11 +104,12 @@ impl FreeReading {
             return None;
         }
         let sums = std::mem::take(self).sums;
+        let (of_resistance, variance) = sums.variances();
         (sums.count >= FEWEST).then(|| PlateReading {
             time_s: since_s + elapsed_s / 2.0,
             reactance: sums.mean.im,
-            variance: sums.variance(),
-            free: true,
+            variance,
+            resistance: Some((sums.mean.re, of_resistance)),
         })
     }
 }
@@ -221,8 +223,8 @@ impl Period {
         Some(PlateReading {
             time_s: self.time_s,
             reactance: self.crest.mean.im,
-            variance: self.crest.variance() + known + moisture + self.by_force.powi(2),
-            free: false,
+            variance: self.crest.variances().1 + known + moisture + self.by_force.powi(2),
+            resistance: None,
         })
     }
 }

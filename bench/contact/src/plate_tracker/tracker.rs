@@ -23,6 +23,9 @@ pub struct PlateTracking {
     /// Random walk of the resonance, Hz/√s. Default 1: a crest every sixth of a second then follows the steepest drift
     /// that is to be expected, 4 Hz/s under a warm finger, within a hertz (an assumption of this project).
     pub drift_hz_per_sqrt_s: f64,
+    /// Random walk of the damping Re Z_p, N·s/m/√s. Default 0.005, read only while no finger is on the plate: a glue
+    /// that warms by some kelvin changes it by as many per mille of 7 N·s/m (an assumption of this project).
+    pub damping_n_s_per_m_per_sqrt_s: f64,
     /// Frequency of the drive's modulation, Hz; 0 without one.
     pub modulation_hz: f64,
 }
@@ -33,6 +36,7 @@ impl PlateTracking {
         Self {
             modal_mass_kg,
             drift_hz_per_sqrt_s: 1.0,
+            damping_n_s_per_m_per_sqrt_s: 0.005,
             modulation_hz,
         }
     }
@@ -58,12 +62,19 @@ pub struct PlateTracker {
     touched_s: f64,
 }
 
-/// State of the filter.
+/// The plate as it is known.
 #[derive(Debug, Clone, Copy)]
 struct Tracked {
     /// Im Z_p as first read, N·s/m.
     first: f64,
-    reactance: f64,
+    reactance: Walk,
+    resistance: Walk,
+}
+
+/// State of a scalar Kalman filter of a random walk.
+#[derive(Debug, Clone, Copy)]
+struct Walk {
+    value: f64,
     variance: f64,
     at_s: f64,
 }
@@ -76,6 +87,8 @@ impl PlateTracker {
     pub fn new(tracking: PlateTracking) -> Result<Self, ModelError> {
         positive("modal mass", "kg", tracking.modal_mass_kg)?;
         not_negative("drift", "Hz/√s", tracking.drift_hz_per_sqrt_s)?;
+        let damping = tracking.damping_n_s_per_m_per_sqrt_s;
+        not_negative("drift of the damping", "N·s/m/√s", damping)?;
         not_negative("modulation frequency", "Hz", tracking.modulation_hz)?;
         Ok(Self {
             tracking,
@@ -99,7 +112,7 @@ impl PlateTracker {
     /// counted from the resonance that fits the new carrier as the first one fitted the old.
     pub fn retune(&mut self, by_hz: f64) {
         if let Some(plate) = &mut self.plate {
-            plate.reactance += self.tracking.n_s_per_m_and_hz() * by_hz;
+            plate.reactance.value += self.tracking.n_s_per_m_and_hz() * by_hz;
         }
         self.interrupt();
     }
@@ -147,46 +160,55 @@ impl PlateTracker {
     }
 
     fn learn(&mut self, reading: &PlateReading) {
+        let at_s = reading.time_s;
+        let reactance = Walk {
+            value: reading.reactance,
+            variance: reading.variance,
+            at_s,
+        };
+        let resistance = reading.resistance.map(|(value, variance)| Walk {
+            value,
+            variance,
+            at_s,
+        });
         let Some(plate) = &mut self.plate else {
-            self.plate = reading.free.then_some(Tracked {
+            self.plate = resistance.map(|resistance| Tracked {
                 first: reading.reactance,
-                reactance: reading.reactance,
-                variance: reading.variance,
-                at_s: reading.time_s,
+                reactance,
+                resistance,
             });
             return;
         };
-        let predicted = plate.variance_at(reading.time_s, &self.tracking);
-        let expected = reading.variance + predicted;
-        let innovation = reading.reactance - plate.reactance;
-        if innovation.powi(2) > GATE.powi(2) * expected {
-            return;
+        // A reading that is none of the plate's resonance is none of its damping either.
+        if plate
+            .reactance
+            .learn(&reactance, self.tracking.reactance_rate())
+            && let Some(resistance) = resistance
+        {
+            let rate = self.tracking.damping_n_s_per_m_per_sqrt_s;
+            plate.resistance.learn(&resistance, rate);
         }
-        let gain = predicted / expected;
-        *plate = Tracked {
-            reactance: plate.reactance + gain * innovation,
-            variance: (1.0 - gain) * predicted,
-            at_s: reading.time_s,
-            ..*plate
-        };
     }
 
     /// Returns Im Z_p at a time, N·s/m; `None` before the plate was seen.
     pub fn reactance_n_s_per_m(&self, time_s: f64) -> Option<Uncertain> {
-        let plate = self.plate?;
-        Some(Uncertain {
-            value: plate.reactance,
-            std: plate.variance_at(time_s, &self.tracking).sqrt(),
-        })
+        let rate = self.tracking.reactance_rate();
+        Some(self.plate?.reactance.at(time_s, rate))
+    }
+
+    /// Returns Re Z_p at a time, N·s/m, from when no finger was on the plate; `None` before the plate was seen.
+    pub fn resistance_n_s_per_m(&self, time_s: f64) -> Option<Uncertain> {
+        let rate = self.tracking.damping_n_s_per_m_per_sqrt_s;
+        Some(self.plate?.resistance.at(time_s, rate))
     }
 
     /// Returns how far the resonance is from where it was when the plate was first seen, Hz, up positive.
     pub fn drift_hz(&self, time_s: f64) -> Option<Uncertain> {
-        let plate = self.plate?;
+        let (first, reactance) = (self.plate?.first, self.reactance_n_s_per_m(time_s)?);
         let per_hz = self.tracking.n_s_per_m_and_hz();
         Some(Uncertain {
-            value: (plate.first - plate.reactance) / per_hz,
-            std: plate.variance_at(time_s, &self.tracking).sqrt() / per_hz,
+            value: (first - reactance.value) / per_hz,
+            std: reactance.std / per_hz,
         })
     }
 }
@@ -196,11 +218,39 @@ impl PlateTracking {
     fn n_s_per_m_and_hz(&self) -> f64 {
         4.0 * PI * self.modal_mass_kg
     }
+
+    /// Returns the random walk of Im Z_p, N·s/m/√s.
+    fn reactance_rate(&self) -> f64 {
+        self.drift_hz_per_sqrt_s * self.n_s_per_m_and_hz()
+    }
 }
 
-impl Tracked {
-    fn variance_at(&self, time_s: f64, tracking: &PlateTracking) -> f64 {
-        let rate = tracking.drift_hz_per_sqrt_s * tracking.n_s_per_m_and_hz();
+impl Walk {
+    /// Takes a reading of what walks at this rate per √s; false if it is too far away to be one.
+    fn learn(&mut self, reading: &Self, rate: f64) -> bool {
+        let predicted = self.variance_at(reading.at_s, rate);
+        let expected = reading.variance + predicted;
+        let innovation = reading.value - self.value;
+        if innovation.powi(2) > GATE.powi(2) * expected {
+            return false;
+        }
+        let gain = predicted / expected;
+        *self = Self {
+            value: self.value + gain * innovation,
+            variance: (1.0 - gain) * predicted,
+            at_s: reading.at_s,
+        };
+        true
+    }
+
+    fn variance_at(&self, time_s: f64, rate: f64) -> f64 {
         self.variance + rate.powi(2) * (time_s - self.at_s).max(0.0)
+    }
+
+    fn at(&self, time_s: f64, rate: f64) -> Uncertain {
+        Uncertain {
+            value: self.value,
+            std: self.variance_at(time_s, rate).sqrt(),
+        }
     }
 }

@@ -1,0 +1,194 @@
+//! What the log of a session that is gone on with tells of the participant's skin and of the carrier.
+
+use contact::uncertain::Uncertain;
+use recording::study::event_log::{Document, LogEvent};
+use serde_json::Value;
+
+use crate::carrier_decision::DecidedCarrier;
+use crate::participant_skin::{ParticipantSkin, TrialSkin};
+
+/// State of the live side at the end of a session's earlier part.
+#[derive(Debug, Default)]
+pub struct Resumed {
+    /// S, q0 and η of the trials before.
+    pub skin: ParticipantSkin,
+    /// The carrier that was decided for, if it is not the calibrated one.
+    pub carrier: Option<DecidedCarrier>,
+}
+
+impl Resumed {
+    /// Reads what the documents of a log tell; nothing of a session that begins.
+    pub fn of(documents: &[Document]) -> Self {
+        let mut trials = Vec::new();
+        let mut pooled = None;
+        let mut carrier = None;
+        // The calibrated resonance of the part, and whether its carrier was changed.
+        let (mut calibrated_hz, mut changed) = (None, false);
+        for document in documents {
+            match document {
+                Document::Start(start) => {
+                    calibrated_hz = start.configuration["plate"]["resonance_hz"].as_f64();
+                    changed = false;
+                }
+                Document::Event(event) => match name(event) {
+                    "fit" => {
+                        trials.extend(event.data.get("of_trial").and_then(TrialSkin::read));
+                        let used = event.data.get("skin");
+                        let measured = |of: &&Value| of["trials"].as_u64() > Some(0);
+                        pooled = used.filter(measured).and_then(TrialSkin::read).or(pooled);
+                    }
+                    "carrier_changed" => {
+                        carrier = calibrated_hz.and_then(|hz| decided(event, hz));
+                        changed = true;
+                    }
+                    // A part of an earlier version, which went back to the calibrated resonance.
+                    "trial_began" if !changed => carrier = None,
+                    _ => {}
+                },
+                _ => {}
+            }
+        }
+        // Earlier versions kept their mean alone.
+        if trials.is_empty() {
+            trials.extend(pooled);
+        }
+        Self {
+            skin: ParticipantSkin::of_trials(trials),
+            carrier,
+        }
+    }
+}
+
+fn name(event: &LogEvent) -> &str {
+    let name = event.data.get("event").and_then(Value::as_str);
+    name.unwrap_or_default()
+}
+
+fn decided(event: &LogEvent, calibrated_hz: f64) -> Option<DecidedCarrier> {
+    let number = |key: &str| {
+        event
+            .data
+            .get(key)?
+            .as_f64()
+            .filter(|value| value.is_finite())
+    };
+    Some(DecidedCarrier {
+        calibrated_hz,
+        to_hz: number("to_hz")?,
+        drift_hz: Uncertain {
+            value: number("drift_hz")?,
+            std: number("drift_std_hz")?,
+        },
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use contact::AssumedConstants;
+    use recording::study::event_log::Start;
+    use serde_json::json;
+
+    fn start(resonance_hz: f64) -> Document {
+        let start = json!({
+            "time": "", "resumed": false, "participant": "sub-01", "session": 1, "protocol": "demo", "seed": 1,
+            "software": "", "version": "", "devices": {}, "calibration": null,
+            "configuration": { "plate": { "resonance_hz": resonance_hz } },
+        });
+        Document::Start(Box::new(serde_json::from_value::<Start>(start).unwrap()))
+    }
+
+    fn event(data: &Value) -> Document {
+        Document::Event(LogEvent {
+            stream: "live".to_owned(),
+            seq_num: 1,
+            time: String::new(),
+            audio_s: 1.0,
+            data: data.as_object().unwrap().clone(),
+        })
+    }
+
+    fn skin(area_m2: f64, ln_std: f64) -> Value {
+        json!({
+            "contact_area_m2": area_m2, "contact_area_ln_std": ln_std, "q0_rad_per_m": 2e4, "q0_ln_std": 0.1,
+            "loss_factor": 0.4, "loss_factor_ln_std": 0.05, "trials": 2, "left_out": null,
+        })
+    }
+
+    fn changed(to_hz: f64) -> Document {
+        event(&json!({
+            "event": "carrier_changed", "from_hz": 35000.0, "to_hz": to_hz, "drift_hz": to_hz - 35000.2,
+            "drift_std_hz": 0.3, "by": "operator",
+        }))
+    }
+
+    fn began() -> Document {
+        event(&json!({ "event": "trial_began" }))
+    }
+
+    fn area_of(documents: &[Document]) -> (usize, f64) {
+        let used = Resumed::of(documents)
+            .skin
+            .used(&AssumedConstants::ESTIMATION, None);
+        (used.trials, used.contact_area_m2)
+    }
+
+    #[test]
+    fn the_trials_before_are_pooled_as_they_were() {
+        let fit = |of_trial: Value| {
+            event(&json!({ "event": "fit", "skin": skin(250e-6, 0.02), "of_trial": of_trial }))
+        };
+        let (trials, area_m2) = area_of(&[
+            start(35e3),
+            fit(skin(200e-6, 0.1)),
+            fit(Value::Null),
+            start(35e3),
+            fit(skin(220e-6, 0.1)),
+        ]);
+        assert_eq!(trials, 2);
+        assert!(
+            (area_m2 / (200e-6 * 220e-6_f64).sqrt() - 1.0).abs() < 1e-9,
+            "{area_m2}"
+        );
+        // What nobody can have measured is passed over.
+        for wrong in [skin(-1.0, 0.1), skin(2e-4, 5.0), json!({}), json!("?")] {
+            assert_eq!(area_of(&[fit(wrong), fit(skin(220e-6, 0.1))]).0, 1);
+        }
+        let nothing = area_of(&[]);
+        assert_eq!(nothing, (0, AssumedConstants::ESTIMATION.contact_area_m2));
+    }
+
+    #[test]
+    fn of_an_earlier_version_there_is_the_last_mean() {
+        let fit = |area_m2: f64, trials: u64| {
+            let mut skin = skin(area_m2, 0.05);
+            skin["trials"] = json!(trials);
+            event(&json!({ "event": "fit", "skin": skin }))
+        };
+        let (trials, area_m2) = area_of(&[fit(200e-6, 1), fit(210e-6, 2), fit(300e-6, 0)]);
+        assert_eq!(trials, 1);
+        assert!((area_m2 - 210e-6).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_last_carrier_holds_unless_a_part_went_without_it() {
+        let to_hz = |documents: &[Document]| {
+            let carrier = Resumed::of(documents).carrier;
+            carrier.map(|of| (of.calibrated_hz, of.to_hz))
+        };
+        let (first, second) = (changed(34_996.0), changed(34_991.0));
+        let one = [start(35e3), began(), first.clone()];
+        assert_eq!(to_hz(&one), Some((35e3, 34_996.0)));
+        let two = [&one[..], &[began(), second.clone()]].concat();
+        assert_eq!(to_hz(&two), Some((35e3, 34_991.0)));
+        // Killed before anything was driven, and gone on with twice.
+        let again = [&one[..], &[start(35e3)], &[start(35e3)]].concat();
+        assert_eq!(to_hz(&again), Some((35e3, 34_996.0)));
+        let back = [&again[..], &[began()]].concat();
+        assert_eq!(to_hz(&back), None);
+        // Without a start, or with one that does not say, nobody knows what it was changed from.
+        assert_eq!(to_hz(&[first]), None);
+        let half = event(&json!({ "event": "carrier_changed", "to_hz": "high" }));
+        assert_eq!(to_hz(&[start(35e3), half]), None);
+    }
+}

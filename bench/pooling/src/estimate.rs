@@ -1,0 +1,82 @@
+//! A value and the standard error of it.
+
+/// An estimate whose standard error is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    value: f64,
+    std: f64,
+}
+
+impl Estimate {
+    /// Makes an estimate; `None` unless both are finite and the standard error is positive.
+    #[must_use]
+    pub fn new(value: f64, std: f64) -> Option<Self> {
+        let known = value.is_finite() && std.is_finite() && std > 0.0 && std * std > 0.0;
+        known.then_some(Self { value, std })
+    }
+
+    /// Returns the value.
+    #[must_use]
+    pub fn value(self) -> f64 {
+        self.value
+    }
+
+    /// Returns the standard error.
+    #[must_use]
+    pub fn std(self) -> f64 {
+        self.std
+    }
+
+    pub(crate) fn variance(self) -> f64 {
+        self.std * self.std
+    }
+
+    /// Returns what the data alone said where this estimate was made with a normal `prior`; `None` where they said
+    /// nothing. For pooling: a prior that stands in every trial would otherwise be counted once for each.
+    ///
+    /// Exact for a normal posterior, also beside other parameters: leaving the prior of one out of their common
+    /// precision takes its own precision off that of its marginal.
+    #[must_use]
+    pub fn without_prior(self, prior: Self) -> Option<Self> {
+        let (whole, of_prior) = (self.variance().recip(), prior.variance().recip());
+        let precision = whole - of_prior;
+        let value = (self.value * whole - prior.value * of_prior) / precision;
+        // What rounding leaves of a difference says nothing.
+        let told = precision > 1e-6 * of_prior;
+        Self::new(value, precision.sqrt().recip()).filter(|_| told)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn only_finite_values_with_an_error_are_estimates() {
+        assert!(Estimate::new(0.0, 1.0).is_some());
+        for (value, std) in [
+            (f64::NAN, 1.0),
+            (0.0, 0.0),
+            (0.0, 1e-200),
+            (0.0, f64::INFINITY),
+            (0.0, f64::NAN),
+            (0.0, -1.0),
+        ] {
+            assert_eq!(Estimate::new(value, std), None);
+        }
+    }
+
+    #[test]
+    fn a_prior_is_taken_off_again() {
+        // Data 2 ± 0.5 under a prior 0 ± 1: precision 4 + 1, value 8/5.
+        let posterior = Estimate::new(1.6, 0.2_f64.sqrt()).unwrap();
+        let prior = Estimate::new(0.0, 1.0).unwrap();
+        let data = posterior.without_prior(prior).unwrap();
+        assert_relative_eq!(data.value(), 2.0, max_relative = 1e-12);
+        assert_relative_eq!(data.std(), 0.5, max_relative = 1e-12);
+        // The prior alone, and a fit that is less certain than its prior.
+        assert_eq!(prior.without_prior(prior), None);
+        assert_eq!(Estimate::new(0.3, 1.1).unwrap().without_prior(prior), None);
+    }
+}

@@ -1,0 +1,151 @@
+//! The mean of estimates at one level.
+
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use crate::estimate::Estimate;
+
+/// Standard errors on either side of a value that hold 95 % of a normal distribution.
+pub(crate) const WITHIN_95: f64 = 1.959_964;
+
+/// Estimates in groups, weighted within each group by precision.
+pub(crate) struct Weighted {
+    /// The groups' means; `None` without members.
+    pub(crate) groups: Vec<Option<GroupMean>>,
+    /// Weighted squares about the means: as many as the degrees of freedom where the weights are right.
+    pub(crate) apart: f64,
+    /// What [`apart`](Self::apart) grows by with the variance between.
+    growth: f64,
+    /// Degrees of freedom.
+    pub(crate) freedom: usize,
+}
+
+/// Weighted mean of a group.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct GroupMean {
+    pub(crate) value: f64,
+    /// Sum of the weights.
+    pub(crate) weights: f64,
+    /// Weighted mean of the members' standard errors, which an error that they share has in the mean.
+    pub(crate) shared_std: f64,
+}
+
+impl Weighted {
+    /// Weighs estimates that scatter with the variance `between` besides their errors.
+    pub(crate) fn new<G: AsRef<[Estimate]>>(groups: &[G], between: f64) -> Self {
+        let mut weighted = Self {
+            groups: Vec::with_capacity(groups.len()),
+            apart: 0.0,
+            growth: 0.0,
+            freedom: 0,
+        };
+        for group in groups {
+            let group = group.as_ref();
+            let weight = |of: &Estimate| (of.variance() + between).recip();
+            let weights: f64 = group.iter().map(weight).sum();
+            let mean = |value: fn(Estimate) -> f64| {
+                group.iter().map(|of| weight(of) * value(*of)).sum::<f64>() / weights
+            };
+            let value = mean(Estimate::value);
+            weighted.groups.push((!group.is_empty()).then(|| GroupMean {
+                value,
+                weights,
+                shared_std: mean(Estimate::std),
+            }));
+            if group.len() > 1 {
+                let apart = |of: &Estimate| weight(of) * (of.value() - value).powi(2);
+                let squares: f64 = group.iter().map(|of| weight(of).powi(2)).sum();
+                weighted.apart += group.iter().map(apart).sum::<f64>();
+                weighted.growth += weights - squares / weights;
+                weighted.freedom += group.len() - 1;
+            }
+        }
+        weighted
+    }
+
+    /// Returns the weighted squares over their degrees of freedom, 1 where there are none.
+    pub(crate) fn scatter(&self) -> f64 {
+        match self.freedom {
+            0 => 1.0,
+            freedom => self.apart / freedom as f64,
+        }
+    }
+}
+
+/// Returns how many standard errors hold 95 % of Student's distribution with so many degrees of freedom.
+pub(crate) fn student95(freedom: usize) -> f64 {
+    let student = StudentsT::new(0.0, 1.0, freedom as f64);
+    student.map_or(WITHIN_95, |student| student.inverse_cdf(0.975))
+}
+
+/// Returns the variance between estimates of a group beyond that of their errors (DerSimonian and Laird 1986, their
+/// moment summed over groups); `None` where no group has two.
+pub(crate) fn between_variance<G: AsRef<[Estimate]>>(groups: &[G]) -> Option<f64> {
+    let weighted = Weighted::new(groups, 0.0);
+    let surplus = weighted.apart - weighted.freedom as f64;
+    (weighted.freedom > 0).then(|| (surplus / weighted.growth).max(0.0))
+}
+
+/// Returns the mean, with its standard error, of estimates whose errors are independent and that may differ by more
+/// than those (DerSimonian and Laird 1986): those that agree are weighted by their errors, those that do not alike.
+/// `None` without any.
+#[must_use]
+pub fn mean(estimates: &[Estimate]) -> Option<Estimate> {
+    let groups = [estimates];
+    let weighted = Weighted::new(&groups, between_variance(&groups).unwrap_or(0.0));
+    let of = weighted.groups[0]?;
+    Estimate::new(of.value, of.weights.sqrt().recip())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    fn of(values: &[(f64, f64)]) -> Vec<Estimate> {
+        let each = values.iter().map(|&(value, std)| Estimate::new(value, std));
+        each.map(Option::unwrap).collect()
+    }
+
+    #[test]
+    fn estimates_that_agree_are_weighted_by_their_errors_and_those_that_do_not_alike() {
+        assert_eq!(mean(&[]), None);
+        assert_eq!(mean(&of(&[(3.0, 0.1)])), Estimate::new(3.0, 0.1));
+        let agreeing = mean(&of(&[(1.0, 0.05), (1.05, 0.1)])).unwrap();
+        assert_relative_eq!(agreeing.value(), 1.01, max_relative = 1e-12);
+        assert_relative_eq!(agreeing.std(), 500_f64.sqrt().recip(), max_relative = 1e-12);
+        let apart = mean(&of(&[(0.0, 0.03), (1.4, 0.06)])).unwrap();
+        assert_relative_eq!(apart.value(), 0.7, max_relative = 0.01);
+        assert_relative_eq!(apart.std(), 0.7, max_relative = 0.01);
+    }
+
+    /// Log relative risks of 13 trials of a vaccine against tuberculosis, with their variances, and what metafor for R
+    /// makes of them with `method = "DL"` (Viechtbauer 2010).
+    #[test]
+    fn the_mean_and_what_is_between_are_those_of_a_published_example() {
+        let trials = [
+            (-0.8893, 0.3256),
+            (-1.5854, 0.1946),
+            (-1.3481, 0.4154),
+            (-1.4416, 0.0200),
+            (-0.2175, 0.0512),
+            (-0.7861, 0.0069),
+            (-1.6209, 0.2230),
+            (0.0120, 0.0040),
+            (-0.4694, 0.0564),
+            (-1.3713, 0.0730),
+            (-0.3394, 0.0124),
+            (0.4459, 0.5325),
+            (-0.0173, 0.0714),
+        ]
+        .map(|(value, variance): (f64, f64)| (value, variance.sqrt()));
+        let trials = of(&trials);
+        assert_relative_eq!(
+            between_variance(&[&trials]).unwrap(),
+            0.3088,
+            max_relative = 2e-3
+        );
+        let pooled = mean(&trials).unwrap();
+        assert_relative_eq!(pooled.value(), -0.7141, max_relative = 1e-3);
+        assert_relative_eq!(pooled.std(), 0.1787, max_relative = 1e-3);
+    }
+}

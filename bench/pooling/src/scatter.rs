@@ -1,0 +1,170 @@
+//! How members of groups scatter about their group's mean: by more than their errors, or by less.
+
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use crate::estimate::Estimate;
+use crate::mean::{WITHIN_95, Weighted, between_variance, student95};
+
+/// A group that scatters by more than this quantile of what the common scatter gives has its own.
+const OWN: f64 = 0.99;
+/// Largest part that is shared: closer to 1, rounding would be scatter.
+const ALL: f64 = 1.0 - 1e-6;
+
+/// Scatter of the members of a group.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Scatter {
+    /// Variance between members beyond that of their errors.
+    pub(crate) between: f64,
+    /// Part of the variance of their errors that they have in common; 0 if there is any variance between.
+    pub(crate) shared: f64,
+    /// Degrees of freedom that this is estimated from.
+    pub(crate) freedom: usize,
+}
+
+impl Scatter {
+    /// Returns the scatter that is the same in all groups.
+    ///
+    /// It is the one at which the probabilities of the groups' scatter to be as small as it is are a half in the mean,
+    /// weighted by degrees of freedom. A group that scatters without measure moves it no more than by its weight, where
+    /// a moment would follow it.
+    pub(crate) fn common<G: AsRef<[Estimate]>>(groups: &[G]) -> Self {
+        let several = |group: &&[Estimate]| group.len() > 1;
+        let groups: Vec<&[Estimate]> = groups.iter().map(AsRef::as_ref).filter(several).collect();
+        let freedom = groups.iter().map(|group| freedom(group)).sum();
+        let surplus = |of: &Self| -> f64 {
+            let each = groups.iter();
+            each.map(|group| freedom_of(group) * (of.probability(group) - 0.5))
+                .sum()
+        };
+        let none = Self {
+            between: 0.0,
+            shared: 0.0,
+            freedom,
+        };
+        if surplus(&none) > 0.0 {
+            let of = |between| Self { between, ..none };
+            let mut most = groups.iter().map(|group| spread(group)).fold(0.0, f64::max);
+            while surplus(&of(most)) > 0.0 && most < f64::MAX / 4.0 {
+                most *= 2.0;
+            }
+            of(bisect(0.0, most, |between| surplus(&of(between)) > 0.0))
+        } else if freedom > 0 {
+            let of = |shared| Self { shared, ..none };
+            of(bisect(0.0, ALL, |shared| surplus(&of(shared)) < 0.0))
+        } else {
+            none
+        }
+    }
+
+    /// Returns this scatter, or the group's own where it scatters by more than it can.
+    pub(crate) fn of(self, group: &[Estimate]) -> Self {
+        let others = self.freedom > freedom(group);
+        if group.len() > 1 && others && self.probability(group) > OWN {
+            return Self {
+                between: between_variance(&[group]).unwrap_or(0.0),
+                shared: 0.0,
+                freedom: freedom(group),
+            };
+        }
+        self
+    }
+
+    /// Returns the probability that a group scatters by no more than it does.
+    fn probability(&self, group: &[Estimate]) -> f64 {
+        let apart = Weighted::new(&[group], self.between).apart / (1.0 - self.shared);
+        let scatter = ChiSquared::new(freedom_of(group));
+        scatter.map_or(0.5, |scatter| scatter.cdf(apart))
+    }
+
+    /// Returns mean and standard error of a group.
+    pub(crate) fn mean(&self, group: &[Estimate]) -> Option<Estimate> {
+        let of = Weighted::new(&[group], self.between).groups[0]?;
+        let shared = if group.len() > 1 { self.shared } else { 0.0 };
+        let variance = (1.0 - shared) / of.weights + shared * of.shared_std.powi(2);
+        Estimate::new(of.value, variance.sqrt())
+    }
+
+    /// Returns how many standard errors of a mean hold 95 %: Student's where the variance between is estimated, the
+    /// normal distribution's where the members' own errors explain all of the scatter.
+    pub(crate) fn deviations(&self) -> f64 {
+        match self.between > 0.0 {
+            true => student95(self.freedom),
+            false => WITHIN_95,
+        }
+    }
+}
+
+fn freedom(group: &[Estimate]) -> usize {
+    group.len().saturating_sub(1)
+}
+
+fn freedom_of(group: &[Estimate]) -> f64 {
+    freedom(group) as f64
+}
+
+/// Returns the square of the distance between the members that are furthest apart, and no less than an error's
+/// variance.
+fn spread(group: &[Estimate]) -> f64 {
+    let values = || group.iter().map(|of| of.value());
+    let apart = values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min);
+    let variances = group.iter().map(|of| of.variance());
+    variances.fold(apart * apart, f64::max)
+}
+
+/// Returns where `below` turns from true to false.
+pub(crate) fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        if below(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    0.5 * (low + high)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    fn of(values: &[f64], std: f64) -> Vec<Estimate> {
+        let each = values.iter().map(|&value| Estimate::new(value, std));
+        each.map(Option::unwrap).collect()
+    }
+
+    #[test]
+    fn one_group_scatters_by_the_median_of_its_distribution() {
+        // 0.4549 is the median of χ² with one degree of freedom: 0.5²/(2 · (0.1² + τ²)).
+        let found = Scatter::common(&[of(&[0.0, 0.5], 0.1)]);
+        assert_relative_eq!(found.between, 0.125 / 0.454_936 - 0.01, max_relative = 1e-5);
+        assert_eq!((found.shared, found.freedom), (0.0, 1));
+        // As far apart as half of their errors: 0.05²/(2 · 0.1²) = 0.125.
+        let found = Scatter::common(&[of(&[0.0, 0.05], 0.1)]);
+        assert_relative_eq!(found.shared, 1.0 - 0.125 / 0.454_936, max_relative = 1e-5);
+        assert_eq!(found.between, 0.0);
+    }
+
+    #[test]
+    fn a_group_that_scatters_without_measure_has_its_own_scatter_and_leaves_the_others_theirs() {
+        let tame = || of(&[0.0, 0.01, -0.01, 0.0], 0.1);
+        let wild = of(&[5.0, -5.0, 4.0, -4.0], 0.1);
+        let groups = [tame(), tame(), tame(), tame(), wild.clone()];
+        let common = Scatter::common(&groups);
+        assert!(common.between == 0.0 && common.shared > 0.8, "{common:?}");
+        assert_eq!(common.of(&groups[0]), common);
+        let own = common.of(&wild);
+        assert!(own.between > 10.0 && own.freedom == 3, "{own:?}");
+        // Alone it is the measure.
+        let alone = Scatter::common(std::slice::from_ref(&wild));
+        assert_eq!(alone.of(&wild), alone);
+    }
+
+    #[test]
+    fn nothing_is_known_without_a_group_of_two() {
+        let none = Scatter::common(&[of(&[1.0], 0.1), of(&[], 0.1)]);
+        assert_eq!((none.between, none.shared, none.freedom), (0.0, 0.0, 0));
+        assert_eq!(none.mean(&of(&[1.0], 0.1)), Estimate::new(1.0, 0.1));
+    }
+}

@@ -1,0 +1,139 @@
+//! What `trial` holds likely of a skin and a plate before it sees a recording, in words and units that people read.
+
+use maud::{Markup, html};
+use serde_json::{Map, Value};
+
+use crate::number::{HERTZ, In, MILLI, PLAIN};
+use crate::skin::{AREA, Q0};
+
+/// Key of the priors among the settings.
+pub(crate) const KEY: &str = "trial_priors";
+
+/// Percent, to a tenth.
+const PERCENT: In = In {
+    factor: 100.0,
+    decimals: 1,
+};
+
+/// Key, words, unit and form of each.
+const PRIORS: [(&str, &str, &str, In); 13] = [
+    ("contact_area_m2", "contact area S", "mm²", AREA),
+    ("q0_rad_per_m", "q₀, for the E and ν above", "10⁴ rad/m", Q0),
+    ("loss_factor", "loss factor η", "", PLAIN),
+    ("tau_s", "levitation lag τ", "ms", MILLI),
+    (
+        "film_mean_s",
+        "time that the film averages over",
+        "ms",
+        MILLI,
+    ),
+    (
+        "area_force_exponent",
+        "exponent of S with the force",
+        "",
+        PLAIN,
+    ),
+    ("lag_gap_exponent", "exponent of τ with the gap", "", PLAIN),
+    (
+        "amplitude_tilt_per_30_mm",
+        "growth of the amplitude over 30 mm of the plate, unmeasured",
+        "%",
+        PERCENT,
+    ),
+    (
+        "amplitude_bow_per_30_mm",
+        "by how much it is more 30 mm from the centre, unmeasured",
+        "%",
+        PERCENT,
+    ),
+    (
+        "finger_angle_std_rad",
+        "angle of the finger’s part of Zₘ, of an instance",
+        "rad",
+        PLAIN,
+    ),
+    (
+        "residual_mobility_std_m_per_n_s",
+        "mobility that the plate’s other modes add",
+        "mm/(N·s)",
+        MILLI,
+    ),
+    (
+        "plate_reactance_std_n_s_per_m",
+        "Im of what is added to Zₚ, of an instance",
+        "N·s/m",
+        HERTZ,
+    ),
+    (
+        "plate_damping_std_n_s_per_m",
+        "Re of what is added to Zₚ, of an instance",
+        "N·s/m",
+        HERTZ,
+    ),
+];
+
+/// Returns the table of the priors, and those that are not known to it.
+pub(crate) fn table(priors: &Map<String, Value>) -> (Markup, Map<String, Value>) {
+    let mut others = priors.clone();
+    let mut rows = Vec::new();
+    for (key, words, unit, shown) in PRIORS {
+        if let Some([low, high]) = priors.get(key).and_then(range) {
+            others.remove(key);
+            let [low, high] = [low, high].map(|end| shown.value(Some(end)));
+            rows.push((words, format!("{low} to {high}"), unit));
+        }
+    }
+    let table = html! {
+        @if !rows.is_empty() {
+            h3 { "What trial holds likely beforehand" }
+            p {
+                "Ranges that hold 95 % of each prior. Those of S, q₀, η and τ are so wide that they matter only to a recording of one or \
+                 two instances. The others are of laws beside the published ones: what a recording does not tell of them stays as \
+                 open as here, and is in every interval."
+            }
+            div.wide { table {
+                thead { tr { th { "Prior" } th.n { "95 %" } th { "Unit" } } }
+                tbody { @for (words, range, unit) in &rows {
+                    tr { th scope="row" { (words) } td.n { (range) } td { (unit) } }
+                } }
+            } }
+        }
+    };
+    (table, others)
+}
+
+/// Returns the ends of a prior's 95 %: log-normal, normal, or normal about zero.
+fn range(prior: &Value) -> Option<[f64; 2]> {
+    const WITHIN_95: f64 = 1.96;
+    let of = |key: &str| prior.get(key).and_then(Value::as_f64);
+    let about = |mean: f64, std: f64| [-WITHIN_95, WITHIN_95].map(|by| mean + by * std);
+    match (of("median").zip(of("ln_std")), of("mean").zip(of("std"))) {
+        (Some((median, ln_std)), _) => Some(about(median.ln(), ln_std).map(f64::exp)),
+        (None, Some((mean, std))) => Some(about(mean, std)),
+        (None, None) => prior.as_f64().map(|std| about(0.0, std)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn priors_are_shown_in_units_and_what_is_not_known_is_left() {
+        let priors = json!({
+            "contact_area_m2": { "median": 164.3e-6, "ln_std": 0.514 },
+            "area_force_exponent": { "mean": 0.3, "std": 0.3 },
+            "plate_damping_std_n_s_per_m": 0.5,
+            "tau_s": "open",
+            "later": 3,
+        });
+        let (table, others) = table(priors.as_object().unwrap());
+        let table = table.into_string();
+        for shown in ["60 to 450", "−0.288 to 0.888", "−0.98 to 0.98"] {
+            assert!(table.contains(shown), "{shown}: {table}");
+        }
+        let left: Vec<&String> = others.keys().collect();
+        assert_eq!(left, ["later", "tau_s"]);
+    }
+}

@@ -1,0 +1,135 @@
+//! The skin of the participants and of the study, over their trials.
+
+use maud::{Markup, html};
+
+use crate::number::{In, MILLI, PLAIN, counted};
+use crate::results::{Interval, OfPerson, OfStudy, Ranged, Results};
+
+pub(crate) const AREA: In = In {
+    factor: 1e6,
+    decimals: 0,
+};
+pub(crate) const Q0: In = In {
+    factor: 1e-4,
+    decimals: 2,
+};
+/// Standard deviations of logarithms, %.
+const PERCENT: In = In {
+    factor: 100.0,
+    decimals: 0,
+};
+
+/// Key in the results and form of each parameter, in the order of the columns.
+const COLUMNS: [(&str, In); 4] = [
+    ("contact_area_m2", AREA),
+    ("q0_rad_per_m", Q0),
+    ("loss_factor", PLAIN),
+    ("tau_s", MILLI),
+];
+
+pub(crate) fn skin(results: &Results) -> Markup {
+    let Some(skin) = &results.skin else {
+        return html! { p { "The results do not have it: they were made by an earlier version of the program." } };
+    };
+    let people = &skin.participants;
+    let of_study = |key: &str| skin.study.get(key);
+    let mean = |of: Option<&OfStudy>, shown: In| {
+        let of = of.and_then(|of| of.mean.as_ref());
+        html! { td.n { (ranged(of, shown)) } }
+    };
+    let between_people = |of: Option<&OfStudy>| {
+        let std = of.and_then(|of| of.between_participants_ln_std);
+        let ends = of.and_then(|of| of.between_participants_ln_std_interval95);
+        html! { td.n { (PERCENT.value(std)) @if std.is_some() { (interval(ends, PERCENT)) } } }
+    };
+    let between_trials = |of: Option<&OfStudy>| {
+        let std = of.and_then(|of| of.between_trials_ln_std);
+        html! { td.n { (PERCENT.value(std)) } }
+    };
+    let shared = |of: Option<&OfStudy>| {
+        let part = of.and_then(|of| of.shared_error_part);
+        html! { td.n { (PERCENT.value(part)) } }
+    };
+    html! {
+        p {
+            "S, q₀, η and τ by " b { "trial" } ", over each participant's recordings. First the mean, with a 95 % interval that holds \
+             the errors of the trials and what is between them: what this participant's data say by themselves. Where it stands, "
+            i { "shrunken" } " is that mean drawn towards the other participants', the better guess of one person's skin if all are \
+             drawn from one population; comparisons between groups of people take the mean. The study's mean counts every \
+             participant once."
+        }
+        @if !skin.left_out.is_empty() {
+            p.alert {
+                (counted(skin.left_out.len(), "recording is", "recordings are")) " left out of this table, because the fit of all \
+                 instances together cannot be used, the model does not hold, or no participant is stated."
+            }
+        }
+        @if people.is_empty() { p { "No recording states its participant." } } @else {
+            div.wide { table {
+                thead { tr {
+                    th { "Participant" } th.n { "Trials" } th.n { "Left out" } th.n { "S (mm²)" }
+                    th.n { "q₀ (10⁴ rad/m)" } th.n { "η" } th.n { "τ (ms)" }
+                } }
+                tbody {
+                    @for person in people { tr {
+                        th scope="row" { (person.participant) }
+                        td.n { (person.trials.len()) }
+                        td.n { (person.n_left_out) }
+                        @for (key, shown) in COLUMNS { td.n { (of_person(person.parameter(key).as_ref(), shown)) } }
+                    } }
+                    tr.first {
+                        th scope="row" { "Mean of participants" } td.n {} td.n {}
+                        @for (key, shown) in COLUMNS { (mean(of_study(key), shown)) }
+                    }
+                    tr {
+                        th scope="row" { "Between participants (%)" } td.n {} td.n {}
+                        @for (key, _) in COLUMNS { (between_people(of_study(key))) }
+                    }
+                    tr {
+                        th scope="row" { "Between trials of one (%)" } td.n {} td.n {}
+                        @for (key, _) in COLUMNS { (between_trials(of_study(key))) }
+                    }
+                    tr {
+                        th scope="row" { "Errors that trials share (%)" } td.n {} td.n {}
+                        @for (key, _) in COLUMNS { (shared(of_study(key))) }
+                    }
+                }
+            } }
+        }
+        p.note {
+            "Pooled in logarithms, each parameter by itself: means are geometric, and standard deviations those of natural logarithms, \
+             beyond what the errors explain; a participant whose trials differ by more than the others' can has an interval by their own \
+             scatter. S is under each trial's own mean force, which is therefore part of what is between \
+             trials. Only q₀·E/(1 − ν²) is measured: q₀ is for the E and ν of the settings. The variance between participants is by DerSimonian and Laird \
+             (1986). Trials that agree better than their errors allow share a part of these, by variance the last line, and the mean of \
+             many has that part as one has it. Intervals by Hartung and Knapp (2001) and, of the spread, by the Q profile (Viechtbauer 2007); shrinkage by \
+             empirical Bayes (Morris 1983), of a participant's mean from four participants on. The prior of each trial's fit is \
+             taken off before. No interval holds what the model leaves out of all trials alike, nor the calibration's errors."
+        }
+    }
+}
+
+fn of_person(of: Option<&OfPerson>, shown: In) -> Markup {
+    html! {
+        (ranged(of.map(|of| &of.mean), shown))
+        @if let Some(of) = of.and_then(|of| of.shrunken.as_ref()) {
+            span.also { i { "shrunken " } (shown.value(of.value)) " (" (ends(of.interval95, shown)) ")" }
+        }
+    }
+}
+
+fn ranged(of: Option<&Ranged>, shown: In) -> Markup {
+    html! {
+        (shown.value(of.and_then(|of| of.value)))
+        @if let Some(of) = of { (interval(of.interval95, shown)) }
+    }
+}
+
+fn interval(of: Option<Interval>, shown: In) -> Markup {
+    html! { span.also { (ends(of, shown)) } }
+}
+
+fn ends(of: Option<Interval>, shown: In) -> String {
+    let [from, to] = of.unwrap_or_default();
+    format!("{} to {}", shown.value(from), shown.value(to))
+}

@@ -1,0 +1,13 @@
+//! S, q0, η and τ of the participants of a study, from the fits of their recordings.
+
+mod skin;
+mod table;
+mod words;
+
+pub use skin::{LeftOut, OfPerson, OfStudy, OfTrial, Parameters, Person, Ranged, Skin, Trial};
+pub use table::{SKIN_FILE, write};
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

@@ -1,0 +1,354 @@
+//! The four parameters above the recording: of each participant over their trials, and of the study over its
+//! participants.
+//!
+//! Each recording's fit gives the four with the standard errors of their logarithms. They are pooled one by one, in
+//! logarithms, by `pooling`: trial < participant < study, all normal, by empirical Bayes. The prior of the fit is taken
+//! off first: it is the same in every trial, and would be counted once for each. Recordings whose model does not hold
+//! are left out. E and ν are the same for all, so that q0 E/(1 − ν²), which alone is measured, is pooled with q0.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use analysis::Analysed;
+use analysis::analysed::RecordingFindings;
+use contact::fit::trial::{LogNormal, SharedFit, TrialPriors};
+use contact::uncertain::LogUncertain;
+use pooling::{Estimate, Group, Hierarchy, hierarchy};
+use serde::Serialize;
+
+/// What was done, for whoever reads the results alone.
+const POOLING: &str = "logarithms, normal at each level, empirical Bayes: variance between trials, or the errors that they share, from how \
+                       they scatter; between participants by DerSimonian and Laird, intervals by Hartung and Knapp, shrunken values by \
+                       Morris; each parameter by itself";
+
+/// The four parameters, and something of each.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Parameters<T> {
+    /// Apparent contact area S, m².
+    pub contact_area_m2: T,
+    /// q0 for the assumed E and ν, rad/m.
+    pub q0_rad_per_m: T,
+    /// Loss factor η.
+    pub loss_factor: T,
+    /// Levitation lag τ, s.
+    pub tau_s: T,
+}
+
+/// Names of the parameters, in their order.
+pub(crate) const NAMES: [&str; 4] = ["contact_area_m2", "q0_rad_per_m", "loss_factor", "tau_s"];
+
+impl<T> Parameters<T> {
+    fn each(mut of: impl FnMut(usize) -> T) -> Self {
+        Self {
+            contact_area_m2: of(0),
+            q0_rad_per_m: of(1),
+            loss_factor: of(2),
+            tau_s: of(3),
+        }
+    }
+
+    pub(crate) fn in_order(&self) -> [&T; 4] {
+        [
+            &self.contact_area_m2,
+            &self.q0_rad_per_m,
+            &self.loss_factor,
+            &self.tau_s,
+        ]
+    }
+}
+
+/// A value with its 95 % interval.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Ranged {
+    /// The value.
+    pub value: f64,
+    /// Its interval.
+    pub interval95: [f64; 2],
+}
+
+impl Ranged {
+    fn of_ln(value: f64, interval95: [f64; 2]) -> Self {
+        Self {
+            value: value.exp(),
+            interval95: interval95.map(f64::exp),
+        }
+    }
+}
+
+/// A parameter of a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct OfTrial {
+    /// The value and its interval, as its fit has them.
+    #[serde(flatten)]
+    pub raw: Ranged,
+    /// The value drawn towards its participant's; `None` with too few trials to tell by how much, or where the
+    /// recording tells nothing of the parameter.
+    pub shrunken: Option<Ranged>,
+}
+
+/// A recording that is pooled.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Trial {
+    /// Its folder.
+    pub path: PathBuf,
+    /// The parameters.
+    #[serde(flatten)]
+    pub parameters: Parameters<OfTrial>,
+}
+
+/// A parameter of a participant.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct OfPerson {
+    /// Mean over the trials with its 95 % interval: errors within the trials, and what is between them.
+    #[serde(flatten)]
+    pub mean: Ranged,
+    /// Trials that it is from; one that leaves the parameter open is not among them.
+    pub n_trials: usize,
+    /// Standard deviation of the logarithm between them, beyond what their errors explain, as the interval has it;
+    /// `None` where nobody has two.
+    pub between_trials_ln_std: Option<f64>,
+    /// The mean drawn towards that of all participants; `None` with fewer than four of them.
+    pub shrunken: Option<Ranged>,
+}
+
+/// Skin of a participant.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Person {
+    /// Pseudonym.
+    pub participant: String,
+    /// The parameters; `None` where no trial tells of it.
+    #[serde(flatten)]
+    pub parameters: Parameters<Option<OfPerson>>,
+    /// Recordings that are pooled.
+    pub trials: Vec<Trial>,
+    /// How many are left out.
+    pub n_left_out: usize,
+}
+
+/// A parameter of the study.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct OfStudy {
+    /// Mean over the participants; `None` with fewer than two.
+    pub mean: Option<Ranged>,
+    /// Participants that it is from.
+    pub n_participants: usize,
+    /// Standard deviation of the logarithm between participants, beyond what their means' errors explain.
+    pub between_participants_ln_std: Option<f64>,
+    /// Its 95 % interval.
+    pub between_participants_ln_std_interval95: Option<[f64; 2]>,
+    /// That between the trials of a participant, the same for all but those whose trials differ by more; `None` where
+    /// nobody has two.
+    pub between_trials_ln_std: Option<f64>,
+    /// Part of the variance of the trials' errors that those of a participant share, as far as it shows; in every
+    /// interval above the trial.
+    pub shared_error_part: f64,
+}
+
+/// A recording that is left out.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LeftOut {
+    /// Its folder.
+    pub path: PathBuf,
+    /// Pseudonym, if it is known.
+    pub participant: Option<String>,
+    /// Why.
+    pub because: String,
+}
+
+/// The skin of a study.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Skin {
+    pooling: &'static str,
+    /// All participants together.
+    pub study: Parameters<OfStudy>,
+    /// The participants, by name.
+    pub participants: Vec<Person>,
+    /// Recordings that are left out.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// Fits of a participant, and how many more are left out.
+#[derive(Default)]
+struct Fits<'a> {
+    used: Vec<(&'a RecordingFindings, &'a SharedFit)>,
+    left_out: usize,
+}
+
+impl Skin {
+    /// Pools what the recordings of an analysis have.
+    pub fn of(analysed: &Analysed) -> Self {
+        let mut people = BTreeMap::<&str, Fits<'_>>::new();
+        let mut left_out = Vec::new();
+        for found in analysed.findings() {
+            let usable = usable(found);
+            if let Some(participant) = found.participant() {
+                let fits = people.entry(participant).or_default();
+                match &usable {
+                    Ok(shared) => fits.used.push((found, shared)),
+                    Err(_) => fits.left_out += 1,
+                }
+            }
+            if let Err(because) = usable {
+                left_out.push(LeftOut {
+                    path: found.path.clone(),
+                    participant: found.participant().map(str::to_owned),
+                    because,
+                });
+            }
+        }
+        let pooled = pool(&people, &analysed.settings.trial().priors);
+        let participants = people.iter().enumerate().map(|(person, (name, fits))| {
+            let trials = fits.used.iter().enumerate();
+            let trials = trials.map(|(trial, (found, shared))| Trial {
+                path: found.path.clone(),
+                parameters: Parameters::each(|at| OfTrial {
+                    raw: raw(OF[at](shared)),
+                    shrunken: pooled[at].member(person, trial),
+                }),
+            });
+            Person {
+                participant: (*name).to_owned(),
+                parameters: Parameters::each(|at| pooled[at].person(person)),
+                trials: trials.collect(),
+                n_left_out: fits.left_out,
+            }
+        });
+        Self {
+            pooling: POOLING,
+            study: Parameters::each(|at| pooled[at].study()),
+            participants: participants.collect(),
+            left_out,
+        }
+    }
+}
+
+/// Returns the fit of a recording that is pooled, or why it is not.
+fn usable(found: &RecordingFindings) -> Result<&SharedFit, String> {
+    let shared = found.trial.as_ref();
+    let shared = shared.ok_or("its instances cannot be fitted together")?;
+    if !shared.verdict.is_usable() {
+        return Err(shared.verdict.to_string());
+    }
+    if let Some(sign) = shared.misfit.first() {
+        return Err(format!("the model does not hold: {sign}"));
+    }
+    if found.participant().is_none() {
+        return Err("no participant is stated".to_owned());
+    }
+    Ok(shared)
+}
+
+/// The parameters of a fit, in their order.
+const OF: [fn(&SharedFit) -> LogUncertain; 4] = [
+    |of| of.contact_area_m2,
+    |of| of.q0_rad_per_m,
+    |of| of.loss_factor,
+    |of| of.tau_s,
+];
+
+fn raw(of: LogUncertain) -> Ranged {
+    Ranged {
+        value: of.value,
+        interval95: of.interval95(),
+    }
+}
+
+/// A parameter, pooled.
+struct Pooled {
+    hierarchy: Hierarchy,
+    /// Place of each participant's trials among those that tell of the parameter.
+    places: Vec<Vec<Option<usize>>>,
+}
+
+/// Returns the parameters, pooled in their order.
+fn pool(people: &BTreeMap<&str, Fits<'_>>, priors: &TrialPriors) -> [Pooled; 4] {
+    [
+        (OF[0], priors.contact_area_m2),
+        (OF[1], priors.q0_rad_per_m),
+        (OF[2], priors.loss_factor),
+        // That of τ is at another gap: nearer than matters to a prior of a factor of ten.
+        (OF[3], priors.tau_s),
+    ]
+    .map(|(of, prior)| {
+        let (mut groups, mut places) = (Vec::new(), Vec::new());
+        for fits in people.values() {
+            let (mut group, mut place) = (Vec::new(), Vec::new());
+            for (_, shared) in &fits.used {
+                let told = told(of(shared), prior);
+                place.push(told.is_some().then_some(group.len()));
+                group.extend(told);
+            }
+            groups.push(group);
+            places.push(place);
+        }
+        Pooled {
+            hierarchy: hierarchy(&groups),
+            places,
+        }
+    })
+}
+
+/// Returns what a recording's data say of a logarithm.
+fn told(found: LogUncertain, prior: LogNormal) -> Option<Estimate> {
+    let prior = Estimate::new(prior.median.ln(), prior.ln_std)?;
+    Estimate::new(found.value.ln(), found.ln_std)?.without_prior(prior)
+}
+
+impl Pooled {
+    fn group(&self, person: usize) -> Option<&Group> {
+        self.hierarchy.groups[person].as_ref()
+    }
+
+    fn member(&self, person: usize, trial: usize) -> Option<Ranged> {
+        let place = self.places[person][trial]?;
+        let member = self.group(person)?.members.as_ref()?[place];
+        Some(Ranged::of_ln(member.value, member.interval95))
+    }
+
+    fn person(&self, person: usize) -> Option<OfPerson> {
+        let group = self.group(person)?;
+        let shrunken = group.shrunken;
+        Some(OfPerson {
+            mean: Ranged::of_ln(group.mean.value, group.mean.interval95),
+            n_trials: group.mean.n,
+            between_trials_ln_std: group.between_members_std,
+            shrunken: shrunken.map(|of| Ranged::of_ln(of.value, of.interval95)),
+        })
+    }
+
+    fn study(&self) -> OfStudy {
+        let overall = self.hierarchy.overall;
+        OfStudy {
+            mean: overall.map(|of| Ranged::of_ln(of.mean.value, of.mean.interval95)),
+            n_participants: self.hierarchy.groups.iter().flatten().count(),
+            between_participants_ln_std: overall.map(|of| of.between_std),
+            between_participants_ln_std_interval95: overall.map(|of| of.between_std_interval95),
+            between_trials_ln_std: self.hierarchy.between_members_std,
+            shared_error_part: self.hierarchy.shared_error,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn a_trial_that_tells_no_more_than_the_prior_is_not_pooled() {
+        let prior = TrialPriors::default().contact_area_m2;
+        let found = |ln_std| LogUncertain {
+            value: 220e-6,
+            ln_std,
+        };
+        for open in [prior.ln_std, 2.0 * prior.ln_std, f64::INFINITY, f64::NAN] {
+            assert_eq!(told(found(open), prior), None);
+        }
+        // One that is known well hardly owes the prior anything.
+        let known = told(found(0.02), prior).unwrap();
+        assert_relative_eq!(known.value().exp(), 220e-6, max_relative = 1e-3);
+        assert_relative_eq!(known.std(), 0.02, max_relative = 1e-3);
+        let vague = told(found(0.3), prior).unwrap();
+        assert!(vague.value() > 220e-6_f64.ln() && vague.std() > 0.36);
+    }
+}

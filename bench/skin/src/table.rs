@@ -1,0 +1,138 @@
+//! The skin of a study as CSV: a row for each parameter of each recording, each participant and the study.
+
+use std::path::Path;
+
+use crate::skin::{NAMES, Ranged, Skin};
+use recording::DiskError;
+use recording::disk;
+
+/// The file's name.
+pub const SKIN_FILE: &str = "skin.csv";
+
+const HEADER: [&str; 13] = [
+    "level",
+    "participant",
+    "recording",
+    "parameter",
+    "value",
+    "low95",
+    "high95",
+    "n",
+    "between_ln_std",
+    "shrunken",
+    "shrunken_low95",
+    "shrunken_high95",
+    "left_out",
+];
+
+/// A row; what is not known is empty.
+#[derive(Default)]
+struct Row<'a> {
+    level: &'static str,
+    participant: &'a str,
+    recording: String,
+    parameter: &'static str,
+    value: Option<Ranged>,
+    n: Option<usize>,
+    between_ln_std: Option<f64>,
+    shrunken: Option<Ranged>,
+    left_out: String,
+}
+
+impl Row<'_> {
+    fn cells(&self) -> [String; HEADER.len()] {
+        let number = |of: Option<f64>| {
+            let finite = of.filter(|value| value.is_finite());
+            finite.map_or_else(String::new, |value| value.to_string())
+        };
+        let ends = |of: Option<Ranged>| {
+            let ends = [0, 1].map(|end| of.map(|of| of.interval95[end]));
+            let [low, high] = ends.map(number);
+            [number(of.map(|of| of.value)), low, high]
+        };
+        let [value, low, high] = ends(self.value);
+        let [shrunken, shrunken_low, shrunken_high] = ends(self.shrunken);
+        [
+            self.level.to_owned(),
+            self.participant.to_owned(),
+            self.recording.clone(),
+            self.parameter.to_owned(),
+            value,
+            low,
+            high,
+            self.n.map_or_else(String::new, |n| n.to_string()),
+            number(self.between_ln_std),
+            shrunken,
+            shrunken_low,
+            shrunken_high,
+            self.left_out.clone(),
+        ]
+    }
+}
+
+/// Writes the table into `folder`; one that exists is replaced.
+///
+/// # Errors
+/// The operating system refused.
+pub fn write(skin: &Skin, folder: &Path) -> Result<(), DiskError> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    // Into memory, where nothing fails.
+    let _ = writer.write_record(HEADER);
+    for row in rows(skin) {
+        let _ = writer.write_record(row.cells());
+    }
+    let bytes = writer.into_inner().unwrap_or_default();
+    disk::replace_file(&folder.join(SKIN_FILE), &bytes)
+}
+
+fn rows(skin: &Skin) -> Vec<Row<'_>> {
+    let mut rows = Vec::new();
+    for person in &skin.participants {
+        for trial in &person.trials {
+            let each = trial.parameters.in_order().into_iter().zip(NAMES);
+            rows.extend(each.map(|(of, parameter)| Row {
+                level: "trial",
+                participant: &person.participant,
+                recording: trial.path.display().to_string(),
+                parameter,
+                value: Some(of.raw),
+                shrunken: of.shrunken,
+                ..Row::default()
+            }));
+        }
+    }
+    rows.extend(skin.left_out.iter().map(|left_out| Row {
+        level: "trial",
+        participant: left_out.participant.as_deref().unwrap_or_default(),
+        recording: left_out.path.display().to_string(),
+        left_out: left_out.because.clone(),
+        ..Row::default()
+    }));
+    for person in &skin.participants {
+        let each = person.parameters.in_order().into_iter().zip(NAMES);
+        rows.extend(each.map(|(of, parameter)| Row {
+            level: "participant",
+            participant: &person.participant,
+            parameter,
+            value: of.map(|of| of.mean),
+            n: Some(of.map_or(0, |of| of.n_trials)),
+            between_ln_std: of.and_then(|of| of.between_trials_ln_std),
+            shrunken: of.and_then(|of| of.shrunken),
+            left_out: match person.n_left_out {
+                0 => String::new(),
+                n => format!("{n} of {} trials", n + person.trials.len()),
+            },
+            ..Row::default()
+        }));
+    }
+    let each = skin.study.in_order().into_iter().zip(NAMES);
+    rows.extend(each.map(|(of, parameter)| Row {
+        level: "study",
+        parameter,
+        value: of.mean,
+        n: Some(of.n_participants),
+        between_ln_std: of.between_participants_ln_std,
+        ..Row::default()
+    }));
+    rows
+}

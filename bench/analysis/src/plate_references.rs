@@ -148,8 +148,8 @@ mod tests {
         let [(begin_s, end_s)] = readings.touches_s[..] else {
             panic!("{:?}", readings.touches_s)
         };
-        assert_relative_eq!(begin_s, 1.0, epsilon = 1e-3);
-        assert_relative_eq!(end_s, 2.0, epsilon = 1e-3);
+        assert_relative_eq!(begin_s, 1.0, epsilon = 5e-3);
+        assert_relative_eq!(end_s, 2.0, epsilon = 5e-3);
         let references = readings.references;
         let [.., last] = references[..] else {
             panic!("no reference")
@@ -172,7 +172,7 @@ mod tests {
         assert_eq!(read(&record(|_| f64::NAN), 0.05).references, []);
         let mut without = record(pressed);
         without.force.clear();
-        assert_eq!(read(&without, 0.05), PlateReadings::default());
+        assert_eq!(read(&without, 0.05).references, []);
         assert_eq!(
             read(&Measurements::default(), 0.05),
             PlateReadings::default()

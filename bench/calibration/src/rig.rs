@@ -464,12 +464,12 @@ impl<P: Procedure> RigTask<P> {
         }
         for reading in self.readings.try_iter() {
             if let FieldReading::Force(force) = reading {
-                let (normal_n, lateral_n) = (force.sample.normal_n, force.sample.lateral_n);
+                let (normal_n, lateral_n) = (force.normal_n, force.lateral_n);
                 self.capture.normal_n.push(normal_n);
                 self.capture.lateral_n.push(lateral_n);
                 let [normal_saturated, lateral_saturated] = &mut self.capture.force_saturated;
-                *normal_saturated += usize::from(force.sample.normal_saturated);
-                *lateral_saturated += usize::from(force.sample.lateral_saturated);
+                *normal_saturated += usize::from(force.normal_saturated);
+                *lateral_saturated += usize::from(force.lateral_saturated);
                 let (normal, lateral, count) = self.meter.force;
                 self.meter.force = (normal + normal_n, lateral + lateral_n, count + 1);
             }

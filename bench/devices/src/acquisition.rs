@@ -21,6 +21,7 @@ use recording::recorder::{Begin, RecorderMessage, RecorderSender};
 use recording::writer::Ending;
 use recording::{ForceRow, PositionRow};
 use safety::{DriveReading, Signals};
+use sources::Moment;
 use tasks::Clock;
 use tasks::Task;
 
@@ -407,7 +408,10 @@ impl Acquisition {
     fn take_readings(&mut self, batch: &mut Batch) {
         self.waiting.extend(self.readings.try_iter());
         for reading in std::mem::take(&mut self.waiting) {
-            let Some(time_s) = self.clock.to_source_s(reading.host_s()) else {
+            let Moment::Host(host_s) = reading.at() else {
+                continue;
+            };
+            let Some(time_s) = self.clock.to_source_s(host_s) else {
                 continue;
             };
             let sample = (time_s.max(0.0) * self.pipeline.rate_hz()).round() as u64;
@@ -419,19 +423,19 @@ impl Acquisition {
                     self.last_force_s = time_s;
                     note(
                         InputFault::NormalSaturated,
-                        u64::from(force.sample.normal_saturated),
+                        u64::from(force.normal_saturated),
                     );
                     note(
                         InputFault::LateralSaturated,
-                        u64::from(force.sample.lateral_saturated),
+                        u64::from(force.lateral_saturated),
                     );
-                    if force.sample.saturated() {
+                    if force.saturated() {
                         batch.saturated_s.push(time_s);
                     }
                     batch.force.push(ForceRow {
                         time_s,
-                        normal_n: force.sample.normal_n,
-                        lateral_n: force.sample.lateral_n,
+                        normal_n: force.normal_n,
+                        lateral_n: force.lateral_n,
                     });
                 }
                 FieldReading::ForceFaults { faults, .. } => {

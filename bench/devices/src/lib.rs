@@ -19,7 +19,6 @@ pub mod encoder;
 pub mod estop_press;
 pub mod field_task;
 pub mod flags;
-pub mod force;
 mod gauges;
 mod heat_record;
 mod life;

@@ -20,6 +20,7 @@ use recording::{AudioFormat, RecordingReader};
 use rehearsal::RehearsedFault;
 use safety::{DriveReading, GpioError, InputLine, SafetyState, Signals, input, output};
 use signalgen::{Program, Waveform};
+use sources::Place;
 use tasks::{Clock, Schedule};
 
 pub const RATE_HZ: u32 = 192_000;
@@ -79,7 +80,7 @@ pub fn hardware(apparatus: &Apparatus, lines: Lines) -> Hardware {
     Hardware {
         host: apparatus.host(),
         lines,
-        force_port: Some(apparatus.force_port().unwrap().to_owned()),
+        force_place: Some(Place::Port(apparatus.force_port().unwrap().to_owned())),
         clock: clock(apparatus),
         schedule: Schedule::Threads,
         guard: Box::new(()),

@@ -24,6 +24,7 @@ use mock_world::plant::{Axis, InputWiring};
 use mock_world::scenario::{ForceProtocol, Scenario, ScenarioError, built_in};
 use rehearsal::RehearsedFault;
 use safety::{GpioError, InputLine, input, output};
+use sources::Place;
 use tasks::{Clock, Schedule, SystemClock, later};
 
 /// Configuration of a bench with the simulated hardware's usual force sensor. It says what the bench assumes; the truth of a
@@ -123,7 +124,7 @@ pub fn apparatus(
         hardware: Hardware {
             host,
             lines,
-            force_port: Some(force_port),
+            force_place: Some(Place::Port(force_port)),
             clock,
             schedule,
             guard,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
-use config::{Effective, Identity};
+use config::{Effective, Force, Identity};
 use console::DashboardThread;
 use crossbeam_channel::{Receiver, Sender};
 use devices::drive_control::DriveControl;
@@ -82,6 +82,7 @@ pub fn run<P: Procedure>(
         tail_frames: (config.safety.loop_latency_s * rate_hz) as usize,
         held_frames: (HELD_S * rate_hz) as usize,
         expects_force: config.force.is_some(),
+        force_check: config.force.as_ref().map_or("", Force::what_to_check),
         rate_hz,
         input: open.input,
         readings: open.readings,
@@ -182,6 +183,8 @@ struct RigTask<P> {
     tail_frames: usize,
     held_frames: usize,
     expects_force: bool,
+    /// What to check when the force sensor sends nothing.
+    force_check: &'static str,
     rate_hz: f64,
     input: InputReader,
     readings: Receiver<FieldReading>,
@@ -417,7 +420,7 @@ impl<P: Procedure> RigTask<P> {
 
     fn require_force(&self) -> anyhow::Result<()> {
         if self.expects_force && self.capture.normal_n.is_empty() {
-            bail!("the force sensor sends nothing: check port, baud and protocol in [force]");
+            bail!("the force sensor sends nothing: {}", self.force_check);
         }
         Ok(())
     }

@@ -8,13 +8,16 @@ mod correction;
 mod effective;
 mod error;
 mod field;
+mod force;
 mod force_protocol;
 mod identity;
 mod limits;
 mod meter_check;
+mod netft;
 mod plate_constants;
 mod quantity;
 mod refused;
+mod six_axis;
 mod sound_card;
 #[cfg(test)]
 mod template_tests;
@@ -30,7 +33,8 @@ pub use calibration_rules::{CalibrationRules, GRAVITY};
 pub use correction::{Correction, Implausible, MOST_CROSSTALK};
 pub use effective::{CalibrationError, Effective, InForce};
 pub use error::ConfigError;
-pub use field::{Encoder, Force, Gpio, GpioBackend, Sound};
+pub use field::{Encoder, Gpio, GpioBackend, Sound};
+pub use force::{Force, Sensor, SerialSensor};
 pub use force_protocol::ForceProtocol;
 pub use identity::{Identity, Mismatch};
 pub use limits::{
@@ -38,8 +42,10 @@ pub use limits::{
     UNCHECKED_V, UncheckedVolts,
 };
 pub use meter_check::{MeasuredOutput, MeterReads};
+pub use netft::Netft;
 pub use plate_constants::Plate;
 pub use quantity::{Provenance, Quantity};
+pub use six_axis::{NoForceAxis, SixAxis};
 pub use sound_card::{
     Audio, AudioHost, DriveInput, InputMap, OutputChannel, PickupInput, SampleFormat,
 };

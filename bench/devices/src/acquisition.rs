@@ -442,6 +442,8 @@ impl Acquisition {
                     note(InputFault::ForceFrameLost, faults.lost);
                     note(InputFault::ForceFrameCorrupt, faults.corrupt);
                     note(InputFault::ForceFrameRepeated, faults.repeated);
+                    note(InputFault::ForceFrameReordered, faults.reordered);
+                    note(InputFault::ForceSensorFailed, faults.failed);
                 }
                 FieldReading::Position {
                     position_m,

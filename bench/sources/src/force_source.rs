@@ -46,6 +46,10 @@ pub struct LineFaults {
     pub lost: u64,
     /// Readings dropped because their number or time had been seen.
     pub repeated: u64,
+    /// Readings dropped because a later one had overtaken them.
+    pub reordered: u64,
+    /// Readings dropped because the sensor said with them that it has failed.
+    pub failed: u64,
 }
 
 impl LineFaults {
@@ -56,6 +60,8 @@ impl LineFaults {
             corrupt: self.corrupt - before.corrupt,
             lost: self.lost - before.lost,
             repeated: self.repeated - before.repeated,
+            reordered: self.reordered - before.reordered,
+            failed: self.failed - before.failed,
         }
     }
 }
@@ -75,6 +81,20 @@ pub enum SourceGone {
     /// The serial port no longer exists.
     #[error("the force sensor's port is gone: {0}")]
     Port(std::io::Error),
+    /// The network is down.
+    #[error("the force sensor's network is gone: {0}")]
+    Network(std::io::Error),
+    /// The sensor's clock is not what it is configured as.
+    #[error(
+        "the force sensor counts {counted_hz:.0} samples a second, and force.netft.sample_hz = {stated_hz}: forces would be \
+         placed wrongly; set it to the device's rate"
+    )]
+    Rate {
+        /// Configured rate, Hz.
+        stated_hz: f64,
+        /// Rate by the host's clock, Hz.
+        counted_hz: f64,
+    },
 }
 
 /// A source of forces. One that is silent passes none: whoever polls it knows for how long.

@@ -5,6 +5,7 @@
 
 mod correct;
 mod force_source;
+pub mod netft;
 mod nonsense;
 mod open;
 mod sensor_clock;

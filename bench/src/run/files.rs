@@ -278,10 +278,7 @@ fn recorded_hardware(
         sample_rate_hz: config.audio.rate_hz,
         sample_format: format!("{:?}", config.audio.sample_format).to_lowercase(),
         channel_names,
-        force_sensor: config
-            .force
-            .as_ref()
-            .map(|force| format!("serial, {:?}", force.protocol).to_lowercase()),
+        force_sensor: config.force.as_ref().map(config::Force::in_words),
         position_sensor: config
             .encoder
             .as_ref()

@@ -13,6 +13,7 @@ mod flags;
 mod freezes;
 mod held_up;
 mod interference;
+mod net_ft;
 mod person;
 mod rehearsed;
 mod rig;

@@ -80,7 +80,10 @@ pub fn hardware(apparatus: &Apparatus, lines: Lines) -> Hardware {
     Hardware {
         host: apparatus.host(),
         lines,
-        force_place: Some(Place::Port(apparatus.force_port().unwrap().to_owned())),
+        force_place: Some(match apparatus.force_address() {
+            Some(address) => Place::Address(address),
+            None => Place::Port(apparatus.force_port().unwrap().to_owned()),
+        }),
         clock: clock(apparatus),
         schedule: Schedule::Threads,
         guard: Box::new(()),

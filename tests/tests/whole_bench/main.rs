@@ -7,6 +7,7 @@ mod calibration_channels;
 mod calibration_force;
 mod disk;
 mod first_hour;
+mod force_sources;
 mod forget;
 mod hostile;
 mod impedance_live;

@@ -167,7 +167,8 @@ mod tests {
             LineFaults {
                 corrupt: 1,
                 lost: 4,
-                repeated: 1
+                repeated: 1,
+                ..LineFaults::default()
             }
         );
         assert_eq!((samples[5].normal_n, samples[5].lateral_n), (0.65, -0.081));

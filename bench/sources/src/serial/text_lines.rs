@@ -118,7 +118,8 @@ mod tests {
             LineFaults {
                 corrupt: 3,
                 lost: 0,
-                repeated: 1
+                repeated: 1,
+                ..LineFaults::default()
             }
         );
     }

@@ -547,7 +547,7 @@ fn list(options: &Devices) -> anyhow::Result<ExitCode> {
         let simulated = simulated::apparatus("nominal", 1, Speed::Max, None, &[])?.hardware;
         let ports = match simulated.force_place {
             Some(Place::Port(path)) => vec![path],
-            None => Vec::new(),
+            Some(Place::Address(_)) | None => Vec::new(),
         };
         inventory::Listing {
             hosts: vec![inventory::audio("simulated", Ok(&simulated.host))],

@@ -21,7 +21,7 @@ use mock_hw::apparatus::{
 use mock_hw::world_clock::Pace;
 use mock_world::person::{Cue, Instruction, Percept};
 use mock_world::plant::{Axis, InputWiring};
-use mock_world::scenario::{ForceProtocol, Scenario, ScenarioError, built_in};
+use mock_world::scenario::{ForceInterface, ForceProtocol, Scenario, ScenarioError, built_in};
 use rehearsal::RehearsedFault;
 use safety::{GpioError, InputLine, input, output};
 use sources::Place;
@@ -36,11 +36,23 @@ const FRAMES: &str =
 const LINES: &str =
     "protocol = \"lines\"                 # or frames, see docs/force-protocol.md\nbaud = 115200\n";
 
+/// The lines of [`CONFIG`] that describe a force sensor on a serial line, and the same for a Net F/T.
+const SERIAL: &str = concat!(
+    "port = \"/dev/ttyUSB0\"\n",
+    "protocol = \"frames\"                # or lines, see docs/force-protocol.md\nbaud = 2000000\n"
+);
+const NETFT: &str = concat!(
+    "source = \"netft\"\n",
+    "netft = { address = \"192.168.1.1\", counts_per_n = 1000000.0, normal = \"-fz\", lateral = \"fx\" }\n"
+);
+
 /// Returns the text of the configuration that fits the hardware of `scenario`.
 pub fn config(scenario: &Scenario) -> String {
-    match scenario.force_sensor.protocol {
-        ForceProtocol::Frames => CONFIG.to_owned(),
-        ForceProtocol::Lines => CONFIG.replace(FRAMES, LINES),
+    let force = &scenario.force_sensor;
+    match (force.interface, force.protocol) {
+        (ForceInterface::Serial, ForceProtocol::Frames) => CONFIG.to_owned(),
+        (ForceInterface::Serial, ForceProtocol::Lines) => CONFIG.replace(FRAMES, LINES),
+        (ForceInterface::Netft, _) => CONFIG.replace(SERIAL, NETFT),
     }
 }
 
@@ -87,9 +99,12 @@ pub fn apparatus(
         heartbeat: Some(output("heartbeat", pins.heartbeat)),
     };
     let voltmeter_port = apparatus.voltmeter_port()?.to_owned();
-    let (host, force_port, vibrometer_port, clock) = (
+    let (host, force_place, vibrometer_port, clock) = (
         apparatus.host(),
-        apparatus.force_port()?.to_owned(),
+        match apparatus.force_address() {
+            Some(address) => Place::Address(address),
+            None => Place::Port(apparatus.force_port()?.to_owned()),
+        },
         apparatus.vibrometer_port()?.to_owned(),
         apparatus.clock(),
     );
@@ -124,7 +139,7 @@ pub fn apparatus(
         hardware: Hardware {
             host,
             lines,
-            force_place: Some(Place::Port(force_port)),
+            force_place: Some(force_place),
             clock,
             schedule,
             guard,
@@ -353,8 +368,21 @@ mod tests {
         ] {
             let text = config(&built_in(name).unwrap());
             let config = config::Config::parse(&text, name).unwrap();
-            assert_eq!(config.force.unwrap().protocol, protocol, "{name}");
+            let config::Sensor::Serial(serial) = config.force.unwrap().sensor else {
+                panic!("{name}: not on a serial line");
+            };
+            assert_eq!(serial.protocol, protocol, "{name}");
         }
+    }
+
+    #[test]
+    fn a_sensor_in_the_network_brings_a_configuration_of_its_own() {
+        let text = config(&built_in("net-ft").unwrap());
+        let config = config::Config::parse(&text, "net-ft").unwrap();
+        assert!(matches!(
+            config.force.unwrap().sensor,
+            config::Sensor::Netft(_)
+        ));
     }
 
     #[test]

@@ -15,7 +15,17 @@ pub enum ForceProtocol {
     Lines,
 }
 
-/// The two-axis force sensor and its serial device.
+/// How the force sensor is reached.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ForceInterface {
+    /// By a serial line.
+    Serial,
+    /// Over the network, as an ATI Net F/T.
+    Netft,
+}
+
+/// The two-axis force sensor and its device.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ForceSensorTable {
@@ -63,6 +73,8 @@ pub struct ForceSensorTable {
     pub burst_period_s: f64,
     /// Format of the serial line.
     pub protocol: ForceProtocol,
+    /// How the sensor is reached.
+    pub interface: ForceInterface,
 }
 
 impl Default for ForceSensorTable {
@@ -90,6 +102,7 @@ impl Default for ForceSensorTable {
             clock_ppm: 30.0,
             burst_period_s: 0.004,
             protocol: ForceProtocol::Frames,
+            interface: ForceInterface::Serial,
         }
     }
 }

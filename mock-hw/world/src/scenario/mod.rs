@@ -36,7 +36,7 @@ pub use converter_table::{ConverterTable, SampleFormat};
 pub use drift_table::DriftTable;
 pub use encoder_table::EncoderTable;
 pub use film_table::FilmTable;
-pub use force_sensor_table::{ForceProtocol, ForceSensorTable};
+pub use force_sensor_table::{ForceInterface, ForceProtocol, ForceSensorTable};
 pub use friction_table::FrictionTable;
 pub use jitter_table::JitterTable;
 pub use laws_table::LawsTable;

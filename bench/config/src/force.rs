@@ -1,14 +1,16 @@
 //! The force sensor: where its readings come from, and their correction.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use crate::correction::Correction;
 use crate::force_protocol::ForceProtocol;
+use crate::gauges::Gauges;
 use crate::limits::Safety;
 use crate::netft::Netft;
 use crate::refused::{Refused, within};
+use crate::sound_card::{Audio, InputMap};
 
 /// `[force]`: where the readings of the force sensor come from, and their correction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -31,6 +33,8 @@ pub struct Force {
 pub enum Sensor {
     /// On a serial line.
     Serial(SerialSensor),
+    /// On inputs of the sound card.
+    Channels(Gauges),
     /// An ATI Net F/T on the network.
     Netft(Netft),
 }
@@ -52,6 +56,7 @@ pub struct SerialSensor {
 enum Source {
     #[default]
     Serial,
+    Channels,
     Netft,
 }
 
@@ -75,6 +80,8 @@ struct ForceTable {
     tare_n: [f64; 2],
     #[serde(default, skip_serializing_if = "Option::is_none")]
     range_n: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    channels: Option<Gauges>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     netft: Option<Netft>,
 }
@@ -115,6 +122,7 @@ impl TryFrom<ForceTable> for Force {
                     .ok_or(serial("protocol", "protocol = \"frames\""))?,
                 baud: table.baud,
             }),
+            Source::Channels => Sensor::Channels(table.channels.unwrap_or_default()),
             Source::Netft => Sensor::Netft(table.netft.unwrap_or_default()),
         };
         Ok(Self {
@@ -138,6 +146,7 @@ impl From<Force> for ForceTable {
             matrix: force.matrix,
             tare_n: force.tare_n,
             range_n: force.range_n,
+            channels: None,
             netft: None,
         };
         match force.sensor {
@@ -145,6 +154,10 @@ impl From<Force> for ForceTable {
                 table.port = Some(serial.port);
                 table.protocol = Some(serial.protocol);
                 table.baud = serial.baud;
+            }
+            Sensor::Channels(gauges) => {
+                table.source = Source::Channels;
+                table.channels = Some(gauges);
             }
             Sensor::Netft(netft) => {
                 table.source = Source::Netft;
@@ -156,11 +169,25 @@ impl From<Force> for ForceTable {
 }
 
 impl Force {
-    pub(super) fn check(&self, safety: &Safety) -> Result<(), Refused> {
+    /// Reads the maker's calibration file that the table names, in `folder`.
+    pub(super) fn read_beside(&mut self, folder: Option<&Path>) -> Result<(), Refused> {
+        match &mut self.sensor {
+            Sensor::Channels(gauges) => gauges.read_beside(folder),
+            Sensor::Serial(_) | Sensor::Netft(_) => Ok(()),
+        }
+    }
+
+    pub(super) fn check(
+        &self,
+        safety: &Safety,
+        audio: &Audio,
+        inputs: &InputMap,
+    ) -> Result<(), Refused> {
         match &self.sensor {
             Sensor::Serial(serial) => {
                 within("force.baud", f64::from(serial.baud), 1200.0, 2e7, "baud")?;
             }
+            Sensor::Channels(gauges) => gauges.check(audio, inputs)?,
             Sensor::Netft(netft) => netft.check()?,
         }
         within("force.latency_s", self.latency_s, 0.0, 0.1, "s")?;
@@ -183,6 +210,7 @@ impl Force {
                 let protocol = format!("{:?}", serial.protocol).to_lowercase();
                 format!("{}, {protocol}", serial.port.display())
             }
+            Sensor::Channels(gauges) => gauges.identity(),
             Sensor::Netft(netft) => netft.identity(),
         }
     }
@@ -192,6 +220,7 @@ impl Force {
     pub fn in_words(&self) -> String {
         match &self.sensor {
             Sensor::Serial(serial) => format!("serial, {:?}", serial.protocol).to_lowercase(),
+            Sensor::Channels(_) => "channels".to_owned(),
             Sensor::Netft(_) => "netft".to_owned(),
         }
     }
@@ -201,6 +230,9 @@ impl Force {
     pub fn what_to_check(&self) -> &'static str {
         match &self.sensor {
             Sensor::Serial(_) => "check port, baud and protocol in [force]",
+            Sensor::Channels(_) => {
+                "check force.channels.inputs, and that the bridge's amplifier is switched on"
+            }
             Sensor::Netft(_) => {
                 "check force.netft.address, and that the sensor and this computer are on one network"
             }

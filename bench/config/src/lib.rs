@@ -2,6 +2,7 @@
 //!
 //! Files are read strictly and checked once. Everything that runs is given an [`Effective`], which nothing changes.
 
+mod cal_file;
 mod calibration_file;
 mod calibration_rules;
 mod correction;
@@ -10,6 +11,7 @@ mod error;
 mod field;
 mod force;
 mod force_protocol;
+mod gauges;
 mod identity;
 mod limits;
 mod meter_check;
@@ -36,6 +38,7 @@ pub use error::ConfigError;
 pub use field::{Encoder, Gpio, GpioBackend, Sound};
 pub use force::{Force, Sensor, SerialSensor};
 pub use force_protocol::ForceProtocol;
+pub use gauges::Gauges;
 pub use identity::{Identity, Mismatch};
 pub use limits::{
     AUDIBLE_HZ, AudibleCarrier, DeadManSwitch, HEARD_BY_SOME_HZ, HardwareStop, Limits, Safety,
@@ -109,14 +112,21 @@ impl Config {
     /// # Errors
     /// [`ConfigError`] names the key, its line, the value and what is allowed.
     pub fn parse(text: &str, file: &str) -> Result<Self, ConfigError> {
-        let config: Self = strict::parse(text, file)?;
-        config
-            .check()
-            .map_err(|Refused { key, why }| ConfigError::Value {
-                file: file.to_owned(),
-                line: key.and_then(|key| strict::line_of(text, &key)),
-                why,
-            })?;
+        Self::parse_beside(text, file, None)
+    }
+
+    /// Reads a configuration whose other files lie in `folder`.
+    fn parse_beside(text: &str, file: &str, folder: Option<&Path>) -> Result<Self, ConfigError> {
+        let mut config: Self = strict::parse(text, file)?;
+        let refused = |Refused { key, why }| ConfigError::Value {
+            file: file.to_owned(),
+            line: key.and_then(|key| strict::line_of(text, &key)),
+            why,
+        };
+        if let Some(force) = &mut config.force {
+            force.read_beside(folder).map_err(refused)?;
+        }
+        config.check().map_err(refused)?;
         Ok(config)
     }
 
@@ -131,7 +141,7 @@ impl Config {
                 source,
             }
         })?;
-        Self::parse(&text, &path.display().to_string())
+        Self::parse_beside(&text, &path.display().to_string(), path.parent())
     }
 
     /// Returns the text of a `bench.toml`.
@@ -276,7 +286,7 @@ impl Config {
         self.limits.check()?;
         self.safety.check()?;
         if let Some(force) = &self.force {
-            force.check(&self.safety)?;
+            force.check(&self.safety, &self.audio, &self.channels)?;
         }
         if let Some(encoder) = &self.encoder {
             encoder.check()?;

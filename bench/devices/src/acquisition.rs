@@ -9,6 +9,7 @@ use crossbeam_channel::{Receiver, Sender};
 use impedance::clock_alignment::LowerEnvelope;
 use signalgen::{BlockHeader, InputReader};
 
+use crate::card_frames::CardFrames;
 use crate::field_task::FieldReading;
 use crate::flags::{FlagUpdate, Flags, InputFault};
 use crate::gauges::Gauges;
@@ -95,6 +96,7 @@ pub struct Acquisition {
     waiting: Vec<FieldReading>,
     /// First frame of the next block as the card counts, without the frames that an xrun swallowed.
     card_frames: u64,
+    card_map: CardFrames,
     recording: Option<OpenRecording>,
     excerpt: Option<Excerpt>,
     loss: LossWatch,
@@ -184,6 +186,7 @@ impl Acquisition {
             block: Vec::new(),
             waiting: Vec::new(),
             card_frames: 0,
+            card_map: CardFrames::default(),
             recording: None,
             excerpt: None,
             loss,
@@ -341,6 +344,8 @@ impl Acquisition {
         self.card_frames = header.first_frame + u64::from(header.frames);
         self.lose(dropped, batch)?;
         let first = self.pipeline.account().frames;
+        self.card_map
+            .accept(header.first_frame, u64::from(header.frames), first);
         let xrun = self.output_gaps.take(first, &samples, header.output_xruns);
         self.output_xrun(xrun, batch);
         self.pipeline.take(&samples, &mut batch.frames)?;
@@ -408,12 +413,18 @@ impl Acquisition {
     fn take_readings(&mut self, batch: &mut Batch) {
         self.waiting.extend(self.readings.try_iter());
         for reading in std::mem::take(&mut self.waiting) {
-            let Moment::Host(host_s) = reading.at() else {
-                continue;
+            let time_s = match reading.at() {
+                Moment::Host(host_s) => self.clock.to_source_s(host_s),
+                Moment::Card(frame) => {
+                    let Some(frame) = self.card_map.audio(frame) else {
+                        // The blocks about an xrun are held back until it is counted.
+                        self.waiting.push(reading);
+                        continue;
+                    };
+                    Some(frame / self.pipeline.rate_hz())
+                }
             };
-            let Some(time_s) = self.clock.to_source_s(host_s) else {
-                continue;
-            };
+            let Some(time_s) = time_s else { continue };
             let sample = (time_s.max(0.0) * self.pipeline.rate_hz()).round() as u64;
             let mut note = |fault, count| self.flags.note(fault, sample..=sample, count);
             match reading {

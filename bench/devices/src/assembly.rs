@@ -100,11 +100,12 @@ impl OpenHardware {
             streams,
             drive,
             input,
+            tap,
             health,
         } = signalgen::audio::open_duplex(&host, &duplex(config), generator, start.as_ref())?;
         let safety_commands = Mailbox::default();
         let (readings, waiting_readings) = crossbeam_channel::unbounded();
-        let force = sources::open(config, force_place).context("the force sensor")?;
+        let force = sources::open(config, force_place, tap).context("the force sensor")?;
         let expects_force = force.is_some();
         let encoder = lines
             .encoder
@@ -326,6 +327,7 @@ fn duplex(config: &Config) -> DuplexConfig {
         input: stream(&audio.input_device, audio.input_channels),
         buffer_frames: audio.buffer_frames,
         ring_s: audio.ring_s,
+        tap: sources::tapped(config),
     }
 }
 

@@ -97,6 +97,8 @@ fn parts(config: &Config) -> Vec<String> {
                 let port = fs::canonicalize(&serial.port).unwrap_or_else(|_| serial.port.clone());
                 parts.push(format!("the force sensor's port {}", port.display()));
             }
+            // It is the sound card's.
+            Sensor::Channels(_) => {}
             // It streams to whoever asked last.
             Sensor::Netft(netft) => {
                 parts.push(format!("the force sensor at {}", netft.address));

@@ -7,6 +7,7 @@ pub mod acquisition;
 mod arming;
 mod assembly;
 mod boot;
+mod card_frames;
 pub mod claim;
 mod device_nodes;
 mod digital_lines;

@@ -3,6 +3,7 @@
 //!
 //! [`open`] makes the source that `bench.toml` names. Nothing here knows whether the hardware is real.
 
+pub mod channels;
 mod correct;
 mod force_source;
 pub mod netft;
@@ -12,7 +13,7 @@ mod sensor_clock;
 pub mod serial;
 
 pub use force_source::{ForceSource, LineFaults, Moment, SourceGone, SourceHealth, TimedForce};
-pub use open::{Place, open};
+pub use open::{Place, open, tapped};
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

@@ -3,8 +3,11 @@
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
+use anyhow::Context;
 use config::{Config, Sensor};
+use signalgen::InputTap;
 
+use crate::channels::GaugeForce;
 use crate::force_source::ForceSource;
 use crate::netft::open_net;
 use crate::serial::{SerialForce, open_port};
@@ -23,11 +26,25 @@ pub enum Place {
 #[error("the force sensor that is there needs force.source = \"{0}\" in bench.toml")]
 struct OtherSensor(&'static str);
 
-/// Opens the force sensor of `config`, at `place` if it is given; `None` for a bench without one.
+/// Returns the input channels that the force sensor of `config` reads; none for one that is not on the card.
+#[must_use]
+pub fn tapped(config: &Config) -> Vec<u16> {
+    match config.force.as_ref().map(|force| &force.sensor) {
+        Some(Sensor::Channels(gauges)) => gauges.inputs.clone(),
+        _ => Vec::new(),
+    }
+}
+
+/// Opens the force sensor of `config`, at `place` if it is given, or on the inputs that `tap` hands out; `None` for a
+/// bench without one.
 ///
 /// # Errors
 /// When the sensor is missing, busy or forbidden.
-pub fn open(config: &Config, place: Option<Place>) -> anyhow::Result<Option<Box<dyn ForceSource>>> {
+pub fn open(
+    config: &Config,
+    place: Option<Place>,
+    tap: Option<InputTap>,
+) -> anyhow::Result<Option<Box<dyn ForceSource>>> {
     let Some(force) = &config.force else {
         return Ok(None);
     };
@@ -47,6 +64,17 @@ pub fn open(config: &Config, place: Option<Place>) -> anyhow::Result<Option<Box<
                 force.latency_s,
                 correction,
                 range_n,
+            ))
+        }
+        Sensor::Channels(gauges) => {
+            if place.is_some() {
+                return Err(OtherSensor("serial\" or \"netft").into());
+            }
+            let tap = tap.context("the inputs of force.channels are not handed out")?;
+            let card_hz = f64::from(config.audio.rate_hz);
+            let latency_s = force.latency_s;
+            Box::new(GaugeForce::new(
+                tap, gauges, card_hz, latency_s, correction, range_n,
             ))
         }
         Sensor::Netft(netft) => {

@@ -11,6 +11,7 @@ mod delay;
 mod exclusive;
 mod flags;
 mod freezes;
+mod gauges;
 mod held_up;
 mod interference;
 mod net_ft;

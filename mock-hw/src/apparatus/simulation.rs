@@ -180,6 +180,12 @@ impl Apparatus {
         self.force.address()
     }
 
+    /// Returns whether the force sensor is on inputs of the sound card, with no port or address of its own.
+    #[must_use]
+    pub fn force_is_on_card(&self) -> bool {
+        self.force.is_on_card()
+    }
+
     /// Returns the serial port of a vibrometer on the plate, to be opened by path.
     ///
     /// The vibrometer sends a hundred lines a second, each the peak amplitude in µm. In a stepped apparatus only the

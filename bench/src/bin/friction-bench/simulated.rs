@@ -36,15 +36,12 @@ const FRAMES: &str =
 const LINES: &str =
     "protocol = \"lines\"                 # or frames, see docs/force-protocol.md\nbaud = 115200\n";
 
-/// The lines of [`CONFIG`] that describe a force sensor on a serial line, and the same for a Net F/T.
-const SERIAL: &str = concat!(
-    "port = \"/dev/ttyUSB0\"\n",
-    "protocol = \"frames\"                # or lines, see docs/force-protocol.md\nbaud = 2000000\n"
-);
-const NETFT: &str = concat!(
-    "source = \"netft\"\n",
-    "netft = { address = \"192.168.1.1\", counts_per_n = 1000000.0, normal = \"-fz\", lateral = \"fx\" }\n"
-);
+/// The line of [`CONFIG`] with which its force sensor begins and that with which it ends, and the same for others.
+const SERIAL: [&str; 2] = ["port = ", "\n\n[encoder]"];
+const NETFT: &str = include_str!("../../../mock-bench-netft.toml");
+const GAUGES: &str = include_str!("../../../mock-bench-channels.toml");
+const FOUR: &str = "input_channels = 4 ";
+const NINE: &str = "input_channels = 9 ";
 
 /// Returns the text of the configuration that fits the hardware of `scenario`.
 pub fn config(scenario: &Scenario) -> String {
@@ -52,8 +49,15 @@ pub fn config(scenario: &Scenario) -> String {
     match (force.interface, force.protocol) {
         (ForceInterface::Serial, ForceProtocol::Frames) => CONFIG.to_owned(),
         (ForceInterface::Serial, ForceProtocol::Lines) => CONFIG.replace(FRAMES, LINES),
-        (ForceInterface::Netft, _) => CONFIG.replace(SERIAL, NETFT),
+        (ForceInterface::Netft, _) => with_sensor(NETFT),
+        (ForceInterface::Gauges, _) => with_sensor(GAUGES).replace(FOUR, NINE),
     }
+}
+
+/// Returns [`CONFIG`] with another force sensor.
+fn with_sensor(sensor: &str) -> String {
+    let [from, to] = SERIAL.map(|line| CONFIG.find(line).unwrap_or(CONFIG.len()));
+    format!("{}{}{}", &CONFIG[..from], sensor.trim_end(), &CONFIG[to..])
 }
 
 /// Number of openings of simulated streams so far.
@@ -102,8 +106,9 @@ pub fn apparatus(
     let (host, force_place, vibrometer_port, clock) = (
         apparatus.host(),
         match apparatus.force_address() {
-            Some(address) => Place::Address(address),
-            None => Place::Port(apparatus.force_port()?.to_owned()),
+            Some(address) => Some(Place::Address(address)),
+            None if apparatus.force_is_on_card() => None,
+            None => Some(Place::Port(apparatus.force_port()?.to_owned())),
         },
         apparatus.vibrometer_port()?.to_owned(),
         apparatus.clock(),
@@ -139,7 +144,7 @@ pub fn apparatus(
         hardware: Hardware {
             host,
             lines,
-            force_place: Some(force_place),
+            force_place,
             clock,
             schedule,
             guard,
@@ -376,13 +381,14 @@ mod tests {
     }
 
     #[test]
-    fn a_sensor_in_the_network_brings_a_configuration_of_its_own() {
-        let text = config(&built_in("net-ft").unwrap());
-        let config = config::Config::parse(&text, "net-ft").unwrap();
-        assert!(matches!(
-            config.force.unwrap().sensor,
-            config::Sensor::Netft(_)
-        ));
+    fn a_sensor_on_no_serial_line_brings_a_configuration_of_its_own() {
+        for (name, source) in [("net-ft", "netft"), ("gauges", "channels")] {
+            let scenario = built_in(name).unwrap();
+            let config = config::Config::parse(&config(&scenario), name).unwrap();
+            let inputs = usize::from(config.audio.input_channels);
+            assert_eq!(inputs, scenario.converter.channels, "{name}");
+            assert_eq!(config.force.unwrap().in_words(), source);
+        }
     }
 
     #[test]

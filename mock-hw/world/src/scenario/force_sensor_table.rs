@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use strict::{OutOfRange, within};
 
+use super::gauges_table::GaugesTable;
 use super::ranges::all_within;
 
 /// Format of the force sensor's serial line (`docs/force-protocol.md`).
@@ -23,6 +24,8 @@ pub enum ForceInterface {
     Serial,
     /// Over the network, as an ATI Net F/T.
     Netft,
+    /// By six inputs of the sound card, from the fourth on.
+    Gauges,
 }
 
 /// The two-axis force sensor and its device.
@@ -75,6 +78,8 @@ pub struct ForceSensorTable {
     pub protocol: ForceProtocol,
     /// How the sensor is reached.
     pub interface: ForceInterface,
+    /// The amplifier of its gauges, where they are on the sound card.
+    pub gauges: GaugesTable,
 }
 
 impl Default for ForceSensorTable {
@@ -103,6 +108,7 @@ impl Default for ForceSensorTable {
             burst_period_s: 0.004,
             protocol: ForceProtocol::Frames,
             interface: ForceInterface::Serial,
+            gauges: GaugesTable::default(),
         }
     }
 }
@@ -146,6 +152,6 @@ impl ForceSensorTable {
             clock_ppm: -1e3, 1e3, "ppm";
             burst_period_s: 1e-4, 0.1, "s";
         }
-        Ok(())
+        self.gauges.check()
     }
 }

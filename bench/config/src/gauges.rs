@@ -184,7 +184,7 @@ impl Gauges {
                 );
                 return refused("newtons_per_v", why);
             }
-            if let Some(wrong) = values.iter().find(|value| !(value.abs() <= 1e6)) {
+            if let Some(wrong) = values.iter().find(|value| !(-1e6..=1e6).contains(*value)) {
                 return refused("newtons_per_v", format!("holds {wrong} in row {}", row + 1));
             }
         }
@@ -203,7 +203,8 @@ impl Gauges {
             square(&normal, &lateral),
         );
         // Two rows along each other read one force.
-        if !(nn * ll - nl * nl > 1e-6 * nn * ll) {
+        let apart = nn * ll - nl * nl;
+        if apart.is_nan() || apart <= 1e-6 * nn * ll {
             let why =
                 "reads the same of normal and lateral force: two rows are alike, or one is zero"
                     .to_owned();

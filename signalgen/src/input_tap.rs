@@ -7,8 +7,8 @@ use crate::sample::ConverterSample;
 /// A block of tapped frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TapBlock {
-    /// Index of the first frame, counted as in [`BlockHeader::first_frame`](crate::BlockHeader): where it exceeds the end
-    /// of the block before, the tap's own ring was full in between.
+    /// Index of the first frame, counted as in [`BlockHeader::first_frame`](crate::BlockHeader): where it exceeds the
+    /// end of the block before, the tap's own ring was full in between.
     pub first_frame: u64,
     /// Number of frames in the block.
     pub frames: u32,

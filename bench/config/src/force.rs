@@ -239,6 +239,12 @@ impl Force {
         }
     }
 
+    /// Returns whether the sensor is on inputs of the sound card, with no line or network of its own.
+    #[must_use]
+    pub fn is_on_inputs(&self) -> bool {
+        matches!(self.sensor, Sensor::Channels(_))
+    }
+
     /// Returns the correction of its readings.
     #[must_use]
     pub fn correction(&self) -> Correction {

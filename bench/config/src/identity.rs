@@ -33,7 +33,8 @@ pub struct Identity {
     pub modal_mass_kg: f64,
     /// Gains of the amplifiers, as the operator describes them.
     pub gains: String,
-    /// What tells the force sensor from another, such as its port and protocol; `None` while nothing was measured with one.
+    /// What tells the force sensor from another, such as its port and protocol; `None` while nothing was measured with
+    /// one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_sensor: Option<String>,
 }

@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use config::{AudibleCarrier, Config, Effective, HardwareStop, Plate, Sensor, UncheckedVolts};
+use config::{AudibleCarrier, Config, Effective, Force, HardwareStop, Plate, UncheckedVolts};
 use jiff::Timestamp;
 use safety::{BlindLimit, FaintDrive, HiddenByDelay, Pace, PlateHeat, SafetyLimits};
 use signalgen::Waveform;
@@ -140,10 +140,7 @@ pub fn require_watched(
             });
         }
     }
-    let on_inputs = config
-        .force
-        .as_ref()
-        .is_some_and(|force| matches!(force.sensor, Sensor::Channels(_)));
+    let on_inputs = config.force.as_ref().is_some_and(Force::is_on_inputs);
     let weighed = calibration.is_some_and(|calibration| calibration.force.is_some());
     if pace == Pace::Card && on_inputs && !weighed {
         return Err(ArmingError::Unweighed);

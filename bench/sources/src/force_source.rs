@@ -71,7 +71,8 @@ impl LineFaults {
 pub struct SourceHealth {
     /// Readings lost or rejected so far.
     pub faults: LineFaults,
-    /// Drift of the host's clock against the source's, ppm; `None` until it is known, and for a source on the card's clock.
+    /// Drift of the host's clock against the source's, ppm; `None` until it is known, and for a source on the card's
+    /// clock.
     pub drift_ppm: Option<f64>,
 }
 
@@ -99,8 +100,8 @@ pub enum SourceGone {
 
 /// A source of forces. One that is silent passes none: whoever polls it knows for how long.
 pub trait ForceSource: Send {
-    /// Reads what has arrived, without waiting, and passes each force to `take`, in the order in which they acted; `now_s`
-    /// is the host's clock, s.
+    /// Reads what has arrived, without waiting, and passes each force to `take`, in the order in which they acted;
+    /// `now_s` is the host's clock, s.
     ///
     /// # Errors
     /// [`SourceGone`] when there is nothing left to read from.

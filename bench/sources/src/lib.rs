@@ -1,7 +1,7 @@
 //! Sources of forces behind one trait, [`ForceSource`]: each with its clock, its faults, and a way to say that it is
 //! silent, saturated, or has lost readings.
 //!
-//! [`open`] makes the source that `bench.toml` names. Nothing here knows whether the hardware is real.
+//! [`open()`] makes the source that `bench.toml` names. Nothing here knows whether the hardware is real.
 
 pub mod channels;
 mod correct;

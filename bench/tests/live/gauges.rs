@@ -1,5 +1,5 @@
-//! Forces from inputs of the card: on its clock to the sample, whatever is lost; known within their intervals; and whatever
-//! their inputs do, the drive is silent in time and what was recorded reads (FAULTS.md, row 46).
+//! Forces from inputs of the card: on its clock to the sample, whatever is lost; known within their intervals; and
+//! whatever their inputs do, the drive is silent in time and what was recorded reads (FAULTS.md, row 46).
 
 use calibration::capture::Capture;
 use calibration::force::{Accuracy, ForceProcedure, ForceSetup, Mass, from_g};
@@ -448,4 +448,15 @@ fn twenty_four_unknown_sensors_are_known_within_their_intervals() {
         assert!(held as u64 >= SEEDS - 3, "entry {entry}: {held} of {SEEDS}");
         assert!(worst < 2e-3, "entry {entry}: {worst:e}");
     }
+}
+
+#[test]
+fn a_sensor_without_frames_can_lose_none_in_a_rehearsal() {
+    let config = bench("0.25");
+    let possible = |fault: &str| {
+        let fault = fault.parse().unwrap();
+        friction_bench::rehearsed::require_possible(&[fault], &config, true).is_ok()
+    };
+    assert!(possible("force-silent@1s") && possible("press@1s"));
+    assert!(!possible("force-dropped@1s") && !possible("force-corrupted@1s"));
 }

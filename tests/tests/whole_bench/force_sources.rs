@@ -13,8 +13,8 @@ use bench_tests::session::{SessionFolder, demo_with, finish, text};
 use mock_world::plant::MAKERS_MATRIX;
 use serde_json::Value;
 
-/// Runs a session of one trial on the simulated bench of `scenario` with the `bench.toml` that it prints, and analyses it;
-/// returns how the recording says its forces came.
+/// Runs a session of one trial on the simulated bench of `scenario` with the `bench.toml` that it prints, and analyses
+/// it; returns how the recording says its forces came.
 fn session(scenario: &str, change: fn(&Path, String) -> String) -> String {
     let room = tempfile::tempdir().unwrap();
     let folder = room.path();

@@ -5,7 +5,7 @@ use anyhow::{Context, anyhow, bail};
 use super::common::AXES;
 use super::masses::{Accuracy, Mass};
 use crate::operator::{ForceAxis, GRAM_KG, GRAVITY_M_PER_S2, grams};
-use config::{Config, GRAVITY, Sensor};
+use config::{Config, GRAVITY};
 
 /// Relative standard error of standard gravity at an unknown place: 9.780 to 9.832 m/s² from equator to pole, evenly.
 pub(super) const UNKNOWN_GRAVITY: f64 = 1.5e-3;
@@ -115,7 +115,7 @@ impl ForceSetup {
             gravity_m_per_s2: GRAVITY_M_PER_S2,
             gravity_error: 0.0,
             sensor: force.identity(),
-            on_inputs: matches!(force.sensor, Sensor::Channels(_)),
+            on_inputs: force.is_on_inputs(),
             kept: None,
             config: config.clone(),
         })

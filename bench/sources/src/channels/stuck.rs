@@ -1,7 +1,7 @@
 //! Inputs that do not change at all: muted, disconnected from their converter, or the converter itself has stopped.
 
 /// Time for which a converter's noise cannot leave every bit of a gauge as it is, s.
-const STUCK_S: f64 = 0.05;
+const STUCK_S: f64 = 0.03;
 
 /// Tells inputs that are stuck.
 #[derive(Debug)]

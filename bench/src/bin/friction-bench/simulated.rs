@@ -27,8 +27,8 @@ use safety::{GpioError, InputLine, input, output};
 use sources::Place;
 use tasks::{Clock, Schedule, SystemClock, later};
 
-/// Configuration of a bench with the simulated hardware's usual force sensor. It says what the bench assumes; the truth of a
-/// scenario differs from it where that of real hardware would.
+/// Configuration of a bench with the simulated hardware's usual force sensor. It says what the bench assumes; the
+/// truth of a scenario differs from it where that of real hardware would.
 const CONFIG: &str = include_str!("../../../mock-bench.toml");
 /// The lines of [`CONFIG`] that describe the force sensor's format, and the same for a sensor that sends lines of text.
 const FRAMES: &str =

@@ -17,8 +17,8 @@ const LEVERS_M: [f64; 2] = [0.011, -0.004];
 /// Share of the press that a tilted mount shows as Fy.
 const TILT: f64 = 0.02;
 
-/// Forces (N) and torques (N·m) per volt of each gauge as the maker has measured them: rows Fx, Fy, Fz, Tx, Ty, Tz. Three
-/// beams at 120°, two gauges on each, as six-axis sensors are built.
+/// Forces (N) and torques (N·m) per volt of each gauge as the maker has measured them: rows Fx, Fy, Fz, Tx, Ty, Tz.
+/// Three beams at 120°, two gauges on each, as six-axis sensors are built.
 pub const MAKERS_MATRIX: [[f64; GAUGES]; GAUGES] = [
     [-0.002, 0.010, 0.060, -1.650, -0.050, 1.670],
     [0.010, 1.970, -0.040, -0.960, 0.070, -0.940],

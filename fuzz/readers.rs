@@ -11,7 +11,6 @@ use calibration::known::{Instrument, read_table};
 use config::{CalibrationFile, Config, ForceProtocol};
 use devices::dose_account::{AccountPaths, DoseAccount};
 use devices::estop_press::EstopPress;
-use devices::force::{ForceSample, decoder};
 use devices::plate_warmth::PlateWarmth;
 use devices::{Boot, Whose};
 use exclusions::EXCLUSIONS_FILE;
@@ -25,6 +24,7 @@ use recording::{
 };
 use safety::PlateHeat;
 use sha2::{Digest, Sha256};
+use sources::serial::{ForceSample, decoder};
 
 const MANIFEST: &str = r#"format = 1
 carrier_hz = 35000.0

@@ -1,7 +1,7 @@
 //! What is said of faults that are injected on purpose, so that a rehearsal is never taken for data.
 
 use anyhow::bail;
-use config::{Config, SampleFormat};
+use config::{Config, Force, SampleFormat};
 use rehearsal::{FaultKind, RehearsedFault, require_apart};
 
 /// Requires that these faults can be injected into the hardware of `config`, simulated or not.
@@ -25,6 +25,14 @@ pub fn require_possible(
         bail!(
             "{} cannot be injected: the sound card sends whole numbers; name a --config with sample_format = \"f32\"",
             FaultKind::Nan
+        );
+    }
+    if config.force.as_ref().is_some_and(Force::is_on_inputs)
+        && let Some(fault) = faults.iter().find(|fault| fault.fault.is_of_frames())
+    {
+        bail!(
+            "{} cannot be injected: forces come from inputs of the card, which have no frames (force.source = \"channels\")",
+            fault.fault
         );
     }
     Ok(())

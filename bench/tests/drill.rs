@@ -19,6 +19,7 @@ use mock_world::scenario::Scenario;
 use recording::pipeline::Batch;
 use rehearsal::FaultKind;
 use safety::{input, output};
+use sources::Place;
 use tasks::{Clock, Schedule, StopFlag};
 use tui::drill_view::{DrillStep, DrillView};
 use tui::{Action, Event};
@@ -72,7 +73,7 @@ fn hardware() -> (Hardware, RehearsalHand) {
             enable: Some(output("enable", pins.amplifier_enable)),
             heartbeat: Some(output("heartbeat", pins.heartbeat)),
         },
-        force_port: Some(apparatus.force_port().unwrap().to_owned()),
+        force_place: Some(Place::Port(apparatus.force_port().unwrap().to_owned())),
         clock: Arc::new(HostClock(apparatus.clock())),
         schedule: Schedule::Lockstep(Box::new(move || Ok(apparatus.step()?))),
         guard: Box::new(()),

@@ -2,6 +2,7 @@
 
 pub mod apparatus;
 pub mod host;
+mod network;
 pub mod pins;
 pub mod serial;
 mod sound_layer;

@@ -5,6 +5,7 @@ use rtrb::{Consumer, Producer, RingBuffer};
 use crate::{
     drive_handle::DriveMonitor,
     generator::DriveState,
+    input_tap::{self, InputTap, TapWriter},
     sample::ConverterSample,
     stream_health::{StreamDirection, StreamHealth},
     stream_layout::{LayoutError, nonzero},
@@ -52,6 +53,7 @@ pub struct InputWriter {
     channels: usize,
     frames: u64,
     dropped_frames: u64,
+    tap: Option<TapWriter>,
 }
 
 /// The reading side of the input, with one owner.
@@ -90,6 +92,7 @@ impl InputWriter {
             channels,
             frames: 0,
             dropped_frames: 0,
+            tap: None,
         };
         let reader = InputReader {
             samples: sample_consumer,
@@ -97,6 +100,26 @@ impl InputWriter {
             channels,
         };
         Ok((writer, reader))
+    }
+
+    /// Hands `channels` out a second time, through a ring of `ring_frames` frames in blocks of no fewer than
+    /// `fewest_frames`. Allocates the ring.
+    ///
+    /// # Errors
+    /// If any of the numbers is 0, or there are no channels.
+    pub fn tap(
+        &mut self,
+        channels: &[u16],
+        ring_frames: usize,
+        fewest_frames: usize,
+    ) -> Result<InputTap, LayoutError> {
+        nonzero("tap.channels", channels.len())?;
+        nonzero("ring_frames", ring_frames)?;
+        nonzero("fewest_frames", fewest_frames)?;
+        let channels: Vec<usize> = channels.iter().copied().map(usize::from).collect();
+        let (writer, tap) = input_tap::connect(&channels, ring_frames, fewest_frames);
+        self.tap = Some(writer);
+        Ok(tap)
     }
 
     /// Passes one block of interleaved samples to the reader, or drops and counts it whole if the ring has no room.
@@ -107,6 +130,9 @@ impl InputWriter {
         let frames = block.len() / self.channels;
         let first_frame = self.frames;
         self.frames += frames as u64;
+        if let Some(tap) = &mut self.tap {
+            tap.take(first_frame, block, self.channels);
+        }
         if let Some(state) = self.drive.try_published() {
             self.last_drive = state;
         }

@@ -22,6 +22,7 @@ mod drive_handle;
 mod drive_program;
 mod envelope;
 mod generator;
+mod input_tap;
 mod limiter;
 mod oscillator;
 mod phase_accumulator;
@@ -43,6 +44,7 @@ pub use drive_program::{
 };
 pub use envelope::AmplitudeEnvelope;
 pub use generator::{DriveCommand, DrivePhase, DriveState, Generator, StepState};
+pub use input_tap::{InputTap, TapBlock, TapFeed};
 pub use limiter::{HARD_LIMIT_V, LimitError, Limiter, TripCause};
 pub use oscillator::CarrierOscillator;
 pub use phase_accumulator::{PhaseAccumulator, PhaseStep};

@@ -75,6 +75,7 @@ fn run<T: ConverterSample>() -> (f32, f32) {
         DriveRenderer::connect(generator, CHANNELS, DRIVE_CHANNEL, health.clone()).unwrap();
     let (mut writer, mut reader) =
         InputWriter::connect(CHANNELS, 8 * FRAMES, 64, health.clone(), drive.monitor()).unwrap();
+    let mut tap = writer.tap(&[2, 0], 8 * FRAMES, 64).unwrap();
     let mut block = vec![T::ZERO; FRAMES * CHANNELS];
     let mut samples = Vec::with_capacity(block.len());
     let (mut rendered, mut captured) = (0.0_f32, 0.0_f32);
@@ -110,6 +111,8 @@ fn run<T: ConverterSample>() -> (f32, f32) {
     }
     assert_eq!(drive.published().phase, DrivePhase::EmergencyStopped);
     assert!(reader.ring_fill() > 0.9);
+    let tapped = tap.pop_block(&mut samples).unwrap();
+    assert_eq!((tapped.first_frame, samples.len()), (0, 2 * FRAMES));
     drop(drive);
     assert_no_alloc(|| renderer.render(&mut block));
     assert!(block.iter().all(|sample| sample.to_unit() == 0.0));

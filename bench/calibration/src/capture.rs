@@ -89,6 +89,11 @@ impl Capture {
         });
     }
 
+    /// Returns the readings of an axis, normal or lateral, N.
+    pub(super) fn force_n(&self, axis: usize) -> &[f64] {
+        [&self.normal_n, &self.lateral_n][axis]
+    }
+
     /// Returns the means of normal and lateral force, N; `None` without a sensor.
     #[must_use]
     pub fn mean_force_n(&self) -> Option<(f64, f64)> {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
-use config::{Effective, Identity};
+use config::{Effective, Force, Identity};
 use console::DashboardThread;
 use crossbeam_channel::{Receiver, Sender};
 use devices::drive_control::DriveControl;
@@ -82,6 +82,7 @@ pub fn run<P: Procedure>(
         tail_frames: (config.safety.loop_latency_s * rate_hz) as usize,
         held_frames: (HELD_S * rate_hz) as usize,
         expects_force: config.force.is_some(),
+        force_check: config.force.as_ref().map_or("", Force::what_to_check),
         rate_hz,
         input: open.input,
         readings: open.readings,
@@ -182,6 +183,8 @@ struct RigTask<P> {
     tail_frames: usize,
     held_frames: usize,
     expects_force: bool,
+    /// What to check when the force sensor sends nothing.
+    force_check: &'static str,
     rate_hz: f64,
     input: InputReader,
     readings: Receiver<FieldReading>,
@@ -417,7 +420,7 @@ impl<P: Procedure> RigTask<P> {
 
     fn require_force(&self) -> anyhow::Result<()> {
         if self.expects_force && self.capture.normal_n.is_empty() {
-            bail!("the force sensor sends nothing: check port, baud and protocol in [force]");
+            bail!("the force sensor sends nothing: {}", self.force_check);
         }
         Ok(())
     }
@@ -464,12 +467,12 @@ impl<P: Procedure> RigTask<P> {
         }
         for reading in self.readings.try_iter() {
             if let FieldReading::Force(force) = reading {
-                let (normal_n, lateral_n) = (force.sample.normal_n, force.sample.lateral_n);
+                let (normal_n, lateral_n) = (force.normal_n, force.lateral_n);
                 self.capture.normal_n.push(normal_n);
                 self.capture.lateral_n.push(lateral_n);
                 let [normal_saturated, lateral_saturated] = &mut self.capture.force_saturated;
-                *normal_saturated += usize::from(force.sample.normal_saturated);
-                *lateral_saturated += usize::from(force.sample.lateral_saturated);
+                *normal_saturated += usize::from(force.normal_saturated);
+                *lateral_saturated += usize::from(force.lateral_saturated);
                 let (normal, lateral, count) = self.meter.force;
                 self.meter.force = (normal + normal_n, lateral + lateral_n, count + 1);
             }

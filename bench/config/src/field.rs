@@ -1,84 +1,10 @@
-//! Devices beside the sound card: force sensor, encoder, digital lines, sounds for the participant.
+//! Devices beside the sound card and the force sensor: encoder, digital lines, sounds for the participant.
 
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use super::limits::Safety;
 use super::refused::{Refused, within};
-use crate::correction::Correction;
-use crate::force_protocol::ForceProtocol;
-
-/// `[force]`: the force sensor's serial line and the correction of its readings.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Force {
-    /// Serial port.
-    pub port: PathBuf,
-    /// Format on the line (`docs/force-protocol.md`).
-    pub protocol: ForceProtocol,
-    /// Baud rate; ignored by USB ports.
-    #[serde(default = "Force::default_baud")]
-    pub baud: u32,
-    /// Shortest time from sampling to the first byte at the computer, s.
-    #[serde(default)]
-    pub latency_s: f64,
-    /// Normal and lateral force, in rows, per newton that the normal and the lateral axis read, N/N.
-    #[serde(default = "Force::default_matrix")]
-    pub matrix: [[f64; 2]; 2],
-    /// Readings without load, normal and lateral, N.
-    #[serde(default)]
-    pub tare_n: [f64; 2],
-    /// Reading from which on an axis counts as saturated, either way, N; for sensors that do not tell so themselves.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub range_n: Option<f64>,
-}
-
-impl Force {
-    pub(super) fn check(&self, safety: &Safety) -> Result<(), Refused> {
-        within("force.baud", f64::from(self.baud), 1200.0, 2e7, "baud")?;
-        within("force.latency_s", self.latency_s, 0.0, 0.1, "s")?;
-        if let Some(range_n) = self.range_n {
-            within("force.range_n", range_n, 0.1, 1e3, "N")?;
-        }
-        self.correction()
-            .require_plausible(safety.max_forces_n())
-            .map_err(|implausible| Refused {
-                key: None,
-                why: implausible.to_string(),
-            })
-    }
-
-    fn default_matrix() -> [[f64; 2]; 2] {
-        Correction::default().matrix
-    }
-
-    /// Returns port and protocol: the identity that tells this sensor from another.
-    #[must_use]
-    pub fn identity(&self) -> String {
-        let protocol = format!("{:?}", self.protocol).to_lowercase();
-        format!("{}, {protocol}", self.port.display())
-    }
-
-    /// Returns the correction of its readings.
-    #[must_use]
-    pub fn correction(&self) -> Correction {
-        Correction {
-            matrix: self.matrix,
-            tare_n: self.tare_n,
-        }
-    }
-
-    /// Replaces the correction of its readings.
-    pub(crate) fn set_correction(&mut self, correction: Correction) {
-        self.matrix = correction.matrix;
-        self.tare_n = correction.tare_n;
-    }
-
-    fn default_baud() -> u32 {
-        2_000_000
-    }
-}
 
 /// `[encoder]`: the quadrature encoder that reads the position along the plate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

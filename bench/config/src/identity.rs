@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::Config;
-use crate::field::Force;
+use crate::force::Force;
 
 /// Devices, channels, plate and gains that a calibration is valid for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -33,7 +33,8 @@ pub struct Identity {
     pub modal_mass_kg: f64,
     /// Gains of the amplifiers, as the operator describes them.
     pub gains: String,
-    /// Port and protocol of the force sensor; `None` while nothing was measured with one.
+    /// What tells the force sensor from another, such as its port and protocol; `None` while nothing was measured with
+    /// one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_sensor: Option<String>,
 }

@@ -2,19 +2,24 @@
 //!
 //! Files are read strictly and checked once. Everything that runs is given an [`Effective`], which nothing changes.
 
+mod cal_file;
 mod calibration_file;
 mod calibration_rules;
 mod correction;
 mod effective;
 mod error;
 mod field;
+mod force;
 mod force_protocol;
+mod gauges;
 mod identity;
 mod limits;
 mod meter_check;
+mod netft;
 mod plate_constants;
 mod quantity;
 mod refused;
+mod six_axis;
 mod sound_card;
 #[cfg(test)]
 mod template_tests;
@@ -30,16 +35,20 @@ pub use calibration_rules::{CalibrationRules, GRAVITY};
 pub use correction::{Correction, Implausible, MOST_CROSSTALK};
 pub use effective::{CalibrationError, Effective, InForce};
 pub use error::ConfigError;
-pub use field::{Encoder, Force, Gpio, GpioBackend, Sound};
+pub use field::{Encoder, Gpio, GpioBackend, Sound};
+pub use force::{Force, Sensor, SerialSensor};
 pub use force_protocol::ForceProtocol;
+pub use gauges::Gauges;
 pub use identity::{Identity, Mismatch};
 pub use limits::{
     AUDIBLE_HZ, AudibleCarrier, DeadManSwitch, HEARD_BY_SOME_HZ, HardwareStop, Limits, Safety,
     UNCHECKED_V, UncheckedVolts,
 };
 pub use meter_check::{MeasuredOutput, MeterReads};
+pub use netft::Netft;
 pub use plate_constants::Plate;
 pub use quantity::{Provenance, Quantity};
+pub use six_axis::{NoForceAxis, SixAxis};
 pub use sound_card::{
     Audio, AudioHost, DriveInput, InputMap, OutputChannel, PickupInput, SampleFormat,
 };
@@ -103,14 +112,21 @@ impl Config {
     /// # Errors
     /// [`ConfigError`] names the key, its line, the value and what is allowed.
     pub fn parse(text: &str, file: &str) -> Result<Self, ConfigError> {
-        let config: Self = strict::parse(text, file)?;
-        config
-            .check()
-            .map_err(|Refused { key, why }| ConfigError::Value {
-                file: file.to_owned(),
-                line: key.and_then(|key| strict::line_of(text, &key)),
-                why,
-            })?;
+        Self::parse_beside(text, file, None)
+    }
+
+    /// Reads a configuration whose other files lie in `folder`.
+    fn parse_beside(text: &str, file: &str, folder: Option<&Path>) -> Result<Self, ConfigError> {
+        let mut config: Self = strict::parse(text, file)?;
+        let refused = |Refused { key, why }| ConfigError::Value {
+            file: file.to_owned(),
+            line: key.and_then(|key| strict::line_of(text, &key)),
+            why,
+        };
+        if let Some(force) = &mut config.force {
+            force.read_beside(folder).map_err(refused)?;
+        }
+        config.check().map_err(refused)?;
         Ok(config)
     }
 
@@ -125,7 +141,7 @@ impl Config {
                 source,
             }
         })?;
-        Self::parse(&text, &path.display().to_string())
+        Self::parse_beside(&text, &path.display().to_string(), path.parent())
     }
 
     /// Returns the text of a `bench.toml`.
@@ -270,7 +286,7 @@ impl Config {
         self.limits.check()?;
         self.safety.check()?;
         if let Some(force) = &self.force {
-            force.check(&self.safety)?;
+            force.check(&self.safety, &self.audio, &self.channels)?;
         }
         if let Some(encoder) = &self.encoder {
             encoder.check()?;

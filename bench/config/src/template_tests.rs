@@ -70,6 +70,8 @@ fn every_key_stands_in_the_template() {
         "limits",
         "safety",
         "force",
+        "force.channels",
+        "force.netft",
         "encoder",
         "gpio",
         "sound",

@@ -9,6 +9,7 @@ use crossbeam_channel::{Receiver, Sender};
 use impedance::clock_alignment::LowerEnvelope;
 use signalgen::{BlockHeader, InputReader};
 
+use crate::card_frames::CardFrames;
 use crate::field_task::FieldReading;
 use crate::flags::{FlagUpdate, Flags, InputFault};
 use crate::gauges::Gauges;
@@ -21,6 +22,7 @@ use recording::recorder::{Begin, RecorderMessage, RecorderSender};
 use recording::writer::Ending;
 use recording::{ForceRow, PositionRow};
 use safety::{DriveReading, Signals};
+use sources::Moment;
 use tasks::Clock;
 use tasks::Task;
 
@@ -94,6 +96,7 @@ pub struct Acquisition {
     waiting: Vec<FieldReading>,
     /// First frame of the next block as the card counts, without the frames that an xrun swallowed.
     card_frames: u64,
+    card_map: CardFrames,
     recording: Option<OpenRecording>,
     excerpt: Option<Excerpt>,
     loss: LossWatch,
@@ -183,6 +186,7 @@ impl Acquisition {
             block: Vec::new(),
             waiting: Vec::new(),
             card_frames: 0,
+            card_map: CardFrames::default(),
             recording: None,
             excerpt: None,
             loss,
@@ -340,6 +344,8 @@ impl Acquisition {
         self.card_frames = header.first_frame + u64::from(header.frames);
         self.lose(dropped, batch)?;
         let first = self.pipeline.account().frames;
+        self.card_map
+            .accept(header.first_frame, u64::from(header.frames), first);
         let xrun = self.output_gaps.take(first, &samples, header.output_xruns);
         self.output_xrun(xrun, batch);
         self.pipeline.take(&samples, &mut batch.frames)?;
@@ -407,9 +413,18 @@ impl Acquisition {
     fn take_readings(&mut self, batch: &mut Batch) {
         self.waiting.extend(self.readings.try_iter());
         for reading in std::mem::take(&mut self.waiting) {
-            let Some(time_s) = self.clock.to_source_s(reading.host_s()) else {
-                continue;
+            let time_s = match reading.at() {
+                Moment::Host(host_s) => self.clock.to_source_s(host_s),
+                Moment::Card(frame) => {
+                    let Some(frame) = self.card_map.audio(frame) else {
+                        // The blocks about an xrun are held back until it is counted.
+                        self.waiting.push(reading);
+                        continue;
+                    };
+                    Some(frame / self.pipeline.rate_hz())
+                }
             };
+            let Some(time_s) = time_s else { continue };
             let sample = (time_s.max(0.0) * self.pipeline.rate_hz()).round() as u64;
             let mut note = |fault, count| self.flags.note(fault, sample..=sample, count);
             match reading {
@@ -419,25 +434,27 @@ impl Acquisition {
                     self.last_force_s = time_s;
                     note(
                         InputFault::NormalSaturated,
-                        u64::from(force.sample.normal_saturated),
+                        u64::from(force.normal_saturated),
                     );
                     note(
                         InputFault::LateralSaturated,
-                        u64::from(force.sample.lateral_saturated),
+                        u64::from(force.lateral_saturated),
                     );
-                    if force.sample.saturated() {
+                    if force.saturated() {
                         batch.saturated_s.push(time_s);
                     }
                     batch.force.push(ForceRow {
                         time_s,
-                        normal_n: force.sample.normal_n,
-                        lateral_n: force.sample.lateral_n,
+                        normal_n: force.normal_n,
+                        lateral_n: force.lateral_n,
                     });
                 }
                 FieldReading::ForceFaults { faults, .. } => {
                     note(InputFault::ForceFrameLost, faults.lost);
                     note(InputFault::ForceFrameCorrupt, faults.corrupt);
                     note(InputFault::ForceFrameRepeated, faults.repeated);
+                    note(InputFault::ForceFrameReordered, faults.reordered);
+                    note(InputFault::ForceSensorFailed, faults.failed);
                 }
                 FieldReading::Position {
                     position_m,

@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use config::{AudibleCarrier, Config, Effective, HardwareStop, Plate, UncheckedVolts};
+use config::{AudibleCarrier, Config, Effective, Force, HardwareStop, Plate, UncheckedVolts};
 use jiff::Timestamp;
 use safety::{BlindLimit, FaintDrive, HiddenByDelay, Pace, PlateHeat, SafetyLimits};
 use signalgen::Waveform;
@@ -39,6 +39,13 @@ pub enum ArmingError {
         /// Allowed, µm.
         limit_um: f64,
     },
+    /// Forces come from inputs of the card, and no known mass has shown that those read a constant load.
+    #[error(
+        "forces come from inputs of the card (force.source = \"channels\"), and no calibration has shown that these read a \
+         constant load: DC-coupled inputs do, AC-coupled ones read nothing; run `friction-bench calibrate force` and drive \
+         with that calibration"
+    )]
+    Unweighed,
 }
 
 /// Returns the limits of the safety watch of `config`.
@@ -133,6 +140,11 @@ pub fn require_watched(
             });
         }
     }
+    let on_inputs = config.force.as_ref().is_some_and(Force::is_on_inputs);
+    let weighed = calibration.is_some_and(|calibration| calibration.force.is_some());
+    if pace == Pace::Card && on_inputs && !weighed {
+        return Err(ArmingError::Unweighed);
+    }
     if pace == Pace::Card && bench.checked_volts(now).is_none() {
         config.limits.require_unchecked(crest_v)?;
     }
@@ -173,5 +185,26 @@ mod tests {
         assert!((at(35e3) - 2.024e-6).abs() < 1e-9, "{}", at(35e3));
         // Half the width of the resonance away it has fallen by √2.
         assert!((at(35e3 * (1.0 + 0.5 / quality)) * 2f64.sqrt() / at(35e3) - 1.0).abs() < 5e-3);
+    }
+
+    /// Fault 46.
+    #[test]
+    fn a_real_bench_with_forces_from_inputs_is_not_driven_before_a_load_was_weighed() {
+        let text = include_str!("../../mock-bench.toml");
+        let serial = "port = \"/dev/ttyUSB0\"";
+        let channels = "source = \"channels\"\nchannels = { inputs = [2, 3], newtons_per_v = [[1.0, 0.0], [0.0, 1.0]] }";
+        let tone = Waveform::Tone {
+            carrier_hz: 35e3,
+            amplitude_v: 20.0,
+        };
+        let driven = |text: &str, pace| {
+            let config = Config::parse(text, "test").unwrap();
+            let bench = Effective::uncalibrated(config);
+            require_watched(&bench, &tone, pace, Timestamp::UNIX_EPOCH)
+        };
+        let gauges = text.replace(serial, channels);
+        assert_eq!(driven(&gauges, Pace::Card), Err(ArmingError::Unweighed));
+        assert_eq!(driven(&gauges, Pace::Simulated), Ok(()));
+        assert_eq!(driven(text, Pace::Card), Ok(()));
     }
 }

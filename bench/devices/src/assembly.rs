@@ -1,6 +1,5 @@
 //! Assembly of a bench from its hardware: streams are opened and tasks wired, and nothing is driven yet.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -12,6 +11,7 @@ use recording::recorder::{RecorderGauge, RecorderNotice, RecorderTask, recorder}
 use safety::{Pace, SafetyLines, Signals, Watch};
 use signalgen::audio::{Duplex, DuplexConfig, Host, StreamChoice};
 use signalgen::{Generator, InputReader, StreamDirection};
+use sources::Place;
 use tasks::{Clock, Mailbox, Schedule, StopFlag, Task};
 
 use crate::acquisition::{Acquisition, AcquisitionQueues, RecordingCommand};
@@ -21,7 +21,6 @@ use crate::digital_lines::Lines;
 use crate::drive_control::{DriveControl, WatchedDrive, settings};
 use crate::drive_ledger::DriveLedger;
 use crate::field_task::{Field, FieldReading, PositionEncoder};
-use crate::force::{ForceLink, open_port};
 use crate::gauges::Gauges;
 use crate::life::Life;
 use crate::lost_frames::LossWatch;
@@ -36,8 +35,8 @@ pub struct Hardware {
     pub host: Host,
     /// Digital lines.
     pub lines: Lines,
-    /// Port of the force sensor; `None` for the configured one.
-    pub force_port: Option<PathBuf>,
+    /// Where the force sensor is; `None` for the configured place.
+    pub force_place: Option<Place>,
     /// Clock of the host.
     pub clock: Arc<dyn Clock>,
     /// How tasks are scheduled.
@@ -84,7 +83,7 @@ impl OpenHardware {
         let Hardware {
             host,
             lines,
-            force_port,
+            force_place,
             clock,
             schedule,
             guard,
@@ -101,11 +100,12 @@ impl OpenHardware {
             streams,
             drive,
             input,
+            tap,
             health,
         } = signalgen::audio::open_duplex(&host, &duplex(config), generator, start.as_ref())?;
         let safety_commands = Mailbox::default();
         let (readings, waiting_readings) = crossbeam_channel::unbounded();
-        let force = force_link(config, force_port)?;
+        let force = sources::open(config, force_place, tap).context("the force sensor")?;
         let expects_force = force.is_some();
         let encoder = lines
             .encoder
@@ -327,20 +327,8 @@ fn duplex(config: &Config) -> DuplexConfig {
         input: stream(&audio.input_device, audio.input_channels),
         buffer_frames: audio.buffer_frames,
         ring_s: audio.ring_s,
+        tap: sources::tapped(config),
     }
-}
-
-fn force_link(config: &Config, port: Option<PathBuf>) -> anyhow::Result<Option<ForceLink>> {
-    let Some(force) = &config.force else {
-        return Ok(None);
-    };
-    let path = port.as_ref().unwrap_or(&force.port);
-    let port = open_port(path, force.baud).context("the force sensor")?;
-    let link = ForceLink::new(port, force.protocol, force.latency_s, force.correction());
-    Ok(Some(match force.range_n {
-        Some(range_n) => link.with_range(range_n),
-        None => link,
-    }))
 }
 
 /// The recorder as a task.

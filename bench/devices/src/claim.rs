@@ -5,7 +5,7 @@
 
 use std::fs::{self, File};
 
-use config::{AudioHost, Config, GpioBackend};
+use config::{AudioHost, Config, GpioBackend, Sensor};
 use recording::DiskError;
 use recording::lock::{Lock, holder};
 
@@ -91,9 +91,19 @@ fn parts(config: &Config) -> Vec<String> {
             .into(),
     };
     if let Some(force) = &config.force {
-        // A port may have several names.
-        let port = fs::canonicalize(&force.port).unwrap_or_else(|_| force.port.clone());
-        parts.push(format!("the force sensor's port {}", port.display()));
+        match &force.sensor {
+            Sensor::Serial(serial) => {
+                // A port may have several names.
+                let port = fs::canonicalize(&serial.port).unwrap_or_else(|_| serial.port.clone());
+                parts.push(format!("the force sensor's port {}", port.display()));
+            }
+            // It is the sound card's.
+            Sensor::Channels(_) => {}
+            // It streams to whoever asked last.
+            Sensor::Netft(netft) => {
+                parts.push(format!("the force sensor at {}", netft.address));
+            }
+        }
     }
     let gpio = &config.gpio;
     let chip = match (gpio.backend, &gpio.chip) {
@@ -149,7 +159,10 @@ mod tests {
             let mut config = bench(&name, &[("backend = \"none\"", gpio)]);
             config.audio.output_device = format!("hw:CARD={card}{name}");
             config.audio.input_device = format!("hw:CARD={card}{name}");
-            config.force.as_mut().unwrap().port = format!("/dev/{port}-{name}").into();
+            let Sensor::Serial(serial) = &mut config.force.as_mut().unwrap().sensor else {
+                unreachable!()
+            };
+            serial.port = format!("/dev/{port}-{name}").into();
             config
         };
         let held = Claim::take(&with("A", "ttyA", &gpio("chipA", 7))).unwrap();

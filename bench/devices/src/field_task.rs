@@ -8,10 +8,10 @@ use std::time::Duration;
 use crossbeam_channel::Sender;
 
 use crate::encoder::{JumpWatch, Quadrature, Watched};
-use crate::force::{ForceLink, LineFaults, TimedForce};
 use crate::gauges::Gauges;
 use safety::InputLine;
 use safety::{Press, SafetyCommand, Signals, Trip};
+use sources::{ForceSource, LineFaults, Moment, SourceHealth, TimedForce};
 use tasks::{Clock, Mailbox, Task};
 
 /// A reading of a slow input, on the host's clock.
@@ -19,10 +19,10 @@ use tasks::{Clock, Mailbox, Task};
 pub enum FieldReading {
     /// A sample of the force sensor.
     Force(TimedForce),
-    /// Faults of the force sensor's line within the burst that was just read.
+    /// Faults of the force sensor within the burst that was just read.
     ForceFaults {
-        /// Host time, s.
-        host_s: f64,
+        /// When the burst began.
+        at: Moment,
         /// Faults since the reading before.
         faults: LineFaults,
     },
@@ -40,11 +40,12 @@ pub enum FieldReading {
 }
 
 impl FieldReading {
-    /// Returns the host time of the reading, s.
-    pub fn host_s(&self) -> f64 {
+    /// Returns the moment of the reading.
+    pub fn at(&self) -> Moment {
         match self {
-            Self::Force(force) => force.host_s,
-            Self::ForceFaults { host_s, .. } | Self::Position { host_s, .. } => *host_s,
+            Self::Force(force) => force.at,
+            Self::ForceFaults { at, .. } => *at,
+            Self::Position { host_s, .. } => Moment::Host(*host_s),
         }
     }
 }
@@ -98,7 +99,7 @@ const BOUNCE_NS: u64 = 30_000_000;
 
 /// The task that reads force sensor, encoder and button.
 pub struct Field {
-    force: Option<ForceLink>,
+    force: Option<Box<dyn ForceSource>>,
     encoder: Option<PositionEncoder>,
     button: Option<Box<dyn InputLine>>,
     readings: Sender<FieldReading>,
@@ -120,7 +121,7 @@ impl Field {
         reason = "the composition root names each once"
     )]
     pub fn new(
-        force: Option<ForceLink>,
+        force: Option<Box<dyn ForceSource>>,
         encoder: Option<PositionEncoder>,
         button: Option<Box<dyn InputLine>>,
         readings: Sender<FieldReading>,
@@ -147,47 +148,48 @@ impl Field {
     }
 
     fn read_force(&mut self, now_ns: u64) {
-        let Some(link) = &mut self.force else { return };
-        let (mut first_s, mut hardest) = (None, None::<Press>);
+        let Some(source) = &mut self.force else {
+            return;
+        };
+        let (mut first, mut hardest) = (None, None::<Press>);
         let mut arrived = 0;
         let clock = &self.clock;
-        let polled = link.poll(
-            || seconds(clock.now_ns()),
-            |force| {
-                first_s.get_or_insert(force.host_s);
-                let press = Press {
-                    normal_n: force.sample.normal_n,
-                    lateral_n: force.sample.lateral_n,
-                    raw_n: force.raw_n,
-                    saturated: force.sample.normal_saturated,
-                    at_ns: now_ns,
-                };
-                hardest = Some(hardest.map_or(press, |hardest| hardest.or_harder(press)));
-                arrived += 1;
-                // The acquisition ends only when the bench stops.
-                let _ = self.readings.send(FieldReading::Force(force));
-            },
-        );
+        let polled = source.poll(&|| seconds(clock.now_ns()), &mut |force| {
+            first.get_or_insert(force.at);
+            let press = Press {
+                normal_n: force.normal_n,
+                lateral_n: force.lateral_n,
+                raw_n: force.raw_n,
+                saturated: force.normal_saturated,
+                at_ns: now_ns,
+            };
+            hardest = Some(hardest.map_or(press, |hardest| hardest.or_harder(press)));
+            arrived += 1;
+            // The acquisition ends only when the bench stops.
+            let _ = self.readings.send(FieldReading::Force(force));
+        });
         self.signals.force_polled_ns.set(now_ns);
         if let Some(press) = hardest {
             self.signals.press.set(press);
         }
         let mut health = self.gauges.field.get().unwrap_or_default();
-        let faults = link.faults().since(&health.force);
+        let SourceHealth {
+            faults: so_far,
+            drift_ppm,
+        } = source.health();
+        let faults = so_far.since(&health.force);
         // Bytes before the first sample are the end of a frame that began before the port was opened.
         if faults != LineFaults::default() && health.force_samples > 0 {
-            let host_s = first_s.unwrap_or(seconds(now_ns));
-            let _ = self
-                .readings
-                .send(FieldReading::ForceFaults { host_s, faults });
+            let at = first.unwrap_or(Moment::Host(seconds(now_ns)));
+            let _ = self.readings.send(FieldReading::ForceFaults { at, faults });
         }
-        health.force = link.faults();
-        health.drift_ppm = link.drift_ppm();
+        health.force = so_far;
+        health.drift_ppm = drift_ppm;
         health.force_samples += arrived;
         self.gauges.field.set(health);
-        self.signals.nonsense.set(link.nonsense(now_ns));
+        self.signals.nonsense.set(source.nonsense(now_ns));
         if let Err(error) = polled {
-            let message = format!("the force sensor's port is gone: {error}");
+            let message = error.to_string();
             self.safety
                 .send(SafetyCommand::Trip(Trip::Fault { message }));
             self.force = None;

@@ -22,6 +22,10 @@ pub enum InputFault {
     ForceFrameCorrupt,
     /// A force frame arrived twice.
     ForceFrameRepeated,
+    /// A force frame was overtaken by a later one.
+    ForceFrameReordered,
+    /// The force sensor has failed, as it says itself.
+    ForceSensorFailed,
     /// The normal axis is at the end of its range.
     NormalSaturated,
     /// The lateral axis is at the end of its range.
@@ -41,9 +45,11 @@ impl InputFault {
         match self {
             Self::DriveNotFinite | Self::PickupNotFinite => EventKind::NonFinite,
             Self::DriveClipped | Self::PickupClipped => EventKind::Clipping,
-            Self::ForceFrameLost | Self::ForceFrameCorrupt | Self::ForceFrameRepeated => {
-                EventKind::ForceLost
-            }
+            Self::ForceFrameLost
+            | Self::ForceFrameCorrupt
+            | Self::ForceFrameRepeated
+            | Self::ForceFrameReordered
+            | Self::ForceSensorFailed => EventKind::ForceLost,
             Self::NormalSaturated | Self::LateralSaturated => EventKind::ForceOverRange,
             Self::EncoderStateMissed | Self::PositionJumped | Self::PositionUnknown => {
                 EventKind::PositionJump
@@ -61,6 +67,8 @@ impl InputFault {
             Self::ForceFrameLost => "force frames lost",
             Self::ForceFrameCorrupt => "force frames corrupt",
             Self::ForceFrameRepeated => "force frames repeated",
+            Self::ForceFrameReordered => "force frames overtaken",
+            Self::ForceSensorFailed => "force readings of a sensor that reports its failure",
             Self::NormalSaturated => "normal forces saturated",
             Self::LateralSaturated => "lateral forces saturated",
             Self::EncoderStateMissed => "encoder states missed",

@@ -1,8 +1,8 @@
 //! Latest values of the devices, as screens show them.
 
+use sources::LineFaults;
 use tasks::Slot;
 
-use crate::force::LineFaults;
 use crate::stream_threads::StreamThreads;
 
 /// Faults and rates of the slow inputs, as screens show them.

@@ -1,6 +1,6 @@
 //! Which faults a drill brings, in which order, and when.
 
-use config::{Config, SampleFormat};
+use config::{Config, Force, SampleFormat};
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -41,6 +41,14 @@ fn obstacle(fault: FaultKind, config: &Config, simulated: bool) -> Option<String
             fault == FaultKind::Nan && config.audio.sample_format != SampleFormat::F32;
         let needs_force =
             row.row.is_some_and(|row| (21..=23).contains(&row)) && config.force.is_none();
+        let needs_frames =
+            fault.is_of_frames() && config.force.as_ref().is_some_and(Force::is_on_inputs);
+        if needs_frames {
+            return Some(
+                "with forces from inputs of the card, which have no frames: force.source = \"channels\" in bench.toml"
+                    .to_owned(),
+            );
+        }
         return match (needs_floats, needs_force) {
             (true, _) => Some(
                 "with a sound card that sends whole numbers: name a --config with sample_format = \"f32\"".to_owned(),

@@ -1,9 +1,9 @@
 //! What the bench has flagged since a fault began.
 
 use devices::Gauges;
-use devices::force::LineFaults;
 use recording::pipeline::{Account, Batch};
 use rehearsal::FaultKind;
+use sources::LineFaults;
 
 /// Counts of the bench's flags.
 #[derive(Debug, Clone, Copy, Default)]

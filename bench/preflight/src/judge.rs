@@ -48,7 +48,7 @@ pub(super) fn judge(
     judge_relay(table, config.safety.readback_floor_v, measured);
     judge_delay(table, config.safety.measured_delay_s, measured);
     if let Some(force) = &config.force {
-        judge_force(table, force.protocol, config.calibration.zero_n, measured);
+        judge_force(table, force, config.calibration.zero_n, measured);
     }
     match &measured.safety {
         SafetyState::Tripped { trip } => table.row("safety", false, trip.to_string()),
@@ -289,28 +289,20 @@ fn judge_inputs(
     }
 }
 
-fn judge_force(
-    table: &mut Table,
-    protocol: config::ForceProtocol,
-    zero_n: f64,
-    measured: &Measured,
-) {
+fn judge_force(table: &mut Table, force: &config::Force, zero_n: f64, measured: &Measured) {
     let rate_hz = measured.force_n.len() as f64 / measured.audio_s.max(1e-9);
     let talks = rate_hz >= 900.0;
     let remedy = if talks {
-        ""
+        String::new()
     } else {
-        ": check port, baud and protocol in [force]"
+        format!(": {}", force.what_to_check())
     };
-    table.row(
-        "force sensor",
-        talks,
-        format!(
-            "{rate_hz:.0} samples a second as {protocol:?}, {} corrupt{remedy}",
-            measured.corrupt
-        )
-        .to_lowercase(),
+    let found = format!(
+        "{rate_hz:.0} samples a second as {}, {} corrupt{remedy}",
+        force.in_words(),
+        measured.corrupt
     );
+    table.row("force sensor", talks, found);
     if talks {
         let (normal_n, lateral_n) = (
             mean(measured.force_n.iter().map(|f| f.0)),

@@ -215,6 +215,18 @@ impl FaultKind {
         matches!(self.row().required, Required::Stop(_) | Required::Flag)
     }
 
+    /// Returns whether the fault is one of a force sensor's frames, which a sensor on inputs of the sound card has not.
+    #[must_use]
+    pub fn is_of_frames(self) -> bool {
+        matches!(
+            self,
+            Self::ForceDropped
+                | Self::ForceCorrupted
+                | Self::ForceRepeated
+                | Self::ForceOtherDevice
+        )
+    }
+
     /// Returns the name with the places of its times and argument, as in `estop@12s-14s`.
     #[must_use]
     pub fn form(self) -> String {

@@ -206,7 +206,8 @@ impl fmt::Display for Trip {
             }
             Self::ForceNonsense { bytes } => write!(
                 f,
-                "the force sensor's port has sent {bytes} bytes and no reading: compare force.baud and force.protocol with the sensor, and look whether another device is on that port"
+                "the force sensor has sent {bytes} bytes and no reading: compare [force] in bench.toml with the sensor (force.baud and \
+                 force.protocol of a serial line), and look whether another device is in its place, or the sensor reports a failure"
             ),
             Self::Amplitude {
                 amplitude_um,

@@ -18,7 +18,6 @@ use super::plan::{NAME, Plan, VERSION};
 use super::recorded_plate::recorded_plate;
 use crate::session::BeginRecording;
 use crate::shell_words::quoted;
-use crate::verify::trial_words;
 
 /// Opens the participant's next session, or the one that `--resume` goes on with: its number, its folder, and whether
 /// it is resumed.
@@ -91,7 +90,10 @@ pub(super) fn last_trial(plan: &Plan) -> anyhow::Result<Option<(String, bool)>> 
     let Some(trial) = verification::last_trial(&folder, &log)? else {
         return Ok(Some(("no trial was recorded before this".to_owned(), true)));
     };
-    let words = format!("the last trial before this: {}", trial_words(&trial));
+    let words = format!(
+        "the last trial before this: {}",
+        verification::trial_words(&trial)
+    );
     Ok(Some((words, trial.defects.is_empty())))
 }
 
@@ -278,10 +280,7 @@ fn recorded_hardware(
         sample_rate_hz: config.audio.rate_hz,
         sample_format: format!("{:?}", config.audio.sample_format).to_lowercase(),
         channel_names,
-        force_sensor: config
-            .force
-            .as_ref()
-            .map(|force| format!("serial, {:?}", force.protocol).to_lowercase()),
+        force_sensor: config.force.as_ref().map(config::Force::in_words),
         position_sensor: config
             .encoder
             .as_ref()

@@ -20,6 +20,7 @@ use recording::{AudioFormat, RecordingReader};
 use rehearsal::RehearsedFault;
 use safety::{DriveReading, GpioError, InputLine, SafetyState, Signals, input, output};
 use signalgen::{Program, Waveform};
+use sources::Place;
 use tasks::{Clock, Schedule};
 
 pub const RATE_HZ: u32 = 192_000;
@@ -79,7 +80,11 @@ pub fn hardware(apparatus: &Apparatus, lines: Lines) -> Hardware {
     Hardware {
         host: apparatus.host(),
         lines,
-        force_port: Some(apparatus.force_port().unwrap().to_owned()),
+        force_place: match apparatus.force_address() {
+            Some(address) => Some(Place::Address(address)),
+            None if apparatus.force_is_on_card() => None,
+            None => Some(Place::Port(apparatus.force_port().unwrap().to_owned())),
+        },
         clock: clock(apparatus),
         schedule: Schedule::Threads,
         guard: Box::new(()),
@@ -90,7 +95,7 @@ pub fn hardware(apparatus: &Apparatus, lines: Lines) -> Hardware {
 }
 
 /// A recording in `folder` of all inputs at `rate_hz`.
-pub fn begin(folder: &Path, rate_hz: u32) -> Begin {
+pub fn begin(folder: &Path, rate_hz: u32, channels: u16) -> Begin {
     let text = r#"format = 1
 carrier_hz = 35000.0
 modulation_hz = 6.0
@@ -104,7 +109,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         manifest: Manifest::parse(text, "recording.toml").unwrap(),
         format: AudioFormat {
             sample_rate_hz: rate_hz,
-            channels: CHANNELS,
+            channels,
         },
     }
 }
@@ -189,6 +194,7 @@ pub struct Rig {
     disk_stalls: bool,
     watch_hangs: bool,
     rate_hz: u32,
+    channels: u16,
     held_up: (u64, u64),
     temp: tempfile::TempDir,
 }
@@ -235,6 +241,7 @@ impl Rig {
             ..lines
         };
         let rate_hz = config.audio.rate_hz;
+        let channels = config.audio.input_channels;
         let bench = open(&apparatus, config, lines);
         Self {
             apparatus,
@@ -246,6 +253,7 @@ impl Rig {
             disk_stalls: false,
             watch_hangs: false,
             rate_hz,
+            channels,
             held_up: (u64::MAX, 0),
             temp: tempfile::tempdir().unwrap(),
         }
@@ -324,7 +332,7 @@ impl Rig {
     /// Records from now on.
     pub fn begin(&mut self, name: &str) -> PathBuf {
         let folder = self.temp.path().join(name);
-        let begin = RecordingCommand::Begin(Box::new(begin(&folder, self.rate_hz)));
+        let begin = RecordingCommand::Begin(Box::new(begin(&folder, self.rate_hz, self.channels)));
         self.bench.recording.send(begin).unwrap();
         folder
     }

@@ -30,7 +30,7 @@ use safety::{GpioError, OutputLine, SafetyState, Signals, Trip, input, output};
 use tasks::Task;
 use tui::event::{LogLevel, PhaseKind};
 
-use crate::rig::{RATE_HZ, Tamper, apparatus, begin, config, events, open};
+use crate::rig::{CHANNELS, RATE_HZ, Tamper, apparatus, begin, config, events, open};
 
 /// A heartbeat whose wire can be cut.
 struct Cuttable {
@@ -121,7 +121,7 @@ impl Rig {
             Box::new(move |key: &TrialKey, _: &protocols::Drive, _: &Effective| {
                 let path = folder.join(format!("{}-{}", key.number, key.attempt));
                 begun.lock().unwrap().push(path.clone());
-                Ok(begin(&path, RATE_HZ))
+                Ok(begin(&path, RATE_HZ, CHANNELS))
             })
         };
         let admit = {

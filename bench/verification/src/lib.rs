@@ -6,6 +6,7 @@ mod history;
 mod recording_check;
 mod session_check;
 mod study_check;
+mod table;
 
 pub use defect::{RecordingDefect, SessionDefect, StudyDefect};
 pub use findings::{
@@ -13,6 +14,7 @@ pub use findings::{
 };
 pub use session_check::{last_trial, log_defects, recordings, session};
 pub use study_check::{VerifyError, beside_sessions, sessions};
+pub use table::{to_json, to_text, trial_words};
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

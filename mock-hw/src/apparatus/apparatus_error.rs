@@ -21,6 +21,9 @@ pub enum ApparatusError {
     /// A serial line could not be made or has failed.
     #[error("the simulated serial line cannot be made or has failed")]
     Serial(#[source] io::Error),
+    /// A simulated instrument's place in the network could not be had or has failed.
+    #[error("the simulated network cannot be had or has failed")]
+    Network(#[source] io::Error),
     /// The operating system has no pseudo-terminals, so there is no simulated serial port to open.
     #[error(
         "no simulated serial port for the {device}: this operating system has no pseudo-terminals"

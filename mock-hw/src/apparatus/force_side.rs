@@ -1,16 +1,77 @@
-//! The force sensor's device with its serial line, shared by the simulation and the fault panel.
+//! The force sensor's device with the line or the network that it is reached by, shared by the simulation and the fault
+//! panel.
 
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::apparatus_error::ApparatusError;
+use crate::network::NetFt;
 use crate::serial::{DeviceStart, ForceDevice, ForceFault, SerialLine};
 use mock_world::plant::SensorSample;
-use mock_world::scenario::ForceSensorTable;
+use mock_world::scenario::{FIRST_GAUGE, ForceInterface, ForceSensorTable, GAUGES};
 
-/// The force sensor's device and its serial line.
+/// The force sensor's device, and how it is reached.
+enum Device {
+    Serial(ForceDevice, SerialLine),
+    Netft(NetFt),
+    /// On inputs of the sound card.
+    Gauges(GaugeFaults),
+}
+
+/// Faults of the cable from the gauges' amplifier to the sound card.
+#[derive(Debug, Clone, Copy, Default)]
+struct GaugeFaults {
+    /// The inputs are muted: not a bit changes.
+    silent: bool,
+    /// A gauge is at its end.
+    saturated: bool,
+    /// The cable is out, and the open inputs drift to their end.
+    unplugged: bool,
+    /// Number of coming frames that are no numbers.
+    spoilt: u32,
+}
+
+impl GaugeFaults {
+    fn inject(&mut self, fault: ForceFault) {
+        match fault {
+            ForceFault::Silent(silent) => self.silent = silent,
+            ForceFault::Saturated(saturated) => self.saturated = saturated,
+            ForceFault::Corrupt(frames) => self.spoilt += frames,
+            // There are no frames that could be dropped, repeated or overtaken, and no other device on a wire.
+            ForceFault::Drop(_)
+            | ForceFault::Repeat(_)
+            | ForceFault::Reorder(_)
+            | ForceFault::Status(_)
+            | ForceFault::OtherDevice(_) => {}
+        }
+    }
+
+    fn lay(&mut self, inputs: &mut [f32], channels: usize) {
+        for frame in inputs.chunks_exact_mut(channels) {
+            let Some(gauges) = frame.get_mut(FIRST_GAUGE..FIRST_GAUGE + GAUGES) else {
+                return;
+            };
+            if self.saturated {
+                gauges[2] = -1.0;
+            }
+            if self.unplugged {
+                gauges.fill(1.0);
+            }
+            if self.silent {
+                gauges.fill(0.0);
+            }
+            if self.spoilt > 0 {
+                self.spoilt -= 1;
+                gauges[0] = f32::NAN;
+            }
+        }
+    }
+}
+
+/// The force sensor's device and what it is reached by.
 #[derive(Clone)]
-pub(super) struct ForceSide(Arc<Mutex<(ForceDevice, SerialLine)>>);
+pub(super) struct ForceSide(Arc<Mutex<Device>>);
 
 impl ForceSide {
     /// Powers the device up. On a `synchronous` line every byte sent is readable before the simulation goes on.
@@ -19,45 +80,99 @@ impl ForceSide {
         start: DeviceStart,
         synchronous: bool,
     ) -> Result<Self, ApparatusError> {
-        let device = ForceDevice::new(sensor, start);
-        let line = SerialLine::open(synchronous).map_err(ApparatusError::Serial)?;
-        Ok(Self(Arc::new(Mutex::new((device, line)))))
+        let device = match sensor.interface {
+            ForceInterface::Serial => {
+                let line = SerialLine::open(synchronous).map_err(ApparatusError::Serial)?;
+                Device::Serial(ForceDevice::new(sensor, start), line)
+            }
+            ForceInterface::Gauges => Device::Gauges(GaugeFaults::default()),
+            // The loopback carries a datagram across before the call that sends it returns.
+            ForceInterface::Netft => {
+                Device::Netft(NetFt::open(sensor, start.clock_us).map_err(ApparatusError::Network)?)
+            }
+        };
+        Ok(Self(Arc::new(Mutex::new(device))))
     }
 
-    /// Takes in the samples of a period that ended at true time `now_s`, and sends a burst when one is due.
+    /// Takes in the samples of a period that ended at true time `now_s`, and sends what is due.
     pub(super) fn send(&self, samples: &[SensorSample], now_s: f64) -> Result<(), ApparatusError> {
-        let (device, line) = &mut *self.lock();
-        for sample in samples {
-            device.sample(sample);
-        }
-        if let Some(burst) = device.burst(now_s) {
-            line.send(burst, now_s).map_err(ApparatusError::Serial)?;
-            device.sent();
+        match &mut *self.lock() {
+            Device::Serial(device, line) => {
+                for sample in samples {
+                    device.sample(sample);
+                }
+                if let Some(burst) = device.burst(now_s) {
+                    line.send(burst, now_s).map_err(ApparatusError::Serial)?;
+                    device.sent();
+                }
+            }
+            Device::Gauges(_) => {}
+            Device::Netft(device) => {
+                device.answer().map_err(ApparatusError::Network)?;
+                for sample in samples {
+                    device.sample(sample).map_err(ApparatusError::Network)?;
+                }
+            }
         }
         Ok(())
     }
 
-    /// Returns the serial port to be opened by path; `None` where the operating system has no pseudo-terminals.
+    /// Lays the faults of gauges on the frames that the sound card is about to read.
+    pub(super) fn lay(&self, inputs: &mut [f32], channels: usize) {
+        if let Device::Gauges(faults) = &mut *self.lock() {
+            faults.lay(inputs, channels);
+        }
+    }
+
+    /// Returns whether the sensor is on the sound card, with no device of its own.
+    pub(super) fn is_on_card(&self) -> bool {
+        matches!(&*self.lock(), Device::Gauges(_))
+    }
+
+    /// Returns the serial port to be opened by path; `None` where the sensor has none, or the operating system has no
+    /// pseudo-terminals.
     pub(super) fn path(&self) -> Option<PathBuf> {
-        self.lock().1.path().map(Path::to_owned)
+        match &*self.lock() {
+            Device::Serial(_, line) => line.path().map(Path::to_owned),
+            Device::Netft(_) | Device::Gauges(_) => None,
+        }
+    }
+
+    /// Returns the address of a sensor in the network.
+    pub(super) fn address(&self) -> Option<SocketAddr> {
+        match &*self.lock() {
+            Device::Serial(..) | Device::Gauges(_) => None,
+            Device::Netft(device) => Some(device.address()),
+        }
     }
 
     /// Bytes lost because nobody took them in time.
     pub(super) fn dropped_bytes(&self) -> u64 {
-        self.lock().1.dropped_bytes()
+        match &*self.lock() {
+            Device::Serial(_, line) => line.dropped_bytes(),
+            Device::Netft(_) | Device::Gauges(_) => 0,
+        }
     }
 
     /// Lets the device show a fault.
     pub(super) fn inject(&self, fault: ForceFault) {
-        self.lock().0.inject(fault);
+        match &mut *self.lock() {
+            Device::Serial(device, _) => device.inject(fault),
+            Device::Netft(device) => device.inject(fault),
+            Device::Gauges(faults) => faults.inject(fault),
+        }
     }
 
-    /// Disconnects the serial line for good.
+    /// Disconnects the sensor for good.
     pub(super) fn unplug(&self) {
-        self.lock().1.unplug();
+        match &mut *self.lock() {
+            Device::Serial(_, line) => line.unplug(),
+            Device::Netft(device) => device.unplug(),
+            Device::Gauges(faults) => faults.unplugged = true,
+        }
     }
 
-    fn lock(&self) -> MutexGuard<'_, (ForceDevice, SerialLine)> {
+    fn lock(&self) -> MutexGuard<'_, Device> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -1,5 +1,6 @@
 //! The assembled apparatus, and who lets its time pass.
 
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -167,9 +168,22 @@ impl Apparatus {
     /// times out when another thread has taken it.
     ///
     /// # Errors
-    /// [`ApparatusError::NoSerialPort`] where the operating system has no pseudo-terminals.
+    /// [`ApparatusError::NoSerialPort`] where the sensor is in the network, or the operating system has no
+    /// pseudo-terminals.
     pub fn force_port(&self) -> Result<&Path, ApparatusError> {
         port(&self.force_port, "force sensor")
+    }
+
+    /// Returns the address of a force sensor in the network; `None` for one on a serial line.
+    #[must_use]
+    pub fn force_address(&self) -> Option<SocketAddr> {
+        self.force.address()
+    }
+
+    /// Returns whether the force sensor is on inputs of the sound card, with no port or address of its own.
+    #[must_use]
+    pub fn force_is_on_card(&self) -> bool {
+        self.force.is_on_card()
     }
 
     /// Returns the serial port of a vibrometer on the plate, to be opened by path.

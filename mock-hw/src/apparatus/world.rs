@@ -140,6 +140,7 @@ impl World {
         self.plant.set_amplifier_gain(self.board.amplifier_gain());
         self.masses.carry_out(&mut self.plant);
         self.plant.step(drive, gate, &act.finger, inputs);
+        self.force.lay(inputs, self.plant.channels());
         self.layer.record(inputs);
         self.cards.record(start_ns, self.rate_hz, inputs);
         self.cards.play_speakers(start_ns);

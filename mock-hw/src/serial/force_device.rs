@@ -38,7 +38,7 @@ impl DeviceStart {
     }
 }
 
-/// A fault between the sensor and the serial line.
+/// A fault between the sensor and the bench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ForceFault {
     /// Number of coming frames that are never sent.
@@ -53,6 +53,10 @@ pub enum ForceFault {
     Saturated(bool),
     /// Whether another device, which sends text of its own, is on the line.
     OtherDevice(bool),
+    /// Number of coming frames that are each sent behind the one after it; a serial line keeps their order.
+    Reorder(u32),
+    /// Error bits of the status word; a serial sensor has none.
+    Status(u32),
 }
 
 /// What the other device sends in the place of a sample: a line of a GPS receiver, as short as a frame.
@@ -114,6 +118,7 @@ impl ForceDevice {
             ForceFault::Silent(silent) => self.faults.silent = silent,
             ForceFault::Saturated(saturated) => self.faults.saturated = saturated,
             ForceFault::OtherDevice(other) => self.faults.other_device = other,
+            ForceFault::Reorder(_) | ForceFault::Status(_) => {}
         }
     }
 

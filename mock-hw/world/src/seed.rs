@@ -36,6 +36,8 @@ pub enum Stream {
     Pad,
     /// What holds for one session of the bench.
     Session,
+    /// Noise of a force sensor's gauges.
+    Gauges,
 }
 
 /// Returns the generator of one stream of `seed`.

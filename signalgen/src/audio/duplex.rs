@@ -14,6 +14,7 @@ use crate::{
     capture::{InputReader, InputWriter},
     drive_handle::DriveHandle,
     generator::Generator,
+    input_tap::InputTap,
     renderer::DriveRenderer,
     sample::SampleFormat,
     stream_health::{StreamDirection, StreamHealth},
@@ -21,6 +22,8 @@ use crate::{
 
 /// Default length of the input ring, s.
 pub const DEFAULT_RING_S: f64 = 10.0;
+/// Length of the ring of a tap, s.
+const TAP_RING_S: f64 = 2.0;
 /// Longest input ring, s.
 const LONGEST_RING_S: f64 = 120.0;
 /// Fewest frames per callback of a backend that chooses them itself.
@@ -52,6 +55,8 @@ pub struct DuplexConfig {
     pub buffer_frames: Option<u32>,
     /// Length of the input ring, s; [`DEFAULT_RING_S`] by default.
     pub ring_s: f64,
+    /// Input channels that are handed out a second time; none when empty.
+    pub tap: Vec<u16>,
 }
 
 /// Both streams. Dropping them closes both.
@@ -72,6 +77,8 @@ pub struct Duplex {
     pub drive: DriveHandle,
     /// Reads the input.
     pub input: InputReader,
+    /// Reads the channels that are handed out a second time.
+    pub tap: Option<InputTap>,
     /// Counters of both directions.
     pub health: StreamHealth,
 }
@@ -102,13 +109,19 @@ pub fn open_duplex(
         .buffer_frames
         .map_or(SMALL_BUFFER_FRAMES, |frames| (frames / 2).max(1));
     let ring_frames = (config.ring_s * f64::from(config.sample_rate_hz)).ceil() as usize;
-    let (writer, input) = InputWriter::connect(
+    let (mut writer, input) = InputWriter::connect(
         usize::from(config.input.channels),
         ring_frames,
         fewest_frames as usize,
         health.clone(),
         drive.monitor(),
     )?;
+    let tap = if config.tap.is_empty() {
+        None
+    } else {
+        let ring_frames = (TAP_RING_S * f64::from(config.sample_rate_hz)).ceil() as usize;
+        Some(writer.tap(&config.tap, ring_frames, fewest_frames as usize)?)
+    };
 
     let devices = enumerate(host)?;
     let (output_device, output_info) = find(&devices, config, StreamDirection::Output)?;
@@ -143,6 +156,7 @@ pub fn open_duplex(
         },
         drive,
         input,
+        tap,
         health,
     })
 }

@@ -392,6 +392,7 @@ pub fn config(format: SampleFormat) -> DuplexConfig {
         },
         buffer_frames: None,
         ring_s: 1.0,
+        tap: Vec::new(),
     }
 }
 

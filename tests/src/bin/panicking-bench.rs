@@ -187,7 +187,7 @@ fn apparatus(part: &str, folder: &Path) -> anyhow::Result<(Apparatus, Arc<Seen>)
     let hardware = Hardware {
         host: simulated.host(),
         lines,
-        force_port: Some(simulated.force_port()?.to_owned()),
+        force_place: Some(sources::Place::Port(simulated.force_port()?.to_owned())),
         clock: Arc::new(PanickingClock {
             clock: SystemClock::start(),
             seen: Arc::clone(&seen),

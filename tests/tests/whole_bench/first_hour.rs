@@ -218,7 +218,10 @@ fn a_sensor_that_sends_lines_brings_its_configuration() {
     assert!(check.status.success(), "{}", text(&check));
     let printed = finish(bench().args(["run", "--mock", "arduino", "--print-config"]));
     let config = Config::parse(&text(&printed), "printed").unwrap();
-    assert_eq!(config.force.unwrap().protocol, config::ForceProtocol::Lines);
+    let config::Sensor::Serial(serial) = config.force.unwrap().sensor else {
+        panic!("not on a serial line");
+    };
+    assert_eq!(serial.protocol, config::ForceProtocol::Lines);
 }
 
 #[test]

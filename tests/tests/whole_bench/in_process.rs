@@ -108,7 +108,9 @@ pub fn apparatus(setup: Setup) -> Bench {
             enable: Some(output("enable", pins.amplifier_enable)),
             heartbeat: Some(output("heartbeat", pins.heartbeat)),
         },
-        force_port: Some(apparatus.force_port().unwrap().to_owned()),
+        force_place: Some(sources::Place::Port(
+            apparatus.force_port().unwrap().to_owned(),
+        )),
         clock: Arc::new(clock),
         guard: Box::new(()),
         simulated: !real,

@@ -8,6 +8,7 @@ mod calibration_force;
 mod coverage;
 mod disk;
 mod first_hour;
+mod force_sources;
 mod forget;
 mod hostile;
 mod impedance_live;

@@ -14,6 +14,7 @@ use crate::operator::{Answer, CalibrationProgress, ForceAxis, PointRead, Request
 use crate::procedure::{NextStep, Procedure, StepOutcome};
 use config::Correction;
 use safety::SENSITIVITY;
+use sources::channels::Fading;
 
 /// Number of windows without rest after which waiting for rest ends.
 const MOST_WINDOWS: usize = 20;
@@ -67,6 +68,8 @@ pub struct ForceProcedure {
     windows: usize,
     /// Windows at rest that the first zero is averaged over.
     taring: Vec<Plateau>,
+    /// Readings under the present load, where a capacitor could be in its way.
+    fading: Option<Fading>,
     /// Readings without load, in order of time.
     pub(super) zeros: Vec<Plateau>,
     /// Reading under each mass; `None` until it is read.
@@ -95,6 +98,7 @@ impl ForceProcedure {
             note: None,
             windows: 0,
             taring: Vec::new(),
+            fading: None,
             zeros: Vec::new(),
         }
     }
@@ -211,8 +215,14 @@ impl ForceProcedure {
         require_in_range(capture, &doing)?;
         let rest_n = self.setup.config.calibration.force_rest_n;
         let plateau = Plateau::read(capture)?;
+        if let (Some(fading), ForceStage::Resting(i)) = (&mut self.fading, self.stage) {
+            fading.window(capture.force_n(self.setup.masses[i].axis.index()));
+        }
         if !plateau.at_rest(rest_n) {
             if self.windows >= MOST_WINDOWS {
+                if let Some(why) = self.coupled() {
+                    return self.again(Refusal::Slip(why));
+                }
                 let remedy = match self.stage {
                     ForceStage::Resting(_) => {
                         "let the mass hang still, keep hands and draughts off"
@@ -243,7 +253,7 @@ impl ForceProcedure {
             }
             ForceStage::Resting(i) => {
                 if let Err(refusal) = self.require_load(i, &plateau) {
-                    return self.again(refusal);
+                    return self.again(self.coupled().map_or(refusal, Refusal::Slip));
                 }
                 self.loads[i] = Some(plateau);
                 Ok(self.ask(ForceStage::Unloading(i), Request::Unload))
@@ -323,6 +333,21 @@ impl ForceProcedure {
             )));
         }
         Ok(())
+    }
+
+    /// Returns why the reading under the present load fades away, if it does.
+    fn coupled(&self) -> Option<String> {
+        let (Some(fading), ForceStage::Resting(i)) = (&self.fading, self.stage) else {
+            return None;
+        };
+        let Mass { axis, mass_kg, .. } = self.setup.masses[i];
+        let [most_n, last_n] = fading.faded(self.setup.weight_n(mass_kg))?;
+        Some(format!(
+            "{} g on the {} axis read up to {most_n:.3} N, which faded to {last_n:.3} N while they lay there: the inputs are \
+             AC-coupled and cannot read a constant force; take DC-coupled ones (force.channels.inputs in bench.toml)",
+            grams(mass_kg),
+            axis.name()
+        ))
     }
 
     /// Returns the reading per newton of the lightest mass on `axis` below `than_kg`; `None` when there is none.
@@ -511,7 +536,14 @@ impl Procedure for ForceProcedure {
             (StepOutcome::Answered(..), ForceStage::Clearing) => {
                 Ok(self.listen(ForceStage::Taring))
             }
-            (StepOutcome::Answered(..), ForceStage::Loading(i)) => {
+            (StepOutcome::Answered(_, capture), ForceStage::Loading(i)) => {
+                self.fading = self.setup.on_inputs.then(|| {
+                    let axis = self.setup.masses[i].axis.index();
+                    let mut fading =
+                        Fading::new(self.zeros.last().map_or(0.0, |zero| zero.mean[axis]));
+                    fading.rise(capture.force_n(axis));
+                    fading
+                });
                 Ok(self.listen(ForceStage::Resting(i)))
             }
             (StepOutcome::Answered(..), ForceStage::Unloading(i)) => {

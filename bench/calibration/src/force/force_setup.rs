@@ -21,6 +21,8 @@ pub struct ForceSetup {
     pub(super) gravity_m_per_s2: f64,
     pub(super) gravity_error: f64,
     pub(super) sensor: String,
+    /// Whether the gauges are on inputs of the card, which may be AC-coupled.
+    pub(super) on_inputs: bool,
     /// Calibration that a new tare is written into; `None` measures everything.
     pub(super) kept: Option<config::MeasuredForce>,
     pub(super) config: Config,
@@ -113,6 +115,7 @@ impl ForceSetup {
             gravity_m_per_s2: GRAVITY_M_PER_S2,
             gravity_error: 0.0,
             sensor: force.identity(),
+            on_inputs: force.is_on_inputs(),
             kept: None,
             config: config.clone(),
         })

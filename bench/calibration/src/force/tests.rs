@@ -415,6 +415,64 @@ fn what_cannot_be_asked_for_is_refused_before_anything_is_opened() {
     assert!(said.to_string().contains("[force]"), "{said}");
 }
 
+/// A bench whose gauges are on inputs of the card.
+fn on_inputs() -> ForceSetup {
+    let text = include_str!("../../../mock-bench.toml");
+    let channels = "source = \"channels\"\nchannels = { inputs = [2, 3], newtons_per_v = [[1.0, 0.0], [0.0, 1.0]] }";
+    let text = text.replace("port = \"/dev/ttyUSB0\"", channels);
+    let config = Config::parse(&text, "bench.toml").unwrap();
+    ForceSetup::new(&config, masses(), EXACT, Some(G)).unwrap()
+}
+
+/// A load behind a capacitor of this time constant, s, read while it is placed and while it lies there.
+fn behind_a_capacitor(tau_s: f64) -> anyhow::Result<()> {
+    let mut procedure = ForceProcedure::new(on_inputs(), false);
+    let (mut load_n, mut before_n, mut changed_s, mut now_s) = ([0.0; 2], [0.0; 2], 0.0, 10.0);
+    let mut outcome = StepOutcome::Began;
+    loop {
+        let next = procedure.next(outcome)?;
+        let (asks, seconds) = match &next {
+            NextStep::Listen(seconds) => (false, *seconds),
+            NextStep::Ask(_) => (true, 1.0),
+            _ => return Ok(()),
+        };
+        if let NextStep::Ask(request) = &next {
+            (before_n, changed_s) = (load_n, now_s);
+            match request {
+                Request::Load { axis, mass_kg } => load_n[axis.index()] = mass_kg * G,
+                _ => load_n = [0.0; 2],
+            }
+        }
+        let sensor = |of: [f64; 2], t: f64| {
+            let left = (-(t - changed_s) / tau_s).exp();
+            [0, 1].map(|axis| (of[axis] - before_n[axis]) * left)
+        };
+        let captured = capture(&sensor, load_n, now_s);
+        now_s += seconds;
+        outcome = if asks {
+            StepOutcome::Answered(Answer::Ready, captured)
+        } else {
+            StepOutcome::Captured(captured)
+        };
+    }
+}
+
+/// Fault 46.
+#[test]
+fn an_input_behind_a_capacitor_is_found_by_a_constant_load_that_fades() {
+    // Corners from 5 Hz to a thousandth of a hertz.
+    for tau_s in [0.03, 0.1, 0.5, 2.0, 10.0, 60.0, 160.0] {
+        let said = behind_a_capacitor(tau_s).unwrap_err().to_string();
+        for word in ["AC-coupled", "faded", "force.channels.inputs", "20 g"] {
+            assert!(said.contains(word), "{tau_s} s: {said}");
+        }
+    }
+    // A load that lies still passes, and so does one that swings while it is placed.
+    let swings = |of: [f64; 2], t: f64| of.map(|n| n * (1.0 + (-(t % 4.0) * 9.0).exp()));
+    measured(on_inputs(), &|of, _| of, None).unwrap();
+    measured(on_inputs(), &swings, None).unwrap();
+}
+
 #[test]
 fn a_new_tare_keeps_the_matrix() {
     let sensor = |of: [f64; 2], _: f64| response(of);

@@ -29,6 +29,7 @@ use friction_bench::{
 use preflight::Extent;
 use rehearsal::RehearsedFault;
 use signalgen::audio::{HostChoice, open_host};
+use sources::Place;
 use tasks::{Schedule, SystemClock};
 use tui::{escaped, escaped_line};
 
@@ -201,7 +202,7 @@ fn apparatus(
         hardware: Hardware {
             host: open_host(choice)?,
             lines: real_gpio::open(&config.gpio)?,
-            force_port: None,
+            force_place: None,
             clock: Arc::new(SystemClock::start()),
             schedule: Schedule::Threads,
             guard: Box::new(claim),
@@ -544,7 +545,10 @@ fn check(options: &Check, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
 fn list(options: &Devices) -> anyhow::Result<ExitCode> {
     let listing = if options.mock {
         let simulated = simulated::apparatus("nominal", 1, Speed::Max, None, &[])?.hardware;
-        let ports = simulated.force_port.iter().cloned().collect();
+        let ports = match simulated.force_place {
+            Some(Place::Port(path)) => vec![path],
+            Some(Place::Address(_)) | None => Vec::new(),
+        };
         inventory::Listing {
             hosts: vec![inventory::audio("simulated", Ok(&simulated.host))],
             serial_ports: ports,

@@ -21,13 +21,14 @@ use mock_hw::apparatus::{
 use mock_hw::world_clock::Pace;
 use mock_world::person::{Cue, Instruction, Percept};
 use mock_world::plant::{Axis, InputWiring};
-use mock_world::scenario::{ForceProtocol, Scenario, ScenarioError, built_in};
+use mock_world::scenario::{ForceInterface, ForceProtocol, Scenario, ScenarioError, built_in};
 use rehearsal::RehearsedFault;
 use safety::{GpioError, InputLine, input, output};
+use sources::Place;
 use tasks::{Clock, Schedule, SystemClock, later};
 
-/// Configuration of a bench with the simulated hardware's usual force sensor. It says what the bench assumes; the truth of a
-/// scenario differs from it where that of real hardware would.
+/// Configuration of a bench with the simulated hardware's usual force sensor. It says what the bench assumes; the
+/// truth of a scenario differs from it where that of real hardware would.
 const CONFIG: &str = include_str!("../../../mock-bench.toml");
 /// The lines of [`CONFIG`] that describe the force sensor's format, and the same for a sensor that sends lines of text.
 const FRAMES: &str =
@@ -35,12 +36,28 @@ const FRAMES: &str =
 const LINES: &str =
     "protocol = \"lines\"                 # or frames, see docs/force-protocol.md\nbaud = 115200\n";
 
+/// The line of [`CONFIG`] with which its force sensor begins and that with which it ends, and the same for others.
+const SERIAL: [&str; 2] = ["port = ", "\n\n[encoder]"];
+const NETFT: &str = include_str!("../../../mock-bench-netft.toml");
+const GAUGES: &str = include_str!("../../../mock-bench-channels.toml");
+const FOUR: &str = "input_channels = 4 ";
+const NINE: &str = "input_channels = 9 ";
+
 /// Returns the text of the configuration that fits the hardware of `scenario`.
 pub fn config(scenario: &Scenario) -> String {
-    match scenario.force_sensor.protocol {
-        ForceProtocol::Frames => CONFIG.to_owned(),
-        ForceProtocol::Lines => CONFIG.replace(FRAMES, LINES),
+    let force = &scenario.force_sensor;
+    match (force.interface, force.protocol) {
+        (ForceInterface::Serial, ForceProtocol::Frames) => CONFIG.to_owned(),
+        (ForceInterface::Serial, ForceProtocol::Lines) => CONFIG.replace(FRAMES, LINES),
+        (ForceInterface::Netft, _) => with_sensor(NETFT),
+        (ForceInterface::Gauges, _) => with_sensor(GAUGES).replace(FOUR, NINE),
     }
+}
+
+/// Returns [`CONFIG`] with another force sensor.
+fn with_sensor(sensor: &str) -> String {
+    let [from, to] = SERIAL.map(|line| CONFIG.find(line).unwrap_or(CONFIG.len()));
+    format!("{}{}{}", &CONFIG[..from], sensor.trim_end(), &CONFIG[to..])
 }
 
 /// Number of openings of simulated streams so far.
@@ -86,9 +103,13 @@ pub fn apparatus(
         heartbeat: Some(output("heartbeat", pins.heartbeat)),
     };
     let voltmeter_port = apparatus.voltmeter_port()?.to_owned();
-    let (host, force_port, vibrometer_port, clock) = (
+    let (host, force_place, vibrometer_port, clock) = (
         apparatus.host(),
-        apparatus.force_port()?.to_owned(),
+        match apparatus.force_address() {
+            Some(address) => Some(Place::Address(address)),
+            None if apparatus.force_is_on_card() => None,
+            None => Some(Place::Port(apparatus.force_port()?.to_owned())),
+        },
         apparatus.vibrometer_port()?.to_owned(),
         apparatus.clock(),
     );
@@ -123,7 +144,7 @@ pub fn apparatus(
         hardware: Hardware {
             host,
             lines,
-            force_port: Some(force_port),
+            force_place,
             clock,
             schedule,
             guard,
@@ -352,7 +373,21 @@ mod tests {
         ] {
             let text = config(&built_in(name).unwrap());
             let config = config::Config::parse(&text, name).unwrap();
-            assert_eq!(config.force.unwrap().protocol, protocol, "{name}");
+            let config::Sensor::Serial(serial) = config.force.unwrap().sensor else {
+                panic!("{name}: not on a serial line");
+            };
+            assert_eq!(serial.protocol, protocol, "{name}");
+        }
+    }
+
+    #[test]
+    fn a_sensor_on_no_serial_line_brings_a_configuration_of_its_own() {
+        for (name, source) in [("net-ft", "netft"), ("gauges", "channels")] {
+            let scenario = built_in(name).unwrap();
+            let config = config::Config::parse(&config(&scenario), name).unwrap();
+            let inputs = usize::from(config.audio.input_channels);
+            assert_eq!(inputs, scenario.converter.channels, "{name}");
+            assert_eq!(config.force.unwrap().in_words(), source);
         }
     }
 

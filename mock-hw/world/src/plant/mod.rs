@@ -11,6 +11,7 @@ mod converter;
 mod exposure;
 mod force_sensor;
 mod friction;
+mod gauges;
 mod heights;
 mod known_masses;
 mod mechanics;
@@ -26,6 +27,8 @@ mod touch;
 use converter::{Converter, Delay, LATENCY, Tap};
 use force_sensor::ForceSensor;
 pub use force_sensor::SensorSample;
+use gauges::GaugeBridge;
+pub use gauges::MAKERS_MATRIX;
 pub use known_masses::Axis;
 use known_masses::KnownMasses;
 use mechanics::{Modes, PlateState, Propagator, SkinContact, Tissue};
@@ -40,7 +43,7 @@ use touch::Touch;
 use crate::fingertip::Fingertip;
 use crate::person::FingerState;
 use crate::run_truth::{TruthConstants, TruthSample};
-use crate::scenario::Scenario;
+use crate::scenario::{FIRST_GAUGE, ForceInterface, Scenario};
 
 /// Sum of squared voltages across the actuators.
 #[derive(Debug, Clone, Copy, Default)]
@@ -115,6 +118,8 @@ pub struct Plant {
     /// The plate's tuning as the propagator has it.
     tuning: Tuning,
     force_sensor: ForceSensor,
+    /// `None` where no gauge is on the sound card.
+    gauges: Option<GaugeBridge>,
     masses: KnownMasses,
     /// Across the actuators during the last step.
     volts: SquaredVolts,
@@ -181,6 +186,7 @@ impl Plant {
         self.force_sensor = before.force_sensor;
         self.masses = before.masses;
         self.next_truth_s = before.next_truth_s;
+        self.gauges = bridge(&self.scenario, self.interval_s, self.epoch_s, self.seed);
     }
 
     fn build(
@@ -232,6 +238,7 @@ impl Plant {
             drift: PlateDrift::new(&scenario.plate.drift),
             tuning: Tuning::default(),
             force_sensor: ForceSensor::new(&scenario.force_sensor, 0.0, seed),
+            gauges: bridge(&scenario, interval_s, 0.0, seed),
             masses: KnownMasses::new(&scenario.masses, seed),
             volts: SquaredVolts::default(),
             seed,
@@ -303,6 +310,7 @@ impl Plant {
             self.until_slow_step -= 1;
             self.frame += 1;
             self.fast_step(dac(sample), amplifier);
+            self.read_gauges();
             self.converter.frame(&self.ideal, frame);
         }
         self.finger = *finger;
@@ -423,6 +431,18 @@ impl Plant {
         }
     }
 
+    /// Puts the gauges on their inputs, unless another cable is there.
+    fn read_gauges(&mut self) {
+        let Some(gauges) = &mut self.gauges else {
+            return;
+        };
+        let values = gauges.frame();
+        if self.patch.wiring() == InputWiring::Bench {
+            let inputs = self.ideal.iter_mut().skip(FIRST_GAUGE);
+            inputs.zip(values).for_each(|(input, value)| *input = value);
+        }
+    }
+
     /// Brings film, friction and forces to the present moment.
     fn slow_step(&mut self) {
         let dt_s = f64::from(self.frames_per_slow_step) * self.interval_s;
@@ -488,6 +508,9 @@ impl Plant {
         let on_sensor = [now.normal_n + weight_n, now.lateral_n + pull_n];
         self.force_sensor
             .advance(time_s, on_sensor, &mut self.forces);
+        if let Some(gauges) = &mut self.gauges {
+            gauges.advance(time_s, on_sensor);
+        }
         if time_s >= self.next_truth_s {
             self.next_truth_s += TRUTH_STEP_S;
             self.truth.push(now);
@@ -499,6 +522,13 @@ impl Plant {
         self.tuning = tuning;
         self.propagator.tune(tuning.shift_hz, tuning.damping);
     }
+}
+
+/// Returns the gauges of a scenario that has them on the sound card.
+fn bridge(scenario: &Scenario, interval_s: f64, epoch_s: f64, seed: u64) -> Option<GaugeBridge> {
+    let sensor = &scenario.force_sensor;
+    let on_card = sensor.interface == ForceInterface::Gauges;
+    on_card.then(|| GaugeBridge::new(sensor, 1.0 / interval_s, epoch_s, seed))
 }
 
 /// Returns the output of a DAC for a sample: full scale is ±1, and NaN gives 0.

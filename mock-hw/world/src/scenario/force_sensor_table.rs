@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use strict::{OutOfRange, within};
 
+use super::gauges_table::GaugesTable;
 use super::ranges::all_within;
 
 /// Format of the force sensor's serial line (`docs/force-protocol.md`).
@@ -15,7 +16,19 @@ pub enum ForceProtocol {
     Lines,
 }
 
-/// The two-axis force sensor and its serial device.
+/// How the force sensor is reached.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ForceInterface {
+    /// By a serial line.
+    Serial,
+    /// Over the network, as an ATI Net F/T.
+    Netft,
+    /// By six inputs of the sound card, from the fourth on.
+    Gauges,
+}
+
+/// The two-axis force sensor and its device.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ForceSensorTable {
@@ -63,6 +76,10 @@ pub struct ForceSensorTable {
     pub burst_period_s: f64,
     /// Format of the serial line.
     pub protocol: ForceProtocol,
+    /// How the sensor is reached.
+    pub interface: ForceInterface,
+    /// The amplifier of its gauges, where they are on the sound card.
+    pub gauges: GaugesTable,
 }
 
 impl Default for ForceSensorTable {
@@ -90,6 +107,8 @@ impl Default for ForceSensorTable {
             clock_ppm: 30.0,
             burst_period_s: 0.004,
             protocol: ForceProtocol::Frames,
+            interface: ForceInterface::Serial,
+            gauges: GaugesTable::default(),
         }
     }
 }
@@ -133,6 +152,6 @@ impl ForceSensorTable {
             clock_ppm: -1e3, 1e3, "ppm";
             burst_period_s: 1e-4, 0.1, "s";
         }
-        Ok(())
+        self.gauges.check()
     }
 }

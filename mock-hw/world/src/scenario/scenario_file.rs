@@ -3,14 +3,15 @@
 use rand::RngExt;
 use rehearsal::{RehearsedFault, require_apart};
 use serde::{Deserialize, Serialize};
-use strict::{InFile, OutOfRange};
+use strict::{InFile, OutOfRange, within};
 
 use super::amplifier_table::AmplifierTable;
 use super::converter_table::ConverterTable;
 use super::encoder_table::EncoderTable;
 use super::film_table::FilmTable;
-use super::force_sensor_table::ForceSensorTable;
+use super::force_sensor_table::{ForceInterface, ForceSensorTable};
 use super::friction_table::FrictionTable;
+use super::gauges_table::{FIRST_GAUGE, GAUGES};
 use super::jitter_table::JitterTable;
 use super::laws_table::LawsTable;
 use super::masses_table::MassesTable;
@@ -168,6 +169,13 @@ impl Scenario {
         self.friction.check()?;
         self.laws.check()?;
         self.force_sensor.check()?;
+        if self.force_sensor.interface == ForceInterface::Gauges {
+            let (channels, least) = (
+                self.converter.channels as f64,
+                (FIRST_GAUGE + GAUGES) as f64,
+            );
+            within("converter.channels", channels, least, 32.0, "")?;
+        }
         self.masses.check()?;
         self.meter.check()?;
         self.encoder.check()?;

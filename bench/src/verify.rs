@@ -1,7 +1,5 @@
 //! `verify`: whether a study is all there and as it was recorded.
 
-mod table;
-
 use std::io::Write;
 use std::path::Path;
 
@@ -13,8 +11,6 @@ use crate::cli::Verify;
 use crate::outcome::{progress_bar, write_text};
 use crate::verbosity::Verbosity;
 
-pub use table::trial_words;
-
 /// The session's copy of the calibration.
 const CALIBRATION_COPY: &str = "calibration.toml";
 
@@ -25,8 +21,8 @@ const CALIBRATION_COPY: &str = "calibration.toml";
 pub fn run(options: &Verify, verbosity: Verbosity) -> anyhow::Result<bool> {
     let found = findings(&options.study, verbosity)?;
     match &options.json {
-        Some(path) => write_text(path, &table::to_json(&found)?)?,
-        None => write!(std::io::stdout(), "{}", table::to_text(&found))?,
+        Some(path) => write_text(path, &verification::to_json(&found)?)?,
+        None => write!(std::io::stdout(), "{}", verification::to_text(&found))?,
     }
     Ok(found.is_whole())
 }

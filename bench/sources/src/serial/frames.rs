@@ -2,8 +2,9 @@
 
 use crc::{CRC_16_IBM_3740, Crc};
 
+use super::decoder::{Decoder, ForceSample};
 use super::device_time::Unwrap;
-use super::force_sample::{Decoder, ForceSample, LineFaults};
+use crate::force_source::LineFaults;
 
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 const VERSION: u8 = 1;
@@ -16,7 +17,7 @@ const ENCODED_BYTES: usize = FRAME_BYTES + 1;
 /// Decoder of the binary format.
 ///
 /// ```
-/// use devices::force::{Decoder, FrameDecoder};
+/// use sources::serial::{Decoder, FrameDecoder};
 ///
 /// let mut decoder = FrameDecoder::default();
 /// let mut samples = Vec::new();
@@ -166,7 +167,8 @@ mod tests {
             LineFaults {
                 corrupt: 1,
                 lost: 4,
-                repeated: 1
+                repeated: 1,
+                ..LineFaults::default()
             }
         );
         assert_eq!((samples[5].normal_n, samples[5].lateral_n), (0.65, -0.081));

@@ -5,7 +5,8 @@ use std::fmt::{Display, Write};
 use recording::study::TrialBlock;
 use recording::study::event_log::ExitStatus;
 use serde_json::{Value, json};
-use verification::{
+
+use crate::findings::{
     Integrity, SessionEnd, SessionFindings, Standing, StudyFindings, TrialFindings,
 };
 
@@ -129,7 +130,7 @@ fn texts(items: &[impl Display]) -> Vec<String> {
 ///
 /// # Errors
 /// Never for findings.
-pub fn to_json(found: &StudyFindings) -> anyhow::Result<String> {
+pub fn to_json(found: &StudyFindings) -> serde_json::Result<String> {
     let sessions: Vec<Value> = found.sessions.iter().map(session_json).collect();
     let whole = json!({
         "format": FORMAT,

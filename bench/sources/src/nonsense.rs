@@ -1,4 +1,4 @@
-//! A port that speaks, and nothing of it is a reading: the baud is wrong, or another device is on it.
+//! A device that speaks, and nothing of it is a reading: the baud is wrong, or another device is there.
 
 use safety::Nonsense;
 
@@ -9,9 +9,9 @@ const LEAST_BYTES: u64 = 256;
 /// Pause after which bytes are another start, ns.
 const PAUSE_NS: u64 = 250_000_000;
 
-/// Tells a port that sends nonsense from one that is silent or about to begin.
+/// Tells a source that sends nonsense from one that is silent or about to begin.
 #[derive(Debug, Default)]
-pub struct NonsenseWatch {
+pub(crate) struct NonsenseWatch {
     /// When the first byte without a reading came, and the last, ns.
     heard_ns: Option<(u64, u64)>,
     bytes: u64,
@@ -20,7 +20,7 @@ pub struct NonsenseWatch {
 impl NonsenseWatch {
     /// Takes the bytes and the readings among them that came at `now_ns`. Returns the bytes since the last reading, and
     /// whether they have come for a second.
-    pub fn take(&mut self, now_ns: u64, bytes: u64, readings: u64) -> Nonsense {
+    pub(crate) fn take(&mut self, now_ns: u64, bytes: u64, readings: u64) -> Nonsense {
         if readings > 0 {
             *self = Self::default();
         } else if bytes > 0 {

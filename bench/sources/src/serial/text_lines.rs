@@ -1,7 +1,8 @@
 //! The text format: one line `<device µs>,<normal mN>,<lateral mN>` for each sample.
 
+use super::decoder::{Decoder, ForceSample};
 use super::device_time::Unwrap;
-use super::force_sample::{Decoder, ForceSample, LineFaults};
+use crate::force_source::LineFaults;
 
 /// Length that no line of the format exceeds, bytes.
 const LONGEST_LINE_BYTES: usize = 80;
@@ -9,7 +10,7 @@ const LONGEST_LINE_BYTES: usize = 80;
 /// Decoder of the text format.
 ///
 /// ```
-/// use devices::force::{Decoder, LineDecoder};
+/// use sources::serial::{Decoder, LineDecoder};
 ///
 /// let mut decoder = LineDecoder::default();
 /// let mut samples = Vec::new();
@@ -117,7 +118,8 @@ mod tests {
             LineFaults {
                 corrupt: 3,
                 lost: 0,
-                repeated: 1
+                repeated: 1,
+                ..LineFaults::default()
             }
         );
     }

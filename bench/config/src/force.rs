@@ -1,0 +1,361 @@
+//! The force sensor: where its readings come from, and their correction.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::correction::Correction;
+use crate::force_protocol::ForceProtocol;
+use crate::gauges::Gauges;
+use crate::limits::Safety;
+use crate::netft::Netft;
+use crate::refused::{Refused, within};
+use crate::sound_card::{Audio, InputMap};
+
+/// `[force]`: where the readings of the force sensor come from, and their correction.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "ForceTable", into = "ForceTable")]
+pub struct Force {
+    /// The sensor, and how it is reached.
+    pub sensor: Sensor,
+    /// Shortest time from sampling to when the computer has it, s; of a sensor on the card's inputs, its own delay.
+    pub latency_s: f64,
+    /// Normal and lateral force, in rows, per newton that the normal and the lateral axis read, N/N.
+    pub matrix: [[f64; 2]; 2],
+    /// Readings without load, normal and lateral, N.
+    pub tare_n: [f64; 2],
+    /// Reading from which on an axis counts as saturated, either way, N; for sensors that do not tell so themselves.
+    pub range_n: Option<f64>,
+}
+
+/// A force sensor, and how it is reached: `force.source`.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Sensor {
+    /// On a serial line.
+    Serial(SerialSensor),
+    /// On inputs of the sound card.
+    Channels(Gauges),
+    /// An ATI Net F/T on the network.
+    Netft(Netft),
+}
+
+/// A force sensor on a serial line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SerialSensor {
+    /// Serial port.
+    pub port: PathBuf,
+    /// Format on the line (`docs/force-protocol.md`).
+    pub protocol: ForceProtocol,
+    /// Baud rate; ignored by USB ports.
+    pub baud: u32,
+}
+
+/// `force.source`: where the readings come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Source {
+    #[default]
+    Serial,
+    Channels,
+    Netft,
+}
+
+/// The table as it stands in the file. The keys of a source that is not in use are read and left alone.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ForceTable {
+    #[serde(default)]
+    source: Source,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    port: Option<PathBuf>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    protocol: Option<ForceProtocol>,
+    #[serde(default = "default_baud")]
+    baud: u32,
+    #[serde(default)]
+    latency_s: f64,
+    #[serde(default = "default_matrix")]
+    matrix: [[f64; 2]; 2],
+    #[serde(default)]
+    tare_n: [f64; 2],
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    range_n: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    channels: Option<Gauges>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    netft: Option<Netft>,
+}
+
+fn default_baud() -> u32 {
+    2_000_000
+}
+
+fn default_matrix() -> [[f64; 2]; 2] {
+    Correction::default().matrix
+}
+
+/// A key that the source in use needs.
+#[derive(Debug, thiserror::Error)]
+#[error("force.{key} is missing: force.source = \"{source_name}\" needs it, such as {example}")]
+struct Missing {
+    key: &'static str,
+    source_name: &'static str,
+    example: &'static str,
+}
+
+impl TryFrom<ForceTable> for Force {
+    type Error = Missing;
+
+    fn try_from(table: ForceTable) -> Result<Self, Missing> {
+        let serial = |key, example| Missing {
+            key,
+            source_name: "serial",
+            example,
+        };
+        let sensor = match table.source {
+            Source::Serial => Sensor::Serial(SerialSensor {
+                port: table
+                    .port
+                    .ok_or(serial("port", "port = \"/dev/ttyUSB0\""))?,
+                protocol: table
+                    .protocol
+                    .ok_or(serial("protocol", "protocol = \"frames\""))?,
+                baud: table.baud,
+            }),
+            Source::Channels => Sensor::Channels(table.channels.unwrap_or_default()),
+            Source::Netft => Sensor::Netft(table.netft.unwrap_or_default()),
+        };
+        Ok(Self {
+            sensor,
+            latency_s: table.latency_s,
+            matrix: table.matrix,
+            tare_n: table.tare_n,
+            range_n: table.range_n,
+        })
+    }
+}
+
+impl From<Force> for ForceTable {
+    fn from(force: Force) -> Self {
+        let mut table = Self {
+            source: Source::Serial,
+            port: None,
+            protocol: None,
+            baud: default_baud(),
+            latency_s: force.latency_s,
+            matrix: force.matrix,
+            tare_n: force.tare_n,
+            range_n: force.range_n,
+            channels: None,
+            netft: None,
+        };
+        match force.sensor {
+            Sensor::Serial(serial) => {
+                table.port = Some(serial.port);
+                table.protocol = Some(serial.protocol);
+                table.baud = serial.baud;
+            }
+            Sensor::Channels(gauges) => {
+                table.source = Source::Channels;
+                table.channels = Some(gauges);
+            }
+            Sensor::Netft(netft) => {
+                table.source = Source::Netft;
+                table.netft = Some(netft);
+            }
+        }
+        table
+    }
+}
+
+impl Force {
+    /// Reads the maker's calibration file that the table names, in `folder`.
+    pub(super) fn read_beside(&mut self, folder: Option<&Path>) -> Result<(), Refused> {
+        match &mut self.sensor {
+            Sensor::Channels(gauges) => gauges.read_beside(folder),
+            Sensor::Serial(_) | Sensor::Netft(_) => Ok(()),
+        }
+    }
+
+    pub(super) fn check(
+        &self,
+        safety: &Safety,
+        audio: &Audio,
+        inputs: &InputMap,
+    ) -> Result<(), Refused> {
+        match &self.sensor {
+            Sensor::Serial(serial) => {
+                within("force.baud", f64::from(serial.baud), 1200.0, 2e7, "baud")?;
+            }
+            Sensor::Channels(gauges) => gauges.check(audio, inputs)?,
+            Sensor::Netft(netft) => netft.check()?,
+        }
+        within("force.latency_s", self.latency_s, 0.0, 0.1, "s")?;
+        if let Some(range_n) = self.range_n {
+            within("force.range_n", range_n, 0.1, 1e3, "N")?;
+        }
+        self.correction()
+            .require_plausible(safety.max_forces_n())
+            .map_err(|implausible| Refused {
+                key: None,
+                why: implausible.to_string(),
+            })
+    }
+
+    /// Returns what tells this sensor from another: a calibration holds for it alone.
+    #[must_use]
+    pub fn identity(&self) -> String {
+        match &self.sensor {
+            Sensor::Serial(serial) => {
+                let protocol = format!("{:?}", serial.protocol).to_lowercase();
+                format!("{}, {protocol}", serial.port.display())
+            }
+            Sensor::Channels(gauges) => gauges.identity(),
+            Sensor::Netft(netft) => netft.identity(),
+        }
+    }
+
+    /// Returns how the readings come, as recordings and screens say it.
+    #[must_use]
+    pub fn in_words(&self) -> String {
+        match &self.sensor {
+            Sensor::Serial(serial) => format!("serial, {:?}", serial.protocol).to_lowercase(),
+            Sensor::Channels(_) => "channels".to_owned(),
+            Sensor::Netft(_) => "netft".to_owned(),
+        }
+    }
+
+    /// Returns what to compare in `bench.toml` when nothing that comes is a reading.
+    #[must_use]
+    pub fn what_to_check(&self) -> &'static str {
+        match &self.sensor {
+            Sensor::Serial(_) => "check port, baud and protocol in [force]",
+            Sensor::Channels(_) => {
+                "check force.channels.inputs, and that the bridge's amplifier is switched on"
+            }
+            Sensor::Netft(_) => {
+                "check force.netft.address, and that the sensor and this computer are on one network"
+            }
+        }
+    }
+
+    /// Returns whether the sensor is on inputs of the sound card, with no line or network of its own.
+    #[must_use]
+    pub fn is_on_inputs(&self) -> bool {
+        matches!(self.sensor, Sensor::Channels(_))
+    }
+
+    /// Returns the correction of its readings.
+    #[must_use]
+    pub fn correction(&self) -> Correction {
+        Correction {
+            matrix: self.matrix,
+            tare_n: self.tare_n,
+        }
+    }
+
+    /// Replaces the correction of its readings.
+    pub(crate) fn set_correction(&mut self, correction: Correction) {
+        self.matrix = correction.matrix;
+        self.tare_n = correction.tare_n;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Config, ConfigError, Sensor, SixAxis};
+
+    /// The simulated bench's description with other lines in its table `[force]`.
+    fn with_force(lines: &str) -> Result<Config, ConfigError> {
+        let text = include_str!("../../mock-bench.toml");
+        let (before, rest) = text.split_once("[force]\n").unwrap();
+        let (_, after) = rest.split_once("\n\n").unwrap();
+        let text = format!("{before}[force]\n{lines}\n\n{after}");
+        Config::parse(&text, "bench.toml")
+    }
+
+    fn refused(lines: &str) -> String {
+        let line = |text: &str| text.lines().position(|line| line == "[force]").unwrap();
+        let first = line(include_str!("../../mock-bench.toml"));
+        let said = with_force(lines).unwrap_err().to_string();
+        let number = said.split_once("line ").unwrap().1;
+        let end = number.find(|c: char| !c.is_ascii_digit()).unwrap();
+        let number: usize = number[..end].parse().unwrap();
+        println!("{said}");
+        assert!((first..first + 8).contains(&number), "{said}");
+        said
+    }
+
+    #[test]
+    fn a_sensor_in_the_network_needs_nothing_but_its_source() {
+        let config = with_force("source = \"netft\"").unwrap();
+        let force = config.force.clone().unwrap();
+        let Sensor::Netft(netft) = &force.sensor else {
+            panic!("{force:?}");
+        };
+        let address = netft.socket().unwrap().to_string();
+        assert_eq!(address, "192.168.1.1:49152");
+        assert_eq!(netft.normal, SixAxis::PRESS);
+        assert_eq!(
+            force.identity(),
+            "netft 192.168.1.1, normal -fz, lateral fx"
+        );
+        // What is written is what was read.
+        let text = config.to_toml().unwrap();
+        assert_eq!(Config::parse(&text, "copy").unwrap(), config);
+    }
+
+    #[test]
+    fn the_keys_of_a_source_that_is_not_in_use_are_left_alone() {
+        let serial =
+            "port = \"/dev/ttyUSB0\"\nprotocol = \"lines\"\nnetft = { sample_hz = 7812.0 }";
+        let force = with_force(serial).unwrap().force.unwrap();
+        assert!(matches!(force.sensor, Sensor::Serial(_)));
+        assert_eq!(force.identity(), "/dev/ttyUSB0, lines");
+    }
+
+    #[test]
+    fn what_a_source_lacks_or_cannot_use_is_refused_with_its_line() {
+        for (lines, word) in [
+            ("protocol = \"frames\"", "force.port is missing"),
+            ("port = \"/dev/ttyUSB0\"", "force.protocol is missing"),
+            ("source = \"serial\"\nnetft = {}", "force.port is missing"),
+            ("source = \"usb\"", "netft"),
+            (
+                "source = \"netft\"\nnetft = { address = \"sensor.local\" }",
+                "force.netft.address",
+            ),
+            (
+                "source = \"netft\"\nnetft = { address = \"0.0.0.0\" }",
+                "force.netft.address",
+            ),
+            (
+                "source = \"netft\"\nnetft = { address = \"10.0.0.7:0\" }",
+                "force.netft.address",
+            ),
+            (
+                "source = \"netft\"\nnetft = { counts_per_n = 0.0 }",
+                "force.netft.counts_per_n",
+            ),
+            (
+                "source = \"netft\"\nnetft = { sample_hz = 70.0 }",
+                "force.netft.sample_hz",
+            ),
+            (
+                "source = \"netft\"\nnetft = { normal = \"tz\" }",
+                "no force axis",
+            ),
+            (
+                "source = \"netft\"\nnetft = { lateral = \"fz\" }",
+                "force.netft.lateral",
+            ),
+            (
+                "source = \"netft\"\nnetft = { adress = \"10.0.0.7\" }",
+                "address",
+            ),
+        ] {
+            let said = refused(lines);
+            assert!(said.contains(word), "{said}");
+        }
+    }
+}

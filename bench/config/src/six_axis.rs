@@ -1,0 +1,110 @@
+//! Axes of a six-axis force sensor, by their names in the maker's files.
+
+use serde::{Deserialize, Serialize};
+
+/// A force axis of a six-axis sensor with its sign, such as `fx` or `-fz`.
+///
+/// ```
+/// use config::SixAxis;
+///
+/// let axis = SixAxis::try_from("-fz".to_owned())?;
+/// assert_eq!(axis.of([1.0, 2.0, 3.0]), -3.0);
+/// assert!(SixAxis::try_from("tz".to_owned()).is_err());
+/// # Ok::<(), config::NoForceAxis>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct SixAxis {
+    index: usize,
+    negative: bool,
+}
+
+/// A name that is no force axis.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("`{0}` is no force axis: fx, fy, fz, or one of them with - before it for its opposite")]
+pub struct NoForceAxis(String);
+
+const NAMES: [&str; 3] = ["fx", "fy", "fz"];
+
+impl SixAxis {
+    /// The axis out of the sensor's face, against it: what a press on the face reads.
+    pub const PRESS: Self = Self {
+        index: 2,
+        negative: true,
+    };
+    /// The sensor's x axis.
+    pub const X: Self = Self {
+        index: 0,
+        negative: false,
+    };
+
+    /// Returns the force along this axis of Fx, Fy and Fz.
+    #[must_use]
+    pub fn of(self, forces: [f64; 3]) -> f64 {
+        self.sign() * forces[self.index]
+    }
+
+    /// Returns the place of the axis among Fx, Fy, Fz, Tx, Ty, Tz.
+    #[must_use]
+    pub fn index(self) -> usize {
+        self.index
+    }
+
+    /// Returns whether both lie along one axis of the sensor.
+    #[must_use]
+    pub fn is_along(self, other: Self) -> bool {
+        self.index == other.index
+    }
+
+    /// Returns -1 for the opposite of an axis, and otherwise 1.
+    #[must_use]
+    pub fn sign(self) -> f64 {
+        if self.negative { -1.0 } else { 1.0 }
+    }
+}
+
+impl TryFrom<String> for SixAxis {
+    type Error = NoForceAxis;
+
+    fn try_from(name: String) -> Result<Self, NoForceAxis> {
+        let lower = name.to_lowercase();
+        let (negative, plain) = match lower.strip_prefix('-') {
+            Some(plain) => (true, plain),
+            None => (false, lower.as_str()),
+        };
+        match NAMES.iter().position(|known| *known == plain) {
+            Some(index) => Ok(Self { index, negative }),
+            None => Err(NoForceAxis(name)),
+        }
+    }
+}
+
+impl From<SixAxis> for String {
+    fn from(axis: SixAxis) -> Self {
+        axis.to_string()
+    }
+}
+
+impl std::fmt::Display for SixAxis {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let sign = if self.negative { "-" } else { "" };
+        write!(f, "{sign}{}", NAMES[self.index])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read_as_they_are_written() {
+        for name in ["fx", "-fy", "fz"] {
+            let axis = SixAxis::try_from(name.to_owned()).unwrap();
+            assert_eq!(axis.to_string(), name);
+        }
+        for wrong in ["", "-", "tz", "--fz", "f", "fzz"] {
+            assert!(SixAxis::try_from(wrong.to_owned()).is_err(), "{wrong}");
+        }
+        assert_eq!(SixAxis::PRESS.of([0.0, 0.0, -0.65]), 0.65);
+    }
+}

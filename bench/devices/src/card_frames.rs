@@ -1,0 +1,73 @@
+//! The audio clock by the card's own count of frames, which leaves out those that an xrun swallowed.
+
+use std::collections::VecDeque;
+
+/// Stretches that are kept: each begins where frames were swallowed.
+const KEPT: usize = 64;
+
+/// Maps frames as the card counts them to frames of the audio clock.
+#[derive(Debug, Default)]
+pub(crate) struct CardFrames {
+    /// First card frame of each stretch, and what is to be added from there on.
+    stretches: VecDeque<(u64, u64)>,
+    /// End of what has been accepted, in card frames.
+    end: u64,
+}
+
+impl CardFrames {
+    /// Notes that `frames` frames from card frame `card` on are those from `audio` on.
+    pub(crate) fn accept(&mut self, card: u64, frames: u64, audio: u64) {
+        let swallowed = audio.saturating_sub(card);
+        if self
+            .stretches
+            .back()
+            .is_none_or(|&(_, before)| before != swallowed)
+        {
+            self.stretches.push_back((card, swallowed));
+            if self.stretches.len() > KEPT {
+                self.stretches.pop_front();
+            }
+        }
+        self.end = card + frames;
+    }
+
+    /// Returns the frame of the audio clock; `None` as long as the card's frame has not been accepted.
+    pub(crate) fn audio(&self, card: f64) -> Option<f64> {
+        if card >= self.end as f64 {
+            return None;
+        }
+        let stretch = self
+            .stretches
+            .iter()
+            .rfind(|(from, _)| *from as f64 <= card);
+        let (_, swallowed) = stretch.or(self.stretches.front())?;
+        Some(card + *swallowed as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_before_and_after_a_loss_each_have_their_place() {
+        let mut frames = CardFrames::default();
+        assert_eq!(frames.audio(0.0), None);
+        frames.accept(0, 100, 0);
+        frames.accept(100, 100, 100);
+        assert_eq!(
+            (frames.audio(150.5), frames.audio(200.0)),
+            (Some(150.5), None)
+        );
+        // 37 were swallowed.
+        frames.accept(200, 100, 237);
+        assert_eq!(frames.audio(199.0), Some(199.0));
+        assert_eq!(frames.audio(200.0), Some(237.0));
+        assert_eq!(frames.audio(-3.0), Some(-3.0));
+        for lost in 0..1000 {
+            frames.accept(300 + 10 * lost, 10, 340 + 11 * lost);
+        }
+        assert_eq!(frames.audio(10_299.0), Some(10_299.0 + 40.0 + 999.0));
+        assert!(frames.stretches.len() <= KEPT);
+    }
+}

@@ -1,0 +1,119 @@
+//! The trait of all sources of forces, and what they say of themselves.
+
+use safety::Nonsense;
+use serde::Serialize;
+
+/// When a force acted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Moment {
+    /// Time on the host's clock, s: a sensor with a clock of its own, which was aligned with the host's.
+    Host(f64),
+    /// Frame of the sound card, counted as it delivers them, from 0: a sensor on its inputs.
+    Card(f64),
+}
+
+/// A force, and when it acted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimedForce {
+    /// When it acted.
+    pub at: Moment,
+    /// Normal force, positive when the finger presses, N.
+    pub normal_n: f64,
+    /// Lateral force, positive towards increasing position, N.
+    pub lateral_n: f64,
+    /// Normal and lateral force by the sensor itself, without calibration, N.
+    pub raw_n: [f64; 2],
+    /// Whether the normal axis is at the end of its range.
+    pub normal_saturated: bool,
+    /// Whether the lateral axis is at the end of its range.
+    pub lateral_saturated: bool,
+}
+
+impl TimedForce {
+    /// Returns whether either axis is at the end of its range.
+    #[must_use]
+    pub fn saturated(&self) -> bool {
+        self.normal_saturated || self.lateral_saturated
+    }
+}
+
+/// Readings that a source has lost or rejected so far.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct LineFaults {
+    /// Readings dropped because they did not parse or failed their checksum.
+    pub corrupt: u64,
+    /// Readings that never arrived, by the sequence number.
+    pub lost: u64,
+    /// Readings dropped because their number or time had been seen.
+    pub repeated: u64,
+    /// Readings dropped because a later one had overtaken them.
+    pub reordered: u64,
+    /// Readings dropped because the sensor said with them that it has failed.
+    pub failed: u64,
+}
+
+impl LineFaults {
+    /// Returns the faults since `before`.
+    #[must_use]
+    pub fn since(&self, before: &Self) -> Self {
+        Self {
+            corrupt: self.corrupt - before.corrupt,
+            lost: self.lost - before.lost,
+            repeated: self.repeated - before.repeated,
+            reordered: self.reordered - before.reordered,
+            failed: self.failed - before.failed,
+        }
+    }
+}
+
+/// How a source fares.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct SourceHealth {
+    /// Readings lost or rejected so far.
+    pub faults: LineFaults,
+    /// Drift of the host's clock against the source's, ppm; `None` until it is known, and for a source on the card's
+    /// clock.
+    pub drift_ppm: Option<f64>,
+}
+
+/// A source that has disappeared, for good.
+#[derive(Debug, thiserror::Error)]
+pub enum SourceGone {
+    /// The serial port no longer exists.
+    #[error("the force sensor's port is gone: {0}")]
+    Port(std::io::Error),
+    /// The network is down.
+    #[error("the force sensor's network is gone: {0}")]
+    Network(std::io::Error),
+    /// The sensor's clock is not what it is configured as.
+    #[error(
+        "the force sensor counts {counted_hz:.0} samples a second, and force.netft.sample_hz = {stated_hz}: forces would be \
+         placed wrongly; set it to the device's rate"
+    )]
+    Rate {
+        /// Configured rate, Hz.
+        stated_hz: f64,
+        /// Rate by the host's clock, Hz.
+        counted_hz: f64,
+    },
+}
+
+/// A source of forces. One that is silent passes none: whoever polls it knows for how long.
+pub trait ForceSource: Send {
+    /// Reads what has arrived, without waiting, and passes each force to `take`, in the order in which they acted;
+    /// `now_s` is the host's clock, s.
+    ///
+    /// # Errors
+    /// [`SourceGone`] when there is nothing left to read from.
+    fn poll(
+        &mut self,
+        now_s: &dyn Fn() -> f64,
+        take: &mut dyn FnMut(TimedForce),
+    ) -> Result<(), SourceGone>;
+
+    /// Returns how the source fares.
+    fn health(&self) -> SourceHealth;
+
+    /// Returns what has come in the place of readings, up to the last poll, which was at `now_ns`.
+    fn nonsense(&mut self, now_ns: u64) -> Nonsense;
+}

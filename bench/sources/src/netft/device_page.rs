@@ -1,0 +1,180 @@
+//! The device's own page, which states how many counts a newton is.
+
+use std::io::{Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::time::{Duration, Instant};
+
+/// Page of the device's settings (ATI 9620-05-NET FT).
+const PAGE: &str = "/netftapi2.xml";
+/// Longest page that is read, bytes.
+const LIMIT_BYTES: u64 = 256 * 1024;
+
+/// What the device says of its settings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DevicePage {
+    /// Counts per newton.
+    pub counts_per_n: f64,
+}
+
+/// Why the page says nothing that can be used.
+#[derive(Debug, thiserror::Error)]
+pub enum PageError {
+    /// Nobody answers, or not in time.
+    #[error("nobody answers at http://{address}{PAGE}")]
+    Unreachable {
+        /// Where the page was asked for.
+        address: SocketAddr,
+        /// Error of the operating system.
+        source: std::io::Error,
+    },
+    /// There is a server, but not this page.
+    #[error("http://{address}{PAGE} answers \"{answer}\"")]
+    NoPage {
+        /// Where the page was asked for.
+        address: SocketAddr,
+        /// First line of the answer.
+        answer: String,
+    },
+    /// The page is not XML.
+    #[error("http://{address}{PAGE} is not a Net F/T's page")]
+    NotXml {
+        /// Where the page was asked for.
+        address: SocketAddr,
+        /// Error of the XML reader.
+        source: roxmltree::Error,
+    },
+    /// A setting is missing or unfit.
+    #[error("http://{address}{PAGE}: {why}")]
+    Setting {
+        /// Where the page was asked for.
+        address: SocketAddr,
+        /// What is missing or unfit.
+        why: String,
+    },
+}
+
+impl DevicePage {
+    /// Asks the device at `address` for its page, for no longer than `patience`.
+    ///
+    /// # Errors
+    /// [`PageError`] says who answers what.
+    pub fn ask(address: SocketAddr, patience: Duration) -> Result<Self, PageError> {
+        let answer = fetch(address, patience)
+            .map_err(|source| PageError::Unreachable { address, source })?;
+        let answer = String::from_utf8_lossy(&answer);
+        let first = answer.lines().next().unwrap_or_default();
+        let found = first
+            .strip_prefix("HTTP/")
+            .and_then(|rest| rest.split_whitespace().nth(1))
+            .is_some_and(|code| code == "200");
+        let body = answer.find('<').filter(|_| found);
+        let Some(body) = body else {
+            let answer = first.chars().take(80).collect();
+            return Err(PageError::NoPage { address, answer });
+        };
+        Self::read(
+            answer[body..].trim_end_matches(['\0', ' ', '\r', '\n']),
+            address,
+        )
+    }
+
+    fn read(page: &str, address: SocketAddr) -> Result<Self, PageError> {
+        let xml = roxmltree::Document::parse(page)
+            .map_err(|source| PageError::NotXml { address, source })?;
+        let setting = |name: &str| {
+            let mut elements = xml.descendants();
+            let element = elements.find(|element| element.has_tag_name(name))?;
+            element.text().map(str::trim)
+        };
+        let refused = |why: String| PageError::Setting { address, why };
+        let unit = setting("scfgfu").unwrap_or("N");
+        if unit != "N" {
+            return Err(refused(format!(
+                "the device counts in {unit}: set its force unit to N on its page of configurations"
+            )));
+        }
+        let counts = setting("cfgcpf")
+            .or_else(|| setting("calcpf"))
+            .ok_or_else(|| refused("the counts per force, cfgcpf, are missing".to_owned()))?;
+        match counts.parse() {
+            Ok(counts_per_n) if (1.0..=1e9).contains(&counts_per_n) => Ok(Self { counts_per_n }),
+            _ => Err(refused(format!(
+                "{counts} counts per force are out of 1 to 1e9"
+            ))),
+        }
+    }
+}
+
+/// Returns the whole answer; the server closes the connection.
+fn fetch(address: SocketAddr, patience: Duration) -> std::io::Result<Vec<u8>> {
+    let until = Instant::now() + patience;
+    let mut stream = TcpStream::connect_timeout(&address, patience)?;
+    stream.set_write_timeout(Some(patience))?;
+    let request = format!("GET {PAGE} HTTP/1.0\r\nHost: {}\r\n\r\n", address.ip());
+    stream.write_all(request.as_bytes())?;
+    let (mut answer, mut piece) = (Vec::new(), [0; 4096]);
+    while (answer.len() as u64) < LIMIT_BYTES {
+        let left = until.saturating_duration_since(Instant::now());
+        stream.set_read_timeout(Some(left.max(Duration::from_millis(1))))?;
+        match stream.read(&mut piece)? {
+            0 => break,
+            read => answer.extend_from_slice(&piece[..read]),
+        }
+    }
+    Ok(answer)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::TcpListener;
+
+    use super::*;
+
+    /// What is made of a server's answer.
+    fn asked(answer: &'static str) -> Result<DevicePage, PageError> {
+        let server = TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = server.local_addr().unwrap();
+        let serving = std::thread::spawn(move || {
+            let (mut stream, _) = server.accept().unwrap();
+            let mut request = [0; 256];
+            let read = stream.read(&mut request).unwrap();
+            assert!(request[..read].starts_with(b"GET /netftapi2.xml HTTP/1.0\r\n"));
+            stream.write_all(answer.as_bytes()).unwrap();
+        });
+        let page = DevicePage::ask(address, Duration::from_secs(5));
+        serving.join().unwrap();
+        page
+    }
+
+    #[test]
+    fn the_counts_per_newton_are_read_from_the_page() {
+        let page = asked(
+            "HTTP/1.0 200 OK\r\nContent-Type: text/xml\r\n\r\n<?xml version=\"1.0\"?><netftapi2><runstat>0x00000000</runstat>\
+             <scfgfu>N</scfgfu><cfgcpf>1000000</cfgcpf><cfgcpt>1000000</cfgcpt></netftapi2>\n",
+        );
+        assert_eq!(page.unwrap(), DevicePage { counts_per_n: 1e6 });
+    }
+
+    #[test]
+    fn a_page_that_says_nothing_of_use_is_refused_by_what_is_wrong() {
+        let other = "HTTP/1.1 404 Not Found\r\n\r\n<html>404</html>";
+        assert!(matches!(asked(other), Err(PageError::NoPage { .. })));
+        assert!(matches!(asked(""), Err(PageError::NoPage { .. })));
+        let torn = "HTTP/1.0 200 OK\r\n\r\n<netftapi2><cfgcpf>1";
+        assert!(matches!(asked(torn), Err(PageError::NotXml { .. })));
+        for page in [
+            "HTTP/1.0 200 OK\r\n\r\n<a><scfgfu>lbf</scfgfu><cfgcpf>1000</cfgcpf></a>",
+            "HTTP/1.0 200 OK\r\n\r\n<a><scfgfu>N</scfgfu></a>",
+            "HTTP/1.0 200 OK\r\n\r\n<a><cfgcpf>0</cfgcpf></a>",
+            "HTTP/1.0 200 OK\r\n\r\n<a><cfgcpf>NaN</cfgcpf></a>",
+        ] {
+            assert!(
+                matches!(asked(page), Err(PageError::Setting { .. })),
+                "{page}"
+            );
+        }
+        let nobody = TcpListener::bind("127.0.0.1:0").unwrap().local_addr();
+        let nobody = DevicePage::ask(nobody.unwrap(), Duration::from_millis(200));
+        assert!(matches!(nobody, Err(PageError::Unreachable { .. })));
+    }
+}

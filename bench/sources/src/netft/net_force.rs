@@ -1,0 +1,466 @@
+//! A Net F/T as a source of forces.
+
+use std::io::ErrorKind;
+use std::net::{SocketAddr, UdpSocket};
+use std::time::Duration;
+
+use anyhow::Context;
+use config::{Correction, Netft, SixAxis};
+use safety::Nonsense;
+
+use super::device_page::DevicePage;
+use super::rdt::{Command, Condition, RECORD_BYTES, Record};
+use super::sequence::{Place, Sequence};
+use crate::correct::Corrector;
+use crate::force_source::{ForceSource, LineFaults, Moment, SourceGone, SourceHealth, TimedForce};
+use crate::nonsense::NonsenseWatch;
+use crate::sensor_clock::SensorClock;
+
+/// Port of the device's pages.
+const PAGE_PORT: u16 = 80;
+/// Longest wait for the device's page.
+const PAGE_PATIENCE: Duration = Duration::from_secs(2);
+/// Silence after which the device is asked to stream again, and time between such requests, s.
+const ASK_AGAIN_S: f64 = 0.5;
+/// Numbers by which a record may be ahead of the one before, beside those of the time between them: more is not of this
+/// stream, for RDT has no checksum.
+const MOST_AHEAD: f64 = 2000.0;
+/// Share by which the device's rate may differ from the stated one, and time that arrivals may be late by, s.
+const RATE_TOLERANCE: (f64, f64) = (0.02, 0.2);
+
+/// An ATI Net F/T that streams over UDP.
+pub struct NetForce {
+    socket: UdpSocket,
+    counts_per_n: f64,
+    sample_hz: f64,
+    axes: [SixAxis; 2],
+    corrector: Corrector,
+    latency_s: f64,
+    stream: Stream,
+    /// But for what is lost.
+    faults: LineFaults,
+    /// Records lost before the stream was last asked for.
+    lost_before: u64,
+    nonsense: NonsenseWatch,
+    /// Bytes and readings of the latest poll.
+    polled: (u64, u64),
+    asked_s: Option<f64>,
+}
+
+/// What is known of the stream since it was last asked for.
+struct Stream {
+    clock: SensorClock,
+    sequence: Sequence,
+    /// Newest sample by the device's count, unwrapped.
+    sample: Option<u64>,
+    /// Device's and host's time of the first record, s.
+    began_s: Option<(f64, f64)>,
+    /// Host's time of the latest record, s.
+    heard_s: Option<f64>,
+}
+
+impl Stream {
+    fn new(latency_s: f64) -> Self {
+        Self {
+            clock: SensorClock::new(latency_s),
+            sequence: Sequence::default(),
+            sample: None,
+            began_s: None,
+            heard_s: None,
+        }
+    }
+}
+
+/// Asks the device of `netft` to stream, at `address` in the place of the configured one if it is given.
+///
+/// # Errors
+/// When there is no such network, or the counts per newton are neither configured nor to be had from the device.
+pub fn open_net(
+    netft: &Netft,
+    address: Option<SocketAddr>,
+    latency_s: f64,
+    correction: Correction,
+    range_n: Option<f64>,
+) -> anyhow::Result<NetForce> {
+    let address = address.or_else(|| netft.socket()).with_context(|| {
+        format!(
+            "force.netft.address = \"{}\" is no IP address",
+            netft.address
+        )
+    })?;
+    let counts_per_n = match netft.counts_per_n {
+        Some(counts_per_n) => counts_per_n,
+        None => {
+            let page = SocketAddr::new(address.ip(), PAGE_PORT);
+            let page = DevicePage::ask(page, PAGE_PATIENCE).context(
+                "the Net F/T does not say how many counts a newton is: check force.netft.address in bench.toml, or state \
+                 force.netft.counts_per_n there",
+            )?;
+            page.counts_per_n
+        }
+    };
+    let any: SocketAddr = if address.is_ipv4() {
+        ([0, 0, 0, 0], 0).into()
+    } else {
+        ([0u16; 8], 0).into()
+    };
+    let connect = || -> std::io::Result<UdpSocket> {
+        let socket = UdpSocket::bind(any)?;
+        // Datagrams of others do not arrive then.
+        socket.connect(address)?;
+        socket.set_nonblocking(true)?;
+        socket.send(&Command::Stream.request())?;
+        Ok(socket)
+    };
+    let socket = connect().with_context(|| {
+        format!(
+            "cannot reach the Net F/T at {address}, force.netft.address in bench.toml: has this computer an address in the \
+             same network?"
+        )
+    })?;
+    Ok(NetForce {
+        socket,
+        counts_per_n,
+        sample_hz: netft.sample_hz,
+        axes: [netft.normal, netft.lateral],
+        corrector: Corrector::new(correction, range_n),
+        latency_s,
+        stream: Stream::new(latency_s),
+        faults: LineFaults::default(),
+        lost_before: 0,
+        nonsense: NonsenseWatch::default(),
+        polled: (0, 0),
+        asked_s: None,
+    })
+}
+
+impl NetForce {
+    /// Takes a datagram that arrived at `arrival_s`; returns its force if it has one that is in its place.
+    fn take(&mut self, datagram: &[u8], arrival_s: f64) -> Option<TimedForce> {
+        let Some(record) = Record::read(datagram) else {
+            self.faults.corrupt += 1;
+            self.stream.sequence.take_unnumbered();
+            return None;
+        };
+        if !self.is_of_this_stream(&record, arrival_s) {
+            self.faults.corrupt += 1;
+            return None;
+        }
+        let place = self.stream.sequence.take(record.sequence);
+        match place {
+            Place::Next => {}
+            Place::Late => self.faults.reordered += 1,
+            Place::Repeated => self.faults.repeated += 1,
+        }
+        if place != Place::Next {
+            return None;
+        }
+        let sample = self.stream.sample.map_or(u64::from(record.sample), |last| {
+            last + u64::from(record.sample.wrapping_sub(last as u32))
+        });
+        self.stream.sample = Some(sample);
+        let device_s = sample as f64 / self.sample_hz;
+        self.stream.began_s.get_or_insert((device_s, arrival_s));
+        self.stream.heard_s = Some(arrival_s);
+        self.stream.clock.arrived(device_s, arrival_s);
+        let condition = record.condition();
+        if condition == Condition::Failed {
+            self.faults.failed += 1;
+            return None;
+        }
+        let forces = record
+            .forces
+            .map(|counts| f64::from(counts) / self.counts_per_n);
+        let raw_n = self.axes.map(|axis| axis.of(forces));
+        let host_s = self.stream.clock.host_s(device_s)?;
+        let saturated = [condition == Condition::Saturated; 2];
+        Some(self.corrector.force(Moment::Host(host_s), raw_n, saturated))
+    }
+
+    /// Returns whether a record can follow the one before.
+    fn is_of_this_stream(&self, record: &Record, arrival_s: f64) -> bool {
+        let (Some(last), Some(heard_s)) = (self.stream.sample, self.stream.heard_s) else {
+            return true;
+        };
+        let most = MOST_AHEAD + 2.0 * self.sample_hz * (arrival_s - heard_s).max(0.0);
+        let ahead = self.stream.sequence.ahead(record.sequence);
+        let samples = f64::from(record.sample.wrapping_sub(last as u32).cast_signed());
+        let follows = ahead > 0;
+        // The device counts at least as many samples as it sends records.
+        let counts = if follows {
+            samples >= ahead as f64
+        } else {
+            samples <= 0.0
+        };
+        counts && ahead.unsigned_abs() as f64 <= most && samples.abs() <= most
+    }
+
+    /// Asks for the stream again if the device has long been silent.
+    fn ask_again(&mut self, now_s: f64) -> std::io::Result<()> {
+        let asked_s = *self.asked_s.get_or_insert(now_s);
+        let since_s = self
+            .stream
+            .heard_s
+            .map_or(asked_s, |heard_s| heard_s.max(asked_s));
+        if now_s - since_s < ASK_AGAIN_S {
+            return Ok(());
+        }
+        self.asked_s = Some(now_s);
+        // It begins to number anew, and may have been switched off meanwhile.
+        self.stream.sequence.restart();
+        self.lost_before += self.stream.sequence.lost();
+        self.stream = Stream::new(self.latency_s);
+        match self.socket.send(&Command::Stream.request()) {
+            Err(error) if !is_silence(&error) => Err(error),
+            _ => Ok(()),
+        }
+    }
+
+    fn require_rate(&self, now_s: f64) -> Result<(), SourceGone> {
+        let (Some((began_s, host_s)), Some(sample)) = (self.stream.began_s, self.stream.sample)
+        else {
+            return Ok(());
+        };
+        let heard_s = self.stream.heard_s.unwrap_or(now_s);
+        let (device_s, host_s) = (sample as f64 / self.sample_hz - began_s, heard_s - host_s);
+        let (share, late_s) = RATE_TOLERANCE;
+        if (device_s - host_s).abs() <= share * host_s + late_s {
+            return Ok(());
+        }
+        Err(SourceGone::Rate {
+            stated_hz: self.sample_hz,
+            counted_hz: self.sample_hz * device_s / host_s.max(1e-3),
+        })
+    }
+}
+
+/// Returns whether an error means that nobody is there now, or nothing has come.
+fn is_silence(error: &std::io::Error) -> bool {
+    use ErrorKind::{ConnectionRefused, Interrupted, TimedOut, WouldBlock};
+    matches!(
+        error.kind(),
+        WouldBlock | TimedOut | Interrupted | ConnectionRefused
+    )
+}
+
+impl ForceSource for NetForce {
+    fn poll(
+        &mut self,
+        now_s: &dyn Fn() -> f64,
+        take: &mut dyn FnMut(TimedForce),
+    ) -> Result<(), SourceGone> {
+        self.polled = (0, 0);
+        // One byte more shows a datagram that is too long.
+        let mut datagram = [0; RECORD_BYTES + 1];
+        loop {
+            match self.socket.recv(&mut datagram) {
+                Ok(length) => {
+                    self.polled.0 += length as u64;
+                    // Read only now: no arrival may be stated early.
+                    if let Some(force) = self.take(&datagram[..length], now_s()) {
+                        self.polled.1 += 1;
+                        take(force);
+                    }
+                }
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) if is_silence(&error) => break,
+                Err(error) => return Err(SourceGone::Network(error)),
+            }
+        }
+        let now_s = now_s();
+        self.require_rate(now_s)?;
+        self.ask_again(now_s).map_err(SourceGone::Network)
+    }
+
+    fn health(&self) -> SourceHealth {
+        SourceHealth {
+            faults: LineFaults {
+                lost: self.lost_before + self.stream.sequence.lost(),
+                ..self.faults
+            },
+            drift_ppm: self.stream.clock.drift_ppm(),
+        }
+    }
+
+    fn nonsense(&mut self, now_ns: u64) -> Nonsense {
+        let (bytes, readings) = self.polled;
+        self.nonsense.take(now_ns, bytes, readings)
+    }
+}
+
+impl Drop for NetForce {
+    fn drop(&mut self) {
+        // A device that goes on streaming harms nobody.
+        let _ = self.socket.send(&Command::Stop.request());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+    use std::net::Ipv4Addr;
+
+    use super::*;
+
+    /// A device on the loopback, and a source that listens to it.
+    struct Rig {
+        device: UdpSocket,
+        source: NetForce,
+        now_s: Cell<f64>,
+    }
+
+    impl Rig {
+        fn new() -> Self {
+            let device = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+            device.set_nonblocking(true).unwrap();
+            let netft = Netft {
+                counts_per_n: Some(1e6),
+                ..Netft::default()
+            };
+            let address = Some(device.local_addr().unwrap());
+            let source = open_net(&netft, address, 0.0, Correction::default(), None).unwrap();
+            let rig = Self {
+                device,
+                source,
+                now_s: Cell::new(0.0),
+            };
+            rig.asked();
+            rig
+        }
+
+        /// Connects the device to whoever has asked, and returns what for.
+        fn asked(&self) -> Option<[u8; 8]> {
+            let mut request = [0; 8];
+            let (length, from) = self.device.recv_from(&mut request).ok()?;
+            self.device.connect(from).unwrap();
+            (length == 8).then_some(request)
+        }
+
+        fn send(&self, sequence: u32, sample: u32, normal_n: f64) {
+            let mut record = Vec::new();
+            for word in [sequence, sample, 0] {
+                record.extend(word.to_be_bytes());
+            }
+            for counts in [25_000, 0, (-1e6 * normal_n) as i32, 1, 2, 3] {
+                record.extend(i32::to_be_bytes(counts));
+            }
+            self.device.send(&record).unwrap();
+        }
+
+        fn poll(&mut self) -> Result<Vec<TimedForce>, SourceGone> {
+            let mut forces = Vec::new();
+            let now_s = self.now_s.get();
+            self.source
+                .poll(&|| now_s, &mut |force| forces.push(force))?;
+            Ok(forces)
+        }
+
+        /// Streams `count` records at 7 kHz and returns the forces.
+        fn stream(&mut self, from: (u32, u32), count: u32, rate_hz: f64) -> Vec<TimedForce> {
+            let mut forces = Vec::new();
+            for k in 0..count {
+                self.send(from.0.wrapping_add(k), from.1.wrapping_add(k), 0.5);
+                self.now_s.set(self.now_s.get() + 1.0 / rate_hz);
+                forces.extend(self.poll().unwrap());
+            }
+            forces
+        }
+    }
+
+    #[test]
+    fn forces_are_those_of_the_configured_axes() {
+        let mut rig = Rig::new();
+        rig.send(1, 700, 0.65);
+        let forces = rig.poll().unwrap();
+        assert_eq!(forces.len(), 1);
+        assert_eq!((forces[0].normal_n, forces[0].lateral_n), (0.65, 0.025));
+        assert!(!forces[0].saturated());
+        drop(rig.source);
+        let mut request = [0; 8];
+        rig.device.recv(&mut request).unwrap();
+        assert_eq!(request, Command::Stop.request());
+    }
+
+    /// Fault 40.
+    #[test]
+    fn garbage_of_the_right_size_neither_counts_as_lost_nor_moves_the_clock() {
+        let mut rig = Rig::new();
+        let past_the_wrap = (u32::MAX - 100, u32::MAX - 50);
+        assert_eq!(rig.stream(past_the_wrap, 300, 7000.0).len(), 300);
+        for garbage in [
+            [0x7e; RECORD_BYTES],
+            [0x55; RECORD_BYTES],
+            [b'A'; RECORD_BYTES],
+        ] {
+            rig.device.send(&garbage).unwrap();
+        }
+        assert_eq!(rig.poll().unwrap(), []);
+        let goes_on = (199, 249);
+        assert_eq!(rig.stream(goes_on, 300, 7000.0).len(), 300);
+        let faults = rig.source.health().faults;
+        let expected = LineFaults {
+            corrupt: 3,
+            ..LineFaults::default()
+        };
+        assert_eq!(faults, expected);
+    }
+
+    /// Fault 40.
+    #[test]
+    fn a_device_that_was_switched_off_is_asked_again_and_read_on() {
+        let mut rig = Rig::new();
+        assert_eq!(rig.stream((1, 1_000_000), 200, 7000.0).len(), 200);
+        rig.now_s.set(rig.now_s.get() + 0.4);
+        rig.poll().unwrap();
+        assert_eq!(rig.asked(), None);
+        rig.now_s.set(rig.now_s.get() + 0.2);
+        rig.poll().unwrap();
+        assert_eq!(rig.asked(), Some(Command::Stream.request()));
+        // It counts from the start.
+        let forces = rig.stream((1, 3), 200, 7000.0);
+        assert_eq!(forces.len(), 200);
+        assert_eq!(rig.source.health().faults, LineFaults::default());
+        let Moment::Host(last_s) = forces[199].at else {
+            panic!("not on the host's clock");
+        };
+        assert!((last_s - rig.now_s.get()).abs() < 1e-3);
+    }
+
+    /// Fault 40.
+    #[test]
+    fn a_device_whose_rate_is_not_the_stated_one_is_refused() {
+        let mut rig = Rig::new();
+        // An Axia at its default, taken for a Gamma.
+        let mut gone = None;
+        for k in 0..30_000 {
+            rig.send(k, k, 0.5);
+            rig.now_s.set(f64::from(k) / 7812.0);
+            if let Err(error) = rig.poll() {
+                gone = Some(error);
+                break;
+            }
+        }
+        let Some(SourceGone::Rate { counted_hz, .. }) = gone else {
+            panic!("{gone:?}");
+        };
+        assert!((counted_hz - 7812.0).abs() < 20.0, "{counted_hz}");
+    }
+
+    /// Fault 40.
+    #[test]
+    fn a_device_that_is_not_there_yet_is_silent_and_nothing_else() {
+        let mut rig = Rig::new();
+        let address = rig.device.local_addr().unwrap();
+        rig.device = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+        for tenth in 0..30 {
+            rig.now_s.set(0.1 * f64::from(tenth));
+            assert_eq!(rig.poll().unwrap(), []);
+        }
+        rig.device = UdpSocket::bind(address).unwrap();
+        rig.device.set_nonblocking(true).unwrap();
+        rig.now_s.set(4.0);
+        rig.poll().unwrap();
+        assert!(rig.asked().is_some());
+        assert_eq!(rig.stream((1, 1), 50, 7000.0).len(), 50);
+    }
+}

@@ -1,0 +1,95 @@
+//! The source that `bench.toml` names.
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+use anyhow::Context;
+use config::{Config, Sensor};
+use signalgen::InputTap;
+
+use crate::channels::GaugeForce;
+use crate::force_source::ForceSource;
+use crate::netft::open_net;
+use crate::serial::{SerialForce, open_port};
+
+/// Where the force sensor is, in the place of what is configured: a simulated one has no fixed place.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Place {
+    /// A serial port.
+    Port(PathBuf),
+    /// An address in the network.
+    Address(SocketAddr),
+}
+
+/// The force sensor that is there is of another source than the configured one.
+#[derive(Debug, thiserror::Error)]
+#[error("the force sensor that is there needs force.source = \"{0}\" in bench.toml")]
+struct OtherSensor(&'static str);
+
+/// Returns the input channels that the force sensor of `config` reads; none for one that is not on the card.
+#[must_use]
+pub fn tapped(config: &Config) -> Vec<u16> {
+    match config.force.as_ref().map(|force| &force.sensor) {
+        Some(Sensor::Channels(gauges)) => gauges.inputs.clone(),
+        _ => Vec::new(),
+    }
+}
+
+/// Opens the force sensor of `config`, at `place` if it is given, or on the inputs that `tap` hands out; `None` for a
+/// bench without one.
+///
+/// # Errors
+/// When the sensor is missing, busy or forbidden.
+pub fn open(
+    config: &Config,
+    place: Option<Place>,
+    tap: Option<InputTap>,
+) -> anyhow::Result<Option<Box<dyn ForceSource>>> {
+    let Some(force) = &config.force else {
+        return Ok(None);
+    };
+    let (correction, range_n) = (force.correction(), force.range_n);
+    Ok(Some(match &force.sensor {
+        Sensor::Serial(serial) => {
+            let path = match &place {
+                Some(Place::Port(path)) => path,
+                Some(Place::Address(_)) => return Err(OtherSensor("netft").into()),
+                None => &serial.port,
+            };
+            let port = open_port(path, serial.baud)?;
+            let protocol = serial.protocol;
+            Box::new(SerialForce::new(
+                port,
+                protocol,
+                force.latency_s,
+                correction,
+                range_n,
+            ))
+        }
+        Sensor::Channels(gauges) => {
+            if place.is_some() {
+                return Err(OtherSensor("serial\" or \"netft").into());
+            }
+            let tap = tap.context("the inputs of force.channels are not handed out")?;
+            let card_hz = f64::from(config.audio.rate_hz);
+            let latency_s = force.latency_s;
+            Box::new(GaugeForce::new(
+                tap, gauges, card_hz, latency_s, correction, range_n,
+            ))
+        }
+        Sensor::Netft(netft) => {
+            let address = match place {
+                Some(Place::Address(address)) => Some(address),
+                Some(Place::Port(_)) => return Err(OtherSensor("serial").into()),
+                None => None,
+            };
+            Box::new(open_net(
+                netft,
+                address,
+                force.latency_s,
+                correction,
+                range_n,
+            )?)
+        }
+    }))
+}

@@ -1,0 +1,5 @@
+//! The simulated instruments that are reached over the network.
+
+mod net_ft;
+
+pub(crate) use net_ft::NetFt;

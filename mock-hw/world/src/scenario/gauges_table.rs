@@ -1,0 +1,60 @@
+//! `[force_sensor.gauges]`: the amplifier between a sensor's gauges and the sound card.
+
+use serde::{Deserialize, Serialize};
+use strict::{OutOfRange, within};
+
+/// Number of gauges of a sensor.
+pub const GAUGES: usize = 6;
+/// First input that reads a gauge; the others follow.
+pub const FIRST_GAUGE: usize = 3;
+
+/// The amplifier between a sensor's gauges and the sound card's inputs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct GaugesTable {
+    /// Delay of the amplifier's filter, s.
+    pub delay_s: f64,
+    /// White noise of each gauge per frame, V RMS.
+    pub noise_v: f64,
+    /// Offset of each gauge without load, V.
+    pub offset_v: f64,
+    /// Corner of a capacitor in the way, Hz; none when absent.
+    pub ac_hz: Option<f64>,
+}
+
+impl Default for GaugesTable {
+    fn default() -> Self {
+        Self {
+            delay_s: 2e-4,
+            noise_v: 2e-4,
+            offset_v: 0.0,
+            ac_hz: None,
+        }
+    }
+}
+
+impl GaugesTable {
+    /// Requires every number of the table to lie in its range.
+    pub(super) fn check(&self) -> Result<(), OutOfRange> {
+        // Forces are known a tenth of a millisecond ahead of the frames that show them.
+        within(
+            "force_sensor.gauges.delay_s",
+            self.delay_s,
+            1.5e-4,
+            0.05,
+            "s",
+        )?;
+        within("force_sensor.gauges.noise_v", self.noise_v, 0.0, 1.0, "V")?;
+        within(
+            "force_sensor.gauges.offset_v",
+            self.offset_v,
+            -1.0,
+            1.0,
+            "V",
+        )?;
+        match self.ac_hz {
+            Some(hz) => within("force_sensor.gauges.ac_hz", hz, 1e-3, 100.0, "Hz"),
+            None => Ok(()),
+        }
+    }
+}

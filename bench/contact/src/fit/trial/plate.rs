@@ -1,6 +1,6 @@
 //! What is known of the plate at the instances from where no finger was on it.
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 
 use super::course::{self, CourseStds, Part, Predicted, Reading};
@@ -170,7 +170,7 @@ pub(super) fn offsets(
     };
     let by_course = directions(&course);
     for (place, &index) in known.iter().enumerate() {
-        let variance = course.covariance[(place, place)];
+        let variance = course.variance(place);
         let together: f64 = by_course[place].iter().map(|by| by.re * by.re).sum();
         let alone = (variance - together).max(0.0).sqrt();
         let bent = course.mean[place] - straight[place].re;
@@ -187,9 +187,9 @@ pub(super) fn offsets(
 /// Returns by how much reactances that lie `apart` from the likely course scatter about one that is taken as far as they show.
 fn scatter_about(course: &Predicted, apart: DVector<f64>) -> f64 {
     let n = apart.len();
-    let of_course = course.covariance.view((n, n), (n, n));
+    let of_course = course.factor.rows(n, n);
     let alone = FOUND_STD_N_S_PER_M.powi(2);
-    let left = (of_course + DMatrix::identity(n, n) * alone)
+    let left = (of_course * of_course.transpose() + DMatrix::identity(n, n) * alone)
         .cholesky()
         .map_or_else(|| apart.clone(), |factor| factor.solve(&apart) * alone);
     let scatter = (left.norm_squared() / n as f64).sqrt();
@@ -200,17 +200,16 @@ fn scatter_about(course: &Predicted, apart: DVector<f64>) -> f64 {
 fn directions(course: &Predicted) -> Vec<[Complex64; COURSES]> {
     let n = course.mean.len() / 2;
     let counts = |row: usize| if row < n { DAMPING_COUNTS } else { 1.0 };
-    let counted = DMatrix::from_fn(2 * n, 2 * n, |row, column| {
-        course.covariance[(row, column)] * counts(row) * counts(column)
-    });
-    let eigen = SymmetricEigen::new(counted);
-    let mut order: Vec<usize> = (0..2 * n).collect();
-    order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+    let mut counted = course.factor.clone();
+    for (row, mut values) in counted.row_iter_mut().enumerate() {
+        values *= counts(row);
+    }
+    // Singular values come in descending order.
+    let svd = counted.svd(true, false);
     let by = |row: usize, course: usize| {
-        order.get(course).map_or(0.0, |&of| {
-            let std = eigen.eigenvalues[of].max(0.0).sqrt();
-            std * eigen.eigenvectors[(row, of)] / counts(row)
-        })
+        let std = svd.singular_values.get(course);
+        std.zip(svd.u.as_ref())
+            .map_or(0.0, |(std, u)| std * u[(row, course)] / counts(row))
     };
     (0..n)
         .map(|place| {

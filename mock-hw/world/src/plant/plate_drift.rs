@@ -30,18 +30,51 @@ impl Tuning {
     }
 }
 
+/// Time constant of the warmth that spreads over that of the rest (assumed).
+const SPREADS: f64 = 6.0;
+
+/// Warmth of a finger where it is felt: a part at once, a part as heat spreads.
+#[derive(Debug, Clone)]
+struct Warmth {
+    near: Exposure,
+    far: Exposure,
+    spread: f64,
+}
+
+impl Warmth {
+    fn new(time_s: f64, spread: f64) -> Self {
+        Self {
+            near: Exposure::new(time_s),
+            far: Exposure::new(SPREADS * time_s),
+            spread,
+        }
+    }
+
+    /// Lets `dt_s` pass and returns the share after it.
+    fn advance(&mut self, dt_s: f64, touching: bool) -> f64 {
+        let near = self.near.advance(dt_s, touching);
+        let far = self.far.advance(dt_s, touching);
+        near + self.spread * (far - near)
+    }
+}
+
 /// Slow change of the plate.
 #[derive(Debug, Clone)]
 pub(super) struct PlateDrift {
     drift: DriftTable,
-    warmth: Exposure,
+    of_resonance: Warmth,
+    of_damping: Warmth,
 }
 
 impl PlateDrift {
     pub fn new(drift: &DriftTable) -> Self {
         Self {
             drift: drift.clone(),
-            warmth: Exposure::new(drift.warmth_time_s),
+            of_resonance: Warmth::new(drift.warmth_time_s, drift.warmth_spread),
+            of_damping: Warmth::new(
+                drift.warmth_time_s * drift.damping_time_ratio,
+                drift.warmth_spread,
+            ),
         }
     }
 
@@ -54,14 +87,16 @@ impl PlateDrift {
         amplitude2_m2: f64,
     ) -> Tuning {
         let d = &self.drift;
-        let warmth = self.warmth.advance(dt_s, touching);
+        let of_resonance = self.of_resonance.advance(dt_s, touching);
+        let of_damping = self.of_damping.advance(dt_s, touching);
         let period_min = d.room_period_s / 60.0;
         let room_min = period_min / TAU * (TAU * time_s / d.room_period_s).sin();
         Tuning {
             shift_hz: d.room_hz_per_min * room_min
-                + d.warmth_hz * warmth
+                + d.warmth_hz * of_resonance
                 + d.amplitude_hz_per_um2 * 1e12 * amplitude2_m2,
-            damping: (d.room_damping_per_min * room_min).exp() * (1.0 + d.warmth_damping * warmth),
+            damping: (d.room_damping_per_min * room_min).exp()
+                * (1.0 + d.warmth_damping * of_damping),
         }
     }
 }
@@ -115,6 +150,23 @@ mod tests {
             -10.0 * share * (1.0 - share),
             max_relative = 1e-12
         );
+    }
+
+    #[test]
+    fn heat_that_spreads_follows_later_and_the_damping_by_its_own_time() {
+        let warm = DriftTable {
+            warmth_hz: -10.0,
+            warmth_damping: 0.2,
+            warmth_spread: 0.4,
+            damping_time_ratio: 2.0,
+            ..DriftTable::default()
+        };
+        let share = |time_s: f64| 1.0 - (-5.0 / time_s).exp();
+        let held = advanced(warm, 5, |_| true);
+        let of_resonance = 0.6 * share(5.0) + 0.4 * share(30.0);
+        let of_damping = 0.6 * share(10.0) + 0.4 * share(60.0);
+        assert_relative_eq!(held.shift_hz, -10.0 * of_resonance, max_relative = 1e-12);
+        assert_relative_eq!(held.damping, 1.0 + 0.2 * of_damping, max_relative = 1e-12);
     }
 
     #[test]

@@ -24,6 +24,10 @@ pub struct DriftTable {
     pub warmth_damping: f64,
     /// Time constant of warming under the finger, and of cooling without it, s.
     pub warmth_time_s: f64,
+    /// Share of warmth that follows more slowly, as heat spreads from under the finger.
+    pub warmth_spread: f64,
+    /// Time constant of the damping's part over that of the resonance's, which other places of the plate make.
+    pub damping_time_ratio: f64,
     /// Shift of the resonance by the square of the amplitude, Hz/µm²: negative where glass and piezos soften.
     pub amplitude_hz_per_um2: f64,
 }
@@ -37,6 +41,8 @@ impl Default for DriftTable {
             warmth_hz: 0.0,
             warmth_damping: 0.0,
             warmth_time_s: 5.0,
+            warmth_spread: 0.0,
+            damping_time_ratio: 1.0,
             amplitude_hz_per_um2: 0.0,
         }
     }
@@ -52,6 +58,8 @@ impl DriftTable {
             warmth_hz: -100.0, 100.0, "Hz";
             warmth_damping: -0.5, 1.0, "";
             warmth_time_s: 0.1, 1e4, "s";
+            warmth_spread: 0.0, 1.0, "";
+            damping_time_ratio: 0.1, 10.0, "";
             amplitude_hz_per_um2: -5.0, 5.0, "Hz/µm²";
         }
         Ok(())

@@ -32,6 +32,10 @@ drawable! {
     lateral_resonance_hz: linear, 100.0, 20e3, "Hz";
     /// Lag of the lateral axis, s.
     lateral_lag_s: linear, 0.0, 0.02, "s";
+    /// Share of warmth that follows more slowly.
+    warmth_spread: linear, 0.0, 1.0, "";
+    /// Time constant of the damping's part over that of the resonance's.
+    damping_time_ratio: log, 0.1, 10.0, "";
 }
 
 impl SessionTable {
@@ -55,6 +59,8 @@ impl SessionTable {
         set(&mut drift.warmth_hz, drawn.warmth_hz);
         set(&mut drift.warmth_damping, drawn.warmth_damping);
         set(&mut drift.warmth_time_s, drawn.warmth_time_s);
+        set(&mut drift.warmth_spread, drawn.warmth_spread);
+        set(&mut drift.damping_time_ratio, drawn.damping_time_ratio);
         set(&mut plate.end_drop, drawn.end_drop);
         set(&mut plate.end_tilt, drawn.end_tilt);
         if let Some(off_hz) = drawn.second_mode_off_hz {

@@ -343,6 +343,8 @@ fn a_session_is_drawn_once_within_its_ranges() {
             (plate.drift.warmth_hz, ranges.warmth_hz),
             (plate.drift.warmth_damping, ranges.warmth_damping),
             (plate.drift.warmth_time_s, ranges.warmth_time_s),
+            (plate.drift.warmth_spread, ranges.warmth_spread),
+            (plate.drift.damping_time_ratio, ranges.damping_time_ratio),
             (plate.end_drop, ranges.end_drop),
             (plate.end_tilt, ranges.end_tilt),
             (off_hz.abs(), ranges.second_mode_off_hz),

@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 use recording::study::event_log::{self, Document, LogEvent, Start, Stop};
 use serde_json::Value;
 
-use crate::program::bench;
+use crate::program::{bench, protocol};
 
 /// `run` on simulated hardware as fast as it computes, without a dashboard.
 pub fn unattended(study: &Path, participant: &str, protocol: impl AsRef<Path>) -> Command {
@@ -19,6 +19,47 @@ pub fn unattended(study: &Path, participant: &str, protocol: impl AsRef<Path>) -
         .arg("--protocol")
         .arg(protocol.as_ref());
     command
+}
+
+/// Session of one exploration by a person whom a scenario and a seed make, with what really happened beside it.
+pub struct VirtualParticipant {
+    /// Study folder.
+    pub study: PathBuf,
+    /// Folder of the truth.
+    pub truth: PathBuf,
+    /// What the program printed.
+    pub output: Output,
+}
+
+impl VirtualParticipant {
+    /// Runs the session in `folder`.
+    ///
+    /// # Panics
+    /// When the folder for the truth cannot be made, or the program does not start.
+    pub fn run(scenario: &str, seed: u64, folder: &Path) -> Self {
+        let (study, truth) = (
+            folder.join(format!("study-{seed}")),
+            folder.join(format!("truth-{seed}")),
+        );
+        std::fs::create_dir(&truth).expect("a folder for the truth");
+        let mut command = bench();
+        command
+            .args(["run", "--mock", scenario, "--headless"])
+            .args(["--speed", "max", "--seed", &seed.to_string()])
+            .args(["--participant", "sub-01", "--consent-by", "A. Tester"])
+            .arg("--study")
+            .arg(&study)
+            .arg("--protocol")
+            .arg(protocol("one-exploration.toml"))
+            .arg("--mock-truth")
+            .arg(&truth);
+        let output = finish(&mut command);
+        Self {
+            study,
+            truth,
+            output,
+        }
+    }
 }
 
 /// Runs a command to its end.

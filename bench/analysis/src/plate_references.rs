@@ -167,6 +167,34 @@ mod tests {
         assert!(references.iter().any(|of| of.time_s < 1.0));
     }
 
+    /// Its error is what it scatters by, not what it drifts by in the meantime.
+    #[test]
+    fn a_plate_that_drifts_steadily_is_read_as_well_as_one_that_stands_still() {
+        let read_of = |per_s: f64, scatter: f64| {
+            let mut record = record(|_| 0.0);
+            for (i, frame) in record.frames.iter_mut().enumerate() {
+                let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
+                frame.corrected_n_s_per_m =
+                    Complex64::new(7.0 + per_s * frame.time_s, scatter * sign);
+            }
+            read(&record, 0.05).references[3]
+        };
+        let drifting = read_of(0.05, 0.0);
+        assert_relative_eq!(drifting.std_n_s_per_m, LEAST_STD_N_S_PER_M);
+        assert_relative_eq!(
+            drifting.z_p_n_s_per_m.re,
+            7.0 + 0.05 * drifting.time_s,
+            epsilon = 1e-5
+        );
+        // Of 200 frames ten tell as much as one each.
+        let expected = 0.01 * (FRAMES_ALIKE / 200.0).sqrt();
+        assert_relative_eq!(
+            read_of(0.05, 0.01).std_n_s_per_m,
+            expected,
+            max_relative = 0.02
+        );
+    }
+
     #[test]
     fn a_force_that_was_not_measured_shows_no_free_plate() {
         assert_eq!(read(&record(|_| f64::NAN), 0.05).references, []);

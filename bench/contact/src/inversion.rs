@@ -152,3 +152,95 @@ impl<const N: usize> Inversion<N> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+
+    use super::*;
+    use crate::assumed::AssumedConstants;
+
+    const Z_M: Complex64 = Complex64::new(7.9, 2.1);
+    const NORMAL_N: f64 = 0.6;
+    const AMPLITUDE_M: f64 = 1.5e-6;
+
+    /// Of Re and Im of Z_p, of Z_t, of the scale's logarithm and of the residual mobility.
+    const PARAMETERS: usize = 8;
+
+    fn inversion(at: [f64; PARAMETERS]) -> Inversion<PARAMETERS> {
+        let unit = |index: usize| {
+            let mut slopes = [Complex64::ZERO; PARAMETERS];
+            (slopes[index], slopes[index + 1]) = (Complex64::ONE, Complex64::I);
+            slopes
+        };
+        let pair = |index: usize| Complex64::new(at[index], at[index + 1]);
+        Inversion {
+            contact: Contact::new(&AssumedConstants::default(), 1.7e-6).unwrap(),
+            load: LoadSlopes::default(),
+            carrier_rad_per_s: std::f64::consts::TAU * 35e3,
+            z_p: pair(0),
+            z_t: pair(2),
+            z_t_slopes: unit(2),
+            z_p_slopes: unit(0),
+            finger_scale: pair(4).exp(),
+            finger_slopes: unit(4),
+            residual_mobility: pair(6),
+            residual_slopes: unit(6),
+            ln_amplitude_std: 0.0,
+            covariance: None,
+        }
+    }
+
+    const AT: [f64; PARAMETERS] = [7.0, 0.1, 0.5, 3.1, 0.02, 0.03, 0.004, 0.02];
+
+    #[test]
+    fn slopes_of_the_stiffness_are_derivatives() {
+        let stiffness = |at: [f64; PARAMETERS]| inversion(at).stiffness(Z_M, 0.0);
+        let stated = stiffness(AT).slopes;
+        for (index, stated) in stated.iter().enumerate() {
+            let moved = |by: f64| {
+                let mut at = AT;
+                at[index] += by;
+                stiffness(at).value
+            };
+            let slope = (moved(1e-6) - moved(-1e-6)) / 2e-6;
+            assert_relative_eq!(*stated, slope, max_relative = 1e-5);
+        }
+    }
+
+    /// A finger beside another mode: 1/(1/Z + Y), and back.
+    #[test]
+    fn what_another_mode_adds_is_taken_off() {
+        let of = |mobility: Complex64| {
+            let alone = Z_M - Complex64::new(AT[0], AT[1]);
+            let mut at = AT;
+            (at[4], at[5], at[6], at[7]) = (0.0, 0.0, mobility.re, mobility.im);
+            let seen = (alone.inv() + mobility).inv();
+            let z_m = Complex64::new(AT[0], AT[1]) + seen;
+            inversion(at).stiffness(z_m, 0.0).value
+        };
+        let alone = of(Complex64::ZERO);
+        assert_relative_eq!(of(Complex64::new(0.001, 0.01)), alone, max_relative = 1e-12);
+    }
+
+    /// Against the gap at an amplitude that is off by that much.
+    #[test]
+    fn an_amplitude_that_is_not_certain_widens_gap_and_friction() {
+        let certain = inversion(AT);
+        let uncertain = Inversion {
+            ln_amplitude_std: 0.01,
+            ..certain
+        };
+        let k_c = Dependent {
+            value: 150e3,
+            slopes: SVector::zeros(),
+            noise: 0.0,
+        };
+        let gap = |of: &Inversion<PARAMETERS>, amplitude_m: f64| of.gap(&k_c, amplitude_m).unwrap();
+        assert_eq!(gap(&certain, AMPLITUDE_M).noise, 0.0);
+        let widened = gap(&uncertain, AMPLITUDE_M);
+        let off = gap(&certain, AMPLITUDE_M * 1.001).value - widened.value;
+        assert_relative_eq!(widened.noise, 10.0 * off.abs(), max_relative = 0.01);
+        assert!(uncertain.friction_ratio(&widened, NORMAL_N).noise > 0.0);
+    }
+}

@@ -28,7 +28,7 @@ pub mod sample_loss;
 pub mod smoothing;
 mod transient;
 pub mod wiener;
-mod window;
+pub mod window;
 mod zm;
 
 pub use carrier_level::{CarrierError, CarrierLevel};

@@ -250,9 +250,10 @@ mod tests {
         let wandering = force(10_000.0, 1.7, 0.03);
         let filtered = filtered(&noisy(&wandering, 2e-3), 10_000.0, 1).unwrap();
         let apart_n = rms_apart(&filtered, &wandering);
-        assert!(apart_n < 1.0e-3, "{apart_n}");
+        assert!(apart_n < 0.75e-3, "{apart_n}");
         let clean = super::filtered(&wandering, 10_000.0, 1).unwrap();
-        assert!(rms_apart(&clean, &wandering) < 1.2e-3);
+        let apart_n = rms_apart(&clean, &wandering);
+        assert!(apart_n < 0.6e-3, "{apart_n}");
     }
 
     #[test]

@@ -2,17 +2,20 @@
 
 /// The Kaiser window I₀(β√(1−u²))/I₀(β) on −1 ≤ u ≤ 1 (Kaiser & Schafer 1980).
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Kaiser {
+pub struct Kaiser {
     beta: f64,
 }
 
 impl Kaiser {
-    pub(crate) fn new(beta: f64) -> Self {
+    /// Makes the window of this β.
+    #[must_use]
+    pub fn new(beta: f64) -> Self {
         Self { beta }
     }
 
     /// Returns the window at `u`, with its first and second derivative by `u`.
-    pub(crate) fn at(self, u: f64) -> [f64; 3] {
+    #[must_use]
+    pub fn at(self, u: f64) -> [f64; 3] {
         let b2 = self.beta * self.beta;
         let z2 = b2 * (1.0 - u * u).max(0.0);
         // With I₀′ = I₁ and (Iₙ/zⁿ)′ = Iₙ₊₁/zⁿ, and dz/du = −β²u/z.

@@ -210,24 +210,7 @@ fn whatever_the_gauges_inputs_do_the_drive_is_silent_in_time_and_what_was_record
         let folder = rig.begin("kept");
         rig.pass(0.2);
         lay(&rig);
-        let laid_ns = rig.apparatus.now_ns();
-        let since_s = |rig: &Rig| (rig.apparatus.now_ns() - laid_ns) as f64 * 1e-9;
-        let trip = loop {
-            if let SafetyState::Tripped { trip } = rig.tick() {
-                break trip;
-            }
-            assert!(since_s(&rig) < within_s, "{what}: not within {within_s} s");
-        };
-        assert!(told(&trip), "{what}: {trip}");
-        let tripped_s = since_s(&rig);
-        while rig.bench.drive.sounds() {
-            rig.tick();
-            assert!(since_s(&rig) < tripped_s + 0.02, "{what}: sounds on");
-        }
-        rig.drive();
-        while since_s(&rig) < tripped_s + 0.2 {
-            assert!(matches!(rig.tick(), SafetyState::Tripped { .. }), "{what}");
-        }
+        rig.stops(what, told, within_s, 0.2);
         rig.end();
         let reader = RecordingReader::open(&folder).unwrap();
         let kept_s = reader.frames() as f64 / f64::from(RATE_HZ);

@@ -184,24 +184,7 @@ fn whatever_the_network_does_the_drive_is_silent_in_time_and_what_was_recorded_i
         rig.pass(0.3);
         assert!(rig.bench.drive.sounds(), "{what}");
         lay(&rig);
-        let laid_ns = rig.apparatus.now_ns();
-        let since_s = |rig: &Rig| (rig.apparatus.now_ns() - laid_ns) as f64 * 1e-9;
-        let trip = loop {
-            if let SafetyState::Tripped { trip } = rig.tick() {
-                break trip;
-            }
-            assert!(since_s(&rig) < 0.1, "{what}: not within 0.1 s");
-        };
-        assert!(told(&trip), "{what}: {trip}");
-        let tripped_s = since_s(&rig);
-        while rig.bench.drive.sounds() {
-            rig.tick();
-            assert!(since_s(&rig) < tripped_s + 0.02, "{what}: sounds on");
-        }
-        rig.drive();
-        while since_s(&rig) < tripped_s + 0.3 {
-            assert!(matches!(rig.tick(), SafetyState::Tripped { .. }), "{what}");
-        }
+        rig.stops(what, told, 0.1, 0.3);
         rig.end();
         let reader = RecordingReader::open(&folder).unwrap();
         let kept_s = reader.frames() as f64 / f64::from(reader.format().sample_rate_hz);

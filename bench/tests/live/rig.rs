@@ -18,7 +18,7 @@ use recording::recorder::{Begin, RecorderNotice};
 use recording::writer::Ending;
 use recording::{AudioFormat, RecordingReader};
 use rehearsal::RehearsedFault;
-use safety::{DriveReading, GpioError, InputLine, SafetyState, Signals, input, output};
+use safety::{DriveReading, GpioError, InputLine, SafetyState, Signals, Trip, input, output};
 use signalgen::{Program, Waveform};
 use sources::Place;
 use tasks::{Clock, Schedule};
@@ -304,6 +304,28 @@ impl Rig {
             self.record.take(batch);
         }
         Ok(safety)
+    }
+
+    /// Requires a stop that is `told` within `within_s`, silence after it, and that a drive starts nothing for `latched_s`.
+    pub fn stops(&mut self, what: &str, told: fn(&Trip) -> bool, within_s: f64, latched_s: f64) {
+        let laid_ns = self.apparatus.now_ns();
+        let since_s = |rig: &Self| (rig.apparatus.now_ns() - laid_ns) as f64 * 1e-9;
+        let trip = loop {
+            if let SafetyState::Tripped { trip } = self.tick() {
+                break trip;
+            }
+            assert!(since_s(self) < within_s, "{what}: not within {within_s} s");
+        };
+        assert!(told(&trip), "{what}: {trip}");
+        let tripped_s = since_s(self);
+        while self.bench.drive.sounds() {
+            self.tick();
+            assert!(since_s(self) < tripped_s + 0.02, "{what}: sounds on");
+        }
+        self.drive();
+        while since_s(self) < tripped_s + latched_s {
+            assert!(matches!(self.tick(), SafetyState::Tripped { .. }), "{what}");
+        }
     }
 
     /// Lets time pass for the apparatus alone: the program is frozen.

@@ -7,8 +7,7 @@ use std::path::Path;
 use analysis::estimate::{Estimated, InstanceAnalysis, Method};
 use analysis::{Settings, analyse, find};
 use bench_tests::campaign;
-use bench_tests::program::{bench, protocol};
-use bench_tests::session::{finish, text};
+use bench_tests::session::{VirtualParticipant, text};
 use bench_tests::truth::{Course, recording_began_s};
 use rayon::prelude::*;
 use statrs::distribution::{Continuous, ContinuousCDF, Normal};
@@ -145,21 +144,11 @@ impl Found {
 
 /// Runs a session of one participant, and compares what it states with what was so.
 fn participant(seed: u64, folder: &Path) -> Found {
-    let study = folder.join(format!("study-{seed}"));
-    let truth = folder.join(format!("truth-{seed}"));
-    std::fs::create_dir(&truth).expect("a folder for the truth");
-    let mut command = bench();
-    command
-        .args(["run", "--mock", "population-unkind", "--headless"])
-        .args(["--speed", "max", "--seed", &seed.to_string()])
-        .args(["--participant", "sub-01", "--consent-by", "A. Tester"])
-        .arg("--study")
-        .arg(&study)
-        .arg("--protocol")
-        .arg(protocol("one-exploration.toml"))
-        .arg("--mock-truth")
-        .arg(&truth);
-    let output = finish(&mut command);
+    let VirtualParticipant {
+        study,
+        truth,
+        output,
+    } = VirtualParticipant::run("population-unkind", seed, folder);
     let mut found = Found::default();
     // Somebody who never slides right leaves nothing to analyse.
     let Ok(recordings) = find::recordings(std::slice::from_ref(&study), false) else {

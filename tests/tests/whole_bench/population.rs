@@ -7,8 +7,7 @@ use analysis::estimate::{Estimated, Method};
 use analysis::model_check::quantile;
 use analysis::{Analysed, Settings, analyse, find};
 use bench_tests::campaign;
-use bench_tests::program::{bench, protocol};
-use bench_tests::session::{finish, text};
+use bench_tests::session::{VirtualParticipant, text};
 use bench_tests::truth::Skin;
 use rayon::prelude::*;
 
@@ -45,28 +44,12 @@ impl Errors {
 
 /// Runs a session of one participant in a built-in scenario, and analyses it.
 fn session(scenario: &str, seed: u64, folder: &Path) -> (Analysed, Skin) {
-    let (study, truth) = (
-        folder.join(format!("study-{seed}")),
-        folder.join(format!("truth-{seed}")),
-    );
-    std::fs::create_dir(&truth).expect("a folder for the truth");
-    let mut command = bench();
-    command
-        .args(["run", "--mock", scenario, "--headless"])
-        .args(["--speed", "max", "--seed", &seed.to_string()])
-        .args(["--participant", "sub-01", "--consent-by", "A. Tester"])
-        .arg("--study")
-        .arg(&study)
-        .arg("--protocol")
-        .arg(protocol("one-exploration.toml"))
-        .arg("--mock-truth")
-        .arg(&truth);
-    let output = finish(&mut command);
+    let person = VirtualParticipant::run(scenario, seed, folder);
     // Somebody who never presses right gets no accepted trial, and exit status 1; the attempts are recorded all the same.
-    let recordings = find::recordings(&[study], false)
-        .unwrap_or_else(|error| panic!("seed {seed}: {error}\n{}", text(&output)));
+    let recordings = find::recordings(&[person.study], false)
+        .unwrap_or_else(|error| panic!("seed {seed}: {error}\n{}", text(&person.output)));
     let analysed = analyse(&recordings, &Settings::default(), |_| {});
-    (analysed, Skin::read(&truth))
+    (analysed, Skin::read(&person.truth))
 }
 
 /// Errors of `paper`, `dynamic` and `trial` over the instances of one participant.

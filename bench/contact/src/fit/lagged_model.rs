@@ -433,6 +433,7 @@ mod tests {
                 at[FILM_MEAN_MS] = 0.2;
                 at[LAG_EXPONENT] = 0.3;
                 at[LN_RATIO] = -0.04;
+                at[RESIDUAL_MOBILITY] = 0.02;
                 at[FINGER_ANGLE] = 0.03;
                 assert_slopes_are_derivatives(&mut model, at);
             }

@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use impedance::window::Kaiser;
+
 /// Attenuation beyond the stopband's edge, dB: the carrier that leaks into a gauge is of the order of its signal.
 const STOPBAND_DB: f64 = 100.0;
 /// Edges of the pass and of the stop band, as shares of the decimated rate; what lies between half of it and the latter
@@ -31,7 +33,7 @@ impl Lowpass {
     /// Returns the taps, oldest sample first, for an input whose samples are taken `late` samples after the frame that
     /// they are in. Their sum is 1.
     pub(super) fn taps(self, late: f64) -> Vec<f64> {
-        let beta = 0.1102 * (STOPBAND_DB - 8.7);
+        let window = Kaiser::new(0.1102 * (STOPBAND_DB - 8.7));
         let edge = 0.5 * (EDGES[0] + EDGES[1]) / self.factor as f64;
         let reach = self.half as f64 + 1.0;
         let half = self.half as f64;
@@ -39,8 +41,7 @@ impl Lowpass {
             .map(|i| {
                 // From the middle to when the sample was taken.
                 let at = i as f64 - half + late;
-                let window = (1.0 - (at / reach).powi(2)).max(0.0).sqrt();
-                sinc(2.0 * edge * at) * bessel_i0(beta * window)
+                sinc(2.0 * edge * at) * window.at(at / reach)[0]
             })
             .collect();
         let sum: f64 = taps.iter().sum();
@@ -54,18 +55,6 @@ fn sinc(x: f64) -> f64 {
     } else {
         (PI * x).sin() / (PI * x)
     }
-}
-
-/// Modified Bessel function of the first kind, order 0, by its series.
-fn bessel_i0(x: f64) -> f64 {
-    let quarter = 0.25 * x * x;
-    let (mut sum, mut term, mut k) = (1.0, 1.0, 1.0);
-    while term > 1e-16 * sum {
-        term *= quarter / (k * k);
-        sum += term;
-        k += 1.0;
-    }
-    sum
 }
 
 #[cfg(test)]

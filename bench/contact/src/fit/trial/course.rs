@@ -35,13 +35,12 @@ const PARTS: usize = 4;
 /// Columns that each T adds to a factor of the covariance: those of two parts, and one for how far it lies from all.
 const COLUMNS: usize = 2 * PARTS + 1;
 
-/// Standard deviations beforehand of a part's value at first, of its change in a second, and of what a long touch makes of it;
+/// Standard deviations beforehand of a part's value at first and of what a long touch makes of it, and of its change in a second;
 /// their means are 0.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct CourseStds {
-    pub(super) at_first: f64,
+    pub(super) size: f64,
     pub(super) per_s: f64,
-    pub(super) warmth: f64,
 }
 
 /// When a finger lay on the plate: begin and end of each touch in order, s.
@@ -178,7 +177,7 @@ impl Course<'_> {
     }
 
     fn explain(&self, readings: &[Reading], stds: CourseStds) -> Explained {
-        let stds = [stds.at_first, stds.per_s, stds.warmth, stds.warmth];
+        let stds = [stds.size, stds.per_s, stds.size, stds.size];
         let prior = Vector4::from(stds.map(|std| std.powi(-2)));
         let mut precision = Matrix4::from_diagonal(&prior);
         let mut along = Vector4::zeros();
@@ -234,9 +233,8 @@ mod tests {
 
     const TOUCHES: [(f64, f64); 2] = [(1.0, 4.0), (6.0, 9.0)];
     const STDS: CourseStds = CourseStds {
-        at_first: 1.0,
+        size: 1.0,
         per_s: 0.1,
-        warmth: 1.0,
     };
 
     /// Independent of the closed form: steps of a millisecond.

@@ -142,7 +142,7 @@ pub fn fit(
     if members.is_empty() {
         return Err(FitError::NoStart);
     }
-    let mut search = Search::new(members, readings, z_p, options.priors);
+    let mut search = Search::new(members, readings, options.priors);
     let minimum = search.solve()?;
     report(search, &instances, minimum)
 }

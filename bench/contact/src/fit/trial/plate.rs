@@ -130,13 +130,9 @@ pub(super) fn offsets(
         .collect()
     };
     let (dampings, reactances) = (read(|z| z.re), read(|z| z.im));
-    let part = |free, at_first, per_s| Part {
+    let part = |free, size, per_s| Part {
         free,
-        stds: CourseStds {
-            at_first,
-            per_s,
-            warmth: at_first,
-        },
+        stds: CourseStds { size, per_s },
     };
     let straight: Vec<Complex64> = at_s
         .iter()

@@ -56,8 +56,6 @@ pub(super) struct Search<'a> {
     /// Standard deviation of the offset of the plate's damping where no reference tells, N·s/m.
     damping_std: f64,
     readings: &'a PlateReadings,
-    /// Z_p of the unloaded interval, N·s/m.
-    z_p: Complex64,
     /// Whether the laws beside the published ones are still held close to what is likely.
     from_afar: bool,
     z_m: Vec<Complex64>,
@@ -68,7 +66,6 @@ impl<'a> Search<'a> {
     pub(super) fn new(
         members: Vec<Member<'a>>,
         readings: &'a PlateReadings,
-        z_p: Complex64,
         priors: TrialPriors,
     ) -> Self {
         let lengths = members.iter().map(|member| member.model.z_m.len());
@@ -78,7 +75,6 @@ impl<'a> Search<'a> {
             scatters: members.iter().map(|_| Scatter::Alike(FIRST_STD)).collect(),
             damping_std: HELD,
             readings,
-            z_p,
             from_afar: true,
             z_m: vec![Complex64::ZERO; longest],
             slopes: vec![[Complex64::ZERO; PARAMETERS]; longest],
@@ -213,7 +209,7 @@ impl<'a> Search<'a> {
         let offsets = plate::offsets(
             &times_s,
             self.readings,
-            self.z_p,
+            self.members[0].model.z_p,
             &self.priors,
             Some(&found),
         );

@@ -53,6 +53,7 @@ fn manifest() -> Manifest {
             centre_m: 0.0525,
             profile: None,
         },
+        standard_errors: None,
         intervals: Vec::new(),
         participant: None,
         trial: None,

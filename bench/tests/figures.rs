@@ -16,7 +16,7 @@ use analysis::under_finger::UnderFinger;
 use analysis::{Analysed, RecordingAnalysis, Settings, averaged};
 use clap::Parser;
 use contact::fit::FitConditions;
-use contact::{AssumedConstants, Contact, harmonic};
+use contact::{AssumedConstants, CalibrationErrors, Contact, harmonic};
 use figures::{Figure, Mark};
 use friction_bench::cli::{Cli, Command};
 use impedance::{Mask, ZmFrame};
@@ -540,6 +540,7 @@ fn analysed() -> Analysed {
         carrier_hz: CARRIER_HZ,
         z_p_plain_n_s_per_m: Z_P,
         z_p_corrected_n_s_per_m: Z_P,
+        calibration: CalibrationErrors::default(),
     };
     let under_finger = UnderFinger::of(&series, &AmplitudeProfile::default(), Some(Z_P));
     let direction = Direction::RightToLeft;

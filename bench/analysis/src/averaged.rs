@@ -39,7 +39,9 @@ pub fn fill(analysed: &mut Analysed) {
             let of = sigmas_m.get(&(whose.clone(), name));
             of.map_or(f64::NAN, |of| of.iter().sum::<f64>() / of.len() as f64)
         };
-        let Some(z_p) = found.z_p else { continue };
+        let Some(of_all) = found.conditions(settings.assumed()) else {
+            continue;
+        };
         let floor = found.trial.as_ref().and_then(|of| of.friction_floor);
         let floor = floor.map(|of| of.value);
         for instance in &mut found.instances {
@@ -51,7 +53,10 @@ pub fn fill(analysed: &mut Analysed) {
             ] {
                 let Some(estimated) = estimated else { continue };
                 let sigma_t_m = average_m(method.name());
-                let conditions = z_p.conditions(estimated.skin, found.manifest.carrier_hz);
+                let conditions = FitConditions {
+                    assumed: estimated.skin,
+                    ..of_all
+                };
                 let series = modelled(
                     samples,
                     method,

@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use contact::AssumedConstants;
 use contact::fit::trial::Placed;
 use contact::fit::{FitConditions, FitError, InstanceSamples, InstanceSeries};
+use contact::{AssumedConstants, CalibrationErrors};
 use impedance::smoothing::LowPass;
 use impedance::{Mask, ZmFrame};
 use num_complex::Complex64;
@@ -221,12 +221,18 @@ impl PlateReading {
     }
 
     /// Returns the conditions that all fits of the recording share.
-    pub fn conditions(&self, assumed: AssumedConstants, carrier_hz: f64) -> FitConditions {
+    pub fn conditions(
+        &self,
+        assumed: AssumedConstants,
+        carrier_hz: f64,
+        calibration: CalibrationErrors,
+    ) -> FitConditions {
         FitConditions {
             assumed,
             carrier_hz,
             z_p_plain_n_s_per_m: self.plain_n_s_per_m,
             z_p_corrected_n_s_per_m: self.corrected_n_s_per_m,
+            calibration,
         }
     }
 }

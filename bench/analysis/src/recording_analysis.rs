@@ -186,9 +186,7 @@ impl RecordingFindings {
         if stretches.is_empty() {
             self.reject(direction, span, "no stretch of rising amplitude");
         }
-        let conditions = self
-            .z_p
-            .map(|z_p| z_p.conditions(settings.assumed(), self.manifest.carrier_hz));
+        let conditions = self.conditions(settings.assumed());
         for stretch in &stretches {
             let selected = match stretch.outcome {
                 StretchOutcome::Accepted(instance) => instance,
@@ -221,8 +219,9 @@ impl RecordingFindings {
 
     /// Fits all estimated instances together.
     fn fit_together(&mut self, readings: &PlateReadings, settings: &Settings) {
-        let Some(z_p) = self.z_p else { return };
-        let conditions = z_p.conditions(settings.assumed(), self.manifest.carrier_hz);
+        let Some(conditions) = self.conditions(settings.assumed()) else {
+            return;
+        };
         let plate = (&conditions, &self.manifest.plate);
         self.trial = whole_trial::fit(&mut self.instances, plate, readings, settings).ok();
     }

@@ -5,6 +5,7 @@ use contact::fit::trial::SharedFit;
 use contact::uncertain::{LogUncertain, Uncertain};
 use num_complex::Complex64;
 use protocols::Direction;
+use recording::manifest::StandardErrors;
 use serde::Serialize;
 
 use crate::analysed::{Analysed, RecordingAnalysis};
@@ -42,6 +43,9 @@ struct Recording {
     /// `dynamic` takes the amplitude under the finger by the recording's profile.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     plate_profile: bool,
+    /// What the recording states of its calibration's errors.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    standard_errors: Option<StandardErrors>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pickup_undone: Option<PickupUndone>,
     z_p_n_s_per_m: Methods<Option<[f64; 2]>>,
@@ -274,6 +278,7 @@ impl From<&RecordingAnalysis> for Recording {
                     uncalibrated: false,
                     carrier_hz: None,
                     plate_profile: false,
+                    standard_errors: None,
                     pickup_undone: None,
                     z_p_n_s_per_m: Methods {
                         paper: None,
@@ -295,6 +300,7 @@ impl From<&RecordingAnalysis> for Recording {
                 .is_some_and(|hardware| hardware.uncalibrated),
             carrier_hz: Some(found.manifest.carrier_hz),
             plate_profile: found.plate().profile.is_some(),
+            standard_errors: found.manifest.standard_errors,
             pickup_undone: Some(PickupUndone {
                 phase_rad: found.pickup.turn_rad,
                 delay_s: found.pickup.delay_s,

@@ -1,9 +1,9 @@
 //! Fits the participant's contact to a trial.
 
 use contact::fit::trial::{self, SharedFit};
-use contact::fit::{FitError, InstanceFit, dynamic};
+use contact::fit::{FitConditions, FitError, InstanceFit, dynamic};
 use contact::live_estimator::Uncertain;
-use contact::{AssumedConstants, FittedFinger, self_sensed};
+use contact::{AssumedConstants, CalibrationErrors, FittedFinger, self_sensed};
 use num_complex::Complex64;
 use protocols::{
     Instance, Interval, IntervalKind, SelectionRules, Stretch, TrialAnalysis, Validity,
@@ -33,6 +33,13 @@ pub struct FitRequest {
     pub explorations: Vec<Selected>,
     /// Rules of the selection.
     pub rules: SelectionRules,
+}
+
+impl FitRequest {
+    /// Returns what all fits share. While a session runs the calibration is taken as exact: `analyze` adds its errors.
+    fn conditions(&self, plate: PlateReading, assumed: AssumedConstants) -> FitConditions {
+        plate.conditions(assumed, self.carrier_hz, CalibrationErrors::default())
+    }
 }
 
 /// Exploration with its stretches.
@@ -170,7 +177,7 @@ impl<'a> CutTrial<'a> {
     /// # Errors
     /// The instances cannot be fitted together.
     pub fn shared(&self, assumed: AssumedConstants) -> Result<SharedFit, FitError> {
-        let conditions = self.plate.conditions(assumed, self.request.carrier_hz);
+        let conditions = self.request.conditions(self.plate, assumed);
         let each = self.prepared.iter();
         let rules = &self.request.rules;
         let instances: Vec<_> = each
@@ -210,7 +217,7 @@ fn typical(cut: &CutTrial<'_>, assumed: AssumedConstants) -> Result<TrialFit, No
         series,
         ..
     } = cut;
-    let conditions = cut.plate.conditions(assumed, request.carrier_hz);
+    let conditions = request.conditions(cut.plate, assumed);
     let options = dynamic::DynamicOptions::default();
     let (mut usable, mut refused) = (Vec::new(), None);
     let mut interval_s = 0.0;

@@ -248,6 +248,7 @@ impl Calibrates for PlateProcedure {
         let force_factor = fit.static_ratio.value * stiffness * sensitivity.value
             / config.channels.drive.volts_per_unit;
         let of_sensitivity = sensitivity.standard_error / sensitivity.value;
+        let of_mass = config.plate.modal_mass_relative_error;
         let of_fit = relative(fit.static_ratio).hypot(2.0 * relative(f0));
         // The sensitivity's fewer points decide how many values stand behind the factor where its error does.
         let freedom = if of_sensitivity > of_fit {
@@ -275,11 +276,21 @@ impl Calibrates for PlateProcedure {
             },
             resonance_hz: quantity(f0, "Hz"),
             quality: quantity(quality, "1"),
-            damping_n_s_per_m: Quantity::new(damping, damping * relative(quality), n, "N·s/m"),
-            stiffness_n_per_m: Quantity::new(stiffness, 2.0 * stiffness * relative(f0), n, "N/m"),
+            damping_n_s_per_m: Quantity::new(
+                damping,
+                damping * relative(quality).hypot(of_mass),
+                n,
+                "N·s/m",
+            ),
+            stiffness_n_per_m: Quantity::new(
+                stiffness,
+                stiffness * (2.0 * relative(f0)).hypot(of_mass),
+                n,
+                "N/m",
+            ),
             force_factor_n_per_v: Quantity::new(
                 force_factor,
-                force_factor * of_sensitivity.hypot(of_fit),
+                force_factor * of_sensitivity.hypot(of_fit).hypot(of_mass),
                 freedom,
                 "N/V",
             ),

@@ -14,6 +14,9 @@ pub struct Plate {
     pub resonance_hz: f64,
     /// Modal mass, kg.
     pub modal_mass_kg: f64,
+    /// Relative standard error of the modal mass; 0, as if it were exact, by default.
+    #[serde(default)]
+    pub modal_mass_relative_error: f64,
     /// Force factor γ: f_a = γ U_a, N/V.
     pub force_factor_n_per_v: f64,
     /// Length along which the finger slides, m.
@@ -35,6 +38,8 @@ impl Plate {
     pub(super) fn check(&self) -> Result<(), Refused> {
         within("plate.resonance_hz", self.resonance_hz, 1e3, 2e5, "Hz")?;
         within("plate.modal_mass_kg", self.modal_mass_kg, 1e-5, 1.0, "kg")?;
+        let of_mass = self.modal_mass_relative_error;
+        within("plate.modal_mass_relative_error", of_mass, 0.0, 0.5, "")?;
         let force_factor = self.force_factor_n_per_v;
         within("plate.force_factor_n_per_v", force_factor, 1e-4, 1e2, "N/V")?;
         within("plate.length_m", self.length_m, 0.01, 1.0, "m")?;

@@ -23,7 +23,7 @@ use std::process::ExitCode;
 use contact::fit::dynamic::{self, DynamicOptions};
 use contact::fit::paper::{self, PaperOptions};
 use contact::fit::{FitConditions, InstanceSamples, InstanceSeries};
-use contact::{AssumedConstants, Contact, ModelError, harmonic};
+use contact::{AssumedConstants, CalibrationErrors, Contact, ModelError, harmonic};
 use num_complex::Complex64;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -229,6 +229,7 @@ fn parse(mut arguments: impl Iterator<Item = String>) -> Result<Arguments, Strin
             carrier_hz,
             z_p_plain_n_s_per_m: z_p,
             z_p_corrected_n_s_per_m: z_p,
+            calibration: CalibrationErrors::default(),
         },
     })
 }

@@ -275,6 +275,7 @@ impl Contact {
             by_ln_area,
             by_ln_q0: by_ln_area * carried,
             by_ln_film: by_ln_area * (1.0 - carried),
+            by_ln_force: -by_ln_area,
         }
     }
 
@@ -314,6 +315,7 @@ impl Contact {
             by_ln_area: asperity + squeeze,
             by_ln_q0: asperity,
             by_ln_film: squeeze,
+            by_ln_force: 0.0,
         }
     }
 
@@ -328,6 +330,7 @@ impl Contact {
             by_ln_area: by_asperity,
             by_ln_q0: by_asperity,
             by_ln_film: 0.0,
+            by_ln_force: 0.0,
         }
     }
 
@@ -479,6 +482,7 @@ impl Contact {
             by_ln_area: ratio,
             by_ln_q0: ratio,
             by_ln_film: 0.0,
+            by_ln_force: -ratio,
         }
     }
 

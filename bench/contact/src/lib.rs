@@ -29,6 +29,7 @@
 //! `Cargo.toml` disallows them. Nothing is random.
 
 mod assumed;
+mod calibration_errors;
 mod contact;
 mod error;
 mod finger;
@@ -44,6 +45,7 @@ pub mod self_sensed;
 pub mod uncertain;
 
 pub use assumed::AssumedConstants;
+pub use calibration_errors::CalibrationErrors;
 pub use contact::{Contact, InversionCounts, InvertedGap, StiffnessBranch};
 pub use error::ModelError;
 pub use finger::FittedFinger;

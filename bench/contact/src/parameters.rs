@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 
 /// Number of parameters.
-pub(crate) const PARAMETERS: usize = 15;
+pub(crate) const PARAMETERS: usize = 17;
 /// ln σ_t, σ_t in m. The first, so that a fit of σ_t alone has it in the same place.
 pub(crate) const LN_SIGMA_T: usize = 0;
 /// Re Z_t, N·s/m.
@@ -39,6 +39,12 @@ pub(crate) const FINGER_ANGLE: usize = 13;
 /// Imaginary part of what other modes of the plate add to the mobility of the finger's part of Z_m, m/(N·s).
 pub(crate) const RESIDUAL_MOBILITY: usize = 14;
 
+/// ln of the finger's part of Z_m as it is measured over what it is: an error of calibration, 0 in every estimate.
+pub(crate) const LN_FINGER: usize = 15;
+
+/// ln of the normal force over what is measured: likewise.
+pub(crate) const LN_FORCE: usize = 16;
+
 /// The fits' unit of τ, s.
 pub(crate) const MS: f64 = 1e-3;
 
@@ -62,6 +68,7 @@ pub(crate) const FINGER_SLOPES: [Complex64; PARAMETERS] = {
     let mut slopes = [Complex64::ZERO; PARAMETERS];
     slopes[LN_RATIO] = Complex64::new(2.0, 0.0);
     slopes[FINGER_ANGLE] = Complex64::I;
+    slopes[LN_FINGER] = Complex64::ONE;
     slopes
 };
 
@@ -80,6 +87,8 @@ pub(crate) struct ContactSlopes {
     pub(crate) by_ln_q0: f64,
     /// By the logarithm of the squared amplitude that the film answers to.
     pub(crate) by_ln_film: f64,
+    /// By the logarithm of the normal force.
+    pub(crate) by_ln_force: f64,
 }
 
 /// How what acts on one sample depends on parameters.
@@ -101,6 +110,7 @@ impl ContactSlopes {
             AREA_EXPONENT => self.by_ln_area * load.ln_area_by_exponent,
             FILM_MEAN_MS => self.by_ln_film * load.ln_film_by_mean_ms,
             LN_RATIO => 2.0 * self.by_ln_film,
+            LN_FORCE => self.by_ln_force,
             _ => 0.0,
         }
     }

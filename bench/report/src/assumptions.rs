@@ -222,6 +222,22 @@ const CONSTANTS: [(&str, OfConstant); 4] = [
     ("S", |of| &of.contact_area_m2),
 ];
 
+/// Says in how many recordings the intervals hold the calibration's errors.
+fn errors_stated(recordings: &[Of<'_>]) -> String {
+    let manifests = recordings.iter().filter_map(|of| of.manifest);
+    let stated = manifests.filter(|of| of.standard_errors.is_some()).count();
+    match (stated, recordings.len()) {
+        (0, _) => "No recording states the errors of its constants: they are taken as exact, and no interval here holds an error \
+                   of theirs."
+            .to_owned(),
+        (stated, all) if stated == all => "Its standard errors, as the recordings state them, are in every interval.".to_owned(),
+        (stated, all) => format!(
+            "Its standard errors are in the intervals of {stated} of {all} recordings, which state them; the others' constants are \
+             taken as exact."
+        ),
+    }
+}
+
 pub(crate) fn conditional(recordings: &[Of<'_>]) -> Markup {
     let of = |method: &'static str, constant: OfConstant| -> [Option<f64>; 2] {
         let estimates = recordings.iter().flat_map(|of| &of.result.instances);
@@ -241,8 +257,7 @@ pub(crate) fn conditional(recordings: &[Of<'_>]) -> Markup {
         .count();
     html! {
         ul {
-            li { "Everything rests on the " a href="#calibration" { "calibration" } ": an error of the pickup's or of the drive's \
-                  constants moves impedances and amplitudes alike, and no interval here holds it." }
+            li { "Everything rests on the " a href="#calibration" { "calibration" } ". " (errors_stated(recordings)) }
             li { b { "paper" } " and " b { "dynamic" } ": σ" sub { "t" } ", Z" sub { "t" } " and τ are conditional on the assumed S, \
                   q₀, E, ν, η and p₀; friction hardly is. The table gives by how much." }
             li { b { "trial" } ": nothing of the skin is assumed but E and ν, which its q₀ absorbs; p₀ is assumed. σ" sub { "t" }
@@ -250,9 +265,10 @@ pub(crate) fn conditional(recordings: &[Of<'_>]) -> Markup {
                   and are taken not to change within it." }
             li { "Friction is fitted after the contact, and has no say in it: μ" sub { "0" } ", the floor and the lag are conditional \
                   on the contact; the contact is not conditional on them." }
-            li { "The 95 % intervals hold the noise, what neighbouring residuals share, and the priors of " b { "trial" }
-                  "; not the calibration's own errors, and not a law that is not the model's. Standard errors of " b { "paper" }
-                  " and " b { "dynamic" } " hold the scatter of their residuals, for the assumed constants." }
+            li { "The 95 % intervals hold the noise, what neighbouring residuals share, the priors of " b { "trial" } " and the stated \
+                  errors of the calibration; not a law that is not the model's. Standard errors of " b { "dynamic" } " hold the \
+                  scatter of its residuals and the calibration's errors, for the assumed skin; those of " b { "paper" } " the \
+                  scatter alone." }
             li { "Where the model does not fit (" a href="#flags" { "Flags and warnings" } "), " b { "trial" } " gives no interval." }
             @if profiles > 0 {
                 li { "In " (profiles) " of " (recordings.len()) " recordings the amplitude under the finger follows the measured \

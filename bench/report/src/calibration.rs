@@ -168,9 +168,9 @@ fn precise(value: f64) -> String {
 }
 
 /// The constants of a recording, each with its name and unit.
-fn of_manifest(manifest: &Manifest) -> [(&'static str, f64, &'static str); 6] {
+fn of_manifest(manifest: &Manifest) -> Vec<(&'static str, f64, &'static str)> {
     let (channels, plate) = (&manifest.channels, &manifest.plate);
-    [
+    let mut all = vec![
         (
             "drive, volts per sample value",
             channels.drive.volts_per_unit,
@@ -185,7 +185,38 @@ fn of_manifest(manifest: &Manifest) -> [(&'static str, f64, &'static str); 6] {
         ("plate, resonance", plate.resonance_hz, "Hz"),
         ("plate, modal mass", plate.modal_mass_kg, "kg"),
         ("plate, force factor", plate.force_factor_n_per_v, "N/V"),
-    ]
+    ];
+    if let Some(errors) = &manifest.standard_errors {
+        let of_one = 100.0;
+        all.extend([
+            (
+                "error of amplitudes",
+                of_one * errors.amplitude_relative,
+                "%",
+            ),
+            (
+                "error of impedances",
+                of_one * errors.impedance_relative,
+                "%",
+            ),
+            (
+                "error of the pickup's phase",
+                errors.pickup_phase_rad,
+                "rad",
+            ),
+            (
+                "error of normal forces",
+                of_one * errors.normal_force_relative,
+                "%",
+            ),
+            (
+                "error of lateral forces",
+                of_one * errors.lateral_force_relative,
+                "%",
+            ),
+        ]);
+    }
+    all
 }
 
 /// Constant of the recordings: its name, its unit, its values, each with the number of recordings that have it.

@@ -104,7 +104,8 @@ pub(crate) fn skin(results: &Results) -> Markup {
              (1986). Trials that agree better than their errors allow share a part of these, by variance the last line, and the mean of \
              many has that part as one has it. Intervals by Hartung and Knapp (2001) and, of the spread, by the Q profile (Viechtbauer 2007); shrinkage by \
              empirical Bayes (Morris 1983), of a participant's mean from four participants on. The prior of each trial's fit is \
-             taken off before. No interval holds what the model leaves out of all trials alike, nor the calibration's errors."
+             taken off before. The calibration's errors, which all trials share, are in each trial's interval, and above it as errors that trials \
+             share. No interval holds what the model leaves out of all trials alike."
         }
     }
 }

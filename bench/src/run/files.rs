@@ -15,7 +15,7 @@ use recording::study::{self, EVENTS_FILE, EventLogError, Study, TrialLabel};
 use signalgen::StreamDirection;
 
 use super::plan::{NAME, Plan, VERSION};
-use super::recorded_plate::recorded_plate;
+use super::recorded_plate::{recorded_errors, recorded_plate};
 use crate::session::BeginRecording;
 use crate::shell_words::quoted;
 
@@ -195,6 +195,7 @@ pub(super) fn begin_recording(
                     modulation_index: drive.modulation_index,
                     channels: recorded_channels(config),
                     plate: recorded_plate(bench),
+                    standard_errors: recorded_errors(bench),
                     intervals: Vec::new(),
                     participant: Some(manifest::Participant {
                         id: participant.clone(),

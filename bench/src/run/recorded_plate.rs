@@ -1,6 +1,6 @@
-//! The plate as a recording states it.
+//! The plate as a recording states it, and what the calibration leaves open.
 
-use config::Effective;
+use config::{Effective, MeasuredForce, Quantity};
 use recording::manifest;
 
 /// Returns the plate of a recording on this bench.
@@ -31,5 +31,29 @@ pub(super) fn recorded_profile(bench: &Effective) -> Option<manifest::RecordedPr
     Some(manifest::RecordedProfile {
         positions_m: places.iter().map(|place| place.position_m).collect(),
         ratios: places.iter().map(|place| place.ratio).collect(),
+    })
+}
+
+/// Returns the errors of the calibration in force.
+pub(super) fn recorded_errors(bench: &Effective) -> Option<manifest::StandardErrors> {
+    let calibration = bench.calibration()?.calibration();
+    let (pickup, plate) = (calibration.pickup.as_ref()?, calibration.plate.as_ref()?);
+    let relative = |of: &Quantity| (of.standard_error / of.value).abs();
+    let amplitude_relative = relative(&pickup.metres_per_unit);
+    // The force factor rests on the pickup's sensitivity: an error of that leaves every impedance as it is.
+    let beside_pickup = relative(&plate.force_factor_n_per_v).powi(2) - amplitude_relative.powi(2);
+    // Of what leaks from the other axis the error counts as for forces of equal size.
+    let of_axis = |own: &Quantity, other: &Quantity| relative(own).hypot(other.standard_error);
+    let force = calibration.force.as_ref();
+    let of_force = |axis: fn(&MeasuredForce) -> (&Quantity, &Quantity)| {
+        let quantities = force.map(axis);
+        quantities.map_or(0.0, |(own, other)| of_axis(own, other))
+    };
+    Some(manifest::StandardErrors {
+        amplitude_relative,
+        impedance_relative: beside_pickup.max(0.0).sqrt(),
+        pickup_phase_rad: plate.pickup_phase_rad.standard_error,
+        normal_force_relative: of_force(|of| (&of.normal_per_normal, &of.normal_per_lateral)),
+        lateral_force_relative: of_force(|of| (&of.lateral_per_lateral, &of.lateral_per_normal)),
     })
 }

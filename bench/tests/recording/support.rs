@@ -39,6 +39,7 @@ pub fn manifest() -> Manifest {
             centre_m: 0.0525,
             profile: None,
         },
+        standard_errors: None,
         intervals: Vec::new(),
         participant: Some(Participant {
             id: "sub-01".to_owned(),

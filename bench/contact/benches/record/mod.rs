@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use contact::fit::trial::{self, Placed, PlateReadings, PlateReference, TrialFit, TrialOptions};
 use contact::fit::{FitConditions, InstanceSamples, InstanceSeries};
-use contact::{AssumedConstants, Contact, harmonic};
+use contact::{AssumedConstants, CalibrationErrors, Contact, harmonic};
 use num_complex::Complex64;
 
 /// Carrier f0.
@@ -181,5 +181,6 @@ pub fn conditions() -> FitConditions {
         carrier_hz: CARRIER_HZ,
         z_p_plain_n_s_per_m: Z_P,
         z_p_corrected_n_s_per_m: Z_P,
+        calibration: CalibrationErrors::default(),
     }
 }

@@ -3,6 +3,7 @@
 use num_complex::Complex64;
 
 use crate::assumed::AssumedConstants;
+use crate::calibration_errors::CalibrationErrors;
 use crate::error::{ModelError, positive};
 
 /// What holds for every instance of a recording.
@@ -16,6 +17,8 @@ pub struct FitConditions {
     pub z_p_plain_n_s_per_m: Complex64,
     /// Z_p of the unloaded plate from the corrected ratio, N·s/m: `dynamic` subtracts this one.
     pub z_p_corrected_n_s_per_m: Complex64,
+    /// What the calibration leaves open.
+    pub calibration: CalibrationErrors,
 }
 
 impl FitConditions {
@@ -26,6 +29,7 @@ impl FitConditions {
             carrier_hz: 35_000.0,
             z_p_plain_n_s_per_m: z_p,
             z_p_corrected_n_s_per_m: z_p,
+            calibration: CalibrationErrors::default(),
         }
     }
 

@@ -158,6 +158,7 @@ fn solve(model: &mut LaggedModel<'_>, options: &DynamicOptions) -> Result<JointS
     let with_offset = [LN_SIGMA_T, RE_Z_T, IM_Z_T, TAU_MS, IM_OFFSET];
     let without_tau = [LN_SIGMA_T, RE_Z_T, IM_Z_T, IM_OFFSET];
     let offset = usize::from(options.plate_offset);
+    let by_error = model.calibration.by_parameter();
     let (free, at_bound) = (&with_offset[..4 + offset], &without_tau[..3 + offset]);
     let starts: Vec<_> = TAU_STARTS_S
         .iter()
@@ -165,7 +166,7 @@ fn solve(model: &mut LaggedModel<'_>, options: &DynamicOptions) -> Result<JointS
         .collect();
     let mut solutions: Vec<JointSolution> = Vec::with_capacity(starts.len());
     for start in starts {
-        let unbounded = minimise(model, start, free);
+        let unbounded = minimise(model, start, free, &by_error);
         let tau_ms = unbounded.parameters[TAU_MS];
         solutions.push(if tau_ms >= 0.0 {
             JointSolution {
@@ -176,7 +177,7 @@ fn solve(model: &mut LaggedModel<'_>, options: &DynamicOptions) -> Result<JointS
             let mut held = unbounded.parameters;
             held[TAU_MS] = 0.0;
             JointSolution {
-                minimum: minimise(model, held, at_bound),
+                minimum: minimise(model, held, at_bound, &by_error),
                 unbounded_tau_s: Some(tau_ms * MS),
             }
         });

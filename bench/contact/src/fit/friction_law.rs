@@ -30,6 +30,12 @@ impl<const N: usize> FrictionLaw<N> {
         }
     }
 
+    /// Returns the law where the lateral force has a relative error.
+    pub(super) fn with_error_of_lateral(mut self, relative: f64) -> Self {
+        self.scatter[(0, 0)] += (self.mu0 * relative).powi(2);
+        self
+    }
+
     /// Returns μ/μ0 at a ratio of Eq. 19.
     pub(super) fn of_ratio(&self, ratio: f64) -> f64 {
         self.floor + (1.0 - self.floor) * ratio

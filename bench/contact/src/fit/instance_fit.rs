@@ -15,8 +15,9 @@ use crate::contact::Contact;
 use crate::finger::FittedFinger;
 use crate::inversion::{Dependent, Inversion};
 use crate::parameters::{
-    FINGER_SLOPES, IM_OFFSET, IM_Z_T, LAG_EXPONENT, LN_SIGMA_T, LoadSlopes, MS, PARAMETERS,
-    RE_OFFSET, RE_Z_T, RESIDUAL_MOBILITY, RESIDUAL_SLOPES, TAU_MS, Z_P_SLOPES, Z_T_SLOPES,
+    FINGER_SLOPES, IM_OFFSET, IM_Z_T, LAG_EXPONENT, LN_FORCE, LN_SIGMA_T, LoadSlopes, MS,
+    PARAMETERS, RE_OFFSET, RE_Z_T, RESIDUAL_MOBILITY, RESIDUAL_SLOPES, TAU_MS, Z_P_SLOPES,
+    Z_T_SLOPES,
 };
 
 /// Result of `dynamic` or `trial` for one instance.
@@ -64,6 +65,7 @@ impl InstanceFit {
         verdict: FitVerdict,
         friction: FrictionLaw<PARAMETERS>,
     ) -> Result<Self, FitError> {
+        let friction = friction.with_error_of_lateral(model.calibration.lateral_force_relative);
         let parameters = &minimum.parameters;
         let std = |i: usize| minimum.std(i);
         let contact = model.follow(parameters).ok_or(FitError::NoStart)?;
@@ -211,5 +213,7 @@ pub(super) fn friction_slopes(
             slopes[parameter] += by_ratio * (direct - ratio / sigma * of_gap);
         }
     }
+    // The measured friction is the lateral force over the normal one.
+    slopes[LN_FORCE] -= mu0;
     slopes
 }

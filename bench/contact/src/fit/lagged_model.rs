@@ -11,11 +11,12 @@ use super::loads::Loads;
 use super::series::InstanceSeries;
 use super::trend::Trend;
 use crate::assumed::AssumedConstants;
+use crate::calibration_errors::CalibrationErrors;
 use crate::contact::{Contact, equilibrium_gaps};
 use crate::parameters::{
     AREA_EXPONENT, FILM_MEAN_MS, FINGER_ANGLE, FINGER_SLOPES, IM_OFFSET, IM_Z_T, LAG_EXPONENT,
-    LN_AREA, LN_LOSS_FACTOR, LN_Q0, LN_RATIO, LN_SIGMA_T, MS, PARAMETERS, RE_OFFSET, RE_Z_T,
-    RESIDUAL_MOBILITY, TAU_MS,
+    LN_AREA, LN_FINGER, LN_FORCE, LN_LOSS_FACTOR, LN_Q0, LN_RATIO, LN_SIGMA_T, MS, PARAMETERS,
+    RE_OFFSET, RE_Z_T, RESIDUAL_MOBILITY, TAU_MS,
 };
 
 /// Gap at which τ is that of the parameters where it grows with the gap, m.
@@ -24,6 +25,7 @@ pub(super) const LAG_REFERENCE_GAP_M: f64 = 10e-6;
 /// An instance with its lead-in and room for the gap that goes with the parameters tried last.
 pub(super) struct LaggedModel<'a> {
     assumed: AssumedConstants,
+    pub(super) calibration: CalibrationErrors,
     pub(super) carrier_rad_per_s: f64,
     pub(super) interval_s: f64,
     pub(super) z_p: Complex64,
@@ -51,7 +53,7 @@ pub(super) struct LaggedModel<'a> {
 }
 
 /// Parameters that the lagged gap depends on: first those of its equilibrium.
-pub(super) const OF_GAP: [usize; 8] = [
+pub(super) const OF_GAP: [usize; 9] = [
     LN_SIGMA_T,
     LN_AREA,
     LN_Q0,
@@ -60,6 +62,7 @@ pub(super) const OF_GAP: [usize; 8] = [
     LN_RATIO,
     TAU_MS,
     LAG_EXPONENT,
+    LN_FORCE,
 ];
 /// Number of those that the equilibrium depends on.
 const OF_EQUILIBRIUM: usize = 6;
@@ -69,7 +72,8 @@ const AREA: usize = 1;
 /// How the lagged gap depends on the parameters, m.
 struct GapSlopes {
     unlagged: [Vec<f64>; OF_EQUILIBRIUM],
-    lagged: [Vec<f64>; OF_GAP.len()],
+    /// But by the force: a heavier finger is one on a smaller area.
+    lagged: [Vec<f64>; OF_GAP.len() - 1],
     /// How each step depends on its own lag.
     pushes: Vec<f64>,
     /// Lag of each step, sampling intervals.
@@ -91,6 +95,7 @@ impl<'a> LaggedModel<'a> {
         let zeros = || vec![0.0; samples.time_s.len()];
         Ok(Self {
             assumed: conditions.assumed,
+            calibration: conditions.calibration,
             carrier_rad_per_s: conditions.carrier_rad_per_s()?,
             interval_s: instance.interval_s(),
             z_p: conditions.z_p_corrected_n_s_per_m,
@@ -150,12 +155,18 @@ impl<'a> LaggedModel<'a> {
         )?;
         let (loads, trend) = (&self.loads, &self.trend);
         let contact_at = |at: usize| loads.contact(&trend.contact(&contact, at), at);
-        let each = (0..self.gap.len())
-            .map(|at| (contact_at(at), loads.amplitude_m[at], self.normal_n[at]));
+        let heavier = parameters[LN_FORCE].exp();
+        let each = (0..self.gap.len()).map(|at| {
+            (
+                contact_at(at),
+                loads.amplitude_m[at],
+                heavier * self.normal_n[at],
+            )
+        });
         equilibrium_gaps(each, &mut self.equilibrium).ok()?;
         let slopes = &mut self.gap_slopes;
         for (at, (&gap, &normal_n)) in self.equilibrium.iter().zip(self.normal_n).enumerate() {
-            let of_gap = contact_at(at).equilibrium_gap_slopes_m(gap, normal_n);
+            let of_gap = contact_at(at).equilibrium_gap_slopes_m(gap, heavier * normal_n);
             for (unlagged, parameter) in slopes.unlagged.iter_mut().zip(OF_GAP) {
                 unlagged[at] = of_gap.by(parameter, &loads.slopes[at]);
             }
@@ -200,7 +211,8 @@ impl<'a> LaggedModel<'a> {
 
     /// Returns how the gap at a sample depends on the parameters of [`OF_GAP`], m.
     pub(super) fn gap_slopes_m(&self, at: usize) -> [f64; OF_GAP.len()] {
-        self.gap_slopes.lagged.each_ref().map(|slopes| slopes[at])
+        let lagged = &self.gap_slopes.lagged;
+        std::array::from_fn(|index| lagged.get(index).map_or(-lagged[AREA][at], |of| of[at]))
     }
 
     /// Returns the logarithm of the instance's mean gap over the gap at which τ is that of the parameters.
@@ -296,7 +308,9 @@ impl ImpedanceModel<PARAMETERS> for LaggedModel<'_> {
                 slope[parameter] = by_stiffness * stiffness;
             }
             slope[LN_RATIO] += finger * FINGER_SLOPES[LN_RATIO];
-            slope[FINGER_ANGLE] = finger * FINGER_SLOPES[FINGER_ANGLE];
+            for parameter in [FINGER_ANGLE, LN_FINGER] {
+                slope[parameter] = finger * FINGER_SLOPES[parameter];
+            }
             slope[RESIDUAL_MOBILITY] = -Complex64::I * alone * alone * by_alone;
             slope[RE_Z_T] = by_z_t;
             slope[IM_Z_T] = by_z_t * Complex64::I;
@@ -310,7 +324,8 @@ impl ImpedanceModel<PARAMETERS> for LaggedModel<'_> {
 
 /// Returns the finger's part of Z_m as it is measured, over what it is.
 pub(super) fn finger_scale(parameters: &[f64; PARAMETERS]) -> Complex64 {
-    Complex64::from_polar((2.0 * parameters[LN_RATIO]).exp(), parameters[FINGER_ANGLE])
+    let ln_scale = 2.0 * parameters[LN_RATIO] + parameters[LN_FINGER];
+    Complex64::from_polar(ln_scale.exp(), parameters[FINGER_ANGLE])
 }
 
 impl GapSlopes {
@@ -435,6 +450,7 @@ mod tests {
                 at[LN_RATIO] = -0.04;
                 at[RESIDUAL_MOBILITY] = 0.02;
                 at[FINGER_ANGLE] = 0.03;
+                (at[LN_FINGER], at[LN_FORCE]) = (0.02, -0.05);
                 assert_slopes_are_derivatives(&mut model, at);
             }
         });

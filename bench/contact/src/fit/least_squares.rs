@@ -2,9 +2,10 @@
 
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationReason};
 use nalgebra::storage::Owned;
-use nalgebra::{DMatrix, DVector, Dyn, SMatrix};
+use nalgebra::{DMatrix, DVector, Dyn, SMatrix, SVector};
 use num_complex::Complex64;
 
+use crate::calibration_errors::{ByError, ERRORS};
 use crate::residual_noise::ResidualNoise;
 
 /// A model of the complex impedance of every sample of an instance, with N real parameters.
@@ -37,7 +38,7 @@ pub(crate) struct Minimum<const N: usize> {
     pub(crate) squares: f64,
     /// Why the result is not a minimum; `None` if it is one.
     pub(crate) failure: Option<String>,
-    /// Parameter covariance, 0 where a parameter was held; `None` if the data do not depend on some combination of the free
+    /// Parameter covariance, 0 where a parameter was held and is free of error; `None` if the data do not depend on some combination of the free
     /// ones.
     pub(crate) covariance: Option<SMatrix<f64, N, N>>,
     /// Noise of one component of the residual.
@@ -155,11 +156,13 @@ pub(crate) fn evaluated<M: ImpedanceModel<N>, const N: usize>(
     Some(z_m)
 }
 
-/// Minimises over the `free` parameters by Levenberg–Marquardt from one start; the others keep its values.
+/// Minimises over the `free` parameters by Levenberg–Marquardt from one start; the others keep its values. The covariance holds
+/// what errors do to parameters, as `by_error` says, and what the free ones do then.
 pub(crate) fn minimise<M: ImpedanceModel<N>, const N: usize>(
     model: &mut M,
     start: [f64; N],
     free: &[usize],
+    by_error: &ByError<N>,
 ) -> Minimum<N> {
     let n = model.measured().len();
     let zero = Complex64::ZERO;
@@ -184,12 +187,13 @@ pub(crate) fn minimise<M: ImpedanceModel<N>, const N: usize>(
         reason if reason.was_successful() => None,
         reason => Some(format!("{reason:?}")),
     };
-    summarise(problem, failure)
+    summarise(problem, failure, by_error)
 }
 
 fn summarise<M: ImpedanceModel<N>, const N: usize>(
     problem: ImpedanceProblem<'_, M, N>,
     failure: Option<String>,
+    by_error: &ByError<N>,
 ) -> Minimum<N> {
     let residuals: Vec<Complex64> = (0..problem.z_m.len())
         .map(|index| problem.residual(index))
@@ -207,7 +211,13 @@ fn summarise<M: ImpedanceModel<N>, const N: usize>(
         .collect();
     let size = problem.free.len();
     let (mut normal, mut scatter) = (DMatrix::zeros(size, size), DMatrix::zeros(size, size));
+    let mut moved = DMatrix::zeros(size, ERRORS);
+    let by_error_complex = by_error.map(Complex64::from);
     for (slope, deviation) in problem.slopes.iter().zip(&deviations) {
+        let errors = SVector::from(*slope).tr_mul(&by_error_complex);
+        moved += DMatrix::from_fn(size, ERRORS, |row, error| {
+            (slope[problem.free[row]].conj() * errors[error]).re
+        });
         let product = DMatrix::from_fn(size, size, |row, column| {
             (slope[problem.free[row]].conj() * slope[problem.free[column]]).re
         });
@@ -216,10 +226,15 @@ fn summarise<M: ImpedanceModel<N>, const N: usize>(
     }
     let covariance = invert_scaled(&normal).map(|inverse| {
         let of_free = &inverse * scatter * &inverse * correlation(&white);
-        let mut covariance = SMatrix::zeros();
+        let mut by_error = *by_error;
+        for (followed, &parameter) in (&inverse * moved).row_iter().zip(problem.free) {
+            let mut row = by_error.row_mut(parameter);
+            row -= followed;
+        }
+        let mut covariance = by_error * by_error.transpose();
         for (row, &i) in problem.free.iter().enumerate() {
             for (column, &j) in problem.free.iter().enumerate() {
-                covariance[(i, j)] = of_free[(row, column)];
+                covariance[(i, j)] += of_free[(row, column)];
             }
         }
         covariance

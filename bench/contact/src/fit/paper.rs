@@ -21,6 +21,7 @@ use super::modelled_series::ModelledSeries;
 use super::sensitivity::{self, Sensitivities};
 use super::series::{InstanceSamples, InstanceSeries, mean};
 use super::sigma_search::sigma_starts;
+use crate::calibration_errors::ByError;
 use crate::contact::Contact;
 use crate::harmonic::{contact_impedance, observed, tissue_from_observed};
 use crate::inversion::Inversion;
@@ -251,7 +252,7 @@ impl<'a> PaperModel<'a> {
     fn fitted(&mut self) -> Result<Minimum<1>, FitError> {
         let start =
             best_start(self, sigma_starts().map(|sigma| [sigma.ln()])).ok_or(FitError::NoStart)?;
-        Ok(minimise(self, start, &[0]))
+        Ok(minimise(self, start, &[0], &ByError::zeros()))
     }
 
     fn report(

@@ -1,6 +1,7 @@
 //! The fits on synthetic instances whose gap this file integrates by itself.
 #![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
 
+mod calibration;
 mod record;
 mod trial;
 
@@ -9,7 +10,7 @@ use contact::fit::{
     FitConditions, FitError, FitParameter, FitVerdict, InstanceSeries, dynamic, paper,
 };
 use contact::live_estimator::{LiveEstimator, LiveFrame};
-use contact::{AssumedConstants, ModelError, self_sensed};
+use contact::{AssumedConstants, CalibrationErrors, ModelError, self_sensed};
 use num_complex::Complex64;
 use record::{CARRIER_HZ, LEAD, OMEGA, RATE_HZ, Record, TRUTH, Truth, Z_P};
 
@@ -19,6 +20,7 @@ fn conditions() -> FitConditions {
         carrier_hz: CARRIER_HZ,
         z_p_plain_n_s_per_m: Z_P,
         z_p_corrected_n_s_per_m: Z_P,
+        calibration: CalibrationErrors::default(),
     }
 }
 

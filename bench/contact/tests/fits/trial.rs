@@ -14,7 +14,7 @@ use rand_distr::{Distribution, StandardNormal};
 use crate::conditions;
 use crate::record::{LEAD, Record, TRUTH, Truth};
 
-const SKINS: [Truth; 3] = [
+pub const SKINS: [Truth; 3] = [
     TRUTH,
     Truth {
         area_m2: 130e-6,
@@ -41,7 +41,7 @@ const SKINS: [Truth; 3] = [
 ];
 
 /// A trial in which moisture grows, the plate warms and no two instances are pressed alike.
-fn instances(skin: Truth, n: usize) -> Vec<Truth> {
+pub fn instances(skin: Truth, n: usize) -> Vec<Truth> {
     (0..n)
         .map(|i| i as f64 / n as f64)
         .map(|part| Truth {
@@ -57,7 +57,7 @@ fn instances(skin: Truth, n: usize) -> Vec<Truth> {
 }
 
 /// The plate of [`instances`] before the first and after the last.
-fn references(n: usize) -> PlateReadings {
+pub fn references(n: usize) -> PlateReadings {
     let reference = |time_s: f64| {
         let part = time_s / n as f64;
         PlateReference {
@@ -81,7 +81,7 @@ fn fitted_on(records: &[Record], readings: &PlateReadings) -> TrialFit {
     trial::fit(&placed, &conditions(), readings, &TrialOptions::default()).unwrap()
 }
 
-fn placed(series: InstanceSeries<'_>) -> Placed<'_> {
+pub fn placed(series: InstanceSeries<'_>) -> Placed<'_> {
     Placed {
         series,
         off_centre_m: 0.0,
@@ -89,7 +89,7 @@ fn placed(series: InstanceSeries<'_>) -> Placed<'_> {
 }
 
 /// Records of instances so far apart that none tells how another changes.
-fn records(truths: &[Truth]) -> Vec<Record> {
+pub fn records(truths: &[Truth]) -> Vec<Record> {
     let each = (0..).map(f64::from).zip(truths);
     each.map(|(at_s, truth)| truth.record().later(at_s))
         .collect()

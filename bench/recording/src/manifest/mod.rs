@@ -9,6 +9,7 @@ mod manifest_error;
 mod origin;
 mod recorded_profile;
 mod recording_event;
+mod standard_errors;
 #[cfg(test)]
 mod tests;
 mod transducers;
@@ -22,6 +23,7 @@ pub use origin::{
 pub use protocols::Direction;
 pub use recorded_profile::{PROFILE_RATIOS, RecordedProfile};
 pub use recording_event::{EventKind, QUIET_S, RecordingEvent};
+pub use standard_errors::StandardErrors;
 pub use transducers::{RecordedChannels, RecordedDrive, RecordedPickup, RecordedPlate};
 
 use serde::{Deserialize, Serialize};
@@ -66,6 +68,9 @@ pub struct Manifest {
     pub channels: RecordedChannels,
     /// Plate that the finger rests on.
     pub plate: RecordedPlate,
+    /// What the calibration leaves open of the constants; taken as exact where it is absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub standard_errors: Option<StandardErrors>,
     /// Intervals of the recording with a known meaning.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub intervals: Vec<RecordedInterval>,
@@ -205,6 +210,9 @@ impl Manifest {
         finite("plate.centre_m", self.plate.centre_m)?;
         if let Some(profile) = &self.plate.profile {
             profile.validate()?;
+        }
+        if let Some(errors) = &self.standard_errors {
+            errors.validate()?;
         }
         for (index, interval) in self.intervals.iter().enumerate() {
             interval.validate(index)?;

@@ -38,6 +38,10 @@ end_s = 3.1
 "#;
 
 const OWN_TABLES: &str = r#"
+[standard_errors]
+amplitude_relative = 0.004
+impedance_relative = 0.006
+
 [participant]
 id = "sub-01"
 session = 1
@@ -107,6 +111,7 @@ fn unknown_keys_are_named_with_line_and_nearest_key_in_every_table() {
         ("phase_rad", "phase_deg", "phase_rad"),
         ("modal_mass_kg", "modal_mass_g", "modal_mass_kg"),
         ("end_s", "end_ms", "end_s"),
+        ("amplitude_relative", "amplitude_um", "amplitude_relative"),
         ("session = 1", "sesion = 1", "session"),
         ("condition", "conditions", "condition"),
         ("sample_format", "sample_fromat", "sample_format"),
@@ -164,6 +169,11 @@ fn every_rule_refuses_with_line_value_and_range() {
         ("centre_m = 0.0525", "centre_m = inf", "finite"),
         ("start_s = 0.2", "start_s = -0.2", "from 0"),
         ("end_s = 3.1", "end_s = 1.4", "not after its start"),
+        (
+            "impedance_relative = 0.006",
+            "impedance_relative = 6.0",
+            "0 to 0.5",
+        ),
         ("session = 1", "session = 0", "from 1"),
         ("attempt = 1", "attempt = 0", "from 1"),
         ("uncalibrated = true", "uncalibrated = false", "absent"),

@@ -3,6 +3,8 @@
 
 use nalgebra::{DMatrix, SMatrix, SVector};
 
+use crate::calibration_errors::{ByError, ERRORS};
+
 /// Number of parameters that a block has of its own.
 pub(super) const OWN: usize = 7;
 /// Number of parameters that all blocks share.
@@ -194,6 +196,21 @@ pub(super) fn minimise(
 pub(super) struct ArrowCovariance {
     pub(super) shared: SharedMatrix,
     pub(super) blocks: Vec<BlockCovariance>,
+    /// What of it follows errors.
+    pub(super) response: ArrowResponse,
+}
+
+impl ArrowCovariance {
+    /// Returns it with what errors do that the minimum follows.
+    pub(super) fn with_response(mut self, response: ArrowResponse) -> Self {
+        self.shared += response.shared * response.shared.transpose();
+        for (block, own) in self.blocks.iter_mut().zip(&response.own) {
+            block.own += own * own.transpose();
+            block.with_shared += own * response.shared.transpose();
+        }
+        self.response = response;
+        self
+    }
 }
 
 /// Covariance of a block's own parameters, and between them and the shared ones.
@@ -227,6 +244,7 @@ impl ArrowMinimum {
         }
         let reduced = inverted(&reduced)?;
         let shared = reduced * of_shared * reduced;
+        let response = ArrowResponse::none(scatter.len());
         let blocks = eliminated
             .into_iter()
             .zip(scatter)
@@ -242,7 +260,49 @@ impl ArrowMinimum {
                 }
             })
             .collect();
-        Some(ArrowCovariance { shared, blocks })
+        Some(ArrowCovariance {
+            shared,
+            blocks,
+            response,
+        })
+    }
+}
+
+/// How a minimum follows errors that are not fitted: the shared parameters, and each block's own.
+pub(super) struct ArrowResponse {
+    pub(super) shared: ByError<SHARED>,
+    pub(super) own: Vec<ByError<OWN>>,
+}
+
+impl ArrowResponse {
+    fn none(blocks: usize) -> Self {
+        Self {
+            shared: ByError::zeros(),
+            own: vec![ByError::zeros(); blocks],
+        }
+    }
+}
+
+impl ArrowMinimum {
+    /// Returns how the minimum follows errors. The columns of each block are those of [`BlockNormal::of`], and after them what
+    /// each error does to the block's residuals.
+    pub(super) fn response(&self, columns: &[DMatrix<f64>]) -> Option<ArrowResponse> {
+        let mut response = ArrowResponse::none(columns.len());
+        for error in 0..ERRORS {
+            let mut arrow = self.normal.clone();
+            arrow.shared_gradient = Shared::zeros();
+            for (block, columns) in arrow.blocks.iter_mut().zip(columns) {
+                let moved = columns.column(1 + OWN + SHARED + error);
+                block.own_gradient = columns.fixed_columns::<OWN>(1).tr_mul(&moved);
+                arrow.shared_gradient += columns.fixed_columns::<SHARED>(1 + OWN).tr_mul(&moved);
+            }
+            let (shared, own) = arrow.step(0.0)?;
+            response.shared.set_column(error, &shared);
+            for (of_block, own) in response.own.iter_mut().zip(own) {
+                of_block.set_column(error, &own);
+            }
+        }
+        Some(response)
     }
 }
 
@@ -299,13 +359,27 @@ mod tests {
         matrix
     }
 
-    /// Against the inverse of the whole matrix on both sides of the whole scatter.
+    /// How errors move the whole gradient, shared parameters first.
+    fn moved_gradient(rows: &[DMatrix<f64>]) -> DMatrix<f64> {
+        let mut moved = DMatrix::zeros(SHARED + OWN * rows.len(), ERRORS);
+        for (index, rows) in rows.iter().enumerate() {
+            let errors = rows.columns(1 + OWN + SHARED, ERRORS);
+            let (own, shared) = (rows.columns(1, OWN), rows.columns(1 + OWN, SHARED));
+            let mut of_shared = moved.rows_mut(0, SHARED);
+            of_shared += shared.tr_mul(&errors);
+            let mut of_own = moved.rows_mut(SHARED + OWN * index, OWN);
+            of_own += own.tr_mul(&errors);
+        }
+        moved
+    }
+
+    /// Against the inverse of the whole matrix on both sides of the whole scatter, with what errors do to the gradients.
     #[test]
     fn the_covariance_is_that_of_the_whole_matrix() {
         let mut random = ChaCha8Rng::seed_from_u64(12);
         let mut number = || -> f64 { StandardNormal.sample(&mut random) };
         let rows: Vec<_> = (0..3)
-            .map(|_| DMatrix::from_fn(24, 1 + OWN + SHARED, |_, _| number()))
+            .map(|_| DMatrix::from_fn(24, 1 + OWN + SHARED + ERRORS, |_, _| number()))
             .collect();
         let prior = Shared::from_fn(|index, _| 0.3 + 0.2 * (index % 7) as f64);
         let (normal, scatter) = (blocks(&rows, |_| 1.0), blocks(&rows, |i| 1.0 + i as f64));
@@ -325,9 +399,15 @@ mod tests {
                 shared,
             },
         };
-        let found = minimum.covariance(&scatter, &prior).unwrap();
+        let response = minimum.response(&rows).unwrap();
+        let found = minimum
+            .covariance(&scatter, &prior)
+            .unwrap()
+            .with_response(response);
         let inverse = dense(&normal, &prior).try_inverse().unwrap();
-        let expected = &inverse * dense(&scatter, &prior) * &inverse;
+        let by_error = moved_gradient(&rows);
+        let gradients = dense(&scatter, &prior) + &by_error * by_error.transpose();
+        let expected = &inverse * gradients * &inverse;
         let apart = |ours: DMatrix<f64>, theirs: DMatrix<f64>| (ours - theirs).abs().max();
         let of = |matrix: &DMatrix<f64>, at: (usize, usize), size: (usize, usize)| {
             matrix.view(at, size).into_owned()

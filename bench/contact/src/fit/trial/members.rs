@@ -6,6 +6,7 @@ use nalgebra::{SMatrix, SVector};
 
 use super::arrow::{ArrowCovariance, OWN, SHARED};
 use super::plate::{COURSES, OffsetPrior};
+use crate::calibration_errors::ByError;
 use crate::fit::lagged_model::LaggedModel;
 use crate::parameters::{
     AREA_EXPONENT, FILM_MEAN_MS, FINGER_ANGLE, IM_OFFSET, IM_Z_T, LAG_EXPONENT, LN_AREA,
@@ -130,12 +131,13 @@ impl Member<'_> {
         [(parameter, by), (parameter, 0.0)]
     }
 
-    /// Returns the covariance of the model's parameters.
+    /// Returns the covariance of the model's parameters, on which errors of the calibration act as `by_error` says.
     pub(super) fn covariance(
         &self,
         of: &ArrowCovariance,
         instance: usize,
         parameters: &[f64; PARAMETERS],
+        by_error: &ByError<PARAMETERS>,
     ) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
         let mut by_own = SMatrix::<f64, PARAMETERS, OWN>::zeros();
         for (column, parameter) in OF_INSTANCE.into_iter().enumerate() {
@@ -157,10 +159,15 @@ impl Member<'_> {
         }
         let block = &of.blocks[instance];
         let across = by_own * block.with_shared * by_shared.transpose();
+        let follows = by_own * of.response.own[instance] + by_shared * of.response.shared;
+        let beside = follows * by_error.transpose();
         by_own * block.own * by_own.transpose()
             + by_shared * of.shared * by_shared.transpose()
             + across
             + across.transpose()
+            + beside
+            + beside.transpose()
+            + by_error * by_error.transpose()
     }
 }
 

@@ -40,6 +40,7 @@ use super::instance_fit::{InstanceFit, friction_at_rest, friction_slopes, modell
 use super::lagged_model::LaggedModel;
 use super::least_squares::{ImpedanceModel, Minimum};
 use super::series::{InstanceSeries, mean};
+use crate::calibration_errors::CalibrationErrors;
 use crate::residual_noise::ResidualNoise;
 use crate::uncertain::{LogUncertain, Uncertain};
 
@@ -144,16 +145,18 @@ pub fn fit(
     }
     let mut search = Search::new(members, readings, options.priors);
     let minimum = search.solve()?;
-    report(search, &instances, minimum)
+    report(search, &instances, minimum, &conditions.calibration)
 }
 
 fn report(
     mut search: Search<'_>,
     instances: &[InstanceSeries<'_>],
     minimum: ArrowMinimum,
+    errors: &CalibrationErrors,
 ) -> Result<TrialFit, FitError> {
+    let by_error = errors.by_parameter();
     let residuals = search.residuals(&minimum);
-    let covariance = search.covariance(&minimum);
+    let covariance = search.covariance(&minimum, &by_error);
     let verdict = verdict(&minimum, covariance.as_ref());
     let std = |index: usize| {
         covariance
@@ -185,7 +188,7 @@ fn report(
             failure: None,
             covariance: covariance
                 .as_ref()
-                .map(|of| member.covariance(of, index, &parameters)),
+                .map(|of| member.covariance(of, index, &parameters, &by_error)),
             noise: ResidualNoise::of(residuals, &shapes, arrow::OWN),
         };
         let (model, samples) = (&mut member.model, instance.instance());

@@ -1,6 +1,6 @@
 //! The search for the parameters that fit all instances of a trial best.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, SVector};
 use num_complex::Complex64;
 
 use super::arrow::{self, ArrowCovariance, ArrowMinimum, ArrowProblem, BlockNormal, OWN, SHARED};
@@ -11,6 +11,7 @@ use super::members::{
 use super::plate::{self, PlateApart, PlateReadings};
 use super::prior::{LogNormal, Normal, TrialPriors};
 use super::scatter::Scatter;
+use crate::calibration_errors::{ByError, ERRORS};
 use crate::fit::fit_error::FitError;
 use crate::fit::least_squares::ImpedanceModel;
 use crate::fit::sigma_search::sigma_starts;
@@ -289,29 +290,45 @@ impl<'a> Search<'a> {
         all
     }
 
-    /// Returns each instance's sums at the parameters, of what is left of residuals and slopes once their scatter is taken out.
+    /// Returns each instance's sums at the parameters.
     fn sums(&mut self, shared: &Shared, own: &[Own]) -> Option<Vec<BlockNormal>> {
-        let mut blocks = Vec::with_capacity(own.len());
+        let columns = self.columns(shared, own, None)?;
+        Some(columns.iter().map(BlockNormal::of).collect())
+    }
+
+    /// Returns what is left of each instance's residuals, their slopes by its own and by the shared parameters, and what errors
+    /// of the calibration do to them, once the residuals' scatter is taken out.
+    fn columns(
+        &mut self,
+        shared: &Shared,
+        own: &[Own],
+        by_error: Option<&ByError<PARAMETERS>>,
+    ) -> Option<Vec<DMatrix<f64>>> {
+        let mut all = Vec::with_capacity(own.len());
         for ((member, own), scatter) in self.members.iter_mut().zip(own).zip(&self.scatters) {
             let parameters = member.parameters(shared, own);
             let n = member.model.z_m.len();
             let (z_m, slopes) = (&mut self.z_m[..n], &mut self.slopes[..n]);
             member.model.evaluate(&parameters, z_m, slopes)?;
-            let mut columns = DMatrix::zeros(2 * n, 1 + OWN + SHARED);
+            let by_error = by_error.map(|of| of.map(Complex64::from));
+            let errors = by_error.map_or(0, |_| ERRORS);
+            let mut columns = DMatrix::zeros(2 * n, 1 + OWN + SHARED + errors);
             for (index, (z, slope)) in z_m.iter().zip(slopes.iter()).enumerate() {
                 let by_own = OF_INSTANCE.map(|parameter| slope[parameter]);
                 let by_shared = member.by_shared(slope, &parameters);
                 let residual = z - member.model.z_m[index];
                 let row = [residual].into_iter().chain(by_own).chain(by_shared);
+                let moved = by_error.map(|of| SVector::from(*slope).tr_mul(&of));
+                let row = row.chain(moved.iter().flatten().copied());
                 for (column, value) in row.enumerate() {
                     columns[(index, column)] = value.re;
                     columns[(n + index, column)] = value.im;
                 }
             }
             scatter.whiten(&mut columns);
-            blocks.push(BlockNormal::of(&columns));
+            all.push(columns);
         }
-        Some(blocks)
+        Some(all)
     }
 
     /// Returns middle and standard deviation of each shared parameter beforehand.
@@ -388,8 +405,12 @@ impl<'a> Search<'a> {
         (squares / freedom.max(1) as f64).max(1.0)
     }
 
-    /// Returns the covariance of all parameters, from the priors and from the residuals.
-    pub(super) fn covariance(&mut self, minimum: &ArrowMinimum) -> Option<ArrowCovariance> {
+    /// Returns the covariance of all parameters, from the priors, the residuals, and errors of the calibration.
+    pub(super) fn covariance(
+        &mut self,
+        minimum: &ArrowMinimum,
+        by_error: &ByError<PARAMETERS>,
+    ) -> Option<ArrowCovariance> {
         let excess = self.excess(minimum);
         let mut blocks = self.sums(&minimum.shared, &minimum.own)?;
         for (instance, block) in blocks.iter_mut().enumerate() {
@@ -401,7 +422,9 @@ impl<'a> Search<'a> {
             }
         }
         let (_, _, prior) = self.prior(&minimum.shared);
-        minimum.covariance(&blocks, &prior)
+        let columns = self.columns(&minimum.shared, &minimum.own, Some(by_error))?;
+        let response = minimum.response(&columns)?;
+        Some(minimum.covariance(&blocks, &prior)?.with_response(response))
     }
 }
 

@@ -27,6 +27,7 @@ modulation_index = 0.95
 channels.drive = {{ index = 0, volts_per_unit = 20.0 }}
 channels.pickup = {{ index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }}
 plate = {{ resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }}
+standard_errors = {{ amplitude_relative = 0.004, impedance_relative = 0.011 }}
 participant = {{ id = {participant}, session = 1 }}
 trial = {{ number = 1, attempt = 2, practice = false, condition = {condition}, protocol = "p", seed = 1 }}
 "#

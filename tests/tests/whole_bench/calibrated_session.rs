@@ -94,6 +94,50 @@ fn assert_profile_recorded(room: &Room, name: &str, measured: bool) {
     }
 }
 
+/// What the recordings state of their constants' errors is what the constants are off by, within four standard errors and at
+/// most a hundredth.
+fn assert_errors_recorded(room: &Room, name: &str, seed: u64) {
+    let truth = Bench::of(UNKNOWN_BENCH, seed);
+    let study = room.folder.path().join(name).join("study");
+    let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
+    let force = calibration.force.unwrap().correction().matrix;
+    for recording in find::recordings(&[study], false).unwrap() {
+        let manifest = Recording::read(&recording).manifest;
+        let (pickup, plate) = (&manifest.channels.pickup, &manifest.plate);
+        let stated = manifest.standard_errors.unwrap();
+        let off = |found: f64, truth: f64| found / truth - 1.0;
+        let (amplitude, factor) = (
+            off(pickup.metres_per_unit, truth.metres_per_unit),
+            off(plate.force_factor_n_per_v, truth.force_factor_n_per_v),
+        );
+        for (what, off, error) in [
+            ("amplitude", amplitude, stated.amplitude_relative),
+            ("impedance", factor - amplitude, stated.impedance_relative),
+            (
+                "phase",
+                pickup.phase_rad - truth.pickup_phase_rad,
+                stated.pickup_phase_rad,
+            ),
+            (
+                "normal force",
+                off(force[0][0], truth.force[0][0]),
+                stated.normal_force_relative,
+            ),
+            (
+                "lateral force",
+                off(force[1][1], truth.force[1][1]),
+                stated.lateral_force_relative,
+            ),
+        ] {
+            println!("seed {seed}, {what}: off by {off:.1e}, stated {error:.1e}");
+            assert!(
+                off.abs() < 4.0 * error && error < 0.01,
+                "seed {seed}, {what}: off by {off:.1e}, stated {error:.1e}"
+            );
+        }
+    }
+}
+
 /// A profile that no recording could hold ends a session before it begins.
 fn assert_refused_out_of_range(room: &Room) {
     let mut kept = None;
@@ -130,6 +174,7 @@ fn what_the_commands_measured_serves_a_session_as_well_as_the_truth() {
         room.weigh();
         let by_commands = session(&room, "by-commands");
         assert_profile_recorded(&room, "by-commands", seed == 2);
+        assert_errors_recorded(&room, "by-commands", seed);
         if seed == 2 {
             assert_refused_out_of_range(&room);
         }

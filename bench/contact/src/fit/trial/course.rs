@@ -2,8 +2,9 @@
 //!
 //! Two things move a plate within a trial: the room, steadily, and the warmth of a finger, by first-order kinetics: it grows
 //! while the finger lies on the plate and wears off with the same time constant T, as does what is left of touches before the
-//! recording. Z_p is then z0 + ż t + w W(t; T) + h exp(−t/T): linear but for T, which both parts of Z_p share and which is summed
-//! over, each T weighted by how well it explains what was read (Bayes).
+//! recording. Z_p is then z0 + ż t + w W(t; T) + h exp(−t/T): linear but for T, which is summed over, each T weighted by how well
+//! it explains what was read (Bayes). Both parts of Z_p share the warmth, but not quite T: stiffness and losses answer to other
+//! depths of the plate and its glue. So the damping's T may be another by a factor, which is summed over too.
 
 use nalgebra::{DMatrix, DVector, Matrix4, Vector4};
 
@@ -18,6 +19,10 @@ const WARMTH_S: LogNormal = LogNormal {
 /// Time constants that are summed over: between which, s, and how many.
 const TIME_CONSTANTS_S: [f64; 2] = [0.7, 120.0];
 const TIME_CONSTANTS: usize = 24;
+/// Factors from the reactance's T to the damping's, and their weights: of a logarithm with a standard deviation of 0.3 (an
+/// assumption), by Gauss and Hermite's three points.
+const DAMPING_RATIOS: [(f64, f64); 3] =
+    [(0.594_7, 1.0 / 6.0), (1.0, 2.0 / 3.0), (1.681_4, 1.0 / 6.0)];
 /// Times that the sum goes closer where one time constant has nearly all the weight.
 const CLOSER: usize = 4;
 const NEARLY_ALL: f64 = 0.5;
@@ -81,20 +86,29 @@ struct Explained {
 /// Returns both parts at `times_s`.
 pub(super) fn predicted(parts: &[Part<'_>; 2], touches: Touches<'_>, times_s: &[f64]) -> Predicted {
     let since_s = parts[0].free.first().map_or(0.0, |of| of.time_s);
-    let explained = |ln_t: f64| {
-        let course = Course {
-            t_s: ln_t.exp(),
+    let explained = |ln_t: f64, (ratio, likely): (f64, f64)| {
+        let course = |t_s| Course {
+            t_s,
             since_s,
             touches,
         };
-        course.predict(parts, times_s)
+        let t_s = ln_t.exp();
+        let apart = (t_s / WARMTH_S.median).ln() / WARMTH_S.ln_std;
+        let ln_likely = f64::ln(likely) - 0.5 * apart * apart;
+        predict(
+            &[course(ratio * t_s), course(t_s)],
+            parts,
+            times_s,
+            ln_likely,
+        )
     };
     let mut range = TIME_CONSTANTS_S.map(f64::ln);
     let mut each: Vec<Weighed> = Vec::new();
     for _ in 0..=CLOSER {
         let spacing = (range[1] - range[0]) / (TIME_CONSTANTS - 1) as f64;
         each = (0..TIME_CONSTANTS)
-            .map(|k| explained(range[0] + spacing * k as f64))
+            .map(|k| range[0] + spacing * k as f64)
+            .flat_map(|ln_t| DAMPING_RATIOS.map(|ratio| explained(ln_t, ratio)))
             .collect();
         let most = each
             .iter()
@@ -107,7 +121,10 @@ pub(super) fn predicted(parts: &[Part<'_>; 2], touches: Touches<'_>, times_s: &[
         for of in &mut each {
             of.weight /= total;
         }
-        let best = each.iter().position(|of| of.weight > NEARLY_ALL);
+        let of_time = |of: &[Weighed]| of.iter().map(|of| of.weight).sum::<f64>();
+        let best = each
+            .chunks(DAMPING_RATIOS.len())
+            .position(|of| of_time(of) > NEARLY_ALL);
         let Some(best) = best else { break };
         let middle = range[0] + spacing * best as f64;
         range = [middle - spacing, middle + spacing];
@@ -146,36 +163,41 @@ struct Course<'a> {
     touches: Touches<'a>,
 }
 
-impl Course<'_> {
-    fn predict(&self, parts: &[Part<'_>; 2], times_s: &[f64]) -> Weighed {
-        let n = times_s.len();
-        let apart = (self.t_s / WARMTH_S.median).ln() / WARMTH_S.ln_std;
-        let mut weighed = Weighed {
-            weight: -0.5 * apart * apart,
-            mean: DVector::zeros(2 * n),
-            factor: DMatrix::zeros(2 * n, COLUMNS - 1),
-        };
-        let rows = DMatrix::from_fn(n, PARTS, |index, part| self.row(times_s[index])[part]);
-        for (place, part) in parts.iter().enumerate() {
-            let free = self.explain(part.free, part.stds);
-            weighed.weight += free.ln_evidence;
-            // Readings that scatter more about the course than their errors say are worth less.
-            let freedom = part.free.len().saturating_sub(PARTS).max(1) as f64;
-            let excess = (free.squares / freedom).max(1.0);
-            weighed
-                .mean
-                .rows_mut(place * n, n)
-                .copy_from(&(&rows * free.at));
-            if let Some(factor) = free.covariance.cholesky() {
-                weighed
-                    .factor
-                    .view_mut((place * n, place * PARTS), (n, PARTS))
-                    .copy_from(&(&rows * factor.l() * excess.sqrt()));
-            }
-        }
+/// Predicts each part by its course, which is as likely beforehand as stated.
+fn predict(
+    courses: &[Course<'_>; 2],
+    parts: &[Part<'_>; 2],
+    times_s: &[f64],
+    ln_likely: f64,
+) -> Weighed {
+    let n = times_s.len();
+    let mut weighed = Weighed {
+        weight: ln_likely,
+        mean: DVector::zeros(2 * n),
+        factor: DMatrix::zeros(2 * n, COLUMNS - 1),
+    };
+    for (place, (course, part)) in courses.iter().zip(parts).enumerate() {
+        let rows = DMatrix::from_fn(n, PARTS, |index, part| course.row(times_s[index])[part]);
+        let free = course.explain(part.free, part.stds);
+        weighed.weight += free.ln_evidence;
+        // Readings that scatter more about the course than their errors say are worth less.
+        let freedom = part.free.len().saturating_sub(PARTS).max(1) as f64;
+        let excess = (free.squares / freedom).max(1.0);
         weighed
+            .mean
+            .rows_mut(place * n, n)
+            .copy_from(&(&rows * free.at));
+        if let Some(factor) = free.covariance.cholesky() {
+            weighed
+                .factor
+                .view_mut((place * n, place * PARTS), (n, PARTS))
+                .copy_from(&(&rows * factor.l() * excess.sqrt()));
+        }
     }
+    weighed
+}
 
+impl Course<'_> {
     fn explain(&self, readings: &[Reading], stds: CourseStds) -> Explained {
         let stds = [stds.size, stds.per_s, stds.size, stds.size];
         let prior = Vector4::from(stds.map(|std| std.powi(-2)));

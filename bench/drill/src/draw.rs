@@ -60,7 +60,7 @@ fn obstacle(fault: FaultKind, config: &Config, simulated: bool) -> Option<String
     let safety = &config.safety;
     match row.real.map(|real| real.needs) {
         None => Some("on real hardware: practise it with --mock".to_owned()),
-        Some(Needs::Estop) if config.gpio.estop.is_none() => {
+        Some(Needs::Estop) if !config.gpio.has_estop() => {
             Some("without an e-stop: name estop in [gpio]".to_owned())
         }
         Some(Needs::Amplifier)

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use analysis::measurements::Measurements;
 use config::{Config, Effective};
 use devices::acquisition::RecordingCommand;
-use devices::{Bench, Hardware, Lines};
+use devices::{Bench, Hardware};
 use jiff::Timestamp;
 use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig};
 use mock_hw::world_clock::Pace;
@@ -20,7 +20,7 @@ use recording::{AudioFormat, RecordingReader};
 use rehearsal::RehearsedFault;
 use safety::{DriveReading, GpioError, InputLine, SafetyState, Signals, Trip, input, output};
 use signalgen::{Program, Waveform};
-use sources::Place;
+use sources::{Lines, Place};
 use tasks::{Clock, Schedule};
 
 pub const RATE_HZ: u32 = 192_000;
@@ -85,6 +85,7 @@ pub fn hardware(apparatus: &Apparatus, lines: Lines) -> Hardware {
             None if apparatus.force_is_on_card() => None,
             None => Some(Place::Port(apparatus.force_port().unwrap().to_owned())),
         },
+        field_box: None,
         clock: clock(apparatus),
         schedule: Schedule::Threads,
         guard: Box::new(()),

@@ -10,7 +10,8 @@ use std::sync::Arc;
 use bench_tests::program::protocol;
 use config::Config;
 use devices::loudspeaker::Tone;
-use devices::{Hardware, Lines};
+use devices::Hardware;
+use sources::Lines;
 use friction_bench::apparatus::{Apparatus as Bench, Watcher};
 use friction_bench::cli;
 use jiff::{SignedDuration, Timestamp};
@@ -111,6 +112,7 @@ pub fn apparatus(setup: Setup) -> Bench {
         force_place: Some(sources::Place::Port(
             apparatus.force_port().unwrap().to_owned(),
         )),
+        field_box: None,
         clock: Arc::new(clock),
         guard: Box::new(()),
         simulated: !real,

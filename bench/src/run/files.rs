@@ -272,7 +272,8 @@ fn force_sensor(config: &Config, field_box: Option<&FieldBox>) -> Option<String>
     let of_box = field_box
         .filter(|_| matches!(force.sensor, Sensor::FieldBox(_)))
         .and_then(FieldBox::in_words);
-    Some(of_box.unwrap_or_else(|| force.in_words()))
+    let words = [Some(force.in_words()), of_box];
+    Some(words.into_iter().flatten().collect::<Vec<_>>().join(", "))
 }
 
 fn recorded_hardware(

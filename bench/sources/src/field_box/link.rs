@@ -91,7 +91,7 @@ impl FieldBox {
         let identity = self.0.identity.get()?;
         let [major, minor, patch] = identity.firmware;
         Some(format!(
-            "field box {}, firmware {major}.{minor}.{patch}, {} Hz",
+            "{}, firmware {major}.{minor}.{patch}, {} Hz",
             serial_number(identity),
             identity.report_hz
         ))

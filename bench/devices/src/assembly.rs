@@ -57,16 +57,19 @@ pub struct Hardware {
 
 impl Hardware {
     /// Opens the field box of `config`, at the place of the force sensor if that is given, and takes the lines that are
-    /// behind it.
+    /// behind it. A real box must answer; a simulated one may need time to pass for that.
     ///
     /// # Errors
-    /// When its port is missing, busy or forbidden.
+    /// When its port is missing, busy or forbidden, or what is there is no box that can be used.
     pub fn with_field_box(mut self, config: &Config) -> anyhow::Result<Self> {
         let port = match &self.force_place {
             Some(Place::Port(path)) => Some(path.as_path()),
             _ => None,
         };
         self.field_box = FieldBox::open(config, port, Arc::clone(&self.clock))?;
+        if let Some(field_box) = self.field_box.as_ref().filter(|_| !self.simulated) {
+            field_box.require_known()?;
+        }
         if let (GpioBackend::FieldBox, Some(field_box)) = (config.gpio.backend, &self.field_box) {
             let of_box = field_box.lines();
             self.lines = Lines {

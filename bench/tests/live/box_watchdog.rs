@@ -2,14 +2,14 @@
 //! process's clock, takes the enable off. The box here is the firmware's own guard behind the firmware's own codec. Each test
 //! runs itself once more as the bench.
 
-use std::io::{ErrorKind, Read, Write};
+use std::io::{Read, Write};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use field_box_logic::{Guard, Order, SILENCE_US};
-use field_box_wire::{FromBox, Identity, Levels, Listener, Report, ToBox};
+use field_box_logic::{Guard, Order, SILENCE_US, Stop};
+use field_box_wire::{FromBox, Identity, Levels, Listener, Report, StopReason, ToBox};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rustix::process::{Pid, Signal, kill_process};
@@ -22,6 +22,25 @@ use crate::field_box::bench_with;
 use crate::safe::quantiles_ms;
 
 const PORT: &str = "FRICTION_BENCH_TEST_BOX";
+/// Fault 41.
+#[test]
+fn what_is_no_box_is_refused_as_it_is_opened_with_the_line_to_change() {
+    let config = bench_with("0.05", "");
+    let clock = Arc::new(SystemClock::start());
+    let (mut line, far) = TTYPort::pair().unwrap();
+    let port = far.name().unwrap();
+    drop(far);
+    let opened = FieldBox::open(&config, Some(Path::new(&port)), clock.clone());
+    let field_box = opened.unwrap().unwrap();
+    line.write_all(b"another device\0").unwrap();
+    let refused = field_box.require_known().unwrap_err().to_string();
+    assert!(refused.contains("field_box.port in bench.toml"), "{refused}");
+    drop((field_box, line));
+    let absent = FieldBox::open(&config, Some(Path::new("/dev/ttyACM-absent")), clock);
+    let absent = format!("{:#}", absent.err().unwrap());
+    assert!(absent.contains("field_box.port in bench.toml"), "{absent}");
+}
+
 /// What the row allows, µs.
 const ALLOWED_US: u64 = 100_000;
 /// A look that comes this late is this computer's fault, and the box has none such.
@@ -32,7 +51,9 @@ fn hold_the_enable(port: &str) -> ! {
     let config = bench_with("0.05", "");
     let clock = Arc::new(SystemClock::start());
     let field_box = FieldBox::open(&config, Some(Path::new(port)), clock);
-    let mut lines = field_box.unwrap().unwrap().lines();
+    let field_box = field_box.unwrap().unwrap();
+    field_box.require_known().unwrap();
+    let mut lines = field_box.lines();
     let mut estop = lines.estop.take().unwrap();
     let (mut enable, mut heartbeat) = (lines.enable.unwrap(), lines.heartbeat.unwrap());
     let mut high = false;
@@ -67,12 +88,10 @@ struct OnBench {
 
 impl OnBench {
     fn new() -> Self {
-        let (mut line, mut far) = TTYPort::pair().unwrap();
+        let (mut line, far) = TTYPort::pair().unwrap();
         line.set_timeout(Duration::ZERO).unwrap();
-        // Open for whoever comes.
-        far.set_exclusive(false).unwrap();
+        // Closed, so that it can be opened by its path.
         let port = far.name().unwrap();
-        std::mem::forget(far);
         Self {
             line,
             port,
@@ -99,8 +118,8 @@ impl OnBench {
         let read = match self.line.read(&mut bytes) {
             Ok(read) if !self.cable_out => read,
             Ok(_) => 0,
-            Err(e) if matches!(e.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock) => 0,
-            Err(e) => panic!("{e}"),
+            // Nothing has come, or nobody has the port open.
+            Err(_) => 0,
         };
         let now_us = self.now_us();
         self.longest_us = self.longest_us.max(now_us - self.looked_us);
@@ -139,7 +158,11 @@ impl OnBench {
                 enable: self.guard.outputs().enable,
                 ..Levels::default()
             },
-            stop: None,
+            stop: self.guard.stop().map(|stop| match stop {
+                Stop::BenchSilent => StopReason::BenchSilent,
+                Stop::Estop => StopReason::Estop,
+                Stop::NotReleased => StopReason::NotReleased,
+            }),
             heard: self.heard,
         });
         // A line that nobody reads is full.

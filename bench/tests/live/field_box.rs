@@ -107,8 +107,7 @@ fn forces_of_a_box_are_placed_to_a_tenth_of_a_millisecond() {
     let error_s = rows.map(|(k, row)| (row.time_s, (row.time_s - truth_s(k)).abs()));
     let late = error_s.filter(|(time_s, _)| *time_s > 10.0);
     let worst_s = late.map(|(_, error_s)| error_s).fold(0.0, f64::max);
-    assert!(worst_s < 3e-4, "{worst_s} s");
-    println!("worst {:.1} µs", worst_s * 1e6);
+    assert!(worst_s < 1e-4, "{worst_s} s");
 }
 
 /// What is laid, and whether the bench says the right thing of it.
@@ -207,6 +206,7 @@ const CASES: [Case; 13] = [
 fn whatever_the_box_does_the_drive_is_silent_in_time_and_what_was_recorded_is_kept() {
     for (what, lay, told) in CASES {
         let mut rig = Rig::new(scenario(), bench(), None);
+        rig.pass(0.1);
         rig.drive();
         rig.pass(0.5);
         let folder = rig.begin("kept");
@@ -244,20 +244,21 @@ fn a_box_that_cannot_be_used_from_the_start_arms_nothing_and_says_which_line_to_
     for (more, lay, told) in cases {
         let mut rig = Rig::new(scenario(), bench_with("0.05", more), None);
         lay(&rig);
-        let mut texts = Vec::new();
-        for _ in 0..9_000 {
-            if rig.apparatus.now_ns() % 500_000_000 < 300_000 {
-                rig.bench.drive.rearm();
-                rig.drive();
-            }
+        let trip = loop {
             if let SafetyState::Tripped { trip } = rig.tick() {
-                texts.push(trip.to_string());
+                break trip.to_string();
             }
-            assert!(!rig.bench.drive.sounds(), "{told}");
+            assert!(rig.apparatus.now_ns() < 2_100_000_000, "{told}");
+        };
+        assert!(trip.contains(told), "{told}: {trip}");
+        for _ in 0..3 {
+            rig.bench.drive.rearm();
+            rig.drive();
+            for _ in 0..600 {
+                assert!(matches!(rig.tick(), SafetyState::Tripped { .. }), "{told}");
+            }
         }
-        let found = texts.iter().any(|text| text.contains(told));
-        texts.dedup();
-        assert!(found, "{told}: {texts:?}");
+        assert_eq!(rig.bench.drive.programs(), 0, "{told}");
     }
 }
 
@@ -366,6 +367,7 @@ fn a_cable_that_comes_out_while_the_watch_hangs_is_stopped_by_the_box_alone() {
         ..ApparatusConfig::new(scenario, 1, Pace::Stepped)
     });
     let mut rig = Rig::on(apparatus.unwrap(), bench(), None);
+    rig.pass(0.1);
     rig.drive();
     rig.pass(0.5);
     let at_s = rig.apparatus.now_ns() as f64 * 1e-9;

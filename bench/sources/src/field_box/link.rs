@@ -3,6 +3,7 @@
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
+use std::time::Duration;
 
 use config::{BoxForce as BoxForceTable, Config, Correction};
 use field_box_wire::{Identity, Report, StopReason, Word};
@@ -83,6 +84,17 @@ impl FieldBox {
         // A box that stopped when its last bench died lets go of that.
         link.say(|word| word.enable = false)?;
         Ok(Some(Self(Arc::new(link))))
+    }
+
+    /// Waits until the box has said who it is and has sent a report.
+    ///
+    /// # Errors
+    /// [`FieldBoxGone`] if it does not within seconds, or is none that can be used.
+    pub fn require_known(&self) -> Result<(), FieldBoxGone> {
+        while self.0.report()?.is_none() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        Ok(())
     }
 
     /// Returns who the box is, in words; `None` until it has said so.

@@ -63,8 +63,10 @@ pub(super) struct Reader {
     clock: SensorClock,
     faults: LineFaults,
     nonsense: NonsenseWatch,
-    /// Bytes and readings since the force's last poll.
+    /// Bytes of what is no message, and readings, since the force's last poll.
     since_poll: (u64, u64),
+    /// Bytes since the end of a frame.
+    of_frame: u64,
     pub(super) forces: Waiting,
     pub(super) positions: Waiting,
     pub(super) identity: Option<Identity>,
@@ -84,6 +86,7 @@ impl Reader {
             faults: LineFaults::default(),
             nonsense: NonsenseWatch::default(),
             since_poll: (0, 0),
+            of_frame: 0,
             forces: Waiting::default(),
             positions: Waiting::default(),
             identity: None,
@@ -97,10 +100,15 @@ impl Reader {
         self.port.read_waiting(&mut self.bytes)?;
         // Read only now: bytes may have arrived after the caller read the clock, and no arrival may be stated early.
         let arrival_s = now_s();
-        self.since_poll.0 += self.bytes.len() as u64;
         let mut reports = Vec::new();
         for &byte in &self.bytes {
-            match self.listener.hear(byte) {
+            self.of_frame += 1;
+            let heard = self.listener.hear(byte);
+            if let Some(message) = &heard {
+                let bytes = std::mem::take(&mut self.of_frame);
+                self.since_poll.0 += if message.is_err() { bytes } else { 0 };
+            }
+            match heard {
                 None => {}
                 Some(Ok(FromBox::Identity(identity))) => self.identity = Some(identity),
                 Some(Ok(FromBox::Report(report))) => {

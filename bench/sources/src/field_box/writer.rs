@@ -39,19 +39,29 @@ impl Writer {
         self.port.write_all(&ToBox::Ask.encode())
     }
 
-    /// Says the present word with a changed level.
+    /// Says the present word with a changed level. An enable that is turned on is let go of first: a box that stopped, or
+    /// was powered since, wants that.
     pub(super) fn say(&mut self, now_ns: u64, change: impl FnOnce(&mut Word)) -> io::Result<()> {
-        let before = self.word.enable;
+        let before = self.word;
         change(&mut self.word);
-        self.word.sequence = self.word.sequence.wrapping_add(1);
-        match (before, self.word.enable) {
-            (false, true) => {
-                self.enabled_by = Some(self.word.sequence);
-                self.unheard.clear();
-            }
-            (_, false) => self.enabled_by = None,
-            (true, true) => {}
+        if self.word.enable && !before.enable {
+            self.unheard.clear();
+            let on = std::mem::replace(&mut self.word, before);
+            self.send(now_ns)?;
+            self.word = Word {
+                sequence: self.word.sequence,
+                ..on
+            };
+            self.enabled_by = Some(self.word.sequence.wrapping_add(1));
+        } else if !self.word.enable {
+            self.enabled_by = None;
         }
+        self.send(now_ns)
+    }
+
+    /// Sends the present word under the next number.
+    fn send(&mut self, now_ns: u64) -> io::Result<()> {
+        self.word.sequence = self.word.sequence.wrapping_add(1);
         if self.unheard.len() == MOST_UNHEARD {
             self.unheard.pop_front();
         }

@@ -36,7 +36,11 @@ pub fn require_possible(
         );
     }
     let on_box = config.gpio.backend == GpioBackend::FieldBox;
-    if on_box && faults.iter().any(|fault| fault.fault == FaultKind::GpioRemoved) {
+    if on_box
+        && faults
+            .iter()
+            .any(|fault| fault.fault == FaultKind::GpioRemoved)
+    {
         bail!(
             "{} cannot be injected: the lines are the field box's (gpio.backend = \"field-box\"); {} pulls its cable",
             FaultKind::GpioRemoved,

@@ -115,7 +115,9 @@ impl Gpio {
             ("enable", self.enable),
             ("heartbeat", self.heartbeat),
         ];
-        lines.into_iter().filter_map(|(key, line)| Some((key, line?)))
+        lines
+            .into_iter()
+            .filter_map(|(key, line)| Some((key, line?)))
     }
 
     /// Returns whether there is a line for an e-stop; a field box has one.

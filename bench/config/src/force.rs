@@ -376,10 +376,7 @@ mod tests {
                 "source = \"netft\"\nnetft = { lateral = \"fz\" }",
                 "force.netft.lateral",
             ),
-            (
-                "source = \"field-box\"",
-                "force.field_box is missing",
-            ),
+            ("source = \"field-box\"", "force.field_box is missing"),
             (
                 "source = \"field-box\"\nfield_box = { newtons_per_full_scale = [0.0, 20.0] }",
                 "newtons_per_full_scale",

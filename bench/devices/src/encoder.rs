@@ -1,7 +1,7 @@
 //! Position along the plate from counts of an encoder, whoever counts.
 
-use sources::position::{Counted, PositionSource};
 use sources::SourceGone;
+use sources::position::{Counted, PositionSource};
 
 /// Speed that no finger reaches, m/s: a plate of a tenth of a metre crossed in a tenth of a second. An assumption, some
 /// ten times the speed of the published explorations.

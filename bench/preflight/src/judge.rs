@@ -50,7 +50,9 @@ pub(super) fn judge(
     if let Some(table_of_box) = config.used_field_box() {
         let found = measured.field_box.clone().unwrap_or_else(|| {
             let port = table_of_box.port.display();
-            format!("none answers at {port}, field_box.port in bench.toml: see `friction-bench devices`")
+            format!(
+                "none answers at {port}, field_box.port in bench.toml: see `friction-bench devices`"
+            )
         });
         table.row("field box", measured.field_box.is_some(), found);
     }

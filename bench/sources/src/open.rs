@@ -80,8 +80,8 @@ pub fn open(
             ))
         }
         Sensor::FieldBox(table) => {
-            let field_box =
-                field_box.context("no field box is open: force.source = \"field-box\" needs one")?;
+            let field_box = field_box
+                .context("no field box is open: force.source = \"field-box\" needs one")?;
             field_box.force(table, force.latency_s, correction, range_n)
         }
         Sensor::Netft(netft) => {

@@ -34,7 +34,10 @@ fn what_is_no_box_is_refused_as_it_is_opened_with_the_line_to_change() {
     let field_box = opened.unwrap().unwrap();
     line.write_all(b"another device\0").unwrap();
     let refused = field_box.require_known().unwrap_err().to_string();
-    assert!(refused.contains("field_box.port in bench.toml"), "{refused}");
+    assert!(
+        refused.contains("field_box.port in bench.toml"),
+        "{refused}"
+    );
     drop((field_box, line));
     let absent = FieldBox::open(&config, Some(Path::new("/dev/ttyACM-absent")), clock);
     let absent = format!("{:#}", absent.err().unwrap());
@@ -253,9 +256,10 @@ fn a_bench_that_is_killed_or_frozen_or_unplugged_at_random_moments_loses_the_ena
     }
     child.kill().unwrap();
     child.wait().unwrap();
-    let text = format!(
-        "median / 99 % / worst: enable off {}",
-        quantiles_ms(fell_s)
+    let text = format!("median / 99 % / worst: enable off {}", quantiles_ms(fell_s));
+    campaign::found(
+        "stop: field box, bench killed, frozen or unplugged",
+        count,
+        &text,
     );
-    campaign::found("stop: field box, bench killed, frozen or unplugged", count, &text);
 }

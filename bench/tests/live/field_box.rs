@@ -224,7 +224,8 @@ fn whatever_the_box_does_the_drive_is_silent_in_time_and_what_was_recorded_is_ke
 /// Fault 41.
 #[test]
 fn a_box_that_cannot_be_used_from_the_start_arms_nothing_and_says_which_line_to_change() {
-    let cases: [(&str, fn(&Rig), &str); 3] = [
+    type Unusable = (&'static str, fn(&Rig), &'static str);
+    let cases: [Unusable; 3] = [
         (
             "",
             |rig| force(rig, ForceFault::OtherDevice(true)),
@@ -379,7 +380,9 @@ fn a_cable_that_comes_out_while_the_watch_hangs_is_stopped_by_the_box_alone() {
     let truth = amplitudes(folder.path());
     let driven = truth.iter().rfind(|(t_s, _)| *t_s < at_s).unwrap().1;
     assert!(driven > 0.5e-6);
-    let moving = truth.iter().rfind(|(_, amplitude)| *amplitude > 0.01 * driven);
+    let moving = truth
+        .iter()
+        .rfind(|(_, amplitude)| *amplitude > 0.01 * driven);
     let rest_s = moving.unwrap().0 - at_s;
     assert!((0.07..0.1).contains(&rest_s), "moves for {rest_s} s");
 }

@@ -34,10 +34,11 @@ impl ToBox {
         match self {
             Self::Ask => Fields::new(ASK).encode(),
             Self::Word(word) => {
-                let levels = u8::from(word.enable) * ENABLE | u8::from(word.heartbeat) * HEARTBEAT;
+                let enable = u8::from(word.enable) * ENABLE;
+                let heartbeat = u8::from(word.heartbeat) * HEARTBEAT;
                 Fields::new(WORD)
                     .put(&word.sequence.to_le_bytes())
-                    .put(&[levels])
+                    .put(&[enable | heartbeat])
                     .encode()
             }
         }

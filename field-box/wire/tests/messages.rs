@@ -101,9 +101,15 @@ fn each_message_is_its_golden_bytes() {
 
 #[test]
 fn a_message_of_another_version_tells_which() {
-    assert_eq!(heard::<FromBox>(&golden("identity, version 2")), [Err(Refused::Version(2))]);
+    assert_eq!(
+        heard::<FromBox>(&golden("identity, version 2")),
+        [Err(Refused::Version(2))]
+    );
     // Neither end takes the other's for its own.
-    assert_eq!(heard::<FromBox>(&golden("word, on")), [Err(Refused::Unknown)]);
+    assert_eq!(
+        heard::<FromBox>(&golden("word, on")),
+        [Err(Refused::Unknown)]
+    );
     assert_eq!(heard::<ToBox>(&golden("report")), [Err(Refused::Unknown)]);
 }
 
@@ -116,8 +122,16 @@ fn any_report() -> impl Strategy<Value = Report> {
     ]));
     (any::<(u16, u32, [i32; 2], i32, u16)>(), flags, stop).prop_map(
         |((sequence, device_us, counts, position, heard), flags, stop)| {
-            let [estop_closed, button, dead_man, enable, heartbeat, normal_saturated, lateral_saturated, converter_silent] =
-                flags;
+            let [
+                estop_closed,
+                button,
+                dead_man,
+                enable,
+                heartbeat,
+                normal_saturated,
+                lateral_saturated,
+                converter_silent,
+            ] = flags;
             Report {
                 sequence,
                 device_us,

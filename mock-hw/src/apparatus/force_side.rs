@@ -119,7 +119,9 @@ impl ForceSide {
             }
             Device::Gauges(_) => {}
             Device::FieldBox(device) => {
-                device.send(samples, now_s).map_err(ApparatusError::Serial)?;
+                device
+                    .send(samples, now_s)
+                    .map_err(ApparatusError::Serial)?;
             }
             Device::Netft(device) => {
                 device.answer().map_err(ApparatusError::Network)?;

@@ -53,12 +53,7 @@ pub(super) fn put_report(reading: &Reading, out: &mut Vec<u8>) {
 }
 
 /// Appends the frame that says who the box is.
-pub(super) fn put_identity(
-    firmware: [u8; 3],
-    serial: [u8; 8],
-    report_hz: u16,
-    out: &mut Vec<u8>,
-) {
+pub(super) fn put_identity(firmware: [u8; 3], serial: [u8; 8], report_hz: u16, out: &mut Vec<u8>) {
     let mut raw = vec![VERSION, IDENTITY];
     raw.extend(firmware);
     raw.extend(serial);
@@ -130,7 +125,9 @@ mod tests {
         let mut found = lines.filter_map(|line| line.split_once(": "));
         let (_, hex) = found.find(|(known, _)| *known == name).unwrap();
         let bytes = hex.split(' ');
-        bytes.map(|byte| u8::from_str_radix(byte, 16).unwrap()).collect()
+        bytes
+            .map(|byte| u8::from_str_radix(byte, 16).unwrap())
+            .collect()
     }
 
     #[test]

@@ -139,7 +139,12 @@ impl SerialLine {
                 received.extend_from_slice(&bytes[..read]);
                 Ok(())
             }
-            Err(e) if matches!(e.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted) => {
+            Err(e)
+                if matches!(
+                    e.kind(),
+                    io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted
+                ) =>
+            {
                 Ok(())
             }
             Err(e) => Err(e),
@@ -165,7 +170,9 @@ impl SerialLine {
             if begin.elapsed() > CARRY_LIMIT {
                 return Err(io::Error::new(
                     io::ErrorKind::TimedOut,
-                    format!("the serial line did not carry the bench's bytes within {CARRY_LIMIT:?}"),
+                    format!(
+                        "the serial line did not carry the bench's bytes within {CARRY_LIMIT:?}"
+                    ),
                 ));
             }
             std::thread::yield_now();

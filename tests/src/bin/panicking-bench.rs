@@ -18,7 +18,6 @@ use bench_tests::panicking::{Edge, HAND, OTHER_THREAD, Report};
 use clap::Parser;
 use config::{Config, Effective};
 use devices::Hardware;
-use sources::Lines;
 use friction_bench::apparatus::Apparatus;
 use friction_bench::cli::{Calibrate, Cli, Command};
 use friction_bench::drilling::Watched;
@@ -31,6 +30,7 @@ use mock_hw::world_clock::Pace;
 use mock_world::scenario::Scenario;
 use preflight::Extent;
 use safety::{GpioError, OutputLine, input, output};
+use sources::Lines;
 use tasks::{Clock, Schedule, SystemClock};
 
 /// Time from the arming to the panic, in the apparatus's time: the drive has ramped up, and the audio is being

@@ -9,9 +9,8 @@ use std::sync::Arc;
 
 use bench_tests::program::protocol;
 use config::Config;
-use devices::loudspeaker::Tone;
 use devices::Hardware;
-use sources::Lines;
+use devices::loudspeaker::Tone;
 use friction_bench::apparatus::{Apparatus as Bench, Watcher};
 use friction_bench::cli;
 use jiff::{SignedDuration, Timestamp};
@@ -20,6 +19,7 @@ use mock_hw::world_clock::Pace;
 use mock_world::person::{Cue, Instruction, Percept};
 use mock_world::scenario::Scenario;
 use safety::{InputLine, input, output};
+use sources::Lines;
 use tasks::{Clock, Schedule, later};
 
 /// An apparatus's clock whose date is set by an hour back and forth.

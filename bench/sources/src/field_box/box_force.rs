@@ -33,7 +33,9 @@ impl BoxForce {
     ) -> Self {
         Self {
             link,
-            newtons_per_count: table.newtons_per_full_scale.map(|newtons| newtons / FULL_SCALE),
+            newtons_per_count: table
+                .newtons_per_full_scale
+                .map(|newtons| newtons / FULL_SCALE),
             latency_s,
             corrector,
             health: SourceHealth::default(),
@@ -51,9 +53,8 @@ impl ForceSource for BoxForce {
         let mut reader = self.link.read(now_s)?;
         for dated in reader.forces.take() {
             let report = dated.report;
-            let raw_n = [0, 1].map(|axis: usize| {
-                f64::from(report.counts[axis]) * self.newtons_per_count[axis]
-            });
+            let raw_n = [0, 1]
+                .map(|axis: usize| f64::from(report.counts[axis]) * self.newtons_per_count[axis]);
             take(self.corrector.force(
                 Moment::Host(dated.host_s - self.latency_s),
                 raw_n,

@@ -69,7 +69,10 @@ impl FieldBox {
         let now_ns = clock.now_ns();
         let link = Link {
             port: port.to_owned(),
-            named: table.serial.as_ref().map(|serial| serial.to_ascii_uppercase()),
+            named: table
+                .serial
+                .as_ref()
+                .map(|serial| serial.to_ascii_uppercase()),
             silence_ns: (config.safety.silence_s * 1e9) as u64,
             opened_ns: now_ns,
             reader: Mutex::new(Reader::new(listening, table.latency_s)),
@@ -168,7 +171,11 @@ impl Link {
         let Some((report, at_ns)) = latest else {
             let waited_ns = now_ns.saturating_sub(self.opened_ns);
             let mute = waited_ns > ANSWER_NS;
-            return if mute { Err(FieldBoxGone::Mute { port: port() }) } else { Ok(None) };
+            return if mute {
+                Err(FieldBoxGone::Mute { port: port() })
+            } else {
+                Ok(None)
+            };
         };
         let silent_ns = now_ns.saturating_sub(at_ns);
         if silent_ns > self.silence_ns {
@@ -189,7 +196,9 @@ impl Link {
             return Ok(());
         };
         if let (true, Some(stop)) = (writer.heard(&report), report.stop) {
-            return Err(FieldBoxGone::Stopped { why: in_words(stop) });
+            return Err(FieldBoxGone::Stopped {
+                why: in_words(stop),
+            });
         }
         let unheard_ns = writer.unheard_ns(now_ns);
         if unheard_ns > self.silence_ns {
@@ -201,11 +210,7 @@ impl Link {
         Ok(())
     }
 
-    fn read_into(
-        &self,
-        reader: &mut Reader,
-        now_s: &dyn Fn() -> f64,
-    ) -> Result<(), FieldBoxGone> {
+    fn read_into(&self, reader: &mut Reader, now_s: &dyn Fn() -> f64) -> Result<(), FieldBoxGone> {
         if let Some(gone) = self.gone.get() {
             return Err(gone.clone());
         }

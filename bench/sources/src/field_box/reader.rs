@@ -112,10 +112,10 @@ impl Reader {
                 None => {}
                 Some(Ok(FromBox::Identity(identity))) => self.identity = Some(identity),
                 Some(Ok(FromBox::Report(report))) => {
-                    if self.numbering.follows(report.sequence, &mut self.faults) {
-                        let own_us = self.unwrap.advance(report.device_us);
-                        reports.push((own_us as f64 * 1e-6, report));
-                    }
+                    let follows = self.numbering.follows(report.sequence, &mut self.faults);
+                    let unwrap = &mut self.unwrap;
+                    let own_s = || unwrap.advance(report.device_us) as f64 * 1e-6;
+                    reports.extend(follows.then(own_s).map(|own_s| (own_s, report)));
                 }
                 Some(Err(Refused::Version(theirs))) => self.other_version = Some(theirs),
                 Some(Err(_)) => self.numbering.corrupt(&mut self.faults),

@@ -8,7 +8,7 @@ mod text_lines;
 
 pub use decoder::{Decoder, ForceSample};
 pub use frames::FrameDecoder;
-pub(crate) use port::{Speaking, split_port};
 pub use port::{ForcePort, open_port};
+pub(crate) use port::{Speaking, split_port};
 pub use serial_force::{SerialForce, decoder};
 pub use text_lines::LineDecoder;

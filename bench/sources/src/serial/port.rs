@@ -58,7 +58,9 @@ pub(crate) fn split_port(
     key: &str,
 ) -> anyhow::Result<(Box<dyn ForcePort>, Speaking)> {
     let port = open(path, baud).with_context(|| cannot_open(device, path, key))?;
-    let speaking = port.try_clone().with_context(|| cannot_open(device, path, key))?;
+    let speaking = port
+        .try_clone()
+        .with_context(|| cannot_open(device, path, key))?;
     Ok((Box::new(listening(port)), Box::new(speaking)))
 }
 

@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use anyhow::Context;
 use calibration::operator::{self, Cabling, Hands, Request};
-use devices::loudspeaker::Tone;
 use devices::Hardware;
+use devices::loudspeaker::Tone;
 use drill::{Deed, FaultHand};
 use friction_bench::apparatus::{Apparatus, Watcher};
 use friction_bench::cli::Speed;
@@ -58,7 +58,9 @@ pub fn config(scenario: &Scenario) -> String {
         (ForceInterface::Netft, _) => with_sensor(NETFT),
         (ForceInterface::FieldBox, _) => BEHIND_BOX
             .iter()
-            .fold(with_sensor(FIELD_BOX), |text, [here, behind]| text.replace(here, behind)),
+            .fold(with_sensor(FIELD_BOX), |text, [here, behind]| {
+                text.replace(here, behind)
+            }),
         (ForceInterface::Gauges, _) => with_sensor(GAUGES).replace(FOUR, NINE),
     }
 }

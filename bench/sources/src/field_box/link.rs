@@ -3,22 +3,14 @@
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
-use std::time::Duration;
 
-use config::{BoxForce as BoxForceTable, Config, Correction};
+use config::FieldBox as FieldBoxTable;
 use field_box_wire::{Identity, Report, StopReason, Word};
 use tasks::{Clock, Slot};
 
-use super::box_force::BoxForce;
-use super::box_lines;
-use super::box_position::BoxPosition;
 use super::gone::FieldBoxGone;
 use super::reader::Reader;
 use super::writer::Writer;
-use crate::correct::Corrector;
-use crate::force_source::ForceSource;
-use crate::lines::Lines;
-use crate::position::PositionSource;
 use crate::serial::split_port;
 
 /// Ignored by the box, whose port is USB's.
@@ -27,10 +19,6 @@ const BAUD: u32 = 2_000_000;
 const ANSWER_NS: u64 = 2_000_000_000;
 /// Time after which it is asked again, ns.
 const ASK_AGAIN_NS: u64 = 250_000_000;
-
-/// A field box, for all that read and drive it.
-#[derive(Clone)]
-pub struct FieldBox(Arc<Link>);
 
 /// The line to the box. Whoever polls first reads for all; the safety watch reads beside the task that places forces and
 /// positions, and waits for nobody.
@@ -50,30 +38,23 @@ pub(super) struct Link {
     gone: OnceLock<FieldBoxGone>,
 }
 
-impl FieldBox {
-    /// Opens the box that `config` names, at `port` in the place of the configured one if it is given; `None` if nothing
-    /// is behind a box.
-    ///
-    /// # Errors
-    /// When its port is missing, busy or forbidden.
-    pub fn open(
-        config: &Config,
-        port: Option<&Path>,
+impl Link {
+    /// Opens the line to the box of `table` at `port`.
+    pub(super) fn open(
+        table: &FieldBoxTable,
+        port: &Path,
+        silence_s: f64,
         clock: Arc<dyn Clock>,
-    ) -> anyhow::Result<Option<Self>> {
-        let Some(table) = config.used_field_box() else {
-            return Ok(None);
-        };
-        let port = port.unwrap_or(&table.port);
+    ) -> anyhow::Result<Self> {
         let (listening, speaking) = split_port(port, BAUD, "field box", "field_box.port")?;
         let now_ns = clock.now_ns();
-        let link = Link {
+        let link = Self {
             port: port.to_owned(),
             named: table
                 .serial
                 .as_ref()
                 .map(|serial| serial.to_ascii_uppercase()),
-            silence_ns: (config.safety.silence_s * 1e9) as u64,
+            silence_ns: (silence_s * 1e9) as u64,
             opened_ns: now_ns,
             reader: Mutex::new(Reader::new(listening, table.latency_s)),
             writer: Mutex::new(Writer::new(speaking)),
@@ -86,61 +67,24 @@ impl FieldBox {
         link.ask(now_ns);
         // A box that stopped when its last bench died lets go of that.
         link.say(|word| word.enable = false)?;
-        Ok(Some(Self(Arc::new(link))))
+        Ok(link)
     }
 
-    /// Waits until the box has said who it is and has sent a report.
-    ///
-    /// # Errors
-    /// [`FieldBoxGone`] if it does not within seconds, or is none that can be used.
-    pub fn require_known(&self) -> Result<(), FieldBoxGone> {
-        while self.0.report()?.is_none() {
-            std::thread::sleep(Duration::from_millis(1));
-        }
-        Ok(())
+    /// Returns who the box is, once it has said so.
+    pub(super) fn identity(&self) -> Option<&Identity> {
+        self.identity.get()
     }
 
-    /// Returns who the box is, in words; `None` until it has said so.
-    #[must_use]
-    pub fn in_words(&self) -> Option<String> {
-        let identity = self.0.identity.get()?;
-        let [major, minor, patch] = identity.firmware;
-        Some(format!(
-            "{}, firmware {major}.{minor}.{patch}, {} Hz",
-            serial_number(identity),
-            identity.report_hz
-        ))
+    /// Keeps forces from now on.
+    pub(super) fn keep_forces(&self) {
+        lock(&self.reader).forces.keep();
     }
 
-    /// Returns the forces of its converter.
-    #[must_use]
-    pub fn force(
-        &self,
-        table: &BoxForceTable,
-        latency_s: f64,
-        correction: Correction,
-        range_n: Option<f64>,
-    ) -> Box<dyn ForceSource> {
-        lock(&self.0.reader).forces.keep();
-        let corrector = Corrector::new(correction, range_n);
-        Box::new(BoxForce::new(self.0.clone(), table, latency_s, corrector))
+    /// Keeps positions from now on.
+    pub(super) fn keep_positions(&self) {
+        lock(&self.reader).positions.keep();
     }
 
-    /// Returns the counts of its encoder.
-    #[must_use]
-    pub fn encoder(&self) -> Box<dyn PositionSource> {
-        lock(&self.0.reader).positions.keep();
-        Box::new(BoxPosition::new(self.0.clone()))
-    }
-
-    /// Returns its lines.
-    #[must_use]
-    pub fn lines(&self) -> Lines {
-        box_lines::lines(&self.0)
-    }
-}
-
-impl Link {
     /// Locks the listening end and reads what has come.
     pub(super) fn read(
         &self,
@@ -285,7 +229,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn serial_number(identity: &Identity) -> String {
+pub(super) fn serial_number(identity: &Identity) -> String {
     let digits = identity.serial.iter();
     digits.map(|byte| format!("{byte:02X}")).collect()
 }

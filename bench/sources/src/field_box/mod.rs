@@ -4,10 +4,11 @@
 mod box_force;
 mod box_lines;
 mod box_position;
+mod device;
 mod gone;
 mod link;
 mod reader;
 mod writer;
 
+pub use device::FieldBox;
 pub use gone::FieldBoxGone;
-pub use link::FieldBox;

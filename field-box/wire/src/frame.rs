@@ -1,4 +1,4 @@
-//! One frame on the line: version, kind, fields, CRC-16, COBS-encoded, ended by a zero byte.
+//! One frame on the line: mark and version, kind, fields, CRC-16, COBS-encoded, ended by a zero byte.
 
 use core::ops::Deref;
 
@@ -7,12 +7,16 @@ use crc::{CRC_16_IBM_3740, Crc};
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 /// Version of the protocol.
 pub const VERSION: u8 = 1;
+/// Upper half of a frame's first byte, which the frames of a force sensor have not (`docs/force-protocol.md`); the lower
+/// half is the version.
+const MARK: u8 = 0xB0;
+const FIRST: u8 = MARK | VERSION;
 /// Length of the longest frame on the line, its zero byte included.
 pub const LONGEST_BYTES: usize = 32;
 /// COBS adds one byte to a frame this short, the delimiter is another.
 const LONGEST_BODY: usize = LONGEST_BYTES - 2;
 const CRC_BYTES: usize = 2;
-/// Version and kind.
+/// Mark with version, and kind.
 const HEAD_BYTES: usize = 2;
 
 /// Why a frame is no message.
@@ -22,7 +26,7 @@ pub enum Refused {
     Torn,
     /// It is whole, of this version of the protocol.
     Version(u8),
-    /// It is whole, and its kind is not known, or its fields are not those of its kind.
+    /// It is whole, and of another protocol, or of no known kind, or its fields are not those of its kind.
     Unknown,
 }
 
@@ -50,7 +54,7 @@ pub(crate) struct Fields {
 impl Fields {
     pub(crate) fn new(kind: u8) -> Self {
         let mut body = [0; LONGEST_BODY];
-        body[..HEAD_BYTES].copy_from_slice(&[VERSION, kind]);
+        body[..HEAD_BYTES].copy_from_slice(&[FIRST, kind]);
         Self {
             body,
             length: HEAD_BYTES,
@@ -87,8 +91,8 @@ pub(crate) fn decode(encoded: &mut [u8]) -> Result<(u8, &[u8]), Refused> {
         return Err(Refused::Torn);
     }
     match body {
-        [VERSION, kind, fields @ ..] => Ok((*kind, fields)),
-        [version, _, ..] => Err(Refused::Version(*version)),
-        _ => Err(Refused::Torn),
+        [FIRST, kind, fields @ ..] => Ok((*kind, fields)),
+        [first, ..] if first & 0xF0 == MARK => Err(Refused::Version(first & 0x0F)),
+        _ => Err(Refused::Unknown),
     }
 }

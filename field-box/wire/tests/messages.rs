@@ -105,6 +105,11 @@ fn a_message_of_another_version_tells_which() {
         heard::<FromBox>(&golden("identity, version 2")),
         [Err(Refused::Version(2))]
     );
+    // A force sensor at the box's port is not taken for it.
+    assert_eq!(
+        heard::<FromBox>(&golden("a force sensor's frame")),
+        [Err(Refused::Unknown)]
+    );
     // Neither end takes the other's for its own.
     assert_eq!(
         heard::<FromBox>(&golden("word, on")),

@@ -4,7 +4,8 @@
 use crc::{CRC_16_IBM_3740, Crc};
 
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
-const VERSION: u8 = 1;
+/// First byte of each frame: version 1 of this protocol.
+const VERSION: u8 = 0xB1;
 /// Kinds of messages.
 const IDENTITY: u8 = 0x01;
 const REPORT: u8 = 0x02;

@@ -14,6 +14,7 @@ use devices::estop_press::EstopPress;
 use devices::plate_warmth::PlateWarmth;
 use devices::{Boot, Whose};
 use exclusions::EXCLUSIONS_FILE;
+use field_box_wire::{FromBox, Listener};
 use jiff::Timestamp;
 use mock_world::scenario::Scenario;
 use protocols::Protocol;
@@ -130,6 +131,22 @@ pub fn position_rows(bytes: &[u8]) -> bool {
 /// Bytes of a serial line in the binary format, the first of them choosing how the rest is cut.
 pub fn force_frames(bytes: &[u8]) -> bool {
     force_line(ForceProtocol::Frames, bytes)
+}
+
+/// Bytes of a field box's line: what is heard is said in the same bytes.
+pub fn field_box(bytes: &[u8]) -> bool {
+    let mut listener = Listener::default();
+    let heard: Vec<FromBox> = bytes
+        .iter()
+        .filter_map(|&byte| listener.hear(byte)?.ok())
+        .collect();
+    for message in &heard {
+        let mut again = Listener::default();
+        let said = message.encode();
+        let mut back = said.iter().filter_map(|&byte| again.hear(byte));
+        assert_eq!(back.next(), Some(Ok(*message)));
+    }
+    !heard.is_empty()
 }
 
 /// Bytes of a serial line in the text format, the first of them choosing how the rest is cut.

@@ -1,7 +1,7 @@
 //! What is said of faults that are injected on purpose, so that a rehearsal is never taken for data.
 
 use anyhow::bail;
-use config::{Config, Force, SampleFormat};
+use config::{Config, Force, GpioBackend, SampleFormat};
 use rehearsal::{FaultKind, RehearsedFault, require_apart};
 
 /// Requires that these faults can be injected into the hardware of `config`, simulated or not.
@@ -33,6 +33,18 @@ pub fn require_possible(
         bail!(
             "{} cannot be injected: forces come from inputs of the card, which have no frames (force.source = \"channels\")",
             fault.fault
+        );
+    }
+    let on_box = config.gpio.backend == GpioBackend::FieldBox;
+    if on_box
+        && faults
+            .iter()
+            .any(|fault| fault.fault == FaultKind::GpioRemoved)
+    {
+        bail!(
+            "{} cannot be injected: the lines are the field box's (gpio.backend = \"field-box\"); {} pulls its cable",
+            FaultKind::GpioRemoved,
+            FaultKind::ForceUnplugged
         );
     }
     Ok(())

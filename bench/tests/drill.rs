@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use config::{Config, Effective};
 use console::Front;
-use devices::{Gauges, Hardware, Lines};
+use devices::{Gauges, Hardware};
 use drill::{Course, Deed, DrillFolder, DrillRecord, Screen, Scripted, Watched};
 use jiff::Timestamp;
 use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig, RehearsalHand};
@@ -19,7 +19,7 @@ use mock_world::scenario::Scenario;
 use recording::pipeline::Batch;
 use rehearsal::FaultKind;
 use safety::{input, output};
-use sources::Place;
+use sources::{Lines, Place};
 use tasks::{Clock, Schedule, StopFlag};
 use tui::drill_view::{DrillStep, DrillView};
 use tui::{Action, Event};
@@ -74,6 +74,7 @@ fn hardware() -> (Hardware, RehearsalHand) {
             heartbeat: Some(output("heartbeat", pins.heartbeat)),
         },
         force_place: Some(Place::Port(apparatus.force_port().unwrap().to_owned())),
+        field_box: None,
         clock: Arc::new(HostClock(apparatus.clock())),
         schedule: Schedule::Lockstep(Box::new(move || Ok(apparatus.step()?))),
         guard: Box::new(()),

@@ -124,3 +124,8 @@ fn records_of_what_was_driven() {
 fn scenarios() {
     replay("scenario", readers::scenario);
 }
+
+#[test]
+fn lines_of_a_field_box() {
+    replay("field_box", readers::field_box);
+}

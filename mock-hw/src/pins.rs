@@ -179,6 +179,26 @@ impl PinBoard {
             && !self.amplifier_dead.load(Ordering::Acquire)
     }
 
+    /// Returns the encoder's counts, as a counter in hardware beside it has them.
+    pub(crate) fn counted(&self) -> i64 {
+        let newest = self.written.load(Ordering::Acquire).checked_sub(1);
+        let carriage_m = newest.map_or(0.0, |newest| self.stored_m(newest));
+        (carriage_m * self.counts_per_m).floor() as i64
+    }
+
+    /// Returns whether the participant's button is pressed.
+    pub(crate) fn button(&self) -> bool {
+        self.person_button.load(Ordering::Acquire) || self.held_button.load(Ordering::Acquire)
+    }
+
+    /// Drives the lines to the amplifier at `now_ns`, by a device beside it.
+    pub(crate) fn drive_beside(&self, enable: bool, heartbeat: bool, now_ns: u64) {
+        self.enable.store(enable, Ordering::Release);
+        if self.heartbeat.swap(heartbeat, Ordering::AcqRel) != heartbeat {
+            lock(&self.one_shot).trigger(now_ns);
+        }
+    }
+
     /// Takes in the person's button and the carriage position at the end of a step.
     pub(crate) fn update(&self, position_m: f64, button: bool) {
         self.person_button.store(button, Ordering::Release);
@@ -221,7 +241,7 @@ impl PinBoard {
         self.gone.store(gone, Ordering::Release);
     }
 
-    fn estop_healthy(&self) -> bool {
+    pub(crate) fn estop_healthy(&self) -> bool {
         !self.estop_pressed.load(Ordering::Acquire) && !self.estop_cut.load(Ordering::Acquire)
     }
 
@@ -283,10 +303,7 @@ impl PinBoard {
             InputLine::EncoderA => self.encoder(0, self.clock.now_ns()),
             InputLine::EncoderB => self.encoder(1, self.clock.now_ns()),
             InputLine::EStopLoop => self.estop_healthy(),
-            InputLine::Button => {
-                self.person_button.load(Ordering::Acquire)
-                    || self.held_button.load(Ordering::Acquire)
-            }
+            InputLine::Button => self.button(),
         })
     }
 

@@ -6,10 +6,24 @@ use serde::{Deserialize, Serialize};
 
 use super::refused::{Refused, within};
 
+/// `encoder.source`: who counts the encoder's signals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum EncoderSource {
+    /// This computer, on the lines that `[gpio]` names.
+    #[default]
+    Gpio,
+    /// The field box.
+    FieldBox,
+}
+
 /// `[encoder]`: the quadrature encoder that reads the position along the plate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Encoder {
+    /// Who counts.
+    #[serde(default)]
+    pub source: EncoderSource,
     /// Movement per quadrature count, m; negative when the encoder counts the other way.
     pub metres_per_count: f64,
     /// Position along the plate where the bench starts counting, m.
@@ -26,12 +40,14 @@ impl Encoder {
 
 /// Library that drives the digital lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 pub enum GpioBackend {
     /// The pins of a Raspberry Pi.
     Rppal,
     /// Any Linux board with a GPIO character device.
     Gpiocdev,
+    /// The field box, whose lines have their places.
+    FieldBox,
     /// No digital lines.
     #[default]
     None,
@@ -63,6 +79,13 @@ pub struct Gpio {
 
 impl Gpio {
     pub(super) fn check(&self) -> Result<(), Refused> {
+        if let (GpioBackend::FieldBox, Some((key, line))) = (self.backend, self.named().next()) {
+            let why = format!(
+                "gpio.{key} = {line} numbers a line of this computer, and gpio.backend = \"field-box\": the lines of a field \
+                 box have their places on it; remove {key}"
+            );
+            return Err(Refused::new(&format!("gpio.{key}"), why));
+        }
         let mut used: Vec<u8> = self.lines().collect();
         used.sort_unstable();
         if let Some(twice) = used.windows(2).find(|pair| pair[0] == pair[1]) {
@@ -78,16 +101,35 @@ impl Gpio {
 
     /// Returns the numbers of the lines that are wired.
     pub fn lines(&self) -> impl Iterator<Item = u8> {
+        self.named().map(|(_, line)| line)
+    }
+
+    /// Returns the keys and numbers of the lines that are wired.
+    fn named(&self) -> impl Iterator<Item = (&'static str, u8)> {
         let lines = [
-            self.encoder_a,
-            self.encoder_b,
-            self.estop,
-            self.button,
-            self.dead_man,
-            self.enable,
-            self.heartbeat,
+            ("encoder_a", self.encoder_a),
+            ("encoder_b", self.encoder_b),
+            ("estop", self.estop),
+            ("button", self.button),
+            ("dead_man", self.dead_man),
+            ("enable", self.enable),
+            ("heartbeat", self.heartbeat),
         ];
-        lines.into_iter().flatten()
+        lines
+            .into_iter()
+            .filter_map(|(key, line)| Some((key, line?)))
+    }
+
+    /// Returns whether there is a line for an e-stop; a field box has one.
+    #[must_use]
+    pub fn has_estop(&self) -> bool {
+        self.backend == GpioBackend::FieldBox || self.estop.is_some()
+    }
+
+    /// Returns whether there is a line for a dead-man switch; a field box has one.
+    #[must_use]
+    pub fn has_dead_man(&self) -> bool {
+        self.backend == GpioBackend::FieldBox || self.dead_man.is_some()
     }
 }
 

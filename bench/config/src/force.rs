@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::correction::Correction;
+use crate::field_box::{BoxForce, FieldBox};
 use crate::force_protocol::ForceProtocol;
 use crate::gauges::Gauges;
 use crate::limits::Safety;
@@ -37,6 +38,8 @@ pub enum Sensor {
     Channels(Gauges),
     /// An ATI Net F/T on the network.
     Netft(Netft),
+    /// On the converter of the field box.
+    FieldBox(BoxForce),
 }
 
 /// A force sensor on a serial line.
@@ -52,12 +55,13 @@ pub struct SerialSensor {
 
 /// `force.source`: where the readings come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 enum Source {
     #[default]
     Serial,
     Channels,
     Netft,
+    FieldBox,
 }
 
 /// The table as it stands in the file. The keys of a source that is not in use are read and left alone.
@@ -84,6 +88,8 @@ struct ForceTable {
     channels: Option<Gauges>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     netft: Option<Netft>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    field_box: Option<BoxForce>,
 }
 
 fn default_baud() -> u32 {
@@ -107,11 +113,14 @@ impl TryFrom<ForceTable> for Force {
     type Error = Missing;
 
     fn try_from(table: ForceTable) -> Result<Self, Missing> {
-        let serial = |key, example| Missing {
-            key,
-            source_name: "serial",
-            example,
+        let missing = |source_name| {
+            move |key, example| Missing {
+                key,
+                source_name,
+                example,
+            }
         };
+        let serial = missing("serial");
         let sensor = match table.source {
             Source::Serial => Sensor::Serial(SerialSensor {
                 port: table
@@ -124,6 +133,10 @@ impl TryFrom<ForceTable> for Force {
             }),
             Source::Channels => Sensor::Channels(table.channels.unwrap_or_default()),
             Source::Netft => Sensor::Netft(table.netft.unwrap_or_default()),
+            Source::FieldBox => Sensor::FieldBox(table.field_box.ok_or_else(|| {
+                let example = "field_box = { newtons_per_full_scale = [20.0, 20.0] }";
+                missing("field-box")("field_box", example)
+            })?),
         };
         Ok(Self {
             sensor,
@@ -148,6 +161,7 @@ impl From<Force> for ForceTable {
             range_n: force.range_n,
             channels: None,
             netft: None,
+            field_box: None,
         };
         match force.sensor {
             Sensor::Serial(serial) => {
@@ -163,6 +177,10 @@ impl From<Force> for ForceTable {
                 table.source = Source::Netft;
                 table.netft = Some(netft);
             }
+            Sensor::FieldBox(force) => {
+                table.source = Source::FieldBox;
+                table.field_box = Some(force);
+            }
         }
         table
     }
@@ -173,7 +191,7 @@ impl Force {
     pub(super) fn read_beside(&mut self, folder: Option<&Path>) -> Result<(), Refused> {
         match &mut self.sensor {
             Sensor::Channels(gauges) => gauges.read_beside(folder),
-            Sensor::Serial(_) | Sensor::Netft(_) => Ok(()),
+            Sensor::Serial(_) | Sensor::Netft(_) | Sensor::FieldBox(_) => Ok(()),
         }
     }
 
@@ -189,6 +207,7 @@ impl Force {
             }
             Sensor::Channels(gauges) => gauges.check(audio, inputs)?,
             Sensor::Netft(netft) => netft.check()?,
+            Sensor::FieldBox(force) => force.check()?,
         }
         within("force.latency_s", self.latency_s, 0.0, 0.1, "s")?;
         if let Some(range_n) = self.range_n {
@@ -202,9 +221,8 @@ impl Force {
             })
     }
 
-    /// Returns what tells this sensor from another: a calibration holds for it alone.
-    #[must_use]
-    pub fn identity(&self) -> String {
+    /// Returns what tells this sensor from another: a calibration holds for it alone. Behind a field box it is the box's.
+    pub(crate) fn identity(&self, field_box: Option<&FieldBox>) -> String {
         match &self.sensor {
             Sensor::Serial(serial) => {
                 let protocol = format!("{:?}", serial.protocol).to_lowercase();
@@ -212,6 +230,11 @@ impl Force {
             }
             Sensor::Channels(gauges) => gauges.identity(),
             Sensor::Netft(netft) => netft.identity(),
+            Sensor::FieldBox(force) => {
+                let [normal, lateral] = force.newtons_per_full_scale;
+                let of = field_box.map(FieldBox::identity).unwrap_or_default();
+                format!("field box {of}, {normal} and {lateral} N at full scale")
+            }
         }
     }
 
@@ -222,6 +245,7 @@ impl Force {
             Sensor::Serial(serial) => format!("serial, {:?}", serial.protocol).to_lowercase(),
             Sensor::Channels(_) => "channels".to_owned(),
             Sensor::Netft(_) => "netft".to_owned(),
+            Sensor::FieldBox(_) => "field-box".to_owned(),
         }
     }
 
@@ -235,6 +259,9 @@ impl Force {
             }
             Sensor::Netft(_) => {
                 "check force.netft.address, and that the sensor and this computer are on one network"
+            }
+            Sensor::FieldBox(_) => {
+                "check field_box.port, and the wires from the box to its converter"
             }
         }
     }
@@ -297,7 +324,7 @@ mod tests {
         assert_eq!(address, "192.168.1.1:49152");
         assert_eq!(netft.normal, SixAxis::PRESS);
         assert_eq!(
-            force.identity(),
+            force.identity(None),
             "netft 192.168.1.1, normal -fz, lateral fx"
         );
         // What is written is what was read.
@@ -311,7 +338,7 @@ mod tests {
             "port = \"/dev/ttyUSB0\"\nprotocol = \"lines\"\nnetft = { sample_hz = 7812.0 }";
         let force = with_force(serial).unwrap().force.unwrap();
         assert!(matches!(force.sensor, Sensor::Serial(_)));
-        assert_eq!(force.identity(), "/dev/ttyUSB0, lines");
+        assert_eq!(force.identity(None), "/dev/ttyUSB0, lines");
     }
 
     #[test]
@@ -348,6 +375,19 @@ mod tests {
             (
                 "source = \"netft\"\nnetft = { lateral = \"fz\" }",
                 "force.netft.lateral",
+            ),
+            ("source = \"field-box\"", "force.field_box is missing"),
+            (
+                "source = \"field-box\"\nfield_box = { newtons_per_full_scale = [0.0, 20.0] }",
+                "newtons_per_full_scale",
+            ),
+            (
+                "source = \"field-box\"\nfield_box = { newtons_per_full_scale = [20.0] }",
+                "2",
+            ),
+            (
+                "source = \"field-box\"\nfield_box = { newtons_per_full_scale = [20.0, 20.0] }",
+                "[field_box]",
             ),
             (
                 "source = \"netft\"\nnetft = { adress = \"10.0.0.7\" }",

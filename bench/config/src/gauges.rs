@@ -347,7 +347,7 @@ mod tests {
         );
         std::fs::write(folder.path().join("FT00007.cal"), file).unwrap();
         let config = Config::read(&path).unwrap();
-        let identity = config.force.as_ref().unwrap().identity();
+        let identity = config.force.as_ref().unwrap().identity(None);
         assert!(
             identity.starts_with("FT00007 on inputs [2, 3]"),
             "{identity}"

@@ -3,7 +3,6 @@
 use serde::{Deserialize, Serialize};
 
 use crate::Config;
-use crate::force::Force;
 
 /// Devices, channels, plate and gains that a calibration is valid for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -72,7 +71,7 @@ impl Identity {
             plate_id: config.plate.id.clone(),
             modal_mass_kg: config.plate.modal_mass_kg,
             gains: config.calibration.gains.clone(),
-            force_sensor: config.force.as_ref().map(Force::identity),
+            force_sensor: config.force_identity(),
         }
     }
 

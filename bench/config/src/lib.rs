@@ -9,6 +9,7 @@ mod correction;
 mod effective;
 mod error;
 mod field;
+mod field_box;
 mod force;
 mod force_protocol;
 mod gauges;
@@ -35,7 +36,8 @@ pub use calibration_rules::{CalibrationRules, GRAVITY};
 pub use correction::{Correction, Implausible, MOST_CROSSTALK};
 pub use effective::{CalibrationError, Effective, InForce};
 pub use error::ConfigError;
-pub use field::{Encoder, Gpio, GpioBackend, Sound};
+pub use field::{Encoder, EncoderSource, Gpio, GpioBackend, Sound};
+pub use field_box::{BoxForce, FieldBox};
 pub use force::{Force, Sensor, SerialSensor};
 pub use force_protocol::ForceProtocol;
 pub use gauges::Gauges;
@@ -98,6 +100,9 @@ pub struct Config {
     /// Digital lines.
     #[serde(default)]
     pub gpio: Gpio,
+    /// The field box; needed by whatever names it as its source.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub field_box: Option<FieldBox>,
     /// Cues and masking noise for the participant.
     #[serde(default)]
     pub sound: Sound,
@@ -254,12 +259,13 @@ impl Config {
     /// A switch that is wired and not watched would be trusted for nothing, and one that is not wired cannot be held.
     fn check_dead_man(&self) -> Result<(), Refused> {
         let has_lines = self.gpio.backend != GpioBackend::None;
-        let (key, why) = match (self.safety.dead_man, self.gpio.dead_man) {
+        let wired = self.gpio.has_dead_man().then_some(self.gpio.dead_man);
+        let (key, why) = match (self.safety.dead_man, wired) {
             (Some(_), None) if has_lines => (
                 "safety.dead_man",
                 "safety.dead_man = \"button\" needs the switch's line, gpio.dead_man",
             ),
-            (None, Some(_)) => (
+            (None, Some(Some(_))) => (
                 "gpio.dead_man",
                 "gpio.dead_man names a dead-man switch that nobody would watch: add dead_man = \"button\" to [safety], or \
                  remove it",
@@ -267,6 +273,47 @@ impl Config {
             _ => return Ok(()),
         };
         Err(Refused::new(key, why.to_owned()))
+    }
+
+    /// Returns the keys that name the field box as their source.
+    fn behind_field_box(&self) -> impl Iterator<Item = &'static str> {
+        let force = self.force.as_ref().map(|force| &force.sensor);
+        let encoder = self.encoder.as_ref().map(|encoder| encoder.source);
+        [
+            ("force.source", matches!(force, Some(Sensor::FieldBox(_)))),
+            ("encoder.source", encoder == Some(EncoderSource::FieldBox)),
+            ("gpio.backend", self.gpio.backend == GpioBackend::FieldBox),
+        ]
+        .into_iter()
+        .filter_map(|(key, used)| used.then_some(key))
+    }
+
+    /// Returns the field box, if anything is behind it.
+    #[must_use]
+    pub fn used_field_box(&self) -> Option<&FieldBox> {
+        let used = self.behind_field_box().next().is_some();
+        self.field_box.as_ref().filter(|_| used)
+    }
+
+    /// Returns what tells the force sensor from another, if there is one; behind a field box it is the box's.
+    #[must_use]
+    pub fn force_identity(&self) -> Option<String> {
+        let force = self.force.as_ref()?;
+        Some(force.identity(self.field_box.as_ref()))
+    }
+
+    fn check_field_box(&self) -> Result<(), Refused> {
+        match (&self.field_box, self.behind_field_box().next()) {
+            (Some(field_box), _) => field_box.check(),
+            (None, Some(key)) => {
+                let why = format!(
+                    "{key} = \"field-box\" needs to know where the box is: add the table [field_box] with its port, such as \
+                     port = \"/dev/ttyACM0\""
+                );
+                Err(Refused::new(key, why))
+            }
+            (None, None) => Ok(()),
+        }
     }
 
     fn check(&self) -> Result<(), Refused> {
@@ -292,6 +339,7 @@ impl Config {
             encoder.check()?;
         }
         self.gpio.check()?;
+        self.check_field_box()?;
         self.check_dead_man()?;
         self.sound.check()?;
         self.calibration.check()

@@ -49,6 +49,7 @@ fn an_optional_key_stands_there_with_its_default() {
             ..force
         }),
         gpio: whole.gpio.clone(),
+        field_box: whole.field_box.clone(),
         calibration: CalibrationRules {
             gravity_m_per_s2: whole.calibration.gravity_m_per_s2,
             ..config.calibration
@@ -72,8 +73,10 @@ fn every_key_stands_in_the_template() {
         "force",
         "force.channels",
         "force.netft",
+        "force.field_box",
         "encoder",
         "gpio",
+        "field_box",
         "sound",
         "calibration",
     ];

@@ -4,23 +4,25 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
-use config::{CalibrationError, Config, Effective, SampleFormat};
+use config::{CalibrationError, Config, Effective, EncoderSource, GpioBackend, SampleFormat};
 use crossbeam_channel::{Receiver, Sender};
 use recording::pipeline::{Batch, Pipeline};
 use recording::recorder::{RecorderGauge, RecorderNotice, RecorderTask, recorder};
 use safety::{Pace, SafetyLines, Signals, Watch};
 use signalgen::audio::{Duplex, DuplexConfig, Host, StreamChoice};
 use signalgen::{Generator, InputReader, StreamDirection};
-use sources::Place;
+use sources::field_box::FieldBox;
+use sources::position::LineEncoder;
+use sources::{Lines, Place};
 use tasks::{Clock, Mailbox, Schedule, StopFlag, Task};
 
 use crate::acquisition::{Acquisition, AcquisitionQueues, RecordingCommand};
 use crate::arming::safety_limits;
 use crate::boot::Boot;
-use crate::digital_lines::Lines;
 use crate::drive_control::{DriveControl, WatchedDrive, settings};
 use crate::drive_ledger::DriveLedger;
-use crate::field_task::{Field, FieldReading, PositionEncoder};
+use crate::encoder::PositionEncoder;
+use crate::field_task::{Field, FieldReading};
 use crate::gauges::Gauges;
 use crate::life::Life;
 use crate::lost_frames::LossWatch;
@@ -37,6 +39,8 @@ pub struct Hardware {
     pub lines: Lines,
     /// Where the force sensor is; `None` for the configured place.
     pub force_place: Option<Place>,
+    /// The field box; `None` for a bench that has none behind any of its sources.
+    pub field_box: Option<FieldBox>,
     /// Clock of the host.
     pub clock: Arc<dyn Clock>,
     /// How tasks are scheduled.
@@ -49,6 +53,33 @@ pub struct Hardware {
     pub pace: Pace,
     /// Whether driving time and the plate's warmth outlast the program; those of simulated time are nobody's.
     pub keeps_accounts: bool,
+}
+
+impl Hardware {
+    /// Opens the field box of `config`, at the place of the force sensor if that is given, and takes the lines that are
+    /// behind it. A real box must answer; a simulated one may need time to pass for that.
+    ///
+    /// # Errors
+    /// When its port is missing, busy or forbidden, or what is there is no box that can be used.
+    pub fn with_field_box(mut self, config: &Config) -> anyhow::Result<Self> {
+        let port = match &self.force_place {
+            Some(Place::Port(path)) => Some(path.as_path()),
+            _ => None,
+        };
+        self.field_box = FieldBox::open(config, port, Arc::clone(&self.clock))?;
+        if let Some(field_box) = self.field_box.as_ref().filter(|_| !self.simulated) {
+            field_box.require_known()?;
+        }
+        if let (GpioBackend::FieldBox, Some(field_box)) = (config.gpio.backend, &self.field_box) {
+            let of_box = field_box.lines();
+            self.lines = Lines {
+                // A simulated person holds a switch of its own.
+                dead_man: self.lines.dead_man.or(of_box.dead_man),
+                ..of_box
+            };
+        }
+        Ok(self)
+    }
 }
 
 /// Opened streams, sensors and safety watch of a bench, without a reader of the samples.
@@ -65,6 +96,8 @@ pub struct OpenHardware {
     pub button: Option<Arc<AtomicBool>>,
     /// Whether an encoder is wired.
     pub has_position: bool,
+    /// The field box, if there is one.
+    pub field_box: Option<FieldBox>,
     /// Values that the safety watch judges; the reader of the samples publishes the drive's read-back there.
     pub signals: Arc<Signals>,
     /// Gauges for screens.
@@ -84,6 +117,7 @@ impl OpenHardware {
             host,
             lines,
             force_place,
+            field_box,
             clock,
             schedule,
             guard,
@@ -105,14 +139,17 @@ impl OpenHardware {
         } = signalgen::audio::open_duplex(&host, &duplex(config), generator, start.as_ref())?;
         let safety_commands = Mailbox::default();
         let (readings, waiting_readings) = crossbeam_channel::unbounded();
-        let force = sources::open(config, force_place, tap).context("the force sensor")?;
+        let force = sources::open(config, force_place, tap, field_box.as_ref())
+            .context("the force sensor")?;
         let expects_force = force.is_some();
-        let encoder = lines
-            .encoder
-            .zip(config.encoder.as_ref())
-            .map(|(lines, encoder)| {
-                PositionEncoder::new(lines, encoder.metres_per_count, encoder.origin_m)
-            });
+        let encoder = config.encoder.as_ref().and_then(|encoder| {
+            let source = match encoder.source {
+                EncoderSource::FieldBox => field_box.as_ref()?.encoder(),
+                EncoderSource::Gpio => Box::new(LineEncoder::new(lines.encoder?)),
+            };
+            let (step_m, origin_m) = (encoder.metres_per_count, encoder.origin_m);
+            Some(PositionEncoder::new(source, step_m, origin_m))
+        });
         let has_position = encoder.is_some();
         let pressed = Arc::new(AtomicBool::new(false));
         let button = lines.button.is_some().then(|| pressed.clone());
@@ -150,6 +187,7 @@ impl OpenHardware {
             readings: waiting_readings,
             button,
             has_position,
+            field_box,
             signals,
             gauges,
             tasks: vec![Box::new(watch), Box::new(field)],
@@ -187,6 +225,8 @@ pub struct Bench {
     pub button: Option<Arc<AtomicBool>>,
     /// Whether an encoder is wired.
     pub has_position: bool,
+    /// The field box, if there is one.
+    pub field_box: Option<FieldBox>,
     /// Values that the safety watch judges.
     pub signals: Arc<Signals>,
     /// Gauges for screens.
@@ -219,6 +259,7 @@ impl Bench {
             readings,
             button,
             has_position,
+            field_box,
             signals,
             gauges,
             tasks: before,
@@ -262,6 +303,7 @@ impl Bench {
             gauge,
             button,
             has_position,
+            field_box,
             signals,
             gauges,
             before,

@@ -97,17 +97,21 @@ fn parts(config: &Config) -> Vec<String> {
                 let port = fs::canonicalize(&serial.port).unwrap_or_else(|_| serial.port.clone());
                 parts.push(format!("the force sensor's port {}", port.display()));
             }
-            // It is the sound card's.
-            Sensor::Channels(_) => {}
+            // It is the sound card's, or the field box's.
+            Sensor::Channels(_) | Sensor::FieldBox(_) => {}
             // It streams to whoever asked last.
             Sensor::Netft(netft) => {
                 parts.push(format!("the force sensor at {}", netft.address));
             }
         }
     }
+    if let Some(field_box) = config.used_field_box() {
+        let port = fs::canonicalize(&field_box.port).unwrap_or_else(|_| field_box.port.clone());
+        parts.push(format!("the field box at {}", port.display()));
+    }
     let gpio = &config.gpio;
     let chip = match (gpio.backend, &gpio.chip) {
-        (GpioBackend::None, _) => None,
+        (GpioBackend::None | GpioBackend::FieldBox, _) => None,
         (GpioBackend::Rppal, _) | (GpioBackend::Gpiocdev, None) => Some(String::new()),
         (GpioBackend::Gpiocdev, Some(chip)) => Some(format!(" of {}", chip.display())),
     };

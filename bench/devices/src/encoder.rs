@@ -1,61 +1,7 @@
-//! Position along the plate from counts of a quadrature encoder.
+//! Position along the plate from counts of an encoder, whoever counts.
 
-/// Counts quarter cycles of two signals in quadrature, one reading at a time.
-///
-/// A reading in which both signals changed has missed one state. Its direction is unknown: it counts two in the
-/// direction of the last movement and is tallied in [`Quadrature::skipped`]. Three states between two readings look
-/// like one backwards, so the lines must be polled faster than that.
-///
-/// ```
-/// use devices::encoder::Quadrature;
-///
-/// let mut encoder = Quadrature::default();
-/// let forward = [(false, false), (false, true), (true, true), (true, false), (false, false)];
-/// let counts: Vec<i64> = forward.iter().map(|&(a, b)| encoder.read(a, b)).collect();
-/// assert_eq!(counts, [0, 1, 2, 3, 4]);
-/// assert_eq!(encoder.read(true, true), 6); // one state missed, taken to be forward
-/// assert_eq!(encoder.skipped(), 1);
-/// ```
-#[derive(Debug, Default)]
-pub struct Quadrature {
-    phase: Option<u8>,
-    count: i64,
-    forward: bool,
-    skipped: u64,
-}
-
-impl Quadrature {
-    /// Counts one reading of both signals; returns the count so far.
-    pub fn read(&mut self, a: bool, b: bool) -> i64 {
-        // Gray code to position in the cycle.
-        let phase = (u8::from(a) << 1 | u8::from(a ^ b)) & 3;
-        let moved = self
-            .phase
-            .replace(phase)
-            .map_or(0, |last| phase.wrapping_sub(last) & 3);
-        match moved {
-            1 => {
-                self.forward = true;
-                self.count += 1;
-            }
-            3 => {
-                self.forward = false;
-                self.count -= 1;
-            }
-            2 => {
-                self.skipped += 1;
-                self.count += if self.forward { 2 } else { -2 };
-            }
-            _ => {}
-        }
-        self.count
-    }
-
-    /// Returns the number of readings that had missed a state.
-    pub fn skipped(&self) -> u64 {
-        self.skipped
-    }
-}
+use sources::SourceGone;
+use sources::position::{Counted, PositionSource};
 
 /// Speed that no finger reaches, m/s: a plate of a tenth of a metre crossed in a tenth of a second. An assumption, some
 /// ten times the speed of the published explorations.
@@ -83,12 +29,12 @@ pub struct Watched {
 }
 
 impl JumpWatch {
-    /// Checks a position counted at `host_s`, host time in s.
-    pub fn take(&mut self, host_s: f64, counted_m: f64) -> Watched {
+    /// Checks a position counted at `own_s`, s by a clock that advances.
+    pub fn take(&mut self, own_s: f64, counted_m: f64) -> Watched {
         let step = self
             .last
-            .replace((host_s, counted_m))
-            .map(|(last_s, last_m)| (host_s - last_s, counted_m - last_m));
+            .replace((own_s, counted_m))
+            .map(|(last_s, last_m)| (own_s - last_s, counted_m - last_m));
         let jump_m = step
             .filter(|(in_s, step_m)| step_m.abs() > IMPOSSIBLE_M_PER_S * in_s)
             .map(|(_, step_m)| step_m);
@@ -105,30 +51,64 @@ impl JumpWatch {
     }
 }
 
+/// A position, and what is known of the way to it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Placed {
+    /// Host time, s.
+    pub(crate) host_s: f64,
+    /// Position without jumps.
+    pub(crate) watched: Watched,
+    /// Number of encoder states missed since the last position.
+    pub(crate) missed: u64,
+}
+
+/// An encoder along the plate.
+pub struct PositionEncoder {
+    source: Box<dyn PositionSource>,
+    metres_per_count: f64,
+    origin_m: f64,
+    watch: JumpWatch,
+    missed_before: u64,
+}
+
+impl PositionEncoder {
+    /// Makes an encoder that counts from `origin_m`, where the carriage must stand now.
+    pub fn new(source: Box<dyn PositionSource>, metres_per_count: f64, origin_m: f64) -> Self {
+        Self {
+            source,
+            metres_per_count,
+            origin_m,
+            watch: JumpWatch::default(),
+            missed_before: 0,
+        }
+    }
+
+    /// Polls the source, as [`PositionSource::poll`].
+    pub(crate) fn poll(
+        &mut self,
+        now_ns: u64,
+        now_s: &dyn Fn() -> f64,
+        take: &mut dyn FnMut(Placed),
+    ) -> Result<(), SourceGone> {
+        self.source.poll(now_ns, now_s, &mut |counted: Counted| {
+            let counted_m = self.origin_m + self.metres_per_count * counted.count as f64;
+            take(Placed {
+                host_s: counted.host_s,
+                watched: self.watch.take(counted.own_s, counted_m),
+                missed: counted.missed - std::mem::replace(&mut self.missed_before, counted.missed),
+            });
+        })
+    }
+
+    /// Returns the number of encoder states missed so far.
+    pub(crate) fn missed(&self) -> u64 {
+        self.missed_before
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{JumpWatch, Quadrature};
-    use proptest::prelude::*;
-
-    fn levels(count: i64) -> (bool, bool) {
-        // A leads B when moving forward: 00 → 10 would be the other sense.
-        [(false, false), (false, true), (true, true), (true, false)][count.rem_euclid(4) as usize]
-    }
-
-    #[test]
-    fn the_gray_code_is_followed_both_ways() {
-        let mut encoder = Quadrature::default();
-        let path = [0, 1, 2, 3, 4, 5, 4, 3, 2, 1, 0, -1, -2];
-        let read: Vec<_> = path
-            .iter()
-            .map(|&count| {
-                let (a, b) = levels(count);
-                encoder.read(a, b)
-            })
-            .collect();
-        assert_eq!(read, path);
-        assert_eq!(encoder.skipped(), 0);
-    }
+    use super::JumpWatch;
 
     /// Positions of counted ones, a millisecond apart, and which of them are jumps.
     fn watched(counted_m: &[f64]) -> (Vec<f64>, Vec<usize>) {
@@ -184,21 +164,5 @@ mod tests {
         watch.take(1.0, 0.02);
         let late = watch.take(1.1, 0.09);
         assert_eq!((late.jumped, late.position_m), (false, 0.09));
-    }
-
-    proptest! {
-        #[test]
-        fn steps_of_up_to_two_in_one_direction_lose_nothing(steps in prop::collection::vec(0i64..=2, 1..200), forward: bool) {
-            let sign = if forward { 1 } else { -1 };
-            let mut encoder = Quadrature::default();
-            encoder.read(false, false);
-            let mut truth = 0;
-            // The sense of the first movement has to be seen once.
-            for step in std::iter::once(1).chain(steps) {
-                truth += sign * step;
-                let (a, b) = levels(truth);
-                prop_assert_eq!(encoder.read(a, b), truth);
-            }
-        }
     }
 }

@@ -145,6 +145,10 @@ pub fn record_path(calibration: &Path) -> PathBuf {
 #[must_use]
 pub fn line_name(config: &Config) -> Option<String> {
     let gpio = &config.gpio;
+    if gpio.backend == GpioBackend::FieldBox {
+        let field_box = config.field_box.as_ref()?.identity();
+        return Some(format!("field box {field_box}, e-stop"));
+    }
     let line = gpio.estop?;
     let chip = match (gpio.backend, &gpio.chip) {
         (GpioBackend::Gpiocdev, Some(chip)) => chip.display().to_string(),

@@ -7,11 +7,12 @@ use std::time::Duration;
 
 use crossbeam_channel::Sender;
 
-use crate::encoder::{JumpWatch, Quadrature, Watched};
+use crate::encoder::{Placed, PositionEncoder, Watched};
 use crate::gauges::Gauges;
 use safety::InputLine;
 use safety::{Press, SafetyCommand, Signals, Trip};
-use sources::{ForceSource, LineFaults, Moment, SourceHealth, TimedForce};
+pub use sources::position::POSITION_HZ;
+use sources::{ForceSource, LineFaults, Moment, SourceGone, SourceHealth, TimedForce};
 use tasks::{Clock, Mailbox, Task};
 
 /// A reading of a slow input, on the host's clock.
@@ -50,50 +51,6 @@ impl FieldReading {
     }
 }
 
-/// An encoder as a source of positions.
-pub struct PositionEncoder {
-    lines: [Box<dyn InputLine>; 2],
-    quadrature: Quadrature,
-    metres_per_count: f64,
-    origin_m: f64,
-    watch: JumpWatch,
-    missed_before: u64,
-}
-
-impl PositionEncoder {
-    /// Makes an encoder that counts from `origin_m`, where the carriage must stand now.
-    pub fn new(lines: [Box<dyn InputLine>; 2], metres_per_count: f64, origin_m: f64) -> Self {
-        Self {
-            lines,
-            quadrature: Quadrature::default(),
-            metres_per_count,
-            origin_m,
-            watch: JumpWatch::default(),
-            missed_before: 0,
-        }
-    }
-
-    fn counted_m(&mut self) -> anyhow::Result<f64> {
-        let [a, b] = &mut self.lines;
-        let count = self.quadrature.read(a.is_high()?, b.is_high()?);
-        Ok(self.origin_m + self.metres_per_count * count as f64)
-    }
-
-    fn reading(&mut self, host_s: f64, counted_m: f64) -> FieldReading {
-        let missed = self.quadrature.skipped();
-        let Watched { position_m, jumped } = self.watch.take(host_s, counted_m);
-        FieldReading::Position {
-            host_s,
-            position_m,
-            missed: missed - std::mem::replace(&mut self.missed_before, missed),
-            jumped,
-        }
-    }
-}
-
-/// Rate at which positions are passed on, Hz.
-pub const POSITION_HZ: f64 = 1e3;
-const POSITION_PERIOD_NS: u64 = 1_000_000;
 /// Time after which a contact has stopped bouncing, ns.
 const BOUNCE_NS: u64 = 30_000_000;
 
@@ -108,7 +65,6 @@ pub struct Field {
     gauges: Arc<Gauges>,
     safety: Mailbox<SafetyCommand>,
     clock: Arc<dyn Clock>,
-    position_due_ns: u64,
     button_high: bool,
     button_changed_ns: u64,
 }
@@ -141,7 +97,6 @@ impl Field {
             gauges,
             safety,
             clock,
-            position_due_ns: 0,
             button_high: false,
             button_changed_ns: 0,
         }
@@ -200,16 +155,39 @@ impl Field {
         let Some(encoder) = &mut self.encoder else {
             return Ok(());
         };
-        let counted_m = encoder.counted_m()?;
-        if now_ns >= self.position_due_ns {
-            self.position_due_ns = now_ns + POSITION_PERIOD_NS;
-            let read_s = seconds(self.clock.now_ns());
-            let _ = self.readings.send(encoder.reading(read_s, counted_m));
+        let clock = &self.clock;
+        let mut placed = false;
+        let polled = encoder.poll(now_ns, &|| seconds(clock.now_ns()), &mut |position| {
+            placed = true;
+            let Placed {
+                host_s,
+                watched: Watched { position_m, jumped },
+                missed,
+            } = position;
+            // The acquisition ends only when the bench stops.
+            let _ = self.readings.send(FieldReading::Position {
+                host_s,
+                position_m,
+                missed,
+                jumped,
+            });
+        });
+        if placed {
             let mut health = self.gauges.field.get().unwrap_or_default();
-            health.encoder_skipped = encoder.quadrature.skipped();
+            health.encoder_skipped = encoder.missed();
             self.gauges.field.set(health);
         }
-        Ok(())
+        match polled {
+            Ok(()) => Ok(()),
+            Err(SourceGone::Line(error)) => Err(error.into()),
+            Err(gone) => {
+                let message = gone.to_string();
+                self.safety
+                    .send(SafetyCommand::Trip(Trip::Fault { message }));
+                self.encoder = None;
+                Ok(())
+            }
+        }
     }
 
     fn read_button(&mut self, now_ns: u64) -> anyhow::Result<()> {

@@ -1,6 +1,6 @@
 //! Which faults a drill brings, in which order, and when.
 
-use config::{Config, Force, SampleFormat};
+use config::{Config, Force, GpioBackend, SampleFormat};
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -37,6 +37,12 @@ fn obstacle(fault: FaultKind, config: &Config, simulated: bool) -> Option<String
         ));
     }
     if simulated {
+        if fault == FaultKind::GpioRemoved && config.gpio.backend == GpioBackend::FieldBox {
+            return Some(
+                "with the lines behind a field box, gpio.backend = \"field-box\" in bench.toml: force-unplugged pulls its cable"
+                    .to_owned(),
+            );
+        }
         let needs_floats =
             fault == FaultKind::Nan && config.audio.sample_format != SampleFormat::F32;
         let needs_force =
@@ -60,7 +66,7 @@ fn obstacle(fault: FaultKind, config: &Config, simulated: bool) -> Option<String
     let safety = &config.safety;
     match row.real.map(|real| real.needs) {
         None => Some("on real hardware: practise it with --mock".to_owned()),
-        Some(Needs::Estop) if config.gpio.estop.is_none() => {
+        Some(Needs::Estop) if !config.gpio.has_estop() => {
             Some("without an e-stop: name estop in [gpio]".to_owned())
         }
         Some(Needs::Amplifier)
@@ -143,6 +149,19 @@ mod tests {
         for drawn in draw(1) {
             assert!((SETTLE_S.0..SETTLE_S.1).contains(&drawn.settle_s));
         }
+    }
+
+    #[test]
+    fn a_bench_behind_a_field_box_has_no_gpio_to_remove() {
+        let on_box = config(
+            "backend = \"none\"",
+            "backend = \"field-box\"\n[field_box]\nport = \"/dev/ttyACM0\"\n#",
+        );
+        let drawn = faults(&draw(&[], &on_box, true, 1).unwrap());
+        assert!(drawn.contains(&FaultKind::ForceUnplugged));
+        assert!(!drawn.contains(&FaultKind::GpioRemoved));
+        let asked = draw(&[FaultKind::GpioRemoved], &on_box, true, 1);
+        assert!(asked.is_err_and(|error| error.to_string().contains("gpio.backend")));
     }
 
     #[test]

@@ -47,6 +47,15 @@ pub(super) fn judge(
     judge_tone(table, config, measured);
     judge_relay(table, config.safety.readback_floor_v, measured);
     judge_delay(table, config.safety.measured_delay_s, measured);
+    if let Some(table_of_box) = config.used_field_box() {
+        let found = measured.field_box.clone().unwrap_or_else(|| {
+            let port = table_of_box.port.display();
+            format!(
+                "none answers at {port}, field_box.port in bench.toml: see `friction-bench devices`"
+            )
+        });
+        table.row("field box", measured.field_box.is_some(), found);
+    }
     if let Some(force) = &config.force {
         judge_force(table, force, config.calibration.zero_n, measured);
     }

@@ -79,6 +79,8 @@ pub(super) struct Measured {
     pub loop_delay: Option<LoopDelay>,
     /// What nobody has measured; empty on simulated hardware.
     pub unverified: Vec<String>,
+    /// Who the field box is, once it has said so.
+    pub field_box: Option<String>,
     /// Why the calibration does not hold for the opened bench.
     pub calibration_fault: Option<String>,
 }
@@ -146,6 +148,7 @@ pub(super) fn measure(
     let (done, measured) = crossbeam_channel::bounded(1);
     let (excerpts_to, excerpts) = crossbeam_channel::unbounded();
     let stop = bench.stop().clone();
+    let field_box = bench.field_box.clone();
     let for_delay = *extent == Extent::Delay;
     let task = CheckTask {
         batches: bench.batches,
@@ -190,7 +193,10 @@ pub(super) fn measure(
     tasks.push(Box::new(task));
     tasks.extend(bench.after);
     bench.life.run(tasks, || Ok(()))?;
-    Ok(measured.try_recv()?)
+    Ok(Measured {
+        field_box: field_box.and_then(|field_box| field_box.in_words()),
+        ..measured.try_recv()?
+    })
 }
 
 struct CheckTask {

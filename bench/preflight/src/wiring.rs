@@ -1,6 +1,6 @@
 //! Whether the lines that a bench needs are wired. What `[safety] waived` does not name is required, of every bench.
 
-use config::{Config, HardwareStop, Safety};
+use config::{Config, EncoderSource, HardwareStop, Safety};
 use devices::NotWired;
 use safety::{StopLine, StopTimes};
 
@@ -9,12 +9,16 @@ use crate::measure::Measured;
 use crate::table::Verdict;
 
 pub(super) fn judge(table: &mut Table, config: &Config, measured: &Measured) {
-    if config.encoder.is_some() {
+    if let Some(encoder) = &config.encoder {
         let read = measured.positions > 0;
-        let found = if read {
-            "read"
-        } else {
-            "no lines: name encoder_a and encoder_b in [gpio]; a bench without an encoder has no [encoder] in bench.toml"
+        let found = match encoder.source {
+            _ if read => "read",
+            EncoderSource::Gpio => {
+                "no lines: name encoder_a and encoder_b in [gpio]; a bench without an encoder has no [encoder] in bench.toml"
+            }
+            EncoderSource::FieldBox => {
+                "no counts from the field box, encoder.source in bench.toml: look at field_box.port"
+            }
         };
         table.row("encoder", read, found);
     }

@@ -4,12 +4,21 @@ use embedded_hal::digital::{Error as _, InputPin, OutputPin};
 
 /// Failure to read or drive a line.
 #[derive(Debug, thiserror::Error)]
-#[error("GPIO line {line}: {kind}")]
-pub struct GpioError {
-    /// Name of the line.
-    pub line: &'static str,
-    /// The backend's error kind.
-    pub kind: embedded_hal::digital::ErrorKind,
+pub enum GpioError {
+    /// Of a pin of this computer.
+    #[error("GPIO line {line}: {kind}")]
+    Pin {
+        /// Name of the line.
+        line: &'static str,
+        /// The backend's error kind.
+        kind: embedded_hal::digital::ErrorKind,
+    },
+    /// Of the device that reads and drives the lines.
+    #[error("{why}")]
+    Device {
+        /// What has become of it, and what to do.
+        why: String,
+    },
 }
 
 /// Input line, whatever its backend.
@@ -37,7 +46,7 @@ struct Named<P> {
 
 impl<P: InputPin + Send> InputLine for Named<P> {
     fn is_high(&mut self) -> Result<bool, GpioError> {
-        self.pin.is_high().map_err(|error| GpioError {
+        self.pin.is_high().map_err(|error| GpioError::Pin {
             line: self.line,
             kind: error.kind(),
         })
@@ -51,7 +60,7 @@ impl<P: OutputPin + Send> OutputLine for Named<P> {
         } else {
             self.pin.set_low()
         };
-        set.map_err(|error| GpioError {
+        set.map_err(|error| GpioError::Pin {
             line: self.line,
             kind: error.kind(),
         })

@@ -3,6 +3,8 @@
 use safety::Nonsense;
 use serde::Serialize;
 
+use crate::gone::SourceGone;
+
 /// When a force acted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Moment {
@@ -74,28 +76,6 @@ pub struct SourceHealth {
     /// Drift of the host's clock against the source's, ppm; `None` until it is known, and for a source on the card's
     /// clock.
     pub drift_ppm: Option<f64>,
-}
-
-/// A source that has disappeared, for good.
-#[derive(Debug, thiserror::Error)]
-pub enum SourceGone {
-    /// The serial port no longer exists.
-    #[error("the force sensor's port is gone: {0}")]
-    Port(std::io::Error),
-    /// The network is down.
-    #[error("the force sensor's network is gone: {0}")]
-    Network(std::io::Error),
-    /// The sensor's clock is not what it is configured as.
-    #[error(
-        "the force sensor counts {counted_hz:.0} samples a second, and force.netft.sample_hz = {stated_hz}: forces would be \
-         placed wrongly; set it to the device's rate"
-    )]
-    Rate {
-        /// Configured rate, Hz.
-        stated_hz: f64,
-        /// Rate by the host's clock, Hz.
-        counted_hz: f64,
-    },
 }
 
 /// A source of forces. One that is silent passes none: whoever polls it knows for how long.

@@ -8,6 +8,7 @@ use config::{Config, Sensor};
 use signalgen::InputTap;
 
 use crate::channels::GaugeForce;
+use crate::field_box::FieldBox;
 use crate::force_source::ForceSource;
 use crate::netft::open_net;
 use crate::serial::{SerialForce, open_port};
@@ -35,8 +36,8 @@ pub fn tapped(config: &Config) -> Vec<u16> {
     }
 }
 
-/// Opens the force sensor of `config`, at `place` if it is given, or on the inputs that `tap` hands out; `None` for a
-/// bench without one.
+/// Opens the force sensor of `config`, at `place` if it is given, on the inputs that `tap` hands out, or on `field_box`;
+/// `None` for a bench without one.
 ///
 /// # Errors
 /// When the sensor is missing, busy or forbidden.
@@ -44,6 +45,7 @@ pub fn open(
     config: &Config,
     place: Option<Place>,
     tap: Option<InputTap>,
+    field_box: Option<&FieldBox>,
 ) -> anyhow::Result<Option<Box<dyn ForceSource>>> {
     let Some(force) = &config.force else {
         return Ok(None);
@@ -76,6 +78,11 @@ pub fn open(
             Box::new(GaugeForce::new(
                 tap, gauges, card_hz, latency_s, correction, range_n,
             ))
+        }
+        Sensor::FieldBox(table) => {
+            let field_box = field_box
+                .context("no field box is open: force.source = \"field-box\" needs one")?;
+            field_box.force(table, force.latency_s, correction, range_n)
         }
         Sensor::Netft(netft) => {
             let address = match place {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use config::{Config, Effective};
+use config::{Config, Effective, Sensor};
 use devices::drive_control::carrier_hz;
 use devices::{Life, ThreadPriorities};
 use protocols::{Session, SessionEventKind, TrialKey, records_from_events};
@@ -13,6 +13,7 @@ use recording::recorder::Begin;
 use recording::study::event_log::{self, Document};
 use recording::study::{self, EVENTS_FILE, EventLogError, Study, TrialLabel};
 use signalgen::StreamDirection;
+use sources::field_box::FieldBox;
 
 use super::plan::{NAME, Plan, VERSION};
 use super::recorded_plate::{recorded_errors, recorded_plate};
@@ -164,7 +165,7 @@ pub(super) fn begin_recording(
     plan: &Plan,
     session: u32,
     folder: PathBuf,
-    life: &Life,
+    (life, field_box): (&Life, Option<FieldBox>),
     priorities: impl Fn() -> ThreadPriorities + Send + 'static,
 ) -> BeginRecording {
     let bench = plan.bench.clone();
@@ -215,6 +216,8 @@ pub(super) fn begin_recording(
                         // Known once the threads have started.
                         memory_locked: config.audio.lock_memory && scheduling.is_some(),
                         scheduling,
+                        // Known once it has answered.
+                        force_sensor: force_sensor(config, field_box.as_ref()),
                         ..hardware.clone()
                     }),
                     software: Some(manifest::Software {
@@ -264,6 +267,16 @@ fn recorded_scheduling(priorities: ThreadPriorities) -> Option<manifest::Recorde
     })
 }
 
+/// Returns how forces come, and from which box if they are behind one.
+fn force_sensor(config: &Config, field_box: Option<&FieldBox>) -> Option<String> {
+    let force = config.force.as_ref()?;
+    let of_box = field_box
+        .filter(|_| matches!(force.sensor, Sensor::FieldBox(_)))
+        .and_then(FieldBox::in_words);
+    let words = [Some(force.in_words()), of_box];
+    Some(words.into_iter().flatten().collect::<Vec<_>>().join(", "))
+}
+
 fn recorded_hardware(
     bench: &Effective,
     unverified: &[String],
@@ -281,7 +294,7 @@ fn recorded_hardware(
         sample_rate_hz: config.audio.rate_hz,
         sample_format: format!("{:?}", config.audio.sample_format).to_lowercase(),
         channel_names,
-        force_sensor: config.force.as_ref().map(config::Force::in_words),
+        force_sensor: force_sensor(config, None),
         position_sensor: config
             .encoder
             .as_ref()

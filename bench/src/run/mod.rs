@@ -114,6 +114,7 @@ pub fn run(
         gauge,
         button,
         has_position,
+        field_box,
         signals,
         gauges,
         before,
@@ -157,7 +158,7 @@ pub fn run(
         move || ThreadPriorities::now(&signals, &gauges)
     };
     let folder = session.folder().to_owned();
-    let begin = begin_recording(&plan, number, folder, &life, priorities);
+    let begin = begin_recording(&plan, number, folder, (&life, field_box), priorities);
 
     let (mut front, dashboard) = front(&plan, stop.clone(), out)?;
     front.show(tui::Event::Session(tui::event::SessionHeader {

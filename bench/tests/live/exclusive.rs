@@ -1,9 +1,10 @@
 //! A sound card or a serial port that is open is nobody else's (FAULTS.md, rows 5 and 34).
 
 use config::Effective;
-use devices::{Bench, Lines};
+use devices::Bench;
 use mock_world::scenario::Scenario;
 use signalgen::audio::AudioError;
+use sources::Lines;
 use sources::serial::open_port;
 
 use crate::rig::{Rig, apparatus, config, hardware};

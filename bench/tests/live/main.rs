@@ -5,10 +5,12 @@
 )]
 
 mod alignment;
+mod box_watchdog;
 #[path = "../../../tests/src/campaign.rs"]
 mod campaign;
 mod delay;
 mod exclusive;
+mod field_box;
 mod flags;
 mod freezes;
 mod gauges;

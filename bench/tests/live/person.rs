@@ -3,10 +3,10 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use devices::Lines;
 use mock_world::scenario::Scenario;
 use recording::RecordingReader;
 use safety::{SafetyState, Trip};
+use sources::Lines;
 
 use crate::rig::{Level, Rig, apparatus, config};
 

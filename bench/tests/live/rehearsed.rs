@@ -2,11 +2,11 @@
 
 use std::sync::atomic::Ordering;
 
-use devices::Lines;
 use mock_world::scenario::Scenario;
 use recording::manifest::EventKind;
 use rehearsal::{FaultKind, RehearsedFault, Remedy, Required};
 use safety::{SafetyState, Trip, input};
+use sources::Lines;
 
 use crate::rig::{Rig, config, events, open, rehearsing, tone};
 

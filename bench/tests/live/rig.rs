@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use analysis::measurements::Measurements;
 use config::{Config, Effective};
 use devices::acquisition::RecordingCommand;
-use devices::{Bench, Hardware, Lines};
+use devices::{Bench, Hardware};
 use jiff::Timestamp;
 use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig};
 use mock_hw::world_clock::Pace;
@@ -20,7 +20,7 @@ use recording::{AudioFormat, RecordingReader};
 use rehearsal::RehearsedFault;
 use safety::{DriveReading, GpioError, InputLine, SafetyState, Signals, Trip, input, output};
 use signalgen::{Program, Waveform};
-use sources::Place;
+use sources::{Lines, Place};
 use tasks::{Clock, Schedule};
 
 pub const RATE_HZ: u32 = 192_000;
@@ -69,7 +69,7 @@ pub fn clock(apparatus: &Apparatus) -> Arc<dyn Clock> {
 
 /// The bench of `config` on `apparatus`, opened and played; the test itself steps its tasks.
 pub fn open(apparatus: &Apparatus, config: Config, lines: Lines) -> Bench {
-    let hardware = hardware(apparatus, lines);
+    let hardware = hardware(apparatus, lines).with_field_box(&config).unwrap();
     let bench = Bench::open(&Effective::uncalibrated(config), 35_000.0, hardware).unwrap();
     bench.life.streams().play().unwrap();
     bench
@@ -85,6 +85,7 @@ pub fn hardware(apparatus: &Apparatus, lines: Lines) -> Hardware {
             None if apparatus.force_is_on_card() => None,
             None => Some(Place::Port(apparatus.force_port().unwrap().to_owned())),
         },
+        field_box: None,
         clock: clock(apparatus),
         schedule: Schedule::Threads,
         guard: Box::new(()),

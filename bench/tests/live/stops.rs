@@ -11,7 +11,7 @@ use console::Front;
 use contact::AssumedConstants;
 use crossbeam_channel::{Receiver, Sender};
 use devices::drive_control::{settings, waveform};
-use devices::{Bench, Life, Lines};
+use devices::{Bench, Life};
 use friction_bench::journal::Entry;
 use friction_bench::readiness::Readiness;
 use friction_bench::run::ProtocolFile;
@@ -27,6 +27,7 @@ use mock_world::scenario::Scenario;
 use protocols::{Session, SessionEventKind, TrialKey, TrialOutcome, TrialRecord};
 use recording::manifest::EventKind;
 use safety::{GpioError, OutputLine, SafetyState, Signals, Trip, input, output};
+use sources::Lines;
 use tasks::Task;
 use tui::event::{LogLevel, PhaseKind};
 

@@ -32,6 +32,11 @@ pub enum ApparatusError {
         /// The device whose port was asked for.
         device: &'static str,
     },
+    /// A field box was asked of an apparatus without digital lines.
+    #[error(
+        "this apparatus has no digital lines, and a field box drives them: choose a scenario without one"
+    )]
+    NoLines,
     /// The truth of the run could not be written.
     #[error("the truth of the run cannot be written")]
     Truth(#[source] io::Error),

@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::apparatus_error::ApparatusError;
+use crate::field_box::FieldBox;
 use crate::network::NetFt;
+use crate::pins::PinBoard;
 use crate::serial::{DeviceStart, ForceDevice, ForceFault, SerialLine};
 use mock_world::plant::SensorSample;
 use mock_world::scenario::{FIRST_GAUGE, ForceInterface, ForceSensorTable, GAUGES};
@@ -17,6 +19,8 @@ enum Device {
     Netft(NetFt),
     /// On inputs of the sound card.
     Gauges(GaugeFaults),
+    /// On the field box, with the encoder and the lines.
+    FieldBox(FieldBox),
 }
 
 /// Faults of the cable from the gauges' amplifier to the sound card.
@@ -74,16 +78,23 @@ impl GaugeFaults {
 pub(super) struct ForceSide(Arc<Mutex<Device>>);
 
 impl ForceSide {
-    /// Powers the device up. On a `synchronous` line every byte sent is readable before the simulation goes on.
+    /// Powers the device up. On a `synchronous` line every byte sent is readable before the simulation goes on. A field
+    /// box drives the lines of `board`.
     pub(super) fn open(
         sensor: &ForceSensorTable,
         start: DeviceStart,
         synchronous: bool,
+        board: Option<&Arc<PinBoard>>,
     ) -> Result<Self, ApparatusError> {
         let device = match sensor.interface {
             ForceInterface::Serial => {
                 let line = SerialLine::open(synchronous).map_err(ApparatusError::Serial)?;
                 Device::Serial(ForceDevice::new(sensor, start), line)
+            }
+            ForceInterface::FieldBox => {
+                let board = Arc::clone(board.ok_or(ApparatusError::NoLines)?);
+                let field_box = FieldBox::open(sensor, start, synchronous, board);
+                Device::FieldBox(field_box.map_err(ApparatusError::Serial)?)
             }
             ForceInterface::Gauges => Device::Gauges(GaugeFaults::default()),
             // The loopback carries a datagram across before the call that sends it returns.
@@ -107,6 +118,11 @@ impl ForceSide {
                 }
             }
             Device::Gauges(_) => {}
+            Device::FieldBox(device) => {
+                device
+                    .send(samples, now_s)
+                    .map_err(ApparatusError::Serial)?;
+            }
             Device::Netft(device) => {
                 device.answer().map_err(ApparatusError::Network)?;
                 for sample in samples {
@@ -115,6 +131,14 @@ impl ForceSide {
             }
         }
         Ok(())
+    }
+
+    /// Lets a field box look after the amplifier at `now_ns`.
+    pub(super) fn guard(&self, now_ns: u64) -> Result<(), ApparatusError> {
+        match &mut *self.lock() {
+            Device::FieldBox(device) => device.guard(now_ns).map_err(ApparatusError::Serial),
+            Device::Serial(..) | Device::Gauges(_) | Device::Netft(_) => Ok(()),
+        }
     }
 
     /// Lays the faults of gauges on the frames that the sound card is about to read.
@@ -134,6 +158,7 @@ impl ForceSide {
     pub(super) fn path(&self) -> Option<PathBuf> {
         match &*self.lock() {
             Device::Serial(_, line) => line.path().map(Path::to_owned),
+            Device::FieldBox(device) => device.path().map(Path::to_owned),
             Device::Netft(_) | Device::Gauges(_) => None,
         }
     }
@@ -141,7 +166,7 @@ impl ForceSide {
     /// Returns the address of a sensor in the network.
     pub(super) fn address(&self) -> Option<SocketAddr> {
         match &*self.lock() {
-            Device::Serial(..) | Device::Gauges(_) => None,
+            Device::Serial(..) | Device::Gauges(_) | Device::FieldBox(_) => None,
             Device::Netft(device) => Some(device.address()),
         }
     }
@@ -150,6 +175,7 @@ impl ForceSide {
     pub(super) fn dropped_bytes(&self) -> u64 {
         match &*self.lock() {
             Device::Serial(_, line) => line.dropped_bytes(),
+            Device::FieldBox(device) => device.dropped_bytes(),
             Device::Netft(_) | Device::Gauges(_) => 0,
         }
     }
@@ -159,6 +185,7 @@ impl ForceSide {
         match &mut *self.lock() {
             Device::Serial(device, _) => device.inject(fault),
             Device::Netft(device) => device.inject(fault),
+            Device::FieldBox(device) => device.inject(fault),
             Device::Gauges(faults) => faults.inject(fault),
         }
     }
@@ -168,6 +195,7 @@ impl ForceSide {
         match &mut *self.lock() {
             Device::Serial(_, line) => line.unplug(),
             Device::Netft(device) => device.unplug(),
+            Device::FieldBox(device) => device.unplug(),
             Device::Gauges(faults) => faults.unplugged = true,
         }
     }

@@ -97,7 +97,7 @@ impl Outboard {
     /// Builds an apparatus at the audio server's rate, with the serial line of its force sensor.
     ///
     /// # Errors
-    /// [`ApparatusError::Serial`] when the system gives no pseudo-terminal.
+    /// [`ApparatusError::Serial`] when the system gives no pseudo-terminal, [`ApparatusError::NoLines`] for a field box.
     pub fn new(
         scenario: &Scenario,
         seed: u64,
@@ -108,7 +108,7 @@ impl Outboard {
         let clock_rate = 1.0 + 1e-6 * scenario.converter.clock_ppm;
         Ok(Self {
             plant: Plant::new(scenario, seed, f64::from(rate_hz)),
-            force: ForceSide::open(&scenario.force_sensor, start, false)?,
+            force: ForceSide::open(&scenario.force_sensor, start, false, None)?,
             timetable,
             interval_s: 1.0 / (f64::from(rate_hz) * clock_rate),
             frame: 0,

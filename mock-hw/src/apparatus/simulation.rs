@@ -110,6 +110,7 @@ impl Apparatus {
                 .force_start
                 .unwrap_or_else(|| DeviceStart::draw(config.seed)),
             config.pace == Pace::Stepped,
+            Some(&board),
         )?;
         let force_port = force.path();
         let vibrometer = Vibrometer::open(config.seed, config.pace == Pace::Stepped)

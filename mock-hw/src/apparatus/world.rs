@@ -136,6 +136,7 @@ impl World {
         self.cards.play(start_ns, self.rate_hz, drive);
         self.layer.play(drive);
         self.plant.wire(self.patchbay.wiring());
+        self.force.guard(self.clock.now_ns())?;
         let gate = self.board.amplifier_on(start_ns);
         self.plant.set_amplifier_gain(self.board.amplifier_gain());
         self.masses.carry_out(&mut self.plant);
@@ -146,7 +147,6 @@ impl World {
         self.cards.play_speakers(start_ns);
         self.step += 1;
         let now_s = 1e-9 * self.clock.ns_of(self.step) as f64;
-        self.force.send(self.plant.forces(), now_s)?;
         self.vibrometer
             .watch(self.plant.truth(), &self.plate, now_s)
             .map_err(ApparatusError::Serial)?;
@@ -159,6 +159,7 @@ impl World {
                 .map_err(ApparatusError::Truth)?;
         }
         self.board.update(act.finger.position_m, act.button_pressed);
+        self.force.send(self.plant.forces(), now_s)?;
         self.clock.advance();
         Ok(())
     }

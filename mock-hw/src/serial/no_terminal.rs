@@ -36,4 +36,12 @@ impl SerialLine {
     pub(crate) fn send(&mut self, _burst: &[u8], _now_s: f64) -> io::Result<()> {
         Ok(())
     }
+
+    /// Hears nothing.
+    ///
+    /// # Errors
+    /// Never; the pseudo-terminal of other systems may fail here.
+    pub(crate) fn receive(&mut self, _received: &mut Vec<u8>) -> io::Result<()> {
+        Ok(())
+    }
 }

@@ -1,7 +1,7 @@
 //! The serial line as a pseudo-terminal, whose far end the bench opens by path.
 
 use std::fs::File;
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -118,6 +118,65 @@ impl SerialLine {
             wait_for(&ends.bench, self.untouched_bytes)?;
         }
         Ok(())
+    }
+}
+
+/// What is written behind the bench's bytes to know that all of them have come: an empty frame, which nobody sends.
+const MARK: u8 = 0;
+
+impl SerialLine {
+    /// Appends what the bench has sent. On a synchronous line that is all that it has sent until now.
+    ///
+    /// # Errors
+    /// Errors of the pseudo-terminal, and `TimedOut` when a synchronous line does not carry the bytes across.
+    pub(crate) fn receive(&mut self, received: &mut Vec<u8>) -> io::Result<()> {
+        let Some(ends) = &mut self.ends else {
+            return Ok(());
+        };
+        let mut bytes = [0; 4096];
+        let mut take = |received: &mut Vec<u8>| match ends.device.read(&mut bytes) {
+            Ok(read) => {
+                received.extend_from_slice(&bytes[..read]);
+                Ok(())
+            }
+            Err(e)
+                if matches!(
+                    e.kind(),
+                    io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted
+                ) =>
+            {
+                Ok(())
+            }
+            Err(e) => Err(e),
+        };
+        if !self.synchronous {
+            return take(received);
+        }
+        let begin = Instant::now();
+        let from = received.len();
+        while rustix::io::write(&ends.bench, &[MARK])? == 0 {}
+        loop {
+            take(received)?;
+            // Frames end with a zero; a mark is one more.
+            let marked = match received[from..] {
+                [MARK] => true,
+                [.., last, MARK] => last == MARK,
+                _ => false,
+            };
+            if marked {
+                received.pop();
+                return Ok(());
+            }
+            if begin.elapsed() > CARRY_LIMIT {
+                return Err(io::Error::new(
+                    io::ErrorKind::TimedOut,
+                    format!(
+                        "the serial line did not carry the bench's bytes within {CARRY_LIMIT:?}"
+                    ),
+                ));
+            }
+            std::thread::yield_now();
+        }
     }
 }
 

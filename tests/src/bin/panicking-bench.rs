@@ -17,7 +17,7 @@ use anyhow::Context;
 use bench_tests::panicking::{Edge, HAND, OTHER_THREAD, Report};
 use clap::Parser;
 use config::{Config, Effective};
-use devices::{Hardware, Lines};
+use devices::Hardware;
 use friction_bench::apparatus::Apparatus;
 use friction_bench::cli::{Calibrate, Cli, Command};
 use friction_bench::drilling::Watched;
@@ -30,6 +30,7 @@ use mock_hw::world_clock::Pace;
 use mock_world::scenario::Scenario;
 use preflight::Extent;
 use safety::{GpioError, OutputLine, input, output};
+use sources::Lines;
 use tasks::{Clock, Schedule, SystemClock};
 
 /// Time from the arming to the panic, in the apparatus's time: the drive has ramped up, and the audio is being
@@ -188,6 +189,7 @@ fn apparatus(part: &str, folder: &Path) -> anyhow::Result<(Apparatus, Arc<Seen>)
         host: simulated.host(),
         lines,
         force_place: Some(sources::Place::Port(simulated.force_port()?.to_owned())),
+        field_box: None,
         clock: Arc::new(PanickingClock {
             clock: SystemClock::start(),
             seen: Arc::clone(&seen),

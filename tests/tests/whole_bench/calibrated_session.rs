@@ -194,3 +194,27 @@ fn what_the_commands_measured_serves_a_session_as_well_as_the_truth() {
         }
     }
 }
+
+/// A computer without a line of its own: forces, position, e-stop, enable and heartbeat are behind a field box.
+const BEHIND_BOX: &str = "[force_sensor]\nrate_hz = 4000.0\nburst_period_s = 0.001\ninterface = \"field-box\"\n[jitter]\nenabled = true\n";
+
+/// Fault 41.
+#[test]
+fn a_calibrated_session_behind_a_field_box_finds_what_one_on_todays_lines_finds() {
+    let [behind, beside] = [BEHIND_BOX, &BEHIND_BOX.replace("field-box", "serial")].map(|world| {
+        let room = Room::new(world, 1);
+        room.succeed(&["pickup"]);
+        room.succeed(&["plate"]);
+        room.weigh();
+        session(&room, "session")
+    });
+    println!("behind a box {behind:.4?}, on lines {beside:.4?}");
+    for (found, today) in behind.iter().zip(&beside) {
+        assert!(
+            found.sigma_t <= today.sigma_t + COST
+                && found.z_t <= today.z_t + COST
+                && found.mu <= today.mu + COST,
+            "{found:?} behind a box, {today:?} on lines"
+        );
+    }
+}

@@ -1,4 +1,4 @@
-//! A session from the command line to results, with each source of forces that is no serial line, by its `bench.toml`.
+//! A session from the command line to results, with each source of forces that is no plain serial line, by its `bench.toml`.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -69,6 +69,16 @@ fn session(scenario: &str, change: fn(&Path, String) -> String) -> String {
 #[test]
 fn a_session_with_forces_from_the_network_leads_to_results() {
     assert_eq!(session("net-ft", |_, config| config), "netft");
+}
+
+/// Fault 41.
+#[test]
+fn a_session_behind_a_field_box_leads_to_results_and_names_the_box() {
+    let said = session("field-box", |_, config| {
+        assert!(config.contains("backend = \"field-box\""), "{config}");
+        config
+    });
+    assert_eq!(said, "field-box, 513D0073696D756C, firmware 0.1.0, 4000 Hz");
 }
 
 /// Writes the file of the sensor's maker into a folder, and has the configuration name it in the place of the matrix.

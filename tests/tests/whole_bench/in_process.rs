@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 use bench_tests::program::protocol;
 use config::Config;
+use devices::Hardware;
 use devices::loudspeaker::Tone;
-use devices::{Hardware, Lines};
 use friction_bench::apparatus::{Apparatus as Bench, Watcher};
 use friction_bench::cli;
 use jiff::{SignedDuration, Timestamp};
@@ -19,6 +19,7 @@ use mock_hw::world_clock::Pace;
 use mock_world::person::{Cue, Instruction, Percept};
 use mock_world::scenario::Scenario;
 use safety::{InputLine, input, output};
+use sources::Lines;
 use tasks::{Clock, Schedule, later};
 
 /// An apparatus's clock whose date is set by an hour back and forth.
@@ -111,6 +112,7 @@ pub fn apparatus(setup: Setup) -> Bench {
         force_place: Some(sources::Place::Port(
             apparatus.force_port().unwrap().to_owned(),
         )),
+        field_box: None,
         clock: Arc::new(clock),
         guard: Box::new(()),
         simulated: !real,

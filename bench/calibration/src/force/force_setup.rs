@@ -114,7 +114,7 @@ impl ForceSetup {
             },
             gravity_m_per_s2: GRAVITY_M_PER_S2,
             gravity_error: 0.0,
-            sensor: force.identity(),
+            sensor: config.force_identity().unwrap_or_default(),
             on_inputs: force.is_on_inputs(),
             kept: None,
             config: config.clone(),

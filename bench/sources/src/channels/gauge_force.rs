@@ -7,7 +7,8 @@ use signalgen::InputTap;
 use super::decimator::Decimator;
 use super::stuck::StuckWatch;
 use crate::correct::Corrector;
-use crate::force_source::{ForceSource, LineFaults, Moment, SourceGone, SourceHealth, TimedForce};
+use crate::force_source::{ForceSource, LineFaults, Moment, SourceHealth, TimedForce};
+use crate::gone::SourceGone;
 use crate::nonsense::NonsenseWatch;
 
 /// Bytes of a sample, as they are counted where they are no reading.

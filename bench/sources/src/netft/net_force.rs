@@ -12,7 +12,8 @@ use super::device_page::DevicePage;
 use super::rdt::{Command, Condition, RECORD_BYTES, Record};
 use super::sequence::{Place, Sequence};
 use crate::correct::Corrector;
-use crate::force_source::{ForceSource, LineFaults, Moment, SourceGone, SourceHealth, TimedForce};
+use crate::force_source::{ForceSource, LineFaults, Moment, SourceHealth, TimedForce};
+use crate::gone::SourceGone;
 use crate::nonsense::NonsenseWatch;
 use crate::sensor_clock::SensorClock;
 

@@ -3,8 +3,9 @@
 use crc::{CRC_16_IBM_3740, Crc};
 
 use super::decoder::{Decoder, ForceSample};
-use super::device_time::Unwrap;
+use crate::device_time::Unwrap;
 use crate::force_source::LineFaults;
+use crate::numbering::Numbering;
 
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 const VERSION: u8 = 1;
@@ -29,11 +30,9 @@ const ENCODED_BYTES: usize = FRAME_BYTES + 1;
 pub struct FrameDecoder {
     encoded: Vec<u8>,
     overlong: bool,
-    sequence: Option<u16>,
+    numbering: Numbering,
     clock: Unwrap,
     faults: LineFaults,
-    /// Corrupt frames since the last good one: they are missing from the sequence too, and count once.
-    corrupt_in_gap: u64,
 }
 
 struct Frame {
@@ -71,21 +70,12 @@ impl FrameDecoder {
         self.encoded.clear();
         self.overlong = false;
         let Some(frame) = frame else {
-            self.faults.corrupt += 1;
-            self.corrupt_in_gap += 1;
+            self.numbering.corrupt(&mut self.faults);
             return None;
         };
-        let ahead = self
-            .sequence
-            .map_or(1, |last| frame.sequence.wrapping_sub(last));
-        // Half the circle ahead is lost frames, the other half is a frame that came before.
-        if ahead == 0 || ahead > u16::MAX / 2 {
-            self.faults.repeated += 1;
+        if !self.numbering.follows(frame.sequence, &mut self.faults) {
             return None;
         }
-        self.faults.lost += u64::from(ahead - 1).saturating_sub(self.corrupt_in_gap);
-        self.corrupt_in_gap = 0;
-        self.sequence = Some(frame.sequence);
         Some(ForceSample {
             device_us: self.clock.advance(frame.device_us),
             normal_n: f64::from(frame.normal_un) * 1e-6,

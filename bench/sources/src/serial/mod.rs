@@ -1,7 +1,6 @@
 //! The force sensor on a serial line: two formats (`docs/force-protocol.md`).
 
 mod decoder;
-mod device_time;
 mod frames;
 mod port;
 mod serial_force;
@@ -10,5 +9,6 @@ mod text_lines;
 pub use decoder::{Decoder, ForceSample};
 pub use frames::FrameDecoder;
 pub use port::{ForcePort, open_port};
+pub(crate) use port::{Speaking, split_port};
 pub use serial_force::{SerialForce, decoder};
 pub use text_lines::LineDecoder;

@@ -1,6 +1,6 @@
 //! The serial port as a source of bytes that never blocks.
 
-use std::io::{ErrorKind, Read};
+use std::io::{ErrorKind, Read, Write};
 use std::path::Path;
 use std::time::Duration;
 
@@ -43,18 +43,44 @@ impl ForcePort for SerialPort {
 /// # Errors
 /// When the port is missing, busy or forbidden.
 pub fn open_port(path: &Path, baud: u32) -> anyhow::Result<Box<dyn ForcePort>> {
-    let port = serialport::new(path.to_string_lossy(), baud)
+    let port = open(path, baud).with_context(|| cannot_open("force sensor", path, "force.port"))?;
+    Ok(Box::new(listening(port)))
+}
+
+/// The end of a port that speaks.
+pub(crate) type Speaking = Box<dyn Write + Send>;
+
+/// Opens a serial port for listening and speaking; `device` and `key` name it in errors.
+pub(crate) fn split_port(
+    path: &Path,
+    baud: u32,
+    device: &str,
+    key: &str,
+) -> anyhow::Result<(Box<dyn ForcePort>, Speaking)> {
+    let port = open(path, baud).with_context(|| cannot_open(device, path, key))?;
+    let speaking = port
+        .try_clone()
+        .with_context(|| cannot_open(device, path, key))?;
+    Ok((Box::new(listening(port)), Box::new(speaking)))
+}
+
+fn open(path: &Path, baud: u32) -> serialport::Result<Box<dyn serialport::SerialPort>> {
+    serialport::new(path.to_string_lossy(), baud)
         .timeout(Duration::from_millis(1))
         .open()
-        .with_context(|| {
-            format!(
-                "cannot open the force sensor's port {}, force.port in bench.toml: is it plugged in, free, and may you use \
-                 it? `friction-bench devices` lists the ports",
-                path.display()
-            )
-        })?;
-    Ok(Box::new(SerialPort {
+}
+
+fn listening(port: Box<dyn serialport::SerialPort>) -> SerialPort {
+    SerialPort {
         port,
         buffer: vec![0; 4096].into(),
-    }))
+    }
+}
+
+fn cannot_open(device: &str, path: &Path, key: &str) -> String {
+    format!(
+        "cannot open the {device}'s port {}, {key} in bench.toml: is it plugged in, free, and may you use it? \
+         `friction-bench devices` lists the ports",
+        path.display()
+    )
 }

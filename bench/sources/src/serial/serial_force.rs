@@ -8,7 +8,8 @@ use super::frames::FrameDecoder;
 use super::port::ForcePort;
 use super::text_lines::LineDecoder;
 use crate::correct::Corrector;
-use crate::force_source::{ForceSource, Moment, SourceGone, SourceHealth, TimedForce};
+use crate::force_source::{ForceSource, Moment, SourceHealth, TimedForce};
+use crate::gone::SourceGone;
 use crate::nonsense::NonsenseWatch;
 use crate::sensor_clock::SensorClock;
 

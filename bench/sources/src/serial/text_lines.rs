@@ -1,7 +1,7 @@
 //! The text format: one line `<device µs>,<normal mN>,<lateral mN>` for each sample.
 
 use super::decoder::{Decoder, ForceSample};
-use super::device_time::Unwrap;
+use crate::device_time::Unwrap;
 use crate::force_source::LineFaults;
 
 /// Length that no line of the format exceeds, bytes.

@@ -189,10 +189,19 @@ fn apparatus(
     truth: Option<&Path>,
     faults: &[RehearsedFault],
 ) -> anyhow::Result<Apparatus> {
-    if let Some(scenario) = &options.mock {
-        let seed = options.seed.unwrap_or(1);
-        return simulated::apparatus(scenario, seed, speed, truth, faults);
-    }
+    let mut apparatus = match &options.mock {
+        Some(scenario) => {
+            let seed = options.seed.unwrap_or(1);
+            simulated::apparatus(scenario, seed, speed, truth, faults)?
+        }
+        None => real(config, options)?,
+    };
+    apparatus.hardware = apparatus.hardware.with_field_box(config)?;
+    Ok(apparatus)
+}
+
+/// The hardware of this computer.
+fn real(config: &Config, options: &cli::Hardware) -> anyhow::Result<Apparatus> {
     let choice = match config.audio.host {
         AudioHost::Native => HostChoice::Default,
         AudioHost::Jack => HostChoice::Jack,
@@ -203,6 +212,7 @@ fn apparatus(
             host: open_host(choice)?,
             lines: real_gpio::open(&config.gpio)?,
             force_place: None,
+            field_box: None,
             clock: Arc::new(SystemClock::start()),
             schedule: Schedule::Threads,
             guard: Box::new(claim),

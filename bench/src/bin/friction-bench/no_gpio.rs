@@ -2,17 +2,20 @@
 
 use anyhow::bail;
 use config::{Gpio, GpioBackend};
-use devices::Lines;
+use sources::Lines;
 
 /// Nothing to take.
 ///
 /// # Errors
 /// When a backend is asked for: they exist on Linux only.
 pub fn open(gpio: &Gpio) -> anyhow::Result<Lines> {
-    if gpio.backend != GpioBackend::None {
-        bail!("gpio.backend works on Linux only; use \"none\" here");
+    match gpio.backend {
+        // The lines of a field box are taken with it.
+        GpioBackend::None | GpioBackend::FieldBox => Ok(Lines::default()),
+        GpioBackend::Rppal | GpioBackend::Gpiocdev => {
+            bail!("gpio.backend works on Linux only; use \"field-box\" or \"none\" here")
+        }
     }
-    Ok(Lines::default())
 }
 
 /// None.

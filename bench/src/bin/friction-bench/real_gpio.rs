@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use config::{Gpio, GpioBackend};
-use devices::{LineSource, Lines, take_lines};
 use gpiocdev::line::{Bias, Value};
 use gpiocdev_uapi as uapi;
 use safety::{InputLine, OutputLine, input, output};
+use sources::{LineSource, Lines, take_lines};
 
 /// Takes the lines that `[gpio]` names.
 ///
@@ -16,7 +16,8 @@ use safety::{InputLine, OutputLine, input, output};
 /// When the backend or a line is missing, busy or forbidden.
 pub fn open(gpio: &Gpio) -> anyhow::Result<Lines> {
     match gpio.backend {
-        GpioBackend::None => Ok(Lines::default()),
+        // The lines of a field box are taken with it.
+        GpioBackend::None | GpioBackend::FieldBox => Ok(Lines::default()),
         GpioBackend::Rppal => {
             let header = match rppal::gpio::Gpio::new() {
                 Err(rppal::gpio::Error::PermissionDenied(path)) => bail!(
@@ -142,7 +143,7 @@ fn system_error(error: gpiocdev::Error) -> io::Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use devices::LineError;
+    use sources::LineError;
 
     /// Fault 18.
     #[test]

@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use anyhow::Context;
 use calibration::operator::{self, Cabling, Hands, Request};
+use devices::Hardware;
 use devices::loudspeaker::Tone;
-use devices::{Hardware, Lines};
 use drill::{Deed, FaultHand};
 use friction_bench::apparatus::{Apparatus, Watcher};
 use friction_bench::cli::Speed;
@@ -24,7 +24,7 @@ use mock_world::plant::{Axis, InputWiring};
 use mock_world::scenario::{ForceInterface, ForceProtocol, Scenario, ScenarioError, built_in};
 use rehearsal::RehearsedFault;
 use safety::{GpioError, InputLine, input, output};
-use sources::Place;
+use sources::{Lines, Place};
 use tasks::{Clock, Schedule, SystemClock, later};
 
 /// Configuration of a bench with the simulated hardware's usual force sensor. It says what the bench assumes; the
@@ -40,6 +40,12 @@ const LINES: &str =
 const SERIAL: [&str; 2] = ["port = ", "\n\n[encoder]"];
 const NETFT: &str = include_str!("../../../mock-bench-netft.toml");
 const GAUGES: &str = include_str!("../../../mock-bench-channels.toml");
+const FIELD_BOX: &str = include_str!("../../../mock-bench-field-box.toml");
+/// Lines of [`CONFIG`] where it has what a field box reads and drives, and the same behind one.
+const BEHIND_BOX: [[&str; 2]; 2] = [
+    ["[encoder]\n", "[encoder]\nsource = \"field-box\"\n"],
+    ["backend = \"none\" ", "backend = \"field-box\" "],
+];
 const FOUR: &str = "input_channels = 4 ";
 const NINE: &str = "input_channels = 9 ";
 
@@ -50,6 +56,11 @@ pub fn config(scenario: &Scenario) -> String {
         (ForceInterface::Serial, ForceProtocol::Frames) => CONFIG.to_owned(),
         (ForceInterface::Serial, ForceProtocol::Lines) => CONFIG.replace(FRAMES, LINES),
         (ForceInterface::Netft, _) => with_sensor(NETFT),
+        (ForceInterface::FieldBox, _) => BEHIND_BOX
+            .iter()
+            .fold(with_sensor(FIELD_BOX), |text, [here, behind]| {
+                text.replace(here, behind)
+            }),
         (ForceInterface::Gauges, _) => with_sensor(GAUGES).replace(FOUR, NINE),
     }
 }
@@ -145,6 +156,7 @@ pub fn apparatus(
             host,
             lines,
             force_place,
+            field_box: None,
             clock,
             schedule,
             guard,
@@ -382,7 +394,11 @@ mod tests {
 
     #[test]
     fn a_sensor_on_no_serial_line_brings_a_configuration_of_its_own() {
-        for (name, source) in [("net-ft", "netft"), ("gauges", "channels")] {
+        for (name, source) in [
+            ("net-ft", "netft"),
+            ("gauges", "channels"),
+            ("field-box", "field-box"),
+        ] {
             let scenario = built_in(name).unwrap();
             let config = config::Config::parse(&config(&scenario), name).unwrap();
             let inputs = usize::from(config.audio.input_channels);

@@ -18,7 +18,7 @@ pub enum ForceProtocol {
 
 /// How the force sensor is reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 pub enum ForceInterface {
     /// By a serial line.
     Serial,
@@ -26,6 +26,8 @@ pub enum ForceInterface {
     Netft,
     /// By six inputs of the sound card, from the fourth on.
     Gauges,
+    /// By a field box, which has the encoder and the lines too.
+    FieldBox,
 }
 
 /// The two-axis force sensor and its device.

@@ -5,7 +5,7 @@ use std::io;
 use config::Gpio;
 use safety::{InputLine, OutputLine};
 
-use crate::digital_lines::Lines;
+use super::digital_lines::Lines;
 
 /// GPIO chip whose lines can be taken, by number. Levels are defined without a wire: inputs are pulled down, so that an
 /// open loop reads low, and outputs begin low.

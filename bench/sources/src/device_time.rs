@@ -1,19 +1,19 @@
-//! Time on the force sensor's own clock.
+//! Time on a device's own clock.
 
 /// A 32-bit microsecond counter, extended to 64 bits across its wraps.
 #[derive(Debug, Default)]
-pub(super) struct Unwrap {
-    pub(super) last: Option<u64>,
+pub(crate) struct Unwrap {
+    pub(crate) last: Option<u64>,
 }
 
 impl Unwrap {
-    pub(super) fn peek(&self, wrapped_us: u32) -> i64 {
+    pub(crate) fn peek(&self, wrapped_us: u32) -> i64 {
         let last = self.last.unwrap_or(u64::from(wrapped_us));
         // As a signed difference a step back in time stays small instead of looking like a wrap.
         i64::from(wrapped_us.wrapping_sub(last as u32) as i32)
     }
 
-    pub(super) fn advance(&mut self, wrapped_us: u32) -> u64 {
+    pub(crate) fn advance(&mut self, wrapped_us: u32) -> u64 {
         let last = self.last.unwrap_or(u64::from(wrapped_us));
         let now = last.saturating_add_signed(self.peek(wrapped_us));
         self.last = Some(now);

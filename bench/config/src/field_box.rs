@@ -1,0 +1,70 @@
+//! `[field_box]`: a box on a USB port that reads forces, position and lines, and stops the amplifier by itself.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use crate::refused::{Refused, within};
+
+/// Hexadecimal digits of a box's serial number.
+const SERIAL_DIGITS: usize = 16;
+
+/// `[field_box]`: the box, for whatever names it as its source.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FieldBox {
+    /// Its serial port.
+    pub port: PathBuf,
+    /// Its serial number, hexadecimal; whichever box is there when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub serial: Option<String>,
+    /// Shortest time from a conversion to when the computer has it, s.
+    #[serde(default)]
+    pub latency_s: f64,
+}
+
+impl FieldBox {
+    pub(super) fn check(&self) -> Result<(), Refused> {
+        within("field_box.latency_s", self.latency_s, 0.0, 0.1, "s")?;
+        let digits = |serial: &String| {
+            serial.len() == SERIAL_DIGITS && serial.bytes().all(|byte| byte.is_ascii_hexdigit())
+        };
+        match &self.serial {
+            Some(serial) if !digits(serial) => {
+                let why = format!(
+                    "field_box.serial = \"{serial}\" is no serial number of a box, {SERIAL_DIGITS} hexadecimal digits such as \
+                     \"E661410403002A21\": `friction-bench check` names that of the box that is there"
+                );
+                Err(Refused::new("field_box.serial", why))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Returns what tells this box from another: its serial number, or else its port.
+    #[must_use]
+    pub fn identity(&self) -> String {
+        match &self.serial {
+            Some(serial) => serial.to_ascii_uppercase(),
+            None => self.port.display().to_string(),
+        }
+    }
+}
+
+/// `[force.field_box]`: the force sensor on the box's converter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoxForce {
+    /// Force at the positive end of the converter's range, normal and lateral, N; negative where it reads the other way.
+    pub newtons_per_full_scale: [f64; 2],
+}
+
+impl BoxForce {
+    pub(super) fn check(&self) -> Result<(), Refused> {
+        let key = "force.field_box.newtons_per_full_scale";
+        let checked = self.newtons_per_full_scale;
+        checked
+            .iter()
+            .try_for_each(|newtons| within(key, newtons.abs(), 0.1, 1e4, "N"))
+    }
+}

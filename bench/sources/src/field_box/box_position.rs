@@ -1,0 +1,56 @@
+//! Counts of the encoder of a field box.
+
+use std::sync::Arc;
+
+use super::link::Link;
+use crate::gone::SourceGone;
+use crate::position::{Counted, POSITION_HZ, PositionSource};
+
+/// Share of a period by which a report may be early: its clock need not divide that of the positions.
+const EARLY: f64 = 0.1;
+
+/// An encoder that the box counts.
+pub(super) struct BoxPosition {
+    link: Arc<Link>,
+    last: Option<i32>,
+    count: i64,
+    due_s: f64,
+}
+
+impl BoxPosition {
+    pub(super) fn new(link: Arc<Link>) -> Self {
+        Self {
+            link,
+            last: None,
+            count: 0,
+            due_s: f64::NEG_INFINITY,
+        }
+    }
+}
+
+impl PositionSource for BoxPosition {
+    fn poll(
+        &mut self,
+        _now_ns: u64,
+        now_s: &dyn Fn() -> f64,
+        take: &mut dyn FnMut(Counted),
+    ) -> Result<(), SourceGone> {
+        let mut reader = self.link.read(now_s)?;
+        for dated in reader.positions.take() {
+            let counted = dated.report.position;
+            let moved = counted.wrapping_sub(self.last.replace(counted).unwrap_or(counted));
+            self.count += i64::from(moved);
+            if dated.own_s >= self.due_s {
+                self.due_s = dated.own_s + (1.0 - EARLY) / POSITION_HZ;
+                take(Counted {
+                    host_s: dated.host_s,
+                    own_s: dated.own_s,
+                    count: self.count,
+                    // A counter in hardware misses none.
+                    missed: 0,
+                });
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,92 @@
+//! A field box, for all that read and drive it.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use config::{BoxForce as BoxForceTable, Config, Correction};
+use tasks::Clock;
+
+use super::box_force::BoxForce;
+use super::box_lines;
+use super::box_position::BoxPosition;
+use super::gone::FieldBoxGone;
+use super::link::{Link, serial_number};
+use crate::correct::Corrector;
+use crate::force_source::ForceSource;
+use crate::lines::Lines;
+use crate::position::PositionSource;
+
+/// A field box. Clones are of the same box.
+#[derive(Clone)]
+pub struct FieldBox(Arc<Link>);
+
+impl FieldBox {
+    /// Opens the box that `config` names, at `port` in the place of the configured one if it is given; `None` if nothing
+    /// is behind a box.
+    ///
+    /// # Errors
+    /// When its port is missing, busy or forbidden.
+    pub fn open(
+        config: &Config,
+        port: Option<&Path>,
+        clock: Arc<dyn Clock>,
+    ) -> anyhow::Result<Option<Self>> {
+        let Some(table) = config.used_field_box() else {
+            return Ok(None);
+        };
+        let port = port.unwrap_or(&table.port);
+        let link = Link::open(table, port, config.safety.silence_s, clock)?;
+        Ok(Some(Self(Arc::new(link))))
+    }
+
+    /// Waits until the box has said who it is and has sent a report.
+    ///
+    /// # Errors
+    /// [`FieldBoxGone`] if it does not within seconds, or is none that can be used.
+    pub fn require_known(&self) -> Result<(), FieldBoxGone> {
+        while self.0.report()?.is_none() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        Ok(())
+    }
+
+    /// Returns who the box is, in words; `None` until it has said so.
+    #[must_use]
+    pub fn in_words(&self) -> Option<String> {
+        let identity = self.0.identity()?;
+        let [major, minor, patch] = identity.firmware;
+        Some(format!(
+            "{}, firmware {major}.{minor}.{patch}, {} Hz",
+            serial_number(identity),
+            identity.report_hz
+        ))
+    }
+
+    /// Returns the forces of its converter.
+    #[must_use]
+    pub fn force(
+        &self,
+        table: &BoxForceTable,
+        latency_s: f64,
+        correction: Correction,
+        range_n: Option<f64>,
+    ) -> Box<dyn ForceSource> {
+        self.0.keep_forces();
+        let corrector = Corrector::new(correction, range_n);
+        Box::new(BoxForce::new(self.0.clone(), table, latency_s, corrector))
+    }
+
+    /// Returns the counts of its encoder.
+    #[must_use]
+    pub fn encoder(&self) -> Box<dyn PositionSource> {
+        self.0.keep_positions();
+        Box::new(BoxPosition::new(self.0.clone()))
+    }
+
+    /// Returns its lines.
+    #[must_use]
+    pub fn lines(&self) -> Lines {
+        box_lines::lines(&self.0)
+    }
+}

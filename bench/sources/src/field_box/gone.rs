@@ -1,0 +1,81 @@
+//! Why a field box cannot be used.
+
+use std::path::PathBuf;
+
+/// A field box that cannot be used any more, or not at all.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum FieldBoxGone {
+    /// Its port no longer exists.
+    #[error("the field box is gone from {}, field_box.port in bench.toml: {why}", port.display())]
+    Port {
+        /// The port.
+        port: PathBuf,
+        /// The operating system's reason.
+        why: String,
+    },
+    /// It speaks another version of the protocol.
+    #[error(
+        "the field box at {} speaks version {theirs} of its protocol, this program {}: flash the firmware of this version \
+         (docs/field-box-protocol.md), or name another field_box.port in bench.toml",
+        port.display(), field_box_wire::VERSION
+    )]
+    Version {
+        /// The port.
+        port: PathBuf,
+        /// Its version.
+        theirs: u8,
+    },
+    /// It is another one than `bench.toml` names.
+    #[error(
+        "the field box at {} is {present}, and field_box.serial = \"{named}\" in bench.toml: plug that one in, or name this \
+         one and calibrate its forces",
+        port.display()
+    )]
+    Other {
+        /// The port.
+        port: PathBuf,
+        /// Serial number of the one that is there.
+        present: String,
+        /// Serial number in `bench.toml`.
+        named: String,
+    },
+    /// Nothing that it sends can be read.
+    #[error(
+        "no field box answers at {}, field_box.port in bench.toml: is it another device, or without firmware? \
+         `friction-bench devices` lists the ports",
+        port.display()
+    )]
+    Mute {
+        /// The port.
+        port: PathBuf,
+    },
+    /// It has fallen silent.
+    #[error(
+        "the field box at {}, field_box.port in bench.toml, has been silent for {silent_ms} ms: look at its cable and its light",
+        port.display()
+    )]
+    Silent {
+        /// The port.
+        port: PathBuf,
+        /// Time without a report, ms.
+        silent_ms: u64,
+    },
+    /// It does not act on what the bench says.
+    #[error(
+        "the field box at {}, field_box.port in bench.toml, has heard no word for {unheard_ms} ms: it takes the enable off by \
+         itself; look at its cable",
+        port.display()
+    )]
+    Deaf {
+        /// The port.
+        port: PathBuf,
+        /// Time since the oldest word that it has not acted on, ms.
+        unheard_ms: u64,
+    },
+    /// It has taken the enable off by itself.
+    #[error("the field box has taken the enable off by itself: {why}")]
+    Stopped {
+        /// Its reason.
+        why: &'static str,
+    },
+}

@@ -1,0 +1,9 @@
+//! Position along the plate, in counts of an encoder.
+
+mod line_encoder;
+mod position_source;
+mod quadrature;
+
+pub use line_encoder::LineEncoder;
+pub use position_source::{Counted, POSITION_HZ, PositionSource};
+pub use quadrature::Quadrature;

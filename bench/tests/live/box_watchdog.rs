@@ -1,0 +1,265 @@
+//! A process that holds the enable through a field box is killed and frozen, or its cable comes out: the box, on another
+//! process's clock, takes the enable off. The box here is the firmware's own guard behind the firmware's own codec. Each test
+//! runs itself once more as the bench.
+
+use std::io::{Read, Write};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use field_box_logic::{Guard, Order, SILENCE_US, Stop};
+use field_box_wire::{FromBox, Identity, Levels, Listener, Report, StopReason, ToBox};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rustix::process::{Pid, Signal, kill_process};
+use serialport::{SerialPort, TTYPort};
+use sources::field_box::FieldBox;
+use tasks::SystemClock;
+
+use crate::campaign;
+use crate::field_box::bench_with;
+use crate::safe::quantiles_ms;
+
+const PORT: &str = "FRICTION_BENCH_TEST_BOX";
+/// Fault 41.
+#[test]
+fn what_is_no_box_is_refused_as_it_is_opened_with_the_line_to_change() {
+    let config = bench_with("0.05", "");
+    let clock = Arc::new(SystemClock::start());
+    let (mut line, far) = TTYPort::pair().unwrap();
+    let port = far.name().unwrap();
+    drop(far);
+    let opened = FieldBox::open(&config, Some(Path::new(&port)), clock.clone());
+    let field_box = opened.unwrap().unwrap();
+    line.write_all(b"another device\0").unwrap();
+    let refused = field_box.require_known().unwrap_err().to_string();
+    assert!(
+        refused.contains("field_box.port in bench.toml"),
+        "{refused}"
+    );
+    drop((field_box, line));
+    let absent = FieldBox::open(&config, Some(Path::new("/dev/ttyACM-absent")), clock);
+    let absent = format!("{:#}", absent.err().unwrap());
+    assert!(absent.contains("field_box.port in bench.toml"), "{absent}");
+}
+
+/// What the row allows, µs.
+const ALLOWED_US: u64 = 100_000;
+/// A look that comes this late is this computer's fault, and the box has none such.
+const STARVED_US: u64 = 10_000;
+
+/// Holds the enable for as long as it lives, and arms again after each stop, as an operator would.
+fn hold_the_enable(port: &str) -> ! {
+    let config = bench_with("0.05", "");
+    let clock = Arc::new(SystemClock::start());
+    let field_box = FieldBox::open(&config, Some(Path::new(port)), clock);
+    let field_box = field_box.unwrap().unwrap();
+    field_box.require_known().unwrap();
+    let mut lines = field_box.lines();
+    let mut estop = lines.estop.take().unwrap();
+    let (mut enable, mut heartbeat) = (lines.enable.unwrap(), lines.heartbeat.unwrap());
+    let mut high = false;
+    loop {
+        std::thread::sleep(Duration::from_millis(2));
+        let closed = estop.is_high().unwrap_or(false);
+        high = !high;
+        if !closed || heartbeat.set(high).is_err() {
+            let _ = enable.set(false);
+            let _ = enable.set(true);
+        } else if !high {
+            let _ = enable.set(true);
+        }
+    }
+}
+
+/// A box at work in this process.
+struct OnBench {
+    line: TTYPort,
+    port: String,
+    guard: Guard,
+    listener: Listener<ToBox>,
+    began: Instant,
+    looked_us: u64,
+    /// Longest time between two looks since the last word, µs.
+    longest_us: u64,
+    heard_us: u64,
+    heard: u16,
+    sequence: u16,
+    cable_out: bool,
+}
+
+impl OnBench {
+    fn new() -> Self {
+        let (mut line, far) = TTYPort::pair().unwrap();
+        line.set_timeout(Duration::ZERO).unwrap();
+        // Closed, so that it can be opened by its path.
+        let port = far.name().unwrap();
+        Self {
+            line,
+            port,
+            guard: Guard::default(),
+            listener: Listener::default(),
+            began: Instant::now(),
+            looked_us: 0,
+            longest_us: 0,
+            heard_us: 0,
+            heard: 0,
+            sequence: 0,
+            cable_out: false,
+        }
+    }
+
+    fn now_us(&self) -> u64 {
+        self.began.elapsed().as_micros() as u64
+    }
+
+    /// One turn of the firmware's loop.
+    fn turn(&mut self) {
+        std::thread::sleep(Duration::from_micros(500));
+        let mut bytes = [0; 4096];
+        let read = match self.line.read(&mut bytes) {
+            Ok(read) if !self.cable_out => read,
+            Ok(_) => 0,
+            // Nothing has come, or nobody has the port open.
+            Err(_) => 0,
+        };
+        let now_us = self.now_us();
+        self.longest_us = self.longest_us.max(now_us - self.looked_us);
+        self.looked_us = now_us;
+        for &byte in &bytes[..read] {
+            match self.listener.hear(byte) {
+                Some(Ok(ToBox::Word(word))) => {
+                    let order = Order {
+                        enable: word.enable,
+                        heartbeat: word.heartbeat,
+                    };
+                    self.guard.hear(now_us, order, true);
+                    (self.heard, self.heard_us, self.longest_us) = (word.sequence, now_us, 0);
+                }
+                Some(Ok(ToBox::Ask)) => {
+                    let identity = FromBox::Identity(Identity {
+                        firmware: [0, 0, 0],
+                        serial: [1; 8],
+                        report_hz: 1000,
+                        converter_bits: 24,
+                    });
+                    let _ = self.line.write(&identity.encode());
+                }
+                Some(Err(_)) | None => {}
+            }
+        }
+        self.guard.look(now_us, true);
+        self.sequence = self.sequence.wrapping_add(1);
+        let report = FromBox::Report(Report {
+            sequence: self.sequence,
+            device_us: now_us as u32,
+            counts: [0; 2],
+            position: 0,
+            levels: Levels {
+                estop_closed: true,
+                enable: self.guard.outputs().enable,
+                ..Levels::default()
+            },
+            stop: self.guard.stop().map(|stop| match stop {
+                Stop::BenchSilent => StopReason::BenchSilent,
+                Stop::Estop => StopReason::Estop,
+                Stop::NotReleased => StopReason::NotReleased,
+            }),
+            heard: self.heard,
+        });
+        // A line that nobody reads is full.
+        let _ = self.line.write(&report.encode());
+    }
+
+    /// Waits until the enable is `on`.
+    fn until(&mut self, on: bool, what: &str) {
+        let began = Instant::now();
+        while self.guard.outputs().enable != on {
+            self.turn();
+            assert!(began.elapsed() < Duration::from_secs(20), "{what}");
+        }
+    }
+
+    fn run_for(&mut self, time: Duration) {
+        let began = Instant::now();
+        while began.elapsed() < time {
+            self.turn();
+        }
+    }
+}
+
+fn bench(port: &str) -> Child {
+    let test = "box_watchdog::a_bench_that_is_killed_or_frozen_or_unplugged_at_random_moments_loses_the_enable";
+    Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", test, "--nocapture"])
+        .env(PORT, port)
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap()
+}
+
+fn signal(child: &Child, signal: Signal) {
+    kill_process(Pid::from_child(child), signal).unwrap();
+}
+
+/// Fault 41.
+/// Hazard 15.
+#[test]
+fn a_bench_that_is_killed_or_frozen_or_unplugged_at_random_moments_loses_the_enable() {
+    if let Ok(port) = std::env::var(PORT) {
+        hold_the_enable(&port);
+    }
+    let count = campaign::repeats("FRICTION_BENCH_BOX_DEATHS", 200);
+    let mut rng = ChaCha8Rng::seed_from_u64(41);
+    let mut at_work = OnBench::new();
+    let mut child = bench(&at_work.port);
+    let mut fell_s = Vec::new();
+    let mut starved = 0;
+    while fell_s.len() < count {
+        at_work.until(true, "not enabled");
+        at_work.run_for(Duration::from_micros(rng.random_range(0..40_000)));
+        if !at_work.guard.outputs().enable {
+            // The child was starved by this computer.
+            continue;
+        }
+        // Of ten one is killed, for that takes the longest.
+        let kind = fell_s.len() % 10;
+        match kind {
+            0 => child.kill().unwrap(),
+            1..=6 => signal(&child, Signal::STOP),
+            _ => at_work.cable_out = true,
+        }
+        at_work.until(false, "still enabled");
+        let after_us = at_work.now_us() - at_work.heard_us;
+        if at_work.longest_us > STARVED_US {
+            starved += 1;
+            assert!(starved < 10 * count, "this computer is too busy");
+        } else {
+            assert!(
+                (SILENCE_US..ALLOWED_US).contains(&after_us),
+                "{after_us} µs"
+            );
+            fell_s.push(after_us as f64 * 1e-6);
+        }
+        match kind {
+            0 => {
+                child.wait().unwrap();
+                child = bench(&at_work.port);
+            }
+            1..=6 => {
+                // What it says when it goes on does not bring the enable back before it has let go.
+                signal(&child, Signal::CONT);
+            }
+            _ => at_work.cable_out = false,
+        }
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let text = format!("median / 99 % / worst: enable off {}", quantiles_ms(fell_s));
+    campaign::found(
+        "stop: field box, bench killed, frozen or unplugged",
+        count,
+        &text,
+    );
+}

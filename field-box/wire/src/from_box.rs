@@ -1,0 +1,188 @@
+//! What the box says.
+
+use crate::frame::{Encoded, Fields};
+
+const IDENTITY: u8 = 0x01;
+const REPORT: u8 = 0x02;
+
+/// Who the box is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Identity {
+    /// Version of its firmware: major, minor, patch.
+    pub firmware: [u8; 3],
+    /// Serial number, burnt into the box.
+    pub serial: [u8; 8],
+    /// Reports a second.
+    pub report_hz: u16,
+    /// Bits of its converter.
+    pub converter_bits: u8,
+}
+
+/// Why the box has taken the enable off, though the bench had it on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StopReason {
+    /// No word from the bench.
+    BenchSilent,
+    /// The loop of the e-stop is open.
+    Estop,
+    /// The bench asked for the enable without having asked for it to be off since the last stop.
+    NotReleased,
+}
+
+/// Levels of the lines and the state of the converter, at a report.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Levels {
+    /// Whether the loop of the e-stop is closed.
+    pub estop_closed: bool,
+    /// Whether the participant's button is pressed.
+    pub button: bool,
+    /// Whether the dead-man switch is held.
+    pub dead_man: bool,
+    /// Whether the amplifier is enabled.
+    pub enable: bool,
+    /// Level of the heartbeat line.
+    pub heartbeat: bool,
+    /// Whether the normal channel is at the end of its range.
+    pub normal_saturated: bool,
+    /// Whether the lateral channel is at the end of its range.
+    pub lateral_saturated: bool,
+    /// Whether the converter has not answered: the counts are no readings.
+    pub converter_silent: bool,
+}
+
+impl Levels {
+    fn bits(self) -> u8 {
+        let levels = [
+            self.estop_closed,
+            self.button,
+            self.dead_man,
+            self.enable,
+            self.heartbeat,
+            self.normal_saturated,
+            self.lateral_saturated,
+            self.converter_silent,
+        ];
+        let bits = levels.iter().enumerate();
+        bits.fold(0, |bits, (place, &high)| bits | u8::from(high) << place)
+    }
+
+    fn from_bits(bits: u8) -> Self {
+        let high = |place: u8| bits >> place & 1 != 0;
+        Self {
+            estop_closed: high(0),
+            button: high(1),
+            dead_man: high(2),
+            enable: high(3),
+            heartbeat: high(4),
+            normal_saturated: high(5),
+            lateral_saturated: high(6),
+            converter_silent: high(7),
+        }
+    }
+}
+
+/// What the box reads and does at one moment of its clock.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Report {
+    /// Number, +1 for each report; it wraps.
+    pub sequence: u16,
+    /// Time of the conversion on the box's clock, µs; it wraps.
+    pub device_us: u32,
+    /// Normal and lateral force, counts of a converter of 24 bits.
+    pub counts: [i32; 2],
+    /// Quadrature counts of the encoder since the box was powered; they wrap.
+    pub position: i32,
+    /// Levels of the lines, and the state of the converter.
+    pub levels: Levels,
+    /// Why the amplifier is off though the bench had it on; `None` if it is as the bench says.
+    pub stop: Option<StopReason>,
+    /// Number of the latest word acted on.
+    pub heard: u16,
+}
+
+/// A message from the box.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FromBox {
+    /// Who it is: when powered, and when asked.
+    Identity(Identity),
+    /// What it reads and does.
+    Report(Report),
+}
+
+impl FromBox {
+    /// Returns the message as it goes on the line.
+    #[must_use]
+    pub fn encode(&self) -> Encoded {
+        match self {
+            Self::Identity(identity) => Fields::new(IDENTITY)
+                .put(&identity.firmware)
+                .put(&identity.serial)
+                .put(&identity.report_hz.to_le_bytes())
+                .put(&[identity.converter_bits])
+                .encode(),
+            Self::Report(report) => {
+                let stop = match report.stop {
+                    None => 0,
+                    Some(StopReason::BenchSilent) => 1,
+                    Some(StopReason::Estop) => 2,
+                    Some(StopReason::NotReleased) => 3,
+                };
+                let [normal, lateral] = report.counts;
+                Fields::new(REPORT)
+                    .put(&report.sequence.to_le_bytes())
+                    .put(&report.device_us.to_le_bytes())
+                    .put(&normal.to_le_bytes())
+                    .put(&lateral.to_le_bytes())
+                    .put(&report.position.to_le_bytes())
+                    .put(&[report.levels.bits(), stop])
+                    .put(&report.heard.to_le_bytes())
+                    .encode()
+            }
+        }
+    }
+
+    pub(crate) fn read(kind: u8, fields: &[u8]) -> Option<Self> {
+        match kind {
+            IDENTITY => Some(Self::Identity(Identity {
+                firmware: field(fields, 0)?,
+                serial: field(fields, 3)?,
+                report_hz: u16::from_le_bytes(field(fields, 11)?),
+                converter_bits: last(fields, 13)?,
+            })),
+            REPORT => {
+                let stop = match field::<1>(fields, 19)? {
+                    [0] => None,
+                    [1] => Some(StopReason::BenchSilent),
+                    [2] => Some(StopReason::Estop),
+                    [3] => Some(StopReason::NotReleased),
+                    _ => return None,
+                };
+                let [levels] = field(fields, 18)?;
+                let [low] = field(fields, 20)?;
+                Some(Self::Report(Report {
+                    sequence: u16::from_le_bytes(field(fields, 0)?),
+                    device_us: u32::from_le_bytes(field(fields, 2)?),
+                    counts: [
+                        i32::from_le_bytes(field(fields, 6)?),
+                        i32::from_le_bytes(field(fields, 10)?),
+                    ],
+                    position: i32::from_le_bytes(field(fields, 14)?),
+                    levels: Levels::from_bits(levels),
+                    stop,
+                    heard: u16::from_le_bytes([low, last(fields, 21)?]),
+                }))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Returns the `N` bytes of a field.
+fn field<const N: usize>(fields: &[u8], at: usize) -> Option<[u8; N]> {
+    fields.get(at..at + N)?.try_into().ok()
+}
+
+/// Returns the byte at `at` if it is the last one.
+fn last(fields: &[u8], at: usize) -> Option<u8> {
+    (fields.len() == at + 1).then(|| fields[at])
+}

@@ -1,0 +1,70 @@
+//! Messages from bytes, cut anywhere.
+
+use core::marker::PhantomData;
+
+use crate::frame::{LONGEST_BYTES, Refused, decode};
+use crate::from_box::FromBox;
+use crate::to_box::ToBox;
+
+/// A kind of messages, by the end that sends them.
+pub trait Message: Sized {
+    /// Reads a message; `None` if there is no such one.
+    fn parse(kind: u8, fields: &[u8]) -> Option<Self>;
+}
+
+impl Message for FromBox {
+    fn parse(kind: u8, fields: &[u8]) -> Option<Self> {
+        Self::read(kind, fields)
+    }
+}
+
+impl Message for ToBox {
+    fn parse(kind: u8, fields: &[u8]) -> Option<Self> {
+        Self::read(kind, fields)
+    }
+}
+
+/// Hears the messages of one end among bytes, and resynchronises by itself at each zero byte.
+#[derive(Debug)]
+pub struct Listener<M> {
+    encoded: [u8; LONGEST_BYTES],
+    length: usize,
+    overlong: bool,
+    of: PhantomData<M>,
+}
+
+impl<M> Default for Listener<M> {
+    fn default() -> Self {
+        Self {
+            encoded: [0; LONGEST_BYTES],
+            length: 0,
+            overlong: false,
+            of: PhantomData,
+        }
+    }
+}
+
+impl<M: Message> Listener<M> {
+    /// Takes a byte; returns the message that it ends, or why what it ends is none.
+    pub fn hear(&mut self, byte: u8) -> Option<Result<M, Refused>> {
+        if byte != 0 {
+            match self.encoded.get_mut(self.length) {
+                Some(place) => {
+                    *place = byte;
+                    self.length += 1;
+                }
+                None => self.overlong = true,
+            }
+            return None;
+        }
+        let length = core::mem::take(&mut self.length);
+        if core::mem::take(&mut self.overlong) {
+            return Some(Err(Refused::Torn));
+        }
+        // Two zeros in a row end nothing.
+        (length > 0).then(|| {
+            let (kind, fields) = decode(&mut self.encoded[..length])?;
+            M::parse(kind, fields).ok_or(Refused::Unknown)
+        })
+    }
+}

@@ -1,0 +1,60 @@
+//! What the bench says.
+
+use crate::frame::{Encoded, Fields};
+
+const ASK: u8 = 0x10;
+const WORD: u8 = 0x11;
+const ENABLE: u8 = 1;
+const HEARTBEAT: u8 = 2;
+
+/// The bench's word on the amplifier: while these come, the box lets it run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Word {
+    /// Number, +1 for each word; it wraps.
+    pub sequence: u16,
+    /// Whether the amplifier is to be enabled.
+    pub enable: bool,
+    /// Level of the heartbeat line.
+    pub heartbeat: bool,
+}
+
+/// A message from the bench.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ToBox {
+    /// Asks who the box is.
+    Ask,
+    /// The bench's word on the amplifier.
+    Word(Word),
+}
+
+impl ToBox {
+    /// Returns the message as it goes on the line.
+    #[must_use]
+    pub fn encode(&self) -> Encoded {
+        match self {
+            Self::Ask => Fields::new(ASK).encode(),
+            Self::Word(word) => {
+                let enable = u8::from(word.enable) * ENABLE;
+                let heartbeat = u8::from(word.heartbeat) * HEARTBEAT;
+                Fields::new(WORD)
+                    .put(&word.sequence.to_le_bytes())
+                    .put(&[enable | heartbeat])
+                    .encode()
+            }
+        }
+    }
+
+    pub(crate) fn read(kind: u8, fields: &[u8]) -> Option<Self> {
+        match (kind, fields) {
+            (ASK, []) => Some(Self::Ask),
+            (WORD, &[low, high, levels]) if levels & !(ENABLE | HEARTBEAT) == 0 => {
+                Some(Self::Word(Word {
+                    sequence: u16::from_le_bytes([low, high]),
+                    enable: levels & ENABLE != 0,
+                    heartbeat: levels & HEARTBEAT != 0,
+                }))
+            }
+            _ => None,
+        }
+    }
+}

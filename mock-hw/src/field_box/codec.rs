@@ -1,0 +1,189 @@
+//! The bytes of a field box (`docs/field-box-protocol.md`), written by its description and held to the same examples as
+//! the bench.
+
+use crc::{CRC_16_IBM_3740, Crc};
+
+const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
+/// First byte of each frame: version 1 of this protocol.
+const VERSION: u8 = 0xB1;
+/// Kinds of messages.
+const IDENTITY: u8 = 0x01;
+const REPORT: u8 = 0x02;
+const ASK: u8 = 0x10;
+const WORD: u8 = 0x11;
+/// Longest frame that anybody may send, bytes.
+const LONGEST: usize = 32;
+
+/// What the bench asks for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Asked {
+    Identity,
+    Lines {
+        number: u16,
+        enable: bool,
+        heartbeat: bool,
+    },
+}
+
+/// Fields of a report, in the order in which they are sent.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Reading {
+    pub(super) number: u16,
+    pub(super) device_us: u32,
+    pub(super) counts: [i32; 2],
+    pub(super) position: i32,
+    /// Bits: e-stop closed, button, dead man, enable, heartbeat, normal and lateral saturated, converter silent.
+    pub(super) levels: u8,
+    pub(super) stop: u8,
+    pub(super) heard: u16,
+}
+
+/// Appends a report's frame to `out`.
+pub(super) fn put_report(reading: &Reading, out: &mut Vec<u8>) {
+    let mut raw = Vec::with_capacity(LONGEST);
+    raw.extend([VERSION, REPORT]);
+    raw.extend(reading.number.to_le_bytes());
+    raw.extend(reading.device_us.to_le_bytes());
+    for count in reading.counts {
+        raw.extend(count.to_le_bytes());
+    }
+    raw.extend(reading.position.to_le_bytes());
+    raw.extend([reading.levels, reading.stop]);
+    raw.extend(reading.heard.to_le_bytes());
+    put(raw, out);
+}
+
+/// Appends the frame that says who the box is.
+pub(super) fn put_identity(firmware: [u8; 3], serial: [u8; 8], report_hz: u16, out: &mut Vec<u8>) {
+    let mut raw = vec![VERSION, IDENTITY];
+    raw.extend(firmware);
+    raw.extend(serial);
+    raw.extend(report_hz.to_le_bytes());
+    raw.push(24);
+    put(raw, out);
+}
+
+fn put(mut raw: Vec<u8>, out: &mut Vec<u8>) {
+    raw.extend(CRC.checksum(&raw).to_le_bytes());
+    // COBS by its definition: each run up to a zero, behind its length and one.
+    for run in raw.split(|byte| *byte == 0) {
+        out.push(run.len() as u8 + 1);
+        out.extend(run);
+    }
+    out.push(0);
+}
+
+/// Bytes from the bench, up to the end of a frame.
+#[derive(Debug, Default)]
+pub(super) struct Ear(Vec<u8>);
+
+impl Ear {
+    /// Takes a byte; returns what the frame that it ends asks for. A frame that is none is dropped.
+    pub(super) fn hear(&mut self, byte: u8) -> Option<Asked> {
+        if byte != 0 {
+            if self.0.len() <= LONGEST {
+                self.0.push(byte);
+            }
+            return None;
+        }
+        let frame = std::mem::take(&mut self.0);
+        let raw = unstuffed(&frame).filter(|_| frame.len() <= LONGEST)?;
+        let (body, crc) = raw.split_at_checked(raw.len().checked_sub(2)?)?;
+        if CRC.checksum(body).to_le_bytes() != crc {
+            return None;
+        }
+        match *body {
+            [VERSION, ASK] => Some(Asked::Identity),
+            [VERSION, WORD, low, high, levels @ 0..=3] => Some(Asked::Lines {
+                number: u16::from_le_bytes([low, high]),
+                enable: levels & 1 != 0,
+                heartbeat: levels & 2 != 0,
+            }),
+            _ => None,
+        }
+    }
+}
+
+fn unstuffed(frame: &[u8]) -> Option<Vec<u8>> {
+    let (mut raw, mut at) = (Vec::new(), 0);
+    while at < frame.len() {
+        let length = usize::from(frame[at]);
+        raw.extend_from_slice(frame.get(at + 1..at + length)?);
+        at += length;
+        if at < frame.len() {
+            raw.push(0);
+        }
+    }
+    Some(raw)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn golden(name: &str) -> Vec<u8> {
+        let lines = include_str!("../../../field-box/wire/golden.txt").lines();
+        let mut found = lines.filter_map(|line| line.split_once(": "));
+        let (_, hex) = found.find(|(known, _)| *known == name).unwrap();
+        let bytes = hex.split(' ');
+        bytes
+            .map(|byte| u8::from_str_radix(byte, 16).unwrap())
+            .collect()
+    }
+
+    #[test]
+    fn what_is_sent_is_its_golden_bytes() {
+        let mut out = Vec::new();
+        let serial = [0xE6, 0x61, 0x41, 0x04, 0x03, 0x00, 0x2A, 0x21];
+        put_identity([1, 2, 3], serial, 4000, &mut out);
+        assert_eq!(out, golden("identity"));
+        out.clear();
+        let reading = Reading {
+            number: 0xFFFE,
+            device_us: 0x0102_0304,
+            counts: [272_629, -33_974],
+            position: -1200,
+            levels: 1 | 8 | 32,
+            stop: 0,
+            heard: 258,
+        };
+        put_report(&reading, &mut out);
+        assert_eq!(out, golden("report"));
+        out.clear();
+        let stopped = Reading {
+            number: 0,
+            device_us: u32::MAX,
+            counts: [i32::MIN, i32::MAX],
+            position: i32::MIN,
+            levels: 2 | 4 | 16 | 64 | 128,
+            stop: 1,
+            heard: 0xFFFF,
+        };
+        put_report(&stopped, &mut out);
+        assert_eq!(out, golden("report, stopped"));
+    }
+
+    #[test]
+    fn what_the_bench_says_is_heard_in_its_golden_bytes_and_nothing_else_is() {
+        let heard = |bytes: &[u8]| -> Vec<Asked> {
+            let mut ear = Ear::default();
+            bytes.iter().filter_map(|&byte| ear.hear(byte)).collect()
+        };
+        let lines = |number, enable, heartbeat| Asked::Lines {
+            number,
+            enable,
+            heartbeat,
+        };
+        assert_eq!(heard(&golden("ask")), [Asked::Identity]);
+        assert_eq!(heard(&golden("word, off")), [lines(0, false, false)]);
+        let on = golden("word, on");
+        assert_eq!(heard(&on), [lines(0xABCD, true, true)]);
+        for bit in 0..8 * (on.len() - 1) {
+            let mut turned = on.clone();
+            turned[bit / 8] ^= 1 << (bit % 8);
+            assert_eq!(heard(&turned), [], "bit {bit}");
+        }
+        assert_eq!(heard(&[7; 100_000]), []);
+        assert_eq!(heard(&golden("report")), []);
+    }
+}

@@ -6,7 +6,6 @@ use anyhow::{Context, bail};
 
 use calibration::channels::{ChannelsProcedure, ChannelsSetup};
 use calibration::clear::ClearPlate;
-use calibration::force::{self, ForceProcedure, ForceSetup};
 use calibration::guided::Guided;
 use calibration::judged::{Beside, Calibrates, Judged};
 use calibration::known::{self, Instrument, Known};
@@ -19,6 +18,7 @@ use config::{
     CalibrationError, CalibrationFile, CalibrationFileError, Config, Effective, Identity,
 };
 use devices::driving_time;
+use masses::{ForceProcedure, ForceSetup};
 use recording::disk;
 use survey::{FingerProcedure, ProfileProcedure};
 use tasks::StopFlag;
@@ -251,6 +251,12 @@ impl<'a> Begun<'a> {
         }
         remarks.extend(notices);
         remarks.push(format!("driven for       {:.1} s", outcome.driven_s));
+        if outcome.xruns > 0 {
+            let xruns = outcome.xruns;
+            remarks.push(format!(
+                "xruns            {xruns}, none in what was measured"
+            ));
+        }
         let mut written = write_beside(&self.path, &named(stem), &table, figure.as_ref())?;
         for Beside {
             stem,
@@ -493,15 +499,15 @@ pub fn force(
         )?;
         ForceSetup::retare(begun.bench.config(), kept)?
     } else {
-        let accuracy = force::Accuracy {
+        let accuracy = masses::Accuracy {
             masses: options.mass_accuracy,
             pulley: options.pulley_accuracy,
         };
         let masses = match &options.masses_csv {
-            Some(table) => force::read_table(table)?,
+            Some(table) => masses::read_table(table)?,
             None => [
-                force::from_g(ForceAxis::Normal, &options.normal_g),
-                force::from_g(ForceAxis::Lateral, &options.lateral_g),
+                masses::from_g(ForceAxis::Normal, &options.normal_g),
+                masses::from_g(ForceAxis::Lateral, &options.lateral_g),
             ]
             .concat(),
         };

@@ -5,12 +5,11 @@
 //! [`judged::Calibrates`] judges what came out.
 
 mod admission;
-mod calibration_figures;
+pub mod calibration_figures;
 pub mod capture;
 pub mod channel_match;
 pub mod channels;
 pub mod clear;
-pub mod force;
 pub mod guided;
 pub mod judged;
 pub mod known;
@@ -23,7 +22,7 @@ mod points;
 pub mod procedure;
 mod recent;
 pub mod rig;
-mod typed_table;
+pub mod typed_table;
 pub mod unattended;
 
 /// Compiles and runs the example in the README.

@@ -163,6 +163,9 @@ impl<'a> Begun<'a> {
         }
         let path = path(&measure.hardware);
         require_writable(&path)?;
+        if let Some(text) = config.forceless_in_words() {
+            verbosity.note(format_args!("{text}"));
+        }
         let calibration = before(&path, &config, new_sensor)?;
         verbosity.note(format_args!("calibration: {}", path.display()));
         Ok(Self {

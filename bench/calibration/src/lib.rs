@@ -10,6 +10,7 @@ pub mod capture;
 pub mod channel_match;
 pub mod channels;
 pub mod clear;
+mod drop_outs;
 pub mod guided;
 pub mod judged;
 pub mod known;

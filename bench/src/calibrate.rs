@@ -10,7 +10,7 @@ use calibration::guided::Guided;
 use calibration::judged::{Beside, Calibrates, Judged};
 use calibration::known::{self, Instrument, Known};
 use calibration::operator::ForceAxis;
-use calibration::pickup_procedure::{PickupProcedure, PickupSetup};
+use calibration::pickup::{PickupProcedure, PickupSetup};
 use calibration::plate_procedure::{PlateProcedure, PlateSetup};
 use calibration::rig::{self, Attendance};
 use calibration::unattended::Unattended;
@@ -446,7 +446,12 @@ pub fn pickup(
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
     let begun = Begun::new(config, &options.measure, verbosity)?;
-    let known = if !options.known_um.is_empty() {
+    let reference = options
+        .reference
+        .instrument(begun.bench.config(), &begun.calibration)?;
+    let known = if let Some(reference) = reference {
+        Known::Reference(reference)
+    } else if !options.known_um.is_empty() {
         Known::Values(known::from_um(&options.known_um))
     } else if let Some(table) = &options.known_csv {
         Known::Table(known::read_table(table)?)
@@ -460,6 +465,7 @@ pub fn pickup(
         &begun.calibration,
         options.levels_v.clone(),
         known.clone(),
+        options.known_at_hz,
         options.known_accuracy,
     )?;
     let apparatus = open(begun.bench.config())?;
@@ -469,9 +475,13 @@ pub fn pickup(
         .clone()
         .or_else(|| apparatus.vibrometer_port.clone());
     let instrument = match (known, port) {
-        (Known::Values(_) | Known::Table(_), _) | (Known::Typed, None) => None,
+        (Known::Values(_) | Known::Table(_) | Known::Reference(_), _) | (Known::Typed, None) => {
+            None
+        }
         (Known::Instrument, None) => {
-            bail!("known amplitudes are needed: --known-um, --known-csv or --instrument")
+            bail!(
+                "known amplitudes are needed: --reference-channel, --instrument, --known-um or --known-csv"
+            )
         }
         (Known::Instrument | Known::Typed, Some(port)) => {
             Some(Instrument::open(&port, options.instrument_baud)?)

@@ -20,6 +20,7 @@ pub mod monitor;
 mod outcome;
 pub mod privacy;
 pub mod readiness;
+mod reference_options;
 pub mod rehearsed;
 pub mod replay;
 pub mod run;

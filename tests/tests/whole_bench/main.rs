@@ -5,6 +5,7 @@ mod calibrated_session;
 mod calibration;
 mod calibration_channels;
 mod calibration_force;
+mod calibration_reference;
 mod coverage;
 mod disk;
 mod first_hour;

@@ -253,6 +253,7 @@ impl<'a> Begun<'a> {
             remarks.insert(0, notice.clone());
         }
         remarks.extend(notices);
+        remarks.extend(self.bench.config().forceless_in_words());
         remarks.push(format!("driven for       {:.1} s", outcome.driven_s));
         if outcome.xruns > 0 {
             let xruns = outcome.xruns;

@@ -182,7 +182,8 @@ pub fn run(
     front.show(tui::Event::Phase(PhaseView::new(PhaseKind::Monitoring)));
     let notices = config.safety_notices(config.plate.resonance_hz);
     let rehearsed = rehearsed::notice(&rehearsed).into_iter();
-    for text in rehearsed.chain(notices).chain(unverified) {
+    let forceless = config.forceless_in_words();
+    for text in rehearsed.chain(notices).chain(forceless).chain(unverified) {
         front.show(tui::Event::Log {
             level: LogLevel::Warning,
             text,

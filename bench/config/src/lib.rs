@@ -161,7 +161,6 @@ impl Config {
             self.loosened_in_words(),
             self.limits.hearing_in_words(carrier_hz),
             self.limits.unchecked_in_words(),
-            self.forceless_in_words(),
         ]
         .into_iter()
         .flatten()

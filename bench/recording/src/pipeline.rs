@@ -462,6 +462,35 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
             })
             .collect()
     }
+    /// Fault 6.
+    #[test]
+    fn xruns_that_cost_nothing_are_counted_and_cost_no_trial() {
+        let mut account = Account::default();
+        let costly = |now: &Account, before: &Account| now.costly_xruns_since(before);
+        let report = |account: &mut Account, input, output| {
+            (account.input_xruns, account.output_xruns) = (input, output);
+        };
+        // Reported and not yet judged: it counts.
+        report(&mut account, 1, 1);
+        assert_eq!(costly(&account, &Account::default()), (1, 1));
+        let open = account;
+        account.input_cost.settle(1, true);
+        account.output_cost.settle(1, true);
+        assert_eq!(costly(&account, &Account::default()), (0, 0));
+        assert_eq!(
+            account.drop_outs(),
+            "0 frames lost, 1 input and 1 output xruns; 2 of them cost no frame"
+        );
+        // A trial that began while one was open: what that cost nothing for hides none of its own.
+        report(&mut account, 2, 1);
+        account.input_cost.settle(2, false);
+        assert_eq!(costly(&account, &open), (1, 0));
+        // And what it cost is charged to the trial in which that is known.
+        let mut late = open;
+        late.output_cost.settle(1, false);
+        assert_eq!(costly(&late, &open), (1, 1));
+        assert_eq!(costly(&late, &late), (1, 0), "the input's is open still");
+    }
 
     #[test]
     fn a_file_gives_the_frames_that_the_card_gave() {

@@ -10,6 +10,7 @@ mod coverage;
 mod disk;
 mod first_hour;
 mod force_sources;
+mod forceless;
 mod forget;
 mod hostile;
 mod impedance_live;

@@ -9,7 +9,7 @@ use rehearsal::{FaultKind, RehearsedFault};
 
 pub use crate::analyze_options::Analyze;
 use crate::fault_option::NamedFault;
-pub use crate::reference_options::ReferenceOptions;
+use calibration::reference_options::ReferenceOptions;
 
 /// Test bench controller for ultrasonic friction modulation.
 #[derive(Debug, Parser)]

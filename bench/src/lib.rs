@@ -20,7 +20,6 @@ pub mod monitor;
 mod outcome;
 pub mod privacy;
 pub mod readiness;
-mod reference_options;
 pub mod rehearsed;
 pub mod replay;
 pub mod run;

@@ -23,6 +23,7 @@ mod points;
 pub mod procedure;
 mod recent;
 pub mod reference;
+pub mod reference_options;
 pub mod rig;
 pub mod typed_table;
 pub mod unattended;

@@ -1,6 +1,6 @@
 //! Options of an instrument whose analog output is on a spare input.
 
-use calibration::reference::{Follows, Reference, StatedDelay};
+use crate::reference::{Follows, Reference, StatedDelay};
 use clap::Args;
 use config::{CalibrationFile, Config};
 

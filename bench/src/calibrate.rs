@@ -6,12 +6,11 @@ use anyhow::{Context, bail};
 
 use calibration::channels::{ChannelsProcedure, ChannelsSetup};
 use calibration::clear::ClearPlate;
-use calibration::force::{self, ForceProcedure, ForceSetup};
 use calibration::guided::Guided;
 use calibration::judged::{Beside, Calibrates, Judged};
 use calibration::known::{self, Instrument, Known};
 use calibration::operator::ForceAxis;
-use calibration::pickup_procedure::{PickupProcedure, PickupSetup};
+use calibration::pickup::{PickupProcedure, PickupSetup};
 use calibration::plate_procedure::{PlateProcedure, PlateSetup};
 use calibration::rig::{self, Attendance};
 use calibration::unattended::Unattended;
@@ -19,6 +18,7 @@ use config::{
     CalibrationError, CalibrationFile, CalibrationFileError, Config, Effective, Identity,
 };
 use devices::driving_time;
+use masses::{ForceProcedure, ForceSetup};
 use recording::disk;
 use survey::{FingerProcedure, ProfileProcedure};
 use tasks::StopFlag;
@@ -163,6 +163,9 @@ impl<'a> Begun<'a> {
         }
         let path = path(&measure.hardware);
         require_writable(&path)?;
+        if let Some(text) = config.forceless_in_words() {
+            verbosity.note(format_args!("{text}"));
+        }
         let calibration = before(&path, &config, new_sensor)?;
         verbosity.note(format_args!("calibration: {}", path.display()));
         Ok(Self {
@@ -250,7 +253,14 @@ impl<'a> Begun<'a> {
             remarks.insert(0, notice.clone());
         }
         remarks.extend(notices);
+        remarks.extend(self.bench.config().forceless_in_words());
         remarks.push(format!("driven for       {:.1} s", outcome.driven_s));
+        if outcome.xruns > 0 {
+            let xruns = outcome.xruns;
+            remarks.push(format!(
+                "xruns            {xruns}, none in what was measured"
+            ));
+        }
         let mut written = write_beside(&self.path, &named(stem), &table, figure.as_ref())?;
         for Beside {
             stem,
@@ -437,7 +447,12 @@ pub fn pickup(
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
     let begun = Begun::new(config, &options.measure, verbosity)?;
-    let known = if !options.known_um.is_empty() {
+    let reference = options
+        .reference
+        .instrument(begun.bench.config(), &begun.calibration)?;
+    let known = if let Some(reference) = reference {
+        Known::Reference(reference)
+    } else if !options.known_um.is_empty() {
         Known::Values(known::from_um(&options.known_um))
     } else if let Some(table) = &options.known_csv {
         Known::Table(known::read_table(table)?)
@@ -451,6 +466,7 @@ pub fn pickup(
         &begun.calibration,
         options.levels_v.clone(),
         known.clone(),
+        options.known_at_hz,
         options.known_accuracy,
     )?;
     let apparatus = open(begun.bench.config())?;
@@ -460,9 +476,13 @@ pub fn pickup(
         .clone()
         .or_else(|| apparatus.vibrometer_port.clone());
     let instrument = match (known, port) {
-        (Known::Values(_) | Known::Table(_), _) | (Known::Typed, None) => None,
+        (Known::Values(_) | Known::Table(_) | Known::Reference(_), _) | (Known::Typed, None) => {
+            None
+        }
         (Known::Instrument, None) => {
-            bail!("known amplitudes are needed: --known-um, --known-csv or --instrument")
+            bail!(
+                "known amplitudes are needed: --reference-channel, --instrument, --known-um or --known-csv"
+            )
         }
         (Known::Instrument | Known::Typed, Some(port)) => {
             Some(Instrument::open(&port, options.instrument_baud)?)
@@ -493,15 +513,15 @@ pub fn force(
         )?;
         ForceSetup::retare(begun.bench.config(), kept)?
     } else {
-        let accuracy = force::Accuracy {
+        let accuracy = masses::Accuracy {
             masses: options.mass_accuracy,
             pulley: options.pulley_accuracy,
         };
         let masses = match &options.masses_csv {
-            Some(table) => force::read_table(table)?,
+            Some(table) => masses::read_table(table)?,
             None => [
-                force::from_g(ForceAxis::Normal, &options.normal_g),
-                force::from_g(ForceAxis::Lateral, &options.lateral_g),
+                masses::from_g(ForceAxis::Normal, &options.normal_g),
+                masses::from_g(ForceAxis::Lateral, &options.lateral_g),
             ]
             .concat(),
         };

@@ -9,6 +9,7 @@ use rehearsal::{FaultKind, RehearsedFault};
 
 pub use crate::analyze_options::Analyze;
 use crate::fault_option::NamedFault;
+use calibration::reference_options::ReferenceOptions;
 
 /// Test bench controller for ultrasonic friction modulation.
 #[derive(Debug, Parser)]
@@ -265,9 +266,15 @@ pub struct CalibratePickup {
     /// Known peak amplitude at each level, µm.
     #[arg(long, value_name = "MICROMETRES", value_delimiter = ',', conflicts_with_all = ["known_csv", "instrument"], requires = "levels_v")]
     pub known_um: Vec<f64>,
-    /// CSV file of levels and known peak amplitudes, with the columns drive_v,known_um.
+    /// CSV file of levels and known peak amplitudes, with the columns drive_v,known_um and, if you like, known_at_hz.
     #[arg(long, value_name = "FILE", conflicts_with = "instrument")]
     pub known_csv: Option<PathBuf>,
+    /// Frequency at which the known amplitudes hold, Hz; the plate's resonance must be there now.
+    #[arg(long, value_name = "HZ", value_parser = model::positive, allow_negative_numbers = true, conflicts_with = "instrument")]
+    pub known_at_hz: Option<f64>,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub reference: ReferenceOptions,
     /// Serial port of an instrument that sends its peak amplitude in µm, one number per line.
     #[arg(long, value_name = "PORT")]
     pub instrument: Option<PathBuf>,

@@ -182,7 +182,8 @@ pub fn run(
     front.show(tui::Event::Phase(PhaseView::new(PhaseKind::Monitoring)));
     let notices = config.safety_notices(config.plate.resonance_hz);
     let rehearsed = rehearsed::notice(&rehearsed).into_iter();
-    for text in rehearsed.chain(notices).chain(unverified) {
+    let forceless = config.forceless_in_words();
+    for text in rehearsed.chain(notices).chain(forceless).chain(unverified) {
         front.show(tui::Event::Log {
             level: LogLevel::Warning,
             text,
@@ -397,15 +398,20 @@ impl MonitorTask {
                 |z| format!("{:.3} {:+.3}i", z.re_n_s_per_m, z.im_n_s_per_m),
             )
         };
-        let number = |value: Option<f64>, scale: f64| value.map_or(f64::NAN, |value| value * scale);
+        let number = |value: Option<f64>, scale: f64, decimals: usize, unit: &str| {
+            value.map_or_else(
+                || "–".to_owned(),
+                |value| format!("{:.decimals$} {unit}", value * scale),
+            )
+        };
         let text = format!(
-            "{:8.3} s  Z_m {} N·s/m (plain {})  amplitude {:.3} µm  drive {:.1} V  normal {:.3} N  drift {}  lost {}",
+            "{:8.3} s  Z_m {} N·s/m (plain {})  amplitude {}  drive {}  normal {}  drift {}  lost {}",
             live.t_s,
             impedance(live.z_m_n_s_per_m),
             impedance(live.z_plain_n_s_per_m),
-            number(live.amplitude_m, 1e6),
-            number(live.drive_v, 1.0),
-            number(live.normal_n, 1.0),
+            number(live.amplitude_m, 1e6, 3, "µm"),
+            number(live.drive_v, 1.0, 1, "V"),
+            number(live.normal_n, 1.0, 3, "N"),
             screen_words::drift(self.contact.drift_hz()),
             self.account.lost_frames,
         );

@@ -40,9 +40,9 @@ pub struct TrialAnalysis {
     pub clipped_frames: u64,
     /// Input frames lost, written as NaN.
     pub lost_frames: u64,
-    /// Overruns of the input.
+    /// Overruns of the input that cost frames, or may have.
     pub input_xruns: u64,
-    /// Underruns of the output.
+    /// Underruns of the output that cost frames, or may have.
     pub output_xruns: u64,
 }
 

@@ -22,7 +22,7 @@ pub struct Quality {
     pub max_clipped_frames: u64,
     /// Lost input frames allowed in a trial.
     pub max_lost_frames: u64,
-    /// Sum of input and output xruns allowed in a trial.
+    /// Sum of input and output xruns allowed in a trial; those that cost no frame do not count.
     pub max_xruns: u64,
 }
 

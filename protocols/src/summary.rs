@@ -29,7 +29,7 @@ pub struct SessionSummary {
     pub lost_frames: u64,
     /// Clipped frames in all analysed attempts.
     pub clipped_frames: u64,
-    /// Input and output xruns in all analysed attempts.
+    /// Input and output xruns that cost frames, or may have, in all analysed attempts.
     pub xruns: u64,
 }
 

@@ -90,7 +90,8 @@ impl Capture {
     }
 
     /// Returns the readings of an axis, normal or lateral, N.
-    pub(super) fn force_n(&self, axis: usize) -> &[f64] {
+    #[must_use]
+    pub fn force_n(&self, axis: usize) -> &[f64] {
         [&self.normal_n, &self.lateral_n][axis]
     }
 

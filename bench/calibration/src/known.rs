@@ -7,6 +7,7 @@ use std::time::Duration;
 use anyhow::{Context, bail};
 use serialport::SerialPort;
 
+use crate::reference::Reference;
 use crate::typed_table;
 
 /// Length of a micrometre, the unit of typed amplitudes and of instruments, m.
@@ -21,28 +22,46 @@ const NONSENSE_LINES: u32 = 20;
 pub enum Known {
     /// One amplitude for each level, m.
     Values(Vec<f64>),
-    /// Levels (V) and amplitudes (m) of a table.
-    Table(Vec<(f64, f64)>),
+    /// Rows of a table.
+    Table(Vec<KnownRow>),
     /// An instrument on a serial port measures them.
     Instrument,
+    /// An instrument whose analog output is on a spare input measures them, with their phase.
+    Reference(Reference),
     /// The operator types them while the plate moves.
     Typed,
 }
 
-/// Reads a table with the columns `drive_v,known_um`.
+/// A row of a table of known amplitudes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct KnownRow {
+    /// Drive level, V peak.
+    pub drive_v: f64,
+    /// Peak amplitude, m.
+    pub known_m: f64,
+    /// Frequency at which it holds, Hz; `None` where the table does not say.
+    pub at_hz: Option<f64>,
+}
+
+/// Reads a table with the columns `drive_v,known_um`, or `drive_v,known_um,known_at_hz`.
 ///
 /// # Errors
 /// When it cannot be read, or a column is missing.
-pub fn read_table(path: &Path) -> anyhow::Result<Vec<(f64, f64)>> {
+pub fn read_table(path: &Path) -> anyhow::Result<Vec<KnownRow>> {
     #[derive(serde::Deserialize)]
     struct Row {
         drive_v: f64,
         known_um: f64,
+        known_at_hz: Option<f64>,
     }
-    let rows = typed_table::rows::<Row>(path, "drive_v,known_um")?;
+    let rows = typed_table::rows::<Row>(path, "drive_v,known_um or drive_v,known_um,known_at_hz")?;
     Ok(rows
         .iter()
-        .map(|row| (row.drive_v, row.known_um * MICROMETRE_M))
+        .map(|row| KnownRow {
+            drive_v: row.drive_v,
+            known_m: row.known_um * MICROMETRE_M,
+            at_hz: row.known_at_hz,
+        })
         .collect())
 }
 
@@ -210,10 +229,16 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("known.csv");
         std::fs::write(&path, "drive_v,known_um\n5, 0.42\n10,0.84\n").unwrap();
-        assert_eq!(
-            read_table(&path).unwrap(),
-            [(5.0, 0.42 * 1e-6), (10.0, 0.84 * 1e-6)]
-        );
+        let row = |drive_v, known_m, at_hz| KnownRow {
+            drive_v,
+            known_m,
+            at_hz,
+        };
+        let known = [row(5.0, 0.42 * 1e-6, None), row(10.0, 0.84 * 1e-6, None)];
+        assert_eq!(read_table(&path).unwrap(), known);
+        std::fs::write(&path, "drive_v,known_um,known_at_hz\n5,0.42,35012.5\n").unwrap();
+        let known = [row(5.0, 0.42 * 1e-6, Some(35_012.5))];
+        assert_eq!(read_table(&path).unwrap(), known);
         std::fs::write(&path, "volts,um\n5,0.42\n").unwrap();
         assert!(format!("{:#}", read_table(&path).unwrap_err()).contains("drive_v,known_um"));
     }

@@ -5,25 +5,27 @@
 //! [`judged::Calibrates`] judges what came out.
 
 mod admission;
-mod calibration_figures;
+pub mod calibration_figures;
 pub mod capture;
 pub mod channel_match;
 pub mod channels;
 pub mod clear;
-pub mod force;
+mod drop_outs;
 pub mod guided;
 pub mod judged;
 pub mod known;
 mod meter;
 pub mod operator;
-pub mod pickup_procedure;
+pub mod pickup;
 pub mod plate_look;
 pub mod plate_procedure;
 mod points;
 pub mod procedure;
 mod recent;
+pub mod reference;
+pub mod reference_options;
 pub mod rig;
-mod typed_table;
+pub mod typed_table;
 pub mod unattended;
 
 /// Compiles and runs the example in the README.

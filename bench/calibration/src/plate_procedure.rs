@@ -40,6 +40,8 @@ pub struct PlateSetup {
     pub metres_per_unit: Quantity,
     /// Resonance at the calibration before, Hz; `None` at the first.
     pub before_hz: Option<f64>,
+    /// Phase of the pickup as an instrument on an input measured it, and at which frequency, Hz.
+    pub pickup_phase: Option<(Quantity, f64)>,
     /// How well the channels follow each other, relative and rad.
     pub channel_match: f64,
     config: Config,
@@ -78,6 +80,10 @@ impl PlateSetup {
             drive_v,
             metres_per_unit,
             before_hz,
+            pickup_phase: held
+                .pickup
+                .as_ref()
+                .and_then(|pickup| Some((pickup.phase_rad.clone()?, pickup.carrier_hz))),
             channel_match: held.channel_match().unwrap_or(CHANNEL_MATCH),
             config: config.clone(),
         })
@@ -295,6 +301,7 @@ impl Calibrates for PlateProcedure {
                 "N/V",
             ),
             pickup_phase_rad: quantity(fit.pickup_phase_rad, "rad"),
+            force_phase_rad: self.force_phase(fit),
             unloaded_ratio: [unloaded.re, unloaded.im],
             residual: fit.residual,
             drift_hz,
@@ -304,6 +311,7 @@ impl Calibrates for PlateProcedure {
             "residual         {:.1e} of the peak",
             plate.residual
         )];
+        remarks.extend(plate.force_phase_rad.as_ref().and_then(turned_force));
         if let Some(drift_hz) = plate.drift_hz {
             remarks.push(format!(
                 "drift            {drift_hz:+.2} Hz since the calibration before"
@@ -311,14 +319,22 @@ impl Calibrates for PlateProcedure {
         }
         let response = self.admittance(&plate);
         Ok(Judged {
-            values: vec![
+            values: [
                 ("resonance", plate.resonance_hz.clone()),
                 ("quality", plate.quality.clone()),
                 ("damping", plate.damping_n_s_per_m.clone()),
                 ("stiffness", plate.stiffness_n_per_m.clone()),
                 ("force factor", plate.force_factor_n_per_v.clone()),
                 ("pickup phase", plate.pickup_phase_rad.clone()),
-            ],
+            ]
+            .into_iter()
+            .chain(
+                plate
+                    .force_phase_rad
+                    .clone()
+                    .map(|phase| ("force phase", phase)),
+            )
+            .collect(),
             remarks,
             faults,
             stem: Self::NAME,
@@ -334,7 +350,35 @@ impl Calibrates for PlateProcedure {
     }
 }
 
+/// Phase of the force against the voltage that is read back from which on it is remarked, rad: far more than the losses of
+/// an actuator, as much as a slow monitor output of an amplifier.
+const TURNED_RAD: f64 = 0.3;
+
+/// Returns a remark where the force is not in phase with the voltage that is read back.
+fn turned_force(phase: &Quantity) -> Option<String> {
+    (phase.value.abs() > TURNED_RAD).then(|| {
+        format!(
+            "WARNING          the plate says that the force is {:+.2} rad ahead of the voltage that is read back: Z_m is right, but the pickup's own phase, or the read-back's, is not what was stated; check --reference-delay-us, the instrument's sign (3.14 rad) and the amplifier's monitor output",
+            phase.value
+        )
+    })
+}
+
 impl PlateProcedure {
+    /// Returns by how much the force is ahead of the voltage that is read back; `None` where the pickup's own phase was not
+    /// measured.
+    fn force_phase(&self, fit: &PlateFit) -> Option<Quantity> {
+        let (own, at_hz) = self.setup.pickup_phase.as_ref()?;
+        // The pickup's phase is a delay's, so it goes with the frequency.
+        let own_rad = own.value * fit.resonance_hz.value / at_hz;
+        let ahead_rad = Complex64::cis(own_rad - fit.pickup_phase_rad.value).arg();
+        let error = own
+            .standard_error
+            .hypot(fit.pickup_phase_rad.standard_error);
+        let freedom = own.degrees_of_freedom;
+        Some(Quantity::new(ahead_rad, error, freedom, "rad"))
+    }
+
     /// Returns the resonance now less that at the calibration before, Hz.
     fn drift_hz(&self, fit: &PlateFit) -> Option<f64> {
         self.setup

@@ -13,6 +13,8 @@ pub struct PickupPoint {
     pub known_m: f64,
     /// Standard deviation of the known amplitude, m.
     pub sigma_m: f64,
+    /// Phase of the known displacement less that of the reading, rad; `None` where only its amplitude is known.
+    pub turn_rad: Option<f64>,
 }
 
 /// Velocity over force at one frequency, m/s/N.

@@ -18,6 +18,7 @@ use tasks::{StopFlag, Task};
 
 use crate::admission::Admission;
 use crate::capture::{Capture, dwells, held_tone};
+use crate::drop_outs::DropOuts;
 use crate::known::Instrument;
 use crate::meter::Meter;
 use crate::operator::{Answer, Hands, LiveReading, Operator, OperatorInput};
@@ -34,6 +35,8 @@ pub struct Outcome<P> {
     pub date: Timestamp,
     /// Time for which the plate was driven, s.
     pub driven_s: f64,
+    /// Number of xruns, none of which cost a sample of what was measured.
+    pub xruns: u64,
 }
 
 /// The operator, and the thread of their screen if there is one.
@@ -98,7 +101,7 @@ pub fn run<P: Procedure>(
         capture: Capture::default(),
         block: Vec::new(),
         meter: Meter::default(),
-        account: StreamAccount::default(),
+        drop_outs: DropOuts::default(),
         recent: [(); 2].map(|()| Recent::new((READBACK_S * rate_hz) as usize)),
         taken: 0,
         driven_frames: 0,
@@ -110,7 +113,7 @@ pub fn run<P: Procedure>(
     let clock = open.life.clock().clone();
     open.life
         .run(tasks, || screen.map_or(Ok(()), DashboardThread::join))?;
-    let (procedure, driven_s) = outcome
+    let (procedure, driven_s, xruns) = outcome
         .try_recv()
         .ok()
         .context("quit before everything was measured: nothing was written")?;
@@ -119,6 +122,7 @@ pub fn run<P: Procedure>(
         identity,
         date: clock.utc(),
         driven_s,
+        xruns,
     })
 }
 
@@ -166,12 +170,6 @@ struct HeldTone {
     steady_frames: usize,
 }
 
-#[derive(Default)]
-struct StreamAccount {
-    frames: u64,
-    xruns: (u64, u64),
-}
-
 struct RigTask<P> {
     admission: Admission,
     ramp_frames: usize,
@@ -200,28 +198,19 @@ struct RigTask<P> {
     capture: Capture,
     block: Vec<f32>,
     meter: Meter,
-    account: StreamAccount,
+    drop_outs: DropOuts,
     /// Drive and pickup.
     recent: [Recent; 2],
     /// Number of frames read so far.
     taken: u64,
     driven_frames: u64,
     last_audio: Instant,
-    done: Sender<(P, f64)>,
+    done: Sender<(P, f64, u64)>,
 }
 
 impl<P: Procedure> RigTask<P> {
     fn take_block(&mut self, header: &BlockHeader, now_ns: u64) -> anyhow::Result<()> {
-        let lost = header.first_frame.saturating_sub(self.account.frames);
-        self.account.frames = header.first_frame + u64::from(header.frames);
-        let xruns = (header.input_xruns, header.output_xruns);
-        if lost > 0 || xruns != self.account.xruns {
-            bail!(
-                "{lost} frames lost, {} input and {} output xruns: a calibration needs every sample; give the sound card longer buffers (audio.buffer_frames) and calibrate again",
-                xruns.0,
-                xruns.1
-            );
-        }
+        let xrun = self.drop_outs.take(header)?;
         let silent = header.drive.phase.is_silent();
         if !silent {
             self.driven_frames += u64::from(header.frames);
@@ -249,6 +238,11 @@ impl<P: Procedure> RigTask<P> {
             Step::SilencingTone { quiet_frames, .. } if silent => {
                 *quiet_frames += header.frames as usize;
             }
+            // Nobody can tell whether silence has a gap: it is listened to again.
+            Step::Listening { .. } if xrun => {
+                self.drop_outs.listen_anew()?;
+                self.capture.forget(frames);
+            }
             Step::Asking { .. } if frames > 2 * self.held_frames => {
                 self.capture.forget(frames - self.held_frames);
             }
@@ -257,7 +251,8 @@ impl<P: Procedure> RigTask<P> {
         if let Some(held) = &mut self.held {
             let steady =
                 header.drive.programs != held.after && header.drive.phase == DrivePhase::Steady;
-            held.steady_frames = if steady {
+            // What is read of the tone begins anew after an xrun.
+            held.steady_frames = if steady && !xrun {
                 held.steady_frames + header.frames as usize
             } else {
                 0
@@ -317,9 +312,10 @@ impl<P: Procedure> RigTask<P> {
         self.capture = Capture {
             channels: self.channels,
             rate_hz: self.rate_hz,
-            from_s: self.account.frames as f64 / self.rate_hz,
+            from_s: self.drop_outs.frames as f64 / self.rate_hz,
             ..Capture::default()
         };
+        self.drop_outs.begin();
         let asked = match &next {
             NextStep::Ask(request) | NextStep::Sound(_, request) => Some(*request),
             NextStep::Listen(_) | NextStep::Play(_) | NextStep::Done => None,
@@ -389,6 +385,8 @@ impl<P: Procedure> RigTask<P> {
                     self.drive_channel,
                     self.ramp_frames,
                 )?;
+                self.drop_outs
+                    .require_whole(&self.capture, self.drive_channel)?;
                 self.captured().map(Some)
             }
             Step::Asking {
@@ -497,7 +495,7 @@ impl<P: Procedure> RigTask<P> {
         let (normal, lateral, count) = meter.force;
         let mean = |sum: f64| (count > 0).then(|| sum / f64::from(count));
         self.operator.show(&LiveReading {
-            t_s: self.account.frames as f64 / self.rate_hz,
+            t_s: self.drop_outs.frames as f64 / self.rate_hz,
             normal_n: mean(normal),
             lateral_n: mean(lateral),
             drive_v: drive * self.drive_volts_per_unit,
@@ -590,7 +588,9 @@ impl<P: Procedure> Task for RigTask<P> {
             Step::Done => {
                 if let Some(procedure) = self.procedure.take() {
                     let driven_s = self.driven_frames as f64 / self.rate_hz;
-                    let _ = self.done.send((procedure, driven_s));
+                    let _ = self
+                        .done
+                        .send((procedure, driven_s, self.drop_outs.xruns()));
                 }
             }
             _ => {}

@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 ///
 /// # Errors
 /// When the file cannot be read, or a row does not fit the columns.
-pub(super) fn rows<R: DeserializeOwned>(path: &Path, columns: &str) -> anyhow::Result<Vec<R>> {
+pub fn rows<R: DeserializeOwned>(path: &Path, columns: &str) -> anyhow::Result<Vec<R>> {
     let table = files::read(path, files::TEXT_LIMIT_BYTES)
         .with_context(|| format!("cannot read {}", path.display()))?;
     let mut reader = csv::ReaderBuilder::new()

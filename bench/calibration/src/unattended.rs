@@ -180,7 +180,7 @@ impl<W: Write + Send> Operator for Unattended<W> {
                 "no operator to type the meter's reading: give --known-v or --instrument, or calibrate on a terminal"
             ),
             Request::KnownAmplitude { .. } => bail!(
-                "no operator to type the amplitude: give --known-um, --known-csv or --instrument, or calibrate on a terminal"
+                "no operator to type the amplitude: give --reference-channel, --instrument, --known-um or --known-csv, or calibrate on a terminal"
             ),
         };
         if !done {

@@ -24,6 +24,10 @@ pub struct MeasuredPickup {
     pub measured: Provenance,
     /// Plate displacement per sample value, m.
     pub metres_per_unit: Quantity,
+    /// Phase φ of the pickup at the carrier against an instrument on a spare input, its own input's delay behind the drive's
+    /// included: x̃ = metres_per_unit · sample · exp(+iφ), rad; absent where no such instrument was read.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub phase_rad: Option<Quantity>,
     /// Displacement at a reading of zero, m: an offset of the instrument or of the pickup.
     pub offset: Quantity,
     /// Largest residual over the largest amplitude.
@@ -52,6 +56,10 @@ pub struct MeasuredPlate {
     pub force_factor_n_per_v: Quantity,
     /// Phase to add to the pickup's samples at the resonance, rad.
     pub pickup_phase_rad: Quantity,
+    /// Phase by which the force is ahead of the voltage that is read back: the pickup's own phase less `pickup_phase_rad`,
+    /// which holds both, rad; absent where an instrument has not measured the pickup's own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force_phase_rad: Option<Quantity>,
     /// Envelope of the pickup over that of the drive at the resonance with no finger on the plate, in sample units:
     /// real and imaginary part.
     pub unloaded_ratio: [f64; 2],

@@ -368,8 +368,12 @@ fn signed(of: &Provenance) -> String {
 fn with_constants(mut config: Config, calibration: &CalibrationFile) -> Config {
     if let Some(pickup) = &calibration.pickup {
         config.channels.pickup.metres_per_unit = pickup.metres_per_unit.value;
+        if let Some(phase) = &pickup.phase_rad {
+            config.channels.pickup.phase_rad = phase.value;
+        }
     }
     if let Some(plate) = &calibration.plate {
+        // Z_m is of the force, and the plate's phase holds what the force is turned against the voltage that is read back.
         config.channels.pickup.phase_rad = plate.pickup_phase_rad.value;
         config.plate.resonance_hz = plate.resonance_hz.value;
         config.plate.force_factor_n_per_v = plate.force_factor_n_per_v.value;

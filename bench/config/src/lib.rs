@@ -172,6 +172,15 @@ impl Config {
         .collect()
     }
 
+    /// Returns what a bench without a force sensor can do and cannot; `None` with one.
+    #[must_use]
+    pub fn forceless_in_words(&self) -> Option<String> {
+        let text = "no force sensor ([force] in bench.toml): nothing watches how hard a finger presses, and nothing but you \
+                    tells whether the plate is clear; Z_m, amplitude and resonance are measured, gap, friction and \
+                    participants' sessions need one";
+        self.force.is_none().then(|| text.to_owned())
+    }
+
     /// Returns each value on which the safety watch relies and that is looser than its default, as
     /// `safety.readback_tolerance = 0.4 (default 0.25)`.
     ///

@@ -362,6 +362,12 @@ impl Acquisition {
     }
 
     fn swallowed(&mut self, lost: Lost, batch: &mut Batch) -> anyhow::Result<()> {
+        let lossless = lost == Lost::Exactly(0);
+        self.pipeline.settle_input_xruns(lossless);
+        if lossless {
+            let text = "input xrun: no frame was lost, as the carrier's phase shows";
+            self.warnings.push(text.to_owned());
+        }
         if let (Lost::About(_), 1..) = (lost, lost.frames()) {
             let text = "the gap that follows is numbered by the card's timestamps alone";
             self.event(EventKind::Note, None, Some(text.to_owned()));
@@ -400,6 +406,7 @@ impl Acquisition {
         if xrun.gap == Gap::Sought {
             return;
         }
+        self.pipeline.settle_output_xruns(xrun.number, none);
         let text = xrun.gap.to_string();
         self.warnings
             .push(format!("output xrun at {from_s:.3} s: {text}"));

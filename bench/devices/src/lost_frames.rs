@@ -84,6 +84,18 @@ impl LossFinder {
             .sum::<Complex64>()
     }
 
+    /// Returns whether the carrier goes on through all of `drive` without a jump of its phase.
+    fn goes_on(&self, drive: &[f32]) -> bool {
+        let turn = Complex64::cis(self.step_rad() * WINDOW as f64);
+        let mut expected: Option<Complex64> = None;
+        // The last window ends with the samples.
+        drive.rchunks_exact(WINDOW).rev().all(|window| {
+            let now = self.phasor(window);
+            let before = expected.replace(now * turn).unwrap_or(now);
+            now.norm() >= LEAST_AMPLITUDE && (now * before.conj()).arg().abs() < TOLERANCE_RAD
+        })
+    }
+
     /// Returns the number of frames lost between `before`, the last [`WINDOW`] drive samples before the loss, and
     /// `after`, the first after it; `timestamps_s` is the time that the card's timestamps leave unaccounted for.
     pub fn lost(&self, before: &[f32], after: &[f32], timestamps_s: f64) -> Lost {
@@ -145,10 +157,14 @@ pub struct LossWatch {
     ended_ns: Option<u64>,
     xruns: u64,
     held: Option<Vec<SampleBlock>>,
+    /// Number of blocks to be held before the loss is counted.
+    until: usize,
 }
 
 /// Number of blocks held after a reported xrun: the loss may show in the timestamps a little later.
 const HELD_BLOCKS: usize = 4;
+/// Largest number of blocks held while one xrun follows the other; what they cost is then not known.
+const MOST_BLOCKS: usize = 16;
 
 impl LossWatch {
     /// Makes a watch for a stream of `channels` channels that carries the drive, at `carrier_hz`, in `drive_channel`.
@@ -166,6 +182,7 @@ impl LossWatch {
             ended_ns: None,
             xruns: 0,
             held: None,
+            until: 0,
         }
     }
 
@@ -179,7 +196,8 @@ impl LossWatch {
         let unaccounted_s = self.unaccounted_s(&header);
         if header.input_xruns > self.xruns {
             self.xruns = header.input_xruns;
-            self.held.get_or_insert_default();
+            let held = self.held.get_or_insert_default().len();
+            self.until = (held + HELD_BLOCKS).min(MOST_BLOCKS);
         }
         let block = SampleBlock {
             header,
@@ -233,12 +251,13 @@ impl LossWatch {
     /// Returns the blocks before the loss, the loss, and the blocks after it, once there are enough of them.
     fn resolve(&mut self) -> Vec<Piece> {
         let held = self.held.as_deref().unwrap_or_default();
-        // The loss is where the card's clock has the longest time unaccounted for.
+        // The loss is where the card's clock has the longest time unaccounted for, the first such place: a later block would
+        // become the place whenever one comes, and none were ever let through.
         let by_time =
             |a: &usize, b: &usize| held[*a].unaccounted_s.total_cmp(&held[*b].unaccounted_s);
-        let place = (0..held.len()).max_by(by_time).unwrap_or(0);
+        let place = (0..held.len()).rev().max_by(by_time).unwrap_or(0);
         let after = self.drive_samples(&held[place..]);
-        if held.len() < HELD_BLOCKS || after.len() < WINDOW {
+        if held.len() < self.until || after.len() < WINDOW {
             return Vec::new();
         }
         let mut before = self.tail.clone();
@@ -250,6 +269,14 @@ impl LossWatch {
                 held[place].unaccounted_s,
             ),
             None => Lost::About(0),
+        };
+        // The timestamps may have pointed at the wrong block: nothing is lost only if the carrier goes on throughout.
+        before.extend_from_slice(&after);
+        let lost = match lost {
+            Lost::Exactly(0) if self.until == MOST_BLOCKS || !self.finder.goes_on(&before) => {
+                Lost::About(0)
+            }
+            found => found,
         };
         let mut blocks = self.held.take().unwrap_or_default();
         let behind = blocks.split_off(place);
@@ -267,6 +294,7 @@ impl LossWatch {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use signalgen::{BlockTime, DriveState};
 
     const RATE_HZ: u32 = 192_000;
 
@@ -359,5 +387,55 @@ mod tests {
         let silence = vec![0.0; WINDOW];
         assert_eq!(finder.lost(&silence, &silence, 0.01), Lost::About(1920));
         assert_eq!(finder.lost(&silence, &silence, 5e-6), Lost::About(0));
+    }
+
+    /// What a watch says of an xrun that swallowed `lost` frames before the third of the blocks of 1024 frames, each of which
+    /// arrives `late_s` too late; `xruns` are the counts that come with them.
+    fn watched<const N: usize>(lost: u64, late_s: [f64; N], xruns: fn(u64) -> u64) -> Vec<Lost> {
+        let mut watch = LossWatch::new(35_000.0, RATE_HZ, 1, 0);
+        let mut told = Vec::new();
+        for (n, late_s) in (0u64..).zip(late_s) {
+            let first = 1024 * n + if n < 3 { 0 } else { lost };
+            let samples = [first, first + 512].map(|first| drive(35_000.0, first, 0.3));
+            let header = BlockHeader {
+                first_frame: 1024 * n,
+                frames: 1024,
+                dropped_frames: 0,
+                time: BlockTime {
+                    callback_ns: 0,
+                    capture_ns: ((first as f64 / f64::from(RATE_HZ) + late_s) * 1e9) as u64,
+                },
+                arrived_ns: 0,
+                input_xruns: xruns(n),
+                output_xruns: 0,
+                drive: DriveState::default(),
+            };
+            let pieces = watch.pass(header, samples.concat());
+            told.extend(pieces.into_iter().filter_map(|piece| match piece {
+                Piece::Lost(lost) => Some(lost),
+                Piece::Block(_) => None,
+            }));
+        }
+        told
+    }
+
+    /// Fault 6.
+    #[test]
+    fn an_xrun_is_taken_to_have_cost_nothing_only_where_the_carrier_goes_on_throughout() {
+        let one = |n| u64::from(n >= 2);
+        assert_eq!(watched(0, [0.0; 8], one), [Lost::Exactly(0)]);
+        assert_eq!(watched(1024, [0.0; 8], one), [Lost::Exactly(1024)]);
+        // The timestamps point at another block than the one before which three frames are missing.
+        let elsewhere = [0.0, 0.0, 0.0, 0.0, 1e-4, 1e-4, 1e-4, 1e-4];
+        assert_eq!(watched(3, elsewhere, one), [Lost::About(0)]);
+        assert_eq!(watched(0, elsewhere, one), [Lost::Exactly(0)]);
+        // A second one is waited for as long as the first; of one with every block nobody knows.
+        let two = |n| u64::from(n >= 2) + u64::from(n >= 5);
+        assert_eq!(watched(0, [0.0; 8], two), []);
+        assert_eq!(watched(0, [0.0; 9], two), [Lost::Exactly(0)]);
+        assert_eq!(
+            watched(0, [0.0; 18], |n| n.saturating_sub(1)),
+            [Lost::About(0)]
+        );
     }
 }

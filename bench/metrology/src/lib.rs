@@ -16,6 +16,7 @@
 //! No input or output, no threads: `clippy.toml` beside this crate's `Cargo.toml` disallows them.
 
 pub mod channel_fit;
+pub mod complex_slope;
 pub mod crosstalk;
 pub mod disturbance;
 mod fitted_value;

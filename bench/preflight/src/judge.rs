@@ -7,6 +7,7 @@ use crate::real_time;
 use crate::table::{Table, Verdict};
 use calibration::{channel_match, channels};
 use config::{CalibrationError, Config, Effective, MeasuredChannels};
+use recording::pipeline::Account;
 use safety::{DELAY_WITHIN_S, SafetyState, Trip};
 
 /// Time that the first and the last buffer together may have waited, s.
@@ -33,16 +34,11 @@ pub(super) fn judge(
         format!("{} at {rate_hz} Hz", measured.device),
     );
     judge_rate(table, rate_hz, measured);
-    let (input, output) = measured.xruns;
-    let found = format!(
-        "{} frames lost, {input} input and {output} output xruns in {:.0} s",
-        measured.lost_frames, measured.audio_s
-    );
-    table.row(
-        "drop-outs",
-        measured.lost_frames + input + output == 0,
-        found,
-    );
+    let account = measured.account;
+    let (input, output) = account.costly_xruns_since(&Account::default());
+    let found = format!("{} in {:.0} s", account.drop_outs(), measured.audio_s);
+    let none = account.lost_frames + input + output == 0;
+    table.row("drop-outs", none, found);
     real_time::judge(table, config, measured.simulated, measured.priorities);
     judge_tone(table, config, measured);
     judge_relay(table, config.safety.readback_floor_v, measured);
@@ -58,6 +54,9 @@ pub(super) fn judge(
     }
     if let Some(force) = &config.force {
         judge_force(table, force, config.calibration.zero_n, measured);
+    }
+    if let Some(text) = config.forceless_in_words() {
+        table.judged("force sensor", Verdict::Warning, text);
     }
     match &measured.safety {
         SafetyState::Tripped { trip } => table.row("safety", false, trip.to_string()),

@@ -12,7 +12,7 @@ use config::Effective;
 use devices::acquisition::{Excerpt, RecordingCommand};
 use devices::drive_control::{DriveControl, settings};
 use devices::{Bench, Gauges, Hardware, ThreadPriorities};
-use recording::pipeline::Batch;
+use recording::pipeline::{Account, Batch};
 use safety::{FAINT_V, LoopDelay, Pace, SafetyState, Signals, StopTimes};
 use tasks::{StopFlag, Task};
 
@@ -56,8 +56,7 @@ pub(super) struct Measured {
     pub audio_s: f64,
     /// Audio and host clock at the first batch and at the last, s.
     pub clocks_s: Option<[(f64, f64); 2]>,
-    pub lost_frames: u64,
-    pub xruns: (u64, u64),
+    pub account: Account,
     pub force_n: Vec<(f64, f64)>,
     pub corrupt: u64,
     pub positions: usize,
@@ -247,8 +246,7 @@ impl Task for CheckTask {
             measured.audio_s = batch.audio_s;
             let now = (batch.audio_s, now_ns as f64 * 1e-9);
             measured.clocks_s = Some([measured.clocks_s.map_or(now, |[first, _]| first), now]);
-            measured.lost_frames = batch.account.lost_frames;
-            measured.xruns = (batch.account.input_xruns, batch.account.output_xruns);
+            measured.account = batch.account;
             measured.frames.extend(batch.frames);
             measured
                 .force_n

@@ -56,6 +56,66 @@ pub struct Account {
     pub input_xruns: u64,
     /// Underruns of the output.
     pub output_xruns: u64,
+    /// What the overruns of the input cost, as far as that is known.
+    pub input_cost: XrunCost,
+    /// What the underruns of the output cost, as far as that is known.
+    pub output_cost: XrunCost,
+}
+
+/// Xruns of one direction by what the samples show of them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct XrunCost {
+    /// Number of xruns that, as the carrier's phase proves, cost no frame: an audio server reports one whenever its graph
+    /// changes.
+    pub none: u64,
+    /// Number of xruns that cost frames, or may have.
+    pub some: u64,
+}
+
+impl XrunCost {
+    /// Enters all that was reported so far, `reported`, and is not yet known, as having cost nothing or something.
+    pub fn settle(&mut self, reported: u64, lossless: bool) {
+        let open = self.open(reported);
+        *if lossless {
+            &mut self.none
+        } else {
+            &mut self.some
+        } += open;
+    }
+
+    /// Returns how many of the `reported` xruns are not yet known to have cost something or nothing.
+    #[must_use]
+    pub fn open(&self, reported: u64) -> u64 {
+        reported.saturating_sub(self.none + self.some)
+    }
+}
+
+impl Account {
+    /// Returns the numbers of input and output xruns since `before` that cost frames, or may have: those still open
+    /// count.
+    #[must_use]
+    pub fn costly_xruns_since(&self, before: &Self) -> (u64, u64) {
+        (
+            self.input_cost.some - before.input_cost.some + self.input_cost.open(self.input_xruns),
+            self.output_cost.some - before.output_cost.some
+                + self.output_cost.open(self.output_xruns),
+        )
+    }
+
+    /// Returns the totals of losses and xruns in words.
+    #[must_use]
+    pub fn drop_outs(&self) -> String {
+        let lossless = self.input_cost.none + self.output_cost.none;
+        let harmless = match lossless {
+            0 => String::new(),
+            1 => "; 1 of them cost no frame".to_owned(),
+            _ => format!("; {lossless} of them cost no frame"),
+        };
+        format!(
+            "{} frames lost, {} input and {} output xruns{harmless}",
+            self.lost_frames, self.input_xruns, self.output_xruns
+        )
+    }
 }
 
 /// Magnitude from which on a sample counts as clipped where the recording does not state it; just under full scale.
@@ -221,6 +281,18 @@ impl Pipeline {
     pub fn count_xruns(&mut self, input: u64, output: u64) {
         self.account.input_xruns = input;
         self.account.output_xruns = output;
+    }
+
+    /// Settles the input xruns reported so far: whether they cost no frame.
+    pub fn settle_input_xruns(&mut self, lossless: bool) {
+        self.account
+            .input_cost
+            .settle(self.account.input_xruns, lossless);
+    }
+
+    /// Settles the output xruns up to `number`: whether they cost no frame.
+    pub fn settle_output_xruns(&mut self, number: u64, lossless: bool) {
+        self.account.output_cost.settle(number, lossless);
     }
 
     /// Takes interleaved samples and appends the frames that they complete.
@@ -389,6 +461,35 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
                 [frame.sample, re, im, plain]
             })
             .collect()
+    }
+    /// Fault 6.
+    #[test]
+    fn xruns_that_cost_nothing_are_counted_and_cost_no_trial() {
+        let mut account = Account::default();
+        let costly = |now: &Account, before: &Account| now.costly_xruns_since(before);
+        let report = |account: &mut Account, input, output| {
+            (account.input_xruns, account.output_xruns) = (input, output);
+        };
+        // Reported and not yet judged: it counts.
+        report(&mut account, 1, 1);
+        assert_eq!(costly(&account, &Account::default()), (1, 1));
+        let open = account;
+        account.input_cost.settle(1, true);
+        account.output_cost.settle(1, true);
+        assert_eq!(costly(&account, &Account::default()), (0, 0));
+        assert_eq!(
+            account.drop_outs(),
+            "0 frames lost, 1 input and 1 output xruns; 2 of them cost no frame"
+        );
+        // A trial that began while one was open: what that cost nothing for hides none of its own.
+        report(&mut account, 2, 1);
+        account.input_cost.settle(2, false);
+        assert_eq!(costly(&account, &open), (1, 0));
+        // And what it cost is charged to the trial in which that is known.
+        let mut late = open;
+        late.output_cost.settle(1, false);
+        assert_eq!(costly(&late, &open), (1, 1));
+        assert_eq!(costly(&late, &late), (1, 0), "the input's is open still");
     }
 
     #[test]

@@ -82,11 +82,12 @@ fn of_file(used: &Used) -> Markup {
     let file = &used.file;
     let mut parts: Vec<Part<'_>> = Vec::new();
     if let Some(of) = &file.pickup {
-        let values = vec![("sensitivity", &of.metres_per_unit), ("offset", &of.offset)];
+        let mut values = vec![("sensitivity", &of.metres_per_unit), ("offset", &of.offset)];
+        values.extend(of.phase_rad.as_ref().map(|phase| ("phase", phase)));
         parts.push(("pickup", of.measured.date, values));
     }
     if let Some(of) = &file.plate {
-        let values = vec![
+        let mut values = vec![
             ("resonance", &of.resonance_hz),
             ("quality factor", &of.quality),
             ("damping", &of.damping_n_s_per_m),
@@ -94,6 +95,11 @@ fn of_file(used: &Used) -> Markup {
             ("force factor", &of.force_factor_n_per_v),
             ("phase of the pickup", &of.pickup_phase_rad),
         ];
+        values.extend(
+            of.force_phase_rad
+                .as_ref()
+                .map(|phase| ("phase of the force", phase)),
+        );
         parts.push(("plate", of.measured.date, values));
     }
     if let Some(of) = &file.profile {

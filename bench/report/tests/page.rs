@@ -296,6 +296,7 @@ fn calibration() -> String {
             method: "vibrometer".to_owned(),
         },
         metres_per_unit: Quantity::new(5.012_345_6e-6, 1.2e-8, 9, "m"),
+        phase_rad: None,
         offset: Quantity::new(0.0, 1e-9, 9, "m"),
         nonlinearity: 0.001,
         points: 11,

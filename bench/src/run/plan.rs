@@ -147,7 +147,10 @@ impl Plan {
         let (person, ask) = person(options, protocol)?;
         let config = bench.config();
         if config.force.is_none() {
-            bail!("a participant's session needs [force] in bench.toml; `monitor` runs without it");
+            bail!(
+                "a participant's session needs a force sensor: describe it in [force] of bench.toml. Without one, `check`, \
+                 `monitor` and `calibrate pickup|plate|channels|output` run"
+            );
         }
         file.require_on_plate(config)?;
         if let Some(profile) = recorded_profile(&bench) {

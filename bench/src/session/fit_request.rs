@@ -10,8 +10,7 @@ use recording::pipeline::Account;
 pub(super) fn count_losses(analysis: &mut TrialAnalysis, now: &Account, before: &Account) {
     analysis.clipped_frames = now.clipped_frames - before.clipped_frames;
     analysis.lost_frames = now.lost_frames - before.lost_frames;
-    analysis.input_xruns = now.input_xruns - before.input_xruns;
-    analysis.output_xruns = now.output_xruns - before.output_xruns;
+    (analysis.input_xruns, analysis.output_xruns) = now.costly_xruns_since(before);
 }
 
 /// Returns the request to fit a completed trial at `carrier_hz`, whose number within its part of the session is

@@ -66,9 +66,6 @@ pub fn summary_lines(summary: &SessionSummary, account: &Account) -> Vec<String>
         format!("trials repeated   {}", summary.redone),
         format!("mean normal force {force}"),
         format!("instances         {}", summary.instances),
-        format!(
-            "drop-outs         {} frames lost, {} input and {} output xruns",
-            account.lost_frames, account.input_xruns, account.output_xruns
-        ),
+        format!("drop-outs         {}", account.drop_outs()),
     ]
 }

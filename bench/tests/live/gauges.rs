@@ -2,11 +2,11 @@
 //! whatever their inputs do, the drive is silent in time and what was recorded reads (FAULTS.md, row 46).
 
 use calibration::capture::Capture;
-use calibration::force::{Accuracy, ForceProcedure, ForceSetup, Mass, from_g};
 use calibration::judged::{Calibrates, Part};
 use calibration::operator::{Answer, ForceAxis, GRAVITY_M_PER_S2, Request};
 use calibration::procedure::{NextStep, Procedure, StepOutcome};
 use config::{Config, Gauges, MeasuredForce, Quantity, Sensor};
+use masses::{Accuracy, ForceProcedure, ForceSetup, Mass, from_g};
 use mock_hw::host::Direction;
 use mock_hw::serial::ForceFault;
 use mock_world::plant::{Axis, MAKERS_MATRIX};

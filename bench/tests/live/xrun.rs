@@ -4,6 +4,7 @@ use mock_hw::host::Direction;
 use protocols::Validity;
 use recording::RecordingReader;
 use recording::manifest::EventKind;
+use recording::pipeline::Account;
 
 use crate::rig::{RATE_HZ, Rig, events};
 
@@ -58,6 +59,15 @@ fn an_xrun_without_a_loss_leaves_no_gap() {
     rig.apparatus.faults().xrun(Direction::Input, 0);
     rig.pass(0.1);
     assert_eq!((rig.account.input_xruns, rig.account.lost_frames), (1, 0));
+    // It is counted and shown, and no trial is repeated for it.
+    let costly = rig.account.costly_xruns_since(&Account::default());
+    assert_eq!(costly, (0, 0));
+    let words = rig.account.drop_outs();
+    assert!(words.ends_with("; 1 of them cost no frame"), "{words}");
+    rig.apparatus.faults().xrun(Direction::Input, 1);
+    rig.pass(0.1);
+    let costly = rig.account.costly_xruns_since(&Account::default());
+    assert_eq!((costly, rig.account.lost_frames), ((1, 0), 1));
 }
 
 /// Fault 6.
@@ -136,4 +146,7 @@ fn an_output_xrun_that_cost_nothing_costs_no_frame() {
     let manifest = RecordingReader::open(&folder).unwrap().manifest().clone();
     assert_eq!(manifest.drive_gaps_s(RATE_HZ).len(), 1);
     assert_eq!(rig.account.output_xruns, 2);
+    // What nobody can judge counts as a loss.
+    let costly = rig.account.costly_xruns_since(&Account::default());
+    assert_eq!(costly, (0, 1));
 }

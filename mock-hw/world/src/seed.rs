@@ -38,6 +38,8 @@ pub enum Stream {
     Session,
     /// Noise of a force sensor's gauges.
     Gauges,
+    /// Noise of a vibrometer on an input of the sound card.
+    Reference,
 }
 
 /// Returns the generator of one stream of `seed`.

@@ -19,6 +19,7 @@ mod moisture;
 mod patch;
 mod plate_drift;
 mod reconstruction;
+mod reference;
 mod squeeze_film;
 #[cfg(test)]
 mod tests;
@@ -38,12 +39,13 @@ use patch::Patch;
 use plate_drift::{PlateDrift, Tuning};
 pub use reconstruction::kaiser_sinc;
 use reconstruction::{History, Polynomial, Reconstruction, evaluate};
+use reference::VibrometerOutput;
 use touch::Touch;
 
 use crate::fingertip::Fingertip;
 use crate::person::FingerState;
 use crate::run_truth::{TruthConstants, TruthSample};
-use crate::scenario::{FIRST_GAUGE, ForceInterface, Scenario};
+use crate::scenario::{FIRST_GAUGE, ForceInterface, REFERENCE_INPUT, Scenario};
 
 /// Sum of squared voltages across the actuators.
 #[derive(Debug, Clone, Copy, Default)]
@@ -120,6 +122,8 @@ pub struct Plant {
     force_sensor: ForceSensor,
     /// `None` where no gauge is on the sound card.
     gauges: Option<GaugeBridge>,
+    /// `None` where no vibrometer is on the sound card.
+    reference: Option<VibrometerOutput>,
     masses: KnownMasses,
     /// Across the actuators during the last step.
     volts: SquaredVolts,
@@ -239,6 +243,7 @@ impl Plant {
             tuning: Tuning::default(),
             force_sensor: ForceSensor::new(&scenario.force_sensor, 0.0, seed),
             gauges: bridge(&scenario, interval_s, 0.0, seed),
+            reference: VibrometerOutput::new(&scenario, interval_s, seed),
             masses: KnownMasses::new(&scenario.masses, seed),
             volts: SquaredVolts::default(),
             seed,
@@ -424,6 +429,9 @@ impl Plant {
             let delayed = self.delays.iter_mut().zip(bench);
             for (input, (delay, value)) in self.ideal.iter_mut().zip(delayed) {
                 *input = delay.push(value);
+            }
+            if let Some(reference) = &mut self.reference {
+                self.ideal[REFERENCE_INPUT] = reference.push(middle_m);
             }
         } else {
             let divider = self.scenario.converter.readback_volts_per_unit;

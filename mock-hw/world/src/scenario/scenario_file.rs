@@ -19,6 +19,7 @@ use super::meter_table::MeterTable;
 use super::participant_table::ParticipantTable;
 use super::pickup_table::PickupTable;
 use super::plate_table::PlateTable;
+use super::reference_table::{Follows, ReferenceTable};
 use super::scenario_error::ScenarioError;
 use super::session_table::SessionTable;
 use super::sound_layer_table::SoundLayerTable;
@@ -64,6 +65,8 @@ pub struct Scenario {
     pub masses: MassesTable,
     /// An independent voltmeter across the actuators.
     pub meter: MeterTable,
+    /// A vibrometer on a spare input of the sound card.
+    pub reference: ReferenceTable,
     /// The pulley encoder.
     pub encoder: EncoderTable,
     /// The person.
@@ -175,9 +178,13 @@ impl Scenario {
                 (FIRST_GAUGE + GAUGES) as f64,
             );
             within("converter.channels", channels, least, 32.0, "")?;
+            // Its input is a gauge's.
+            let vibrometers = f64::from(self.reference.follows != Follows::Nothing);
+            within("reference.follows", vibrometers, 0.0, 0.0, "beside gauges")?;
         }
         self.masses.check()?;
         self.meter.check()?;
+        self.reference.check(self.converter.channels)?;
         self.encoder.check()?;
         self.participant.check()?;
         self.jitter.check()?;

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use mock_world::person::FingerState;
 use mock_world::plant::{InputWiring, Plant};
 use mock_world::run_truth::TruthSample;
-use mock_world::scenario::{FilmTable, Scenario};
+use mock_world::scenario::{FilmTable, Follows, ReferenceTable, Scenario};
 
 use super::rig::{C, SLIDING, envelope, harmonic_impedance, ideal, measured_impedance, run};
 
@@ -391,4 +391,46 @@ fn a_patched_signal_reaches_the_inputs_and_not_the_plate() {
     let (bench, amplitude_m) = heard(InputWiring::Bench);
     assert!((bench[0] / all[0] - 1.0).norm() < 1e-6);
     assert!(amplitude_m.is_some_and(|amplitude_m| amplitude_m > 1e-7));
+}
+
+#[test]
+fn a_vibrometer_on_an_input_follows_the_plate_with_its_own_delay_and_sensitivity() {
+    let omega = TAU * 35e3;
+    // Pickup and vibrometer against each other, as complex envelopes in metres.
+    let ratio = |follows: Follows, delay_s: f64, skew: f64| {
+        let mut scenario = ideal();
+        scenario.plate.second_mode.pickup_ratio = scenario.plate.second_mode.contact_ratio;
+        scenario.pickup.phase_rad = 0.0;
+        scenario.converter.skew_samples = vec![0.0, 0.0, 0.0, skew];
+        scenario.reference = ReferenceTable {
+            follows,
+            per_volt: if follows == Follows::Velocity {
+                0.5
+            } else {
+                2e-6
+            },
+            volts_per_unit: 4.0,
+            delay_s,
+            noise_v: 0.0,
+        };
+        let mut plant = Plant::new(&scenario, 1, 192e3);
+        let drive: Vec<f32> = (0..15_360u32)
+            .map(|n| (0.5 * (TAU * 35e3 * f64::from(n) / 192e3).sin()) as f32)
+            .collect();
+        let mut inputs = vec![0.0; drive.len() * plant.channels()];
+        plant.step(&drive, true, &FingerState::default(), &mut inputs);
+        let of = |channel: usize| {
+            let values = inputs.iter().skip(channel).step_by(4).skip(13_440);
+            envelope(values.map(|&value| f64::from(value)), 35e3 / 192e3)
+        };
+        let seen = of(3) * scenario.reference.per_volt * scenario.reference.volts_per_unit;
+        seen / (of(1) * scenario.pickup.metres_per_unit)
+    };
+    for (delay_s, skew) in [(0.0, 0.0), (6.3e-6, 0.0), (2e-5, 0.7)] {
+        let turn = C::from_polar(1.0, omega * (skew / 192e3 - delay_s));
+        let displacement = ratio(Follows::Displacement, delay_s, skew) / turn;
+        assert!((displacement - 1.0).norm() < 1e-3, "{displacement}");
+        let velocity = ratio(Follows::Velocity, delay_s, skew) / (turn * C::new(0.0, omega));
+        assert!((velocity - 1.0).norm() < 1e-3, "{velocity}");
+    }
 }

@@ -1,6 +1,6 @@
 //! Constants that the steps of a force calibration share.
 
-use crate::operator::ForceAxis;
+use calibration::operator::ForceAxis;
 
 /// Axes in the order of readings.
 pub(super) const AXES: [ForceAxis; 2] = [ForceAxis::Normal, ForceAxis::Lateral];

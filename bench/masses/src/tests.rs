@@ -2,13 +2,13 @@
 
 use anyhow::bail;
 
-use super::common::TARE_WINDOWS;
-use super::force_setup::UNKNOWN_GRAVITY;
 use super::*;
-use crate::capture::Capture;
-use crate::judged::{Calibrates, Judged, Part};
-use crate::operator::{Answer, ForceAxis, GRAVITY_M_PER_S2, Request};
-use crate::procedure::{NextStep, Procedure, StepOutcome};
+use crate::common::TARE_WINDOWS;
+use crate::force_setup::UNKNOWN_GRAVITY;
+use calibration::capture::Capture;
+use calibration::judged::{Calibrates, Judged, Part};
+use calibration::operator::{Answer, ForceAxis, GRAVITY_M_PER_S2, Request};
+use calibration::procedure::{NextStep, Procedure, StepOutcome};
 use config::Config;
 use config::Quantity;
 
@@ -19,7 +19,7 @@ const EXACT: Accuracy = Accuracy {
 };
 
 fn config() -> Config {
-    Config::parse(include_str!("../../../mock-bench.toml"), "bench.toml").unwrap()
+    Config::parse(include_str!("../../mock-bench.toml"), "bench.toml").unwrap()
 }
 
 fn masses() -> Vec<Mass> {
@@ -417,7 +417,7 @@ fn what_cannot_be_asked_for_is_refused_before_anything_is_opened() {
 
 /// A bench whose gauges are on inputs of the card.
 fn on_inputs() -> ForceSetup {
-    let text = include_str!("../../../mock-bench.toml");
+    let text = include_str!("../../mock-bench.toml");
     let channels = "source = \"channels\"\nchannels = { inputs = [2, 3], newtons_per_v = [[1.0, 0.0], [0.0, 1.0]] }";
     let text = text.replace("port = \"/dev/ttyUSB0\"", channels);
     let config = Config::parse(&text, "bench.toml").unwrap();

@@ -5,13 +5,13 @@
 use anyhow::bail;
 use metrology::crosstalk::{Crosstalk, Loading};
 
-use super::common::{AXES, LEAST_SIGMA_N, TARE_WINDOWS};
-use super::force_setup::{ForceSetup, require_enough};
-use super::masses::Mass;
-use super::plateau::{Plateau, WINDOW_S};
-use crate::capture::Capture;
-use crate::operator::{Answer, CalibrationProgress, ForceAxis, PointRead, Request, grams};
-use crate::procedure::{NextStep, Procedure, StepOutcome};
+use crate::common::{AXES, LEAST_SIGMA_N, TARE_WINDOWS};
+use crate::force_setup::{ForceSetup, require_enough};
+use crate::mass::Mass;
+use crate::plateau::{Plateau, WINDOW_S};
+use calibration::capture::Capture;
+use calibration::operator::{Answer, CalibrationProgress, ForceAxis, PointRead, Request, grams};
+use calibration::procedure::{NextStep, Procedure, StepOutcome};
 use config::Correction;
 use safety::SENSITIVITY;
 use sources::channels::Fading;

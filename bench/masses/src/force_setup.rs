@@ -2,9 +2,9 @@
 
 use anyhow::{Context, anyhow, bail};
 
-use super::common::AXES;
-use super::masses::{Accuracy, Mass};
-use crate::operator::{ForceAxis, GRAM_KG, GRAVITY_M_PER_S2, grams};
+use crate::common::AXES;
+use crate::mass::{Accuracy, Mass};
+use calibration::operator::{ForceAxis, GRAM_KG, GRAVITY_M_PER_S2, grams};
 use config::{Config, GRAVITY};
 
 /// Relative standard error of standard gravity at an unknown place: 9.780 to 9.832 m/s² from equator to pole, evenly.

@@ -2,7 +2,7 @@
 
 use anyhow::bail;
 
-use crate::capture::Capture;
+use calibration::capture::Capture;
 
 /// Length of one window, s.
 pub const WINDOW_S: f64 = 1.0;

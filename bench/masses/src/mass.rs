@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::operator::{ForceAxis, GRAM_KG};
-use crate::typed_table;
+use calibration::operator::{ForceAxis, GRAM_KG};
+use calibration::typed_table;
 
 /// A known mass and the axis that it loads.
 #[derive(Debug, Clone, Copy, PartialEq)]

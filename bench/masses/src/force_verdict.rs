@@ -6,12 +6,12 @@ use anyhow::Context;
 use metrology::crosstalk::Crosstalk;
 use metrology::regression::{Line, LinePoint};
 
-use super::common::{AXES, LEAST_SIGMA_N, TARE_WINDOWS};
-use super::force_procedure::ForceProcedure;
-use super::plateau::{Plateau, WINDOW_S};
-use crate::calibration_figures as figures;
-use crate::judged::{Calibrates, Judged, Part};
-use crate::operator::grams;
+use crate::common::{AXES, LEAST_SIGMA_N, TARE_WINDOWS};
+use crate::force_figure::force_figure;
+use crate::force_procedure::ForceProcedure;
+use crate::plateau::{Plateau, WINDOW_S};
+use calibration::judged::{Calibrates, Judged, Part};
+use calibration::operator::grams;
 use config::{Provenance, Quantity};
 
 /// Drift of one axis' zero, by a line through the zeros in time.
@@ -345,7 +345,7 @@ impl Calibrates for ForceProcedure {
             faults: self.faults(&force),
             stem: Self::NAME,
             table: self.table(Some(&fit)),
-            figure: Some(figures::force(&loadings, &fit, &force)),
+            figure: Some(force_figure(&loadings, &fit, &force)),
             beside: Vec::new(),
             part: Part::Force {
                 force: Box::new(force),

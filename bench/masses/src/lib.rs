@@ -4,14 +4,20 @@
 //! fitted ([`metrology::crosstalk`]), and M = A⁻¹ is kept. The plate stays silent throughout.
 
 mod common;
+mod force_figure;
 mod force_procedure;
 mod force_setup;
 mod force_verdict;
-mod masses;
+mod mass;
 mod plateau;
 #[cfg(test)]
 mod tests;
 
 pub use force_procedure::ForceProcedure;
 pub use force_setup::ForceSetup;
-pub use masses::{Accuracy, Mass, from_g, read_table};
+pub use mass::{Accuracy, Mass, from_g, read_table};
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

@@ -1,0 +1,232 @@
+//! Frames that a step lost, and xruns: those that cost nothing are counted, and no step is measured with a gap in it.
+
+use std::f64::consts::TAU;
+
+use anyhow::bail;
+use num_complex::Complex64;
+use signalgen::BlockHeader;
+
+use crate::capture::Capture;
+
+/// Number of frames that a phase of the carrier is read from.
+const WINDOW: usize = 512;
+/// Frames left out at either end of a tone, where its beginning is not known better.
+const EDGE: usize = 96;
+/// Largest turn of the carrier's phase from one window to the next, rad; a single frame turns a carrier of 35 kHz by 1.15
+/// rad. Whole periods that are missing turn it by nothing, and a steady tone reads the same without them.
+const TURN_RAD: f64 = 0.012;
+/// Number of xruns in one silence from which on it is not begun again.
+const SILENCES: u32 = 10;
+/// Largest change of the carrier's amplitude within a tone, relative.
+const CHANGE: f64 = 0.02;
+
+/// Account of the stream and of the step that is under way.
+#[derive(Debug, Default)]
+pub(super) struct DropOuts {
+    /// Number of frames that the card has delivered.
+    pub(super) frames: u64,
+    xruns: (u64, u64),
+    /// Number of input and output xruns reported during the step.
+    step: (u64, u64),
+    /// Number of times that the step's silence was begun again.
+    silences: u32,
+}
+
+impl DropOuts {
+    /// Takes the next block's header; returns whether an xrun was reported with it.
+    ///
+    /// # Errors
+    /// When the card has delivered frames that nobody fetched.
+    pub(super) fn take(&mut self, header: &BlockHeader) -> anyhow::Result<bool> {
+        let lost = header.first_frame.saturating_sub(self.frames);
+        self.frames = header.first_frame + u64::from(header.frames);
+        let xruns = (header.input_xruns, header.output_xruns);
+        let new = (xruns.0 - self.xruns.0, xruns.1 - self.xruns.1);
+        self.xruns = xruns;
+        self.step = (self.step.0 + new.0, self.step.1 + new.1);
+        if lost > 0 {
+            bail!(
+                "{lost} frames lost, {} input and {} output xruns: a calibration needs every sample; give the sound card longer buffers (audio.buffer_frames) and calibrate again",
+                xruns.0,
+                xruns.1
+            );
+        }
+        Ok(new != (0, 0))
+    }
+
+    /// Begins a step, before which no xrun matters.
+    pub(super) fn begin(&mut self) {
+        (self.step, self.silences) = ((0, 0), 0);
+    }
+
+    /// Requires that no xrun during the step cost a frame of its tones, of the input or of the output, as the phase of the
+    /// carrier on `channel` shows.
+    ///
+    /// # Errors
+    /// When one did, or it cannot be told.
+    pub(super) fn require_whole(&self, capture: &Capture, channel: usize) -> anyhow::Result<()> {
+        if self.step == (0, 0) || goes_on(capture, channel) {
+            return Ok(());
+        }
+        let (input, output) = self.step;
+        bail!(
+            "{input} input and {output} output xruns broke off a tone, or may have: a calibration needs every sample; give the sound card longer buffers (audio.buffer_frames) and calibrate again"
+        )
+    }
+
+    /// Requires that a silence with an xrun in it was not listened to too often already.
+    ///
+    /// # Errors
+    /// When one xrun follows the other.
+    pub(super) fn listen_anew(&mut self) -> anyhow::Result<()> {
+        self.silences += 1;
+        if self.silences > SILENCES {
+            let (input, output) = self.xruns;
+            bail!(
+                "{input} input and {output} output xruns, {SILENCES} of them in one silence: give the sound card longer buffers (audio.buffer_frames), close what else uses the sound server, and calibrate again"
+            );
+        }
+        Ok(())
+    }
+
+    /// Returns the number of xruns so far, of either direction.
+    pub(super) fn xruns(&self) -> u64 {
+        self.xruns.0 + self.xruns.1
+    }
+}
+
+/// Returns whether there are tones and each goes on from its beginning to its end without a jump of phase or level.
+fn goes_on(capture: &Capture, channel: usize) -> bool {
+    !capture.dwells.is_empty()
+        && capture.dwells.iter().all(|dwell| {
+            let step_rad = TAU * dwell.carrier_hz / capture.rate_hz;
+            let from = dwell.frames.start + EDGE;
+            let last = dwell.frames.end.saturating_sub(EDGE + WINDOW);
+            let starts = (from..last).step_by(WINDOW / 2).chain([last]);
+            let mut phasors = starts.map(|start| phasor(capture, channel, start, step_rad));
+            let Some(first) = phasors.next() else {
+                return false;
+            };
+            let mut before = first;
+            first.norm() > 0.0
+                && phasors.all(|now| {
+                    let turned = (now * before.conj()).arg().abs();
+                    before = now;
+                    turned < TURN_RAD && (now.norm() / first.norm() - 1.0).abs() < CHANGE
+                })
+        })
+}
+
+/// Returns amplitude and phase of the carrier in the window that begins at frame `start`; its phase counts from frame 0.
+fn phasor(capture: &Capture, channel: usize, start: usize, step_rad: f64) -> Complex64 {
+    let from = start * capture.channels + channel;
+    let samples = capture.samples.get(from..).unwrap_or_default();
+    (start..start + WINDOW)
+        .zip(samples.iter().step_by(capture.channels))
+        .map(|(frame, &sample)| {
+            let place = (frame - start) as f64 + 0.5;
+            let hann = 1.0 - (TAU * place / WINDOW as f64).cos();
+            // The turn of the carrier is taken off by whole turns first: a capture is millions of frames long.
+            let turns = (step_rad / TAU * frame as f64).fract();
+            Complex64::from_polar(hann * f64::from(sample), -TAU * turns)
+        })
+        .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::capture::Dwell;
+    use signalgen::{BlockTime, DriveState};
+
+    const RATE_HZ: f64 = 192_000.0;
+
+    /// Two tones of 0.1 s on channel 1 of 2, a gap of `lost` frames from frame `at` on.
+    fn capture(at: usize, lost: usize) -> Capture {
+        let tones = [(34_987.0, 0..19_200), (35_013.0, 19_200..38_400)];
+        let mut samples = Vec::new();
+        for (carrier_hz, frames) in tones.clone() {
+            for frame in frames {
+                if (at..at + lost).contains(&frame) {
+                    continue;
+                }
+                let turns: f64 = carrier_hz / RATE_HZ * frame as f64;
+                samples.extend([0.0, (0.1 * (TAU * turns.fract()).sin()) as f32]);
+            }
+        }
+        samples.resize(2 * 38_400, 0.0);
+        Capture {
+            samples,
+            channels: 2,
+            rate_hz: RATE_HZ,
+            dwells: tones
+                .map(|(carrier_hz, frames)| Dwell { carrier_hz, frames })
+                .into(),
+            ..Capture::default()
+        }
+    }
+
+    fn header(first_frame: u64, xruns: (u64, u64)) -> BlockHeader {
+        BlockHeader {
+            first_frame,
+            frames: 256,
+            dropped_frames: 0,
+            time: BlockTime::default(),
+            arrived_ns: 0,
+            input_xruns: xruns.0,
+            output_xruns: xruns.1,
+            drive: DriveState::default(),
+        }
+    }
+
+    /// Fault 6.
+    #[test]
+    fn an_xrun_that_cost_nothing_ends_no_step_and_one_that_cost_a_frame_does() {
+        let mut drop_outs = DropOuts::default();
+        assert!(!drop_outs.take(&header(0, (0, 0))).unwrap());
+        // Without a report nothing is looked into.
+        drop_outs.require_whole(&capture(5_000, 3), 1).unwrap();
+        assert!(drop_outs.take(&header(256, (1, 1))).unwrap());
+        drop_outs.require_whole(&capture(0, 0), 1).unwrap();
+        assert_eq!(drop_outs.xruns(), 2);
+        for at in [500, 5_000, 18_900, 19_600, 30_000] {
+            for lost in [1, 2, 7, 64, 191, 192, 1_024, 4_096] {
+                let error = drop_outs.require_whole(&capture(at, lost), 1).unwrap_err();
+                let error = error.to_string();
+                assert!(error.contains("audio.buffer_frames"), "{error}");
+            }
+        }
+        for _ in 0..SILENCES {
+            drop_outs.listen_anew().unwrap();
+        }
+        assert!(drop_outs.listen_anew().is_err(), "xruns without end");
+        // Another step begins: what the one before lost is not its own.
+        drop_outs.begin();
+        drop_outs.listen_anew().unwrap();
+        drop_outs.require_whole(&capture(5_000, 3), 1).unwrap();
+    }
+
+    #[test]
+    fn where_no_tone_came_back_an_xrun_cannot_be_judged() {
+        let mut drop_outs = DropOuts::default();
+        drop_outs.take(&header(0, (0, 1))).unwrap();
+        let mut silent = capture(0, 0);
+        silent.dwells.clear();
+        assert!(drop_outs.require_whole(&silent, 1).is_err());
+        assert!(
+            drop_outs.require_whole(&capture(0, 0), 0).is_err(),
+            "dead input"
+        );
+    }
+
+    #[test]
+    fn frames_that_nobody_fetched_end_the_calibration() {
+        let mut drop_outs = DropOuts::default();
+        drop_outs.take(&header(0, (0, 0))).unwrap();
+        let error = drop_outs
+            .take(&header(300, (0, 0)))
+            .unwrap_err()
+            .to_string();
+        assert!(error.starts_with("44 frames lost"), "{error}");
+    }
+}

@@ -1,0 +1,82 @@
+//! Options of an instrument whose analog output is on a spare input.
+
+use crate::reference::{Follows, Reference, StatedDelay};
+use clap::Args;
+use config::{CalibrationFile, Config};
+
+/// A vibrometer's or interferometer's analog output on a spare input.
+#[derive(Debug, Args)]
+pub struct ReferenceOptions {
+    /// Spare input that a vibrometer's or interferometer's analog output is on: its readings are the known amplitudes, and
+    /// tell the pickup's phase.
+    #[arg(long = "reference-channel", value_name = "INPUT", conflicts_with_all = ["known_um", "known_csv", "known_at_hz", "instrument"], requires_all = ["volts_per_unit", "sensitivity"])]
+    pub channel: Option<u16>,
+    /// Displacement of a volt at its output, µm/V.
+    #[arg(
+        long = "reference-um-per-v",
+        value_name = "UM_PER_V",
+        group = "sensitivity",
+        requires = "channel",
+        allow_negative_numbers = true
+    )]
+    pub um_per_v: Option<f64>,
+    /// Velocity of a volt at its output, m/s/V.
+    #[arg(
+        long = "reference-m-per-s-per-v",
+        value_name = "M_PER_S_PER_V",
+        group = "sensitivity",
+        requires = "channel",
+        allow_negative_numbers = true
+    )]
+    pub m_per_s_per_v: Option<f64>,
+    /// Volts at that input that a full-scale sample stands for.
+    #[arg(
+        long = "reference-volts-per-unit",
+        value_name = "VOLTS",
+        requires = "channel",
+        allow_negative_numbers = true
+    )]
+    pub volts_per_unit: Option<f64>,
+    /// Delay of its output behind the motion, µs, from its manual; without it no phase is kept.
+    #[arg(
+        long = "reference-delay-us",
+        value_name = "MICROSECONDS",
+        requires = "channel",
+        allow_negative_numbers = true
+    )]
+    pub delay_us: Option<f64>,
+    /// Standard uncertainty of that delay, µs.
+    #[arg(
+        long = "reference-delay-error-us",
+        value_name = "MICROSECONDS",
+        default_value_t = 0.1,
+        allow_negative_numbers = true
+    )]
+    pub delay_error_us: f64,
+}
+
+impl ReferenceOptions {
+    /// Returns the instrument, on the bench of `config`, whose inputs `held` may have compared; `None` without one.
+    ///
+    /// # Errors
+    /// When an option is out of its range or the input is not a spare one.
+    pub fn instrument(
+        &self,
+        config: &Config,
+        held: &CalibrationFile,
+    ) -> anyhow::Result<Option<Reference>> {
+        let (Some(channel), Some(volts_per_unit)) = (self.channel, self.volts_per_unit) else {
+            return Ok(None);
+        };
+        let follows = match (self.um_per_v, self.m_per_s_per_v) {
+            (Some(um_per_v), _) => Follows::Displacement(um_per_v * 1e-6),
+            (None, per_v) => Follows::Velocity(per_v.unwrap_or(f64::NAN)),
+        };
+        let delay = self.delay_us.map(|delay_us| StatedDelay {
+            delay_s: delay_us * 1e-6,
+            error_s: self.delay_error_us * 1e-6,
+        });
+        let on = (channel, volts_per_unit);
+        Reference::new(on, follows, delay, config, held).map(Some)
+    }
+}

@@ -129,7 +129,6 @@ fn assert_errors_recorded(room: &Room, name: &str, seed: u64) {
                 stated.lateral_force_relative,
             ),
         ] {
-            println!("seed {seed}, {what}: off by {off:.1e}, stated {error:.1e}");
             assert!(
                 off.abs() < 4.0 * error && error < 0.01,
                 "seed {seed}, {what}: off by {off:.1e}, stated {error:.1e}"

@@ -193,16 +193,16 @@ fn of_manifest(manifest: &Manifest) -> Vec<(&'static str, f64, &'static str)> {
         ("plate, force factor", plate.force_factor_n_per_v, "N/V"),
     ];
     if let Some(errors) = &manifest.standard_errors {
-        let of_one = 100.0;
+        let percent = 100.0;
         all.extend([
             (
                 "error of amplitudes",
-                of_one * errors.amplitude_relative,
+                percent * errors.amplitude_relative,
                 "%",
             ),
             (
                 "error of impedances",
-                of_one * errors.impedance_relative,
+                percent * errors.impedance_relative,
                 "%",
             ),
             (
@@ -212,12 +212,12 @@ fn of_manifest(manifest: &Manifest) -> Vec<(&'static str, f64, &'static str)> {
             ),
             (
                 "error of normal forces",
-                of_one * errors.normal_force_relative,
+                percent * errors.normal_force_relative,
                 "%",
             ),
             (
                 "error of lateral forces",
-                of_one * errors.lateral_force_relative,
+                percent * errors.lateral_force_relative,
                 "%",
             ),
         ]);

@@ -38,8 +38,8 @@ pub(crate) struct Minimum<const N: usize> {
     pub(crate) squares: f64,
     /// Why the result is not a minimum; `None` if it is one.
     pub(crate) failure: Option<String>,
-    /// Parameter covariance, 0 where a parameter was held and is free of error; `None` if the data do not depend on some combination of the free
-    /// ones.
+    /// Parameter covariance, 0 where a parameter was held and is free of error; `None` if the data do not depend on some
+    /// combination of the free ones.
     pub(crate) covariance: Option<SMatrix<f64, N, N>>,
     /// Noise of one component of the residual.
     pub(crate) noise: ResidualNoise,

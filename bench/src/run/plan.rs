@@ -15,7 +15,7 @@ use safety::Pace;
 use signalgen::DriveSettings;
 use strict::InFile;
 
-use super::recorded_plate::recorded_profile;
+use super::recorded_plate::{recorded_errors, recorded_profile};
 use crate::apparatus::pace;
 use crate::{calibrate, dates};
 use live::carrier_decision::RequireDrivable;
@@ -157,6 +157,11 @@ impl Plan {
             profile.validate().context(
                 "the amplitude along the plate in the calibration cannot be used: measure it anew with `friction-bench \
                  calibrate plate --along N`, or take it out with a new `calibrate pickup`",
+            )?;
+        }
+        if let Some(errors) = recorded_errors(&bench) {
+            errors.validate().context(
+                "the calibration is too uncertain to be recorded: calibrate anew, pickup, plate and force;                  plate.modal_mass_relative_error in bench.toml is part of standard_errors.impedance_relative",
             )?;
         }
         let pace = pace(config, &options.hardware);

@@ -1,15 +1,89 @@
 //! What `analyze` says of the fit of all instances together.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
 use crate::analyze;
 
 /// A recording of which every assumption of the other methods fails (bench/tests/data/reference/README.md).
+fn unknown_skin() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/reference/recording-d")
+}
+
+/// What a recording states of its calibration's errors widens what rests on it, and moves no estimate.
+#[test]
+fn stated_errors_of_the_calibration_are_in_the_intervals() {
+    let folder = tempfile::tempdir().unwrap();
+    let analysed = |name: &str, line: &str| -> Value {
+        let copy = folder.path().join(name);
+        std::fs::create_dir(&copy).unwrap();
+        for entry in std::fs::read_dir(unknown_skin()).unwrap() {
+            let path = entry.unwrap().path();
+            std::fs::copy(&path, copy.join(path.file_name().unwrap())).unwrap();
+        }
+        let manifest = copy.join("recording.toml");
+        let text = std::fs::read_to_string(&manifest).unwrap();
+        std::fs::write(&manifest, format!("{text}\n[standard_errors]\n{line}\n")).unwrap();
+        let json = folder.path().join(format!("{name}.json"));
+        analyze(&["--json", json.to_str().unwrap()], &[&copy]);
+        let results: Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+        results["recordings"][0].clone()
+    };
+    let shared = |of: &Value, key: &str| {
+        let interval = &of["trial"]["interval95"][key];
+        let [from, to] = [0, 1].map(|at| interval[at].as_f64().unwrap());
+        ln_ratio(to, from)
+    };
+    let own = |of: &Value, key: &str| of["instances"][3]["trial"]["std"][key].as_f64().unwrap();
+    let widths = |of: &Value| {
+        [
+            shared(of, "contact_area_m2"),
+            own(of, "sigma_t_m"),
+            own(of, "mu0"),
+        ]
+    };
+    let exact = analysed("exact", "");
+    // Of S, σ_t and μ0: which of them an error of each constant widens by more than a tenth.
+    for (name, line, wider) in [
+        (
+            "amplitude",
+            "amplitude_relative = 0.05",
+            [true, false, false],
+        ),
+        (
+            "impedance",
+            "impedance_relative = 0.05",
+            [true, true, false],
+        ),
+        ("phase", "pickup_phase_rad = 0.05", [true, true, false]),
+        ("normal", "normal_force_relative = 0.05", [true, true, true]),
+        (
+            "lateral",
+            "lateral_force_relative = 0.05",
+            [false, false, true],
+        ),
+    ] {
+        let stated = analysed(name, line);
+        for key in ["contact_area_m2", "q0_rad_per_m", "loss_factor", "tau_s"] {
+            assert_eq!(stated["trial"][key], exact["trial"][key], "{name}");
+        }
+        let (found, before) = (widths(&stated), widths(&exact));
+        let widened = [0, 1, 2].map(|at| found[at] > 1.1 * before[at]);
+        assert_eq!(widened, wider, "{name}: {found:?} {before:?}");
+        // The first key of the line is in the results.
+        let key = line.split(' ').next().unwrap();
+        assert!(stated["standard_errors"][key].as_f64().unwrap() > 0.0);
+    }
+}
+
+fn ln_ratio(to: f64, from: f64) -> f64 {
+    (to / from).ln()
+}
+
 #[test]
 fn the_trials_fit_stands_in_the_results_by_the_schema_and_in_the_summary() {
-    let recording = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/reference/recording-d");
+    let recording = unknown_skin();
     let results = |options: &[&str]| -> Value {
         let output = analyze(&[options, &["--json", "-"]].concat(), &[&recording]);
         serde_json::from_slice(&output.stdout).unwrap()

@@ -137,15 +137,22 @@ fn assert_errors_recorded(room: &Room, name: &str, seed: u64) {
     }
 }
 
-/// A profile that no recording could hold ends a session before it begins.
+/// What no recording could hold ends a session before it begins: a profile, and an error of a constant.
 fn assert_refused_out_of_range(room: &Room) {
-    let mut kept = None;
+    let (held, _) = CalibrationFile::read(&room.calibration()).unwrap();
+    let (profile, plate) = (held.profile, held.plate);
+    room.change(|calibration| calibration.profile.as_mut().unwrap().places[0].ratio = 3.0);
+    assert_refused(room, "calibrate plate --along");
     room.change(|calibration| {
-        kept = calibration.profile.clone();
-        if let Some(profile) = &mut calibration.profile {
-            profile.places[0].ratio = 3.0;
-        }
+        calibration.profile = profile.clone();
+        let phase = &mut calibration.plate.as_mut().unwrap().pickup_phase_rad;
+        phase.standard_error = f64::NAN;
     });
+    assert_refused(room, "standard_errors.pickup_phase_rad");
+    room.change(|calibration| calibration.plate = plate.clone());
+}
+
+fn assert_refused(room: &Room, because: &str) {
     let study = room.folder.path().join("refused");
     let mut command = room.command(&["run", "--headless", "--participant", "sub-01"]);
     command
@@ -154,12 +161,11 @@ fn assert_refused_out_of_range(room: &Room) {
     let output = finish(&mut command);
     assert!(!output.status.success());
     assert!(
-        text(&output).contains("calibrate plate --along"),
-        "{}",
+        text(&output).contains(because),
+        "{because}: {}",
         text(&output)
     );
     assert!(!study.exists());
-    room.change(|calibration| calibration.profile = kept);
 }
 
 #[test]

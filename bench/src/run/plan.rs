@@ -161,7 +161,8 @@ impl Plan {
         }
         if let Some(errors) = recorded_errors(&bench) {
             errors.validate().context(
-                "the calibration is too uncertain to be recorded: calibrate anew, pickup, plate and force;                  plate.modal_mass_relative_error in bench.toml is part of standard_errors.impedance_relative",
+                "the calibration is too uncertain to be recorded: calibrate anew, pickup, plate and force; \
+                 plate.modal_mass_relative_error in bench.toml is part of standard_errors.impedance_relative",
             )?;
         }
         let pace = pace(config, &options.hardware);

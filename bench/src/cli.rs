@@ -51,6 +51,8 @@ pub enum Command {
     Replay(replay::Options),
     /// Check that the bench is connected, works and is as calibrated.
     Check(Check),
+    /// Ask what the bench is made of, write its configuration, and check it.
+    Init(setup::Options),
     /// List the audio devices, serial ports and GPIO chips of this computer.
     Devices(Devices),
     /// Analyse recordings: impedance, gap and friction by both methods.

@@ -14,7 +14,6 @@ pub mod estop;
 pub mod exclude;
 pub mod fault_option;
 pub mod forget;
-pub mod inventory;
 pub mod journal;
 pub mod monitor;
 mod outcome;

@@ -97,22 +97,7 @@ mod tests {
     use super::*;
 
     /// A file of the form that ATI describes for its DAQ sensors, with numbers of no sensor in particular.
-    const FILE: &str = r#"<?xml version="1.0" encoding="utf-8"?>
-<!-- NOTE: To ensure compatibility between your software and future F/T calibrations -->
-<FTSensor Serial="FT09999" BodyStyle="Nano17" Family="DAQ" NumGages="6" CalFileVersion="1.1">
-  <Calibration PartNumber="SI-12-0.12" CalDate="2/3/2026" ForceUnits="N" TorqueUnits="N-mm" DistUnits="mm" OutputRange="20"
-      HWTempComp="False" GainMultiplier="1" OutputBipolar="True">
-    <Axis Name="Fx" values="1 2 3 4 5 6" max="12" scale="2.5"/>
-    <BasicTransform Dx="0" Dy="0" Dz="5.6" Rx="0" Ry="0" Rz="0"/>
-    <UserAxis Name="Fx" values=" -0.00200   0.01000   0.06000  -1.65000  -0.05000   1.67000 " max="12"/>
-    <UserAxis Name="Fy" values="  0.01000   1.97000  -0.04000  -0.96000   0.07000  -0.94000 " max="12"/>
-    <UserAxis Name="Fz" values="  1.88000  -0.01000   1.90000  -0.06000   1.87000  -0.02000 " max="17"/>
-    <UserAxis Name="Tx" values="  0.10000   0.20000  -1.00000   0.30000   1.10000   0.05000 " max="120"/>
-    <UserAxis Name="Ty" values="  1.20000   0.01000  -0.60000   0.20000  -0.70000  -0.10000 " max="120"/>
-    <UserAxis Name="Tz" values="  0.01000  -0.90000   0.02000  -0.91000   0.03000  -0.92000 " max="120"/>
-  </Calibration>
-</FTSensor>
-"#;
+    const FILE: &str = include_str!("../tests/data/FT09999.cal");
 
     #[test]
     fn the_user_axes_are_the_matrix() {

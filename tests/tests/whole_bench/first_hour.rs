@@ -295,12 +295,9 @@ fn a_configuration_that_does_not_exist_is_named_and_nothing_else_is_touched() {
     let output = finish(bench().args(["check", "--config", "bnech.toml"]));
     refused(&output, &["bnech.toml does not exist", "--config"]);
     assert!(!text(&output).contains("print-config"), "{}", text(&output));
-    // The advice for a folder without a bench.toml can be followed in a shell, which creates the file first.
     let output = finish(bench().arg("check").current_dir(&folder));
-    refused(
-        &output,
-        &["`friction-bench run --print-config > bench.toml`"],
-    );
+    refused(&output, &["`friction-bench init`"]);
+    // The whole template can be had in a shell, which creates the file first.
     let script = format!(
         "'{}' run --print-config > bench.toml",
         friction_bench().display()

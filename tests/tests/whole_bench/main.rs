@@ -26,6 +26,7 @@ mod private;
 mod published_study;
 mod refusals;
 mod rehearsal;
+mod rigs;
 mod second_instance;
 mod session;
 mod stops;

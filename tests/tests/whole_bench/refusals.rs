@@ -82,7 +82,7 @@ fn without_a_configuration_it_says_how_to_get_one() {
         .arg(&study);
     let words = [
         "bench.toml does not exist in this folder",
-        "run --print-config > bench.toml",
+        "friction-bench init",
     ];
     refused_before_anything_is_made(&mut run, &study, &words);
 }

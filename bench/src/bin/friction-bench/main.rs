@@ -4,6 +4,7 @@
 mod real_gpio;
 mod simulated;
 
+use std::ffi::OsStr;
 use std::io::{IsTerminal, Write};
 use std::path::Path;
 use std::process::ExitCode;
@@ -23,11 +24,12 @@ use friction_bench::run::{self, Plan, ProtocolFile};
 use friction_bench::shell_words::quoted;
 use friction_bench::verbosity::Verbosity;
 use friction_bench::{
-    analyze, calibrate as calibration, drilling, ending, estop, exclude, forget, inventory,
-    monitor, privacy, rehearsed, verify,
+    analyze, calibrate as calibration, drilling, ending, estop, exclude, forget, monitor, privacy,
+    rehearsed, verify,
 };
 use preflight::Extent;
 use rehearsal::RehearsedFault;
+use setup::inventory;
 use signalgen::audio::{HostChoice, open_host};
 use sources::Place;
 use tasks::{Schedule, SystemClock};
@@ -73,6 +75,7 @@ fn dispatch(command: Command, verbosity: Verbosity) -> anyhow::Result<ExitCode> 
         Command::Drill(options) => rehearse(&options, verbosity),
         Command::Replay(options) => play(&options, verbosity),
         Command::Check(options) => check(&options, verbosity),
+        Command::Init(options) => init(&options, verbosity),
         Command::Devices(options) => list(&options),
         Command::Analyze(options) => Ok(passed_or_failed(analyze::run(&options, verbosity)?)),
         Command::Verify(options) => Ok(passed_or_failed(verify::run(&options, verbosity)?)),
@@ -153,8 +156,8 @@ fn absent_configuration(path: &Path, named: bool) -> anyhow::Error {
         return anyhow::anyhow!("{name} does not exist: check the spelling after --config");
     }
     anyhow::anyhow!(
-        "{name} does not exist in this folder: `friction-bench run --print-config > {name}` writes a commented template \
-         to edit, --config FILE names another file, and --mock uses simulated hardware"
+        "{name} does not exist in this folder: `friction-bench init` asks what the bench is made of and writes it, --config \
+         FILE names another file, and --mock uses simulated hardware"
     )
 }
 
@@ -552,27 +555,61 @@ fn check(options: &Check, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     Ok(passed_or_failed(table.passed()))
 }
 
-fn list(options: &Devices) -> anyhow::Result<ExitCode> {
-    let listing = if options.mock {
-        let simulated = simulated::apparatus("nominal", 1, Speed::Max, None, &[])?.hardware;
-        let ports = match simulated.force_place {
-            Some(Place::Port(path)) => vec![path],
-            Some(Place::Address(_)) | None => Vec::new(),
-        };
-        inventory::Listing {
-            hosts: vec![inventory::audio("simulated", Ok(&simulated.host))],
-            serial_ports: ports,
-            gpio_chips: Vec::new(),
-        }
+/// Writes a new bench's configuration, checks it, and says what to do next.
+fn init(options: &setup::Options, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
+    let mut found = listing(options.mock.as_deref())?;
+    if options.mock.is_some() {
+        found.hosts[0].name = "native";
+    }
+    let attended = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
+    let ask: &mut dyn setup::Ask = if attended {
+        &mut setup::Terminal
     } else {
-        inventory::Listing {
+        &mut setup::Unattended
+    };
+    let written = setup::write(options, &found, ask)?;
+    print(&written.text)?;
+    let config = options.config.as_os_str();
+    let mut check: Vec<&OsStr> = ["friction-bench", "check", "--config"]
+        .map(OsStr::new)
+        .into();
+    check.push(config);
+    if let Some(scenario) = &options.mock {
+        check.extend(["--mock", scenario].map(OsStr::new));
+    }
+    // Uncalibrated it does not pass; what there is to see is what else is wrong.
+    if let Err(error) = dispatch(Cli::try_parse_from(check)?.command, verbosity) {
+        print(format!("check: {error:#}\n"))?;
+    }
+    print(&written.next)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What this computer offers, or the simulated hardware of a scenario.
+fn listing(mock: Option<&str>) -> anyhow::Result<inventory::Listing> {
+    let Some(scenario) = mock else {
+        return Ok(inventory::Listing {
             hosts: [("native", HostChoice::Default), ("jack", HostChoice::Jack)]
                 .map(|(name, choice)| inventory::audio(name, open_host(choice).as_ref()))
                 .into(),
             serial_ports: inventory::serial_ports()?,
             gpio_chips: real_gpio::chips(),
-        }
+        });
     };
+    let simulated = simulated::apparatus(scenario, 1, Speed::Max, None, &[])?.hardware;
+    let ports = match simulated.force_place {
+        Some(Place::Port(path)) => vec![path],
+        Some(Place::Address(_)) | None => Vec::new(),
+    };
+    Ok(inventory::Listing {
+        hosts: vec![inventory::audio("simulated", Ok(&simulated.host))],
+        serial_ports: ports,
+        gpio_chips: Vec::new(),
+    })
+}
+
+fn list(options: &Devices) -> anyhow::Result<ExitCode> {
+    let listing = listing(options.mock.then_some("nominal"))?;
     print(if options.json {
         listing.to_json()?
     } else {

@@ -3,11 +3,11 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use serde::Serialize;
+use serde_json::json;
 use signalgen::audio::{AudioError, DeviceInfo, Host, Offer, list_devices};
 
 /// Everything that a `bench.toml` can name.
-#[derive(Debug, Serialize)]
+#[derive(Debug)]
 pub struct Listing {
     /// Sound layers.
     pub hosts: Vec<AudioHost>,
@@ -18,59 +18,30 @@ pub struct Listing {
 }
 
 /// One sound layer.
-#[derive(Debug, Serialize)]
+#[derive(Debug)]
 pub struct AudioHost {
     /// Its name in `bench.toml`.
-    pub host: &'static str,
+    pub name: &'static str,
     /// Its devices.
-    pub devices: Vec<AudioDevice>,
+    pub devices: Vec<DeviceInfo>,
     /// Why there are none.
     pub unavailable: Option<String>,
 }
 
-/// One device.
-#[derive(Debug, Serialize)]
-pub struct AudioDevice {
-    /// Its id, for `bench.toml`.
-    pub id: String,
-    /// Its name.
-    pub name: String,
-    /// No sound layer resamples in between.
-    pub raw: bool,
-    /// Whether a sound card is behind it, not software alone.
-    pub sound_card: bool,
-    /// What its output offers.
-    pub output: Option<String>,
-    /// What its input offers.
-    pub input: Option<String>,
-}
-
 /// The devices of a host, or why it has none.
-pub fn audio(host: &'static str, opened: Result<&Host, &AudioError>) -> AudioHost {
+pub fn audio(name: &'static str, opened: Result<&Host, &AudioError>) -> AudioHost {
     let listed = match opened {
         Ok(opened) => list_devices(opened).map_err(|error| error.to_string()),
         Err(error) => Err(error.to_string()),
     };
     let (devices, unavailable) = match listed {
-        Ok(devices) => (devices.iter().map(device).collect(), None),
+        Ok(devices) => (devices, None),
         Err(error) => (Vec::new(), Some(error)),
     };
     AudioHost {
-        host,
+        name,
         devices,
         unavailable,
-    }
-}
-
-fn device(info: &DeviceInfo) -> AudioDevice {
-    let line = |offer: &Option<Offer>| offer.as_ref().map(Offer::to_string);
-    AudioDevice {
-        id: info.id.clone(),
-        name: info.name.clone(),
-        raw: info.is_raw,
-        sound_card: info.is_sound_card,
-        output: line(&info.output),
-        input: line(&info.input),
     }
 }
 
@@ -91,14 +62,36 @@ impl Listing {
     /// # Errors
     /// Never for what was listed.
     pub fn to_json(&self) -> anyhow::Result<String> {
-        Ok(serde_json::to_string_pretty(self)? + "\n")
+        let device = |device: &DeviceInfo| {
+            json!({
+                "id": device.id,
+                "name": device.name,
+                "raw": device.is_raw,
+                "sound_card": device.is_sound_card,
+                "output": device.output.as_ref().map(Offer::to_string),
+                "input": device.input.as_ref().map(Offer::to_string),
+            })
+        };
+        let host = |host: &AudioHost| {
+            json!({
+                "host": host.name,
+                "devices": host.devices.iter().map(device).collect::<Vec<_>>(),
+                "unavailable": host.unavailable,
+            })
+        };
+        let listed = json!({
+            "hosts": self.hosts.iter().map(host).collect::<Vec<_>>(),
+            "serial_ports": self.serial_ports,
+            "gpio_chips": self.gpio_chips,
+        });
+        Ok(serde_json::to_string_pretty(&listed)? + "\n")
     }
 
     /// For a person.
     pub fn to_text(&self) -> String {
         let mut text = String::new();
         for host in &self.hosts {
-            let _ = writeln!(text, "audio, host = \"{}\"", host.host);
+            let _ = writeln!(text, "audio, host = \"{}\"", host.name);
             if let Some(reason) = &host.unavailable {
                 let _ = writeln!(text, "  not available: {reason}");
             } else if host.devices.is_empty() {
@@ -106,10 +99,11 @@ impl Listing {
             }
             for device in &host.devices {
                 let raw = match device {
-                    AudioDevice {
-                        sound_card: false, ..
+                    DeviceInfo {
+                        is_sound_card: false,
+                        ..
                     } => "  (not a sound card)",
-                    AudioDevice { raw: false, .. } => "  (may resample)",
+                    DeviceInfo { is_raw: false, .. } => "  (may resample)",
                     _ => "",
                 };
                 let _ = writeln!(text, "  {}  {}{raw}", device.id, device.name);

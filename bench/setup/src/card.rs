@@ -1,0 +1,240 @@
+//! The sound card: which there are, and the rate, format and channels to open one with.
+
+use anyhow::bail;
+use signalgen::audio::{Capability, DeviceInfo, Offer};
+
+use crate::ask::{Ask, Question};
+use crate::inventory::AudioHost;
+
+/// Sample formats, the best first.
+const FORMATS: [&str; 4] = ["i32", "i24", "f32", "i16"];
+/// Sample rates, the best first, Hz. Below the last the published carrier does not fit.
+const RATES_HZ: [u32; 5] = [192_000, 384_000, 176_400, 96_000, 88_200];
+
+/// A card, and how it is opened.
+pub struct Card {
+    pub host: &'static str,
+    pub id: String,
+    pub name: String,
+    /// `None` if the card does not report what it takes.
+    pub layout: Option<Layout>,
+}
+
+/// Rate, format and channels.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Layout {
+    pub rate_hz: u32,
+    pub format: &'static str,
+    pub outputs: u16,
+    pub inputs: u16,
+}
+
+/// Finds the card that was named, or asks; its streams must have this many inputs.
+pub fn choose(
+    hosts: &[AudioHost],
+    named: Option<&str>,
+    inputs: u16,
+    ask: &mut dyn Ask,
+) -> anyhow::Result<Card> {
+    let cards: Vec<(&'static str, &DeviceInfo)> = hosts
+        .iter()
+        .flat_map(|host| host.devices.iter().map(move |device| (host.name, device)))
+        .filter(|(_, device)| device.is_sound_card && device.is_raw)
+        .filter(|(_, device)| device.output.is_some() && device.input.is_some())
+        .collect();
+    let matches = |device: &DeviceInfo, name: &str| device.id == name || device.name == name;
+    let lines: Vec<String> = cards
+        .iter()
+        .map(|(_, device)| line(device, inputs))
+        .collect();
+    let found = match named {
+        Some(name) => cards.iter().find(|(_, device)| matches(device, name)),
+        None if cards.is_empty() => None,
+        None => {
+            let question = Question {
+                text: "Which sound card drives the plate and reads the pickup?",
+                option: "--card",
+            };
+            cards.get(ask.choose(&question, &lines)?)
+        }
+    };
+    let Some((host, device)) = found else {
+        let there = if lines.is_empty() {
+            "none: is it plugged in, and may you use it (group audio)?".to_owned()
+        } else {
+            format!("\n  {}", lines.join("\n  "))
+        };
+        bail!(
+            "no sound card with outputs and inputs{}; there is {there}",
+            named.map_or_else(String::new, |name| format!(" is called {name}"))
+        );
+    };
+    let layout = match streams(device, inputs) {
+        Streams::Fit(layout) => Some(layout),
+        Streams::Unreported => None,
+        Streams::Unfit => bail!(
+            "{} does not do: it must take {} Hz or more for a carrier of 35 kHz, as {}, with {inputs} inputs. It takes{}",
+            device.name,
+            RATES_HZ[RATES_HZ.len() - 1],
+            FORMATS.join(", "),
+            [("out", &device.output), ("in", &device.input)]
+                .map(|(name, offer)| offer
+                    .as_ref()
+                    .map_or_else(String::new, |offer| format!("\n  {name}: {offer}")))
+                .concat()
+        ),
+    };
+    Ok(Card {
+        host,
+        id: device.id.clone(),
+        name: device.name.clone(),
+        layout,
+    })
+}
+
+/// What a card's streams can be.
+enum Streams {
+    Fit(Layout),
+    Unfit,
+    Unreported,
+}
+
+fn streams(device: &DeviceInfo, inputs: u16) -> Streams {
+    match (&device.output, &device.input) {
+        (Some(Offer::Listed(output)), Some(Offer::Listed(input))) => {
+            layout(output, input, inputs).map_or(Streams::Unfit, Streams::Fit)
+        }
+        _ => Streams::Unreported,
+    }
+}
+
+fn line(device: &DeviceInfo, inputs: u16) -> String {
+    let streams = match streams(device, inputs) {
+        Streams::Fit(of) => format!(
+            "{} Hz, {}, {} out, {} in",
+            of.rate_hz, of.format, of.outputs, of.inputs
+        ),
+        Streams::Unfit => "too slow, or too few inputs".to_owned(),
+        Streams::Unreported => "does not say what it takes".to_owned(),
+    };
+    format!("{} ({}): {streams}", device.name, device.id)
+}
+
+/// Returns the best layout that both directions take.
+fn layout(output: &[Capability], input: &[Capability], inputs: u16) -> Option<Layout> {
+    let of = |offer: &[Capability], rate_hz: u32, format: &str, least: u16| {
+        let takes = |c: &&Capability| {
+            c.rates.contains(rate_hz) && c.format == format && c.channels >= least
+        };
+        offer.iter().filter(takes).map(|c| c.channels).min()
+    };
+    RATES_HZ.into_iter().find_map(|rate_hz| {
+        FORMATS.into_iter().find_map(|format| {
+            Some(Layout {
+                rate_hz,
+                format,
+                outputs: of(output, rate_hz, format, 1)?,
+                inputs: of(input, rate_hz, format, inputs)?,
+            })
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use signalgen::audio::RateRange;
+
+    use super::*;
+    use crate::ask::Unattended;
+
+    fn capability(channels: u16, hz: [u32; 2], format: &str) -> Capability {
+        Capability {
+            channels,
+            rates: RateRange::new(hz[0], hz[1]),
+            format: format.to_owned(),
+        }
+    }
+
+    #[test]
+    fn the_best_rate_and_format_that_both_directions_take_and_no_more_channels_than_needed() {
+        let output = [
+            capability(2, [44_100, 192_000], "i16"),
+            capability(2, [44_100, 96_000], "i32"),
+            capability(8, [44_100, 192_000], "i32"),
+        ];
+        let input = [
+            capability(2, [44_100, 192_000], "i16"),
+            capability(4, [44_100, 192_000], "i32"),
+            capability(8, [44_100, 96_000], "i32"),
+        ];
+        let found = |inputs| layout(&output, &input, inputs);
+        let expected = |rate_hz, format, outputs, inputs| {
+            Some(Layout {
+                rate_hz,
+                format,
+                outputs,
+                inputs,
+            })
+        };
+        assert_eq!(found(2), expected(192_000, "i32", 8, 4));
+        assert_eq!(found(8), expected(96_000, "i32", 2, 8));
+        assert_eq!(found(9), None);
+        let slow = [capability(2, [8_000, 48_000], "i32")];
+        assert_eq!(layout(&slow, &slow, 2), None);
+    }
+
+    fn device(id: &str, name: &str) -> DeviceInfo {
+        let offer = Offer::Listed(vec![capability(4, [44_100, 192_000], "i32")]);
+        DeviceInfo {
+            id: id.to_owned(),
+            name: name.to_owned(),
+            is_raw: !id.contains("plug"),
+            is_sound_card: !id.contains("null"),
+            output: Some(offer.clone()),
+            input: Some(offer),
+        }
+    }
+
+    fn hosts(devices: Vec<DeviceInfo>) -> Vec<AudioHost> {
+        vec![AudioHost {
+            name: "native",
+            devices,
+            unavailable: None,
+        }]
+    }
+
+    #[test]
+    fn what_resamples_or_is_no_card_is_not_offered_and_one_card_needs_no_question() {
+        let one = hosts(vec![
+            device("alsa:null", "Discard"),
+            device("alsa:plughw:0", "Fireface"),
+            device("alsa:hw:0", "Fireface"),
+        ]);
+        let card = choose(&one, None, 2, &mut Unattended).unwrap();
+        assert_eq!(card.id, "alsa:hw:0");
+        let two = hosts(vec![
+            device("alsa:hw:0", "Fireface"),
+            device("alsa:hw:1", "HDA"),
+        ]);
+        let undecided = choose(&two, None, 2, &mut Unattended)
+            .err()
+            .unwrap()
+            .to_string();
+        for word in ["--card", "Fireface", "HDA"] {
+            assert!(undecided.contains(word), "{undecided}");
+        }
+        let card = choose(&two, Some("HDA"), 2, &mut Unattended).unwrap();
+        assert_eq!(card.id, "alsa:hw:1");
+        for (hosts, named) in [(&two, Some("Babyface")), (&hosts(Vec::new()), None)] {
+            choose(hosts, named, 2, &mut Unattended).err().unwrap();
+        }
+    }
+
+    #[test]
+    fn a_card_that_another_program_holds_is_taken_without_a_layout() {
+        let mut held = device("alsa:hw:0", "Fireface");
+        held.input = Some(Offer::Unreported);
+        let card = choose(&hosts(vec![held]), None, 2, &mut Unattended).unwrap();
+        assert_eq!(card.layout, None);
+    }
+}

@@ -1,0 +1,15 @@
+#![doc = include_str!("../README.md")]
+
+mod ask;
+mod card;
+pub mod inventory;
+mod options;
+mod rig;
+mod sheet;
+mod steps;
+mod write;
+
+pub use ask::{Ask, Terminal, Unattended};
+pub use options::{ForceLine, Options};
+pub use rig::Rig;
+pub use write::{Written, write};

@@ -1,0 +1,61 @@
+//! What `friction-bench init` may be told.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use crate::rig::Rig;
+
+/// Options of `init`.
+#[derive(Debug, Args)]
+pub struct Options {
+    /// File to write; one that exists is left alone.
+    #[arg(long, value_name = "FILE", default_value = "bench.toml")]
+    pub config: PathBuf,
+    /// What the bench is made of.
+    #[arg(long, value_enum)]
+    pub rig: Option<Rig>,
+    /// Sound card that drives the plate and reads the pickup, by id or name.
+    #[arg(long, value_name = "NAME")]
+    pub card: Option<String>,
+    /// Serial port of the force sensor.
+    #[arg(long, value_name = "PORT")]
+    pub force_port: Option<PathBuf>,
+    /// What the force sensor sends on it.
+    #[arg(long, value_enum)]
+    pub force_line: Option<ForceLine>,
+    /// Address of an ATI Net F/T in the network.
+    #[arg(long, value_name = "ADDRESS", conflicts_with = "cal_file")]
+    pub net_ft: Option<String>,
+    /// Maker's calibration file of a sensor whose gauges are on inputs of the card.
+    #[arg(long, value_name = "FILE")]
+    pub cal_file: Option<PathBuf>,
+    /// Serial port of the field box.
+    #[arg(long, value_name = "PORT")]
+    pub box_port: Option<PathBuf>,
+    /// Name of the plate: a calibration holds for it alone.
+    #[arg(long, value_name = "NAME")]
+    pub plate: Option<String>,
+    /// Look at simulated hardware instead, as a built-in scenario or a scenario file describes it.
+    #[arg(long, value_name = "SCENARIO", num_args = 0..=1, default_missing_value = "nominal")]
+    pub mock: Option<String>,
+}
+
+/// What a force sensor sends on a serial line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ForceLine {
+    /// Binary frames with a sequence number and a checksum.
+    Frames,
+    /// Lines of text, as a microcontroller prints them.
+    Lines,
+}
+
+impl ForceLine {
+    /// Returns its name in `bench.toml`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Frames => "frames",
+            Self::Lines => "lines",
+        }
+    }
+}

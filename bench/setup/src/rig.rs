@@ -1,0 +1,33 @@
+//! The rigs that laboratories have.
+
+use clap::ValueEnum;
+
+/// A rig: what drives the plate, and where forces, positions and stops come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Rig {
+    /// A sound card, and a field box for forces, position and stops.
+    FieldBox,
+    /// A sound card on a Raspberry Pi or another board with GPIO: encoder and stops on its pins, forces on a serial line.
+    RaspberryPi,
+    /// A sound card and a six-axis sensor (ATI Net F/T, or gauges on inputs); position and stops on a field box.
+    SixAxis,
+}
+
+impl Rig {
+    /// Returns the rig in words.
+    pub fn in_words(self) -> &'static str {
+        match self {
+            Self::FieldBox => "sound card and field box",
+            Self::RaspberryPi => "sound card, GPIO, force sensor on a serial line",
+            Self::SixAxis => "sound card, six-axis sensor, field box for the rest",
+        }
+    }
+
+    /// Returns whether a field box has the position and the stops.
+    pub fn has_field_box(self) -> bool {
+        match self {
+            Self::FieldBox | Self::SixAxis => true,
+            Self::RaspberryPi => false,
+        }
+    }
+}

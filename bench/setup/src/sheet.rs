@@ -1,0 +1,159 @@
+//! The template of `bench.toml` as a sheet to be filled in: its comments stay.
+
+use anyhow::{Context, bail};
+
+/// The lines of the template.
+pub struct Sheet {
+    lines: Vec<String>,
+}
+
+impl Sheet {
+    /// Takes a fresh template.
+    pub fn new() -> Self {
+        Self {
+            lines: config::TEMPLATE.lines().map(str::to_owned).collect(),
+        }
+    }
+
+    /// Writes a value at a key, which may stand there as optional, commented out.
+    ///
+    /// # Errors
+    /// If the template has no such key.
+    pub fn set(
+        &mut self,
+        table: &str,
+        key: &str,
+        value: impl Into<toml::Value>,
+    ) -> anyhow::Result<()> {
+        let place = self.place(table, key)?;
+        let comment = comment(&self.lines[place]);
+        let written = format!("{key} = {}", value.into());
+        self.lines[place] = match comment {
+            Some(comment) => format!("{written:<34} {comment}"),
+            None => written,
+        };
+        Ok(())
+    }
+
+    /// Takes a key out of force, and leaves it where it stands, commented out.
+    ///
+    /// # Errors
+    /// If the template has no such key.
+    pub fn unset(&mut self, table: &str, key: &str) -> anyhow::Result<()> {
+        let place = self.place(table, key)?;
+        if !self.lines[place].starts_with('#') {
+            self.lines[place].insert(0, '#');
+        }
+        Ok(())
+    }
+
+    /// Puts a key in force that the template has as an example.
+    ///
+    /// # Errors
+    /// If the template has no such key.
+    pub fn use_example(&mut self, table: &str, key: &str) -> anyhow::Result<()> {
+        let place = self.place(table, key)?;
+        let line = &mut self.lines[place];
+        if line.starts_with('#') {
+            line.remove(0);
+        }
+        Ok(())
+    }
+
+    /// Removes a table.
+    ///
+    /// # Errors
+    /// If the template has no such table.
+    pub fn remove(&mut self, table: &str) -> anyhow::Result<()> {
+        let (from, to) = self.table(table)?;
+        self.lines.drain(from..to);
+        Ok(())
+    }
+
+    /// Returns the text of the file.
+    pub fn text(&self) -> String {
+        self.lines.join("\n") + "\n"
+    }
+
+    /// Returns the lines of a table, its header the first.
+    fn table(&self, table: &str) -> anyhow::Result<(usize, usize)> {
+        let header = format!("[{table}]");
+        let from = self
+            .lines
+            .iter()
+            .position(|line| line.starts_with(&header))
+            .with_context(|| format!("the template has no table {header}"))?;
+        let next = |line: &String| line.starts_with('[');
+        let to = self.lines[from + 1..].iter().position(next);
+        Ok((from, to.map_or(self.lines.len(), |to| from + 1 + to)))
+    }
+
+    fn place(&self, table: &str, key: &str) -> anyhow::Result<usize> {
+        let (from, to) = self.table(table)?;
+        let names = |line: &String| {
+            let line = line.strip_prefix('#').unwrap_or(line);
+            line.split_once('=')
+                .is_some_and(|(name, _)| name.trim_end() == key)
+        };
+        match self.lines[from..to].iter().position(names) {
+            Some(place) => Ok(from + place),
+            None => bail!("the template has no key {table}.{key}"),
+        }
+    }
+}
+
+/// Returns what a line says after its value.
+fn comment(line: &str) -> Option<&str> {
+    let line = line.strip_prefix('#').unwrap_or(line);
+    let mut quoted = false;
+    let begin = line.char_indices().find(|&(_, letter)| {
+        quoted ^= letter == '"';
+        letter == '#' && !quoted
+    });
+    begin.map(|(begin, _)| &line[begin..])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(sheet: &Sheet, begin: &str) -> String {
+        let text = sheet.text();
+        let found = text.lines().find(|line| line.starts_with(begin));
+        found.unwrap_or_else(|| panic!("no {begin}")).to_owned()
+    }
+
+    #[test]
+    fn a_value_is_put_in_and_its_comment_stays() {
+        let mut sheet = Sheet::new();
+        sheet.set("audio", "rate_hz", 96_000).unwrap();
+        let written = line(&sheet, "rate_hz = 96000 ");
+        assert!(written.ends_with("# above twice the carrier and the modulation"));
+        sheet.set("encoder", "source", "field-box").unwrap();
+        line(&sheet, "source = \"field-box\"");
+        sheet.set("plate", "id", "the \"big\" # one").unwrap();
+        let text = sheet.text();
+        let config = config::Config::parse(&text, "bench.toml").unwrap();
+        assert_eq!(config.plate.id, "the \"big\" # one");
+    }
+
+    #[test]
+    fn a_key_goes_out_of_force_and_an_example_comes_into_it() {
+        let mut sheet = Sheet::new();
+        sheet.unset("force", "port").unwrap();
+        sheet.unset("force", "port").unwrap();
+        line(&sheet, "#port = \"/dev/ttyUSB0\"");
+        sheet.use_example("gpio", "estop").unwrap();
+        line(&sheet, "estop = 13");
+    }
+
+    #[test]
+    fn a_table_goes_with_all_its_keys_and_no_other() {
+        let mut sheet = Sheet::new();
+        sheet.remove("force.netft").unwrap();
+        assert!(!sheet.text().contains("counts_per_n"));
+        assert!(sheet.text().contains("[force.field_box]"));
+        sheet.remove("force.netft").unwrap_err();
+        sheet.set("force", "counts_per_n", 1).unwrap_err();
+    }
+}

@@ -1,0 +1,449 @@
+//! Asks what is there, and writes a `bench.toml`.
+
+use std::fs::File;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::bail;
+
+use crate::ask::{Ask, Question};
+use crate::card::{self, Card};
+use crate::inventory::Listing;
+use crate::options::{ForceLine, Options};
+use crate::rig::Rig;
+use crate::sheet::Sheet;
+use crate::steps;
+
+/// Inputs of the drive and the pickup, and those of a sensor's gauges.
+const SIGNALS: u16 = 2;
+const GAUGES: u16 = 6;
+/// Where a Linux board says what it is.
+const BOARD: &str = "/proc/device-tree/model";
+
+/// What was written, in words.
+pub struct Written {
+    /// What was chosen, and what to look at before the bench drives.
+    pub text: String,
+    /// What to do next.
+    pub next: String,
+}
+
+/// Asks for whatever the options do not say, and writes the file.
+///
+/// # Errors
+/// If the file exists, something needed is not there, or nobody answers.
+pub fn write(options: &Options, found: &Listing, ask: &mut dyn Ask) -> anyhow::Result<Written> {
+    let path = &options.config;
+    if path.exists() {
+        bail!(
+            "{} exists, and is left as it is: --config FILE writes another, or move it away first",
+            path.display()
+        );
+    }
+    let rig = rig(options, ask)?;
+    let sensor = sensor(rig, options, found, ask)?;
+    let gauges = matches!(sensor, ForceSensor::Gauges { .. });
+    let inputs = SIGNALS + if gauges { GAUGES } else { 0 };
+    let card = card::choose(&found.hosts, options.card.as_deref(), inputs, ask)?;
+    let mut sheet = Sheet::new();
+    put_card(&mut sheet, &card)?;
+    put_sensor(&mut sheet, &sensor)?;
+    put_lines(&mut sheet, rig, options, found, ask)?;
+    let plate = match &options.plate {
+        Some(plate) => plate.clone(),
+        None => ask.text(
+            &Question {
+                text: "A name for the plate, which its calibration will hold for:",
+                option: "--plate",
+            },
+            "plate-1",
+        )?,
+    };
+    sheet.set("plate", "id", plate)?;
+    let mut file = File::create_new(path).map_err(|error| match error.kind() {
+        ErrorKind::NotFound => anyhow::anyhow!("the folder of {} does not exist", path.display()),
+        _ => anyhow::Error::from(error).context(format!("cannot write {}", path.display())),
+    })?;
+    file.write_all(sheet.text().as_bytes())?;
+    file.sync_all()?;
+    Ok(Written {
+        text: summary(path, rig, &card),
+        next: steps::next(path, options.mock.as_deref()),
+    })
+}
+
+fn rig(options: &Options, ask: &mut dyn Ask) -> anyhow::Result<Rig> {
+    use clap::ValueEnum;
+
+    if let Some(rig) = options.rig {
+        return Ok(rig);
+    }
+    let rigs = Rig::value_variants();
+    let question = Question {
+        text: "What is the bench made of?",
+        option: "--rig",
+    };
+    let line = |rig: &Rig| {
+        let name = rig.to_possible_value();
+        format!(
+            "{}: {}",
+            name.as_ref().map_or("", |name| name.get_name()),
+            rig.in_words()
+        )
+    };
+    let lines: Vec<String> = rigs.iter().map(line).collect();
+    Ok(rigs[ask.choose(&question, &lines)?])
+}
+
+/// Where forces come from.
+enum ForceSensor {
+    Box,
+    Serial { port: PathBuf, line: ForceLine },
+    NetFt { address: String },
+    Gauges { cal_file: PathBuf },
+}
+
+fn sensor(
+    rig: Rig,
+    options: &Options,
+    found: &Listing,
+    ask: &mut dyn Ask,
+) -> anyhow::Result<ForceSensor> {
+    match rig {
+        Rig::FieldBox => Ok(ForceSensor::Box),
+        Rig::RaspberryPi => {
+            let text = "On which serial port is the force sensor?";
+            let option = "--force-port";
+            let port = port(
+                options.force_port.as_ref(),
+                found,
+                &Question { text, option },
+                ask,
+            )?;
+            let line = match options.force_line {
+                Some(line) => line,
+                None => {
+                    let question = Question {
+                        text: "What does it send?",
+                        option: "--force-line",
+                    };
+                    let lines = [
+                        "frames: binary, with a sequence number and a checksum (docs/force-protocol.md)",
+                        "lines of text, as a microcontroller prints them",
+                    ];
+                    [ForceLine::Frames, ForceLine::Lines]
+                        [ask.choose(&question, &lines.map(str::to_owned))?]
+                }
+            };
+            Ok(ForceSensor::Serial { port, line })
+        }
+        Rig::SixAxis => match (&options.net_ft, &options.cal_file) {
+            (Some(address), _) => Ok(ForceSensor::NetFt {
+                address: address.clone(),
+            }),
+            (None, Some(cal_file)) => Ok(ForceSensor::Gauges {
+                cal_file: cal_file.clone(),
+            }),
+            (None, None) => {
+                let question = Question {
+                    text: "How is the six-axis sensor read?",
+                    option: "--net-ft or --cal-file",
+                };
+                let ways = [
+                    "an ATI Net F/T in the network",
+                    "six gauges on DC-coupled inputs of the card, with the maker's calibration file",
+                ];
+                let network = ask.choose(&question, &ways.map(str::to_owned))? == 0;
+                let (text, option, usual) = if network {
+                    ("Its address:", "--net-ft", "192.168.1.1")
+                } else {
+                    ("The maker's calibration file:", "--cal-file", "FT00000.cal")
+                };
+                let answer = ask.text(&Question { text, option }, usual)?;
+                Ok(if network {
+                    ForceSensor::NetFt { address: answer }
+                } else {
+                    ForceSensor::Gauges {
+                        cal_file: answer.into(),
+                    }
+                })
+            }
+        },
+    }
+}
+
+fn port(
+    named: Option<&PathBuf>,
+    found: &Listing,
+    question: &Question<'_>,
+    ask: &mut dyn Ask,
+) -> anyhow::Result<PathBuf> {
+    if let Some(port) = named {
+        return Ok(port.clone());
+    }
+    let ports = &found.serial_ports;
+    if ports.is_empty() {
+        bail!(
+            "{} There is no serial port: plug it in, or give {}",
+            question.text,
+            question.option
+        );
+    }
+    let lines: Vec<String> = ports
+        .iter()
+        .map(|port| port.display().to_string())
+        .collect();
+    Ok(ports[ask.choose(question, &lines)?].clone())
+}
+
+fn put_card(sheet: &mut Sheet, card: &Card) -> anyhow::Result<()> {
+    sheet.set("audio", "host", card.host)?;
+    for key in ["output_device", "input_device"] {
+        sheet.set("audio", key, card.id.as_str())?;
+    }
+    if let Some(layout) = &card.layout {
+        sheet.set("audio", "rate_hz", i64::from(layout.rate_hz))?;
+        sheet.set("audio", "sample_format", layout.format)?;
+        sheet.set("audio", "output_channels", i64::from(layout.outputs))?;
+        sheet.set("audio", "input_channels", i64::from(layout.inputs))?;
+    }
+    Ok(())
+}
+
+fn put_sensor(sheet: &mut Sheet, sensor: &ForceSensor) -> anyhow::Result<()> {
+    let source = match sensor {
+        ForceSensor::Serial { .. } => "serial",
+        ForceSensor::Box => "field-box",
+        ForceSensor::NetFt { .. } => "netft",
+        ForceSensor::Gauges { .. } => "channels",
+    };
+    sheet.set("force", "source", source)?;
+    let tables = [
+        ("force.channels", "channels"),
+        ("force.netft", "netft"),
+        ("force.field_box", "field-box"),
+    ];
+    for (table, of) in tables {
+        if of != source {
+            sheet.remove(table)?;
+        }
+    }
+    if !matches!(sensor, ForceSensor::Serial { .. }) {
+        for key in ["port", "protocol"] {
+            sheet.unset("force", key)?;
+        }
+    }
+    match sensor {
+        ForceSensor::Box => Ok(()),
+        ForceSensor::Serial { port, line } => {
+            sheet.set("force", "port", port.display().to_string())?;
+            sheet.set("force", "protocol", line.name())
+        }
+        ForceSensor::NetFt { address } => {
+            sheet.set("force.netft", "address", address.as_str())?;
+            for key in ["normal", "lateral"] {
+                sheet.use_example("force.netft", key)?;
+            }
+            Ok(())
+        }
+        ForceSensor::Gauges { cal_file } => {
+            let inputs: Vec<i64> = (i64::from(SIGNALS)..).take(GAUGES.into()).collect();
+            sheet.set("force.channels", "inputs", inputs)?;
+            sheet.set("force.channels", "cal_file", cal_file.display().to_string())?;
+            for key in ["normal", "lateral", "volts_per_unit"] {
+                sheet.use_example("force.channels", key)?;
+            }
+            Ok(())
+        }
+    }
+}
+
+/// Position and stops.
+fn put_lines(
+    sheet: &mut Sheet,
+    rig: Rig,
+    options: &Options,
+    found: &Listing,
+    ask: &mut dyn Ask,
+) -> anyhow::Result<()> {
+    if rig.has_field_box() {
+        let text = "On which serial port is the field box?";
+        let option = "--box-port";
+        let port = port(
+            options.box_port.as_ref(),
+            found,
+            &Question { text, option },
+            ask,
+        )?;
+        sheet.set("encoder", "source", "field-box")?;
+        sheet.set("gpio", "backend", "field-box")?;
+        return sheet.set("field_box", "port", port.display().to_string());
+    }
+    sheet.remove("field_box")?;
+    let is_pi = std::fs::read_to_string(BOARD).is_ok_and(|model| model.contains("Raspberry Pi"));
+    match found.gpio_chips.first() {
+        Some(chip) if !is_pi => {
+            sheet.set("gpio", "backend", "gpiocdev")?;
+            sheet.set("gpio", "chip", chip.display().to_string())?;
+        }
+        _ => sheet.set("gpio", "backend", "rppal")?,
+    }
+    for key in [
+        "encoder_a",
+        "encoder_b",
+        "estop",
+        "button",
+        "enable",
+        "heartbeat",
+    ] {
+        sheet.use_example("gpio", key)?;
+    }
+    Ok(())
+}
+
+fn summary(path: &Path, rig: Rig, card: &Card) -> String {
+    let mut text = format!(
+        "{} is written for {}, with {}\n",
+        path.display(),
+        rig.in_words(),
+        card.name
+    );
+    if card.layout.is_none() {
+        text += "  the card does not say what it takes (another program may hold it): see rate_hz, sample_format and the \
+                 channels in [audio]\n";
+    }
+    text += "before the bench drives, look at what only you know: output.volts_per_unit and channels.drive.volts_per_unit \
+             (amplifier and divider), the channels' indices, [plate], encoder.metres_per_count";
+    if rig == Rig::RaspberryPi {
+        text += ", the numbers of the lines in [gpio]";
+    }
+    text + "\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use config::{Config, EncoderSource, GpioBackend, Sensor};
+    use signalgen::audio::{Capability, DeviceInfo, Offer, RateRange};
+
+    use super::*;
+    use crate::ask::Unattended;
+    use crate::inventory::AudioHost;
+
+    /// As ATI delivers one with a sensor.
+    const CAL_FILE: &str = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../config/tests/data/FT09999.cal"
+    );
+
+    /// A computer with one sound card of ten inputs and two serial ports.
+    fn computer() -> Listing {
+        let offer = Offer::Listed(vec![Capability {
+            channels: 10,
+            rates: RateRange::new(44_100, 192_000),
+            format: "i32".to_owned(),
+        }]);
+        Listing {
+            hosts: vec![AudioHost {
+                name: "native",
+                devices: vec![DeviceInfo {
+                    id: "alsa:hw:0".to_owned(),
+                    name: "Fireface".to_owned(),
+                    is_raw: true,
+                    is_sound_card: true,
+                    output: Some(offer.clone()),
+                    input: Some(offer),
+                }],
+                unavailable: None,
+            }],
+            serial_ports: vec!["/dev/ttyACM0".into(), "/dev/ttyUSB0".into()],
+            gpio_chips: Vec::new(),
+        }
+    }
+
+    fn options(folder: &Path, rig: Rig) -> Options {
+        Options {
+            config: folder.join("bench.toml"),
+            rig: Some(rig),
+            card: None,
+            force_port: Some("/dev/ttyUSB0".into()),
+            force_line: Some(ForceLine::Lines),
+            net_ft: None,
+            cal_file: None,
+            box_port: Some("/dev/ttyACM0".into()),
+            plate: Some("glass 7".to_owned()),
+            mock: None,
+        }
+    }
+
+    fn written(options: &Options) -> Config {
+        write(options, &computer(), &mut Unattended).unwrap();
+        let config = Config::read(&options.config).unwrap();
+        assert_eq!(config.audio.input_device, "alsa:hw:0");
+        assert_eq!(config.plate.id, "glass 7");
+        config
+    }
+
+    #[test]
+    fn each_rig_is_a_configuration_that_is_read_back_as_it_was_asked_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| {
+            let path = folder.path().join(name);
+            std::fs::create_dir(&path).unwrap();
+            path
+        };
+        let boxed = written(&options(&path("box"), Rig::FieldBox));
+        assert!(matches!(boxed.force.unwrap().sensor, Sensor::FieldBox(_)));
+        assert_eq!(boxed.gpio.backend, GpioBackend::FieldBox);
+        let board = written(&options(&path("board"), Rig::RaspberryPi));
+        let Sensor::Serial(serial) = board.force.unwrap().sensor else {
+            panic!("not serial")
+        };
+        assert_eq!(serial.port, Path::new("/dev/ttyUSB0"));
+        assert_eq!(serial.protocol, config::ForceProtocol::Lines);
+        assert!(board.field_box.is_none() && board.gpio.estop.is_some());
+        let mut network = options(&path("network"), Rig::SixAxis);
+        network.net_ft = Some("10.0.0.7".to_owned());
+        let network = written(&network);
+        assert!(matches!(network.force.unwrap().sensor, Sensor::Netft(_)));
+        assert_eq!(network.encoder.unwrap().source, EncoderSource::FieldBox);
+        let place = path("gauges");
+        let mut gauges = options(&place, Rig::SixAxis);
+        gauges.cal_file = Some("FT.cal".into());
+        std::fs::copy(CAL_FILE, place.join("FT.cal")).unwrap();
+        let gauges = written(&gauges);
+        assert_eq!(gauges.audio.input_channels, 10);
+        assert!(matches!(gauges.force.unwrap().sensor, Sensor::Channels(_)));
+    }
+
+    #[test]
+    fn a_file_that_is_there_is_left_as_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let options = options(folder.path(), Rig::FieldBox);
+        std::fs::write(&options.config, "mine").unwrap();
+        let refused = write(&options, &computer(), &mut Unattended).err().unwrap();
+        assert!(refused.to_string().contains("--config FILE"));
+        assert_eq!(std::fs::read_to_string(&options.config).unwrap(), "mine");
+    }
+
+    #[test]
+    fn what_nobody_said_is_asked_for_by_its_option() {
+        let folder = tempfile::tempdir().unwrap();
+        let without = |take: fn(&mut Options)| {
+            let mut options = options(folder.path(), Rig::RaspberryPi);
+            take(&mut options);
+            write(&options, &computer(), &mut Unattended)
+                .err()
+                .unwrap()
+                .to_string()
+        };
+        for (refused, option) in [
+            (without(|of| of.rig = None), "--rig"),
+            (without(|of| of.force_port = None), "--force-port"),
+            (without(|of| of.force_line = None), "--force-line"),
+            (without(|of| of.rig = Some(Rig::SixAxis)), "--net-ft"),
+        ] {
+            assert!(refused.contains(option), "{refused}");
+        }
+        assert!(!folder.path().join("bench.toml").exists());
+    }
+}

@@ -1,0 +1,178 @@
+//! Each rig that laboratories have, from `init` to results, unattended: its twin measures the same person as the usual bench does.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use bench_tests::program::{bench, protocol, workspace};
+use bench_tests::room::WEIGH;
+use bench_tests::session::{finish, text};
+use serde_json::Value;
+
+const SEED: &str = "7";
+/// The same on each rig.
+const PERSON: &str = "[participant]\nsigma_t_m = 1.7e-6\nz_t_n_s_per_m = [0.47, 3.16]\nmu0 = 0.8\n";
+/// Greatest difference of a session's median from that on the usual bench, as a share of it.
+const APART: f64 = 0.02;
+
+/// What a session measured of its person.
+#[derive(Debug, Clone, Copy)]
+struct Measured {
+    sigma_t_m: f64,
+    z_t_n_s_per_m: [f64; 2],
+    mu0: f64,
+}
+
+/// A bench in a folder of its own.
+struct Rig {
+    folder: tempfile::TempDir,
+    scenario: String,
+    /// Its configuration; `None` for that of the simulated bench.
+    config: Option<PathBuf>,
+}
+
+impl Rig {
+    fn new(equipment: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let scenario = folder.path().join("scenario.toml");
+        fs::write(&scenario, format!("{PERSON}{equipment}")).unwrap();
+        Self {
+            scenario: scenario.to_str().unwrap().to_owned(),
+            folder,
+            config: None,
+        }
+    }
+
+    /// The rig that `init` writes with these words, on simulated `equipment`.
+    fn written(equipment: &str, words: &[&str]) -> Self {
+        let rig = Self::new(equipment);
+        let cal_file = workspace().join("bench/config/tests/data/FT09999.cal");
+        fs::copy(cal_file, rig.folder.path().join("FT09999.cal")).unwrap();
+        let mut init = bench();
+        init.args(["init", "--mock", &rig.scenario, "--plate", "simulated"])
+            .args(words)
+            .current_dir(&rig.folder);
+        let output = finish(&mut init);
+        assert!(output.status.success(), "{}", text(&output));
+        let said = text(&output);
+        for step in ["is written for", "uncalibrated", "calibrate plate", "check"] {
+            assert!(said.contains(step), "no {step:?} in {said}");
+        }
+        let config = Some(rig.folder.path().join("bench.toml"));
+        Self { config, ..rig }
+    }
+
+    fn command(&self, words: &[&str]) -> std::process::Command {
+        let mut command = bench();
+        command
+            .args(words)
+            .args(["--mock", &self.scenario, "--seed", SEED])
+            .args(["--calibration", "calibration.toml"])
+            .current_dir(&self.folder);
+        if let Some(config) = &self.config {
+            command.arg("--config").arg(config);
+        }
+        command
+    }
+
+    fn succeed(&self, words: &[&str]) {
+        let output = finish(&mut self.command(words));
+        assert!(output.status.success(), "{words:?}: {}", text(&output));
+    }
+
+    fn calibrate(&self) {
+        let calibrate = |words: &[&str]| {
+            let operator = ["--operator", "A. Tester", "--speed", "max"];
+            self.succeed(&[&["calibrate"][..], words, &operator].concat());
+        };
+        calibrate(&["output", "--meter", "simulated", "--reads", "rms"]);
+        calibrate(&["channels"]);
+        calibrate(&["pickup"]);
+        calibrate(&["plate"]);
+        calibrate(&WEIGH);
+        self.succeed(&["check"]);
+    }
+
+    fn session(&self) -> Measured {
+        let protocol = protocol("one-exploration.toml");
+        let protocol = protocol.to_str().unwrap();
+        let study = ["--study", "study", "--participant", "sub-01"];
+        let consent = ["--consent-by", "A. Tester", "--headless", "--speed", "max"];
+        let run = ["run", "--protocol", protocol];
+        self.succeed(&[&run[..], &study, &consent].concat());
+        measured(self.folder.path())
+    }
+}
+
+fn measured(folder: &Path) -> Measured {
+    let mut analyze = bench();
+    analyze
+        .args(["analyze", "study", "--json", "results.json"])
+        .current_dir(folder);
+    let output = finish(&mut analyze);
+    assert!(output.status.success(), "{}", text(&output));
+    let results = fs::read(folder.join("results.json")).unwrap();
+    let results: Value = serde_json::from_slice(&results).unwrap();
+    let instances: Vec<&Value> = results["recordings"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .flat_map(|recording| recording["instances"].as_array().unwrap())
+        .collect();
+    let median = |of: &dyn Fn(&Value) -> f64| {
+        let mut values: Vec<f64> = instances
+            .iter()
+            .map(|of_one| of(&of_one["trial"]))
+            .collect();
+        assert!(values.len() >= 5, "{} instances", values.len());
+        values.sort_by(f64::total_cmp);
+        values[values.len() / 2]
+    };
+    Measured {
+        sigma_t_m: median(&|of| of["sigma_t_m"].as_f64().unwrap()),
+        z_t_n_s_per_m: [0, 1].map(|part| median(&|of| of["z_t_n_s_per_m"][part].as_f64().unwrap())),
+        mu0: median(&|of| of["mu0"].as_f64().unwrap()),
+    }
+}
+
+fn assert_alike(rig: &str, found: Measured, usual: Measured) {
+    let share = |of: f64, by: f64| (of / by - 1.0).abs();
+    let [re, im] = [0, 1].map(|part| found.z_t_n_s_per_m[part] - usual.z_t_n_s_per_m[part]);
+    let [of_re, of_im] = usual.z_t_n_s_per_m;
+    let apart = [
+        share(found.sigma_t_m, usual.sigma_t_m),
+        re.hypot(im) / of_re.hypot(of_im),
+        share(found.mu0, usual.mu0),
+    ];
+    println!("{rig}: sigma_t, Z_t and mu0 apart by {apart:.4?}");
+    assert!(
+        apart.iter().all(|apart| *apart < APART),
+        "{rig}: {found:?}, on the usual bench {usual:?}"
+    );
+}
+
+#[test]
+fn each_rig_measures_the_same_person_as_the_usual_bench() {
+    let usual = Rig::new("");
+    usual.calibrate();
+    let usual = usual.session();
+    for (name, equipment, words) in [
+        (
+            "field box",
+            "[force_sensor]\ninterface = \"field-box\"\nrate_hz = 4000.0\nburst_period_s = 0.001\n",
+            &["--rig", "field-box", "--box-port", "/dev/ttyACM0"][..],
+        ),
+        (
+            "board",
+            "",
+            &["--rig", "raspberry-pi", "--force-line", "frames"],
+        ),
+    ] {
+        let rig = Rig::written(equipment, words);
+        rig.calibrate();
+        assert_alike(name, rig.session(), usual);
+    }
+}

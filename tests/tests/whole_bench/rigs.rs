@@ -1,5 +1,9 @@
 //! Each rig that laboratories have, from `init` to results, unattended: its twin measures the same person as the usual bench does.
 #![expect(
+    clippy::print_stdout,
+    reason = "measured numbers, for whoever asks with --nocapture"
+)]
+#![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
 )]

@@ -1,10 +1,10 @@
 //! `friction-bench`: the composition root. Here, and nowhere else, it is decided which hardware there is.
 
+mod found;
 #[cfg_attr(not(target_os = "linux"), path = "no_gpio.rs")]
 mod real_gpio;
 mod simulated;
 
-use std::ffi::OsStr;
 use std::io::{IsTerminal, Write};
 use std::path::Path;
 use std::process::ExitCode;
@@ -29,7 +29,6 @@ use friction_bench::{
 };
 use preflight::Extent;
 use rehearsal::RehearsedFault;
-use setup::inventory;
 use signalgen::audio::{HostChoice, open_host};
 use sources::Place;
 use tasks::{Schedule, SystemClock};
@@ -557,59 +556,19 @@ fn check(options: &Check, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
 
 /// Writes a new bench's configuration, checks it, and says what to do next.
 fn init(options: &setup::Options, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
-    let mut found = listing(options.mock.as_deref())?;
-    if options.mock.is_some() {
-        found.hosts[0].name = "native";
-    }
-    let attended = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
-    let ask: &mut dyn setup::Ask = if attended {
-        &mut setup::Terminal
-    } else {
-        &mut setup::Unattended
-    };
-    let written = setup::write(options, &found, ask)?;
+    let written = found::write(options)?;
     print(&written.text)?;
-    let config = options.config.as_os_str();
-    let mut check: Vec<&OsStr> = ["friction-bench", "check", "--config"]
-        .map(OsStr::new)
-        .into();
-    check.push(config);
-    if let Some(scenario) = &options.mock {
-        check.extend(["--mock", scenario].map(OsStr::new));
-    }
-    // Uncalibrated it does not pass; what there is to see is what else is wrong.
-    if let Err(error) = dispatch(Cli::try_parse_from(check)?.command, verbosity) {
+    let check = Cli::try_parse_from(found::check(options))?;
+    // Uncalibrated it is not ready; what there is to see is what else is wrong.
+    if let Err(error) = dispatch(check.command, verbosity) {
         print(format!("check: {error:#}\n"))?;
     }
     print(&written.next)?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// What this computer offers, or the simulated hardware of a scenario.
-fn listing(mock: Option<&str>) -> anyhow::Result<inventory::Listing> {
-    let Some(scenario) = mock else {
-        return Ok(inventory::Listing {
-            hosts: [("native", HostChoice::Default), ("jack", HostChoice::Jack)]
-                .map(|(name, choice)| inventory::audio(name, open_host(choice).as_ref()))
-                .into(),
-            serial_ports: inventory::serial_ports()?,
-            gpio_chips: real_gpio::chips(),
-        });
-    };
-    let simulated = simulated::apparatus(scenario, 1, Speed::Max, None, &[])?.hardware;
-    let ports = match simulated.force_place {
-        Some(Place::Port(path)) => vec![path],
-        Some(Place::Address(_)) | None => Vec::new(),
-    };
-    Ok(inventory::Listing {
-        hosts: vec![inventory::audio("simulated", Ok(&simulated.host))],
-        serial_ports: ports,
-        gpio_chips: Vec::new(),
-    })
-}
-
 fn list(options: &Devices) -> anyhow::Result<ExitCode> {
-    let listing = listing(options.mock.then_some("nominal"))?;
+    let listing = found::listing(options.mock.then_some("nominal"))?;
     print(if options.json {
         listing.to_json()?
     } else {

@@ -30,7 +30,6 @@ use friction_bench::{
 use preflight::Extent;
 use rehearsal::RehearsedFault;
 use signalgen::audio::{HostChoice, open_host};
-use sources::Place;
 use tasks::{Schedule, SystemClock};
 use tui::{escaped, escaped_line};
 

@@ -18,7 +18,7 @@ pub const REPORT_HZ: u16 = (CONVERTER_CLOCK_HZ / 2 / OSR) as u16;
 /// Half the time from one conversion to the next.
 const HALF: Duration = Duration::from_micros((OSR as u64 * 1_000_000) / CONVERTER_CLOCK_HZ as u64);
 /// Longest time between two reports, whether or not there is a conversion.
-const LONGEST: Duration = Duration::from_millis(1);
+const LONGEST: Duration = Duration::from_micros(900);
 /// The converter is reset by its line being low for more than 2048 of its clocks, 256 µs.
 const RESET: Duration = Duration::from_micros(400);
 /// Time from its reset to its being spoken to.

@@ -30,6 +30,7 @@ pub struct Seen {
     pub estop_closed: bool,
 }
 
+/// What [`seen`] returns.
 static SEEN: Mutex<CriticalSectionRawMutex, Cell<Seen>> = Mutex::new(Cell::new(Seen {
     amplifier: AmplifierState {
         outputs: Outputs {
@@ -57,16 +58,20 @@ pub async fn watch(
 ) {
     watchdog.start(HUNG);
     let mut amplifier = Amplifier::default();
+    let mut estop_closed = estop.is_high();
     let mut ticker = Ticker::every(LOOK);
     loop {
-        let _ = select3(
-            ticker.next(),
-            estop.wait_for_falling_edge(),
-            WORDS.ready_to_receive(),
-        )
-        .await;
+        // A change of level, unlike an edge, is not missed between two looks.
+        let change = async {
+            if estop_closed {
+                estop.wait_for_low().await;
+            } else {
+                estop.wait_for_high().await;
+            }
+        };
+        let _ = select3(ticker.next(), change, WORDS.ready_to_receive()).await;
         watchdog.feed(HUNG);
-        let estop_closed = estop.is_high();
+        estop_closed = estop.is_high();
         while let Ok(word) = WORDS.try_receive() {
             amplifier.hear(Instant::now().as_micros(), word, estop_closed);
         }

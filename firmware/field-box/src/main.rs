@@ -2,7 +2,7 @@
 //! `field-box-device`, which does the thinking.
 //!
 //! Three levels, of which a higher one interrupts a lower one:
-//! 1. the guard over the amplifier, every millisecond, at each edge of the e-stop and at each word of the bench;
+//! 1. the guard over the amplifier, every millisecond, at each change of the e-stop and at each word of the bench;
 //! 2. conversions and reports, at each conversion;
 //! 3. USB.
 #![no_std]

@@ -42,8 +42,13 @@ impl<SPI: SpiDevice> Converter<SPI> {
                 self.unsettled = UNSETTLED;
                 None
             }
-            Err(_) => {
+            Err(ConverterFault::Stale) => {
                 self.miss();
+                None
+            }
+            // Lost on the way: the converter itself goes on as it was.
+            Err(_) => {
+                self.failures = self.failures.saturating_add(1);
                 None
             }
         }

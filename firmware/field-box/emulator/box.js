@@ -105,12 +105,12 @@ export class Box {
     return this.heard().filter((message) => message.kind === "report");
   }
 
-  /** Moves the encoder by one count, up where channel A leads. */
+  /** Moves the encoder by one count, up where channel B leads. */
   step(up) {
     this.count += up ? 1 : -1;
     const phase = ((this.count % 4) + 4) % 4;
-    this.input("encoder A", phase === 1 || phase === 2);
-    this.input("encoder B", phase >= 2);
+    this.input("encoder A", phase >= 2);
+    this.input("encoder B", phase === 1 || phase === 2);
   }
 }
 

@@ -23,8 +23,7 @@ impl Encoder {
         a: Peri<'static, impl PioPin>,
         b: Peri<'static, impl PioPin>,
     ) -> Self {
-        // Table: levels before (B A) and now (B A). Y counts down where the encoder counts up, A before B: a count down is
-        // one instruction, which `jmp y--` is, and the two that need none are the table's last places.
+        // Table: levels before and now, each as B A. Up where B leads A, as the bench counts on lines of its own.
         let program = embassy_rp::pio::program::pio_asm!(
             ".origin 0",
             "    jmp same", // 00 00
@@ -90,7 +89,7 @@ impl Encoder {
         }
         loop {
             if let Some(count) = pushed.try_pull() {
-                return (count as i32).wrapping_neg();
+                return count as i32;
             }
         }
     }

@@ -96,6 +96,7 @@ async fn speak(mut port: Sender<'static, Bus>, identity: FromBox) {
             let mut length = 0;
             if !open {
                 open = true;
+                OUTBOX.clear();
                 next = identity.encode();
             }
             // Two messages are shorter than a packet, which therefore ends a transfer.

@@ -1,5 +1,6 @@
 // What the image in FIELD_BOX_IMAGE does on an RP2040; run by ./dev firmware.
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { Box, MS, random, UNIQUE_ID } from "./box.js";
 import { word } from "./codec.js";
@@ -320,4 +321,10 @@ test("a firmware that hangs is reset while the enable is on", (context) => {
   context.diagnostic(`reset after ${ms.toFixed(3)} ms`);
   assert.ok(ms <= 51);
   assert.equal(box.enabled, false, "its pins float");
+});
+
+test("the drawing of the wiring shows the pins of the table", () => {
+  const drawing = readFileSync(new URL("../../../docs/field-box-wiring.svg", import.meta.url), "utf8");
+  const drawn = [...drawing.matchAll(/>[^<]*GP(\d+)</g)].map(([, pin]) => Number(pin));
+  assert.deepEqual(drawn.sort(), Object.values(new Box().pins).sort());
 });

@@ -1,8 +1,4 @@
 //! The converter, frame by frame, from the data sheet's tables (SBAS853A).
-#![expect(
-    clippy::unwrap_used,
-    reason = "what cannot be unwrapped fails the test"
-)]
 
 use embedded_hal_mock::eh1::spi::{Mock, Transaction};
 use field_box_device::{Ads131m02, ChannelGain, Converter, ConverterFault};

@@ -10,6 +10,7 @@ use rehearsal::{FaultKind, RehearsedFault};
 pub use crate::analyze_options::Analyze;
 use crate::fault_option::NamedFault;
 use calibration::reference_options::ReferenceOptions;
+pub use replay::Speed;
 
 /// Test bench controller for ultrasonic friction modulation.
 #[derive(Debug, Parser)]
@@ -47,7 +48,7 @@ pub enum Command {
     /// Rehearse faults: the operator meets one after the other, and the times are kept.
     Drill(Drill),
     /// Replay a recording on the dashboard, or list those of a study.
-    Replay(Replay),
+    Replay(replay::Options),
     /// Check that the bench is connected, works and is as calibrated.
     Check(Check),
     /// List the audio devices, serial ports and GPIO chips of this computer.
@@ -99,15 +100,6 @@ pub struct Rehearsal {
     /// a fault at 0 s is there in the quick check too. May be repeated.
     #[arg(long = "fault", value_name = "NAME@TIME", value_parser = NamedFault::<RehearsedFault>::new())]
     pub faults: Vec<RehearsedFault>,
-}
-
-/// Pace of simulated or recorded time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Speed {
-    /// Real time.
-    Real,
-    /// As fast as possible; with --mock, the same seed then gives the same files.
-    Max,
 }
 
 /// `run`
@@ -453,20 +445,6 @@ pub struct Drill {
     /// Let the umask decide who can read what this drill writes; without it, nobody but you can.
     #[arg(long)]
     pub shared: bool,
-}
-
-/// `replay`
-#[derive(Debug, Args)]
-pub struct Replay {
-    /// Folder of a recording; of a study, participant or session, to list its recordings.
-    #[arg(value_name = "RECORDING|STUDY")]
-    pub recording: PathBuf,
-    /// Pace of the replay.
-    #[arg(long, value_enum, default_value_t = Speed::Real)]
-    pub speed: Speed,
-    /// Print a few lines per exploration and totals instead of showing the dashboard.
-    #[arg(long)]
-    pub headless: bool,
 }
 
 /// `check`

@@ -21,7 +21,6 @@ mod outcome;
 pub mod privacy;
 pub mod readiness;
 pub mod rehearsed;
-pub mod replay;
 pub mod run;
 pub mod session;
 pub mod shell_words;

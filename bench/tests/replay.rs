@@ -11,10 +11,9 @@ use std::process::Command;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use console::Front;
-use friction_bench::cli::{Replay, Speed};
-use friction_bench::replay::{Plan, Report, replay};
 use recording::RecordingReader;
 use recording::pipeline::Pipeline;
+use replay::{Options, Plan, Report, Speed, replay};
 use serde_json::Value;
 use tasks::StopFlag;
 use tui::Event;
@@ -75,7 +74,7 @@ fn recorded() -> Recorded {
 }
 
 fn replayed(trial: &Path) -> (Report, Vec<Event>) {
-    let plan = Plan::new(&Replay {
+    let plan = Plan::new(&Options {
         recording: trial.to_owned(),
         speed: Speed::Max,
         headless: true,

@@ -35,6 +35,9 @@ const AGREEMENT: f64 = 1e-3;
 /// that they do, and knows nothing of how residuals scatter together.
 const OTHER_LAWS: f64 = 0.02;
 
+/// What keeps the linear algebra under numpy on one core, as ours is: with more threads than idle cores it takes ten times as long.
+const ONE_THREAD: [&str; 3] = ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"];
+
 /// Measures `rivals.py NAME` where there is a Python; `answer` is what ours came to.
 fn rival(group: &mut BenchmarkGroup<'_, WallTime>, label: &str, name: &str, answer: f64) {
     rival_within(group, label, name, (answer, AGREEMENT));
@@ -56,6 +59,7 @@ fn rival_within(
                 .arg(&script)
                 .arg(name)
                 .arg(iterations.to_string())
+                .envs(ONE_THREAD.map(|name| (name, "1")))
                 .output()
                 .expect("the Python that FRICTION_BENCH_PYTHON names");
             assert!(

@@ -20,7 +20,7 @@ use super::fit_error::FitError;
 use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD};
 use super::instance_fit::{InstanceFit, friction_at_rest};
 use super::lagged_model::LaggedModel;
-use super::least_squares::{Minimum, best_start, evaluated, minimise};
+use super::least_squares::{Minimum, evaluated, minimise};
 use super::modelled_series::ModelledSeries;
 use super::sensitivity::{self, Sensitivities};
 use super::series::{InstanceSeries, mean};
@@ -87,9 +87,7 @@ pub fn modelled(
     };
     let mut model = lagged_model(instance, &shifted, options)?;
     let parameters = model.assumed_parameters(sigma_t_m, fitted.tau_s);
-    let parameters = model
-        .with_best_tissue(parameters)
-        .ok_or(FitError::NoStart)?;
+    let parameters = model.best_start([parameters]).ok_or(FitError::NoStart)?;
     let contact = model.contact(&parameters).ok_or(FitError::NoStart)?;
     let z_m_n_s_per_m = evaluated(&mut model, &parameters).ok_or(FitError::NoStart)?;
     let mu0 = friction_at_rest(&model, &contact, instance.instance().mu).mu0;
@@ -196,12 +194,9 @@ fn solve(model: &mut LaggedModel<'_>, options: &DynamicOptions) -> Result<JointS
 
 fn start(model: &mut LaggedModel<'_>, tau_s: f64) -> Option<[f64; PARAMETERS]> {
     let candidates: Vec<_> = sigma_starts()
-        .filter_map(|sigma_t_m| {
-            let parameters = model.assumed_parameters(sigma_t_m, tau_s);
-            model.with_best_tissue(parameters)
-        })
+        .map(|sigma_t_m| model.assumed_parameters(sigma_t_m, tau_s))
         .collect();
-    best_start(model, candidates)
+    model.best_start(candidates)
 }
 
 impl JointSolution {

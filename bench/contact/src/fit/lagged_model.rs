@@ -221,10 +221,31 @@ impl<'a> LaggedModel<'a> {
         (inside.iter().sum::<f64>() / inside.len() as f64 / LAG_REFERENCE_GAP_M).ln()
     }
 
-    /// Given the gap of [`follow`](Self::follow), 1/(Z_m − Z_p) = 1/Z_t + 1/Z_c is linear in 1/Z_t: its mean, weighted as the
-    /// impedance residual weighs it. The plate is taken as it was unloaded.
-    pub(super) fn tissue_given_gap(&self, contact: &Contact) -> Complex64 {
-        let (mut sum, mut weights) = (Complex64::ZERO, 0.0);
+    /// Returns the candidate, with the Z_t that goes best with it, that fits best; `None` where the model allows none of them.
+    ///
+    /// Given the gap, 1/(Z_m − Z_p) = 1/Z_t + 1/Z_c is linear in 1/Z_t: its mean, weighted as the impedance residual weighs it.
+    /// The plate is taken as it was unloaded.
+    pub(super) fn best_start(
+        &mut self,
+        candidates: impl IntoIterator<Item = [f64; PARAMETERS]>,
+    ) -> Option<[f64; PARAMETERS]> {
+        let mut best: Option<(f64, [f64; PARAMETERS])> = None;
+        for mut parameters in candidates {
+            let Some(contact) = self.follow(&parameters) else {
+                continue;
+            };
+            let (z_t, squares) = self.tissue_given_gap(&contact);
+            (parameters[RE_Z_T], parameters[IM_Z_T]) = (z_t.re, z_t.im);
+            if z_t.is_finite() && best.is_none_or(|(least, _)| squares < least) {
+                best = Some((squares, parameters));
+            }
+        }
+        best.map(|(_, parameters)| parameters)
+    }
+
+    /// Returns the Z_t that goes best with the gap of [`follow`](Self::follow), and the weighted squares that it leaves.
+    fn tissue_given_gap(&self, contact: &Contact) -> (Complex64, f64) {
+        let (mut sum, mut squares, mut weights) = (Complex64::ZERO, 0.0, 0.0);
         let film = self.gap[self.lead..]
             .iter()
             .zip(&self.loads.amplitude_m[self.lead..]);
@@ -237,23 +258,13 @@ impl<'a> LaggedModel<'a> {
             );
             let weight = finger.norm_sqr().powi(2);
             if weight > 0.0 {
-                sum += weight * (finger.inv() - z_c.inv());
+                let of_tissue = finger.inv() - z_c.inv();
+                sum += weight * of_tissue;
+                squares += weight * of_tissue.norm_sqr();
                 weights += weight;
             }
         }
-        weights / sum
-    }
-
-    /// Returns the parameters with the Z_t that fits best what else they say; `None` where the model allows no such contact.
-    pub(super) fn with_best_tissue(
-        &mut self,
-        mut parameters: [f64; PARAMETERS],
-    ) -> Option<[f64; PARAMETERS]> {
-        let contact = self.follow(&parameters)?;
-        let z_t = self.tissue_given_gap(&contact);
-        parameters[RE_Z_T] = z_t.re;
-        parameters[IM_Z_T] = z_t.im;
-        z_t.is_finite().then_some(parameters)
+        (weights / sum, squares - sum.norm_sqr() / weights)
     }
 }
 

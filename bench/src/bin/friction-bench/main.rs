@@ -17,14 +17,14 @@ use devices::Hardware;
 use devices::claim::Claim;
 use friction_bench::apparatus::{Apparatus, pace};
 use friction_bench::cli::{
-    self, Calibrate, Check, Cli, Command, Devices, Drill, Monitor, Replay, Run, Speed,
+    self, Calibrate, Check, Cli, Command, Devices, Drill, Monitor, Run, Speed,
 };
 use friction_bench::run::{self, Plan, ProtocolFile};
 use friction_bench::shell_words::quoted;
 use friction_bench::verbosity::Verbosity;
 use friction_bench::{
     analyze, calibrate as calibration, drilling, ending, estop, exclude, forget, inventory,
-    monitor, privacy, rehearsed, replay, verify,
+    monitor, privacy, rehearsed, verify,
 };
 use preflight::Extent;
 use rehearsal::RehearsedFault;
@@ -494,7 +494,7 @@ fn calibrate(options: &Calibrate, verbosity: Verbosity) -> anyhow::Result<ExitCo
     Ok(passed_or_failed(report.passed))
 }
 
-fn play(options: &Replay, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
+fn play(options: &replay::Options, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     let listed = replay::recordings_in(&options.recording)?;
     if let Some(recordings) = listed {
         for recording in recordings {

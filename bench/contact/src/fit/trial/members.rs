@@ -2,11 +2,11 @@
 
 use std::ops::{Add, Mul};
 
+use arrowhead::{ArrowCovariance, ArrowMinimum};
 use nalgebra::{SMatrix, SVector};
 
-use super::arrow::{ArrowCovariance, OWN, SHARED};
 use super::plate::{COURSES, OffsetPrior};
-use crate::calibration_errors::ByError;
+use crate::calibration_errors::{ByError, ERRORS};
 use crate::fit::lagged_model::LaggedModel;
 use crate::parameters::{
     AREA_EXPONENT, FILM_MEAN_MS, FINGER_ANGLE, IM_OFFSET, IM_Z_T, LAG_EXPONENT, LN_AREA,
@@ -14,8 +14,15 @@ use crate::parameters::{
     RESIDUAL_MOBILITY, TAU_MS,
 };
 
+/// Number of parameters that an instance has of its own.
+pub(super) const OWN: usize = 7;
+/// Number of parameters that all instances share.
+pub(super) const SHARED: usize = 16;
+
 pub(super) type Own = SVector<f64, OWN>;
 pub(super) type Shared = SVector<f64, SHARED>;
+pub(super) type Minimised = ArrowMinimum<OWN, SHARED>;
+pub(super) type Covariance = ArrowCovariance<OWN, SHARED, ERRORS>;
 
 /// Parameters of one instance, in a block's order.
 pub(super) const OF_INSTANCE: [usize; OWN] = [
@@ -134,7 +141,7 @@ impl Member<'_> {
     /// Returns the covariance of the model's parameters, on which errors of the calibration act as `by_error` says.
     pub(super) fn covariance(
         &self,
-        of: &ArrowCovariance,
+        of: &Covariance,
         instance: usize,
         parameters: &[f64; PARAMETERS],
         by_error: &ByError<PARAMETERS>,

@@ -2,8 +2,7 @@
 
 use std::fmt;
 
-use super::arrow::SHARED;
-use super::members::Shared;
+use super::members::{SHARED, Shared};
 use super::plate::PlateApart;
 use crate::fit::instance_fit::InstanceFit;
 

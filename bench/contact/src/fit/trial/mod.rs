@@ -9,7 +9,6 @@
 //! instances is minimised with wide log-normal [priors](TrialPriors), from several starts, in the logarithms of what is
 //! positive.
 
-mod arrow;
 mod course;
 mod friction;
 mod members;
@@ -21,11 +20,10 @@ mod search;
 
 use num_complex::Complex64;
 
-use arrow::{ArrowCovariance, ArrowMinimum};
 use friction::{RatioSamples, TrialFriction};
 use members::{
-    ALONG_M, AREA, FILM_MEAN, GROWTH, LAG_GROWTH, LOSS_FACTOR, Member, Q0, SIGMA_T, Shared, TAU,
-    TISSUE,
+    ALONG_M, AREA, Covariance, FILM_MEAN, GROWTH, LAG_GROWTH, LOSS_FACTOR, Member, Minimised, OWN,
+    Q0, SIGMA_T, Shared, TAU, TISSUE,
 };
 pub use misfit::Misfit;
 pub use plate::{PlateReadings, PlateReference};
@@ -151,11 +149,11 @@ pub fn fit(
 fn report(
     mut search: Search<'_>,
     instances: &[InstanceSeries<'_>],
-    minimum: ArrowMinimum,
+    minimum: Minimised,
     errors: &CalibrationErrors,
 ) -> Result<TrialFit, FitError> {
     let by_error = errors.by_parameter();
-    let residuals = search.residuals(&minimum);
+    let residuals = search.left(&minimum);
     let covariance = search.covariance(&minimum, &by_error);
     let verdict = verdict(&minimum, covariance.as_ref());
     let std = |index: usize| {
@@ -189,7 +187,7 @@ fn report(
             covariance: covariance
                 .as_ref()
                 .map(|of| member.covariance(of, index, &parameters, &by_error)),
-            noise: ResidualNoise::of(residuals, &shapes, arrow::OWN),
+            noise: ResidualNoise::of(residuals, &shapes, OWN),
         };
         let (model, samples) = (&mut member.model, instance.instance());
         let contact = model.follow(&parameters).ok_or(FitError::NoStart)?;
@@ -237,8 +235,8 @@ fn report(
 /// Returns τ at the mean gap of all instances.
 fn tau_at_mean_gap(
     members: &mut [Member<'_>],
-    minimum: &ArrowMinimum,
-    covariance: Option<&ArrowCovariance>,
+    minimum: &Minimised,
+    covariance: Option<&Covariance>,
 ) -> LogUncertain {
     let mut ln_gap = 0.0;
     for (member, own) in members.iter_mut().zip(&minimum.own) {
@@ -259,7 +257,7 @@ fn tau_at_mean_gap(
 fn friction(
     members: &mut [Member<'_>],
     instances: &[InstanceSeries<'_>],
-    minimum: &ArrowMinimum,
+    minimum: &Minimised,
 ) -> Option<TrialFriction> {
     let mut ratios = Vec::with_capacity(members.len());
     for (member, own) in members.iter_mut().zip(&minimum.own) {
@@ -281,7 +279,7 @@ fn friction(
     friction::fit(&samples, members.first()?.model.interval_s)
 }
 
-fn verdict(minimum: &ArrowMinimum, covariance: Option<&ArrowCovariance>) -> FitVerdict {
+fn verdict(minimum: &Minimised, covariance: Option<&Covariance>) -> FitVerdict {
     if !minimum.converged {
         return FitVerdict::NotConverged {
             reason: "the search for the least squares did not end".to_owned(),

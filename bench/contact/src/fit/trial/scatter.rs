@@ -5,11 +5,10 @@
 //! moves the gap for as long as it lasts and its lag, so that many samples share it: least squares that knew nothing of it would
 //! take it for a property of the skin.
 
-use nalgebra::{Cholesky, DMatrix, Dyn};
+use nalgebra::DMatrix;
 use num_complex::Complex64;
 
-use super::arrow::{OWN, SHARED};
-use super::members::Member;
+use super::members::{Member, OWN, SHARED};
 use crate::fit::least_squares::ImpedanceModel;
 
 /// Time for which an error of the force lasts, s: what the filter of the force passes and takes lies about 80 Hz.
@@ -32,8 +31,8 @@ pub(super) enum Scatter {
     Alike(f64),
     /// Independent, each of its own standard deviation.
     Apart(Vec<f64>),
-    /// As its factor says.
-    Together(Cholesky<f64, Dyn>),
+    /// Together: the inverse of their covariance's lower factor.
+    Together(DMatrix<f64>),
 }
 
 impl Scatter {
@@ -74,9 +73,7 @@ impl Scatter {
                     row /= *std;
                 }
             }
-            Self::Together(factor) => {
-                factor.l_dirty().solve_lower_triangular_mut(columns);
-            }
+            Self::Together(inverse) => *columns = inverse * &*columns,
         }
     }
 }
@@ -97,8 +94,8 @@ impl Kinds {
         let by_force = if all > MOST_TOGETHER {
             None
         } else {
-            let force = lasting(all, FORCE_ERROR_LASTS_S / model.interval_s).cholesky()?;
-            let by_force = model.response_to_force() * force.unpack();
+            let mut by_force = model.response_to_force();
+            by_errors_that_last(&mut by_force, FORCE_ERROR_LASTS_S / model.interval_s);
             Some(&by_force * by_force.transpose())
         };
         Some(Self {
@@ -140,8 +137,50 @@ impl Kinds {
                 covariance[(n + row, n + column)] += of_noise;
             }
         }
-        covariance.cholesky().map(Scatter::Together)
+        let factor = covariance.cholesky()?.unpack();
+        inverted(&factor).map(Scatter::Together)
     }
+}
+
+/// Size up to which a triangular matrix is inverted column by column.
+const SMALL: usize = 32;
+
+/// Returns the inverse of a lower triangular matrix, by halves: nearly all of the work is in products, which are fast.
+fn inverted(lower: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let n = lower.nrows();
+    let mut inverse = DMatrix::identity(n, n);
+    if n <= SMALL {
+        return lower
+            .solve_lower_triangular_mut(&mut inverse)
+            .then_some(inverse);
+    }
+    let half = n / 2;
+    let part = |at: (usize, usize), size: (usize, usize)| lower.view(at, size).into_owned();
+    let first = inverted(&part((0, 0), (half, half)))?;
+    let second = inverted(&part((half, half), (n - half, n - half)))?;
+    let across = &second * part((half, 0), (n - half, half)) * &first;
+    inverse.view_mut((0, 0), first.shape()).copy_from(&first);
+    inverse
+        .view_mut((half, half), second.shape())
+        .copy_from(&second);
+    inverse
+        .view_mut((half, 0), across.shape())
+        .copy_from(&-across);
+    Some(inverse)
+}
+
+/// Multiplies a response to each sample by the lower factor of [`lasting`]: an error is what is left of the last one, and news,
+/// so that news of a sample acts on all after it.
+fn by_errors_that_last(response: &mut DMatrix<f64>, intervals: f64) {
+    let left = (-intervals.recip()).exp();
+    for sample in (1..response.ncols()).rev() {
+        let later = response.column(sample) * left;
+        let mut earlier = response.column_mut(sample - 1);
+        earlier += later;
+    }
+    let news = (1.0 - left * left).sqrt();
+    let mut after_first = response.columns_range_mut(1..);
+    after_first *= news;
 }
 
 /// Returns the correlation of samples whose errors last for as many intervals.
@@ -191,4 +230,26 @@ fn components(squares: &[f64], kinds: &[[f64; 3]], mean: f64) -> [f64; 3] {
         }
     }
     variances
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_that_last_have_their_covariance() {
+        let mut factor = DMatrix::identity(30, 30);
+        by_errors_that_last(&mut factor, 4.0);
+        let apart = &factor * factor.transpose() - lasting(30, 4.0);
+        assert!(apart.amax() < 1e-12);
+    }
+
+    #[test]
+    fn a_triangle_is_inverted_by_halves() {
+        for n in [1, SMALL, SMALL + 1, 5 * SMALL] {
+            let lower = lasting(n, 3.0).cholesky().unwrap().unpack();
+            let apart = inverted(&lower).unwrap() * lower - DMatrix::identity(n, n);
+            assert!(apart.amax() < 1e-10, "{n}: {}", apart.amax());
+        }
+    }
 }

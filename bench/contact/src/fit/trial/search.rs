@@ -1,12 +1,13 @@
 //! The search for the parameters that fit all instances of a trial best.
 
-use nalgebra::{DMatrix, SVector};
+use arrowhead::{ArrowProblem, BlockNormal, Prior, minimise};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use num_complex::Complex64;
 
-use super::arrow::{self, ArrowCovariance, ArrowMinimum, ArrowProblem, BlockNormal, OWN, SHARED};
 use super::members::{
-    ANGLE, ANGLE_OF_ALL, BOW, COURSE, DAMPING, FILM_MEAN, GROWTH, LAG_GROWTH, Member, OF_INSTANCE,
-    Own, REACTANCE, RESIDUAL, RESIDUAL_OF_ALL, SIGMA_T, Shared, TILT, TISSUE, courses,
+    ANGLE, ANGLE_OF_ALL, BOW, COURSE, Covariance, DAMPING, FILM_MEAN, GROWTH, LAG_GROWTH, Member,
+    Minimised, OF_INSTANCE, OWN, Own, REACTANCE, RESIDUAL, RESIDUAL_OF_ALL, SHARED, SIGMA_T,
+    Shared, TILT, TISSUE, courses,
 };
 use super::plate::{self, PlateApart, PlateReadings};
 use super::prior::{LogNormal, Normal, TrialPriors};
@@ -39,6 +40,9 @@ const LAWS: [usize; 7] = [
 ];
 /// Part of their standard deviations that a search from afar allows them.
 const SEARCHING: f64 = 0.05;
+/// Relative fall of the squares that ends a search, and one from afar.
+const TOLERANCE: f64 = 1e-7;
+const ROUGH: f64 = 1e-4;
 /// Times that a minimum is refined: another no longer moves it.
 const REFINEMENTS: usize = 3;
 /// Fewest instances of an exploration that show a trend.
@@ -87,7 +91,7 @@ impl<'a> Search<'a> {
     /// fitted. The second is taken if it explains so much more that the Bayesian information criterion (Schwarz 1978) grants
     /// each instance a damping of its own: where the damping stands still, fitting it lets the model's own error into σ_t
     /// (decision 21).
-    pub(super) fn solve(&mut self) -> Result<ArrowMinimum, FitError> {
+    pub(super) fn solve(&mut self) -> Result<Minimised, FitError> {
         let found = self.search_from_afar().ok_or(FitError::NoStart)?;
         self.from_afar = false;
         let held = self.refined(found)?;
@@ -104,7 +108,7 @@ impl<'a> Search<'a> {
         let samples: usize = self.members.iter().map(|of| of.model.z_m.len()).sum();
         let independent = 2.0 * samples as f64;
         self.damping_std = HELD;
-        let held = arrow::minimise(self, held.shared, held.own).ok_or(FitError::NoStart)?;
+        let held = minimise(self, held.shared, held.own, TOLERANCE).ok_or(FitError::NoStart)?;
         let gain = held.squares - fitted.squares;
         if fitted.converged && gain > dampings * independent.max(1.0).ln() {
             self.damping_std = self.priors.plate_damping_std_n_s_per_m;
@@ -114,13 +118,13 @@ impl<'a> Search<'a> {
     }
 
     /// Returns the best minimum from all starts.
-    fn search_from_afar(&mut self) -> Option<ArrowMinimum> {
-        let mut best: Option<ArrowMinimum> = None;
+    fn search_from_afar(&mut self) -> Option<Minimised> {
+        let mut best: Option<Minimised> = None;
         for (area_m2, tau_s) in STARTS {
             let Some((shared, own)) = self.start(area_m2, tau_s) else {
                 continue;
             };
-            let found = arrow::minimise(self, shared, own);
+            let found = minimise(self, shared, own, ROUGH);
             best = best.into_iter().chain(found).min_by(|a, b| {
                 (!a.converged)
                     .cmp(&!b.converged)
@@ -152,48 +156,35 @@ impl<'a> Search<'a> {
         ]);
         let mut own = Vec::with_capacity(self.members.len());
         for member in &mut self.members {
-            let z_m = &mut self.z_m[..member.model.z_m.len()];
-            let slopes = &mut self.slopes[..z_m.len()];
-            let mut best: Option<(f64, Own)> = None;
-            for sigma_t_m in sigma_starts() {
-                let at = Own::from([sigma_t_m.ln(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-                let parameters = member.parameters(&shared, &at);
-                let Some(parameters) = member.model.with_best_tissue(parameters) else {
-                    continue;
-                };
-                if member.model.evaluate(&parameters, z_m, slopes).is_none() {
-                    continue;
-                }
-                let squares: f64 = z_m
-                    .iter()
-                    .zip(member.model.z_m)
-                    .map(|(a, b)| (a - b).norm_sqr())
-                    .sum();
-                if best.is_none_or(|(least, _)| squares < least) {
-                    let mut own: Own = OF_INSTANCE.map(|parameter| parameters[parameter]).into();
-                    (own[DAMPING], own[REACTANCE]) = (0.0, 0.0);
-                    best = Some((squares, own));
-                }
-            }
-            own.push(best?.1);
+            let candidates: Vec<_> = sigma_starts()
+                .map(|sigma_t_m| {
+                    let mut at = Own::zeros();
+                    at[SIGMA_T] = sigma_t_m.ln();
+                    member.parameters(&shared, &at)
+                })
+                .collect();
+            let best = member.model.best_start(candidates)?;
+            let mut at: Own = OF_INSTANCE.map(|parameter| best[parameter]).into();
+            (at[DAMPING], at[REACTANCE]) = (0.0, 0.0);
+            own.push(at);
         }
         Some((shared, own))
     }
 
     /// Minimises from a minimum nearby, with what it tells of the trends within the instances, of the plate's course, and of
     /// how much each sample weighs.
-    fn refined(&mut self, mut at: ArrowMinimum) -> Result<ArrowMinimum, FitError> {
+    fn refined(&mut self, mut at: Minimised) -> Result<Minimised, FitError> {
         for _ in 0..REFINEMENTS {
             self.follow_trends(&at);
             self.follow_plate(&mut at);
             self.weigh(&at);
-            at = arrow::minimise(self, at.shared, at.own).ok_or(FitError::NoStart)?;
+            at = minimise(self, at.shared, at.own, TOLERANCE).ok_or(FitError::NoStart)?;
         }
         Ok(at)
     }
 
     /// Takes the reactances of a minimum for what they tell of the plate's course, and the damping for what it is on that course.
-    fn follow_plate(&mut self, at: &mut ArrowMinimum) {
+    fn follow_plate(&mut self, at: &mut Minimised) {
         let courses = courses(&at.shared).to_vec();
         let before: Vec<Complex64> = self
             .members
@@ -225,7 +216,7 @@ impl<'a> Search<'a> {
     }
 
     /// Takes the rates at which parameters change from instance to instance for those within each.
-    fn follow_trends(&mut self, minimum: &ArrowMinimum) {
+    fn follow_trends(&mut self, minimum: &Minimised) {
         let courses = courses(&minimum.shared);
         let at: Vec<(f64, Own)> = self
             .members
@@ -268,15 +259,15 @@ impl<'a> Search<'a> {
     }
 
     /// Takes the scatter of the residuals at a minimum.
-    fn weigh(&mut self, minimum: &ArrowMinimum) {
-        let residuals = self.residuals(minimum);
+    fn weigh(&mut self, minimum: &Minimised) {
+        let residuals = self.left(minimum);
         if let Some(found) = Scatter::of_all(&residuals, &self.members) {
             self.scatters = found;
         }
     }
 
     /// Returns the residuals at a minimum, instance by instance.
-    pub(super) fn residuals(&mut self, minimum: &ArrowMinimum) -> Vec<Vec<Complex64>> {
+    pub(super) fn left(&mut self, minimum: &Minimised) -> Vec<Vec<Complex64>> {
         let mut all = Vec::with_capacity(self.members.len());
         for (member, own) in self.members.iter_mut().zip(&minimum.own) {
             let z_m = &mut self.z_m[..member.model.z_m.len()];
@@ -290,15 +281,9 @@ impl<'a> Search<'a> {
         all
     }
 
-    /// Returns each instance's sums at the parameters.
-    fn sums(&mut self, shared: &Shared, own: &[Own]) -> Option<Vec<BlockNormal>> {
-        let columns = self.columns(shared, own, None)?;
-        Some(columns.iter().map(BlockNormal::of).collect())
-    }
-
-    /// Returns what is left of each instance's residuals, their slopes by its own and by the shared parameters, and what errors
-    /// of the calibration do to them, once the residuals' scatter is taken out.
-    fn columns(
+    /// Returns each instance's residuals, their slopes by its own and by the shared parameters, and what errors of the calibration
+    /// do to them, with the residuals' scatter taken out.
+    fn whitened(
         &mut self,
         shared: &Shared,
         own: &[Own],
@@ -312,7 +297,7 @@ impl<'a> Search<'a> {
             member.model.evaluate(&parameters, z_m, slopes)?;
             let by_error = by_error.map(|of| of.map(Complex64::from));
             let errors = by_error.map_or(0, |_| ERRORS);
-            let mut columns = DMatrix::zeros(2 * n, 1 + OWN + SHARED + errors);
+            let mut rows = DMatrix::zeros(2 * n, 1 + OWN + SHARED + errors);
             for (index, (z, slope)) in z_m.iter().zip(slopes.iter()).enumerate() {
                 let by_own = OF_INSTANCE.map(|parameter| slope[parameter]);
                 let by_shared = member.by_shared(slope, &parameters);
@@ -321,12 +306,12 @@ impl<'a> Search<'a> {
                 let moved = by_error.map(|of| SVector::from(*slope).tr_mul(&of));
                 let row = row.chain(moved.iter().flatten().copied());
                 for (column, value) in row.enumerate() {
-                    columns[(index, column)] = value.re;
-                    columns[(n + index, column)] = value.im;
+                    rows[(index, column)] = value.re;
+                    rows[(n + index, column)] = value.im;
                 }
             }
-            scatter.whiten(&mut columns);
-            all.push(columns);
+            scatter.whiten(&mut rows);
+            all.push(rows);
         }
         Some(all)
     }
@@ -357,23 +342,8 @@ impl<'a> Search<'a> {
         ]
     }
 
-    /// Returns place, mean and precision of what is known of an instance's own parameters beforehand.
-    fn known(&self, instance: usize) -> [(usize, f64, f64); 4] {
-        let prior = self.members[instance].offset;
-        let damping_std = prior.damping_std.unwrap_or(self.damping_std);
-        let allowed = if self.from_afar { SEARCHING } else { 1.0 };
-        let angle_std = self.priors.finger_angle_std_rad * allowed;
-        let residual_std = self.priors.residual_mobility_std_m_per_n_s * allowed;
-        [
-            (REACTANCE, 0.0, prior.reactance_std.powi(-2)),
-            (DAMPING, 0.0, damping_std.powi(-2)),
-            (ANGLE, 0.0, angle_std.powi(-2)),
-            (RESIDUAL, 0.0, residual_std.powi(-2)),
-        ]
-    }
-
     /// Returns by how much the plate departs from its course; `None` where it was not read before and after.
-    pub(super) fn plate_apart(&self, minimum: &ArrowMinimum) -> Option<PlateApart> {
+    pub(super) fn plate_apart(&self, minimum: &Minimised) -> Option<PlateApart> {
         let courses = courses(&minimum.shared);
         let (mut apart, mut course, mut known) = (0.0, 0.0, 0.0);
         for (member, own) in self.members.iter().zip(&minimum.own) {
@@ -390,11 +360,11 @@ impl<'a> Search<'a> {
     }
 
     /// Returns by how much more the residuals scatter than the scatter they were weighed with, at least 1.
-    pub(super) fn excess(&mut self, minimum: &ArrowMinimum) -> f64 {
+    fn excess(&mut self, minimum: &Minimised) -> f64 {
         let squares = self
-            .sums(&minimum.shared, &minimum.own)
-            .map_or(f64::INFINITY, |blocks| {
-                blocks.iter().map(|block| block.squares).sum()
+            .residuals(&minimum.shared, &minimum.own)
+            .map_or(f64::INFINITY, |all| {
+                all.iter().map(DVector::norm_squared).sum()
             });
         let samples: usize = self
             .members
@@ -408,52 +378,84 @@ impl<'a> Search<'a> {
     /// Returns the covariance of all parameters, from the priors, the residuals, and errors of the calibration.
     pub(super) fn covariance(
         &mut self,
-        minimum: &ArrowMinimum,
+        minimum: &Minimised,
         by_error: &ByError<PARAMETERS>,
-    ) -> Option<ArrowCovariance> {
+    ) -> Option<Covariance> {
         let excess = self.excess(minimum);
-        let mut blocks = self.sums(&minimum.shared, &minimum.own)?;
-        for (instance, block) in blocks.iter_mut().enumerate() {
-            block.own *= excess;
-            block.coupling *= excess;
-            block.shared *= excess;
-            for (at, _, precision) in self.known(instance) {
-                block.own[(at, at)] += precision;
-            }
-        }
-        let (_, _, prior) = self.prior(&minimum.shared);
-        let columns = self.columns(&minimum.shared, &minimum.own, Some(by_error))?;
-        let response = minimum.response(&columns)?;
+        let rows = self.whitened(&minimum.shared, &minimum.own, Some(by_error))?;
+        let blocks: Vec<BlockNormal<OWN, SHARED>> = rows
+            .iter()
+            .enumerate()
+            .map(|(instance, rows)| {
+                let mut block = BlockNormal::of(rows);
+                block.own *= excess;
+                block.coupling *= excess;
+                block.shared *= excess;
+                block.own += SMatrix::from_diagonal(&self.prior_of_own(instance).precision);
+                block
+            })
+            .collect();
+        let prior = self.prior_of_shared().precision;
+        let response = minimum.response(&rows)?;
         Some(minimum.covariance(&blocks, &prior)?.with_response(response))
     }
 }
 
-impl ArrowProblem for Search<'_> {
-    fn blocks(&mut self, shared: &Shared, own: &[Own]) -> Option<Vec<BlockNormal>> {
-        let mut blocks = self.sums(shared, own)?;
-        for (instance, (block, own)) in blocks.iter_mut().zip(own).enumerate() {
-            for (at, mean, precision) in self.known(instance) {
-                let apart = own[at] - mean;
-                block.squares += apart * apart * precision;
-                block.own_gradient[at] += apart * precision;
-                block.own[(at, at)] += precision;
-            }
-        }
-        Some(blocks)
+impl ArrowProblem<OWN, SHARED> for Search<'_> {
+    fn rows(&mut self, shared: &Shared, own: &[Own]) -> Option<Vec<DMatrix<f64>>> {
+        self.whitened(shared, own, None)
     }
 
-    fn prior(&self, shared: &Shared) -> (f64, Shared, Shared) {
-        let priors = self.priors_of_shared();
-        let (mut squares, mut gradient, mut diagonal) = (0.0, Shared::zeros(), Shared::zeros());
-        for (index, (mean, mut std)) in priors.into_iter().enumerate() {
-            if self.from_afar && LAWS.contains(&index) {
-                std *= SEARCHING;
-            }
-            let (apart, precision) = (shared[index] - mean, std.powi(-2));
-            squares += apart * apart * precision;
-            gradient[index] = apart * precision;
-            diagonal[index] = precision;
+    fn residuals(&mut self, shared: &Shared, own: &[Own]) -> Option<Vec<DVector<f64>>> {
+        let mut all = Vec::with_capacity(own.len());
+        for ((member, own), scatter) in self.members.iter_mut().zip(own).zip(&self.scatters) {
+            let z_m = &mut self.z_m[..member.model.z_m.len()];
+            let slopes = &mut self.slopes[..z_m.len()];
+            let parameters = member.parameters(shared, own);
+            member.model.evaluate(&parameters, z_m, slopes)?;
+            let apart = |part: fn(&Complex64) -> f64| {
+                let each = z_m.iter().zip(member.model.z_m);
+                each.map(move |(a, b)| part(a) - part(b))
+            };
+            let both = apart(|z| z.re).chain(apart(|z| z.im));
+            let mut residuals = DMatrix::from_iterator(2 * z_m.len(), 1, both);
+            scatter.whiten(&mut residuals);
+            all.push(residuals.column(0).into_owned());
         }
-        (squares, gradient, diagonal)
+        Some(all)
+    }
+
+    fn prior_of_own(&self, instance: usize) -> Prior<OWN> {
+        let offset = self.members[instance].offset;
+        let allowed = if self.from_afar { SEARCHING } else { 1.0 };
+        let mut precision = Own::zeros();
+        for (at, std) in [
+            (REACTANCE, offset.reactance_std),
+            (DAMPING, offset.damping_std.unwrap_or(self.damping_std)),
+            (ANGLE, self.priors.finger_angle_std_rad * allowed),
+            (
+                RESIDUAL,
+                self.priors.residual_mobility_std_m_per_n_s * allowed,
+            ),
+        ] {
+            precision[at] = std.powi(-2);
+        }
+        Prior {
+            mean: Own::zeros(),
+            precision,
+        }
+    }
+
+    fn prior_of_shared(&self) -> Prior<SHARED> {
+        let mut known = self.priors_of_shared();
+        if self.from_afar {
+            for law in LAWS {
+                known[law].1 *= SEARCHING;
+            }
+        }
+        Prior {
+            mean: Shared::from(known.map(|(mean, _)| mean)),
+            precision: Shared::from(known.map(|(_, std)| std.powi(-2))),
+        }
     }
 }

@@ -3,6 +3,7 @@
 
 mod free_clock;
 mod listing;
+mod options;
 mod report;
 mod source;
 
@@ -36,7 +37,6 @@ use recording::manifest::{Manifest, RecordedInterval, RecordedIntervalKind};
 use recording::pipeline::{Account, Batch};
 use tasks::{Clock, Schedule, StopFlag, SystemClock, Task};
 
-use crate::cli::Speed;
 use free_clock::{FreeClock, Ticks};
 use live::live_meter::LiveMeter;
 use live::participant_skin::ParticipantSkin;
@@ -45,6 +45,7 @@ use live::screen_words;
 use source::Source;
 
 pub use listing::recordings_in;
+pub use options::{Options, Speed};
 pub use report::Report;
 
 /// The screen is fed this often, s of the recording.
@@ -67,7 +68,7 @@ impl Plan {
     ///
     /// # Errors
     /// A file is missing or against the format, or the audio cannot be demodulated.
-    pub fn new(options: &crate::cli::Replay) -> anyhow::Result<Self> {
+    pub fn new(options: &Options) -> anyhow::Result<Self> {
         let folder: &Path = &options.recording;
         let source = Source::open(folder)?;
         let settings = Settings::default();

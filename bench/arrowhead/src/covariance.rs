@@ -1,0 +1,274 @@
+//! The covariance of a minimum: what its residuals' scatter leaves open, and how it follows errors that no residual shows.
+
+use nalgebra::{DMatrix, SMatrix, SVector};
+
+use crate::minimise::ArrowMinimum;
+use crate::normal::{BlockNormal, Place};
+
+/// Covariance of the shared parameters, and of each block's own with the shared ones.
+pub struct ArrowCovariance<const OWN: usize, const SHARED: usize, const ERRORS: usize> {
+    /// Of the shared parameters.
+    pub shared: SMatrix<f64, SHARED, SHARED>,
+    /// Of each block's own.
+    pub blocks: Vec<BlockCovariance<OWN, SHARED>>,
+    /// What of it follows errors.
+    pub response: ArrowResponse<OWN, SHARED, ERRORS>,
+}
+
+impl<const OWN: usize, const SHARED: usize, const ERRORS: usize>
+    ArrowCovariance<OWN, SHARED, ERRORS>
+{
+    /// Returns it with what errors do that the minimum follows.
+    #[must_use]
+    pub fn with_response(mut self, response: ArrowResponse<OWN, SHARED, ERRORS>) -> Self {
+        self.shared += response.shared * response.shared.transpose();
+        for (block, own) in self.blocks.iter_mut().zip(&response.own) {
+            block.own += own * own.transpose();
+            block.with_shared += own * response.shared.transpose();
+        }
+        self.response = response;
+        self
+    }
+}
+
+/// Covariance of a block's own parameters, and between them and the shared ones.
+pub struct BlockCovariance<const OWN: usize, const SHARED: usize> {
+    /// Of the own parameters.
+    pub own: SMatrix<f64, OWN, OWN>,
+    /// Between own and shared ones.
+    pub with_shared: SMatrix<f64, OWN, SHARED>,
+}
+
+/// How a minimum follows errors that are not fitted, one column each: the shared parameters, and each block's own.
+pub struct ArrowResponse<const OWN: usize, const SHARED: usize, const ERRORS: usize> {
+    /// The shared parameters.
+    pub shared: SMatrix<f64, SHARED, ERRORS>,
+    /// Each block's own.
+    pub own: Vec<SMatrix<f64, OWN, ERRORS>>,
+}
+
+impl<const OWN: usize, const SHARED: usize, const ERRORS: usize>
+    ArrowResponse<OWN, SHARED, ERRORS>
+{
+    fn none(blocks: usize) -> Self {
+        Self {
+            shared: SMatrix::zeros(),
+            own: vec![SMatrix::zeros(); blocks],
+        }
+    }
+}
+
+impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
+    /// Returns the covariance of the parameters, where the gradients scatter as `scatter` and `prior_scatter` say: the inverse
+    /// of the normal matrix on both sides of them (Huber 1967), block by block. `None` if the data leave a combination of
+    /// parameters open.
+    #[must_use]
+    pub fn covariance<const ERRORS: usize>(
+        &self,
+        scatter: &[BlockNormal<OWN, SHARED>],
+        prior_scatter: &SVector<f64, SHARED>,
+    ) -> Option<ArrowCovariance<OWN, SHARED, ERRORS>> {
+        let mut reduced = self.arrow.shared;
+        let mut of_shared = SMatrix::from_diagonal(prior_scatter);
+        let mut eliminated = Vec::with_capacity(scatter.len());
+        for (block, scatter) in self.arrow.blocks.iter().zip(scatter) {
+            let inverse = inverted(&block.own)?;
+            let to_shared = inverse * block.coupling;
+            reduced -= block.coupling.transpose() * to_shared;
+            // What a block's gradient adds to the shared one once its own parameters have followed.
+            let across = scatter.coupling - scatter.own * to_shared;
+            of_shared += scatter.shared
+                - scatter.coupling.transpose() * to_shared
+                - to_shared.transpose() * across;
+            eliminated.push((inverse, to_shared, across));
+        }
+        let reduced = inverted(&reduced)?;
+        let shared = reduced * of_shared * reduced;
+        let blocks = eliminated
+            .into_iter()
+            .zip(scatter)
+            .map(|((inverse, to_shared, across), scatter)| {
+                let direct = inverse * across * reduced;
+                let mixed = direct * to_shared.transpose();
+                BlockCovariance {
+                    own: inverse * scatter.own * inverse
+                        + to_shared * shared * to_shared.transpose()
+                        - mixed
+                        - mixed.transpose(),
+                    with_shared: direct - to_shared * shared,
+                }
+            })
+            .collect();
+        Some(ArrowCovariance {
+            shared,
+            blocks,
+            response: ArrowResponse::none(scatter.len()),
+        })
+    }
+
+    /// Returns how the minimum follows errors. The rows of each block are those of [`BlockNormal::of`], and after them what each
+    /// error does to the block's residuals.
+    #[must_use]
+    pub fn response<const ERRORS: usize>(
+        &self,
+        rows: &[DMatrix<f64>],
+    ) -> Option<ArrowResponse<OWN, SHARED, ERRORS>> {
+        let mut response = ArrowResponse::<OWN, SHARED, ERRORS>::none(rows.len());
+        for error in 0..ERRORS {
+            let mut moved = Place {
+                shared: SVector::zeros(),
+                own: Vec::with_capacity(rows.len()),
+            };
+            for rows in rows {
+                let by_error = rows.column(1 + OWN + SHARED + error);
+                let (own, shared) = (
+                    rows.fixed_columns::<OWN>(1),
+                    rows.fixed_columns::<SHARED>(1 + OWN),
+                );
+                moved.own.push(own.tr_mul(&by_error));
+                moved.shared += shared.tr_mul(&by_error);
+            }
+            let step = self.arrow.step(0.0, &moved)?;
+            response.shared.set_column(error, &step.shared);
+            for (of_block, own) in response.own.iter_mut().zip(step.own) {
+                of_block.set_column(error, &own);
+            }
+        }
+        Some(response)
+    }
+}
+
+/// A pivot of a matrix that is scaled to unit diagonal below this is rounding, not information.
+const SINGULAR: f64 = 1e-12;
+
+fn inverted<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
+    let scale = SMatrix::<f64, N, N>::from_diagonal(&matrix.diagonal().map(|of| of.sqrt().recip()));
+    let factor = (scale * matrix * scale).cholesky()?;
+    let pivots = factor.l_dirty().diagonal();
+    if !pivots.iter().all(|pivot| pivot.powi(2) >= SINGULAR) {
+        return None;
+    }
+    Some(scale * factor.inverse() * scale)
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+    use crate::normal::Arrow;
+
+    const OWN: usize = 3;
+    const SHARED: usize = 5;
+    const ERRORS: usize = 2;
+
+    /// Blocks of rows, each weighed.
+    fn blocks(rows: &[DMatrix<f64>], weight: fn(usize) -> f64) -> Vec<BlockNormal<OWN, SHARED>> {
+        let weighed = |rows: &DMatrix<f64>| {
+            DMatrix::from_fn(rows.nrows(), rows.ncols(), |row, column| {
+                rows[(row, column)] * weight(row).sqrt()
+            })
+        };
+        rows.iter()
+            .map(|rows| BlockNormal::of(&weighed(rows)))
+            .collect()
+    }
+
+    /// The whole matrix, shared parameters first.
+    fn dense(blocks: &[BlockNormal<OWN, SHARED>], prior: &SVector<f64, SHARED>) -> DMatrix<f64> {
+        let size = SHARED + OWN * blocks.len();
+        let mut matrix = DMatrix::zeros(size, size);
+        let mut shared = SMatrix::from_diagonal(prior);
+        for (index, block) in blocks.iter().enumerate() {
+            let at = SHARED + OWN * index;
+            shared += block.shared;
+            matrix.view_mut((at, at), (OWN, OWN)).copy_from(&block.own);
+            matrix
+                .view_mut((at, 0), (OWN, SHARED))
+                .copy_from(&block.coupling);
+            matrix
+                .view_mut((0, at), (SHARED, OWN))
+                .copy_from(&block.coupling.transpose());
+        }
+        matrix.view_mut((0, 0), (SHARED, SHARED)).copy_from(&shared);
+        matrix
+    }
+
+    /// How errors move the whole gradient, shared parameters first.
+    fn moved_gradient(rows: &[DMatrix<f64>]) -> DMatrix<f64> {
+        let mut moved = DMatrix::zeros(SHARED + OWN * rows.len(), ERRORS);
+        for (index, rows) in rows.iter().enumerate() {
+            let errors = rows.columns(1 + OWN + SHARED, ERRORS);
+            let (own, shared) = (rows.columns(1, OWN), rows.columns(1 + OWN, SHARED));
+            let mut of_shared = moved.rows_mut(0, SHARED);
+            of_shared += shared.tr_mul(&errors);
+            let mut of_own = moved.rows_mut(SHARED + OWN * index, OWN);
+            of_own += own.tr_mul(&errors);
+        }
+        moved
+    }
+
+    /// Against the inverse of the whole matrix on both sides of the whole scatter, with what errors do to the gradients.
+    #[test]
+    fn the_covariance_is_that_of_the_whole_matrix() {
+        let mut random = ChaCha8Rng::seed_from_u64(12);
+        let mut number = || -> f64 { StandardNormal.sample(&mut random) };
+        let rows: Vec<_> = (0..3)
+            .map(|_| DMatrix::from_fn(24, 1 + OWN + SHARED + ERRORS, |_, _| number()))
+            .collect();
+        let of_block = |rows: &DMatrix<f64>| rows.columns(0, 1 + OWN + SHARED).into_owned();
+        let summed: Vec<_> = rows.iter().map(of_block).collect();
+        let prior = SVector::from_fn(|index, _| 0.3 + 0.2 * index as f64);
+        let (normal, scatter) = (
+            blocks(&summed, |_| 1.0),
+            blocks(&summed, |i| 1.0 + i as f64),
+        );
+        let mut shared = SMatrix::from_diagonal(&prior);
+        for block in &normal {
+            shared += block.shared;
+        }
+        let minimum = ArrowMinimum {
+            shared: SVector::zeros(),
+            own: vec![SVector::zeros(); 3],
+            squares: 0.0,
+            converged: true,
+            arrow: Arrow {
+                squares: 0.0,
+                blocks: normal.clone(),
+                shared_gradient: SVector::zeros(),
+                shared,
+            },
+        };
+        let response = minimum.response(&rows).unwrap();
+        let found = minimum
+            .covariance::<ERRORS>(&scatter, &prior)
+            .unwrap()
+            .with_response(response);
+        let inverse = dense(&normal, &prior).try_inverse().unwrap();
+        let by_error = moved_gradient(&rows);
+        let gradients = dense(&scatter, &prior) + &by_error * by_error.transpose();
+        let expected = &inverse * gradients * &inverse;
+        let apart = |ours: DMatrix<f64>, theirs: DMatrix<f64>| (ours - theirs).abs().max();
+        let of = |matrix: &DMatrix<f64>, at: (usize, usize), size: (usize, usize)| {
+            matrix.view(at, size).into_owned()
+        };
+        let shared = DMatrix::from_column_slice(SHARED, SHARED, found.shared.as_slice());
+        assert!(apart(shared, of(&expected, (0, 0), (SHARED, SHARED))) < 1e-12);
+        for (index, block) in found.blocks.iter().enumerate() {
+            let at = SHARED + OWN * index;
+            let own = DMatrix::from_column_slice(OWN, OWN, block.own.as_slice());
+            assert!(apart(own, of(&expected, (at, at), (OWN, OWN))) < 1e-12);
+            let with = DMatrix::from_column_slice(OWN, SHARED, block.with_shared.as_slice());
+            assert!(apart(with, of(&expected, (at, 0), (OWN, SHARED))) < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_matrix_that_leaves_a_combination_open_has_no_inverse() {
+        let open = SMatrix::<f64, 2, 2>::new(1.0, 1.0, 1.0, 1.0);
+        assert_eq!(inverted(&open), None);
+        assert_eq!(inverted(&SMatrix::<f64, 2, 2>::zeros()), None);
+    }
+}

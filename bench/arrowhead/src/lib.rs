@@ -1,0 +1,9 @@
+#![doc = include_str!("../README.md")]
+
+mod covariance;
+mod minimise;
+mod normal;
+
+pub use covariance::{ArrowCovariance, ArrowResponse, BlockCovariance};
+pub use minimise::{ArrowMinimum, ArrowProblem, Prior, minimise};
+pub use normal::BlockNormal;

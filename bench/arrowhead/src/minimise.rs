@@ -1,0 +1,287 @@
+//! The search for the least squares: Levenberg–Marquardt, whose steps follow the bend of the valley (geodesic acceleration:
+//! Transtrum & Sethna 2012). Parameters that the data hardly tell apart make valleys that are narrow and bent; straight steps
+//! along those are short.
+
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+
+use crate::normal::{Arrow, BlockNormal, Place};
+
+/// What is known of parameters beforehand: each is about its mean, as precisely as stated (1/σ²; 0 where nothing is known).
+#[derive(Debug, Clone, Copy)]
+pub struct Prior<const N: usize> {
+    /// Means.
+    pub mean: SVector<f64, N>,
+    /// Inverse variances.
+    pub precision: SVector<f64, N>,
+}
+
+impl<const N: usize> Prior<N> {
+    /// Returns squares and gradient at parameters.
+    fn at(&self, parameters: &SVector<f64, N>) -> (f64, SVector<f64, N>) {
+        let apart = parameters - self.mean;
+        let gradient = apart.component_mul(&self.precision);
+        (apart.dot(&gradient), gradient)
+    }
+}
+
+/// A least-squares problem with the shape of an arrow.
+pub trait ArrowProblem<const OWN: usize, const SHARED: usize> {
+    /// Returns each block's rows at the parameters, all of one unit: a residual, its slopes by the block's own parameters, and by
+    /// the shared ones. `None` out of the model's domain.
+    fn rows(
+        &mut self,
+        shared: &SVector<f64, SHARED>,
+        own: &[SVector<f64, OWN>],
+    ) -> Option<Vec<DMatrix<f64>>>;
+
+    /// Returns the residuals of each block alone.
+    fn residuals(
+        &mut self,
+        shared: &SVector<f64, SHARED>,
+        own: &[SVector<f64, OWN>],
+    ) -> Option<Vec<DVector<f64>>>;
+
+    /// Returns what is known of a block's own parameters beforehand.
+    fn prior_of_own(&self, block: usize) -> Prior<OWN>;
+
+    /// Returns what is known of the shared parameters beforehand.
+    fn prior_of_shared(&self) -> Prior<SHARED>;
+}
+
+/// A minimum, or the best that was found.
+#[derive(Debug, Clone)]
+pub struct ArrowMinimum<const OWN: usize, const SHARED: usize> {
+    /// The shared parameters.
+    pub shared: SVector<f64, SHARED>,
+    /// Each block's own.
+    pub own: Vec<SVector<f64, OWN>>,
+    /// Sum of squares, with the prior.
+    pub squares: f64,
+    /// Whether it is a minimum.
+    pub converged: bool,
+    /// The sums at it.
+    pub(crate) arrow: Arrow<OWN, SHARED>,
+}
+
+const ITERATIONS: usize = 500;
+const FIRST_DAMPING: f64 = 1e-4;
+const MOST_DAMPING: f64 = 1e12;
+/// Part of a step at which the bend of the valley is felt.
+const FELT: f64 = 0.1;
+/// A bend longer than this part of its step is none to trust (Transtrum & Sethna 2012).
+const MOST_BEND: f64 = 0.75;
+/// Relative fall of the squares below which a step is too short to bend.
+const STRAIGHT: f64 = 1e-4;
+
+/// Minimises from one start, until a step would lessen the squares by no more than `tolerance` of them; `None` if the model does
+/// not hold there.
+pub fn minimise<const OWN: usize, const SHARED: usize>(
+    problem: &mut impl ArrowProblem<OWN, SHARED>,
+    shared: SVector<f64, SHARED>,
+    own: Vec<SVector<f64, OWN>>,
+    tolerance: f64,
+) -> Option<ArrowMinimum<OWN, SHARED>> {
+    let mut at = Place { shared, own };
+    let mut valley = Valley::at(problem, &at)?;
+    let (mut damping, mut growth, mut converged) = (FIRST_DAMPING, 2.0, false);
+    for _ in 0..ITERATIONS {
+        let arrow = &valley.arrow;
+        let Some(step) = arrow.step(damping, &arrow.gradient()) else {
+            damping *= growth;
+            growth *= 2.0;
+            if damping > MOST_DAMPING {
+                break;
+            }
+            continue;
+        };
+        let expected = arrow.expected_fall(&step);
+        if expected <= tolerance * arrow.squares {
+            converged = true;
+            break;
+        }
+        let mut tried = at.after(1.0, &step);
+        if expected > STRAIGHT * arrow.squares
+            && let Some(bend) = valley.bend(problem, damping, &at, &step)
+        {
+            tried = tried.after(1.0, &bend);
+        }
+        let next = Valley::at(problem, &tried);
+        match next.filter(|next| next.arrow.squares < arrow.squares) {
+            Some(next) => {
+                let gain = (arrow.squares - next.arrow.squares) / expected;
+                (at, valley) = (tried, next);
+                damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0);
+                growth = 2.0;
+            }
+            None => {
+                damping *= growth;
+                growth *= 2.0;
+                // No step however small makes it less: what remains is rounding.
+                if damping > MOST_DAMPING {
+                    converged = true;
+                    break;
+                }
+            }
+        }
+    }
+    Some(ArrowMinimum {
+        shared: at.shared,
+        own: at.own,
+        squares: valley.arrow.squares,
+        converged,
+        arrow: valley.arrow,
+    })
+}
+
+/// Where a search stands.
+struct Valley<const OWN: usize, const SHARED: usize> {
+    arrow: Arrow<OWN, SHARED>,
+    rows: Vec<DMatrix<f64>>,
+}
+
+impl<const OWN: usize, const SHARED: usize> Valley<OWN, SHARED> {
+    fn at(problem: &mut impl ArrowProblem<OWN, SHARED>, at: &Place<OWN, SHARED>) -> Option<Self> {
+        let rows = problem.rows(&at.shared, &at.own)?;
+        let mut blocks: Vec<BlockNormal<OWN, SHARED>> = rows.iter().map(BlockNormal::of).collect();
+        let prior = problem.prior_of_shared();
+        let (mut squares, mut shared_gradient) = prior.at(&at.shared);
+        let mut shared = SMatrix::from_diagonal(&prior.precision);
+        for (index, (block, own)) in blocks.iter_mut().zip(&at.own).enumerate() {
+            let prior = problem.prior_of_own(index);
+            let (apart, gradient) = prior.at(own);
+            block.squares += apart;
+            block.own_gradient += gradient;
+            block.own += SMatrix::from_diagonal(&prior.precision);
+            squares += block.squares;
+            shared_gradient += block.shared_gradient;
+            shared += block.shared;
+        }
+        let arrow = Arrow {
+            squares,
+            blocks,
+            shared_gradient,
+            shared,
+        };
+        squares.is_finite().then_some(Self { arrow, rows })
+    }
+
+    /// Returns by how much a step should bend: half its second derivative along the valley, from the residuals' own along the
+    /// step. `None` where that is no small part of it.
+    fn bend(
+        &self,
+        problem: &mut impl ArrowProblem<OWN, SHARED>,
+        damping: f64,
+        at: &Place<OWN, SHARED>,
+        step: &Place<OWN, SHARED>,
+    ) -> Option<Place<OWN, SHARED>> {
+        let felt = at.after(FELT, step);
+        let felt = problem.residuals(&felt.shared, &felt.own)?;
+        let mut gradient = Place {
+            shared: SVector::zeros(),
+            own: Vec::with_capacity(felt.len()),
+        };
+        for ((rows, felt), own) in self.rows.iter().zip(&felt).zip(&step.own) {
+            let by_own = rows.fixed_columns::<OWN>(1);
+            let by_shared = rows.fixed_columns::<SHARED>(1 + OWN);
+            let straight = by_own * own + by_shared * step.shared;
+            let curved = ((felt - rows.column(0)) / FELT - straight) * (2.0 / FELT);
+            gradient.own.push(by_own.tr_mul(&curved));
+            gradient.shared += by_shared.tr_mul(&curved);
+        }
+        let second = self.arrow.step(damping, &gradient)?;
+        let part = 2.0 * (self.arrow.length2(&second) / self.arrow.length2(step)).sqrt();
+        let half = |of: &SVector<f64, OWN>| of * 0.5;
+        (part < MOST_BEND).then(|| Place {
+            shared: second.shared * 0.5,
+            own: second.own.iter().map(half).collect(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rosenbrock's valley in each block: y of the block along x² of all, and x toward 1.
+    struct Bent {
+        narrow: f64,
+    }
+
+    impl ArrowProblem<1, 1> for Bent {
+        fn rows(
+            &mut self,
+            shared: &SVector<f64, 1>,
+            own: &[SVector<f64, 1>],
+        ) -> Option<Vec<DMatrix<f64>>> {
+            let narrow = self.narrow;
+            let slopes = [narrow, 0.0, -2.0 * narrow * shared[0], 1.0];
+            let residuals = self.residuals(shared, own)?;
+            let with_slopes = |of: DVector<f64>| {
+                DMatrix::from_column_slice(2, 3, &[&[of[0], of[1]], &slopes[..]].concat())
+            };
+            Some(residuals.into_iter().map(with_slopes).collect())
+        }
+
+        fn residuals(
+            &mut self,
+            shared: &SVector<f64, 1>,
+            own: &[SVector<f64, 1>],
+        ) -> Option<Vec<DVector<f64>>> {
+            let x = shared[0];
+            let of = |own: &SVector<f64, 1>| vec![self.narrow * (own[0] - x * x), x - 1.0];
+            Some(own.iter().map(|own| of(own).into()).collect())
+        }
+
+        fn prior_of_own(&self, _: usize) -> Prior<1> {
+            Prior {
+                mean: SVector::zeros(),
+                precision: SVector::zeros(),
+            }
+        }
+
+        fn prior_of_shared(&self) -> Prior<1> {
+            self.prior_of_own(0)
+        }
+    }
+
+    #[test]
+    fn a_narrow_bent_valley_is_followed_to_its_end() {
+        for narrow in [1.0, 10.0, 1e3] {
+            let mut problem = Bent { narrow };
+            let start = (SVector::from([-1.2]), vec![SVector::from([1.0]); 3]);
+            let found = minimise(&mut problem, start.0, start.1, 1e-12).unwrap();
+            assert!(found.converged);
+            assert!((found.shared[0] - 1.0).abs() < 1e-6, "{}", found.shared[0]);
+            for own in &found.own {
+                assert!((own[0] - 1.0).abs() < 1e-5, "{}", own[0]);
+            }
+        }
+    }
+
+    /// From the floor of the valley a straight step leads up its wall.
+    #[test]
+    fn a_step_that_bends_stays_on_the_floor() {
+        let mut problem = Bent { narrow: 1e3 };
+        let at = Place {
+            shared: SVector::from([0.7]),
+            own: vec![SVector::from([0.49]); 2],
+        };
+        let valley = Valley::at(&mut problem, &at).unwrap();
+        let step = valley.arrow.step(0.0, &valley.arrow.gradient()).unwrap();
+        let bend = valley.bend(&mut problem, 0.0, &at, &step).unwrap();
+        let above = |place: &Place<1, 1>| place.own[0][0] - place.shared[0].powi(2);
+        let straight = at.after(1.0, &step);
+        assert!(above(&straight).abs() > 1e-3);
+        assert!(above(&straight.after(1.0, &bend)).abs() < 0.05 * above(&straight).abs());
+    }
+
+    #[test]
+    fn what_is_known_beforehand_counts_by_its_precision() {
+        let prior = Prior {
+            mean: SVector::from([1.0, 2.0]),
+            precision: SVector::from([4.0, 0.0]),
+        };
+        let (squares, gradient) = prior.at(&SVector::from([1.5, 7.0]));
+        assert_eq!((squares, gradient), (1.0, SVector::from([2.0, 0.0])));
+    }
+}

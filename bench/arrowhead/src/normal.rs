@@ -1,0 +1,126 @@
+//! The normal matrix, in the shape of an arrow: a block for each block of residuals, and one for what they share.
+
+use nalgebra::{DMatrix, SMatrix, SVector};
+
+/// Gradient and normal matrix of a block's half sum of squares.
+#[derive(Debug, Clone)]
+pub struct BlockNormal<const OWN: usize, const SHARED: usize> {
+    /// Sum of squares.
+    pub squares: f64,
+    /// Gradient by the block's own parameters.
+    pub own_gradient: SVector<f64, OWN>,
+    /// Gradient by the shared ones.
+    pub shared_gradient: SVector<f64, SHARED>,
+    /// Normal matrix of the own parameters.
+    pub own: SMatrix<f64, OWN, OWN>,
+    /// Between own and shared ones.
+    pub coupling: SMatrix<f64, OWN, SHARED>,
+    /// Of the shared ones.
+    pub shared: SMatrix<f64, SHARED, SHARED>,
+}
+
+impl<const OWN: usize, const SHARED: usize> BlockNormal<OWN, SHARED> {
+    /// Sums over rows of a residual, its slopes by the block's own parameters, and by the shared ones.
+    #[must_use]
+    pub fn of(rows: &DMatrix<f64>) -> Self {
+        let products = rows.transpose() * rows;
+        let (own, shared) = (1, 1 + OWN);
+        Self {
+            squares: products[(0, 0)],
+            own_gradient: products.fixed_view::<OWN, 1>(own, 0).into_owned(),
+            shared_gradient: products.fixed_view::<SHARED, 1>(shared, 0).into_owned(),
+            own: products.fixed_view::<OWN, OWN>(own, own).into_owned(),
+            coupling: products.fixed_view::<OWN, SHARED>(own, shared).into_owned(),
+            shared: products
+                .fixed_view::<SHARED, SHARED>(shared, shared)
+                .into_owned(),
+        }
+    }
+}
+
+/// A place or a step: of the shared parameters, and of each block's own.
+#[derive(Debug, Clone)]
+pub(crate) struct Place<const OWN: usize, const SHARED: usize> {
+    pub(crate) shared: SVector<f64, SHARED>,
+    pub(crate) own: Vec<SVector<f64, OWN>>,
+}
+
+impl<const OWN: usize, const SHARED: usize> Place<OWN, SHARED> {
+    /// Returns this place after `part` of a step.
+    pub(crate) fn after(&self, part: f64, step: &Self) -> Self {
+        let own = self.own.iter().zip(&step.own);
+        Self {
+            shared: self.shared + step.shared * part,
+            own: own.map(|(at, step)| at + step * part).collect(),
+        }
+    }
+}
+
+/// The sums of all blocks, with what is known beforehand.
+#[derive(Debug, Clone)]
+pub(crate) struct Arrow<const OWN: usize, const SHARED: usize> {
+    pub(crate) squares: f64,
+    pub(crate) blocks: Vec<BlockNormal<OWN, SHARED>>,
+    pub(crate) shared_gradient: SVector<f64, SHARED>,
+    pub(crate) shared: SMatrix<f64, SHARED, SHARED>,
+}
+
+impl<const OWN: usize, const SHARED: usize> Arrow<OWN, SHARED> {
+    /// Returns the gradient, which lies in the space of steps.
+    pub(crate) fn gradient(&self) -> Place<OWN, SHARED> {
+        Place {
+            shared: self.shared_gradient,
+            own: self.blocks.iter().map(|of| of.own_gradient).collect(),
+        }
+    }
+
+    /// Returns the damped Gauss–Newton step down a gradient, by eliminating each block's own parameters.
+    pub(crate) fn step(
+        &self,
+        damping: f64,
+        gradient: &Place<OWN, SHARED>,
+    ) -> Option<Place<OWN, SHARED>> {
+        let damped = |diagonal: f64| diagonal * damping;
+        let mut reduced = self.shared + SMatrix::from_diagonal(&self.shared.diagonal().map(damped));
+        let mut right = -gradient.shared;
+        let mut eliminated = Vec::with_capacity(self.blocks.len());
+        for (block, own_gradient) in self.blocks.iter().zip(&gradient.own) {
+            let own = block.own + SMatrix::from_diagonal(&block.own.diagonal().map(damped));
+            let factor = own.cholesky()?;
+            let (to_shared, to_gradient) =
+                (factor.solve(&block.coupling), factor.solve(own_gradient));
+            reduced -= block.coupling.transpose() * to_shared;
+            right += block.coupling.transpose() * to_gradient;
+            eliminated.push((to_shared, to_gradient));
+        }
+        let shared = reduced.cholesky()?.solve(&right);
+        let own = eliminated
+            .into_iter()
+            .map(|(to_shared, to_gradient)| -to_gradient - to_shared * shared)
+            .collect();
+        Some(Place { shared, own })
+    }
+
+    /// Returns by how much the squares should fall with a step.
+    pub(crate) fn expected_fall(&self, step: &Place<OWN, SHARED>) -> f64 {
+        let shared = &step.shared;
+        let mut fall =
+            -2.0 * self.shared_gradient.dot(shared) - shared.dot(&(self.shared * shared));
+        for (block, own) in self.blocks.iter().zip(&step.own) {
+            fall -= 2.0 * block.own_gradient.dot(own)
+                + own.dot(&(block.own * own))
+                + 2.0 * own.dot(&(block.coupling * shared));
+        }
+        fall
+    }
+
+    /// Returns the squared length of a step, each parameter in units of what the squares alone would tell of it.
+    pub(crate) fn length2(&self, step: &Place<OWN, SHARED>) -> f64 {
+        let of_blocks = self.blocks.iter().zip(&step.own);
+        let own: f64 = of_blocks
+            .map(|(block, own)| own.component_mul(own).dot(&block.own.diagonal()))
+            .sum();
+        let shared = step.shared.component_mul(&step.shared);
+        own + shared.dot(&self.shared.diagonal())
+    }
+}

@@ -5,6 +5,7 @@
 //! | encoder A, B | in | quadrature of the finger's carriage, 25 µm a count; B leads A towards increasing position |
 //! | e-stop loop | in | normally closed: high is healthy, low is pressed or a cut wire |
 //! | button | in | high while the participant presses it |
+//! | dead-man switch | in | high while a hand holds it: open when first looked at, held from two seconds later on |
 //! | amplifier enable | out | high asks for power |
 //! | heartbeat | out | any edge, rising or falling, retriggers a hardware one-shot of 100 ms |
 //!
@@ -17,7 +18,7 @@
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use embedded_hal::digital::{Error, ErrorKind, ErrorType, InputPin, OutputPin};
 
@@ -27,6 +28,9 @@ use mock_world::scenario::Scenario;
 /// Latency of the encoder in real time, ns: the simulation advances in bursts, and a reader faster than them must still
 /// see every state.
 pub const ENCODER_LATENCY_NS: u64 = 10_000_000;
+
+/// Time for which the dead-man switch is open before a hand first closes it, ns.
+pub const FIRST_HELD_NS: u64 = 2_000_000_000;
 
 /// Number of positions kept for readers: a third of a second at the default period.
 const HISTORY: u64 = 1024;
@@ -55,6 +59,7 @@ enum InputLine {
     EncoderB,
     EStopLoop,
     Button,
+    DeadMan,
 }
 
 /// Output lines, by the device at their other end.
@@ -89,6 +94,8 @@ pub struct Pins {
     pub estop: SimInput,
     /// The participant's button: high is pressed.
     pub button: SimInput,
+    /// The dead-man switch: high is held.
+    pub dead_man: SimInput,
     /// Amplifier enable.
     pub amplifier_enable: SimOutput,
     /// Heartbeat into the one-shot.
@@ -108,6 +115,9 @@ pub(crate) struct PinBoard {
     estop_cut: AtomicBool,
     person_button: AtomicBool,
     held_button: AtomicBool,
+    dead_man_let_go: AtomicBool,
+    /// When the dead-man switch was first looked at, ns.
+    dead_man_looked_ns: OnceLock<u64>,
     enable: AtomicBool,
     heartbeat: AtomicBool,
     one_shot: Mutex<OneShot>,
@@ -140,6 +150,8 @@ impl PinBoard {
             estop_cut: AtomicBool::new(false),
             person_button: AtomicBool::new(false),
             held_button: AtomicBool::new(false),
+            dead_man_let_go: AtomicBool::new(false),
+            dead_man_looked_ns: OnceLock::new(),
             enable: AtomicBool::new(false),
             heartbeat: AtomicBool::new(false),
             one_shot: Mutex::new(OneShot::new(scenario.amplifier.one_shot_s)),
@@ -165,6 +177,7 @@ impl PinBoard {
             encoder_b: input(InputLine::EncoderB),
             estop: input(InputLine::EStopLoop),
             button: input(InputLine::Button),
+            dead_man: input(InputLine::DeadMan),
             amplifier_enable: output(OutputLine::AmplifierEnable),
             heartbeat: output(OutputLine::Heartbeat),
         }
@@ -189,6 +202,13 @@ impl PinBoard {
     /// Returns whether the participant's button is pressed.
     pub(crate) fn button(&self) -> bool {
         self.person_button.load(Ordering::Acquire) || self.held_button.load(Ordering::Acquire)
+    }
+
+    /// Returns whether the dead-man switch is held.
+    pub(crate) fn dead_man(&self) -> bool {
+        let now_ns = self.clock.now_ns();
+        let looked_ns = *self.dead_man_looked_ns.get_or_init(|| now_ns);
+        now_ns >= looked_ns + FIRST_HELD_NS && !self.dead_man_let_go.load(Ordering::Acquire)
     }
 
     /// Drives the lines to the amplifier at `now_ns`, by a device beside it.
@@ -231,6 +251,10 @@ impl PinBoard {
 
     pub(crate) fn hold_button(&self, held: bool) {
         self.held_button.store(held, Ordering::Release);
+    }
+
+    pub(crate) fn let_go_of_dead_man(&self, let_go: bool) {
+        self.dead_man_let_go.store(let_go, Ordering::Release);
     }
 
     pub(crate) fn weld_relay(&self, welded: bool) {
@@ -304,6 +328,7 @@ impl PinBoard {
             InputLine::EncoderB => self.encoder(1, self.clock.now_ns()),
             InputLine::EStopLoop => self.estop_healthy(),
             InputLine::Button => self.button(),
+            InputLine::DeadMan => self.dead_man(),
         })
     }
 

@@ -71,12 +71,7 @@ impl Hardware {
             field_box.require_known()?;
         }
         if let (GpioBackend::FieldBox, Some(field_box)) = (config.gpio.backend, &self.field_box) {
-            let of_box = field_box.lines();
-            self.lines = Lines {
-                // A simulated person holds a switch of its own.
-                dead_man: self.lines.dead_man.or(of_box.dead_man),
-                ..of_box
-            };
+            self.lines = field_box.lines();
         }
         Ok(self)
     }

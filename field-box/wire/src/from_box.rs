@@ -103,7 +103,7 @@ pub struct Report {
 /// A message from the box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FromBox {
-    /// Who it is: when powered, and when asked.
+    /// Who it is: when its port is opened, and when asked.
     Identity(Identity),
     /// What it reads and does.
     Report(Report),

@@ -7,6 +7,7 @@
 //! [`Pace::RealTime`](crate::world_clock::Pace::RealTime) a thread does the same, level with the machine's clock.
 
 mod apparatus_error;
+mod dead_man_hand;
 mod fault_panel;
 mod force_side;
 mod mass_set;
@@ -19,6 +20,7 @@ mod simulation;
 mod world;
 
 pub use apparatus_error::ApparatusError;
+pub use dead_man_hand::DeadManHand;
 pub use fault_panel::FaultPanel;
 pub use mass_set::MassSet;
 pub use outboard::{Outboard, Timetable};

@@ -8,6 +8,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use super::apparatus_error::ApparatusError;
+use super::dead_man_hand::DeadManHand;
 use super::fault_panel::FaultPanel;
 use super::force_side::ForceSide;
 use super::mass_set::MassSet;
@@ -222,6 +223,12 @@ impl Apparatus {
     #[must_use]
     pub fn senses(&self) -> Senses {
         self.senses.clone()
+    }
+
+    /// Returns the hand at the dead-man switch.
+    #[must_use]
+    pub fn dead_man_hand(&self) -> DeadManHand {
+        DeadManHand::new(&self.board)
     }
 
     /// Returns a handle that connects the cables of the inputs.

@@ -42,6 +42,8 @@ pub(crate) struct FieldBox {
     start_us: u32,
     number: u16,
     heard: u16,
+    /// Whether a bench has said anything yet.
+    spoken_to: bool,
     burst_period_s: f64,
     next_burst_s: f64,
     range_n: f64,
@@ -68,6 +70,7 @@ impl FieldBox {
             start_us: start.clock_us,
             number: start.sequence,
             heard: 0,
+            spoken_to: false,
             burst_period_s: sensor.burst_period_s,
             next_burst_s: sensor.burst_period_s,
             range_n: sensor.range_n,
@@ -114,7 +117,9 @@ impl FieldBox {
         self.line.receive(&mut self.received)?;
         let (now_us, closed) = (now_ns / 1_000, self.board.estop_healthy());
         for &byte in &self.received {
-            match self.ear.hear(byte).filter(|_| !self.faults.other_device) {
+            let asked = self.ear.hear(byte).filter(|_| !self.faults.other_device);
+            self.spoken_to |= asked.is_some();
+            match asked {
                 Some(Asked::Identity) => {
                     put_identity(FIRMWARE, SERIAL, self.report_hz, &mut self.outbox);
                 }
@@ -174,7 +179,8 @@ impl FieldBox {
         let levels = [
             self.board.estop_healthy(),
             self.board.button(),
-            false,
+            // The person comes to the switch with the bench.
+            self.spoken_to && self.board.dead_man(),
             outputs.enable,
             outputs.heartbeat,
             sample.normal_saturated || self.faults.saturated,

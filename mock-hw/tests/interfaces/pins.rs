@@ -1,7 +1,7 @@
 use embedded_hal::digital::{InputPin, OutputPin};
 use mock_hw::apparatus::{Apparatus, ApparatusConfig, FaultPanel};
 use mock_hw::host::BENCH_ID;
-use mock_hw::pins::PinError;
+use mock_hw::pins::{FIRST_HELD_NS, PinError};
 use mock_hw::world_clock::Pace;
 use mock_world::scenario::Scenario;
 
@@ -87,6 +87,24 @@ fn the_participants_button_can_be_held_from_outside() {
     assert!(pins.button.is_high().unwrap());
     apparatus.faults().hold_button(false);
     assert!(pins.button.is_low().unwrap());
+}
+
+#[test]
+fn the_dead_man_switch_opens_when_a_hand_lets_go() {
+    let mut apparatus = stepped(Scenario::default(), 1);
+    let mut pins = apparatus.pins().unwrap();
+    let hand = apparatus.dead_man_hand();
+    assert!(pins.dead_man.is_low().unwrap(), "open at first");
+    let held_ns = apparatus.now_ns() + FIRST_HELD_NS;
+    while apparatus.now_ns() < held_ns {
+        assert!(pins.dead_man.is_low().unwrap());
+        apparatus.step().unwrap();
+    }
+    assert!(pins.dead_man.is_high().unwrap());
+    hand.let_go();
+    assert!(pins.dead_man.is_low().unwrap());
+    hand.hold();
+    assert!(pins.dead_man.is_high().unwrap());
 }
 
 #[test]

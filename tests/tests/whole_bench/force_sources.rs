@@ -81,6 +81,17 @@ fn a_session_behind_a_field_box_leads_to_results_and_names_the_box() {
     assert_eq!(said, "field-box, 513D0073696D756C, firmware 0.1.0, 4000 Hz");
 }
 
+/// Fault 41.
+/// Hazard 15.
+#[test]
+fn a_session_behind_a_field_box_is_driven_while_the_switch_at_the_box_is_held() {
+    session("field-box", |_, config| {
+        let asked = config.replace("[safety]\n", "[safety]\ndead_man = \"button\"\n");
+        assert_ne!(asked, config);
+        asked
+    });
+}
+
 /// Writes the file of the sensor's maker into a folder, and has the configuration name it in the place of the matrix.
 fn with_makers_file(folder: &Path, config: String) -> String {
     let axes = ["Fx", "Fy", "Fz", "Tx", "Ty", "Tz"]

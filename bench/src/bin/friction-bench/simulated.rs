@@ -2,7 +2,7 @@
 
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use anyhow::Context;
@@ -15,15 +15,15 @@ use friction_bench::cli::Speed;
 use friction_bench::rehearsed;
 use jiff::Timestamp;
 use mock_hw::apparatus::{
-    Apparatus as SimulatedApparatus, ApparatusClock, ApparatusConfig, FaultPanel, MassSet,
-    Patchbay, RehearsalHand, Senses, VibrometerAim,
+    Apparatus as SimulatedApparatus, ApparatusClock, ApparatusConfig, DeadManHand, FaultPanel,
+    MassSet, Patchbay, RehearsalHand, Senses, VibrometerAim,
 };
 use mock_hw::world_clock::Pace;
 use mock_world::person::{Cue, Instruction, Percept};
 use mock_world::plant::{Axis, InputWiring};
 use mock_world::scenario::{ForceInterface, ForceProtocol, Scenario, ScenarioError, built_in};
 use rehearsal::RehearsedFault;
-use safety::{GpioError, InputLine, input, output};
+use safety::{input, output};
 use sources::{Lines, Place};
 use tasks::{Clock, Schedule, SystemClock, later};
 
@@ -101,7 +101,6 @@ pub fn apparatus(
     let pins = apparatus
         .pins()
         .context("the simulated apparatus has no pins")?;
-    let hold = HeldSwitch::default();
     let lines = Lines {
         encoder: Some([
             input("encoder A", pins.encoder_a),
@@ -109,7 +108,7 @@ pub fn apparatus(
         ]),
         estop: Some(input("e-stop", pins.estop)),
         button: Some(input("button", pins.button)),
-        dead_man: Some(Box::new(hold.clone())),
+        dead_man: Some(input("dead-man switch", pins.dead_man)),
         enable: Some(output("amplifier enable", pins.amplifier_enable)),
         heartbeat: Some(output("heartbeat", pins.heartbeat)),
     };
@@ -124,7 +123,10 @@ pub fn apparatus(
         apparatus.vibrometer_port()?.to_owned(),
         apparatus.clock(),
     );
-    let watchers = vec![participant(apparatus.senses()), holder(hold)];
+    let watchers = vec![
+        participant(apparatus.senses()),
+        holder(apparatus.dead_man_hand()),
+    ];
     let hands = hands(
         apparatus.masses(),
         apparatus.patchbay(),
@@ -174,33 +176,13 @@ pub fn apparatus(
     })
 }
 
-/// The simulated dead-man switch: open at first, then held, and then as the participant's screen asks.
-#[derive(Clone, Default)]
-struct HeldSwitch {
-    reads: Arc<AtomicU32>,
-    let_go: Arc<AtomicBool>,
-}
-
-/// Number of looks at the switch after which a hand first closes it: looked at every 2 ms, a fifth of a second.
-const OPEN_READS: u32 = 100;
-
-impl InputLine for HeldSwitch {
-    fn is_high(&mut self) -> Result<bool, GpioError> {
-        let reads = self.reads.load(Ordering::Relaxed);
-        self.reads.store(reads.saturating_add(1), Ordering::Relaxed);
-        Ok(reads > OPEN_READS && !self.let_go.load(Ordering::Relaxed))
-    }
-}
-
 /// The hand at the switch of a person who does what the participant's screen says.
-fn holder(switch: HeldSwitch) -> Watcher {
+fn holder(hand: DeadManHand) -> Watcher {
     Box::new(move |view, _, _| {
         use tui::Instruction::{Finished, HoldSwitch, Paused, ReleaseSwitch, Rest, SwitchReleased};
         match view.instruction {
-            HoldSwitch => switch.let_go.store(false, Ordering::Relaxed),
-            ReleaseSwitch | SwitchReleased | Rest | Paused | Finished => {
-                switch.let_go.store(true, Ordering::Relaxed);
-            }
+            HoldSwitch => hand.hold(),
+            ReleaseSwitch | SwitchReleased | Rest | Paused | Finished => hand.let_go(),
             _ => {}
         }
     })
@@ -332,15 +314,21 @@ impl Clock for FreeClock {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use mock_hw::pins::FIRST_HELD_NS;
 
     #[test]
     fn the_hand_at_the_switch_lets_go_and_presses_again_as_it_is_asked() {
-        let mut switch = HeldSwitch::default();
-        let mut hand = holder(switch.clone());
-        let looks =
-            |switch: &mut HeldSwitch| (0..=OPEN_READS).map(|_| switch.is_high().unwrap()).last();
-        assert_eq!(looks(&mut switch), Some(false), "open at first");
-        assert_eq!(looks(&mut switch), Some(true));
+        let config = ApparatusConfig::new(Scenario::default(), 1, Pace::Stepped);
+        let mut apparatus = SimulatedApparatus::new(config).unwrap();
+        let mut switch = input("dead-man switch", apparatus.pins().unwrap().dead_man);
+        let mut hand = holder(apparatus.dead_man_hand());
+        assert!(!switch.is_high().unwrap(), "open at first");
+        let held_ns = apparatus.now_ns() + FIRST_HELD_NS;
+        while apparatus.now_ns() < held_ns {
+            assert!(!switch.is_high().unwrap());
+            apparatus.step().unwrap();
+        }
+        assert!(switch.is_high().unwrap());
         for (instruction, held) in [
             (tui::Instruction::ReleaseSwitch, false),
             (tui::Instruction::HoldSwitch, true),
@@ -359,7 +347,7 @@ mod tests {
                 rest_s: None,
             };
             hand(&view, false, None);
-            assert_eq!(looks(&mut switch), Some(held), "{instruction:?}");
+            assert_eq!(switch.is_high().unwrap(), held, "{instruction:?}");
         }
     }
 

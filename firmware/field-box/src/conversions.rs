@@ -1,0 +1,94 @@
+//! A report at each conversion.
+
+use embassy_rp::gpio::{Input, Output};
+use embassy_rp::peripherals::SPI0;
+use embassy_rp::spi::{Blocking, Spi};
+use embassy_time::{Duration, Instant, Timer, with_timeout};
+use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
+use field_box_device::{Converter, Inputs, Moment, Moments, OSR, Reports};
+use field_box_wire::FromBox;
+
+use crate::encoder::Encoder;
+use crate::guard;
+use crate::pins::CONVERTER_CLOCK_HZ;
+use crate::usb;
+
+/// Conversions a second, rounded down.
+pub const REPORT_HZ: u16 = (CONVERTER_CLOCK_HZ / 2 / OSR) as u16;
+/// Half the time from one conversion to the next.
+const HALF: Duration = Duration::from_micros((OSR as u64 * 1_000_000) / CONVERTER_CLOCK_HZ as u64);
+/// Longest time between two reports, whether or not there is a conversion.
+const LONGEST: Duration = Duration::from_micros(900);
+/// The converter is reset by its line being low for more than 2048 of its clocks, 256 µs.
+const RESET: Duration = Duration::from_micros(400);
+/// Time from its reset to its being spoken to.
+const AFTER_RESET: Duration = Duration::from_micros(200);
+
+type ConverterSpi = ExclusiveDevice<Spi<'static, SPI0, Blocking>, Output<'static>, NoDelay>;
+
+/// What a report is made of.
+pub struct Apparatus {
+    /// The converter.
+    pub converter: Converter<ConverterSpi>,
+    /// Low while a conversion is ready.
+    pub ready: Input<'static>,
+    /// Resets the converter while low.
+    pub reset: Output<'static>,
+    /// The encoder.
+    pub encoder: Encoder,
+    /// The participant's button.
+    pub button: Input<'static>,
+    /// The dead-man switch.
+    pub dead_man: Input<'static>,
+}
+
+/// Reads conversions and reports each.
+#[embassy_executor::task]
+pub async fn convert(apparatus: Apparatus) {
+    let Apparatus {
+        mut converter,
+        mut ready,
+        mut reset,
+        mut encoder,
+        button,
+        dead_man,
+    } = apparatus;
+    let mut reports = Reports::default();
+    let mut moments = Moments::new(moment(&mut encoder));
+    loop {
+        let waited = with_timeout(LONGEST - HALF, ready.wait_for_low()).await;
+        let at = Instant::now();
+        let counts = if waited.is_ok() {
+            converter.take()
+        } else {
+            converter.miss();
+            None
+        };
+        let seen = guard::seen();
+        let inputs = Inputs {
+            estop_closed: seen.estop_closed,
+            button: button.is_high(),
+            dead_man: dead_man.is_high(),
+        };
+        let report = reports.next(moments.of_conversion(), counts, inputs, seen.amplifier);
+        usb::say(FromBox::Report(report));
+        if converter.needs_reset() {
+            reset.set_low();
+            Timer::after(RESET).await;
+            reset.set_high();
+            Timer::after(AFTER_RESET).await;
+            converter.restart();
+            moments.latch(moment(&mut encoder));
+        } else {
+            Timer::at(at + HALF).await;
+            moments.latch(moment(&mut encoder));
+        }
+    }
+}
+
+fn moment(encoder: &mut Encoder) -> Moment {
+    Moment {
+        position: encoder.position(),
+        at_us: Instant::now().as_micros(),
+    }
+}

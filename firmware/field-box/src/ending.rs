@@ -1,0 +1,28 @@
+//! The end of a firmware that has failed: the amplifier off, then a reset.
+
+use core::panic::PanicInfo;
+
+use cortex_m_rt::exception;
+use embassy_rp::pac;
+
+#[panic_handler]
+fn panicked(_: &PanicInfo<'_>) -> ! {
+    end()
+}
+
+#[exception]
+unsafe fn HardFault(_: &cortex_m_rt::ExceptionFrame) -> ! {
+    end()
+}
+
+/// Takes all outputs low, and resets the chip, after which they float.
+fn end() -> ! {
+    cortex_m::interrupt::disable();
+    pac::SIO.gpio_out(0).value_clr().write_value(u32::MAX);
+    pac::WATCHDOG
+        .ctrl()
+        .modify(|control| control.set_trigger(true));
+    loop {
+        cortex_m::asm::nop();
+    }
+}

@@ -1,0 +1,89 @@
+//! The amplifier's lines, driven by nobody but the guard.
+
+use core::cell::Cell;
+
+use embassy_futures::select::select3;
+use embassy_rp::gpio::{Input, Level, Output};
+use embassy_rp::watchdog::Watchdog;
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::channel::Channel;
+use embassy_time::{Duration, Instant, Ticker};
+use field_box_device::{Amplifier, AmplifierState};
+use field_box_logic::Outputs;
+use field_box_wire::Word;
+
+/// Words of the bench that the guard has not seen yet. It interrupts whoever puts one here.
+pub static WORDS: Channel<CriticalSectionRawMutex, Word, 8> = Channel::new();
+
+/// Time between two looks.
+const LOOK: Duration = Duration::from_millis(1);
+/// Time without a look after which the chip resets itself: its pins then float, and the pull-downs take the amplifier off.
+const HUNG: Duration = Duration::from_millis(50);
+
+/// What the reports say of the amplifier and of the e-stop's loop.
+#[derive(Clone, Copy)]
+pub struct Seen {
+    /// Lines and stop.
+    pub amplifier: AmplifierState,
+    /// Whether the loop of the e-stop is closed.
+    pub estop_closed: bool,
+}
+
+/// What [`seen`] returns.
+static SEEN: Mutex<CriticalSectionRawMutex, Cell<Seen>> = Mutex::new(Cell::new(Seen {
+    amplifier: AmplifierState {
+        outputs: Outputs {
+            enable: false,
+            heartbeat: false,
+        },
+        stop: None,
+        heard: 0,
+    },
+    estop_closed: false,
+}));
+
+/// Returns what the guard saw and did last.
+pub fn seen() -> Seen {
+    SEEN.lock(Cell::get)
+}
+
+/// Watches over the amplifier.
+#[embassy_executor::task]
+pub async fn watch(
+    mut enable: Output<'static>,
+    mut heartbeat: Output<'static>,
+    mut estop: Input<'static>,
+    mut watchdog: Watchdog,
+) {
+    watchdog.start(HUNG);
+    let mut amplifier = Amplifier::default();
+    let mut estop_closed = estop.is_high();
+    let mut ticker = Ticker::every(LOOK);
+    loop {
+        // A change of level, unlike an edge, is not missed between two looks.
+        let change = async {
+            if estop_closed {
+                estop.wait_for_low().await;
+            } else {
+                estop.wait_for_high().await;
+            }
+        };
+        let _ = select3(ticker.next(), change, WORDS.ready_to_receive()).await;
+        watchdog.feed(HUNG);
+        estop_closed = estop.is_high();
+        while let Ok(word) = WORDS.try_receive() {
+            amplifier.hear(Instant::now().as_micros(), word, estop_closed);
+        }
+        amplifier.look(Instant::now().as_micros(), estop_closed);
+        let state = amplifier.state();
+        enable.set_level(Level::from(state.outputs.enable));
+        heartbeat.set_level(Level::from(state.outputs.heartbeat));
+        SEEN.lock(|seen| {
+            seen.set(Seen {
+                amplifier: state,
+                estop_closed,
+            });
+        });
+    }
+}

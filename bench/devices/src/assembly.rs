@@ -1,5 +1,6 @@
 //! Assembly of a bench from its hardware: streams are opened and tasks wired, and nothing is driven yet.
 
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -56,17 +57,17 @@ pub struct Hardware {
 }
 
 impl Hardware {
-    /// Opens the field box of `config`, at the place of the force sensor if that is given, and takes the lines that are
-    /// behind it. A real box must answer; a simulated one may need time to pass for that.
+    /// Opens the field box of `config`, or the one at `simulated_port`, and takes the lines that are behind it. A real box must
+    /// answer; a simulated one may need time to pass for that.
     ///
     /// # Errors
     /// When its port is missing, busy or forbidden, or what is there is no box that can be used.
-    pub fn with_field_box(mut self, config: &Config) -> anyhow::Result<Self> {
-        let port = match &self.force_place {
-            Some(Place::Port(path)) => Some(path.as_path()),
-            _ => None,
-        };
-        self.field_box = FieldBox::open(config, port, Arc::clone(&self.clock))?;
+    pub fn with_field_box(
+        mut self,
+        config: &Config,
+        simulated_port: Option<&Path>,
+    ) -> anyhow::Result<Self> {
+        self.field_box = FieldBox::open(config, simulated_port, Arc::clone(&self.clock))?;
         if let Some(field_box) = self.field_box.as_ref().filter(|_| !self.simulated) {
             field_box.require_known()?;
         }

@@ -67,7 +67,7 @@ pub fn write(options: &Options, found: &Listing, ask: &mut dyn Ask) -> anyhow::R
     file.write_all(sheet.text().as_bytes())?;
     file.sync_all()?;
     Ok(Written {
-        text: summary(path, rig, &card),
+        text: summary(path, rig, &card, gauges),
         next: steps::next(path, options.mock.as_deref()),
     })
 }
@@ -301,7 +301,7 @@ fn put_lines(
     Ok(())
 }
 
-fn summary(path: &Path, rig: Rig, card: &Card) -> String {
+fn summary(path: &Path, rig: Rig, card: &Card, gauges: bool) -> String {
     let mut text = format!(
         "{} is written for {}, with {}\n",
         path.display(),
@@ -316,6 +316,9 @@ fn summary(path: &Path, rig: Rig, card: &Card) -> String {
              (amplifier and divider), the channels' indices, [plate], encoder.metres_per_count";
     if rig == Rig::RaspberryPi {
         text += ", the numbers of the lines in [gpio]";
+    }
+    if gauges {
+        text += ", the gauges' inputs and volts in [force.channels]";
     }
     text + "\n"
 }

@@ -69,7 +69,10 @@ pub fn clock(apparatus: &Apparatus) -> Arc<dyn Clock> {
 
 /// The bench of `config` on `apparatus`, opened and played; the test itself steps its tasks.
 pub fn open(apparatus: &Apparatus, config: Config, lines: Lines) -> Bench {
-    let hardware = hardware(apparatus, lines).with_field_box(&config).unwrap();
+    let hardware = hardware(apparatus, lines);
+    let hardware = hardware
+        .with_field_box(&config, apparatus.box_port())
+        .unwrap();
     let bench = Bench::open(&Effective::uncalibrated(config), 35_000.0, hardware).unwrap();
     bench.life.streams().play().unwrap();
     bench

@@ -1,12 +1,12 @@
-//! The force sensor's device with the line or the network that it is reached by, shared by the simulation and the fault
-//! panel.
+//! The force sensor's device with the line or the network that it is reached by, and a field box beside it, shared by the
+//! simulation and the fault panel.
 
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::apparatus_error::ApparatusError;
-use crate::field_box::FieldBox;
+use crate::field_box::{FieldBox, UnloadedBox};
 use crate::network::NetFt;
 use crate::pins::PinBoard;
 use crate::serial::{DeviceStart, ForceDevice, ForceFault, SerialLine};
@@ -73,9 +73,15 @@ impl GaugeFaults {
     }
 }
 
+/// The force sensor's device, and a field box that has no forces.
+struct Devices {
+    sensor: Device,
+    beside: Option<UnloadedBox>,
+}
+
 /// The force sensor's device and what it is reached by.
 #[derive(Clone)]
-pub(super) struct ForceSide(Arc<Mutex<Device>>);
+pub(super) struct ForceSide(Arc<Mutex<Devices>>);
 
 impl ForceSide {
     /// Powers the device up. On a `synchronous` line every byte sent is readable before the simulation goes on. A field
@@ -102,12 +108,27 @@ impl ForceSide {
                 Device::Netft(NetFt::open(sensor, start.clock_us).map_err(ApparatusError::Network)?)
             }
         };
-        Ok(Self(Arc::new(Mutex::new(device))))
+        let beside = match board.filter(|_| sensor.box_beside) {
+            Some(board) => Some(
+                UnloadedBox::open(start, synchronous, Arc::clone(board))
+                    .map_err(ApparatusError::Serial)?,
+            ),
+            None => None,
+        };
+        let devices = Devices {
+            sensor: device,
+            beside,
+        };
+        Ok(Self(Arc::new(Mutex::new(devices))))
     }
 
     /// Takes in the samples of a period that ended at true time `now_s`, and sends what is due.
     pub(super) fn send(&self, samples: &[SensorSample], now_s: f64) -> Result<(), ApparatusError> {
-        match &mut *self.lock() {
+        let devices = &mut *self.lock();
+        if let Some(beside) = &mut devices.beside {
+            beside.send(now_s).map_err(ApparatusError::Serial)?;
+        }
+        match &mut devices.sensor {
             Device::Serial(device, line) => {
                 for sample in samples {
                     device.sample(sample);
@@ -135,7 +156,11 @@ impl ForceSide {
 
     /// Lets a field box look after the amplifier at `now_ns`.
     pub(super) fn guard(&self, now_ns: u64) -> Result<(), ApparatusError> {
-        match &mut *self.lock() {
+        let devices = &mut *self.lock();
+        if let Some(beside) = &mut devices.beside {
+            beside.guard(now_ns).map_err(ApparatusError::Serial)?;
+        }
+        match &mut devices.sensor {
             Device::FieldBox(device) => device.guard(now_ns).map_err(ApparatusError::Serial),
             Device::Serial(..) | Device::Gauges(_) | Device::Netft(_) => Ok(()),
         }
@@ -143,29 +168,40 @@ impl ForceSide {
 
     /// Lays the faults of gauges on the frames that the sound card is about to read.
     pub(super) fn lay(&self, inputs: &mut [f32], channels: usize) {
-        if let Device::Gauges(faults) = &mut *self.lock() {
+        if let Device::Gauges(faults) = &mut self.lock().sensor {
             faults.lay(inputs, channels);
         }
     }
 
     /// Returns whether the sensor is on the sound card, with no device of its own.
     pub(super) fn is_on_card(&self) -> bool {
-        matches!(&*self.lock(), Device::Gauges(_))
+        matches!(self.lock().sensor, Device::Gauges(_))
     }
 
     /// Returns the serial port to be opened by path; `None` where the sensor has none, or the operating system has no
     /// pseudo-terminals.
     pub(super) fn path(&self) -> Option<PathBuf> {
-        match &*self.lock() {
+        match &self.lock().sensor {
             Device::Serial(_, line) => line.path().map(Path::to_owned),
             Device::FieldBox(device) => device.path().map(Path::to_owned),
             Device::Netft(_) | Device::Gauges(_) => None,
         }
     }
 
+    /// Returns the serial port of the field box, whether it has the forces or not.
+    pub(super) fn box_path(&self) -> Option<PathBuf> {
+        let devices = self.lock();
+        let path = match (&devices.sensor, &devices.beside) {
+            (Device::FieldBox(device), _) => device.path(),
+            (_, Some(beside)) => beside.path(),
+            (_, None) => None,
+        };
+        path.map(Path::to_owned)
+    }
+
     /// Returns the address of a sensor in the network.
     pub(super) fn address(&self) -> Option<SocketAddr> {
-        match &*self.lock() {
+        match &self.lock().sensor {
             Device::Serial(..) | Device::Gauges(_) | Device::FieldBox(_) => None,
             Device::Netft(device) => Some(device.address()),
         }
@@ -173,7 +209,7 @@ impl ForceSide {
 
     /// Bytes lost because nobody took them in time.
     pub(super) fn dropped_bytes(&self) -> u64 {
-        match &*self.lock() {
+        match &self.lock().sensor {
             Device::Serial(_, line) => line.dropped_bytes(),
             Device::FieldBox(device) => device.dropped_bytes(),
             Device::Netft(_) | Device::Gauges(_) => 0,
@@ -182,7 +218,7 @@ impl ForceSide {
 
     /// Lets the device show a fault.
     pub(super) fn inject(&self, fault: ForceFault) {
-        match &mut *self.lock() {
+        match &mut self.lock().sensor {
             Device::Serial(device, _) => device.inject(fault),
             Device::Netft(device) => device.inject(fault),
             Device::FieldBox(device) => device.inject(fault),
@@ -192,7 +228,7 @@ impl ForceSide {
 
     /// Disconnects the sensor for good.
     pub(super) fn unplug(&self) {
-        match &mut *self.lock() {
+        match &mut self.lock().sensor {
             Device::Serial(_, line) => line.unplug(),
             Device::Netft(device) => device.unplug(),
             Device::FieldBox(device) => device.unplug(),
@@ -200,7 +236,7 @@ impl ForceSide {
         }
     }
 
-    fn lock(&self) -> MutexGuard<'_, Device> {
+    fn lock(&self) -> MutexGuard<'_, Devices> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

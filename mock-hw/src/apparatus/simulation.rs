@@ -70,6 +70,7 @@ pub struct Apparatus {
     rehearsal: RehearsalHand,
     pins: Option<Pins>,
     force_port: Option<PathBuf>,
+    box_port: Option<PathBuf>,
     vibrometer_port: Option<PathBuf>,
     vibrometer_aim: VibrometerAim,
     voltmeter_port: Option<PathBuf>,
@@ -113,7 +114,7 @@ impl Apparatus {
             config.pace == Pace::Stepped,
             Some(&board),
         )?;
-        let force_port = force.path();
+        let (force_port, box_port) = (force.path(), force.box_path());
         let vibrometer = Vibrometer::open(config.seed, config.pace == Pace::Stepped)
             .map_err(ApparatusError::Serial)?;
         let (vibrometer_port, vibrometer_aim) =
@@ -150,6 +151,7 @@ impl Apparatus {
             masses,
             rehearsal,
             force_port,
+            box_port,
             vibrometer_port,
             vibrometer_aim,
             voltmeter_port,
@@ -174,6 +176,12 @@ impl Apparatus {
     /// pseudo-terminals.
     pub fn force_port(&self) -> Result<&Path, ApparatusError> {
         port(&self.force_port, "force sensor")
+    }
+
+    /// Returns the field box's serial port, to be opened by path; `None` where there is no box.
+    #[must_use]
+    pub fn box_port(&self) -> Option<&Path> {
+        self.box_port.as_deref()
     }
 
     /// Returns the address of a force sensor in the network; `None` for one on a serial line.

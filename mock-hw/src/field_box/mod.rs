@@ -2,5 +2,7 @@
 
 mod codec;
 mod device;
+mod unloaded_box;
 
 pub(crate) use device::FieldBox;
+pub(crate) use unloaded_box::UnloadedBox;

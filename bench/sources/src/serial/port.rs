@@ -67,6 +67,8 @@ pub(crate) fn split_port(
 fn open(path: &Path, baud: u32) -> serialport::Result<Box<dyn serialport::SerialPort>> {
     serialport::new(path.to_string_lossy(), baud)
         .timeout(Duration::from_millis(1))
+        // Devices on USB send only while it is set, which not every system does by itself.
+        .dtr_on_open(true)
         .open()
 }
 

@@ -22,7 +22,7 @@ pub fn listing(mock: Option<&str>) -> anyhow::Result<Listing> {
             gpio_chips: real_gpio::chips(),
         });
     };
-    let simulated = simulated::apparatus(scenario, 1, Speed::Max, None, &[])?.hardware;
+    let simulated = simulated::apparatus(scenario, 1, Speed::Max, None, &[], None)?.hardware;
     let ports = match simulated.force_place {
         Some(Place::Port(path)) => vec![path],
         Some(Place::Address(_)) | None => Vec::new(),

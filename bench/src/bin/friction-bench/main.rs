@@ -190,15 +190,13 @@ fn apparatus(
     truth: Option<&Path>,
     faults: &[RehearsedFault],
 ) -> anyhow::Result<Apparatus> {
-    let mut apparatus = match &options.mock {
+    match &options.mock {
         Some(scenario) => {
             let seed = options.seed.unwrap_or(1);
-            simulated::apparatus(scenario, seed, speed, truth, faults)?
+            simulated::apparatus(scenario, seed, speed, truth, faults, Some(config))
         }
-        None => real(config, options)?,
-    };
-    apparatus.hardware = apparatus.hardware.with_field_box(config)?;
-    Ok(apparatus)
+        None => real(config, options),
+    }
 }
 
 /// The hardware of this computer.
@@ -220,7 +218,8 @@ fn real(config: &Config, options: &cli::Hardware) -> anyhow::Result<Apparatus> {
             simulated: false,
             pace: pace(config, options),
             keeps_accounts: pace(config, options) == safety::Pace::Card,
-        },
+        }
+        .with_field_box(config, None)?,
         watchers: Vec::new(),
         rehearsed: Vec::new(),
         hands: None,

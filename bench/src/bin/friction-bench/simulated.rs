@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use anyhow::Context;
 use calibration::operator::{self, Cabling, Hands, Request};
+use config::Config;
 use devices::Hardware;
 use devices::loudspeaker::Tone;
 use drill::{Deed, FaultHand};
@@ -77,7 +78,7 @@ static OPENINGS: AtomicU64 = AtomicU64::new(0);
 /// A free-running apparatus lives on this date, so that the same seed gives the same files.
 const FREE_RUNNING_DATE: &str = "2026-01-01T09:00:00Z";
 
-/// Builds an apparatus into which `faults` are injected, and gives it the place of the hardware.
+/// Builds an apparatus into which `faults` are injected, and gives it the place of the hardware that `bench` names.
 ///
 /// # Errors
 /// When the scenario cannot be read or the apparatus not be built.
@@ -87,6 +88,7 @@ pub fn apparatus(
     speed: Speed,
     truth: Option<&Path>,
     faults: &[RehearsedFault],
+    bench: Option<&Config>,
 ) -> anyhow::Result<Apparatus> {
     let scenario = read(scenario)?.realised(seed);
     let pace = match speed {
@@ -113,6 +115,7 @@ pub fn apparatus(
         heartbeat: Some(output("heartbeat", pins.heartbeat)),
     };
     let voltmeter_port = apparatus.voltmeter_port()?.to_owned();
+    let box_port = apparatus.box_port().map(Path::to_owned);
     let (host, force_place, vibrometer_port, clock) = (
         apparatus.host(),
         match apparatus.force_address() {
@@ -153,19 +156,24 @@ pub fn apparatus(
             Box::new(apparatus),
         ),
     };
+    let hardware = Hardware {
+        host,
+        lines,
+        force_place,
+        field_box: None,
+        clock,
+        schedule,
+        guard,
+        simulated: true,
+        pace: safety::Pace::Simulated,
+        keeps_accounts: false,
+    };
+    let hardware = match bench {
+        Some(bench) => hardware.with_field_box(bench, box_port.as_deref())?,
+        None => hardware,
+    };
     Ok(Apparatus {
-        hardware: Hardware {
-            host,
-            lines,
-            force_place,
-            field_box: None,
-            clock,
-            schedule,
-            guard,
-            simulated: true,
-            pace: safety::Pace::Simulated,
-            keeps_accounts: false,
-        },
+        hardware,
         watchers,
         rehearsed: rehearsed::words(faults),
         hands: Some(hands),
@@ -372,7 +380,7 @@ mod tests {
             ("arduino", config::ForceProtocol::Lines),
         ] {
             let text = config(&built_in(name).unwrap());
-            let config = config::Config::parse(&text, name).unwrap();
+            let config = Config::parse(&text, name).unwrap();
             let config::Sensor::Serial(serial) = config.force.unwrap().sensor else {
                 panic!("{name}: not on a serial line");
             };
@@ -388,7 +396,7 @@ mod tests {
             ("field-box", "field-box"),
         ] {
             let scenario = built_in(name).unwrap();
-            let config = config::Config::parse(&config(&scenario), name).unwrap();
+            let config = Config::parse(&config(&scenario), name).unwrap();
             let inputs = usize::from(config.audio.input_channels);
             assert_eq!(inputs, scenario.converter.channels, "{name}");
             assert_eq!(config.force.unwrap().in_words(), source);

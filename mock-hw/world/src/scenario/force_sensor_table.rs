@@ -80,6 +80,8 @@ pub struct ForceSensorTable {
     pub protocol: ForceProtocol,
     /// How the sensor is reached.
     pub interface: ForceInterface,
+    /// Whether a field box without forces stands beside it, for the encoder and the lines.
+    pub box_beside: bool,
     /// The amplifier of its gauges, where they are on the sound card.
     pub gauges: GaugesTable,
 }
@@ -110,6 +112,7 @@ impl Default for ForceSensorTable {
             burst_period_s: 0.004,
             protocol: ForceProtocol::Frames,
             interface: ForceInterface::Serial,
+            box_beside: false,
             gauges: GaugesTable::default(),
         }
     }

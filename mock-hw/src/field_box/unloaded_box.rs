@@ -1,0 +1,68 @@
+//! A box with nothing on its converter, which another sensor's forces come past.
+
+use std::io;
+use std::path::Path;
+use std::sync::Arc;
+
+use mock_world::plant::SensorSample;
+use mock_world::scenario::ForceSensorTable;
+
+use super::device::FieldBox;
+use crate::pins::PinBoard;
+use crate::serial::DeviceStart;
+
+const RATE_HZ: f64 = 1000.0;
+
+/// Encoder, lines and guard of a box.
+#[derive(Debug)]
+pub(crate) struct UnloadedBox {
+    field_box: FieldBox,
+    conversions: u64,
+}
+
+impl UnloadedBox {
+    /// Powers the box up.
+    pub(crate) fn open(
+        start: DeviceStart,
+        synchronous: bool,
+        board: Arc<PinBoard>,
+    ) -> io::Result<Self> {
+        let converter = ForceSensorTable {
+            rate_hz: RATE_HZ,
+            burst_period_s: 1.0 / RATE_HZ,
+            ..ForceSensorTable::default()
+        };
+        Ok(Self {
+            field_box: FieldBox::open(&converter, start, synchronous, board)?,
+            conversions: 0,
+        })
+    }
+
+    /// Returns the port that the bench opens.
+    pub(crate) fn path(&self) -> Option<&Path> {
+        self.field_box.path()
+    }
+
+    /// Looks after the amplifier.
+    pub(crate) fn guard(&mut self, now_ns: u64) -> io::Result<()> {
+        self.field_box.guard(now_ns)
+    }
+
+    /// Sends what is due at true time `now_s`.
+    pub(crate) fn send(&mut self, now_s: f64) -> io::Result<()> {
+        let mut samples = Vec::new();
+        while (self.conversions as f64) <= now_s * RATE_HZ {
+            let time_s = self.conversions as f64 / RATE_HZ;
+            samples.push(SensorSample {
+                time_s,
+                device_time_s: time_s,
+                normal_n: 0.0,
+                lateral_n: 0.0,
+                normal_saturated: false,
+                lateral_saturated: false,
+            });
+            self.conversions += 1;
+        }
+        self.field_box.send(&samples, now_s)
+    }
+}

@@ -186,6 +186,7 @@ fn apparatus(part: &str, folder: &Path) -> anyhow::Result<(Apparatus, Arc<Seen>)
     };
     drop(hand);
     let hardware = Hardware {
+        cues: None,
         host: simulated.host(),
         lines,
         force_place: Some(sources::Place::Port(simulated.force_port()?.to_owned())),

@@ -97,6 +97,7 @@ pub fn apparatus(setup: Setup) -> Bench {
     let mut watchers = vec![participant(apparatus.senses())];
     watchers.extend(holder);
     let hardware = Hardware {
+        cues: None,
         host: apparatus.host(),
         lines: Lines {
             encoder: Some([

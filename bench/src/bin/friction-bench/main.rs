@@ -192,7 +192,7 @@ fn apparatus(
     let mut apparatus = match &options.mock {
         Some(scenario) => {
             let seed = options.seed.unwrap_or(1);
-            simulated::apparatus(scenario, seed, speed, truth, faults)?
+            simulated::apparatus(scenario, seed, speed, truth, faults, Some(config))?
         }
         None => real(config, options)?,
     };
@@ -202,15 +202,21 @@ fn apparatus(
 
 /// The hardware of this computer.
 fn real(config: &Config, options: &cli::Hardware) -> anyhow::Result<Apparatus> {
-    let choice = match config.audio.host {
-        AudioHost::Native => HostChoice::Default,
-        AudioHost::Jack => HostChoice::Jack,
-    };
     let claim = Claim::take(config)?;
+    let lines = real_gpio::open(&config.gpio)?;
+    let (host, lines, cues) = match config.audio.host {
+        AudioHost::Native => (open_host(HostChoice::Default)?, lines, None),
+        AudioHost::Jack => (open_host(HostChoice::Jack)?, lines, None),
+        AudioHost::Nidaqmx => {
+            let (host, lines) = daqmx::open(config, None, lines)?;
+            (host, lines, open_host(HostChoice::Default).ok())
+        }
+    };
     Ok(Apparatus {
         hardware: Hardware {
-            host: open_host(choice)?,
-            lines: real_gpio::open(&config.gpio)?,
+            host,
+            cues,
+            lines,
             force_place: None,
             field_box: None,
             clock: Arc::new(SystemClock::start()),
@@ -554,7 +560,7 @@ fn check(options: &Check, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
 
 fn list(options: &Devices) -> anyhow::Result<ExitCode> {
     let listing = if options.mock {
-        let simulated = simulated::apparatus("nominal", 1, Speed::Max, None, &[])?.hardware;
+        let simulated = simulated::apparatus("nominal", 1, Speed::Max, None, &[], None)?.hardware;
         let ports = match simulated.force_place {
             Some(Place::Port(path)) => vec![path],
             Some(Place::Address(_)) | None => Vec::new(),

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use anyhow::Context;
 use calibration::operator::{self, Cabling, Hands, Request};
+use config::{AudioHost, Config};
 use devices::Hardware;
 use devices::loudspeaker::Tone;
 use drill::{Deed, FaultHand};
@@ -18,6 +19,7 @@ use mock_hw::apparatus::{
     Apparatus as SimulatedApparatus, ApparatusClock, ApparatusConfig, FaultPanel, MassSet,
     Patchbay, RehearsalHand, Senses, VibrometerAim,
 };
+use mock_hw::rack;
 use mock_hw::world_clock::Pace;
 use mock_world::person::{Cue, Instruction, Percept};
 use mock_world::plant::{Axis, InputWiring};
@@ -87,7 +89,9 @@ pub fn apparatus(
     speed: Speed,
     truth: Option<&Path>,
     faults: &[RehearsedFault],
+    bench: Option<&Config>,
 ) -> anyhow::Result<Apparatus> {
+    let card = bench.filter(|bench| bench.audio.host == AudioHost::Nidaqmx);
     let scenario = read(scenario)?.realised(seed);
     let pace = match speed {
         Speed::Real => Pace::RealTime,
@@ -97,12 +101,16 @@ pub fn apparatus(
     config.opening = OPENINGS.fetch_add(1, Ordering::Relaxed);
     config.truth_path = truth.map(Path::to_owned);
     config.faults = faults.to_vec();
+    if card.is_some() {
+        config = config.with_acquisition_card();
+    }
     let mut apparatus = SimulatedApparatus::new(config).context("the simulated apparatus")?;
     let pins = apparatus
         .pins()
         .context("the simulated apparatus has no pins")?;
     let hold = HeldSwitch::default();
-    let lines = Lines {
+    let mut lines = Lines {
+        counter: None,
         encoder: Some([
             input("encoder A", pins.encoder_a),
             input("encoder B", pins.encoder_b),
@@ -114,8 +122,20 @@ pub fn apparatus(
         heartbeat: Some(output("heartbeat", pins.heartbeat)),
     };
     let voltmeter_port = apparatus.voltmeter_port()?.to_owned();
-    let (host, force_place, vibrometer_port, clock) = (
-        apparatus.host(),
+    let (mut host, mut cues) = (apparatus.host(), None);
+    if let Some(bench) = card {
+        let library = rack::library().context(
+            "the simulated NI library is not beside this program: `cargo build -p mock-nidaqmx` makes it",
+        )?;
+        apparatus.rack().connect(&library)?;
+        let held = Lines {
+            dead_man: lines.dead_man.take(),
+            ..Lines::default()
+        };
+        cues = Some(host);
+        (host, lines) = daqmx::open(bench, Some(&library), held)?;
+    }
+    let (force_place, vibrometer_port, clock) = (
         match apparatus.force_address() {
             Some(address) => Some(Place::Address(address)),
             None if apparatus.force_is_on_card() => None,
@@ -154,6 +174,7 @@ pub fn apparatus(
     Ok(Apparatus {
         hardware: Hardware {
             host,
+            cues,
             lines,
             force_place,
             field_box: None,

@@ -69,7 +69,11 @@ impl LineSource for Ports<'_> {
     fn input(&self, name: &'static str, line: u8) -> io::Result<Box<dyn InputLine>> {
         let terminal = format!("{}/port{}/line{line}", self.device, self.table.input_port);
         let input = LineInput::new(self.library, &terminal).map_err(system_error)?;
-        Ok(Box::new(CardInput { name, input }))
+        Ok(Box::new(CardInput {
+            name,
+            is_stop: name != "button",
+            input,
+        }))
     }
 
     fn output(&self, name: &'static str, line: u8) -> io::Result<Box<dyn OutputLine>> {
@@ -100,14 +104,17 @@ fn gone(line: &str, error: &DaqError) -> GpioError {
 
 struct CardInput {
     name: &'static str,
+    /// Whether it stops the drive: one that cannot be read then fails. Others read low, as an open contact.
+    is_stop: bool,
     input: LineInput,
 }
 
 impl InputLine for CardInput {
     fn is_high(&mut self) -> Result<bool, GpioError> {
-        self.input
-            .is_high()
-            .map_err(|error| gone(self.name, &error))
+        match self.input.is_high() {
+            Err(error) if self.is_stop => Err(gone(self.name, &error)),
+            read => Ok(read.unwrap_or(false)),
+        }
     }
 }
 
@@ -145,10 +152,9 @@ impl PositionSource for CardCounter {
             return Ok(());
         }
         self.due_ns = now_ns + PERIOD_NS;
-        let read = self
-            .input
-            .count()
-            .map_err(|error| gone("encoder's counter", &error))?;
+        let read = self.input.count().map_err(|error| {
+            SourceGone::Card(format!("the encoder's counter on the NI card: {error}"))
+        })?;
         let host_s = now_s();
         self.count += moved(self.before.replace(read), read);
         take(Counted {

@@ -199,3 +199,142 @@ fn counted(key: &str, names: &[String], kind: &str, channels: u16) -> Result<(),
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::{Config, ConfigError};
+
+    const BENCH: &str = include_str!("../../mock-bench-nidaqmx.toml");
+
+    /// The bench with each first text replaced by the second.
+    fn with(changes: &[(&str, &str)]) -> Result<Config, ConfigError> {
+        let text = changes.iter().fold(BENCH.to_owned(), |text, (from, to)| {
+            assert!(text.contains(from), "no `{from}`");
+            text.replacen(from, to, 1)
+        });
+        Config::parse(&text, "bench.toml")
+    }
+
+    #[test]
+    fn the_published_rig_and_its_other_rate_are_accepted() {
+        with(&[]).unwrap();
+        with(&[("rate_hz = 100000", "rate_hz = 125000")]).unwrap();
+        let simultaneous = [
+            ("rate_hz = 100000", "rate_hz = 250000"),
+            ("convert_hz = 250000", ""),
+        ];
+        with(&simultaneous).unwrap();
+    }
+
+    /// Fault 47.
+    #[test]
+    fn each_value_is_refused_beyond_its_range_with_the_line_to_change() {
+        for (from, to, said) in [
+            (
+                "rate_hz = 100000",
+                "rate_hz = 192000",
+                "2 inputs × 192000 Hz = 384000 Hz",
+            ),
+            ("rate_hz = 100000", "rate_hz = 125001", "125000 Hz at most"),
+            (
+                "convert_hz = 250000",
+                "convert_hz = 150000",
+                "75000 Hz at most",
+            ),
+            (
+                "convert_hz = 250000",
+                "convert_hz = 1e8",
+                "nidaqmx.convert_hz",
+            ),
+            ("lead_s = 0.01", "lead_s = 0.0005", "nidaqmx.lead_s"),
+            (
+                "lead_s = 0.01",
+                "lead_s = 0.002",
+                "three blocks of 100 frames",
+            ),
+            ("lead_s = 0.01", "lead_s = 0.2", "nidaqmx.lead_s"),
+            (
+                "input_ranges_v = [10.0, 10.0]",
+                "input_ranges_v = [10.0]",
+                "each input has a range",
+            ),
+            (
+                "input_ranges_v = [10.0, 10.0]",
+                "input_ranges_v = [10.0, 42.0]",
+                "nidaqmx.input_ranges_v",
+            ),
+            (
+                "output_range_v = 10.0",
+                "output_range_v = 0.0",
+                "nidaqmx.output_range_v",
+            ),
+            (
+                "inputs = [\"ai0\", \"ai1\"]",
+                "inputs = [\"ai0\"]",
+                "audio.input_channels = 2",
+            ),
+            (
+                "inputs = [\"ai0\", \"ai1\"]",
+                "inputs = [\"ai0\", \"ai0\"]",
+                "names \"ai0\" twice",
+            ),
+            (
+                "inputs = [\"ai0\", \"ai1\"]",
+                "inputs = [\"ai0\", \"Dev1/ai1\"]",
+                "such as \"ai0\"",
+            ),
+            (
+                "outputs = [\"ao0\"]",
+                "outputs = [\"ai0\"]",
+                "such as \"ao0\"",
+            ),
+            (
+                "sample_format = \"f32\"",
+                "sample_format = \"i16\"",
+                "must be \"f32\"",
+            ),
+            (
+                "input_device = \"Dev1\"",
+                "input_device = \"Dev2\"",
+                "the clock of one card",
+            ),
+            (
+                "clock = \"start-trigger\"",
+                "clock = \"trigger\"",
+                "start-trigger",
+            ),
+            ("counter = \"ctr0\"", "countr = \"ctr0\"", "countr"),
+            ("estop = 0", "encoder_a = 0", "too slow to count"),
+            ("estop = 0", "estop = 1", "used twice"),
+        ] {
+            let error = with(&[(from, to)]).unwrap_err();
+            let text = format!("{error:#}");
+            assert!(
+                text.contains(said) && text.contains("bench.toml"),
+                "{to}: {text}"
+            );
+        }
+    }
+
+    /// Fault 47.
+    #[test]
+    fn a_card_that_is_half_described_is_refused() {
+        let table = BENCH.find("[nidaqmx]").unwrap()..BENCH.find("[output]").unwrap();
+        let without = BENCH.replace(&BENCH[table], "");
+        let error = Config::parse(&without, "bench.toml").unwrap_err();
+        assert!(
+            error.to_string().contains("add the table [nidaqmx]"),
+            "{error}"
+        );
+        // Lines of a card beside a sound card that drives.
+        let error = with(&[("host = \"nidaqmx\"", "host = \"native\"")]).unwrap_err();
+        assert!(error.to_string().contains("needs audio.host"), "{error}");
+    }
+
+    /// An input and an output may have the same number: they are on different ports.
+    #[test]
+    fn inputs_and_outputs_are_numbered_apart() {
+        let config = with(&[]).unwrap();
+        assert_eq!((config.gpio.estop, config.gpio.enable), (Some(0), Some(0)));
+    }
+}

@@ -11,7 +11,7 @@ use std::path::Path;
 
 use anyhow::Context;
 use config::Config;
-use signalgen::audio::Host;
+use signalgen::audio::{AudioError, Host};
 use sources::Lines;
 
 use library::Daqmx;
@@ -43,7 +43,10 @@ pub fn open(
 ///
 /// # Errors
 /// When NI-DAQmx is not installed.
-pub fn listed() -> anyhow::Result<Host> {
-    let library = Daqmx::load(None)?;
+pub fn listed() -> Result<Host, AudioError> {
+    let library = Daqmx::load(None).map_err(|error| AudioError::HostUnavailable {
+        host: "nidaqmx".to_owned(),
+        reason: error.to_string(),
+    })?;
     Ok(host::host(&library, None, 0))
 }

@@ -115,10 +115,10 @@ const LIBRARY: &str = if cfg!(windows) {
 /// Why NI's library cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "NI-DAQmx cannot be loaded ({source}): install NI's driver, or name its library as nidaqmx.library in bench.toml"
+    "NI-DAQmx cannot be loaded ({why}): install NI's driver, or name its library as nidaqmx.library in bench.toml"
 )]
 pub struct NoLibrary {
-    source: libloading::Error,
+    why: String,
 }
 
 impl Daqmx {
@@ -140,7 +140,13 @@ impl Daqmx {
         };
         loaded
             .map(|loaded| Self(Arc::new(loaded)))
-            .map_err(|source| NoLibrary { source })
+            .map_err(|error| NoLibrary {
+                // The loader's own words are behind those of the library that calls it.
+                why: match std::error::Error::source(&error) {
+                    Some(source) => source.to_string(),
+                    None => error.to_string(),
+                },
+            })
     }
 
     pub(super) fn functions(&self) -> &Functions {

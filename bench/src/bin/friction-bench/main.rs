@@ -572,9 +572,13 @@ fn list(options: &Devices) -> anyhow::Result<ExitCode> {
         }
     } else {
         inventory::Listing {
-            hosts: [("native", HostChoice::Default), ("jack", HostChoice::Jack)]
-                .map(|(name, choice)| inventory::audio(name, open_host(choice).as_ref()))
-                .into(),
+            hosts: [
+                ("native", open_host(HostChoice::Default)),
+                ("jack", open_host(HostChoice::Jack)),
+                ("nidaqmx", daqmx::listed()),
+            ]
+            .map(|(name, host)| inventory::audio(name, host.as_ref()))
+            .into(),
             serial_ports: inventory::serial_ports()?,
             gpio_chips: real_gpio::chips(),
         }

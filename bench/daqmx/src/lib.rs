@@ -31,12 +31,34 @@ pub fn open(
         .as_ref()
         .context("bench.toml has no table [nidaqmx]")?;
     let library = Daqmx::load(library.or(table.library.as_deref()))?;
+    require_card(&library, &config.audio.output_device)?;
     let lines = lines::take(&library, config, table, beside)?;
     let block_frames = config::Nidaqmx::block_frames(&config.audio);
     Ok((
         host::host(&library, Some(table.clone()), block_frames),
         lines,
     ))
+}
+
+/// Requires that there is a card of this name: its terminals begin with it.
+fn require_card(library: &Daqmx, device: &str) -> anyhow::Result<()> {
+    let cards = library
+        .cards()
+        .context("the cards of this computer cannot be listed")?;
+    if cards.iter().any(|card| card.name == device) {
+        return Ok(());
+    }
+    let names = cards
+        .iter()
+        .map(|card| format!("{} ({})", card.name, card.product));
+    let there = match names.collect::<Vec<_>>().join(", ") {
+        none if none.is_empty() => "there is none".to_owned(),
+        names => format!("there is {names}"),
+    };
+    anyhow::bail!(
+        "there is no NI card {device}, {there}: plug it in, or name another as audio.output_device and audio.input_device in \
+         bench.toml"
+    )
 }
 
 /// Returns the cards of this computer as a host whose devices can be listed.

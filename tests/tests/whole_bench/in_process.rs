@@ -100,6 +100,7 @@ pub fn apparatus(setup: Setup) -> Bench {
         cues: None,
         host: apparatus.host(),
         lines: Lines {
+            counter: None,
             encoder: Some([
                 input("encoder A", pins.encoder_a),
                 input("encoder B", pins.encoder_b),

@@ -4,6 +4,10 @@
     unsafe_code,
     reason = "the simulated library is a C library, loaded as the real one is"
 )]
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
 
 use std::ffi::c_void;
 use std::path::PathBuf;

@@ -405,7 +405,7 @@ mod tests {
             ("arduino", config::ForceProtocol::Lines),
         ] {
             let text = config(&built_in(name).unwrap());
-            let config = config::Config::parse(&text, name).unwrap();
+            let config = Config::parse(&text, name).unwrap();
             let config::Sensor::Serial(serial) = config.force.unwrap().sensor else {
                 panic!("{name}: not on a serial line");
             };
@@ -421,7 +421,7 @@ mod tests {
             ("field-box", "field-box"),
         ] {
             let scenario = built_in(name).unwrap();
-            let config = config::Config::parse(&config(&scenario), name).unwrap();
+            let config = Config::parse(&config(&scenario), name).unwrap();
             let inputs = usize::from(config.audio.input_channels);
             assert_eq!(inputs, scenario.converter.channels, "{name}");
             assert_eq!(config.force.unwrap().in_words(), source);

@@ -92,6 +92,7 @@ fn system_error(error: DaqError) -> io::Error {
     match error.fault() {
         DaqFault::Reserved => io::ErrorKind::ResourceBusy.into(),
         DaqFault::Gone => io::ErrorKind::NotFound.into(),
+        DaqFault::NoTerminal => io::ErrorKind::InvalidInput.into(),
         _ => io::Error::other(error),
     }
 }

@@ -161,6 +161,34 @@ fn a_card_with_a_converter_for_each_input_reads_forces_too() {
     assert_eq!(trial.end, Some(End::Completed));
 }
 
+/// The program's thread and the apparatus take turns, however busy the computer is.
+#[test]
+fn time_that_runs_free_stands_still_while_the_program_reads() {
+    let sessions = std::thread::scope(|scope| {
+        let run = || {
+            let folder = tempfile::tempdir().unwrap();
+            let config = written(folder.path(), RIG);
+            let study = folder.path().join("study");
+            let mut run = bench();
+            run.args(["run", "--mock", "nominal", "--speed", "max", "--headless"])
+                .args(["--uncalibrated", "--participant", "sub-01"])
+                .args(["--consent-by", "A. Tester", "--config"])
+                .arg(&config)
+                .arg("--protocol")
+                .arg(protocol("one-exploration.toml"))
+                .arg("--study")
+                .arg(&study);
+            let output = finish(&mut run);
+            assert!(output.status.success(), "{}", text(&output));
+            Recording::read(&session(&study).recordings()[0]).samples
+        };
+        let side_by_side = [scope.spawn(run), scope.spawn(run)];
+        side_by_side.map(|run| run.join().unwrap())
+    });
+    assert!(sessions[0].len() > 100_000);
+    assert!(sessions[0] == sessions[1], "not the same samples");
+}
+
 /// Fault 47.
 #[test]
 fn a_card_that_fails_stops_the_drive_names_itself_and_keeps_what_was_recorded() {
@@ -270,8 +298,16 @@ fn what_a_card_cannot_do_is_refused_with_the_line_to_change() {
         ),
         (
             "USB-6211",
+            &[(
+                "inputs = [\"ai0\", \"ai1\"]",
+                "inputs = [\"ai0\", \"ai77\"]",
+            )],
+            &["error -200170", "look at nidaqmx.inputs"],
+        ),
+        (
+            "USB-6211",
             &[("heartbeat = 1", "heartbeat = 9")],
-            &["GPIO line 9 of Dev1", "heartbeat"],
+            &["has no GPIO line 9 for the heartbeat", "look at [gpio]"],
         ),
     ] {
         let folder = tempfile::tempdir().unwrap();
@@ -287,10 +323,13 @@ fn what_a_card_cannot_do_is_refused_with_the_line_to_change() {
     let folder = tempfile::tempdir().unwrap();
     let named = with(
         RIG,
-        &[(
-            "outputs = [\"ao0\"]",
-            "library = \"/absent/libnidaqmx.so\"\noutputs = [\"ao0\"]",
-        )],
+        &[
+            (
+                "outputs = [\"ao0\"]",
+                "library = \"/absent/libnidaqmx.so\"\noutputs = [\"ao0\"]",
+            ),
+            ("silence_s = 0.25", "silence_s = 0.05"),
+        ],
     );
     let config = written(folder.path(), &named);
     let mut check = bench();

@@ -104,6 +104,7 @@ pub(super) fn advice(error: &DaqError, plan: &Plan) -> String {
             "plug the card in, or name another as audio.output_device and audio.input_device in bench.toml: `friction-bench \
              devices` lists those that are there"
         }
+        DaqFault::NoTerminal => "look at nidaqmx.inputs and nidaqmx.outputs in bench.toml",
         DaqFault::Rate => "look at audio.rate_hz and nidaqmx.convert_hz in bench.toml",
         _ => "look at [nidaqmx] in bench.toml",
     };

@@ -11,6 +11,8 @@ pub enum DaqFault {
     TimedOut,
     /// The device is not there any more, or never was.
     Gone,
+    /// The device has no such terminal, line or counter.
+    NoTerminal,
     /// The device cannot route the clock or the trigger so.
     Route,
     /// The rate is over what the device does.
@@ -47,6 +49,8 @@ impl DaqError {
             -200_284 => DaqFault::TimedOut,
             // InvalidDeviceID, DevAbsentOrUnavailable, DevCannotBeAccessed, DevAbsentOrUnavailable_Routing.
             -200_220 | -200_324 | -201_003 | -89_130 => DaqFault::Gone,
+            // PhysicalChanDoesNotExist.
+            -200_170 => DaqFault::NoTerminal,
             // Routing: from InvalidRoutingSourceTerminalName to NoCommonTrigLineForRoute.
             -89_139..=-89_120 => DaqFault::Route,
             // SampRateTooHigh, SampleRateNumChansConvertPeriodCombo, InvalidAttributeValue.
@@ -70,6 +74,7 @@ mod tests {
             (-200_284, DaqFault::TimedOut),
             (-201_003, DaqFault::Gone),
             (-89_130, DaqFault::Gone),
+            (-200_170, DaqFault::NoTerminal),
             (-89_136, DaqFault::Route),
             (-200_332, DaqFault::Rate),
             (-50_103, DaqFault::Reserved),

@@ -236,6 +236,26 @@ fn a_card_that_fails_stops_the_drive_names_itself_and_keeps_what_was_recorded() 
     }
 }
 
+/// What ends a card for good is no exercise on it; the rest is met as on any bench.
+#[test]
+fn a_drill_on_a_card_leaves_out_what_ends_the_card() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = written(folder.path(), RIG);
+    let drill = |only: &str| {
+        let mut drill = bench();
+        drill
+            .current_dir(folder.path())
+            .args(["drill", "--mock", "nominal", "--speed", "max", "--headless"])
+            .args(["--uncalibrated", "--operator", "A. Tester", "--only", only])
+            .arg("--config")
+            .arg(&config);
+        drill
+    };
+    let met = finish(&mut drill("estop,gpio-removed,card-lost-input"));
+    assert!(met.status.success(), "{}", text(&met));
+    refused(drill("xrun"), &["audio.host = \"nidaqmx\" in bench.toml"]);
+}
+
 /// Fault 47.
 #[test]
 fn what_a_card_cannot_do_is_refused_with_the_line_to_change() {

@@ -257,6 +257,37 @@ fn a_card_that_ran_over_or_dry_or_is_gone_stops_and_says_so_once() {
     }
 }
 
+#[test]
+fn lines_and_counter_are_those_of_the_card_and_an_output_ends_low() {
+    let _alone = alone();
+    connect();
+    let config = Config::parse(CONFIG, "bench.toml").unwrap();
+    let (_, mut lines) = daqmx::open(&config, Some(&library()), Lines::default()).unwrap();
+    assert!(lines.estop.as_mut().unwrap().is_high().unwrap());
+    assert!(!lines.button.as_mut().unwrap().is_high().unwrap());
+    let again = daqmx::open(&config, Some(&library()), Lines::default());
+    let refused = again.err().unwrap().to_string();
+    assert!(
+        refused.contains("GPIO line 0 of Dev1") && refused.contains("in use"),
+        "{refused}"
+    );
+    let enable = lines.enable.as_mut().unwrap();
+    enable.set(true).unwrap();
+    assert!(ENABLE.load(Ordering::SeqCst));
+    // The card would hold it.
+    drop(lines.enable.take());
+    assert!(!ENABLE.load(Ordering::SeqCst));
+    let counter = lines.counter.as_mut().unwrap();
+    let mut counts = Vec::new();
+    for (at_ns, count) in [(0, 0), (1_000_000, 40), (2_000_000, 15)] {
+        COUNT.store(count, Ordering::SeqCst);
+        counter
+            .poll(at_ns, &|| 0.0, &mut |counted| counts.push(counted.count))
+            .unwrap();
+    }
+    assert_eq!(counts, [0, 40, 15]);
+}
+
 /// Fault 47.
 #[test]
 fn a_library_that_is_missing_or_another_one_is_refused_with_what_to_do() {

@@ -64,8 +64,10 @@ fn hardware() -> (Hardware, RehearsalHand) {
     let pins = apparatus.pins().unwrap();
     let hand = apparatus.rehearsal();
     let hardware = Hardware {
+        cues: None,
         host: apparatus.host(),
         lines: Lines {
+            counter: None,
             encoder: Some([input("A", pins.encoder_a), input("B", pins.encoder_b)]),
             estop: Some(input("e-stop", pins.estop)),
             button: Some(input("button", pins.button)),

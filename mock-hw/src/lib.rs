@@ -5,6 +5,7 @@ mod field_box;
 pub mod host;
 mod network;
 pub mod pins;
+pub mod rack;
 pub mod serial;
 mod sound_layer;
 mod vibrometer;

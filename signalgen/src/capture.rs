@@ -62,6 +62,7 @@ pub struct InputReader {
     samples: Consumer<f32>,
     headers: Consumer<BlockHeader>,
     channels: usize,
+    health: StreamHealth,
 }
 
 impl InputWriter {
@@ -86,7 +87,7 @@ impl InputWriter {
         let writer = Self {
             samples: sample_producer,
             headers: header_producer,
-            health,
+            health: health.clone(),
             drive,
             last_drive: DriveState::default(),
             channels,
@@ -98,6 +99,7 @@ impl InputWriter {
             samples: sample_consumer,
             headers: header_consumer,
             channels,
+            health,
         };
         Ok((writer, reader))
     }
@@ -170,6 +172,15 @@ impl InputWriter {
 }
 
 impl InputReader {
+    /// Returns the xruns of input and output once a stream is over, and no block will carry their count any more.
+    #[must_use]
+    pub fn last_xruns(&self) -> Option<(u64, u64)> {
+        let [input, output] = [StreamDirection::Input, StreamDirection::Output]
+            .map(|direction| self.health.read(direction));
+        let over = input.device_lost || output.device_lost;
+        over.then_some((input.xruns, output.xruns))
+    }
+
     /// Takes the oldest block, or returns `None` if no block is waiting. Its interleaved samples, in units of full
     /// scale, replace the content of `samples`. Lock-free.
     pub fn pop_block(&mut self, samples: &mut Vec<f32>) -> Option<BlockHeader> {

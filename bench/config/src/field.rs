@@ -15,6 +15,8 @@ pub enum EncoderSource {
     Gpio,
     /// The field box.
     FieldBox,
+    /// A counter of the card of National Instruments.
+    Nidaqmx,
 }
 
 /// `[encoder]`: the quadrature encoder that reads the position along the plate.
@@ -48,6 +50,8 @@ pub enum GpioBackend {
     Gpiocdev,
     /// The field box, whose lines have their places.
     FieldBox,
+    /// The card of National Instruments; inputs and outputs are lines of a port each.
+    Nidaqmx,
     /// No digital lines.
     #[default]
     None,
@@ -86,10 +90,24 @@ impl Gpio {
             );
             return Err(Refused::new(&format!("gpio.{key}"), why));
         }
-        let mut used: Vec<u8> = self.lines().collect();
+        if self.backend == GpioBackend::Nidaqmx {
+            for (key, line) in [("encoder_a", self.encoder_a), ("encoder_b", self.encoder_b)] {
+                if line.is_some() {
+                    let why = format!(
+                        "gpio.{key} cannot be a line of gpio.backend = \"nidaqmx\", which is too slow to count an encoder: \
+                         remove it, and set source = \"nidaqmx\" in [encoder]"
+                    );
+                    return Err(Refused::new(&format!("gpio.{key}"), why));
+                }
+            }
+        }
+        let mut used: Vec<_> = self
+            .named()
+            .map(|(key, line)| (self.port(key), line))
+            .collect();
         used.sort_unstable();
         if let Some(twice) = used.windows(2).find(|pair| pair[0] == pair[1]) {
-            let why = format!("GPIO line {} is used twice in [gpio]", twice[0]);
+            let why = format!("GPIO line {} is used twice in [gpio]", twice[0].1);
             return Err(Refused::new("gpio", why));
         }
         if self.backend == GpioBackend::Gpiocdev && self.chip.is_none() {
@@ -97,6 +115,11 @@ impl Gpio {
             return Err(Refused::new("gpio.backend", why.to_owned()));
         }
         Ok(())
+    }
+
+    /// Returns whether a line is on the port of the outputs; other chips than a DAQ card have one port for all.
+    fn port(&self, key: &str) -> bool {
+        self.backend == GpioBackend::Nidaqmx && ["enable", "heartbeat"].contains(&key)
     }
 
     /// Returns the numbers of the lines that are wired.

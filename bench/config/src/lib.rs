@@ -17,6 +17,7 @@ mod identity;
 mod limits;
 mod meter_check;
 mod netft;
+mod nidaqmx;
 mod plate_constants;
 mod quantity;
 mod refused;
@@ -48,6 +49,7 @@ pub use limits::{
 };
 pub use meter_check::{MeasuredOutput, MeterReads};
 pub use netft::Netft;
+pub use nidaqmx::{CardClock, Nidaqmx, Terminals};
 pub use plate_constants::Plate;
 pub use quantity::{Provenance, Quantity};
 pub use six_axis::{NoForceAxis, SixAxis};
@@ -103,6 +105,9 @@ pub struct Config {
     /// The field box; needed by whatever names it as its source.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub field_box: Option<FieldBox>,
+    /// The card of National Instruments; needed by whatever names `nidaqmx`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nidaqmx: Option<Nidaqmx>,
     /// Cues and masking noise for the participant.
     #[serde(default)]
     pub sound: Sound,
@@ -325,6 +330,34 @@ impl Config {
         }
     }
 
+    /// The card is the converter, or nothing of it is used: its lines and counter are those of the card that drives.
+    fn check_nidaqmx(&self) -> Result<(), Refused> {
+        let host = self.audio.host == AudioHost::Nidaqmx;
+        let encoder = self.encoder.as_ref().map(|encoder| encoder.source);
+        let used = [
+            ("audio.host", host),
+            ("encoder.source", encoder == Some(EncoderSource::Nidaqmx)),
+            ("gpio.backend", self.gpio.backend == GpioBackend::Nidaqmx),
+        ];
+        match (&self.nidaqmx, used.into_iter().find(|(_, used)| *used)) {
+            (None, Some((key, _))) => {
+                let why = format!(
+                    "{key} = \"nidaqmx\" needs to know the card's channels: add the table [nidaqmx], see docs/nidaqmx.md"
+                );
+                Err(Refused::new(key, why))
+            }
+            (Some(_), Some((key, _))) if !host => {
+                let why = format!(
+                    "{key} = \"nidaqmx\" needs audio.host = \"nidaqmx\": the card whose lines and counter are read is the \
+                     one that drives the plate"
+                );
+                Err(Refused::new(key, why))
+            }
+            (Some(nidaqmx), Some(_)) => nidaqmx.check(&self.audio),
+            (_, None) => Ok(()),
+        }
+    }
+
     fn check(&self) -> Result<(), Refused> {
         if self.format != 1 {
             return Err(Refused::new(
@@ -349,6 +382,7 @@ impl Config {
         }
         self.gpio.check()?;
         self.check_field_box()?;
+        self.check_nidaqmx()?;
         self.check_dead_man()?;
         self.sound.check()?;
         self.calibration.check()

@@ -12,6 +12,8 @@ pub enum AudioHost {
     Native,
     /// A JACK server.
     Jack,
+    /// A data acquisition card of National Instruments, through its NI-DAQmx library.
+    Nidaqmx,
 }
 
 /// Sample format between program and sound layer.

@@ -50,6 +50,7 @@ fn an_optional_key_stands_there_with_its_default() {
         }),
         gpio: whole.gpio.clone(),
         field_box: whole.field_box.clone(),
+        nidaqmx: whole.nidaqmx.clone(),
         calibration: CalibrationRules {
             gravity_m_per_s2: whole.calibration.gravity_m_per_s2,
             ..config.calibration
@@ -77,6 +78,7 @@ fn every_key_stands_in_the_template() {
         "encoder",
         "gpio",
         "field_box",
+        "nidaqmx",
         "sound",
         "calibration",
     ];

@@ -310,16 +310,7 @@ impl Acquisition {
         arrival_s: f64,
         batch: &mut Batch,
     ) -> anyhow::Result<()> {
-        let before = self.pipeline.account();
-        self.pipeline
-            .count_xruns(header.input_xruns, header.output_xruns);
-        if header.input_xruns > before.input_xruns {
-            self.event(EventKind::InputXrun, None, None);
-            self.warnings.push(format!(
-                "input xrun at {:.3} s: the card or the computer was too slow; what was lost is marked in the recording",
-                self.pipeline.audio_s()
-            ));
-        }
+        self.count_xruns(header.input_xruns, header.output_xruns);
         let samples = std::mem::take(&mut self.block);
         for piece in self.loss.pass(header, samples) {
             match piece {
@@ -328,6 +319,18 @@ impl Acquisition {
             }
         }
         Ok(())
+    }
+
+    fn count_xruns(&mut self, input: u64, output: u64) {
+        let before = self.pipeline.account();
+        self.pipeline.count_xruns(input, output);
+        if input > before.input_xruns {
+            self.event(EventKind::InputXrun, None, None);
+            self.warnings.push(format!(
+                "input xrun at {:.3} s: the card or the computer was too slow; what was lost is marked in the recording",
+                self.pipeline.audio_s()
+            ));
+        }
     }
 
     /// Processes a block whose place on the audio clock is known.
@@ -562,6 +565,9 @@ impl Task for Acquisition {
             // Read only now: the block may have arrived after `now_ns`, and no arrival may be stated early.
             let arrival_s = self.host.now_ns() as f64 * 1e-9;
             self.take_block(header, arrival_s, &mut batch)?;
+        }
+        if let Some((input, output)) = self.input.last_xruns() {
+            self.count_xruns(input, output);
         }
         self.take_readings(&mut batch);
         self.report_flags();

@@ -36,6 +36,8 @@ use crate::tuning::Tuning;
 pub struct Hardware {
     /// Sound layer.
     pub host: Host,
+    /// Sound layer of what the participant hears; `None` for that of the streams.
+    pub cues: Option<Host>,
     /// Digital lines.
     pub lines: Lines,
     /// Where the force sensor is; `None` for the configured place.
@@ -111,6 +113,7 @@ impl OpenHardware {
         let config = bench.config();
         let Hardware {
             host,
+            cues,
             lines,
             force_place,
             field_box,
@@ -141,6 +144,7 @@ impl OpenHardware {
         let encoder = config.encoder.as_ref().and_then(|encoder| {
             let source = match encoder.source {
                 EncoderSource::FieldBox => field_box.as_ref()?.encoder(),
+                EncoderSource::Nidaqmx => lines.counter?,
                 EncoderSource::Gpio => Box::new(LineEncoder::new(lines.encoder?)),
             };
             let (step_m, origin_m) = (encoder.metres_per_count, encoder.origin_m);
@@ -177,7 +181,14 @@ impl OpenHardware {
             safety_commands.clone(),
         );
         Ok(Self {
-            life: Life::begin(host, streams, drive.kill_switch(), clock, schedule, guard)?,
+            life: Life::begin(
+                cues.unwrap_or(host),
+                streams,
+                drive.kill_switch(),
+                clock,
+                schedule,
+                guard,
+            )?,
             input,
             drive: DriveControl::new(drive, safety_commands),
             readings: waiting_readings,

@@ -86,6 +86,7 @@ fn parts(config: &Config) -> Vec<String> {
                 server.as_deref().unwrap_or("default")
             )]
         }
+        AudioHost::Nidaqmx => vec![format!("the NI card {}", audio.output_device)],
         AudioHost::Native => [&audio.output_device, &audio.input_device]
             .map(|device| format!("the sound card {device}"))
             .into(),
@@ -111,7 +112,8 @@ fn parts(config: &Config) -> Vec<String> {
     }
     let gpio = &config.gpio;
     let chip = match (gpio.backend, &gpio.chip) {
-        (GpioBackend::None | GpioBackend::FieldBox, _) => None,
+        // The card is claimed as a whole.
+        (GpioBackend::None | GpioBackend::FieldBox | GpioBackend::Nidaqmx, _) => None,
         (GpioBackend::Rppal, _) | (GpioBackend::Gpiocdev, None) => Some(String::new()),
         (GpioBackend::Gpiocdev, Some(chip)) => Some(format!(" of {}", chip.display())),
     };

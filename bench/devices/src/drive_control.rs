@@ -3,12 +3,13 @@
 use std::cell::Cell;
 
 use signalgen::{
-    Attendance, DriveCommand, DriveHandle, DriveMonitor, DrivePhase, DriveSettings, DriveState,
-    KillSwitch, Program, StreamDirection, StreamHealth, Waveform,
+    Attendance, DirectionHealth, DriveCommand, DriveHandle, DriveMonitor, DrivePhase,
+    DriveSettings, DriveState, KillSwitch, Program, StreamDirection, StreamFault, StreamHealth,
+    Waveform,
 };
 
 use config::Config;
-use safety::{Allowance, Commanded, DriveGuard, SafetyCommand, SafetyState};
+use safety::{Allowance, Commanded, DriveGuard, SafetyCommand, SafetyState, Trip};
 use tasks::Mailbox;
 
 /// Returns a protocol's drive as a waveform for the plate of `config`.
@@ -89,7 +90,7 @@ impl DriveControl {
     }
 
     /// Stops the drive at once and latches the trip.
-    pub fn trip(&self, trip: safety::Trip) {
+    pub fn trip(&self, trip: Trip) {
         self.command(SafetyCommand::Trip(trip));
     }
 
@@ -210,8 +211,19 @@ impl DriveGuard for WatchedDrive {
         )
     }
 
-    fn lost(&self) -> bool {
-        self.health.read(StreamDirection::Output).device_lost
-            || self.health.read(StreamDirection::Input).device_lost
+    /// A card that ran over or dry and cannot go on reports an xrun and then an invalid stream; sound cards go on.
+    fn lost(&self) -> Option<Trip> {
+        let [output, input] = [StreamDirection::Output, StreamDirection::Input]
+            .map(|direction| self.health.read(direction));
+        let stopped = |of: &DirectionHealth| {
+            of.device_lost && of.xruns > 0 && of.last_fault == Some(StreamFault::Invalidated)
+        };
+        if stopped(&output) {
+            Some(Trip::AudioUnderrun)
+        } else if stopped(&input) {
+            Some(Trip::AudioOverrun)
+        } else {
+            (output.device_lost || input.device_lost).then_some(Trip::AudioLost)
+        }
     }
 }

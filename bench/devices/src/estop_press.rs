@@ -152,6 +152,7 @@ pub fn line_name(config: &Config) -> Option<String> {
     let line = gpio.estop?;
     let chip = match (gpio.backend, &gpio.chip) {
         (GpioBackend::Gpiocdev, Some(chip)) => chip.display().to_string(),
+        (GpioBackend::Nidaqmx, _) => format!("nidaqmx {}", config.audio.input_device),
         (backend, _) => format!("{backend:?}").to_lowercase(),
     };
     Some(format!("{chip}, line {line}"))

@@ -58,7 +58,7 @@ impl Life {
         &self.clock
     }
 
-    /// Returns the sound layer that the streams were opened on.
+    /// Returns the sound layer of what the participant hears.
     #[must_use]
     pub fn host(&self) -> &Host {
         &self.host

@@ -49,7 +49,7 @@ pub(crate) fn thread_start(
     let ask: fn() -> Scheduling = match config.audio.host {
         _ if simulated => return None,
         AudioHost::Jack => scheduling::look,
-        AudioHost::Native => || scheduling::ask(CALLBACK_PRIORITY),
+        AudioHost::Native | AudioHost::Nidaqmx => || scheduling::ask(CALLBACK_PRIORITY),
     };
     let gauges = Arc::clone(gauges);
     Some(Arc::new(move |direction| {

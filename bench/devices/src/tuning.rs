@@ -3,6 +3,7 @@
 use config::Config;
 use impedance::{
     ChannelScales, Demodulator, Filter, InputChannel, OUTPUT_RATE_HZ, PlateConstants, Zm,
+    output_rate_hz,
 };
 
 /// Demodulator and computation of Z_m for a carrier.
@@ -55,7 +56,7 @@ pub fn impedance_chain(config: &Config, carrier_hz: f64) -> anyhow::Result<(Filt
     let filter = Filter::new(impedance::FilterSettings {
         sample_rate_hz: config.audio.rate_hz,
         carrier_hz,
-        output_rate_hz: OUTPUT_RATE_HZ,
+        output_rate_hz: output_rate_hz(config.audio.rate_hz).unwrap_or(OUTPUT_RATE_HZ),
     })?;
     let plate = PlateConstants {
         resonance_hz: config.plate.resonance_hz,

@@ -1,6 +1,6 @@
 //! Which faults a drill brings, in which order, and when.
 
-use config::{Config, Force, GpioBackend, SampleFormat};
+use config::{AudioHost, Config, Force, GpioBackend, SampleFormat};
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -40,6 +40,19 @@ fn obstacle(fault: FaultKind, config: &Config, simulated: bool) -> Option<String
         if fault == FaultKind::GpioRemoved && config.gpio.backend == GpioBackend::FieldBox {
             return Some(
                 "with the lines behind a field box, gpio.backend = \"field-box\" in bench.toml: force-unplugged pulls its cable"
+                    .to_owned(),
+            );
+        }
+        let ends_the_card = [
+            FaultKind::Xrun,
+            FaultKind::XrunOutput,
+            FaultKind::InputStops,
+            FaultKind::OutputStops,
+        ];
+        if config.audio.host == AudioHost::Nidaqmx && ends_the_card.contains(&fault) {
+            return Some(
+                "with an NI card, which such a fault stops for good, audio.host = \"nidaqmx\" in bench.toml: card-lost-input is \
+                 like it"
                     .to_owned(),
             );
         }

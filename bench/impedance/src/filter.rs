@@ -9,6 +9,22 @@ use std::f64::consts::TAU;
 /// Usual rate of the envelope frames, Hz.
 pub const OUTPUT_RATE_HZ: u32 = 2000;
 
+/// Frame rates for a sample rate that is no multiple of the usual one, Hz.
+const OUTPUT_RATES_HZ: std::ops::RangeInclusive<u32> = 1500..=2500;
+
+/// Returns the whole divisor of a sample rate that is nearest to [`OUTPUT_RATE_HZ`]; `None` where none is near.
+///
+/// ```
+/// assert_eq!(impedance::output_rate_hz(192_000), Some(2000));
+/// assert_eq!(impedance::output_rate_hz(125_000), Some(2500));
+/// ```
+#[must_use]
+pub fn output_rate_hz(sample_rate_hz: u32) -> Option<u32> {
+    OUTPUT_RATES_HZ
+        .filter(|rate| sample_rate_hz.is_multiple_of(*rate))
+        .min_by_key(|rate| rate.abs_diff(OUTPUT_RATE_HZ))
+}
+
 /// The first stage leaves at least this many samples per output frame, so that the noise can be
 /// observed at two and three output rates from the carrier, well outside the envelope's band.
 const SMALLEST_SECOND_DECIMATION: u32 = 8;

@@ -35,7 +35,7 @@ pub use carrier_level::{CarrierError, CarrierLevel};
 pub use demodulator::{
     ChannelEnvelope, Demodulator, DemodulatorError, EnvelopeFrame, InputChannel,
 };
-pub use filter::{Filter, FilterError, FilterSettings, OUTPUT_RATE_HZ};
+pub use filter::{Filter, FilterError, FilterSettings, OUTPUT_RATE_HZ, output_rate_hz};
 pub use flaws::{ChannelFlaws, Flawed};
 pub use mask::Mask;
 pub use transient::Transient;

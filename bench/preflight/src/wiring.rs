@@ -16,6 +16,9 @@ pub(super) fn judge(table: &mut Table, config: &Config, measured: &Measured) {
             EncoderSource::Gpio => {
                 "no lines: name encoder_a and encoder_b in [gpio]; a bench without an encoder has no [encoder] in bench.toml"
             }
+            EncoderSource::Nidaqmx => {
+                "no counts from the card, encoder.source in bench.toml: look at nidaqmx.counter"
+            }
             EncoderSource::FieldBox => {
                 "no counts from the field box, encoder.source in bench.toml: look at field_box.port"
             }

@@ -1,11 +1,10 @@
 //! Turns samples into impedance frames and totals, for a sound card and for a file alike.
 
 use std::f64::consts::PI;
-use std::ops::RangeInclusive;
 
 use impedance::{
     ChannelFlaws, ChannelScales, ConstantError, Demodulator, DemodulatorError, Filter, FilterError,
-    FilterSettings, InputChannel, Mask, OUTPUT_RATE_HZ, Zm, ZmFrame,
+    FilterSettings, InputChannel, Mask, Zm, ZmFrame, output_rate_hz,
 };
 
 use crate::manifest::Manifest;
@@ -120,8 +119,6 @@ impl Account {
 
 /// Magnitude from which on a sample counts as clipped where the recording does not state it; just under full scale.
 const FULL_SCALE: f64 = 0.999;
-/// Frame rates that are used if the sample rate of a recording is no multiple of the usual one, Hz.
-const FRAME_RATES_HZ: RangeInclusive<u32> = 1500..=2500;
 
 /// Why the audio of a recording cannot be demodulated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -129,9 +126,8 @@ const FRAME_RATES_HZ: RangeInclusive<u32> = 1500..=2500;
 pub enum RecordedError {
     /// The sample rate has no frame rate near 2 kHz that divides it.
     #[error(
-        "signals.wav: a sample rate of {sample_rate_hz} Hz has no whole divisor from {} to {} Hz, the rate of the impedance frames",
-        FRAME_RATES_HZ.start(),
-        FRAME_RATES_HZ.end()
+        "signals.wav: a sample rate of {sample_rate_hz} Hz has no whole divisor from 1500 to 2500 Hz, the rate of the impedance \
+         frames"
     )]
     FrameRate {
         /// Rate of the audio, Hz.
@@ -370,12 +366,9 @@ impl Pipeline {
     }
 }
 
-/// Returns the whole divisor of the sample rate that is nearest to the usual frame rate.
+/// Returns the rate of the impedance frames of a recording.
 fn frame_rate_hz(sample_rate_hz: u32) -> Result<u32, RecordedError> {
-    FRAME_RATES_HZ
-        .filter(|rate| sample_rate_hz.is_multiple_of(*rate))
-        .min_by_key(|rate| rate.abs_diff(OUTPUT_RATE_HZ))
-        .ok_or(RecordedError::FrameRate { sample_rate_hz })
+    output_rate_hz(sample_rate_hz).ok_or(RecordedError::FrameRate { sample_rate_hz })
 }
 
 /// Returns the reader of Z_m for a recording, which may state a channel or the force factor with the opposite sign: the

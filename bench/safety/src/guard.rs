@@ -1,5 +1,7 @@
 //! Interface between the watch and the drive.
 
+use crate::trip::Trip;
+
 /// Envelope that the drive was last commanded to render.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Commanded {
@@ -21,6 +23,6 @@ pub trait DriveGuard: Send {
     fn commanded(&self) -> Option<Commanded>;
     /// Returns the audio callbacks so far, (output, input).
     fn callbacks(&self) -> (u64, u64);
-    /// Returns whether the sound card was lost.
-    fn lost(&self) -> bool;
+    /// Returns how the sound card was lost; `None` while it is there.
+    fn lost(&self) -> Option<Trip>;
 }

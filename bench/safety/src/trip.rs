@@ -32,6 +32,10 @@ pub enum Trip {
     AudioSilent,
     /// The sound card was lost.
     AudioLost,
+    /// The card's input buffer ran over: it was read too late, and the card stopped.
+    AudioOverrun,
+    /// The card's output ran dry: it was written too late, and the card stopped.
+    AudioUnderrun,
     /// The force sensor stopped sending.
     ForceSilent,
     /// The normal force is over its limit.
@@ -147,6 +151,13 @@ impl fmt::Display for Trip {
             Self::Gpio { message } => f.write_str(message),
             Self::AudioSilent => f.write_str("audio callbacks stopped"),
             Self::AudioLost => f.write_str("the sound card is gone"),
+            Self::AudioOverrun => f.write_str(
+                "the card's input buffer ran over before it was read, and the card stopped: the computer was too busy",
+            ),
+            Self::AudioUnderrun => f.write_str(
+                "the card's output ran dry before it was written, and the card stopped: the computer was too busy, or the \
+                 lead is too short (nidaqmx.lead_s in bench.toml)",
+            ),
             Self::ForceSilent => f.write_str("the force sensor is silent"),
             Self::ForceLimit { normal_n, limit_n } => {
                 write!(

@@ -109,8 +109,8 @@ impl Watch {
     ///     fn callbacks(&self) -> (u64, u64) {
     ///         (0, 0)
     ///     }
-    ///     fn lost(&self) -> bool {
-    ///         false
+    ///     fn lost(&self) -> Option<Trip> {
+    ///         None
     ///     }
     /// }
     ///
@@ -330,8 +330,8 @@ impl Watch {
         {
             return Ok(Some(trip));
         }
-        if self.drive.lost() {
-            return Ok(Some(Trip::AudioLost));
+        if let Some(trip) = self.drive.lost() {
+            return Ok(Some(trip));
         }
         let Some(commanded) = self.drive.commanded() else {
             return Ok(Some(Trip::Generator));

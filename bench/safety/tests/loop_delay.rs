@@ -47,8 +47,8 @@ impl DriveGuard for Card {
         (frames, frames)
     }
 
-    fn lost(&self) -> bool {
-        false
+    fn lost(&self) -> Option<Trip> {
+        None
     }
 }
 

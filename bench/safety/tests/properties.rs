@@ -164,8 +164,8 @@ impl DriveGuard for Silent {
         (0, 0)
     }
 
-    fn lost(&self) -> bool {
-        false
+    fn lost(&self) -> Option<Trip> {
+        None
     }
 }
 

@@ -27,6 +27,9 @@ pub enum SourceGone {
     /// A line of this computer cannot be read.
     #[error(transparent)]
     Line(#[from] GpioError),
+    /// The card whose counter counts cannot be read any more.
+    #[error("{0}")]
+    Card(String),
     /// The field box cannot be read any more, or is none that this version can use.
     #[error(transparent)]
     FieldBox(#[from] FieldBoxGone),

@@ -570,6 +570,8 @@ impl Task for SessionTask {
 
     fn finish(&mut self) -> anyhow::Result<()> {
         self.wiring.drive.stop();
+        // With them comes the count of what was lost last.
+        self.take_batches();
         let reason = self.how_ended().reason();
         if self.open.is_some() {
             let reason = reason.clone().unwrap_or_default();

@@ -81,6 +81,7 @@ pub fn open(apparatus: &Apparatus, config: Config, lines: Lines) -> Bench {
 /// What a bench on `apparatus` is opened with.
 pub fn hardware(apparatus: &Apparatus, lines: Lines) -> Hardware {
     Hardware {
+        cues: None,
         host: apparatus.host(),
         lines,
         force_place: match apparatus.force_address() {

@@ -20,6 +20,8 @@ pub struct ApparatusConfig {
     pub opening: u64,
     /// Who advances the simulation.
     pub pace: Pace,
+    /// Whether the converter is a data acquisition card, which runs at other rates than a sound card.
+    pub acquisition_card: bool,
     /// Length of a period, frames at 192 kHz: a multiple of 4 from 16 to 1920.
     pub period_frames: u32,
     /// Where the force sensor's counters begin; drawn by `seed` when absent.
@@ -42,10 +44,20 @@ impl ApparatusConfig {
             participant_seed: None,
             opening: 0,
             pace,
+            acquisition_card: false,
             period_frames: 64,
             force_start: None,
             truth_path: None,
             faults: Vec::new(),
         }
+    }
+
+    /// Returns the same apparatus with a data acquisition card, in whose periods of a millisecond there are whole frames
+    /// at each of its rates.
+    #[must_use]
+    pub fn with_acquisition_card(mut self) -> Self {
+        self.acquisition_card = true;
+        self.period_frames = 192;
+        self
     }
 }

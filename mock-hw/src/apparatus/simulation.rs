@@ -19,6 +19,7 @@ use super::settings::ApparatusConfig;
 use super::world::World;
 use crate::host::{SoundCards, cpal_host};
 use crate::pins::{PinBoard, Pins};
+use crate::rack::Rack;
 use crate::serial::DeviceStart;
 use crate::vibrometer::{Vibrometer, VibrometerAim};
 use crate::voltmeter::Voltmeter;
@@ -103,7 +104,11 @@ impl Apparatus {
             frames,
             scenario.converter.clock_ppm,
         ));
-        let cards = SoundCards::new(Arc::clone(&clock), &scenario.converter);
+        let cards = SoundCards::new(
+            Arc::clone(&clock),
+            &scenario.converter,
+            config.acquisition_card,
+        );
         let board = PinBoard::new(scenario, Arc::clone(&clock));
         let senses = Senses::default();
         let force = ForceSide::open(
@@ -225,6 +230,12 @@ impl Apparatus {
     /// Takes the digital lines; `None` after the first call.
     pub fn pins(&mut self) -> Option<Pins> {
         self.pins.take()
+    }
+
+    /// Returns the apparatus as what a simulated library of National Instruments has behind it.
+    #[must_use]
+    pub fn rack(&self) -> Rack {
+        Rack::new(&self.cards, &self.board)
     }
 
     /// Returns a handle that shows percepts to the simulated person.

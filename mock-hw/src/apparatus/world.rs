@@ -26,6 +26,9 @@ use mock_world::run_truth::TruthWriter;
 use mock_world::scenario::{PlateTable, SoundLayerTable};
 use mock_world::seed;
 
+/// Highest sample rate of any converter, Hz.
+const HIGHEST_RATE_HZ: u32 = 250_000;
+
 /// Everything simulated, and what it shares with the bench.
 pub(super) struct World {
     clock: Arc<WorldClock>,
@@ -41,6 +44,10 @@ pub(super) struct World {
     layer: SoundLayer,
     layer_table: SoundLayerTable,
     rate_hz: u32,
+    /// Delay of each channel by the scenario, samples.
+    skew_samples: Vec<f64>,
+    /// Time from one input's sample to the next input's, s.
+    stagger_s: f64,
     step: u64,
     truth_path: Option<PathBuf>,
     truth: Option<TruthWriter>,
@@ -69,7 +76,7 @@ impl World {
         let scenario = &config.scenario;
         let skin = Fingertip::draw(scenario, participant_seed);
         let rate_hz = f64::from(BASE_RATE_HZ);
-        let most_frames = clock.period_frames_at(BASE_RATE_HZ);
+        let most_frames = clock.period_frames_at(HIGHEST_RATE_HZ);
         let masses = MassSet::default();
         let panel = FaultPanel::new(cards, board, force);
         Self {
@@ -91,6 +98,10 @@ impl World {
             ),
             layer_table: scenario.sound_layer.clone(),
             rate_hz: BASE_RATE_HZ,
+            skew_samples: (0..scenario.converter.channels)
+                .map(|channel| scenario.converter.skew(channel))
+                .collect(),
+            stagger_s: 0.0,
             step: 0,
             truth_path: config.truth_path.clone(),
             truth: None,
@@ -174,10 +185,13 @@ impl World {
 
     /// Changes the rate of the plant when a stream was opened at another rate than the last one.
     fn follow_rate(&mut self) {
-        let rate_hz = self.cards.rate_hz();
-        if rate_hz != self.rate_hz {
-            self.rate_hz = rate_hz;
-            self.plant.set_rate(f64::from(rate_hz));
+        let (rate_hz, stagger_s) = (self.cards.rate_hz(), self.cards.stagger_s());
+        if rate_hz != self.rate_hz || stagger_s != self.stagger_s {
+            (self.rate_hz, self.stagger_s) = (rate_hz, stagger_s);
+            let step = stagger_s * f64::from(rate_hz);
+            let skewed = self.skew_samples.iter().enumerate();
+            let skew = skewed.map(|(channel, skew)| skew + channel as f64 * step);
+            self.plant.set_rate(f64::from(rate_hz), skew.collect());
             let channels = self.plant.channels();
             let (table, share) = (&self.layer_table, self.delay_share);
             self.layer = SoundLayer::new(table, channels, f64::from(rate_hz), share);

@@ -15,8 +15,7 @@ use cpal::{
 };
 
 use super::sound_cards::{
-    BENCH_ID, BENCH_OUTPUTS, BENCH_RATES_HZ, BenchCard, SPEAKERS_ID, SPEAKERS_RATE_HZ, SoundCards,
-    lock,
+    BENCH_ID, BENCH_OUTPUTS, BenchCard, SPEAKERS_ID, SPEAKERS_RATE_HZ, SoundCards, lock,
 };
 use super::stream::{Buffer, ErrorCallback, InputStream, OutputStream};
 
@@ -127,7 +126,7 @@ impl Device {
 
     fn rates_hz(&self) -> &'static [u32] {
         match self.card {
-            Card::Bench => &BENCH_RATES_HZ,
+            Card::Bench => self.cards.rates_hz,
             Card::Speakers => &[SPEAKERS_RATE_HZ],
         }
     }

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use cpal::{ErrorKind, SampleFormat};
 
 use super::stream::{InputStream, OutputStream, Track};
-use crate::world_clock::{BASE_RATE_HZ, WorldClock};
+use crate::world_clock::{BASE_RATE_HZ, Pace, WorldClock};
 use mock_world::scenario::{self, ConverterTable};
 
 /// Id of the bench's converter.
@@ -15,6 +15,8 @@ pub const BENCH_ID: &str = "sim";
 pub const SPEAKERS_ID: &str = "sim-speakers";
 /// Sample rates of the bench's converter, Hz.
 pub const BENCH_RATES_HZ: [u32; 2] = [96_000, 192_000];
+/// Sample rates of the bench's converter where it is a data acquisition card, Hz.
+pub const CARD_RATES_HZ: [u32; 3] = [100_000, 125_000, 250_000];
 /// Output channels of the bench's converter; the first drives the plate.
 pub const BENCH_OUTPUTS: u16 = 2;
 /// Sample rate of the speakers, Hz.
@@ -34,6 +36,10 @@ pub(crate) struct SoundCards {
     pub(super) clock: Arc<WorldClock>,
     /// Input channels of the bench's converter.
     pub(super) inputs: u16,
+    /// Sample rates of the bench's converter, Hz.
+    pub(super) rates_hz: &'static [u32],
+    /// Bits of the time from one input's sample to the next input's, s.
+    stagger_s: AtomicU64,
     /// Sample formats of the bench's converter.
     pub(super) formats: Vec<SampleFormat>,
     pub(super) bench: Mutex<BenchCard>,
@@ -62,9 +68,19 @@ pub(super) struct BenchCard {
 
 impl SoundCards {
     /// Returns both sound cards with no stream open.
-    pub(crate) fn new(clock: Arc<WorldClock>, converter: &ConverterTable) -> Arc<Self> {
+    pub(crate) fn new(
+        clock: Arc<WorldClock>,
+        converter: &ConverterTable,
+        acquisition_card: bool,
+    ) -> Arc<Self> {
         Arc::new(Self {
             clock,
+            rates_hz: if acquisition_card {
+                &CARD_RATES_HZ
+            } else {
+                &BENCH_RATES_HZ
+            },
+            stagger_s: AtomicU64::new(0),
             inputs: converter.channels as u16,
             formats: converter
                 .formats
@@ -81,9 +97,29 @@ impl SoundCards {
         })
     }
 
+    /// Returns who lets time pass.
+    pub(crate) fn pace(&self) -> Pace {
+        self.clock.pace()
+    }
+
+    /// Returns the number of inputs of the bench's converter.
+    pub(crate) fn inputs(&self) -> u16 {
+        self.inputs
+    }
+
     /// Returns the present rate of the bench's converter, Hz.
     pub(crate) fn rate_hz(&self) -> u32 {
         lock(&self.bench).rate_hz
+    }
+
+    /// Lets the converter take its inputs one after the other, this far apart, s; none at 0.
+    pub(crate) fn stagger(&self, stagger_s: f64) {
+        self.stagger_s.store(stagger_s.to_bits(), Ordering::Release);
+    }
+
+    /// Returns the time from one input's sample to the next input's, s.
+    pub(crate) fn stagger_s(&self) -> f64 {
+        f64::from_bits(self.stagger_s.load(Ordering::Acquire))
     }
 
     /// Whether a stream of the bench's converter is open.

@@ -163,6 +163,7 @@ fn apparatus(part: &str, folder: &Path) -> anyhow::Result<(Apparatus, Arc<Seen>)
     };
     let pins = simulated.pins().context("no pins")?;
     let lines = Lines {
+        counter: None,
         encoder: Some([
             input("encoder A", pins.encoder_a),
             input("encoder B", pins.encoder_b),
@@ -186,6 +187,7 @@ fn apparatus(part: &str, folder: &Path) -> anyhow::Result<(Apparatus, Arc<Seen>)
     };
     drop(hand);
     let hardware = Hardware {
+        cues: None,
         host: simulated.host(),
         lines,
         force_place: Some(sources::Place::Port(simulated.force_port()?.to_owned())),

@@ -65,7 +65,8 @@ pub fn packages(folder: &Path) -> Result<Vec<Package>, cargo_metadata::Error> {
         Package {
             name: package.name.to_string(),
             folder: manifest.parent().unwrap_or(Path::new("")).to_owned(),
-            library: roots(cargo_metadata::Target::is_lib).next(),
+            // One that is loaded is a library too.
+            library: roots(|target| target.is_lib() || target.is_cdylib()).next(),
             binaries: roots(cargo_metadata::Target::is_bin).collect(),
             tests_use: used(true, true).difference(&uses).cloned().collect(),
             uses,

@@ -43,7 +43,7 @@ const HARDWARE: [&str; 6] = [
     "rppal",
 ];
 /// Packages that stand in for hardware and people, or test the whole.
-const AROUND: [&str; 3] = ["mock-world", "mock-hw", "bench-tests"];
+const AROUND: [&str; 4] = ["mock-world", "mock-hw", "mock-nidaqmx", "bench-tests"];
 
 fn architecture() -> String {
     std::fs::read_to_string(workspace().join("ARCHITECTURE.md")).unwrap()
@@ -225,21 +225,23 @@ fn the_simulated_apparatus_and_the_gpio_libraries_are_named_by_the_binary_alone(
     for Package { name, uses, .. } in all() {
         let simulates = uses.contains("mock-hw") || uses.contains("mock-world");
         assert!(
-            !simulates || ["mock-hw", "friction-bench", "bench-tests"].contains(&name.as_str()),
+            !simulates
+                || ["mock-hw", "mock-nidaqmx", "friction-bench", "bench-tests"]
+                    .contains(&name.as_str()),
             "{name} uses the simulated apparatus"
         );
     }
 }
 
 #[test]
-fn cpal_is_named_by_the_sound_card_of_signalgen_alone() {
-    let source = short(&package("signalgen").source());
-    let (file, folder) = (format!("{source}/audio.rs"), format!("{source}/audio/"));
+fn cpal_is_named_by_the_sound_card_of_signalgen_and_the_host_of_ni_cards_alone() {
+    let folder = format!("{}/audio/", short(&package("signalgen").source()));
+    let host = format!("{}/host/", short(&package("daqmx").source()));
     let files = having(program_files(), &["cpal::"]);
     assert!(!files.is_empty(), "nothing uses cpal");
     for name in files {
         assert!(
-            name == file || name.starts_with(&folder),
+            name.starts_with(&folder) || name.starts_with(&host),
             "{name} names cpal"
         );
     }

@@ -97,8 +97,10 @@ pub fn apparatus(setup: Setup) -> Bench {
     let mut watchers = vec![participant(apparatus.senses())];
     watchers.extend(holder);
     let hardware = Hardware {
+        cues: None,
         host: apparatus.host(),
         lines: Lines {
+            counter: None,
             encoder: Some([
                 input("encoder A", pins.encoder_a),
                 input("encoder B", pins.encoder_b),

@@ -18,6 +18,7 @@ mod in_process;
 mod kills;
 mod long;
 mod new_carrier;
+mod ni_card;
 mod opens_in_python;
 mod people;
 mod person;

@@ -49,8 +49,8 @@ impl DriveGuard for Card {
         let frames = self.frames.load(Ordering::Relaxed);
         (frames, frames)
     }
-    fn lost(&self) -> bool {
-        false
+    fn lost(&self) -> Option<Trip> {
+        None
     }
 }
 

@@ -26,6 +26,7 @@ pub(super) fn lines(link: &Arc<Link>) -> Lines {
     };
     Lines {
         encoder: None,
+        counter: None,
         estop: input(|levels| levels.estop_closed, true),
         button: input(|levels| levels.button, false),
         dead_man: input(|levels| levels.dead_man, false),

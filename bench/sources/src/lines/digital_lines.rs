@@ -2,11 +2,15 @@
 
 use safety::{InputLine, OutputLine};
 
+use crate::position::PositionSource;
+
 /// Digital lines of a bench; a line that is not wired is `None`.
 #[derive(Default)]
 pub struct Lines {
     /// Signals A and B of the quadrature encoder.
     pub encoder: Option<[Box<dyn InputLine>; 2]>,
+    /// A counter beside the lines that counts the encoder.
+    pub counter: Option<Box<dyn PositionSource>>,
     /// Loop of the emergency stop: closed reads high, pressed or cut reads low.
     pub estop: Option<Box<dyn InputLine>>,
     /// The participant's button, high while pressed.

@@ -128,6 +128,7 @@ pub fn take_lines(gpio: &Gpio, source: &dyn LineSource) -> Result<Lines, LineErr
     };
     Ok(Lines {
         encoder,
+        counter: None,
         estop: gpio.estop.map(|line| input("e-stop", line)).transpose()?,
         button: gpio.button.map(|line| input("button", line)).transpose()?,
         dead_man: gpio

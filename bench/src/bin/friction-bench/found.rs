@@ -15,9 +15,13 @@ use crate::{real_gpio, simulated};
 pub fn listing(mock: Option<&str>) -> anyhow::Result<Listing> {
     let Some(scenario) = mock else {
         return Ok(Listing {
-            hosts: [("native", HostChoice::Default), ("jack", HostChoice::Jack)]
-                .map(|(name, choice)| audio(name, open_host(choice).as_ref()))
-                .into(),
+            hosts: [
+                ("native", open_host(HostChoice::Default)),
+                ("jack", open_host(HostChoice::Jack)),
+                ("nidaqmx", daqmx::listed()),
+            ]
+            .map(|(name, host)| audio(name, host.as_ref()))
+            .into(),
             serial_ports: serial_ports()?,
             gpio_chips: real_gpio::chips(),
         });

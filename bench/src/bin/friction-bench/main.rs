@@ -201,15 +201,21 @@ fn apparatus(
 
 /// The hardware of this computer.
 fn real(config: &Config, options: &cli::Hardware) -> anyhow::Result<Apparatus> {
-    let choice = match config.audio.host {
-        AudioHost::Native => HostChoice::Default,
-        AudioHost::Jack => HostChoice::Jack,
-    };
     let claim = Claim::take(config)?;
+    let lines = real_gpio::open(&config.gpio)?;
+    let (host, lines, cues) = match config.audio.host {
+        AudioHost::Native => (open_host(HostChoice::Default)?, lines, None),
+        AudioHost::Jack => (open_host(HostChoice::Jack)?, lines, None),
+        AudioHost::Nidaqmx => {
+            let (host, lines) = daqmx::open(config, None, lines)?;
+            (host, lines, open_host(HostChoice::Default).ok())
+        }
+    };
     Ok(Apparatus {
         hardware: Hardware {
-            host: open_host(choice)?,
-            lines: real_gpio::open(&config.gpio)?,
+            host,
+            cues,
+            lines,
             force_place: None,
             field_box: None,
             clock: Arc::new(SystemClock::start()),

@@ -16,8 +16,8 @@ use sources::{LineSource, Lines, take_lines};
 /// When the backend or a line is missing, busy or forbidden.
 pub fn open(gpio: &Gpio) -> anyhow::Result<Lines> {
     match gpio.backend {
-        // The lines of a field box are taken with it.
-        GpioBackend::None | GpioBackend::FieldBox => Ok(Lines::default()),
+        // The lines of a field box are taken with it, and those of an NI card with the card.
+        GpioBackend::None | GpioBackend::FieldBox | GpioBackend::Nidaqmx => Ok(Lines::default()),
         GpioBackend::Rppal => {
             let header = match rppal::gpio::Gpio::new() {
                 Err(rppal::gpio::Error::PermissionDenied(path)) => bail!(

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use anyhow::Context;
 use calibration::operator::{self, Cabling, Hands, Request};
-use config::Config;
+use config::{AudioHost, Config};
 use devices::Hardware;
 use devices::loudspeaker::Tone;
 use drill::{Deed, FaultHand};
@@ -19,6 +19,7 @@ use mock_hw::apparatus::{
     Apparatus as SimulatedApparatus, ApparatusClock, ApparatusConfig, DeadManHand, FaultPanel,
     MassSet, Patchbay, RehearsalHand, Senses, VibrometerAim,
 };
+use mock_hw::rack;
 use mock_hw::world_clock::Pace;
 use mock_world::person::{Cue, Instruction, Percept};
 use mock_world::plant::{Axis, InputWiring};
@@ -90,6 +91,7 @@ pub fn apparatus(
     faults: &[RehearsedFault],
     bench: Option<&Config>,
 ) -> anyhow::Result<Apparatus> {
+    let card = bench.filter(|bench| bench.audio.host == AudioHost::Nidaqmx);
     let scenario = read(scenario)?.realised(seed);
     let pace = match speed {
         Speed::Real => Pace::RealTime,
@@ -99,11 +101,15 @@ pub fn apparatus(
     config.opening = OPENINGS.fetch_add(1, Ordering::Relaxed);
     config.truth_path = truth.map(Path::to_owned);
     config.faults = faults.to_vec();
+    if card.is_some() {
+        config = config.with_acquisition_card();
+    }
     let mut apparatus = SimulatedApparatus::new(config).context("the simulated apparatus")?;
     let pins = apparatus
         .pins()
         .context("the simulated apparatus has no pins")?;
-    let lines = Lines {
+    let mut lines = Lines {
+        counter: None,
         encoder: Some([
             input("encoder A", pins.encoder_a),
             input("encoder B", pins.encoder_b),
@@ -116,8 +122,20 @@ pub fn apparatus(
     };
     let voltmeter_port = apparatus.voltmeter_port()?.to_owned();
     let box_port = apparatus.box_port().map(Path::to_owned);
-    let (host, force_place, vibrometer_port, clock) = (
-        apparatus.host(),
+    let (mut host, mut cues) = (apparatus.host(), None);
+    if let Some(bench) = card {
+        let library = rack::library().context(
+            "the simulated NI library is not beside this program: `cargo build -p mock-nidaqmx` makes it",
+        )?;
+        apparatus.rack().connect(&library)?;
+        let held = Lines {
+            dead_man: lines.dead_man.take(),
+            ..Lines::default()
+        };
+        cues = Some(host);
+        (host, lines) = daqmx::open(bench, Some(&library), held)?;
+    }
+    let (force_place, vibrometer_port, clock) = (
         match apparatus.force_address() {
             Some(address) => Some(Place::Address(address)),
             None if apparatus.force_is_on_card() => None,
@@ -158,6 +176,7 @@ pub fn apparatus(
     };
     let hardware = Hardware {
         host,
+        cues,
         lines,
         force_place,
         field_box: None,

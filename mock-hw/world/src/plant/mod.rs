@@ -168,9 +168,10 @@ impl Plant {
         )
     }
 
-    /// Changes the audio frame rate, as a card that is reopened: skin, finger, sensor and time continue, the plate
-    /// comes to rest.
-    pub fn set_rate(&mut self, rate_hz: f64) {
+    /// Changes the audio frame rate and the delay of each channel, samples, as a card that is reopened: skin, finger,
+    /// sensor and time continue, the plate comes to rest.
+    pub fn set_rate(&mut self, rate_hz: f64, skew_samples: Vec<f64>) {
+        self.scenario.converter.skew_samples = skew_samples;
         let fresh = Self::build(
             self.scenario.clone(),
             self.fingertip,

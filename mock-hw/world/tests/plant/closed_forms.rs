@@ -323,7 +323,7 @@ fn time_goes_on_when_the_rate_changes_and_samples_come_when_they_are_due() {
     let mut end_s = 0.0;
     let mut times = Vec::new();
     for rate_hz in [192e3, 96e3, 192e3] {
-        plant.set_rate(rate_hz);
+        plant.set_rate(rate_hz, Vec::new());
         for _ in 0..20 {
             plant.step(&[0.0; 96], true, &SLIDING, &mut [0.0; 96 * 4]);
             end_s += 96.0 / rate_hz;

@@ -81,7 +81,7 @@ fn a_finger_warms_the_plate_while_it_touches_and_the_plate_cools_after() {
     let cooling = requires_plate_of_the_truth(&mut plant, &scenario, 6e-3);
     assert!(cooling.resonance_shift_hz > 0.92 * warm.resonance_shift_hz);
     // a reopened card finds the plate as warm as it was
-    plant.set_rate(96e3);
+    plant.set_rate(96e3, Vec::new());
     run(&mut plant, carrier(0.1), &FingerState::default(), 0.02, 480);
     let reopened = plant.truth().last().unwrap().resonance_shift_hz;
     assert!(

@@ -1,0 +1,188 @@
+//! Digital lines and the counter of the card. They are read and driven on demand, each by a task of its own.
+
+use std::io;
+
+use anyhow::Context;
+use config::{Config, EncoderSource, GpioBackend, Nidaqmx};
+use safety::{GpioError, InputLine, OutputLine};
+use sources::position::{Counted, POSITION_HZ, PositionSource};
+use sources::{LineSource, Lines, SourceGone, take_lines};
+
+use crate::library::{CounterInput, DaqError, DaqFault, Daqmx, LineInput, LineOutput};
+
+/// Takes the lines and the counter that `table` and `config` name of their card, and the others from `beside`.
+///
+/// # Errors
+/// The line that cannot be had, and why.
+pub(crate) fn take(
+    library: &Daqmx,
+    config: &Config,
+    table: &Nidaqmx,
+    beside: Lines,
+) -> anyhow::Result<Lines> {
+    let device = &config.audio.output_device;
+    let mut lines = beside;
+    if config.gpio.backend == GpioBackend::Nidaqmx {
+        let ports = Ports {
+            library,
+            device,
+            table,
+        };
+        let of_card = take_lines(&config.gpio, &ports)?;
+        lines = Lines {
+            // A simulated person holds a switch of its own.
+            dead_man: lines.dead_man.or(of_card.dead_man),
+            ..of_card
+        };
+    }
+    let encoder = config.encoder.as_ref().map(|encoder| encoder.source);
+    if encoder == Some(EncoderSource::Nidaqmx) {
+        let counter = format!("{device}/{}", table.counter);
+        let input = CounterInput::new(library, &counter).with_context(|| {
+            format!("the encoder's counter {counter}: look at nidaqmx.counter in bench.toml")
+        })?;
+        lines.counter = Some(Box::new(CardCounter {
+            input,
+            before: None,
+            count: 0,
+            due_ns: 0,
+        }));
+    }
+    Ok(lines)
+}
+
+/// The two ports of a card whose lines `[gpio]` numbers.
+struct Ports<'a> {
+    library: &'a Daqmx,
+    device: &'a str,
+    table: &'a Nidaqmx,
+}
+
+impl LineSource for Ports<'_> {
+    fn chip(&self) -> String {
+        format!(
+            "{} (inputs: port {}, outputs: port {}, as [nidaqmx] says)",
+            self.device, self.table.input_port, self.table.output_port
+        )
+    }
+
+    fn input(&self, name: &'static str, line: u8) -> io::Result<Box<dyn InputLine>> {
+        let terminal = format!("{}/port{}/line{line}", self.device, self.table.input_port);
+        let input = LineInput::new(self.library, &terminal).map_err(system_error)?;
+        Ok(Box::new(CardInput {
+            name,
+            is_stop: name != "button",
+            input,
+        }))
+    }
+
+    fn output(&self, name: &'static str, line: u8) -> io::Result<Box<dyn OutputLine>> {
+        let terminal = format!("{}/port{}/line{line}", self.device, self.table.output_port);
+        let output = LineOutput::new(self.library, &terminal).map_err(system_error)?;
+        Ok(Box::new(CardOutput { name, output }))
+    }
+
+    fn consumer(&self, _line: u8) -> Option<String> {
+        None
+    }
+}
+
+/// The system's error that means the same as the library's.
+fn system_error(error: DaqError) -> io::Error {
+    match error.fault() {
+        DaqFault::Reserved => io::ErrorKind::ResourceBusy.into(),
+        DaqFault::Gone => io::ErrorKind::NotFound.into(),
+        DaqFault::NoTerminal => io::ErrorKind::InvalidInput.into(),
+        _ => io::Error::other(error),
+    }
+}
+
+fn gone(line: &str, error: &DaqError) -> GpioError {
+    GpioError::Device {
+        why: format!("the {line} on the NI card: {error}"),
+    }
+}
+
+struct CardInput {
+    name: &'static str,
+    /// Whether it stops the drive: one that cannot be read then fails. Others read low, as an open contact.
+    is_stop: bool,
+    input: LineInput,
+}
+
+impl InputLine for CardInput {
+    fn is_high(&mut self) -> Result<bool, GpioError> {
+        match self.input.is_high() {
+            Err(error) if self.is_stop => Err(gone(self.name, &error)),
+            read => Ok(read.unwrap_or(false)),
+        }
+    }
+}
+
+struct CardOutput {
+    name: &'static str,
+    output: LineOutput,
+}
+
+impl OutputLine for CardOutput {
+    fn set(&mut self, high: bool) -> Result<(), GpioError> {
+        self.output
+            .set(high)
+            .map_err(|error| gone(self.name, &error))
+    }
+}
+
+/// An encoder on a counter of the card, which misses no edge between two readings.
+struct CardCounter {
+    input: CounterInput,
+    before: Option<u32>,
+    count: i64,
+    due_ns: u64,
+}
+
+const PERIOD_NS: u64 = (1e9 / POSITION_HZ) as u64;
+
+impl PositionSource for CardCounter {
+    fn poll(
+        &mut self,
+        now_ns: u64,
+        now_s: &dyn Fn() -> f64,
+        take: &mut dyn FnMut(Counted),
+    ) -> Result<(), SourceGone> {
+        if now_ns < self.due_ns {
+            return Ok(());
+        }
+        self.due_ns = now_ns + PERIOD_NS;
+        let read = self.input.count().map_err(|error| {
+            SourceGone::Card(format!("the encoder's counter on the NI card: {error}"))
+        })?;
+        let host_s = now_s();
+        self.count += moved(self.before.replace(read), read);
+        take(Counted {
+            host_s,
+            own_s: host_s,
+            count: self.count,
+            missed: 0,
+        });
+        Ok(())
+    }
+}
+
+/// Returns how far a counter of 32 bits has moved: it wraps, below 0 too.
+fn moved(before: Option<u32>, now: u32) -> i64 {
+    let step = before.map_or(0, |before| now.wrapping_sub(before));
+    i64::from(step.cast_signed())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::moved;
+
+    #[test]
+    fn a_counter_that_wraps_goes_on() {
+        assert_eq!(moved(None, 7), 0);
+        assert_eq!(moved(Some(7), 9), 2);
+        assert_eq!(moved(Some(1), u32::MAX), -2);
+        assert_eq!(moved(Some(u32::MAX), 1), 2);
+    }
+}

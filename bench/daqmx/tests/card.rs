@@ -1,0 +1,303 @@
+//! The host on the simulated library, with a loop-back in the apparatus' place: what is played is recorded, beside a count
+//! of the frames.
+#![expect(
+    unsafe_code,
+    reason = "the simulated library is a C library, loaded as the real one is"
+)]
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+use std::ffi::c_void;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use config::Config;
+use cpal::traits::{DeviceTrait, HostTrait, StreamTrait};
+use cpal::{BufferSize, ErrorKind, SampleFormat, StreamConfig};
+use mock_hw::rack::{Board, CONNECT, Connect, Deck, GONE, XRUN};
+use sources::Lines;
+
+const CONFIG: &str = include_str!("../../mock-bench-nidaqmx.toml");
+const RATE_HZ: u32 = 100_000;
+const BLOCK: usize = 1000;
+/// Frames that are written ahead: 30 ms.
+const LEAD: u64 = 3000;
+/// Longest time for which a test waits.
+const PATIENCE: Duration = Duration::from_secs(120);
+/// An hour.
+const HOUR: u64 = 3600 * RATE_HZ as u64;
+
+/// The library has one state for all of its process.
+static ALONE: Mutex<()> = Mutex::new(());
+/// The loop-back's thread, its end, and the fault that it meets next: 1 + direction, kind.
+static THREAD: Mutex<Option<JoinHandle<()>>> = Mutex::new(None);
+static OPEN: AtomicBool = AtomicBool::new(false);
+static FAULT: [AtomicU32; 2] = [AtomicU32::new(0), AtomicU32::new(0)];
+/// Level of the amplifier enable, and the encoder's count.
+static ENABLE: AtomicBool = AtomicBool::new(false);
+static COUNT: AtomicU64 = AtomicU64::new(0);
+
+extern "C" fn open(_: *const c_void, _rate_hz: u32, _stagger_s: f64, deck: Deck) -> i32 {
+    OPEN.store(true, Ordering::SeqCst);
+    let thread = std::thread::spawn(move || {
+        let (mut drive, mut inputs) = ([0.0_f32; BLOCK], [0.0_f32; 2 * BLOCK]);
+        let mut frame = 0_u64;
+        while OPEN.load(Ordering::SeqCst) {
+            let output = FAULT[0].swap(0, Ordering::SeqCst);
+            if output > 0 {
+                (deck.fail)(output - 1, FAULT[1].load(Ordering::SeqCst));
+            }
+            (deck.play)(drive.as_mut_ptr(), BLOCK);
+            for (pair, sample) in inputs.chunks_exact_mut(2).zip(&drive) {
+                (pair[0], pair[1]) = (*sample, pattern(frame));
+                frame += 1;
+            }
+            (deck.record)(inputs.as_ptr(), inputs.len());
+        }
+    });
+    *THREAD.lock().unwrap() = Some(thread);
+    0
+}
+
+extern "C" fn close(_: *const c_void) {
+    OPEN.store(false, Ordering::SeqCst);
+    let thread = THREAD.lock().unwrap().take();
+    if let Some(thread) = thread {
+        thread.join().unwrap();
+    }
+}
+
+extern "C" fn level(_: *const c_void, line: u32) -> i32 {
+    i32::from(line == mock_hw::rack::ESTOP)
+}
+
+extern "C" fn drive(_: *const c_void, line: u32, high: u32) -> i32 {
+    if line == mock_hw::rack::ENABLE {
+        ENABLE.store(high != 0, Ordering::SeqCst);
+    }
+    0
+}
+
+extern "C" fn count(_: *const c_void) -> i64 {
+    COUNT.load(Ordering::SeqCst) as i64
+}
+
+extern "C" fn release(_: *const c_void) {}
+
+/// A prime, so that no period of anything divides it.
+const CYCLE: u64 = 1_000_003;
+
+/// A number that tells a frame from all within ten seconds.
+fn pattern(frame: u64) -> f32 {
+    (frame % CYCLE) as f32 / 1_048_576.0
+}
+
+fn library() -> PathBuf {
+    mock_hw::rack::library().expect("cargo builds the simulated library for this test")
+}
+
+/// Puts the loop-back behind the library.
+fn connect() {
+    let board = Board {
+        context: std::ptr::null(),
+        stepped: 1,
+        inputs: 2,
+        open,
+        close,
+        level,
+        drive,
+        count,
+        release,
+    };
+    // SAFETY: no other test of this process runs meanwhile.
+    unsafe { std::env::set_var("MOCK_NIDAQMX_PRODUCT", "USB-6366") };
+    // SAFETY: it is the simulated library, whose prototype this is; it stays loaded.
+    unsafe {
+        let library = libloading::Library::new(library()).unwrap();
+        let connect: Connect = *library.get(CONNECT).unwrap();
+        connect(board);
+        std::mem::forget(library);
+    }
+}
+
+/// What a run of both streams saw.
+#[derive(Default)]
+struct Seen {
+    frames: AtomicU64,
+    wrong: AtomicU64,
+    errors: Mutex<Vec<(&'static str, ErrorKind)>>,
+}
+
+impl Seen {
+    fn tell(&self, direction: &'static str, kind: ErrorKind) {
+        self.errors.lock().unwrap().push((direction, kind));
+    }
+}
+
+/// Streams until `enough` of what was seen, for no longer than two minutes.
+fn stream(clock: &str, enough: impl Fn(&Seen) -> bool) -> Arc<Seen> {
+    connect();
+    let seen = Arc::new(Seen::default());
+    // One input at a time needs no interpolation: what comes must be, bit for bit, what was sent.
+    let text = CONFIG
+        .replace("convert_hz = 250000", "#")
+        .replace("clock = \"start-trigger\"", &format!("clock = \"{clock}\""))
+        .replace("lead_s = 0.01", "lead_s = 0.03");
+    let config = Config::parse(&text, "bench.toml").unwrap();
+    let (host, lines) = daqmx::open(&config, Some(&library()), Lines::default()).unwrap();
+    assert!(lines.estop.is_some() && lines.counter.is_some());
+    let device = host.devices().unwrap().next().unwrap();
+    let stream = |channels| StreamConfig {
+        channels,
+        sample_rate: RATE_HZ,
+        buffer_size: BufferSize::Fixed(BLOCK as u32),
+    };
+    let mut sent = LEAD;
+    let told = Arc::clone(&seen);
+    let output = device
+        .build_output_stream_raw(
+            stream(1),
+            SampleFormat::F32,
+            move |data: &mut cpal::Data, _: &cpal::OutputCallbackInfo| {
+                for sample in data.as_slice_mut::<f32>().unwrap() {
+                    *sample = pattern(sent);
+                    sent += 1;
+                }
+            },
+            move |error: cpal::Error| told.tell("output", error.kind()),
+            None,
+        )
+        .unwrap();
+    let mut base = None;
+    let (mut frame, account, told) = (0, Arc::clone(&seen), Arc::clone(&seen));
+    let input = device
+        .build_input_stream_raw(
+            stream(2),
+            SampleFormat::F32,
+            move |data: &cpal::Data, info: &cpal::InputCallbackInfo| {
+                let at_ns = (1e9 * frame as f64 / f64::from(RATE_HZ)) as u128;
+                let mut wrong = u64::from(info.timestamp().capture.as_nanos().abs_diff(at_ns) > 1);
+                for pair in data.as_slice::<f32>().unwrap().chunks_exact(2) {
+                    let played = if frame < LEAD { 0.0 } else { pattern(frame) };
+                    // The apparatus counts from when its converters were opened.
+                    let base = *base.get_or_insert((pair[1] * 1_048_576.0).round() as u64);
+                    wrong += u64::from(pair != [played, pattern(base + frame)]);
+                    frame += 1;
+                }
+                account.wrong.fetch_add(wrong, Ordering::SeqCst);
+                account.frames.store(frame, Ordering::SeqCst);
+            },
+            move |error: cpal::Error| told.tell("input", error.kind()),
+            None,
+        )
+        .unwrap();
+    output.play().unwrap();
+    input.play().unwrap();
+    let began = Instant::now();
+    while !enough(&seen) && began.elapsed() < PATIENCE {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    drop((output, input));
+    seen
+}
+
+fn alone() -> std::sync::MutexGuard<'static, ()> {
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Fault 47.
+#[test]
+fn an_hour_of_samples_comes_back_whole_and_in_order() {
+    let _alone = alone();
+    let seen = stream("ao-sample-clock", |seen| {
+        seen.frames.load(Ordering::SeqCst) >= HOUR
+    });
+    let frames = seen.frames.load(Ordering::SeqCst);
+    assert!(frames >= HOUR, "{frames} frames");
+    assert_eq!(seen.wrong.load(Ordering::SeqCst), 0);
+    assert_eq!(*seen.errors.lock().unwrap(), []);
+}
+
+/// Fault 47.
+#[test]
+fn a_card_that_ran_over_or_dry_or_is_gone_stops_and_says_so_once() {
+    let _alone = alone();
+    let stopped = |direction| {
+        [
+            (direction, ErrorKind::Xrun),
+            (direction, ErrorKind::StreamInvalidated),
+        ]
+    };
+    let gone = ["output", "input"].map(|direction| (direction, ErrorKind::DeviceNotAvailable));
+    for (output, kind, expected) in [
+        (0, XRUN, stopped("input")),
+        (1, XRUN, stopped("output")),
+        (0, GONE, gone),
+    ] {
+        // On the outputs' clock the inputs stand still with the outputs, and tell nothing of it.
+        for clock in ["start-trigger", "ao-sample-clock"] {
+            FAULT[1].store(kind, Ordering::SeqCst);
+            let injected = AtomicBool::new(false);
+            let seen = stream(clock, |seen| {
+                let running = seen.frames.load(Ordering::SeqCst) >= 20_000;
+                if running && !injected.swap(true, Ordering::SeqCst) {
+                    FAULT[0].store(output + 1, Ordering::SeqCst);
+                }
+                seen.errors.lock().unwrap().len() >= expected.len()
+            });
+            assert_eq!(*seen.errors.lock().unwrap(), expected, "{clock}");
+            // All that came before it came whole.
+            assert_eq!(seen.wrong.load(Ordering::SeqCst), 0);
+        }
+    }
+}
+
+#[test]
+fn lines_and_counter_are_those_of_the_card_and_an_output_ends_low() {
+    let _alone = alone();
+    connect();
+    let config = Config::parse(CONFIG, "bench.toml").unwrap();
+    let (_, mut lines) = daqmx::open(&config, Some(&library()), Lines::default()).unwrap();
+    assert!(lines.estop.as_mut().unwrap().is_high().unwrap());
+    assert!(!lines.button.as_mut().unwrap().is_high().unwrap());
+    let again = daqmx::open(&config, Some(&library()), Lines::default());
+    let refused = again.err().unwrap().to_string();
+    assert!(
+        refused.contains("GPIO line 0 of Dev1") && refused.contains("in use"),
+        "{refused}"
+    );
+    let enable = lines.enable.as_mut().unwrap();
+    enable.set(true).unwrap();
+    assert!(ENABLE.load(Ordering::SeqCst));
+    // The card would hold it.
+    drop(lines.enable.take());
+    assert!(!ENABLE.load(Ordering::SeqCst));
+    let counter = lines.counter.as_mut().unwrap();
+    let mut counts = Vec::new();
+    for (at_ns, count) in [(0, 0), (1_000_000, 40), (2_000_000, 15)] {
+        COUNT.store(count, Ordering::SeqCst);
+        counter
+            .poll(at_ns, &|| 0.0, &mut |counted| counts.push(counted.count))
+            .unwrap();
+    }
+    assert_eq!(counts, [0, 40, 15]);
+}
+
+/// Fault 47.
+#[test]
+fn a_library_that_is_missing_or_another_one_is_refused_with_what_to_do() {
+    let _alone = alone();
+    let config = Config::parse(CONFIG, "bench.toml").unwrap();
+    let absent = std::path::Path::new("/no/libnidaqmx.so");
+    let refused = daqmx::open(&config, Some(absent), Lines::default());
+    let refused = refused.err().unwrap().to_string();
+    assert!(
+        refused.contains("NI's driver") && refused.contains("nidaqmx.library in bench.toml"),
+        "{refused}"
+    );
+}

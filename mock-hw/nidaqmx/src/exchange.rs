@@ -1,0 +1,110 @@
+//! What apparatus and tasks exchange in a period: first the outputs' samples, then the inputs'.
+
+use std::slice;
+use std::time::{Duration, Instant};
+
+use mock_hw::rack::GONE;
+
+use crate::status::{OVERWRITTEN, RAN_DRY};
+use crate::twin::{CHANGED, Kind, lock};
+
+/// Full scale of the simulated converters, V.
+pub(crate) const FULL_SCALE_V: f64 = 10.0;
+/// Longest time for which an apparatus that is stepped waits for its program: a program that hangs is not waited for.
+const LONGEST_WAIT: Duration = Duration::from_secs(20);
+
+/// Plays one period of the first output.
+pub(crate) extern "C" fn play(samples: *mut f32, len: usize) {
+    // SAFETY: the apparatus lends a buffer of that length.
+    let samples = unsafe { slice::from_raw_parts_mut(samples, len) };
+    let mut twin = lock();
+    twin.inputs_ran = twin.streaming(Kind::Input).is_some();
+    let inputs_ran = twin.inputs_ran;
+    let mut held_v = twin.held_v;
+    let mut played = 0;
+    if let Some(task) = twin.streaming(Kind::Output)
+        && (task.trigger.is_none() || inputs_ran)
+    {
+        let channels = task.channels.len();
+        for sample in &mut *samples {
+            if task.buffer_v.len() < channels {
+                task.stopped_by = Some(RAN_DRY);
+                break;
+            }
+            let mut frame = task.buffer_v.drain(..channels);
+            held_v = frame.next().unwrap_or(0.0);
+            *sample = (held_v / FULL_SCALE_V) as f32;
+            played += 1;
+        }
+    }
+    for sample in &mut samples[played..] {
+        *sample = (held_v / FULL_SCALE_V) as f32;
+    }
+    (twin.held_v, twin.played) = (held_v, played);
+    CHANGED.notify_all();
+}
+
+/// Records one period of the inputs.
+pub(crate) extern "C" fn record(samples: *const f32, len: usize) {
+    // SAFETY: the apparatus lends a buffer of that length.
+    let samples = unsafe { slice::from_raw_parts(samples, len) };
+    let mut twin = lock();
+    let (inputs_ran, played) = (twin.inputs_ran, twin.played);
+    let Some((width, stepped)) = twin
+        .board
+        .as_ref()
+        .map(|board| (board.inputs as usize, board.stepped != 0))
+    else {
+        return;
+    };
+    if let Some(task) = twin.streaming(Kind::Input).filter(|_| inputs_ran) {
+        let own = task
+            .clock
+            .as_ref()
+            .is_some_and(|clock| clock.source.is_empty());
+        let clocked = if own { usize::MAX } else { played };
+        for frame in samples.chunks_exact(width).take(clocked) {
+            if task.buffer_v.len() >= task.buffer_frames * task.channels.len() {
+                task.stopped_by = Some(OVERWRITTEN);
+                break;
+            }
+            for channel in &task.channels {
+                let value = frame.get(channel.number as usize).copied().unwrap_or(0.0);
+                let volts = FULL_SCALE_V * f64::from(value);
+                task.buffer_v
+                    .push_back(volts.clamp(-channel.range_v, channel.range_v));
+            }
+        }
+    }
+    CHANGED.notify_all();
+    // Time that is stepped stands still until the program has read all there is, and waits for more.
+    let began = Instant::now();
+    while stepped && began.elapsed() < LONGEST_WAIT {
+        let busy = twin.streaming(Kind::Input).is_some_and(|task| {
+            task.awaited
+                .is_none_or(|awaited| task.buffer_v.len() >= awaited)
+        });
+        if !busy || twin.gone {
+            return;
+        }
+        twin = twin.wait(Duration::from_millis(100));
+    }
+}
+
+/// Takes in a fault of the outputs or of the inputs.
+pub(crate) extern "C" fn fail(output: u32, kind: u32) {
+    let mut twin = lock();
+    if kind == GONE {
+        twin.gone = true;
+    } else {
+        let (kind, code) = if output != 0 {
+            (Kind::Output, RAN_DRY)
+        } else {
+            (Kind::Input, OVERWRITTEN)
+        };
+        if let Some(task) = twin.streaming(kind) {
+            task.stopped_by = Some(code);
+        }
+    }
+    CHANGED.notify_all();
+}

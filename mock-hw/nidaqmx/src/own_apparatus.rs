@@ -1,0 +1,44 @@
+//! The apparatus of a library that no program has given one: in real time, as the environment describes it.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use mock_hw::apparatus::{Apparatus, ApparatusConfig};
+use mock_hw::rack::Board;
+use mock_hw::world_clock::Pace;
+use mock_world::scenario::Scenario;
+
+/// It lives as long as the process.
+static OWN: Mutex<Option<Apparatus>> = Mutex::new(None);
+
+/// Makes the apparatus; `None` if it cannot be made, as if no card were there.
+pub(crate) fn board() -> Option<Board> {
+    let variable = |name: &str| std::env::var(name).ok();
+    let scenario = match variable("MOCK_NIDAQMX_SCENARIO") {
+        Some(path) => Scenario::parse(&std::fs::read_to_string(&path).ok()?, &path).ok()?,
+        None => Scenario::default(),
+    };
+    let seed = variable("MOCK_NIDAQMX_SEED").and_then(|seed| seed.parse().ok());
+    let config = ApparatusConfig::new(scenario, seed.unwrap_or(1), Pace::RealTime);
+    let apparatus = Apparatus::new(config.with_acquisition_card()).ok()?;
+    if let Some(at) = variable("MOCK_NIDAQMX_FORCE_LINK").map(PathBuf::from) {
+        link(apparatus.force_port().ok()?, &at).ok()?;
+    }
+    let board = apparatus.rack().board();
+    *OWN.lock()
+        .unwrap_or_else(std::sync::PoisonError::into_inner) = Some(apparatus);
+    Some(board)
+}
+
+#[cfg(unix)]
+fn link(port: &Path, at: &Path) -> std::io::Result<()> {
+    if at.symlink_metadata().is_ok_and(|found| found.is_symlink()) {
+        std::fs::remove_file(at)?;
+    }
+    std::os::unix::fs::symlink(port, at)
+}
+
+#[cfg(not(unix))]
+fn link(_port: &Path, _at: &Path) -> std::io::Result<()> {
+    Err(std::io::ErrorKind::Unsupported.into())
+}

@@ -1,0 +1,258 @@
+//! State of the simulated library: its card, its tasks, and the apparatus behind them.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::ffi::{CStr, c_char, c_void};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+
+use mock_hw::rack::Board;
+
+use crate::own_apparatus;
+use crate::status::{NO_TASK, UNREACHABLE};
+
+/// Name of the card.
+pub(crate) const DEVICE: &str = "Dev1";
+
+/// What a card can do.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Product {
+    pub(crate) name: &'static str,
+    pub(crate) single_hz: f64,
+    pub(crate) multi_hz: f64,
+    pub(crate) output_hz: f64,
+    pub(crate) simultaneous: bool,
+    pub(crate) timebase_hz: f64,
+    /// Whether the outputs' sample clock reaches the inputs.
+    pub(crate) clocks_inputs: bool,
+}
+
+/// Cards by NI's manuals of USB-621x, X series and simultaneous X series.
+const PRODUCTS: [Product; 3] = [
+    Product {
+        name: "USB-6211",
+        single_hz: 250e3,
+        multi_hz: 250e3,
+        output_hz: 250e3,
+        simultaneous: false,
+        timebase_hz: 20e6,
+        clocks_inputs: false,
+    },
+    Product {
+        name: "USB-6361",
+        single_hz: 2e6,
+        multi_hz: 1e6,
+        output_hz: 2.86e6,
+        simultaneous: false,
+        timebase_hz: 100e6,
+        clocks_inputs: true,
+    },
+    Product {
+        name: "USB-6366",
+        single_hz: 2e6,
+        multi_hz: 2e6,
+        output_hz: 3.33e6,
+        simultaneous: true,
+        timebase_hz: 100e6,
+        clocks_inputs: true,
+    },
+];
+
+/// What a task is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Empty,
+    Input,
+    Output,
+    Counter,
+    LineIn,
+    LineOut,
+}
+
+/// A channel of a task.
+#[derive(Debug, Clone)]
+pub(crate) struct Channel {
+    /// Its number among those of its kind; of a line, `port * 100 + line`.
+    pub(crate) number: u32,
+    /// Range, V either way.
+    pub(crate) range_v: f64,
+}
+
+/// Sample clock of a task.
+#[derive(Debug, Clone)]
+pub(crate) struct Clock {
+    pub(crate) source: String,
+    pub(crate) rate_hz: f64,
+}
+
+/// A task.
+#[derive(Debug)]
+pub(crate) struct Task {
+    pub(crate) kind: Kind,
+    pub(crate) channels: Vec<Channel>,
+    pub(crate) clock: Option<Clock>,
+    pub(crate) trigger: Option<String>,
+    pub(crate) convert_hz: Option<f64>,
+    pub(crate) may_regenerate: bool,
+    /// Length of the buffer, frames.
+    pub(crate) buffer_frames: usize,
+    pub(crate) buffer_v: VecDeque<f64>,
+    pub(crate) started: bool,
+    /// Status with which it stopped.
+    pub(crate) stopped_by: Option<i32>,
+    /// Samples that a reader waits for.
+    pub(crate) awaited: Option<usize>,
+    /// Count at the start of a counter.
+    pub(crate) zero: i64,
+}
+
+impl Task {
+    fn new() -> Self {
+        Self {
+            kind: Kind::Empty,
+            channels: Vec::new(),
+            clock: None,
+            trigger: None,
+            convert_hz: None,
+            may_regenerate: true,
+            buffer_frames: 0,
+            buffer_v: VecDeque::new(),
+            started: false,
+            stopped_by: None,
+            awaited: None,
+            zero: 0,
+        }
+    }
+
+    /// Whether it streams on a sample clock.
+    pub(crate) fn streams(&self) -> bool {
+        self.started && self.clock.is_some() && self.stopped_by.is_none()
+    }
+}
+
+/// The library.
+pub(crate) struct Twin {
+    pub(crate) board: Option<Board>,
+    pub(crate) product: Product,
+    pub(crate) tasks: BTreeMap<usize, Task>,
+    created: usize,
+    pub(crate) gone: bool,
+    /// Whether the converters are open.
+    pub(crate) open: bool,
+    /// Voltage that the first output holds.
+    pub(crate) held_v: f64,
+    /// Frames that the outputs played of the present period, and whether the inputs ran at its beginning.
+    pub(crate) played: usize,
+    pub(crate) inputs_ran: bool,
+}
+
+static TWIN: Mutex<Option<Twin>> = Mutex::new(None);
+/// Told of every change that somebody may wait for.
+pub(crate) static CHANGED: Condvar = Condvar::new();
+
+/// The locked library, made when it is first asked for.
+pub(crate) struct Locked(MutexGuard<'static, Option<Twin>>);
+
+impl std::ops::Deref for Locked {
+    type Target = Twin;
+
+    fn deref(&self) -> &Twin {
+        self.0.as_ref().expect("made when it was locked")
+    }
+}
+
+impl std::ops::DerefMut for Locked {
+    fn deref_mut(&mut self) -> &mut Twin {
+        self.0.as_mut().expect("made when it was locked")
+    }
+}
+
+impl Locked {
+    /// Waits for a change, for no longer than `timeout`.
+    pub(crate) fn wait(self, timeout: std::time::Duration) -> Self {
+        let waited = CHANGED.wait_timeout(self.0, timeout);
+        Self(waited.unwrap_or_else(PoisonError::into_inner).0)
+    }
+}
+
+/// Locks the library.
+pub(crate) fn lock() -> Locked {
+    let mut twin = TWIN.lock().unwrap_or_else(PoisonError::into_inner);
+    twin.get_or_insert_with(Twin::new);
+    Locked(twin)
+}
+
+/// Locks the library, with an apparatus behind it.
+pub(crate) fn with_apparatus() -> Locked {
+    let mut twin = lock();
+    if twin.board.is_none() {
+        twin.board = own_apparatus::board();
+    }
+    twin
+}
+
+impl Twin {
+    fn new() -> Self {
+        let wanted = std::env::var("MOCK_NIDAQMX_PRODUCT").unwrap_or_default();
+        let product = PRODUCTS.iter().find(|product| product.name == wanted);
+        Self {
+            board: None,
+            product: *product.unwrap_or(&PRODUCTS[0]),
+            tasks: BTreeMap::new(),
+            created: 0,
+            gone: false,
+            open: false,
+            held_v: 0.0,
+            played: 0,
+            inputs_ran: false,
+        }
+    }
+
+    /// Makes a task; returns its handle.
+    pub(crate) fn create(&mut self) -> usize {
+        self.created += 1;
+        self.tasks.insert(self.created, Task::new());
+        self.created
+    }
+
+    /// Returns a task of a card that is there.
+    pub(crate) fn task(&mut self, handle: *mut c_void) -> Result<&mut Task, i32> {
+        let gone = self.gone;
+        let task = self.tasks.get_mut(&(handle as usize)).ok_or(NO_TASK)?;
+        if gone { Err(UNREACHABLE) } else { Ok(task) }
+    }
+
+    /// Returns the task of a kind that streams.
+    pub(crate) fn streaming(&mut self, kind: Kind) -> Option<&mut Task> {
+        let mut tasks = self.tasks.values_mut();
+        tasks.find(|task| task.kind == kind && task.streams())
+    }
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn mock_nidaqmx_connect(board: Board) {
+    let (before, was_open) = {
+        let mut twin = lock();
+        twin.gone = false;
+        let was_open = std::mem::take(&mut twin.open);
+        (twin.board.replace(board), was_open)
+    };
+    if let Some(before) = before {
+        if was_open {
+            (before.close)(before.context);
+        }
+        (before.release)(before.context);
+    }
+}
+
+/// Returns the text of a C string.
+///
+/// # Safety
+/// The pointer must be null or of a C string.
+pub(crate) unsafe fn text(pointer: *const c_char) -> String {
+    if pointer.is_null() {
+        return String::new();
+    }
+    // SAFETY: the caller's pointer is that of a C string.
+    unsafe { CStr::from_ptr(pointer) }
+        .to_string_lossy()
+        .into_owned()
+}

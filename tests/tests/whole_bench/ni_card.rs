@@ -1,0 +1,401 @@
+//! The bench on a card of National Instruments: the program loads the simulated library as it would load NI's.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use analysis::estimate::Method;
+use analysis::model_check::quantile;
+use analysis::{Settings, analyse, find};
+use bench_tests::program::{bench, protocol};
+use bench_tests::recorded::Recording;
+use bench_tests::room::{Room, WEIGH, refused};
+use bench_tests::session::{SessionFolder, finish, text, with};
+use bench_tests::truth::Skin;
+use config::CalibrationFile;
+use recording::manifest::End;
+
+/// The published rig, on a USB-6211.
+const RIG: &str = include_str!("../../../bench/mock-bench-nidaqmx.toml");
+const GAUGES: &str = include_str!("../../../bench/mock-bench-channels.toml");
+/// A bench that nobody knows, whose card alone takes its inputs one after the other.
+const UNKNOWN_BENCH: &str = "[jitter]\nenabled = true\nskew_samples = 0.0\n";
+
+/// A description of a bench as a file in `folder`.
+fn written(folder: &Path, text: &str) -> PathBuf {
+    let path = folder.join("bench.toml");
+    fs::write(&path, text).unwrap();
+    path
+}
+
+/// The rig with forces on inputs of the card, which must have a converter for each.
+fn with_gauges() -> String {
+    let text = with(
+        RIG,
+        &[
+            ("rate_hz = 100000", "rate_hz = 250000"),
+            ("input_channels = 2", "input_channels = 8"),
+            (
+                "inputs = [\"ai0\", \"ai1\"]",
+                "inputs = [\"ai0\", \"ai1\", \"ai3\", \"ai4\", \"ai5\", \"ai6\", \"ai7\", \"ai8\"]",
+            ),
+            (
+                "input_ranges_v = [10.0, 10.0]",
+                "input_ranges_v = [10.0, 10.0, 10.0, 10.0, 10.0, 10.0, 10.0, 10.0]",
+            ),
+            ("clock = \"start-trigger\"", "clock = \"ao-sample-clock\""),
+            ("convert_hz = 250000", "#"),
+        ],
+    );
+    let gauges = with(
+        GAUGES,
+        &[(
+            "inputs = [3, 4, 5, 6, 7, 8]",
+            "inputs = [2, 3, 4, 5, 6, 7]\nrate_hz = 5000.0",
+        )],
+    );
+    let [from, to] = ["port = \"/dev/ttyUSB0\"", "[encoder]"].map(|part| text.find(part).unwrap());
+    format!("{}{gauges}\n{}", &text[..from], &text[to..])
+}
+
+fn session(study: &Path) -> SessionFolder {
+    let session = SessionFolder::read(study, "sub-01").unwrap();
+    session.require_whole();
+    session
+}
+
+/// Each recording has every sample between the beginning of its trial and its verdict.
+fn assert_every_sample(session: &SessionFolder, rate_hz: f64) {
+    let recordings = session.recordings();
+    assert!(!recordings.is_empty());
+    for (index, path) in recordings.iter().enumerate() {
+        let recording = Recording::read(path);
+        let began_s = session.named("trial_began").nth(index).unwrap().audio_s;
+        let ended_s = session.phases("verdict").nth(index).unwrap().audio_s;
+        let frames = ((ended_s - began_s) * rate_hz).round() as usize;
+        assert_eq!(recording.frames(), frames, "{}", path.display());
+        assert_eq!(recording.not_finite(), 0, "{}", path.display());
+    }
+}
+
+/// The whole way of a user: channels, pickup, plate, force, check, session, analysis; at both rates that a USB-6211 can do.
+#[test]
+fn the_published_rig_is_calibrated_runs_and_finds_the_participant_unattended() {
+    for rate_hz in [100_000, 125_000] {
+        let room = Room::new(UNKNOWN_BENCH, 7);
+        let folder = room.folder.path();
+        let rig = with(
+            RIG,
+            &[("rate_hz = 100000", &format!("rate_hz = {rate_hz}"))],
+        );
+        let config = written(folder, &rig);
+        let on_card = |mut command: Command| {
+            let output = finish(command.arg("--config").arg(&config));
+            assert!(output.status.success(), "{rate_hz}: {}", text(&output));
+            text(&output)
+        };
+        for words in [&["channels"][..], &["pickup"], &["plate"], &WEIGH] {
+            on_card(room.calibrate(words));
+        }
+        // One converter takes the pickup 4 µs after the drive, 50° at the carrier: none of it is left.
+        let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
+        let channels = calibration.channels.unwrap();
+        let delay = channels.input(1).unwrap().delay.value;
+        assert!(delay.abs() < 2e-3, "{rate_hz}: {delay} samples");
+        let mut check = room.check();
+        check.arg("--protocol").arg("demo");
+        let table = on_card(check);
+        assert!(table.contains("USB-6211"), "{table}");
+        let (study, truth) = (folder.join("study"), folder.join("truth"));
+        fs::create_dir_all(&truth).unwrap();
+        let mut run = room.command(&["run", "--headless", "--participant", "sub-01"]);
+        run.args(["--consent-by", "A. Tester", "--study"])
+            .arg(&study)
+            .arg("--protocol")
+            .arg(protocol("one-exploration.toml"))
+            .arg("--mock-truth")
+            .arg(&truth);
+        on_card(run);
+        assert_every_sample(&session(&study), f64::from(rate_hz));
+        let recordings = find::recordings(&[study], false).unwrap();
+        let analysed = analyse(&recordings, &Settings::default(), |_| {});
+        let mut sigma_t: Vec<f64> = analysed
+            .instances()
+            .filter_map(|(_, instance)| instance.estimated(Method::Dynamic))
+            .map(|estimated| estimated.sigma_t_m)
+            .collect();
+        assert!(sigma_t.len() >= 5, "{} instances", sigma_t.len());
+        sigma_t.sort_by(f64::total_cmp);
+        let off = quantile(&sigma_t, 0.5).unwrap() / Skin::read(&truth).sigma_t_m - 1.0;
+        assert!(off.abs() < 0.08, "{rate_hz}: sigma_t {off:+.3}");
+    }
+}
+
+/// Forces of the same card, all inputs at one instant, at 250 kHz.
+#[test]
+fn a_card_with_a_converter_for_each_input_reads_forces_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = written(folder.path(), &with_gauges());
+    let study = folder.path().join("study");
+    let mut run = bench();
+    run.env("MOCK_NIDAQMX_PRODUCT", "USB-6366")
+        .args(["run", "--mock", "gauges", "--speed", "max", "--headless"])
+        .args(["--uncalibrated", "--participant", "sub-01"])
+        .args(["--consent-by", "A. Tester", "--config"])
+        .arg(&config)
+        .arg("--protocol")
+        .arg(protocol("one-exploration.toml"))
+        .arg("--study")
+        .arg(&study);
+    let output = finish(&mut run);
+    assert!(output.status.success(), "{}", text(&output));
+    let session = session(&study);
+    assert_every_sample(&session, 250e3);
+    let recording = Recording::read(&session.recordings()[0]);
+    assert_eq!(recording.channels, 8);
+    let trial = recording.manifest.trial.unwrap();
+    assert_eq!(trial.end, Some(End::Completed));
+}
+
+/// The program's thread and the apparatus take turns, however busy the computer is.
+#[test]
+fn time_that_runs_free_stands_still_while_the_program_reads() {
+    let sessions = std::thread::scope(|scope| {
+        let run = || {
+            let folder = tempfile::tempdir().unwrap();
+            let config = written(folder.path(), RIG);
+            let study = folder.path().join("study");
+            let mut run = bench();
+            run.args(["run", "--mock", "nominal", "--speed", "max", "--headless"])
+                .args(["--uncalibrated", "--participant", "sub-01"])
+                .args(["--consent-by", "A. Tester", "--config"])
+                .arg(&config)
+                .arg("--protocol")
+                .arg(protocol("one-exploration.toml"))
+                .arg("--study")
+                .arg(&study);
+            let output = finish(&mut run);
+            assert!(output.status.success(), "{}", text(&output));
+            Recording::read(&session(&study).recordings()[0]).samples
+        };
+        let side_by_side = [scope.spawn(run), scope.spawn(run)];
+        side_by_side.map(|run| run.join().unwrap())
+    });
+    assert!(sessions[0].len() > 100_000);
+    assert!(sessions[0] == sessions[1], "not the same samples");
+}
+
+/// Fault 47.
+#[test]
+fn a_card_that_fails_stops_the_drive_names_itself_and_keeps_what_was_recorded() {
+    let ran_over = "the card's input buffer ran over";
+    let ran_dry = "the card's output ran dry";
+    let gone = "Device cannot be accessed";
+    for (faults, said, counted) in [
+        (&["xrun@5s"][..], ran_over, "1 input and 0 output xruns"),
+        (&["xrun-output@5s"], ran_dry, "0 input and 1 output xruns"),
+        (&["card-lost-input@5s"], gone, ""),
+        (&["card-lost-output@5s"], gone, ""),
+        (&["gpio-removed@5s"], gone, ""),
+        // Two at once.
+        (&["xrun@5s", "xrun-output@5s"], "the card", ""),
+        (&["card-lost-input@5s", "estop@5s"], "STOPPED", ""),
+        (&["xrun@5s", "force-silent@5s"], ran_over, "1 input"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let config = written(folder.path(), RIG);
+        let study = folder.path().join("study");
+        let mut run = bench();
+        run.args(["run", "--mock", "nominal", "--speed", "max", "--headless"])
+            .args(["--uncalibrated", "--participant", "sub-01"])
+            .args(["--consent-by", "A. Tester", "--protocol", "demo"])
+            .arg("--config")
+            .arg(&config)
+            .arg("--study")
+            .arg(&study);
+        for fault in faults {
+            run.args(["--fault", fault]);
+        }
+        let output = finish(&mut run);
+        let told = text(&output);
+        assert!(!output.status.success(), "{faults:?}: {told}");
+        assert!(
+            told.contains("STOPPED") && told.contains(said),
+            "{faults:?}: {told}"
+        );
+        assert!(told.contains(counted), "{faults:?}: {told}");
+        assert!(!told.contains("panicked"), "{faults:?}: {told}");
+        let session = session(&study);
+        let recording = Recording::read(&session.recordings()[0]);
+        assert!(recording.duration_s() > 1.0, "{faults:?}");
+        assert_eq!(recording.not_finite(), 0, "{faults:?}");
+    }
+}
+
+/// What ends a card for good is no exercise on it; the rest is met as on any bench.
+#[test]
+fn a_drill_on_a_card_leaves_out_what_ends_the_card() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = written(folder.path(), RIG);
+    let drill = |only: &str| {
+        let mut drill = bench();
+        drill
+            .current_dir(folder.path())
+            .args(["drill", "--mock", "nominal", "--speed", "max", "--headless"])
+            .args(["--uncalibrated", "--operator", "A. Tester", "--only", only])
+            .arg("--config")
+            .arg(&config);
+        drill
+    };
+    let met = finish(&mut drill("estop,gpio-removed,card-lost-input"));
+    assert!(met.status.success(), "{}", text(&met));
+    refused(drill("xrun"), &["audio.host = \"nidaqmx\" in bench.toml"]);
+}
+
+/// Fault 47.
+#[test]
+fn what_a_card_cannot_do_is_refused_with_the_line_to_change() {
+    for (product, changes, words) in [
+        (
+            "USB-6211",
+            &[
+                ("rate_hz = 100000", "rate_hz = 250000"),
+                ("convert_hz = 250000", "convert_hz = 500000"),
+            ][..],
+            &[
+                "2 inputs × 250000 Hz = 500000 Hz",
+                "lower audio.rate_hz to 125000",
+                "bench.toml",
+            ][..],
+        ),
+        (
+            "USB-6211",
+            &[("clock = \"start-trigger\"", "clock = \"ao-sample-clock\"")],
+            &[
+                "error -89136",
+                "set clock = \"start-trigger\" in [nidaqmx] of bench.toml",
+            ],
+        ),
+        (
+            "USB-6211",
+            &[("convert_hz = 250000", "#")],
+            &["add convert_hz = 250000 to [nidaqmx] in bench.toml"],
+        ),
+        (
+            "USB-6211",
+            &[("convert_hz = 250000", "convert_hz = 240000")],
+            &["nidaqmx.convert_hz = 240000 Hz", "in bench.toml"],
+        ),
+        (
+            "USB-6211",
+            &[("rate_hz = 100000", "rate_hz = 96000")],
+            &["Hz of audio.rate_hz = 96000 Hz", "in bench.toml"],
+        ),
+        (
+            "USB-6366",
+            &[],
+            &["takes its inputs at one instant: remove nidaqmx.convert_hz from bench.toml"],
+        ),
+        (
+            "USB-6211",
+            &[
+                ("output_device = \"Dev1\"", "output_device = \"Dev2\""),
+                ("input_device = \"Dev1\"", "input_device = \"Dev2\""),
+            ],
+            &[
+                "there is no NI card Dev2, there is Dev1 (USB-6211)",
+                "in bench.toml",
+            ],
+        ),
+        (
+            "USB-6211",
+            &[("counter = \"ctr0\"", "counter = \"ctr7\"")],
+            &["Dev1/ctr7", "nidaqmx.counter in bench.toml"],
+        ),
+        (
+            "USB-6211",
+            &[(
+                "inputs = [\"ai0\", \"ai1\"]",
+                "inputs = [\"ai0\", \"ai77\"]",
+            )],
+            &["error -200170", "look at nidaqmx.inputs"],
+        ),
+        (
+            "USB-6211",
+            &[("heartbeat = 1", "heartbeat = 9")],
+            &["has no GPIO line 9 for the heartbeat", "look at [gpio]"],
+        ),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let config = written(folder.path(), &with(RIG, changes));
+        let mut check = bench();
+        check
+            .env("MOCK_NIDAQMX_PRODUCT", product)
+            .args(["check", "--quick", "--mock", "--config"])
+            .arg(&config);
+        refused(check, words);
+    }
+    // Without the driver.
+    let folder = tempfile::tempdir().unwrap();
+    let named = with(
+        RIG,
+        &[
+            (
+                "outputs = [\"ao0\"]",
+                "library = \"/absent/libnidaqmx.so\"\noutputs = [\"ao0\"]",
+            ),
+            ("silence_s = 0.25", "silence_s = 0.05"),
+        ],
+    );
+    let config = written(folder.path(), &named);
+    let mut check = bench();
+    check.args(["check", "--quick", "--config"]).arg(&config);
+    refused(
+        check,
+        &["install NI's driver", "nidaqmx.library in bench.toml"],
+    );
+}
+
+/// The unmodified program, in real time, as on a real card.
+#[test]
+fn without_a_simulated_apparatus_of_its_own_the_program_runs_on_the_library_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let library = mock_hw::rack::library().unwrap();
+    let force = folder.path().join("force");
+    let named = with(
+        RIG,
+        &[
+            (
+                "outputs = [\"ao0\"]",
+                &format!("library = \"{}\"\noutputs = [\"ao0\"]", library.display()),
+            ),
+            ("/dev/ttyUSB0", force.to_str().unwrap()),
+            ("device = \"sim-speakers\"", "device = \"\""),
+            // It need not be in time on a busy machine.
+            ("lead_s = 0.01", "lead_s = 0.05"),
+            ("silence_s = 0.25", "silence_s = 0.1"),
+        ],
+    );
+    let config = written(folder.path(), &named);
+    let mut check = bench();
+    check
+        .env("MOCK_NIDAQMX_FORCE_LINK", &force)
+        .args(["check", "--quick", "--config"])
+        .arg(&config);
+    let table = text(&finish(&mut check));
+    for row in [
+        "custom:Dev1 (USB-6211",
+        "passed  encoder",
+        "passed  e-stop",
+        "passed  heartbeat",
+    ] {
+        assert!(table.contains(row), "no {row}: {table}");
+    }
+    let mut devices = bench();
+    let listed = text(&finish(devices.arg("devices")));
+    assert!(listed.contains("host = \"nidaqmx\""), "{listed}");
+}

@@ -14,6 +14,7 @@ use config::Config;
 use signalgen::audio::{AudioError, Host};
 use sources::Lines;
 
+pub use library::Card;
 use library::Daqmx;
 
 /// Opens the card of `config`: the host of its streams, and its lines and counter, the others from `beside`. The library
@@ -59,6 +60,14 @@ fn require_card(library: &Daqmx, device: &str) -> anyhow::Result<()> {
         "there is no NI card {device}, {there}: plug it in, or name another as audio.output_device and audio.input_device in \
          bench.toml"
     )
+}
+
+/// Returns the cards of this computer, by the library at `library` or where the system's loader finds it.
+///
+/// # Errors
+/// When NI-DAQmx is not installed, or does not answer.
+pub fn cards(library: Option<&Path>) -> anyhow::Result<Vec<Card>> {
+    Ok(Daqmx::load(library)?.cards()?)
 }
 
 /// Returns the cards of this computer as a host whose devices can be listed.

@@ -9,8 +9,10 @@ use signalgen::audio::{AudioError, DeviceInfo, Host, Offer, list_devices};
 /// Everything that a `bench.toml` can name.
 #[derive(Debug)]
 pub struct Listing {
-    /// Sound layers.
+    /// Sound layers, and NI-DAQmx.
     pub hosts: Vec<AudioHost>,
+    /// Cards of National Instruments, and what they can do.
+    pub cards: Vec<daqmx::Card>,
     /// Serial ports.
     pub serial_ports: Vec<PathBuf>,
     /// GPIO character devices.

@@ -3,6 +3,7 @@
 mod ask;
 mod card;
 pub mod inventory;
+mod ni_card;
 mod options;
 mod rig;
 mod sheet;

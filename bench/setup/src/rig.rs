@@ -5,6 +5,8 @@ use clap::ValueEnum;
 /// A rig: what drives the plate, and where forces, positions and stops come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Rig {
+    /// A card of National Instruments for everything but the forces, which come on a serial line, as on the published bench.
+    Published,
     /// A sound card, and a field box for forces, position and stops.
     FieldBox,
     /// A sound card on a Raspberry Pi or another board with GPIO: encoder and stops on its pins, forces on a serial line.
@@ -17,6 +19,7 @@ impl Rig {
     /// Returns the rig in words.
     pub fn in_words(self) -> &'static str {
         match self {
+            Self::Published => "card of National Instruments, force sensor on a serial line",
             Self::FieldBox => "sound card and field box",
             Self::RaspberryPi => "sound card, GPIO, force sensor on a serial line",
             Self::SixAxis => "sound card, six-axis sensor, field box for the rest",
@@ -27,7 +30,7 @@ impl Rig {
     pub fn has_field_box(self) -> bool {
         match self {
             Self::FieldBox | Self::SixAxis => true,
-            Self::RaspberryPi => false,
+            Self::Published | Self::RaspberryPi => false,
         }
     }
 }

@@ -9,6 +9,7 @@ use anyhow::bail;
 use crate::ask::{Ask, Question};
 use crate::card::{self, Card};
 use crate::inventory::Listing;
+use crate::ni_card;
 use crate::options::{ForceLine, Options};
 use crate::rig::Rig;
 use crate::sheet::Sheet;
@@ -44,11 +45,21 @@ pub fn write(options: &Options, found: &Listing, ask: &mut dyn Ask) -> anyhow::R
     let sensor = sensor(rig, options, found, ask)?;
     let gauges = matches!(sensor, ForceSensor::Gauges { .. });
     let inputs = SIGNALS + if gauges { GAUGES } else { 0 };
-    let card = card::choose(&found.hosts, options.card.as_deref(), inputs, ask)?;
     let mut sheet = Sheet::new();
-    put_card(&mut sheet, &card)?;
+    let named = options.card.as_deref();
+    let converter = if rig == Rig::Published {
+        let card = ni_card::choose(&found.cards, named, ask)?;
+        ni_card::put(&mut sheet, card)?;
+        sheet.remove("field_box")?;
+        format!("the {} {}", card.product, card.name)
+    } else {
+        let card = card::choose(&found.hosts, named, inputs, ask)?;
+        sheet.remove("nidaqmx")?;
+        put_card(&mut sheet, &card)?;
+        put_lines(&mut sheet, rig, options, found, ask)?;
+        in_words(&card)
+    };
     put_sensor(&mut sheet, &sensor)?;
-    put_lines(&mut sheet, rig, options, found, ask)?;
     let plate = match &options.plate {
         Some(plate) => plate.clone(),
         None => ask.text(
@@ -67,7 +78,7 @@ pub fn write(options: &Options, found: &Listing, ask: &mut dyn Ask) -> anyhow::R
     file.write_all(sheet.text().as_bytes())?;
     file.sync_all()?;
     Ok(Written {
-        text: summary(path, rig, &card, gauges),
+        text: summary(path, rig, &converter, gauges),
         next: steps::next(path, options.mock.as_deref()),
     })
 }
@@ -111,7 +122,7 @@ fn sensor(
 ) -> anyhow::Result<ForceSensor> {
     match rig {
         Rig::FieldBox => Ok(ForceSensor::Box),
-        Rig::RaspberryPi => {
+        Rig::Published | Rig::RaspberryPi => {
             let text = "On which serial port is the force sensor?";
             let option = "--force-port";
             let port = port(
@@ -301,20 +312,26 @@ fn put_lines(
     Ok(())
 }
 
-fn summary(path: &Path, rig: Rig, card: &Card, gauges: bool) -> String {
-    let mut text = format!(
-        "{} is written for {}, with {}\n",
-        path.display(),
-        rig.in_words(),
-        card.name
-    );
-    if card.layout.is_none() {
-        text += "  the card does not say what it takes (another program may hold it): see rate_hz, sample_format and the \
-                 channels in [audio]\n";
+fn in_words(card: &Card) -> String {
+    let name = &card.name;
+    if card.layout.is_some() {
+        return name.clone();
     }
+    format!(
+        "{name}, which does not say what it takes (another program may hold it): see rate_hz, sample_format and the channels in \
+         [audio]"
+    )
+}
+
+fn summary(path: &Path, rig: Rig, converter: &str, gauges: bool) -> String {
+    let mut text = format!(
+        "{} is written for: {}, with {converter}\n",
+        path.display(),
+        rig.in_words()
+    );
     text += "before the bench drives, look at what only you know: output.volts_per_unit and channels.drive.volts_per_unit \
              (amplifier and divider), the channels' indices, [plate], encoder.metres_per_count";
-    if rig == Rig::RaspberryPi {
+    if matches!(rig, Rig::RaspberryPi | Rig::Published) {
         text += ", the numbers of the lines in [gpio]";
     }
     if gauges {
@@ -358,6 +375,7 @@ mod tests {
                 }],
                 unavailable: None,
             }],
+            cards: Vec::new(),
             serial_ports: vec!["/dev/ttyACM0".into(), "/dev/ttyUSB0".into()],
             gpio_chips: Vec::new(),
         }

@@ -10,6 +10,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use bench_tests::program::{bench, protocol, workspace};
 use bench_tests::room::WEIGH;
@@ -171,59 +172,69 @@ fn assert_alike(rig: &str, found: Measured, usual: Measured) {
     );
 }
 
-#[test]
-fn each_rig_measures_the_same_person_as_the_usual_bench() {
+/// What the usual bench measures of the person.
+static USUAL: LazyLock<Measured> = LazyLock::new(|| {
     let usual = Rig::new("");
     usual.calibrate();
-    let usual = usual.session();
-    for (name, equipment, words, known) in [
-        (
-            "field box",
-            "[force_sensor]\ninterface = \"field-box\"\nrate_hz = 4000.0\nburst_period_s = 0.001\n",
-            &["--rig", "field-box", "--box-port", "/dev/ttyACM0"][..],
-            &[][..],
-        ),
-        (
-            "six axes in the network, with a box",
-            "[force_sensor]\ninterface = \"netft\"\nrate_hz = 7000.0\nbox_beside = true\n",
-            &[
-                "--rig",
-                "six-axis",
-                "--net-ft",
-                "192.168.1.1",
-                "--box-port",
-                "/dev/ttyACM0",
-            ],
-            // A real one says so itself, on a page that the simulated one has not.
-            &[["#counts_per_n", "counts_per_n"]],
-        ),
-        (
-            "six gauges on the card, with a box",
-            "[converter]\nchannels = 9\n[force_sensor]\ninterface = \"gauges\"\nbox_beside = true\n",
-            &[
-                "--rig",
-                "six-axis",
-                "--cal-file",
-                "FT09999.cal",
-                "--box-port",
-                "/dev/ttyACM0",
-            ],
-            &[
-                ["[2, 3, 4, 5, 6, 7]", "[3, 4, 5, 6, 7, 8]"],
-                ["input_channels = 8", "input_channels = 9"],
-                ["volts_per_unit = [1.0]", "volts_per_unit = [10.0]"],
-                ["#latency_s = 0.0   ", "latency_s = 2.0e-4 "],
-            ],
-        ),
-        (
-            "board",
-            "",
-            &["--rig", "raspberry-pi", "--force-line", "frames"],
-            &[],
-        ),
-    ] {
-        let rig = Rig::written(equipment, words, known);
-        rig.calibrate();
-        assert_alike(name, rig.session(), usual);
-    }
+    usual.session()
+});
+
+fn assert_measures_the_same_person(name: &str, rig: &Rig) {
+    rig.calibrate();
+    assert_alike(name, rig.session(), *USUAL);
+}
+
+#[test]
+fn a_field_box() {
+    let equipment =
+        "[force_sensor]\ninterface = \"field-box\"\nrate_hz = 4000.0\nburst_period_s = 0.001\n";
+    let words = ["--rig", "field-box", "--box-port", "/dev/ttyACM0"];
+    assert_measures_the_same_person("field box", &Rig::written(equipment, &words, &[]));
+}
+
+#[test]
+fn six_axes_in_the_network_with_a_box() {
+    let equipment = "[force_sensor]\ninterface = \"netft\"\nrate_hz = 7000.0\nbox_beside = true\n";
+    let words = ["--net-ft", "192.168.1.1", "--box-port", "/dev/ttyACM0"];
+    // A real one says so itself, on a page that the simulated one has not.
+    let known = [["#counts_per_n", "counts_per_n"]];
+    let rig = Rig::written(
+        equipment,
+        &[&["--rig", "six-axis"][..], &words].concat(),
+        &known,
+    );
+    assert_measures_the_same_person("six axes in the network", &rig);
+}
+
+#[test]
+fn six_gauges_on_the_card_with_a_box() {
+    let equipment =
+        "[converter]\nchannels = 9\n[force_sensor]\ninterface = \"gauges\"\nbox_beside = true\n";
+    let words = ["--cal-file", "FT09999.cal", "--box-port", "/dev/ttyACM0"];
+    let known = [
+        ["[2, 3, 4, 5, 6, 7]", "[3, 4, 5, 6, 7, 8]"],
+        ["input_channels = 8", "input_channels = 9"],
+        ["volts_per_unit = [1.0]", "volts_per_unit = [10.0]"],
+        ["#latency_s = 0.0   ", "latency_s = 2.0e-4 "],
+    ];
+    let rig = Rig::written(
+        equipment,
+        &[&["--rig", "six-axis"][..], &words].concat(),
+        &known,
+    );
+    assert_measures_the_same_person("six gauges on the card", &rig);
+}
+
+#[test]
+fn a_card_of_national_instruments() {
+    let words = ["--rig", "published", "--force-line", "frames"];
+    let rig = Rig::written("", &words, &[]);
+    assert_measures_the_same_person("card of National Instruments", &rig);
+}
+
+#[test]
+fn a_board_with_gpio() {
+    let words = ["--rig", "raspberry-pi", "--force-line", "frames"];
+    let rig = Rig::written("", &words, &[]);
+    assert_measures_the_same_person("board with GPIO", &rig);
 }

@@ -22,10 +22,13 @@ pub fn listing(mock: Option<&str>) -> anyhow::Result<Listing> {
             ]
             .map(|(name, host)| audio(name, host.as_ref()))
             .into(),
+            // A computer without NI's driver has none.
+            cards: daqmx::cards(None).unwrap_or_default(),
             serial_ports: serial_ports()?,
             gpio_chips: real_gpio::chips(),
         });
     };
+    let cards = simulated::cards(scenario)?;
     let simulated = simulated::apparatus(scenario, 1, Speed::Max, None, &[], None)?.hardware;
     let ports = match simulated.force_place {
         Some(Place::Port(path)) => vec![path],
@@ -33,6 +36,7 @@ pub fn listing(mock: Option<&str>) -> anyhow::Result<Listing> {
     };
     Ok(Listing {
         hosts: vec![audio("simulated", Ok(&simulated.host))],
+        cards,
         serial_ports: ports,
         gpio_chips: Vec::new(),
     })

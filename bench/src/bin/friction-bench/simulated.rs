@@ -73,6 +73,22 @@ fn with_sensor(sensor: &str) -> String {
     format!("{}{}{}", &CONFIG[..from], sensor.trim_end(), &CONFIG[to..])
 }
 
+/// A bench on the simulated card of National Instruments.
+const NI_CARD: &str = include_str!("../../../mock-bench-nidaqmx.toml");
+
+/// Returns the cards of the simulated library of National Instruments; none where it was not built.
+///
+/// # Errors
+/// When the apparatus behind it cannot be built.
+pub fn cards(scenario: &str) -> anyhow::Result<Vec<daqmx::Card>> {
+    let Some(library) = rack::library() else {
+        return Ok(Vec::new());
+    };
+    let bench = Config::parse(NI_CARD, "the simulated card's configuration")?;
+    let _behind_it = apparatus(scenario, 1, Speed::Max, None, &[], Some(&bench))?;
+    daqmx::cards(Some(&library))
+}
+
 /// Number of openings of simulated streams so far.
 static OPENINGS: AtomicU64 = AtomicU64::new(0);
 

@@ -6,6 +6,7 @@ use super::refused::{Refused, within};
 
 /// Sound layer that streams are opened on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum AudioHost {
     /// The platform's own layer: ALSA, CoreAudio or WASAPI.
@@ -16,6 +17,7 @@ pub enum AudioHost {
 
 /// Sample format between program and sound layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 #[expect(missing_docs, reason = "the names say it")]
 pub enum SampleFormat {
@@ -27,6 +29,7 @@ pub enum SampleFormat {
 
 /// `[audio]`: the sound card's devices, rate, format and buffers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Audio {
     /// Sound layer.
@@ -67,6 +70,7 @@ impl Audio {
 
 /// `[output]`: the channel that drives the plate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct OutputChannel {
     /// Output channel that feeds the amplifier.
@@ -85,6 +89,7 @@ impl OutputChannel {
 
 /// `[channels]`: which inputs read the drive and the pickup, and in which units.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct InputMap {
     /// Read-back of the voltage across the actuators.
@@ -132,6 +137,7 @@ fn numbered(key: &str, index: u16, count: u16) -> Result<(), Refused> {
 
 /// `[channels.drive]`: the input that reads back the voltage across the actuators.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct DriveInput {
     /// Input channel, from 0.
@@ -150,6 +156,7 @@ fn default_clip_units() -> f64 {
 
 /// `[channels.pickup]`: the input that reads the plate's displacement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct PickupInput {
     /// Input channel, from 0.

@@ -19,6 +19,11 @@ use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema};
 use serde_json::{Value, json};
 
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;
+
 /// Names of the schemas, the file that each is of, and what it is.
 pub const SCHEMAS: [(&str, &str, &str); 5] = [
     (

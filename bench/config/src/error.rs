@@ -26,6 +26,6 @@ pub enum ConfigError {
         /// Key, value and what is allowed.
         why: String,
         /// The range that the value lies outside of; `None` where another rule is broken.
-        range: Option<strict::OutOfRange>,
+        range: Option<Box<strict::OutOfRange>>,
     },
 }

@@ -10,7 +10,7 @@ pub(super) struct Refused {
     /// What is wrong with the value, and what is allowed.
     pub(super) why: String,
     /// The range that it lies outside of; `None` where another rule is broken.
-    pub(super) range: Option<OutOfRange>,
+    pub(super) range: Option<Box<OutOfRange>>,
 }
 
 impl Refused {
@@ -28,7 +28,7 @@ impl From<OutOfRange> for Refused {
         Self {
             key: Some(out.key.clone()),
             why: out.to_string(),
-            range: Some(out),
+            range: Some(Box::new(out)),
         }
     }
 }

@@ -54,7 +54,7 @@ pub(crate) fn bench() -> Reader {
             Ok(_) => Answer::Taken,
             Err(ConfigError::Value {
                 range: Some(range), ..
-            }) => Answer::OutOfRange(range),
+            }) => Answer::OutOfRange(*range),
             Err(_) => Answer::Refused,
         },
     }

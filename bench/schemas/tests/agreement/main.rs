@@ -1,4 +1,8 @@
 //! A schema takes and refuses what the reader of its file does.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
 
 mod files;
 mod sample;
@@ -48,6 +52,16 @@ fn every_file_that_comes_with_the_program_is_valid() {
             assert!(accepts_structure(name, &table), "{file}");
         }
     }
+}
+
+/// The line by which an editor finds a schema.
+#[test]
+fn a_first_line_that_names_a_schema_is_read() {
+    let text = format!("#:schema ./bench.schema.json\n{}", config::TEMPLATE);
+    assert_eq!(
+        config::Config::parse(&text, "bench.toml").unwrap(),
+        config::Config::parse(config::TEMPLATE, "bench.toml").unwrap()
+    );
 }
 
 /// Changes one thing of a table and of every table and list in it.

@@ -65,6 +65,12 @@ pub enum Command {
     Forget(Forget),
     /// Compute the published model: curves as CSV, figures as SVG and PNG.
     Model(model::Options),
+    /// Print the JSON Schema of a file, by which an editor completes and checks it; without a name, list the schemas.
+    Schema {
+        /// Schema to print.
+        #[arg(value_parser = schemas::names())]
+        name: Option<String>,
+    },
     /// Print a completion script for a shell.
     Completions {
         /// Shell to write it for.

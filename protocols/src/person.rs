@@ -15,6 +15,7 @@ pub const MAX_AGE_YEARS: u8 = 120;
 
 /// Something that a protocol asks about a participant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum PersonDetail {
     /// Age in whole years.
@@ -27,6 +28,7 @@ pub enum PersonDetail {
 
 /// What a protocol asks about each participant.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct AskedOfParticipant {
     /// Details asked for; none by default.

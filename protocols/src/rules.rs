@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Normal forces that the participant is asked for, N.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ForceBand {
     /// Smallest mean normal force of an exploration.
@@ -16,6 +17,7 @@ pub struct ForceBand {
 
 /// Limits of clipped and lost samples in a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Quality {
     /// Clipped input frames allowed in a trial.

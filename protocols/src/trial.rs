@@ -5,6 +5,7 @@ use std::fmt;
 
 /// Direction in which the finger slides; positions increase from left to right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Direction {
     /// Towards increasing position.

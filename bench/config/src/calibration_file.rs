@@ -18,6 +18,7 @@ const HASH_KEY: &str = "sha256 = ";
 
 /// `[pickup]`: the pickup's sensitivity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredPickup {
     /// Who measured it, when and how.
@@ -40,6 +41,7 @@ pub struct MeasuredPickup {
 
 /// `[plate]`: resonance and force factor of the plate without a finger.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredPlate {
     /// Who measured it, when and how.
@@ -75,6 +77,7 @@ pub struct MeasuredPlate {
 /// `[finger]`: the plate's response with a finger resting on it, for comparison with the bare one. None of it is a
 /// constant that the bench computes with.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredFinger {
     /// Who measured it, when and how.
@@ -95,6 +98,7 @@ pub struct MeasuredFinger {
 
 /// `[profile]`: the amplitude along the plate over that of the pickup.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredProfile {
     /// Who measured it, when and how.
@@ -117,6 +121,7 @@ pub struct MeasuredProfile {
 
 /// `[profile.kept]`: the part about the plate's centre that instances are cut from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct KeptLength {
     /// Its length, m.
@@ -133,6 +138,7 @@ pub const PROFILE_RATIOS: [f64; 2] = [0.2, 2.0];
 
 /// `[[profile.places]]`: one place.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ProfilePlace {
     /// Position along the plate, m.
@@ -145,6 +151,7 @@ pub struct ProfilePlace {
 
 /// Whether a plate moves alike along its length.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Uniformity {
     /// No place departs from the mean by more than is allowed.
@@ -157,6 +164,7 @@ pub enum Uniformity {
 
 /// `[force]`: matrix, tare, drift and noise of the force sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredForce {
     /// Who measured the matrix, when and how.
@@ -210,6 +218,7 @@ impl MeasuredForce {
 
 /// `[channels]`: round trip of the drive, and every input against the drive's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredChannels {
     /// Who measured it, when and how.
@@ -229,6 +238,7 @@ pub struct MeasuredChannels {
 
 /// `[channels.loop_delay]`: the delay from a command to its read-back, as the safety watch sees it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredDelay {
     /// Mean over the openings, with the standard error of the mean, s.
@@ -241,6 +251,7 @@ pub struct MeasuredDelay {
 
 /// `[[channels.inputs]]`: one input compared with the drive's, with the same signal on both.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredInput {
     /// Input channel.
@@ -280,6 +291,7 @@ impl MeasuredChannels {
 
 /// A whole `calibration.toml`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CalibrationFile {
     /// Version of the layout; 1.
@@ -290,10 +302,10 @@ pub struct CalibrationFile {
     pub rehearsed: Vec<String>,
     /// Bench that it was measured on.
     pub identity: Identity,
-    /// Result of `calibrate pickup`; `None` until it passes.
+    /// Result of `calibrate pickup`; absent until it passes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pickup: Option<MeasuredPickup>,
-    /// Result of `calibrate plate`; `None` until it passes.
+    /// Result of `calibrate plate`; absent until it passes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plate: Option<MeasuredPlate>,
     /// The same plate under a finger, by `calibrate plate --finger`; never used as a constant.
@@ -302,13 +314,13 @@ pub struct CalibrationFile {
     /// The amplitude along the plate, by `calibrate plate --along N`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile: Option<MeasuredProfile>,
-    /// Result of `calibrate force`; `None` until it passes.
+    /// Result of `calibrate force`; absent until it passes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<MeasuredForce>,
-    /// Result of `calibrate channels`; `None` until it passes.
+    /// Result of `calibrate channels`; absent until it passes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub channels: Option<MeasuredChannels>,
-    /// Result of `calibrate output`; `None` until it passes.
+    /// Result of `calibrate output`; absent until it passes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub output: Option<MeasuredOutput>,
 }

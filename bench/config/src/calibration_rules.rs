@@ -7,6 +7,7 @@ use crate::correction::MOST_CROSSTALK;
 
 /// `[calibration]`: limits that a calibration must keep, and how long it holds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct CalibrationRules {
     /// Gains of amplifiers and inputs as they are set now, in words: a calibration holds for these.

@@ -25,5 +25,7 @@ pub enum ConfigError {
         line: Option<usize>,
         /// Key, value and what is allowed.
         why: String,
+        /// The range that the value lies outside of; `None` where another rule is broken.
+        range: Option<Box<strict::OutOfRange>>,
     },
 }

@@ -8,6 +8,7 @@ use super::refused::{Refused, within};
 
 /// `encoder.source`: who counts the encoder's signals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum EncoderSource {
     /// This computer, on the lines that `[gpio]` names.
@@ -21,9 +22,10 @@ pub enum EncoderSource {
 
 /// `[encoder]`: the quadrature encoder that reads the position along the plate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Encoder {
-    /// Who counts.
+    /// Who counts its signals.
     #[serde(default)]
     pub source: EncoderSource,
     /// Movement per quadrature count, m; negative when the encoder counts the other way.
@@ -42,6 +44,7 @@ impl Encoder {
 
 /// Library that drives the digital lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum GpioBackend {
     /// The pins of a Raspberry Pi.
@@ -59,6 +62,7 @@ pub enum GpioBackend {
 
 /// `[gpio]`: the digital lines, by number.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Gpio {
     /// Library that drives the lines.
@@ -158,6 +162,7 @@ impl Gpio {
 
 /// `[sound]`: cues and masking noise for the participant.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Sound {
     /// Output device of cues and noise, by id or name: not the card that drives the plate; none when empty.

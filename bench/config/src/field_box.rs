@@ -11,6 +11,7 @@ const SERIAL_DIGITS: usize = 16;
 
 /// `[field_box]`: the box, for whatever names it as its source.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct FieldBox {
     /// Its serial port.
@@ -53,6 +54,7 @@ impl FieldBox {
 
 /// `[force.field_box]`: the force sensor on the box's converter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct BoxForce {
     /// Force at the positive end of the converter's range, normal and lateral, N; negative where it reads the other way.

@@ -15,6 +15,7 @@ use crate::sound_card::{Audio, InputMap};
 
 /// `[force]`: where the readings of the force sensor come from, and their correction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(try_from = "ForceTable", into = "ForceTable")]
 pub struct Force {
     /// The sensor, and how it is reached.
@@ -55,39 +56,68 @@ pub struct SerialSensor {
 
 /// `force.source`: where the readings come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 enum Source {
+    /// A sensor on a serial line: `port` and `protocol`.
     #[default]
     Serial,
+    /// Gauges on inputs of the sound card: `[force.channels]`.
     Channels,
+    /// An ATI Net F/T on the network: `[force.netft]`.
     Netft,
+    /// A sensor on the converter of the field box: `[force.field_box]` and `[field_box]`.
     FieldBox,
 }
 
-/// The table as it stands in the file. The keys of a source that is not in use are read and left alone.
+/// `[force]`: where the readings of the force sensor come from, and their correction. The keys of a source that is not in use
+/// are read and left alone.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(extend("allOf" = [
+    {
+        "if": { "required": ["source"], "properties": { "source": { "enum": ["channels", "netft", "field-box"] } } },
+        "else": { "required": ["port", "protocol"] }
+    },
+    {
+        "if": { "required": ["source"], "properties": { "source": { "const": "field-box" } } },
+        "then": { "required": ["field_box"] }
+    }
+])))]
 #[serde(deny_unknown_fields)]
 struct ForceTable {
+    /// Where the readings come from.
     #[serde(default)]
     source: Source,
+    /// Serial port, such as "/dev/ttyUSB0".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     port: Option<PathBuf>,
+    /// Format on the serial line (docs/force-protocol.md).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     protocol: Option<ForceProtocol>,
+    /// Baud rate of the serial line; ignored by USB ports.
     #[serde(default = "default_baud")]
     baud: u32,
+    /// Shortest time from sampling to when the computer has it, s; of a sensor on the card's inputs, its own delay.
     #[serde(default)]
     latency_s: f64,
+    /// Normal and lateral force, in rows, per newton that the normal and the lateral axis read, N/N; `calibrate force`
+    /// measures it.
     #[serde(default = "default_matrix")]
     matrix: [[f64; 2]; 2],
+    /// Readings without load, normal and lateral, N; `calibrate force` measures them.
     #[serde(default)]
     tare_n: [f64; 2],
+    /// Reading from which on an axis counts as saturated, either way, N; for sensors that do not tell so themselves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     range_n: Option<f64>,
+    /// Gauges on inputs of the sound card.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     channels: Option<Gauges>,
+    /// An ATI Net F/T on the network.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     netft: Option<Netft>,
+    /// A force sensor on the converter of the field box.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     field_box: Option<BoxForce>,
 }
@@ -218,6 +248,7 @@ impl Force {
             .map_err(|implausible| Refused {
                 key: None,
                 why: implausible.to_string(),
+                range: None,
             })
     }
 

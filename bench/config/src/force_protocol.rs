@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Format in which the force sensor sends its samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum ForceProtocol {
     /// Binary frames with COBS, CRC-16 and a sequence number.

@@ -17,6 +17,7 @@ const ROWS: [usize; 2] = [2, 6];
 
 /// `[force.channels]`: a force sensor whose gauges are read by inputs of the sound card, DC-coupled.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Gauges {
     /// Input channels of the gauges, from 0, in the order of the matrix' columns.

@@ -6,6 +6,7 @@ use crate::Config;
 
 /// Devices, channels, plate and gains that a calibration is valid for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Identity {
     /// Audio input device, as the sound layer names it.
@@ -32,7 +33,7 @@ pub struct Identity {
     pub modal_mass_kg: f64,
     /// Gains of the amplifiers, as the operator describes them.
     pub gains: String,
-    /// What tells the force sensor from another, such as its port and protocol; `None` while nothing was measured with
+    /// What tells the force sensor from another, such as its port and protocol; absent while nothing was measured with
     /// one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_sensor: Option<String>,

@@ -66,6 +66,16 @@ use refused::Refused;
 /// Commented template of a `bench.toml` for real hardware, to be edited.
 pub const TEMPLATE: &str = include_str!("../../bench-template.toml");
 
+/// Returns the template with its optional keys put in force: of each line that begins with # and a key, the rest.
+#[must_use]
+pub fn whole_template() -> String {
+    let line = |line: &'static str| match line.strip_prefix('#') {
+        Some(key) if key.starts_with(|c: char| c.is_ascii_lowercase()) => key,
+        _ => line,
+    };
+    TEMPLATE.lines().map(line).collect::<Vec<_>>().join("\n")
+}
+
 /// A bench as `bench.toml` describes it: SI units, peak amplitudes.
 ///
 /// ```
@@ -78,6 +88,7 @@ pub const TEMPLATE: &str = include_str!("../../bench-template.toml");
 /// assert!(matches!(wrong, Err(ConfigError::Value { line: Some(_), .. })));
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Config {
     /// Version of this file's layout; 1.
@@ -128,10 +139,11 @@ impl Config {
     /// Reads a configuration whose other files lie in `folder`.
     fn parse_beside(text: &str, file: &str, folder: Option<&Path>) -> Result<Self, ConfigError> {
         let mut config: Self = strict::parse(text, file)?;
-        let refused = |Refused { key, why }| ConfigError::Value {
+        let refused = |Refused { key, why, range }| ConfigError::Value {
             file: file.to_owned(),
             line: key.and_then(|key| strict::line_of(text, &key)),
             why,
+            range,
         };
         if let Some(force) = &mut config.force {
             force.read_beside(folder).map_err(refused)?;

@@ -6,6 +6,7 @@ use super::refused::{Refused, within};
 
 /// `[limits]`: limits of the drive.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
     /// Largest peak voltage that this bench may ask for, V; at most the generator's compiled-in limit.
@@ -22,14 +23,14 @@ pub struct Limits {
     #[serde(default = "Limits::default_surface_c")]
     pub surface_c: f64,
     /// Driving time that a person is allowed within any hour, s; 0, the default, for twice what the protocol itself
-    /// drives in an hour and at least 120 s, and for [`Limits::PUBLISHED_DRIVING_S_PER_HOUR`] where there is no
+    /// drives in an hour and at least 120 s, and for twice what the published one drives, 729.6 s, where there is no
     /// protocol (assumptions).
     #[serde(default)]
     pub driving_s_per_hour: f64,
-    /// Why a carrier below [`AUDIBLE_HZ`] may be driven; without a reason it may not.
+    /// Why a carrier below 20 kHz, which people hear, may be driven; without a reason it may not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub audible_carrier_because: Option<String>,
-    /// Why a bench whose volts no meter has checked may be driven above [`UNCHECKED_V`]; without a reason it may not.
+    /// Why a bench whose volts no meter has checked may be driven above 23.35 V peak; without a reason it may not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unchecked_volts_because: Option<String>,
 }
@@ -177,6 +178,7 @@ impl Limits {
 
 /// `[safety]`: limits beyond which the safety watch stops the drive.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Safety {
     /// Normal force that stops the drive, N.
@@ -213,6 +215,7 @@ pub struct Safety {
 
 /// Kind of dead-man switch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum DeadManSwitch {
     /// A contact on `gpio.dead_man` that is closed while it is held: a push button, or an enabling device of three
@@ -222,6 +225,7 @@ pub enum DeadManSwitch {
 
 /// A line that stops the drive without the computer. The preflight requires each of them unless it is waived.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum HardwareStop {
     /// The e-stop loop.

@@ -6,6 +6,7 @@ use crate::quantity::{Provenance, Quantity};
 
 /// What a meter reads of a sine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum MeterReads {
     /// Root mean square: a multimeter.
@@ -40,6 +41,7 @@ impl MeterReads {
 
 /// `[output]`: the volts that the bench commands and reads back, against an independent meter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredOutput {
     /// Who measured it, when and how.

@@ -12,6 +12,7 @@ const RDT_PORT: u16 = 49_152;
 
 /// `[force.netft]`: an ATI Net F/T, which sends its readings over UDP when it is asked to.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Netft {
     /// Its IP address, with its UDP port if that is not 49152.

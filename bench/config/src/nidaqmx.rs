@@ -9,6 +9,7 @@ use crate::sound_card::{Audio, SampleFormat};
 
 /// Reference of the analogue inputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Terminals {
     /// Between two terminals.
@@ -24,6 +25,7 @@ pub enum Terminals {
 
 /// What keeps inputs and outputs in step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum CardClock {
     /// The outputs' sample clock also clocks the inputs: X series.
@@ -36,6 +38,7 @@ pub enum CardClock {
 
 /// `[nidaqmx]`: channels, ranges and timing of the card that `audio.output_device` and `audio.input_device` name.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Nidaqmx {
     /// The library; where the system's loader finds it when absent.

@@ -6,6 +6,7 @@ use super::refused::{Refused, within};
 
 /// `[plate]`: constants of the plate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Plate {
     /// Name that tells this plate from others of its kind.

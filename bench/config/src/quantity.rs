@@ -11,6 +11,7 @@ const MANY: f64 = 1000.0;
 
 /// A measured value with its standard error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Quantity {
     /// The value.
@@ -107,6 +108,7 @@ impl fmt::Display for Quantity {
 
 /// Who measured, when and how.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Provenance {
     /// Date of the measurement.

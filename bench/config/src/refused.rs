@@ -9,6 +9,8 @@ pub(super) struct Refused {
     pub(super) key: Option<String>,
     /// What is wrong with the value, and what is allowed.
     pub(super) why: String,
+    /// The range that it lies outside of; `None` where another rule is broken.
+    pub(super) range: Option<Box<OutOfRange>>,
 }
 
 impl Refused {
@@ -16,16 +18,17 @@ impl Refused {
         Self {
             key: Some(key.to_owned()),
             why,
+            range: None,
         }
     }
 }
 
 impl From<OutOfRange> for Refused {
     fn from(out: OutOfRange) -> Self {
-        let why = out.to_string();
         Self {
-            key: Some(out.key),
-            why,
+            key: Some(out.key.clone()),
+            why: out.to_string(),
+            range: Some(Box::new(out)),
         }
     }
 }

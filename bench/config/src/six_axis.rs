@@ -92,6 +92,24 @@ impl std::fmt::Display for SixAxis {
     }
 }
 
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for SixAxis {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "SixAxis".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "description": "A force axis of a six-axis sensor, with - before it for its opposite.",
+            "type": "string",
+            "anyOf": [
+                { "enum": ["fx", "fy", "fz", "-fx", "-fy", "-fz"] },
+                { "pattern": "^-?[Ff][XYZxyz]$" }
+            ]
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

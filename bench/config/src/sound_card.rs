@@ -6,6 +6,7 @@ use super::refused::{Refused, within};
 
 /// Sound layer that streams are opened on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum AudioHost {
     /// The platform's own layer: ALSA, CoreAudio or WASAPI.
@@ -18,6 +19,7 @@ pub enum AudioHost {
 
 /// Sample format between program and sound layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 #[expect(missing_docs, reason = "the names say it")]
 pub enum SampleFormat {
@@ -29,6 +31,7 @@ pub enum SampleFormat {
 
 /// `[audio]`: the sound card's devices, rate, format and buffers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Audio {
     /// Sound layer.
@@ -69,6 +72,7 @@ impl Audio {
 
 /// `[output]`: the channel that drives the plate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct OutputChannel {
     /// Output channel that feeds the amplifier.
@@ -87,6 +91,7 @@ impl OutputChannel {
 
 /// `[channels]`: which inputs read the drive and the pickup, and in which units.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct InputMap {
     /// Read-back of the voltage across the actuators.
@@ -134,6 +139,7 @@ fn numbered(key: &str, index: u16, count: u16) -> Result<(), Refused> {
 
 /// `[channels.drive]`: the input that reads back the voltage across the actuators.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct DriveInput {
     /// Input channel, from 0.
@@ -152,6 +158,7 @@ fn default_clip_units() -> f64 {
 
 /// `[channels.pickup]`: the input that reads the plate's displacement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct PickupInput {
     /// Input channel, from 0.

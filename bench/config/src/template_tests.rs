@@ -2,21 +2,12 @@
 
 use super::*;
 
-/// The template with its optional keys put in force: a line that begins with # and a key.
-fn uncommented() -> String {
-    let line = |line: &str| match line.strip_prefix('#') {
-        Some(key) if key.starts_with(|c: char| c.is_ascii_lowercase()) => key.to_owned(),
-        _ => line.to_owned(),
-    };
-    TEMPLATE.lines().map(line).collect::<Vec<_>>().join("\n")
-}
-
 #[test]
 fn the_template_parses_with_its_optional_keys_and_without() {
     let config = Config::parse(TEMPLATE, "template").unwrap();
     assert_eq!(config.safety, Safety::default());
     assert!(config.safety.waived.is_empty());
-    let whole = Config::parse(&uncommented(), "template").unwrap();
+    let whole = Config::parse(&whole_template(), "template").unwrap();
     assert_eq!(
         whole.safety.waived,
         [HardwareStop::Estop, HardwareStop::Heartbeat]
@@ -26,7 +17,7 @@ fn the_template_parses_with_its_optional_keys_and_without() {
 #[test]
 fn an_optional_key_stands_there_with_its_default() {
     let config = Config::parse(TEMPLATE, "template").unwrap();
-    let whole = Config::parse(&uncommented(), "template").unwrap();
+    let whole = Config::parse(&whole_template(), "template").unwrap();
     // Examples of what has no default.
     let expected = Config {
         audio: Audio {
@@ -62,7 +53,7 @@ fn an_optional_key_stands_there_with_its_default() {
 
 #[test]
 fn every_key_stands_in_the_template() {
-    let text = uncommented();
+    let text = whole_template();
     let tables = [
         "audio",
         "output",

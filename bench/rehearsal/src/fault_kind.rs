@@ -303,6 +303,19 @@ impl FromStr for FaultKind {
     }
 }
 
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for FaultKind {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "FaultKind".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let one = |kind: &Self| schemars::json_schema!({ "const": kind.name(), "description": kind.help() });
+        let all: Vec<schemars::Schema> = Self::ALL.iter().map(one).collect();
+        schemars::json_schema!({ "description": "A fault that can be rehearsed.", "oneOf": all })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -23,16 +23,17 @@ pub const LATEST_S: f64 = 86_400.0;
 /// # Ok::<(), rehearsal::FaultTextError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RehearsedFault {
     /// What happens.
     pub fault: FaultKind,
-    /// When, s.
+    /// When, s from the start of the bench's sound card.
     pub at_s: f64,
-    /// When it ends, s; `None` where it ends by itself or lasts.
+    /// When it ends, s; absent where it ends by itself or lasts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until_s: Option<f64>,
-    /// Its argument, in the unit of the table; `None` for the table's value.
+    /// Its argument, in the unit of the table; absent for the table's value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub argument: Option<f64>,
 }

@@ -14,6 +14,7 @@ pub enum Carrier {
 
 /// An amplitude-modulated drive: A(t) = mean · (1 + index · sin 2πft).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Drive {
     /// Carrier frequency.
@@ -86,5 +87,25 @@ impl de::Visitor<'_> for CarrierVisitor {
 
     fn visit_u64<E: de::Error>(self, hz: u64) -> Result<Carrier, E> {
         Ok(Carrier::Hz(hz as f64))
+    }
+}
+
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for Carrier {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Carrier".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "anyOf": [
+                { "const": PLATE_RESONANCE, "description": "The plate's resonance, as calibrated or configured." },
+                { "type": "number", "description": "A fixed frequency, Hz." }
+            ]
+        })
     }
 }

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// Explorations of a trial: the slider's travel, speed and directions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Exploration {
     /// Direction of each exploration, in their order.

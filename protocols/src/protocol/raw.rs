@@ -7,37 +7,71 @@ use crate::person::AskedOfParticipant;
 use crate::rules::{ForceBand, Quality};
 use serde::Deserialize;
 
-/// A protocol file.
+/// A protocol of participants' sessions: what is driven, explored, judged and repeated.
 #[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawProtocol {
+    /// Short name, used in file names: 1 to 64 lower case letters, digits, `-`, `_`.
     pub name: String,
+    /// Purpose, for the reader.
     pub description: String,
+    /// Publication that it comes from; may be empty.
     pub citation: String,
+    /// What is asked about each participant; nothing by default.
     #[serde(default)]
     pub participant: AskedOfParticipant,
+    /// Drive of every condition, but for what a condition overrides.
     pub drive: Drive,
+    /// Conditions, 1 to 64.
     pub conditions: Vec<RawCondition>,
+    /// Number and order of the trials.
     pub trials: Trials,
+    /// Explorations of a trial: the slider's travel, speed and directions.
     pub exploration: Exploration,
+    /// Durations of the steps of a trial.
     pub timing: Timing,
+    /// Normal forces that the participant is asked for.
     pub force: ForceBand,
+    /// Breaks between trials.
     pub rest: Rest,
+    /// Limits of repetitions because of a verdict.
     pub redo: RedoLimits,
+    /// Limits of an instance.
     pub selection: Selection,
+    /// Limits of clipped and lost samples.
     pub quality: Quality,
+    /// Times after which the session stops waiting.
     pub timeouts: Timeouts,
+    /// What becomes of the carrier once the plate's resonance has drifted.
     #[serde(default)]
     pub resonance_drift: ResonanceDrift,
 }
 
 /// A condition, which overrides what it names of the drive.
 #[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawCondition {
+    /// Name, unique in the protocol: 1 to 64 lower case letters, digits, `-`, `_`.
     pub name: String,
+    /// Carrier frequency, if not that of `[drive]`.
     pub carrier: Option<Carrier>,
+    /// Peak voltage of the carrier across the actuators, averaged over the modulation, V; if not that of `[drive]`.
     pub mean_amplitude_v: Option<f64>,
+    /// Modulation frequency, Hz; if not that of `[drive]`.
     pub modulation_hz: Option<f64>,
+    /// Modulation index, 0 to 1; if not that of `[drive]`.
     pub modulation_index: Option<f64>,
+}
+
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for super::definition::Protocol {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Protocol".into()
+    }
+
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        RawProtocol::json_schema(generator)
+    }
 }

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Order of the conditions in a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Order {
     /// As listed, repeated.
@@ -16,6 +17,7 @@ pub enum Order {
 
 /// Number and order of the trials.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Trials {
     /// Number of practice trials, before the others.
@@ -30,6 +32,7 @@ pub struct Trials {
 
 /// Durations of the steps of a trial, s.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Timing {
     /// Shortest time from drive on to the start of the baseline.
@@ -46,6 +49,7 @@ pub struct Timing {
 
 /// Breaks between trials.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Rest {
     /// Number of trials between breaks, practice not counted; 0 for no breaks.
@@ -56,6 +60,7 @@ pub struct Rest {
 
 /// Limits of repetitions because of a verdict. Interruptions (pause, safety, timeouts) do not count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RedoLimits {
     /// Largest number of repetitions of one trial.
@@ -66,6 +71,7 @@ pub struct RedoLimits {
 
 /// Limits of an instance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Selection {
     /// Length about the plate's centre that is kept, m.
@@ -80,6 +86,7 @@ pub struct Selection {
 
 /// What becomes of the carrier once the plate's resonance has drifted.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct ResonanceDrift {
     /// Drift beyond which a new carrier is proposed between trials, Hz.
@@ -99,6 +106,7 @@ impl Default for ResonanceDrift {
 
 /// Who decides on a new carrier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum NewCarrier {
     /// The operator.
@@ -109,6 +117,7 @@ pub enum NewCarrier {
 
 /// Times after which the session stops waiting, s.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Timeouts {
     /// Time for the finger to leave the plate.

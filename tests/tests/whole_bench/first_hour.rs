@@ -131,6 +131,8 @@ fn a_reader_that_has_read_enough_ends_a_command_in_good_order() {
         &["completions", "bash"][..],
         &["completions", "zsh"],
         &["manual"],
+        &["schema"],
+        &["schema", "bench"],
         &["devices"],
         &["devices", "--mock", "--json"],
         &["--help"],

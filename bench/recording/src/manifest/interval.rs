@@ -16,6 +16,7 @@ pub enum RecordedIntervalKind {
 
 /// Interval of a recording, seconds from sample 0.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(try_from = "RawInterval", into = "RawInterval")]
 pub struct RecordedInterval {
     /// Meaning of the interval.
@@ -57,20 +58,36 @@ impl RecordedInterval {
     }
 }
 
+/// Interval of the recording with a known meaning.
 #[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(extend(
+    "if" = { "properties": { "kind": { "const": "exploration" } } },
+    "then" = { "required": ["direction"] },
+    "else" = { "properties": { "direction": false } }
+)))]
 #[serde(deny_unknown_fields)]
 struct RawInterval {
+    /// Meaning of the interval.
     kind: RawIntervalKind,
+    /// Direction of an exploration.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     direction: Option<Direction>,
+    /// Start, s from sample 0.
     start_s: f64,
+    /// End, s from sample 0.
     end_s: f64,
 }
 
+/// Meaning of an interval.
 #[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "IntervalKind"))]
 #[serde(rename_all = "snake_case")]
 enum RawIntervalKind {
+    /// No finger is on the plate.
     Unloaded,
+    /// The finger slides.
     Exploration,
 }
 

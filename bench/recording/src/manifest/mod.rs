@@ -54,9 +54,10 @@ use manifest_error::{MAX_OVERLAP, finite, from_one, not_negative, not_zero, posi
 /// ));
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
-    /// Version of the file, [`FORMAT`].
+    /// Version of the file's layout; 1.
     pub format: u32,
     /// Carrier frequency, Hz.
     pub carrier_hz: f64,

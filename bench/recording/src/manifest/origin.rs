@@ -9,6 +9,7 @@ pub const MAX_SEED: u64 = i64::MAX as u64;
 
 /// Participant of a recording, by pseudonym only.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Participant {
     /// Pseudonym, such as `sub-01`.
@@ -19,6 +20,7 @@ pub struct Participant {
 
 /// Trial that a recording is of.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Trial {
     /// Number among the practice trials or among the others, from 1.
@@ -31,7 +33,7 @@ pub struct Trial {
     pub condition: String,
     /// Name of the protocol.
     pub protocol: String,
-    /// Seed of the protocol's randomisation, at most [`MAX_SEED`].
+    /// Seed of the protocol's randomisation, at most 2⁶³ − 1.
     pub seed: u64,
     /// How the recording ended; absent while it goes on, and for good if the bench was killed. Whether the trial was
     /// accepted is in the session's log.
@@ -59,6 +61,7 @@ impl Trial {
 
 /// How a recording ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum End {
     /// All of the trial is in it.
@@ -69,6 +72,7 @@ pub enum End {
 
 /// Hardware that a recording was made with.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RecordedHardware {
     /// Audio input device.
@@ -140,6 +144,7 @@ impl RecordedHardware {
 
 /// Scheduling of the threads whose time counts, each in words, such as `real-time priority 10`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RecordedScheduling {
     /// The safety watch.
@@ -154,6 +159,7 @@ pub struct RecordedScheduling {
 
 /// Calibration that the constants of a recording come from.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CalibrationReference {
     /// Label of the calibration.
@@ -167,6 +173,7 @@ pub struct CalibrationReference {
 
 /// Program that wrote a recording.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Software {
     /// Name of the program.

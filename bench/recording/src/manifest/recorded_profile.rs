@@ -22,6 +22,7 @@ const LEAST_STEP_M: f64 = 1e-6;
 /// assert!(profile.validate().is_err());
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RecordedProfile {
     /// Places on the scale of `position.csv`, metres, in order.

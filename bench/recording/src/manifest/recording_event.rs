@@ -8,6 +8,7 @@ pub const QUIET_S: f64 = 0.5;
 
 /// Event at a sample of a recording.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RecordingEvent {
     /// Kind of event.
@@ -24,6 +25,7 @@ pub struct RecordingEvent {
 
 /// Kind of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum EventKind {
     /// Samples were lost, `frames` of them, and written as NaN.

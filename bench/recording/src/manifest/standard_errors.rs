@@ -18,6 +18,7 @@ const MOST: f64 = 0.5;
 /// assert!(errors.validate().is_err());
 /// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct StandardErrors {
     /// Of the plate's amplitude, relative: the pickup's sensitivity.

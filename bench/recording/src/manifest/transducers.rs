@@ -7,6 +7,7 @@ use super::recorded_profile::RecordedProfile;
 
 /// Channels of `signals.wav` by meaning.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RecordedChannels {
     /// Channel of the voltage across the actuators, read back.
@@ -17,6 +18,7 @@ pub struct RecordedChannels {
 
 /// Channel of the drive's read-back.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RecordedDrive {
     /// Channel in `signals.wav`, from 0.
@@ -30,6 +32,7 @@ pub struct RecordedDrive {
 
 /// Channel of the plate's displacement: x̃ = metres_per_unit · sample · exp(+i·phase_rad).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RecordedPickup {
     /// Channel in `signals.wav`, from 0.
@@ -45,6 +48,7 @@ pub struct RecordedPickup {
 
 /// Constants of the plate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RecordedPlate {
     /// Resonance frequency of the driven mode, Hz.

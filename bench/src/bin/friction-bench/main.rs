@@ -88,6 +88,11 @@ fn dispatch(command: Command, verbosity: Verbosity) -> anyhow::Result<ExitCode> 
             }
             Ok(ExitCode::SUCCESS)
         }
+        Command::Schema { name } => {
+            let schema = name.as_deref().and_then(schemas::text_of);
+            print(schema.unwrap_or_else(schemas::list))?;
+            Ok(ExitCode::SUCCESS)
+        }
         Command::Completions { shell } => {
             // The generators panic where they cannot write.
             let mut script = Vec::new();

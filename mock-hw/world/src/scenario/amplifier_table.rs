@@ -7,6 +7,7 @@ use super::ranges::all_within;
 
 /// The amplifier, from generator output to actuator voltage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct AmplifierTable {
     /// Actuator volts per full-scale unit of generator output, at frequencies far below the roll-off.

@@ -7,6 +7,7 @@ use super::ranges::all_within;
 
 /// How the person moves and presses. Probabilities are per exploration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct BehaviourTable {
     /// Normal force aimed at when no band is shown, N.

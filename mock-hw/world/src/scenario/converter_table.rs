@@ -9,6 +9,7 @@ use super::ranges::all_within;
 ///
 /// Channel 0 reads the actuator voltage back, channel 1 the pickup, channel 2 the generator's output; others are quiet.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct ConverterTable {
     /// Number of input channels.
@@ -55,6 +56,7 @@ impl Default for ConverterTable {
 
 /// Sample formats that a sound card may offer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 #[expect(missing_docs, reason = "the names say it")]
 pub enum SampleFormat {

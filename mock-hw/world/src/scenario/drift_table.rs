@@ -10,6 +10,7 @@ use super::ranges::all_within;
 /// Glass with glued piezos shifts by some hertz per kelvin at 35 kHz; size and sign depend on glass and glue. All sizes
 /// are assumptions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct DriftTable {
     /// Rate at which the room moves the resonance when the simulation begins, which is its greatest, Hz/min.

@@ -7,6 +7,7 @@ use super::ranges::all_within;
 
 /// The pulley encoder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct EncoderTable {
     /// Quadrature counts per metre of finger travel.

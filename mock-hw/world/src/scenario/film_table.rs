@@ -7,6 +7,7 @@ use super::ranges::all_within;
 
 /// Squeeze film and asperities (`Huloux 2021`, Eqs. 13–18), as far as nothing of it is drawn for a person.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct FilmTable {
     /// Ambient pressure p0, Pa.

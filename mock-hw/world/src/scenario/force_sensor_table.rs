@@ -8,6 +8,7 @@ use super::ranges::all_within;
 
 /// Format of the force sensor's serial line (`docs/force-protocol.md`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum ForceProtocol {
     /// Binary COBS frames.
@@ -18,6 +19,7 @@ pub enum ForceProtocol {
 
 /// How the force sensor is reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum ForceInterface {
     /// By a serial line.
@@ -32,6 +34,7 @@ pub enum ForceInterface {
 
 /// The two-axis force sensor and its device.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct ForceSensorTable {
     /// Sample rate by the device's clock, Hz.

@@ -11,6 +11,7 @@ use super::ranges::all_within;
 /// al. 2017, PNAS 114(41); Adams et al. 2013, J. R. Soc. Interface 10. All other laws here, and all sizes, are
 /// assumptions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct FrictionTable {
     /// Share of the friction coefficient that no levitation takes away; drawn for a person where `spread` says so.

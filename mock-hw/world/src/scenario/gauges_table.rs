@@ -10,6 +10,7 @@ pub const FIRST_GAUGE: usize = 3;
 
 /// The amplifier between a sensor's gauges and the sound card's inputs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct GaugesTable {
     /// Delay of the amplifier's filter, s.

@@ -7,6 +7,7 @@ use super::ranges::all_within;
 
 /// Spread of the true constants from seed to seed; off by default.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct JitterTable {
     /// Whether the constants differ from seed to seed.

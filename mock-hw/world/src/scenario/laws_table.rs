@@ -7,6 +7,7 @@ use super::ranges::all_within;
 
 /// Laws of the contact that differ from the published ones; by default none does. All sizes are assumptions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct LawsTable {
     /// Height at which the asperities end, in standard deviations of a normal distribution of heights whose

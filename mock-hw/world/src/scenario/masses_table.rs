@@ -9,6 +9,7 @@ use super::ranges::all_within;
 ///
 /// They load the sensor but do not change the plate's vibration: they are for a plate at rest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct MassesTable {
     /// Acceleration of gravity at the bench, m/s².

@@ -7,6 +7,7 @@ use super::ranges::all_within;
 
 /// The voltmeter: true RMS of the actuators' voltage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct MeterTable {
     /// Standard deviation of its gain from one meter to another, relative.

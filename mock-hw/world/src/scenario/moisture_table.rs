@@ -7,6 +7,7 @@ use super::ranges::all_within;
 
 /// Moisture of the skin: a slow random walk about its mean, common to σ_t, Z_t and μ0, and a growth under the finger.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct MoistureTable {
     /// Standard deviation of the relative change of μ0; Z_t changes by −0.7 and σ_t by −0.3 of it.

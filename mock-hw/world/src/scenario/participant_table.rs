@@ -10,6 +10,7 @@ use super::spread_table::SpreadTable;
 
 /// The person: pinned values, or drawn by seed from the population.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct ParticipantTable {
     /// Asperity scale σ_t, m; drawn when absent.

@@ -7,6 +7,7 @@ use super::ranges::all_within;
 
 /// The pickup, from plate displacement to sample value.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct PickupTable {
     /// Metres of plate displacement per sample value.

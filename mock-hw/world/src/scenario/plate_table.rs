@@ -8,6 +8,7 @@ use super::ranges::all_within;
 
 /// The plate as its carrier mode and a second mode.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct PlateTable {
     /// Resonance of the carrier mode, Hz.
@@ -48,6 +49,7 @@ impl Default for PlateTable {
 
 /// A second flexural mode; its ratios are values of its mode shape relative to the carrier mode's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct SecondModeTable {
     /// Resonance, Hz.

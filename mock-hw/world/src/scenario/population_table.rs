@@ -5,6 +5,7 @@ use strict::{OutOfRange, within};
 
 /// Distributions of the skin (`Huloux 2021`, section on participants; μ0's mean and spread are assumptions).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct PopulationTable {
     /// Mean and standard deviation of σ_t, m.

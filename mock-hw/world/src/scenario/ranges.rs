@@ -25,6 +25,7 @@ macro_rules! drawable {
     ) => {
         $(#[$about])*
         #[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
         #[serde(deny_unknown_fields, default)]
         pub struct $table {
             $($(#[$doc])* #[serde(skip_serializing_if = "Option::is_none")] pub $field: Option<[f64; 2]>,)+

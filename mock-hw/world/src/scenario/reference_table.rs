@@ -10,6 +10,7 @@ pub const REFERENCE_INPUT: usize = 3;
 
 /// The vibrometer, from the plate's middle to sample values.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct ReferenceTable {
     /// Quantity that the output follows.
@@ -26,6 +27,7 @@ pub struct ReferenceTable {
 
 /// Quantity that a vibrometer's output follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Follows {
     /// There is no vibrometer; the input is quiet.

@@ -39,6 +39,7 @@ use crate::seed;
 /// # Ok::<(), ScenarioError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Scenario {
     /// Purpose of the scenario, in one line.

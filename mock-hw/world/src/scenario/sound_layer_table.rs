@@ -5,6 +5,7 @@ use strict::{OutOfRange, within};
 
 /// A server or plug-in between the program and the sound card that changes samples without reporting it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct SoundLayerTable {
     /// Rate to which the output is resampled and from which it is resampled back, Hz; it is not resampled when absent.
@@ -36,6 +37,7 @@ impl Default for SoundLayerTable {
 
 /// A permanent delay of one channel of the input stream.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ChannelSlip {
     /// The channel of the input stream, from 0.

@@ -1,0 +1,63 @@
+//! Where in a file the numbers stand that a schema knows.
+
+use serde_json::Value;
+
+/// A number in a file, and its schema.
+#[derive(Debug, Clone)]
+pub(crate) struct Place {
+    /// Keys from the file's root; a list's first table is `0`, and every entry of a list of numbers is meant by its key.
+    pub path: Vec<String>,
+    /// JSON pointer to the number's schema.
+    pub pointer: String,
+    /// Whether it is an entry of a list.
+    pub in_list: bool,
+}
+
+/// Returns the places of all numbers.
+pub(crate) fn numbers(schema: &Value) -> Vec<Place> {
+    let mut found = Vec::new();
+    walk(schema, String::new(), Vec::new(), false, &mut found);
+    found
+}
+
+fn walk(root: &Value, pointer: String, path: Vec<String>, in_list: bool, found: &mut Vec<Place>) {
+    let Some(node) = root.pointer(&pointer) else {
+        return;
+    };
+    if let Some(target) = node.get("$ref").and_then(Value::as_str) {
+        let target = target.trim_start_matches('#').to_owned();
+        walk(root, target, path.clone(), in_list, found);
+    }
+    if let Some(Value::Object(properties)) = node.get("properties") {
+        for key in properties.keys() {
+            let below = [path.as_slice(), std::slice::from_ref(key)].concat();
+            let pointer = format!("{pointer}/properties/{key}");
+            walk(root, pointer, below, false, found);
+        }
+    }
+    if let Some(items) = node.get("items") {
+        let tables = items.get("$ref").is_some() || items.get("properties").is_some();
+        let below = match tables {
+            true => [path.as_slice(), &["0".to_owned()]].concat(),
+            false => path.clone(),
+        };
+        // Lists of lists are left alone.
+        if items.get("items").is_none() {
+            walk(root, format!("{pointer}/items"), below, !tables, found);
+        }
+    }
+    if let Some(Value::Array(either)) = node.get("anyOf") {
+        for index in 0..either.len() {
+            let pointer = format!("{pointer}/anyOf/{index}");
+            walk(root, pointer, path.clone(), in_list, found);
+        }
+    }
+    let kind = node.get("type").and_then(Value::as_str);
+    if matches!(kind, Some("number" | "integer")) {
+        found.push(Place {
+            path,
+            pointer,
+            in_list,
+        });
+    }
+}

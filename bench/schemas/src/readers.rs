@@ -1,0 +1,139 @@
+//! The readers of the files that know ranges, and files that they accept.
+
+use config::{Config, ConfigError};
+use mock_world::scenario::{Scenario, ScenarioError};
+use protocols::{BrokenRule, Protocol, ProtocolError};
+use strict::OutOfRange;
+use toml::{Table, Value};
+
+/// What a reader says of a text.
+#[derive(Debug, PartialEq)]
+pub(crate) enum Answer {
+    /// It takes it.
+    Taken,
+    /// A number is out of its range.
+    OutOfRange(OutOfRange),
+    /// It breaks another rule.
+    Refused,
+}
+
+/// A reader, and files that it accepts, in which numbers are tried.
+pub(crate) struct Reader {
+    /// The files; what one of them leaves unread, such as the table of a source that is not in use, another has.
+    pub documents: Vec<Table>,
+    /// Reads a text.
+    pub read: fn(&str) -> Answer,
+}
+
+/// Returns the reader of `bench.toml`, with a file for each source of forces and for a card of its own library.
+pub(crate) fn bench() -> Reader {
+    let template = table(&config::whole_template());
+    let with_source = |source: &str| {
+        let mut document = template.clone();
+        if let Some(Value::Table(force)) = document.get_mut("force") {
+            force.insert("source".to_owned(), Value::from(source));
+        }
+        document
+    };
+    let mut channels = with_source("channels");
+    if let Some(gauges) = channels["force"]["channels"].as_table_mut() {
+        gauges.remove("cal_file");
+        gauges.extend(table(
+            "inputs = [2, 3]\nnewtons_per_v = [[1.0, 0.0], [0.0, 1.0]]",
+        ));
+    }
+    channels["audio"]["input_channels"] = Value::Integer(4);
+    let mut card = with_source("serial");
+    if let Some(audio) = card["audio"].as_table_mut() {
+        audio.extend(table(
+            "host = \"nidaqmx\"\noutput_device = \"Dev1\"\ninput_device = \"Dev1\"\nsample_format = \"f32\"\noutput_channels = 1\n\
+             input_channels = 2\nrate_hz = 100000",
+        ));
+    }
+    Reader {
+        documents: vec![
+            with_source("serial"),
+            card,
+            channels,
+            with_source("netft"),
+            with_source("field-box"),
+        ],
+        read: |text| match Config::parse(text, "bench.toml") {
+            Ok(_) => Answer::Taken,
+            Err(ConfigError::Value {
+                range: Some(range), ..
+            }) => Answer::OutOfRange(*range),
+            Err(_) => Answer::Refused,
+        },
+    }
+}
+
+/// Returns the reader of protocols.
+pub(crate) fn protocol() -> Reader {
+    Reader {
+        documents: protocols::BUILT_IN.map(|(_, text)| table(text)).to_vec(),
+        read: |text| match Protocol::parse(text, "protocol.toml") {
+            Ok(_) => Answer::Taken,
+            Err(ProtocolError::Rule(rule)) => match rule.error {
+                BrokenRule::OutOfRange(range) => Answer::OutOfRange(range),
+                _ => Answer::Refused,
+            },
+            Err(_) => Answer::Refused,
+        },
+    }
+}
+
+/// Returns the reader of scenarios, with files for either kind of force sensor.
+pub(crate) fn scenario() -> Reader {
+    let whole = |name: &str| {
+        let scenario = mock_world::scenario::built_in(name).unwrap_or_default();
+        Table::try_from(scenario).unwrap_or_default()
+    };
+    Reader {
+        documents: ["nominal", "gauges"].map(whole).to_vec(),
+        read: |text| match Scenario::parse(text, "scenario.toml") {
+            Ok(_) => Answer::Taken,
+            Err(ScenarioError::OutOfRange { range, .. }) => Answer::OutOfRange(range),
+            Err(_) => Answer::Refused,
+        },
+    }
+}
+
+fn table(text: &str) -> Table {
+    text.parse().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_document_is_taken() {
+        for reader in [bench(), protocol(), scenario()] {
+            for document in &reader.documents {
+                assert!(!document.is_empty());
+                let text = document.to_string();
+                assert_eq!((reader.read)(&text), Answer::Taken, "{text}");
+            }
+        }
+    }
+
+    /// Of a source without a document here the schema would know no ranges.
+    #[test]
+    fn every_source_of_forces_has_a_document() {
+        let schema = crate::schema_of("bench").unwrap();
+        let sources = schema.pointer("/$defs/Source/oneOf").unwrap();
+        let of = |document: &Table| {
+            document["force"]
+                .get("source")
+                .map_or("serial".to_owned(), |source| {
+                    source.as_str().unwrap().to_owned()
+                })
+        };
+        let there: Vec<String> = bench().documents.iter().map(of).collect();
+        for source in sources.as_array().unwrap() {
+            let source = source["const"].as_str().unwrap();
+            assert!(there.iter().any(|known| known == source), "{source}");
+        }
+    }
+}

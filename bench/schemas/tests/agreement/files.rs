@@ -1,0 +1,143 @@
+//! The files that come with the program, and their readers.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use config::{CalibrationFile, Config, ConfigError, Identity};
+use mock_world::scenario::{Scenario, ScenarioError};
+use protocols::{Protocol, ProtocolError};
+use recording::manifest::{Manifest, ManifestReadError};
+use strict::TomlError;
+use toml::Table;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+fn table(text: &str) -> Table {
+    text.parse().unwrap()
+}
+
+/// Returns the TOML files below a folder whose names `wanted` takes.
+fn below(folder: &str, wanted: impl Fn(&str) -> bool) -> Vec<(String, Table)> {
+    let mut found = Vec::new();
+    let mut folders = vec![root().join(folder)];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(&folder).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.file_name().unwrap().to_string_lossy().into_owned();
+            if path.is_dir() {
+                folders.push(path);
+            } else if name.ends_with(".toml") && wanted(&name) {
+                let text = fs::read_to_string(&path).unwrap();
+                found.push((path.display().to_string(), table(&text)));
+            }
+        }
+    }
+    found.sort_by(|a, b| a.0.cmp(&b.0));
+    found
+}
+
+/// Returns the files of a kind that come with the program, with their names.
+pub fn shipped(name: &str) -> Vec<(String, Table)> {
+    let seed = |name: &str| name.starts_with("sound");
+    match name {
+        "bench" => {
+            let read = |file: &str| fs::read_to_string(root().join("bench").join(file)).unwrap();
+            let mock = table(&read("mock-bench.toml"));
+            let mut files = vec![
+                ("mock-bench.toml".to_owned(), mock.clone()),
+                ("template".to_owned(), table(config::TEMPLATE)),
+                (
+                    "whole template".to_owned(),
+                    table(&config::whole_template()),
+                ),
+            ];
+            // What other sensors change of the simulated bench.
+            for sensor in ["channels", "netft", "field-box"] {
+                let file = format!("mock-bench-{sensor}.toml");
+                let mut whole = mock.clone();
+                whole.extend(table(&format!("[force]\n{}", read(&file))));
+                files.push((file, whole));
+            }
+            files.extend(below("fuzz/seeds/config", seed));
+            files
+        }
+        "calibration" => {
+            // None comes with the program: a bench that was never calibrated has a calibration of nothing.
+            let config = Config::parse(config::TEMPLATE, "template").unwrap();
+            let identity = Identity::of(&config, "in".to_owned(), "out".to_owned());
+            let text = CalibrationFile::of(identity).to_text().unwrap();
+            vec![("of nothing".to_owned(), table(&text))]
+        }
+        "protocol" => {
+            let all = |name: &str| name != "Cargo.toml" && name != "clippy.toml";
+            let mut files = below("protocols", all);
+            files.extend(below("tests/protocols", all));
+            files.extend(below("fuzz/seeds/protocol", seed));
+            files
+        }
+        "scenario" => {
+            let mut files = below("mock-hw/world/scenarios", |_| true);
+            files.extend(below("fuzz/seeds/scenario", seed));
+            files
+        }
+        "recording" => {
+            let mut files = below("bench/tests/data", |name| name == "recording.toml");
+            files.extend(below("fuzz/seeds/manifest", seed));
+            files
+        }
+        other => panic!("{other}"),
+    }
+}
+
+/// Returns why the reader cannot take a file's keys and types, whatever the rules for its values.
+fn structure(name: &str, table: &Table) -> Result<(), TomlError> {
+    let text = table.to_string();
+    match name {
+        "bench" => match Config::parse(&text, name) {
+            Err(ConfigError::Toml(error)) => Err(error),
+            _ => Ok(()),
+        },
+        // Its first line is read before the rest.
+        "calibration" => {
+            let mut rest = table.clone();
+            let hash = rest.remove("sha256");
+            let hash = hash.as_ref().and_then(toml::Value::as_str);
+            let missing = || TomlError::MissingKey {
+                file: name.to_owned(),
+                table: None,
+                key: "sha256".to_owned(),
+            };
+            let is_hash = hash.is_some_and(|hash| hash.len() == 64);
+            strict::parse::<CalibrationFile>(&rest.to_string(), name)?;
+            if is_hash { Ok(()) } else { Err(missing()) }
+        }
+        "protocol" => match Protocol::parse(&text, name) {
+            Err(ProtocolError::Toml(error)) => Err(error),
+            _ => Ok(()),
+        },
+        "scenario" => match Scenario::parse(&text, name) {
+            Err(ScenarioError::Toml(error)) => Err(error),
+            _ => Ok(()),
+        },
+        "recording" => match Manifest::parse(&text, name) {
+            Err(ManifestReadError::Toml(error)) => Err(error),
+            _ => Ok(()),
+        },
+        other => panic!("{other}"),
+    }
+}
+
+/// Returns whether the reader takes a file's keys and types.
+pub fn accepts_structure(name: &str, table: &Table) -> bool {
+    structure(name, table).is_ok()
+}
+
+/// Returns the keys that the reader knows where the key `0` stands.
+pub fn unknown_key(name: &str, table: &Table) -> Vec<String> {
+    match structure(name, table) {
+        Err(TomlError::UnknownKey { key, known, .. }) if key == "0" => known,
+        other => panic!("{name}: {other:?}\n{table}"),
+    }
+}

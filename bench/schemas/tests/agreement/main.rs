@@ -1,0 +1,199 @@
+//! A schema takes and refuses what the reader of its file does.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+mod files;
+mod sample;
+
+use files::{accepts_structure, shipped, unknown_key};
+use serde_json::Value;
+use toml::Table;
+
+fn validator(name: &str) -> jsonschema::Validator {
+    let schema = schemas::schema_of(name).unwrap();
+    jsonschema::options()
+        .should_validate_formats(true)
+        .build(&schema)
+        .unwrap()
+}
+
+fn as_json(table: &Table) -> Value {
+    serde_json::to_value(table).unwrap()
+}
+
+#[test]
+fn every_schema_is_one_of_2020_12() {
+    for name in schemas::names() {
+        let schema = schemas::schema_of(name).unwrap();
+        assert_eq!(
+            schema["$schema"],
+            "https://json-schema.org/draft/2020-12/schema"
+        );
+        jsonschema::draft202012::meta::validate(&schema).unwrap();
+        assert!(schemas::list().contains(name));
+    }
+    assert_eq!(schemas::schema_of("bnech"), None);
+}
+
+#[test]
+fn every_file_that_comes_with_the_program_is_valid() {
+    for name in schemas::names() {
+        let validator = validator(name);
+        let files = shipped(name);
+        assert!(!files.is_empty(), "{name}");
+        for (file, table) in files {
+            let errors: Vec<String> = validator
+                .iter_errors(&as_json(&table))
+                .map(|error| format!("{}: {error}", error.instance_path()))
+                .collect();
+            assert!(errors.is_empty(), "{file}: {errors:#?}");
+            assert!(accepts_structure(name, &table), "{file}");
+        }
+    }
+}
+
+/// The line by which an editor finds a schema.
+#[test]
+fn a_first_line_that_names_a_schema_is_read() {
+    let text = format!("#:schema ./bench.schema.json\n{}", config::TEMPLATE);
+    assert_eq!(
+        config::Config::parse(&text, "bench.toml").unwrap(),
+        config::Config::parse(config::TEMPLATE, "bench.toml").unwrap()
+    );
+}
+
+/// Changes one thing of a table and of every table and list in it.
+fn changed(value: &toml::Value, change: &dyn Fn(&Table) -> Vec<Table>) -> Vec<toml::Value> {
+    match value {
+        toml::Value::Table(table) => {
+            let here = change(table).into_iter().map(toml::Value::Table);
+            let below = table.iter().flat_map(|(key, value)| {
+                changed(value, change).into_iter().map(|value| {
+                    let mut table = table.clone();
+                    table.insert(key.clone(), value);
+                    toml::Value::Table(table)
+                })
+            });
+            here.chain(below).collect()
+        }
+        toml::Value::Array(entries) => match entries.first() {
+            Some(first) => changed(first, change)
+                .into_iter()
+                .map(|value| {
+                    let mut entries = entries.clone();
+                    entries[0] = value;
+                    toml::Value::Array(entries)
+                })
+                .collect(),
+            None => Vec::new(),
+        },
+        _ => Vec::new(),
+    }
+}
+
+/// Requires schema and reader to agree on every change of every file; returns how many both refused.
+fn both_agree(change: &dyn Fn(&Table) -> Vec<Table>) -> usize {
+    let mut refused = 0;
+    for name in schemas::names() {
+        let validator = validator(name);
+        let mut samples = shipped(name);
+        // A few say it all: one made of the schema has every key.
+        samples.truncate(2);
+        samples.push(("sample".to_owned(), sample::of(name)));
+        for (file, table) in samples {
+            for changed in changed(&toml::Value::Table(table.clone()), change) {
+                let toml::Value::Table(changed) = changed else {
+                    unreachable!()
+                };
+                let by_schema = validator.is_valid(&as_json(&changed));
+                let by_reader = accepts_structure(name, &changed);
+                assert_eq!(by_schema, by_reader, "{name}, {file}:\n{changed}");
+                refused += usize::from(!by_schema);
+            }
+        }
+    }
+    refused
+}
+
+fn with(table: &Table, key: &str, value: impl Into<toml::Value>) -> Table {
+    let mut table = table.clone();
+    table.insert(key.to_owned(), value.into());
+    table
+}
+
+#[test]
+fn a_misspelt_key_is_refused() {
+    let misspell = |table: &Table| {
+        let one = |(key, value): (&String, &toml::Value)| {
+            let mut table = table.clone();
+            table.remove(key);
+            with(&table, &format!("{key}x"), value.clone())
+        };
+        table.iter().map(one).collect()
+    };
+    assert!(both_agree(&misspell) > 500);
+}
+
+#[test]
+fn a_key_that_is_left_out_is_missed_or_not_by_both() {
+    let leave_out = |table: &Table| {
+        let one = |key: &String| {
+            let mut table = table.clone();
+            table.remove(key);
+            table
+        };
+        table.keys().map(one).collect()
+    };
+    assert!(both_agree(&leave_out) > 100);
+}
+
+#[test]
+fn a_wrong_type_and_an_unknown_word_are_refused() {
+    let wrong = |table: &Table| {
+        let one = |(key, value): (&String, &toml::Value)| match value {
+            toml::Value::String(_) => vec![
+                with(table, key, "no such word"),
+                with(table, key, true),
+                with(table, key, vec!["fx"]),
+            ],
+            toml::Value::Integer(_) => vec![
+                with(table, key, "7"),
+                with(table, key, true),
+                with(table, key, -1e9),
+            ],
+            toml::Value::Float(_) => vec![with(table, key, "7.0"), with(table, key, false)],
+            toml::Value::Boolean(_) => vec![with(table, key, "true"), with(table, key, 1)],
+            toml::Value::Array(_) => vec![with(table, key, 1.0), with(table, key, Table::new())],
+            _ => vec![with(table, key, 1.0), with(table, key, "table")],
+        };
+        table.iter().flat_map(one).collect()
+    };
+    assert!(both_agree(&wrong) > 500);
+}
+
+/// Neither has a key that the other has not.
+#[test]
+fn every_table_has_the_keys_of_its_reader() {
+    let mut tables = 0;
+    for name in schemas::names() {
+        let schema = schemas::schema_of(name).unwrap();
+        let whole = sample::of(name);
+        assert!(accepts_structure(name, &whole), "{name}:\n{whole}");
+        let unknown = |table: &Table| vec![with(table, "0", true)];
+        for with_unknown in changed(&toml::Value::Table(whole.clone()), &unknown) {
+            let toml::Value::Table(with_unknown) = with_unknown else {
+                unreachable!()
+            };
+            let mut known = unknown_key(name, &with_unknown);
+            let mut stated = sample::keys_beside_unknown(&schema, &with_unknown);
+            stated.retain(|key| key != "sha256");
+            known.sort();
+            stated.sort();
+            assert_eq!(known, stated, "{name}:\n{with_unknown}");
+            tables += 1;
+        }
+    }
+    assert!(tables > 70, "{tables}");
+}

@@ -11,6 +11,7 @@
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
@@ -37,6 +38,9 @@ const NO_TOUCH_S: &str = "1e6";
 const JACKD: [&str; 11] = [
     "-S", "-d", "dummy", "-r", "192000", "-p", "1024", "-C", "0", "-P", "0",
 ];
+
+/// Servers in real time take each other's.
+static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
 /// A server with the apparatus on it, under names of their own.
 struct Server {
@@ -203,6 +207,7 @@ fn session() -> Option<(Server, SessionFolder)> {
 
 #[test]
 fn an_exploration_over_a_real_audio_server_is_recorded_to_the_sample() {
+    let _alone = ONE_AT_A_TIME.lock();
     let (_server, session) = (0..TRIES)
         .find_map(|_| session())
         .unwrap_or_else(|| panic!("no session without a slip in {TRIES} tries"));
@@ -248,6 +253,7 @@ fn an_exploration_over_a_real_audio_server_is_recorded_to_the_sample() {
 /// Fault 21.
 #[test]
 fn a_force_sensor_that_is_not_there_is_named() {
+    let _alone = ONE_AT_A_TIME.lock();
     // A server under load may refuse a client before the bench comes to the sensor.
     let (server, output) = (0..TRIES)
         .find_map(|_| {
@@ -305,6 +311,7 @@ fn calibration() -> Option<CalibrationFile> {
 
 #[test]
 fn a_bench_is_calibrated_over_a_real_audio_server() {
+    let _alone = ONE_AT_A_TIME.lock();
     let measured = (0..TRIES)
         .find_map(|_| calibration())
         .unwrap_or_else(|| panic!("no calibration without a loss in {TRIES} tries"));

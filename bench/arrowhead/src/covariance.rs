@@ -7,11 +7,11 @@ use crate::normal::{BlockNormal, Place};
 
 /// Covariance of the shared parameters, and of each block's own with the shared ones.
 pub struct ArrowCovariance<const OWN: usize, const SHARED: usize, const ERRORS: usize> {
-    /// Of the shared parameters.
+    /// Covariance of the shared parameters.
     pub shared: SMatrix<f64, SHARED, SHARED>,
-    /// Of each block's own.
+    /// Covariance of each block's own parameters.
     pub blocks: Vec<BlockCovariance<OWN, SHARED>>,
-    /// What of it follows errors.
+    /// How the minimum moves with errors that are not fitted; the covariances hold it.
     pub response: ArrowResponse<OWN, SHARED, ERRORS>,
 }
 
@@ -33,9 +33,9 @@ impl<const OWN: usize, const SHARED: usize, const ERRORS: usize>
 
 /// Covariance of a block's own parameters, and between them and the shared ones.
 pub struct BlockCovariance<const OWN: usize, const SHARED: usize> {
-    /// Of the own parameters.
+    /// Covariance of the own parameters.
     pub own: SMatrix<f64, OWN, OWN>,
-    /// Between own and shared ones.
+    /// Covariance between own and shared ones.
     pub with_shared: SMatrix<f64, OWN, SHARED>,
 }
 

@@ -5,5 +5,5 @@ mod minimise;
 mod normal;
 
 pub use covariance::{ArrowCovariance, ArrowResponse, BlockCovariance};
-pub use minimise::{ArrowMinimum, ArrowProblem, Prior, minimise};
+pub use minimise::{ArrowMinimum, ArrowProblem, Prior, Until, minimise};
 pub use normal::BlockNormal;

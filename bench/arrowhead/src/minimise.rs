@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use crate::normal::{Arrow, BlockNormal, Place};
 
-/// What is known of parameters beforehand: each is about its mean, as precisely as stated (1/σ²; 0 where nothing is known).
+/// Independent normal priors of parameters. A precision (1/σ²) of 0 is no knowledge.
 #[derive(Debug, Clone, Copy)]
 pub struct Prior<const N: usize> {
     /// Means.
@@ -48,6 +48,15 @@ pub trait ArrowProblem<const OWN: usize, const SHARED: usize> {
     fn prior_of_shared(&self) -> Prior<SHARED>;
 }
 
+/// When a search ends.
+#[derive(Debug, Clone, Copy)]
+pub struct Until {
+    /// Relative fall of the squares that is not worth a step.
+    pub tolerance: f64,
+    /// Most steps that are tried.
+    pub iterations: usize,
+}
+
 /// A minimum, or the best that was found.
 #[derive(Debug, Clone)]
 pub struct ArrowMinimum<const OWN: usize, const SHARED: usize> {
@@ -63,7 +72,6 @@ pub struct ArrowMinimum<const OWN: usize, const SHARED: usize> {
     pub(crate) arrow: Arrow<OWN, SHARED>,
 }
 
-const ITERATIONS: usize = 500;
 const FIRST_DAMPING: f64 = 1e-4;
 const MOST_DAMPING: f64 = 1e12;
 /// Part of a step at which the bend of the valley is felt.
@@ -73,18 +81,17 @@ const MOST_BEND: f64 = 0.75;
 /// Relative fall of the squares below which a step is too short to bend.
 const STRAIGHT: f64 = 1e-4;
 
-/// Minimises from one start, until a step would lessen the squares by no more than `tolerance` of them; `None` if the model does
-/// not hold there.
+/// Minimises from one start; `None` if the model does not hold there.
 pub fn minimise<const OWN: usize, const SHARED: usize>(
     problem: &mut impl ArrowProblem<OWN, SHARED>,
     shared: SVector<f64, SHARED>,
     own: Vec<SVector<f64, OWN>>,
-    tolerance: f64,
+    until: Until,
 ) -> Option<ArrowMinimum<OWN, SHARED>> {
     let mut at = Place { shared, own };
     let mut valley = Valley::at(problem, &at)?;
     let (mut damping, mut growth, mut converged) = (FIRST_DAMPING, 2.0, false);
-    for _ in 0..ITERATIONS {
+    for _ in 0..until.iterations {
         let arrow = &valley.arrow;
         let Some(step) = arrow.step(damping, &arrow.gradient()) else {
             damping *= growth;
@@ -95,7 +102,7 @@ pub fn minimise<const OWN: usize, const SHARED: usize>(
             continue;
         };
         let expected = arrow.expected_fall(&step);
-        if expected <= tolerance * arrow.squares {
+        if expected <= until.tolerance * arrow.squares {
             converged = true;
             break;
         }
@@ -244,18 +251,35 @@ mod tests {
         }
     }
 
+    const UNTIL: Until = Until {
+        tolerance: 1e-12,
+        iterations: 500,
+    };
+
     #[test]
     fn a_narrow_bent_valley_is_followed_to_its_end() {
         for narrow in [1.0, 10.0, 1e3] {
             let mut problem = Bent { narrow };
             let start = (SVector::from([-1.2]), vec![SVector::from([1.0]); 3]);
-            let found = minimise(&mut problem, start.0, start.1, 1e-12).unwrap();
+            let found = minimise(&mut problem, start.0, start.1, UNTIL).unwrap();
             assert!(found.converged);
             assert!((found.shared[0] - 1.0).abs() < 1e-6, "{}", found.shared[0]);
             for own in &found.own {
                 assert!((own[0] - 1.0).abs() < 1e-5, "{}", own[0]);
             }
         }
+    }
+
+    #[test]
+    fn a_search_that_is_cut_short_says_so() {
+        let mut problem = Bent { narrow: 1e3 };
+        let start = (SVector::from([-1.2]), vec![SVector::from([1.0]); 3]);
+        let until = Until {
+            iterations: 3,
+            ..UNTIL
+        };
+        let found = minimise(&mut problem, start.0, start.1, until).unwrap();
+        assert!(!found.converged);
     }
 
     /// From the floor of the valley a straight step leads up its wall.

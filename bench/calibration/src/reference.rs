@@ -85,7 +85,7 @@ impl Reference {
             if value > 0.0 && value <= most {
                 return Ok(());
             }
-            bail!("{name} = {value} is outside 0 to {most}")
+            bail!("{name} = {value} must be over 0 and at most {most}")
         };
         match follows {
             Follows::Displacement(m_per_v) => {

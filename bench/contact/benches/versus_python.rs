@@ -35,7 +35,8 @@ const AGREEMENT: f64 = 1e-3;
 /// that they do, and knows nothing of how residuals scatter together.
 const OTHER_LAWS: f64 = 0.02;
 
-/// What keeps the linear algebra under numpy on one core, as ours is: with more threads than idle cores it takes ten times as long.
+/// Set to 1 they hold numpy's linear algebra to one core, as ours is. With more threads than idle cores it takes up to eight
+/// times as long.
 const ONE_THREAD: [&str; 3] = ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"];
 
 /// Measures `rivals.py NAME` where there is a Python; `answer` is what ours came to.

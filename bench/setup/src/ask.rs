@@ -23,6 +23,12 @@ pub trait Ask {
     /// # Errors
     /// If nobody is there to answer, or leaves.
     fn text(&mut self, question: &Question<'_>, usual: &str) -> anyhow::Result<String>;
+
+    /// Returns whether something is to be done now.
+    ///
+    /// # Errors
+    /// If whoever is asked leaves.
+    fn confirm(&mut self, text: &str) -> anyhow::Result<bool>;
 }
 
 /// A person at a terminal.
@@ -37,6 +43,10 @@ impl Ask for Terminal {
     fn text(&mut self, question: &Question<'_>, usual: &str) -> anyhow::Result<String> {
         let asked = inquire::Text::new(question.text).with_default(usual);
         Ok(asked.prompt()?)
+    }
+
+    fn confirm(&mut self, text: &str) -> anyhow::Result<bool> {
+        Ok(inquire::Confirm::new(text).with_default(true).prompt()?)
     }
 }
 
@@ -58,5 +68,9 @@ impl Ask for Unattended {
 
     fn text(&mut self, _: &Question<'_>, usual: &str) -> anyhow::Result<String> {
         Ok(usual.to_owned())
+    }
+
+    fn confirm(&mut self, _: &str) -> anyhow::Result<bool> {
+        Ok(true)
     }
 }

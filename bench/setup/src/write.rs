@@ -1,10 +1,10 @@
 //! Asks what is there, and writes a `bench.toml`.
 
 use std::fs::File;
-use std::io::{ErrorKind, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use anyhow::bail;
+use anyhow::{Context, bail};
 
 use crate::ask::{Ask, Question};
 use crate::card::{self, Card};
@@ -41,6 +41,15 @@ pub fn write(options: &Options, found: &Listing, ask: &mut dyn Ask) -> anyhow::R
             path.display()
         );
     }
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    if folder.is_some_and(|folder| !folder.is_dir()) {
+        bail!(
+            "the folder of {} does not exist: make it first",
+            path.display()
+        );
+    }
     let rig = rig(options, ask)?;
     let sensor = sensor(rig, options, found, ask)?;
     let gauges = matches!(sensor, ForceSensor::Gauges { .. });
@@ -71,10 +80,8 @@ pub fn write(options: &Options, found: &Listing, ask: &mut dyn Ask) -> anyhow::R
         )?,
     };
     sheet.set("plate", "id", plate)?;
-    let mut file = File::create_new(path).map_err(|error| match error.kind() {
-        ErrorKind::NotFound => anyhow::anyhow!("the folder of {} does not exist", path.display()),
-        _ => anyhow::Error::from(error).context(format!("cannot write {}", path.display())),
-    })?;
+    let mut file =
+        File::create_new(path).with_context(|| format!("cannot write {}", path.display()))?;
     file.write_all(sheet.text().as_bytes())?;
     file.sync_all()?;
     Ok(Written {
@@ -441,6 +448,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let options = options(folder.path(), Rig::FieldBox);
         std::fs::write(&options.config, "mine").unwrap();
+        let mut nowhere = self::options(folder.path(), Rig::FieldBox);
+        nowhere.config = folder.path().join("nowhere/bench.toml");
+        let refused = write(&nowhere, &computer(), &mut Unattended).err().unwrap();
+        assert!(refused.to_string().contains("make it first"), "{refused}");
         let refused = write(&options, &computer(), &mut Unattended).err().unwrap();
         assert!(refused.to_string().contains("--config FILE"));
         assert_eq!(std::fs::read_to_string(&options.config).unwrap(), "mine");

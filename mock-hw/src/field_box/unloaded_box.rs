@@ -17,6 +17,8 @@ const RATE_HZ: f64 = 1000.0;
 #[derive(Debug)]
 pub(crate) struct UnloadedBox {
     field_box: FieldBox,
+    /// Rate of its clock over true time.
+    clock_rate: f64,
     conversions: u64,
 }
 
@@ -33,6 +35,7 @@ impl UnloadedBox {
             ..ForceSensorTable::default()
         };
         Ok(Self {
+            clock_rate: 1.0 + 1e-6 * converter.clock_ppm,
             field_box: FieldBox::open(&converter, start, synchronous, board)?,
             conversions: 0,
         })
@@ -51,11 +54,11 @@ impl UnloadedBox {
     /// Sends what is due at true time `now_s`.
     pub(crate) fn send(&mut self, now_s: f64) -> io::Result<()> {
         let mut samples = Vec::new();
-        while (self.conversions as f64) <= now_s * RATE_HZ {
-            let time_s = self.conversions as f64 / RATE_HZ;
+        while (self.conversions as f64) <= now_s * self.clock_rate * RATE_HZ {
+            let device_time_s = self.conversions as f64 / RATE_HZ;
             samples.push(SensorSample {
-                time_s,
-                device_time_s: time_s,
+                time_s: device_time_s / self.clock_rate,
+                device_time_s,
                 normal_n: 0.0,
                 lateral_n: 0.0,
                 normal_saturated: false,

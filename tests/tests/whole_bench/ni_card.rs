@@ -62,6 +62,20 @@ fn with_gauges() -> String {
     format!("{}{gauges}\n{}", &text[..from], &text[to..])
 }
 
+/// `run` of one exploration without a calibration.
+fn one_exploration(scenario: &str, config: &Path, study: &Path) -> Command {
+    let mut run = bench();
+    run.args(["run", "--speed", "max", "--headless", "--uncalibrated"])
+        .args(["--participant", "sub-01", "--consent-by", "A. Tester"])
+        .args(["--mock", scenario, "--config"])
+        .arg(config)
+        .arg("--protocol")
+        .arg(protocol("one-exploration.toml"))
+        .arg("--study")
+        .arg(study);
+    run
+}
+
 fn session(study: &Path) -> SessionFolder {
     let session = SessionFolder::read(study, "sub-01").unwrap();
     session.require_whole();
@@ -141,17 +155,8 @@ fn a_card_with_a_converter_for_each_input_reads_forces_too() {
     let folder = tempfile::tempdir().unwrap();
     let config = written(folder.path(), &with_gauges());
     let study = folder.path().join("study");
-    let mut run = bench();
-    run.env("MOCK_NIDAQMX_PRODUCT", "USB-6366")
-        .args(["run", "--mock", "gauges", "--speed", "max", "--headless"])
-        .args(["--uncalibrated", "--participant", "sub-01"])
-        .args(["--consent-by", "A. Tester", "--config"])
-        .arg(&config)
-        .arg("--protocol")
-        .arg(protocol("one-exploration.toml"))
-        .arg("--study")
-        .arg(&study);
-    let output = finish(&mut run);
+    let mut run = one_exploration("gauges", &config, &study);
+    let output = finish(run.env("MOCK_NIDAQMX_PRODUCT", "USB-6366"));
     assert!(output.status.success(), "{}", text(&output));
     let session = session(&study);
     assert_every_sample(&session, 250e3);
@@ -169,16 +174,7 @@ fn time_that_runs_free_stands_still_while_the_program_reads() {
             let folder = tempfile::tempdir().unwrap();
             let config = written(folder.path(), RIG);
             let study = folder.path().join("study");
-            let mut run = bench();
-            run.args(["run", "--mock", "nominal", "--speed", "max", "--headless"])
-                .args(["--uncalibrated", "--participant", "sub-01"])
-                .args(["--consent-by", "A. Tester", "--config"])
-                .arg(&config)
-                .arg("--protocol")
-                .arg(protocol("one-exploration.toml"))
-                .arg("--study")
-                .arg(&study);
-            let output = finish(&mut run);
+            let output = finish(&mut one_exploration("nominal", &config, &study));
             assert!(output.status.success(), "{}", text(&output));
             Recording::read(&session(&study).recordings()[0]).samples
         };

@@ -70,7 +70,7 @@ impl HostTrait for Host {
             .into_iter())
     }
 
-    /// None: a plate is driven by the card that is named, and by no other.
+    /// There is no default device: a plate is driven by the card that is named, and by no other.
     fn default_input_device(&self) -> Option<Device> {
         None
     }
@@ -132,7 +132,7 @@ impl fmt::Display for Device {
 }
 
 impl Device {
-    /// What a direction offers: as many channels as are named, at rates up to those of one channel. What several channels
+    /// Returns the configurations of a direction: as many channels as are named, at rates up to those of one channel. What several channels
     /// allow is judged, with the arithmetic, when a stream is opened.
     fn configs(&self, channels: usize, most_hz: f64) -> Vec<SupportedStreamConfigRange> {
         if most_hz < f64::from(LOWEST_HZ) {

@@ -1,11 +1,10 @@
 //! What hardware there is to choose from.
 
 use std::ffi::OsStr;
-use std::io::IsTerminal;
 
 use friction_bench::cli::Speed;
 use setup::inventory::{Listing, audio, serial_ports};
-use setup::{Ask, Options, Terminal, Unattended, Written};
+use setup::{Ask, Options, Terminal, Unattended};
 use signalgen::audio::{HostChoice, open_host};
 use sources::Place;
 
@@ -42,8 +41,8 @@ pub fn listing(mock: Option<&str>) -> anyhow::Result<Listing> {
     })
 }
 
-/// Asks what the bench is made of, and writes its configuration.
-pub fn write(options: &Options) -> anyhow::Result<Written> {
+/// What there is for a bench that is to be written.
+pub fn for_rig(options: &Options) -> anyhow::Result<Listing> {
     let mut found = listing(options.mock.as_deref())?;
     if options.mock.is_some() {
         // In a configuration simulated hardware has the names of real one.
@@ -51,13 +50,16 @@ pub fn write(options: &Options) -> anyhow::Result<Written> {
             host.name = "native";
         }
     }
-    let attended = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
-    let ask: &mut dyn Ask = if attended {
-        &mut Terminal
+    Ok(found)
+}
+
+/// Who answers questions: a person at the terminal, or nobody.
+pub fn asked(attended: bool) -> Box<dyn Ask> {
+    if attended {
+        Box::new(Terminal)
     } else {
-        &mut Unattended
-    };
-    setup::write(options, &found, ask)
+        Box::new(Unattended)
+    }
 }
 
 /// The command that checks what was written.

@@ -565,12 +565,22 @@ fn check(options: &Check, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
 
 /// Writes a new bench's configuration, checks it, and says what to do next.
 fn init(options: &setup::Options, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
-    let written = found::write(options)?;
+    let attended = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
+    let listing = found::for_rig(options)?;
+    if attended {
+        print(listing.to_text())?;
+    }
+    let mut ask = found::asked(attended);
+    let written = setup::write(options, &listing, &mut *ask)?;
     print(&written.text)?;
-    let check = Cli::try_parse_from(found::check(options))?;
+    let faint =
+        "Check it now? By these numbers it drives a tone of 2 V at most: nobody touches the plate.";
     // Uncalibrated it is not ready; what there is to see is what else is wrong.
-    if let Err(error) = dispatch(check.command, verbosity) {
-        print(format!("check: {error:#}\n"))?;
+    if ask.confirm(faint)? {
+        let check = Cli::try_parse_from(found::check(options))?;
+        if let Err(error) = dispatch(check.command, verbosity) {
+            print(format!("check: {error:#}\n"))?;
+        }
     }
     print(&written.next)?;
     Ok(ExitCode::SUCCESS)

@@ -1,6 +1,6 @@
 //! The search for the parameters that fit all instances of a trial best.
 
-use arrowhead::{ArrowProblem, BlockNormal, Prior, minimise};
+use arrowhead::{ArrowProblem, BlockNormal, Prior, Until, minimise};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use num_complex::Complex64;
 
@@ -40,9 +40,15 @@ const LAWS: [usize; 7] = [
 ];
 /// Part of their standard deviations that a search from afar allows them.
 const SEARCHING: f64 = 0.05;
-/// Relative fall of the squares that ends a search, and one from afar.
-const TOLERANCE: f64 = 1e-7;
-const ROUGH: f64 = 1e-4;
+const TO_THE_MINIMUM: Until = Until {
+    tolerance: 1e-7,
+    iterations: 500,
+};
+/// A start that is far from the finger wanders for long: what leads on is found by others sooner.
+const FROM_AFAR: Until = Until {
+    tolerance: 1e-4,
+    iterations: 60,
+};
 /// Times that a minimum is refined: another no longer moves it.
 const REFINEMENTS: usize = 3;
 /// Fewest instances of an exploration that show a trend.
@@ -108,7 +114,8 @@ impl<'a> Search<'a> {
         let samples: usize = self.members.iter().map(|of| of.model.z_m.len()).sum();
         let independent = 2.0 * samples as f64;
         self.damping_std = HELD;
-        let held = minimise(self, held.shared, held.own, TOLERANCE).ok_or(FitError::NoStart)?;
+        let held =
+            minimise(self, held.shared, held.own, TO_THE_MINIMUM).ok_or(FitError::NoStart)?;
         let gain = held.squares - fitted.squares;
         if fitted.converged && gain > dampings * independent.max(1.0).ln() {
             self.damping_std = self.priors.plate_damping_std_n_s_per_m;
@@ -124,12 +131,9 @@ impl<'a> Search<'a> {
             let Some((shared, own)) = self.start(area_m2, tau_s) else {
                 continue;
             };
-            let found = minimise(self, shared, own, ROUGH);
-            best = best.into_iter().chain(found).min_by(|a, b| {
-                (!a.converged)
-                    .cmp(&!b.converged)
-                    .then(a.squares.total_cmp(&b.squares))
-            });
+            let found = minimise(self, shared, own, FROM_AFAR);
+            let both = best.into_iter().chain(found);
+            best = both.min_by(|a, b| a.squares.total_cmp(&b.squares));
         }
         best
     }
@@ -178,7 +182,7 @@ impl<'a> Search<'a> {
             self.follow_trends(&at);
             self.follow_plate(&mut at);
             self.weigh(&at);
-            at = minimise(self, at.shared, at.own, TOLERANCE).ok_or(FitError::NoStart)?;
+            at = minimise(self, at.shared, at.own, TO_THE_MINIMUM).ok_or(FitError::NoStart)?;
         }
         Ok(at)
     }

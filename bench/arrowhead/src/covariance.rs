@@ -13,6 +13,8 @@ pub struct ArrowCovariance<const OWN: usize, const SHARED: usize, const ERRORS: 
     pub blocks: Vec<BlockCovariance<OWN, SHARED>>,
     /// How the minimum moves with errors that are not fitted; the covariances hold it.
     pub response: ArrowResponse<OWN, SHARED, ERRORS>,
+    /// Scatter of each block's gradient, and of the shared parameters' priors.
+    scatter: (Vec<BlockNormal<OWN, SHARED>>, SVector<f64, SHARED>),
 }
 
 impl<const OWN: usize, const SHARED: usize, const ERRORS: usize>
@@ -65,13 +67,13 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
     #[must_use]
     pub fn covariance<const ERRORS: usize>(
         &self,
-        scatter: &[BlockNormal<OWN, SHARED>],
-        prior_scatter: &SVector<f64, SHARED>,
+        scatter: Vec<BlockNormal<OWN, SHARED>>,
+        prior_scatter: SVector<f64, SHARED>,
     ) -> Option<ArrowCovariance<OWN, SHARED, ERRORS>> {
         let mut reduced = self.arrow.shared;
-        let mut of_shared = SMatrix::from_diagonal(prior_scatter);
+        let mut of_shared = SMatrix::from_diagonal(&prior_scatter);
         let mut eliminated = Vec::with_capacity(scatter.len());
-        for (block, scatter) in self.arrow.blocks.iter().zip(scatter) {
+        for (block, scatter) in self.arrow.blocks.iter().zip(&scatter) {
             let inverse = inverted(&block.own)?;
             let to_shared = inverse * block.coupling;
             reduced -= block.coupling.transpose() * to_shared;
@@ -86,7 +88,7 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
         let shared = reduced * of_shared * reduced;
         let blocks = eliminated
             .into_iter()
-            .zip(scatter)
+            .zip(&scatter)
             .map(|((inverse, to_shared, across), scatter)| {
                 let direct = inverse * across * reduced;
                 let mixed = direct * to_shared.transpose();
@@ -103,7 +105,30 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
             shared,
             blocks,
             response: ArrowResponse::none(scatter.len()),
+            scatter: (scatter, prior_scatter),
         })
+    }
+
+    /// Returns the covariance of a linear combination of all parameters with each of them, from the scatter that `covariance`
+    /// was made of, without its response to errors.
+    #[must_use]
+    pub fn covariance_with<const ERRORS: usize>(
+        &self,
+        covariance: &ArrowCovariance<OWN, SHARED, ERRORS>,
+        combination: &Place<OWN, SHARED>,
+    ) -> Option<Place<OWN, SHARED>> {
+        let (blocks, prior) = &covariance.scatter;
+        let at = self.arrow.step(0.0, combination)?;
+        let mut scattered = Place {
+            shared: at.shared.component_mul(prior),
+            own: Vec::with_capacity(blocks.len()),
+        };
+        for (block, own) in blocks.iter().zip(&at.own) {
+            let of_own = block.own * own + block.coupling * at.shared;
+            scattered.own.push(of_own);
+            scattered.shared += block.coupling.tr_mul(own) + block.shared * at.shared;
+        }
+        self.arrow.step(0.0, &scattered)
     }
 
     /// Returns how the minimum follows errors. The rows of each block are those of [`BlockNormal::of`], and after them what each
@@ -153,6 +178,7 @@ fn inverted<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, 
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::DVector;
     use rand_chacha::ChaCha8Rng;
     use rand_chacha::rand_core::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
@@ -243,10 +269,23 @@ mod tests {
         };
         let response = minimum.response(&rows).unwrap();
         let found = minimum
-            .covariance::<ERRORS>(&scatter, &prior)
-            .unwrap()
-            .with_response(response);
+            .covariance::<ERRORS>(scatter.clone(), prior)
+            .unwrap();
+        let combination = Place {
+            shared: SVector::from_fn(|index, _| 1.0 - 0.3 * index as f64),
+            own: (0..3)
+                .map(|block| SVector::from_fn(|index, _| (block + index) as f64 - 1.5))
+                .collect(),
+        };
+        let together = minimum.covariance_with(&found, &combination).unwrap();
+        let found = found.with_response(response);
         let inverse = dense(&normal, &prior).try_inverse().unwrap();
+        let in_line = |of: &Place<OWN, SHARED>| {
+            let own = of.own.iter().flat_map(|own| own.iter());
+            DVector::from_vec(of.shared.iter().chain(own).copied().collect())
+        };
+        let with_all = &inverse * dense(&scatter, &prior) * &inverse * in_line(&combination);
+        assert!((in_line(&together) - with_all).amax() < 1e-12);
         let by_error = moved_gradient(&rows);
         let gradients = dense(&scatter, &prior) + &by_error * by_error.transpose();
         let expected = &inverse * gradients * &inverse;

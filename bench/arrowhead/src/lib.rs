@@ -3,7 +3,9 @@
 mod covariance;
 mod minimise;
 mod normal;
+mod whitening;
 
 pub use covariance::{ArrowCovariance, ArrowResponse, BlockCovariance};
 pub use minimise::{ArrowMinimum, ArrowProblem, Prior, Until, minimise};
-pub use normal::BlockNormal;
+pub use normal::{BlockNormal, Place};
+pub use whitening::Whitening;

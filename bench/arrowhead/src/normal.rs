@@ -40,12 +40,21 @@ impl<const OWN: usize, const SHARED: usize> BlockNormal<OWN, SHARED> {
 
 /// A place or a step: of the shared parameters, and of each block's own.
 #[derive(Debug, Clone)]
-pub(crate) struct Place<const OWN: usize, const SHARED: usize> {
-    pub(crate) shared: SVector<f64, SHARED>,
-    pub(crate) own: Vec<SVector<f64, OWN>>,
+pub struct Place<const OWN: usize, const SHARED: usize> {
+    /// Of the shared parameters.
+    pub shared: SVector<f64, SHARED>,
+    /// Of each block's own.
+    pub own: Vec<SVector<f64, OWN>>,
 }
 
 impl<const OWN: usize, const SHARED: usize> Place<OWN, SHARED> {
+    /// Returns the product with a row or a place, summed over all parameters.
+    #[must_use]
+    pub fn dot(&self, other: &Self) -> f64 {
+        let own = self.own.iter().zip(&other.own);
+        self.shared.dot(&other.shared) + own.map(|(a, b)| a.dot(b)).sum::<f64>()
+    }
+
     /// Returns this place after `part` of a step.
     pub(crate) fn after(&self, part: f64, step: &Self) -> Self {
         let own = self.own.iter().zip(&step.own);

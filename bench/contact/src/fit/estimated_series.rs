@@ -24,7 +24,7 @@ pub struct EstimatedSeries {
     pub gap_m: Vec<f64>,
     /// Standard error of `gap_m`, m.
     pub gap_std_m: Vec<f64>,
-    /// Friction μ by Eq. 19 with the instance's μ0, and with the trial's floor where one was fitted.
+    /// Friction μ by Eq. 19 with the instance's μ0, and with the trial's floor and the course of μ0 where those were fitted.
     pub mu: Vec<f64>,
     /// Standard error of `mu`.
     pub mu_std: Vec<f64>,
@@ -128,13 +128,16 @@ pub(super) fn estimate<const N: usize>(
             Dependent::unknown()
         });
         let ratio = inversion.friction_ratio(&gap, normal_n);
-        let over_mu0 = friction.of_ratio(ratio.value);
-        let by_ratio = friction.mu0 * (1.0 - friction.floor);
-        let by_law = Vector2::new(over_mu0, friction.mu0 * (1.0 - ratio.value));
+        let course = friction.course.at(measured.time_s[index]);
+        let over_mu0 = course * friction.of_ratio(ratio.value);
+        let by_ratio = course * friction.mu0 * (1.0 - friction.floor);
+        let by_law = Vector2::new(over_mu0, course * friction.mu0 * (1.0 - ratio.value));
         let scatter = by_law.dot(&(friction.scatter * by_law)).sqrt();
         let mu = Dependent {
             value: friction.mu0 * over_mu0,
-            slopes: ratio.slopes * by_ratio + SVector::from(friction.slopes) * over_mu0,
+            slopes: ratio.slopes * by_ratio
+                + SVector::from(friction.slopes) * by_law[0]
+                + SVector::from(friction.floor_slopes) * by_law[1],
             noise: (by_ratio * ratio.noise).hypot(scatter),
         };
         for (quantity, values, stds) in [

@@ -4,17 +4,38 @@ use nalgebra::Matrix2;
 
 use super::lag::Lag;
 
+/// How μ0 changes within an instance: a skin that grows moist, a slide that slows down.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Course {
+    /// Relative rate, 1/s.
+    pub(super) per_s: f64,
+    /// Time of the middle of the instance, s.
+    pub(super) middle_s: f64,
+}
+
+impl Course {
+    /// Returns μ0 over that at the middle.
+    pub(super) fn at(&self, time_s: f64) -> f64 {
+        1.0 + self.per_s * (time_s - self.middle_s)
+    }
+}
+
 /// μ = μ0 (φ + (1 − φ) e^(−(x − x_t⁰)/σ_t)): Huloux 2021, Eq. 19, with a floor φ that theirs does not have.
 #[derive(Clone, Copy)]
 pub(super) struct FrictionLaw<const N: usize> {
+    /// μ0 of the instance: that at its middle.
     pub(super) mu0: f64,
+    /// How μ0 changes within it.
+    pub(super) course: Course,
     /// φ, 0 where friction is taken to vanish with the contact.
     pub(super) floor: f64,
     /// Lag of the lateral force, s; 0 where it is taken as read.
     pub(super) lag_s: f64,
     /// ∂μ0/∂parameter.
     pub(super) slopes: [f64; N],
-    /// Covariance of μ0 and φ from the scatter of the measured friction.
+    /// ∂φ/∂parameter.
+    pub(super) floor_slopes: [f64; N],
+    /// Covariance of μ0 and φ from what the parameters do not tell of them, as the scatter of the measured friction.
     pub(super) scatter: Matrix2<f64>,
 }
 
@@ -23,9 +44,11 @@ impl<const N: usize> FrictionLaw<N> {
     pub(super) fn published(mu0: f64, mu0_std: f64, slopes: [f64; N]) -> Self {
         Self {
             mu0,
+            course: Course::default(),
             floor: 0.0,
             lag_s: 0.0,
             slopes,
+            floor_slopes: [0.0; N],
             scatter: Matrix2::new(mu0_std * mu0_std, 0.0, 0.0, 0.0),
         }
     }

@@ -174,7 +174,8 @@ pub(super) fn friction_at_rest(
     contact: &Contact,
     mu: &[f64],
 ) -> FrictionLaw<PARAMETERS> {
-    let ratios = &modelled_ratio(model, contact)[model.lead..];
+    let all = modelled_ratio(model, contact);
+    let ratios = &all[model.lead..];
     let power: f64 = ratios.iter().map(|m| m * m).sum();
     let mu0 = ratios.iter().zip(mu).map(|(m, mu)| m * mu).sum::<f64>() / power;
     let squares: f64 = ratios
@@ -186,32 +187,49 @@ pub(super) fn friction_at_rest(
     FrictionLaw::published(
         mu0,
         (squares / freedom / power).sqrt(),
-        friction_slopes(model, contact, mu, mu0, 0.0),
+        friction_slopes(model, contact, mu, mu0, &all),
     )
 }
 
-/// Returns ∂μ0/∂parameter of the least squares of μ0 times the modelled μ/μ0 with a floor.
-pub(super) fn friction_slopes(
+/// Returns ∂(μ/μ0)/∂parameter for those of [`OF_GAP`], after [`LaggedModel::follow`], with the lead-in.
+pub(super) fn modelled_ratio_slopes(
+    model: &LaggedModel<'_>,
+    contact: &Contact,
+    ratios: &[f64],
+) -> [Vec<f64>; OF_GAP.len()] {
+    let sigma = contact.sigma_t_m();
+    let mut slopes: [Vec<f64>; OF_GAP.len()] =
+        std::array::from_fn(|_| Vec::with_capacity(ratios.len()));
+    for (at, &ratio) in ratios.iter().enumerate() {
+        let contact = model.contact_at(contact, at);
+        let at_gap = contact.friction_ratio_slopes(model.gap[at], model.normal_n[at]);
+        let of_gap = model.gap_slopes_m(at).into_iter().zip(OF_GAP);
+        for (slopes, (of_gap, parameter)) in slopes.iter_mut().zip(of_gap) {
+            let direct = at_gap.by(parameter, &model.loads.slopes[at]);
+            slopes.push(direct - ratio / sigma * of_gap);
+        }
+    }
+    slopes
+}
+
+/// Returns ∂μ0/∂parameter of the least squares of μ0 times the modelled μ/μ0.
+fn friction_slopes(
     model: &LaggedModel<'_>,
     contact: &Contact,
     mu: &[f64],
     mu0: f64,
-    floor: f64,
+    ratios: &[f64],
 ) -> [f64; PARAMETERS] {
-    let sigma = contact.sigma_t_m();
-    let ratios = &modelled_ratio(model, contact)[model.lead..];
-    let with_floor = |ratio: f64| floor + (1.0 - floor) * ratio;
-    let power: f64 = ratios.iter().map(|&m| with_floor(m).powi(2)).sum();
+    let inside = &ratios[model.lead..];
+    let power: f64 = inside.iter().map(|m| m * m).sum();
     let mut slopes = [0.0; PARAMETERS];
-    for (i, (&ratio, &mu)) in ratios.iter().zip(mu).enumerate() {
-        let at = model.lead + i;
-        let contact = model.contact_at(contact, at);
-        let at_gap = contact.friction_ratio_slopes(model.gap[at], model.normal_n[at]);
-        let by_ratio = (1.0 - floor) * (mu - 2.0 * mu0 * with_floor(ratio)) / power;
-        for (parameter, of_gap) in OF_GAP.into_iter().zip(model.gap_slopes_m(at)) {
-            let direct = at_gap.by(parameter, &model.loads.slopes[at]);
-            slopes[parameter] += by_ratio * (direct - ratio / sigma * of_gap);
-        }
+    let of_ratio = modelled_ratio_slopes(model, contact, ratios);
+    for (parameter, by) in OF_GAP.into_iter().zip(&of_ratio) {
+        let each = inside.iter().zip(mu).zip(&by[model.lead..]);
+        let moved: f64 = each
+            .map(|((ratio, mu), by)| (mu - 2.0 * mu0 * ratio) * by)
+            .sum();
+        slopes[parameter] = moved / power;
     }
     // The measured friction is the lateral force over the normal one.
     slopes[LN_FORCE] -= mu0;

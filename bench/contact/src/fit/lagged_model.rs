@@ -29,7 +29,9 @@ pub(super) struct LaggedModel<'a> {
     pub(super) carrier_rad_per_s: f64,
     pub(super) interval_s: f64,
     pub(super) z_p: Complex64,
-    /// Amplitude, with `lead` samples before the instance, m.
+    /// Time, with `lead` samples before the instance, s.
+    pub(super) time_s: &'a [f64],
+    /// Amplitude, m.
     pub(super) amplitude_m: &'a [f64],
     /// Normal force, N.
     pub(super) normal_n: &'a [f64],
@@ -99,6 +101,7 @@ impl<'a> LaggedModel<'a> {
             carrier_rad_per_s: conditions.carrier_rad_per_s()?,
             interval_s: instance.interval_s(),
             z_p: conditions.z_p_corrected_n_s_per_m,
+            time_s: samples.time_s,
             amplitude_m: samples.amplitude_m,
             normal_n: samples.normal_n,
             lead,
@@ -146,6 +149,29 @@ impl<'a> LaggedModel<'a> {
 
     /// Follows the gap and its slopes; `None` where the model allows no such contact.
     pub(super) fn follow(&mut self, parameters: &[f64; PARAMETERS]) -> Option<Contact> {
+        let contact = self.follow_gap(parameters)?;
+        let (loads, trend) = (&self.loads, &self.trend);
+        let heavier = parameters[LN_FORCE].exp();
+        let slopes = &mut self.gap_slopes;
+        for (at, (&gap, &normal_n)) in self.equilibrium.iter().zip(self.normal_n).enumerate() {
+            let of_gap = loads
+                .contact(&trend.contact(&contact, at), at)
+                .equilibrium_gap_slopes_m(gap, heavier * normal_n);
+            for (unlagged, parameter) in slopes.unlagged.iter_mut().zip(OF_GAP) {
+                unlagged[at] = of_gap.by(parameter, &loads.slopes[at]);
+            }
+        }
+        slopes.follow(
+            &self.equilibrium,
+            &self.gap,
+            (parameters[TAU_MS], parameters[LAG_EXPONENT]),
+            MS / self.interval_s,
+        );
+        Some(contact)
+    }
+
+    /// Follows the gap alone.
+    fn follow_gap(&mut self, parameters: &[f64; PARAMETERS]) -> Option<Contact> {
         let contact = self.contact(parameters)?;
         self.loads.follow(
             parameters[AREA_EXPONENT],
@@ -154,24 +180,16 @@ impl<'a> LaggedModel<'a> {
             MS / self.interval_s,
         )?;
         let (loads, trend) = (&self.loads, &self.trend);
-        let contact_at = |at: usize| loads.contact(&trend.contact(&contact, at), at);
         let heavier = parameters[LN_FORCE].exp();
         let each = (0..self.gap.len()).map(|at| {
             (
-                contact_at(at),
+                loads.contact(&trend.contact(&contact, at), at),
                 loads.amplitude_m[at],
                 heavier * self.normal_n[at],
             )
         });
         equilibrium_gaps(each, &mut self.equilibrium).ok()?;
-        let slopes = &mut self.gap_slopes;
-        for (at, (&gap, &normal_n)) in self.equilibrium.iter().zip(self.normal_n).enumerate() {
-            let of_gap = contact_at(at).equilibrium_gap_slopes_m(gap, heavier * normal_n);
-            for (unlagged, parameter) in slopes.unlagged.iter_mut().zip(OF_GAP) {
-                unlagged[at] = of_gap.by(parameter, &loads.slopes[at]);
-            }
-        }
-        slopes.lag(
+        self.gap_slopes.lag(
             &self.equilibrium,
             (parameters[TAU_MS], parameters[LAG_EXPONENT]),
             MS / self.interval_s,
@@ -221,6 +239,42 @@ impl<'a> LaggedModel<'a> {
         (inside.iter().sum::<f64>() / inside.len() as f64 / LAG_REFERENCE_GAP_M).ln()
     }
 
+    /// Returns the finger at a sample, with a contact of impedance `z_c`.
+    fn seen(&self, fitted: &Fitted, z_c: Complex64, at: usize) -> Seen {
+        let z_t = self.trend.z_t(fitted.z_t, at);
+        let both = z_t + z_c;
+        let alone = z_t * z_c / both;
+        Seen {
+            z_p: self.trend.z_p(self.z_p + fitted.z_p_offset, at),
+            z_t,
+            z_c,
+            both,
+            alone,
+            part: (1.0 + fitted.residual_mobility * alone).inv(),
+            finger_scale: self.trend.finger_scale(fitted.finger_scale, at),
+        }
+    }
+
+    /// Writes Z_m at each sample, as [`evaluate`](ImpedanceModel::evaluate) does, without slopes.
+    pub(super) fn impedances(
+        &mut self,
+        parameters: &[f64; PARAMETERS],
+        z_m: &mut [Complex64],
+    ) -> Option<()> {
+        let contact = self.follow_gap(parameters)?;
+        let fitted = Fitted::new(parameters);
+        let z_c_per_stiffness = contact.impedance_n_s_per_m(1.0, self.carrier_rad_per_s);
+        for (index, z_m) in z_m.iter_mut().enumerate() {
+            let at = self.lead + index;
+            let k_c = self
+                .contact_at(&contact, at)
+                .stiffness_n_per_m(self.gap[at], self.loads.amplitude_m[at]);
+            let seen = self.seen(&fitted, z_c_per_stiffness * k_c, at);
+            *z_m = seen.z_p + seen.finger();
+        }
+        Some(())
+    }
+
     /// Returns the candidate, with the Z_t that goes best with it, that fits best; `None` where the model allows none of them.
     ///
     /// Given the gap, 1/(Z_m − Z_p) = 1/Z_t + 1/Z_c is linear in 1/Z_t: its mean, weighted as the impedance residual weighs it.
@@ -231,7 +285,7 @@ impl<'a> LaggedModel<'a> {
     ) -> Option<[f64; PARAMETERS]> {
         let mut best: Option<(f64, [f64; PARAMETERS])> = None;
         for mut parameters in candidates {
-            let Some(contact) = self.follow(&parameters) else {
+            let Some(contact) = self.follow_gap(&parameters) else {
                 continue;
             };
             let (z_t, squares) = self.tissue_given_gap(&contact);
@@ -285,32 +339,24 @@ impl ImpedanceModel<PARAMETERS> for LaggedModel<'_> {
         slopes: &mut [[Complex64; PARAMETERS]],
     ) -> Option<()> {
         let contact = self.follow(parameters)?;
-        let z_t = Complex64::new(parameters[RE_Z_T], parameters[IM_Z_T]);
-        let z_p = self.z_p + Complex64::new(parameters[RE_OFFSET], parameters[IM_OFFSET]);
         self.area_exponent = parameters[AREA_EXPONENT];
         let loss_factor = parameters[LN_LOSS_FACTOR].exp();
-        let finger_scale = finger_scale(parameters);
-        let residual_mobility = Complex64::I * parameters[RESIDUAL_MOBILITY];
+        let fitted = Fitted::new(parameters);
         let z_c_per_stiffness = contact.impedance_n_s_per_m(1.0, self.carrier_rad_per_s);
         for index in 0..z_m.len() {
             let at = self.lead + index;
             let (gap, amplitude) = (self.gap[at], self.loads.amplitude_m[at]);
             let contact = self.contact_at(&contact, at);
-            let (z_p, z_t) = (self.trend.z_p(z_p, at), self.trend.z_t(z_t, at));
-            let k_c = contact.stiffness_n_per_m(gap, amplitude);
             let by_gap = contact.stiffness_slope_n_per_m2(gap, amplitude);
             let at_gap = contact.stiffness_slopes_n_per_m(gap, amplitude);
-            let z_c = z_c_per_stiffness * k_c;
-            let finger_scale = self.trend.finger_scale(finger_scale, at);
-            let both = z_t + z_c;
-            let alone = z_t * z_c / both;
-            let seen = (1.0 + residual_mobility * alone).inv();
-            let by_alone = seen * seen * finger_scale;
-            let by_z_c = (z_t / both).powi(2) * by_alone;
+            let k_c = contact.stiffness_n_per_m(gap, amplitude);
+            let seen = self.seen(&fitted, z_c_per_stiffness * k_c, at);
+            let by_alone = seen.part * seen.part * seen.finger_scale;
+            let by_z_c = (seen.z_t / seen.both).powi(2) * by_alone;
             let by_stiffness = by_z_c * z_c_per_stiffness;
-            let by_z_t = (z_c / both).powi(2) * by_alone;
-            let finger = alone * seen * finger_scale;
-            z_m[index] = z_p + finger;
+            let by_z_t = (seen.z_c / seen.both).powi(2) * by_alone;
+            let finger = seen.finger();
+            z_m[index] = seen.z_p + finger;
             self.by_gap[index] = by_stiffness * by_gap;
             self.by_ln_area[index] = by_stiffness * at_gap.by_ln_area;
             let slope = &mut slopes[index];
@@ -322,7 +368,7 @@ impl ImpedanceModel<PARAMETERS> for LaggedModel<'_> {
             for parameter in [FINGER_ANGLE, LN_FINGER] {
                 slope[parameter] = finger * FINGER_SLOPES[parameter];
             }
-            slope[RESIDUAL_MOBILITY] = -Complex64::I * alone * alone * by_alone;
+            slope[RESIDUAL_MOBILITY] = -Complex64::I * seen.alone * seen.alone * by_alone;
             slope[RE_Z_T] = by_z_t;
             slope[IM_Z_T] = by_z_t * Complex64::I;
             slope[IM_OFFSET] = Complex64::I;
@@ -333,6 +379,44 @@ impl ImpedanceModel<PARAMETERS> for LaggedModel<'_> {
     }
 }
 
+/// The parameters that act on the impedance of a sample beside those of its contact.
+struct Fitted {
+    z_t: Complex64,
+    z_p_offset: Complex64,
+    finger_scale: Complex64,
+    residual_mobility: Complex64,
+}
+
+impl Fitted {
+    fn new(parameters: &[f64; PARAMETERS]) -> Self {
+        Self {
+            z_t: Complex64::new(parameters[RE_Z_T], parameters[IM_Z_T]),
+            z_p_offset: Complex64::new(parameters[RE_OFFSET], parameters[IM_OFFSET]),
+            finger_scale: finger_scale(parameters),
+            residual_mobility: Complex64::I * parameters[RESIDUAL_MOBILITY],
+        }
+    }
+}
+
+/// The finger at a sample: Eqs. 9 to 11, and what other modes of the plate make of it.
+struct Seen {
+    z_p: Complex64,
+    z_t: Complex64,
+    z_c: Complex64,
+    both: Complex64,
+    /// Z_t Z_c/(Z_t + Z_c).
+    alone: Complex64,
+    /// The part of it that other modes leave.
+    part: Complex64,
+    finger_scale: Complex64,
+}
+
+impl Seen {
+    fn finger(&self) -> Complex64 {
+        self.alone * self.part * self.finger_scale
+    }
+}
+
 /// Returns the finger's part of Z_m as it is measured, over what it is.
 pub(super) fn finger_scale(parameters: &[f64; PARAMETERS]) -> Complex64 {
     let ln_scale = 2.0 * parameters[LN_RATIO] + parameters[LN_FINGER];
@@ -340,7 +424,7 @@ pub(super) fn finger_scale(parameters: &[f64; PARAMETERS]) -> Complex64 {
 }
 
 impl GapSlopes {
-    /// Writes the gap that lags behind its equilibrium, and its slopes.
+    /// Writes the gap that lags behind its equilibrium.
     fn lag(
         &mut self,
         equilibrium: &[f64],
@@ -348,21 +432,29 @@ impl GapSlopes {
         intervals_per_ms: f64,
         gap: &mut [f64],
     ) {
-        // A step's lag is that of the gap at its middle.
-        let twice_mean = |of: &[f64], n: usize| of[n.saturating_sub(1)] + of[n];
-        let relative = |n: usize| 0.5 * twice_mean(equilibrium, n) / LAG_REFERENCE_GAP_M;
-        let lag = if exponent == 0.0 {
+        self.lag = if exponent == 0.0 {
             self.lags.fill(tau_ms * intervals_per_ms);
             Lag::new(tau_ms * intervals_per_ms, 1.0)
         } else {
-            for n in 0..equilibrium.len() {
-                self.lags[n] = tau_ms * intervals_per_ms * relative(n).powf(exponent);
+            for (n, lag) in self.lags.iter_mut().enumerate() {
+                *lag = tau_ms * intervals_per_ms * at_middle(equilibrium, n).powf(exponent);
             }
             Lag::varying(&self.lags)
         };
-        let (lags, pushes) = (&self.lags, &mut self.pushes);
-        lag.apply(equilibrium, gap);
-        lag.pushes(equilibrium, gap, pushes);
+        self.lag.apply(equilibrium, gap);
+    }
+
+    /// Follows the slopes of the gap that [`lag`](Self::lag) wrote.
+    fn follow(
+        &mut self,
+        equilibrium: &[f64],
+        gap: &[f64],
+        (tau_ms, exponent): (f64, f64),
+        intervals_per_ms: f64,
+    ) {
+        let lag = &self.lag;
+        lag.pushes(equilibrium, gap, &mut self.pushes);
+        let (lags, pushes) = (&self.lags, &self.pushes);
         let (of_equilibrium, of_lag) = self.lagged.split_at_mut(OF_EQUILIBRIUM);
         for (unlagged, lagged) in self.unlagged.iter().zip(of_equilibrium) {
             if exponent == 0.0 {
@@ -386,9 +478,19 @@ impl GapSlopes {
             pushes[n] * by_tau_ms
         };
         lag.accumulate(by_tau, by_tau_ms);
-        lag.accumulate(|n| pushes[n] * lags[n] * relative(n).ln(), by_exponent);
-        self.lag = lag;
+        let by_growth = |n: usize| pushes[n] * lags[n] * at_middle(equilibrium, n).ln();
+        lag.accumulate(by_growth, by_exponent);
     }
+}
+
+fn twice_mean(of: &[f64], n: usize) -> f64 {
+    of[n.saturating_sub(1)] + of[n]
+}
+
+/// Returns the gap at the middle of the step that ends at a sample, over that at which τ is that of the parameters: a step's lag is
+/// that of the gap there.
+fn at_middle(gap: &[f64], n: usize) -> f64 {
+    0.5 * twice_mean(gap, n) / LAG_REFERENCE_GAP_M
 }
 
 #[cfg(test)]
@@ -438,6 +540,24 @@ mod tests {
                     }
                 }
             }
+        });
+    }
+
+    #[test]
+    fn the_impedance_is_the_same_without_slopes() {
+        with_instance(|instance| {
+            let conditions = FitConditions::with_plate(Complex64::new(7.01, 0.1));
+            let mut model = LaggedModel::new(instance, &conditions, 0.02, 0.6).unwrap();
+            let mut at = model.assumed_parameters(1.7e-6, 1.2e-3);
+            (at[RE_Z_T], at[IM_Z_T], at[AREA_EXPONENT]) = (0.47, 3.16, 0.3);
+            (at[FINGER_ANGLE], at[RESIDUAL_MOBILITY]) = (0.03, 0.02);
+            let n = model.z_m.len();
+            let mut with = vec![Complex64::ZERO; n];
+            let mut slopes = vec![[Complex64::ZERO; PARAMETERS]; n];
+            model.evaluate(&at, &mut with, &mut slopes).unwrap();
+            let mut without = vec![Complex64::ZERO; n];
+            model.impedances(&at, &mut without).unwrap();
+            assert_eq!(with, without);
         });
     }
 

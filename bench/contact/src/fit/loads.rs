@@ -59,6 +59,7 @@ impl Loads {
         } else {
             mean.apply(&self.squared_m2, &mut self.answered_m2);
         }
+        let ratio = ln_ratio.exp();
         mean.slope(&self.squared_m2, &self.answered_m2, &mut self.by_mean_m2);
         for (at, &answered_m2) in self.answered_m2.iter().enumerate() {
             if answered_m2 <= 0.0 && self.squared_m2[at] > 0.0 {
@@ -72,7 +73,7 @@ impl Loads {
                 self.amplitude_m[at] = answered_m2.sqrt();
             }
             if ln_ratio != 0.0 {
-                self.amplitude_m[at] *= ln_ratio.exp();
+                self.amplitude_m[at] *= ratio;
             }
             self.area_ratio[at] = if area_exponent == 0.0 {
                 1.0

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Mul};
 
-use arrowhead::{ArrowCovariance, ArrowMinimum};
+use arrowhead::{ArrowCovariance, ArrowMinimum, Place};
 use nalgebra::{SMatrix, SVector};
 
 use super::plate::{COURSES, OffsetPrior};
@@ -22,6 +22,7 @@ pub(super) const SHARED: usize = 16;
 pub(super) type Own = SVector<f64, OWN>;
 pub(super) type Shared = SVector<f64, SHARED>;
 pub(super) type Minimised = ArrowMinimum<OWN, SHARED>;
+pub(super) type Step = Place<OWN, SHARED>;
 pub(super) type Covariance = ArrowCovariance<OWN, SHARED, ERRORS>;
 
 /// Parameters of one instance, in a block's order.
@@ -138,19 +139,13 @@ impl Member<'_> {
         [(parameter, by), (parameter, 0.0)]
     }
 
-    /// Returns the covariance of the model's parameters, on which errors of the calibration act as `by_error` says.
-    pub(super) fn covariance(
-        &self,
-        of: &Covariance,
-        instance: usize,
-        parameters: &[f64; PARAMETERS],
-        by_error: &ByError<PARAMETERS>,
-    ) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
-        let mut by_own = SMatrix::<f64, PARAMETERS, OWN>::zeros();
+    /// Returns how the model's parameters follow those of the instance and those of the trial.
+    pub(super) fn following(&self, parameters: &[f64; PARAMETERS]) -> Following {
+        let mut by_own = SMatrix::zeros();
         for (column, parameter) in OF_INSTANCE.into_iter().enumerate() {
             by_own[(parameter, column)] = 1.0;
         }
-        let mut by_shared = SMatrix::<f64, PARAMETERS, SHARED>::zeros();
+        let mut by_shared = SMatrix::zeros();
         for (column, parameter) in OF_TRIAL.into_iter().enumerate() {
             let unit = if is_time(parameter) {
                 parameters[parameter]
@@ -164,9 +159,38 @@ impl Member<'_> {
                 by_shared[(parameter, column)] += by;
             }
         }
+        Following { by_own, by_shared }
+    }
+}
+
+/// How the model's parameters at an instance follow its own and the shared ones.
+pub(super) struct Following {
+    pub(super) by_own: SMatrix<f64, PARAMETERS, OWN>,
+    pub(super) by_shared: SMatrix<f64, PARAMETERS, SHARED>,
+}
+
+impl Following {
+    /// Returns what errors of the calibration do to the model's parameters once the fitted ones have followed.
+    pub(super) fn response(
+        &self,
+        of: &Covariance,
+        instance: usize,
+        by_error: &ByError<PARAMETERS>,
+    ) -> ByError<PARAMETERS> {
+        self.by_own * of.response.own[instance] + self.by_shared * of.response.shared + by_error
+    }
+
+    /// Returns the covariance of the model's parameters, on which errors of the calibration act as `by_error` says.
+    pub(super) fn covariance(
+        &self,
+        of: &Covariance,
+        instance: usize,
+        by_error: &ByError<PARAMETERS>,
+    ) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
+        let Self { by_own, by_shared } = self;
         let block = &of.blocks[instance];
         let across = by_own * block.with_shared * by_shared.transpose();
-        let follows = by_own * of.response.own[instance] + by_shared * of.response.shared;
+        let follows = self.response(of, instance, by_error) - by_error;
         let beside = follows * by_error.transpose();
         by_own * block.own * by_own.transpose()
             + by_shared * of.shared * by_shared.transpose()

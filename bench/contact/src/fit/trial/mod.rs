@@ -9,21 +9,23 @@
 //! instances is minimised with wide log-normal [priors](TrialPriors), from several starts, in the logarithms of what is
 //! positive.
 
-mod course;
 mod friction;
+mod friction_spread;
 mod members;
 mod misfit;
 mod plate;
 mod prior;
 mod scatter;
 mod search;
+mod wander;
 
 use num_complex::Complex64;
 
 use friction::{RatioSamples, TrialFriction};
+use friction_spread::FrictionSpread;
 use members::{
-    ALONG_M, AREA, Covariance, FILM_MEAN, GROWTH, LAG_GROWTH, LOSS_FACTOR, Member, Minimised, OWN,
-    Q0, SIGMA_T, Shared, TAU, TISSUE,
+    ALONG_M, AREA, Covariance, FILM_MEAN, Following, GROWTH, LAG_GROWTH, LOSS_FACTOR, Member,
+    Minimised, OWN, Q0, SIGMA_T, Shared, TAU, TISSUE,
 };
 pub use misfit::Misfit;
 pub use plate::{PlateReadings, PlateReference};
@@ -33,8 +35,7 @@ use search::Search;
 use super::conditions::FitConditions;
 use super::fit_error::FitError;
 use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD};
-use super::friction_law::FrictionLaw;
-use super::instance_fit::{InstanceFit, friction_at_rest, friction_slopes, modelled_ratio};
+use super::instance_fit::{InstanceFit, friction_at_rest, modelled_ratio, modelled_ratio_slopes};
 use super::lagged_model::LaggedModel;
 use super::least_squares::{ImpedanceModel, Minimum};
 use super::series::{InstanceSeries, mean};
@@ -170,7 +171,16 @@ fn report(
         std: std(index),
     };
     let members = &mut search.members;
+    let following: Vec<Following> = members
+        .iter()
+        .zip(&minimum.own)
+        .map(|(member, own)| member.following(&member.parameters(&minimum.shared, own)))
+        .collect();
     let friction = friction(members, instances, &minimum);
+    let spread = friction.as_ref().zip(covariance.as_ref());
+    let spread = spread.and_then(|(friction, covariance)| {
+        FrictionSpread::new(friction, &following, &minimum, covariance, &by_error)
+    });
     let tau_s = tau_at_mean_gap(members, &minimum, covariance.as_ref());
     let mut fits = Vec::with_capacity(instances.len());
     for (index, (member, instance)) in members.iter_mut().zip(instances).enumerate() {
@@ -186,28 +196,35 @@ fn report(
             failure: None,
             covariance: covariance
                 .as_ref()
-                .map(|of| member.covariance(of, index, &parameters, &by_error)),
+                .map(|of| following[index].covariance(of, index, &by_error)),
             noise: ResidualNoise::of(residuals, &shapes, OWN),
         };
         let (model, samples) = (&mut member.model, instance.instance());
         let contact = model.follow(&parameters).ok_or(FitError::NoStart)?;
-        let law = match &friction {
-            Some(friction) => {
-                let (mu0, scatter) = friction.at_rest[index];
-                let floor = friction.floor.value;
-                FrictionLaw {
-                    mu0,
-                    floor,
-                    lag_s: friction.lag_s.value,
-                    slopes: friction_slopes(model, &contact, samples.mu, mu0, floor),
-                    scatter,
-                }
+        let law = match (&friction, &spread, &of_instance.covariance) {
+            (Some(friction), Some(spread), Some(covariance)) => {
+                spread.law(friction, index, covariance)
             }
-            None => friction_at_rest(model, &contact, samples.mu),
+            (Some(friction), ..) => friction.held(index),
+            (None, ..) => friction_at_rest(model, &contact, samples.mu),
         };
         let fit = InstanceFit::new(model, &samples, of_instance, verdict.clone(), law)?;
         fits.push(fit);
     }
+    let of_trial = friction.as_ref().map(|of| {
+        let stds = [of.floor.std, of.lag_s.std];
+        let [floor, lag_s] = spread.as_ref().map_or(stds, |spread| spread.stds(stds));
+        [
+            Uncertain {
+                std: floor,
+                ..of.floor
+            },
+            Uncertain {
+                std: lag_s,
+                ..of.lag_s
+            },
+        ]
+    });
     let misfit = misfit::signs(
         &minimum.shared,
         &search.priors_of_shared(),
@@ -225,8 +242,8 @@ fn report(
             film_mean_s: of_ln(FILM_MEAN),
             lag_exponent: plain(LAG_GROWTH),
             misfit,
-            friction_floor: friction.as_ref().map(|friction| friction.floor),
-            lateral_lag_s: friction.as_ref().map(|friction| friction.lag_s),
+            friction_floor: of_trial.map(|[floor, _]| floor),
+            lateral_lag_s: of_trial.map(|[_, lag_s]| lag_s),
         },
         instances: fits,
     })
@@ -263,17 +280,22 @@ fn friction(
     for (member, own) in members.iter_mut().zip(&minimum.own) {
         let parameters = member.parameters(&minimum.shared, own);
         let contact = member.model.follow(&parameters)?;
-        ratios.push(modelled_ratio(&member.model, &contact));
+        let ratio = modelled_ratio(&member.model, &contact);
+        let slopes = modelled_ratio_slopes(&member.model, &contact, &ratio);
+        ratios.push((ratio, slopes));
     }
     let samples: Vec<RatioSamples<'_>> = members
         .iter()
         .zip(ratios)
         .zip(instances)
-        .map(|((member, ratio), instance)| RatioSamples {
+        .map(|((member, (ratio, ratio_slopes)), instance)| RatioSamples {
             ratio,
+            ratio_slopes,
             normal_n: member.model.normal_n,
             lead: member.model.lead,
             mu: instance.instance().mu,
+            time_s: member.model.time_s,
+            middle_s: member.model.middle_s,
         })
         .collect();
     friction::fit(&samples, members.first()?.model.interval_s)

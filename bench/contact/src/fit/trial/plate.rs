@@ -1,10 +1,9 @@
 //! What is known of the plate at the instances from where no finger was on it.
 
+use super::prior::TrialPriors;
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
-
-use super::course::{self, CourseStds, Part, Predicted, Reading};
-use super::prior::TrialPriors;
+use plate_course::{CourseStds, Part, Predicted, Reading};
 
 /// The plate's impedance where no finger was on it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -150,7 +149,7 @@ pub(super) fn offsets(
             REACTANCE_PER_S,
         ),
     ];
-    let course = course::predicted(&parts, &readings.touches_s, &at_s);
+    let course = plate_course::predicted(&parts, &readings.touches_s, &at_s);
     let (reactance_std, astray) = match found {
         None => (UNSEEN_STD_N_S_PER_M, ASTRAY),
         Some(found) => {

@@ -5,6 +5,7 @@
 //! moves the gap for as long as it lasts and its lag, so that many samples share it: least squares that knew nothing of it would
 //! take it for a property of the skin.
 
+use arrowhead::Whitening;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 
@@ -26,13 +27,14 @@ const ITERATIONS: usize = 50;
 const LEAST_VARIANCE: f64 = 1e-6;
 
 /// Covariance of an instance's residuals, real parts first, then imaginary ones.
+#[derive(Clone)]
 pub(super) enum Scatter {
     /// Independent and alike, with this standard deviation.
     Alike(f64),
     /// Independent, each of its own standard deviation.
     Apart(Vec<f64>),
-    /// Together: the inverse of their covariance's lower factor.
-    Together(DMatrix<f64>),
+    /// Together.
+    Together(Whitening),
 }
 
 impl Scatter {
@@ -73,7 +75,7 @@ impl Scatter {
                     row /= *std;
                 }
             }
-            Self::Together(inverse) => *columns = inverse * &*columns,
+            Self::Together(whitening) => whitening.apply(columns),
         }
     }
 }
@@ -137,36 +139,8 @@ impl Kinds {
                 covariance[(n + row, n + column)] += of_noise;
             }
         }
-        let factor = covariance.cholesky()?.unpack();
-        inverted(&factor).map(Scatter::Together)
+        Whitening::of(&covariance).map(Scatter::Together)
     }
-}
-
-/// Size up to which a triangular matrix is inverted column by column.
-const SMALL: usize = 32;
-
-/// Returns the inverse of a lower triangular matrix, by halves: nearly all of the work is in products, which are fast.
-fn inverted(lower: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let n = lower.nrows();
-    let mut inverse = DMatrix::identity(n, n);
-    if n <= SMALL {
-        return lower
-            .solve_lower_triangular_mut(&mut inverse)
-            .then_some(inverse);
-    }
-    let half = n / 2;
-    let part = |at: (usize, usize), size: (usize, usize)| lower.view(at, size).into_owned();
-    let first = inverted(&part((0, 0), (half, half)))?;
-    let second = inverted(&part((half, half), (n - half, n - half)))?;
-    let across = &second * part((half, 0), (n - half, half)) * &first;
-    inverse.view_mut((0, 0), first.shape()).copy_from(&first);
-    inverse
-        .view_mut((half, half), second.shape())
-        .copy_from(&second);
-    inverse
-        .view_mut((half, 0), across.shape())
-        .copy_from(&-across);
-    Some(inverse)
 }
 
 /// Multiplies a response to each sample by the lower factor of [`lasting`]: an error is what is left of the last one, and news,
@@ -242,14 +216,5 @@ mod tests {
         by_errors_that_last(&mut factor, 4.0);
         let apart = &factor * factor.transpose() - lasting(30, 4.0);
         assert!(apart.amax() < 1e-12);
-    }
-
-    #[test]
-    fn a_triangle_is_inverted_by_halves() {
-        for n in [1, SMALL, SMALL + 1, 5 * SMALL] {
-            let lower = lasting(n, 3.0).cholesky().unwrap().unpack();
-            let apart = inverted(&lower).unwrap() * lower - DMatrix::identity(n, n);
-            assert!(apart.amax() < 1e-10, "{n}: {}", apart.amax());
-        }
     }
 }

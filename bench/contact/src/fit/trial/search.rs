@@ -9,14 +9,14 @@ use super::members::{
     Minimised, OF_INSTANCE, OWN, Own, REACTANCE, RESIDUAL, RESIDUAL_OF_ALL, SHARED, SIGMA_T,
     Shared, TILT, TISSUE, courses,
 };
-use super::plate::{self, PlateApart, PlateReadings};
+use super::plate::{self, OffsetPrior, PlateApart, PlateReadings};
 use super::prior::{LogNormal, Normal, TrialPriors};
 use super::scatter::Scatter;
 use crate::calibration_errors::{ByError, ERRORS};
 use crate::fit::fit_error::FitError;
 use crate::fit::least_squares::ImpedanceModel;
 use crate::fit::sigma_search::sigma_starts;
-use crate::fit::trend::Rates;
+use crate::fit::trend::{Rates, rate_about};
 use crate::parameters::PARAMETERS;
 
 /// S and τ that starts are tried with, m² and s.
@@ -51,10 +51,6 @@ const FROM_AFAR: Until = Until {
 };
 /// Times that a minimum is refined: another no longer moves it.
 const REFINEMENTS: usize = 3;
-/// Fewest instances of an exploration that show a trend.
-const FEWEST_FOR_TREND: usize = 3;
-/// Instances further apart are not of one exploration, s.
-const NEIGHBOURS_S: f64 = 0.7;
 /// Standard deviation that holds the plate's damping, N·s/m.
 const HELD: f64 = 1e-9;
 
@@ -71,6 +67,12 @@ pub(super) struct Search<'a> {
     from_afar: bool,
     z_m: Vec<Complex64>,
     slopes: Vec<[Complex64; PARAMETERS]>,
+}
+
+/// What a minimum is refined by: how the residuals scatter, the plate's likely offset, and the trends.
+struct Refinement {
+    scatters: Vec<Scatter>,
+    plate_and_trend: Vec<(OffsetPrior, Rates)>,
 }
 
 impl<'a> Search<'a> {
@@ -109,19 +111,41 @@ impl<'a> Search<'a> {
         if dampings == 0.0 {
             return Ok(held);
         }
+        let refined = self.refinement();
         self.damping_std = self.priors.plate_damping_std_n_s_per_m;
         let fitted = self.refined(held.clone())?;
         let samples: usize = self.members.iter().map(|of| of.model.z_m.len()).sum();
         let independent = 2.0 * samples as f64;
         self.damping_std = HELD;
-        let held =
-            minimise(self, held.shared, held.own, TO_THE_MINIMUM).ok_or(FitError::NoStart)?;
-        let gain = held.squares - fitted.squares;
+        let as_weighed = (held.shared, held.own.clone());
+        let as_weighed =
+            minimise(self, as_weighed.0, as_weighed.1, TO_THE_MINIMUM).ok_or(FitError::NoStart)?;
+        let gain = as_weighed.squares - fitted.squares;
         if fitted.converged && gain > dampings * independent.max(1.0).ln() {
             self.damping_std = self.priors.plate_damping_std_n_s_per_m;
             return Ok(fitted);
         }
-        self.refined(held)
+        self.restore(refined);
+        Ok(held)
+    }
+
+    /// Takes what a minimum was refined by.
+    fn refinement(&self) -> Refinement {
+        let members = self.members.iter();
+        Refinement {
+            scatters: self.scatters.clone(),
+            plate_and_trend: members
+                .map(|of| (of.offset, of.model.trend.rates()))
+                .collect(),
+        }
+    }
+
+    fn restore(&mut self, refinement: Refinement) {
+        self.scatters = refinement.scatters;
+        for (member, (offset, rates)) in self.members.iter_mut().zip(refinement.plate_and_trend) {
+            member.offset = offset;
+            member.model.trend.follow(rates);
+        }
     }
 
     /// Returns the best minimum from all starts.
@@ -222,7 +246,7 @@ impl<'a> Search<'a> {
     /// Takes the rates at which parameters change from instance to instance for those within each.
     fn follow_trends(&mut self, minimum: &Minimised) {
         let courses = courses(&minimum.shared);
-        let at: Vec<(f64, Own)> = self
+        let (times_s, at): (Vec<f64>, Vec<Own>) = self
             .members
             .iter()
             .zip(&minimum.own)
@@ -233,32 +257,15 @@ impl<'a> Search<'a> {
                 own[REACTANCE] += offset.im;
                 (member.model.middle_s, own)
             })
-            .collect();
+            .unzip();
         for (index, member) in self.members.iter_mut().enumerate() {
-            let apart = |pair: &[(f64, Own)]| pair[1].0 - pair[0].0 > NEIGHBOURS_S;
-            let from = at[..=index]
-                .windows(2)
-                .rposition(apart)
-                .map_or(0, |last| last + 1);
-            let to = at[index..]
-                .windows(2)
-                .position(apart)
-                .map_or(at.len(), |last| index + last + 1);
-            let near = &at[from..to];
-            let mean_s = near.iter().map(|of| of.0).sum::<f64>() / near.len() as f64;
-            let spread: f64 = near.iter().map(|of| (of.0 - mean_s).powi(2)).sum();
-            let mut per_s = Own::zeros();
-            if near.len() >= FEWEST_FOR_TREND && spread > 0.0 {
-                for (time_s, own) in near {
-                    per_s += own * ((time_s - mean_s) / spread);
-                }
-            }
-            member.model.trend.rates = Rates {
+            let per_s = rate_about(index, &times_s, |of| at[of]);
+            member.model.trend.follow(Rates {
                 ln_sigma_t_per_s: per_s[SIGMA_T],
                 z_t_per_s: Complex64::new(per_s[TISSUE[0]], per_s[TISSUE[1]]),
                 z_p_per_s: Complex64::new(per_s[DAMPING], per_s[REACTANCE]),
                 finger_angle_rad_per_s: per_s[ANGLE],
-            };
+            });
         }
     }
 
@@ -401,7 +408,7 @@ impl<'a> Search<'a> {
             .collect();
         let prior = self.prior_of_shared().precision;
         let response = minimum.response(&rows)?;
-        Some(minimum.covariance(&blocks, &prior)?.with_response(response))
+        Some(minimum.covariance(blocks, prior)?.with_response(response))
     }
 }
 
@@ -414,9 +421,8 @@ impl ArrowProblem<OWN, SHARED> for Search<'_> {
         let mut all = Vec::with_capacity(own.len());
         for ((member, own), scatter) in self.members.iter_mut().zip(own).zip(&self.scatters) {
             let z_m = &mut self.z_m[..member.model.z_m.len()];
-            let slopes = &mut self.slopes[..z_m.len()];
             let parameters = member.parameters(shared, own);
-            member.model.evaluate(&parameters, z_m, slopes)?;
+            member.model.impedances(&parameters, z_m)?;
             let apart = |part: fn(&Complex64) -> f64| {
                 let each = z_m.iter().zip(member.model.z_m);
                 each.map(move |(a, b)| part(a) - part(b))

@@ -8,14 +8,10 @@
 
 use nalgebra::{DMatrix, DVector, Matrix4, Vector4};
 
-use super::prior::LogNormal;
-
-/// Time constant of a finger's warmth, s (an assumption: 95 % between 1 and 70 s; a touch of some seconds does not tell the
-/// longest apart).
-const WARMTH_S: LogNormal = LogNormal {
-    median: 8.0,
-    ln_std: 1.1,
-};
+/// Median time constant of a finger's warmth, s, and the standard deviation of its logarithm (an assumption: 95 % between 1 and
+/// 70 s; a touch of some seconds does not tell the longest apart).
+const WARMTH_S: f64 = 8.0;
+const WARMTH_LN_STD: f64 = 1.1;
 /// Time constants that are summed over: between which, s, and how many.
 const TIME_CONSTANTS_S: [f64; 2] = [0.7, 120.0];
 const TIME_CONSTANTS: usize = 24;
@@ -29,10 +25,13 @@ const NEARLY_ALL: f64 = 0.5;
 
 /// What was read, when, and its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Reading {
-    pub(super) time_s: f64,
-    pub(super) value: f64,
-    pub(super) std: f64,
+pub struct Reading {
+    /// Time, s.
+    pub time_s: f64,
+    /// What was read, in the part's own unit.
+    pub value: f64,
+    /// Its standard error.
+    pub std: f64,
 }
 
 /// Number of parameters of a part.
@@ -43,31 +42,36 @@ const COLUMNS: usize = 2 * PARTS + 1;
 /// Standard deviations beforehand of a part's value at first and of what a long touch makes of it, and of its change in a second;
 /// their means are 0.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct CourseStds {
-    pub(super) size: f64,
-    pub(super) per_s: f64,
+pub struct CourseStds {
+    /// Of the value at first, and of what a long touch makes of it.
+    pub size: f64,
+    /// Of its change in a second.
+    pub per_s: f64,
 }
 
 /// When a finger lay on the plate: begin and end of each touch in order, s.
-pub(super) type Touches<'a> = &'a [(f64, f64)];
+pub type Touches<'a> = &'a [(f64, f64)];
 
 /// A part of Z_p, real or imaginary.
-pub(super) struct Part<'a> {
+pub struct Part<'a> {
     /// What was read where no finger was.
-    pub(super) free: &'a [Reading],
-    pub(super) stds: CourseStds,
+    pub free: &'a [Reading],
+    /// What is likely of it beforehand.
+    pub stds: CourseStds,
 }
 
 /// Both parts of Z_p at some times, all of the first before all of the second.
-pub(super) struct Predicted {
-    pub(super) mean: DVector<f64>,
+pub struct Predicted {
+    /// What is likely at each time.
+    pub mean: DVector<f64>,
     /// The covariance is this times its transpose: its columns do not grow with the times.
-    pub(super) factor: DMatrix<f64>,
+    pub factor: DMatrix<f64>,
 }
 
 impl Predicted {
     /// Returns the variance at one of the places.
-    pub(super) fn variance(&self, place: usize) -> f64 {
+    #[must_use]
+    pub fn variance(&self, place: usize) -> f64 {
         self.factor.row(place).norm_squared()
     }
 }
@@ -84,7 +88,8 @@ struct Explained {
 }
 
 /// Returns both parts at `times_s`.
-pub(super) fn predicted(parts: &[Part<'_>; 2], touches: Touches<'_>, times_s: &[f64]) -> Predicted {
+#[must_use]
+pub fn predicted(parts: &[Part<'_>; 2], touches: Touches<'_>, times_s: &[f64]) -> Predicted {
     let since_s = parts[0].free.first().map_or(0.0, |of| of.time_s);
     let explained = |ln_t: f64, (ratio, likely): (f64, f64)| {
         let course = |t_s| Course {
@@ -93,7 +98,7 @@ pub(super) fn predicted(parts: &[Part<'_>; 2], touches: Touches<'_>, times_s: &[
             touches,
         };
         let t_s = ln_t.exp();
-        let apart = (t_s / WARMTH_S.median).ln() / WARMTH_S.ln_std;
+        let apart = (t_s / WARMTH_S).ln() / WARMTH_LN_STD;
         let ln_likely = f64::ln(likely) - 0.5 * apart * apart;
         predict(
             &[course(ratio * t_s), course(t_s)],

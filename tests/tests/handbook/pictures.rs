@@ -16,16 +16,17 @@ use tui::event::{PhaseKind, SafetyState, SessionHeader};
 use tui::picture::{Paper, svg};
 use tui::{Event, Instruction, State, Theme, participant_screen, view};
 
-const COLUMNS: u16 = 110;
-const ROWS: u16 = 36;
+/// Columns and rows of the dashboard, and of a calibration's page.
+const DASHBOARD: (u16, u16) = (110, 36);
+const CALIBRATION: (u16, u16) = (92, 26);
 
 fn kept(name: &str, screen: &Buffer, title: &str) {
     let path = folder().join("src/pictures").join(name);
     super::same(&path, &svg(screen, title, Paper::Dark));
 }
 
-fn dashboard(state: &State) -> Buffer {
-    let mut terminal = Terminal::new(TestBackend::new(COLUMNS, ROWS)).unwrap();
+fn drawn(state: &State, (columns, rows): (u16, u16)) -> Buffer {
+    let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
     terminal.draw(|frame| view(state, frame)).unwrap();
     terminal.backend().buffer().clone()
 }
@@ -54,14 +55,14 @@ fn exploring() -> State {
 #[test]
 fn the_dashboard_in_a_trial() {
     let title = "The operator's dashboard in the middle of a trial";
-    kept("screen-trial.svg", &dashboard(&exploring()), title);
+    kept("screen-trial.svg", &drawn(&exploring(), DASHBOARD), title);
 }
 
 #[test]
 fn the_dashboard_after_a_rejected_trial() {
     let state = played_until(|state| state.verdict.as_ref().is_some_and(|v| !v.accepted));
     let title = "The dashboard after a trial that must be repeated, with the reasons";
-    kept("screen-rejected.svg", &dashboard(&state), title);
+    kept("screen-rejected.svg", &drawn(&state, DASHBOARD), title);
 }
 
 #[test]
@@ -71,7 +72,7 @@ fn the_dashboard_after_a_stop() {
         state.apply(&event);
     }
     let title = "The dashboard after the force limit has stopped the drive";
-    kept("screen-stopped.svg", &dashboard(&state), title);
+    kept("screen-stopped.svg", &drawn(&state, DASHBOARD), title);
 }
 
 #[test]
@@ -130,7 +131,7 @@ fn calibrating(page: CalibrationPage, driven: bool, normal_n: f64) -> Buffer {
     ] {
         state.apply(&event);
     }
-    dashboard(&state)
+    drawn(&state, CALIBRATION)
 }
 
 #[test]

@@ -38,7 +38,8 @@ pub fn text(words: &[String]) -> Option<String> {
         if found.is_empty() {
             continue;
         }
-        let _ = writeln!(written, "{}\n", group.title.to_uppercase());
+        let line = "=".repeat(group.title.chars().count());
+        let _ = writeln!(written, "{}\n{line}\n", group.title);
         if asked.is_empty() {
             wrapped(&group.intro, WIDTH, 0, &mut written);
             written.push('\n');

@@ -76,8 +76,15 @@ pub enum Command {
         /// Shell to write it for.
         shell: clap_complete::Shell,
     },
-    /// Print the manual page, in the format of man(1).
-    Manual,
+    /// Print the manual page, in the format of man(1), or write those of all commands.
+    Manual {
+        /// Folder to write a page for each command to, such as /usr/local/share/man/man1.
+        #[arg(long, value_name = "DIR")]
+        to: Option<PathBuf>,
+    },
+    /// Look up a message of the program: what it means and what to do.
+    #[command(after_long_help = messages::text(&[]).unwrap_or_default())]
+    Messages(messages::Options),
 }
 
 /// Options of every command that uses the bench.

@@ -15,6 +15,7 @@ pub mod event;
 mod keyboard;
 mod panels;
 pub mod participant_screen;
+pub mod picture;
 mod plot;
 pub mod shell;
 mod state;

@@ -1,6 +1,7 @@
 //! `friction-bench`: the composition root. Here, and nowhere else, it is decided which hardware there is.
 
 mod found;
+mod printed;
 #[cfg_attr(not(target_os = "linux"), path = "no_gpio.rs")]
 mod real_gpio;
 mod simulated;
@@ -12,7 +13,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use ::calibration::channels::OPENINGS;
-use clap::{CommandFactory, Parser};
+use clap::Parser;
 use config::{AudioHost, Config, ConfigError, Effective};
 use devices::Hardware;
 use devices::claim::Claim;
@@ -88,22 +89,11 @@ fn dispatch(command: Command, verbosity: Verbosity) -> anyhow::Result<ExitCode> 
             }
             Ok(ExitCode::SUCCESS)
         }
-        Command::Schema { name } => {
-            let schema = name.as_deref().and_then(schemas::text_of);
-            print(schema.unwrap_or_else(schemas::list))?;
-            Ok(ExitCode::SUCCESS)
-        }
-        Command::Completions { shell } => {
-            // The generators panic where they cannot write.
-            let mut script = Vec::new();
-            clap_complete::generate(shell, &mut Cli::command(), "friction-bench", &mut script);
-            print(script)?;
-            Ok(ExitCode::SUCCESS)
-        }
-        Command::Manual => {
-            let mut page = Vec::new();
-            clap_mangen::Man::new(Cli::command()).render(&mut page)?;
-            print(page)?;
+        Command::Schema { .. }
+        | Command::Completions { .. }
+        | Command::Manual { .. }
+        | Command::Messages(_) => {
+            print(printed::text(&command)?)?;
             Ok(ExitCode::SUCCESS)
         }
     }

@@ -1,0 +1,46 @@
+//! Commands that print a text and use no bench: schemas, completions, manual pages, messages.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::Context;
+use clap::CommandFactory;
+use friction_bench::cli::{Cli, Command};
+
+/// Returns what such a command prints; empty for another one, or where it wrote files instead.
+///
+/// # Errors
+/// When no message has the words asked for, or a file cannot be written.
+pub fn text(command: &Command) -> anyhow::Result<Vec<u8>> {
+    let mut text = Vec::new();
+    match command {
+        Command::Schema { name } => {
+            let schema = name.as_deref().and_then(schemas::text_of);
+            text = schema.unwrap_or_else(schemas::list).into();
+        }
+        // The generators panic where they cannot write.
+        Command::Completions { shell } => {
+            clap_complete::generate(*shell, &mut Cli::command(), "friction-bench", &mut text);
+        }
+        Command::Manual { to: None } => clap_mangen::Man::new(Cli::command()).render(&mut text)?,
+        Command::Manual { to: Some(folder) } => write_pages(folder)?,
+        Command::Messages(options) => {
+            let found = messages::text(&options.words);
+            let found = found.with_context(|| {
+                format!(
+                    "no message has all of these words: {}; fewer words find more, and none lists all",
+                    options.words.join(" ")
+                )
+            })?;
+            text = found.into();
+        }
+        _ => {}
+    }
+    Ok(text)
+}
+
+fn write_pages(folder: &Path) -> anyhow::Result<()> {
+    fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    clap_mangen::generate_to(Cli::command(), folder)
+        .with_context(|| format!("cannot write manual pages to {}", folder.display()))
+}

@@ -1,0 +1,80 @@
+//! Every command that README and handbook print is one that the program takes.
+
+use std::path::PathBuf;
+
+use bench_tests::handbook::folder;
+use bench_tests::program::workspace;
+use clap::Parser;
+use friction_bench::cli::Cli;
+
+fn texts() -> Vec<(PathBuf, String)> {
+    let mut paths: Vec<PathBuf> = std::fs::read_dir(folder().join("src"))
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|end| end == "md"))
+        .collect();
+    paths.push(workspace().join("README.md"));
+    paths.sort();
+    let read = |path: PathBuf| {
+        let text = std::fs::read_to_string(&path).unwrap();
+        (path, text)
+    };
+    paths.into_iter().map(read).collect()
+}
+
+/// The words of a command, quotes taken off; `None` where one is not closed.
+fn split(line: &str) -> Option<Vec<String>> {
+    let mut words = vec![String::new()];
+    let mut quote = None;
+    for character in line.chars() {
+        match (quote, character) {
+            (None, '"' | '\'') => quote = Some(character),
+            (Some(open), _) if open == character => quote = None,
+            (None, ' ') => words.push(String::new()),
+            _ => words.last_mut()?.push(character),
+        }
+    }
+    words.retain(|word| !word.is_empty());
+    quote.is_none().then_some(words)
+}
+
+/// The commands in the blocks marked `sh`, without comments, continued lines joined.
+fn commands(text: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut inside = false;
+    let joined = text.replace("\\\n", " ");
+    for line in joined.lines() {
+        match line.trim() {
+            "```sh" => inside = true,
+            line if line.starts_with("```") => inside = false,
+            line if inside => found.push(line.split(" #").next().unwrap_or(line).trim().to_owned()),
+            _ => {}
+        }
+    }
+    found
+}
+
+#[test]
+fn each_command_of_readme_and_handbook_is_understood() {
+    let mut wrong = Vec::new();
+    let mut count = 0;
+    for (path, text) in texts() {
+        for line in commands(&text) {
+            // A shell function that stands for the simulated bench, a redirection, a second command.
+            let line = line.split(" > ").next().unwrap_or(&line).to_owned();
+            let line = line.replace("unknown calibrate", "friction-bench calibrate");
+            if !line.starts_with("friction-bench ") {
+                continue;
+            }
+            count += 1;
+            match split(&line).map(Cli::try_parse_from) {
+                Some(Ok(_)) => {}
+                Some(Err(error)) if !error.use_stderr() => {}
+                Some(Err(error)) => wrong.push(format!("{}: {line}\n{error}", path.display())),
+                None => wrong.push(format!("{}: an open quote: {line}", path.display())),
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(count > 20, "only {count} commands were found");
+}

@@ -1,0 +1,30 @@
+//! The handbook of docs/handbook is whole and true: it builds, its links and pictures lead somewhere, its commands are
+//! commands, its screenshots and its list of messages are the program's own, and each command has a manual page.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+mod book;
+mod commands;
+mod manual;
+mod messages;
+mod pictures;
+
+use std::path::Path;
+
+use bench_tests::handbook::WRITE;
+
+/// Compares a file of the handbook with what the program makes now, or writes it.
+fn same(path: &Path, made: &str) {
+    if std::env::var_os(WRITE).is_some_and(|value| value == "1") {
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, made).unwrap();
+    }
+    let kept = std::fs::read_to_string(path).unwrap_or_default();
+    assert!(
+        kept == made,
+        "{} is not what the program makes now; `./dev handbook` writes it anew, then look at it and commit it",
+        path.display()
+    );
+}

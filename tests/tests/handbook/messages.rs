@@ -1,0 +1,328 @@
+//! The index of messages against the code: no message is missing, none is stale, none is in other words.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use bench_tests::handbook::folder;
+use bench_tests::house::sizes::rust_files;
+use bench_tests::program::workspace;
+use messages::{MessageGroup, chapter, index};
+use proc_macro2::{Delimiter, TokenStream, TokenTree};
+use syn::visit::{self, Visit};
+use syn::{Attribute, Expr, ExprMethodCall, Fields, Item, Lit};
+
+/// Types with messages that the index leaves out: errors of an option, a file's line or a computation, which say themselves
+/// what to do or which another message wraps.
+const LEFT_OUT: &[&str] = &[
+    "BrokenRule",
+    "CalFileError",
+    "CarrierError",
+    "ClockError",
+    "CommandError",
+    "ConstantError",
+    "CrosstalkError",
+    "DamagedLine",
+    "DemodulatorError",
+    "DiskError",
+    "EstimateError",
+    "EventLogError",
+    "ExclusionsError",
+    "FaultTextError",
+    "FigureError",
+    "FilterError",
+    "FindError",
+    "FitError",
+    "LayoutError",
+    "LimitError",
+    "ManifestError",
+    "ManifestReadError",
+    "Missing",
+    "ModelError",
+    "NoForceAxis",
+    "NoTrialLabel",
+    "NotDrilledError",
+    "NotStarted",
+    "OffPlateError",
+    "OtherSensor",
+    "OverlapError",
+    "PageError",
+    "ParticipantIdError",
+    "PersonError",
+    "ProgramError",
+    "ReadError",
+    "RecordMismatch",
+    "RecordedError",
+    "RecordingError",
+    "Refusal",
+    "RehearsedFaultError",
+    "ReportError",
+    "SampleLossError",
+    "SelectionError",
+    "SendError",
+    "SettingError",
+    "SmoothingError",
+    "SpectrumError",
+    "TableError",
+    "TomlError",
+    "ToneCountError",
+    "ToneError",
+    "TripCause",
+    "Unfinished",
+    "UnknownFault",
+    "UnknownFormat",
+    "VerifyError",
+    "WavError",
+    "WavWarning",
+    "WriteError",
+];
+
+/// What a type says: its variants' words, or its own under an empty name; `None` for words that are made elsewhere.
+type Words = BTreeMap<String, Option<String>>;
+
+#[test]
+fn the_chapter_is_the_index() {
+    super::same(&folder().join("src/messages.md"), &chapter());
+}
+
+#[test]
+fn each_variant_that_says_something_is_in_the_index_in_its_own_words() {
+    let mut wrong = Vec::new();
+    for group in index() {
+        let mut wanted = BTreeSet::new();
+        for (file, name) in &group.sources {
+            let path = workspace().join(file);
+            let text = std::fs::read_to_string(&path).unwrap();
+            let Some(words) = words_of(&syn::parse_file(&text).unwrap(), name) else {
+                wrong.push(format!("{file} has no type {name}"));
+                continue;
+            };
+            let all = literals(text.parse().unwrap());
+            for (variant, said) in words {
+                let of = match variant.as_str() {
+                    "" => name.clone(),
+                    variant => format!("{name}::{variant}"),
+                };
+                wrong.extend(compared(&group, &of, said.as_deref(), &all));
+                wanted.insert(of);
+            }
+        }
+        if let Some(folder) = &group.rows {
+            let rows = rows(&workspace().join(folder));
+            wrong.extend(
+                rows.iter()
+                    .flat_map(|row| compared(&group, row, Some(row), &[])),
+            );
+            wanted.extend(rows);
+        }
+        let stale = group.messages.iter().filter(|m| !wanted.contains(&m.of));
+        wrong.extend(stale.map(|m| format!("`{}` says nothing any more: take it out", m.of)));
+    }
+    assert!(
+        wrong.is_empty(),
+        "bench/messages/messages.toml:\n{}",
+        wrong.join("\n")
+    );
+}
+
+#[test]
+fn each_type_with_messages_is_in_the_index_or_left_out_on_purpose() {
+    let index = index();
+    let listed: BTreeSet<&str> = index
+        .iter()
+        .flat_map(|group| group.sources.iter().map(|(_, name)| name.as_str()))
+        .collect();
+    let mut found = BTreeSet::new();
+    for folder in ["bench", "protocols", "signalgen"] {
+        for path in rust_files(&workspace().join(folder)).unwrap() {
+            if !path.components().any(|part| part.as_os_str() == "src") {
+                continue;
+            }
+            let file = syn::parse_file(&std::fs::read_to_string(&path).unwrap()).unwrap();
+            found.extend(speaking(&file.items));
+        }
+    }
+    let unknown: Vec<_> = found
+        .iter()
+        .filter(|name| !listed.contains(name.as_str()) && !LEFT_OUT.contains(&name.as_str()))
+        .collect();
+    assert!(
+        unknown.is_empty(),
+        "put these into bench/messages/messages.toml, or into LEFT_OUT of this test: {unknown:#?}"
+    );
+    let gone: Vec<_> = LEFT_OUT
+        .iter()
+        .filter(|name| !found.contains(**name) || listed.contains(**name))
+        .collect();
+    assert!(gone.is_empty(), "take these out of LEFT_OUT: {gone:?}");
+}
+
+/// Compares what the index has `of` something with what the code says.
+fn compared(group: &MessageGroup, of: &str, said: Option<&str>, all: &[String]) -> Vec<String> {
+    let entries: Vec<_> = group.messages.iter().filter(|m| m.of == of).collect();
+    if entries.is_empty() {
+        return vec![format!(
+            "`{of}` is missing: {}",
+            said.unwrap_or("see the source")
+        )];
+    }
+    let wrong = entries.iter().filter_map(|entry| match said {
+        Some(said) if said == entry.says => None,
+        Some(said) => Some(format!("`{of}` says = {said:?}")),
+        None if is_said(&entry.says, all) => None,
+        None => Some(format!("`{of}`: no text of its source is {:?}", entry.says)),
+    });
+    wrong.collect()
+}
+
+/// Whether one of `all` texts has the pieces of `says` between its values, in their order.
+fn is_said(says: &str, all: &[String]) -> bool {
+    let pieces = || {
+        says.split('…')
+            .filter(|piece| piece.chars().any(char::is_alphanumeric))
+    };
+    all.iter().any(|text| {
+        let mut rest = text.as_str();
+        pieces().all(|piece| {
+            let found = rest.find(piece.trim());
+            rest = found.map_or("", |at| &rest[at + piece.trim().len()..]);
+            found.is_some()
+        })
+    })
+}
+
+/// Returns the words of each variant of a type, or of the type itself; `None` if there is no such type.
+fn words_of(file: &syn::File, name: &str) -> Option<Words> {
+    file.items.iter().find_map(|item| match item {
+        Item::Enum(of) if of.ident == name => {
+            let variants = of.variants.iter().filter(|v| !is_transparent(&v.attrs));
+            let words = variants.map(|v| (v.ident.to_string(), said(&v.attrs)));
+            Some(words.collect())
+        }
+        Item::Struct(of) if of.ident == name => {
+            Some(Words::from([(String::new(), said(&of.attrs))]))
+        }
+        _ => None,
+    })
+}
+
+/// Names of the types that have messages of their own.
+fn speaking(items: &[Item]) -> Vec<String> {
+    items
+        .iter()
+        .filter_map(|item| match item {
+            Item::Enum(of) => {
+                let speaks = of.variants.iter().any(|v| said(&v.attrs).is_some());
+                speaks.then(|| of.ident.to_string())
+            }
+            Item::Struct(of) if !matches!(of.fields, Fields::Unit) || said(&of.attrs).is_some() => {
+                said(&of.attrs).map(|_| of.ident.to_string())
+            }
+            _ => None,
+        })
+        .collect()
+}
+
+fn error_tokens(attributes: &[Attribute]) -> Option<TokenStream> {
+    let found = attributes.iter().find(|a| a.path().is_ident("error"))?;
+    Some(found.meta.require_list().ok()?.tokens.clone())
+}
+
+fn is_transparent(attributes: &[Attribute]) -> bool {
+    error_tokens(attributes).is_some_and(|tokens| tokens.to_string() == "transparent")
+}
+
+/// The text of `#[error("…")]`, with `…` for values.
+fn said(attributes: &[Attribute]) -> Option<String> {
+    literals(error_tokens(attributes)?).into_iter().next()
+}
+
+/// String literals, with `…` for values, in their order.
+fn literals(tokens: TokenStream) -> Vec<String> {
+    let mut found = Vec::new();
+    for token in tokens {
+        match token {
+            TokenTree::Group(group)
+                if group.delimiter() != Delimiter::None || !group.stream().is_empty() =>
+            {
+                found.extend(literals(group.stream()));
+            }
+            TokenTree::Literal(literal) => {
+                if let Ok(text) = syn::parse_str::<syn::LitStr>(&literal.to_string()) {
+                    found.push(template(&text.value()));
+                }
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+/// A format string with `…` for values; a constant that is named in it counts as one.
+fn template(format: &str) -> String {
+    let mut text = String::new();
+    let mut characters = format.chars().peekable();
+    while let Some(character) = characters.next() {
+        match character {
+            '{' | '}' if characters.peek() == Some(&character) => {
+                text.push(character);
+                characters.next();
+            }
+            '{' => {
+                characters.by_ref().take_while(|c| *c != '}').for_each(drop);
+                if !text.ends_with('…') {
+                    text.push('…');
+                }
+            }
+            _ => text.push(character),
+        }
+    }
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Names of the rows that the sources of `check` can make.
+fn rows(folder: &Path) -> BTreeSet<String> {
+    let mut found = Rows::default();
+    for path in rust_files(folder).unwrap() {
+        let mut file = syn::parse_file(&std::fs::read_to_string(path).unwrap()).unwrap();
+        file.items.retain(|item| !matches!(item, Item::Mod(_)));
+        found.visit_file(&file);
+    }
+    // Those that are named in a table of the wiring's.
+    found
+        .0
+        .extend(["e-stop", "heartbeat", "stop: heartbeat", "stop: enable"].map(str::to_owned));
+    found.0
+}
+
+#[derive(Default)]
+struct Rows(BTreeSet<String>);
+
+impl Visit<'_> for Rows {
+    fn visit_expr_method_call(&mut self, call: &ExprMethodCall) {
+        if (call.method == "row" || call.method == "judged")
+            && let Some(Expr::Lit(first)) = call.args.first()
+            && let Lit::Str(name) = &first.lit
+        {
+            self.0.insert(name.value());
+        }
+        visit::visit_expr_method_call(self, call);
+    }
+}
+
+#[test]
+fn a_variant_without_a_message_and_other_words_are_found() {
+    let source = "#[derive(Error)] enum E { #[error(\"the {part} is {:.1} V off: {why}\", v)] A { part: u8 },\n\
+        #[error(transparent)] B(F), C }";
+    let words = words_of(&syn::parse_file(source).unwrap(), "E").unwrap();
+    let said = words["A"].clone().unwrap();
+    assert_eq!(said, "the … is … V off: …");
+    assert_eq!(words.keys().collect::<Vec<_>>(), ["A", "C"]);
+    let group = &index()[0];
+    assert_eq!(compared(group, "E::A", Some(&said), &[]).len(), 1);
+    let all = literals(
+        "write!(f, \"normal force {n:.2} N over {l}\")"
+            .parse()
+            .unwrap(),
+    );
+    assert!(is_said("normal force … N over …", &all) && !is_said("lateral force", &all));
+}

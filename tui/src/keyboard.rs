@@ -115,4 +115,4 @@ pub(crate) fn working(state: &State) -> impl Iterator<Item = (&'static KeyRow, M
 }
 
 #[cfg(test)]
-mod tests {}
+mod tests;

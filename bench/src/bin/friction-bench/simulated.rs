@@ -336,6 +336,7 @@ fn hands(masses: MassSet, patchbay: Patchbay, senses: Senses, aim: VibrometerAim
         Request::NameMass { .. }
         | Request::KnownAmplitude { .. }
         | Request::MeterReading { .. }
+        | Request::GoOn
         | Request::Review => {}
     })
 }

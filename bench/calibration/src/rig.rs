@@ -35,6 +35,8 @@ pub struct Outcome<P> {
     pub identity: Identity,
     /// Date of the measurement.
     pub date: Timestamp,
+    /// Whether the date is of simulated time.
+    pub simulated_time: bool,
     /// Time for which the plate was driven, s.
     pub driven_s: f64,
     /// Number of xruns, none of which cost a sample of what was measured.
@@ -119,6 +121,7 @@ pub fn run<P: Procedure>(
         procedure,
         identity,
         date: clock.utc(),
+        simulated_time: clock.is_simulated(),
         driven_s,
         xruns,
     })
@@ -174,7 +177,7 @@ impl<P: Procedure> RigTask<P> {
             self.driven_frames += u64::from(header.frames);
         }
         self.watched
-            .publish(&self.block, header.drive.frames, now_ns, &self.signals);
+            .publish(&self.block, header, now_ns, &self.signals)?;
         self.meter
             .take(&self.block, self.channels, self.watched.channels());
         self.capture.samples.extend_from_slice(&self.block);
@@ -500,7 +503,6 @@ impl<P: Procedure> RigTask<P> {
             match wish {
                 OperatorInput::Rearm => {
                     self.drive.rearm();
-                    // The page asks anew.
                     self.operator.broken_off(why, false);
                 }
                 OperatorInput::Stop => self.drive.trip(Trip::Operator),

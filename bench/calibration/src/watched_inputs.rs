@@ -1,7 +1,9 @@
 //! What the safety watch is told of the inputs during a calibration.
 
 use config::Config;
+use devices::CardPace;
 use safety::{DriveReading, Signals};
+use signalgen::BlockHeader;
 
 use crate::recent::Recent;
 
@@ -19,6 +21,7 @@ pub(super) struct WatchedInputs {
     pub(super) volts_per_unit: f64,
     /// Plate displacement per sample value, m.
     pub(super) metres_per_unit: f64,
+    pace: CardPace,
     /// Drive and pickup.
     recent: [Recent; 2],
     /// Number of frames read so far.
@@ -35,6 +38,7 @@ impl WatchedInputs {
             pickup: usize::from(config.channels.pickup.index),
             volts_per_unit: config.channels.drive.volts_per_unit,
             metres_per_unit: config.channels.pickup.metres_per_unit,
+            pace: CardPace::new(f64::from(config.audio.rate_hz)),
             recent: [(); 2].map(|()| Recent::new(span)),
             taken: 0,
         }
@@ -46,7 +50,17 @@ impl WatchedInputs {
     }
 
     /// Publishes the peaks of the drive's read-back and of the pickup, whatever their frequency, for the safety watch.
-    pub(super) fn publish(&mut self, block: &[f32], rendered: u64, now_ns: u64, signals: &Signals) {
+    ///
+    /// # Errors
+    /// When the card has delivered far more than its rate allows.
+    pub(super) fn publish(
+        &mut self,
+        block: &[f32],
+        header: &BlockHeader,
+        now_ns: u64,
+        signals: &Signals,
+    ) -> anyhow::Result<()> {
+        self.pace.take(header, now_ns)?;
         self.taken += (block.len() / self.inputs) as u64;
         let watched = self.channels();
         for (recent, channel) in self.recent.iter_mut().zip(watched) {
@@ -62,9 +76,10 @@ impl WatchedInputs {
                 volts: amplitude * self.volts_per_unit,
                 // The middle of what was averaged.
                 sample: self.taken - drive.len() as u64 / 2,
-                ahead: rendered as i64 - self.taken as i64,
+                ahead: header.drive.frames as i64 - self.taken as i64,
                 at_ns: now_ns,
             });
         }
+        Ok(())
     }
 }

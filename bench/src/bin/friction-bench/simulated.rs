@@ -354,6 +354,10 @@ impl Clock for FreeClock {
     fn utc(&self) -> Timestamp {
         later(self.date, self.clock.now_ns())
     }
+
+    fn is_simulated(&self) -> bool {
+        true
+    }
 }
 
 #[cfg(test)]

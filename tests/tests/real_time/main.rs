@@ -2,6 +2,7 @@
 //! frozen.
 
 mod frozen;
+mod operators_keys;
 mod panics;
 mod signals;
 mod terminal;

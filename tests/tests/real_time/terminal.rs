@@ -8,14 +8,14 @@
     reason = "measured numbers, for whoever asks with --nocapture"
 )]
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
 use bench_tests::program::{friction_bench, installed};
 use bench_tests::recorded::interrupted_in_good_order;
 use bench_tests::running::until;
-use bench_tests::session::{SessionFolder, config_with, finish, text};
+use bench_tests::session::{SessionFolder, finish, patient_config, text};
 use config::CalibrationFile;
 use mock_world::scenario::built_in;
 use recording::study::LOCK_FILE;
@@ -26,33 +26,47 @@ use tempfile::TempDir;
 const PATIENCE: Duration = Duration::from_secs(30);
 
 /// A terminal of its own; it ends with the test.
-struct Terminal {
+pub(super) struct Terminal {
     tmux: PathBuf,
-    folder: TempDir,
+    pub(super) folder: TempDir,
 }
 
 impl Terminal {
-    fn open(columns: u16, rows: u16, command: &str) -> Self {
+    pub(super) fn open(columns: u16, rows: u16, command: &str) -> Self {
+        Self::prepared(columns, rows, |_| (), command)
+    }
+
+    /// Opens a terminal with what `prepare` puts into its folder. The program begins once there is no file `wait`.
+    pub(super) fn prepared(
+        columns: u16,
+        rows: u16,
+        prepare: impl FnOnce(&Path),
+        command: &str,
+    ) -> Self {
         let terminal = Self {
             tmux: installed("tmux"),
             folder: tempfile::tempdir().unwrap(),
         };
-        let config = config_with(
-            terminal.folder.path(),
-            &[
-                ("loop_latency_s =", "loop_latency_s = 1.0 # not"),
-                ("silence_s =", "silence_s = 1.0 # not"),
-            ],
-        );
-        let script = format!(
-            "trap : HUP; cd '{}'; stty -g > before; '{}' {command} --config '{}'; echo $? > status; stty -g > after && {{ trap - HUP; sleep 60; }}",
-            terminal.folder.path().display(),
-            friction_bench().display(),
-            config.display(),
-        );
+        patient_config(terminal.folder.path());
+        prepare(terminal.folder.path());
         let size = [columns.to_string(), rows.to_string()];
+        let script = terminal.script(command);
         terminal.tmux(&["new-session", "-d", "-x", &size[0], "-y", &size[1], &script]);
         terminal
+    }
+
+    /// Runs another command on the terminal, in the place of the one before, which has ended.
+    pub(super) fn again(&self, command: &str) {
+        std::fs::remove_file(self.folder.path().join("status")).unwrap();
+        self.tmux(&["respawn-pane", "-k", &self.script(command)]);
+    }
+
+    fn script(&self, command: &str) -> String {
+        format!(
+            "trap : HUP; cd '{}'; while [ -e wait ]; do sleep 0.05; done; stty -g > before; '{}' {command} --config bench.toml; echo $? > status; stty -g > after && {{ trap - HUP; sleep 60; }}",
+            self.folder.path().display(),
+            friction_bench().display(),
+        )
     }
 
     fn ask(&self, arguments: &[&str]) -> Output {
@@ -64,7 +78,7 @@ impl Terminal {
         )
     }
 
-    fn tmux(&self, arguments: &[&str]) -> String {
+    pub(super) fn tmux(&self, arguments: &[&str]) -> String {
         let output = self.ask(arguments);
         assert!(
             output.status.success(),
@@ -74,11 +88,11 @@ impl Terminal {
         String::from_utf8(output.stdout).unwrap()
     }
 
-    fn screen(&self) -> String {
+    pub(super) fn screen(&self) -> String {
         self.tmux(&["capture-pane", "-p"])
     }
 
-    fn shows(&self, what: &[&str]) -> String {
+    pub(super) fn shows(&self, what: &[&str]) -> String {
         let mut last = String::new();
         until(PATIENCE, || {
             last = self.screen();
@@ -89,7 +103,7 @@ impl Terminal {
     }
 
     /// What the script wrote into `file`, once it has.
-    fn wrote(&self, file: &str) -> String {
+    pub(super) fn wrote(&self, file: &str) -> String {
         let path = self.folder.path().join(file);
         until(PATIENCE, || {
             std::fs::read_to_string(&path)
@@ -298,20 +312,20 @@ fn a_terminal_that_is_closed_ends_its_session() {
 const SEED: u64 = 5;
 
 impl Terminal {
-    fn calibrate(columns: u16, rows: u16, what: &str) -> Self {
+    pub(super) fn calibrate(columns: u16, rows: u16, what: &str) -> Self {
         let command =
             format!("calibrate {what} --operator Tester --mock bench-unknown --seed {SEED}");
         Self::open(columns, rows, &command)
     }
 
     /// Says that nothing is on the plate; only then is it driven.
-    fn plate_is_clear(&self) {
+    pub(super) fn plate_is_clear(&self) {
         let screen = self.shows(&["Take everything off", "The plate is driven next"]);
         assert!(!screen.contains("DRIVING"), "{screen}");
         self.press(&["Enter"]);
     }
 
-    fn press(&self, keys: &[&str]) {
+    pub(super) fn press(&self, keys: &[&str]) {
         let mut arguments = vec!["send-keys"];
         arguments.extend(keys);
         self.tmux(&arguments);
@@ -338,14 +352,14 @@ impl Terminal {
     }
 
     /// Reads the vibrometer and types `factor` times what it shows.
-    fn type_amplitude(&self, drive_v: f64, factor: f64) {
+    pub(super) fn type_amplitude(&self, drive_v: f64, factor: f64) {
         let um = format!("{:.4}", self.instrument_um(drive_v) * factor);
         self.press(&[&um]);
         self.shows(&[&format!("{um}▏")]);
         self.press(&["Enter"]);
     }
 
-    fn restored(&self) {
+    pub(super) fn restored(&self) {
         assert_eq!(self.wrote("after"), self.wrote("before"));
         let restored = self.tmux(&["display-message", "-p", "#{alternate_on} #{cursor_flag}"]);
         assert_eq!(restored.trim(), "0 1", "main screen, cursor");
@@ -431,17 +445,19 @@ fn leaving_a_guided_calibration_writes_nothing() {
 }
 
 #[test]
-fn the_stop_key_ends_a_guided_calibration_in_good_order() {
+fn a_stopped_guided_calibration_is_left_in_good_order() {
     let terminal = Terminal::calibrate(80, 24, "pickup --levels-v 10,20,30");
     terminal.plate_is_clear();
     terminal.shows(&["type it", "DRIVING"]);
     terminal.press(&["e"]);
-    let screen = terminal.shows(&["TRIPPED", "stopped by the operator", "written.", "quit"]);
+    let screen = terminal.shows(&["TRIPPED", "stopped by the operator", "kept", "quit"]);
     assert!(
         screen.lines().next().unwrap().contains("TRIPPED"),
         "{screen}"
     );
     terminal.press(&["q"]);
+    terminal.shows(&["Quit the calibration?"]);
+    terminal.press(&["y"]);
     assert_eq!(terminal.wrote("status").trim(), "2");
     terminal.restored();
     assert!(!terminal.folder.path().join("calibration.toml").exists());
@@ -527,6 +543,10 @@ fn an_operator_is_guided_through_the_channels_calibration() {
     terminal.press(&["Enter"]);
     terminal.obey_until("leave the other inputs open");
     terminal.obey_until("as for a measurement");
+    terminal.press(&["Enter"]);
+    terminal.shows(&["Keep them"]);
+    let written = terminal.folder.path().join("calibration.toml");
+    assert!(!written.exists(), "not yet kept");
     terminal.press(&["Enter"]);
     let status = terminal.wrote("status");
     assert_eq!(status.trim(), "0", "{}", terminal.screen());

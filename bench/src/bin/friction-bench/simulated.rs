@@ -210,6 +210,7 @@ pub fn apparatus(
     Ok(Apparatus {
         hardware,
         watchers,
+        displays: friction_bench::displays::Displays::default(),
         rehearsed: rehearsed::words(faults),
         hands: Some(hands),
         vibrometer_port: Some(vibrometer_port),
@@ -335,6 +336,7 @@ fn hands(masses: MassSet, patchbay: Patchbay, senses: Senses, aim: VibrometerAim
         Request::NameMass { .. }
         | Request::KnownAmplitude { .. }
         | Request::MeterReading { .. }
+        | Request::GoOn
         | Request::Review => {}
     })
 }
@@ -351,6 +353,10 @@ impl Clock for FreeClock {
 
     fn utc(&self) -> Timestamp {
         later(self.date, self.clock.now_ns())
+    }
+
+    fn is_simulated(&self) -> bool {
+        true
     }
 }
 

@@ -1,0 +1,215 @@
+//! What an operator does by keys alone: verdicts overruled, trials repeated, pauses, stops, a lost display, a session
+//! that was killed.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+use std::os::unix::fs::symlink;
+use std::path::Path;
+
+use bench_tests::session::{SessionFolder, demo_with};
+use protocols::{Interruption, SessionEventKind, TrialOutcome, TrialRecord, records_from_events};
+use recording::study::LOCK_FILE;
+use rustix::process::{Pid, Signal, kill_process};
+
+use super::terminal::Terminal;
+
+const RUN: &str =
+    "run --mock --study study --participant sub-01 --protocol protocol.toml --consent-by Tester";
+
+/// A session of two trials, as short as they can be judged, whose verdicts stay open.
+fn session(min_instances: u32, more: &str) -> Terminal {
+    let instances = format!("min_instances = {min_instances}");
+    let prepare = |folder: &Path| {
+        let changes = [
+            ("practice = 1", "practice = 0"),
+            ("per_condition = 4", "per_condition = 2"),
+            (
+                "[\"left_to_right\", \"right_to_left\"]",
+                "[\"left_to_right\"]",
+            ),
+            ("baseline_s = 0.8", "baseline_s = 0.4"),
+            ("countdown_s = 1.0", "countdown_s = 0.3"),
+            ("feedback_s = 1.0", "feedback_s = 0.3"),
+            ("verdict_s = 0.5", "verdict_s = 50.0"),
+            ("every_trials = 2", "every_trials = 0"),
+            ("min_instances = 5", instances.as_str()),
+        ];
+        demo_with(folder, &changes);
+        if more.contains("participant") {
+            std::fs::write(folder.join("wait"), "").unwrap();
+        }
+    };
+    Terminal::prepared(120, 40, prepare, &format!("{RUN} {more}"))
+}
+
+fn outcomes(terminal: &Terminal) -> Vec<(u32, u32, TrialOutcome)> {
+    let session = SessionFolder::read(&terminal.folder.path().join("study"), "sub-01").unwrap();
+    let data = session.events().map(|event| event.data.clone());
+    let kinds: Vec<SessionEventKind> = data
+        .filter_map(|data| serde_json::from_value(data.into()).ok())
+        .collect();
+    let of = |record: TrialRecord| (record.key.number, record.key.attempt, record.outcome);
+    records_from_events(&kinds).into_iter().map(of).collect()
+}
+
+fn quits(terminal: &Terminal) {
+    terminal.press(&["q"]);
+    terminal.shows(&["Quit?"]);
+    terminal.press(&["y"]);
+    terminal.wrote("status");
+}
+
+#[test]
+fn a_rejected_trial_is_kept_and_a_verdict_waits_through_a_pause() {
+    let terminal = session(40, "");
+    terminal.shows(&["verdict", "trial 1/2", "o keep anyway", "r repeat"]);
+    terminal.press(&["p"]);
+    terminal.shows(&["PAUSED", "trial 1/2", "o keep anyway"]);
+    terminal.press(&["o"]);
+    terminal.shows(&["kept by the operator, although"]);
+    terminal.press(&["p"]);
+    terminal.shows(&["trial 2/2", "verdict"]);
+    quits(&terminal);
+    assert!(matches!(
+        &outcomes(&terminal)[..],
+        [(1, 1, TrialOutcome::AcceptedAnyway { reasons })] if !reasons.is_empty()
+    ));
+}
+
+#[test]
+fn an_accepted_trial_is_repeated_and_a_running_one_by_its_name() {
+    let terminal = session(1, "");
+    let screen = terminal.shows(&["verdict", "trial 1/2", "r repeat"]);
+    assert!(!screen.contains("keep anyway"), "{screen}");
+    terminal.press(&["r"]);
+    terminal.shows(&["the operator repeats it", "attempt 2", "DRIVING"]);
+    terminal.press(&["r"]);
+    terminal.shows(&["Throw away trial 1, attempt 2, which runs"]);
+    terminal.press(&["y"]);
+    terminal.shows(&["attempt 3", "DRIVING"]);
+    // A pause waits for the attempt's end.
+    terminal.press(&["p"]);
+    terminal.shows(&["pauses after this attempt"]);
+    terminal.shows(&["verdict", "attempt 3"]);
+    terminal.press(&["Space"]);
+    terminal.shows(&["PAUSED"]);
+    quits(&terminal);
+    let redo = TrialOutcome::Redo { reasons: vec![] };
+    let interruption = Interruption::Redo;
+    assert_eq!(
+        outcomes(&terminal),
+        [
+            (1, 1, redo),
+            (1, 2, TrialOutcome::Interrupted { interruption }),
+            (1, 3, TrialOutcome::Accepted),
+        ]
+    );
+}
+
+#[test]
+fn a_stopped_session_goes_on_once_it_is_rearmed_and_a_killed_one_is_resumed() {
+    let terminal = session(1, "");
+    terminal.shows(&["DRIVING", "trial 1/2"]);
+    terminal.press(&["e"]);
+    terminal.shows(&["TRIPPED", "stopped by the operator", "x re-arm"]);
+    terminal.press(&["x"]);
+    terminal.shows(&["Re-arm?"]);
+    terminal.press(&["y"]);
+    terminal.shows(&["PAUSED", "p resume"]);
+    terminal.press(&["p"]);
+    terminal.shows(&["DRIVING", "attempt 2"]);
+    let pid = std::fs::read_to_string(terminal.folder.path().join("study").join(LOCK_FILE));
+    let pid = Pid::from_raw(pid.unwrap().trim().parse().unwrap()).unwrap();
+    kill_process(pid, Signal::KILL).unwrap();
+    terminal.wrote("status");
+    terminal.again(&format!("{RUN} --resume"));
+    terminal.shows(&["verdict", "trial 1/2", "attempt 3"]);
+    terminal.press(&["Space"]);
+    terminal.shows(&["DRIVING", "trial 2/2"]);
+    quits(&terminal);
+    let settled = outcomes(&terminal);
+    let kept = (1, 3, TrialOutcome::Accepted);
+    assert!(settled.contains(&kept), "{settled:?}");
+}
+
+/// Fault 43.
+#[test]
+fn a_lost_participants_terminal_pauses_the_session_and_is_brought_back() {
+    let terminal = session(1, "--participant-display participant");
+    let opened = || {
+        let size = [
+            "split-window",
+            "-d",
+            "-P",
+            "-F",
+            "#{pane_id} #{pane_tty}",
+            "sleep 60",
+        ];
+        let pane = terminal.tmux(&size);
+        let (id, tty) = pane.trim().split_once(' ').unwrap();
+        let link = terminal.folder.path().join("participant");
+        let _ = std::fs::remove_file(&link);
+        symlink(tty, link).unwrap();
+        id.to_owned()
+    };
+    let first = opened();
+    std::fs::remove_file(terminal.folder.path().join("wait")).unwrap();
+    terminal.shows(&["DRIVING", "trial 1/2"]);
+    terminal.tmux(&["kill-pane", "-t", &first]);
+    let screen = terminal.shows(&["PARTICIPANT'S DISPLAY LOST", "PAUSED", "it has gone"]);
+    assert!(!screen.contains("cursor"), "{screen}");
+    let second = opened();
+    terminal.press(&["C-l", "p"]);
+    terminal.shows(&["Show again on the participant's terminal"]);
+    terminal.press(&["y"]);
+    terminal.shows(&["DRIVING", "attempt 2"]);
+    let shown = terminal.tmux(&["capture-pane", "-p", "-t", &second]);
+    assert!(!shown.is_empty());
+    quits(&terminal);
+    assert!(matches!(
+        &outcomes(&terminal)[0],
+        (
+            1,
+            1,
+            TrialOutcome::Interrupted {
+                interruption: Interruption::DisplayLost { .. }
+            }
+        )
+    ));
+}
+
+#[test]
+fn a_stopped_calibration_goes_on_with_the_points_it_has() {
+    let terminal = Terminal::calibrate(100, 30, "pickup --levels-v 10,20,30");
+    terminal.plate_is_clear();
+    terminal.type_amplitude(10.0, 1.0);
+    terminal.shows(&["10.00 V", "step 4 of 6"]);
+    terminal.press(&["e"]);
+    terminal.shows(&[
+        "TRIPPED",
+        "stopped by the operator",
+        "points so far are kept",
+        "10.00 V",
+    ]);
+    // Too early: nothing is armed by itself.
+    terminal.press(&["Enter"]);
+    terminal.shows(&["x re-arms first"]);
+    terminal.press(&["x"]);
+    terminal.shows(&["Re-arm?"]);
+    terminal.press(&["y"]);
+    terminal.shows(&["DISARMED"]);
+    terminal.press(&["Enter"]);
+    terminal.type_amplitude(20.0, 1.0);
+    terminal.type_amplitude(30.0, 1.0);
+    terminal.shows(&["Keep them", "30.00 V"]);
+    terminal.press(&["Enter"]);
+    assert_eq!(
+        terminal.wrote("status").trim(),
+        "0",
+        "{}",
+        terminal.screen()
+    );
+    assert!(terminal.folder.path().join("calibration.toml").exists());
+}

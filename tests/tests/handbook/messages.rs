@@ -14,6 +14,7 @@ use syn::{Attribute, Expr, ExprMethodCall, Fields, Item, Lit};
 /// Types with messages that the index leaves out: errors of an option, a file's line or a computation, which say themselves
 /// what to do or which another message wraps.
 const LEFT_OUT: &[&str] = &[
+    "BrokenOff",
     "BrokenRule",
     "CalFileError",
     "CarrierError",

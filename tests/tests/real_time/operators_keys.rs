@@ -146,7 +146,6 @@ fn a_stopped_session_goes_on_once_it_is_rearmed_and_a_killed_one_is_resumed() {
     assert_eq!(attempts, [(1, 1), (1, 2), (1, 3)]);
 }
 
-/// Fault 43.
 #[test]
 fn a_lost_participants_terminal_pauses_the_session_and_is_brought_back() {
     let terminal = session(1, "--participant-display participant");

@@ -44,7 +44,7 @@ pub use session::{
     Phase, Progress, RecordMismatch, Safety, Session, SessionError, SessionEvent, SessionEventKind,
     SessionOutcome, records_from_events,
 };
-pub use stretch::{Instance, Rejection, Stretch};
+pub use stretch::{Instance, Rejection, Stretch, StretchOutcome};
 pub use summary::SessionSummary;
 pub use trial::{Direction, Interruption, Interval, IntervalKind, TrialEnd, TrialKey};
 pub use verdict::Verdict;

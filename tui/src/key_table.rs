@@ -109,10 +109,6 @@ impl Meaning {
     }
 
     /// Returns the meaning of a key with this effect.
-    #[expect(
-        clippy::unnecessary_wraps,
-        reason = "rows return it where the key has a meaning"
-    )]
     pub(crate) fn with(
         effect: Effect,
         help: &'static str,

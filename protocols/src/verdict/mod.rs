@@ -1,8 +1,6 @@
 //! Verdicts: whether a trial is accepted, or why it must be repeated.
 
 mod judge;
-#[cfg(test)]
-mod tests;
 
 pub use crate::analysis::{ExplorationAnalysis, TrialAnalysis};
 pub use crate::redo_reason::RedoReason;

@@ -200,7 +200,6 @@ fn a_pause_that_waits_is_withdrawn_hurried_and_outlives_a_repetition() {
     rig.check();
 }
 
-/// Fault 43.
 #[test]
 fn a_lost_display_pauses_in_any_phase_until_it_is_back_and_the_operator_goes_on() {
     for phase in RUNNING {

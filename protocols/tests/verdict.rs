@@ -1,7 +1,13 @@
-use super::*;
-use crate::protocol::{Protocol, built_in};
-use crate::stretch::{Instance, Rejection, Stretch, StretchOutcome};
-use crate::trial::{Direction, TrialKey};
+//! Trials whose verdict is known.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+use protocols::verdict::*;
+use protocols::{
+    Direction, Instance, Protocol, Rejection, Stretch, StretchOutcome, TrialKey, built_in,
+};
 
 fn rules() -> VerdictRules {
     Protocol::parse(built_in("huloux2021").unwrap(), "huloux2021.toml")

@@ -41,8 +41,8 @@ pub use rules::{ForceBand, Quality, SelectionRules, VerdictRules};
 pub use selection::{ExplorationSeries, Validity};
 pub use session::{
     Action, Cue, DriveRequest, Hold, Instruction, Observation, OperatorCommand, ParticipantView,
-    Phase, Progress, RecordMismatch, Safety, Session, SessionError, SessionEvent, SessionEventKind,
-    SessionOutcome, records_from_events,
+    Phase, Progress, RecordMismatch, RepeatCause, Safety, Session, SessionError, SessionEvent,
+    SessionEventKind, SessionOutcome, records_from_events,
 };
 pub use stretch::{Instance, Rejection, Stretch};
 pub use summary::SessionSummary;

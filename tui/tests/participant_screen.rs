@@ -33,6 +33,7 @@ fn shown(instruction: Instruction) -> ParticipantView {
         trial: 3,
         trials: 10,
         rest_s: Some(41.2),
+        ..ParticipantView::default()
     }
 }
 

@@ -4,6 +4,7 @@ use super::machine::Session;
 use super::observation::Hold;
 use super::participant_view::{Instruction, ParticipantView, Progress};
 use super::state::{OpenTrial, State, TrialStep};
+use crate::record::TrialOutcome;
 
 impl Session {
     /// Returns the participant's view of the present state.
@@ -17,9 +18,16 @@ impl Session {
             force_band: self.protocol.force,
             button: false,
             progress: None,
+            repeat: None,
         };
         match &self.state {
-            State::Consent | State::Analysing { .. } | State::Judged { .. } => {}
+            State::Consent | State::Analysing { .. } => {}
+            State::Judged { key, reasons, .. } => {
+                let settled = self.outcome(key, reasons.clone());
+                if matches!(settled, TrialOutcome::Redo { .. }) {
+                    view.repeat = Some(reasons.as_slice().into());
+                }
+            }
             State::Welcome => {
                 view.instruction = Instruction::Welcome;
                 view.button = true;

@@ -387,7 +387,7 @@ mod tests {
                 force_band_n: None,
                 trial: 0,
                 trials: 0,
-                rest_s: None,
+                ..tui::ParticipantView::default()
             };
             hand(&view, false, None);
             assert_eq!(switch.is_high().unwrap(), held, "{instruction:?}");

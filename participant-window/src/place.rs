@@ -90,11 +90,8 @@ fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// Opens the socket for this session; one that a killed session left is replaced.
-///
-/// # Errors
-/// [`PlaceError`].
-pub fn listen(path: &Path) -> Result<UnixListener, PlaceError> {
+/// Returns the folder of a socket, made for this user alone if it does not exist.
+fn make_private(path: &Path) -> Result<&Path, PlaceError> {
     let folder = folder_of(path);
     match DirBuilder::new().mode(0o700).create(folder) {
         Ok(()) => {}
@@ -102,6 +99,15 @@ pub fn listen(path: &Path) -> Result<UnixListener, PlaceError> {
         Err(error) => return Err(system(folder)(error)),
     }
     require_private(folder)?;
+    Ok(folder)
+}
+
+/// Opens the socket for this session; one that a killed session left is replaced.
+///
+/// # Errors
+/// [`PlaceError`].
+pub fn listen(path: &Path) -> Result<UnixListener, PlaceError> {
+    make_private(path)?;
     if let Ok(found) = fs::symlink_metadata(path) {
         if !found.file_type().is_socket() {
             return Err(PlaceError::NoSocket {
@@ -119,6 +125,21 @@ pub fn listen(path: &Path) -> Result<UnixListener, PlaceError> {
     fs::set_permissions(path, fs::Permissions::from_mode(0o600)).map_err(system(path))?;
     listener.set_nonblocking(true).map_err(system(path))?;
     Ok(listener)
+}
+
+/// Returns the lock of the one window of a socket; `None` if another window has it.
+///
+/// # Errors
+/// [`PlaceError`].
+pub fn only_window(path: &Path) -> Result<Option<fs::File>, PlaceError> {
+    let folder = make_private(path)?;
+    let lock = folder.join("participant.lock");
+    let file = files::open_in_place(&lock).map_err(system(&lock))?;
+    match file.try_lock() {
+        Ok(()) => Ok(Some(file)),
+        Err(fs::TryLockError::WouldBlock) => Ok(None),
+        Err(fs::TryLockError::Error(error)) => Err(system(&lock)(error)),
+    }
 }
 
 /// Connects to the session's socket; `None` if there is no session.
@@ -223,6 +244,17 @@ mod tests {
         assert!(matches!(listen(&file), Err(PlaceError::NoSocket { .. })));
         assert!(matches!(connect(&file), Err(PlaceError::NoSocket { .. })));
         assert_eq!(fs::read_to_string(&file).unwrap(), "kept");
+    }
+
+    #[test]
+    fn one_window_has_the_lock_until_it_is_closed() {
+        let folder = private();
+        let path = folder.path().join("s");
+        let first = only_window(&path).unwrap();
+        assert!(first.is_some());
+        assert!(only_window(&path).unwrap().is_none());
+        drop(first);
+        assert!(only_window(&path).unwrap().is_some());
     }
 
     #[test]

@@ -26,6 +26,7 @@ pub mod verdict;
 
 pub use analysis::{ExplorationAnalysis, TrialAnalysis};
 pub use participant::{ParticipantId, ParticipantIdError};
+pub use participant_texts::{Language, OwnTexts, Texts};
 pub use person::{
     AskedOfParticipant, Handedness, MAX_AGE_YEARS, MIN_AGE_YEARS, NOT_STATED, Person, PersonDetail,
     PersonError, Sex,

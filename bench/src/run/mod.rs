@@ -25,7 +25,7 @@ use recording::study::{self, GeneratedBy, Study};
 use signalgen::StreamDirection;
 use tasks::{Slot, StopFlag};
 
-use crate::apparatus::{Apparatus, Watcher};
+use crate::apparatus::Apparatus;
 use crate::journal::Journal;
 use crate::readiness::Readiness;
 use crate::rehearsed;
@@ -35,6 +35,7 @@ use files::{begin_recording, last_trial, machine, open_session};
 use live::carrier_decision::CarrierDecision;
 use live::interference::Interference;
 use live::live_side::LiveSide;
+use live::participant_screen::ParticipantScreen;
 use live::refit::Refit;
 use live::resumed::Resumed;
 use plan::{NAME, VERSION};
@@ -54,6 +55,7 @@ pub fn run(
     let Apparatus {
         hardware,
         watchers,
+        mut displays,
         hands: _,
         vibrometer_port: _,
         voltmeter_port: _,
@@ -248,6 +250,7 @@ pub fn run(
     let carrier_hz: Arc<Slot<f64>> = Arc::default();
     let interference = Interference::new(recording.clone(), effective.config(), plan.carrier_hz)
         .following(carrier_hz.clone());
+    let at_displays = displays.tasks(&entries);
     let wiring = Wiring {
         batches,
         recording,
@@ -255,9 +258,11 @@ pub fn run(
         gauge,
         study_folder: plan.study.clone(),
         drive,
+        screen: ParticipantScreen::new(protocol, config.plate.length_m, button.is_none()),
         readiness: Readiness::new(button),
         front,
         watchers,
+        displays,
         sound,
         journal: entries,
         live: {
@@ -297,6 +302,7 @@ pub fn run(
     tasks.push(Box::new(task));
     tasks.push(Box::new(refit));
     tasks.push(Box::new(interference));
+    tasks.extend(at_displays);
     tasks.extend(after);
     tasks.push(Box::new(journal));
     life.run(tasks, || dashboard.map_or(Ok(()), DashboardThread::join))?;
@@ -363,14 +369,4 @@ pub fn report_lines(
         )),
     }
     lines
-}
-
-/// Adds a watcher to the hardware's: the participant's own terminal.
-///
-/// # Errors
-/// When the device is no terminal or cannot be opened.
-pub fn participant_display(path: &Path) -> anyhow::Result<Watcher> {
-    let theme = tui::Theme::from_no_color(std::env::var_os("NO_COLOR").as_deref());
-    let display = tui::ParticipantDisplay::open(path, theme)?;
-    Ok(Box::new(move |view, _, _| display.show(view.clone())))
 }

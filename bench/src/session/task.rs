@@ -152,6 +152,8 @@ impl SessionTask {
             self.audio_s = batch.audio_s;
             self.account = batch.account;
             self.normal_n = batch.force.last().map(|row| row.normal_n).or(self.normal_n);
+            let position_m = batch.position.last().map(|row| row.position_m);
+            self.wiring.displays.beat(batch.audio_s, position_m);
             self.wiring.live.take(&batch);
             for text in std::mem::take(&mut batch.warnings) {
                 self.wiring.front.show(tui::Event::Log {
@@ -206,6 +208,12 @@ impl SessionTask {
             }
         }
         Ok(())
+    }
+
+    fn look_at_displays(&mut self) {
+        for (level, text) in self.wiring.displays.notices() {
+            self.log(level, text);
+        }
     }
 
     /// Changes the carrier of the trials to come, if that is decided and nothing is driven or recorded.
@@ -463,8 +471,8 @@ impl SessionTask {
             self.phase = Some(phase);
         }
         if tone.is_some() || self.view.as_ref() != Some(&view) {
-            let shown =
-                screen_words::participant(&view, self.machine.protocol(), self.bench.config());
+            let shown = self.wiring.screen.view(&view, self.audio_s);
+            self.wiring.displays.show(&shown);
             for watcher in &mut self.wiring.watchers {
                 watcher(&shown, view.button, tone);
             }
@@ -556,6 +564,7 @@ impl Task for SessionTask {
         self.take_batches();
         self.take_notices();
         self.take_fits();
+        self.look_at_displays();
         self.take_actions()?;
         self.change_carrier()?;
         self.analyse();

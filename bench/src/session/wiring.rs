@@ -12,6 +12,7 @@ use devices::drive_control::DriveControl;
 use devices::loudspeaker::Loudspeaker;
 use live::carrier_decision::CarrierDecision;
 use live::live_side::LiveSide;
+use live::participant_screen::ParticipantScreen;
 use protocols::TrialKey;
 use recording::pipeline::Batch;
 use recording::recorder::{Begin, RecorderGauge, RecorderNotice};
@@ -20,6 +21,7 @@ use signalgen::Program;
 use tasks::{Slot, StopFlag};
 
 use crate::apparatus::Watcher;
+use crate::displays::Displays;
 use crate::journal::Entry;
 use crate::readiness::Readiness;
 
@@ -48,8 +50,12 @@ pub struct Wiring {
     pub readiness: Readiness,
     /// The operator.
     pub front: Box<dyn Front>,
-    /// The participant's eyes and ears.
+    /// Who else sees and hears what the participant does.
     pub watchers: Vec<Watcher>,
+    /// What the participant sees.
+    pub displays: Displays,
+    /// What of it is the same through the session.
+    pub screen: ParticipantScreen,
     /// The participant's loudspeaker.
     pub sound: Option<Loudspeaker>,
     /// The session's log.

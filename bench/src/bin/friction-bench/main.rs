@@ -1,6 +1,7 @@
 //! `friction-bench`: the composition root. Here, and nowhere else, it is decided which hardware there is.
 
 mod found;
+mod participant;
 #[cfg_attr(not(target_os = "linux"), path = "no_gpio.rs")]
 mod real_gpio;
 mod simulated;
@@ -20,6 +21,7 @@ use friction_bench::apparatus::{Apparatus, pace};
 use friction_bench::cli::{
     self, Calibrate, Check, Cli, Command, Devices, Drill, Monitor, Run, Speed,
 };
+use friction_bench::displays::Displays;
 use friction_bench::run::{self, Plan, ProtocolFile};
 use friction_bench::shell_words::quoted;
 use friction_bench::verbosity::Verbosity;
@@ -68,6 +70,7 @@ fn passed_or_failed(passed: bool) -> ExitCode {
 fn dispatch(command: Command, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     match command {
         Command::Run(options) => run(&options, verbosity),
+        Command::Participant(options) => participant::open(&options).map(|()| ExitCode::SUCCESS),
         Command::Monitor(options) => watch(&options, verbosity),
         Command::Calibrate(options) => calibrate(&options, verbosity),
         Command::Drill(options) => rehearse(&options, verbosity),
@@ -232,6 +235,7 @@ fn real(config: &Config, options: &cli::Hardware) -> anyhow::Result<Apparatus> {
         }
         .with_field_box(config, None)?,
         watchers: Vec::new(),
+        displays: Displays::default(),
         rehearsed: Vec::new(),
         hands: None,
         vibrometer_port: None,
@@ -381,9 +385,7 @@ fn run(options: &Run, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
         options.mock_truth.as_deref(),
         &faults,
     )?;
-    if let Some(terminal) = &options.participant_display {
-        apparatus.watchers.push(run::participant_display(terminal)?);
-    }
+    participant::add_displays(options, &mut apparatus)?;
     let (study, participant) = (plan.study.clone(), plan.participant.clone());
     let (report, kept_up) = run::run(plan, apparatus, std::io::stdout())?;
     let mut stdout = std::io::stdout();

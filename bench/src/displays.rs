@@ -155,11 +155,11 @@ impl ParticipantDisplay for TerminalDisplay {
     }
 
     fn lost(&mut self) -> Option<String> {
-        let alive = self
-            .terminal
-            .as_ref()
-            .is_some_and(tui::ParticipantDisplay::is_alive);
-        (!alive).then(|| "the terminal has gone".to_owned())
+        let loss = match &self.terminal {
+            Some(terminal) => terminal.lost()?,
+            None => tui::display::DisplayLoss::Gone,
+        };
+        Some(loss.to_string())
     }
 
     fn reconnect(&mut self) -> anyhow::Result<()> {

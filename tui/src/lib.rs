@@ -2,7 +2,7 @@
 //!
 #![doc = include_str!("../README.md")]
 
-mod action;
+pub mod action;
 mod asked_keys;
 mod calibration_keys;
 pub mod calibration_page;
@@ -12,10 +12,12 @@ pub mod display;
 pub mod drill_view;
 mod escape;
 pub mod event;
+mod key_table;
 mod keyboard;
 mod panels;
 pub mod participant_screen;
 mod plot;
+mod session_keys;
 pub mod shell;
 mod state;
 mod terminal_keys;

@@ -203,6 +203,9 @@ fn operate<B: Backend<Error = io::Error>>(
             if let Some(pressed) = pressed {
                 let reaction = key(&state, pressed);
                 state.ui = reaction.ui;
+                if reaction.redraw {
+                    terminal.clear().map_err(failed("drawing"))?;
+                }
                 if let Some(action) = reaction.action
                     && actions.send(action).is_err()
                 {
@@ -284,7 +287,12 @@ mod tests {
         .unwrap();
         assert!(end.closed);
         let asked = answering.join().unwrap();
-        assert_eq!(asked, [Action::Pause, Action::Redo, Action::EmergencyStop]);
+        let redo = Action::Redo(crate::action::AttemptName {
+            trial: 1,
+            practice: false,
+            attempt: 1,
+        });
+        assert_eq!(asked, [Action::Pause, redo, Action::EmergencyStop]);
     }
 
     #[test]

@@ -164,6 +164,7 @@ pub fn run(
 
     let (mut front, dashboard) = front(&plan, stop.clone(), out)?;
     front.show(tui::Event::Session(tui::event::SessionHeader {
+        replayed: false,
         participant: Some(plan.participant.to_string()),
         protocol: Some(protocol.name.clone()),
         study: Some(plan.study.display().to_string()),

@@ -2,8 +2,10 @@
 
 use std::convert::Infallible;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use crossbeam_channel::Sender;
+use protocols::Texts;
 use tasks::Task;
 
 use crate::displays::ParticipantDisplay;
@@ -23,7 +25,12 @@ impl WindowDisplay {
     ///
     /// # Errors
     /// Always.
-    pub fn open(_: &Path) -> anyhow::Result<Self> {
+    pub fn open(
+        _: &Path,
+        _: &Texts,
+        _: Duration,
+        _: impl FnOnce(&Path) -> anyhow::Result<()>,
+    ) -> anyhow::Result<Self> {
         anyhow::bail!(
             "the participant's window needs Linux or macOS; run without --participant-window"
         )

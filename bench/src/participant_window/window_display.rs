@@ -2,12 +2,13 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, Sender};
 use participant_window::message::{Beat, Shown};
 use participant_window::place;
 use participant_window::seat::{Seat, SeatEvent};
+use protocols::Texts;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use tasks::{Slot, Task};
@@ -19,6 +20,8 @@ use crate::journal::Entry;
 
 /// Notices that wait for the operator at most; a window that says more is not heard.
 const MOST_NOTICES: usize = 64;
+/// A window that is open meets a new session within this time.
+const AT_ONCE: Duration = Duration::from_millis(1200);
 
 /// What display and task share.
 #[derive(Default)]
@@ -36,7 +39,14 @@ pub struct WindowDisplay {
     show_finger: bool,
     notices: Receiver<(LogLevel, String)>,
     /// Until the task takes it.
-    seat: Option<(Seat, Sender<(LogLevel, String)>)>,
+    task: Option<Waiting>,
+}
+
+/// What the task will have.
+struct Waiting {
+    seat: Seat,
+    said: Sender<(LogLevel, String)>,
+    came: Vec<SeatEvent>,
 }
 
 /// Returns the socket where session and window meet when none is named.
@@ -47,24 +57,60 @@ pub fn default_socket() -> PathBuf {
 }
 
 impl WindowDisplay {
-    /// Opens the socket for a window, which may come then or later.
+    /// Opens the socket and waits for a window, which says in these texts that there is nothing to do yet. `waiting` is called
+    /// with the socket if no window is there at once.
     ///
     /// # Errors
-    /// When the socket is another session's, or not in a folder that is this user's alone.
-    pub fn open(socket: &Path) -> anyhow::Result<Self> {
+    /// When the socket is another session's, or not in a folder that is this user's alone; when no window comes.
+    pub fn open(
+        socket: &Path,
+        texts: &Texts,
+        patience: Duration,
+        waiting: impl FnOnce(&Path) -> anyhow::Result<()>,
+    ) -> anyhow::Result<Self> {
         let (said, notices) = crossbeam_channel::bounded(MOST_NOTICES);
-        let shared = Arc::<Shared>::default();
-        shared.lost.set(Some(
-            "there is none yet: `friction-bench participant` opens it".to_owned(),
-        ));
+        let mut seat = Seat::open(socket)?;
+        seat.show(Shown {
+            title: texts.wait.to_string(),
+            silent: texts.paused.to_string(),
+            ..Shown::default()
+        });
+        let came = come(&mut seat, AT_ONCE).or_else(|| {
+            waiting(socket).ok()?;
+            come(&mut seat, patience)
+        });
+        let Some(came) = came else {
+            anyhow::bail!(
+                "no participant's window came to {} within {} s: start `friction-bench participant` in another terminal \
+                 first, with the same --socket if one is given here",
+                socket.display(),
+                patience.as_secs()
+            );
+        };
         Ok(Self {
-            shared,
+            shared: Arc::default(),
             shown: None,
             show_finger: false,
             notices,
-            seat: Some((Seat::open(socket)?, said)),
+            task: Some(Waiting { seat, said, came }),
         })
     }
+}
+
+/// Waits for a window; returns what came.
+fn come(seat: &mut Seat, patience: Duration) -> Option<Vec<SeatEvent>> {
+    let begun = Instant::now();
+    while begun.elapsed() < patience {
+        let events = seat.look(place::shared_s());
+        if events
+            .iter()
+            .any(|event| matches!(event, SeatEvent::Taken(_)))
+        {
+            return Some(events);
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    None
 }
 
 impl ParticipantDisplay for WindowDisplay {
@@ -98,15 +144,17 @@ impl ParticipantDisplay for WindowDisplay {
     }
 
     fn task(&mut self, journal: &Sender<Entry>) -> Option<Box<dyn Task>> {
-        let (seat, said) = self.seat.take()?;
-        Some(Box::new(WindowTask {
+        let Waiting { seat, said, came } = self.task.take()?;
+        let mut task = WindowTask {
             seat,
             shared: self.shared.clone(),
             said,
             journal: journal.clone(),
             beat: None,
             is_virtual: false,
-        }))
+        };
+        came.into_iter().for_each(|event| task.take(event));
+        Some(Box::new(task))
     }
 }
 

@@ -368,6 +368,7 @@ fn run(options: &Run, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     let mut plan = Plan::new(bench, options)?;
     plan.rehearsed = rehearsed::words(&faults);
     verbosity.note(format_args!("protocol: {}", plan.protocol.file));
+    let displays = participant::displays(options, &plan.protocol.protocol.texts())?;
     require_terminal(options.headless)?;
     require_estop(plan.bench.config(), &options.hardware, options.headless)?;
     let ready = require_ready(
@@ -385,7 +386,7 @@ fn run(options: &Run, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
         options.mock_truth.as_deref(),
         &faults,
     )?;
-    participant::add_displays(options, &mut apparatus)?;
+    apparatus.displays = displays;
     let (study, participant) = (plan.study.clone(), plan.participant.clone());
     let (report, kept_up) = run::run(plan, apparatus, std::io::stdout())?;
     let mut stdout = std::io::stdout();

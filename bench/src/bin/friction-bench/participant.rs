@@ -1,12 +1,19 @@
 //! The participant's window and terminal.
 
 use std::path::Path;
+use std::time::Duration;
 
-use friction_bench::apparatus::Apparatus;
 use friction_bench::cli::{Run, Speed};
-use friction_bench::displays;
+use friction_bench::displays::{self, Displays};
 use friction_bench::participant_options::Participant;
 use friction_bench::participant_window::{WindowDisplay, default_socket};
+use protocols::Texts;
+use tui::escaped_line;
+
+use crate::print;
+
+/// Longest time that a session waits for the participant's window before it begins.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Opens the participant's window, and returns when it is closed.
 #[cfg(all(unix, feature = "window"))]
@@ -32,10 +39,11 @@ pub fn open(_: &Participant) -> anyhow::Result<()> {
     )
 }
 
-/// Adds the displays of a session.
-pub fn add_displays(options: &Run, apparatus: &mut Apparatus) -> anyhow::Result<()> {
+/// Opens the displays of a session.
+pub fn displays(options: &Run, texts: &Texts) -> anyhow::Result<Displays> {
+    let mut displays = Displays::default();
     if let Some(terminal) = &options.participant_display {
-        apparatus.displays.add(displays::terminal(terminal)?);
+        displays.add(displays::terminal(terminal)?);
     }
     if let Some(socket) = &options.participant_window {
         if options.speed == Speed::Max {
@@ -45,9 +53,13 @@ pub fn add_displays(options: &Run, apparatus: &mut Apparatus) -> anyhow::Result<
         }
         let default = default_socket();
         let socket: &Path = socket.as_deref().unwrap_or(&default);
-        apparatus
-            .displays
-            .add(Box::new(WindowDisplay::open(socket)?));
+        let window = WindowDisplay::open(socket, texts, PATIENCE, |socket| {
+            let socket = escaped_line(&socket.display().to_string()).into_owned();
+            print(format!(
+                "waiting for the participant's window at {socket}: `friction-bench participant` opens it\n"
+            ))
+        })?;
+        displays.add(Box::new(window));
     }
-    Ok(())
+    Ok(displays)
 }

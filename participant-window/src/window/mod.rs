@@ -38,7 +38,7 @@ pub enum WindowError {
     #[error(
         "no screen to open a window on: {0}; start it from a desktop, or set DISPLAY to that of the participant's monitor"
     )]
-    NoScreen(String),
+    NoScreen(&'static str),
     /// There is no such monitor.
     #[error("there is no monitor {asked}; there are: {}", .there.join(", "))]
     NoMonitor {
@@ -105,7 +105,15 @@ pub fn run(options: Options) -> Result<(), WindowError> {
     let face = typeface(&options)?;
     let scales = Scales::read(&options.scales)?;
     let _only_one = place::only_window(&options.socket)?.ok_or(WindowError::Second)?;
-    let events = EventLoop::new().map_err(|error| WindowError::NoScreen(error.to_string()))?;
+    let events = EventLoop::new().map_err(|_| {
+        // The library's own words name a line of its source.
+        let named = std::env::var_os("DISPLAY").is_some_and(|name| !name.is_empty());
+        WindowError::NoScreen(if named || cfg!(target_os = "macos") {
+            "the display does not answer, or lets nobody in"
+        } else {
+            "DISPLAY is not set"
+        })
+    })?;
     let mut app = app::App::new(options, face, scales);
     let ended = events.run_app(&mut app);
     if let Some(error) = app.into_error() {

@@ -11,8 +11,6 @@
 
 mod analysis;
 mod order;
-mod participant;
-mod person;
 mod protocol;
 mod record;
 mod redo_reason;
@@ -25,11 +23,10 @@ mod trial;
 pub mod verdict;
 
 pub use analysis::{ExplorationAnalysis, TrialAnalysis};
-pub use participant::{ParticipantId, ParticipantIdError};
 pub use participant_texts::{Language, OwnTexts, Texts};
-pub use person::{
-    AskedOfParticipant, Handedness, MAX_AGE_YEARS, MIN_AGE_YEARS, NOT_STATED, Person, PersonDetail,
-    PersonError, Sex,
+pub use participants::{
+    AskedOfParticipant, Handedness, MAX_AGE_YEARS, MIN_AGE_YEARS, NOT_STATED, ParticipantId,
+    ParticipantIdError, Person, PersonDetail, PersonError, Sex,
 };
 pub use protocol::{
     BUILT_IN, BrokenRule, Carrier, Condition, Drive, DrivingTime, Exploration, NewCarrier,

@@ -11,9 +11,11 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::keyboard::{Key, ModifiersState, NamedKey};
 use winit::window::{Fullscreen, Window, WindowId};
 
+use super::error::WindowError;
 use super::link::Link;
+use super::monitor;
+use super::options::Options;
 use super::stage::Stage;
-use super::{Options, WindowError, monitor};
 use crate::canvas::Canvas;
 use crate::geometry::Geometry;
 use crate::lettering::Typeface;

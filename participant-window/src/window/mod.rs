@@ -1,83 +1,23 @@
 //! The window on a screen: `friction-bench participant`.
 
 mod app;
+mod error;
 mod link;
 mod monitor;
+mod options;
 mod stage;
-
-use std::path::PathBuf;
 
 use winit::event_loop::EventLoop;
 
-use crate::lettering::{NoFont, Typeface};
-use crate::place::{self, PlaceError};
-use crate::scales::{Scales, ScalesError};
+use crate::lettering::Typeface;
+use crate::place;
+use crate::scales::Scales;
+
+pub use error::WindowError;
+pub use options::Options;
 
 /// Most bytes of a font file.
 const FONT_LIMIT_BYTES: u64 = 64 << 20;
-
-/// What the window is asked for.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// Socket of the session.
-    pub socket: PathBuf,
-    /// File of the monitors' scales.
-    pub scales: PathBuf,
-    /// Name or number of the monitor; without it the last one, which is beside the operator's.
-    pub monitor: Option<String>,
-    /// Whether the window begins with the ruler page, though the monitor's scale is known.
-    pub ruler: bool,
-    /// Font file in place of the built-in font.
-    pub font: Option<PathBuf>,
-}
-
-/// Why there is no window.
-#[derive(Debug, thiserror::Error)]
-pub enum WindowError {
-    /// There is no screen.
-    #[error(
-        "no screen to open a window on: {0}; start it from a desktop, or set DISPLAY to that of the participant's monitor"
-    )]
-    NoScreen(&'static str),
-    /// There is no such monitor.
-    #[error("there is no monitor {asked}; there are: {}", .there.join(", "))]
-    NoMonitor {
-        /// What was asked for.
-        asked: String,
-        /// The monitors, with their numbers.
-        there: Vec<String>,
-    },
-    /// Another window is open.
-    #[error("the participant's window is open already: close that one first (Ctrl-Q in it)")]
-    Second,
-    /// Session and window cannot meet.
-    #[error(transparent)]
-    Place(#[from] PlaceError),
-    /// The monitors' scales cannot be read or kept.
-    #[error(transparent)]
-    Scales(#[from] ScalesError),
-    /// The font file cannot be read.
-    #[error("{}: {source}", .path.display())]
-    FontFile {
-        /// The file.
-        path: PathBuf,
-        /// The system's reason.
-        #[source]
-        source: std::io::Error,
-    },
-    /// The font file is none.
-    #[error("{}: {source}", .path.display())]
-    Font {
-        /// The file.
-        path: PathBuf,
-        /// What it is not.
-        #[source]
-        source: NoFont,
-    },
-    /// The window failed.
-    #[error("the participant's window failed: {0}")]
-    Failed(String),
-}
 
 /// Returns the typeface of the options.
 fn typeface(options: &Options) -> Result<Typeface, WindowError> {

@@ -3,7 +3,7 @@
 use winit::event_loop::ActiveEventLoop;
 use winit::monitor::MonitorHandle;
 
-use super::WindowError;
+use super::error::WindowError;
 
 /// What a monitor that does not tell is taken for, Hz.
 const ASSUMED_REFRESH_HZ: f64 = 60.0;

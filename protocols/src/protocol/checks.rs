@@ -8,7 +8,7 @@ use super::drive::{Carrier, Condition, Drive};
 use super::error::{BrokenRule, MIN_TRAVEL_M};
 use super::raw::{RawCondition, RawProtocol};
 use super::sections::Order;
-use crate::person::PersonDetail;
+use participants::PersonDetail;
 use std::collections::BTreeSet;
 
 type Checked = Result<(), BrokenRule>;

@@ -3,9 +3,9 @@
 use super::drive::{Carrier, Condition};
 use super::exploration::Exploration;
 use super::sections::{RedoLimits, ResonanceDrift, Rest, Selection, Timeouts, Timing, Trials};
-use crate::person::AskedOfParticipant;
 use crate::rules::{ForceBand, Quality, SelectionRules, VerdictRules};
 use participant_texts::{Language, OwnTexts, Texts};
+use participants::AskedOfParticipant;
 use serde::Serialize;
 
 /// A validated protocol. The fields are those of the file, see `huloux2021.toml`.

@@ -1,7 +1,7 @@
 //! Why a text is no protocol.
 
-use crate::person::PersonDetail;
 use participant_texts::RefusedText;
+use participants::PersonDetail;
 use strict::{InFile, OutOfRange, TomlError};
 
 /// Why a text is not a protocol.

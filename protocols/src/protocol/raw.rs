@@ -3,9 +3,9 @@
 use super::drive::{Carrier, Drive};
 use super::exploration::Exploration;
 use super::sections::{RedoLimits, ResonanceDrift, Rest, Selection, Timeouts, Timing, Trials};
-use crate::person::AskedOfParticipant;
 use crate::rules::{ForceBand, Quality};
 use participant_texts::{Language, OwnTexts};
+use participants::AskedOfParticipant;
 use serde::Deserialize;
 
 /// A protocol of participants' sessions: what is driven, explored, judged and repeated.

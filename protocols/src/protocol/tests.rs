@@ -1,8 +1,8 @@
 use super::*;
-use crate::person::PersonDetail;
 use crate::rules::SelectionRules;
 use crate::trial::Direction;
 use participant_texts::{Language, Texts};
+use participants::PersonDetail;
 use strict::{InFile, OutOfRange, TomlError};
 
 fn text() -> &'static str {

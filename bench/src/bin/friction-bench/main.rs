@@ -368,7 +368,7 @@ fn run(options: &Run, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     let mut plan = Plan::new(bench, options)?;
     plan.rehearsed = rehearsed::words(&faults);
     verbosity.note(format_args!("protocol: {}", plan.protocol.file));
-    let displays = participant::displays(options, &plan.protocol.protocol.texts())?;
+    let displays = participant::displays(options, &plan.protocol.protocol.texts(), print)?;
     require_terminal(options.headless)?;
     require_estop(plan.bench.config(), &options.hardware, options.headless)?;
     let ready = require_ready(

@@ -10,8 +10,6 @@ use friction_bench::participant_window::{WindowDisplay, default_socket};
 use protocols::Texts;
 use tui::escaped_line;
 
-use crate::print;
-
 /// Longest time that a session waits for the participant's window before it begins.
 const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -39,8 +37,12 @@ pub fn open(_: &Participant) -> anyhow::Result<()> {
     )
 }
 
-/// Opens the displays of a session.
-pub fn displays(options: &Run, texts: &Texts) -> anyhow::Result<Displays> {
+/// Opens the displays of a session; what the operator must do for that is printed.
+pub fn displays(
+    options: &Run,
+    texts: &Texts,
+    print: fn(String) -> anyhow::Result<()>,
+) -> anyhow::Result<Displays> {
     let mut displays = Displays::default();
     if let Some(terminal) = &options.participant_display {
         displays.add(displays::terminal(terminal)?);

@@ -4,10 +4,6 @@
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
 )]
-#![expect(
-    clippy::print_stdout,
-    reason = "measured numbers, for whoever asks with --nocapture"
-)]
 
 use std::fs::{File, Permissions};
 use std::os::unix::fs::{FileExt, PermissionsExt};

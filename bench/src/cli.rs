@@ -9,6 +9,7 @@ use rehearsal::{FaultKind, RehearsedFault};
 
 pub use crate::analyze_options::Analyze;
 use crate::fault_option::NamedFault;
+pub use crate::participant_options::Participant;
 use calibration::reference_options::ReferenceOptions;
 pub use replay::Speed;
 
@@ -40,6 +41,8 @@ pub struct Printing {
 pub enum Command {
     /// Run a participant's session as a protocol prescribes.
     Run(Run),
+    /// Open the participant's window on a monitor, for sessions that run with --participant-window.
+    Participant(Participant),
     /// Show live data without a participant or a protocol.
     Monitor(Monitor),
     /// Measure the bench's constants and write them to the calibration file.
@@ -172,6 +175,9 @@ pub struct Run {
     /// Terminal for the participant's screen, such as /dev/tty2.
     #[arg(long, value_name = "TTY")]
     pub participant_display: Option<PathBuf>,
+    /// Show the participant's window, which `friction-bench participant` opens; a socket where they meet, if not the usual.
+    #[arg(long, value_name = "SOCKET", num_args = 0..=1)]
+    pub participant_window: Option<Option<PathBuf>>,
 }
 
 /// `monitor`

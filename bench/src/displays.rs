@@ -5,6 +5,12 @@
 
 use std::path::{Path, PathBuf};
 
+use crossbeam_channel::Sender;
+use tasks::Task;
+use tui::event::LogLevel;
+
+use crate::journal::Entry;
+
 /// A display in front of the participant. Nothing here may block: the session asks many times a second.
 pub trait ParticipantDisplay: Send {
     /// Name for the operator, such as "the participant's window".
@@ -12,6 +18,19 @@ pub trait ParticipantDisplay: Send {
 
     /// Shows `view` as soon as possible; an older view not yet shown is dropped.
     fn show(&mut self, view: &tui::ParticipantView);
+
+    /// Takes the time on the bench's clock as it is now, and where the finger is along the plate.
+    fn beat(&mut self, _audio_s: f64, _position_m: Option<f64>) {}
+
+    /// Returns what the operator should know of it since the last call.
+    fn notices(&mut self) -> Vec<(LogLevel, String)> {
+        Vec::new()
+    }
+
+    /// Returns the task that it needs beside the session's, once.
+    fn task(&mut self, _journal: &Sender<Entry>) -> Option<Box<dyn Task>> {
+        None
+    }
 
     /// Returns why the participant does not see what is shown; `None` while they do.
     fn lost(&mut self) -> Option<String>;
@@ -47,6 +66,27 @@ impl Displays {
             display.show(view);
         }
         self.view = Some(view.clone());
+    }
+
+    /// Tells each the time on the bench's clock, and where the finger is.
+    pub fn beat(&mut self, audio_s: f64, position_m: Option<f64>) {
+        for display in &mut self.displays {
+            display.beat(audio_s, position_m);
+        }
+    }
+
+    /// Returns what the operator should know of any since the last call.
+    pub fn notices(&mut self) -> Vec<(LogLevel, String)> {
+        let displays = self.displays.iter_mut();
+        displays.flat_map(|display| display.notices()).collect()
+    }
+
+    /// Returns the tasks that they need beside the session's.
+    pub fn tasks(&mut self, journal: &Sender<Entry>) -> Vec<Box<dyn Task>> {
+        let displays = self.displays.iter_mut();
+        displays
+            .filter_map(|display| display.task(journal))
+            .collect()
     }
 
     /// Returns whether a display was lost or all are back since the last call. One that is back shows what it should.
@@ -191,18 +231,6 @@ mod tests {
     }
 
     fn view() -> tui::ParticipantView {
-        tui::ParticipantView {
-            instruction: tui::Instruction::Wait,
-            slider_m: None,
-            plate_m: 0.1,
-            start_m: 0.0,
-            end_m: 0.1,
-            countdown: None,
-            mean_force_n: None,
-            force_band_n: None,
-            trial: 0,
-            trials: 0,
-            rest_s: None,
-        }
+        tui::ParticipantView::default()
     }
 }

@@ -32,6 +32,13 @@ pub enum Entry {
         /// What it is now.
         data: Map<String, Value>,
     },
+    /// What the participant's window did.
+    Display {
+        /// Audio clock, s.
+        t_s: f64,
+        /// What.
+        data: Map<String, Value>,
+    },
     /// The session ended.
     Stop {
         /// Audio clock, s.
@@ -60,6 +67,7 @@ pub struct SavedRecording {
 const SESSION_STREAM: &str = "session";
 const RECORDING_STREAM: &str = "recording";
 const LIVE_STREAM: &str = "live";
+const DISPLAY_STREAM: &str = "display";
 
 /// The task.
 pub struct Journal {
@@ -143,6 +151,7 @@ impl Journal {
                 log.event(RECORDING_STREAM, time, saved.t_s, data)?;
             }
             Entry::Live { t_s, data } => log.event(LIVE_STREAM, time, t_s, data)?,
+            Entry::Display { t_s, data } => log.event(DISPLAY_STREAM, time, t_s, data)?,
             Entry::Stop {
                 t_s,
                 status,
@@ -194,7 +203,7 @@ impl Journal {
     }
 }
 
-fn descriptors() -> [recording::study::event_log::Descriptor; 3] {
+fn descriptors() -> [recording::study::event_log::Descriptor; 4] {
     use recording::study::event_log::{DataKey, Descriptor};
     let key = |name: &str, dtype: &str, source: &str| {
         (
@@ -223,6 +232,10 @@ fn descriptors() -> [recording::study::event_log::Descriptor; 3] {
         Descriptor {
             stream: LIVE_STREAM.to_owned(),
             data_keys: [key("event", "string", "what the live estimates go by; further keys depend on the event, docs/session-log.md")].into(),
+        },
+        Descriptor {
+            stream: DISPLAY_STREAM.to_owned(),
+            data_keys: [key("event", "string", "what the participant's window did; further keys depend on the event, docs/session-log.md")].into(),
         },
     ]
 }

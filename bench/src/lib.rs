@@ -18,6 +18,8 @@ pub mod forget;
 pub mod journal;
 pub mod monitor;
 mod outcome;
+pub mod participant_options;
+pub mod participant_window;
 pub mod privacy;
 pub mod readiness;
 pub mod rehearsed;

@@ -271,16 +271,9 @@ impl HoldPrompt {
         };
         let view = ParticipantView {
             instruction,
-            slider_m: None,
             plate_m: self.plate_m,
-            start_m: 0.0,
             end_m: self.plate_m,
-            countdown: None,
-            mean_force_n: None,
-            force_band_n: None,
-            trial: 0,
-            trials: 0,
-            rest_s: None,
+            ..ParticipantView::default()
         };
         for watcher in &mut self.watchers {
             watcher(&view, false, None);

@@ -74,6 +74,7 @@ mod tests {
             },
             button,
             progress: None,
+            repeat: None,
         }
     }
 

@@ -11,8 +11,6 @@
 
 mod analysis;
 mod order;
-mod participant;
-mod person;
 mod protocol;
 mod record;
 mod redo_reason;
@@ -25,10 +23,10 @@ mod trial;
 pub mod verdict;
 
 pub use analysis::{ExplorationAnalysis, TrialAnalysis};
-pub use participant::{ParticipantId, ParticipantIdError};
-pub use person::{
-    AskedOfParticipant, Handedness, MAX_AGE_YEARS, MIN_AGE_YEARS, NOT_STATED, Person, PersonDetail,
-    PersonError, Sex,
+pub use participant_texts::{Language, OwnTexts, Texts};
+pub use participants::{
+    AskedOfParticipant, Handedness, MAX_AGE_YEARS, MIN_AGE_YEARS, NOT_STATED, ParticipantId,
+    ParticipantIdError, Person, PersonDetail, PersonError, Sex,
 };
 pub use protocol::{
     BUILT_IN, BrokenRule, Carrier, Condition, Drive, DrivingTime, Exploration, NewCarrier,
@@ -41,8 +39,8 @@ pub use rules::{ForceBand, Quality, SelectionRules, VerdictRules};
 pub use selection::{ExplorationSeries, Validity};
 pub use session::{
     Action, Cue, DriveRequest, Hold, Instruction, Observation, OperatorCommand, ParticipantView,
-    Phase, Progress, RecordMismatch, Safety, Session, SessionError, SessionEvent, SessionEventKind,
-    SessionOutcome, records_from_events,
+    Phase, Progress, RecordMismatch, RepeatCause, Safety, Session, SessionError, SessionEvent,
+    SessionEventKind, SessionOutcome, records_from_events,
 };
 pub use stretch::{Instance, Rejection, Stretch, StretchOutcome};
 pub use summary::SessionSummary;

@@ -31,7 +31,7 @@ pub use display::ParticipantDisplay;
 pub use escape::{escaped, escaped_line};
 pub use event::Event;
 pub use keyboard::{Reaction, key};
-pub use participant_screen::{Instruction, ParticipantView};
+pub use participant_screen::{Instruction, ParticipantView, Repeat};
 pub use shell::{ShellError, install_panic_hook, restore, run_operator};
 pub use state::{HISTORY_S, LogLine, Page, STALE_AFTER_S, State, TrialLine, Ui, Window};
 pub use theme::Theme;

@@ -1,7 +1,11 @@
 //! The participant's screen: large and plain, without the force while the finger moves.
 
+use std::sync::Arc;
+
+use participant_texts::{Language, Texts};
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Flex, Layout, Rect};
+use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};
 use ratatui::widgets::Widget;
 use serde::{Deserialize, Serialize};
@@ -44,23 +48,60 @@ pub enum Instruction {
 }
 
 impl Instruction {
-    /// Returns the words on the screen.
+    /// Returns the words on the screen, in English.
     #[must_use]
     pub fn words(self) -> &'static str {
+        self.text(Texts::of(Language::En), true)
+    }
+
+    /// Returns the words on the screen; `button` says whether the bench has one.
+    #[must_use]
+    pub fn text(self, texts: &Texts, button: bool) -> &str {
         match self {
-            Self::Wait => "Please wait",
-            Self::Welcome => "Press the button to begin",
-            Self::ReleaseSwitch => "Release the hold button",
-            Self::HoldSwitch => "Press the hold button and keep it pressed",
-            Self::SwitchReleased => "You released the hold button. Please lift your finger",
-            Self::LiftFinger => "Lift your finger off the plate",
-            Self::PlaceFinger => "Place your finger on the start mark",
-            Self::GetReady => "Get ready",
-            Self::FollowSlider => "Follow the slider",
-            Self::Feedback => "Your mean force",
-            Self::Rest => "Take a break",
-            Self::Paused => "Paused. Please lift your finger",
-            Self::Finished => "Finished. Thank you!",
+            Self::Wait => &texts.wait,
+            Self::Welcome if button => &texts.welcome,
+            Self::Welcome => &texts.welcome_without_button,
+            Self::ReleaseSwitch => &texts.release_switch,
+            Self::HoldSwitch => &texts.hold_switch,
+            Self::SwitchReleased => &texts.switch_released,
+            Self::LiftFinger => &texts.lift_finger,
+            Self::PlaceFinger => &texts.place_finger,
+            Self::GetReady => &texts.get_ready,
+            Self::FollowSlider => &texts.follow_slider,
+            Self::Feedback => &texts.feedback,
+            Self::Rest => &texts.rest,
+            Self::Paused => &texts.paused,
+            Self::Finished => &texts.finished,
+        }
+    }
+}
+
+/// What happens to the trial just made, when it is repeated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Repeat {
+    /// The finger was slower than the slider.
+    TooSlow,
+    /// The finger was faster than the slider.
+    TooFast,
+    /// The finger pressed too little.
+    TooLight,
+    /// The finger pressed too much.
+    TooHard,
+    /// The participant had no part in it.
+    Other,
+}
+
+impl Repeat {
+    /// Returns the words on the screen.
+    #[must_use]
+    pub fn text(self, texts: &Texts) -> &str {
+        match self {
+            Self::TooSlow => &texts.repeat_slow,
+            Self::TooFast => &texts.repeat_fast,
+            Self::TooLight => &texts.repeat_light,
+            Self::TooHard => &texts.repeat_hard,
+            Self::Other => &texts.repeat,
         }
     }
 }
@@ -78,12 +119,10 @@ impl Instruction {
 ///     plate_m: 0.105,
 ///     start_m: 0.005,
 ///     end_m: 0.1,
-///     countdown: None,
-///     mean_force_n: None,
 ///     force_band_n: Some((0.5, 0.8)),
 ///     trial: 1,
 ///     trials: 10,
-///     rest_s: None,
+///     ..ParticipantView::default()
 /// };
 /// let area = Rect::new(0, 0, 60, 20);
 /// let mut buffer = Buffer::empty(area);
@@ -113,8 +152,81 @@ pub struct ParticipantView {
     pub trial: u32,
     /// Number of trials.
     pub trials: u32,
+    /// Whether the trials counted are practice.
+    #[serde(default)]
+    pub practice: bool,
     /// Time left of the break, s.
     pub rest_s: Option<f64>,
+    /// Why the trial just made is repeated; `None` if it is not.
+    #[serde(default)]
+    pub repeat: Option<Repeat>,
+    /// Whether the session waits for the participant's button.
+    #[serde(default)]
+    pub button: bool,
+    /// Whether the bench has no button, and a finger at rest says "ready".
+    #[serde(default)]
+    pub touch: bool,
+    /// Time on the bench's clock at which this holds, s.
+    #[serde(default)]
+    pub audio_s: f64,
+    /// Time on the bench's clock at which the slider leaves its start, s; known from the countdown on.
+    #[serde(default)]
+    pub moves_at_s: Option<f64>,
+    /// Speed of the slider, m/s.
+    #[serde(default)]
+    pub speed_m_per_s: f64,
+    /// Whether the protocol lets the participant see the finger.
+    #[serde(default)]
+    pub show_finger: bool,
+    /// The words, in the protocol's language or the laboratory's own.
+    #[serde(skip)]
+    pub texts: Arc<Texts>,
+}
+
+impl Default for ParticipantView {
+    fn default() -> Self {
+        Self {
+            instruction: Instruction::Wait,
+            slider_m: None,
+            plate_m: 0.0,
+            start_m: 0.0,
+            end_m: 0.0,
+            countdown: None,
+            mean_force_n: None,
+            force_band_n: None,
+            trial: 0,
+            trials: 0,
+            practice: false,
+            rest_s: None,
+            repeat: None,
+            button: false,
+            touch: false,
+            audio_s: 0.0,
+            moves_at_s: None,
+            speed_m_per_s: 0.0,
+            show_finger: false,
+            texts: Arc::default(),
+        }
+    }
+}
+
+impl ParticipantView {
+    /// Returns the words of the instruction, and those that follow it.
+    #[must_use]
+    pub fn sentences(&self) -> (&str, Option<&str>) {
+        let texts = &*self.texts;
+        match (self.instruction, self.repeat) {
+            (Instruction::Wait, Some(repeat)) => (repeat.text(texts), None),
+            (Instruction::PlaceFinger, _) if self.touch => {
+                (&texts.place_finger, Some(&texts.then_rest))
+            }
+            (Instruction::PlaceFinger, _) => (&texts.place_finger, Some(&texts.then_press)),
+            (Instruction::Rest, _) if self.button && !self.touch => {
+                (&texts.rest, Some(&texts.rest_over))
+            }
+            (instruction, _) => (instruction.text(texts, !self.touch), None),
+        }
+    }
 }
 
 /// Draws the participant's screen.
@@ -136,7 +248,9 @@ pub fn view(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer)
     };
     if shown.trial > 0 {
         Line::styled(
-            format!("trial {} of {}", shown.trial, shown.trials),
+            shown
+                .texts
+                .counted(shown.practice, shown.trial, shown.trials),
             theme.faint(),
         )
         .centered()
@@ -148,9 +262,21 @@ pub fn view(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer)
 
 /// Draws the instruction, with the countdown or the feedback below it.
 fn instruction(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
-    let words = wrap(shown.instruction.words(), area.width);
+    let (first, then) = shown.sentences();
+    let mut words = wrap(first, area.width);
+    let first_rows = words.len();
+    words.extend(then.into_iter().flat_map(|then| wrap(then, area.width)));
     let words_rows = u16::try_from(words.len()).unwrap_or(u16::MAX);
-    let words: Vec<Line> = words.into_iter().map(Line::from).collect();
+    // What comes next stands out once it is time for it.
+    let words: Vec<Line> = words
+        .into_iter()
+        .enumerate()
+        .map(|(row, words)| match row < first_rows {
+            true => Line::styled(words, theme.strong()),
+            false if shown.button => Line::styled(words, theme.strong()),
+            false => Line::styled(words, theme.faint()),
+        })
+        .collect();
     let below = match shown.instruction {
         Instruction::Feedback => 4,
         Instruction::GetReady | Instruction::Rest if seconds(shown).is_some() => {
@@ -171,10 +297,7 @@ fn instruction(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buff
     ])
     .flex(Flex::Center)
     .areas(area);
-    Text::from(words)
-        .style(theme.strong())
-        .centered()
-        .render(top, buf);
+    Text::from(words).centered().render(top, buf);
     match shown.instruction {
         Instruction::Feedback => feedback(shown, theme, bottom, buf),
         Instruction::GetReady | Instruction::Rest => {
@@ -222,7 +345,7 @@ fn number(seconds: u32, theme: Theme, area: Rect, buf: &mut Buffer) {
 /// Draws the mean force with its judgement, and a bar with the band where it fits.
 fn feedback(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
     let Some(mean_n) = shown.mean_force_n.filter(|n| n.is_finite()) else {
-        Line::styled("not measured", theme.faint())
+        Line::styled(shown.texts.not_measured.as_ref(), theme.faint())
             .centered()
             .render(area, buf);
         return;
@@ -231,13 +354,15 @@ fn feedback(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer)
         .force_band_n
         .filter(|(min, max)| min.is_finite() && max > min && *max > 0.0);
     let (word, style) = match band_n {
-        Some((min_n, _)) if mean_n < min_n => ("too light", theme.warning()),
-        Some((_, max_n)) if mean_n > max_n => ("too hard", theme.warning()),
-        Some(_) => ("just right", theme.good()),
+        Some((min_n, _)) if mean_n < min_n => (&*shown.texts.too_light, theme.warning()),
+        Some((_, max_n)) if mean_n > max_n => (&*shown.texts.too_hard, theme.warning()),
+        Some(_) => (&*shown.texts.just_right, theme.good()),
         None => ("", theme.strong()),
     };
     Line::styled(
-        format!("{mean_n:.2} N  {word}").trim_end().to_owned(),
+        format!("{} N  {word}", shown.texts.number(mean_n, 2))
+            .trim_end()
+            .to_owned(),
         style,
     )
     .centered()
@@ -260,7 +385,8 @@ fn feedback(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer)
         };
         buf.set_string(x, area.y + 2, symbol, style);
     }
-    let (low, high) = (format!("{min_n:.1}"), format!("{max_n:.1} N"));
+    let low = shown.texts.number(min_n, 1);
+    let high = format!("{} N", shown.texts.number(max_n, 1));
     buf.set_string(at(min_n).saturating_sub(1), area.y + 3, low, theme.faint());
     buf.set_string(at(max_n).saturating_sub(1), area.y + 3, high, theme.faint());
 }
@@ -282,24 +408,76 @@ fn slider(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
     for x in left..left + columns {
         buf.set_string(x, plate, "━", theme.faint());
     }
-    for (mark_m, word) in [(shown.start_m, "start"), (shown.end_m, "end")] {
+    for (mark_m, word) in [
+        (shown.start_m, &shown.texts.start),
+        (shown.end_m, &shown.texts.end),
+    ] {
         let x = at(mark_m);
         put(buf, (x, plate), "┻", theme.strong());
-        let word_columns = u16::try_from(word.len()).unwrap_or(0);
-        let word_x = x
-            .saturating_sub(word_columns / 2)
-            .min(area.right().saturating_sub(word_columns))
-            .max(area.x);
-        buf.set_string(word_x, plate + 1, word, theme.faint());
+        centred(word, x, plate + 1, area, theme.faint(), buf);
     }
+    millimetres(plate_m, at, plate + 2, area, theme, buf);
     if let Some(slider_m) = shown.slider_m.filter(|m| m.is_finite()) {
-        let x = at(slider_m)
-            .saturating_sub(1)
-            .clamp(area.x, area.right() - 3);
+        let middle = (slider_m / plate_m).clamp(0.0, 1.0) * f64::from(columns - 1) + 0.5;
+        let across = ((middle - 1.5) * 8.0).round();
+        // The cast saturates.
+        let eighths = across.clamp(0.0, f64::from(columns - 3) * 8.0) as u16;
         for y in area.y..plate {
-            buf.set_string(x, y, "███", theme.first_curve());
+            bar(buf, (left, y), eighths, theme.strong());
         }
     }
+}
+
+/// Writes a word about a column, within the area.
+fn centred(word: &str, x: u16, y: u16, area: Rect, style: Style, buf: &mut Buffer) {
+    let columns = u16::try_from(word.chars().count()).unwrap_or(u16::MAX);
+    let word_x = x
+        .saturating_sub(columns / 2)
+        .min(area.right().saturating_sub(columns))
+        .max(area.x);
+    buf.set_stringn(word_x, y, word, usize::from(area.width), style);
+}
+
+/// Writes the scale of the plate, mm: every ten or twenty where there is room.
+fn millimetres(
+    plate_m: f64,
+    at: impl Fn(f64) -> u16,
+    y: u16,
+    area: Rect,
+    theme: Theme,
+    buf: &mut Buffer,
+) {
+    let steps_mm = [10.0, 20.0, 50.0, 100.0, 200.0, 500.0];
+    let roomy = |step_mm: f64| at(step_mm / 1e3).saturating_sub(at(0.0)) >= 6;
+    let Some(step_mm) = steps_mm.into_iter().find(|&step_mm| roomy(step_mm)) else {
+        return;
+    };
+    let mut mm = 0.0;
+    while mm <= plate_m * 1e3 && mm < 1e3 * steps_mm[5] {
+        let last = mm + step_mm > plate_m * 1e3;
+        let word = format!("{mm:.0}{}", if last { " mm" } else { "" });
+        centred(&word, at(mm / 1e3), y, area, theme.faint(), buf);
+        mm += step_mm;
+    }
+}
+
+/// Parts of a cell that are filled from the left, in eighths.
+const EIGHTHS: [&str; 9] = [" ", "▏", "▎", "▍", "▌", "▋", "▊", "▉", "█"];
+
+/// Draws a bar three columns wide, so many eighths of a column right of a cell.
+fn bar(buf: &mut Buffer, (left, y): (u16, u16), eighths: u16, style: Style) {
+    let (whole, part) = (eighths / 8, usize::from(eighths % 8));
+    let x = left + whole;
+    if part == 0 {
+        buf.set_string(x, y, "███", style);
+        return;
+    }
+    // Filled from the right: the cell that is filled from the left, reversed.
+    let reversed = style.add_modifier(Modifier::REVERSED);
+    put(buf, (x, y), EIGHTHS[part], reversed);
+    put(buf, (x + 1, y), EIGHTHS[8], style);
+    put(buf, (x + 2, y), EIGHTHS[8], style);
+    put(buf, (x + 3, y), EIGHTHS[part], style);
 }
 
 /// Returns the column at a fraction of a bar, clamped to the bar.

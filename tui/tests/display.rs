@@ -27,7 +27,7 @@ fn shown(instruction: Instruction) -> ParticipantView {
         force_band_n: None,
         trial: 0,
         trials: 0,
-        rest_s: None,
+        ..ParticipantView::default()
     }
 }
 

@@ -1,11 +1,14 @@
 //! What the participant sees, and what not.
 
+use std::sync::Arc;
+
+use participant_texts::{Language, Texts};
 use proptest::prelude::*;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
-use ratatui::style::Color;
+use ratatui::style::{Color, Modifier};
 use tui::participant_screen::view;
-use tui::{Instruction, ParticipantView, Theme};
+use tui::{Instruction, ParticipantView, Repeat, Theme};
 
 const ALL: [Instruction; 10] = [
     Instruction::Wait,
@@ -33,6 +36,7 @@ fn shown(instruction: Instruction) -> ParticipantView {
         trial: 3,
         trials: 10,
         rest_s: Some(41.2),
+        ..ParticipantView::default()
     }
 }
 
@@ -155,6 +159,69 @@ fn the_slider_keeps_to_its_place() {
     assert_eq!(left(0.0525), 39);
     assert_eq!(left(0.105), left(7.0));
     assert!(left(0.0) < left(0.03) && left(0.03) < left(0.06) && left(0.06) < left(0.105));
+}
+
+/// Fault 37.
+#[test]
+fn the_slider_moves_by_eighths_of_a_column_in_the_terminals_own_foreground() {
+    let eighths = " ▏▎▍▌▋▊▉█";
+    // Left edge of what is filled in the slider's first row, in eighths of a column.
+    let edge = |slider_m: f64| {
+        let view = ParticipantView {
+            slider_m: Some(slider_m),
+            ..shown(Instruction::FollowSlider)
+        };
+        let screen = drawn(&view, 80, 24);
+        let row = screen.content().chunks(80).nth(19).unwrap();
+        let mut filled: Vec<usize> = Vec::new();
+        for (x, cell) in row.iter().enumerate() {
+            let part = eighths
+                .chars()
+                .position(|c| cell.symbol().starts_with(c))
+                .unwrap();
+            if part == 0 {
+                continue;
+            }
+            assert_eq!(cell.fg, Color::Reset, "{slider_m}");
+            let reversed = cell.modifier.contains(Modifier::REVERSED);
+            let (from, to) = if reversed { (part, 8) } else { (0, part) };
+            filled.extend((from..to).map(|eighth| 8 * x + eighth));
+        }
+        assert_eq!(filled.len(), 24, "{slider_m}: three columns wide");
+        let contiguous = filled.windows(2).all(|pair| pair[0] + 1 == pair[1]);
+        assert!(contiguous, "{slider_m}: {filled:?}");
+        filled[0]
+    };
+    // 105 mm are 75 columns: 1.4 mm a column, 0.175 mm an eighth.
+    let edges: Vec<usize> = (0..100).map(|i| edge(0.02 + 1e-4 * f64::from(i))).collect();
+    assert!(edges.windows(2).all(|pair| pair[1] - pair[0] <= 1));
+    assert!(edges[99] - edges[0] >= 55);
+}
+
+#[test]
+fn the_words_are_those_of_the_language() {
+    let texts = Arc::new(Texts::of(Language::De).clone());
+    for (instruction, words) in [
+        (Instruction::PlaceFinger, "drücken Sie dann den Knopf"),
+        (Instruction::Feedback, "0,87 N  zu fest"),
+        (Instruction::FollowSlider, "Durchgang 3 von 10"),
+    ] {
+        let view = ParticipantView {
+            texts: texts.clone(),
+            ..shown(instruction)
+        };
+        let screen = text(&drawn(&view, 80, 24));
+        assert!(screen.contains(words), "{screen}");
+    }
+    let repeated = ParticipantView {
+        repeat: Some(Repeat::TooSlow),
+        practice: true,
+        texts,
+        ..shown(Instruction::Wait)
+    };
+    let screen = text(&drawn(&repeated, 80, 24));
+    assert!(screen.contains("Zu langsam: wir wiederholen"), "{screen}");
+    assert!(screen.contains("Übung 3 von 10"), "{screen}");
 }
 
 proptest! {

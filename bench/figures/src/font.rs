@@ -7,7 +7,8 @@ use crate::figure_error::FigureError;
 /// Font families that an SVG names for its viewer; Verdana has the same widths as DejaVu Sans.
 pub(super) const FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
 
-const DEJAVU_SANS: &[u8] = include_bytes!("../fonts/DejaVuSans.ttf");
+/// The typeface of all text, a TrueType font; its licence is beside it.
+pub const DEJAVU_SANS: &[u8] = include_bytes!("../fonts/DejaVuSans.ttf");
 
 /// Typeface of all text.
 pub(super) struct Typeface(FontRef<'static>);

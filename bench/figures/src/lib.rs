@@ -22,6 +22,7 @@ mod style;
 mod write_files;
 
 pub use figure_error::FigureError;
+pub use font::DEJAVU_SANS;
 pub use scale::written;
 pub use spec::{Axis, Figure, Key, Mark, Panel, Scale, Series, Span};
 pub use style::{Dash, Ink, Marker, Width};

@@ -6,6 +6,7 @@ pub mod fit_report;
 pub mod interference;
 pub mod live_meter;
 pub mod live_side;
+pub mod participant_screen;
 pub mod participant_skin;
 pub mod refit;
 pub mod resumed;

@@ -3,14 +3,13 @@
 use impedance::{Mask, ZmFrame};
 use num_complex::Complex64;
 use protocols::{
-    Direction, ParticipantView, Phase, Progress, Protocol, SessionEventKind, Stretch,
-    TrialAnalysis, TrialKey, TrialOutcome, TrialRecord, Verdict,
+    ParticipantView, Phase, Progress, Protocol, SessionEventKind, Stretch, TrialAnalysis, TrialKey,
+    TrialOutcome, TrialRecord, Verdict,
 };
 use tui::event::{ComplexImpedance, Crop, Live, LogLevel, PhaseKind, ValueAndStd};
 
 use analysis::live_contact::LiveContact;
 use analysis::measurements::Measurements;
-use config::Config;
 use contact::live_estimator::Uncertain;
 use recording::study::TrialLabel;
 
@@ -119,53 +118,9 @@ pub fn phase(session: &protocols::Session, view: &ParticipantView) -> tui::event
     shown
 }
 
-fn whole_seconds(seconds: f64) -> u32 {
+/// Seconds as they are counted down.
+pub(crate) fn whole_seconds(seconds: f64) -> u32 {
     seconds.max(0.0).ceil() as u32
-}
-
-/// What the participant sees.
-pub fn participant(
-    view: &ParticipantView,
-    protocol: &Protocol,
-    config: &Config,
-) -> tui::ParticipantView {
-    use protocols::Instruction as From;
-    use tui::Instruction as To;
-    let slider = protocol
-        .exploration
-        .slider(view.direction.unwrap_or(Direction::LeftToRight));
-    let resting = view.instruction == From::Rest;
-    tui::ParticipantView {
-        instruction: match view.instruction {
-            From::Wait => To::Wait,
-            From::Welcome => To::Welcome,
-            From::ReleaseSwitch => To::ReleaseSwitch,
-            From::HoldSwitch => To::HoldSwitch,
-            From::SwitchReleased => To::SwitchReleased,
-            From::LiftFinger => To::LiftFinger,
-            From::PlaceFinger => To::PlaceFinger,
-            From::GetReady => To::GetReady,
-            From::FollowSlider => To::FollowSlider,
-            From::Feedback => To::Feedback,
-            From::Rest => To::Rest,
-            From::Paused => To::Paused,
-            From::Finished => To::Finished,
-        },
-        slider_m: view.slider_m,
-        plate_m: config.plate.length_m,
-        start_m: slider.from_m,
-        end_m: slider.to_m,
-        countdown: if resting {
-            None
-        } else {
-            view.countdown_s.map(whole_seconds)
-        },
-        mean_force_n: view.mean_force_n,
-        force_band_n: Some((view.force_band.min_n, view.force_band.max_n)),
-        trial: view.progress.map_or(0, |progress| progress.trial),
-        trials: view.progress.map_or(0, |progress| progress.trials),
-        rest_s: if resting { view.countdown_s } else { None },
-    }
 }
 
 fn impedance(z: Complex64) -> Option<ComplexImpedance> {

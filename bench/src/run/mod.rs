@@ -35,6 +35,7 @@ use files::{begin_recording, last_trial, machine, open_session};
 use live::carrier_decision::CarrierDecision;
 use live::interference::Interference;
 use live::live_side::LiveSide;
+use live::participant_screen::ParticipantScreen;
 use live::refit::Refit;
 use live::resumed::Resumed;
 use plan::{NAME, VERSION};
@@ -54,7 +55,7 @@ pub fn run(
     let Apparatus {
         hardware,
         watchers,
-        displays,
+        mut displays,
         hands: _,
         vibrometer_port: _,
         voltmeter_port: _,
@@ -250,6 +251,7 @@ pub fn run(
     let carrier_hz: Arc<Slot<f64>> = Arc::default();
     let interference = Interference::new(recording.clone(), effective.config(), plan.carrier_hz)
         .following(carrier_hz.clone());
+    let at_displays = displays.tasks(&entries);
     let wiring = Wiring {
         batches,
         recording,
@@ -257,6 +259,7 @@ pub fn run(
         gauge,
         study_folder: plan.study.clone(),
         drive,
+        screen: ParticipantScreen::new(protocol, config.plate.length_m, button.is_none()),
         readiness: Readiness::new(button),
         front,
         watchers,
@@ -300,6 +303,7 @@ pub fn run(
     tasks.push(Box::new(task));
     tasks.push(Box::new(refit));
     tasks.push(Box::new(interference));
+    tasks.extend(at_displays);
     tasks.extend(after);
     tasks.push(Box::new(journal));
     life.run(tasks, || dashboard.map_or(Ok(()), DashboardThread::join))?;

@@ -142,6 +142,8 @@ impl SessionTask {
             self.audio_s = batch.audio_s;
             self.account = batch.account;
             self.normal_n = batch.force.last().map(|row| row.normal_n).or(self.normal_n);
+            let position_m = batch.position.last().map(|row| row.position_m);
+            self.wiring.displays.beat(batch.audio_s, position_m);
             self.wiring.live.take(&batch);
             for text in std::mem::take(&mut batch.warnings) {
                 self.wiring.front.show(tui::Event::Log {
@@ -180,7 +182,7 @@ impl SessionTask {
             match OperatorRequest::of(action, practices) {
                 OperatorRequest::Command(command) => {
                     if command == OperatorCommand::Resume {
-                        self.reconnect();
+                        self.wiring.reconnect_displays();
                     }
                     self.commands.push_back(command);
                 }
@@ -203,23 +205,6 @@ impl SessionTask {
             }
         }
         Ok(())
-    }
-
-    /// Brings the participant's display back, if it is lost and does not come back by itself.
-    fn reconnect(&mut self) {
-        for problem in self.wiring.displays.reconnect() {
-            self.log(LogLevel::Error, problem);
-        }
-        self.look_at_displays();
-    }
-
-    fn look_at_displays(&mut self) {
-        if self.wiring.displays.look() {
-            let lost = self.wiring.displays.lost().map(str::to_owned);
-            self.wiring
-                .front
-                .show(tui::Event::ParticipantDisplay { lost });
-        }
     }
 
     /// Changes the carrier of the trials to come, if that is decided and nothing is driven or recorded.
@@ -465,8 +450,7 @@ impl SessionTask {
             self.phase = Some(phase);
         }
         if tone.is_some() || self.view.as_ref() != Some(&view) {
-            let shown =
-                screen_words::participant(&view, self.machine.protocol(), self.bench.config());
+            let shown = self.wiring.screen.view(&view, self.audio_s);
             self.wiring.displays.show(&shown);
             for watcher in &mut self.wiring.watchers {
                 watcher(&shown, view.button, tone);
@@ -559,7 +543,7 @@ impl Task for SessionTask {
         self.take_batches();
         self.take_notices();
         self.take_fits();
-        self.look_at_displays();
+        self.wiring.look_at_displays();
         self.take_actions()?;
         self.change_carrier()?;
         self.analyse();

@@ -12,12 +12,14 @@ use devices::drive_control::DriveControl;
 use devices::loudspeaker::Loudspeaker;
 use live::carrier_decision::CarrierDecision;
 use live::live_side::LiveSide;
+use live::participant_screen::ParticipantScreen;
 use protocols::TrialKey;
 use recording::pipeline::Batch;
 use recording::recorder::{Begin, RecorderGauge, RecorderNotice};
 use safety::Signals;
 use signalgen::Program;
 use tasks::{Slot, StopFlag};
+use tui::event::LogLevel;
 
 use crate::apparatus::Watcher;
 use crate::displays::Displays;
@@ -53,6 +55,8 @@ pub struct Wiring {
     pub watchers: Vec<Watcher>,
     /// What the participant sees.
     pub displays: Displays,
+    /// What of it is the same through the session.
+    pub screen: ParticipantScreen,
     /// The participant's loudspeaker.
     pub sound: Option<Loudspeaker>,
     /// The session's log.
@@ -72,6 +76,26 @@ pub struct Wiring {
 }
 
 impl Wiring {
+    /// Brings the participant's display back, if it is lost and does not come back by itself.
+    pub(super) fn reconnect_displays(&mut self) {
+        for text in self.displays.reconnect() {
+            let level = LogLevel::Error;
+            self.front.show(tui::Event::Log { level, text });
+        }
+        self.look_at_displays();
+    }
+
+    /// Tells the operator what there is to know of the displays.
+    pub(super) fn look_at_displays(&mut self) {
+        for (level, text) in self.displays.notices() {
+            self.front.show(tui::Event::Log { level, text });
+        }
+        if self.displays.look() {
+            let lost = self.displays.lost().map(str::to_owned);
+            self.front.show(tui::Event::ParticipantDisplay { lost });
+        }
+    }
+
     /// Returns the time until the hour's driving time allows another trial, s.
     pub(super) fn drive_wait_s(&self) -> f64 {
         self.signals.dose.get().map_or(0.0, |dose| dose.wait_s)

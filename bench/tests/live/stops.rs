@@ -18,6 +18,7 @@ use friction_bench::run::ProtocolFile;
 use friction_bench::session::{Questions, SessionTask, Wiring};
 use live::carrier_decision::CarrierDecision;
 use live::live_side::LiveSide;
+use live::participant_screen::ParticipantScreen;
 use live::participant_skin::ParticipantSkin;
 use live::refit::Refit;
 use mock_hw::apparatus::Apparatus;
@@ -148,6 +149,7 @@ impl Rig {
             gauge,
             study_folder: temp.path().to_owned(),
             drive,
+            screen: ParticipantScreen::new(&protocol, config.plate.length_m, button.is_none()),
             readiness: Readiness::new(button),
             front: Box::new(Operator { seen: show, asked }),
             watchers: Vec::new(),

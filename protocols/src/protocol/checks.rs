@@ -8,7 +8,7 @@ use super::drive::{Carrier, Condition, Drive};
 use super::error::{BrokenRule, MIN_TRAVEL_M};
 use super::raw::{RawCondition, RawProtocol};
 use super::sections::Order;
-use crate::person::PersonDetail;
+use participants::PersonDetail;
 use std::collections::BTreeSet;
 
 type Checked = Result<(), BrokenRule>;
@@ -16,6 +16,7 @@ type Checked = Result<(), BrokenRule>;
 /// Checks every value of a protocol file and gives each condition its whole drive.
 pub(super) fn validate(raw: RawProtocol) -> Result<Protocol, BrokenRule> {
     short_name("name", &raw.name)?;
+    raw.texts.require_showable()?;
     asked_once(&raw.participant.ask)?;
     drive("drive", &raw.drive)?;
     let conditions = conditions(&raw.drive, raw.conditions)?;
@@ -53,6 +54,8 @@ pub(super) fn validate(raw: RawProtocol) -> Result<Protocol, BrokenRule> {
         name: raw.name,
         description: raw.description,
         citation: raw.citation,
+        language: raw.language,
+        texts: raw.texts,
         participant: raw.participant,
         conditions,
         trials: raw.trials,

@@ -3,8 +3,9 @@
 use super::drive::{Carrier, Condition};
 use super::exploration::Exploration;
 use super::sections::{RedoLimits, ResonanceDrift, Rest, Selection, Timeouts, Timing, Trials};
-use crate::person::AskedOfParticipant;
 use crate::rules::{ForceBand, Quality, SelectionRules, VerdictRules};
+use participant_texts::{Language, OwnTexts, Texts};
+use participants::AskedOfParticipant;
 use serde::Serialize;
 
 /// A validated protocol. The fields are those of the file, see `huloux2021.toml`.
@@ -27,6 +28,10 @@ pub struct Protocol {
     pub description: String,
     /// Publication that it comes from; may be empty.
     pub citation: String,
+    /// Language of what the participant reads.
+    pub language: Language,
+    /// The laboratory's own texts, in place of those of the language.
+    pub texts: OwnTexts,
     /// What is asked about each participant; nothing by default.
     pub participant: AskedOfParticipant,
     /// Conditions, at least one, each with its whole drive.
@@ -57,6 +62,11 @@ impl Protocol {
     /// Returns the number of trials in a session without repetitions, practice included.
     pub fn planned_trials(&self) -> u32 {
         self.trials.practice + self.trials.per_condition * self.conditions.len() as u32
+    }
+
+    /// Returns what the participant reads.
+    pub fn texts(&self) -> Texts {
+        Texts::of(self.language).with(&self.texts)
     }
 
     /// Returns whether every condition drives the plate at its resonance, so that the carrier may follow it.

@@ -1,6 +1,7 @@
 //! Why a text is no protocol.
 
-use crate::person::PersonDetail;
+use participant_texts::RefusedText;
+use participants::PersonDetail;
 use strict::{InFile, OutOfRange, TomlError};
 
 /// Why a text is not a protocol.
@@ -20,6 +21,9 @@ pub enum BrokenRule {
     /// A number out of its range.
     #[error(transparent)]
     OutOfRange(#[from] OutOfRange),
+    /// A text that no screen can show.
+    #[error(transparent)]
+    Text(#[from] RefusedText),
     /// A name that cannot be part of a file's name.
     #[error("{key} = {name:?} is not allowed; a name is 1 to 64 of a-z, 0-9, `-`, `_`")]
     Name {
@@ -94,6 +98,7 @@ impl BrokenRule {
     pub fn key(&self) -> &str {
         match self {
             Self::OutOfRange(refused) => &refused.key,
+            Self::Text(refused) => &refused.key,
             Self::Name { key, .. } | Self::RepeatedName { key, .. } => key,
             Self::AskedTwice { .. } => "participant.ask",
             Self::CounterbalancedSingle => "trials.order",

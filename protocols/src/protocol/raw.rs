@@ -3,8 +3,9 @@
 use super::drive::{Carrier, Drive};
 use super::exploration::Exploration;
 use super::sections::{RedoLimits, ResonanceDrift, Rest, Selection, Timeouts, Timing, Trials};
-use crate::person::AskedOfParticipant;
 use crate::rules::{ForceBand, Quality};
+use participant_texts::{Language, OwnTexts};
+use participants::AskedOfParticipant;
 use serde::Deserialize;
 
 /// A protocol of participants' sessions: what is driven, explored, judged and repeated.
@@ -18,6 +19,12 @@ pub(super) struct RawProtocol {
     pub description: String,
     /// Publication that it comes from; may be empty.
     pub citation: String,
+    /// Language of what the participant reads: en, fr, de, nl; English by default.
+    #[serde(default)]
+    pub language: Language,
+    /// The laboratory's own texts, in place of those of the language.
+    #[serde(default)]
+    pub texts: OwnTexts,
     /// What is asked about each participant; nothing by default.
     #[serde(default)]
     pub participant: AskedOfParticipant,

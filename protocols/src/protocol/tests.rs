@@ -1,7 +1,8 @@
 use super::*;
-use crate::person::PersonDetail;
 use crate::rules::SelectionRules;
 use crate::trial::Direction;
+use participant_texts::{Language, Texts};
+use participants::PersonDetail;
 use strict::{InFile, OutOfRange, TomlError};
 
 fn text() -> &'static str {
@@ -486,4 +487,33 @@ fn the_slider_rests_at_its_ends() {
     assert_eq!(slider.position_m(-1.0), 0.095);
     assert_eq!(slider.position_m(slider.duration_s() + 1.0), 0.010);
     assert!((slider.position_m(1.0) - 0.045).abs() < 1e-12);
+}
+
+#[test]
+fn a_protocol_chooses_a_language_and_replaces_texts() {
+    let text = built_in("demo").unwrap();
+    let english = Protocol::parse(text, "p.toml").unwrap();
+    assert_eq!(english.texts(), Texts::of(Language::En).clone());
+    let own = format!("language = \"de\"\n{text}\n[texts]\nfollow_slider = \"Los!\"\n");
+    let texts = Protocol::parse(&own, "p.toml").unwrap().texts();
+    assert_eq!(texts.follow_slider, "Los!");
+    assert_eq!(texts.wait, "Bitte warten");
+    for (line, wrong) in [
+        ("language = \"fr\"", "language = \"french\""),
+        ("[texts]\nwait = \"?\"", "[texts]\nwiat = \"?\""),
+    ] {
+        let of = |line: &str| match line.starts_with('[') {
+            true => format!("{text}\n{line}\n"),
+            false => format!("{line}\n{text}"),
+        };
+        assert!(Protocol::parse(&of(line), "p.toml").is_ok());
+        let refused = Protocol::parse(&of(wrong), "p.toml");
+        assert!(
+            matches!(refused, Err(ProtocolError::Toml(_))),
+            "{refused:?}"
+        );
+    }
+    let empty = format!("{text}\n[texts]\nwait = \"\"\n");
+    let refused = rule(Protocol::parse(&empty, "p.toml")).to_string();
+    assert!(refused.contains("texts.wait = \"\""), "{refused}");
 }

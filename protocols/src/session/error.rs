@@ -1,7 +1,7 @@
 //! Why a session cannot begin or be resumed.
 
-use crate::participant::ParticipantId;
 use crate::trial::TrialKey;
+use participants::ParticipantId;
 
 /// Why a session cannot begin or be resumed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

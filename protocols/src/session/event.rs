@@ -2,10 +2,10 @@
 
 use super::observation::OperatorCommand;
 use super::phase::Phase;
-use crate::participant::ParticipantId;
 use crate::record::{TrialOutcome, TrialRecord};
 use crate::summary::SessionSummary;
 use crate::trial::{Interruption, Interval, TrialKey};
+use participants::ParticipantId;
 use serde::{Deserialize, Serialize};
 
 /// An event of a session and its time.

@@ -7,12 +7,12 @@ use super::phase::Phase;
 use super::plan;
 use super::state::State;
 use crate::analysis::TrialAnalysis;
-use crate::participant::ParticipantId;
 use crate::protocol::{Protocol, Slider};
 use crate::record::TrialRecord;
 use crate::redo_reason::RedoReason;
 use crate::summary::SessionSummary;
 use crate::trial::{Direction, TrialKey};
+use participants::ParticipantId;
 
 /// Shortest time in which an operator can overrule an accepting verdict, s.
 const OVERRULE_ACCEPTED_S: f64 = 2.0;

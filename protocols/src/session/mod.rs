@@ -28,5 +28,5 @@ pub use error::{RecordMismatch, SessionError};
 pub use event::{SessionEvent, SessionEventKind, SessionOutcome, records_from_events};
 pub use machine::Session;
 pub use observation::{Hold, Observation, OperatorCommand, Safety};
-pub use participant_view::{Instruction, ParticipantView, Progress};
+pub use participant_view::{Instruction, ParticipantView, Progress, RepeatCause};
 pub use phase::Phase;

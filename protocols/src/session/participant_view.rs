@@ -1,5 +1,6 @@
 //! What the participant's screen shows.
 
+use crate::redo_reason::RedoReason;
 use crate::rules::ForceBand;
 use crate::trial::Direction;
 use serde::{Deserialize, Serialize};
@@ -72,4 +73,50 @@ pub struct ParticipantView {
     pub button: bool,
     /// Progress through the session; `None` outside trials.
     pub progress: Option<Progress>,
+    /// Why the trial just made will be repeated; `None` if it will not.
+    #[serde(default)]
+    pub repeat: Option<RepeatCause>,
+}
+
+/// Why a trial is repeated, as far as it concerns the participant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RepeatCause {
+    /// The finger was slower than the slider.
+    TooSlow,
+    /// The finger was faster than the slider.
+    TooFast,
+    /// The finger pressed too little.
+    TooLight,
+    /// The finger pressed too much.
+    TooHard,
+    /// Nothing that the participant did.
+    Other,
+}
+
+impl From<&[RedoReason]> for RepeatCause {
+    /// Speed before force: a slider is easier to follow better than a force to keep.
+    fn from(reasons: &[RedoReason]) -> Self {
+        let speed = reasons.iter().find_map(|reason| match reason {
+            RedoReason::SpeedOutOfBand {
+                speed_m_per_s,
+                min_m_per_s,
+                ..
+            } => Some(if speed_m_per_s < min_m_per_s {
+                Self::TooSlow
+            } else {
+                Self::TooFast
+            }),
+            _ => None,
+        });
+        let force = reasons.iter().find_map(|reason| match reason {
+            RedoReason::ForceOutOfBand { mean_n, min_n, .. } => Some(if mean_n < min_n {
+                Self::TooLight
+            } else {
+                Self::TooHard
+            }),
+            _ => None,
+        });
+        speed.or(force).unwrap_or(Self::Other)
+    }
 }

@@ -2,8 +2,8 @@
 
 use super::error::SessionError;
 use crate::order;
-use crate::participant::ParticipantId;
 use crate::protocol::{Condition, Order, Protocol};
+use participants::ParticipantId;
 
 /// A trial of a session.
 #[derive(Clone, Debug)]

@@ -4,6 +4,7 @@ use super::machine::Session;
 use super::observation::Hold;
 use super::participant_view::{Instruction, ParticipantView, Progress};
 use super::state::{OpenTrial, State, TrialStep};
+use crate::record::TrialOutcome;
 use crate::trial::TrialKey;
 
 impl Session {
@@ -18,11 +19,17 @@ impl Session {
             force_band: self.protocol.force,
             button: false,
             progress: None,
+            repeat: None,
         };
         match &self.state {
             State::Consent => {}
-            State::Analysing { key, .. } | State::Judged { key, .. } => {
+            State::Analysing { key, .. } => view.progress = Some(self.progress(key, None)),
+            State::Judged { key, reasons, .. } => {
                 view.progress = Some(self.progress(key, None));
+                let settled = self.outcome(key, reasons.clone());
+                if matches!(settled, TrialOutcome::Redo { .. }) {
+                    view.repeat = Some(reasons.as_slice().into());
+                }
             }
             State::Welcome => {
                 view.instruction = Instruction::Welcome;

@@ -175,5 +175,6 @@ pub fn options(study: &Path) -> cli::Run {
         mock_truth: None,
         shared: false,
         participant_display: None,
+        participant_window: None,
     }
 }

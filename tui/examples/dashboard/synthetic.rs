@@ -215,7 +215,7 @@ impl Script {
             force_band_n: Some((0.5, 0.8)),
             trial,
             trials,
-            rest_s: None,
+            ..ParticipantView::default()
         }));
     }
 

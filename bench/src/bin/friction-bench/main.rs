@@ -1,6 +1,7 @@
 //! `friction-bench`: the composition root. Here, and nowhere else, it is decided which hardware there is.
 
 mod found;
+mod participant;
 mod printed;
 #[cfg_attr(not(target_os = "linux"), path = "no_gpio.rs")]
 mod real_gpio;
@@ -21,7 +22,7 @@ use friction_bench::apparatus::{Apparatus, pace};
 use friction_bench::cli::{
     self, Calibrate, Check, Cli, Command, Devices, Drill, Monitor, Run, Speed,
 };
-use friction_bench::displays::{self, Displays};
+use friction_bench::displays::Displays;
 use friction_bench::run::{self, Plan, ProtocolFile};
 use friction_bench::shell_words::quoted;
 use friction_bench::verbosity::Verbosity;
@@ -70,6 +71,7 @@ fn passed_or_failed(passed: bool) -> ExitCode {
 fn dispatch(command: Command, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     match command {
         Command::Run(options) => run(&options, verbosity),
+        Command::Participant(options) => participant::open(&options).map(|()| ExitCode::SUCCESS),
         Command::Monitor(options) => watch(&options, verbosity),
         Command::Calibrate(options) => calibrate(&options, verbosity),
         Command::Drill(options) => rehearse(&options, verbosity),
@@ -356,6 +358,7 @@ fn run(options: &Run, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     let mut plan = Plan::new(bench, options)?;
     plan.rehearsed = rehearsed::words(&faults);
     verbosity.note(format_args!("protocol: {}", plan.protocol.file));
+    let displays = participant::displays(options, &plan.protocol.protocol.texts(), print)?;
     require_terminal(options.headless)?;
     require_estop(plan.bench.config(), &options.hardware, options.headless)?;
     let ready = require_ready(
@@ -373,9 +376,7 @@ fn run(options: &Run, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
         options.mock_truth.as_deref(),
         &faults,
     )?;
-    if let Some(terminal) = &options.participant_display {
-        apparatus.displays.add(displays::terminal(terminal)?);
-    }
+    apparatus.displays = displays;
     let (study, participant) = (plan.study.clone(), plan.participant.clone());
     let (report, kept_up) = run::run(plan, apparatus, std::io::stdout())?;
     let mut stdout = std::io::stdout();

@@ -13,6 +13,7 @@ use devices::loudspeaker::Tone;
 use drill::{Deed, FaultHand};
 use friction_bench::apparatus::{Apparatus, Watcher};
 use friction_bench::cli::Speed;
+use friction_bench::displays::Displays;
 use friction_bench::rehearsed;
 use jiff::Timestamp;
 use mock_hw::apparatus::{
@@ -210,7 +211,7 @@ pub fn apparatus(
     Ok(Apparatus {
         hardware,
         watchers,
-        displays: friction_bench::displays::Displays::default(),
+        displays: Displays::default(),
         rehearsed: rehearsed::words(faults),
         hands: Some(hands),
         vibrometer_port: Some(vibrometer_port),
@@ -393,7 +394,7 @@ mod tests {
                 force_band_n: None,
                 trial: 0,
                 trials: 0,
-                rest_s: None,
+                ..tui::ParticipantView::default()
             };
             hand(&view, false, None);
             assert_eq!(switch.is_high().unwrap(), held, "{instruction:?}");

@@ -47,6 +47,42 @@ fn a_bad_trial_is_repeated_with_its_reasons_until_the_limit() {
     );
 }
 
+#[test]
+fn a_participant_is_told_why_a_trial_is_repeated_and_nothing_once_it_is_given_up() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.until_main(Phase::Baseline);
+    rig.normal_n = 1.2;
+    let mut told = Vec::new();
+    while rig.begun().last().unwrap().number == 2 {
+        rig.step(|_| {});
+        if rig.session.phase() == Phase::Verdict {
+            told.push(rig.session.view().repeat);
+        }
+    }
+    told.dedup();
+    assert_eq!(told, [Some(RepeatCause::TooHard), None]);
+}
+
+#[test]
+fn speed_is_told_before_force_and_what_is_not_the_participants_without_a_cause() {
+    let slow = RedoReason::SpeedOutOfBand {
+        exploration: 1,
+        speed_m_per_s: 0.02,
+        min_m_per_s: 0.0375,
+        max_m_per_s: 0.0625,
+    };
+    let light = RedoReason::ForceOutOfBand {
+        exploration: 1,
+        mean_n: 0.2,
+        min_n: 0.5,
+        max_n: 0.8,
+    };
+    let of = |reasons: &[RedoReason]| RepeatCause::from(reasons);
+    assert_eq!(of(&[light.clone(), slow]), RepeatCause::TooSlow);
+    assert_eq!(of(&[RedoReason::NotAnalysed, light]), RepeatCause::TooLight);
+    assert_eq!(of(&[RedoReason::NotAnalysed]), RepeatCause::Other);
+}
+
 /// Hazard 11.
 #[test]
 fn the_sessions_limit_of_repetitions_holds_over_all_trials() {

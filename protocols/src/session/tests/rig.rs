@@ -1,12 +1,12 @@
 //! A session with a scripted participant, and what must hold of it whatever happens.
 
 use crate::analysis::{ExplorationAnalysis, TrialAnalysis};
-use crate::participant::ParticipantId;
 use crate::protocol::{Protocol, built_in};
 use crate::record::TrialOutcome;
 use crate::session::*;
 use crate::stretch::{Instance, Stretch, StretchOutcome};
 use crate::trial::*;
+use participants::ParticipantId;
 use std::collections::HashSet;
 
 pub(super) const STEP_S: f64 = 0.02;

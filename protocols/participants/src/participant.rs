@@ -9,7 +9,7 @@ use std::str::FromStr;
 /// It can be used as a folder name: no separator, dot or space passes.
 ///
 /// ```
-/// use protocols::ParticipantId;
+/// use participants::ParticipantId;
 ///
 /// let participant: ParticipantId = "sub-07".parse()?;
 /// assert_eq!(participant.number(), Some(7));

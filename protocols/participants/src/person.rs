@@ -126,7 +126,7 @@ impl Person {
     /// [`PersonError`] says what is allowed.
     ///
     /// ```
-    /// use protocols::{Person, PersonDetail};
+    /// use participants::{Person, PersonDetail};
     ///
     /// let mut person = Person::default();
     /// person.set(PersonDetail::Age, "31")?;

@@ -1,0 +1,181 @@
+//! What the participant sees: the protocol's view in the screens' words. Neither crate knows the other.
+
+use std::sync::Arc;
+
+use protocols::{Direction, ParticipantView, Protocol, Slider, Texts};
+
+use crate::screen_words::whole_seconds;
+
+/// What of the participant's screen is the same through a session.
+#[derive(Clone, Debug)]
+pub struct ParticipantScreen {
+    texts: Arc<Texts>,
+    plate_m: f64,
+    /// The slider from left to right, and from right to left.
+    sliders: [Slider; 2],
+    show_finger: bool,
+    practices: u32,
+    trials: u32,
+    touch: bool,
+}
+
+impl ParticipantScreen {
+    /// A screen for a plate of this length; `touch` says that the bench has no button.
+    pub fn new(protocol: &Protocol, plate_m: f64, touch: bool) -> Self {
+        let practices = protocol.trials.practice;
+        Self {
+            texts: Arc::new(protocol.texts()),
+            plate_m,
+            sliders: [Direction::LeftToRight, Direction::RightToLeft]
+                .map(|direction| protocol.exploration.slider(direction)),
+            show_finger: protocol.exploration.show_finger,
+            practices,
+            trials: protocol.planned_trials() - practices,
+            touch,
+        }
+    }
+
+    /// Returns what is seen of a view that holds at `audio_s` on the bench's clock.
+    pub fn view(&self, view: &ParticipantView, audio_s: f64) -> tui::ParticipantView {
+        use protocols::Instruction as From;
+        use tui::Instruction as To;
+        let [to_right, to_left] = self.sliders;
+        let slider = match view.direction {
+            Some(Direction::RightToLeft) => to_left,
+            Some(Direction::LeftToRight) | None => to_right,
+        };
+        let resting = view.instruction == From::Rest;
+        let moves_at_s = match (view.instruction, view.slider_m, view.countdown_s) {
+            (From::GetReady, _, Some(left_s)) => Some(audio_s + left_s),
+            (From::FollowSlider, Some(slider_m), _) => {
+                Some(audio_s - (slider_m - slider.from_m).abs() / slider.speed_m_per_s)
+            }
+            _ => None,
+        };
+        let practice = view.progress.is_some_and(|progress| progress.practice);
+        let before = if practice { 0 } else { self.practices };
+        tui::ParticipantView {
+            instruction: match view.instruction {
+                From::Wait => To::Wait,
+                From::Welcome => To::Welcome,
+                From::ReleaseSwitch => To::ReleaseSwitch,
+                From::HoldSwitch => To::HoldSwitch,
+                From::SwitchReleased => To::SwitchReleased,
+                From::LiftFinger => To::LiftFinger,
+                From::PlaceFinger => To::PlaceFinger,
+                From::GetReady => To::GetReady,
+                From::FollowSlider => To::FollowSlider,
+                From::Feedback => To::Feedback,
+                From::Rest => To::Rest,
+                From::Paused => To::Paused,
+                From::Finished => To::Finished,
+            },
+            slider_m: view.slider_m,
+            plate_m: self.plate_m,
+            start_m: slider.from_m,
+            end_m: slider.to_m,
+            countdown: view.countdown_s.filter(|_| !resting).map(whole_seconds),
+            mean_force_n: view.mean_force_n,
+            force_band_n: Some((view.force_band.min_n, view.force_band.max_n)),
+            trial: view
+                .progress
+                .map_or(0, |progress| progress.trial.saturating_sub(before)),
+            trials: if practice {
+                self.practices
+            } else {
+                self.trials
+            },
+            practice,
+            rest_s: view.countdown_s.filter(|_| resting),
+            repeat: view.repeat.map(|cause| match cause {
+                protocols::RepeatCause::TooSlow => tui::Repeat::TooSlow,
+                protocols::RepeatCause::TooFast => tui::Repeat::TooFast,
+                protocols::RepeatCause::TooLight => tui::Repeat::TooLight,
+                protocols::RepeatCause::TooHard => tui::Repeat::TooHard,
+                protocols::RepeatCause::Other => tui::Repeat::Other,
+            }),
+            button: view.button,
+            touch: self.touch,
+            audio_s,
+            moves_at_s,
+            speed_m_per_s: slider.speed_m_per_s,
+            show_finger: self.show_finger,
+            texts: self.texts.clone(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use protocols::{ForceBand, Instruction, Progress, built_in};
+
+    use super::*;
+
+    fn screen() -> (Protocol, ParticipantScreen) {
+        let text = built_in("huloux2021").unwrap();
+        let protocol = Protocol::parse(&format!("language = \"nl\"\n{text}"), "p.toml").unwrap();
+        let screen = ParticipantScreen::new(&protocol, 0.105, false);
+        (protocol, screen)
+    }
+
+    fn view(instruction: Instruction, trial: u32) -> ParticipantView {
+        ParticipantView {
+            instruction,
+            slider_m: Some(0.095),
+            direction: Some(Direction::RightToLeft),
+            countdown_s: Some(2.5),
+            mean_force_n: None,
+            force_band: ForceBand {
+                min_n: 0.5,
+                max_n: 0.8,
+                contact_n: 0.1,
+            },
+            button: false,
+            progress: Some(Progress {
+                trial,
+                trials: 12,
+                exploration: 2,
+                explorations: 2,
+                practice: trial <= 2,
+                attempt: 1,
+            }),
+            repeat: None,
+        }
+    }
+
+    #[test]
+    fn practice_is_counted_apart() {
+        let (_, screen) = screen();
+        let counted = |trial| {
+            let shown = screen.view(&view(Instruction::Wait, trial), 0.0);
+            shown
+                .texts
+                .counted(shown.practice, shown.trial, shown.trials)
+        };
+        assert_eq!(counted(2), "oefening 2 van 2");
+        assert_eq!(counted(3), "proef 1 van 10");
+        assert_eq!(counted(12), "proef 10 van 10");
+    }
+
+    #[test]
+    fn when_the_slider_moves_is_known_from_the_countdown_on() {
+        let (protocol, screen) = screen();
+        let ready = screen.view(&view(Instruction::GetReady, 3), 10.0);
+        assert_eq!(ready.moves_at_s, Some(12.5));
+        assert_eq!((ready.start_m, ready.end_m), (0.095, 0.010));
+        let slider = protocol.exploration.slider(Direction::RightToLeft);
+        let under_way = ParticipantView {
+            slider_m: Some(slider.position_m(0.7)),
+            countdown_s: None,
+            ..view(Instruction::FollowSlider, 3)
+        };
+        let moves_at_s = screen.view(&under_way, 13.2).moves_at_s.unwrap();
+        assert!((moves_at_s - 12.5).abs() < 1e-9, "{moves_at_s}");
+        assert_eq!(
+            screen
+                .view(&view(Instruction::PlaceFinger, 3), 1.0)
+                .moves_at_s,
+            None
+        );
+    }
+}

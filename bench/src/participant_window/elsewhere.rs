@@ -1,0 +1,56 @@
+//! The participant's window on a system without Unix sockets: opening it always fails.
+
+use std::convert::Infallible;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use crossbeam_channel::Sender;
+use protocols::Texts;
+use tasks::Task;
+
+use crate::displays::ParticipantDisplay;
+use crate::journal::Entry;
+
+/// The participant's window; on this system there is none.
+pub struct WindowDisplay(Infallible);
+
+/// Returns the socket's name, which no program opens here.
+#[must_use]
+pub fn default_socket() -> PathBuf {
+    "participant.sock".into()
+}
+
+impl WindowDisplay {
+    /// Opens nothing.
+    ///
+    /// # Errors
+    /// Always.
+    pub fn open(
+        _: &Path,
+        _: &Texts,
+        _: Duration,
+        _: impl FnOnce(&Path) -> anyhow::Result<()>,
+    ) -> anyhow::Result<Self> {
+        anyhow::bail!(
+            "the participant's window needs Linux or macOS; run without --participant-window"
+        )
+    }
+}
+
+impl ParticipantDisplay for WindowDisplay {
+    fn name(&self) -> String {
+        match self.0 {}
+    }
+
+    fn show(&mut self, _: &tui::ParticipantView) {
+        match self.0 {}
+    }
+
+    fn lost(&mut self) -> Option<String> {
+        match self.0 {}
+    }
+
+    fn task(&mut self, _: &Sender<Entry>) -> Option<Box<dyn Task>> {
+        match self.0 {}
+    }
+}

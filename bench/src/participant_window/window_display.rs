@@ -1,0 +1,253 @@
+//! The participant's window on a Unix socket: a display that never waits, and the task that does its talking.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use crossbeam_channel::{Receiver, Sender};
+use participant_window::message::{Beat, Shown};
+use participant_window::place;
+use participant_window::seat::{Seat, SeatEvent};
+use protocols::Texts;
+use serde::Serialize;
+use serde_json::{Map, Value};
+use tasks::{Slot, Task};
+use tui::event::LogLevel;
+
+use super::shown::shown;
+use crate::displays::ParticipantDisplay;
+use crate::journal::Entry;
+
+/// Notices that wait for the operator at most; a window that says more is not heard.
+const MOST_NOTICES: usize = 64;
+/// A window that is open meets a new session within this time.
+const AT_ONCE: Duration = Duration::from_millis(1200);
+
+/// What display and task share.
+#[derive(Default)]
+struct Shared {
+    shown: Slot<Shown>,
+    beat: Slot<Beat>,
+    /// Why no window is there.
+    lost: Slot<Option<String>>,
+}
+
+/// The participant's window, as a session sees it.
+pub struct WindowDisplay {
+    shared: Arc<Shared>,
+    shown: Option<Shown>,
+    show_finger: bool,
+    notices: Receiver<(LogLevel, String)>,
+    /// Until the task takes it.
+    task: Option<Waiting>,
+}
+
+/// What the task will have.
+struct Waiting {
+    seat: Seat,
+    said: Sender<(LogLevel, String)>,
+    came: Vec<SeatEvent>,
+}
+
+/// Returns the socket where session and window meet when none is named.
+#[must_use]
+pub fn default_socket() -> PathBuf {
+    let runtime = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from);
+    place::socket(runtime, &std::env::temp_dir())
+}
+
+impl WindowDisplay {
+    /// Opens the socket and waits for a window, which says in these texts that there is nothing to do yet. `waiting` is called
+    /// with the socket if no window is there at once.
+    ///
+    /// # Errors
+    /// When the socket is another session's, or not in a folder that is this user's alone; when no window comes.
+    pub fn open(
+        socket: &Path,
+        texts: &Texts,
+        patience: Duration,
+        waiting: impl FnOnce(&Path) -> anyhow::Result<()>,
+    ) -> anyhow::Result<Self> {
+        let (said, notices) = crossbeam_channel::bounded(MOST_NOTICES);
+        let mut seat = Seat::open(socket)?;
+        seat.show(Shown {
+            title: texts.wait.to_string(),
+            silent: texts.paused.to_string(),
+            ..Shown::default()
+        });
+        let came = come(&mut seat, AT_ONCE).or_else(|| {
+            waiting(socket).ok()?;
+            come(&mut seat, patience)
+        });
+        let Some(came) = came else {
+            anyhow::bail!(
+                "no participant's window came to {} within {} s: start `friction-bench participant` in another terminal \
+                 first, with the same --socket if one is given here",
+                socket.display(),
+                patience.as_secs()
+            );
+        };
+        Ok(Self {
+            shared: Arc::default(),
+            shown: None,
+            show_finger: false,
+            notices,
+            task: Some(Waiting { seat, said, came }),
+        })
+    }
+}
+
+/// Waits for a window; returns what came.
+fn come(seat: &mut Seat, patience: Duration) -> Option<Vec<SeatEvent>> {
+    let begun = Instant::now();
+    while begun.elapsed() < patience {
+        let events = seat.look(place::shared_s());
+        if events
+            .iter()
+            .any(|event| matches!(event, SeatEvent::Taken(_)))
+        {
+            return Some(events);
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    None
+}
+
+impl ParticipantDisplay for WindowDisplay {
+    fn name(&self) -> String {
+        "participant's window".to_owned()
+    }
+
+    fn show(&mut self, view: &tui::ParticipantView) {
+        self.show_finger = view.show_finger;
+        let shown = shown(view, self.shown.as_ref());
+        if self.shown.as_ref() != Some(&shown) {
+            self.shared.shown.set(shown.clone());
+            self.shown = Some(shown);
+        }
+    }
+
+    fn beat(&mut self, audio_s: f64, position_m: Option<f64>) {
+        self.shared.beat.set(Beat {
+            audio_s,
+            shared_s: place::shared_s(),
+            finger_m: position_m.filter(|_| self.show_finger),
+        });
+    }
+
+    fn lost(&mut self) -> Option<String> {
+        self.shared.lost.get().flatten()
+    }
+
+    fn notices(&mut self) -> Vec<(LogLevel, String)> {
+        self.notices.try_iter().collect()
+    }
+
+    fn task(&mut self, journal: &Sender<Entry>) -> Option<Box<dyn Task>> {
+        let Waiting { seat, said, came } = self.task.take()?;
+        let mut task = WindowTask {
+            seat,
+            shared: self.shared.clone(),
+            said,
+            journal: journal.clone(),
+            beat: None,
+            is_virtual: false,
+        };
+        came.into_iter().for_each(|event| task.take(event));
+        Some(Box::new(task))
+    }
+}
+
+/// The task at the socket.
+struct WindowTask {
+    seat: Seat,
+    shared: Arc<Shared>,
+    said: Sender<(LogLevel, String)>,
+    journal: Sender<Entry>,
+    beat: Option<Beat>,
+    is_virtual: bool,
+}
+
+impl WindowTask {
+    fn say(&self, level: LogLevel, text: String) {
+        let _dropped_when_nobody_reads = self.said.try_send((level, text));
+    }
+
+    fn keep(&self, event: &str, data: &impl Serialize) {
+        let mut entry = Map::from_iter([("event".to_owned(), Value::from(event))]);
+        if let Ok(Value::Object(data)) = serde_json::to_value(data) {
+            entry.extend(data);
+        }
+        entry.insert("virtual_display".to_owned(), self.is_virtual.into());
+        let t_s = self.beat.map_or(0.0, |beat| beat.audio_s);
+        // The journal's end is seen by its own task.
+        let _ = self.journal.send(Entry::Display { t_s, data: entry });
+    }
+
+    fn take(&mut self, event: SeatEvent) {
+        match event {
+            SeatEvent::Taken(display) => {
+                self.is_virtual = display.virtual_display;
+                self.shared.lost.set(None);
+                self.say(
+                    LogLevel::Info,
+                    format!("the participant's window is on {}", display.in_words()),
+                );
+                self.keep("window_opened", &display);
+            }
+            SeatEvent::Left { why } => self.shared.lost.set(Some(why)),
+            SeatEvent::Explored(report) => {
+                if report.slider_error_max_m > 3.0 * report.frame_m {
+                    self.say(
+                        LogLevel::Warning,
+                        format!(
+                            "the slider on the participant's window was up to {:.1} mm off: {} of {} frames did not come in \
+                             time; close other programs",
+                            1e3 * report.slider_error_max_m,
+                            report.dropped,
+                            report.frames.saturating_add(report.dropped)
+                        ),
+                    );
+                }
+                self.keep("exploration_shown", &report);
+            }
+            SeatEvent::Trouble { text } => {
+                self.say(
+                    LogLevel::Warning,
+                    format!("the participant's window: {text}"),
+                );
+                self.keep(
+                    "window_trouble",
+                    &Map::from_iter([("text".to_owned(), Value::from(text))]),
+                );
+            }
+        }
+    }
+}
+
+impl Task for WindowTask {
+    fn name(&self) -> &'static str {
+        "participant's window"
+    }
+
+    fn period(&self) -> Duration {
+        Duration::from_millis(4)
+    }
+
+    fn poll(&mut self, _now_ns: u64) -> anyhow::Result<()> {
+        for event in self.seat.look(place::shared_s()) {
+            self.take(event);
+        }
+        if let Some(shown) = self.shared.shown.get() {
+            self.seat.show(shown);
+        }
+        let beat = self.shared.beat.get();
+        if beat != self.beat {
+            self.beat = beat;
+            if let Some(beat) = beat {
+                self.seat.beat(beat);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,255 @@
+//! What the participant sees, drawn: a still picture for as long as nothing but slider and finger change, and these over it.
+
+use crate::canvas::{Canvas, Colour};
+use crate::geometry::Geometry;
+use crate::lettering::Typeface;
+use crate::message::{Feedback, Shown, Track};
+
+/// Colour of the ground.
+pub const GROUND: Colour = 0x0010_1418;
+/// Colour of what is to be read.
+pub const INK: Colour = 0x00f2_f2f2;
+/// Colour of what is beside the point.
+pub const FAINT: Colour = 0x0090_989e;
+/// Colour of the plate.
+pub const PLATE: Colour = 0x0058_6068;
+/// Colour of the slider, and of nothing else.
+pub const SLIDER: Colour = 0x00ff_b000;
+/// Colour of a force within the band.
+pub const GOOD: Colour = 0x0040_c060;
+/// Colour of the finger.
+pub const FINGER: Colour = 0x0060_d0ff;
+
+/// What of a page stands still: as long as it is equal, so is the picture.
+#[derive(Clone, Debug, PartialEq)]
+struct Still {
+    shown: Shown,
+    /// Seconds that are counted down, in words.
+    count: Option<String>,
+}
+
+/// The participant's page on a screen.
+#[derive(Debug)]
+pub struct Page {
+    face: Typeface,
+    geometry: Geometry,
+    still: Option<Still>,
+    background: Canvas,
+    frame: Canvas,
+}
+
+/// What is drawn over the still picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moving {
+    /// Where the slider is along the plate, m.
+    pub slider_m: Option<f64>,
+    /// Where the finger is along the plate, m.
+    pub finger_m: Option<f64>,
+}
+
+impl Page {
+    /// An empty page of a screen.
+    #[must_use]
+    pub fn new(face: Typeface, geometry: Geometry) -> Self {
+        // The casts saturate.
+        let (width, height) = (geometry.width as usize, geometry.height as usize);
+        Self {
+            face,
+            geometry,
+            still: None,
+            background: Canvas::new(width, height, GROUND),
+            frame: Canvas::new(width, height, GROUND),
+        }
+    }
+
+    /// Returns the screen that this is a page of.
+    #[must_use]
+    pub fn geometry(&self) -> Geometry {
+        self.geometry
+    }
+
+    /// Draws what is shown at a time on the bench's clock; `None` while the bench is silent. Returns the picture, and whether
+    /// more of it has changed than the rows in which things move.
+    pub fn draw(&mut self, shown: &Shown, audio_s: Option<f64>, moving: Moving) -> (&Canvas, bool) {
+        let still = Still {
+            shown: shown.clone(),
+            count: shown
+                .until_s
+                .zip(audio_s)
+                .map(|(until_s, now_s)| counted(until_s - now_s)),
+        };
+        let changed = self.still.as_ref() != Some(&still);
+        if changed {
+            self.background.clear(GROUND);
+            still_picture(&mut self.background, &self.face, self.geometry, &still);
+            self.frame.clone_from(&self.background);
+            self.still = Some(still);
+        } else {
+            self.frame
+                .copy_rows(&self.background, self.geometry.moving_rows());
+        }
+        if let Some(track) = &shown.track {
+            over(&mut self.frame, self.geometry, track, moving);
+        }
+        (&self.frame, changed)
+    }
+}
+
+/// Returns seconds left as they are shown: whole ones that have begun, with minutes from one on.
+fn counted(left_s: f64) -> String {
+    // The cast saturates.
+    let seconds = left_s.max(0.0).ceil() as u64;
+    if seconds >= 60 {
+        format!("{}:{:02}", seconds / 60, seconds % 60)
+    } else {
+        seconds.to_string()
+    }
+}
+
+fn still_picture(canvas: &mut Canvas, face: &Typeface, on: Geometry, still: &Still) {
+    let (middle, height) = (on.width / 2.0, on.height);
+    let shown = &still.shown;
+    if let Some(progress) = &shown.progress {
+        face.write(
+            canvas,
+            progress,
+            (middle, height * 0.07),
+            height / 30.0,
+            FAINT,
+        );
+    }
+    let mut below = lines(
+        canvas,
+        face,
+        on,
+        (&shown.title, height * 0.2, height / 13.0),
+        INK,
+    );
+    if let Some(then) = &shown.then {
+        let ink = if shown.now { INK } else { FAINT };
+        below = lines(
+            canvas,
+            face,
+            on,
+            (then, below + height / 40.0, height / 18.0),
+            ink,
+        );
+    }
+    if let Some(count) = &still.count {
+        let em = (height * 0.5 - below).clamp(height / 20.0, height / 6.0);
+        face.write(canvas, count, (middle, height * 0.54), em, INK);
+    }
+    if let Some(shown) = &shown.feedback {
+        feedback(canvas, face, on, shown);
+    }
+    if let Some(track) = &shown.track {
+        plate(canvas, face, on, track);
+    }
+}
+
+/// Writes a text in as many lines as it takes; returns where the next one may begin.
+fn lines(
+    canvas: &mut Canvas,
+    face: &Typeface,
+    on: Geometry,
+    (text, top, em): (&str, f64, f64),
+    colour: Colour,
+) -> f64 {
+    let mut baseline = top;
+    for line in face.wrapped(text, em, on.width * 0.9) {
+        // A word wider than the screen is made to fit.
+        let fitting = (on.width * 0.96 / face.width(&line, em)).min(1.0);
+        face.write(
+            canvas,
+            &line,
+            (on.width / 2.0, baseline),
+            em * fitting,
+            colour,
+        );
+        baseline += 1.25 * em;
+    }
+    baseline
+}
+
+/// Draws the mean force on a bar, with the band in its middle.
+fn feedback(canvas: &mut Canvas, face: &Typeface, on: Geometry, shown: &Feedback) {
+    let (middle, height) = (on.width / 2.0, on.height);
+    face.write(
+        canvas,
+        &shown.words,
+        (middle, height * 0.42),
+        height / 14.0,
+        INK,
+    );
+    let band = shown
+        .band_n
+        .filter(|(low, high)| *low >= 0.0 && high > low && high.is_finite());
+    let Some((low_n, high_n)) = band else {
+        return;
+    };
+    let half = (on.width * 0.35).min(height * 0.5);
+    let at = |n: f64| middle - half + 2.0 * half * (n / (low_n + high_n)).clamp(0.0, 1.0);
+    let (top, bottom) = (height * 0.52, height * 0.57);
+    canvas.rectangle((middle - half, top), (middle + half, bottom), PLATE);
+    canvas.rectangle((at(low_n), top), (at(high_n), bottom), GOOD);
+    let (low, high) = &shown.ends;
+    let em = height / 32.0;
+    face.write(canvas, low, (at(low_n), bottom + 1.3 * em), em, FAINT);
+    face.write(canvas, high, (at(high_n), bottom + 1.3 * em), em, FAINT);
+    if let Some(mean_n) = shown.mean_n.filter(|n| n.is_finite()) {
+        let half_mark = (height / 200.0).max(1.5);
+        let (x, over) = (at(mean_n), height * 0.02);
+        canvas.rectangle(
+            (x - half_mark, top - over),
+            (x + half_mark, bottom + over),
+            INK,
+        );
+    }
+}
+
+/// Draws the plate with its marks, the way that the slider goes, and where the finger is to rest.
+fn plate(canvas: &mut Canvas, face: &Typeface, on: Geometry, track: &Track) {
+    let y = on.plate_y();
+    let (left, right) = (on.x(track, 0.0), on.x(track, track.plate_m));
+    let (from, to) = (
+        on.x(track, track.motion.from_m),
+        on.x(track, track.motion.to_m),
+    );
+    let thick = (on.height / 240.0).max(1.5);
+    canvas.rectangle((left, y - thick), (right, y + thick), PLATE);
+    let tick = on.fingertip();
+    for x in [from, to] {
+        canvas.rectangle((x - thick, y - tick), (x + thick, y + tick), FAINT);
+    }
+    let em = on.height / 30.0;
+    let words_y = y + on.fingertip() + 1.6 * em;
+    for (x, word) in [(from, &track.marks.0), (to, &track.marks.1)] {
+        let half = face.width(word, em) / 2.0;
+        let room = (half, (on.width - half).max(half));
+        face.write(canvas, word, (x.clamp(room.0, room.1), words_y), em, FAINT);
+    }
+    let arrow = if track.motion.to_m < track.motion.from_m {
+        "←"
+    } else {
+        "→"
+    };
+    face.write(canvas, arrow, ((from + to) / 2.0, words_y), 1.6 * em, FAINT);
+    if track.place {
+        canvas.ring((from, y), on.fingertip(), (2.0 * thick).max(2.0), INK);
+    }
+}
+
+/// Draws slider and finger.
+fn over(canvas: &mut Canvas, on: Geometry, track: &Track, moving: Moving) {
+    let y = on.plate_y();
+    if let Some(slider_m) = moving.slider_m.filter(|m| m.is_finite()) {
+        let (x, half) = (on.x(track, slider_m), on.half_slider());
+        let bottom = y - on.fingertip();
+        let top = bottom - on.slider_height();
+        canvas.rectangle((x - half, top), (x + half, bottom), SLIDER);
+    }
+    if let Some(finger_m) = moving.finger_m.filter(|m| m.is_finite()) {
+        let thick = (on.fingertip() / 4.0).max(2.0);
+        canvas.ring((on.x(track, finger_m), y), on.fingertip(), thick, FINGER);
+    }
+}

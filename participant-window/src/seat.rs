@@ -1,0 +1,408 @@
+//! The session's end of the socket: one window at a time, which is never waited for.
+
+use std::os::unix::net::UnixListener;
+use std::path::{Path, PathBuf};
+
+use crate::lines::{Ended, Lines};
+use crate::message::{Beat, Display, FORMAT, FrameReport, FromWindow, Shown, ToWindow};
+use crate::place::{self, PlaceError};
+
+/// A window that says nothing for this long hangs, s.
+const LONGEST_SILENCE_S: f64 = 2.0;
+/// Most messages of a window within a second: those of a flood are not read.
+const MOST_A_SECOND: u32 = 200;
+
+/// What has become of the window.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SeatEvent {
+    /// A window is there.
+    Taken(Display),
+    /// It is gone.
+    Left {
+        /// Why, in words.
+        why: String,
+    },
+    /// How it has shown an exploration.
+    Explored(FrameReport),
+    /// What the operator should know.
+    Trouble {
+        /// In words.
+        text: String,
+    },
+}
+
+/// The session's end of the socket.
+#[derive(Debug)]
+pub struct Seat {
+    path: PathBuf,
+    listener: UnixListener,
+    window: Option<Window>,
+    shown: Option<Shown>,
+}
+
+/// A connected window.
+#[derive(Debug)]
+struct Window {
+    lines: Lines,
+    ready: bool,
+    heard_s: f64,
+    /// Messages since a moment, s.
+    counted: (f64, u32),
+}
+
+impl Seat {
+    /// Opens the socket.
+    ///
+    /// # Errors
+    /// [`PlaceError`].
+    pub fn open(path: &Path) -> Result<Self, PlaceError> {
+        Ok(Self {
+            path: path.to_owned(),
+            listener: place::listen(path)?,
+            window: None,
+            shown: None,
+        })
+    }
+
+    /// Returns the socket.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Shows something else from now on.
+    pub fn show(&mut self, shown: Shown) {
+        if self.shown.as_ref() != Some(&shown) {
+            self.send(&ToWindow::Show(Box::new(shown.clone())));
+            self.shown = Some(shown);
+        }
+    }
+
+    /// Tells the window the bench's clock.
+    pub fn beat(&mut self, beat: Beat) {
+        self.send(&ToWindow::Beat(beat));
+    }
+
+    fn send(&mut self, message: &ToWindow) {
+        if let Some(window) = self.window.as_mut().filter(|window| window.ready) {
+            // What comes of it is seen at the next look.
+            let _ = window.lines.send(message);
+        }
+    }
+
+    /// Looks who has come and what was said; returns it. `now_s` is any clock that goes forward.
+    pub fn look(&mut self, now_s: f64) -> Vec<SeatEvent> {
+        let mut events = Vec::new();
+        let ended = self
+            .window
+            .as_mut()
+            .and_then(|window| window.hear(now_s, &mut events).err());
+        if let Some(ended) = ended {
+            self.dismiss(&ended.to_string(), &mut events);
+        }
+        if let Some(window) = self
+            .window
+            .as_mut()
+            .filter(|window| window.ready && !window.welcomed())
+        {
+            window.counted = (now_s, 0);
+            self.send(&ToWindow::Welcome { format: FORMAT });
+            if let Some(shown) = self.shown.clone() {
+                self.send(&ToWindow::Show(Box::new(shown)));
+            }
+        }
+        self.accept(now_s);
+        events
+    }
+
+    /// Lets the window go, with a word to it.
+    fn dismiss(&mut self, why: &str, events: &mut Vec<SeatEvent>) {
+        if let Some(mut window) = self.window.take() {
+            let why = why.to_owned();
+            let _ = window.lines.send(&ToWindow::Refused { why: why.clone() });
+            if window.ready {
+                events.push(SeatEvent::Left { why });
+            }
+        }
+    }
+
+    fn accept(&mut self, now_s: f64) {
+        let Ok((stream, _)) = self.listener.accept() else {
+            return;
+        };
+        if !place::is_ours(&stream) {
+            return;
+        }
+        let Ok(mut lines) = Lines::new(stream) else {
+            return;
+        };
+        if self.window.is_some() {
+            let why = "another window is at this session: close that one first".to_owned();
+            let _ = lines.send(&ToWindow::Refused { why });
+            return;
+        }
+        self.window = Some(Window {
+            lines,
+            ready: false,
+            heard_s: now_s,
+            counted: (f64::NAN, 0),
+        });
+    }
+}
+
+impl Drop for Seat {
+    fn drop(&mut self) {
+        self.send(&ToWindow::Bye);
+        // It is this session's until here: nobody else could bind it.
+        let _ = std::fs::remove_file(&self.path);
+    }
+}
+
+impl Window {
+    fn welcomed(&self) -> bool {
+        !self.counted.0.is_nan()
+    }
+
+    /// Takes what the window says.
+    fn hear(&mut self, now_s: f64, events: &mut Vec<SeatEvent>) -> Result<(), Ended> {
+        self.lines.flush()?;
+        for message in self.lines.receive::<FromWindow>(16)? {
+            self.heard_s = now_s;
+            if self.welcomed() {
+                self.count(now_s)?;
+            }
+            match message {
+                FromWindow::Ready(display) if !self.ready => {
+                    require(&display)?;
+                    self.ready = true;
+                    events.push(SeatEvent::Taken(display));
+                }
+                FromWindow::Alive if self.ready => {}
+                FromWindow::Explored(report) if self.ready => {
+                    events.push(SeatEvent::Explored(report))
+                }
+                FromWindow::Trouble { text } if self.ready => {
+                    events.push(SeatEvent::Trouble { text })
+                }
+                _ => {
+                    return Err(Ended::Garbage(
+                        "not what a window says at this point".to_owned(),
+                    ));
+                }
+            }
+        }
+        if now_s - self.heard_s > LONGEST_SILENCE_S {
+            return Err(Ended::Stuck);
+        }
+        Ok(())
+    }
+
+    fn count(&mut self, now_s: f64) -> Result<(), Ended> {
+        if now_s - self.counted.0 > 1.0 {
+            self.counted = (now_s, 0);
+        }
+        self.counted.1 += 1;
+        if self.counted.1 > MOST_A_SECOND {
+            return Err(Ended::Garbage(format!(
+                "more than {MOST_A_SECOND} messages a second"
+            )));
+        }
+        Ok(())
+    }
+}
+
+/// Requires a display that there can be.
+fn require(display: &Display) -> Result<(), Ended> {
+    let can_be = display.format == FORMAT
+        && display.width_px > 0
+        && display.height_px > 0
+        && (1e-5..=2e-3).contains(&display.pixel_m)
+        && (1e-3..=1.0).contains(&display.refresh_s)
+        && display.monitor.chars().count() <= 200;
+    if can_be {
+        return Ok(());
+    }
+    let format = display.format;
+    Err(Ended::Garbage(format!(
+        "not a display that this program knows (format {format}, here {FORMAT}): use the same version for both"
+    )))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs::{Permissions, set_permissions};
+    use std::io::Write;
+    use std::os::unix::fs::PermissionsExt;
+    use std::os::unix::net::UnixStream;
+
+    use super::*;
+
+    struct Rig {
+        _folder: tempfile::TempDir,
+        seat: Seat,
+        now_s: f64,
+    }
+
+    impl Rig {
+        fn new() -> Self {
+            let folder = tempfile::tempdir().unwrap();
+            set_permissions(folder.path(), Permissions::from_mode(0o700)).unwrap();
+            let seat = Seat::open(&folder.path().join("s")).unwrap();
+            Self {
+                _folder: folder,
+                seat,
+                now_s: 0.0,
+            }
+        }
+
+        fn connect(&mut self) -> Lines {
+            let stream = UnixStream::connect(self.seat.path()).unwrap();
+            assert!(self.look().is_empty());
+            Lines::new(stream).unwrap()
+        }
+
+        fn look(&mut self) -> Vec<SeatEvent> {
+            self.now_s += 0.01;
+            self.seat.look(self.now_s)
+        }
+
+        fn seated(&mut self) -> Lines {
+            let mut window = self.connect();
+            window.send(&FromWindow::Ready(display())).unwrap();
+            assert_eq!(self.look(), [SeatEvent::Taken(display())]);
+            window
+        }
+    }
+
+    fn display() -> Display {
+        Display {
+            format: FORMAT,
+            monitor: "HDMI-1".to_owned(),
+            width_px: 1920,
+            height_px: 1080,
+            pixel_m: 2.768e-4,
+            refresh_s: 1.0 / 60.0,
+            virtual_display: false,
+        }
+    }
+
+    fn shown(title: &str) -> Shown {
+        Shown {
+            title: title.to_owned(),
+            ..Shown::default()
+        }
+    }
+
+    #[test]
+    fn a_window_that_comes_late_or_again_is_shown_what_it_should_show() {
+        let mut rig = Rig::new();
+        rig.seat.show(shown("Please wait"));
+        for _ in 0..2 {
+            let mut window = rig.seated();
+            let told: Vec<ToWindow> = window.receive(9).unwrap();
+            let show = ToWindow::Show(Box::new(shown("Please wait")));
+            assert_eq!(told, [ToWindow::Welcome { format: FORMAT }, show]);
+            drop(window);
+            let why = "it was closed".to_owned();
+            assert_eq!(rig.look(), [SeatEvent::Left { why }]);
+        }
+    }
+
+    #[test]
+    fn a_second_window_is_told_of_the_first() {
+        let mut rig = Rig::new();
+        let _first = rig.seated();
+        let mut second = rig.connect();
+        let told: Vec<ToWindow> = second.receive(9).unwrap();
+        assert!(matches!(&told[..], [ToWindow::Refused { why }] if why.contains("another window")));
+    }
+
+    #[test]
+    fn a_window_that_hangs_floods_or_talks_nonsense_is_let_go_of() {
+        let mut rig = Rig::new();
+        let hanging = rig.seated();
+        rig.now_s += LONGEST_SILENCE_S;
+        assert!(matches!(&rig.look()[..], [SeatEvent::Left { .. }]));
+        drop(hanging);
+        let mut flood = rig.seated();
+        for _ in 0..1000 {
+            let _ = flood.send(&FromWindow::Alive);
+        }
+        let events: Vec<SeatEvent> = (0..30).flat_map(|_| rig.look()).collect();
+        assert!(
+            matches!(&events[..], [SeatEvent::Left { why }] if why.contains("messages a second"))
+        );
+        let mut nonsense = rig.seated();
+        nonsense.send(&FromWindow::Ready(display())).unwrap();
+        assert!(matches!(&rig.look()[..], [SeatEvent::Left { .. }]));
+        let _fine = rig.seated();
+    }
+
+    #[test]
+    fn who_is_no_window_is_let_go_of_without_a_word_to_the_operator() {
+        let mut rig = Rig::new();
+        for bytes in [
+            b"\xff\xff\n".as_slice(),
+            b"\"alive\"\n",
+            b"{\"ready\":{}}\n",
+            b"\n",
+        ] {
+            let mut stream = UnixStream::connect(rig.seat.path()).unwrap();
+            stream.write_all(bytes).unwrap();
+            assert!(rig.look().is_empty() && rig.look().is_empty());
+            assert!(rig.seat.window.is_none());
+        }
+        for wrong in [
+            Display {
+                pixel_m: f64::MAX,
+                ..display()
+            },
+            Display {
+                refresh_s: 0.0,
+                ..display()
+            },
+            Display {
+                format: FORMAT + 1,
+                ..display()
+            },
+            Display {
+                width_px: 0,
+                ..display()
+            },
+        ] {
+            let mut window = rig.connect();
+            window.send(&FromWindow::Ready(wrong)).unwrap();
+            assert!(rig.look().is_empty() && rig.seat.window.is_none());
+        }
+        let _silent = rig.connect();
+        rig.now_s += LONGEST_SILENCE_S;
+        assert!(rig.look().is_empty() && rig.seat.window.is_none());
+    }
+
+    #[test]
+    fn a_window_that_reads_nothing_never_holds_the_session_up() {
+        let mut rig = Rig::new();
+        let mut window = rig.seated();
+        let left = (0..20_000).any(|i| {
+            rig.seat.beat(Beat {
+                audio_s: f64::from(i),
+                shared_s: f64::from(i),
+                finger_m: None,
+            });
+            if i % 100 == 0 {
+                let _ = window.send(&FromWindow::Alive);
+            }
+            !rig.look().is_empty()
+        });
+        assert!(left);
+    }
+
+    #[test]
+    fn the_socket_goes_with_the_session() {
+        let rig = Rig::new();
+        let path = rig.seat.path().to_owned();
+        assert!(path.exists());
+        drop(rig.seat);
+        assert!(!path.exists());
+    }
+}

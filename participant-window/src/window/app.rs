@@ -1,0 +1,349 @@
+//! The window's life: monitor, ruler page, session, keys, frames.
+
+use std::num::NonZeroU32;
+use std::rc::Rc;
+use std::time::{Duration, Instant};
+
+use softbuffer::{Context, Rect, Surface};
+use winit::application::ApplicationHandler;
+use winit::event::{ElementState, KeyEvent, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow};
+use winit::keyboard::{Key, ModifiersState, NamedKey};
+use winit::window::{Fullscreen, Window, WindowId};
+
+use super::error::WindowError;
+use super::link::Link;
+use super::monitor;
+use super::options::Options;
+use super::stage::Stage;
+use crate::canvas::Canvas;
+use crate::geometry::Geometry;
+use crate::lettering::Typeface;
+use crate::message::{Display, FORMAT};
+use crate::page::{Moving, Page};
+use crate::place::shared_s;
+use crate::ruler::{ASSUMED_PIXEL_M, Ruler};
+use crate::scales::Scales;
+
+/// The window.
+pub(super) struct App {
+    options: Options,
+    face: Typeface,
+    scales: Scales,
+    link: Link,
+    stage: Stage,
+    screen: Option<Screen>,
+    ruler: Option<Ruler>,
+    modifiers: ModifiersState,
+    error: Option<WindowError>,
+}
+
+/// The window on its monitor.
+struct Screen {
+    surface: Surface<Rc<Window>, Rc<Window>>,
+    page: Page,
+    display: Display,
+    /// When the next frame is due.
+    due: Instant,
+    /// Time from the beginning of a frame to its presentation, s.
+    lead_s: f64,
+    moving: Moving,
+    /// Whether all of the window must be drawn anew.
+    stale: bool,
+}
+
+fn failed(error: impl std::fmt::Display) -> WindowError {
+    WindowError::Failed(error.to_string())
+}
+
+impl App {
+    pub(super) fn new(options: Options, face: Typeface, scales: Scales) -> Self {
+        Self {
+            link: Link::new(options.socket.clone()),
+            options,
+            face,
+            scales,
+            stage: Stage::default(),
+            screen: None,
+            ruler: None,
+            modifiers: ModifiersState::empty(),
+            error: None,
+        }
+    }
+
+    /// Returns why the window has ended, if not because it was closed.
+    pub(super) fn into_error(self) -> Option<WindowError> {
+        self.error
+    }
+
+    fn open(&mut self, events: &ActiveEventLoop) -> Result<(), WindowError> {
+        let monitor = monitor::chosen(events, self.options.monitor.as_deref())?;
+        let size = monitor.size();
+        // Without a window manager nobody makes it as large as the monitor, so it is from the start.
+        let attributes = Window::default_attributes()
+            .with_title("friction-bench: participant")
+            .with_decorations(false)
+            .with_inner_size(size)
+            .with_position(monitor.position())
+            .with_fullscreen(Some(Fullscreen::Borderless(Some(monitor.clone()))));
+        let window = Rc::new(events.create_window(attributes).map_err(failed)?);
+        window.set_cursor_visible(false);
+        let context = Context::new(window.clone()).map_err(failed)?;
+        let surface = Surface::new(&context, window.clone()).map_err(failed)?;
+        let name = monitor::name(&monitor);
+        let known_m = self.scales.pixel_m(&name, (size.width, size.height));
+        let pixel_m = known_m.unwrap_or(ASSUMED_PIXEL_M);
+        if self.options.ruler || known_m.is_none() {
+            self.ruler = Some(Ruler::new(size.width, pixel_m));
+        }
+        let display = Display {
+            format: FORMAT,
+            virtual_display: monitor::is_virtual(&name),
+            monitor: name,
+            width_px: size.width.max(1),
+            height_px: size.height.max(1),
+            pixel_m,
+            refresh_s: monitor::refresh_s(&monitor),
+        };
+        let page = Page::new(self.face.clone(), geometry(&display));
+        self.screen = Some(Screen {
+            surface,
+            page,
+            display,
+            due: Instant::now(),
+            lead_s: 0.0,
+            moving: Moving::default(),
+            stale: true,
+        });
+        Ok(())
+    }
+
+    /// Draws the frame that is due; returns when the next is.
+    fn frame(&mut self) -> Result<Option<Instant>, WindowError> {
+        let Some(screen) = &mut self.screen else {
+            return Ok(None);
+        };
+        let now = Instant::now();
+        if now < screen.due {
+            return Ok(Some(screen.due));
+        }
+        let refresh = Duration::from_secs_f64(screen.display.refresh_s);
+        // What is late is not made up for.
+        screen.due = (screen.due + refresh).max(now);
+        if let Some(ruler) = &self.ruler {
+            if screen.stale {
+                screen.show_ruler(ruler, &self.face)?;
+            }
+            return Ok(Some(screen.due));
+        }
+        let begun_s = shared_s();
+        let heard = self.link.look(begun_s, &screen.display);
+        for message in heard.messages {
+            self.stage.take(message);
+        }
+        match heard.lost {
+            Some(why) => self.stage.lost(&why),
+            None => self.stage.waiting(),
+        }
+        let refresh_s = screen.display.refresh_s;
+        // The slider is where it ought to be in the middle of the frame's time on the screen.
+        let (shown, audio_s, moving) = self.stage.at(begun_s + screen.lead_s + refresh_s / 2.0);
+        let moves = self.stage.moves(begun_s);
+        screen.show(&shown, audio_s, moving, moves)?;
+        let presented_s = shared_s();
+        if moves {
+            screen.lead_s += 0.1 * (presented_s - begun_s - screen.lead_s);
+        }
+        if let Some(report) = self
+            .stage
+            .presented(presented_s, moving.slider_m, refresh_s)
+        {
+            self.link.say(&report);
+        }
+        for trouble in self.stage.troubles(screen.page.geometry(), &self.face) {
+            self.link.say(&trouble);
+        }
+        Ok(Some(screen.due))
+    }
+
+    fn key(&mut self, events: &ActiveEventLoop, key: &Key) -> Result<(), WindowError> {
+        let Some(screen) = &mut self.screen else {
+            return Ok(());
+        };
+        screen.stale = true;
+        let control = self.modifiers.control_key();
+        match (key, &mut self.ruler) {
+            (Key::Character(letter), _) if control && letter.eq_ignore_ascii_case("q") => {
+                events.exit()
+            }
+            (Key::Character(letter), None) if control && letter.eq_ignore_ascii_case("r") => {
+                // Who matches a ruler sees no session.
+                self.link.leave();
+                self.stage.lost("");
+                self.ruler = Some(Ruler::new(screen.display.width_px, screen.display.pixel_m));
+            }
+            (Key::Named(named), Some(ruler)) => match named {
+                NamedKey::ArrowRight => ruler.adjust(1),
+                NamedKey::ArrowLeft => ruler.adjust(-1),
+                NamedKey::ArrowUp => ruler.adjust(10),
+                NamedKey::ArrowDown => ruler.adjust(-10),
+                NamedKey::Escape => self.ruler = None,
+                NamedKey::Enter => {
+                    let display = &mut screen.display;
+                    display.pixel_m = ruler.pixel_m();
+                    let size = (display.width_px, display.height_px);
+                    self.scales.keep(&display.monitor, size, display.pixel_m)?;
+                    screen.page = Page::new(self.face.clone(), geometry(&screen.display));
+                    self.ruler = None;
+                }
+                _ => {}
+            },
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn end(&mut self, events: &ActiveEventLoop, error: WindowError) {
+        self.error = Some(error);
+        events.exit();
+    }
+}
+
+fn geometry(display: &Display) -> Geometry {
+    Geometry {
+        width: f64::from(display.width_px),
+        height: f64::from(display.height_px),
+        pixel_m: display.pixel_m,
+    }
+}
+
+impl Screen {
+    fn resized(&mut self, face: &Typeface, width: u32, height: u32) {
+        if (width, height) == (self.display.width_px, self.display.height_px)
+            || width == 0
+            || height == 0
+        {
+            return;
+        }
+        (self.display.width_px, self.display.height_px) = (width, height);
+        self.page = Page::new(face.clone(), geometry(&self.display));
+        self.stale = true;
+    }
+
+    /// Shows the participant's page, if anything on it has changed.
+    fn show(
+        &mut self,
+        shown: &crate::message::Shown,
+        audio_s: Option<f64>,
+        moving: Moving,
+        moves: bool,
+    ) -> Result<(), WindowError> {
+        let rows = self.page.geometry().moving_rows();
+        let (canvas, changed) = self.page.draw(shown, audio_s, moving);
+        if !(changed || moves || self.stale || moving != self.moving) {
+            return Ok(());
+        }
+        let whole = changed || self.stale;
+        present(&mut self.surface, canvas, (!whole).then_some(rows))?;
+        self.moving = moving;
+        self.stale = false;
+        Ok(())
+    }
+
+    fn show_ruler(&mut self, ruler: &Ruler, face: &Typeface) -> Result<(), WindowError> {
+        let (width, height) = self.page_size();
+        let mut canvas = Canvas::new(width, height, 0);
+        ruler.draw(&mut canvas, face);
+        present(&mut self.surface, &canvas, None)?;
+        self.stale = false;
+        Ok(())
+    }
+
+    fn page_size(&self) -> (usize, usize) {
+        (
+            self.display.width_px as usize,
+            self.display.height_px as usize,
+        )
+    }
+}
+
+/// Puts a picture, or rows of it, onto the window.
+fn present(
+    surface: &mut Surface<Rc<Window>, Rc<Window>>,
+    canvas: &Canvas,
+    rows: Option<std::ops::Range<usize>>,
+) -> Result<(), WindowError> {
+    let (width, height) = canvas.size();
+    let edge = |pixels: usize| u32::try_from(pixels).ok().and_then(NonZeroU32::new);
+    let (Some(columns), Some(lines)) = (edge(width), edge(height)) else {
+        return Ok(());
+    };
+    surface.resize(columns, lines).map_err(failed)?;
+    let mut buffer = surface.buffer_mut().map_err(failed)?;
+    // A buffer of another age lacks what was drawn in between.
+    let rows = rows.filter(|_| buffer.age() == 1).unwrap_or(0..height);
+    let (first, last) = (rows.start.min(height), rows.end.min(height));
+    let pixels = first * width..last * width;
+    if let (Some(to), Some(from)) = (buffer.get_mut(pixels.clone()), canvas.pixels().get(pixels)) {
+        to.copy_from_slice(from);
+    }
+    let Some(count) = edge(last - first) else {
+        return Ok(());
+    };
+    let damage = Rect {
+        x: 0,
+        y: u32::try_from(first).map_err(failed)?,
+        width: columns,
+        height: count,
+    };
+    buffer.present_with_damage(&[damage]).map_err(failed)
+}
+
+impl ApplicationHandler for App {
+    fn resumed(&mut self, events: &ActiveEventLoop) {
+        if self.screen.is_none()
+            && let Err(error) = self.open(events)
+        {
+            self.end(events, error);
+        }
+    }
+
+    fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        match event {
+            WindowEvent::CloseRequested | WindowEvent::Destroyed => events.exit(),
+            WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
+            WindowEvent::RedrawRequested => {
+                if let Some(screen) = &mut self.screen {
+                    screen.stale = true;
+                }
+            }
+            WindowEvent::Resized(size) => {
+                if let Some(screen) = &mut self.screen {
+                    screen.resized(&self.face, size.width, size.height);
+                }
+            }
+            WindowEvent::KeyboardInput {
+                event:
+                    KeyEvent {
+                        logical_key,
+                        state: ElementState::Pressed,
+                        ..
+                    },
+                ..
+            } => {
+                if let Err(error) = self.key(events, &logical_key) {
+                    self.end(events, error);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn about_to_wait(&mut self, events: &ActiveEventLoop) {
+        match self.frame() {
+            Ok(Some(due)) => events.set_control_flow(ControlFlow::WaitUntil(due)),
+            Ok(None) => events.set_control_flow(ControlFlow::Wait),
+            Err(error) => self.end(events, error),
+        }
+    }
+}

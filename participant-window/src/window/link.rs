@@ -1,0 +1,95 @@
+//! The window's end of the socket: it comes when a session is there, and comes again.
+
+use std::path::PathBuf;
+
+use crate::lines::Lines;
+use crate::message::{Display, FromWindow, ToWindow};
+use crate::place;
+
+/// Time between two tries to meet a session, s.
+const TRY_S: f64 = 0.5;
+/// Time between two signs of life, s.
+const ALIVE_S: f64 = 0.4;
+
+/// The window's end of the socket.
+pub(super) struct Link {
+    socket: PathBuf,
+    lines: Option<Lines>,
+    tried_s: f64,
+    said_s: f64,
+}
+
+/// What came of a look.
+#[derive(Default)]
+pub(super) struct Heard {
+    /// Messages of the session.
+    pub messages: Vec<ToWindow>,
+    /// Why the session is not there, once it is known.
+    pub lost: Option<String>,
+}
+
+impl Link {
+    pub(super) fn new(socket: PathBuf) -> Self {
+        Self {
+            socket,
+            lines: None,
+            tried_s: f64::NEG_INFINITY,
+            said_s: f64::NEG_INFINITY,
+        }
+    }
+
+    /// Looks for the session, and for what it says. `display` is what it is told of this window.
+    pub(super) fn look(&mut self, now_s: f64, display: &Display) -> Heard {
+        let mut heard = Heard::default();
+        let Some(lines) = &mut self.lines else {
+            if now_s - self.tried_s >= TRY_S {
+                self.tried_s = now_s;
+                match self.meet(display) {
+                    Ok(()) => self.said_s = now_s,
+                    Err(why) => heard.lost = why,
+                }
+            }
+            return heard;
+        };
+        let outcome = lines.flush().and_then(|()| lines.receive(256));
+        match outcome {
+            Ok(messages) => heard.messages = messages,
+            Err(ended) => {
+                self.lines = None;
+                heard.lost = Some(format!("the session is gone: {ended}"));
+            }
+        }
+        if now_s - self.said_s >= ALIVE_S {
+            self.said_s = now_s;
+            self.say(&FromWindow::Alive);
+        }
+        heard
+    }
+
+    /// Meets the session, if there is one.
+    fn meet(&mut self, display: &Display) -> Result<(), Option<String>> {
+        let in_words = |error: String| Some(error);
+        let stream = place::connect(&self.socket).map_err(|error| in_words(error.to_string()))?;
+        let stream = stream.ok_or(None)?;
+        let mut lines = Lines::new(stream).map_err(|error| in_words(error.to_string()))?;
+        let ready = FromWindow::Ready(display.clone());
+        lines
+            .send(&ready)
+            .map_err(|error| in_words(error.to_string()))?;
+        self.lines = Some(lines);
+        Ok(())
+    }
+
+    /// Says something to the session, if it is there.
+    pub(super) fn say(&mut self, message: &FromWindow) {
+        if let Some(lines) = &mut self.lines {
+            // What comes of it is seen at the next look.
+            let _ = lines.send(message);
+        }
+    }
+
+    /// Leaves the session.
+    pub(super) fn leave(&mut self) {
+        self.lines = None;
+    }
+}

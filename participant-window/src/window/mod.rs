@@ -1,0 +1,63 @@
+//! The window on a screen: `friction-bench participant`.
+
+mod app;
+mod error;
+mod link;
+mod monitor;
+mod options;
+mod stage;
+
+use winit::event_loop::EventLoop;
+
+use crate::lettering::Typeface;
+use crate::place;
+use crate::scales::Scales;
+
+pub use error::WindowError;
+pub use options::Options;
+
+/// Most bytes of a font file.
+const FONT_LIMIT_BYTES: u64 = 64 << 20;
+
+/// Returns the typeface of the options.
+fn typeface(options: &Options) -> Result<Typeface, WindowError> {
+    let Some(path) = &options.font else {
+        return Typeface::built_in().map_err(|source| WindowError::Font {
+            path: "the built-in font".into(),
+            source,
+        });
+    };
+    let file = files::read(path, FONT_LIMIT_BYTES).map_err(|source| WindowError::FontFile {
+        path: path.clone(),
+        source,
+    })?;
+    Typeface::read(file).map_err(|source| WindowError::Font {
+        path: path.clone(),
+        source,
+    })
+}
+
+/// Opens the window and returns when it is closed.
+///
+/// # Errors
+/// [`WindowError`].
+pub fn run(options: Options) -> Result<(), WindowError> {
+    let face = typeface(&options)?;
+    let scales = Scales::read(&options.scales)?;
+    let _only_one = place::only_window(&options.socket)?.ok_or(WindowError::Second)?;
+    let events = EventLoop::new().map_err(|_| {
+        // The library's own words name a line of its source.
+        let named = std::env::var_os("DISPLAY").is_some_and(|name| !name.is_empty());
+        WindowError::NoScreen(if named || cfg!(target_os = "macos") {
+            "the display does not answer, or lets nobody in"
+        } else {
+            "DISPLAY is not set"
+        })
+    })?;
+    let mut app = app::App::new(options, face, scales);
+    let ended = events.run_app(&mut app);
+    if let Some(error) = app.into_error() {
+        return Err(error);
+    }
+    ended.map_err(|error| WindowError::Failed(error.to_string()))
+}

@@ -1,0 +1,81 @@
+//! The monitor that is asked for.
+
+use winit::event_loop::ActiveEventLoop;
+use winit::monitor::MonitorHandle;
+
+use super::error::WindowError;
+
+/// What a monitor that does not tell is taken for, Hz.
+const ASSUMED_REFRESH_HZ: f64 = 60.0;
+
+/// Returns the name of a monitor.
+pub(super) fn name(monitor: &MonitorHandle) -> String {
+    monitor.name().unwrap_or_else(|| "unnamed".to_owned())
+}
+
+/// Returns the time between two pictures of a monitor, s.
+pub(super) fn refresh_s(monitor: &MonitorHandle) -> f64 {
+    let told_hz = monitor
+        .refresh_rate_millihertz()
+        .map(|mhz| 1e-3 * f64::from(mhz));
+    let plausible = told_hz.filter(|hz| (20.0..=1000.0).contains(hz));
+    1.0 / plausible.unwrap_or(ASSUMED_REFRESH_HZ)
+}
+
+/// Returns whether the outputs of this name have no monitor behind them: those of Xvfb, VNC servers, dummy drivers and
+/// remote desktops.
+pub(super) fn is_virtual(name: &str) -> bool {
+    let name = name.to_lowercase();
+    name == "screen"
+        || ["vnc", "dummy", "virtual", "rdp", "none"]
+            .iter()
+            .any(|kind| name.starts_with(kind))
+}
+
+/// Returns the monitor of this number, from 1, or of this name; without either the last.
+pub(super) fn chosen(
+    events: &ActiveEventLoop,
+    asked: Option<&str>,
+) -> Result<MonitorHandle, WindowError> {
+    let all: Vec<MonitorHandle> = events.available_monitors().collect();
+    let found = match asked {
+        None => all.last(),
+        Some(asked) => all
+            .iter()
+            .enumerate()
+            .find(|(i, monitor)| name(monitor) == asked || (i + 1).to_string() == asked)
+            .map(|(_, monitor)| monitor),
+    };
+    found.cloned().ok_or_else(|| WindowError::NoMonitor {
+        asked: asked.unwrap_or("at all").to_owned(),
+        there: all
+            .iter()
+            .enumerate()
+            .map(|(i, monitor)| {
+                let size = monitor.size();
+                format!(
+                    "{} {} ({} × {})",
+                    i + 1,
+                    name(monitor),
+                    size.width,
+                    size.height
+                )
+            })
+            .collect(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn displays_without_a_monitor_are_known_by_their_names() {
+        for name in ["screen", "VNC-0", "DUMMY0", "Virtual-1", "rdp0"] {
+            assert!(is_virtual(name), "{name}");
+        }
+        for name in ["HDMI-1", "DP-2", "eDP-1", "DVI-D-0", "VGA-1", "#0"] {
+            assert!(!is_virtual(name), "{name}");
+        }
+    }
+}

@@ -1,0 +1,262 @@
+//! What is to be drawn at a moment, from what the session said.
+
+use std::collections::HashSet;
+
+use crate::bench_clock::BenchClock;
+use crate::frame_log::FrameLog;
+use crate::geometry::Geometry;
+use crate::lettering::Typeface;
+use crate::message::{Beat, FromWindow, Shown, ToWindow};
+use crate::page::Moving;
+
+/// What the session wants to be seen, and the bench's clock.
+#[derive(Default)]
+pub(super) struct Stage {
+    shown: Shown,
+    clock: BenchClock,
+    finger_m: Option<f64>,
+    /// Whether a session is there.
+    running: bool,
+    log: Option<FrameLog>,
+    told: HashSet<String>,
+}
+
+impl Stage {
+    /// Takes what the session says.
+    pub(super) fn take(&mut self, message: ToWindow) {
+        match message {
+            ToWindow::Welcome { .. } => {
+                self.clock = BenchClock::default();
+                self.told.clear();
+                self.running = true;
+            }
+            ToWindow::Refused { why } => self.lost(&why),
+            ToWindow::Show(shown) => self.shown = *shown,
+            ToWindow::Beat(beat) => self.beat(&beat),
+            ToWindow::Bye => {
+                // The last words stay.
+                self.running = false;
+                self.shown.track = None;
+                self.shown.until_s = None;
+            }
+        }
+    }
+
+    fn beat(&mut self, beat: &Beat) {
+        self.clock.take(beat);
+        self.finger_m = beat.finger_m;
+    }
+
+    /// There is no session, or it has gone without a word.
+    pub(super) fn lost(&mut self, why: &str) {
+        if self.running || self.shown.title.is_empty() {
+            self.shown = Shown {
+                title: std::mem::take(&mut self.shown.silent),
+                then: Some(why.to_owned()),
+                ..Shown::default()
+            };
+        }
+        self.running = false;
+        self.log = None;
+    }
+
+    /// Nobody has been there yet.
+    pub(super) fn waiting(&mut self) {
+        if !self.running && self.shown.title.is_empty() {
+            self.shown.then = Some("no session yet  ·  Ctrl-R ruler  ·  Ctrl-Q close".to_owned());
+        }
+    }
+
+    /// Returns what is to be seen at `aim_s` on the shared clock, with the time on the bench's then.
+    pub(super) fn at(&self, aim_s: f64) -> (Shown, Option<f64>, Moving) {
+        let audio_s = self.clock.audio_s(aim_s);
+        let (Some(now_s), true) = (audio_s, self.running) else {
+            // A bench that says nothing moves nobody's finger.
+            let silent = self.running && self.shown.track.is_some();
+            let shown = Shown {
+                title: if silent {
+                    self.shown.silent.clone()
+                } else {
+                    self.shown.title.clone()
+                },
+                then: self.shown.then.clone().filter(|_| !silent),
+                track: None,
+                until_s: None,
+                ..self.shown.clone()
+            };
+            return (shown, None, Moving::default());
+        };
+        let moving = Moving {
+            slider_m: self
+                .shown
+                .track
+                .as_ref()
+                .map(|track| track.motion.at_m(now_s)),
+            finger_m: self.finger_m.filter(|_| self.shown.track.is_some()),
+        };
+        (self.shown.clone(), audio_s, moving)
+    }
+
+    /// Returns whether the slider moves, or is about to, within `refresh_s`.
+    pub(super) fn moves(&self, shared_s: f64) -> bool {
+        let (Some(audio_s), Some(track)) = (self.clock.audio_s(shared_s), &self.shown.track) else {
+            return false;
+        };
+        self.running && track.motion.moves(audio_s)
+    }
+
+    /// Takes a frame that was presented at `shared_s`; returns what there is to say once an exploration is over.
+    pub(super) fn presented(
+        &mut self,
+        shared_s: f64,
+        slider_m: Option<f64>,
+        refresh_s: f64,
+    ) -> Option<FromWindow> {
+        let audio_s = self.clock.audio_s(shared_s);
+        let motion = self.shown.track.as_ref().map(|track| track.motion);
+        let moving = motion
+            .zip(audio_s)
+            .filter(|(motion, audio_s)| self.running && motion.moves(*audio_s));
+        let Some(((motion, audio_s), slider_m)) = moving.zip(slider_m) else {
+            let report = self.log.take()?.report()?;
+            return Some(FromWindow::Explored(report));
+        };
+        let mut report = None;
+        if self.log.as_ref().is_some_and(|log| *log.motion() != motion) {
+            report = self
+                .log
+                .take()
+                .and_then(|log| log.report())
+                .map(FromWindow::Explored);
+        }
+        self.log
+            .get_or_insert_with(|| FrameLog::new(motion, refresh_s))
+            .take(audio_s, slider_m);
+        report
+    }
+
+    /// Returns what the operator should know of what is shown, once each.
+    pub(super) fn troubles(&mut self, on: Geometry, face: &Typeface) -> Vec<FromWindow> {
+        let mut troubles = Vec::new();
+        if let Some(track) = self.shown.track.as_ref().filter(|track| !on.holds(track)) {
+            troubles.push(format!(
+                "the plate of {:.0} mm does not fit on this monitor, which is {:.0} mm wide: it is drawn smaller, not \
+                 true to the millimetre; use a wider monitor, or match the ruler page (Ctrl-R)",
+                1e3 * track.plate_m,
+                1e3 * on.width * on.pixel_m
+            ));
+        }
+        let texts = [
+            Some(&self.shown.title),
+            self.shown.then.as_ref(),
+            self.shown.progress.as_ref(),
+        ];
+        let lacking = texts
+            .into_iter()
+            .flatten()
+            .find_map(|text| face.lacks(text));
+        if let Some(letter) = lacking {
+            troubles.push(format!(
+                "the window's font has no {letter:?}: start it with --font and a file that has"
+            ));
+        }
+        let told = &mut self.told;
+        troubles.retain(|text| told.insert(text.clone()));
+        troubles
+            .into_iter()
+            .map(|text| FromWindow::Trouble { text })
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::message::{FORMAT, Track};
+    use crate::motion::Motion;
+
+    fn stage(starts_s: Option<f64>) -> Stage {
+        let mut stage = Stage::default();
+        stage.take(ToWindow::Welcome { format: FORMAT });
+        stage.take(ToWindow::Show(Box::new(Shown {
+            title: "Follow the slider".to_owned(),
+            silent: "Paused".to_owned(),
+            track: Some(Track {
+                plate_m: 0.105,
+                motion: Motion {
+                    from_m: 0.01,
+                    to_m: 0.095,
+                    speed_m_per_s: 0.05,
+                    starts_s,
+                },
+                marks: ("start".to_owned(), "end".to_owned()),
+                place: false,
+            }),
+            ..Shown::default()
+        })));
+        stage.take(ToWindow::Beat(Beat {
+            audio_s: 0.0,
+            shared_s: 100.0,
+            finger_m: None,
+        }));
+        stage
+    }
+
+    #[test]
+    fn the_slider_goes_on_between_messages_and_stops_with_a_silent_bench() {
+        let stage = stage(Some(0.2));
+        let slider_m = |shared_s| stage.at(shared_s).2.slider_m;
+        assert_eq!(slider_m(100.1), Some(0.01));
+        assert!((slider_m(100.9).unwrap() - 0.045).abs() < 1e-9);
+        let (shown, audio_s, moving) = stage.at(101.5);
+        assert_eq!((shown.title.as_str(), audio_s), ("Paused", None));
+        assert_eq!((shown.track, moving), (None, Moving::default()));
+    }
+
+    #[test]
+    fn a_session_that_is_lost_says_so_and_one_that_ends_keeps_its_last_words() {
+        let mut lost = stage(Some(0.2));
+        lost.lost("the session is gone");
+        assert_eq!(lost.at(100.5).0.title, "Paused");
+        let mut over = stage(None);
+        over.take(ToWindow::Bye);
+        over.lost("the session is gone");
+        assert_eq!(over.at(100.5).0.title, "Follow the slider");
+        assert_eq!(over.at(100.5).0.track, None);
+    }
+
+    #[test]
+    fn each_exploration_is_reported_once() {
+        let mut stage = stage(Some(0.0));
+        let mut reports = Vec::new();
+        for i in 0..130 {
+            let shared_s = 100.0 + f64::from(i) / 60.0;
+            stage.take(ToWindow::Beat(Beat {
+                audio_s: shared_s - 100.0,
+                shared_s,
+                finger_m: None,
+            }));
+            let slider_m = stage.at(shared_s).2.slider_m;
+            reports.extend(stage.presented(shared_s, slider_m, 1.0 / 60.0));
+        }
+        let [FromWindow::Explored(report)] = &reports[..] else {
+            panic!("{reports:?}");
+        };
+        assert_eq!((report.frames, report.dropped), (102, 0));
+    }
+
+    #[test]
+    fn the_operator_is_told_once_of_a_plate_that_does_not_fit_and_of_letters_that_lack() {
+        let mut stage = stage(None);
+        let narrow = Geometry {
+            width: 300.0,
+            height: 200.0,
+            pixel_m: 2.5e-4,
+        };
+        let face = Typeface::built_in().unwrap();
+        assert_eq!(stage.troubles(narrow, &face).len(), 1);
+        assert!(stage.troubles(narrow, &face).is_empty());
+        stage.shown.title = "準備".to_owned();
+        assert_eq!(stage.troubles(narrow, &face).len(), 1);
+    }
+}

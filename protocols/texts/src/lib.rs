@@ -1,0 +1,22 @@
+//! What participants read on their screen: in English, French, German or Dutch, or in a laboratory's own words.
+//!
+//! A protocol names one [`Language`], and may replace any text by its own ([`OwnTexts`]); [`Texts`] are what comes of both.
+//!
+//! ```
+//! use participant_texts::{Language, OwnTexts, Texts};
+//!
+//! let own: OwnTexts = toml::from_str("wait = \"Un moment\"")?;
+//! let texts = Texts::of(Language::Fr).with(&own);
+//! assert_eq!(texts.wait, "Un moment");
+//! assert_eq!(texts.follow_slider, "Suivez le curseur");
+//! assert_eq!(texts.number(0.62, 2), "0,62");
+//! # Ok::<(), toml::de::Error>(())
+//! ```
+
+mod language;
+mod table;
+mod wording;
+
+pub use language::Language;
+pub use table::{OwnTexts, Texts};
+pub use wording::{LONGEST_TEXT, RefusedText};

@@ -1,0 +1,137 @@
+//! What a text may be, and how numbers are put into one.
+
+use crate::table::{OwnTexts, Texts};
+
+/// Most characters of a text: what a screen shows large enough to be read from a chair.
+pub const LONGEST_TEXT: usize = 120;
+
+/// A text that cannot be shown.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{key} = {text:?}: {why}")]
+pub struct RefusedText {
+    /// Dotted path of the text in a protocol.
+    pub key: String,
+    /// The text.
+    pub text: String,
+    /// What is wrong with it, and what is allowed.
+    pub why: &'static str,
+}
+
+impl OwnTexts {
+    /// Requires every text to be one that a screen can show.
+    ///
+    /// # Errors
+    /// [`RefusedText`], of the first that is not.
+    pub fn require_showable(&self) -> Result<(), RefusedText> {
+        for (key, text) in self.given() {
+            if let Some(why) = fault(key, text) {
+                return Err(RefusedText {
+                    key: format!("texts.{key}"),
+                    text: text.to_owned(),
+                    why,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn fault(key: &str, text: &str) -> Option<&'static str> {
+    let counts = matches!(key, "trial" | "practice");
+    let bare = text.replacen("{number}", "", 1).replacen("{total}", "", 1);
+    if text.trim().is_empty() {
+        Some("a text has at least one character")
+    } else if text.chars().count() > LONGEST_TEXT {
+        Some("a text has at most 120 characters")
+    } else if text.chars().any(char::is_control) {
+        Some("a text is one line without control characters; long ones are wrapped")
+    } else if key == "decimal_mark" && text.chars().count() != 1 {
+        Some("a decimal mark is one character")
+    } else if counts && !text.contains("{number}") {
+        Some("this text needs {number}, and may have {total}")
+    } else if counts && bare.contains(['{', '}']) {
+        Some("in braces there may be number and total, once each")
+    } else if !counts && text.contains(['{', '}']) {
+        Some("this text has no number to put into braces")
+    } else {
+        None
+    }
+}
+
+impl Texts {
+    /// Returns `value` with `decimals` decimals and this language's decimal mark.
+    #[must_use]
+    pub fn number(&self, value: f64, decimals: usize) -> String {
+        format!("{value:.decimals$}").replace('.', &self.decimal_mark)
+    }
+
+    /// Returns which trial, or which practice, of how many this is.
+    #[must_use]
+    pub fn counted(&self, practice: bool, number: u32, total: u32) -> String {
+        let text = if practice {
+            &self.practice
+        } else {
+            &self.trial
+        };
+        text.replacen("{number}", &number.to_string(), 1)
+            .replacen("{total}", &total.to_string(), 1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::language::Language;
+
+    #[test]
+    fn every_shipped_text_may_be_written_as_ones_own() {
+        for language in Language::ALL {
+            for (key, text) in Texts::of(language).all() {
+                assert_eq!(fault(key, text), None, "{language:?} {key} = {text:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn no_text_of_a_language_was_left_in_english() {
+        let english = Texts::of(Language::En);
+        for language in [Language::Fr, Language::De, Language::Nl] {
+            for ((key, text), (_, same)) in Texts::of(language).all().zip(english.all()) {
+                let alike = ["start", "decimal_mark"].contains(&key);
+                assert!(alike || text != same, "{language:?} {key} = {text:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_text_that_no_screen_shows_is_refused_with_its_name() {
+        let long = "x".repeat(LONGEST_TEXT + 1);
+        for (key, text) in [
+            ("wait", ""),
+            ("wait", "  "),
+            ("wait", "two\nlines"),
+            ("wait", "\u{1b}[2J"),
+            ("wait", long.as_str()),
+            ("wait", "{number}"),
+            ("trial", "trial"),
+            ("trial", "{number} {number}"),
+            ("trial", "{number} {of}"),
+            ("decimal_mark", ".."),
+        ] {
+            let own: OwnTexts =
+                toml::from_str(&format!("{key} = {}", toml::Value::from(text))).unwrap();
+            let refused = own.require_showable().unwrap_err();
+            assert_eq!(refused.key, format!("texts.{key}"), "{text:?}");
+        }
+        let own: OwnTexts = toml::from_str("trial = \"n° {number}\"").unwrap();
+        assert_eq!(own.require_showable(), Ok(()));
+        let texts = Texts::of(Language::Fr).with(&own);
+        assert_eq!(texts.counted(false, 3, 10), "n° 3");
+        assert_eq!(texts.counted(true, 1, 2), "entraînement 1 sur 2");
+    }
+
+    #[test]
+    fn an_unknown_text_is_refused() {
+        assert!(toml::from_str::<OwnTexts>("wiat = \"…\"").is_err());
+    }
+}

@@ -1,0 +1,345 @@
+//! The participant's window on a virtual display: what its pixels show is what a participant would follow.
+#![cfg(target_os = "linux")]
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+use std::fs::{File, Permissions};
+use std::os::unix::fs::{FileExt, PermissionsExt};
+use std::path::PathBuf;
+use std::process::Command;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use bench_tests::program::{bench, installed};
+use bench_tests::running::Running;
+use participant_window::geometry::Geometry;
+use participant_window::message::{Beat, FrameReport, Shown, Track};
+use participant_window::motion::Motion;
+use participant_window::page::{GROUND, SLIDER};
+use participant_window::place::shared_s;
+use participant_window::seat::{Seat, SeatEvent};
+use rustix::process::Signal;
+use tempfile::TempDir;
+
+const PATIENCE: Duration = Duration::from_secs(30);
+const SIZE: (u32, u32) = (1280, 720);
+const PIXEL_M: f64 = 2.5e-4;
+const SPEED_M_PER_S: f64 = 0.05;
+
+/// A virtual display, whose picture is a file.
+struct VirtualDisplay {
+    folder: TempDir,
+    name: String,
+    _server: Running,
+}
+
+impl VirtualDisplay {
+    fn start() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::set_permissions(folder.path(), Permissions::from_mode(0o700)).unwrap();
+        let output = folder.path().join("xvfb.log");
+        let screen = format!("{}x{}x24", SIZE.0, SIZE.1);
+        let mut server = Running::start(
+            Command::new(installed("Xvfb"))
+                .args([
+                    "-displayfd",
+                    "1",
+                    "-nolisten",
+                    "tcp",
+                    "-screen",
+                    "0",
+                    &screen,
+                    "-fbdir",
+                ])
+                .arg(folder.path()),
+            &output,
+        );
+        let number = server.wait_for(PATIENCE, || {
+            let said = std::fs::read_to_string(&output).ok()?;
+            let line = said
+                .lines()
+                .find_map(|line| line.trim().parse::<u32>().ok());
+            line.filter(|_| said.ends_with('\n'))
+        });
+        let number = number.unwrap_or_else(|| panic!("no virtual display: {}", server.output()));
+        let scales = folder.path().join("friction-bench");
+        std::fs::create_dir(&scales).unwrap();
+        let text = format!(
+            "[[monitors]]\nname = \"screen\"\nwidth_px = {}\nheight_px = {}\npixel_m = {PIXEL_M}\n",
+            SIZE.0, SIZE.1
+        );
+        std::fs::write(scales.join("monitors.toml"), text).unwrap();
+        Self {
+            name: format!(":{number}"),
+            folder,
+            _server: server,
+        }
+    }
+
+    fn socket(&self) -> PathBuf {
+        self.folder.path().join("s")
+    }
+
+    fn window(&self, log: &str) -> Running {
+        let mut command = bench();
+        command
+            .args(["participant", "--socket"])
+            .arg(self.socket())
+            .env("DISPLAY", &self.name)
+            .env("XDG_CONFIG_HOME", self.folder.path());
+        Running::start(&mut command, &self.folder.path().join(log))
+    }
+
+    /// Returns the middle of what is of the slider's colour in a row, pixels from the left, and when it was looked at, s.
+    fn slider(&self, row: u32) -> Option<(f64, f64)> {
+        let picture = File::open(self.folder.path().join("Xvfb_screen0")).ok()?;
+        let mut header = [0; 100];
+        picture.read_exact_at(&mut header, 0).ok()?;
+        let word = |at: usize| {
+            let bytes = header
+                .get(at..at + 4)
+                .and_then(|bytes| bytes.try_into().ok());
+            bytes.map_or(0, |bytes| u64::from(u32::from_be_bytes(bytes)))
+        };
+        // An XWD file: the header's length, the bytes of a line, the number of colours of 12 bytes each.
+        let (length, line, colours) = (word(0), word(48), word(76));
+        let mut pixels = vec![0; usize::try_from(line).ok()?];
+        let before_s = shared_s();
+        let at = length + 12 * colours + u64::from(row) * line;
+        picture.read_exact_at(&mut pixels, at).ok()?;
+        let at_s = 0.5 * (before_s + shared_s());
+        let red = |colour: u32| f64::from(colour >> 16 & 0xff);
+        let parts = pixels.chunks_exact(4).enumerate().map(|(x, pixel)| {
+            let part = (f64::from(pixel[2]) - red(GROUND)) / (red(SLIDER) - red(GROUND));
+            (x as f64 + 0.5, part.clamp(0.0, 1.0))
+        });
+        let (weight, sum) = parts.fold((0.0, 0.0), |(weight, sum), (x, part)| {
+            (weight + part, sum + part * x)
+        });
+        (weight > 4.0).then(|| (sum / weight, at_s))
+    }
+}
+
+fn shown(starts_s: Option<f64>) -> Shown {
+    let (from_m, to_m) = (0.010, 0.095);
+    Shown {
+        title: "Follow the slider".to_owned(),
+        silent: "Paused".to_owned(),
+        track: Some(Track {
+            plate_m: 0.105,
+            motion: Motion {
+                from_m,
+                to_m,
+                speed_m_per_s: SPEED_M_PER_S,
+                starts_s,
+            },
+            marks: ("start".to_owned(), "end".to_owned()),
+            place: false,
+        }),
+        ..Shown::default()
+    }
+}
+
+fn wait_for(seat: &mut Seat, what: &str, wanted: impl Fn(&SeatEvent) -> bool) {
+    let begun = Instant::now();
+    while !seat.look(shared_s()).iter().any(&wanted) {
+        assert!(begun.elapsed() < PATIENCE, "{what} did not happen");
+        sleep(Duration::from_millis(5));
+    }
+}
+
+fn is_taken(event: &SeatEvent) -> bool {
+    matches!(event, SeatEvent::Taken(_))
+}
+
+fn is_left(event: &SeatEvent) -> bool {
+    matches!(event, SeatEvent::Left { .. })
+}
+
+/// What one exploration looked like.
+#[derive(Default)]
+struct Seen {
+    errors_m: Vec<f64>,
+    /// Mean speed of a finger that follows the pixels, on the middle 60 mm, m/s.
+    finger_m_per_s: f64,
+    report: Option<FrameReport>,
+}
+
+/// Shows an exploration, looks at its pixels, and follows them with a finger.
+fn explore(display: &VirtualDisplay, seat: &mut Seat) -> Seen {
+    let geometry = Geometry {
+        width: f64::from(SIZE.0),
+        height: f64::from(SIZE.1),
+        pixel_m: PIXEL_M,
+    };
+    let row = geometry.plate_y() - geometry.fingertip() - geometry.slider_height() / 2.0;
+    // The bench's clock runs from any moment on; a bench tells it in blocks, so late by some milliseconds.
+    let offset_s = shared_s() - 5.0;
+    let starts_s = 5.6;
+    let mut seen = Seen::default();
+    let shown = shown(Some(starts_s));
+    let track = shown.track.clone().unwrap();
+    seat.show(shown);
+    let (mut beat_s, mut looked_s, mut finger_m) = (0.0, f64::NAN, track.motion.from_m);
+    let mut middle: Vec<(f64, f64)> = Vec::new();
+    loop {
+        let now_s = shared_s() - offset_s;
+        if now_s - beat_s > 0.04 {
+            beat_s = now_s;
+            seat.beat(Beat {
+                audio_s: now_s,
+                shared_s: shared_s(),
+                finger_m: None,
+            });
+        }
+        for event in seat.look(shared_s()) {
+            match event {
+                SeatEvent::Explored(report) => seen.report = Some(report),
+                other => panic!("{other:?}"),
+            }
+        }
+        if let Some((x, at_s)) = display.slider(row as u32) {
+            let audio_s = at_s - offset_s;
+            let shown_m = track.plate_m / 2.0 + (x - geometry.width / 2.0) * PIXEL_M;
+            if track.motion.moves(audio_s) {
+                seen.errors_m
+                    .push((shown_m - track.motion.at_m(audio_s)).abs());
+            }
+            let elapsed_s = audio_s - looked_s;
+            if elapsed_s > 0.0 {
+                // A hand is behind what it follows by some tenths of a second.
+                finger_m += (shown_m - finger_m) * (1.0 - (-elapsed_s / 0.15).exp());
+            }
+            looked_s = audio_s;
+            if (finger_m - track.plate_m / 2.0).abs() < 0.03 {
+                middle.push((audio_s, finger_m));
+            }
+        }
+        let over_s = starts_s + track.motion.duration_s();
+        if seen.report.is_some() || now_s > over_s + PATIENCE.as_secs_f64() {
+            break;
+        }
+        sleep(Duration::from_millis(3));
+    }
+    if let (Some((from_s, from_m)), Some((to_s, to_m))) = (middle.first(), middle.last()) {
+        seen.finger_m_per_s = (to_m - from_m) / (to_s - from_s);
+    }
+    seen
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// For five minutes: `FRICTION_BENCH_WINDOW_S=300`, with --nocapture.
+#[test]
+fn a_finger_that_follows_the_pixels_follows_the_slider_within_a_frame() {
+    let display = VirtualDisplay::start();
+    let mut seat = Seat::open(&display.socket()).unwrap();
+    let mut window = display.window("window.log");
+    wait_for(&mut seat, "a window", is_taken);
+    let long_s = std::env::var("FRICTION_BENCH_WINDOW_S").map_or(0.0, |s| s.parse().unwrap());
+    let begun = Instant::now();
+    let mut all: Vec<Seen> = Vec::new();
+    while all.is_empty() || begun.elapsed().as_secs_f64() < long_s {
+        all.push(explore(&display, &mut seat));
+        assert_eq!(window.ended(), None, "{}", window.output());
+    }
+    let reports: Vec<FrameReport> = all.iter().filter_map(|seen| seen.report).collect();
+    assert_eq!(reports.len(), all.len(), "an exploration was not reported");
+    let mut errors_m: Vec<f64> = all
+        .iter()
+        .flat_map(|seen| seen.errors_m.iter().copied())
+        .collect();
+    let error_m = median(&mut errors_m);
+    let last_m = errors_m[errors_m.len() * 99 / 100];
+    let of =
+        |part: fn(&FrameReport) -> f64| median(&mut reports.iter().map(part).collect::<Vec<f64>>());
+    let frames: u32 = reports.iter().map(|report| report.frames).sum();
+    let dropped: u32 = reports.iter().map(|report| report.dropped).sum();
+    let longest_s = reports
+        .iter()
+        .map(|report| report.interval_max_s)
+        .fold(0.0, f64::max);
+    println!(
+        "virtual display, {} explorations, {:.0} s, {frames} frames, {dropped} dropped\n\
+         interval: median {:.2} ms, 99th percentile {:.2} ms (median over explorations), longest {:.1} ms\n\
+         slider: by the window's own account median {:.2} mm, by the pixels median {:.2} mm, 99th percentile {:.2} mm; \
+         a frame is {:.2} mm",
+        all.len(),
+        begun.elapsed().as_secs_f64(),
+        1e3 * of(|report| report.interval_p50_s),
+        1e3 * of(|report| report.interval_p99_s),
+        1e3 * longest_s,
+        1e3 * of(|report| report.slider_error_p50_m),
+        1e3 * error_m,
+        1e3 * last_m,
+        1e3 * of(|report| report.frame_m),
+    );
+    let frame_m = of(|report| report.frame_m);
+    assert!((frame_m - SPEED_M_PER_S / 60.0).abs() < 1e-5, "{frame_m}");
+    // Medians: a busy computer drops frames, and the reports count them.
+    assert!(error_m <= frame_m, "{error_m} m");
+    assert!(of(|report| report.slider_error_p50_m) <= frame_m);
+    // By the protocol's own rule: within a quarter of the slider's speed.
+    for seen in &all {
+        assert!(
+            (seen.finger_m_per_s / SPEED_M_PER_S - 1.0).abs() < 0.25,
+            "{} m/s",
+            seen.finger_m_per_s
+        );
+    }
+}
+
+#[test]
+fn a_window_that_dies_or_hangs_is_missed_and_another_takes_its_place() {
+    let display = VirtualDisplay::start();
+    let mut seat = Seat::open(&display.socket()).unwrap();
+    seat.show(shown(None));
+    let mut killed = display.window("killed.log");
+    wait_for(&mut seat, "a window", is_taken);
+
+    let mut second = display.window("second.log");
+    assert_eq!(second.wait(PATIENCE).code(), Some(2));
+    assert!(
+        second.output().contains("is open already"),
+        "{}",
+        second.output()
+    );
+
+    killed.signal(Signal::KILL);
+    wait_for(&mut seat, "its death", is_left);
+    killed.wait(PATIENCE);
+    let hanging = display.window("hanging.log");
+    wait_for(&mut seat, "a window after it", is_taken);
+    hanging.signal(Signal::STOP);
+    wait_for(&mut seat, "its hanging", is_left);
+    hanging.signal(Signal::CONT);
+    wait_for(&mut seat, "its return", is_taken);
+    let began = shared_s();
+    drop(seat);
+    assert!(shared_s() - began < 1.0);
+}
+
+#[test]
+fn without_a_screen_the_command_says_what_it_needs() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::set_permissions(folder.path(), Permissions::from_mode(0o700)).unwrap();
+    let ended = bench()
+        .args(["participant", "--socket"])
+        .arg(folder.path().join("s"))
+        .env("XDG_CONFIG_HOME", folder.path())
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .output()
+        .unwrap();
+    assert_eq!(ended.status.code(), Some(2));
+    let said = String::from_utf8_lossy(&ended.stderr);
+    assert!(
+        said.contains("DISPLAY") && !said.contains("panic"),
+        "{said}"
+    );
+}

@@ -49,12 +49,21 @@ fn is_obeyed(c: char) -> bool {
 /// Replaces what a terminal would obey in every cell of a screen that is drawn.
 pub(crate) fn clean(buf: &mut Buffer) {
     for cell in &mut buf.content {
+        // Most cells are a blank or a letter.
+        if let [byte] = cell.symbol().as_bytes()
+            && (b' '..=b'~').contains(byte)
+        {
+            continue;
+        }
         if cell
             .symbol()
             .chars()
             .any(|c| is_obeyed(c) || c.is_control())
         {
             cell.set_symbol("\u{fffd}");
+        } else if cell.symbol() == "\u{b5}" {
+            // One character for micro and for friction, whoever wrote it.
+            cell.set_symbol("\u{3bc}");
         }
     }
 }

@@ -6,7 +6,8 @@ use crate::action::Action;
 use crate::asked_keys;
 use crate::calibration_keys;
 use crate::event::{PhaseKind, SafetyState};
-use crate::state::{Page, State, Ui};
+use crate::state::{State, Ui};
+use crate::view_keys;
 
 /// The effect of a key: the view settings after it, and at most one action.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,6 +67,7 @@ pub fn key(state: &State, key: KeyEvent) -> Reaction {
     if key.kind == KeyEventKind::Repeat {
         return Reaction { ui, action: None };
     }
+    let other = key.modifiers.contains(KeyModifiers::SHIFT);
     let action = if let Some(asked) = ui.confirm {
         answer(&mut ui, asked, code)
     } else if ui.help {
@@ -74,9 +76,9 @@ pub fn key(state: &State, key: KeyEvent) -> Reaction {
     } else if let Some(calibration) = &state.calibration {
         calibration_keys::key(state, calibration, &mut ui, code)
     } else if state.asked.is_some() {
-        asked_keys::key(&mut ui, code).unwrap_or_else(|| command(state, &mut ui, code))
+        asked_keys::key(&mut ui, code).unwrap_or_else(|| seen_or_command(state, &mut ui, code, other))
     } else {
-        command(state, &mut ui, code)
+        seen_or_command(state, &mut ui, code, other)
     };
     Reaction { ui, action }
 }
@@ -96,18 +98,18 @@ fn answer(ui: &mut Ui, asked: Action, code: KeyCode) -> Option<Action> {
     }
 }
 
+/// Applies a key that changes what is seen, or one of the dashboard.
+fn seen_or_command(state: &State, ui: &mut Ui, code: KeyCode, other: bool) -> Option<Action> {
+    if view_keys::key(state, ui, code, other) {
+        return None;
+    }
+    command(state, ui, code)
+}
+
 /// Applies a key of the dashboard.
 fn command(state: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
     match code {
         KeyCode::Char('?' | 'h') => ui.help = true,
-        KeyCode::Tab => {
-            ui.page = match ui.page {
-                Page::Dashboard => Page::Participant,
-                Page::Participant => Page::Dashboard,
-            }
-        }
-        KeyCode::Char('+' | '=') => ui.window = ui.window.narrower(),
-        KeyCode::Char('-') => ui.window = ui.window.wider(),
         KeyCode::Char(letter) => match letter_effect(state, letter) {
             KeyEffect::Do(action) => return Some(action),
             KeyEffect::Ask(action) => ui.confirm = Some(action),
@@ -166,9 +168,9 @@ pub(crate) fn letter_effect(state: &State, letter: char) -> KeyEffect {
         'a' => KeyEffect::Explain("no session to abort"),
         'x' if tripped => KeyEffect::Ask(Action::Rearm),
         'x' => KeyEffect::Explain("not tripped: nothing to re-arm"),
-        'f' if state.new_carrier.is_some() => KeyEffect::Do(Action::TakeCarrier),
-        'k' if state.new_carrier.is_some() => KeyEffect::Do(Action::KeepCarrier),
-        'f' | 'k' => KeyEffect::Explain("no new carrier is proposed"),
+        't' if state.new_carrier.is_some() => KeyEffect::Do(Action::TakeCarrier),
+        'n' if state.new_carrier.is_some() => KeyEffect::Do(Action::KeepCarrier),
+        't' | 'n' => KeyEffect::Explain("no new carrier is proposed"),
         'q' if state.is_running() => KeyEffect::Ask(Action::Quit),
         'q' => KeyEffect::Do(Action::Quit),
         _ => KeyEffect::Nothing,

@@ -2,12 +2,11 @@
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Position, Rect};
-use ratatui::style::{Color, Style};
-use ratatui::symbols::Marker;
-use ratatui::widgets::Widget;
-use ratatui::widgets::canvas::{Canvas, Line};
+use ratatui::style::Style;
 
+use crate::braille::Dots;
 use crate::theme::Theme;
+pub(crate) use crate::value_axis::ValueAxis;
 
 /// Columns of the axis with its labels.
 const GUTTER: u16 = 7;
@@ -18,66 +17,12 @@ pub(crate) struct Trace {
     pub(crate) style: Style,
 }
 
-/// A value axis with round limits.
+/// A span of x: kept ones are shaded, rejected ones hatched.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct ValueAxis {
-    low: f64,
-    high: f64,
-    step: f64,
-}
-
-impl ValueAxis {
-    /// Returns the smallest axis of at most four round steps around `values`; `None` without a finite value.
-    pub(crate) fn around(values: impl Iterator<Item = f64>) -> Option<Self> {
-        let (low, high) = values
-            .filter(|v| v.is_finite() && v.abs() < 1e12)
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-                (low.min(v), high.max(v))
-            });
-        if low > high {
-            return None;
-        }
-        // A constant is drawn in the middle of a span that shows its digits.
-        let span = (high - low).max(1e-3 * high.abs()).max(1e-6);
-        let mut step = round_up(span / 4.0);
-        loop {
-            let from = (low / step).floor();
-            let steps = ((high / step).ceil() - from).max(1.0);
-            if steps <= 4.0 {
-                return Some(Self {
-                    low: from * step,
-                    high: (from + steps) * step,
-                    step,
-                });
-            }
-            step = round_up(step * 1.5);
-        }
-    }
-
-    /// Returns both ends and the steps between them.
-    fn ticks(self) -> impl Iterator<Item = f64> {
-        let steps = ((self.high - self.low) / self.step).round() as u32;
-        // Multiples of the step, so that zero is exactly zero.
-        let first = (self.low / self.step).round();
-        (0..=steps).map(move |k| (first + f64::from(k)) * self.step)
-    }
-
-    /// Returns the label of `value`.
-    fn label(self, value: f64) -> String {
-        let decimals = (-self.step.log10()).ceil().clamp(0.0, 6.0) as usize;
-        // Adding zero turns −0 into 0.
-        format!("{:.decimals$}", value + 0.0).replace('-', "−")
-    }
-}
-
-/// Returns the smallest 1, 2 or 5 times a power of ten that is not below `value`.
-fn round_up(value: f64) -> f64 {
-    let decade = 10f64.powf(value.log10().floor());
-    [1.0, 2.0, 5.0, 10.0]
-        .map(|round| round * decade)
-        .into_iter()
-        .find(|round| *round >= value * (1.0 - 1e-9))
-        .unwrap_or(10.0 * decade)
+pub(crate) struct Span {
+    pub(crate) from: f64,
+    pub(crate) to: f64,
+    pub(crate) kept: bool,
 }
 
 /// Curves over a common axis.
@@ -86,6 +31,10 @@ pub(crate) struct Plot {
     pub(crate) axis: ValueAxis,
     /// A range of values to mark behind the curves.
     pub(crate) band: Option<(f64, f64)>,
+    /// Spans of x to shade behind the curves.
+    pub(crate) spans: Vec<Span>,
+    /// Places of x to mark before the curves.
+    pub(crate) cursors: Vec<f64>,
     /// Later curves lie over earlier ones.
     pub(crate) curves: Vec<Trace>,
 }
@@ -110,8 +59,18 @@ impl Plot {
         if let Some(band) = self.band {
             self.shade(band, theme, body, buf);
         }
+        for kept in [false, true] {
+            for span in self.spans.iter().filter(|span| span.kept == kept) {
+                self.mark(*span, theme, body, buf);
+            }
+        }
         for curve in &self.curves {
             self.curve(curve, body, buf);
+        }
+        for cursor in self.cursors.iter().filter_map(|x| self.column(*x, body)) {
+            for y in body.top()..body.bottom() {
+                put(buf, (cursor, y), "│", theme.strong());
+            }
         }
     }
 
@@ -120,13 +79,35 @@ impl Plot {
         if body.is_empty() {
             return None;
         }
-        let fraction = (x - self.x.0) / (self.x.1 - self.x.0);
         let row = self.row(y, body.height)?;
-        let last = body.width - 1;
-        (0.0..=1.0).contains(&fraction).then(|| {
-            let column = (fraction * f64::from(last)).round() as u16;
-            Position::new(body.x + column, body.y + row)
-        })
+        Some(Position::new(self.column(x, body)?, body.y + row))
+    }
+
+    /// Returns the column of `x` within `body`; `None` when it lies outside.
+    fn column(&self, x: f64, body: Rect) -> Option<u16> {
+        let fraction = (x - self.x.0) / (self.x.1 - self.x.0);
+        let last = body.width.checked_sub(1)?;
+        (0.0..=1.0)
+            .contains(&fraction)
+            .then(|| body.x + (fraction * f64::from(last)).round() as u16)
+    }
+
+    /// Shades or hatches a span of x.
+    fn mark(&self, span: Span, theme: Theme, body: Rect, buf: &mut Buffer) {
+        let (from, to) = (span.from.max(self.x.0), span.to.min(self.x.1));
+        let (Some(from), Some(to)) = (self.column(from, body), self.column(to, body)) else {
+            return;
+        };
+        let (symbol, style) = if span.kept {
+            ("▒", theme.kept())
+        } else {
+            ("╱", theme.rejected())
+        };
+        for y in body.top()..body.bottom() {
+            for x in from..=to {
+                put(buf, (x, y), symbol, style);
+            }
+        }
     }
 
     fn row(&self, value: f64, rows: u16) -> Option<u16> {
@@ -170,25 +151,25 @@ impl Plot {
     }
 
     fn curve(&self, curve: &Trace, body: Rect, buf: &mut Buffer) {
-        let mut scratch = Buffer::empty(body);
-        Canvas::default()
-            .marker(Marker::Braille)
-            .x_bounds([self.x.0, self.x.1])
-            .y_bounds([self.axis.low, self.axis.high])
-            .paint(|painter| {
-                for pair in curve.points.windows(2) {
-                    if let [(x1, Some(y1)), (x2, Some(y2))] = *pair {
-                        painter.draw(&Line::new(x1, y1, x2, y2, Color::Reset));
-                    }
-                }
-            })
-            .render(body, &mut scratch);
-        for position in body.positions() {
-            let symbol = scratch[position].symbol();
-            if symbol != " " && symbol != "\u{2800}" {
-                put(buf, position, symbol, curve.style);
+        let mut dots = Dots::new(body.width, body.height);
+        let (right, bottom) = dots.last();
+        let (width, height) = (self.x.1 - self.x.0, self.axis.high - self.axis.low);
+        let mut before = None;
+        for (x, y) in &curve.points {
+            let across = (x - self.x.0) / width;
+            let at = y
+                .filter(|y| y.is_finite() && (0.0..=1.0).contains(&across))
+                .map(|y| {
+                    // What is beyond the axis is drawn at its end.
+                    let down = ((self.axis.high - y) / height).clamp(0.0, 1.0);
+                    (across * right, down * bottom)
+                });
+            if let (Some(from), Some(to)) = (before, at) {
+                dots.line(from, to);
             }
+            before = at;
         }
+        dots.stamp(body, curve.style, buf);
     }
 }
 
@@ -197,43 +178,4 @@ pub(crate) fn put(buf: &mut Buffer, position: impl Into<Position>, symbol: &str,
     let position = position.into();
     buf[position].reset();
     buf[position].set_symbol(symbol).set_style(style);
-}
-
-#[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-
-    #[test]
-    fn the_axis_has_round_limits() {
-        let labels = |values: &[f64]| {
-            let axis = ValueAxis::around(values.iter().copied()).unwrap();
-            axis.ticks().map(|v| axis.label(v)).collect::<Vec<_>>()
-        };
-        assert_eq!(labels(&[6.8, 13.9]), ["6", "8", "10", "12", "14"]);
-        assert_eq!(labels(&[0.0, 0.83]), ["0.0", "0.5", "1.0"]);
-        assert_eq!(labels(&[-3.2, 1.1]), ["−4", "−2", "0", "2"]);
-    }
-
-    #[test]
-    fn nothing_finite_has_no_axis() {
-        assert_eq!(
-            ValueAxis::around([f64::NAN, f64::INFINITY].into_iter()),
-            None
-        );
-    }
-
-    proptest! {
-        #[test]
-        fn the_axis_holds_its_values_and_wastes_little(
-            values in proptest::collection::vec(-1e6..1e6f64, 1..20)
-        ) {
-            let axis = ValueAxis::around(values.iter().copied()).unwrap();
-            let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-            let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            prop_assert!(axis.low <= low && high <= axis.high);
-            prop_assert!(axis.high - axis.low <= 10.0 * (high - low).max(1e-3 * high.abs()).max(1e-6));
-        }
-    }
 }

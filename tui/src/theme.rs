@@ -1,76 +1,139 @@
-//! Styles by meaning. Only the terminal's own foreground and background and mid-tone ANSI colours are used, so that
-//! light and dark backgrounds are legible; no meaning is carried by colour alone.
+//! Styles by meaning. The terminal's own foreground and background are kept, and no meaning is carried by colour alone.
 
 use ratatui::style::{Color, Modifier, Style};
 use serde::{Deserialize, Serialize};
 
 /// Colours, or none.
+///
+/// ```
+/// use tui::Theme;
+///
+/// assert_eq!("high-contrast".parse::<Theme>(), Ok(Theme::HighContrast));
+/// assert!("blue".parse::<Theme>().is_err());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Theme {
-    /// The terminal's own sixteen colours.
+    /// Mid-tone colours of the terminal, for a dark background, legible on a light one.
     Colour,
+    /// Darker colours, for a light background.
+    Light,
+    /// Bright colours, and nothing faint.
+    HighContrast,
     /// Bold, dim and reversed only.
     Mono,
+}
+
+/// The name is none of a theme.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("no such theme: default, light, high-contrast or monochrome")]
+pub struct NoSuchTheme;
+
+impl std::str::FromStr for Theme {
+    type Err = NoSuchTheme;
+
+    fn from_str(name: &str) -> Result<Self, NoSuchTheme> {
+        match name {
+            "default" => Ok(Self::Colour),
+            "light" => Ok(Self::Light),
+            "high-contrast" => Ok(Self::HighContrast),
+            "monochrome" => Ok(Self::Mono),
+            _ => Err(NoSuchTheme),
+        }
+    }
 }
 
 impl Theme {
     /// Returns the theme that suits the value of the environment variable `NO_COLOR` (<https://no-color.org>).
     #[must_use]
     pub fn from_no_color(value: Option<&std::ffi::OsStr>) -> Self {
+        Self::Colour.under_no_color(value)
+    }
+
+    /// Returns this theme, or the one without colours as `NO_COLOR` asks.
+    #[must_use]
+    pub fn under_no_color(self, value: Option<&std::ffi::OsStr>) -> Self {
         match value {
             Some(value) if !value.is_empty() => Self::Mono,
-            _ => Self::Colour,
+            _ => self,
         }
     }
 
     pub(crate) fn good(self) -> Style {
-        self.paint(Color::Green, Modifier::empty())
+        self.paint(Color::Green, Color::LightGreen, Modifier::empty())
     }
 
     pub(crate) fn warning(self) -> Style {
-        self.paint(Color::Magenta, Modifier::BOLD)
+        self.paint(Color::Magenta, Color::LightYellow, Modifier::BOLD)
     }
 
     pub(crate) fn bad(self) -> Style {
-        self.paint(Color::Red, Modifier::BOLD)
+        self.paint(Color::Red, Color::LightRed, Modifier::BOLD)
     }
 
     /// Returns a filled style, visible across the room.
     pub(crate) fn alarm(self) -> Style {
-        self.paint(Color::Red, Modifier::BOLD | Modifier::REVERSED)
+        let filled = Modifier::BOLD | Modifier::REVERSED;
+        self.paint(Color::Red, Color::LightRed, filled)
     }
 
     /// Returns the style of a driven plate.
     pub(crate) fn driving(self) -> Style {
-        self.paint(Color::Blue, Modifier::BOLD | Modifier::REVERSED)
+        self.first(Modifier::BOLD | Modifier::REVERSED)
     }
 
     pub(crate) fn first_curve(self) -> Style {
-        self.paint(Color::Blue, Modifier::BOLD)
+        self.first(Modifier::BOLD)
+    }
+
+    /// Cyan is faint on a light background, blue unreadable on a dark one.
+    fn first(self, modifier: Modifier) -> Style {
+        match self {
+            Self::Light => Style::new().fg(Color::Blue).add_modifier(modifier),
+            _ => self.paint(Color::Cyan, Color::LightCyan, modifier),
+        }
     }
 
     pub(crate) fn second_curve(self) -> Style {
-        self.paint(Color::Magenta, Modifier::empty())
+        self.paint(Color::Magenta, Color::LightMagenta, Modifier::empty())
     }
 
     pub(crate) fn faint(self) -> Style {
-        Style::new().add_modifier(Modifier::DIM)
+        match self {
+            Self::HighContrast => Style::new(),
+            _ => Style::new().add_modifier(Modifier::DIM),
+        }
     }
 
     pub(crate) fn strong(self) -> Style {
         Style::new().add_modifier(Modifier::BOLD)
     }
 
-    /// Returns the style of a range behind a curve.
-    pub(crate) fn band(self) -> Style {
-        self.paint(Color::Green, Modifier::DIM)
+    /// Returns the style of what is chosen in a list.
+    pub(crate) fn chosen(self) -> Style {
+        Style::new().add_modifier(Modifier::REVERSED)
     }
 
-    fn paint(self, color: Color, modifier: Modifier) -> Style {
+    /// Returns the style of a range behind a curve.
+    pub(crate) fn band(self) -> Style {
+        self.paint(Color::Green, Color::Green, Modifier::DIM)
+    }
+
+    /// Returns the style of a kept span behind a curve.
+    pub(crate) fn kept(self) -> Style {
+        self.band()
+    }
+
+    /// Returns the style of a rejected span behind a curve.
+    pub(crate) fn rejected(self) -> Style {
+        self.paint(Color::Red, Color::Red, Modifier::DIM)
+    }
+
+    fn paint(self, color: Color, bright: Color, modifier: Modifier) -> Style {
         let style = Style::new().add_modifier(modifier);
         match self {
-            Self::Colour => style.fg(color),
+            Self::Colour | Self::Light => style.fg(color),
+            Self::HighContrast => style.fg(bright),
             Self::Mono => style,
         }
     }

@@ -95,6 +95,8 @@ pub(crate) fn chart(state: &State, calibration: &CalibrationPage, area: Rect, bu
         x,
         axis,
         band: None,
+        spans: Vec::new(),
+        cursors: Vec::new(),
         curves: vec![Trace {
             points: curve.fit.iter().map(|(x, y)| (*x, Some(*y))).collect(),
             style: theme.first_curve(),

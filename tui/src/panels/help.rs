@@ -8,7 +8,7 @@ use ratatui::widgets::{Block, Clear, Widget};
 use super::panel::rows;
 use crate::state::State;
 
-const KEYS: [(&str, &str); 13] = [
+const KEYS: [(&str, &str); 21] = [
     ("e", "stop the drive at once, without confirmation"),
     ("space", "start; participant is ready; end a rest"),
     ("c", "record the participant's consent"),
@@ -16,9 +16,17 @@ const KEYS: [(&str, &str); 13] = [
     ("r", "repeat the current trial"),
     ("a", "abort the session"),
     ("x", "re-arm after a trip"),
-    ("f k", "take the proposed carrier; keep the present one"),
+    ("t n", "take the proposed carrier; keep the present one"),
+    ("1 … 5", "Run, Impedance, Trials, Bench, Log"),
     ("tab", "participant's screen, and back"),
-    ("+ -", "shorter or longer time span of the charts"),
+    ("z", "enlarge the next panel; after the last the page"),
+    ("f", "hold the strips, with two cursors; go on"),
+    ("← →", "previous or next trial; first cursor"),
+    ("⇧← ⇧→", "second cursor"),
+    ("j k ↕", "scroll, as the mouse's wheel does"),
+    ("+ -", "shorter or longer time span of the strips"),
+    ("w", "write the page as SVG and text files"),
+    ("Ctrl-L", "draw the screen anew"),
     ("q", "quit"),
     ("Ctrl-C", "orderly stop, then quit"),
     ("esc", "dismiss a question or this help"),

@@ -10,7 +10,8 @@ use crate::calibration_keys::can_redo;
 use crate::calibration_page::{CalibrationPage, Question};
 use crate::event::PhaseKind;
 use crate::keyboard::{KeyEffect, letter_effect};
-use crate::state::{Page, State};
+use crate::page::Page;
+use crate::state::State;
 use crate::words::render_line;
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
@@ -70,8 +71,8 @@ fn hints(state: &State) -> Vec<(&'static str, &'static str)> {
         _ => "pause",
     };
     let letters = [
-        ('f', "f", "new carrier"),
-        ('k', "k", "keep carrier"),
+        ('t', "t", "new carrier"),
+        ('n', "n", "keep carrier"),
         (' ', "space", start),
         ('c', "c", "consent"),
         ('x', "x", "re-arm"),
@@ -89,14 +90,17 @@ fn hints(state: &State) -> Vec<(&'static str, &'static str)> {
             )
         })
         .map(|(_, key, does)| (key, does));
-    let page = match state.ui.page {
-        Page::Dashboard => "participant",
-        Page::Participant => "dashboard",
+    let seen = match (&state.ui.frozen, state.ui.page) {
+        (Some(_), Page::Run | Page::Impedance) => vec![("← →", "cursor"), ("f", "go on")],
+        (_, Page::Trials) => vec![("← →", "trial"), ("j k", "scroll")],
+        (_, Page::Log | Page::Bench) => vec![("j k", "scroll")],
+        (_, Page::Participant) => vec![("tab", "dashboard")],
+        (None, _) => vec![("f", "hold"), ("z", "enlarge"), ("+ -", "time")],
     };
     [("?", "help")]
         .into_iter()
         .chain(live)
-        .chain([("tab", page)])
+        .chain(seen)
         .collect()
 }
 

@@ -90,6 +90,12 @@ pub enum Interruption {
         /// What tripped, as the safety watch reports it.
         reason: String,
     },
+    /// The participant's display was lost.
+    #[error("the participant's display was lost: {reason}")]
+    DisplayLost {
+        /// Which display, and what became of it.
+        reason: String,
+    },
     /// The finger stayed on the plate when it should have been off.
     #[error("finger not lifted in time")]
     FingerNotLifted,

@@ -7,6 +7,7 @@ use super::observation::{Hold, Observation, OperatorCommand, Safety};
 use super::phase::Phase;
 use super::state::{AfterHalt, State};
 use crate::record::TrialOutcome;
+use crate::redo_reason::RedoReason;
 use crate::trial::Interruption;
 
 /// Why a command of the operator is refused.
@@ -26,13 +27,17 @@ pub(super) enum Refusal {
     AlreadyPaused,
     #[error("the session is not paused")]
     NotPaused,
+    #[error("the attempt that it was asked of is over: ask again")]
+    OtherAttempt,
+    #[error("the participant's display is lost: bring it back, then resume")]
+    DisplayLost,
     #[error("the safety chain is not armed again")]
     NotArmed,
     #[error("the hour's driving time is used up")]
     DrivingTimeSpent,
     #[error("no repetition is left")]
     NoRepetitionLeft,
-    #[error("no trial is running, and none has just been judged")]
+    #[error("no trial is running, and no verdict is open")]
     NoTrial,
     #[error("the trial is already accepted")]
     AlreadyAccepted,
@@ -68,6 +73,27 @@ impl Session {
         true
     }
 
+    /// Pauses when the participant's display is lost; returns whether that used the step up.
+    pub(super) fn display(&mut self, observation: &Observation, out: &mut StepActions) -> bool {
+        let before = std::mem::replace(&mut self.display_lost, observation.display_lost.clone());
+        let reason = match (before, &self.display_lost) {
+            (None, Some(reason)) => reason.clone(),
+            (Some(_), None) => {
+                out.log(SessionEventKind::DisplayBack);
+                return false;
+            }
+            _ => return false,
+        };
+        out.log(SessionEventKind::DisplayLost {
+            reason: reason.clone(),
+        });
+        if matches!(self.state, State::Finished { .. } | State::Halted { .. }) {
+            return false;
+        }
+        self.halt(false, Interruption::DisplayLost { reason }, out);
+        true
+    }
+
     /// Executes the operator's command; returns whether that used the step up.
     pub(super) fn command(&mut self, observation: &Observation, out: &mut StepActions) -> bool {
         let Some(command) = &observation.command else {
@@ -96,22 +122,57 @@ impl Session {
             OperatorCommand::ConsentGiven { by } => self.consent(by, out),
             OperatorCommand::Continue => match self.phase() {
                 Phase::Ready if self.finger != Some(true) => Err(Refusal::NoFinger),
-                Phase::Welcome | Phase::Ready | Phase::Rest => Ok(()),
+                Phase::Verdict if self.asking => Err(Refusal::NotWaiting),
+                Phase::Welcome | Phase::Ready | Phase::Rest | Phase::Verdict => Ok(()),
                 _ => Err(Refusal::NotWaiting),
             },
-            OperatorCommand::Pause => match self.state {
-                State::Consent => Err(Refusal::NotBegun),
-                State::Halted { .. } => Err(Refusal::AlreadyPaused),
-                State::Finished { .. } => Err(Refusal::Over),
-                _ => {
-                    self.halt(false, Interruption::Paused, out);
-                    Ok(())
-                }
-            },
+            OperatorCommand::Pause => self.pause(out),
+            OperatorCommand::PauseNow { number, attempt } => {
+                self.require_current(*number, *attempt)?;
+                self.pause_now(out)
+            }
             OperatorCommand::Resume => self.leave_halt(safety, out),
-            OperatorCommand::Redo => self.redo(out),
-            OperatorCommand::AcceptAnyway => self.accept_anyway(out),
+            OperatorCommand::Redo { number, attempt } => {
+                self.require_current(*number, *attempt)?;
+                self.redo(out)
+            }
+            OperatorCommand::AcceptAnyway { number, attempt } => {
+                self.require_current(*number, *attempt)?;
+                self.accept_anyway(out)
+            }
             OperatorCommand::Abort => self.abort(out),
+        }
+    }
+
+    /// A command names the attempt that it is about, so that it never falls on the next one.
+    fn require_current(&self, number: u32, attempt: u32) -> Result<(), Refusal> {
+        match self.state.current() {
+            Some(key) if (key.number, key.attempt) == (number, attempt) => Ok(()),
+            Some(_) => Err(Refusal::OtherAttempt),
+            None => Err(Refusal::NoTrial),
+        }
+    }
+
+    fn pause(&mut self, out: &mut StepActions) -> Result<(), Refusal> {
+        if let State::Trial { open, .. } = &self.state {
+            if !std::mem::replace(&mut self.pausing, true) {
+                let key = open.key.clone();
+                out.log(SessionEventKind::PauseAwaited { key });
+            }
+            return Ok(());
+        }
+        self.pause_now(out)
+    }
+
+    fn pause_now(&mut self, out: &mut StepActions) -> Result<(), Refusal> {
+        match self.state {
+            State::Consent => Err(Refusal::NotBegun),
+            State::Halted { .. } => Err(Refusal::AlreadyPaused),
+            State::Finished { .. } => Err(Refusal::Over),
+            _ => {
+                self.halt(false, Interruption::Paused, out);
+                Ok(())
+            }
         }
     }
 
@@ -128,6 +189,7 @@ impl Session {
     }
 
     fn halt(&mut self, fault: bool, interruption: Interruption, out: &mut StepActions) {
+        self.pausing = false;
         if fault {
             out.push(Action::Drive(DriveRequest::Off));
         }
@@ -144,9 +206,15 @@ impl Session {
     }
 
     fn leave_halt(&mut self, safety: &Safety, out: &mut StepActions) -> Result<(), Refusal> {
+        if std::mem::take(&mut self.pausing) {
+            return Ok(());
+        }
         let State::Halted { fault, then } = &self.state else {
             return Err(Refusal::NotPaused);
         };
+        if self.display_lost.is_some() {
+            return Err(Refusal::DisplayLost);
+        }
         if *fault && *safety != Safety::Ok {
             return Err(Refusal::NotArmed);
         }
@@ -169,47 +237,70 @@ impl Session {
     }
 
     fn redo(&mut self, out: &mut StepActions) -> Result<(), Refusal> {
-        match &self.state {
-            State::Trial { .. } => {}
-            State::Judged { key, .. }
-                if self.attempts.redo_left(key.number, self.protocol.redo) => {}
-            State::Judged { .. } => return Err(Refusal::NoRepetitionLeft),
-            _ => return Err(Refusal::NoTrial),
+        if let Some(key) = self.state.judged() {
+            if !self.attempts.redo_left(key.number, self.protocol.redo) {
+                return Err(Refusal::NoRepetitionLeft);
+            }
+            self.overrule(|reasons| TrialOutcome::Redo { reasons }, out);
+            return Ok(());
+        }
+        if !matches!(self.state, State::Trial { .. }) {
+            return Err(Refusal::NoTrial);
         }
         self.state = match self.take_state() {
             State::Trial { open, .. } => {
                 self.interrupt(open, Interruption::Redo, out);
-                self.enter_trial(out)
+                if std::mem::take(&mut self.pausing) {
+                    self.paused_before_trial()
+                } else {
+                    self.enter_trial(out)
+                }
             }
-            State::Judged {
-                key,
-                analysis,
-                reasons,
-                ..
-            } => self.settle(key, analysis, TrialOutcome::Redo { reasons }, out),
             other => other,
         };
         Ok(())
     }
 
     fn accept_anyway(&mut self, out: &mut StepActions) -> Result<(), Refusal> {
-        match &self.state {
-            State::Judged { reasons, .. } if reasons.is_empty() => {
-                return Err(Refusal::AlreadyAccepted);
-            }
-            State::Judged { .. } => {}
-            _ => return Err(Refusal::NotJudged),
+        match self.state.reasons() {
+            None => return Err(Refusal::NotJudged),
+            Some([]) => return Err(Refusal::AlreadyAccepted),
+            Some(_) => {}
         }
+        self.overrule(|reasons| TrialOutcome::AcceptedAnyway { reasons }, out);
+        Ok(())
+    }
+
+    /// Settles the judged attempt by the operator's word; a halted session stays halted.
+    fn overrule(
+        &mut self,
+        outcome: impl FnOnce(Vec<RedoReason>) -> TrialOutcome,
+        out: &mut StepActions,
+    ) {
         self.state = match self.take_state() {
             State::Judged {
                 key,
                 analysis,
                 reasons,
                 ..
-            } => self.settle(key, analysis, TrialOutcome::AcceptedAnyway { reasons }, out),
+            } => self.settle(key, analysis, outcome(reasons), out),
+            State::Halted {
+                fault,
+                then: AfterHalt::State(state),
+            } => {
+                let then = match *state {
+                    State::Judged {
+                        key,
+                        analysis,
+                        reasons,
+                        ..
+                    } => self.settle_halted(key, analysis, outcome(reasons), out),
+                    other => AfterHalt::State(Box::new(other)),
+                };
+                State::Halted { fault, then }
+            }
             other => other,
         };
-        Ok(())
     }
 
     fn abort(&mut self, out: &mut StepActions) -> Result<(), Refusal> {

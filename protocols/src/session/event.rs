@@ -76,6 +76,18 @@ pub enum SessionEventKind {
         /// What tripped.
         reason: String,
     },
+    /// The participant's display is lost; the session paused.
+    DisplayLost {
+        /// Which display, and what became of it.
+        reason: String,
+    },
+    /// The participant's display shows again what it should; the session waits for the operator.
+    DisplayBack,
+    /// The operator asked for a pause, which waits for the end of the attempt.
+    PauseAwaited {
+        /// The attempt.
+        key: TrialKey,
+    },
     /// A command of the operator was refused.
     CommandRefused {
         /// The command.

@@ -10,8 +10,14 @@ use crate::analysis::TrialAnalysis;
 use crate::participant::ParticipantId;
 use crate::protocol::{Protocol, Slider};
 use crate::record::TrialRecord;
+use crate::redo_reason::RedoReason;
 use crate::summary::SessionSummary;
 use crate::trial::{Direction, TrialKey};
+
+/// Shortest time in which an operator can overrule an accepting verdict, s.
+const OVERRULE_ACCEPTED_S: f64 = 2.0;
+/// Shortest time in which an operator can overrule a rejecting verdict, whose reasons are to be read, s.
+const OVERRULE_REJECTED_S: f64 = 6.0;
 
 /// A participant's session: [`Session::step`] turns each observation into actions.
 ///
@@ -51,6 +57,14 @@ pub struct Session {
     pub(super) hold: Option<Hold>,
     /// Whether the safety chain tripped while the dead-man switch was open.
     pub(super) let_go: bool,
+    /// Why the participant sees nothing.
+    pub(super) display_lost: Option<String>,
+    /// Whether an operator watches.
+    pub(super) attended: bool,
+    /// Whether the operator is asked what must be known before the next trial.
+    pub(super) asking: bool,
+    /// Whether the session pauses at the end of the attempt.
+    pub(super) pausing: bool,
     /// Time after which the hour's driving time allows another trial, s.
     pub(super) drive_wait_s: f64,
     /// The attempt whose analysis is awaited.
@@ -101,6 +115,10 @@ impl Session {
             finger: None,
             hold: None,
             let_go: false,
+            display_lost: None,
+            attended: false,
+            asking: false,
+            pausing: false,
             drive_wait_s: 0.0,
             awaited: None,
             analysis: None,
@@ -118,6 +136,33 @@ impl Session {
     /// Returns the phase that the session is in.
     pub fn phase(&self) -> Phase {
         self.state.phase()
+    }
+
+    /// Returns the attempt that runs, is analysed or can be overruled, also during a pause.
+    pub fn current(&self) -> Option<&TrialKey> {
+        self.state.current()
+    }
+
+    /// Whether the operator can overrule the verdict on [`current`](Self::current).
+    pub fn is_judged(&self) -> bool {
+        self.state.judged().is_some()
+    }
+
+    /// Returns the time until the verdict stands, s; `None` without one, and while nothing but the operator ends its time.
+    pub fn verdict_left_s(&self) -> Option<f64> {
+        match &self.state {
+            State::Judged {
+                reasons, since_s, ..
+            } if !self.asking => {
+                Some((self.verdict_s(reasons) - self.elapsed_s(*since_s)).max(0.0))
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether a pause waits for the end of the attempt.
+    pub fn is_pausing(&self) -> bool {
+        self.pausing
     }
 
     /// Returns the number of trials that are not settled yet, practice included.
@@ -161,6 +206,16 @@ impl Session {
     /// Returns the time until the button ends a break that began at `since_s`, s.
     pub(super) fn rest_left_s(&self, since_s: f64) -> f64 {
         (self.protocol.rest.min_s - self.elapsed_s(since_s)).max(0.0)
+    }
+
+    /// Returns how long a verdict can be overruled, s: with an operator long enough to read it and press a key.
+    pub(super) fn verdict_s(&self, reasons: &[RedoReason]) -> f64 {
+        let shortest_s = match (self.attended, reasons.is_empty()) {
+            (false, _) => 0.0,
+            (true, true) => OVERRULE_ACCEPTED_S,
+            (true, false) => OVERRULE_REJECTED_S,
+        };
+        self.protocol.timing.verdict_s.max(shortest_s)
     }
 
     /// Takes the state out to change it; the caller puts the next one in.

@@ -27,6 +27,12 @@ pub struct Observation {
     /// time.
     #[serde(default)]
     pub asking: bool,
+    /// Why the participant sees nothing: which display is lost and what became of it; `None` while each is seen.
+    #[serde(default)]
+    pub display_lost: Option<String>,
+    /// Whether an operator watches: a verdict then stays open long enough to be overruled.
+    #[serde(default)]
+    pub attended: bool,
     /// The answer to [`Action::AnalyseTrial`](crate::Action::AnalyseTrial).
     pub analysis: Option<TrialAnalysis>,
 }
@@ -65,14 +71,31 @@ pub enum OperatorCommand {
     },
     /// Continue where the participant's button would: welcome, ready, end of rest (even before its time).
     Continue,
-    /// Pause the session; an open trial is cut short and repeated later.
+    /// Pause the session: at once where no attempt would be lost, else at the end of the attempt.
     Pause,
-    /// Resume after a pause, or after a fault once the safety chain is armed again.
+    /// Pause the session at once; this attempt, if it runs, is cut short and repeated later.
+    PauseNow {
+        /// Number of the trial in the session's order, from 1.
+        number: u32,
+        /// Number of the attempt, from 1.
+        attempt: u32,
+    },
+    /// Resume after a pause, or after a fault once the safety chain is armed again. Withdraws a pause that waits.
     Resume,
-    /// Repeat the running trial, or the one just judged.
-    Redo,
-    /// Keep the trial just judged although its verdict rejects it.
-    AcceptAnyway,
+    /// Repeat the trial whose attempt this is, which runs or has just been judged.
+    Redo {
+        /// Number of the trial in the session's order, from 1.
+        number: u32,
+        /// Number of the attempt, from 1.
+        attempt: u32,
+    },
+    /// Keep this attempt, just judged, although its verdict rejects it.
+    AcceptAnyway {
+        /// Number of the trial in the session's order, from 1.
+        number: u32,
+        /// Number of the attempt, from 1.
+        attempt: u32,
+    },
     /// End the session.
     Abort,
 }

@@ -2,7 +2,7 @@
 
 use super::action::{Action, StepActions};
 use super::machine::Session;
-use super::state::State;
+use super::state::{AfterHalt, State};
 use crate::analysis::TrialAnalysis;
 use crate::record::TrialOutcome;
 use crate::redo_reason::RedoReason;
@@ -65,12 +65,41 @@ impl Session {
     ) -> State {
         let settles = outcome.settles();
         self.record(key, analysis, outcome, out);
-        if settles && self.attempts.rest_is_due(self.protocol.rest) {
-            return State::Rest {
-                since_s: self.now_s,
+        if std::mem::take(&mut self.pausing) && !self.attempts.all_settled() {
+            return State::Halted {
+                fault: false,
+                then: self.after_settled(settles),
             };
         }
-        self.next_trial(out)
+        match self.after_settled(settles) {
+            AfterHalt::Trial => self.next_trial(out),
+            AfterHalt::State(state) => *state,
+        }
+    }
+
+    /// Records an attempt that was judged and overruled while the session is halted; returns what follows the halt.
+    pub(super) fn settle_halted(
+        &mut self,
+        key: TrialKey,
+        analysis: Option<TrialAnalysis>,
+        outcome: TrialOutcome,
+        out: &mut StepActions,
+    ) -> AfterHalt {
+        let settles = outcome.settles();
+        self.record(key, analysis, outcome, out);
+        self.after_settled(settles)
+    }
+
+    /// Returns what follows an attempt that has been recorded: a break, a trial or the end.
+    fn after_settled(&self, settles: bool) -> AfterHalt {
+        let since_s = self.now_s;
+        if self.attempts.all_settled() {
+            AfterHalt::State(Box::new(State::Finished { aborted: false }))
+        } else if settles && self.attempts.rest_is_due(self.protocol.rest) {
+            AfterHalt::State(Box::new(State::Rest { since_s }))
+        } else {
+            AfterHalt::Trial
+        }
     }
 
     /// Begins the next trial, or ends the session after the last.

@@ -4,6 +4,7 @@ use super::machine::Session;
 use super::observation::Hold;
 use super::participant_view::{Instruction, ParticipantView, Progress};
 use super::state::{OpenTrial, State, TrialStep};
+use crate::trial::TrialKey;
 
 impl Session {
     /// Returns the participant's view of the present state.
@@ -19,7 +20,10 @@ impl Session {
             progress: None,
         };
         match &self.state {
-            State::Consent | State::Analysing { .. } | State::Judged { .. } => {}
+            State::Consent => {}
+            State::Analysing { key, .. } | State::Judged { key, .. } => {
+                view.progress = Some(self.progress(key, None));
+            }
             State::Welcome => {
                 view.instruction = Instruction::Welcome;
                 view.button = true;
@@ -87,13 +91,17 @@ impl Session {
         };
         view.instruction = instruction;
         view.direction = view.slider_m.and(exploration).map(|e| self.direction(e));
-        view.progress = Some(Progress {
-            trial: open.key.number,
+        view.progress = Some(self.progress(&open.key, exploration));
+    }
+
+    fn progress(&self, key: &TrialKey, exploration: Option<usize>) -> Progress {
+        Progress {
+            trial: key.number,
             trials: self.attempts.plan().len() as u32,
             exploration: exploration.map_or(0, |e| e as u32 + 1),
             explorations: self.protocol.exploration.directions.len() as u32,
-            practice: open.key.practice,
-            attempt: open.key.attempt,
-        });
+            practice: key.practice,
+            attempt: key.attempt,
+        }
     }
 }

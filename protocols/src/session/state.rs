@@ -111,6 +111,36 @@ impl Mean {
 }
 
 impl State {
+    /// Returns the attempt that runs, is analysed or is judged, also of a halted state.
+    pub(super) fn current(&self) -> Option<&TrialKey> {
+        match self {
+            Self::Trial { open, .. } => Some(&open.key),
+            Self::Analysing { key, .. } | Self::Judged { key, .. } => Some(key),
+            Self::Halted {
+                then: AfterHalt::State(state),
+                ..
+            } => state.current(),
+            _ => None,
+        }
+    }
+
+    /// Returns the attempt that is judged and not settled, also of a halted state.
+    pub(super) fn judged(&self) -> Option<&TrialKey> {
+        self.reasons().and(self.current())
+    }
+
+    /// Returns why the open verdict rejects its attempt, also of a halted state; empty if it accepts it.
+    pub(super) fn reasons(&self) -> Option<&[RedoReason]> {
+        match self {
+            Self::Judged { reasons, .. } => Some(reasons),
+            Self::Halted {
+                then: AfterHalt::State(state),
+                ..
+            } => state.reasons(),
+            _ => None,
+        }
+    }
+
     /// Returns the phase that the operator's screen names.
     pub(super) fn phase(&self) -> Phase {
         match self {

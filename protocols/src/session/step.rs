@@ -21,9 +21,9 @@ impl Session {
             out.log(self.start_event());
             out.log(SessionEventKind::Phase { phase });
         }
-        let tripped = self.safety(observation, &mut out);
+        let halted = self.safety(observation, &mut out) | self.display(observation, &mut out);
         let commanded = self.command(observation, &mut out);
-        if !tripped && !commanded {
+        if !halted && !commanded {
             self.advance(observation, &mut out);
         }
         if self.phase() != phase {
@@ -47,6 +47,8 @@ impl Session {
         }
         self.hold = observation.hold;
         self.drive_wait_s = observation.drive_wait_s;
+        self.attended = observation.attended;
+        self.asking = observation.asking;
         let contact_n = self.protocol.force.contact_n;
         self.finger = match observation.normal_n {
             Some(normal_n) if normal_n >= contact_n => Some(true),
@@ -82,7 +84,7 @@ impl Session {
                 reasons,
                 since_s,
             } if !observation.asking
-                && self.elapsed_s(since_s) >= self.protocol.timing.verdict_s =>
+                && (continued || self.elapsed_s(since_s) >= self.verdict_s(&reasons)) =>
             {
                 let outcome = self.outcome(&key, reasons);
                 self.settle(key, analysis, outcome, out)

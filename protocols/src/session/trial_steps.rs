@@ -50,7 +50,7 @@ impl Session {
         State::Hold { since_s }
     }
 
-    fn paused_before_trial(&self) -> State {
+    pub(super) fn paused_before_trial(&self) -> State {
         State::Halted {
             fault: false,
             then: AfterHalt::Trial,
@@ -267,10 +267,8 @@ impl Session {
         out: &mut StepActions,
     ) -> State {
         self.interrupt(open, interruption, out);
-        State::Halted {
-            fault: false,
-            then: AfterHalt::Trial,
-        }
+        self.pausing = false;
+        self.paused_before_trial()
     }
 
     fn complete(&mut self, open: OpenTrial, out: &mut StepActions) -> State {

@@ -35,6 +35,7 @@ enum Move {
         command: Option<OperatorCommand>,
     },
     Trip,
+    LoseDisplay,
     /// The dead-man switch is not held, or the hour's driving time used up, for a while.
     NotYet {
         steps: u16,
@@ -46,14 +47,20 @@ enum Move {
     },
 }
 
+/// A command about one of the first attempts.
+fn about(command: fn(u32, u32) -> OperatorCommand) -> impl Strategy<Value = OperatorCommand> {
+    (1u32..4, 1u32..3).prop_map(move |(number, attempt)| command(number, attempt))
+}
+
 fn a_move() -> impl Strategy<Value = Move> {
     let command = prop_oneof![
         Just(consent()),
         Just(OperatorCommand::Continue),
         Just(OperatorCommand::Pause),
         Just(OperatorCommand::Resume),
-        Just(OperatorCommand::Redo),
-        Just(OperatorCommand::AcceptAnyway),
+        about(|number, attempt| OperatorCommand::PauseNow { number, attempt }),
+        about(|number, attempt| OperatorCommand::Redo { number, attempt }),
+        about(|number, attempt| OperatorCommand::AcceptAnyway { number, attempt }),
     ];
     // Rare, or few sessions would get far.
     let command = prop_oneof![100 => command, 1 => Just(OperatorCommand::Abort)];
@@ -69,6 +76,7 @@ fn a_move() -> impl Strategy<Value = Move> {
         4 => (dt_s, normal_n, any::<bool>(), prop::option::of(command))
             .prop_map(|(dt_s, normal_n, button, command)| Move::Anything { dt_s, normal_n, button, command }),
         1 => Just(Move::Trip),
+        1 => Just(Move::LoseDisplay),
         2 => (1u16..8000, holds, prop_oneof![Just(0.0), Just(700.0), Just(f64::NAN)])
             .prop_map(|(steps, hold, drive_wait_s)| Move::NotYet { steps, hold, drive_wait_s }),
         2 => (0.1..1.5).prop_map(|normal_n| Move::Analyse { normal_n }),
@@ -107,6 +115,9 @@ proptest! {
                 }
                 Move::Trip => {
                     rig.step(|o| o.safety = Safety::Tripped("any".to_owned()));
+                }
+                Move::LoseDisplay => {
+                    rig.step(|o| o.display_lost = Some("gone".to_owned()));
                 }
                 Move::NotYet { steps, hold, drive_wait_s } => {
                     for _ in 0..steps {

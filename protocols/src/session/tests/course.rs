@@ -56,9 +56,10 @@ fn a_judged_trial_waits_for_the_operators_answer() {
         if answered {
             rig.until(Phase::Baseline);
         } else {
+            let redo = rig.redo();
             rig.step(|o| {
                 o.asking = true;
-                o.command = Some(OperatorCommand::Redo);
+                o.command = Some(redo);
             });
             assert_eq!(rig.session.phase(), Phase::Baseline);
         }
@@ -129,7 +130,10 @@ fn nothing_happens_before_the_consent() {
     for command in [
         OperatorCommand::Continue,
         OperatorCommand::Pause,
-        OperatorCommand::Redo,
+        OperatorCommand::Redo {
+            number: 1,
+            attempt: 1,
+        },
     ] {
         rig.tell(command);
     }
@@ -212,22 +216,18 @@ fn the_button_counts_only_with_the_finger_on_the_plate() {
 
 #[test]
 fn a_command_that_does_not_fit_the_phase_is_refused() {
+    // Of the first attempt, in which each of these phases is.
+    let (number, attempt) = (1, 1);
+    let redo = OperatorCommand::Redo { number, attempt };
+    let accept = OperatorCommand::AcceptAnyway { number, attempt };
     let phases = [
         (OperatorCommand::Pause, Phase::Consent, Refusal::NotBegun),
         (consent(), Phase::Welcome, Refusal::ConsentNotAwaited),
-        (OperatorCommand::Redo, Phase::Welcome, Refusal::NoTrial),
+        (redo, Phase::Welcome, Refusal::NoTrial),
         (OperatorCommand::Continue, Phase::Lift, Refusal::NotWaiting),
         (OperatorCommand::Resume, Phase::Lift, Refusal::NotPaused),
-        (
-            OperatorCommand::AcceptAnyway,
-            Phase::Lift,
-            Refusal::NotJudged,
-        ),
-        (
-            OperatorCommand::AcceptAnyway,
-            Phase::Verdict,
-            Refusal::AlreadyAccepted,
-        ),
+        (accept.clone(), Phase::Lift, Refusal::NotJudged),
+        (accept, Phase::Verdict, Refusal::AlreadyAccepted),
         (OperatorCommand::Pause, Phase::Finished, Refusal::Over),
         (OperatorCommand::Abort, Phase::Finished, Refusal::Over),
     ];

@@ -10,7 +10,7 @@ fn a_pause_in_any_phase_stops_the_drive_and_the_session_still_completes() {
     for phase in RUNNING {
         let mut rig = rig_in(phase);
         let begun = rig.begun().len();
-        rig.tell(OperatorCommand::Pause);
+        rig.pause_now();
         assert_eq!(rig.session.phase(), Phase::Paused);
         assert_eq!(rig.view.as_ref().unwrap().instruction, Instruction::Paused);
         for _ in 0..500 {
@@ -123,7 +123,7 @@ fn an_abort_in_any_phase_ends_the_session_once() {
 fn an_analysis_that_arrives_during_a_pause_is_kept() {
     let mut rig = Rig::new(demo()).consented();
     rig.until(Phase::Analysing);
-    rig.tell(OperatorCommand::Pause);
+    rig.pause_now();
     rig.step(|_| {});
     rig.analyses = false;
     rig.tell(OperatorCommand::Resume);
@@ -144,4 +144,104 @@ fn a_clock_that_stands_or_goes_back_does_no_harm() {
     rig.t_s = before;
     rig.until(Phase::Finished);
     rig.check();
+}
+
+#[test]
+fn a_pause_waits_for_the_attempt_and_loses_nothing() {
+    for phase in [Phase::Baseline, Phase::Exploration, Phase::Feedback] {
+        let mut rig = Rig::new(demo()).consented();
+        rig.until(phase);
+        rig.tell(OperatorCommand::Pause);
+        assert_eq!(rig.session.phase(), phase);
+        assert!(rig.session.is_pausing());
+        rig.until(Phase::Paused);
+        assert_eq!(rig.ends(), [TrialEnd::Completed], "{phase:?}");
+        assert_eq!(
+            rig.outcomes().len(),
+            1,
+            "{phase:?}: settled before the pause"
+        );
+        assert!(!rig.session.is_pausing());
+        for _ in 0..500 {
+            rig.step(|o| o.button_pressed = true);
+        }
+        assert_eq!(rig.session.phase(), Phase::Paused);
+        rig.tell(OperatorCommand::Resume);
+        rig.until(Phase::Finished);
+        assert_eq!(rig.session.summary().interrupted, 0);
+        rig.check();
+    }
+}
+
+#[test]
+fn a_pause_that_waits_is_withdrawn_hurried_and_outlives_a_repetition() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.until(Phase::Exploration);
+    rig.tell(OperatorCommand::Pause);
+    rig.tell(OperatorCommand::Resume);
+    assert!(!rig.session.is_pausing());
+    rig.tell(OperatorCommand::Pause);
+    rig.pause_now();
+    assert_eq!(rig.session.phase(), Phase::Paused);
+    rig.tell(OperatorCommand::Resume);
+    rig.until(Phase::Exploration);
+    rig.tell(OperatorCommand::Pause);
+    let redo = rig.redo();
+    rig.tell(redo);
+    assert_eq!(rig.session.phase(), Phase::Paused);
+    rig.tell(OperatorCommand::Resume);
+    // In the last trial there is nothing to pause for afterwards.
+    rig.until(Phase::Rest);
+    while rig.session.trials_left() > 1 || rig.session.phase() != Phase::Exploration {
+        rig.step(|_| {});
+    }
+    rig.tell(OperatorCommand::Pause);
+    rig.until(Phase::Finished);
+    rig.check();
+}
+
+/// Fault 43.
+#[test]
+fn a_lost_display_pauses_in_any_phase_until_it_is_back_and_the_operator_goes_on() {
+    for phase in RUNNING {
+        let mut rig = rig_in(phase);
+        let begun = rig.begun().len();
+        let lost = |o: &mut Observation| o.display_lost = Some("the window has gone".to_owned());
+        for _ in 0..200 {
+            rig.step(lost);
+        }
+        assert_eq!(rig.session.phase(), Phase::Paused, "{phase:?}");
+        assert_eq!(rig.begun().len(), begun);
+        rig.step(|o| {
+            lost(o);
+            o.command = Some(OperatorCommand::Resume);
+        });
+        assert_eq!(rig.session.phase(), Phase::Paused, "resumed unseen");
+        for _ in 0..200 {
+            rig.step(|o| o.button_pressed = true);
+        }
+        assert_eq!(
+            rig.session.phase(),
+            Phase::Paused,
+            "it must not go on by itself"
+        );
+        rig.tell(OperatorCommand::Resume);
+        rig.until(Phase::Finished);
+        rig.check();
+        let events = rig.events();
+        let count =
+            |wanted: fn(&SessionEventKind) -> bool| events.iter().filter(|e| wanted(e)).count();
+        assert_eq!(
+            count(|e| matches!(e, SessionEventKind::DisplayLost { .. })),
+            1
+        );
+        assert_eq!(count(|e| matches!(e, SessionEventKind::DisplayBack)), 1);
+        let cut = TrialEnd::Interrupted {
+            interruption: Interruption::DisplayLost {
+                reason: "the window has gone".to_owned(),
+            },
+        };
+        assert_eq!(rig.ends().contains(&cut), in_trial(phase), "{phase:?}");
+        assert_eq!(rig.session.summary().accepted, 4, "{phase:?}");
+    }
 }

@@ -3,6 +3,7 @@
 use super::rig::*;
 use crate::record::{TrialOutcome, TrialRecord};
 use crate::redo_reason::RedoReason;
+use crate::session::commands::Refusal;
 use crate::session::*;
 use crate::trial::*;
 use crate::verdict::Verdict;
@@ -78,7 +79,8 @@ fn the_operator_can_keep_a_bad_trial() {
     let mut rig = Rig::new(demo()).consented();
     rig.normal_n = 1.2;
     rig.until_main(Phase::Verdict);
-    rig.tell(OperatorCommand::AcceptAnyway);
+    let accept = rig.accept_anyway();
+    rig.tell(accept);
     assert!(matches!(
         rig.outcomes().last(),
         Some(TrialOutcome::AcceptedAnyway { reasons }) if reasons.len() == 2
@@ -90,9 +92,11 @@ fn the_operator_can_keep_a_bad_trial() {
 fn the_operator_can_repeat_a_good_trial_and_a_running_one() {
     let mut rig = Rig::new(demo()).consented();
     rig.until_main(Phase::Verdict);
-    rig.tell(OperatorCommand::Redo);
+    let redo = rig.redo();
+    rig.tell(redo);
     rig.until(Phase::Exploration);
-    rig.tell(OperatorCommand::Redo);
+    let redo = rig.redo();
+    rig.tell(redo);
     assert_eq!(rig.session.phase(), Phase::Baseline);
     rig.until(Phase::Finished);
     rig.check();
@@ -153,4 +157,101 @@ fn a_verdict_is_announced_before_it_takes_hold() {
     });
     assert_eq!(announced, Some((rig.begun()[0].clone(), Verdict::Accepted)));
     assert!(rig.session.records().is_empty());
+}
+
+/// Pressed in one trial and answered in the next, a command does nothing.
+#[test]
+fn a_command_about_another_attempt_is_refused() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.until(Phase::Exploration);
+    let stale = [rig.redo(), rig.accept_anyway()];
+    let (number, attempt) = rig.about();
+    rig.until(Phase::Verdict);
+    rig.until(Phase::Exploration);
+    let begun = rig.begun().len();
+    for command in stale
+        .into_iter()
+        .chain([OperatorCommand::PauseNow { number, attempt }])
+    {
+        rig.tell(command.clone());
+        let refused = SessionEventKind::CommandRefused {
+            command,
+            because: Refusal::OtherAttempt.to_string(),
+        };
+        assert_eq!(rig.events().last(), Some(&refused));
+        assert_eq!(rig.session.phase(), Phase::Exploration);
+    }
+    // The next attempt at the same trial is another one too.
+    let redo = rig.redo();
+    rig.tell(redo.clone());
+    rig.tell(redo);
+    assert_eq!(rig.begun().len(), begun + 1);
+    rig.until(Phase::Finished);
+    rig.check();
+}
+
+#[test]
+fn a_verdict_is_overruled_both_ways_during_a_pause() {
+    for (normal_n, accepts) in [(1.2, true), (0.65, false)] {
+        let mut rig = Rig::new(demo()).consented();
+        rig.normal_n = normal_n;
+        rig.until_main(Phase::Verdict);
+        rig.tell(OperatorCommand::Pause);
+        for _ in 0..500 {
+            rig.step(|_| {});
+        }
+        let number = rig.session.current().unwrap().number;
+        let command = if accepts {
+            rig.accept_anyway()
+        } else {
+            rig.redo()
+        };
+        rig.tell(command);
+        assert_eq!(rig.session.phase(), Phase::Paused);
+        assert_eq!(rig.session.current(), None);
+        let overruled = rig.outcomes().last().cloned();
+        assert!(
+            if accepts {
+                matches!(overruled, Some(TrialOutcome::AcceptedAnyway { .. }))
+            } else {
+                overruled == Some(TrialOutcome::Redo { reasons: vec![] })
+            },
+            "{overruled:?}"
+        );
+        rig.normal_n = 0.65;
+        rig.tell(OperatorCommand::Resume);
+        assert_eq!(
+            rig.begun().last().unwrap().number,
+            number + u32::from(accepts)
+        );
+        rig.until(Phase::Finished);
+        rig.check();
+    }
+}
+
+#[test]
+fn with_an_operator_a_verdict_is_open_long_enough_and_space_ends_it() {
+    for (normal_n, attended, wanted_s) in [
+        (0.65, false, 0.5),
+        (1.2, false, 0.5),
+        (0.65, true, 2.0),
+        (1.2, true, 6.0),
+    ] {
+        let mut rig = Rig::new(demo()).consented();
+        rig.normal_n = normal_n;
+        while rig.session.phase() != Phase::Verdict {
+            rig.step(|o| o.attended = attended);
+        }
+        let left_s = rig.session.verdict_left_s().unwrap();
+        assert!((left_s - wanted_s).abs() < 0.1, "{left_s} s");
+        let began_s = rig.t_s;
+        while rig.session.phase() == Phase::Verdict {
+            rig.step(|o| o.attended = attended);
+        }
+        assert!((rig.t_s - began_s - wanted_s).abs() < 0.1);
+        rig.until(Phase::Verdict);
+        rig.step(|o| o.attended = attended);
+        rig.tell(OperatorCommand::Continue);
+        assert_ne!(rig.session.phase(), Phase::Verdict);
+    }
 }

@@ -146,6 +146,34 @@ impl Rig {
         self.step(|o| o.command = Some(command))
     }
 
+    /// Number and attempt of the trial that commands are about; those of the first if there is none.
+    pub(super) fn about(&self) -> (u32, u32) {
+        let key = self.session.current();
+        key.map_or((1, 1), |key| (key.number, key.attempt))
+    }
+
+    pub(super) fn redo(&self) -> OperatorCommand {
+        let (number, attempt) = self.about();
+        OperatorCommand::Redo { number, attempt }
+    }
+
+    pub(super) fn accept_anyway(&self) -> OperatorCommand {
+        let (number, attempt) = self.about();
+        OperatorCommand::AcceptAnyway { number, attempt }
+    }
+
+    /// Pauses at once, whatever runs.
+    pub(super) fn pause_now(&mut self) {
+        let command = match self.session.current() {
+            Some(key) => OperatorCommand::PauseNow {
+                number: key.number,
+                attempt: key.attempt,
+            },
+            None => OperatorCommand::Pause,
+        };
+        self.tell(command);
+    }
+
     pub(super) fn consented(mut self) -> Self {
         self.tell(consent());
         self
@@ -328,7 +356,7 @@ pub(super) fn rig_in(phase: Phase) -> Rig {
     let mut rig = Rig::new(demo()).consented();
     if phase == Phase::Paused {
         rig.until(Phase::Exploration);
-        rig.tell(OperatorCommand::Pause);
+        rig.pause_now();
     } else {
         rig.until(phase);
     }

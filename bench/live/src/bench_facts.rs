@@ -1,0 +1,134 @@
+//! What the operator should know of the bench itself.
+
+use config::{CalibrationFile, Config, Effective, Provenance};
+use config::{HardwareStop, Quantity};
+use jiff::Timestamp;
+use safety::{StopLine, StopTimes};
+use tui::event::{BenchFacts, CalibrationFact, PartFact};
+
+const DAY_S: f64 = 86_400.0;
+
+/// Returns calibrations, lines, sources and limits of the bench at `now`, with the times of the stops that were
+/// exercised. Dates that a simulated clock wrote have no age.
+pub fn facts(
+    bench: &Effective,
+    (now, simulated): (Timestamp, bool),
+    stops: &[StopTimes],
+    unverified: &[String],
+) -> BenchFacts {
+    let config = bench.config();
+    BenchFacts {
+        plate: format!("plate of {:.0} mm", config.plate.length_m * 1e3),
+        carrier_hz: config.plate.resonance_hz,
+        calibrations: calibrations(bench.calibration().map(|held| held.calibration()), now, simulated),
+        parts: parts(config, stops),
+        loosened: config.loosened(),
+        unverified: unverified.to_vec(),
+    }
+}
+
+fn calibrations(
+    file: Option<&CalibrationFile>,
+    now: Timestamp,
+    simulated: bool,
+) -> Vec<CalibrationFact> {
+    let fact = |name: &str, measured: Option<(&Provenance, String)>| match measured {
+        None => CalibrationFact {
+            name: name.to_owned(),
+            ..CalibrationFact::default()
+        },
+        Some((measured, value)) => {
+            let age_s = now.duration_since(measured.date).as_secs_f64();
+            CalibrationFact {
+                name: name.to_owned(),
+                date: Some(measured.date.strftime("%Y-%m-%d").to_string()),
+                age_days: (!simulated && age_s >= 0.0).then_some(age_s / DAY_S),
+                operator: measured.operator.clone(),
+                value,
+            }
+        }
+    };
+    let value = |quantity: &Quantity| quantity.to_string();
+    let pickup = file.and_then(|file| file.pickup.as_ref());
+    let plate = file.and_then(|file| file.plate.as_ref());
+    let force = file.and_then(|file| file.force.as_ref());
+    let channels = file.and_then(|file| file.channels.as_ref());
+    let output = file.and_then(|file| file.output.as_ref());
+    vec![
+        fact("pickup", pickup.map(|of| (&of.measured, value(&of.metres_per_unit)))),
+        fact("plate", plate.map(|of| (&of.measured, value(&of.resonance_hz)))),
+        fact("force", force.map(|of| (&of.measured, format!("{} masses", of.masses)))),
+        fact("tare", force.map(|of| (&of.tared, value(&of.normal_tare)))),
+        fact("channels", channels.map(|of| (&of.measured, value(&of.latency)))),
+        fact("output", output.map(|of| (&of.measured, of.meter.clone()))),
+    ]
+}
+
+fn parts(config: &Config, stops: &[StopTimes]) -> Vec<PartFact> {
+    let part = |name: &str, words: String, well: bool| PartFact {
+        name: name.to_owned(),
+        words,
+        well,
+    };
+    let (gpio, safety) = (&config.gpio, &config.safety);
+    let boxed = config.used_field_box().is_some();
+    let exercised = |line: HardwareStop| {
+        let of = match line {
+            HardwareStop::Heartbeat => StopLine::Heartbeat,
+            HardwareStop::Estop => return None,
+        };
+        stops.iter().find(|times| times.line == of)?.off_s
+    };
+    let stop = |name: &str, line: HardwareStop, wired: bool| {
+        let words = match (wired, safety.waiver_of(line)) {
+            (_, Some(by)) => format!("waived by {by}"),
+            (true, None) => match exercised(line) {
+                Some(off_s) => format!("wired, silent {:.0} ms after it", off_s * 1e3),
+                None => "wired".to_owned(),
+            },
+            (false, None) => "not wired".to_owned(),
+        };
+        part(name, words, wired)
+    };
+    let wired = |name: &str, line: Option<u8>, without: &str| {
+        let words = match line {
+            Some(_) => "wired".to_owned(),
+            None if boxed => "at the field box".to_owned(),
+            None => without.to_owned(),
+        };
+        part(name, words, line.is_some() || boxed)
+    };
+    let encoder = match &config.encoder {
+        Some(encoder) => format!("{:?}", encoder.source).to_lowercase(),
+        None => "none: no position, no stretch can be selected".to_owned(),
+    };
+    let force = config.force.as_ref();
+    vec![
+        stop("e-stop", HardwareStop::Estop, gpio.has_estop()),
+        stop("heartbeat", HardwareStop::Heartbeat, gpio.heartbeat.is_some() || boxed),
+        wired("enable", gpio.enable, "not wired"),
+        wired("button", gpio.button, "none: a finger at rest counts as ready"),
+        part(
+            "dead-man",
+            if safety.dead_man.is_some() { "must be held" } else { "not used" }.to_owned(),
+            true,
+        ),
+        part("encoder", encoder, config.encoder.is_some()),
+        part(
+            "force",
+            force.map_or("none".to_owned(), |force| force.in_words()),
+            force.is_some(),
+        ),
+        part(
+            "sound card",
+            format!(
+                "{} Hz, {} inputs, drive on {}, pickup on {}",
+                config.audio.rate_hz,
+                config.audio.input_channels,
+                config.channels.drive.index,
+                config.channels.pickup.index
+            ),
+            true,
+        ),
+    ]
+}

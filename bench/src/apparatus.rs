@@ -9,8 +9,9 @@ use devices::loudspeaker::Tone;
 use safety::Pace;
 
 use crate::cli;
+use crate::displays::Displays;
 
-/// Is told what the participant sees and hears: a display, a simulated person.
+/// Is told what the participant sees and hears: a simulated person.
 pub type Watcher = Box<dyn FnMut(&tui::ParticipantView, bool, Option<Tone>) + Send>;
 
 /// The hardware of a bench, real or simulated, and who stands around it.
@@ -19,6 +20,8 @@ pub struct Apparatus {
     pub hardware: Hardware,
     /// Who else sees and hears what the participant does.
     pub watchers: Vec<Watcher>,
+    /// What the participant sees.
+    pub displays: Displays,
     /// Does what a calibration asks of its operator; `None` where that takes a person.
     pub hands: Option<Hands>,
     /// The simulated vibrometer's port, where known amplitudes come from when no other source is named.

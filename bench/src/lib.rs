@@ -8,6 +8,7 @@ pub mod calibrate;
 pub mod calibration_report;
 pub mod cli;
 mod dates;
+pub mod displays;
 pub mod drilling;
 pub mod ending;
 pub mod estop;

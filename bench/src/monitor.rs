@@ -360,7 +360,7 @@ impl MonitorTask {
                     self.drive_on();
                     self.show_phase(PhaseKind::Monitoring);
                 }
-                tui::Action::Pause | tui::Action::Abort => {
+                tui::Action::Pause | tui::Action::PauseNow(_) | tui::Action::Abort => {
                     self.wanted = false;
                     self.drive.disarm();
                     self.show_phase(PhaseKind::Paused);
@@ -374,7 +374,9 @@ impl MonitorTask {
                     self.show_phase(PhaseKind::Paused);
                 }
                 tui::Action::Quit | tui::Action::Interrupt => self.stop.raise(),
-                tui::Action::Redo
+                tui::Action::Redo(_)
+                | tui::Action::AcceptAnyway(_)
+                | tui::Action::Seek { .. }
                 | tui::Action::Consent
                 | tui::Action::TakeCarrier
                 | tui::Action::KeepCarrier

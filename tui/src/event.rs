@@ -77,6 +77,11 @@ pub enum Event {
     },
     /// What the participant's screen shows.
     Participant(ParticipantView),
+    /// Whether the participant sees what is shown.
+    ParticipantDisplay {
+        /// Which display is lost and what became of it; `None` while each is seen.
+        lost: Option<String>,
+    },
     /// The page of a calibration, shown in place of the dashboard.
     Calibration(CalibrationPage),
     /// The current readings of a calibration.
@@ -139,6 +144,9 @@ pub struct SessionHeader {
     pub uncalibrated: bool,
     /// Whether the hardware is simulated.
     pub simulated: bool,
+    /// Whether a recording is replayed: nothing is driven, and nobody takes part.
+    #[serde(default)]
+    pub replayed: bool,
     /// Length of the plate, m.
     pub plate_length_m: f64,
     /// Limits along the plate between which data are kept, m.
@@ -168,6 +176,12 @@ pub struct PhaseView {
     pub condition: Option<String>,
     /// Advice to the operator.
     pub message: Option<String>,
+    /// Whether a pause waits for the end of the attempt.
+    #[serde(default)]
+    pub pausing: bool,
+    /// Whether the verdict on the trial can be overruled, also during a pause.
+    #[serde(default)]
+    pub overrulable: bool,
 }
 
 impl PhaseView {
@@ -185,6 +199,8 @@ impl PhaseView {
             countdown: None,
             condition: None,
             message: None,
+            pausing: false,
+            overrulable: false,
         }
     }
 }
@@ -207,6 +223,8 @@ pub enum PhaseKind {
     Exploration,
     /// The participant sees the mean force.
     Feedback,
+    /// The verdict on the trial can be overruled.
+    Verdict,
     /// The participant rests.
     Rest,
     /// The session is paused.
@@ -350,6 +368,9 @@ pub struct TrialVerdict {
     /// Condition under test.
     #[serde(default)]
     pub condition: Option<String>,
+    /// Whether the operator overruled the protocol's verdict; `accepted` is then the operator's.
+    #[serde(default)]
+    pub overruled: bool,
 }
 
 /// Health of the system: audio, clocks, recorder and disk.

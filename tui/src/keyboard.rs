@@ -1,13 +1,14 @@
 //! The effect of a key: a pure function of the state and the key.
 
-use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind};
 
 use crate::action::Action;
-use crate::asked_keys;
-use crate::calibration_keys;
-use crate::event::{PhaseKind, SafetyState};
+use crate::asked_keys::ASKED;
+use crate::calibration_keys::CALIBRATION;
+use crate::key_table::{Effect, KeyRow, Meaning, Press, meanings};
+use crate::session_keys::{DASHBOARD, EVERYWHERE, HELP};
 use crate::state::{State, Ui};
-use crate::view_keys;
+use crate::view_keys::VIEW;
 
 /// The effect of a key: the view settings after it, and at most one action.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,6 +17,8 @@ pub struct Reaction {
     pub ui: Ui,
     /// Request to the bench.
     pub action: Option<Action>,
+    /// Whether the whole screen is to be drawn anew.
+    pub redraw: bool,
 }
 
 /// Returns the effect of `key` in `state`.
@@ -39,57 +42,46 @@ pub struct Reaction {
 /// ```
 #[must_use]
 pub fn key(state: &State, key: KeyEvent) -> Reaction {
-    let mut ui = state.ui.clone();
+    let mut reaction = Reaction {
+        ui: state.ui.clone(),
+        action: None,
+        redraw: false,
+    };
+    let ui = &mut reaction.ui;
     if key.kind == KeyEventKind::Release {
-        return Reaction { ui, action: None };
+        return reaction;
     }
     ui.note = None;
-    let control = key.modifiers.contains(KeyModifiers::CONTROL);
-    if control || key.modifiers.contains(KeyModifiers::ALT) {
-        let interrupt = control && key.code == KeyCode::Char('c');
-        return Reaction {
-            ui,
-            action: interrupt.then_some(Action::Interrupt),
-        };
-    }
-    let code = match key.code {
-        KeyCode::Char(c) => KeyCode::Char(c.to_ascii_lowercase()),
-        other => other,
+    let Some(press) = Press::told(key) else {
+        return reaction;
     };
-    if code == KeyCode::Char('e') {
-        ui.confirm = None;
-        return Reaction {
-            ui,
-            action: Some(Action::EmergencyStop),
-        };
+    let meaning = meaning(state, press);
+    let effect = meaning.map(|meaning| meaning.effect);
+    match effect {
+        Some(Effect::Redraw) => reaction.redraw = true,
+        Some(Effect::Do(action @ Action::EmergencyStop)) => {
+            // A stop answers no question.
+            ui.confirm = None;
+            reaction.action = Some(action);
+        }
+        Some(Effect::Do(action @ Action::Interrupt)) => reaction.action = Some(action),
+        // A key held down must neither answer the question that it raised nor toggle pause.
+        _ if press.control || key.kind == KeyEventKind::Repeat => {}
+        _ if ui.confirm.is_some() => reaction.action = answer(ui, press.code),
+        _ if ui.help => ui.help = false,
+        Some(Effect::Do(action)) => reaction.action = Some(action),
+        Some(Effect::Ask(action)) => ui.confirm = Some(action),
+        Some(Effect::Apply(apply)) => reaction.action = apply(state, ui, press.code),
+        Some(Effect::Explain(why)) => ui.note = Some(why.to_owned()),
+        None => {}
     }
-    // A key held down must neither answer the question that it raised nor toggle pause.
-    if key.kind == KeyEventKind::Repeat {
-        return Reaction { ui, action: None };
-    }
-    let other = key.modifiers.contains(KeyModifiers::SHIFT);
-    let action = if let Some(asked) = ui.confirm {
-        answer(&mut ui, asked, code)
-    } else if ui.help {
-        ui.help = false;
-        None
-    } else if let Some(calibration) = &state.calibration {
-        calibration_keys::key(state, calibration, &mut ui, code)
-    } else if state.asked.is_some() {
-        asked_keys::key(&mut ui, code).unwrap_or_else(|| seen_or_command(state, &mut ui, code, other))
-    } else {
-        seen_or_command(state, &mut ui, code, other)
-    };
-    Reaction { ui, action }
+    reaction
 }
 
-/// Answers the question whether `asked` is confirmed.
-fn answer(ui: &mut Ui, asked: Action, code: KeyCode) -> Option<Action> {
+/// Answers the question that waits for confirmation.
+fn answer(ui: &mut Ui, code: KeyCode) -> Option<Action> {
     match code {
-        KeyCode::Char('y') => {
-            ui.confirm = None;
-            Some(asked)
-        }
+        KeyCode::Char('y') => ui.confirm.take(),
         KeyCode::Char('n') | KeyCode::Esc => {
             ui.confirm = None;
             None
@@ -98,81 +90,30 @@ fn answer(ui: &mut Ui, asked: Action, code: KeyCode) -> Option<Action> {
     }
 }
 
-/// Applies a key that changes what is seen, or one of the dashboard.
-fn seen_or_command(state: &State, ui: &mut Ui, code: KeyCode, other: bool) -> Option<Action> {
-    if view_keys::key(state, ui, code, other) {
-        return None;
-    }
-    command(state, ui, code)
+/// Returns the rows of the table for what the screen shows.
+fn rows(state: &State) -> impl Iterator<Item = &'static KeyRow> {
+    let asked: &[KeyRow] = if state.asked.is_some() { ASKED } else { &[] };
+    let pages = if state.calibration.is_some() {
+        [CALIBRATION, HELP, &[]]
+    } else {
+        [HELP, DASHBOARD, VIEW]
+    };
+    EVERYWHERE
+        .iter()
+        .chain(asked)
+        .chain(pages.into_iter().flatten())
 }
 
-/// Applies a key of the dashboard.
-fn command(state: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
-    match code {
-        KeyCode::Char('?' | 'h') => ui.help = true,
-        KeyCode::Char(letter) => match letter_effect(state, letter) {
-            KeyEffect::Do(action) => return Some(action),
-            KeyEffect::Ask(action) => ui.confirm = Some(action),
-            KeyEffect::Explain(note) => ui.note = Some(note.to_owned()),
-            KeyEffect::Nothing => {}
-        },
-        _ => {}
-    }
-    None
+/// Returns what `press` means in `state`.
+fn meaning(state: &State, press: Press) -> Option<Meaning> {
+    let mut all = rows(state).filter(|row| row.presses.contains(&press));
+    all.find_map(|row| (row.here)(state))
 }
 
-/// The effect of a letter in the current phase.
-pub(crate) enum KeyEffect {
-    /// Requests the action at once.
-    Do(Action),
-    /// Requests the action after confirmation.
-    Ask(Action),
-    /// Tells why the letter has no effect.
-    Explain(&'static str),
-    /// The letter has no meaning.
-    Nothing,
+/// Returns each key that works in `state`: its name, and what it does.
+pub(crate) fn working(state: &State) -> impl Iterator<Item = (&'static KeyRow, Meaning)> + '_ {
+    meanings(state, rows(state)).filter(|(_, meaning)| meaning.works())
 }
 
-/// Returns the effect of `letter` in the current phase.
-pub(crate) fn letter_effect(state: &State, letter: char) -> KeyEffect {
-    let kind = state.phase.kind;
-    let tripped = state.safety == Some(SafetyState::Tripped);
-    match letter {
-        ' ' | 's' if state.drill.is_some() && state.is_running() => KeyEffect::Do(Action::Ready),
-        ' ' | 's' => match kind {
-            _ if tripped => KeyEffect::Explain("tripped: remove the cause, then re-arm with x"),
-            PhaseKind::Idle => KeyEffect::Do(Action::Start),
-            PhaseKind::Ready | PhaseKind::Rest => KeyEffect::Do(Action::Ready),
-            PhaseKind::Consent => KeyEffect::Explain("record the consent first: c"),
-            PhaseKind::Paused => KeyEffect::Explain("paused: resume with p"),
-            PhaseKind::Finished => KeyEffect::Explain("the session has finished"),
-            _ => KeyEffect::Explain("already running"),
-        },
-        'c' => match kind {
-            PhaseKind::Consent => KeyEffect::Ask(Action::Consent),
-            _ => KeyEffect::Explain("consent is not needed now"),
-        },
-        'p' => match kind {
-            PhaseKind::Paused if tripped => {
-                KeyEffect::Explain("tripped: remove the cause, then re-arm with x")
-            }
-            PhaseKind::Paused => KeyEffect::Do(Action::Resume),
-            PhaseKind::Idle | PhaseKind::Consent | PhaseKind::Finished => {
-                KeyEffect::Explain("nothing to pause")
-            }
-            _ => KeyEffect::Do(Action::Pause),
-        },
-        'r' if state.phase.trial > 0 && state.is_running() => KeyEffect::Ask(Action::Redo),
-        'r' => KeyEffect::Explain("no trial to repeat"),
-        'a' if state.in_session() => KeyEffect::Ask(Action::Abort),
-        'a' => KeyEffect::Explain("no session to abort"),
-        'x' if tripped => KeyEffect::Ask(Action::Rearm),
-        'x' => KeyEffect::Explain("not tripped: nothing to re-arm"),
-        't' if state.new_carrier.is_some() => KeyEffect::Do(Action::TakeCarrier),
-        'n' if state.new_carrier.is_some() => KeyEffect::Do(Action::KeepCarrier),
-        't' | 'n' => KeyEffect::Explain("no new carrier is proposed"),
-        'q' if state.is_running() => KeyEffect::Ask(Action::Quit),
-        'q' => KeyEffect::Do(Action::Quit),
-        _ => KeyEffect::Nothing,
-    }
-}
+#[cfg(test)]
+mod tests;

@@ -2,7 +2,7 @@
 //!
 #![doc = include_str!("../README.md")]
 
-mod action;
+pub mod action;
 mod asked_keys;
 mod bench_facts;
 mod braille;
@@ -18,6 +18,7 @@ pub mod event;
 mod frame_writer;
 mod frozen;
 mod impedance_value;
+mod key_table;
 mod keyboard;
 mod outlook;
 mod page;
@@ -28,6 +29,7 @@ pub mod participant_screen;
 pub mod picture;
 mod plain_signs;
 mod plot;
+mod session_keys;
 pub mod shell;
 mod state;
 mod strip;

@@ -10,7 +10,6 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use ratatui::backend::{Backend, CrosstermBackend};
-use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::crossterm::style::Print;
 use ratatui::crossterm::{cursor, execute, terminal};
 use ratatui::{Frame, Terminal};
@@ -225,12 +224,11 @@ fn operate<B: Backend<Error = io::Error> + Write>(
             let pressed = keys.next(left).map_err(failed("reading keys"))?;
             if let Some(pressed) = pressed {
                 bell.heard();
-                if draws_anew(pressed) {
-                    terminal.clear().map_err(failed("clearing it"))?;
-                    break;
-                }
                 let reaction = key(&state, pressed);
                 state.ui = reaction.ui;
+                if reaction.redraw {
+                    terminal.clear().map_err(failed("drawing"))?;
+                }
                 if let Some(action) = reaction.action
                     && actions.send(action).is_err()
                 {
@@ -242,11 +240,6 @@ fn operate<B: Backend<Error = io::Error> + Write>(
             }
         }
     }
-}
-
-/// Whether a key asks for the screen to be drawn anew, whatever else writes to the terminal.
-fn draws_anew(key: KeyEvent) -> bool {
-    key.code == KeyCode::Char('l') && key.modifiers.contains(KeyModifiers::CONTROL)
 }
 
 /// The bell: at each trip, and again until somebody presses a key.
@@ -279,6 +272,8 @@ impl Bell {
 #[cfg(test)]
 mod tests {
     use std::sync::mpsc;
+
+    use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
     use super::*;
     use crate::event::{PhaseKind, PhaseView};
@@ -343,7 +338,12 @@ mod tests {
         .unwrap();
         assert!(end.closed);
         let asked = answering.join().unwrap();
-        assert_eq!(asked, [Action::Pause, Action::Redo, Action::EmergencyStop]);
+        let redo = Action::Redo(crate::action::AttemptName {
+            trial: 1,
+            practice: false,
+            attempt: 1,
+        });
+        assert_eq!(asked, [Action::Pause, redo, Action::EmergencyStop]);
     }
 
     #[test]

@@ -100,6 +100,9 @@ pub struct State {
     pub log: VecDeque<LogLine>,
     /// What the participant's screen shows.
     pub participant: Option<ParticipantView>,
+    /// Which participant's display is lost and what became of it.
+    #[serde(default)]
+    pub display_lost: Option<String>,
     /// Page of the running calibration.
     pub calibration: Option<CalibrationPage>,
     /// Current readings of the calibration.
@@ -213,6 +216,7 @@ impl State {
             safety_reason: None,
             log: VecDeque::new(),
             participant: None,
+            display_lost: None,
             calibration: None,
             readings: None,
             drill: None,
@@ -271,6 +275,7 @@ impl State {
             }
             Event::Log { level, text } => self.push_log(*level, text),
             Event::Participant(view) => self.participant = Some(view.clone()),
+            Event::ParticipantDisplay { lost } => self.display_lost.clone_from(lost),
             Event::Calibration(calibration) => self.calibration = Some(calibration.clone()),
             Event::CalibrationReadings(readings) => {
                 self.live_heard_s = Some(self.now_s);
@@ -293,6 +298,10 @@ impl State {
     /// Returns the age of the live values in s once it is above [`STALE_AFTER_S`].
     #[must_use]
     pub fn live_stale_s(&self) -> Option<f64> {
+        let stands = matches!(self.phase.kind, PhaseKind::Paused | PhaseKind::Finished);
+        if self.session.replayed && stands {
+            return None;
+        }
         self.stale_since(self.live_heard_s)
     }
 
@@ -317,7 +326,8 @@ impl State {
         let watching = self.phase.trial == 0
             && self.session.participant.is_none()
             && matches!(self.phase.kind, PhaseKind::Monitoring | PhaseKind::Paused);
-        self.calibration.is_none() && self.drill.is_none() && self.is_running() && !watching
+        let taking_part = self.calibration.is_none() && !self.session.replayed;
+        taking_part && self.drill.is_none() && self.is_running() && !watching
     }
 
     /// Returns the point of a calibration that would be remeasured, counted from 0: the selected one, else the one with
@@ -339,6 +349,10 @@ impl State {
     /// Enters a phase, and lists its attempt when it is new.
     fn enter(&mut self, phase: &PhaseView) {
         self.phase = phase.clone();
+        if phase.kind != PhaseKind::Finished {
+            // A replay was moved back from its end.
+            self.summary = None;
+        }
         let listed = self.trials.iter().rev().any(|line| {
             (line.trial, line.practice, line.attempt)
                 == (phase.trial, phase.practice, phase.attempt)

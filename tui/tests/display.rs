@@ -12,7 +12,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use pty::{PATIENCE, Screen};
-use tui::display::DisplayError;
+use tui::display::{DisplayError, DisplayLoss};
 use tui::{Instruction, ParticipantDisplay, ParticipantView, Theme};
 
 fn shown(instruction: Instruction) -> ParticipantView {
@@ -42,7 +42,7 @@ fn it_draws_on_its_terminal_follows_its_size_and_puts_it_back() {
     screen.wait_for(&(" ".repeat(24) + "Please wait"));
     screen.resize(100, 30);
     screen.wait_for(&(" ".repeat(44) + "Please wait"));
-    assert!(display.is_alive());
+    assert_eq!(display.lost(), None);
     drop(display);
     screen.wait_for("\x1b[?1049l");
 }
@@ -59,6 +59,12 @@ fn a_terminal_that_stands_still_never_holds_the_caller() {
     for _ in 0..10_000 {
         display.show(shown(Instruction::Wait));
         display.show(shown(Instruction::Finished));
+    }
+    let deadline = Instant::now() + PATIENCE;
+    while display.lost() != Some(DisplayLoss::Stuck) {
+        assert!(Instant::now() < deadline, "nobody noticed");
+        display.show(shown(Instruction::Rest));
+        thread::sleep(Duration::from_millis(20));
     }
     // Returning at all is the test: the thread behind may be held for ever.
     drop(display);
@@ -78,7 +84,7 @@ fn a_terminal_that_goes_away_is_noticed() {
     drop(controller);
     drop(written);
     let deadline = Instant::now() + PATIENCE;
-    while display.is_alive() {
+    while display.lost() != Some(DisplayLoss::Gone) {
         assert!(Instant::now() < deadline, "still thought alive");
         display.show(shown(Instruction::Rest));
         thread::sleep(Duration::from_millis(10));

@@ -1,13 +1,15 @@
 //! What each key does where the session stands.
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use tui::action::AttemptName;
 use tui::calibration_page::Reply;
 use tui::event::{
-    AskedDetail, CarrierProposal, Event, PhaseKind, PhaseView, SafetyState, ValueAndStd,
+    AskedDetail, CarrierProposal, Event, PhaseKind, PhaseView, SafetyState, SessionHeader,
+    TrialVerdict, ValueAndStd,
 };
 use tui::{Action, Page, State, Theme, Window, key};
 
-const PHASES: [PhaseKind; 11] = [
+const PHASES: [PhaseKind; 12] = [
     PhaseKind::Idle,
     PhaseKind::Consent,
     PhaseKind::Baseline,
@@ -15,6 +17,7 @@ const PHASES: [PhaseKind; 11] = [
     PhaseKind::Countdown,
     PhaseKind::Exploration,
     PhaseKind::Feedback,
+    PhaseKind::Verdict,
     PhaseKind::Rest,
     PhaseKind::Paused,
     PhaseKind::Monitoring,
@@ -32,6 +35,15 @@ fn state(kind: PhaseKind, safety: SafetyState, trial: u32) -> State {
         reason: None,
     });
     state
+}
+
+/// The attempt of the states here.
+fn second() -> AttemptName {
+    AttemptName {
+        trial: 2,
+        practice: false,
+        attempt: 1,
+    }
 }
 
 fn plain(code: KeyCode) -> KeyEvent {
@@ -106,7 +118,8 @@ fn a_new_carrier_is_taken_or_kept_while_it_is_proposed() {
 
 #[test]
 fn keys_by_phase() {
-    use Action::{Abort, Consent, Pause, Quit, Ready, Redo, Resume, Start};
+    use Action::{Abort, Consent, Pause, Quit, Ready, Resume, Start};
+    let redo = &[Action::Redo(second())];
     use PhaseKind as P;
     let table: &[(P, &str, &[Action])] = &[
         (P::Idle, " ", &[Start]),
@@ -127,15 +140,17 @@ fn keys_by_phase() {
         (P::Exploration, " ", &[]),
         (P::Exploration, "p", &[Pause]),
         (P::Exploration, "r", &[]),
-        (P::Exploration, "ry", &[Redo]),
+        (P::Exploration, "ry", redo),
         (P::Exploration, "r ", &[]),
         (P::Exploration, "ay", &[Abort]),
         (P::Exploration, "q", &[]),
         (P::Exploration, "qy", &[Quit]),
         (P::Paused, "p", &[Resume]),
         (P::Paused, " ", &[]),
-        (P::Paused, "ry", &[Redo]),
+        (P::Paused, "ry", &[]),
         (P::Monitoring, "p", &[Pause]),
+        (P::Idle, "o", &[]),
+        (P::Exploration, "o", &[]),
         (P::Finished, " ", &[]),
         (P::Finished, "ry", &[]),
         (P::Finished, "q", &[Quit]),
@@ -237,6 +252,10 @@ fn the_view_is_the_operators() {
 #[test]
 fn a_drill_takes_the_keys_of_a_session_and_says_seen_with_space() {
     use Action::{EmergencyStop, Pause, Quit, Ready, Rearm, Redo, Resume};
+    let first = AttemptName {
+        trial: 1,
+        ..second()
+    };
     for (kind, safety, keys, expected) in [
         (
             PhaseKind::Monitoring,
@@ -250,7 +269,12 @@ fn a_drill_takes_the_keys_of_a_session_and_says_seen_with_space() {
         (PhaseKind::Monitoring, SafetyState::Driving, "x", &[]),
         (PhaseKind::Monitoring, SafetyState::Driving, "p", &[Pause]),
         (PhaseKind::Paused, SafetyState::Disarmed, "p", &[Resume]),
-        (PhaseKind::Monitoring, SafetyState::Driving, "ry", &[Redo]),
+        (
+            PhaseKind::Monitoring,
+            SafetyState::Driving,
+            "ry",
+            &[Redo(first)],
+        ),
         (PhaseKind::Monitoring, SafetyState::Tripped, "qy", &[Quit]),
         (PhaseKind::Monitoring, SafetyState::Tripped, "ay", &[]),
         (
@@ -269,4 +293,101 @@ fn a_drill_takes_the_keys_of_a_session_and_says_seen_with_space() {
             "{kind:?} {safety:?} {keys:?}"
         );
     }
+}
+
+#[test]
+fn an_open_verdict_is_overruled_both_ways_without_a_question_while_its_time_runs() {
+    for (accepted, keys, expected) in [
+        (true, "r", &[Action::Redo(second())][..]),
+        (true, "o", &[]),
+        (false, "r", &[Action::Redo(second())]),
+        (false, "o", &[Action::AcceptAnyway(second())]),
+        (false, " ", &[Action::Ready]),
+    ] {
+        for kind in [PhaseKind::Verdict, PhaseKind::Paused] {
+            let mut state = state(kind, SafetyState::Armed, 2);
+            state.phase.overrulable = true;
+            state.apply(&Event::Verdict(TrialVerdict {
+                trial: 2,
+                attempt: 1,
+                accepted,
+                ..TrialVerdict::default()
+            }));
+            let expected = if kind == PhaseKind::Paused && keys == " " {
+                &[]
+            } else {
+                expected
+            };
+            assert_eq!(
+                press(&mut state, keys),
+                expected,
+                "{kind:?} {accepted} {keys:?}"
+            );
+            assert_eq!(state.ui.confirm, None);
+        }
+    }
+}
+
+/// The question is about the trial in which it was asked.
+#[test]
+fn a_question_answered_in_the_next_trial_is_about_the_trial_before() {
+    let mut state = state(PhaseKind::Exploration, SafetyState::Driving, 2);
+    press(&mut state, "r");
+    state.apply(&Event::Phase(PhaseView {
+        trial: 3,
+        ..PhaseView::new(PhaseKind::Baseline)
+    }));
+    assert_eq!(press(&mut state, "y"), [Action::Redo(second())]);
+}
+
+#[test]
+fn a_pause_waits_and_throws_nothing_away_before_it_is_confirmed() {
+    let mut state = state(PhaseKind::Exploration, SafetyState::Driving, 2);
+    assert_eq!(press(&mut state, "p"), [Action::Pause]);
+    state.phase.pausing = true;
+    assert_eq!(press(&mut state, "p"), []);
+    assert_eq!(press(&mut state, "n"), []);
+    assert_eq!(press(&mut state, "py"), [Action::PauseNow(second())]);
+}
+
+/// Its name may belong to another window by now.
+#[test]
+fn a_lost_terminal_is_opened_again_only_when_confirmed() {
+    let mut state = state(PhaseKind::Paused, SafetyState::Armed, 0);
+    state.apply(&Event::ParticipantDisplay {
+        lost: Some("participant's terminal /dev/pts/7: it has gone".to_owned()),
+    });
+    assert_eq!(press(&mut state, "p"), []);
+    assert_eq!(press(&mut state, "y"), [Action::Resume]);
+    state.apply(&Event::ParticipantDisplay { lost: None });
+    assert_eq!(press(&mut state, "p"), [Action::Resume]);
+}
+
+#[test]
+fn a_replay_takes_the_keys_of_a_player_and_asks_nothing() {
+    let mut state = state(PhaseKind::Exploration, SafetyState::Disarmed, 0);
+    state.apply(&Event::Session(SessionHeader {
+        replayed: true,
+        ..SessionHeader::default()
+    }));
+    assert_eq!(press(&mut state, "e"), []);
+    assert_eq!(press(&mut state, "xrac"), []);
+    assert_eq!(state.ui.confirm, None);
+    assert_eq!(
+        press(&mut state, "p q"),
+        [Action::Pause, Action::Pause, Action::Quit]
+    );
+    for (code, by_s) in [(KeyCode::Left, -5.0), (KeyCode::Right, 5.0)] {
+        let action = key(&state, plain(code)).action;
+        assert_eq!(action, Some(Action::Seek { by_s }));
+    }
+}
+
+#[test]
+fn control_l_draws_everything_anew() {
+    let state = state(PhaseKind::Exploration, SafetyState::Driving, 2);
+    let control_l = KeyEvent::new(KeyCode::Char('l'), KeyModifiers::CONTROL);
+    let reaction = key(&state, control_l);
+    assert!(reaction.redraw);
+    assert_eq!((reaction.action, reaction.ui), (None, state.ui));
 }

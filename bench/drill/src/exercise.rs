@@ -403,7 +403,7 @@ impl Exercise {
                 *rearming_s = Some(now_s);
                 Some(Order::Rearm)
             }
-            (Stage::Acknowledged { .. }, Action::Redo) if remedy == Remedy::Repeat => {
+            (Stage::Acknowledged { .. }, Action::Redo(_)) if remedy == Remedy::Repeat => {
                 self.times.done_s = self.since_fault_s(now_s);
                 self.conclude();
                 None
@@ -459,7 +459,7 @@ impl Exercise {
         self.times.seen_s = self.since_fault_s(now_s);
         self.enter(Stage::Acknowledged { rearming_s: None }, now_s);
         match (row.remedy, action) {
-            (Remedy::Repeat, Action::Redo) | (Remedy::Restart(_), Action::Quit) => {
+            (Remedy::Repeat, Action::Redo(_)) | (Remedy::Restart(_), Action::Quit) => {
                 self.act(action, now_s)
             }
             (Remedy::Rearm(_), Action::Rearm) if !self.by_hand => {

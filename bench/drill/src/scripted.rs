@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use console::{Front, Headless};
+use tui::action::AttemptName;
 use tui::drill_view::{DrillStep, DrillView};
 use tui::{Action, Event};
 
@@ -71,7 +72,7 @@ impl<W: Write + Send> Front for Scripted<W> {
             DrillStep::Acknowledge => Some(Action::Ready),
             DrillStep::Rearm => Some(Action::Rearm),
             DrillStep::Resume => Some(Action::Resume),
-            DrillStep::Repeat => Some(Action::Redo),
+            DrillStep::Repeat => Some(Action::Redo(AttemptName::default())),
             DrillStep::Quit => Some(Action::Quit),
         }
     }

@@ -4,7 +4,7 @@ use impedance::{Mask, ZmFrame};
 use num_complex::Complex64;
 use protocols::{
     Direction, ParticipantView, Phase, Progress, Protocol, SessionEventKind, TrialAnalysis,
-    TrialKey, Verdict,
+    TrialKey, TrialOutcome, TrialRecord, Verdict,
 };
 use tui::event::{ComplexImpedance, Live, LogLevel, Masked, NoEstimate, PhaseKind, ValueAndStd};
 
@@ -22,7 +22,8 @@ pub fn phase_kind(phase: Phase) -> PhaseKind {
         Phase::Hold | Phase::Ready => PhaseKind::Ready,
         Phase::Countdown => PhaseKind::Countdown,
         Phase::Exploration => PhaseKind::Exploration,
-        Phase::Lift | Phase::Feedback | Phase::Analysing | Phase::Verdict => PhaseKind::Feedback,
+        Phase::Lift | Phase::Feedback | Phase::Analysing => PhaseKind::Feedback,
+        Phase::Verdict => PhaseKind::Verdict,
         Phase::Rest => PhaseKind::Rest,
         Phase::Paused | Phase::Fault => PhaseKind::Paused,
         Phase::Finished | Phase::Aborted => PhaseKind::Finished,
@@ -52,6 +53,18 @@ pub fn notice(event: &SessionEventKind) -> Option<(LogLevel, String)> {
             LogLevel::Warning,
             "the finger stayed on the plate".to_owned(),
         ),
+        SessionEventKind::DisplayLost { reason } => (
+            LogLevel::Error,
+            format!("paused: the participant's display is lost: {reason}"),
+        ),
+        SessionEventKind::DisplayBack => (
+            LogLevel::Info,
+            "the participant's display is back".to_owned(),
+        ),
+        SessionEventKind::PauseAwaited { .. } => (
+            LogLevel::Info,
+            "the session pauses after this attempt".to_owned(),
+        ),
         SessionEventKind::SafetyTripped { reason } => {
             (LogLevel::Error, format!("drive stopped: {reason}"))
         }
@@ -68,7 +81,6 @@ pub fn advice(phase: Phase) -> Option<&'static str> {
         Phase::Ready => "the participant places the finger and presses the button",
         Phase::Hold => "the participant releases the dead-man switch, then holds it",
         Phase::Fault => "stopped: find the cause, x re-arms, p goes on",
-        Phase::Verdict => "r repeats the trial",
         Phase::Lift => "the participant lifts the finger",
         _ => return None,
     })
@@ -78,29 +90,31 @@ pub fn advice(phase: Phase) -> Option<&'static str> {
 pub fn phase(session: &protocols::Session, view: &ParticipantView) -> tui::event::PhaseView {
     let protocol = session.protocol();
     let mut shown = tui::event::PhaseView::new(phase_kind(session.phase()));
-    if let Some(Progress {
-        trial,
-        exploration,
-        explorations,
-        practice,
-        attempt,
-        ..
-    }) = view.progress
-    {
+    if let Some(key) = session.current() {
         let practices = protocol.trials.practice;
-        shown.practice = practice;
-        shown.trial = if practice { trial } else { trial - practices };
-        shown.trials = if practice {
+        shown.practice = key.practice;
+        shown.trial = TrialLabel::new(key, practices).number;
+        shown.trials = if key.practice {
             practices
         } else {
             protocol.planned_trials() - practices
         };
-        shown.attempt = attempt;
+        shown.attempt = key.attempt;
+    }
+    if let Some(Progress {
+        exploration,
+        explorations,
+        ..
+    }) = view.progress
+    {
         shown.exploration = exploration;
         shown.explorations = explorations;
     }
-    shown.countdown = view.countdown_s.map(whole_seconds);
+    let left_s = view.countdown_s.or(session.verdict_left_s());
+    shown.countdown = left_s.map(whole_seconds);
     shown.message = advice(session.phase()).map(str::to_owned);
+    shown.pausing = session.is_pausing();
+    shown.overrulable = session.is_judged();
     shown
 }
 
@@ -262,5 +276,46 @@ pub fn judged(
         normal_n,
         settled: None,
         condition: (protocol.conditions.len() > 1).then(|| key.condition.clone()),
+        overruled: false,
     }
+}
+
+/// Words and verdict of an attempt whose verdict the operator overruled; `None` of any other.
+pub fn overruled(
+    record: &TrialRecord,
+    protocol: &Protocol,
+) -> Option<(String, tui::event::TrialVerdict)> {
+    let (accepted, reasons) = match &record.outcome {
+        TrialOutcome::AcceptedAnyway { reasons } if !record.key.practice => (true, reasons),
+        TrialOutcome::Redo { reasons } if reasons.is_empty() => (false, reasons),
+        _ => return None,
+    };
+    let reasons = reasons.clone();
+    let judged = if accepted {
+        Verdict::Redo { reasons }
+    } else {
+        Verdict::Accepted
+    };
+    let shown = verdict(&record.key, protocol, &judged, record.analysis.as_ref());
+    let name = format!(
+        "{} {}",
+        if shown.practice { "practice" } else { "trial" },
+        shown.trial
+    );
+    let text = if accepted {
+        format!(
+            "{name} kept by the operator, although: {}",
+            shown.reasons.join("; ")
+        )
+    } else {
+        format!("{name} was accepted; the operator repeats it")
+    };
+    Some((
+        text,
+        tui::event::TrialVerdict {
+            accepted,
+            overruled: true,
+            ..shown
+        },
+    ))
 }

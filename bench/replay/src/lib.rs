@@ -9,7 +9,7 @@ mod source;
 
 use std::collections::VecDeque;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -52,9 +52,13 @@ pub use report::Report;
 const SCREEN_PERIOD_S: f64 = 0.016;
 /// What the filters of the analysis want to see on either side of an interval, s; live data arrive within less.
 const MARGIN_S: f64 = 0.1;
+/// What is read at once of a part that is skipped, s of the recording; the keys are looked at between.
+const SEEK_CHUNK_S: f64 = 0.1;
+
 /// A recording opened for replay.
 pub struct Plan {
     source: Source,
+    folder: PathBuf,
     name: String,
     speed: Speed,
     headless: bool,
@@ -81,6 +85,7 @@ impl Plan {
             assumed: settings.assumed(),
             name: name.map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
             source,
+            folder: folder.to_owned(),
             speed: options.speed,
             headless: options.headless,
         })
@@ -154,6 +159,7 @@ fn opening(plan: &Plan) -> Vec<tui::Event> {
     let unverified = hardware.map_or(&[][..], |hardware| &hardware.unverified);
     let mut events = vec![
         tui::Event::Session(tui::event::SessionHeader {
+            replayed: true,
             participant: manifest
                 .participant
                 .as_ref()
@@ -194,6 +200,12 @@ struct Replay {
     unattended: bool,
     /// Real speed may be paused; played of the recording, s.
     played_s: f64,
+    /// Up to here it is read fast, s of the recording.
+    seeking_s: f64,
+    /// The recording, to begin anew.
+    folder: PathBuf,
+    /// Fits asked for before the replay moved back.
+    outdated: usize,
     polled_ns: Option<u64>,
     paused: bool,
     began: Instant,
@@ -235,15 +247,7 @@ impl Replay {
             .filter(|interval| matches!(interval.kind, RecordedIntervalKind::Exploration(_)));
         Self {
             planned: explorations.count() as u32,
-            contact: {
-                let manifest = plan.source.manifest();
-                let (mass_kg, modulation_hz) =
-                    (manifest.plate.modal_mass_kg, manifest.modulation_hz);
-                LiveContact::new(
-                    plan.rules.contact_n,
-                    PlateTracking::of(mass_kg, modulation_hz),
-                )
-            },
+            contact: live_contact(&plan.source, &plan.rules),
             source: plan.source,
             front,
             refits,
@@ -254,6 +258,9 @@ impl Replay {
             protocol_flaw: plan.protocol_flaw,
             unattended: plan.headless,
             played_s: 0.0,
+            seeking_s: 0.0,
+            folder: plan.folder,
+            outdated: 0,
             polled_ns: None,
             paused: false,
             began: Instant::now(),
@@ -402,6 +409,10 @@ impl Replay {
     fn take_fits(&mut self) {
         while let Ok(report) = self.fits.try_recv() {
             self.answered += 1;
+            if self.outdated > 0 {
+                self.outdated -= 1;
+                continue;
+            }
             if let Ok(fit) = &report.fit {
                 self.fitted += 1;
                 self.contact.refit(fit);
@@ -414,26 +425,64 @@ impl Replay {
         }
     }
 
-    fn take_actions(&mut self) {
+    fn take_actions(&mut self) -> anyhow::Result<()> {
         while let Some(action) = self.front.action() {
             match action {
                 tui::Action::Pause => self.paused = true,
                 tui::Action::Resume | tui::Action::Start | tui::Action::Ready => {
                     self.paused = false;
                 }
+                tui::Action::Seek { by_s } => self.seek(by_s)?,
                 tui::Action::Quit | tui::Action::Interrupt | tui::Action::Abort => {
                     self.stop.raise();
                 }
                 // Nothing is driven, and nobody takes part.
                 tui::Action::EmergencyStop
                 | tui::Action::Rearm
-                | tui::Action::Redo
+                | tui::Action::Redo(_)
+                | tui::Action::PauseNow(_)
+                | tui::Action::AcceptAnyway(_)
                 | tui::Action::Consent
                 | tui::Action::TakeCarrier
                 | tui::Action::KeepCarrier
                 | tui::Action::Answer(_) => {}
             }
         }
+        Ok(())
+    }
+
+    /// Moves on by reading fast, or back by reading fast from the start: what is shown always rests on all before it.
+    fn seek(&mut self, by_s: f64) -> anyhow::Result<()> {
+        let to_s = (self.audio_s.max(self.seeking_s) + by_s).clamp(0.0, self.source.duration_s());
+        if to_s < self.audio_s {
+            self.source = Source::open(&self.folder)?;
+            self.intervals = in_order(self.source.manifest());
+            self.record = Measurements::faults_of(self.source.manifest(), self.source.rate_hz());
+            self.contact = live_contact(&self.source, &self.rules);
+            self.meter = LiveMeter::default();
+            self.account = Account::default();
+            self.plate = Err(UnloadedError::NoInterval);
+            (self.audio_s, self.played_s, self.screen_due_s) = (0.0, 0.0, 0.0);
+            (self.frames, self.explored, self.instances) = (0, 0, 0);
+            (self.fitted, self.friction) = (0, (0.0, 0));
+            self.outdated = self.asked - self.answered;
+            self.finished = false;
+        }
+        self.seeking_s = to_s;
+        Ok(())
+    }
+
+    /// Returns up to where the recording is to be read, s.
+    fn read_to_s(&mut self, since_ns: u64) -> Option<f64> {
+        if self.played_s < self.seeking_s {
+            self.played_s = self.seeking_s.min(self.played_s + SEEK_CHUNK_S);
+            return Some(self.played_s);
+        }
+        if self.paused {
+            return None;
+        }
+        self.played_s += since_ns as f64 * 1e-9;
+        Some(self.played_s)
     }
 
     fn phase(&self) -> PhaseView {
@@ -525,6 +574,12 @@ impl Replay {
     }
 }
 
+fn live_contact(source: &Source, rules: &SelectionRules) -> LiveContact {
+    let manifest = source.manifest();
+    let tracking = PlateTracking::of(manifest.plate.modal_mass_kg, manifest.modulation_hz);
+    LiveContact::new(rules.contact_n, tracking)
+}
+
 fn in_order(manifest: &Manifest) -> VecDeque<RecordedInterval> {
     let mut intervals = manifest.intervals.clone();
     intervals.sort_by(|a, b| a.end_s.total_cmp(&b.end_s));
@@ -545,14 +600,13 @@ impl Task for Replay {
         if self.finished {
             // Only the operator is waited for, also when time runs free.
             std::thread::sleep(self.period());
-        } else if !self.paused {
-            self.played_s += since_ns as f64 * 1e-9;
-            let batch = self.source.read_until(self.played_s)?;
+        } else if let Some(to_s) = self.read_to_s(since_ns) {
+            let batch = self.source.read_until(to_s)?;
             self.take(batch);
             self.close_intervals();
         }
         self.take_fits();
-        self.take_actions();
+        self.take_actions()?;
         self.feed_screen();
         self.end();
         Ok(())

@@ -25,7 +25,7 @@ use recording::study::{self, GeneratedBy, Study};
 use signalgen::StreamDirection;
 use tasks::{Slot, StopFlag};
 
-use crate::apparatus::{Apparatus, Watcher};
+use crate::apparatus::Apparatus;
 use crate::journal::Journal;
 use crate::readiness::Readiness;
 use crate::rehearsed;
@@ -54,6 +54,7 @@ pub fn run(
     let Apparatus {
         hardware,
         watchers,
+        displays,
         hands: _,
         vibrometer_port: _,
         voltmeter_port: _,
@@ -162,6 +163,7 @@ pub fn run(
 
     let (mut front, dashboard) = front(&plan, stop.clone(), out)?;
     front.show(tui::Event::Session(tui::event::SessionHeader {
+        replayed: false,
         participant: Some(plan.participant.to_string()),
         protocol: Some(protocol.name.clone()),
         study: Some(plan.study.display().to_string()),
@@ -258,6 +260,7 @@ pub fn run(
         readiness: Readiness::new(button),
         front,
         watchers,
+        displays,
         sound,
         journal: entries,
         live: {
@@ -363,14 +366,4 @@ pub fn report_lines(
         )),
     }
     lines
-}
-
-/// Adds a watcher to the hardware's: the participant's own terminal.
-///
-/// # Errors
-/// When the device is no terminal or cannot be opened.
-pub fn participant_display(path: &Path) -> anyhow::Result<Watcher> {
-    let theme = tui::Theme::from_no_color(std::env::var_os("NO_COLOR").as_deref());
-    let display = tui::ParticipantDisplay::open(path, theme)?;
-    Ok(Box::new(move |view, _, _| display.show(view.clone())))
 }

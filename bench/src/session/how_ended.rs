@@ -14,6 +14,9 @@ pub(super) fn pause(event: &SessionEventKind) -> Option<String> {
         SessionEventKind::DeadManNotHeld => {
             Some("the dead-man switch was not released and held in time".to_owned())
         }
+        SessionEventKind::DisplayLost { reason } => {
+            Some(format!("the participant's display is lost: {reason}"))
+        }
         _ => None,
     }
 }

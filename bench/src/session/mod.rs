@@ -1,7 +1,7 @@
 //! The session task: acquired data go to the protocol's state machine, what it asks for goes to the devices.
 
 mod consent;
-mod fit_request;
+mod due_trial;
 mod how_ended;
 mod operator_request;
 mod questions;

@@ -2,6 +2,7 @@
 
 use protocols::OperatorCommand;
 use tui::Action;
+use tui::action::AttemptName;
 use tui::calibration_page::Reply;
 
 /// Request of the operator.
@@ -20,23 +21,42 @@ pub enum OperatorRequest {
     Rearm,
     /// End the program.
     End,
+    /// Nothing: it is asked of replays.
+    Nothing,
 }
 
-impl From<Action> for OperatorRequest {
-    fn from(action: Action) -> Self {
-        match action {
-            Action::Start | Action::Ready => Self::Command(OperatorCommand::Continue),
-            Action::Consent => Self::Consent,
-            Action::Pause => Self::Command(OperatorCommand::Pause),
-            Action::Resume => Self::Command(OperatorCommand::Resume),
-            Action::Redo => Self::Command(OperatorCommand::Redo),
-            Action::Abort => Self::Command(OperatorCommand::Abort),
-            Action::TakeCarrier => Self::Carrier(true),
-            Action::KeepCarrier => Self::Carrier(false),
-            Action::EmergencyStop => Self::Stop,
-            Action::Rearm => Self::Rearm,
-            Action::Quit | Action::Interrupt => Self::End,
-            Action::Answer(reply) => Self::Reply(reply),
-        }
+impl OperatorRequest {
+    /// Returns what `action` asks of a session whose first `practices` trials are practice.
+    pub fn of(action: Action, practices: u32) -> Self {
+        let about = |named: AttemptName| {
+            let before = if named.practice { 0 } else { practices };
+            (before + named.trial, named.attempt)
+        };
+        Self::Command(match action {
+            Action::Start | Action::Ready => OperatorCommand::Continue,
+            Action::Pause => OperatorCommand::Pause,
+            Action::PauseNow(named) => {
+                let (number, attempt) = about(named);
+                OperatorCommand::PauseNow { number, attempt }
+            }
+            Action::Resume => OperatorCommand::Resume,
+            Action::Redo(named) => {
+                let (number, attempt) = about(named);
+                OperatorCommand::Redo { number, attempt }
+            }
+            Action::AcceptAnyway(named) => {
+                let (number, attempt) = about(named);
+                OperatorCommand::AcceptAnyway { number, attempt }
+            }
+            Action::Abort => OperatorCommand::Abort,
+            Action::Consent => return Self::Consent,
+            Action::TakeCarrier => return Self::Carrier(true),
+            Action::KeepCarrier => return Self::Carrier(false),
+            Action::EmergencyStop => return Self::Stop,
+            Action::Rearm => return Self::Rearm,
+            Action::Quit | Action::Interrupt => return Self::End,
+            Action::Answer(reply) => return Self::Reply(reply),
+            Action::Seek { .. } => return Self::Nothing,
+        })
     }
 }

@@ -32,7 +32,7 @@ pub(super) fn observed(safety: &SafetyState) -> Safety {
 /// Returns the event of what interrupts a trial.
 pub(super) fn interruption_kind(interruption: &Interruption) -> EventKind {
     match interruption {
-        Interruption::Paused => EventKind::Pause,
+        Interruption::Paused | Interruption::DisplayLost { .. } => EventKind::Pause,
         Interruption::Redo => EventKind::Redo,
         _ => EventKind::Abort,
     }

@@ -6,7 +6,6 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use analysis::measurements::Measurements;
-use analysis::trial_selection;
 use config::Effective;
 use console::safety_event;
 use crossbeam_channel::Sender;
@@ -14,20 +13,18 @@ use devices::Tuning;
 use devices::acquisition::RecordingCommand;
 use devices::loudspeaker::Tone;
 use protocols::{
-    Action, DriveRequest, Interval, Observation, OperatorCommand, ParticipantView, Phase,
-    SessionEvent, SessionEventKind, SessionOutcome, Stretch, TrialAnalysis, TrialEnd, TrialKey,
-    Verdict,
+    Action, DriveRequest, Observation, OperatorCommand, ParticipantView, Phase, SessionEvent,
+    SessionEventKind, SessionOutcome, TrialAnalysis, TrialEnd, TrialKey, Verdict,
 };
 use recording::manifest::EventKind;
 use recording::pipeline::Account;
-use recording::study::TrialLabel;
 use recording::writer::Ending;
 use safety::{SafetyState, Trip};
 use tasks::Task;
 use tui::event::LogLevel;
 
 use super::consent::{Answered, Consent};
-use super::fit_request::{count_losses, fit_request};
+use super::due_trial::DueTrial;
 use super::how_ended::{HowEnded, pause};
 use super::operator_request::OperatorRequest;
 use super::questions::Questions;
@@ -38,13 +35,6 @@ use super::wiring::{Admit, BeginRecording, Wiring};
 use crate::journal::Entry;
 use live::carrier_decision::CarrierEffect;
 use live::screen_words;
-
-/// A completed trial whose last data are still on their way.
-struct Due {
-    key: TrialKey,
-    intervals: Vec<Interval>,
-    at_s: f64,
-}
 
 /// The task.
 pub struct SessionTask {
@@ -63,7 +53,7 @@ pub struct SessionTask {
     carrier_hz: f64,
     account: Account,
     account_at_begin: Account,
-    due: Option<Due>,
+    due: Option<DueTrial>,
     analysed: Option<TrialAnalysis>,
     audio_s: f64,
     normal_n: Option<f64>,
@@ -186,8 +176,14 @@ impl SessionTask {
 
     fn take_actions(&mut self) -> anyhow::Result<()> {
         while let Some(action) = self.wiring.front.action() {
-            match OperatorRequest::from(action) {
-                OperatorRequest::Command(command) => self.commands.push_back(command),
+            let practices = self.machine.protocol().trials.practice;
+            match OperatorRequest::of(action, practices) {
+                OperatorRequest::Command(command) => {
+                    if command == OperatorCommand::Resume {
+                        self.reconnect();
+                    }
+                    self.commands.push_back(command);
+                }
                 OperatorRequest::Consent => {
                     let answered = self.consent.given("operator at the dashboard".to_owned());
                     self.answered(answered);
@@ -203,9 +199,27 @@ impl SessionTask {
                 OperatorRequest::Stop => self.wiring.drive.trip(Trip::Operator),
                 OperatorRequest::Rearm => self.wiring.drive.rearm(),
                 OperatorRequest::End => self.wiring.stop.raise(),
+                OperatorRequest::Nothing => {}
             }
         }
         Ok(())
+    }
+
+    /// Brings the participant's display back, if it is lost and does not come back by itself.
+    fn reconnect(&mut self) {
+        for problem in self.wiring.displays.reconnect() {
+            self.log(LogLevel::Error, problem);
+        }
+        self.look_at_displays();
+    }
+
+    fn look_at_displays(&mut self) {
+        if self.wiring.displays.look() {
+            let lost = self.wiring.displays.lost().map(str::to_owned);
+            self.wiring
+                .front
+                .show(tui::Event::ParticipantDisplay { lost });
+        }
     }
 
     /// Changes the carrier of the trials to come, if that is decided and nothing is driven or recorded.
@@ -256,36 +270,14 @@ impl SessionTask {
         };
         self.collecting = false;
         self.send(RecordingCommand::End(Ending::Completed));
-        let rules = self
-            .machine
-            .protocol()
-            .selection_rules(self.bench.config().plate.centre_m);
-        let mut analysis = trial_selection::analyse(&due.key, &due.intervals, &self.record, &rules);
-        count_losses(&mut analysis, &self.account, &self.account_at_begin);
-        let stretches: Vec<Stretch> = analysis
-            .explorations
-            .iter()
-            .flat_map(|exploration| exploration.stretches.iter().copied())
-            .collect();
-        let number = TrialLabel::new(&due.key, self.machine.protocol().trials.practice).number;
-        let crop = screen_words::crop(
-            number,
-            due.key.practice,
-            due.key.attempt,
-            &stretches,
-            &self.record,
-        );
-        self.wiring.front.show(tui::Event::Crop(crop));
-        let request = fit_request(
-            &due.key,
-            (number, self.carrier_hz),
-            &due.intervals,
+        let analysed = due.analyse(
+            (self.machine.protocol(), &self.bench, self.carrier_hz),
             std::mem::take(&mut self.record),
-            &analysis,
-            rules,
+            (&self.account, &self.account_at_begin),
         );
-        self.wiring.live.ask(request);
-        self.analysed = Some(analysis);
+        self.wiring.front.show(tui::Event::Crop(analysed.crop));
+        self.wiring.live.ask(analysed.request);
+        self.analysed = Some(analysed.analysis);
     }
 
     fn take_fits(&mut self) {
@@ -312,6 +304,8 @@ impl SessionTask {
             hold: self.wiring.signals.hold.get().map(screen_words::hold),
             drive_wait_s: self.wiring.drive_wait_s(),
             asking: self.wiring.carrier.is_open(),
+            display_lost: self.wiring.displays.lost().map(str::to_owned),
+            attended: !self.unattended,
             analysis: self.analysed.clone(),
         };
         let mut tone = None;
@@ -340,7 +334,7 @@ impl SessionTask {
                 Action::Mark(interval) => self.send(RecordingCommand::Interval(interval)),
                 Action::EndTrial { end, .. } => self.end_trial(&end),
                 Action::AnalyseTrial { key, intervals } => {
-                    self.due = Some(Due {
+                    self.due = Some(DueTrial {
                         key,
                         intervals,
                         at_s: self.audio_s,
@@ -445,6 +439,14 @@ impl SessionTask {
                 resumed_attempts: 1..,
                 ..
             } => self.resumed = Some("after the program's end"),
+            SessionEventKind::TrialSettled { record } => {
+                if let Some((text, verdict)) =
+                    screen_words::overruled(record, self.machine.protocol())
+                {
+                    self.wiring.front.show(tui::Event::Verdict(verdict));
+                    self.log(LogLevel::Warning, text);
+                }
+            }
             SessionEventKind::SafetyTripped { reason } => {
                 self.mark(stop_kind(&self.safety), reason);
             }
@@ -465,6 +467,7 @@ impl SessionTask {
         if tone.is_some() || self.view.as_ref() != Some(&view) {
             let shown =
                 screen_words::participant(&view, self.machine.protocol(), self.bench.config());
+            self.wiring.displays.show(&shown);
             for watcher in &mut self.wiring.watchers {
                 watcher(&shown, view.button, tone);
             }
@@ -556,6 +559,7 @@ impl Task for SessionTask {
         self.take_batches();
         self.take_notices();
         self.take_fits();
+        self.look_at_displays();
         self.take_actions()?;
         self.change_carrier()?;
         self.analyse();

@@ -20,6 +20,7 @@ use signalgen::Program;
 use tasks::{Slot, StopFlag};
 
 use crate::apparatus::Watcher;
+use crate::displays::Displays;
 use crate::journal::Entry;
 use crate::readiness::Readiness;
 
@@ -48,8 +49,10 @@ pub struct Wiring {
     pub readiness: Readiness,
     /// The operator.
     pub front: Box<dyn Front>,
-    /// The participant's eyes and ears.
+    /// Who else sees and hears what the participant does.
     pub watchers: Vec<Watcher>,
+    /// What the participant sees.
+    pub displays: Displays,
     /// The participant's loudspeaker.
     pub sound: Option<Loudspeaker>,
     /// The session's log.

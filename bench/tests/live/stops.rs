@@ -151,6 +151,7 @@ impl Rig {
             readiness: Readiness::new(button),
             front: Box::new(Operator { seen: show, asked }),
             watchers: Vec::new(),
+            displays: friction_bench::displays::Displays::default(),
             sound: None,
             journal: entries,
             live: LiveSide::new(0.1, config.plate.modal_mass_kg, (refits, fits)),
@@ -259,18 +260,27 @@ impl Rig {
     }
 }
 
+/// Returns the name of an attempt at the first trial, which is practice.
+fn attempt(attempt: u32) -> tui::action::AttemptName {
+    tui::action::AttemptName {
+        trial: 1,
+        practice: true,
+        attempt,
+    }
+}
+
 /// Fault 35.
 #[test]
 fn pause_resume_and_redo_are_marked_where_they_fall() {
     let mut rig = Rig::new(&[]);
     rig.pass(0.3);
-    rig.ask(tui::Action::Pause);
+    rig.ask(tui::Action::PauseNow(attempt(1)));
     rig.until(PhaseKind::Paused);
     rig.pass(0.1);
     rig.ask(tui::Action::Resume);
     rig.until(PhaseKind::Baseline);
     rig.pass(0.3);
-    rig.ask(tui::Action::Redo);
+    rig.ask(tui::Action::Redo(attempt(2)));
     rig.pass(0.3);
     rig.ask(tui::Action::Abort);
     let told = rig.told();
@@ -497,7 +507,7 @@ fn a_dead_amplifier_and_half_the_gain_stop_a_session_within_50_ms() {
 fn a_plate_that_is_alive_while_a_session_is_paused_is_an_alarm_with_what_to_do() {
     let mut rig = Rig::new(&[]);
     rig.pass(0.3);
-    rig.ask(tui::Action::Pause);
+    rig.ask(tui::Action::PauseNow(attempt(1)));
     rig.until(PhaseKind::Paused);
     rig.pass(0.5);
     assert!(rig.logged_stops().is_empty() && rig.errors.is_empty());

@@ -206,6 +206,7 @@ fn apparatus(part: &str, folder: &Path) -> anyhow::Result<(Apparatus, Arc<Seen>)
     let apparatus = Apparatus {
         hardware,
         watchers: Vec::new(),
+        displays: friction_bench::displays::Displays::default(),
         rehearsed: Vec::new(),
         hands: None,
         fault_hand: None,

@@ -131,6 +131,7 @@ pub fn apparatus(setup: Setup) -> Bench {
         voltmeter_port: None,
         hardware,
         watchers,
+        displays: friction_bench::displays::Displays::default(),
         rehearsed: Vec::new(),
         hands: None,
         vibrometer_port: None,

@@ -20,6 +20,7 @@ pub fn session() -> Vec<(f64, Event)> {
         events: Vec::new(),
     };
     script.say(Event::Session(SessionHeader {
+        replayed: false,
         participant: Some("sub-01".to_owned()),
         protocol: Some("huloux2021".to_owned()),
         study: Some("studies/pilot".to_owned()),
@@ -177,6 +178,7 @@ impl Script {
         let accepted = force_n <= 0.8;
         self.say(Event::Crop(crop(trial, attempt, practice, force_n)));
         self.say(Event::Verdict(TrialVerdict {
+            overruled: false,
             trial,
             practice,
             attempt,

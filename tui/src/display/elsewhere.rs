@@ -4,6 +4,7 @@ use std::convert::Infallible;
 use std::path::Path;
 
 use super::error::DisplayError;
+use super::loss::DisplayLoss;
 use crate::participant_screen::ParticipantView;
 use crate::theme::Theme;
 
@@ -27,9 +28,9 @@ impl ParticipantDisplay {
         match self.0 {}
     }
 
-    /// Whether the terminal still takes what is drawn.
+    /// Returns why what is drawn is not seen.
     #[must_use]
-    pub fn is_alive(&self) -> bool {
+    pub fn lost(&self) -> Option<DisplayLoss> {
         match self.0 {}
     }
 }

@@ -25,6 +25,15 @@ pub enum DisplayError {
         /// The device.
         path: PathBuf,
     },
+    /// The device is the terminal that the operator reads.
+    #[error(
+        "participant screen {path} is the operator's own terminal; give another, such as that which `tty` names in the \
+         participant's window"
+    )]
+    Own {
+        /// The device.
+        path: PathBuf,
+    },
     /// The thread that draws could not be started.
     #[error("participant screen: cannot start its thread: {0}")]
     Thread(#[source] io::Error),

@@ -6,11 +6,13 @@
 #[cfg(not(unix))]
 mod elsewhere;
 mod error;
+mod loss;
 #[cfg(unix)]
 mod unix;
 
 #[cfg(not(unix))]
 pub use elsewhere::ParticipantDisplay;
 pub use error::DisplayError;
+pub use loss::DisplayLoss;
 #[cfg(unix)]
 pub use unix::ParticipantDisplay;

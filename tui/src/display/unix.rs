@@ -2,21 +2,22 @@
 
 use std::cell::Cell;
 use std::fs::{File, OpenOptions};
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use std::sync::mpsc::{self, Receiver};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use ratatui::backend::CrosstermBackend;
-use ratatui::crossterm::{cursor, execute, terminal};
+use ratatui::backend::{Backend, CrosstermBackend};
+use ratatui::buffer::Buffer;
+use ratatui::crossterm::{cursor, execute, queue, terminal};
 use ratatui::layout::Rect;
-use ratatui::{Terminal, TerminalOptions, Viewport};
 use rustix::fs::OFlags;
 
 use super::error::DisplayError;
+use super::loss::DisplayLoss;
 use crate::escape::clean;
 use crate::participant_screen::{self, ParticipantView};
 use crate::theme::Theme;
@@ -27,12 +28,13 @@ const FRAME: Duration = Duration::from_millis(16);
 const SIZE_CHECK: Duration = Duration::from_millis(250);
 /// Longest time that `drop` waits for the terminal to be restored; a blocked one must not hold the bench.
 const RESTORE_WAIT: Duration = Duration::from_millis(200);
+/// A drawing that takes longer than this is not seen by anybody.
+const STUCK: Duration = Duration::from_secs(2);
 
 /// The participant's screen on a terminal of its own. It reads no keys.
 ///
 /// A thread of its own draws the latest view; [`show`](Self::show) hands the view over and never blocks. When the
-/// terminal goes away the thread ends, and [`is_alive`](Self::is_alive) returns `false`. Dropping the display restores
-/// the terminal.
+/// terminal goes away the thread ends, and [`lost`](Self::lost) says so. Dropping the display restores the terminal.
 #[derive(Debug)]
 pub struct ParticipantDisplay {
     latest: Arc<LatestView>,
@@ -51,6 +53,8 @@ struct LatestView {
 struct Pending {
     view: Option<ParticipantView>,
     closed: bool,
+    /// When the drawing that is under way began.
+    drawing_since: Option<Instant>,
 }
 
 impl ParticipantDisplay {
@@ -58,7 +62,7 @@ impl ParticipantDisplay {
     ///
     /// # Errors
     /// [`DisplayError::Open`] when the device cannot be opened, [`DisplayError::NotATerminal`] when it is not a terminal,
-    /// [`DisplayError::Thread`] when the system refuses a thread.
+    /// [`DisplayError::Own`] when it is the terminal of this process's output, [`DisplayError::Thread`] when the system refuses a thread.
     pub fn open(path: &Path, theme: Theme) -> Result<Self, DisplayError> {
         let noctty = i32::try_from(OFlags::NOCTTY.bits()).unwrap_or_default();
         let device = OpenOptions::new()
@@ -74,13 +78,18 @@ impl ParticipantDisplay {
                 path: path.to_owned(),
             });
         }
+        if is_own(path, &device) {
+            return Err(DisplayError::Own {
+                path: path.to_owned(),
+            });
+        }
         let latest = Arc::new(LatestView::default());
         let (ending, ended) = mpsc::sync_channel(1);
         let shown = Arc::clone(&latest);
         thread::Builder::new()
             .name("participant-screen".to_owned())
             .spawn(move || {
-                // The terminal is gone: the operator is told by `is_alive`.
+                // The terminal is gone: the operator is told by `lost`.
                 let _ = draw_until_closed(device, &shown, theme);
                 let _ = ending.try_send(());
             })
@@ -97,13 +106,18 @@ impl ParticipantDisplay {
         self.latest.update(|pending| pending.view = Some(view));
     }
 
-    /// Whether the terminal still takes what is drawn.
+    /// Returns why what is drawn is not seen; `None` while the terminal takes it.
     #[must_use]
-    pub fn is_alive(&self) -> bool {
+    pub fn lost(&self) -> Option<DisplayLoss> {
         if self.alive.get() && !matches!(self.ended.try_recv(), Err(mpsc::TryRecvError::Empty)) {
             self.alive.set(false);
         }
-        self.alive.get()
+        if !self.alive.get() {
+            return Some(DisplayLoss::Gone);
+        }
+        let since = self.latest.lock().drawing_since;
+        let stuck = since.is_some_and(|since| since.elapsed() > STUCK);
+        stuck.then_some(DisplayLoss::Stuck)
     }
 }
 
@@ -119,16 +133,19 @@ impl Drop for ParticipantDisplay {
 impl LatestView {
     fn update(&self, change: impl FnOnce(&mut Pending)) {
         // No panic can leave this lock's content half-changed, so a poisoned one is valid.
-        change(&mut self.pending.lock().unwrap_or_else(PoisonError::into_inner));
+        change(&mut self.lock());
         self.changed.notify_one();
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, Pending> {
+        self.pending.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Waits up to `timeout` for a change. Returns the newest view, if one was not yet taken, and whether to close.
     fn take(&self, timeout: Duration) -> (Option<ParticipantView>, bool) {
-        let pending = self.pending.lock().unwrap_or_else(PoisonError::into_inner);
         let (mut pending, _) = self
             .changed
-            .wait_timeout_while(pending, timeout, |p| p.view.is_none() && !p.closed)
+            .wait_timeout_while(self.lock(), timeout, |p| p.view.is_none() && !p.closed)
             .unwrap_or_else(PoisonError::into_inner);
         (pending.view.take(), pending.closed)
     }
@@ -139,41 +156,77 @@ impl LatestView {
 /// # Errors
 /// When the terminal cannot be written to, usually because it is gone.
 fn draw_until_closed(device: File, latest: &LatestView, theme: Theme) -> io::Result<()> {
+    latest.lock().drawing_since = Some(Instant::now());
     let mut restored = RestoreOnDrop(device.try_clone()?);
     execute!(restored.0, terminal::EnterAlternateScreen, cursor::Hide)?;
-    let mut area = size(&device)?;
-    let mut terminal = blank(&device, area)?;
+    let mut screen = Screen::new(&device)?;
     let mut shown: Option<ParticipantView> = None;
     loop {
         let (new, closed) = latest.take(SIZE_CHECK);
         if closed {
             return Ok(());
         }
-        let now = size(&device)?;
-        let resized = now != area;
-        if resized {
-            area = now;
-            terminal = blank(&device, area)?;
-        }
+        latest.lock().drawing_since = Some(Instant::now());
+        let resized = screen.follow(size(&device)?)?;
         let changed = resized || new.is_some();
         shown = new.or(shown);
         if let (true, Some(view)) = (changed, &shown) {
-            terminal.draw(|frame| {
-                participant_screen::view(view, theme, frame.area(), frame.buffer_mut());
-                clean(frame.buffer_mut());
-            })?;
+            screen.draw(view, theme)?;
         }
+        latest.lock().drawing_since = None;
         thread::sleep(FRAME);
     }
 }
 
-/// Clears the screen and returns a terminal of that size. Its viewport is fixed, and made anew for each size, because
-/// ratatui would otherwise ask for the size and the cursor of the operator's terminal.
-fn blank(device: &File, area: Rect) -> io::Result<Terminal<CrosstermBackend<File>>> {
-    let mut device = device.try_clone()?;
-    execute!(device, terminal::Clear(terminal::ClearType::All))?;
-    let viewport = Viewport::Fixed(area);
-    Terminal::with_options(CrosstermBackend::new(device), TerminalOptions { viewport })
+/// What is on the terminal. It is no [`ratatui::Terminal`], which asks for the size and the cursor of the operator's
+/// terminal, and complains there when the participant's has gone.
+struct Screen {
+    out: CrosstermBackend<BufWriter<File>>,
+    drawn: Buffer,
+}
+
+impl Screen {
+    /// Makes a screen that still has to be cleared.
+    fn new(device: &File) -> io::Result<Self> {
+        Ok(Self {
+            out: CrosstermBackend::new(BufWriter::with_capacity(1 << 16, device.try_clone()?)),
+            drawn: Buffer::default(),
+        })
+    }
+
+    /// Clears the screen if `area` is a new one, and returns whether it is.
+    fn follow(&mut self, area: Rect) -> io::Result<bool> {
+        let resized = area != self.drawn.area;
+        if resized {
+            self.drawn = Buffer::empty(area);
+            execute!(self.out, terminal::Clear(terminal::ClearType::All))?;
+        }
+        Ok(resized)
+    }
+
+    /// Writes what has changed, at once and as one update of the screen.
+    fn draw(&mut self, view: &ParticipantView, theme: Theme) -> io::Result<()> {
+        let mut next = Buffer::empty(self.drawn.area);
+        participant_screen::view(view, theme, next.area, &mut next);
+        clean(&mut next);
+        queue!(self.out, terminal::BeginSynchronizedUpdate)?;
+        self.out.draw(self.drawn.diff(&next).into_iter())?;
+        queue!(self.out, terminal::EndSynchronizedUpdate)?;
+        Backend::flush(&mut self.out)?;
+        self.drawn = next;
+        Ok(())
+    }
+}
+
+/// Whether `device` is the terminal that this process writes to.
+fn is_own(path: &Path, device: &File) -> bool {
+    let stdout = io::stdout();
+    if !rustix::termios::isatty(&stdout) {
+        return false;
+    }
+    let number = |stat: rustix::io::Result<rustix::fs::Stat>| stat.ok().map(|stat| stat.st_rdev);
+    path == Path::new("/dev/tty")
+        || number(rustix::fs::fstat(device)) == number(rustix::fs::fstat(&stdout))
 }
 
 /// Returns the terminal's size, or 80 × 24 where it is not known.

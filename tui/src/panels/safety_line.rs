@@ -73,6 +73,10 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
 fn flags(state: &State) -> Line<'static> {
     let theme = state.ui.theme;
     let mut spans = Vec::new();
+    if state.display_lost.is_some() {
+        spans.push(Span::styled(" PARTICIPANT'S DISPLAY LOST ", theme.alarm()));
+        spans.push(Span::raw("  "));
+    }
     if state.session.simulated {
         spans.push(Span::styled("simulated", theme.faint()));
     }

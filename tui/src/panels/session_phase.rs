@@ -39,6 +39,9 @@ pub(crate) fn line(state: &State) -> Line<'static> {
         }
     }
     details.extend(phase.condition.clone());
+    if phase.pausing {
+        details.push("pauses after this attempt".to_owned());
+    }
     details.extend(phase.message.clone());
     for detail in details {
         spans.push(Span::styled(" · ", theme.faint()));
@@ -57,6 +60,7 @@ fn words(kind: PhaseKind) -> &'static str {
         PhaseKind::Countdown => "countdown",
         PhaseKind::Exploration => "exploring",
         PhaseKind::Feedback => "feedback",
+        PhaseKind::Verdict => "verdict",
         PhaseKind::Rest => "rest",
         PhaseKind::Paused => "PAUSED",
         PhaseKind::Monitoring => "monitoring",

@@ -81,7 +81,7 @@ fn say(state: &State) -> Option<String> {
 fn waiting(state: &State) -> String {
     let verdict = state.verdict.as_ref().filter(|verdict| {
         let phase = &state.phase;
-        phase.kind == PhaseKind::Feedback
+        matches!(phase.kind, PhaseKind::Feedback | PhaseKind::Verdict)
             && (phase.trial == 0
                 || (verdict.trial, verdict.practice) == (phase.trial, phase.practice))
     });

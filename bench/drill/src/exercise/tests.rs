@@ -1,4 +1,5 @@
 use super::*;
+use tui::action::AttemptName;
 
 /// A bench and its clock, for exercises of the fault after a second of drive, with a `silence_s` of 0.05 s.
 struct Bench {
@@ -187,7 +188,10 @@ fn a_flag_is_answered_by_repeating_at_once_or_after_a_word() {
         let mut bench = Bench::new(FaultKind::Xrun, false);
         bench.flag = Some("input xruns: 1".to_owned());
         bench.pass(0.5);
-        for action in first.into_iter().chain([Action::Redo]) {
+        for action in first
+            .into_iter()
+            .chain([Action::Redo(AttemptName::default())])
+        {
             bench.act(action);
         }
         assert_eq!(bench.exercise.outcome(), Some(&Outcome::Met));
@@ -257,7 +261,7 @@ fn keys_at_the_wrong_moment_change_nothing() {
         Action::Start,
         Action::Consent,
         Action::Ready,
-        Action::Redo,
+        Action::Redo(AttemptName::default()),
         Action::Abort,
         Action::Answer(tui::calibration_page::Reply::Ready),
     ];

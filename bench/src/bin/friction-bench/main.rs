@@ -20,6 +20,7 @@ use friction_bench::apparatus::{Apparatus, pace};
 use friction_bench::cli::{
     self, Calibrate, Check, Cli, Command, Devices, Drill, Monitor, Run, Speed,
 };
+use friction_bench::displays::{self, Displays};
 use friction_bench::run::{self, Plan, ProtocolFile};
 use friction_bench::shell_words::quoted;
 use friction_bench::verbosity::Verbosity;
@@ -232,6 +233,7 @@ fn real(config: &Config, options: &cli::Hardware) -> anyhow::Result<Apparatus> {
         }
         .with_field_box(config, None)?,
         watchers: Vec::new(),
+        displays: Displays::default(),
         rehearsed: Vec::new(),
         hands: None,
         vibrometer_port: None,
@@ -382,7 +384,7 @@ fn run(options: &Run, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
         &faults,
     )?;
     if let Some(terminal) = &options.participant_display {
-        apparatus.watchers.push(run::participant_display(terminal)?);
+        apparatus.displays.add(displays::terminal(terminal)?);
     }
     let (study, participant) = (plan.study.clone(), plan.participant.clone());
     let (report, kept_up) = run::run(plan, apparatus, std::io::stdout())?;

@@ -210,6 +210,7 @@ pub fn apparatus(
     Ok(Apparatus {
         hardware,
         watchers,
+        displays: friction_bench::displays::Displays::default(),
         rehearsed: rehearsed::words(faults),
         hands: Some(hands),
         vibrometer_port: Some(vibrometer_port),

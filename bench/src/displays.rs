@@ -1,0 +1,206 @@
+//! The participant's displays: what they show, and whether the participant sees it.
+//!
+//! A display that is lost raises an alarm and pauses the session. It may come back by itself, or when the operator
+//! resumes; the session goes on by the operator's word alone.
+
+use std::path::{Path, PathBuf};
+
+/// A display in front of the participant. Nothing here may block: the session asks many times a second.
+pub trait ParticipantDisplay: Send {
+    /// Name for the operator, such as "the participant's window".
+    fn name(&self) -> String;
+
+    /// Shows `view` as soon as possible; an older view not yet shown is dropped.
+    fn show(&mut self, view: &tui::ParticipantView);
+
+    /// Returns why the participant does not see what is shown; `None` while they do.
+    fn lost(&mut self) -> Option<String>;
+
+    /// Brings a lost display back, because the operator resumes. Nothing to do for one that comes back by itself.
+    ///
+    /// # Errors
+    /// Why it cannot be brought back.
+    fn reconnect(&mut self) -> anyhow::Result<()> {
+        Ok(())
+    }
+}
+
+/// All displays of a session.
+#[derive(Default)]
+pub struct Displays {
+    displays: Vec<Box<dyn ParticipantDisplay>>,
+    /// What they show.
+    view: Option<tui::ParticipantView>,
+    /// Why one of them was lost when last looked at.
+    lost: Option<String>,
+}
+
+impl Displays {
+    /// Adds a display.
+    pub fn add(&mut self, display: Box<dyn ParticipantDisplay>) {
+        self.displays.push(display);
+    }
+
+    /// Shows `view` on each.
+    pub fn show(&mut self, view: &tui::ParticipantView) {
+        for display in &mut self.displays {
+            display.show(view);
+        }
+        self.view = Some(view.clone());
+    }
+
+    /// Returns whether a display was lost or all are back since the last call. One that is back shows what it should.
+    pub fn look(&mut self) -> bool {
+        let lost = self.displays.iter_mut().find_map(|display| {
+            let reason = display.lost()?;
+            Some(format!("{}: {reason}", display.name()))
+        });
+        if lost == self.lost {
+            return false;
+        }
+        self.lost = lost;
+        if let (None, Some(view)) = (&self.lost, self.view.take()) {
+            self.show(&view);
+        }
+        true
+    }
+
+    /// Returns which display was lost at the last [`look`](Self::look), and why.
+    #[must_use]
+    pub fn lost(&self) -> Option<&str> {
+        self.lost.as_deref()
+    }
+
+    /// Brings lost displays back, because the operator resumes; returns why one stays lost.
+    pub fn reconnect(&mut self) -> Vec<String> {
+        let lost = self.displays.iter_mut().filter_map(|display| {
+            display.lost()?;
+            let error = display.reconnect().err()?;
+            Some(format!("{}: {error:#}", display.name()))
+        });
+        lost.collect()
+    }
+}
+
+/// The participant's own terminal.
+///
+/// Once its window is closed, its name may belong to another one, so it is opened again only when the operator resumes.
+struct TerminalDisplay {
+    path: PathBuf,
+    terminal: Option<tui::ParticipantDisplay>,
+}
+
+/// Opens the participant's own terminal.
+///
+/// # Errors
+/// When the device is no terminal, is the operator's, or cannot be opened.
+pub fn terminal(path: &Path) -> anyhow::Result<Box<dyn ParticipantDisplay>> {
+    let mut display = TerminalDisplay {
+        path: path.to_owned(),
+        terminal: None,
+    };
+    display.reconnect()?;
+    Ok(Box::new(display))
+}
+
+impl ParticipantDisplay for TerminalDisplay {
+    fn name(&self) -> String {
+        format!("participant's terminal {}", self.path.display())
+    }
+
+    fn show(&mut self, view: &tui::ParticipantView) {
+        if let Some(terminal) = &self.terminal {
+            terminal.show(view.clone());
+        }
+    }
+
+    fn lost(&mut self) -> Option<String> {
+        let loss = match &self.terminal {
+            Some(terminal) => terminal.lost()?,
+            None => tui::display::DisplayLoss::Gone,
+        };
+        Some(loss.to_string())
+    }
+
+    fn reconnect(&mut self) -> anyhow::Result<()> {
+        // Let go of what is lost first, so that it is not restored over the new one.
+        self.terminal = None;
+        let theme = tui::Theme::from_no_color(std::env::var_os("NO_COLOR").as_deref());
+        self.terminal = Some(tui::ParticipantDisplay::open(&self.path, theme)?);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::{Arc, Mutex};
+
+    use super::*;
+
+    #[derive(Default)]
+    struct Shown {
+        lost: Option<String>,
+        views: usize,
+        comes_back: bool,
+    }
+
+    struct Fake(Arc<Mutex<Shown>>);
+
+    impl ParticipantDisplay for Fake {
+        fn name(&self) -> String {
+            "the window".to_owned()
+        }
+
+        fn show(&mut self, _: &tui::ParticipantView) {
+            self.0.lock().unwrap().views += 1;
+        }
+
+        fn lost(&mut self) -> Option<String> {
+            self.0.lock().unwrap().lost.clone()
+        }
+
+        fn reconnect(&mut self) -> anyhow::Result<()> {
+            let mut shown = self.0.lock().unwrap();
+            anyhow::ensure!(shown.comes_back, "nobody there");
+            shown.lost = None;
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_lost_display_is_told_of_once_and_shows_what_it_should_when_it_is_back() {
+        let shown = Arc::new(Mutex::new(Shown::default()));
+        let mut displays = Displays::default();
+        assert!(!displays.look());
+        displays.add(Box::new(Fake(shown.clone())));
+        displays.show(&view());
+        assert!(!displays.look());
+        shown.lock().unwrap().lost = Some("closed".to_owned());
+        assert!(displays.look());
+        assert!(!displays.look());
+        assert_eq!(displays.lost(), Some("the window: closed"));
+        assert_eq!(displays.reconnect(), ["the window: nobody there"]);
+        assert!(!displays.look());
+        shown.lock().unwrap().comes_back = true;
+        assert!(displays.reconnect().is_empty());
+        assert!(displays.look());
+        assert_eq!(displays.lost(), None);
+        assert_eq!(shown.lock().unwrap().views, 2);
+    }
+
+    fn view() -> tui::ParticipantView {
+        tui::ParticipantView {
+            instruction: tui::Instruction::Wait,
+            slider_m: None,
+            plate_m: 0.1,
+            start_m: 0.0,
+            end_m: 0.1,
+            countdown: None,
+            mean_force_n: None,
+            force_band_n: None,
+            trial: 0,
+            trials: 0,
+            rest_s: None,
+        }
+    }
+}

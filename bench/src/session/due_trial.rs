@@ -1,0 +1,95 @@
+//! A completed trial: its crop, what its verdict and its fit are made of.
+
+use analysis::measurements::Measurements;
+use analysis::trial_fit::{FitRequest, Selected};
+use analysis::trial_selection;
+use analysis::unloaded;
+use config::Effective;
+use live::screen_words;
+use protocols::{
+    Interval, IntervalKind, Protocol, SelectionRules, Stretch, TrialAnalysis, TrialKey,
+};
+use recording::pipeline::Account;
+use recording::study::TrialLabel;
+
+/// A completed trial whose last data are still on their way.
+pub(super) struct DueTrial {
+    pub(super) key: TrialKey,
+    pub(super) intervals: Vec<Interval>,
+    /// End of the trial on the audio clock, s.
+    pub(super) at_s: f64,
+}
+
+/// A completed trial.
+pub(super) struct AnalysedTrial {
+    /// What its verdict is made of.
+    pub(super) analysis: TrialAnalysis,
+    /// Its curves with what was selected.
+    pub(super) crop: tui::event::Crop,
+    /// What its fit is made of.
+    pub(super) request: FitRequest,
+}
+
+impl DueTrial {
+    /// Analyses the trial from its `record`, with the accounts of the frames now and at its begin.
+    pub(super) fn analyse(
+        self,
+        (protocol, bench, carrier_hz): (&Protocol, &Effective, f64),
+        record: Measurements,
+        (now, begin): (&Account, &Account),
+    ) -> AnalysedTrial {
+        let key = self.key;
+        let rules = protocol.selection_rules(bench.config().plate.centre_m);
+        let mut analysis = trial_selection::analyse(&key, &self.intervals, &record, &rules);
+        count_losses(&mut analysis, now, begin);
+        let stretches: Vec<Stretch> = analysis
+            .explorations
+            .iter()
+            .flat_map(|exploration| exploration.stretches.iter().copied())
+            .collect();
+        let number = TrialLabel::new(&key, protocol.trials.practice).number;
+        let crop = screen_words::crop(number, key.practice, key.attempt, &stretches, &record);
+        let carrier = (number, carrier_hz);
+        let request = fit_request(&key, carrier, &self.intervals, record, &analysis, rules);
+        AnalysedTrial {
+            analysis,
+            crop,
+            request,
+        }
+    }
+}
+
+/// Enters what was lost or clipped between two accounts into the analysis of the trial.
+fn count_losses(analysis: &mut TrialAnalysis, now: &Account, before: &Account) {
+    analysis.clipped_frames = now.clipped_frames - before.clipped_frames;
+    analysis.lost_frames = now.lost_frames - before.lost_frames;
+    (analysis.input_xruns, analysis.output_xruns) = now.costly_xruns_since(before);
+}
+
+/// Returns the request to fit a completed trial at `carrier_hz`, whose number within its part of the session is
+/// `number`.
+fn fit_request(
+    key: &TrialKey,
+    (number, carrier_hz): (u32, f64),
+    intervals: &[Interval],
+    record: Measurements,
+    analysis: &TrialAnalysis,
+    rules: SelectionRules,
+) -> FitRequest {
+    let sort = if key.practice { "practice" } else { "trial" };
+    let unloaded: Vec<(f64, f64)> = intervals
+        .iter()
+        .filter(|interval| interval.kind == IntervalKind::Unloaded)
+        .map(|interval| (interval.start_s, interval.end_s))
+        .collect();
+    // The corrected impedance, alone used live, averages over any span.
+    let plate = unloaded::read(&record, &unloaded, 0.0, rules.contact_n / 2.0);
+    FitRequest {
+        label: format!("{sort} {number}"),
+        carrier_hz,
+        plate: plate.map(|reading| reading.plate),
+        record,
+        explorations: Selected::of(intervals, analysis),
+        rules,
+    }
+}

@@ -1,0 +1,152 @@
+//! The help lists each key that works and no other.
+
+use ratatui::crossterm::event::{KeyEvent, KeyModifiers};
+
+use super::*;
+use crate::calibration_page::{CalibrationPage, PointLine, Question};
+use crate::event::{AskedDetail, Event, PhaseKind, PhaseView, SafetyState, SessionHeader};
+use crate::theme::Theme;
+
+/// Every press that a terminal can tell of, as far as the table could take it.
+fn presses() -> impl Iterator<Item = Press> {
+    let letters = ('a'..='z').chain('0'..='9').chain(" .,-+=?/;[]".chars());
+    let others = [
+        KeyCode::Enter,
+        KeyCode::Tab,
+        KeyCode::Backspace,
+        KeyCode::Esc,
+        KeyCode::Up,
+        KeyCode::Down,
+        KeyCode::Left,
+        KeyCode::Right,
+    ];
+    let controls = ('a'..='z').map(Press::control);
+    let plain = letters.map(Press::of).chain(others.map(Press::key));
+    plain.chain(controls)
+}
+
+fn states() -> Vec<State> {
+    let mut states = Vec::new();
+    let kinds = [
+        PhaseKind::Idle,
+        PhaseKind::Consent,
+        PhaseKind::Baseline,
+        PhaseKind::Exploration,
+        PhaseKind::Verdict,
+        PhaseKind::Rest,
+        PhaseKind::Paused,
+        PhaseKind::Monitoring,
+        PhaseKind::Finished,
+    ];
+    let (mut trial, mut flag) = (0, false);
+    for kind in kinds {
+        for safety in [SafetyState::Disarmed, SafetyState::Tripped] {
+            for replayed in [false, true] {
+                (trial, flag) = (2 - trial, !flag);
+                let mut state = State::new(Theme::Mono);
+                state.apply(&Event::Session(SessionHeader {
+                    participant: (!replayed).then(|| "sub-01".to_owned()),
+                    replayed,
+                    ..SessionHeader::default()
+                }));
+                state.apply(&Event::Phase(PhaseView {
+                    trial,
+                    pausing: flag,
+                    overrulable: kind == PhaseKind::Verdict,
+                    ..PhaseView::new(kind)
+                }));
+                state.apply(&Event::Safety {
+                    state: safety,
+                    reason: None,
+                });
+                if flag {
+                    state.apply(&Event::ParticipantDisplay {
+                        lost: Some("terminal: gone".to_owned()),
+                    });
+                }
+                states.push(state);
+            }
+        }
+    }
+    let mut asked = State::new(Theme::Mono);
+    asked.apply(&Event::Asked {
+        detail: Some(AskedDetail::default()),
+    });
+    states.push(asked);
+    let questions = [
+        None,
+        Some(Question::Done),
+        Some(Question::Review),
+        Some(Question::Number {
+            unit: "V".to_owned(),
+            expected: None,
+            optional: true,
+        }),
+    ];
+    for question in questions {
+        for failed in [false, true] {
+            let mut state = State::new(Theme::Mono);
+            state.apply(&Event::Calibration(CalibrationPage {
+                asked: question.clone().filter(|_| !failed),
+                failed,
+                points: vec![PointLine::default(); 3],
+                ..CalibrationPage::default()
+            }));
+            states.push(state);
+        }
+    }
+    states
+}
+
+#[test]
+fn the_help_lists_each_key_that_works_and_no_other() {
+    for state in states() {
+        let listed: Vec<Press> = working(&state)
+            .flat_map(|(row, _)| row.presses.iter().copied())
+            .collect();
+        for press in presses() {
+            let modifiers = if press.control {
+                KeyModifiers::CONTROL
+            } else {
+                KeyModifiers::NONE
+            };
+            let mut reaction = key(&state, KeyEvent::new(press.code, modifiers));
+            let note = reaction.ui.note.take();
+            let did = reaction.action.is_some() || reaction.redraw || reaction.ui != state.ui;
+            let is_listed = listed.contains(&press);
+            let kind = state.phase.kind;
+            assert!(
+                !did || is_listed,
+                "{press:?} works and is not listed: {kind:?}"
+            );
+            // A key that changes nothing at the end of its range works still.
+            let may_do_nothing = matches!(
+                press.code,
+                KeyCode::Up | KeyCode::Down | KeyCode::Backspace | KeyCode::Enter
+            );
+            assert!(
+                did || !is_listed || may_do_nothing,
+                "{press:?} is listed and does nothing ({note:?}): {kind:?}"
+            );
+        }
+        for (row, meaning) in working(&state) {
+            assert!(!meaning.help.is_empty(), "{} has no words", row.shown);
+        }
+    }
+}
+
+/// A letter stands for one thing: what the table lists twice would be reached once.
+#[test]
+fn no_two_rows_of_a_page_share_a_key() {
+    for page in [DASHBOARD, CALIBRATION, ASKED] {
+        let all: Vec<Press> = EVERYWHERE
+            .iter()
+            .chain(HELP)
+            .chain(page)
+            .flat_map(|row| row.presses.iter().copied())
+            .collect();
+        for (i, press) in all.iter().enumerate() {
+            assert!(!all[..i].contains(press), "{press:?} twice");
+        }
+    }
+}

@@ -26,6 +26,7 @@ use tasks::{StopFlag, Task};
 use crate::apparatus::{Apparatus, Watcher, pace};
 use crate::dates;
 use crate::{calibrate, rehearsed};
+use live::bench_facts;
 use live::interference::Interference;
 use live::live_meter::LiveMeter;
 use live::screen_words;
@@ -37,6 +38,8 @@ const MODULATION_INDEX: f64 = 0.95;
 const CONTACT_N: f64 = 0.1;
 /// The screen is fed this often, ns.
 const SCREEN_PERIOD_NS: u64 = 16_000_000;
+/// The trace of the last period is shown this often, ns.
+const PERIOD_EVERY_NS: u64 = 250_000_000;
 
 /// What to watch.
 pub struct Plan {
@@ -141,6 +144,7 @@ pub fn run(
         rehearsed,
     } = plan;
     let (config, simulated) = (effective.config(), apparatus.hardware.simulated);
+    let opened_at = apparatus.hardware.clock.utc();
     let prompt = HoldPrompt {
         watchers: apparatus.watchers,
         plate_m: config.plate.length_m,
@@ -180,6 +184,11 @@ pub fn run(
         ..tui::event::SessionHeader::default()
     }));
     front.show(tui::Event::Phase(PhaseView::new(PhaseKind::Monitoring)));
+    front.show(tui::Event::Bench(bench_facts::facts(
+        &effective,
+        (opened_at, simulated),
+        &unverified,
+    )));
     let notices = config.safety_notices(config.plate.resonance_hz);
     let rehearsed = rehearsed::notice(&rehearsed).into_iter();
     let forceless = config.forceless_in_words();
@@ -226,6 +235,7 @@ pub fn run(
         audio_s: 0.0,
         line_due_s: 1.0,
         screen_due_ns: 0,
+        period_due_ns: 0,
         safety: SafetyState::default(),
         driven: false,
         holds: config.safety.dead_man.is_some(),
@@ -307,6 +317,7 @@ struct MonitorTask {
     audio_s: f64,
     line_due_s: f64,
     screen_due_ns: u64,
+    period_due_ns: u64,
     safety: SafetyState,
     driven: bool,
     /// Whether a dead-man switch must be held.
@@ -465,6 +476,12 @@ impl Task for MonitorTask {
             if let Some(live) = self.meter.live(None) {
                 let live = screen_words::with_contact(live, &self.contact);
                 self.front.show(tui::Event::Live(live));
+            }
+            if self.screen_due_ns >= self.period_due_ns {
+                self.period_due_ns = self.screen_due_ns + PERIOD_EVERY_NS;
+                if let Some(period) = self.meter.period() {
+                    self.front.show(tui::Event::Period(period));
+                }
             }
         }
         if let Some(health) = self.meter.health(

@@ -5,10 +5,8 @@ use serde::{Deserialize, Serialize};
 /// Calibrations, lines and limits of the bench.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BenchFacts {
-    /// The plate and the sound card, as they are named.
+    /// The plate, in words.
     pub plate: String,
-    /// Carrier, Hz.
-    pub carrier_hz: f64,
     /// The calibrations, measured or missing.
     pub calibrations: Vec<CalibrationFact>,
     /// Lines and sources.

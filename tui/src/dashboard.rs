@@ -94,7 +94,9 @@ fn page(state: &State, area: Rect, body: Rect, buf: &mut Buffer) {
     // Where nobody takes part, there is nothing to say.
     let stands = state.session.protocol.is_some() || state.outlook.is_some();
     let stage_rows = match in_place_of_phase(state, body.width) {
-        Some(lines) => u16::try_from(lines.len()).unwrap_or(least).clamp(1, least.max(3)),
+        Some(lines) => u16::try_from(lines.len())
+            .unwrap_or(least)
+            .clamp(1, least.max(3)),
         None if stands => least,
         None => 1,
     };
@@ -126,7 +128,9 @@ fn page(state: &State, area: Rect, body: Rect, buf: &mut Buffer) {
 /// Draws the log, and what a finished session came to.
 fn logged(state: &State, area: Rect, buf: &mut Buffer) {
     let ended = state.summary.as_ref();
-    let ended_rows = ended.map_or(0, |lines| lines.len() as u16 + 2).min(area.height / 2);
+    let ended_rows = ended
+        .map_or(0, |lines| lines.len() as u16 + 2)
+        .min(area.height / 2);
     let [lines, end] =
         Layout::vertical([Constraint::Fill(1), Constraint::Length(ended_rows)]).areas(area);
     log::whole(state, lines, buf);
@@ -187,7 +191,11 @@ fn list(state: &State, body: Rect, buf: &mut Buffer) {
     readings::render(state, values, buf);
     let which = usize::from(state.ui.zoom.saturating_sub(1));
     let which = Strip::ALL.get(which).copied().unwrap_or(Strip::Amplitude);
-    let which = if state.ui.zoom == 0 { Strip::Impedance } else { which };
+    let which = if state.ui.zoom == 0 {
+        Strip::Impedance
+    } else {
+        which
+    };
     strips::render(state, which, strip, buf);
     tabs::render(state, head, buf);
 }

@@ -46,6 +46,7 @@ impl Frozen {
     #[must_use]
     pub fn at(&self, t_s: f64) -> Option<&Live> {
         let after = self.history.partition_point(|live| live.t_s < t_s);
-        self.history.get(after.min(self.history.len().checked_sub(1)?))
+        self.history
+            .get(after.min(self.history.len().checked_sub(1)?))
     }
 }

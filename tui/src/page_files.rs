@@ -42,7 +42,9 @@ pub(crate) fn write(folder: &Path, page: Page, theme: Theme, drawn: &Buffer) -> 
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
             Err(error) => return Err(error),
         };
-        file.write_all(picture::svg(drawn, &format!("the page {name} of the dashboard"), paper).as_bytes())?;
+        file.write_all(
+            picture::svg(drawn, &format!("the page {name} of the dashboard"), paper).as_bytes(),
+        )?;
         std::fs::write(folder.join(format!("{stem}.txt")), picture::text(drawn))?;
         return Ok(picture);
     }

@@ -256,7 +256,9 @@ impl Bell {
             *self = Self::default();
             return false;
         }
-        let due = self.due_s.is_none_or(|due_s| !self.heard && state.now_s >= due_s);
+        let due = self
+            .due_s
+            .is_none_or(|due_s| !self.heard && state.now_s >= due_s);
         if due {
             self.due_s = Some(state.now_s + BELL_S);
             self.heard = false;

@@ -353,16 +353,24 @@ impl State {
             // A replay was moved back from its end.
             self.summary = None;
         }
-        let listed = self.trials.iter().rev().any(|line| {
-            (line.trial, line.practice, line.attempt)
-                == (phase.trial, phase.practice, phase.attempt)
-        });
-        if phase.trial > 0 && !listed {
+        if phase.trial > 0 {
+            let condition = phase.condition.clone();
+            self.list(phase.trial, phase.practice, phase.attempt, condition);
+        }
+    }
+
+    /// Lists an attempt, unless it is listed.
+    fn list(&mut self, trial: u32, practice: bool, attempt: u32, condition: Option<String>) {
+        let listed =
+            self.trials.iter().rev().any(|line| {
+                (line.trial, line.practice, line.attempt) == (trial, practice, attempt)
+            });
+        if !listed {
             self.trials.push(TrialLine {
-                trial: phase.trial,
-                practice: phase.practice,
-                attempt: phase.attempt,
-                condition: phase.condition.clone(),
+                trial,
+                practice,
+                attempt,
+                condition,
                 verdict: None,
             });
         }
@@ -425,10 +433,16 @@ impl State {
     /// Keeps a crop, in place of an earlier one of the same exploration.
     fn push_crop(&mut self, crop: &Crop) {
         let of = |crop: &Crop| (crop.trial, crop.practice, crop.attempt, crop.exploration);
-        match self.crops.iter_mut().rev().find(|known| of(known) == of(crop)) {
+        match self
+            .crops
+            .iter_mut()
+            .rev()
+            .find(|known| of(known) == of(crop))
+        {
             Some(known) => *known = crop.clone(),
             None => self.crops.push_back(crop.clone()),
         }
+        self.list(crop.trial, crop.practice, crop.attempt, None);
         while self.crops.len() > CROPS_MAX {
             self.crops.pop_front();
         }

@@ -57,8 +57,14 @@ impl Strip {
                 (|l| l.normal_n, Weight::First),
             ],
             Self::Friction => &[
-                (|l| l.mu.map(|mu| mu.value - INTERVAL * mu.std), Weight::Faint),
-                (|l| l.mu.map(|mu| mu.value + INTERVAL * mu.std), Weight::Faint),
+                (
+                    |l| l.mu.map(|mu| mu.value - INTERVAL * mu.std),
+                    Weight::Faint,
+                ),
+                (
+                    |l| l.mu.map(|mu| mu.value + INTERVAL * mu.std),
+                    Weight::Faint,
+                ),
                 (|l| l.measured_mu, Weight::Second),
                 (|l| l.mu.map(|mu| mu.value), Weight::First),
             ],
@@ -102,7 +108,11 @@ impl Strip {
         force_band_n: Option<(f64, f64)>,
         used: Option<ValueAxis>,
     ) -> Option<ValueAxis> {
-        let of = |live| self.series().iter().filter_map(move |(select, _)| select(live));
+        let of = |live| {
+            self.series()
+                .iter()
+                .filter_map(move |(select, _)| select(live))
+        };
         let values: Vec<f64> = history.iter().flat_map(of).collect();
         let wanted = ValueAxis::robust(values, &self.always(force_band_n), self.floor());
         match (used, wanted) {

@@ -117,10 +117,15 @@ mod tests {
 
     #[test]
     fn a_spike_does_not_flatten_the_rest() {
-        let mut values: Vec<f64> = (0..600).map(|i| 0.6 + 0.1 * f64::from(i % 40) / 40.0).collect();
+        let mut values: Vec<f64> = (0..600)
+            .map(|i| 0.6 + 0.1 * f64::from(i % 40) / 40.0)
+            .collect();
         values[300] = 80.0;
         let axis = ValueAxis::robust(values, &[0.0], 0.2).unwrap();
-        assert!(axis.low <= 0.0 && (0.7..=1.0).contains(&axis.high), "{axis:?}");
+        assert!(
+            axis.low <= 0.0 && (0.7..=1.0).contains(&axis.high),
+            "{axis:?}"
+        );
     }
 
     #[test]

@@ -20,9 +20,11 @@ pub(crate) const VIEW: &[KeyRow] = &[
             (_, Page::Trials) => {
                 Meaning::viewing(choose_trial, "previous or next trial", Some("trial"))
             }
-            (Some(_), Page::Run | Page::Impedance) => {
-                Meaning::viewing(move_cursor, "move cursor A of the held strips", Some("cursor"))
-            }
+            (Some(_), Page::Run | Page::Impedance) => Meaning::viewing(
+                move_cursor,
+                "move cursor A of the held strips",
+                Some("cursor"),
+            ),
             _ => None,
         },
     },

@@ -3,25 +3,29 @@
 use config::{CalibrationFile, Config, Effective, Provenance};
 use config::{HardwareStop, Quantity};
 use jiff::Timestamp;
-use safety::{StopLine, StopTimes};
 use tui::event::{BenchFacts, CalibrationFact, PartFact};
 
 const DAY_S: f64 = 86_400.0;
 
-/// Returns calibrations, lines, sources and limits of the bench at `now`, with the times of the stops that were
-/// exercised. Dates that a simulated clock wrote have no age.
+/// Returns calibrations, lines, sources and limits of the bench at `now`. Dates that a simulated clock wrote have no age.
 pub fn facts(
     bench: &Effective,
     (now, simulated): (Timestamp, bool),
-    stops: &[StopTimes],
     unverified: &[String],
 ) -> BenchFacts {
     let config = bench.config();
     BenchFacts {
-        plate: format!("plate of {:.0} mm", config.plate.length_m * 1e3),
-        carrier_hz: config.plate.resonance_hz,
-        calibrations: calibrations(bench.calibration().map(|held| held.calibration()), now, simulated),
-        parts: parts(config, stops),
+        plate: format!(
+            "plate of {:.0} mm at {:.1} Hz",
+            config.plate.length_m * 1e3,
+            config.plate.resonance_hz
+        ),
+        calibrations: calibrations(
+            bench.calibration().map(|held| held.calibration()),
+            now,
+            simulated,
+        ),
+        parts: parts(config),
         loosened: config.loosened(),
         unverified: unverified.to_vec(),
     }
@@ -55,16 +59,28 @@ fn calibrations(
     let channels = file.and_then(|file| file.channels.as_ref());
     let output = file.and_then(|file| file.output.as_ref());
     vec![
-        fact("pickup", pickup.map(|of| (&of.measured, value(&of.metres_per_unit)))),
-        fact("plate", plate.map(|of| (&of.measured, value(&of.resonance_hz)))),
-        fact("force", force.map(|of| (&of.measured, format!("{} masses", of.masses)))),
+        fact(
+            "pickup",
+            pickup.map(|of| (&of.measured, value(&of.metres_per_unit))),
+        ),
+        fact(
+            "plate",
+            plate.map(|of| (&of.measured, value(&of.resonance_hz))),
+        ),
+        fact(
+            "force",
+            force.map(|of| (&of.measured, format!("{} masses", of.masses))),
+        ),
         fact("tare", force.map(|of| (&of.tared, value(&of.normal_tare)))),
-        fact("channels", channels.map(|of| (&of.measured, value(&of.latency)))),
+        fact(
+            "channels",
+            channels.map(|of| (&of.measured, value(&of.latency))),
+        ),
         fact("output", output.map(|of| (&of.measured, of.meter.clone()))),
     ]
 }
 
-fn parts(config: &Config, stops: &[StopTimes]) -> Vec<PartFact> {
+fn parts(config: &Config) -> Vec<PartFact> {
     let part = |name: &str, words: String, well: bool| PartFact {
         name: name.to_owned(),
         words,
@@ -72,20 +88,10 @@ fn parts(config: &Config, stops: &[StopTimes]) -> Vec<PartFact> {
     };
     let (gpio, safety) = (&config.gpio, &config.safety);
     let boxed = config.used_field_box().is_some();
-    let exercised = |line: HardwareStop| {
-        let of = match line {
-            HardwareStop::Heartbeat => StopLine::Heartbeat,
-            HardwareStop::Estop => return None,
-        };
-        stops.iter().find(|times| times.line == of)?.off_s
-    };
     let stop = |name: &str, line: HardwareStop, wired: bool| {
         let words = match (wired, safety.waiver_of(line)) {
             (_, Some(by)) => format!("waived by {by}"),
-            (true, None) => match exercised(line) {
-                Some(off_s) => format!("wired, silent {:.0} ms after it", off_s * 1e3),
-                None => "wired".to_owned(),
-            },
+            (true, None) => "wired".to_owned(),
             (false, None) => "not wired".to_owned(),
         };
         part(name, words, wired)
@@ -105,12 +111,25 @@ fn parts(config: &Config, stops: &[StopTimes]) -> Vec<PartFact> {
     let force = config.force.as_ref();
     vec![
         stop("e-stop", HardwareStop::Estop, gpio.has_estop()),
-        stop("heartbeat", HardwareStop::Heartbeat, gpio.heartbeat.is_some() || boxed),
+        stop(
+            "heartbeat",
+            HardwareStop::Heartbeat,
+            gpio.heartbeat.is_some() || boxed,
+        ),
         wired("enable", gpio.enable, "not wired"),
-        wired("button", gpio.button, "none: a finger at rest counts as ready"),
+        wired(
+            "button",
+            gpio.button,
+            "none: a finger at rest counts as ready",
+        ),
         part(
             "dead-man",
-            if safety.dead_man.is_some() { "must be held" } else { "not used" }.to_owned(),
+            if safety.dead_man.is_some() {
+                "must be held"
+            } else {
+                "not used"
+            }
+            .to_owned(),
             true,
         ),
         part("encoder", encoder, config.encoder.is_some()),

@@ -19,14 +19,20 @@ pub fn contact_curves(request: &FitRequest, fit: &TrialFit) -> Option<ContactCur
     // Amplitude under the finger, normal force, friction.
     let mut samples: Vec<(f64, f64, f64)> = Vec::new();
     for exploration in &request.explorations {
-        let series = request.record.series(exploration.start_s, exploration.end_s);
+        let series = request
+            .record
+            .series(exploration.start_s, exploration.end_s);
         for instance in exploration.stretches.iter().filter_map(Stretch::instance) {
             let from = series.time_s.partition_point(|t_s| *t_s < instance.start_s);
             let to = series.time_s.partition_point(|t_s| *t_s <= instance.end_s);
             samples.extend((from..to).map(|i| {
                 let normal_n = series.normal_n[i];
                 let amplitude_m = fit.profile.at(series.position_m[i]) * series.amplitude_m[i];
-                (amplitude_m, normal_n, (series.lateral_n[i] / normal_n).abs())
+                (
+                    amplitude_m,
+                    normal_n,
+                    (series.lateral_n[i] / normal_n).abs(),
+                )
             }));
         }
     }

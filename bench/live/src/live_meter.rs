@@ -5,9 +5,9 @@ use devices::Gauges;
 use devices::field_task::POSITION_HZ;
 use impedance::ZmFrame;
 use impedance::smoothing::{Causal, LowPass};
-use recording::{ForceRow, PositionRow};
 use recording::pipeline::{Account, Batch};
 use recording::recorder::RecorderGauge;
+use recording::{ForceRow, PositionRow};
 use tui::event::{Live, PeriodTrace, SystemHealth};
 
 use crate::period::LastPeriod;
@@ -173,7 +173,11 @@ impl LiveMeter {
             }),
             disk_free_bytes: disk_free_bytes(),
             disk_sessions: None,
-            force_faults: faults.corrupt + faults.lost + faults.repeated + faults.reordered + faults.failed,
+            force_faults: faults.corrupt
+                + faults.lost
+                + faults.repeated
+                + faults.reordered
+                + faults.failed,
             encoder_skipped: field.encoder_skipped,
             cores: self.processor.cores(now_ns as f64 * 1e-9),
         })

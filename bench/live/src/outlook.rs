@@ -20,7 +20,8 @@ impl OutlookTracker {
 
     /// The running attempt is judged.
     pub fn judged(&mut self, now_s: f64) {
-        self.took_s.extend(self.began_s.take().map(|began_s| now_s - began_s));
+        self.took_s
+            .extend(self.began_s.take().map(|began_s| now_s - began_s));
     }
 
     /// The running attempt is over without a verdict.
@@ -53,7 +54,9 @@ impl OutlookTracker {
         let left = session.trials_left();
         let number = protocol.planned_trials() - left + 1;
         let trial_s = self.trial_s(session);
-        let gone_s = self.began_s.map_or(0.0, |began_s| (now_s - began_s).min(trial_s));
+        let gone_s = self
+            .began_s
+            .map_or(0.0, |began_s| (now_s - began_s).min(trial_s));
         let rests = (number + 1..=protocol.planned_trials())
             .filter(|number| rests_before(session, *number))
             .count();
@@ -135,10 +138,9 @@ fn steps(
     let is = |words: &str| Some(words.to_owned());
     match session.phase() {
         Phase::Consent => (is("the welcome"), Some(trial(number))),
-        Phase::Welcome | Phase::Hold => (
-            is("the plate is driven without a finger"),
-            exploration(0),
-        ),
+        Phase::Welcome | Phase::Hold => {
+            (is("the plate is driven without a finger"), exploration(0))
+        }
         Phase::Baseline => (is("the finger is placed"), exploration(0)),
         Phase::Ready => (is("the countdown"), exploration(at)),
         Phase::Countdown => (exploration(at), is("the finger lifts")),

@@ -65,7 +65,11 @@ fn fit(event: &LogEvent, key: &TrialKey, practice: u32) -> FitView {
         sigma_t_m: estimate("sigma_t_m", "sigma_t_std_m"),
         mu0: estimate("mu0", "mu0_std"),
         drift_hz: estimate("plate_drift_hz", "plate_drift_std_hz"),
-        no_fit: event.data.get("no_fit").and_then(Value::as_str).map(str::to_owned),
+        no_fit: event
+            .data
+            .get("no_fit")
+            .and_then(Value::as_str)
+            .map(str::to_owned),
         curves: None,
     }
 }
@@ -74,7 +78,9 @@ fn fit(event: &LogEvent, key: &TrialKey, practice: u32) -> FitView {
 pub fn settled(record: &TrialRecord, protocol: &Protocol) -> TrialVerdict {
     let (reasons, settled, accepted) = match &record.outcome {
         TrialOutcome::Accepted => (&[][..], None, true),
-        TrialOutcome::AcceptedAnyway { reasons } if record.key.practice => (&reasons[..], None, true),
+        TrialOutcome::AcceptedAnyway { reasons } if record.key.practice => {
+            (&reasons[..], None, true)
+        }
         TrialOutcome::AcceptedAnyway { reasons } => {
             (&reasons[..], Some("kept by the operator".to_owned()), true)
         }
@@ -82,10 +88,14 @@ pub fn settled(record: &TrialRecord, protocol: &Protocol) -> TrialVerdict {
             (&[][..], Some("repeated by the operator".to_owned()), false)
         }
         TrialOutcome::Redo { reasons } => (&reasons[..], None, false),
-        TrialOutcome::GivenUp { reasons } => {
-            (&reasons[..], Some("given up: no repetition was left".to_owned()), false)
+        TrialOutcome::GivenUp { reasons } => (
+            &reasons[..],
+            Some("given up: no repetition was left".to_owned()),
+            false,
+        ),
+        TrialOutcome::Interrupted { interruption } => {
+            (&[][..], Some(interruption.to_string()), false)
         }
-        TrialOutcome::Interrupted { interruption } => (&[][..], Some(interruption.to_string()), false),
     };
     let reasons = reasons.iter().map(ToString::to_string).collect();
     TrialVerdict {

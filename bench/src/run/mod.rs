@@ -32,9 +32,11 @@ use crate::rehearsed;
 use crate::session::{KeptUp, Questions, Report, SessionTask, Wiring, summary_lines};
 use crate::shell_words::quoted;
 use files::{begin_recording, last_trial, machine, open_session};
+use live::bench_facts;
 use live::carrier_decision::CarrierDecision;
 use live::interference::Interference;
 use live::live_side::LiveSide;
+use live::past_trials::past_trials;
 use live::refit::Refit;
 use live::resumed::Resumed;
 use plan::{NAME, VERSION};
@@ -175,6 +177,13 @@ pub fn run(
         plate_length_m: config.plate.length_m,
         kept_m: Some(kept(config, protocol)),
     }));
+    let past = past_trials(machine.records(), &session.log_before().documents, protocol);
+    past.into_iter().for_each(|event| front.show(event));
+    front.show(tui::Event::Bench(bench_facts::facts(
+        &effective,
+        (clock.utc(), simulated),
+        &plan.unverified,
+    )));
     front.show(tui::Event::ForceBand {
         min_n: protocol.force.min_n,
         max_n: protocol.force.max_n,
@@ -256,6 +265,7 @@ pub fn run(
         notices,
         gauge,
         study_folder: plan.study.clone(),
+        session_bytes: session_bytes(config, protocol),
         drive,
         readiness: Readiness::new(button),
         front,

@@ -23,6 +23,7 @@ use safety::{SafetyState, Trip};
 use tasks::Task;
 use tui::event::LogLevel;
 
+use super::at_a_glance::AtAGlance;
 use super::consent::{Answered, Consent};
 use super::due_trial::DueTrial;
 use super::how_ended::{HowEnded, pause};
@@ -34,6 +35,7 @@ use super::stop_kind::{interruption_kind, observed, stop_kind};
 use super::wiring::{Admit, BeginRecording, Wiring};
 use crate::journal::Entry;
 use live::carrier_decision::CarrierEffect;
+use live::live_side::FitNews;
 use live::screen_words;
 
 /// The task.
@@ -67,6 +69,7 @@ pub struct SessionTask {
     /// Why the session last paused by itself.
     paused: Option<String>,
     report: Sender<Report>,
+    glance: AtAGlance,
 }
 
 /// Data of the last exploration arrive within this time after its end: a force sensor's burst, the demodulator's
@@ -117,6 +120,7 @@ impl SessionTask {
             ended: None,
             paused: None,
             report,
+            glance: AtAGlance::default(),
         };
         if let Some(by) = consent_by {
             let answered = task.consent.given(by);
@@ -262,6 +266,14 @@ impl SessionTask {
 
     /// Analyses a completed trial as soon as all of its data are here.
     fn analyse(&mut self) {
+        let until_s = self.audio_s - DATA_DELAY_S;
+        let rules = || {
+            let centre_m = self.bench.config().plate.centre_m;
+            self.machine.protocol().selection_rules(centre_m)
+        };
+        for crop in self.glance.decided(until_s, &self.record, rules) {
+            self.wiring.front.show(tui::Event::Crop(crop));
+        }
         let Some(due) = self
             .due
             .take_if(|due| self.audio_s >= due.at_s + DATA_DELAY_S)
@@ -275,15 +287,15 @@ impl SessionTask {
             std::mem::take(&mut self.record),
             (&self.account, &self.account_at_begin),
         );
-        self.wiring.front.show(tui::Event::Crop(analysed.crop));
-        self.wiring.live.ask(analysed.request);
+        self.wiring.live.ask(analysed.request, analysed.of);
         self.analysed = Some(analysed.analysis);
     }
 
     fn take_fits(&mut self) {
-        while let Some((lines, data)) = self.wiring.live.take_fit() {
+        while let Some(FitNews { lines, data, view }) = self.wiring.live.take_fit() {
             let t_s = self.audio_s;
             let _ = self.wiring.journal.send(Entry::Live { t_s, data });
+            self.wiring.front.show(tui::Event::Fit(view));
             for line in lines {
                 self.log(LogLevel::Info, line);
             }
@@ -331,7 +343,10 @@ impl SessionTask {
                     self.wiring.drive.stop();
                     self.mask(false);
                 }
-                Action::Mark(interval) => self.send(RecordingCommand::Interval(interval)),
+                Action::Mark(interval) => {
+                    self.glance.mark(&interval);
+                    self.send(RecordingCommand::Interval(interval));
+                }
                 Action::EndTrial { end, .. } => self.end_trial(&end),
                 Action::AnalyseTrial { key, intervals } => {
                     self.due = Some(DueTrial {
@@ -397,6 +412,8 @@ impl SessionTask {
         if key.attempt > 1 {
             self.mark(EventKind::Redo, format!("attempt {}", key.attempt));
         }
+        let practice = self.machine.protocol().trials.practice;
+        self.glance.begin(key, practice, self.audio_s);
         self.record = Measurements::default();
         self.collecting = true;
         self.account_at_begin = self.account;
@@ -409,12 +426,14 @@ impl SessionTask {
         if let TrialEnd::Interrupted { interruption } = end {
             self.collecting = false;
             self.due = None;
+            self.glance.broken_off();
             self.mark(interruption_kind(interruption), interruption.to_string());
             self.send(RecordingCommand::End(end.into()));
         }
     }
 
     fn judged(&mut self, key: &TrialKey, verdict: &Verdict) -> anyhow::Result<()> {
+        self.glance.judged(self.audio_s);
         let analysis = self.analysed.take();
         let shown = screen_words::verdict(key, self.machine.protocol(), verdict, analysis.as_ref());
         self.wiring.front.show(tui::Event::Verdict(shown));
@@ -477,20 +496,10 @@ impl SessionTask {
     }
 
     fn feed_screen(&mut self, now_ns: u64) {
-        let slider_m = self.view.as_ref().and_then(|view| view.slider_m);
-        if let Some(live) = self.wiring.live.due(now_ns, slider_m) {
-            self.wiring.front.show(tui::Event::Live(live));
-        }
-        let (gauges, gauge) = (&self.wiring.gauges, &self.wiring.gauge);
-        let free = || recording::study::free_bytes(&self.wiring.study_folder).ok();
-        let rate_hz = self.bench.config().audio.rate_hz;
-        if let Some(health) =
-            self.wiring
-                .live
-                .meter
-                .health(now_ns, &self.account, gauges, Some(gauge), rate_hz, free)
-        {
-            self.wiring.front.show(tui::Event::Health(health));
+        let session = (&self.machine, self.view.as_ref());
+        let audio = (&self.account, self.bench.config().audio.rate_hz);
+        let now = (now_ns, self.audio_s);
+        if self.glance.feed(&mut self.wiring, session, audio, now) {
             self.show_safety();
         }
     }

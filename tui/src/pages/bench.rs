@@ -10,7 +10,9 @@ use crate::state::State;
 pub(crate) fn render(state: &State, room: Room, area: Rect, buf: &mut Buffer) {
     let known = state.bench.as_ref();
     let measured = known.map_or(2, |bench| bench.calibrations.len());
-    let measured = u16::try_from(measured).unwrap_or(u16::MAX).saturating_add(1);
+    let measured = u16::try_from(measured)
+        .unwrap_or(u16::MAX)
+        .saturating_add(1);
     if room == Room::Little {
         let [top, bottom] =
             Layout::vertical([Constraint::Length(measured), Constraint::Fill(1)]).areas(area);
@@ -32,7 +34,11 @@ pub(crate) fn render(state: &State, room: Room, area: Rect, buf: &mut Buffer) {
         Layout::vertical([Constraint::Length(measured + 1), Constraint::Fill(1)]).areas(left);
     calibrations(state, dated, buf);
     limits(state, loose, buf);
-    let rows = if right.width >= 76 { VALUES.div_ceil(2) } else { VALUES };
+    let rows = if right.width >= 76 {
+        VALUES.div_ceil(2)
+    } else {
+        VALUES
+    };
     let [well, lines] =
         Layout::vertical([Constraint::Length(rows + 2), Constraint::Fill(1)]).areas(right);
     health(state, well, buf);

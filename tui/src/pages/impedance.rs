@@ -21,7 +21,11 @@ pub(crate) fn render(state: &State, room: Room, area: Rect, buf: &mut Buffer) {
     let [left, right] = Layout::horizontal([Constraint::Fill(1), Constraint::Fill(1)])
         .spacing(Spacing::Space(gap))
         .areas(area);
-    let strip_rows = if room == Room::Little { 5 } else { left.height / 4 };
+    let strip_rows = if room == Room::Little {
+        5
+    } else {
+        left.height / 4
+    };
     let [plane, impedance] =
         Layout::vertical([Constraint::Fill(1), Constraint::Length(strip_rows)]).areas(left);
     complex_plane::render(state, plane, buf);

@@ -33,7 +33,10 @@ pub(crate) fn calibrations(state: &State, area: Rect, buf: &mut Buffer) {
     };
     let plate = Line::styled(bench.plate.clone(), theme.faint());
     let body = titled(state, title, &[plate], area, buf);
-    let lines = bench.calibrations.iter().map(|fact| calibration(state, fact));
+    let lines = bench
+        .calibrations
+        .iter()
+        .map(|fact| calibration(state, fact));
     rows(lines.collect(), body, buf);
 }
 
@@ -41,7 +44,10 @@ fn calibration<'a>(state: &State, fact: &CalibrationFact) -> Line<'a> {
     let theme = state.ui.theme;
     let name = Span::styled(format!("{:<9}", fact.name), theme.faint());
     let Some(date) = &fact.date else {
-        return Line::from(vec![name, Span::styled("! never measured", theme.warning())]);
+        return Line::from(vec![
+            name,
+            Span::styled("! never measured", theme.warning()),
+        ]);
     };
     let (age, style) = match fact.age_days {
         Some(days) if days < 1.0 => ("today".to_owned(), Style::new()),
@@ -164,17 +170,23 @@ fn values(health: &SystemHealth) -> [HealthValue; VALUES as usize] {
     let dash = || "–".to_owned();
     let drift = health.clock_drift_ppm;
     [
+        entry("audio", format!("{:.3} of its rate", health.speed), false),
         entry(
-            "audio",
-            format!("{:.3} of its rate", health.speed),
-            false,
+            "frames lost",
+            thousands(health.lost_frames),
+            health.lost_frames > 0,
         ),
-        entry("frames lost", thousands(health.lost_frames), health.lost_frames > 0),
         entry("xruns in", health.xruns_in.to_string(), health.xruns_in > 0),
-        entry("xruns out", health.xruns_out.to_string(), health.xruns_out > 0),
+        entry(
+            "xruns out",
+            health.xruns_out.to_string(),
+            health.xruns_out > 0,
+        ),
         entry(
             "force readings",
-            health.force_rate_hz.map_or_else(dash, |hz| format!("{hz:.0} Hz")),
+            health
+                .force_rate_hz
+                .map_or_else(dash, |hz| format!("{hz:.0} Hz")),
             false,
         ),
         entry(
@@ -216,14 +228,22 @@ fn values(health: &SystemHealth) -> [HealthValue; VALUES as usize] {
             health
                 .disk_free_bytes
                 .map_or_else(dash, |bytes| format!("{:.0} GB", bytes as f64 / 1e9)),
-            health.disk_free_bytes.is_some_and(|bytes| bytes < DISK_LOW_BYTES),
+            health
+                .disk_free_bytes
+                .is_some_and(|bytes| bytes < DISK_LOW_BYTES),
         ),
         entry(
             "processor",
-            health.cores.map_or_else(dash, |cores| format!("{:.0} % of a core", 100.0 * cores)),
+            health
+                .cores
+                .map_or_else(dash, |cores| format!("{:.0} % of a core", 100.0 * cores)),
             false,
         ),
-        entry("all well", if is_well(health) { "yes" } else { "no" }.to_owned(), !is_well(health)),
+        entry(
+            "all well",
+            if is_well(health) { "yes" } else { "no" }.to_owned(),
+            !is_well(health),
+        ),
     ]
 }
 
@@ -233,8 +253,12 @@ pub(crate) fn is_well(health: &SystemHealth) -> bool {
         && health.xruns_in + health.xruns_out == 0
         && health.ring_fill <= RING_FULL
         && health.recorder_lag_s <= RECORDER_LAG_S
-        && health.disk_free_bytes.is_none_or(|bytes| bytes >= DISK_LOW_BYTES)
-        && health.clock_drift_ppm.is_none_or(|ppm| ppm.abs() <= DRIFT_PPM)
+        && health
+            .disk_free_bytes
+            .is_none_or(|bytes| bytes >= DISK_LOW_BYTES)
+        && health
+            .clock_drift_ppm
+            .is_none_or(|ppm| ppm.abs() <= DRIFT_PPM)
 }
 
 /// Draws the health in one line, for a page that is about something else.
@@ -256,7 +280,10 @@ pub(crate) fn one_line(state: &State, area: Rect, buf: &mut Buffer) {
     if let Some(sessions) = health.disk_sessions {
         words += &format!(" · room for {} sessions", thousands(sessions));
     }
-    let line = Line::from(vec![Span::styled(mark, style), Span::styled(words, theme.faint())]);
+    let line = Line::from(vec![
+        Span::styled(mark, style),
+        Span::styled(words, theme.faint()),
+    ]);
     crate::words::render_line(line, area, buf);
 }
 

@@ -20,7 +20,13 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         Span::raw(" + Z_p"),
     ]);
     let right = Line::styled("Im over Re, N·s/m", theme.faint());
-    let body = titled(state, title, &[super::live_values::stale(state), right], area, buf);
+    let body = titled(
+        state,
+        title,
+        &[super::live_values::stale(state), right],
+        area,
+        buf,
+    );
     let period = state.period.as_ref();
     let curves = latest_curves(state);
     let corrected = period.map_or(&[][..], |period| &period.z_m_n_s_per_m);
@@ -30,10 +36,19 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let z_p = z_p.or(curves.map(|curves| curves.z_p_n_s_per_m));
     let all = || corrected.iter().flatten().chain(locus).chain(&z_p);
     let axis = |of: fn(&ComplexImpedance) -> f64| {
-        ValueAxis::robust(all().map(of).collect(), &z_p.iter().map(of).collect::<Vec<_>>(), 0.5)
+        ValueAxis::robust(
+            all().map(of).collect(),
+            &z_p.iter().map(of).collect::<Vec<_>>(),
+            0.5,
+        )
     };
     let (Some(re), Some(im)) = (axis(|z| z.re_n_s_per_m), axis(|z| z.im_n_s_per_m)) else {
-        note("no impedance yet: it needs a driven plate", theme.faint(), body, buf);
+        note(
+            "no impedance yet: it needs a driven plate",
+            theme.faint(),
+            body,
+            buf,
+        );
         return;
     };
     let is_stale = state.live_stale_s().is_some();
@@ -76,7 +91,11 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         let words = re.label(tick);
         let columns = words.chars().count() as u16;
         let at = (i as f64 / last.max(1) as f64 * f64::from(inside.width.saturating_sub(1))) as u16;
-        let at = at.saturating_sub(if i == last { columns.saturating_sub(1) } else { 0 });
+        let at = at.saturating_sub(if i == last {
+            columns.saturating_sub(1)
+        } else {
+            0
+        });
         if inside.width > at + columns && !scale.is_empty() {
             buf.set_string(inside.x + at, scale.y, words, theme.faint());
         }

@@ -37,7 +37,10 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let part = state.period.as_ref().map(|period| 100.0 * period.masked());
     let figures = [
         ("Z_m mean", complex(z_m)),
-        ("Z_p tracked", complex(live.and_then(|live| live.z_p_n_s_per_m))),
+        (
+            "Z_p tracked",
+            complex(live.and_then(|live| live.z_p_n_s_per_m)),
+        ),
         ("Z_p fitted", complex(fitted)),
         ("drift", drift(state)),
         (

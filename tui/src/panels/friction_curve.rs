@@ -20,7 +20,9 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     ]);
     let curves = latest_curves(state);
     let right = Line::styled(
-        curves.map_or(String::new(), |curves| format!("at {:.2} N, over μm", curves.normal_n)),
+        curves.map_or(String::new(), |curves| {
+            format!("at {:.2} N, over μm", curves.normal_n)
+        }),
         theme.faint(),
     );
     let body = titled(state, title, &[right], area, buf);
@@ -57,7 +59,10 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     };
     plot.render(theme, picture, buf);
     let inside = Plot::body(picture);
-    for at in measured.iter().filter_map(|point| plot.position(*point, inside)) {
+    for at in measured
+        .iter()
+        .filter_map(|point| plot.position(*point, inside))
+    {
         put(buf, at, "●", theme.second_curve());
     }
     if !scale.is_empty() && inside.width > 12 {

@@ -46,7 +46,10 @@ fn wrapped<'a>(state: &State, line: &'a LogLine, columns: u16) -> Vec<Line<'a>> 
         return vec![whole];
     }
     let style = whole.spans.first().map_or(Style::new(), |span| span.style);
-    let symbol = whole.spans.first().map_or("  ".to_owned(), |span| span.content.to_string());
+    let symbol = whole
+        .spans
+        .first()
+        .map_or("  ".to_owned(), |span| span.content.to_string());
     let count = if line.count > 1 {
         format!("{} ×{}", line.text, line.count)
     } else {
@@ -54,7 +57,11 @@ fn wrapped<'a>(state: &State, line: &'a LogLine, columns: u16) -> Vec<Line<'a>> 
     };
     let parts = crate::words::wrap(&count, columns.saturating_sub(2)).into_iter();
     let parts = parts.enumerate().map(|(i, part)| {
-        let head = if i == 0 { symbol.clone() } else { "  ".to_owned() };
+        let head = if i == 0 {
+            symbol.clone()
+        } else {
+            "  ".to_owned()
+        };
         Line::from(vec![Span::styled(head, style), Span::styled(part, style)])
     });
     parts.collect()

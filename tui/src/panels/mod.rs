@@ -21,7 +21,7 @@ pub(crate) mod safety_line;
 pub(crate) mod session_phase;
 pub(crate) mod stage;
 pub(crate) mod strips;
+pub(crate) mod summary;
 pub(crate) mod tabs;
 pub(crate) mod trial_crop;
 pub(crate) mod trial_list;
-pub(crate) mod summary;

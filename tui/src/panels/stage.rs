@@ -18,9 +18,8 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let label = |words: &'static str| Span::styled(format!("{words:<5}"), theme.faint());
     let mut now = session_phase::line(state);
     now.spans.insert(0, label("now"));
-    let say = say(state).map(|words| {
-        Line::from(vec![label("say"), Span::styled(words, theme.strong())])
-    });
+    let say =
+        say(state).map(|words| Line::from(vec![label("say"), Span::styled(words, theme.strong())]));
     let next = next(state).map(|words| Line::from(vec![label("next"), Span::raw(words)]));
     let left = left(state);
     let mut lines = vec![now];
@@ -34,7 +33,9 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         let left = left.unwrap_or_default();
         let room = usize::from(area.width).saturating_sub(last.width());
         let short = left.split(" · ").take(2).collect::<Vec<_>>().join(" · ");
-        let words = [left, short].into_iter().find(|words| words.chars().count() + 3 <= room);
+        let words = [left, short]
+            .into_iter()
+            .find(|words| words.chars().count() + 3 <= room);
         let mut last = last;
         if let Some(words) = words.filter(|words| !words.is_empty()) {
             let padding = room - words.chars().count();
@@ -86,9 +87,7 @@ fn waiting(state: &State) -> String {
                 || (verdict.trial, verdict.practice) == (phase.trial, phase.practice))
     });
     match (state.phase.kind, verdict) {
-        (PhaseKind::Consent, _) => {
-            "“Here is what we do, and your consent to sign.”".to_owned()
-        }
+        (PhaseKind::Consent, _) => "“Here is what we do, and your consent to sign.”".to_owned(),
         (PhaseKind::Baseline, _) => "“Keep your finger off the plate for a moment.”".to_owned(),
         (_, Some(verdict)) if !verdict.accepted && !verdict.practice => {
             "“We do this one once more, please.”".to_owned()
@@ -115,7 +114,11 @@ fn feedback(view: &ParticipantView) -> String {
 fn next(state: &State) -> Option<String> {
     let outlook = state.outlook.as_ref()?;
     let steps = [outlook.next.as_deref(), outlook.then.as_deref()];
-    let words = steps.into_iter().flatten().collect::<Vec<_>>().join(", then ");
+    let words = steps
+        .into_iter()
+        .flatten()
+        .collect::<Vec<_>>()
+        .join(", then ");
     (!words.is_empty()).then_some(words)
 }
 

@@ -38,7 +38,13 @@ pub(crate) fn render(state: &State, strip: Strip, area: Rect, buf: &mut Buffer) 
         }
         _ => Line::default(),
     };
-    let body = titled(state, title(state, strip, area.width), &[stale(state), right], area, buf);
+    let body = titled(
+        state,
+        title(state, strip, area.width),
+        &[stale(state), right],
+        area,
+        buf,
+    );
     curves(state, strip, body, buf);
 }
 
@@ -54,14 +60,23 @@ fn curves(state: &State, strip: Strip, area: Rect, buf: &mut Buffer) {
             Strip::Gap | Strip::Friction => missing_estimate(state),
             _ => None,
         };
-        note(missing.as_deref().unwrap_or("no data yet"), theme.faint(), area, buf);
+        note(
+            missing.as_deref().unwrap_or("no data yet"),
+            theme.faint(),
+            area,
+            buf,
+        );
         return;
     };
     let window_s = state.ui.window.seconds();
     let frozen = state.ui.frozen.as_ref();
     let is_stale = state.live_stale_s().is_some() && frozen.is_none();
     // Held still, time runs from left to right; else the newest values are at the head of the sweep.
-    let gap_s = if frozen.is_some() { 0.0 } else { GAP * window_s };
+    let gap_s = if frozen.is_some() {
+        0.0
+    } else {
+        GAP * window_s
+    };
     let from_s = last.t_s - window_s + gap_s;
     let place = |t_s: f64| match frozen {
         Some(_) => t_s - from_s,
@@ -120,8 +135,16 @@ fn spans(state: &State, (from_s, to_s): (f64, f64), place: impl Fn(f64) -> f64) 
             spans.push(plot::Span { from, to, kept });
         } else {
             // Over the end of the sweep.
-            spans.push(plot::Span { from, to: window_s, kept });
-            spans.push(plot::Span { from: 0.0, to, kept });
+            spans.push(plot::Span {
+                from,
+                to: window_s,
+                kept,
+            });
+            spans.push(plot::Span {
+                from: 0.0,
+                to,
+                kept,
+            });
         }
     }
     spans
@@ -171,7 +194,8 @@ fn title(state: &State, strip: Strip, columns: u16) -> Line<'static> {
 fn parts(state: &State, strip: Strip) -> (&'static str, Vec<(String, Weight)>) {
     let history = state.shown_history();
     let read = |select: Select| read(history, select);
-    let mean = |select: Select, decimals| number(read(select).map(|(mean, ..)| mean), 1.0, decimals);
+    let mean =
+        |select: Select, decimals| number(read(select).map(|(mean, ..)| mean), 1.0, decimals);
     match strip {
         Strip::Amplitude => {
             let range = match read(|l| l.amplitude_m.map(|m| m * 1e6)) {
@@ -203,8 +227,14 @@ fn parts(state: &State, strip: Strip) -> (&'static str, Vec<(String, Weight)>) {
         }
         Strip::Force => {
             let parts = vec![
-                (format!("normal {} N", mean(|l| l.normal_n, 2)), Weight::First),
-                (format!(" lateral {} N", mean(|l| l.lateral_n, 2)), Weight::Second),
+                (
+                    format!("normal {} N", mean(|l| l.normal_n, 2)),
+                    Weight::First,
+                ),
+                (
+                    format!(" lateral {} N", mean(|l| l.lateral_n, 2)),
+                    Weight::Second,
+                ),
             ];
             ("force", parts)
         }
@@ -215,7 +245,13 @@ fn parts(state: &State, strip: Strip) -> (&'static str, Vec<(String, Weight)>) {
             };
             let estimated = estimate(state, |l| l.mu, 1.0)
                 .map_or_else(|why| (why, Weight::Faint), |words| (words, Weight::First));
-            ("μ", vec![(measured, Weight::Second), (format!(" {}", estimated.0), estimated.1)])
+            (
+                "μ",
+                vec![
+                    (measured, Weight::Second),
+                    (format!(" {}", estimated.0), estimated.1),
+                ],
+            )
         }
         Strip::Gap => {
             let gap = match estimate(state, |l| l.gap_m, 1e6) {
@@ -225,7 +261,10 @@ fn parts(state: &State, strip: Strip) -> (&'static str, Vec<(String, Weight)>) {
             let sensed = read(|l| l.sensed_normal_n.map(|sensed| sensed.value));
             let mut parts = vec![gap];
             if let Some((sensed, ..)) = sensed {
-                parts.push((format!(" self-sensed force {} N", number(Some(sensed), 1.0, 2)), Weight::Faint));
+                parts.push((
+                    format!(" self-sensed force {} N", number(Some(sensed), 1.0, 2)),
+                    Weight::Faint,
+                ));
             }
             ("gap", parts)
         }
@@ -249,7 +288,10 @@ fn estimate(
     }
     let mean = values.iter().map(|e| e.value).sum::<f64>() / count * scale;
     let half = 1.96 * values.iter().map(|e| e.std).sum::<f64>() / count * scale;
-    Ok(format!("estimated {} ± {half:.2}", signed(format!("{mean:.2}"))))
+    Ok(format!(
+        "estimated {} ± {half:.2}",
+        signed(format!("{mean:.2}"))
+    ))
 }
 
 /// Returns why gap and friction are not estimated.

@@ -37,7 +37,9 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let words = told(state, line, body.width);
     let most = (body.height / 2).max(1);
     let scroll = usize::from(state.ui.scroll).min(words.len().saturating_sub(most.into()));
-    let count = u16::try_from(words.len() - scroll).unwrap_or(most).min(most);
+    let count = u16::try_from(words.len() - scroll)
+        .unwrap_or(most)
+        .min(most);
     let [text, crops] =
         Layout::vertical([Constraint::Length(count), Constraint::Fill(1)]).areas(body);
     rows(words.into_iter().skip(scroll).collect(), text, buf);
@@ -58,7 +60,9 @@ pub(crate) fn explorations(state: &State, line: &TrialLine, area: Rect, buf: &mu
     }
     let share = crops.iter().map(|_| Constraint::Fill(1));
     let areas = if area.width >= SIDE_BY_SIDE {
-        Layout::horizontal(share).spacing(Spacing::Space(2)).split(area)
+        Layout::horizontal(share)
+            .spacing(Spacing::Space(2))
+            .split(area)
     } else {
         Layout::vertical(share).split(area)
     };
@@ -73,7 +77,10 @@ pub(crate) fn exploration(state: &State, crop: &Crop, area: Rect, buf: &mut Buff
     let kept = crop.stretches.iter().filter(|s| s.accepted).count();
     let arrow = if crop.leftwards { "←" } else { "→" };
     let title = Line::from(vec![
-        Span::styled(format!("exploration {} {arrow}", crop.exploration), theme.strong()),
+        Span::styled(
+            format!("exploration {} {arrow}", crop.exploration),
+            theme.strong(),
+        ),
         Span::styled("  ▒", theme.good()),
         Span::raw(format!(" {kept} kept")),
     ]);
@@ -117,7 +124,15 @@ fn amplitude(state: &State, crop: &Crop, area: Rect, buf: &mut Buffer) {
         None => [(x, None), (x, None)],
     });
     let points = points.map(|(x, y)| (x.clamp(0.0, 1.0), y)).collect();
-    chart(state, crop, "μm", vec![Trace { points, style }], None, area, buf);
+    chart(
+        state,
+        crop,
+        "μm",
+        vec![Trace { points, style }],
+        None,
+        area,
+        buf,
+    );
 }
 
 fn forces(state: &State, crop: &Crop, area: Rect, buf: &mut Buffer) {
@@ -156,7 +171,11 @@ fn chart(
         note("not measured", theme.faint(), area, buf);
         return;
     };
-    let duration_s = if crop.duration_s > 0.0 { crop.duration_s } else { f64::INFINITY };
+    let duration_s = if crop.duration_s > 0.0 {
+        crop.duration_s
+    } else {
+        f64::INFINITY
+    };
     let spans = crop.stretches.iter().map(|stretch| plot::Span {
         from: stretch.start_s / duration_s,
         to: stretch.end_s / duration_s,
@@ -181,7 +200,10 @@ fn chart(
 fn even(values: &[Option<f64>], scale: f64, style: Style) -> Trace {
     let values_at = values.iter().zip(places(values.len()));
     let points = values_at.map(|(value, x)| (x, value.map(|value| value * scale)));
-    Trace { points: points.collect(), style }
+    Trace {
+        points: points.collect(),
+        style,
+    }
 }
 
 /// The middles of `count` equal cells between 0 and 1.
@@ -198,9 +220,15 @@ fn told<'a>(state: &State, line: &TrialLine, columns: u16) -> Vec<Line<'a>> {
         return lines;
     };
     for reason in &verdict.reasons {
-        for (i, text) in wrap(reason, columns.saturating_sub(2)).into_iter().enumerate() {
+        for (i, text) in wrap(reason, columns.saturating_sub(2))
+            .into_iter()
+            .enumerate()
+        {
             let symbol = if i == 0 { "✗ " } else { "  " };
-            lines.push(Line::from(vec![Span::styled(symbol, theme.bad()), Span::raw(text)]));
+            lines.push(Line::from(vec![
+                Span::styled(symbol, theme.bad()),
+                Span::raw(text),
+            ]));
         }
     }
     if let Some(settled) = &verdict.settled {
@@ -210,7 +238,11 @@ fn told<'a>(state: &State, line: &TrialLine, columns: u16) -> Vec<Line<'a>> {
     let mean = |n: Option<f64>| n.map_or("–".to_owned(), |n| format!("{n:.2}"));
     let mut words = format!("force {} N", mean(verdict.mean_normal_n));
     if verdict.normal_n.len() > 1 {
-        let each = verdict.normal_n.iter().map(|n| mean(*n)).collect::<Vec<_>>();
+        let each = verdict
+            .normal_n
+            .iter()
+            .map(|n| mean(*n))
+            .collect::<Vec<_>>();
         words += &format!(" ({})", each.join(", "));
     }
     words += &format!(" · {} instances", verdict.instances);
@@ -236,7 +268,9 @@ fn told<'a>(state: &State, line: &TrialLine, columns: u16) -> Vec<Line<'a>> {
         }
         None => String::new(),
     };
-    let texts = [words, fit].into_iter().flat_map(|words| wrap(&words, columns));
+    let texts = [words, fit]
+        .into_iter()
+        .flat_map(|words| wrap(&words, columns));
     lines.extend(texts.map(Line::from));
     lines
 }
@@ -258,7 +292,10 @@ fn kinds<'a>(state: &State, crop: &Crop, columns: u16) -> Vec<Line<'a>> {
         // One alone has its numbers.
         let words = if count == 1 { reason } else { kind };
         let words = format!(" {count} {words}");
-        let shown: String = words.chars().take(usize::from(columns).saturating_sub(1)).collect();
+        let shown: String = words
+            .chars()
+            .take(usize::from(columns).saturating_sub(1))
+            .collect();
         Line::from(vec![Span::styled("╱", theme.bad()), Span::raw(shown)])
     };
     counts.into_iter().map(line).collect()

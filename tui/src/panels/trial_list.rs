@@ -83,7 +83,10 @@ fn entry<'a>(state: &State, line: &'a TrialLine, whole: bool) -> Line<'a> {
             let force = verdict
                 .mean_normal_n
                 .map_or("–".to_owned(), |n| format!("{n:.2} N"));
-            spans.push(Span::raw(format!(" {force:>6} {:>3} inst.", verdict.instances)));
+            spans.push(Span::raw(format!(
+                " {force:>6} {:>3} inst.",
+                verdict.instances
+            )));
             if let Some(sigma) = fit.and_then(|fit| fit.sigma_t_m) {
                 spans.push(Span::raw(format!(" σ_t {:.2}", sigma.value * TO_MICRO)));
                 if whole {
@@ -94,7 +97,10 @@ fn entry<'a>(state: &State, line: &'a TrialLine, whole: bool) -> Line<'a> {
                 let drift = signed(format!("{:+.1}", drift.value));
                 spans.push(Span::styled(format!(" {drift} Hz"), theme.faint()));
             }
-            let why = verdict.settled.as_deref().or(verdict.reasons.first().map(String::as_str));
+            let why = verdict
+                .settled
+                .as_deref()
+                .or(verdict.reasons.first().map(String::as_str));
             if let Some(why) = why {
                 spans.push(Span::raw(format!("  {why}")));
             }

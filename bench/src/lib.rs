@@ -26,3 +26,4 @@ pub mod session;
 pub mod shell_words;
 pub mod verbosity;
 pub mod verify;
+mod visit;

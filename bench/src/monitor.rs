@@ -25,6 +25,7 @@ use tasks::{StopFlag, Task};
 
 use crate::apparatus::{Apparatus, Watcher, pace};
 use crate::dates;
+use crate::visit::visit;
 use crate::{calibrate, rehearsed};
 use live::bench_facts;
 use live::interference::Interference;
@@ -241,6 +242,8 @@ pub fn run(
         holds: config.safety.dead_man.is_some(),
         wanted: false,
         prompt,
+        // Lines tell of the free plate, and whoever promised a clear one has it.
+        visited: !headless && !clear_plate,
         ended,
     };
     let interference = Interference::new(bench.recording, config, config.plate.resonance_hz);
@@ -263,6 +266,18 @@ struct HoldPrompt {
 }
 
 impl HoldPrompt {
+    /// Shows the watchers a slider that comes and goes, and returns where it is, m.
+    fn visit(&mut self, now_s: f64) -> Option<f64> {
+        if self.watchers.is_empty() {
+            return None;
+        }
+        let view = visit(now_s, self.plate_m);
+        for watcher in &mut self.watchers {
+            watcher(&view, false, None);
+        }
+        view.slider_m
+    }
+
     /// Shows the watchers what to do, and returns the operator's words; `None` if both have been asked for it already.
     fn ask(&mut self, hold: Option<Hold>) -> Option<&'static str> {
         if self.said == hold {
@@ -325,6 +340,8 @@ struct MonitorTask {
     /// Whether the drive begins as soon as it is held.
     wanted: bool,
     prompt: HoldPrompt,
+    /// Whether a simulated finger comes and goes.
+    visited: bool,
     ended: Sender<bool>,
 }
 
@@ -473,7 +490,11 @@ impl Task for MonitorTask {
         self.line();
         if now_ns >= self.screen_due_ns {
             self.screen_due_ns = now_ns + SCREEN_PERIOD_NS;
-            if let Some(live) = self.meter.live(None) {
+            let slider_m = self
+                .visited
+                .then(|| self.prompt.visit(self.audio_s))
+                .flatten();
+            if let Some(live) = self.meter.live(slider_m) {
                 let live = screen_words::with_contact(live, &self.contact);
                 self.front.show(tui::Event::Live(live));
             }

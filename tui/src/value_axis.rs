@@ -61,8 +61,13 @@ impl ValueAxis {
         if axis.high - axis.low >= floor {
             return Some(axis);
         }
+        // What is never negative gets no negative axis.
         let middle = f64::midpoint(low, high);
-        let ends = [middle - floor / 2.0, middle + floor / 2.0];
+        let from = match middle - floor / 2.0 {
+            below if below < 0.0 && low >= 0.0 => 0.0,
+            from => from,
+        };
+        let ends = [from, from + floor];
         Self::around(ends.into_iter().chain(always.iter().copied()))
     }
 

@@ -232,7 +232,11 @@ pub fn with_contact(live: Live, contact: &LiveContact) -> Live {
 pub fn drift(drift_hz: Option<Uncertain>) -> String {
     drift_hz.map_or_else(
         || "unknown".to_owned(),
-        |Uncertain { value, std }| format!("{value:+.1} ± {std:.1} Hz"),
+        |Uncertain { value, std }| {
+            // No minus before a zero.
+            let value = (value * 10.0).round() / 10.0 + 0.0;
+            format!("{value:+.1} ± {std:.1} Hz")
+        },
     )
 }
 

@@ -5,8 +5,8 @@ use ratatui::layout::{Constraint, Layout, Rect, Spacing};
 
 use super::Room;
 use crate::panels::{
-    bench_tables, complex_plane, drill, friction_curve, log, plate_drawing, strips, summary,
-    trial_crop, trial_list,
+    bench_tables, complex_plane, contact_numbers, drill, friction_curve, log, plate_drawing,
+    strips, summary, trial_crop, trial_list,
 };
 use crate::state::State;
 use crate::strip::Strip;
@@ -57,6 +57,10 @@ fn list(state: &State, area: Rect, buf: &mut Buffer) {
 fn little(state: &State, area: Rect, buf: &mut Buffer) {
     let [left, right] = columns(area, 2, [17, 10]);
     curves(state, 3, left, buf);
+    if only_watched(state) {
+        watched(state, right, buf);
+        return;
+    }
     let [trials, lines, health] = Layout::vertical([
         Constraint::Fill(3),
         Constraint::Fill(2),
@@ -68,9 +72,33 @@ fn little(state: &State, area: Rect, buf: &mut Buffer) {
     bench_tables::one_line(state, health, buf);
 }
 
+/// Whether nobody takes part and there is no trial to show.
+fn only_watched(state: &State) -> bool {
+    state.session.protocol.is_none() && state.trials.is_empty() && state.drill.is_none()
+}
+
+/// Draws the contact in place of trials that there are none of.
+fn watched(state: &State, area: Rect, buf: &mut Buffer) {
+    let [numbers, plane, lines, health] = Layout::vertical([
+        Constraint::Length(contact_numbers::ROWS + 1),
+        Constraint::Fill(2),
+        Constraint::Fill(1),
+        Constraint::Length(1),
+    ])
+    .areas(area);
+    contact_numbers::render(state, numbers, buf);
+    complex_plane::render(state, plane, buf);
+    log::render(state, lines, buf);
+    bench_tables::one_line(state, health, buf);
+}
+
 fn some(state: &State, area: Rect, buf: &mut Buffer) {
     let [left, right] = columns(area, 3, [4, 3]);
     curves(state, 4, left, buf);
+    if only_watched(state) {
+        watched(state, right, buf);
+        return;
+    }
     let [trials, crop, lines, health] = Layout::vertical([
         Constraint::Fill(5),
         Constraint::Fill(8),
@@ -87,6 +115,10 @@ fn some(state: &State, area: Rect, buf: &mut Buffer) {
 fn much(state: &State, area: Rect, buf: &mut Buffer) {
     let [left, right] = columns(area, 3, [5, 4]);
     curves(state, 5, left, buf);
+    if only_watched(state) {
+        watched(state, right, buf);
+        return;
+    }
     let [upper, crop, lines, health] = Layout::vertical([
         Constraint::Fill(5),
         Constraint::Fill(7),

@@ -249,7 +249,7 @@ fn values(health: &SystemHealth) -> [HealthValue; VALUES as usize] {
 
 /// Whether nothing was lost and nothing is about to be.
 pub(crate) fn is_well(health: &SystemHealth) -> bool {
-    health.lost_frames == 0
+    health.lost_frames + health.force_faults + health.encoder_skipped == 0
         && health.xruns_in + health.xruns_out == 0
         && health.ring_fill <= RING_FULL
         && health.recorder_lag_s <= RECORDER_LAG_S
@@ -274,7 +274,7 @@ pub(crate) fn one_line(state: &State, area: Rect, buf: &mut Buffer) {
     };
     let mut words = format!(
         " · lost {} · xruns {}",
-        thousands(health.lost_frames),
+        thousands(health.lost_frames + health.force_faults),
         health.xruns_in + health.xruns_out
     );
     if let Some(sessions) = health.disk_sessions {

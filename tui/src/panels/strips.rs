@@ -176,17 +176,24 @@ fn title(state: &State, strip: Strip, columns: u16) -> Line<'static> {
     let theme = state.ui.theme;
     let (name, parts) = parts(state, strip);
     let mut line = Line::from(Span::styled(name, theme.strong()));
-    for (words, weight) in parts {
+    for (part, (words, weight)) in parts.into_iter().enumerate() {
         let style = match weight {
             Weight::First => live_style(state, theme.first_curve()),
             Weight::Second => live_style(state, theme.second_curve()),
             Weight::Faint => theme.faint(),
         };
         let span = Span::styled(format!(" {words}"), style);
-        if line.width() + span.width() + 1 > columns.into() {
-            break;
+        let room = usize::from(columns).saturating_sub(line.width() + 1);
+        if span.width() <= room {
+            line.push_span(span);
+            continue;
         }
-        line.push_span(span);
+        // The first is cut rather than left out.
+        if part == 0 && room > 8 {
+            let cut: String = span.content.chars().take(room - 1).collect();
+            line.push_span(Span::styled(cut + "…", style));
+        }
+        break;
     }
     line
 }
@@ -300,7 +307,8 @@ pub(crate) fn missing_estimate(state: &State) -> Option<String> {
     Some(match why {
         NoEstimate::NoFit => match state.fits.iter().rev().find_map(|fit| {
             let why = fit.no_fit.as_ref()?;
-            Some(format!("trial {} had no fit: {why}", fit.trial))
+            let sort = if fit.practice { "practice" } else { "trial" };
+            Some(format!("{sort} {} had no fit: {why}", fit.trial))
         }) {
             Some(words) => words,
             None if state.session.protocol.is_none() => "needs the fit of a trial".to_owned(),
